@@ -1,0 +1,238 @@
+//! The mesh itself: packed arrays and the questions that they answer in constant time.
+
+use crate::circulate::{BoundaryLoop, FaceHalfedges, IncomingHalfedges, OutgoingHalfedges};
+use crate::ids::{EdgeId, FaceId, HalfedgeId, VertexId};
+
+/// Connectivity of a 2-manifold polygon mesh, with or without boundary, oriented consistently.
+///
+/// ```text
+///              target(h)
+///                 ▲
+///   next(twin)    │ │      face(h): on the left of h
+///                 │ │
+///               h │ │ twin(h) = h ^ 1
+///                 │ │
+///                   ▼      a side without a face is a boundary halfedge; `next` leads
+///              origin(h)   round the hole from one boundary halfedge to the following one
+/// ```
+///
+/// **Invariants** (checked by [`HalfedgeMesh::validate`], kept by every edit): ids of each kind
+/// are 0, 1, 2, … without gaps; halfedges 2e and 2e + 1 are the sides of edge e; `next` and
+/// `prev` are inverse permutations; every vertex has an edge and exactly one fan of faces; the
+/// outgoing halfedge stored for a boundary vertex is its boundary one; no two edges join the
+/// same two vertices; no face passes twice through a vertex.
+///
+/// The mesh holds no positions: those live in a [`VertexMap`](crate::VertexMap) beside it.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct HalfedgeMesh {
+    /// Per vertex: an outgoing halfedge, the boundary one where there is one.
+    pub(crate) vertex_halfedge: Vec<HalfedgeId>,
+    /// Per face: its first halfedge.
+    pub(crate) face_halfedge: Vec<HalfedgeId>,
+    /// Per halfedge: the vertex that it points to.
+    pub(crate) target: Vec<VertexId>,
+    /// Per halfedge: the following halfedge of the same face or boundary loop.
+    pub(crate) next: Vec<HalfedgeId>,
+    /// Per halfedge: the preceding halfedge of the same face or boundary loop.
+    pub(crate) prev: Vec<HalfedgeId>,
+    /// Per halfedge: the number of the face on its left, `NONE` on the boundary.
+    pub(crate) face: Vec<u32>,
+}
+
+impl HalfedgeMesh {
+    /// Number of vertices.
+    pub fn num_vertices(&self) -> usize {
+        self.vertex_halfedge.len()
+    }
+
+    /// Number of halfedges: twice the number of edges.
+    pub fn num_halfedges(&self) -> usize {
+        self.target.len()
+    }
+
+    /// Number of undirected edges.
+    pub fn num_edges(&self) -> usize {
+        self.target.len() / 2
+    }
+
+    /// Number of faces (boundary loops are not faces).
+    pub fn num_faces(&self) -> usize {
+        self.face_halfedge.len()
+    }
+
+    /// All vertices in ascending order.
+    pub fn vertices(&self) -> impl ExactSizeIterator<Item = VertexId> + DoubleEndedIterator + use<> {
+        (0..self.num_vertices()).map(VertexId::new)
+    }
+
+    /// All halfedges in ascending order.
+    pub fn halfedges(
+        &self,
+    ) -> impl ExactSizeIterator<Item = HalfedgeId> + DoubleEndedIterator + use<> {
+        (0..self.num_halfedges()).map(HalfedgeId::new)
+    }
+
+    /// All edges in ascending order.
+    pub fn edges(&self) -> impl ExactSizeIterator<Item = EdgeId> + DoubleEndedIterator + use<> {
+        (0..self.num_edges()).map(EdgeId::new)
+    }
+
+    /// All faces in ascending order.
+    pub fn faces(&self) -> impl ExactSizeIterator<Item = FaceId> + DoubleEndedIterator + use<> {
+        (0..self.num_faces()).map(FaceId::new)
+    }
+
+    /// The vertex that `halfedge` points to.
+    #[inline]
+    pub fn target(&self, halfedge: HalfedgeId) -> VertexId {
+        self.target[halfedge.index()]
+    }
+
+    /// The vertex that `halfedge` starts from.
+    #[inline]
+    pub fn origin(&self, halfedge: HalfedgeId) -> VertexId {
+        self.target[halfedge.twin().index()]
+    }
+
+    /// The following halfedge of the same face or boundary loop.
+    #[inline]
+    pub fn next(&self, halfedge: HalfedgeId) -> HalfedgeId {
+        self.next[halfedge.index()]
+    }
+
+    /// The preceding halfedge of the same face or boundary loop.
+    #[inline]
+    pub fn prev(&self, halfedge: HalfedgeId) -> HalfedgeId {
+        self.prev[halfedge.index()]
+    }
+
+    /// The face on the left of `halfedge`, or `None` on the boundary.
+    #[inline]
+    pub fn face(&self, halfedge: HalfedgeId) -> Option<FaceId> {
+        FaceId::some(self.face[halfedge.index()])
+    }
+
+    /// An outgoing halfedge of `vertex`: its boundary halfedge if it lies on the boundary.
+    #[inline]
+    pub fn vertex_halfedge(&self, vertex: VertexId) -> HalfedgeId {
+        self.vertex_halfedge[vertex.index()]
+    }
+
+    /// The first halfedge of `face`.
+    #[inline]
+    pub fn face_halfedge(&self, face: FaceId) -> HalfedgeId {
+        self.face_halfedge[face.index()]
+    }
+
+    /// Whether there is no face on the left of `halfedge`.
+    #[inline]
+    pub fn is_boundary_halfedge(&self, halfedge: HalfedgeId) -> bool {
+        self.face[halfedge.index()] == crate::ids::NONE
+    }
+
+    /// Whether one side of `edge` has no face.
+    pub fn is_boundary_edge(&self, edge: EdgeId) -> bool {
+        edge.halfedges().into_iter().any(|h| self.is_boundary_halfedge(h))
+    }
+
+    /// Whether `vertex` lies on a boundary loop.
+    #[inline]
+    pub fn is_boundary_vertex(&self, vertex: VertexId) -> bool {
+        self.is_boundary_halfedge(self.vertex_halfedge(vertex))
+    }
+
+    /// The two ends of `edge`: origin and target of its first halfedge.
+    pub fn edge_vertices(&self, edge: EdgeId) -> [VertexId; 2] {
+        let h = edge.halfedge();
+        [self.origin(h), self.target(h)]
+    }
+
+    /// Number of edges at `vertex`.
+    pub fn valence(&self, vertex: VertexId) -> usize {
+        self.outgoing_halfedges(vertex).count()
+    }
+
+    /// Number of corners of `face`.
+    pub fn degree(&self, face: FaceId) -> usize {
+        self.face_halfedges(face).count()
+    }
+
+    /// Whether every face has three corners.
+    pub fn is_triangle_mesh(&self) -> bool {
+        self.faces().all(|f| {
+            let h = self.face_halfedge(f);
+            self.next(self.next(self.next(h))) == h
+        })
+    }
+
+    /// The three corners of a triangle, from the origin of its first halfedge.
+    ///
+    /// Of a larger polygon these are the first three corners.
+    #[inline]
+    pub fn triangle(&self, face: FaceId) -> [VertexId; 3] {
+        let h = self.face_halfedge(face);
+        let n = self.next(h);
+        [self.origin(h), self.target(h), self.target(n)]
+    }
+
+    /// The halfedge that runs from `origin` to `target`, if an edge joins them.
+    pub fn halfedge_between(&self, origin: VertexId, target: VertexId) -> Option<HalfedgeId> {
+        self.outgoing_halfedges(origin).find(|&h| self.target(h) == target)
+    }
+
+    /// The halfedges that leave `vertex`, counter-clockwise seen from the outside.
+    ///
+    /// Of a boundary vertex the last one is the boundary halfedge, so the fan runs from one
+    /// border to the other. Reverse it (`.rev()`) to walk clockwise.
+    #[inline]
+    pub fn outgoing_halfedges(&self, vertex: VertexId) -> OutgoingHalfedges<'_> {
+        OutgoingHalfedges::new(self, vertex)
+    }
+
+    /// The halfedges that arrive at `vertex`: the twins of [`Self::outgoing_halfedges`].
+    pub fn incoming_halfedges(&self, vertex: VertexId) -> IncomingHalfedges<'_> {
+        IncomingHalfedges(self.outgoing_halfedges(vertex))
+    }
+
+    /// The neighbours of `vertex`, in the order of [`Self::outgoing_halfedges`].
+    pub fn one_ring(
+        &self,
+        vertex: VertexId,
+    ) -> impl DoubleEndedIterator<Item = VertexId> + Clone + '_ {
+        self.outgoing_halfedges(vertex).map(|h| self.target(h))
+    }
+
+    /// The faces around `vertex`, in the order of [`Self::outgoing_halfedges`].
+    pub fn vertex_faces(
+        &self,
+        vertex: VertexId,
+    ) -> impl DoubleEndedIterator<Item = FaceId> + Clone + '_ {
+        self.outgoing_halfedges(vertex).filter_map(|h| self.face(h))
+    }
+
+    /// The halfedges of `face`, counter-clockwise from its first one.
+    #[inline]
+    pub fn face_halfedges(&self, face: FaceId) -> FaceHalfedges<'_> {
+        FaceHalfedges::new(self, self.face_halfedge(face))
+    }
+
+    /// The corners of `face`, counter-clockwise from the origin of its first halfedge.
+    pub fn face_vertices(
+        &self,
+        face: FaceId,
+    ) -> impl DoubleEndedIterator<Item = VertexId> + Clone + '_ {
+        self.face_halfedges(face).map(|h| self.origin(h))
+    }
+
+    /// The halfedges of the boundary loop that `halfedge` belongs to, from it on.
+    ///
+    /// Empty if `halfedge` has a face.
+    pub fn boundary_loop(&self, halfedge: HalfedgeId) -> BoundaryLoop<'_> {
+        BoundaryLoop::new(self, halfedge)
+    }
+
+    /// The corners of every face, as [`Self::from_faces`] takes them.
+    pub fn to_faces(&self) -> Vec<Vec<VertexId>> {
+        self.faces().map(|f| self.face_vertices(f).collect()).collect()
+    }
+}

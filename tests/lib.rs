@@ -1,0 +1,1 @@
+//! Where the stories find the real models, when they are there.
