@@ -1,0 +1,202 @@
+//! The assembled operator.
+
+use std::sync::Arc;
+
+use cotan_geometry::{Positions, Scalar, Surface, scalar};
+use cotan_halfedge::{HalfedgeMap, VertexMap};
+use nalgebra::Vector3;
+use nalgebra_sparse::CsrMatrix;
+use rayon::prelude::*;
+
+use crate::rings::OneRings;
+use crate::scheme::{LaplacianScheme, SchemeError, Symmetry};
+
+/// The weights that a scheme chose on one surface, ready to be applied and factorized.
+///
+/// The weights are rounded (by at most a few units in the last place of the largest weight
+/// nearby) so that every sum of weights around a vertex is *exact*: the rows of
+/// [`Operator::matrix`] sum to zero exactly, whatever the order of the summation, and a constant
+/// is in its null space without an error.
+#[derive(Clone, Debug)]
+pub struct Operator<T: Scalar> {
+    rings: Arc<OneRings>,
+    weights: HalfedgeMap<T>,
+    symmetry: Symmetry,
+}
+
+impl<T: Scalar> Operator<T> {
+    /// Asks `scheme` for the weights of `surface`, checks and rounds them.
+    ///
+    /// # Errors
+    /// What the scheme reports, and [`SchemeError::NonFiniteWeight`] naming the edge.
+    pub fn assemble<S: LaplacianScheme<T> + ?Sized>(
+        scheme: &S,
+        surface: &Surface<'_, T>,
+    ) -> Result<Self, SchemeError> {
+        let rings = Arc::new(OneRings::new(surface.mesh()));
+        Self::assemble_on(rings, scheme, surface)
+    }
+
+    /// As [`Self::assemble`], with the one-rings of the mesh already at hand.
+    ///
+    /// # Errors
+    /// As [`Self::assemble`].
+    pub fn assemble_on<S: LaplacianScheme<T> + ?Sized>(
+        rings: Arc<OneRings>,
+        scheme: &S,
+        surface: &Surface<'_, T>,
+    ) -> Result<Self, SchemeError> {
+        let mesh = surface.mesh();
+        let mut weights = HalfedgeMap::filled(mesh.num_halfedges(), T::zero());
+        scheme.weights(surface, &mut weights)?;
+        // A weight whose row sum overflows comes out as not finite too.
+        round_to_exact_sums(&rings, surface, &mut weights);
+        if let Some((h, _)) = weights.iter().find(|(_, w)| !w.is_finite()) {
+            return Err(SchemeError::NonFiniteWeight {
+                scheme: scheme.name().into(),
+                vertices: [mesh.origin(h), mesh.target(h)],
+            });
+        }
+        Ok(Self { rings, weights, symmetry: scheme.symmetry() })
+    }
+
+    /// The weight w_ij of every halfedge i→j.
+    pub fn weights(&self) -> &HalfedgeMap<T> {
+        &self.weights
+    }
+
+    /// The sparsity pattern.
+    pub fn rings(&self) -> &Arc<OneRings> {
+        &self.rings
+    }
+
+    /// Whether w_ij = w_ji for every edge.
+    pub fn symmetry(&self) -> Symmetry {
+        self.symmetry
+    }
+
+    /// Number of vertices: of rows and of columns.
+    pub fn num_vertices(&self) -> usize {
+        self.rings.num_vertices()
+    }
+
+    /// Mean over the vertices of |Σ_j w_ij|: the size of the diagonal, to which the weights of
+    /// soft handles are relative.
+    pub fn mean_diagonal(&self) -> T {
+        let n = self.num_vertices();
+        let sum = (0..n).fold(T::zero(), |sum, i| sum + self.row_sum(i).abs());
+        sum / scalar(n.max(1) as f64)
+    }
+
+    /// ℓ_i = Σ_j w_ij (v_j − v_i) of every vertex. Exactly zero where all v are equal.
+    ///
+    /// # Panics
+    /// If `positions` or `out` has not one entry a vertex.
+    pub fn apply(&self, positions: &Positions<T>, out: &mut VertexMap<Vector3<T>>) {
+        apply_weights(&self.rings, &self.weights, positions, out);
+    }
+
+    /// The operator as a sparse matrix: **−L**, with Σ_j w_ij on the diagonal and −w_ij beside it,
+    /// so that it is positive semi-definite for the cotangent scheme.
+    ///
+    /// **Shape**: n × n, row and column = vertex number, columns ascending. Every row sums to
+    /// exactly zero.
+    ///
+    /// # Panics
+    /// Never: the pattern is sorted and within bounds by construction.
+    pub fn matrix(&self) -> CsrMatrix<T> {
+        let n = self.num_vertices();
+        let num_entries = self.weights.len() + n;
+        let mut offsets = Vec::with_capacity(n + 1);
+        let mut columns = Vec::with_capacity(num_entries);
+        let mut values = Vec::with_capacity(num_entries);
+        offsets.push(0);
+        for i in 0..n {
+            let mut diagonal = Some(self.row_sum(i));
+            for (j, h) in self.rings.ring(i) {
+                if j.index() > i
+                    && let Some(d) = diagonal.take()
+                {
+                    columns.push(i);
+                    values.push(d);
+                }
+                columns.push(j.index());
+                values.push(-self.weights[h]);
+            }
+            if let Some(d) = diagonal {
+                columns.push(i);
+                values.push(d);
+            }
+            offsets.push(columns.len());
+        }
+        CsrMatrix::try_from_csr_data(n, n, offsets, columns, values)
+            .expect("sorted rows within bounds")
+    }
+
+    /// Σ_j w_ij.
+    fn row_sum(&self, i: usize) -> T {
+        self.rings.ring(i).fold(T::zero(), |sum, (_, h)| sum + self.weights[h])
+    }
+}
+
+/// ℓ_i = Σ_j w_ij (v_j − v_i) with weights that need not belong to an operator, in parallel.
+///
+/// # Panics
+/// If a map has not one entry an element.
+pub fn apply_weights<T: Scalar>(
+    rings: &OneRings,
+    weights: &HalfedgeMap<T>,
+    positions: &Positions<T>,
+    out: &mut VertexMap<Vector3<T>>,
+) {
+    assert_eq!(positions.len(), rings.num_vertices(), "one position a vertex");
+    assert_eq!(out.len(), rings.num_vertices(), "one Laplacian coordinate a vertex");
+    assert_eq!(weights.len(), rings.halfedges().len(), "one weight a halfedge");
+    let positions = positions.as_slice();
+    out.as_mut_slice().par_iter_mut().enumerate().with_min_len(1 << 11).for_each(|(i, ell)| {
+        let mut sum = Vector3::zeros();
+        for (j, h) in rings.ring(i) {
+            sum += (positions[j.index()] - positions[i]) * weights[h];
+        }
+        *ell = sum;
+    });
+}
+
+/// Rounds every weight to a multiple of a power of two that is coarse enough for all sums around
+/// its two ends to be exact.
+///
+/// With q_i = 2^k the unit in the last place of 4 Σ_j |w_ij|, every partial sum of multiples of
+/// q_i that stays below 2 Σ |w_ij| is representable. An edge takes the coarser unit of its ends,
+/// which keeps symmetric weights symmetric. What is lost is of the order of the rounding error
+/// that a plain sum of the row would make anyway.
+fn round_to_exact_sums<T: Scalar>(
+    rings: &OneRings,
+    surface: &Surface<'_, T>,
+    weights: &mut HalfedgeMap<T>,
+) {
+    let eps = T::default_epsilon();
+    let unit = VertexMap::from_vec(
+        (0..rings.num_vertices())
+            .into_par_iter()
+            .with_min_len(1 << 11)
+            .map(|i| {
+                let size = rings.ring(i).fold(T::zero(), |sum, (_, h)| sum + weights[h].abs());
+                if size > T::zero() {
+                    eps * scalar(size.as_f64().log2().ceil().exp2() * 4.0)
+                } else {
+                    T::zero()
+                }
+            })
+            .collect::<Vec<T>>(),
+    );
+    let mesh = surface.mesh();
+    weights.as_mut_slice().par_chunks_exact_mut(2).enumerate().with_min_len(1 << 12).for_each(
+        |(edge, pair)| {
+            let [a, b] = mesh.edge_vertices(cotan_halfedge::EdgeId::new(edge));
+            let unit = unit[a].max(unit[b]);
+            if unit > T::zero() {
+                pair.iter_mut().for_each(|w| *w = (*w / unit).round() * unit);
+            }
+        },
+    );
+}

@@ -1,0 +1,206 @@
+//! The built-in schemes: plain values.
+
+use cotan_geometry::{Scalar, Surface, scalar};
+use cotan_halfedge::{EdgeId, HalfedgeId, HalfedgeMap, HalfedgeMesh};
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
+
+use crate::scheme::{LaplacianScheme, SchemeError, Symmetry};
+
+/// w_ij = cot α_ij + cot β_ij, the curvature-flow weights (paper, equation 6; no ½).
+///
+/// α and β are the angles opposite the edge; at a boundary edge there is one. Weights are
+/// negative where α + β > 180° and are *kept so*: clamping them in the system makes the flow
+/// diverge (see [`ClampedCotangent`]).
+///
+/// The cotangent is (a·b) / max(|a × b|, `area_floor` · Σ e²), where e are the three edges of the
+/// triangle: only triangles thinner than the floor, whose cotangent would be meaningless or
+/// infinite, are altered.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Cotangent {
+    /// Least 2·area of a triangle, relative to the sum of its squared edge lengths (no unit).
+    pub area_floor: f64,
+}
+
+impl Default for Cotangent {
+    fn default() -> Self {
+        // Angles below 2e-6 radians carry no shape; with 1e-12 a zero-area triangle has weights
+        // of 1e12, whose square drowns every other digit of the normal equations.
+        Self { area_floor: 1e-6 }
+    }
+}
+
+/// The cotangent weights with every w_ij raised to at least `floor`.
+///
+/// A convex-combination operator, for maps that must not flip. As the system of a deformation it
+/// is a bad choice: linear precision is lost, so flat regions get tangential coordinates.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct ClampedCotangent {
+    /// The least weight (no unit; an equilateral mesh has weights of 1.15).
+    pub floor: f64,
+    /// The weights that are clamped.
+    pub cotangent: Cotangent,
+}
+
+impl Default for ClampedCotangent {
+    fn default() -> Self {
+        Self { floor: 0.01, cotangent: Cotangent::default() }
+    }
+}
+
+/// w_ij = 1 / valence(i): the Tutte Laplacian of the paper's section 4.1. Not symmetric.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Tutte;
+
+/// w_ij = 1: the graph Laplacian.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Uniform;
+
+/// w_ij = |e_ij|⁻¹ / mean of |e|⁻¹: Fujiwara's weights, made free of units.
+///
+/// Edges shorter than 1e-9 of the mean length count as that long.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct EdgeLength;
+
+impl<T: Scalar> LaplacianScheme<T> for Cotangent {
+    fn weights(
+        &self,
+        surface: &Surface<'_, T>,
+        out: &mut HalfedgeMap<T>,
+    ) -> Result<(), SchemeError> {
+        let floor = scalar(self.area_floor);
+        per_edge(out, |edge| edge_cotangents(surface, edge, floor));
+        Ok(())
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        Symmetry::Symmetric
+    }
+
+    fn name(&self) -> &str {
+        "cotangent"
+    }
+}
+
+impl<T: Scalar> LaplacianScheme<T> for ClampedCotangent {
+    fn weights(
+        &self,
+        surface: &Surface<'_, T>,
+        out: &mut HalfedgeMap<T>,
+    ) -> Result<(), SchemeError> {
+        let area_floor = scalar(self.cotangent.area_floor);
+        let floor = scalar::<T>(self.floor);
+        per_edge(out, |edge| edge_cotangents(surface, edge, area_floor).max(floor));
+        Ok(())
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        Symmetry::Symmetric
+    }
+
+    fn name(&self) -> &str {
+        "clamped cotangent"
+    }
+}
+
+impl<T: Scalar> LaplacianScheme<T> for Tutte {
+    fn weights(
+        &self,
+        surface: &Surface<'_, T>,
+        out: &mut HalfedgeMap<T>,
+    ) -> Result<(), SchemeError> {
+        let mesh = surface.mesh();
+        for vertex in mesh.vertices() {
+            let weight = T::one() / scalar(mesh.valence(vertex) as f64);
+            for h in mesh.outgoing_halfedges(vertex) {
+                out[h] = weight;
+            }
+        }
+        Ok(())
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        Symmetry::General
+    }
+
+    fn name(&self) -> &str {
+        "Tutte"
+    }
+}
+
+impl<T: Scalar> LaplacianScheme<T> for Uniform {
+    fn weights(
+        &self,
+        _surface: &Surface<'_, T>,
+        out: &mut HalfedgeMap<T>,
+    ) -> Result<(), SchemeError> {
+        out.as_mut_slice().fill(T::one());
+        Ok(())
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        Symmetry::Symmetric
+    }
+
+    fn name(&self) -> &str {
+        "uniform"
+    }
+}
+
+impl<T: Scalar> LaplacianScheme<T> for EdgeLength {
+    fn weights(
+        &self,
+        surface: &Surface<'_, T>,
+        out: &mut HalfedgeMap<T>,
+    ) -> Result<(), SchemeError> {
+        per_edge(out, |edge| surface.halfedge_vector(edge.halfedge()).norm());
+        let count = scalar::<T>(out.len().max(1) as f64);
+        let mean = out.values().fold(T::zero(), |sum, &l| sum + l) / count;
+        let shortest = mean * scalar(1e-9);
+        if shortest <= T::zero() {
+            return Err(SchemeError::Unsuitable {
+                scheme: "edge-length".into(),
+                reason: "all its edges have length zero".into(),
+            });
+        }
+        out.values_mut().for_each(|l| *l = T::one() / l.max(shortest));
+        let mean = out.values().fold(T::zero(), |sum, &w| sum + w) / count;
+        out.values_mut().for_each(|w| *w /= mean);
+        Ok(())
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        Symmetry::Symmetric
+    }
+
+    fn name(&self) -> &str {
+        "edge-length"
+    }
+}
+
+/// Fills both halves of every edge with the same value, in parallel.
+fn per_edge<T: Scalar>(out: &mut HalfedgeMap<T>, weight: impl Fn(EdgeId) -> T + Sync) {
+    out.as_mut_slice().par_chunks_exact_mut(2).enumerate().with_min_len(1 << 12).for_each(
+        |(edge, pair)| pair.fill(weight(EdgeId::new(edge))),
+    );
+}
+
+/// cot α + cot β of one edge.
+fn edge_cotangents<T: Scalar>(surface: &Surface<'_, T>, edge: EdgeId, floor: T) -> T {
+    let [h, twin] = edge.halfedges();
+    opposite_cotangent(surface, h, floor) + opposite_cotangent(surface, twin, floor)
+}
+
+/// Cotangent of the angle opposite a halfedge in its triangle; 0 on the boundary.
+fn opposite_cotangent<T: Scalar>(surface: &Surface<'_, T>, h: HalfedgeId, floor: T) -> T {
+    let mesh: &HalfedgeMesh = surface.mesh();
+    if mesh.is_boundary_halfedge(h) {
+        return T::zero();
+    }
+    let apex: Point3<T> = surface.position(mesh.target(mesh.next(h)));
+    let a: Vector3<T> = surface.position(mesh.origin(h)) - apex;
+    let b: Vector3<T> = surface.position(mesh.target(h)) - apex;
+    let sum_of_squares = a.norm_squared() + b.norm_squared() + (b - a).norm_squared();
+    let area = a.cross(&b).norm().max(floor * sum_of_squares);
+    if area > T::zero() { a.dot(&b) / area } else { T::zero() }
+}

@@ -1,0 +1,68 @@
+//! What can be wrong with a system.
+
+use cotan_halfedge::VertexId;
+use thiserror::Error;
+
+/// Why a system could not be prepared.
+#[derive(Clone, PartialEq, Debug, Error)]
+#[non_exhaustive]
+pub enum LinearError {
+    /// No handle at all.
+    #[error("there are no handles; give at least one vertex a position")]
+    NoHandles,
+    /// A component of the mesh that nothing holds.
+    #[error("the component of the mesh with vertex {vertex} ({num_vertices} vertices) has no handle; fix or move at least one vertex of it")]
+    ComponentWithoutHandle {
+        /// The component's lowest vertex.
+        vertex: VertexId,
+        /// How many vertices the component has.
+        num_vertices: usize,
+    },
+    /// A handle at a vertex that the mesh does not have.
+    #[error("handle vertex {vertex} does not exist: the mesh has {num_vertices} vertices, numbered from 0")]
+    HandleOutOfRange {
+        /// The vertex number that was given.
+        vertex: VertexId,
+        /// How many vertices there are.
+        num_vertices: usize,
+    },
+    /// A vertex with two handles.
+    #[error("vertex {vertex} is given as a handle twice")]
+    DuplicateHandle {
+        /// The vertex.
+        vertex: VertexId,
+    },
+    /// A weight of a soft handle that is not a positive number.
+    #[error("the weight {weight} of the handle at vertex {vertex} is not a positive finite number")]
+    HandleWeight {
+        /// The vertex.
+        vertex: VertexId,
+        /// The weight that was refused.
+        weight: f64,
+    },
+    /// A membrane weight that is negative or not finite.
+    #[error("the membrane weight {0} is not a finite number of at least 0")]
+    MembraneWeight(f64),
+    /// A matrix that cannot be factorized.
+    #[error("the system of {unknowns} unknowns cannot be factorized: it is not positive definite in double precision (look for zero-area faces, and for handles that leave a part of the mesh free)")]
+    NotPositiveDefinite {
+        /// Number of free vertices.
+        unknowns: usize,
+    },
+    /// A factorization that does not reproduce its matrix.
+    #[error("the factorization of {unknowns} unknowns is not accurate: a check solve left a relative residual of {residual:.1e} (look for zero-area faces)")]
+    Inaccurate {
+        /// Number of free vertices.
+        unknowns: usize,
+        /// Normwise backward error of the check solve.
+        residual: f64,
+    },
+    /// Not enough memory.
+    #[error("not enough memory for a system of {unknowns} unknowns ({bytes} bytes for the factor)")]
+    OutOfMemory {
+        /// Number of free vertices.
+        unknowns: usize,
+        /// Size of the factor, 0 if the analysis did not get that far.
+        bytes: usize,
+    },
+}

@@ -1,0 +1,199 @@
+//! The system itself.
+
+use std::sync::Arc;
+
+use cotan_geometry::Scalar;
+use cotan_halfedge::VertexMap;
+use cotan_laplacian::{OneRings, Operator, Symmetry};
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use crate::cholesky::{COLUMNS, Cholesky};
+use crate::error::LinearError;
+use crate::handles::{self, Handle, Hold};
+use crate::normal::{self, Weights};
+
+/// Settings of a system beside its operator and handles.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct SystemParams {
+    /// Weight μ of the membrane term x·Kx with K = L/2 (symmetrised). 0 leaves it out.
+    pub membrane: f64,
+}
+
+/// A least-squares system with handles, factorized.
+///
+/// It answers one question, as often as it is asked: by which δ must the positions x be corrected
+/// so that x + δ minimises
+///
+/// ```text
+/// |L(x + δ) − ℓ|² + μ (membrane) + Σ_soft k²|x + δ − u|²,    δ = 0 at hard handles?
+/// ```
+///
+/// **Source**: paper, equations 3 and 8, as a correction (see the crate's docs).
+pub struct PreparedSystem {
+    rings: Arc<OneRings>,
+    weights: Weights,
+    membrane: f64,
+    /// (k · mean |L_ii|)² of soft handles, 0 elsewhere; empty if there is none.
+    springs: Vec<f64>,
+    free: Vec<usize>,
+    cholesky: Cholesky,
+    /// Three columns over the free vertices.
+    columns: Vec<f64>,
+}
+
+impl std::fmt::Debug for PreparedSystem {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("PreparedSystem")
+            .field("unknowns", &self.free.len())
+            .field("membrane", &self.membrane)
+            .field("factor_entries", &self.cholesky.num_entries())
+            .finish_non_exhaustive()
+    }
+}
+
+impl PreparedSystem {
+    /// Assembles and factorizes the system of `operator` with `handles`.
+    ///
+    /// # Errors
+    /// [`LinearError`]: no handle, a component without one, a handle that does not exist or is
+    /// given twice, a weight that is no positive number, a matrix that cannot be factorized.
+    pub fn prepare<T: Scalar>(
+        operator: &Operator<T>,
+        handles: &[Handle],
+        params: SystemParams,
+    ) -> Result<Self, LinearError> {
+        let rings = operator.rings().clone();
+        handles::check(handles, &rings)?;
+        if !(params.membrane.is_finite() && params.membrane >= 0.0) {
+            return Err(LinearError::MembraneWeight(params.membrane));
+        }
+        let n = rings.num_vertices();
+        let unit = operator.mean_diagonal().as_f64();
+        let mut is_free = vec![true; n];
+        let mut springs = vec![0.0; n];
+        for handle in handles {
+            match handle.hold {
+                Hold::Hard => is_free[handle.vertex.index()] = false,
+                Hold::Soft(k) => springs[handle.vertex.index()] = (k * unit).powi(2),
+            }
+        }
+        let free: Vec<usize> = (0..n).filter(|&i| is_free[i]).collect();
+        let mut free_index = vec![None; n];
+        for (unknown, &i) in free.iter().enumerate() {
+            free_index[i] = Some(unknown);
+        }
+        let weights = Weights::new(
+            &rings,
+            &operator.weights().map(|w| w.as_f64()),
+            operator.symmetry() == Symmetry::Symmetric,
+        );
+        let matrix =
+            normal::assemble(&rings, &weights, &free, &free_index, params.membrane, &springs);
+        let cholesky = Cholesky::factor(&matrix)?;
+        tracing::debug!(
+            unknowns = free.len(),
+            matrix_entries = matrix.values.len(),
+            factor_entries = cholesky.num_entries(),
+            "factorized"
+        );
+        let columns = vec![0.0; COLUMNS * free.len()];
+        if springs.iter().all(|&s| s == 0.0) {
+            springs.clear();
+        }
+        Ok(Self { rings, weights, membrane: params.membrane, springs, free, cholesky, columns })
+    }
+
+    /// Number of vertices that are solved for.
+    pub fn num_unknowns(&self) -> usize {
+        self.free.len()
+    }
+
+    /// Number of values in the factor, eight bytes each.
+    pub fn factor_entries(&self) -> usize {
+        self.cholesky.num_entries()
+    }
+
+    /// The right-hand side of a correction: half the negative gradient of the energy,
+    ///
+    /// ```text
+    /// r = Lᵀ mismatch + μ tension + k² pull       (0 at hard handles)
+    /// ```
+    ///
+    /// **Shapes**: n entries each. `mismatch` is ℓ − Lx; `tension` is the sum over the neighbours
+    /// of w_ij/2 times how much longer the edge vector x_j − x_i is than wanted; `pull` is u − x at
+    /// the soft handles (other entries are ignored).
+    ///
+    /// # Panics
+    /// If a map has not one entry a vertex.
+    pub fn residual(
+        &self,
+        mismatch: &VertexMap<Vector3<f64>>,
+        tension: Option<&VertexMap<Vector3<f64>>>,
+        pull: &VertexMap<Vector3<f64>>,
+        out: &mut VertexMap<Vector3<f64>>,
+    ) {
+        let n = self.rings.num_vertices();
+        assert!(
+            [mismatch.len(), pull.len(), out.len(), tension.map_or(n, VertexMap::len)]
+                .iter()
+                .all(|&len| len == n),
+            "one entry a vertex"
+        );
+        out.values_mut().for_each(|r| *r = Vector3::zeros());
+        let y = mismatch.as_slice();
+        let row = |i: usize| {
+            let mut r = self.weights.transpose_product(&self.rings, i, y);
+            if let Some(tension) = tension {
+                r += tension.as_slice()[i] * self.membrane;
+            }
+            if let Some(&spring) = self.springs.get(i) {
+                r += pull.as_slice()[i] * spring;
+            }
+            r
+        };
+        // Hard handles are few or in large blocks: rows are computed for all, then cleared.
+        out.as_mut_slice()
+            .par_iter_mut()
+            .enumerate()
+            .with_min_len(1 << 11)
+            .for_each(|(i, r)| *r = row(i));
+        self.clear_hard(out);
+    }
+
+    /// δ = (LᵀL + μK + D)⁻¹ r on the free vertices, 0 at hard handles. Allocates nothing.
+    ///
+    /// # Panics
+    /// If a map has not one entry a vertex.
+    pub fn solve(
+        &mut self,
+        residual: &VertexMap<Vector3<f64>>,
+        correction: &mut VertexMap<Vector3<f64>>,
+    ) {
+        let m = self.free.len();
+        let (x, rest) = self.columns.split_at_mut(m);
+        let (y, z) = rest.split_at_mut(m);
+        for (unknown, &i) in self.free.iter().enumerate() {
+            let r = residual.as_slice()[i];
+            (x[unknown], y[unknown], z[unknown]) = (r.x, r.y, r.z);
+        }
+        self.cholesky.solve_in_place(&mut self.columns);
+        let (x, rest) = self.columns.split_at(m);
+        let (y, z) = rest.split_at(m);
+        correction.values_mut().for_each(|d| *d = Vector3::zeros());
+        for (unknown, &i) in self.free.iter().enumerate() {
+            correction.as_mut_slice()[i] = Vector3::new(x[unknown], y[unknown], z[unknown]);
+        }
+    }
+
+    fn clear_hard(&self, out: &mut VertexMap<Vector3<f64>>) {
+        let mut next = self.free.iter().copied().peekable();
+        for (i, r) in out.values_mut().enumerate() {
+            if next.peek() == Some(&i) {
+                next.next();
+            } else {
+                *r = Vector3::zeros();
+            }
+        }
+    }
+}
