@@ -1,0 +1,58 @@
+//! What can be wrong with a flow.
+
+use cotan_geometry::SurfaceError;
+use cotan_halfedge::VertexId;
+use cotan_laplacian::SchemeError;
+use cotan_linear::LinearError;
+use thiserror::Error;
+
+/// Why a flow could not be built or could not go on.
+#[derive(Clone, PartialEq, Debug, Error)]
+#[non_exhaustive]
+pub enum FlowError {
+    /// The mesh and its positions do not form a surface.
+    #[error(transparent)]
+    Surface(#[from] SurfaceError),
+    /// The surface cannot be weighted.
+    #[error(transparent)]
+    Scheme(#[from] SchemeError),
+    /// The system cannot be solved.
+    #[error(transparent)]
+    Linear(#[from] LinearError),
+    /// All vertices lie at one point.
+    #[error("all vertices of the mesh lie at the same point: it has no size to scale by")]
+    NoExtent,
+    /// The number of targets is not the number of handles.
+    #[error("there are {targets} target positions for {handles} handle vertices")]
+    TargetCount {
+        /// How many targets were given.
+        targets: usize,
+        /// How many handle vertices there are.
+        handles: usize,
+    },
+    /// A target that is NaN or infinite.
+    #[error("the target of handle vertex {vertex} is not a finite position")]
+    NonFiniteTarget {
+        /// The handle vertex.
+        vertex: VertexId,
+    },
+    /// A vertex that is not a handle was addressed as one.
+    #[error("vertex {vertex} is not a handle of this session")]
+    NotAHandle {
+        /// The vertex.
+        vertex: VertexId,
+    },
+    /// A setting outside its range.
+    #[error("the {setting} must be {range}, but is {value}")]
+    Setting {
+        /// Name of the setting.
+        setting: &'static str,
+        /// What it may be.
+        range: &'static str,
+        /// What it is.
+        value: f64,
+    },
+    /// An updater or orientation failed, in its own words.
+    #[error("{0}")]
+    Custom(String),
+}

@@ -1,0 +1,389 @@
+//! The one generic solver: solve, update the scalar field, orient, again.
+
+use std::ops::ControlFlow;
+
+use cotan_geometry::{BoundingBox, Positions, Scalar, Surface};
+use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
+use cotan_laplacian::LaplacianScheme;
+use cotan_linear::{Handle, Hold, PreparedSystem};
+use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
+
+use crate::anderson::Anderson;
+use crate::builder::{Acceleration, FlowBuilder, Settings, Start};
+use crate::error::FlowError;
+use crate::lbfgs::Lbfgs;
+use crate::orientation::Orientation;
+use crate::report::{Report, StepReport, StopReason};
+use crate::rest::Rest;
+use crate::start::handle_rotations;
+use crate::state::Measured;
+use crate::updater::ScalarFieldUpdater;
+use crate::vectors::add_scaled;
+
+/// Box units: the bounding box's lower corner at 0, its longest side 1. All errors and tolerances
+/// are measured there.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frame<T: Scalar> {
+    corner: Point3<T>,
+    size: T,
+    diagonal: T,
+}
+
+impl<T: Scalar> Frame<T> {
+    pub(crate) fn new(surface: &Surface<'_, T>) -> Result<Self, FlowError> {
+        let bounds = BoundingBox::of(surface.positions().as_slice());
+        let size = bounds.longest_side();
+        if !(size > T::zero() && size.is_finite()) {
+            return Err(FlowError::NoExtent);
+        }
+        Ok(Self { corner: bounds.min, size, diagonal: bounds.diagonal() / size })
+    }
+
+    pub(crate) fn to_box(self, p: Point3<T>) -> Point3<T> {
+        Point3::from((p - self.corner) / self.size)
+    }
+
+    pub(crate) fn to_box_all(self, positions: &Positions<T>) -> Positions<T> {
+        positions.map(|p| self.to_box(*p))
+    }
+
+    /// Diagonal of the box, in box units.
+    pub(crate) fn diagonal(self) -> T {
+        self.diagonal
+    }
+}
+
+/// What the builder hands over.
+pub(crate) struct Parts<'m, T: Scalar> {
+    pub(crate) original: &'m Positions<T>,
+    pub(crate) frame: Frame<T>,
+    pub(crate) rest: Rest<'m, T>,
+    pub(crate) scheme: Box<dyn LaplacianScheme<T> + 'm>,
+    pub(crate) updater: Box<dyn ScalarFieldUpdater<T> + 'm>,
+    pub(crate) orientation: Box<dyn Orientation<T> + 'm>,
+    pub(crate) system: PreparedSystem,
+    pub(crate) handles: Vec<Handle>,
+    /// Where the handles are to be, in the units of the input and in box units.
+    pub(crate) user_targets: Vec<Point3<T>>,
+    pub(crate) targets: Vec<Point3<T>>,
+}
+
+/// The iteration of curvature-flow Laplacian editing on one mesh with one set of handles.
+///
+/// Built by [`Flow::builder`]; then stepped ([`Flow::step`]) or run ([`Flow::run`]). It can be kept
+/// and fed new handle positions ([`Flow::set_targets`]), frame after frame: nothing is factorized
+/// again.
+pub struct Flow<'m, T: Scalar> {
+    pub(crate) parts: Parts<'m, T>,
+    pub(crate) settings: Settings<T>,
+    pub(crate) measured: Measured<T>,
+    /// Current positions, in box units.
+    pub(crate) positions: Positions<T>,
+    /// Scalar field d, and the Laplacian coordinates that the next solve aims at.
+    pub(crate) field: VertexMap<T>,
+    pub(crate) laplacian: VertexMap<Vector3<T>>,
+    pub(crate) terms: Terms,
+    pub(crate) accelerator: Accelerator,
+    pub(crate) energy: Option<f64>,
+    pub(crate) iteration: usize,
+    /// Iterations since a handle moved: 0 right after.
+    pub(crate) since_move: usize,
+    /// Rotations that the next solve starts from, where the orientation has none yet.
+    pub(crate) seed: Option<VertexMap<Matrix3<f64>>>,
+    /// Whether the Laplacian coordinates at hand are a plain image, not an extrapolation.
+    pub(crate) is_plain: bool,
+}
+
+/// The vectors of one solve; allocated once.
+pub(crate) struct Terms {
+    pub(crate) mismatch: VertexMap<Vector3<f64>>,
+    pub(crate) tension: VertexMap<Vector3<f64>>,
+    pub(crate) pull: VertexMap<Vector3<f64>>,
+    pub(crate) residual: VertexMap<Vector3<f64>>,
+    pub(crate) correction: VertexMap<Vector3<f64>>,
+}
+
+pub(crate) enum Accelerator {
+    Off,
+    Anderson(Anderson),
+    Lbfgs(Lbfgs),
+}
+
+impl<T: Scalar> std::fmt::Debug for Flow<'_, T> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Flow")
+            .field("vertices", &self.positions.len())
+            .field("handles", &self.parts.handles.len())
+            .field("iteration", &self.iteration)
+            .field("settings", &self.settings)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<'m, T: Scalar> Flow<'m, T> {
+    /// Starts to describe a flow on `mesh` with its original `positions`.
+    pub fn builder(mesh: &'m HalfedgeMesh, positions: &'m Positions<T>) -> FlowBuilder<'m, T> {
+        FlowBuilder::new(mesh, positions)
+    }
+
+    pub(crate) fn assemble(parts: Parts<'m, T>, settings: Settings<T>) -> Self {
+        let rest = &parts.rest;
+        let zeros = || VertexMap::filled(rest.positions().len(), Vector3::zeros());
+        Self {
+            measured: Measured::new(rest),
+            positions: rest.positions().clone(),
+            field: rest.magnitudes().clone(),
+            laplacian: rest.laplacian().clone(),
+            terms: Terms {
+                mismatch: zeros(),
+                tension: zeros(),
+                pull: zeros(),
+                residual: zeros(),
+                correction: zeros(),
+            },
+            accelerator: Accelerator::Off,
+            energy: None,
+            iteration: 0,
+            since_move: 0,
+            seed: None,
+            is_plain: true,
+            parts,
+            settings,
+        }
+    }
+
+    /// Sets the first Laplacian coordinates and membrane edges, and the handles in place.
+    pub(crate) fn begin(&mut self) {
+        let n = self.positions.len();
+        let identity = || VertexMap::filled(n, Matrix3::identity());
+        let rotations = match self.settings.start {
+            Start::Original => identity(),
+            Start::HandleRotations => self.interpolated_rotations().unwrap_or_else(identity),
+            Start::Zero => {
+                self.laplacian.values_mut().for_each(|ell| *ell = Vector3::zeros());
+                identity()
+            }
+        };
+        for (ell, rotation) in self.laplacian.values_mut().zip(rotations.values()) {
+            *ell = (rotation * ell.map(T::as_f64)).map(T::of_f64);
+        }
+        self.accelerator = match self.settings.acceleration {
+            // A ratio of its own for every vertex is no step that could be extrapolated.
+            Acceleration::Memory(memory) if memory > 0 && self.settings.ratios.is_none() => {
+                if self.has_energy() {
+                    Accelerator::Lbfgs(Lbfgs::new(memory))
+                } else {
+                    Accelerator::Anderson(Anderson::new(memory))
+                }
+            }
+            _ => Accelerator::Off,
+        };
+        self.seed = Some(rotations);
+        self.pin();
+    }
+
+    /// Rotation vectors of the handle regions, spread over the mesh by the system itself.
+    fn interpolated_rotations(&mut self) -> Option<VertexMap<Matrix3<f64>>> {
+        let parts = &mut self.parts;
+        let at_handles = handle_rotations(&parts.rest, &parts.handles, &parts.targets);
+        if at_handles.iter().all(|w| w.norm() < 1e-12) {
+            return None;
+        }
+        let mut turn = VertexMap::filled(self.positions.len(), Vector3::zeros());
+        for (handle, w) in parts.handles.iter().zip(at_handles) {
+            turn[handle.vertex] = w;
+        }
+        // The smoothest field with these values: mismatch 0 − Lω, tension Σ s (ω_j − ω_i).
+        let terms = &mut self.terms;
+        for i in 0..turn.len() {
+            let (mut ell, mut tension) = (Vector3::zeros(), Vector3::zeros());
+            let at = turn.as_slice();
+            for ((k, j), (_, h)) in parts.rest.ring(i).zip(parts.rest.rings().ring(i)) {
+                ell -= (at[j] - at[i]) * parts.rest.operator().weights()[h].as_f64();
+                tension += (at[j] - at[i]) * parts.rest.stiffness()[k];
+            }
+            terms.mismatch.as_mut_slice()[i] = ell;
+            terms.tension.as_mut_slice()[i] = tension;
+        }
+        terms.pull.values_mut().for_each(|p| *p = Vector3::zeros());
+        parts.system.residual(
+            &terms.mismatch,
+            Some(&terms.tension),
+            &terms.pull,
+            &mut terms.residual,
+        );
+        parts.system.solve(&terms.residual, &mut terms.correction);
+        add_scaled(turn.as_mut_slice(), 1.0, terms.correction.as_slice());
+        Some(turn.map(|w| Rotation3::new(*w).into_inner()))
+    }
+
+    pub(crate) fn has_membrane(&self) -> bool {
+        self.parts.orientation.membrane(&self.parts.rest) > 0.0
+    }
+
+    /// Whether steps can be judged by an energy that both halves of the iteration lower.
+    fn has_energy(&self) -> bool {
+        self.parts.updater.is_constant() && self.parts.orientation.energy().is_some()
+    }
+
+    /// The original mesh, in box units.
+    pub fn rest(&self) -> &Rest<'m, T> {
+        &self.parts.rest
+    }
+
+    /// The handles, in the order of their targets.
+    pub fn handles(&self) -> &[Handle] {
+        &self.parts.handles
+    }
+
+    /// The system that the iterations solve.
+    pub fn system(&self) -> &PreparedSystem {
+        &self.parts.system
+    }
+
+    /// Iterations since the flow was built.
+    pub fn iteration(&self) -> usize {
+        self.iteration
+    }
+
+    /// The energy of the current shape, for an orientation that has one, after the first step.
+    pub fn energy(&self) -> Option<f64> {
+        self.energy
+    }
+
+    /// The current positions, in the units of the input. Hard handles are exactly at their targets,
+    /// and a vertex that has not moved has exactly its original position.
+    pub fn positions(&self) -> Positions<T> {
+        let size = self.parts.frame.size;
+        let rest = self.parts.rest.positions().values();
+        let original = self.parts.original.values();
+        let mut positions: Positions<T> = original
+            .zip(rest)
+            .zip(self.positions.values())
+            .map(|((original, rest), now)| original + (now - rest) * size)
+            .collect();
+        for (handle, target) in self.parts.handles.iter().zip(&self.parts.user_targets) {
+            if handle.hold == Hold::Hard {
+                positions[handle.vertex] = *target;
+            }
+        }
+        positions
+    }
+
+    /// The current positions, in box units.
+    pub fn box_positions(&self) -> &Positions<T> {
+        &self.positions
+    }
+
+    /// Moves all handles to new targets, in the order of [`Self::handles`]. The shape is kept and
+    /// follows in the next steps; the schedule starts over.
+    ///
+    /// # Errors
+    /// [`FlowError`] if there are too few or too many targets, or one is not finite.
+    pub fn set_targets(&mut self, targets: &[Point3<T>]) -> Result<(), FlowError> {
+        if targets.len() != self.parts.handles.len() {
+            return Err(FlowError::TargetCount {
+                targets: targets.len(),
+                handles: self.parts.handles.len(),
+            });
+        }
+        for (handle, target) in self.parts.handles.iter().zip(targets) {
+            check_target(handle.vertex, target)?;
+        }
+        self.parts.user_targets.copy_from_slice(targets);
+        self.targets_moved();
+        Ok(())
+    }
+
+    /// Moves one handle to a new target.
+    ///
+    /// # Errors
+    /// [`FlowError`] if `vertex` is not a handle or the target is not finite.
+    pub fn set_target(&mut self, vertex: VertexId, target: Point3<T>) -> Result<(), FlowError> {
+        check_target(vertex, &target)?;
+        let index = self
+            .parts
+            .handles
+            .iter()
+            .position(|h| h.vertex == vertex)
+            .ok_or(FlowError::NotAHandle { vertex })?;
+        self.parts.user_targets[index] = target;
+        self.targets_moved();
+        Ok(())
+    }
+
+    fn targets_moved(&mut self) {
+        let Parts { targets, user_targets, frame, .. } = &mut self.parts;
+        for (slot, target) in targets.iter_mut().zip(user_targets) {
+            *slot = frame.to_box(*target);
+        }
+        self.pin();
+        self.since_move = 0;
+        self.is_plain = true;
+        match &mut self.accelerator {
+            Accelerator::Off => {}
+            Accelerator::Anderson(anderson) => anderson.reset(),
+            Accelerator::Lbfgs(lbfgs) => lbfgs.reset(),
+        }
+    }
+
+    /// Puts the hard handles on their targets.
+    fn pin(&mut self) {
+        for (handle, target) in self.parts.handles.iter().zip(&self.parts.targets) {
+            if handle.hold == Hold::Hard {
+                self.positions[handle.vertex] = *target;
+            }
+        }
+    }
+
+    /// Iterates until convergence, the iteration limit, or until the observer breaks.
+    ///
+    /// The observer sees the flow after every step; [`Flow::positions`] and the error measures are
+    /// computed when it asks for them.
+    ///
+    /// # Errors
+    /// What [`Flow::step`] reports. Reaching the iteration limit is a stop reason, not an error.
+    pub fn run(
+        &mut self,
+        mut observer: impl FnMut(&Self, &StepReport) -> ControlFlow<()>,
+    ) -> Result<Report, FlowError> {
+        let mut report = Report {
+            iterations: 0,
+            stop: StopReason::IterationLimit,
+            change: 0.0,
+            residual: 0.0,
+            energy: self.energy,
+        };
+        while report.iterations < self.settings.iteration_limit {
+            let step = self.step()?;
+            report.iterations += 1;
+            report.change = step.change;
+            report.residual = step.residual;
+            report.energy = step.energy;
+            let cancelled = observer(self, &step).is_break();
+            let stop = if !step.residual.is_finite() {
+                Some(StopReason::Diverged)
+            } else if step.converged {
+                Some(StopReason::Converged)
+            } else if step.stalled {
+                Some(StopReason::Stalled)
+            } else {
+                cancelled.then_some(StopReason::Cancelled)
+            };
+            if let Some(stop) = stop {
+                report.stop = stop;
+                break;
+            }
+        }
+        tracing::debug!(iterations = report.iterations, stop = report.stop.as_str(), "flow ended");
+        Ok(report)
+    }
+}
+
+fn check_target<T: Scalar>(vertex: VertexId, target: &Point3<T>) -> Result<(), FlowError> {
+    if target.iter().all(|x| x.is_finite()) {
+        Ok(())
+    } else {
+        Err(FlowError::NonFiniteTarget { vertex })
+    }
+}

@@ -1,0 +1,97 @@
+//! How a Laplacian coordinate is turned after a step.
+//!
+//! The scalar field says how long each Laplacian coordinate is to be; an [`Orientation`] gives it a
+//! direction on the current mesh. The paper's rule is [`Reflect`]; the others converge where it
+//! oscillates (measured in `docs/decisions`).
+
+mod frame;
+mod hybrid;
+mod limited;
+mod reflect;
+mod rotation;
+
+use cotan_geometry::Scalar;
+use cotan_halfedge::VertexMap;
+use nalgebra::{Matrix3, Vector3};
+
+pub use hybrid::Hybrid;
+pub use limited::{Limited, LimitedMagnitude};
+pub use reflect::{Reflect, ReflectFirst};
+pub use rotation::BestRotation;
+
+use crate::error::FlowError;
+use crate::rest::Rest;
+use crate::state::{FlowState, Quantities};
+
+/// Turns the prescribed magnitudes into Laplacian coordinates on the current mesh.
+///
+/// Dyn-compatible, and forwarded through `Box<O>`.
+pub trait Orientation<T: Scalar>: Send {
+    /// Writes ℓ_i for every vertex, of the size that `field` prescribes.
+    ///
+    /// **Shapes**: one entry a vertex. **Units**: box units.
+    ///
+    /// # Errors
+    /// Whatever the orientation cannot do; it ends the flow.
+    fn orient(
+        &mut self,
+        state: &FlowState<'_, T>,
+        field: &VertexMap<T>,
+        out: &mut VertexMap<Vector3<T>>,
+    ) -> Result<(), FlowError>;
+
+    /// What of the current mesh it reads. All of it unless overridden.
+    fn needs(&self) -> Quantities {
+        Quantities::ALL
+    }
+
+    /// Weight μ of the membrane term that the system gains. 0 unless overridden.
+    fn membrane(&self, _rest: &Rest<'_, T>) -> f64 {
+        0.0
+    }
+
+    /// The rotations R_i of the last [`Self::orient`], of which the membrane's wanted edges are
+    /// made. Required where [`Self::membrane`] is not 0.
+    fn rotations(&self) -> Option<&VertexMap<Matrix3<f64>>> {
+        None
+    }
+
+    /// The energy at the last state, if `orient` minimises one over its rotations that the solve
+    /// minimises over the positions. The flow then descends and never accepts a step that raises
+    /// it.
+    fn energy(&self) -> Option<f64> {
+        None
+    }
+}
+
+impl<T: Scalar, O: Orientation<T> + ?Sized> Orientation<T> for Box<O> {
+    fn orient(
+        &mut self,
+        state: &FlowState<'_, T>,
+        field: &VertexMap<T>,
+        out: &mut VertexMap<Vector3<T>>,
+    ) -> Result<(), FlowError> {
+        (**self).orient(state, field, out)
+    }
+
+    fn needs(&self) -> Quantities {
+        (**self).needs()
+    }
+
+    fn membrane(&self, rest: &Rest<'_, T>) -> f64 {
+        (**self).membrane(rest)
+    }
+
+    fn rotations(&self) -> Option<&VertexMap<Matrix3<f64>>> {
+        (**self).rotations()
+    }
+
+    fn energy(&self) -> Option<f64> {
+        (**self).energy()
+    }
+}
+
+/// field_i / |ℓ⁰_i|: by how much the scalar field scales the original; 0 where ℓ⁰ = 0.
+pub(crate) fn field_scale<T: Scalar>(field: T, magnitude: T) -> T {
+    if magnitude > T::zero() { field / magnitude } else { T::zero() }
+}

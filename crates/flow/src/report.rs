@@ -1,0 +1,73 @@
+//! What a step and a whole run tell.
+
+/// What one iteration did.
+#[derive(Clone, Copy, PartialEq, Debug)]
+#[non_exhaustive]
+pub struct StepReport {
+    /// Number of this iteration since the flow was built, from 1. Each costs one solve.
+    pub iteration: usize,
+    /// The paper's criterion: the longest move of a vertex in this iteration, as a ratio of the
+    /// bounding box's diagonal.
+    pub change: f64,
+    /// The longest move that a full plain step from here would make, in the same unit: how far
+    /// the shape is from being a fixed point, whatever the updating ratio and the acceleration.
+    pub residual: f64,
+    /// The energy after the step, for an orientation that has one.
+    pub energy: Option<f64>,
+    /// Whether the step was a plain one and shorter than the tolerance.
+    pub converged: bool,
+    /// Whether no step lowers the energy any further, within rounding.
+    pub stalled: bool,
+}
+
+/// Why a run stopped.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
+pub enum StopReason {
+    /// A plain step moved no vertex by more than the tolerance.
+    Converged,
+    /// The limit of iterations was reached first.
+    IterationLimit,
+    /// The observer asked to stop.
+    Cancelled,
+    /// No step lowers the energy any further, within rounding, though the tolerance is not met.
+    Stalled,
+    /// The next positions would not have been finite; the last finite ones are kept.
+    Diverged,
+}
+
+impl StopReason {
+    /// The reason as a word: `converged`, `iteration limit`, …
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Converged => "converged",
+            Self::IterationLimit => "iteration limit",
+            Self::Cancelled => "cancelled",
+            Self::Stalled => "stalled",
+            Self::Diverged => "diverged",
+        }
+    }
+}
+
+impl std::fmt::Display for StopReason {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+/// How a run ended.
+#[derive(Clone, Copy, PartialEq, Debug)]
+#[non_exhaustive]
+#[must_use = "a run may have stopped without converging"]
+pub struct Report {
+    /// Iterations of this run; each costs one solve.
+    pub iterations: usize,
+    /// Why it stopped.
+    pub stop: StopReason,
+    /// The last step's [`StepReport::change`].
+    pub change: f64,
+    /// The last step's [`StepReport::residual`].
+    pub residual: f64,
+    /// The last energy, for an orientation that has one.
+    pub energy: Option<f64>,
+}
