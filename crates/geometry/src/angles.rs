@@ -29,13 +29,19 @@ use crate::surface::Surface;
 /// **Source**: the cotangent formula of Pinkall and Polthier 1993; the floor is ours.
 #[inline]
 pub fn cotangent<T: Scalar>(apex: &Point3<T>, left: &Point3<T>, right: &Point3<T>) -> T {
-    let (a, b) = (left - apex, right - apex);
-    let squares = a.norm_squared() + b.norm_squared() + (right - left).norm_squared();
+    triangle_cotangents(apex, left, right)[0]
+}
+
+/// [`cotangent`] of the angles at all three corners, which share the cross product.
+#[inline]
+pub fn triangle_cotangents<T: Scalar>(a: &Point3<T>, b: &Point3<T>, c: &Point3<T>) -> [T; 3] {
+    let edges = [b - a, c - b, a - c];
+    let squares = sum_of_squares(&edges);
     let (low, high) = direct_squares();
     if squares > low && squares < high {
-        a.dot(&b) / a.cross(&b).norm().max(cotangent_floor::<T>() * squares)
+        cotangents_of_edges(&edges, squares)
     } else {
-        scaled_cotangent(apex, left, right)
+        scaled_cotangents(a, b, c)
     }
 }
 
@@ -68,10 +74,19 @@ pub fn opposite_cotangents<T: Scalar>(surface: &Surface<'_, T>) -> HalfedgeMap<T
 }
 
 /// [`opposite_cotangents`] into a map that is kept (and replaced if it has another length).
+///
+/// On one thread: a face gives three entries for one cross product, which is faster than
+/// computing every entry by itself on four.
 pub fn opposite_cotangents_into<T: Scalar>(surface: &Surface<'_, T>, out: &mut HalfedgeMap<T>) {
-    parallel::fill(out, surface.mesh().num_halfedges(), |h| {
-        opposite_cotangent(surface, h)
-    });
+    let mesh = surface.mesh();
+    parallel::clear(out, mesh.num_halfedges());
+    for f in mesh.faces() {
+        let h = mesh.face_halfedge(f);
+        let [next, prev] = [mesh.next(h), mesh.prev(h)];
+        // The first halfedge leaves corner a and lies opposite c.
+        let [a, b, c] = mesh.triangle(f).map(|v| surface.position(v));
+        [out[next], out[prev], out[h]] = triangle_cotangents(&a, &b, &c);
+    }
 }
 
 /// The cotangent of the angle opposite one halfedge in its face; zero for a boundary halfedge.
@@ -179,20 +194,35 @@ fn direct_squares<T: Scalar>() -> (T, T) {
     (scalar(low), scalar(1.0 / low))
 }
 
-/// [`cotangent`] where squares underflow or overflow: the edges are brought to unit size first.
+/// Cotangents at the origins of three edges that run round a triangle.
+#[inline]
+fn cotangents_of_edges<T: Scalar>([u, v, w]: &[Vector3<T>; 3], squares: T) -> [T; 3] {
+    let doubled_area = u.cross(v).norm().max(cotangent_floor::<T>() * squares);
+    [
+        -w.dot(u) / doubled_area,
+        -u.dot(v) / doubled_area,
+        -v.dot(w) / doubled_area,
+    ]
+}
+
+#[inline]
+fn sum_of_squares<T: Scalar>([u, v, w]: &[Vector3<T>; 3]) -> T {
+    u.norm_squared() + v.norm_squared() + w.norm_squared()
+}
+
+/// [`triangle_cotangents`] where squares underflow or overflow: the edges are brought to unit
+/// size first.
 #[cold]
-fn scaled_cotangent<T: Scalar>(apex: &Point3<T>, left: &Point3<T>, right: &Point3<T>) -> T {
+fn scaled_cotangents<T: Scalar>(a: &Point3<T>, b: &Point3<T>, c: &Point3<T>) -> [T; 3] {
     // A quarter, so that the difference of two huge coordinates does not overflow.
-    let quarter = scalar::<T>(0.25);
-    let a = left.coords * quarter - apex.coords * quarter;
-    let b = right.coords * quarter - apex.coords * quarter;
-    let largest = a.amax().max(b.amax());
+    let [a, b, c] = [a, b, c].map(|p| p.coords * scalar::<T>(0.25));
+    let edges = [b - a, c - b, a - c];
+    let largest = edges.iter().fold(T::zero(), |l, e| l.max(e.amax()));
     if largest <= T::zero() || !largest.is_finite() {
-        return T::zero();
+        return [T::zero(); 3];
     }
-    let (a, b) = (a / largest, b / largest);
-    let squares = a.norm_squared() + b.norm_squared() + (b - a).norm_squared();
-    a.dot(&b) / a.cross(&b).norm().max(cotangent_floor::<T>() * squares)
+    let edges = edges.map(|e| e / largest);
+    cotangents_of_edges(&edges, sum_of_squares(&edges))
 }
 
 #[cfg(test)]
@@ -235,9 +265,9 @@ mod tests {
 
     #[test]
     fn collinear_corners_meet_the_floor() {
-        let [a, b, c] = [0.0, 1.0, 2.0].map(|x| Point3::new(x, 0.0, 0.0));
-        assert_eq!(cotangent(&a, &b, &c), 2.0 / 6e-12);
-        assert_eq!(cotangent(&b, &c, &a), -1.0 / 6e-12);
+        let [a, b, c] = [0.0_f64, 1.0, 2.0].map(|x| Point3::new(x, 0.0, 0.0));
+        assert!((cotangent(&a, &b, &c) * 3e-12 - 1.0).abs() < 1e-14);
+        assert!((cotangent(&b, &c, &a) * 6e-12 + 1.0).abs() < 1e-14);
         let single = cotangent(&a.cast::<f32>(), &b.cast(), &c.cast());
         assert!((f64::from(single) - 2.0 / (6.0 * f64::from(f32::EPSILON))).abs() < 1.0);
     }

@@ -1,9 +1,9 @@
 //! Areas of faces, of one-rings, and of the surface.
 //!
 //! The area vector of a triangle is half the cross product of two of its edges: its length is the
-//! area, its direction the normal. Everything here and the vertex normals are gathered from these.
+//! area, its direction the normal.
 
-use cotan_halfedge::{FaceId, FaceMap, HalfedgeMesh, VertexId, VertexMap};
+use cotan_halfedge::{FaceId, FaceMap, VertexMap};
 use nalgebra::{Point3, Vector3};
 
 use crate::parallel;
@@ -85,27 +85,16 @@ pub fn one_ring_areas<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<T> {
 
 /// [`one_ring_areas`] into a map that is kept (and replaced if it has another length).
 ///
-/// Measures each face once, for which it allocates; an iteration that has the area vectors
-/// already calls [`one_ring_areas_from`].
+/// On one thread, as [`vertex_normals_into`](crate::vertex_normals_into) and for its reason.
 pub fn one_ring_areas_into<T: Scalar>(surface: &Surface<'_, T>, out: &mut VertexMap<T>) {
-    let areas = face_areas(surface);
     let mesh = surface.mesh();
-    parallel::fill(out, mesh.num_vertices(), |v| gather(mesh, v, |f| areas[f]));
-}
-
-/// [`one_ring_areas`] gathered from the area vectors of the faces; allocates nothing.
-///
-/// **Shapes**: `area_vectors` one entry a face, `out` one a vertex (replaced if it is not).
-///
-/// **Panics** if an area vector is missing.
-pub fn one_ring_areas_from<T: Scalar>(
-    mesh: &HalfedgeMesh,
-    area_vectors: &FaceMap<Vector3<T>>,
-    out: &mut VertexMap<T>,
-) {
-    parallel::fill(out, mesh.num_vertices(), |v| {
-        gather(mesh, v, |f| area_vectors[f].norm())
-    });
+    parallel::clear(out, mesh.num_vertices());
+    for f in mesh.faces() {
+        let area = face_area_vector(surface, f).norm();
+        for v in mesh.triangle(f) {
+            out[v] += area;
+        }
+    }
 }
 
 /// A third of the area of the triangles around each vertex: the barycentric dual cells.
@@ -135,13 +124,6 @@ pub fn surface_area<T: Scalar>(surface: &Surface<'_, T>) -> T {
     T::of_f64(parallel::sum(num_faces, |f| {
         face_area_vector(surface, f).norm().as_f64()
     }))
-}
-
-/// The sum of a quantity over the faces around a vertex, in the order of the fan.
-#[inline]
-fn gather<T: Scalar>(mesh: &HalfedgeMesh, v: VertexId, value: impl Fn(FaceId) -> T) -> T {
-    mesh.vertex_faces(v)
-        .fold(T::zero(), |sum, f| sum + value(f))
 }
 
 #[cfg(test)]
@@ -183,12 +165,16 @@ mod tests {
     }
 
     #[test]
-    fn one_ring_areas_from_vectors_are_the_same() {
+    fn kept_maps_hold_the_same_even_if_they_held_something_else() {
         let shape = bumpy_plane::<f64>([1.0; 2], [9, 7], 0.1);
         let surface = shape.surface();
-        let mut areas = VertexMap::default();
-        one_ring_areas_from(surface.mesh(), &face_area_vectors(&surface), &mut areas);
-        assert_eq!(areas, one_ring_areas(&surface));
+        let mut areas = VertexMap::filled(3, 7.0);
+        for _ in 0..2 {
+            one_ring_areas_into(&surface, &mut areas);
+            assert_eq!(areas, one_ring_areas(&surface));
+            dual_areas_into(&surface, &mut areas);
+            assert_eq!(areas, dual_areas(&surface));
+        }
     }
 
     #[test]

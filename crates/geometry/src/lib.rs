@@ -3,9 +3,9 @@
 //!
 //! A [`Surface`] borrows a [`HalfedgeMesh`](cotan_halfedge::HalfedgeMesh) and [`Positions`].
 //! Every quantity is a free function of it, generic over `f32` and `f64`; those that an iteration
-//! needs in every step also come as `…_into` (a map that is kept) and `…_from` (gathered from the
-//! area vectors of the faces, without allocating). Maps are filled in parallel, and the bytes do
-//! not depend on the number of threads. Sums are kept in `f64`.
+//! needs in every step also come as `…_into`, which fills a map that is kept. Long loops run in
+//! parallel where that pays, and the bytes never depend on the number of threads. Sums over the
+//! surface are kept in `f64`.
 //!
 //! ```
 //! use cotan_geometry::{angle_defects, icosphere, surface_area, volume};
@@ -40,12 +40,12 @@ mod volume;
 pub use angles::{
     AngleStatistics, angle_between, angle_statistics, corner_angle, corner_angles, cotangent,
     halfedge_corner_angle, negative_cotangent_share, opposite_cotangent, opposite_cotangents,
-    opposite_cotangents_into,
+    opposite_cotangents_into, triangle_cotangents,
 };
 pub use areas::{
     dual_areas, dual_areas_into, face_area_vector, face_area_vectors, face_area_vectors_into,
-    face_areas, face_areas_into, one_ring_areas, one_ring_areas_from, one_ring_areas_into,
-    surface_area, triangle_area_vector,
+    face_areas, face_areas_into, one_ring_areas, one_ring_areas_into, surface_area,
+    triangle_area_vector,
 };
 pub use bounds::{BoundingBox, bounding_box};
 pub use curvature::{angle_defects, dihedral_angle, dihedral_angles, integrated_mean_curvatures};
@@ -56,8 +56,8 @@ pub use distortion::{
 };
 pub use lengths::{edge_length, edge_lengths, edge_lengths_into, mean_edge_length};
 pub use normals::{
-    face_normal, face_normals, face_normals_into, unit_or_zero, vertex_area_vectors,
-    vertex_area_vectors_from, vertex_normals, vertex_normals_from, vertex_normals_into,
+    face_normal, face_normals, face_normals_into, normals_and_areas_into, unit_or_zero,
+    vertex_area_vectors, vertex_area_vectors_into, vertex_normals, vertex_normals_into,
 };
 pub use scalar::{Scalar, scalar};
 pub use shapes::{Shape, bar, bumpy_plane, cylinder, icosphere, tetrahedron, torus};

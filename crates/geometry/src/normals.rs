@@ -1,9 +1,9 @@
 //! Normals of faces and of vertices.
 
-use cotan_halfedge::{FaceId, FaceMap, HalfedgeMesh, VertexId, VertexMap};
+use cotan_halfedge::{FaceId, FaceMap, VertexMap};
 use nalgebra::Vector3;
 
-use crate::areas::{face_area_vector, face_area_vectors};
+use crate::areas::face_area_vector;
 use crate::parallel;
 use crate::scalar::Scalar;
 use crate::surface::Surface;
@@ -72,25 +72,32 @@ pub fn vertex_normals<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<Vector3<
 
 /// [`vertex_normals`] into a map that is kept (and replaced if it has another length).
 ///
-/// Measures each face once, for which it allocates; an iteration that has the area vectors
-/// already calls [`vertex_normals_from`].
+/// On one thread, on purpose: adding each face's vector to its corners reads memory in order, and
+/// takes a sixth of the time of gathering the faces around each vertex.
 pub fn vertex_normals_into<T: Scalar>(surface: &Surface<'_, T>, out: &mut VertexMap<Vector3<T>>) {
-    vertex_normals_from(surface.mesh(), &face_area_vectors(surface), out);
+    vertex_area_vectors_into(surface, out);
+    out.values_mut().for_each(|n| *n = unit_or_zero(n));
 }
 
-/// [`vertex_normals`] gathered from the area vectors of the faces; allocates nothing.
-///
-/// **Shapes**: `area_vectors` one entry a face, `out` one a vertex (replaced if it is not).
-///
-/// **Panics** if an area vector is missing.
-pub fn vertex_normals_from<T: Scalar>(
-    mesh: &HalfedgeMesh,
-    area_vectors: &FaceMap<Vector3<T>>,
-    out: &mut VertexMap<Vector3<T>>,
+/// [`vertex_normals_into`] and [`one_ring_areas_into`](crate::one_ring_areas_into) in one pass:
+/// what a step of the flow asks for.
+pub fn normals_and_areas_into<T: Scalar>(
+    surface: &Surface<'_, T>,
+    normals: &mut VertexMap<Vector3<T>>,
+    one_ring_areas: &mut VertexMap<T>,
 ) {
-    parallel::fill(out, mesh.num_vertices(), |v| {
-        unit_or_zero(&vertex_area_vector(mesh, area_vectors, v))
-    });
+    let mesh = surface.mesh();
+    parallel::clear(normals, mesh.num_vertices());
+    parallel::clear(one_ring_areas, mesh.num_vertices());
+    for f in mesh.faces() {
+        let vector = face_area_vector(surface, f);
+        let area = vector.norm();
+        for v in mesh.triangle(f) {
+            normals[v] += vector;
+            one_ring_areas[v] += area;
+        }
+    }
+    normals.values_mut().for_each(|n| *n = unit_or_zero(n));
 }
 
 /// The sum of the area vectors of the faces around each vertex (on a closed surface they sum to
@@ -100,33 +107,23 @@ pub fn vertex_normals_from<T: Scalar>(
 #[must_use]
 pub fn vertex_area_vectors<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<Vector3<T>> {
     let mut out = VertexMap::default();
-    vertex_area_vectors_from(surface.mesh(), &face_area_vectors(surface), &mut out);
+    vertex_area_vectors_into(surface, &mut out);
     out
 }
 
-/// [`vertex_area_vectors`] gathered from the area vectors of the faces; allocates nothing.
-///
-/// **Shapes**: `area_vectors` one entry a face, `out` one a vertex (replaced if it is not).
-///
-/// **Panics** if an area vector is missing.
-pub fn vertex_area_vectors_from<T: Scalar>(
-    mesh: &HalfedgeMesh,
-    area_vectors: &FaceMap<Vector3<T>>,
+/// [`vertex_area_vectors`] into a map that is kept (and replaced if it has another length).
+pub fn vertex_area_vectors_into<T: Scalar>(
+    surface: &Surface<'_, T>,
     out: &mut VertexMap<Vector3<T>>,
 ) {
-    parallel::fill(out, mesh.num_vertices(), |v| {
-        vertex_area_vector(mesh, area_vectors, v)
-    });
-}
-
-#[inline]
-fn vertex_area_vector<T: Scalar>(
-    mesh: &HalfedgeMesh,
-    area_vectors: &FaceMap<Vector3<T>>,
-    v: VertexId,
-) -> Vector3<T> {
-    mesh.vertex_faces(v)
-        .fold(Vector3::zeros(), |sum, f| sum + area_vectors[f])
+    let mesh = surface.mesh();
+    parallel::clear(out, mesh.num_vertices());
+    for f in mesh.faces() {
+        let vector = face_area_vector(surface, f);
+        for v in mesh.triangle(f) {
+            out[v] += vector;
+        }
+    }
 }
 
 /// Squared lengths below this have lost digits to underflow: the smallest normal number over ε.
@@ -193,6 +190,18 @@ mod tests {
             .map(|_| nalgebra::Point3::new(1.0, 2.0, 3.0));
         let normals = vertex_normals(&shape.surface().with_positions(&collapsed));
         assert!(normals.values().all(|n| *n == Vector3::zeros()));
+    }
+
+    #[test]
+    fn one_pass_gives_the_same_normals_and_areas() {
+        let shape = torus::<f64>(1.0, 0.4, 20, 10);
+        let surface = shape.surface();
+        let (mut normals, mut areas) = (VertexMap::default(), VertexMap::default());
+        for _ in 0..2 {
+            normals_and_areas_into(&surface, &mut normals, &mut areas);
+            assert_eq!(normals, vertex_normals(&surface));
+            assert_eq!(areas, crate::one_ring_areas(&surface));
+        }
     }
 
     #[test]

@@ -9,15 +9,13 @@ use cotan_halfedge::{DenseMap, Id};
 use num_traits::Zero;
 use rayon::prelude::*;
 
-/// Sets `out` to `value(id)` for the ids below `len`; replaces `out` if its length differs.
+/// Sets `out` to `value(id)` for the ids below `len`, in parallel if it is long.
 pub(crate) fn fill<I: Id, V: Zero + Copy + Send>(
     out: &mut DenseMap<I, V>,
     len: usize,
     value: impl Fn(I) -> V + Sync,
 ) {
-    if out.len() != len {
-        *out = DenseMap::filled(len, V::zero());
-    }
+    resize(out, len);
     let fill_chunk = |(chunk, entries): (usize, &mut [V])| {
         for (i, entry) in entries.iter_mut().enumerate() {
             *entry = value(I::new(chunk * CHUNK + i));
@@ -32,6 +30,12 @@ pub(crate) fn fill<I: Id, V: Zero + Copy + Send>(
             .enumerate()
             .for_each(fill_chunk);
     }
+}
+
+/// Sets `out` to `len` zeros.
+pub(crate) fn clear<I: Id, V: Zero + Copy>(out: &mut DenseMap<I, V>, len: usize) {
+    resize(out, len);
+    out.as_mut_slice().fill(V::zero());
 }
 
 /// A new map of `len` entries `value(id)`.
@@ -58,6 +62,13 @@ pub(crate) fn sum<I: Id, S: Sum + Send>(len: usize, term: impl Fn(I) -> S + Sync
     } else {
         let partial: Vec<S> = (0..num_chunks).into_par_iter().map(sum_chunk).collect();
         partial.into_iter().sum()
+    }
+}
+
+/// Replaces `out` if it has another length.
+fn resize<I: Id, V: Zero + Copy>(out: &mut DenseMap<I, V>, len: usize) {
+    if out.len() != len {
+        *out = DenseMap::filled(len, V::zero());
     }
 }
 
