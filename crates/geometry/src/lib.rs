@@ -1,7 +1,65 @@
-//! (being written)
+//! Positions on connectivity: lengths, angles, areas, normals, curvature, volume, distortion, and
+//! sample shapes.
+//!
+//! A [`Surface`] borrows a [`HalfedgeMesh`](cotan_halfedge::HalfedgeMesh) and [`Positions`].
+//! Every quantity is a free function of it, generic over `f32` and `f64`; those that an iteration
+//! needs in every step also come as `…_into`, which fills a map that is kept. Long loops run in
+//! parallel where that pays, and the bytes never depend on the number of threads. Sums over the
+//! surface are kept in `f64`.
+//!
+//! ```
+//! use cotan_geometry::{angle_defects, icosphere, surface_area, volume};
+//! use std::f64::consts::PI;
+//!
+//! let shape = icosphere::<f64>(4);
+//! let surface = shape.surface();
+//! assert!((volume(&surface) / (4.0 / 3.0 * PI) - 1.0).abs() < 0.005);
+//! assert!((surface_area(&surface) / (4.0 * PI) - 1.0).abs() < 0.005);
+//! let total: f64 = angle_defects(&surface).values().sum();
+//! assert!((total - 4.0 * PI).abs() < 1e-9);
+//! ```
+//!
+//! This crate never assembles a matrix, never iterates towards a solution, and reads no file.
 
+mod angles;
+mod areas;
+mod bounds;
+mod curvature;
+mod degenerate;
+mod distortion;
+mod lengths;
+mod normals;
+mod parallel;
 mod scalar;
+mod shapes;
 mod surface;
+#[cfg(feature = "testing")]
+pub mod testing;
+mod volume;
 
+pub use angles::{
+    AngleStatistics, angle_between, angle_statistics, corner_angle, corner_angles, cotangent,
+    halfedge_corner_angle, negative_cotangent_share, opposite_cotangent, opposite_cotangents,
+    opposite_cotangents_into, triangle_cotangents,
+};
+pub use areas::{
+    dual_areas, dual_areas_into, face_area_vector, face_area_vectors, face_area_vectors_into,
+    face_areas, face_areas_into, one_ring_areas, one_ring_areas_into, surface_area,
+    triangle_area_vector,
+};
+pub use bounds::{BoundingBox, bounding_box};
+pub use curvature::{angle_defects, dihedral_angle, dihedral_angles, integrated_mean_curvatures};
+pub use degenerate::{degenerate_faces, relative_height};
+pub use distortion::{
+    Distortion, angle_distortion_rms, area_distortion, edge_distortion, edge_distortion_rms,
+    edge_length_ratios, folded_faces,
+};
+pub use lengths::{edge_length, edge_lengths, edge_lengths_into, mean_edge_length};
+pub use normals::{
+    face_normal, face_normals, face_normals_into, normals_and_areas_into, unit_or_zero,
+    vertex_area_vectors, vertex_area_vectors_into, vertex_normals, vertex_normals_into,
+};
 pub use scalar::{Scalar, scalar};
+pub use shapes::{Shape, bar, bumpy_plane, cylinder, icosphere, tetrahedron, torus};
 pub use surface::{Positions, Surface, SurfaceError};
+pub use volume::{surface_centroid, volume, volume_centroid};

@@ -75,10 +75,14 @@ impl<'a, T: Scalar> Surface<'a, T> {
             });
         }
         if let Some(f) = mesh.faces().find(|&f| mesh.degree(f) != 3) {
-            return Err(SurfaceError::NotTriangles { face: f.index(), degree: mesh.degree(f) });
+            return Err(SurfaceError::NotTriangles {
+                face: f.index(),
+                degree: mesh.degree(f),
+            });
         }
-        if let Some((vertex, _)) =
-            positions.iter().find(|(_, p)| p.iter().any(|x| !x.is_finite()))
+        if let Some((vertex, _)) = positions
+            .iter()
+            .find(|(_, p)| p.iter().any(|x| !x.is_finite()))
         {
             return Err(SurfaceError::NonFinite { vertex });
         }
@@ -96,8 +100,15 @@ impl<'a, T: Scalar> Surface<'a, T> {
     where
         'a: 'b,
     {
-        assert_eq!(positions.len(), self.mesh.num_vertices(), "one position a vertex");
-        Surface { mesh: self.mesh, positions }
+        assert_eq!(
+            positions.len(),
+            self.mesh.num_vertices(),
+            "one position a vertex"
+        );
+        Surface {
+            mesh: self.mesh,
+            positions,
+        }
     }
 
     /// The connectivity.

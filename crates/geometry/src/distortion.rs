@@ -1,0 +1,281 @@
+//! How far one embedding of a mesh is from another: lengths, angles, areas, and folds.
+//!
+//! Each function takes the surface at rest and the deformed positions of the same mesh. All are
+//! zero for rigid motions; angles and folds are for scaling, too.
+
+use cotan_halfedge::{EdgeMap, FaceId, HalfedgeMesh};
+use nalgebra::Vector3;
+
+use crate::angles::corner_angles;
+use crate::areas::{face_area_vectors, face_areas};
+use crate::lengths::edge_lengths;
+use crate::scalar::Scalar;
+use crate::surface::{Positions, Surface, SurfaceError};
+
+/// Ratios of a positive quantity, deformed over rest, summed up over all elements.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Distortion<T> {
+    /// sqrt(mean((q'/q − 1)²)).
+    pub rms: T,
+    /// The smallest q'/q.
+    pub min_ratio: T,
+    /// The largest q'/q.
+    pub max_ratio: T,
+    /// How many elements were compared.
+    pub num_compared: usize,
+    /// How many were left out because the quantity is zero at rest.
+    pub num_skipped: usize,
+}
+
+/// The ratio of each edge's deformed length to its length at rest; `None` where that is zero.
+///
+/// **Shapes**: one entry an edge. **Units**: none.
+///
+/// # Errors
+/// [`SurfaceError`] if `deformed` does not embed the mesh.
+pub fn edge_length_ratios<T: Scalar>(
+    rest: &Surface<'_, T>,
+    deformed: &Positions<T>,
+) -> Result<EdgeMap<Option<T>>, SurfaceError> {
+    let after = edge_lengths(&Surface::new(rest.mesh(), deformed)?);
+    let before = edge_lengths(rest);
+    let ratio = |(&l, &l_new): (&T, &T)| (l > T::zero()).then(|| l_new / l);
+    Ok(before.values().zip(after.values()).map(ratio).collect())
+}
+
+/// Edge-length distortion: [`Distortion`] of the lengths of the edges.
+///
+/// **Units**: none. Edges without length at rest are skipped and counted.
+///
+/// # Errors
+/// [`SurfaceError`] if `deformed` does not embed the mesh.
+///
+/// ```
+/// use cotan_geometry::{edge_distortion, icosphere};
+/// let shape = icosphere::<f64>(2);
+/// let larger = shape.positions.map(|p| p * 1.5);
+/// let distortion = edge_distortion(&shape.surface(), &larger)?;
+/// assert!((distortion.rms - 0.5).abs() < 1e-14);
+/// # Ok::<(), cotan_geometry::SurfaceError>(())
+/// ```
+pub fn edge_distortion<T: Scalar>(
+    rest: &Surface<'_, T>,
+    deformed: &Positions<T>,
+) -> Result<Distortion<T>, SurfaceError> {
+    Ok(summarize(
+        edge_length_ratios(rest, deformed)?.values().copied(),
+    ))
+}
+
+/// The `rms` of [`edge_distortion`]: sqrt(mean((l'/l − 1)²)).
+///
+/// # Errors
+/// [`SurfaceError`] if `deformed` does not embed the mesh.
+pub fn edge_distortion_rms<T: Scalar>(
+    rest: &Surface<'_, T>,
+    deformed: &Positions<T>,
+) -> Result<T, SurfaceError> {
+    Ok(edge_distortion(rest, deformed)?.rms)
+}
+
+/// Area distortion: [`Distortion`] of the areas of the faces.
+///
+/// **Units**: none. Faces without area at rest are skipped and counted.
+///
+/// # Errors
+/// [`SurfaceError`] if `deformed` does not embed the mesh.
+pub fn area_distortion<T: Scalar>(
+    rest: &Surface<'_, T>,
+    deformed: &Positions<T>,
+) -> Result<Distortion<T>, SurfaceError> {
+    let after = face_areas(&Surface::new(rest.mesh(), deformed)?);
+    let before = face_areas(rest);
+    let ratio = |(&a, &a_new): (&T, &T)| (a > T::zero()).then(|| a_new / a);
+    Ok(summarize(before.values().zip(after.values()).map(ratio)))
+}
+
+/// Angle distortion: the root mean square of the change of the angle of every corner.
+///
+/// **Units**: radians. Zero for rigid motions and scaling, and only for maps that keep the shape
+/// of every triangle.
+///
+/// # Errors
+/// [`SurfaceError`] if `deformed` does not embed the mesh.
+pub fn angle_distortion_rms<T: Scalar>(
+    rest: &Surface<'_, T>,
+    deformed: &Positions<T>,
+) -> Result<T, SurfaceError> {
+    let after = corner_angles(&Surface::new(rest.mesh(), deformed)?);
+    let before = corner_angles(rest);
+    // Boundary halfedges have no corner: their difference is zero and they are not counted.
+    let squares: f64 = before
+        .values()
+        .zip(after.values())
+        .map(|(&a, &b)| (b - a).as_f64().powi(2))
+        .sum();
+    Ok(T::of_f64(
+        (squares / (3 * rest.mesh().num_faces()) as f64).sqrt(),
+    ))
+}
+
+/// The faces that the deformation folded over, in ascending order.
+///
+/// A face is folded in one embedding if its area vector has a negative dot product with the
+/// sum of the area vectors of the faces across its edges: it faces away from its surroundings.
+/// Listed are the faces folded in the deformed embedding and not at rest. The crest of a crease
+/// sharper than 90° may be listed too; faces without area, or without neighbours, never are.
+///
+/// # Errors
+/// [`SurfaceError`] if `deformed` does not embed the mesh.
+pub fn folded_faces<T: Scalar>(
+    rest: &Surface<'_, T>,
+    deformed: &Positions<T>,
+) -> Result<Vec<FaceId>, SurfaceError> {
+    let mesh = rest.mesh();
+    let after = face_area_vectors(&Surface::new(mesh, deformed)?);
+    let before = face_area_vectors(rest);
+    let is_folded = |vectors: &cotan_halfedge::FaceMap<Vector3<T>>, f: FaceId| {
+        vectors[f].dot(&neighbour_sum(mesh, vectors, f)) < T::zero()
+    };
+    Ok(mesh
+        .faces()
+        .filter(|&f| is_folded(&after, f) && !is_folded(&before, f))
+        .collect())
+}
+
+/// The sum of the area vectors of the faces across the edges of `face`.
+fn neighbour_sum<T: Scalar>(
+    mesh: &HalfedgeMesh,
+    vectors: &cotan_halfedge::FaceMap<Vector3<T>>,
+    face: FaceId,
+) -> Vector3<T> {
+    mesh.face_halfedges(face)
+        .filter_map(|h| mesh.face(h.twin()))
+        .fold(Vector3::zeros(), |sum, f| sum + vectors[f])
+}
+
+fn summarize<T: Scalar>(ratios: impl Iterator<Item = Option<T>>) -> Distortion<T> {
+    let mut squares = 0.0;
+    let mut range: Option<(T, T)> = None;
+    let (mut num_compared, mut num_skipped) = (0, 0);
+    for ratio in ratios {
+        let Some(ratio) = ratio else {
+            num_skipped += 1;
+            continue;
+        };
+        num_compared += 1;
+        squares += (ratio.as_f64() - 1.0).powi(2);
+        range = Some(range.map_or((ratio, ratio), |(lo, hi)| (lo.min(ratio), hi.max(ratio))));
+    }
+    // Where nothing can be compared nothing is distorted.
+    let (min_ratio, max_ratio) = range.unwrap_or((T::one(), T::one()));
+    let rms = T::of_f64((squares / num_compared.max(1) as f64).sqrt());
+    Distortion {
+        rms,
+        min_ratio,
+        max_ratio,
+        num_compared,
+        num_skipped,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shapes::{bar, bumpy_plane, icosphere};
+    use crate::testing;
+    use cotan_halfedge::VertexId;
+    use nalgebra::Point3;
+    use proptest::prelude::*;
+
+    #[test]
+    fn stretching_a_bar_stretches_its_long_edges() {
+        let shape = bar::<f64>([1.0, 1.0, 4.0], [1, 1, 4]);
+        let longer = shape.positions.map(|p| Point3::new(p.x, p.y, 2.0 * p.z));
+        let distortion = edge_distortion(&shape.surface(), &longer).expect("same mesh");
+        assert_eq!((distortion.min_ratio, distortion.max_ratio), (1.0, 2.0));
+        assert_eq!(distortion.num_compared, shape.mesh.num_edges());
+        let areas = area_distortion(&shape.surface(), &longer).expect("same mesh");
+        assert_eq!((areas.min_ratio, areas.max_ratio), (1.0, 2.0));
+        assert!(angle_distortion_rms(&shape.surface(), &longer).expect("same mesh") > 0.1);
+    }
+
+    #[test]
+    fn edges_without_length_are_skipped_and_counted() {
+        let shape = icosphere::<f64>(1);
+        let [a, b] = shape.mesh.edge_vertices(cotan_halfedge::EdgeId::new(0));
+        let mut collapsed = shape.positions.clone();
+        collapsed[a] = collapsed[b];
+        let rest = shape.surface().with_positions(&collapsed);
+        let distortion = edge_distortion(&rest, &shape.positions).expect("same mesh");
+        assert_eq!(distortion.num_skipped, 1);
+        assert!(distortion.rms.is_finite());
+        assert_eq!(
+            area_distortion(&rest, &shape.positions)
+                .expect("same mesh")
+                .num_skipped,
+            2
+        );
+    }
+
+    #[test]
+    fn a_vertex_pulled_across_its_ring_folds_faces() {
+        let shape = bumpy_plane::<f64>([1.0; 2], [10, 10], 0.0);
+        let surface = shape.surface();
+        let v = shape
+            .mesh
+            .vertices()
+            .find(|&v| shape.positions[v].coords.norm() < 1e-9);
+        let v = v.expect("the grid has a middle");
+        let mut pulled = shape.positions.clone();
+        pulled[v].x += 0.25;
+        let folded = folded_faces(&surface, &pulled).expect("same mesh");
+        assert!(!folded.is_empty() && folded.len() < 9);
+        assert!(
+            folded_faces(&surface, &shape.positions)
+                .expect("same mesh")
+                .is_empty()
+        );
+        // What was folded before is not the deformation's fault.
+        let rest = surface.with_positions(&pulled);
+        assert!(folded_faces(&rest, &pulled).expect("same mesh").is_empty());
+    }
+
+    #[test]
+    fn wrong_positions_are_refused() {
+        let shape = icosphere::<f64>(0);
+        let mut broken = shape.positions.clone();
+        broken[VertexId::new(3)].x = f64::NAN;
+        let result = edge_distortion(&shape.surface(), &broken);
+        assert_eq!(
+            result,
+            Err(SurfaceError::NonFinite {
+                vertex: VertexId::new(3)
+            })
+        );
+        assert!(folded_faces(&shape.surface(), &Positions::default()).is_err());
+    }
+
+    proptest! {
+        #[test]
+        fn rigid_motions_distort_nothing(
+            shape in testing::surfaces(),
+            motion in testing::rigid_motions(),
+        ) {
+            let surface = shape.surface();
+            let moved = shape.positions.map(|p| motion * p);
+            prop_assert!(edge_distortion_rms(&surface, &moved)? < 1e-10);
+            prop_assert!(area_distortion(&surface, &moved)?.rms < 1e-9);
+            prop_assert!(angle_distortion_rms(&surface, &moved)? < 1e-9);
+            prop_assert!(folded_faces(&surface, &moved)?.is_empty());
+        }
+
+        #[test]
+        fn scaling_keeps_angles_only(shape in testing::surfaces(), scale in 0.1..10.0_f64) {
+            let surface = shape.surface();
+            let scaled = shape.positions.map(|p| p * scale);
+            prop_assert!((edge_distortion_rms(&surface, &scaled)? - (scale - 1.0).abs()).abs() < 1e-9);
+            prop_assert!(angle_distortion_rms(&surface, &scaled)? < 1e-9);
+        }
+    }
+}

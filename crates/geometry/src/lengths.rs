@@ -1,0 +1,74 @@
+//! Lengths of edges.
+
+use cotan_halfedge::{EdgeId, EdgeMap};
+
+use crate::parallel;
+use crate::scalar::Scalar;
+use crate::surface::Surface;
+
+/// The length of one edge.
+///
+/// **Units**: length. Zero if the two ends coincide.
+#[inline]
+pub fn edge_length<T: Scalar>(surface: &Surface<'_, T>, edge: EdgeId) -> T {
+    surface.halfedge_vector(edge.halfedge()).norm()
+}
+
+/// The length of every edge.
+///
+/// **Shapes**: one entry an edge. **Units**: length.
+///
+/// ```
+/// use cotan_geometry::{edge_lengths, tetrahedron};
+/// let shape = tetrahedron::<f64>();
+/// let lengths = edge_lengths(&shape.surface());
+/// assert!(lengths.values().all(|l| (l - (8.0_f64 / 3.0).sqrt()).abs() < 1e-15));
+/// ```
+#[must_use]
+pub fn edge_lengths<T: Scalar>(surface: &Surface<'_, T>) -> EdgeMap<T> {
+    parallel::filled(surface.mesh().num_edges(), |e| edge_length(surface, e))
+}
+
+/// [`edge_lengths`] into a map that is kept (and replaced if it has another length).
+pub fn edge_lengths_into<T: Scalar>(surface: &Surface<'_, T>, out: &mut EdgeMap<T>) {
+    parallel::fill(out, surface.mesh().num_edges(), |e| edge_length(surface, e));
+}
+
+/// The mean of the edge lengths.
+///
+/// **Units**: length.
+pub fn mean_edge_length<T: Scalar>(surface: &Surface<'_, T>) -> T {
+    let num_edges = surface.mesh().num_edges();
+    let total: f64 = parallel::sum(num_edges, |e| edge_length(surface, e).as_f64());
+    T::of_f64(total / num_edges as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shapes::{bar, tetrahedron};
+
+    #[test]
+    fn a_cube_has_edges_and_diagonals() {
+        let shape = bar::<f64>([2.0; 3], [1; 3]);
+        let surface = shape.surface();
+        let lengths = edge_lengths(&surface);
+        let diagonal = 8.0_f64.sqrt();
+        assert_eq!(lengths.values().filter(|&&l| l == 2.0).count(), 12);
+        assert_eq!(
+            lengths
+                .values()
+                .filter(|&&l| (l - diagonal).abs() < 1e-15)
+                .count(),
+            6
+        );
+        let mean = mean_edge_length(&surface);
+        assert!((mean - (24.0 + 6.0 * diagonal) / 18.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn f32_agrees_with_f64() {
+        let mean = mean_edge_length(&tetrahedron::<f32>().surface());
+        assert!((f64::from(mean) - (8.0_f64 / 3.0).sqrt()).abs() < 1e-6);
+    }
+}
