@@ -1,1 +1,46 @@
-//! (being written)
+//! Mesh files, safely: bytes to a [`Document`] to a half-edge mesh, and back.
+//!
+//! A [`Document`] is the user's file and stays whole: vertex order, polygons, texture
+//! coordinates, colours, further properties, comments. Processing sees a triangulated
+//! [`ProcessingMesh`] built from it, and only positions are written back. OBJ, PLY (text and
+//! binary of both byte orders) and OFF are read and written.
+//!
+//! No input panics or allocates more than a small multiple of its own size; what is refused is
+//! refused with the line or byte, the element, and what to do. This crate opens no path that a
+//! file names.
+//!
+//! ```
+//! use cotan_io::{Format, Limits, read};
+//!
+//! let file = "# one corner of a box\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.5 0.5\nf 1/1 2/1 3/1\n";
+//! let mut document = read(file, None, &Limits::default())?;
+//! let processing = document.processing_mesh()?;
+//! let raised = processing.positions().map(|p| p + nalgebra::Vector3::z());
+//! document.set_positions(&processing, &raised)?;
+//! let text = String::from_utf8(document.write(Format::Obj)?).unwrap();
+//! assert!(text.starts_with("# one corner of a box\nv 0 0 1\nv 1 0 1\n"));
+//! assert!(text.ends_with("vt 0.5 0.5\nf 1/1 2/1 3/1\n"));
+//! # Ok::<(), cotan_io::IoError>(())
+//! ```
+
+mod document;
+mod error;
+mod faces;
+mod file;
+mod format;
+mod limits;
+mod obj;
+mod off;
+mod ply;
+mod processing;
+mod source;
+mod text;
+mod triangulate;
+
+pub use document::Document;
+pub use error::{Element, IoError, Place};
+pub use faces::FaceList;
+pub use file::{load, load_within, read, save};
+pub use format::Format;
+pub use limits::Limits;
+pub use processing::ProcessingMesh;

@@ -1,0 +1,273 @@
+//! Wavefront OBJ: `v` and `f` are read, everything else is kept as it stands.
+//!
+//! Vertices keep the numbers of the file, also those that no face uses. Accepted are `v x y z`
+//! with anything behind (a weight, a colour), `f` with corners `v`, `v/vt`, `v//vn`, `v/vt/vn`,
+//! negative indices counted from the latest vertex, references to vertices further down,
+//! lines continued by a backslash, comments, and every line end. Source: Wavefront, "Object
+//! Files (.obj)", Advanced Visualizer manual, appendix B1.
+
+use std::fmt::Write as _;
+
+use nalgebra::Point3;
+
+use crate::document::Document;
+use crate::error::{Element, IoError, Place, quote};
+use crate::faces::FaceList;
+use crate::limits::Limits;
+use crate::source::{Contents, Rows, Source};
+use crate::text::{self, Lines, Tokens};
+
+/// Reads an OBJ file.
+pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError> {
+    let mut reader = Reader::new(limits);
+    let mut lines = Lines::new(&bytes, text::after_bom(&bytes));
+    while let Some(line) = lines.next() {
+        let statement = continued(&bytes, line, &mut lines);
+        let Some(keyword) = Tokens::new(statement).next() else {
+            continue;
+        };
+        let after = keyword.start + keyword.text.len();
+        let place = Place::Line(line.number);
+        match keyword.text {
+            b"v" => reader.vertex(&statement[after..], line.start + after, place)?,
+            b"f" => reader.face(&statement[after..], line.number)?,
+            other => reader.count(other),
+        }
+    }
+    reader.check_forward_references()?;
+    let contents = reader.contents();
+    let Reader {
+        positions,
+        faces,
+        starts,
+        ..
+    } = reader;
+    Document::from_source(
+        positions,
+        faces,
+        Source::new(bytes, starts, Rows::Obj, contents),
+    )
+}
+
+/// The line together with the lines that a backslash at its end continues it with.
+#[inline]
+fn continued<'a>(bytes: &'a [u8], line: text::Line<'a>, lines: &mut Lines<'a>) -> &'a [u8] {
+    let mut end = line.start + line.text.len();
+    // A comment may end in a backslash (a Windows path) and must not swallow a vertex.
+    if line.text.ends_with(b"\\") && !line.text.trim_ascii_start().starts_with(b"#") {
+        while bytes[..end].ends_with(b"\\") {
+            let Some(next) = lines.next() else { break };
+            end = next.start + next.text.len();
+        }
+    }
+    &bytes[line.start..end]
+}
+
+struct Reader<'a> {
+    limits: &'a Limits,
+    positions: Vec<Point3<f64>>,
+    faces: FaceList,
+    /// Where the x of each vertex stands.
+    starts: Vec<usize>,
+    /// The largest reference to a vertex further down: its number, its face, its line.
+    forward: Option<(i64, usize, usize)>,
+    num_coloured: usize,
+    /// How many statements of each kind of [`OTHERS`] there are.
+    others: [usize; OTHERS.len()],
+}
+
+/// Statements that are kept and not read, in words.
+const OTHERS: [(&[&[u8]], &str); 7] = [
+    (&[b"vt"], "texture coordinates (vt)"),
+    (&[b"vn"], "normals (vn)"),
+    (&[b"usemtl", b"mtllib"], "materials (usemtl, mtllib)"),
+    (&[b"g", b"o"], "groups and objects (g, o)"),
+    (&[b"s"], "smoothing groups (s)"),
+    (&[b"l", b"p"], "lines and points (l, p)"),
+    (
+        &[b"vp", b"curv", b"curv2", b"surf", b"cstype"],
+        "free-form geometry",
+    ),
+];
+
+impl<'a> Reader<'a> {
+    fn new(limits: &'a Limits) -> Self {
+        Self {
+            limits,
+            positions: Vec::new(),
+            faces: FaceList::new(),
+            starts: Vec::new(),
+            forward: None,
+            num_coloured: 0,
+            others: [0; OTHERS.len()],
+        }
+    }
+
+    #[inline]
+    fn vertex(&mut self, numbers: &[u8], start: usize, place: Place) -> Result<(), IoError> {
+        let vertex = self.positions.len();
+        let mut tokens = Tokens::new(numbers);
+        let mut position = Point3::origin();
+        for axis in 0..3 {
+            let token = tokens.next().ok_or_else(|| IoError::TooFewNumbers {
+                place,
+                element: Element::new("vertex", vertex),
+                found: axis,
+                needed: 3,
+            })?;
+            if axis == 0 {
+                self.starts.push(start + token.start);
+            }
+            position[axis] = coordinate(token.text, vertex, place)?;
+        }
+        // x y z r g b, against x y z w.
+        self.num_coloured += usize::from(tokens.nth(2).is_some());
+        self.positions.push(position);
+        self.limits.check_vertices(self.positions.len())
+    }
+
+    #[inline]
+    fn face(&mut self, corners: &[u8], line: usize) -> Result<(), IoError> {
+        let face = self.faces.len();
+        let place = Place::Line(line);
+        for token in Tokens::new(corners) {
+            let index = corner(token.text).ok_or_else(|| IoError::BadNumber {
+                place,
+                element: Element::new("face", face),
+                text: quote(token.text),
+                expected: "a corner (v, v/vt, v//vn or v/vt/vn)",
+            })?;
+            let vertex = self.resolve(index, face, line)?;
+            self.faces.push_corner(vertex);
+        }
+        let degree = self.faces.end_face();
+        if degree < 3 {
+            return Err(IoError::TooFewCorners {
+                place,
+                face,
+                degree,
+            });
+        }
+        self.limits.check_corners(self.faces.num_corners())?;
+        self.limits.check_faces(self.faces.len())
+    }
+
+    /// The vertex, counted from 0, that an index of the file means.
+    #[inline]
+    fn resolve(&mut self, index: i64, face: usize, line: usize) -> Result<u32, IoError> {
+        let num_vertices = self.positions.len() as i64;
+        let vertex = if index < 0 {
+            num_vertices + index
+        } else {
+            index - 1
+        };
+        let vertex = u32::try_from(vertex).map_err(|_| self.out_of_range(index, face, line))?;
+        if index > num_vertices && self.forward.is_none_or(|(largest, ..)| index > largest) {
+            self.forward = Some((index, face, line));
+        }
+        Ok(vertex)
+    }
+
+    fn check_forward_references(&self) -> Result<(), IoError> {
+        match self.forward {
+            Some((index, face, line)) if index > self.positions.len() as i64 => {
+                Err(self.out_of_range(index, face, line))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn out_of_range(&self, index: i64, face: usize, line: usize) -> IoError {
+        let num_vertices = self.positions.len();
+        IoError::IndexOutOfRange {
+            place: Place::Line(line),
+            face,
+            index,
+            first: 1,
+            num_vertices,
+        }
+    }
+
+    fn count(&mut self, keyword: &[u8]) {
+        if let Some(kind) = OTHERS
+            .iter()
+            .position(|(words, _)| words.contains(&keyword))
+        {
+            self.others[kind] += 1;
+        }
+    }
+
+    fn contents(&self) -> Contents {
+        let mut contents = Contents::default();
+        if self.num_coloured > 0 {
+            contents
+                .extras
+                .push(format!("colours of {} vertices", self.num_coloured));
+        }
+        for (&count, (words, name)) in self.others.iter().zip(&OTHERS) {
+            if count > 0 {
+                contents.extras.push(format!("{count} {name}"));
+                if words.contains(&&b"vn"[..]) {
+                    contents.stale.push(format!("{count} {name}"));
+                }
+            }
+        }
+        contents
+    }
+}
+
+/// A finite number.
+#[inline]
+pub(crate) fn coordinate(token: &[u8], vertex: usize, place: Place) -> Result<f64, IoError> {
+    match text::parse_f64(token) {
+        Some(x) if x.is_finite() => Ok(x),
+        Some(_) => Err(IoError::NonFinite {
+            place,
+            vertex,
+            value: quote(token),
+        }),
+        None => Err(IoError::BadNumber {
+            place,
+            element: Element::new("vertex", vertex),
+            text: quote(token),
+            expected: "a number",
+        }),
+    }
+}
+
+/// The vertex index of `v`, `v/vt`, `v//vn` or `v/vt/vn`.
+#[inline]
+fn corner(token: &[u8]) -> Option<i64> {
+    match token.iter().position(|&b| b == b'/') {
+        None => text::parse_integer(token),
+        Some(slash) => {
+            let rest = &token[slash..];
+            let well_formed = rest
+                .iter()
+                .all(|b| matches!(b, b'/' | b'-' | b'+' | b'0'..=b'9'));
+            text::parse_integer(&token[..slash]).filter(|_| well_formed)
+        }
+    }
+}
+
+/// Positions and faces as a new OBJ file.
+pub(crate) fn write(positions: &[Point3<f64>], faces: &FaceList) -> Vec<u8> {
+    let mut out = String::new();
+    for p in positions {
+        out.push('v');
+        for &x in p.iter() {
+            out.push(' ');
+            text::push_f64(&mut out, x);
+        }
+        out.push('\n');
+    }
+    for polygon in faces.iter() {
+        out.push('f');
+        for &v in polygon {
+            // Writing to a String cannot fail.
+            let _ = write!(out, " {}", u64::from(v) + 1);
+        }
+        out.push('\n');
+    }
+    out.into_bytes()
+}

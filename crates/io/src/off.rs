@@ -1,0 +1,282 @@
+//! Geomview OFF, with one vertex or face a line; what stands behind them is kept and not read.
+//!
+//! Header words are `OFF` with the prefixes `ST`, `C` and `N` (texture coordinates, colours and
+//! normals, which all stand behind x y z); the counts follow on the same line or the next one,
+//! the number of edges may be missing. Source: Geomview manual, section "OFF Files".
+
+use std::fmt::Write as _;
+
+use nalgebra::Point3;
+
+use crate::document::Document;
+use crate::error::{Element, IoError, Place, quote};
+use crate::faces::FaceList;
+use crate::limits::Limits;
+use crate::obj::coordinate;
+use crate::source::{self, Contents, Source};
+use crate::text::{self, Line, Lines, Tokens};
+
+/// Whether a word is the header of an OFF file, of any kind (also those that are refused).
+pub(crate) fn is_header_word(word: &[u8]) -> bool {
+    let Some(mut prefix) = word.strip_suffix(b"OFF") else {
+        return false;
+    };
+    for part in [&b"ST"[..], b"C", b"N", b"4", b"n"] {
+        prefix = prefix.strip_prefix(part).unwrap_or(prefix);
+    }
+    prefix.is_empty()
+}
+
+/// Reads an OFF file; the header word may be missing.
+pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError> {
+    let mut rows = Rows {
+        lines: Lines::new(&bytes, text::after_bom(&bytes)),
+    };
+    let header = Header::read(&mut rows, bytes.len(), limits)?;
+    let mut contents = Contents::default();
+
+    let mut positions = Vec::with_capacity(header.num_vertices);
+    let mut starts = Vec::with_capacity(header.num_vertices);
+    let mut has_more = false;
+    for vertex in 0..header.num_vertices {
+        let row = rows.expect("vertex", vertex, header.num_vertices)?;
+        let (position, start, more) = read_vertex(row, vertex)?;
+        positions.push(position);
+        starts.push(start);
+        has_more |= more;
+    }
+    if has_more {
+        contents
+            .extras
+            .push("further numbers of the vertices (colours, normals, …)".to_owned());
+    }
+    if header.has_normals {
+        contents
+            .stale
+            .push("the normals of the vertices".to_owned());
+    }
+
+    let mut faces = FaceList::new();
+    let mut has_colours = false;
+    for face in 0..header.num_faces {
+        let row = rows.expect("face", face, header.num_faces)?;
+        has_colours |= read_face(row, positions.len(), &mut faces)?;
+        limits.check_corners(faces.num_corners())?;
+    }
+    if has_colours {
+        contents.extras.push("colours of faces".to_owned());
+    }
+    if let Some(row) = rows.next() {
+        let promised = header.num_faces as u64;
+        return Err(IoError::MoreThanPromised {
+            place: Place::Line(row.number),
+            promised,
+        });
+    }
+    Document::from_source(
+        positions,
+        faces,
+        Source::new(bytes, starts, source::Rows::Off, contents),
+    )
+}
+
+/// The lines that are not blank, without their comments.
+struct Rows<'a> {
+    lines: Lines<'a>,
+}
+
+impl<'a> Rows<'a> {
+    fn next(&mut self) -> Option<Line<'a>> {
+        self.lines.find_map(|line| {
+            let text = text::before_comment(line.text);
+            (!text.trim_ascii().is_empty()).then_some(Line { text, ..line })
+        })
+    }
+
+    fn expect(
+        &mut self,
+        kind: &'static str,
+        number: usize,
+        promised: usize,
+    ) -> Result<Line<'a>, IoError> {
+        self.next().ok_or_else(|| IoError::CutShort {
+            place: Place::Line(self.lines.number),
+            element: Element::new(kind, number),
+            promised: promised as u64,
+        })
+    }
+}
+
+struct Header {
+    num_vertices: usize,
+    num_faces: usize,
+    has_normals: bool,
+}
+
+impl Header {
+    fn read(rows: &mut Rows<'_>, num_bytes: usize, limits: &Limits) -> Result<Self, IoError> {
+        let mut row = rows.next().ok_or(IoError::UnknownFormat)?;
+        let word = Tokens::new(row.text)
+            .next()
+            .map_or(&b""[..], |token| token.text);
+        let mut counts = row.text;
+        let mut has_normals = false;
+        if is_header_word(word) {
+            has_normals = word.contains(&b'N');
+            if word.contains(&b'4') || word.contains(&b'n') {
+                return Err(problem(
+                    row,
+                    "vertices of other than three dimensions are not read",
+                ));
+            }
+            counts = &row.text[row.text.len().min(word_end(row.text))..];
+            if Tokens::new(counts)
+                .next()
+                .is_some_and(|token| token.text == b"BINARY")
+            {
+                return Err(problem(
+                    row,
+                    "binary OFF is not read; convert the file to text",
+                ));
+            }
+            if counts.trim_ascii().is_empty() {
+                row = rows
+                    .next()
+                    .ok_or_else(|| problem(row, "the numbers of vertices and faces are missing"))?;
+                counts = row.text;
+            }
+        }
+        let mut tokens = Tokens::new(counts);
+        let mut count = |name: &str, least_bytes: usize| {
+            let token = tokens.next().map_or(&b""[..], |token| token.text);
+            let count = text::parse_integer(token).and_then(|n| usize::try_from(n).ok());
+            let count = count.ok_or_else(|| {
+                problem(
+                    row,
+                    &format!("`{}` is not the number of {name}", quote(token)),
+                )
+            })?;
+            if count > num_bytes / least_bytes {
+                let text = format!("{count} {name} are promised, more than {num_bytes} bytes hold");
+                return Err(problem(row, &text));
+            }
+            Ok(count)
+        };
+        // "0 0 0\n" and "3 0 1 2\n", less the last line end.
+        let num_vertices = count("vertices", 5)?;
+        let num_faces = count("faces", 7)?;
+        limits.check_vertices(num_vertices)?;
+        limits.check_faces(num_faces)?;
+        Ok(Self {
+            num_vertices,
+            num_faces,
+            has_normals,
+        })
+    }
+}
+
+fn word_end(text: &[u8]) -> usize {
+    Tokens::new(text)
+        .next()
+        .map_or(0, |token| token.start + token.text.len())
+}
+
+fn problem(row: Line<'_>, text: &str) -> IoError {
+    IoError::Header {
+        line: row.number,
+        problem: text.to_owned(),
+    }
+}
+
+/// The position, where its x stands, and whether more numbers follow.
+fn read_vertex(row: Line<'_>, vertex: usize) -> Result<(Point3<f64>, usize, bool), IoError> {
+    let place = Place::Line(row.number);
+    let mut tokens = Tokens::new(row.text);
+    let mut position = Point3::origin();
+    let mut start = row.start;
+    for axis in 0..3 {
+        let token = tokens.next().ok_or_else(|| IoError::TooFewNumbers {
+            place,
+            element: Element::new("vertex", vertex),
+            found: axis,
+            needed: 3,
+        })?;
+        if axis == 0 {
+            start += token.start;
+        }
+        position[axis] = coordinate(token.text, vertex, place)?;
+    }
+    Ok((position, start, tokens.next().is_some()))
+}
+
+/// Appends a face and says whether more numbers follow.
+fn read_face(row: Line<'_>, num_vertices: usize, faces: &mut FaceList) -> Result<bool, IoError> {
+    let place = Place::Line(row.number);
+    let face = faces.len();
+    let bad = |text: &[u8], expected| IoError::BadNumber {
+        place,
+        element: Element::new("face", face),
+        text: quote(text),
+        expected,
+    };
+    let mut tokens = Tokens::new(row.text);
+    let first = tokens.next().map_or(&b""[..], |token| token.text);
+    let degree = text::parse_integer(first)
+        .and_then(|n| usize::try_from(n).ok())
+        .ok_or_else(|| bad(first, "a number of corners"))?;
+    if degree < 3 {
+        return Err(IoError::TooFewCorners {
+            place,
+            face,
+            degree,
+        });
+    }
+    for found in 0..degree {
+        let token = tokens.next().ok_or_else(|| IoError::TooFewNumbers {
+            place,
+            element: Element::new("face", face),
+            found: found + 1,
+            needed: degree.saturating_add(1),
+        })?;
+        let index =
+            text::parse_integer(token.text).ok_or_else(|| bad(token.text, "a vertex number"))?;
+        match u32::try_from(index) {
+            Ok(vertex) if (vertex as usize) < num_vertices => faces.push_corner(vertex),
+            _ => {
+                return Err(IoError::IndexOutOfRange {
+                    place,
+                    face,
+                    index,
+                    first: 0,
+                    num_vertices,
+                });
+            }
+        }
+    }
+    faces.end_face();
+    Ok(tokens.next().is_some())
+}
+
+/// Positions and faces as a new OFF file.
+pub(crate) fn write(positions: &[Point3<f64>], faces: &FaceList) -> Vec<u8> {
+    // Writing to a String cannot fail.
+    let mut out = String::new();
+    let _ = writeln!(out, "OFF\n{} {} 0", positions.len(), faces.len());
+    for p in positions {
+        for (axis, &x) in p.iter().enumerate() {
+            if axis > 0 {
+                out.push(' ');
+            }
+            text::push_f64(&mut out, x);
+        }
+        out.push('\n');
+    }
+    for polygon in faces.iter() {
+        let _ = write!(out, "{}", polygon.len());
+        for v in polygon {
+            let _ = write!(out, " {v}");
+        }
+        out.push('\n');
+    }
+    out.into_bytes()
+}

@@ -1,0 +1,136 @@
+//! The triangulated half-edge mesh that is worked on, and the way back to the document.
+
+use cotan_geometry::Positions;
+use cotan_halfedge::{BuildError, FaceId, FaceMap, HalfedgeMesh, VertexId, VertexMap};
+use nalgebra::Point3;
+
+use crate::error::IoError;
+use crate::faces::FaceList;
+use crate::triangulate::Triangulator;
+
+/// A mesh of triangles built from a [`Document`](crate::Document), with maps both ways.
+///
+/// Vertices come in the order of the document without those that no face uses, triangles in the
+/// order of the document's faces.
+#[derive(Clone, Debug)]
+pub struct ProcessingMesh {
+    mesh: HalfedgeMesh,
+    positions: Positions<f64>,
+    document_vertices: VertexMap<u32>,
+    vertices: Vec<Option<VertexId>>,
+    document_faces: FaceMap<u32>,
+}
+
+impl ProcessingMesh {
+    pub(crate) fn build(positions: &[Point3<f64>], faces: &FaceList) -> Result<Self, IoError> {
+        if faces.is_empty() {
+            return Err(IoError::NoFaces {
+                num_vertices: positions.len(),
+            });
+        }
+        let mut used = vec![false; positions.len()];
+        faces
+            .iter()
+            .flatten()
+            .for_each(|&v| used[v as usize] = true);
+        let mut document_vertices = VertexMap::default();
+        let mut vertices = vec![None; positions.len()];
+        for v in (0..positions.len()).filter(|&v| used[v]) {
+            vertices[v] = Some(document_vertices.push(v as u32));
+        }
+        let mut triangles = Vec::with_capacity(faces.num_triangles());
+        let mut document_faces = Vec::with_capacity(faces.num_triangles());
+        let mut triangulator = Triangulator::new(positions, faces.num_corners());
+        // Every corner is used, so it has a number.
+        let number = |v: u32| vertices[v as usize].map_or(0, |id: VertexId| id.index() as u32);
+        for (face, polygon) in faces.iter().enumerate() {
+            triangulator.cut(polygon, |triangle| {
+                triangles.push(triangle.map(number));
+                document_faces.push(face as u32);
+            });
+        }
+        let document_faces = FaceMap::from_vec(document_faces);
+        let mesh = HalfedgeMesh::from_faces(document_vertices.len(), &triangles)
+            .map_err(|error| in_document(error, &document_vertices, &document_faces))?;
+        let positions = document_vertices.map(|&v| positions[v as usize]);
+        Ok(Self {
+            mesh,
+            positions,
+            document_vertices,
+            vertices,
+            document_faces,
+        })
+    }
+
+    /// The connectivity: triangles only.
+    pub fn mesh(&self) -> &HalfedgeMesh {
+        &self.mesh
+    }
+
+    /// The positions at the time of building.
+    pub fn positions(&self) -> &Positions<f64> {
+        &self.positions
+    }
+
+    /// The document's vertex, counted from 0, that a vertex stands for.
+    ///
+    /// # Panics
+    /// If the mesh has no such vertex.
+    pub fn document_vertex(&self, vertex: VertexId) -> usize {
+        self.document_vertices[vertex] as usize
+    }
+
+    /// The vertex that stands for a vertex of the document, counted from 0, or `None` if no face
+    /// uses it or there is no such vertex.
+    pub fn vertex(&self, document_vertex: usize) -> Option<VertexId> {
+        *self.vertices.get(document_vertex)?
+    }
+
+    /// The document's face, counted from 0, that a triangle was cut from.
+    ///
+    /// # Panics
+    /// If the mesh has no such face.
+    pub fn document_face(&self, face: FaceId) -> usize {
+        self.document_faces[face] as usize
+    }
+
+    /// Number of vertices of the document, with those that no face uses.
+    pub fn num_document_vertices(&self) -> usize {
+        self.vertices.len()
+    }
+}
+
+/// The same error with the document's numbers of vertices and faces.
+fn in_document(error: BuildError, vertices: &VertexMap<u32>, faces: &FaceMap<u32>) -> IoError {
+    let vertex = |v: VertexId| vertices.get(v).map_or(v, |&n| VertexId::new(n as usize));
+    let face = |f: usize| faces.as_slice().get(f).map_or(f, |&n| n as usize);
+    IoError::NotManifold(match error {
+        BuildError::RepeatedVertex { face: f, vertex: v } => BuildError::RepeatedVertex {
+            face: face(f),
+            vertex: vertex(v),
+        },
+        BuildError::NonManifoldEdge {
+            vertices,
+            num_faces,
+            face: f,
+        } => BuildError::NonManifoldEdge {
+            vertices: vertices.map(vertex),
+            num_faces,
+            face: face(f),
+        },
+        BuildError::InconsistentOrientation { vertices, faces } => {
+            BuildError::InconsistentOrientation {
+                vertices: vertices.map(vertex),
+                faces: faces.map(face),
+            }
+        }
+        BuildError::SeveralFans {
+            vertex: v,
+            num_fans,
+        } => BuildError::SeveralFans {
+            vertex: vertex(v),
+            num_fans,
+        },
+        other => other,
+    })
+}
