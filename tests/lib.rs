@@ -1,1 +1,134 @@
-//! Where the stories find the real models, when they are there.
+//! The real models and reference cases that stories run on, when they are there.
+//!
+//! They lie beside the project, in a folder named `shared`, and are other people's data: they are
+//! never part of it. Without them the stories say so and pass.
+
+use std::path::PathBuf;
+
+use cotan::prelude::*;
+use cotan_io::ProcessingMesh;
+use serde_json::Value;
+
+/// A file of the folder `shared`, or `None` (with a word on standard output) if it is not there.
+pub fn shared(path: &str) -> Option<PathBuf> {
+    let full = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared")).join(path);
+    if full.exists() {
+        Some(full)
+    } else {
+        println!("skipped: {path} is not beside the project");
+        None
+    }
+}
+
+/// A model of `shared/meshes`.
+pub fn model(name: &str) -> Option<ProcessingMesh> {
+    let path = shared(&format!("meshes/{name}"))?;
+    let document = cotan_io::load(&path).expect("a model of shared/meshes loads");
+    Some(document.processing_mesh().expect("a model of shared/meshes is a manifold"))
+}
+
+/// `shared/reference/deform.json`.
+pub fn reference() -> Option<Value> {
+    let text = std::fs::read_to_string(shared("reference/deform.json")?).expect("readable");
+    Some(serde_json::from_str(&text).expect("valid JSON"))
+}
+
+/// Numbers of a JSON array.
+pub fn numbers(value: &Value) -> Vec<f64> {
+    value.as_array().into_iter().flatten().filter_map(Value::as_f64).collect()
+}
+
+/// Vertex ids of a JSON array.
+pub fn vertex_ids(value: &Value) -> Vec<VertexId> {
+    value
+        .as_array()
+        .into_iter()
+        .flatten()
+        .filter_map(Value::as_u64)
+        .map(|v| VertexId::new(v as usize))
+        .collect()
+}
+
+/// Points of a JSON array of triples.
+pub fn points(value: &Value) -> Vec<Point3<f64>> {
+    value
+        .as_array()
+        .into_iter()
+        .flatten()
+        .map(|p| Point3::from_slice(&numbers(p)))
+        .collect()
+}
+
+/// The mesh's positions in a box of longest side 1 with its lower corner at 0.
+pub fn boxed(mesh: &ProcessingMesh) -> Positions<f64> {
+    let surface = Surface::new(mesh.mesh(), mesh.positions()).expect("a surface");
+    let bounds = cotan_geometry::bounding_box(&surface);
+    mesh.positions().map(|p| Point3::from((p - bounds.min) / bounds.longest_side()))
+}
+
+/// A deformation to run: a mesh in box units with handles.
+pub struct Case {
+    /// Mesh and drag.
+    pub name: String,
+    /// The mesh.
+    pub mesh: ProcessingMesh,
+    /// Its positions in box units.
+    pub positions: Positions<f64>,
+    /// What is held.
+    pub handles: Handles<f64>,
+    /// The reference entry, if there is one.
+    pub reference: Option<Value>,
+}
+
+/// The drags of `reference/deform.json`.
+pub fn reference_cases() -> Vec<Case> {
+    let Some(reference) = reference() else { return Vec::new() };
+    reference["deform"]
+        .as_array()
+        .into_iter()
+        .flatten()
+        .filter_map(|entry| {
+            let name = entry["mesh"].as_str()?;
+            let mesh = model(name)?;
+            let positions = boxed(&mesh);
+            let handles = Handles::new()
+                .add(vertex_ids(&entry["handles"]), Motion::To(points(&entry["targets"])));
+            let name = format!("{name} {}", entry["drag"].as_str()?);
+            Some(Case { name, mesh, positions, handles, reference: Some(entry.clone()) })
+        })
+        .collect()
+}
+
+/// The two bend benchmarks (Botsch, Sorkine 2008): `.sel` and `.def` beside the model.
+pub fn bend_cases() -> Vec<Case> {
+    ["bar", "cylinder"]
+        .into_iter()
+        .filter_map(|name| {
+            let folder = format!("bend_benchmark/{name}");
+            let mesh = model(&format!("{folder}/00-{name}-original.off"))?;
+            let read = |file: String| {
+                Some(std::fs::read_to_string(shared(&format!("meshes/{folder}/{file}"))?).ok()?)
+            };
+            let words = |text: String| -> Vec<f64> {
+                text.lines()
+                    .filter(|line| !line.starts_with('#'))
+                    .flat_map(str::split_whitespace)
+                    .filter_map(|word| word.parse().ok())
+                    .collect()
+            };
+            let status = words(read(format!("{name}.sel"))?);
+            let matrix = Matrix4::from_row_slice(&words(read(format!("{name}.def"))?));
+            let with = |wanted: f64| {
+                status
+                    .iter()
+                    .enumerate()
+                    .filter(|(_, s)| **s == wanted)
+                    .map(|(v, _)| VertexId::new(v))
+                    .collect::<Vec<_>>()
+            };
+            let handles = Handles::new().fix(with(0.0)).transform(with(2.0), matrix);
+            let positions = mesh.positions().clone();
+            Some(Case { name: format!("{name} benchmark"), mesh, positions, handles, reference: None })
+        })
+        .collect()
+}

@@ -1,1 +1,67 @@
-//! (being written)
+//! Edit triangle meshes in code: move a few handles, and the surface follows with its details
+//! turned and scaled as an eye expects.
+//!
+//! cotan implements, and goes beyond, "Mesh Editing with Curvature Flow Laplacian Operator" (Au,
+//! Tai, Fu, Liu 2005). One iteration drives everything: solve a sparse system whose matrix never
+//! changes, then rebuild the right-hand side from the new positions.
+//!
+//! ```
+//! use cotan::prelude::*;
+//!
+//! // A bar, one end fixed, the other raised and turned.
+//! let shape = cotan::shapes::bar::<f64>([4.0, 1.0, 1.0], [16, 4, 4]);
+//! let left = shape.surface().vertices_where(|p| p.x < -1.99);
+//! let right = shape.surface().vertices_where(|p| p.x > 1.99);
+//! let turn = Isometry3::new(Vector3::new(0.0, 1.0, 0.0), Vector3::new(0.0, 0.0, 0.7));
+//! let handles = Handles::new().fix(left).transform(right, turn.to_homogeneous());
+//!
+//! let deformed = deform(&shape.mesh, &shape.positions, &handles, &DeformOptions::default())?;
+//! assert_eq!(deformed.report.stop, StopReason::Converged);
+//!
+//! let quality = Quality::measure(&shape.surface(), &shape.surface().with_positions(&deformed.positions))?;
+//! assert_eq!(quality.flipped_faces, 0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! - [`deform()`] moves handles once; a [`Session`] stays alive while they move.
+//! - [`reconstruct()`] rebuilds a shape from its two scalar fields alone.
+//! - [`Quality`] measures what a deformation did.
+//! - The crates underneath are re-exported: [`halfedge`], [`geometry`], [`laplacian`], [`linear`],
+//!   [`flow`]. A [`flow::Flow`] takes any [`laplacian::LaplacianScheme`],
+//!   [`flow::ScalarFieldUpdater`] and [`flow::Orientation`], yours included.
+
+pub use cotan_flow as flow;
+pub use cotan_geometry as geometry;
+pub use cotan_geometry::shapes;
+pub use cotan_halfedge as halfedge;
+pub use cotan_laplacian as laplacian;
+pub use cotan_linear as linear;
+
+mod deform;
+mod error;
+mod handles;
+mod options;
+mod quality;
+mod reconstruct;
+mod session;
+
+pub use deform::{Deformed, deform};
+pub use error::Error;
+pub use handles::{Handles, Motion};
+pub use options::{DeformOptions, DetailSize, OrientationKind, SchemeKind, UnknownName};
+pub use quality::{Quality, ShapeErrors};
+pub use reconstruct::reconstruct;
+pub use session::Session;
+
+/// What most programs need, in one line.
+pub mod prelude {
+    pub use crate::{
+        Deformed, DeformOptions, DetailSize, Error, Handles, Motion, OrientationKind, Quality,
+        SchemeKind, Session, deform, reconstruct,
+    };
+    pub use cotan_flow::{Acceleration, Flow, Schedule, Start, StopReason};
+    pub use cotan_geometry::{Positions, Scalar, Surface};
+    pub use cotan_halfedge::{FaceId, HalfedgeMesh, VertexId, VertexMap};
+    pub use cotan_linear::Hold;
+    pub use nalgebra::{Isometry3, Matrix4, Point3, Vector3};
+}

@@ -6,6 +6,9 @@ use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::vectors::{add_scaled, dot};
 
+/// Two vectors over all vertices that belong together.
+type Pair = (Vec<Vector3<f64>>, Vec<Vector3<f64>>);
+
 /// What was proposed as the next iterate.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Proposal {
@@ -21,9 +24,9 @@ pub(crate) enum Proposal {
 pub(crate) struct Anderson {
     memory: usize,
     /// Pairs (Δu + Δf, Δf), oldest first.
-    history: VecDeque<(Vec<Vector3<f64>>, Vec<Vector3<f64>>)>,
+    history: VecDeque<Pair>,
     /// u and f of the step before.
-    previous: Option<(Vec<Vector3<f64>>, Vec<Vector3<f64>>)>,
+    previous: Option<Pair>,
     last_image: Option<Vec<Vector3<f64>>>,
     last_norm: f64,
     steps: usize,

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use cotan_geometry::{BoundingBox, Positions, Scalar, Surface};
+use cotan_geometry::{bounding_box, Positions, Scalar, Surface};
 use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
 use cotan_laplacian::LaplacianScheme;
 use cotan_linear::{Handle, Hold, PreparedSystem};
@@ -31,7 +31,7 @@ pub(crate) struct Frame<T: Scalar> {
 
 impl<T: Scalar> Frame<T> {
     pub(crate) fn new(surface: &Surface<'_, T>) -> Result<Self, FlowError> {
-        let bounds = BoundingBox::of(surface.positions().as_slice());
+        let bounds = bounding_box(surface);
         let size = bounds.longest_side();
         if !(size > T::zero() && size.is_finite()) {
             return Err(FlowError::NoExtent);
@@ -84,6 +84,8 @@ pub struct Flow<'m, T: Scalar> {
     pub(crate) laplacian: VertexMap<Vector3<T>>,
     pub(crate) terms: Terms,
     pub(crate) accelerator: Accelerator,
+    /// Per vertex the number of its handle.
+    handle_of: VertexMap<Option<u32>>,
     pub(crate) energy: Option<f64>,
     pub(crate) iteration: usize,
     /// Iterations since a handle moved: 0 right after.
@@ -129,7 +131,12 @@ impl<'m, T: Scalar> Flow<'m, T> {
     pub(crate) fn assemble(parts: Parts<'m, T>, settings: Settings<T>) -> Self {
         let rest = &parts.rest;
         let zeros = || VertexMap::filled(rest.positions().len(), Vector3::zeros());
+        let mut handle_of = VertexMap::filled(rest.positions().len(), None);
+        for (index, handle) in parts.handles.iter().enumerate() {
+            handle_of[handle.vertex] = Some(index as u32);
+        }
         Self {
+            handle_of,
             measured: Measured::new(rest),
             positions: rest.positions().clone(),
             field: rest.magnitudes().clone(),
@@ -295,19 +302,23 @@ impl<'m, T: Scalar> Flow<'m, T> {
         Ok(())
     }
 
-    /// Moves one handle to a new target.
+    /// Moves some handles to new targets; the others stay where they are.
     ///
     /// # Errors
-    /// [`FlowError`] if `vertex` is not a handle or the target is not finite.
-    pub fn set_target(&mut self, vertex: VertexId, target: Point3<T>) -> Result<(), FlowError> {
-        check_target(vertex, &target)?;
-        let index = self
-            .parts
-            .handles
-            .iter()
-            .position(|h| h.vertex == vertex)
-            .ok_or(FlowError::NotAHandle { vertex })?;
-        self.parts.user_targets[index] = target;
+    /// [`FlowError`] if a vertex is not a handle or a target is not finite; nothing has moved then.
+    pub fn move_handles(&mut self, moves: &[(VertexId, Point3<T>)]) -> Result<(), FlowError> {
+        let mut targets = self.parts.user_targets.clone();
+        for (vertex, target) in moves {
+            check_target(*vertex, target)?;
+            let index = self
+                .handle_of
+                .get(*vertex)
+                .copied()
+                .flatten()
+                .ok_or(FlowError::NotAHandle { vertex: *vertex })?;
+            targets[index as usize] = *target;
+        }
+        self.parts.user_targets = targets;
         self.targets_moved();
         Ok(())
     }

@@ -59,7 +59,7 @@ impl<'m, T: Scalar> Rest<'m, T> {
 
     /// The mesh with its original positions, in box units.
     pub fn surface(&self) -> Surface<'_, T> {
-        Surface::assumed_valid(self.mesh, &self.positions)
+        Surface::assume_checked(self.mesh, &self.positions)
     }
 
     /// The connectivity.

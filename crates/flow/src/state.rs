@@ -114,7 +114,7 @@ impl<T: Scalar> Measured<T> {
         positions: &Positions<T>,
         wanted: Quantities,
     ) -> Result<(), FlowError> {
-        let surface = rest.surface().with_positions(positions);
+        let surface = Surface::assume_checked(rest.mesh(), positions);
         if wanted.laplacian {
             scheme.weights(&surface, &mut self.weights)?;
             apply_weights(rest.rings(), &self.weights, positions, &mut self.laplacian);

@@ -31,7 +31,7 @@ mod lengths;
 mod normals;
 mod parallel;
 mod scalar;
-mod shapes;
+pub mod shapes;
 mod surface;
 #[cfg(feature = "testing")]
 pub mod testing;

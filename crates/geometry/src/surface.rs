@@ -89,6 +89,18 @@ impl<'a, T: Scalar> Surface<'a, T> {
         Ok(Self { mesh, positions })
     }
 
+    /// Pairs a mesh and positions that [`Surface::new`] once accepted, without looking again.
+    ///
+    /// For what keeps a checked surface's parts and measures them in every iteration.
+    ///
+    /// # Panics
+    /// If there is not one position a vertex.
+    #[must_use]
+    pub fn assume_checked(mesh: &'a HalfedgeMesh, positions: &'a Positions<T>) -> Self {
+        assert_eq!(positions.len(), mesh.num_vertices(), "one position a vertex");
+        Self { mesh, positions }
+    }
+
     /// The same mesh with other positions, whose length is checked and whose values are not.
     ///
     /// For iterations that move the vertices of a surface that was checked once.
@@ -121,6 +133,11 @@ impl<'a, T: Scalar> Surface<'a, T> {
     #[inline]
     pub fn positions(&self) -> &'a Positions<T> {
         self.positions
+    }
+
+    /// The vertices whose position fulfils a condition, ascending: a region to hold.
+    pub fn vertices_where(&self, condition: impl Fn(&Point3<T>) -> bool) -> Vec<VertexId> {
+        self.positions.iter().filter(|(_, p)| condition(p)).map(|(v, _)| v).collect()
     }
 
     /// The position of one vertex.

@@ -9,12 +9,16 @@ use crate::rest::Rest;
 
 /// Components of ℓ⁰ at the boundary vertices in the frame (N, N × τ, τ), τ the direction from the
 /// previous to the next boundary vertex, made tangential.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct BoundaryFrames<T> {
     components: Option<VertexMap<Option<Vector3<T>>>>,
 }
 
 impl<T: Scalar> BoundaryFrames<T> {
+    pub(crate) fn new() -> Self {
+        Self { components: None }
+    }
+
     /// Prepares the components once.
     pub(crate) fn prepare(&mut self, rest: &Rest<'_, T>) {
         self.components.get_or_insert_with(|| {

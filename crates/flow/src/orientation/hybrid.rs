@@ -33,6 +33,9 @@ pub struct Hybrid {
 }
 
 impl Hybrid {
+    /// (to be decided)
+    pub const DEFAULT_STIFFNESS: f64 = 0.3;
+
     /// Both terms, the second with weight `weight` = μ (no unit).
     pub fn new(weight: f64) -> Self {
         Self { weight, rotations: VertexMap::default(), energies: Vec::new() }
@@ -41,7 +44,7 @@ impl Hybrid {
 
 impl Default for Hybrid {
     fn default() -> Self {
-        Self::new(0.3)
+        Self::new(Self::DEFAULT_STIFFNESS)
     }
 }
 

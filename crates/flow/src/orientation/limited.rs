@@ -20,28 +20,40 @@ use crate::state::{FlowState, Quantities};
 /// A continuous map, where the paper's reflection jumps. Boundary vertices: as [`super::Reflect`].
 ///
 /// **Deviation** from the paper's section 3.2, whose rule it replaces.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Limited<T: Scalar> {
     boundary: BoundaryFrames<T>,
 }
 
 /// As [`Limited`], with the normal part stretched so that |ℓ| = d exactly, as in the paper.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct LimitedMagnitude<T: Scalar> {
     boundary: BoundaryFrames<T>,
+}
+
+impl<T: Scalar> Default for Limited<T> {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl<T: Scalar> Limited<T> {
     /// The rule.
     pub fn new() -> Self {
-        Self { boundary: BoundaryFrames { components: None } }
+        Self { boundary: BoundaryFrames::new() }
+    }
+}
+
+impl<T: Scalar> Default for LimitedMagnitude<T> {
+    fn default() -> Self {
+        Self::new()
     }
 }
 
 impl<T: Scalar> LimitedMagnitude<T> {
     /// The rule.
     pub fn new() -> Self {
-        Self { boundary: BoundaryFrames { components: None } }
+        Self { boundary: BoundaryFrames::new() }
     }
 }
 

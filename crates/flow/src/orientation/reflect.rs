@@ -27,15 +27,21 @@ use crate::state::{FlowState, Quantities};
 /// direction is nearly arbitrary and flips for ever, at 1e-3 … 5e-3 of the box.
 ///
 /// **Source**: section 3.2, step 2.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Reflect<T: Scalar> {
     boundary: BoundaryFrames<T>,
+}
+
+impl<T: Scalar> Default for Reflect<T> {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl<T: Scalar> Reflect<T> {
     /// The rule.
     pub fn new() -> Self {
-        Self { boundary: BoundaryFrames { components: None } }
+        Self { boundary: BoundaryFrames::new() }
     }
 }
 

@@ -1,0 +1,42 @@
+//! Deformation in one call.
+
+use cotan_flow::Report;
+use cotan_geometry::{Positions, Scalar};
+use cotan_halfedge::HalfedgeMesh;
+
+use crate::error::Error;
+use crate::handles::Handles;
+use crate::options::DeformOptions;
+use crate::session::Session;
+
+/// A deformed mesh and how the iteration ended.
+#[derive(Clone, PartialEq, Debug)]
+#[must_use = "the report says whether the shape converged"]
+pub struct Deformed<T: Scalar> {
+    /// The new positions, in the units of the input.
+    pub positions: Positions<T>,
+    /// How the iteration ended.
+    pub report: Report,
+}
+
+/// Moves `handles` and lets the surface follow, its details turned and sized as it bends.
+///
+/// **Shapes**: one position a vertex. The mesh is a triangle mesh, with or without boundary; every
+/// component needs a handle.
+///
+/// # Errors
+/// [`Error`] for a mesh that is no surface, and for handles that do not exist, contradict each other
+/// or leave a component free. Reaching the iteration limit is no error: see [`Deformed::report`].
+///
+/// **Source**: paper, section 3.2; the default orientation is ours (`docs/decisions`), the paper's
+/// own settings are [`DeformOptions::paper`].
+pub fn deform<T: Scalar>(
+    mesh: &HalfedgeMesh,
+    positions: &Positions<T>,
+    handles: &Handles<T>,
+    options: &DeformOptions,
+) -> Result<Deformed<T>, Error> {
+    let mut session = Session::new(mesh, positions, handles, options)?;
+    let report = session.run()?;
+    Ok(Deformed { positions: session.positions(), report })
+}

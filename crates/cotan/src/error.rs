@@ -1,0 +1,74 @@
+//! What the facade's functions report.
+
+use cotan_flow::FlowError;
+use cotan_geometry::SurfaceError;
+use cotan_halfedge::VertexId;
+use cotan_laplacian::SchemeError;
+use cotan_linear::LinearError;
+use thiserror::Error as ThisError;
+
+/// Why a mesh could not be edited or measured.
+#[derive(Clone, PartialEq, Debug, ThisError)]
+#[non_exhaustive]
+pub enum Error {
+    /// The flow could not be built or could not go on.
+    #[error(transparent)]
+    Flow(#[from] FlowError),
+    /// A mesh to be measured is no surface.
+    #[error(transparent)]
+    Surface(#[from] SurfaceError),
+    /// A mesh to be measured cannot be weighted.
+    #[error(transparent)]
+    Scheme(#[from] SchemeError),
+    /// A handle vertex that does not exist.
+    #[error("handle {group} names vertex {vertex}, but the mesh has {num_vertices} vertices, numbered from 0")]
+    HandleOutOfRange {
+        /// Which handle, counted from 0.
+        group: usize,
+        /// The vertex number.
+        vertex: VertexId,
+        /// How many vertices there are.
+        num_vertices: usize,
+    },
+    /// A handle without vertices.
+    #[error("handle {group} holds no vertex; check its numbers, box or sphere")]
+    EmptyHandle {
+        /// Which handle, counted from 0.
+        group: usize,
+    },
+    /// A list of targets of the wrong length.
+    #[error("handle {group} has {vertices} vertices but {targets} target positions")]
+    TargetCount {
+        /// Which handle, counted from 0.
+        group: usize,
+        /// Its number of vertices.
+        vertices: usize,
+        /// The number of targets.
+        targets: usize,
+    },
+    /// Two handles that want a vertex at two places.
+    #[error("handles {} and {} contradict each other: they want vertex {vertex} at two places", groups[0], groups[1])]
+    Contradiction {
+        /// The two handles, counted from 0.
+        groups: [usize; 2],
+        /// The vertex.
+        vertex: VertexId,
+    },
+    /// A handle that does not exist in a session.
+    #[error("handle {group} does not exist: the session has {num_groups}, numbered from 0")]
+    NoSuchHandle {
+        /// The number that was given.
+        group: usize,
+        /// How many there are.
+        num_groups: usize,
+    },
+    /// Two embeddings that do not belong to the same mesh.
+    #[error("the two meshes differ in connectivity: {0}")]
+    DifferentMeshes(String),
+}
+
+impl From<LinearError> for Error {
+    fn from(error: LinearError) -> Self {
+        Self::Flow(error.into())
+    }
+}

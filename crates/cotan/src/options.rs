@@ -1,0 +1,191 @@
+//! The settings of a deformation, as plain values with names.
+
+use std::str::FromStr;
+
+use cotan_flow::{
+    Acceleration, BestRotation, Hybrid, KeepMagnitude, Limited, LimitedMagnitude, Orientation,
+    Reflect, RescaleByArea, ScalarFieldUpdater, Schedule, Start,
+};
+use cotan_geometry::Scalar;
+use cotan_laplacian::{
+    ClampedCotangent, Cotangent, EdgeLength, LaplacianScheme, Tutte, Uniform,
+};
+use thiserror::Error;
+
+/// A name that no built-in has.
+#[derive(Clone, PartialEq, Eq, Debug, Error)]
+#[error("there is no {what} named \"{name}\"; the names are {known}")]
+pub struct UnknownName {
+    /// What was asked for.
+    pub what: &'static str,
+    /// The name that was given.
+    pub name: String,
+    /// The names that exist.
+    pub known: String,
+}
+
+macro_rules! named {
+    ($(#[$doc:meta])* $type:ident, $what:literal, { $($(#[$variant_doc:meta])* $variant:ident = $name:literal),+ $(,)? }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+        #[non_exhaustive]
+        pub enum $type {
+            $($(#[$variant_doc])* $variant,)+
+        }
+
+        impl $type {
+            /// All of them.
+            pub const ALL: &[Self] = &[$(Self::$variant),+];
+
+            /// Its name on the command line.
+            pub fn name(self) -> &'static str {
+                match self { $(Self::$variant => $name),+ }
+            }
+        }
+
+        impl FromStr for $type {
+            type Err = UnknownName;
+
+            fn from_str(name: &str) -> Result<Self, UnknownName> {
+                Self::ALL.iter().copied().find(|kind| kind.name() == name).ok_or_else(|| {
+                    UnknownName {
+                        what: $what,
+                        name: name.into(),
+                        known: [$($name),+].join(", "),
+                    }
+                })
+            }
+        }
+    };
+}
+
+named!(
+    /// The built-in Laplacian schemes.
+    SchemeKind, "scheme", {
+        /// [`Cotangent`]: the paper's.
+        #[default]
+        Cotangent = "cotangent",
+        /// [`Tutte`].
+        Tutte = "tutte",
+        /// [`Uniform`].
+        Uniform = "uniform",
+        /// [`EdgeLength`].
+        EdgeLength = "edge-length",
+        /// [`ClampedCotangent`].
+        Clamped = "clamped",
+    }
+);
+
+named!(
+    /// The built-in orientations; see `docs/decisions` for how they compare.
+    OrientationKind, "orientation", {
+        /// [`Hybrid`]: an energy between the flow's and as-rigid-as-possible editing's.
+        #[default]
+        Hybrid = "hybrid",
+        /// [`BestRotation`].
+        Rotation = "rotation",
+        /// [`Limited`].
+        Limited = "limited",
+        /// [`LimitedMagnitude`].
+        LimitedMagnitude = "limited-magnitude",
+        /// [`Reflect`]: the paper's.
+        Reflect = "reflect",
+    }
+);
+
+/// What happens to the size of details where the surface is stretched or squeezed.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum DetailSize {
+    /// They keep their size (paper, section 3.2).
+    #[default]
+    Keep,
+    /// They scale with the square root of the area around them (paper, section 3.3).
+    Rescale,
+}
+
+/// The settings of [`crate::deform()`] and [`crate::Session`].
+#[derive(Clone, PartialEq, Debug)]
+pub struct DeformOptions {
+    /// Who chooses the weights.
+    pub scheme: SchemeKind,
+    /// How Laplacian coordinates are turned.
+    pub orientation: OrientationKind,
+    /// How stiff the hybrid's membrane is; see [`Hybrid`].
+    pub stiffness: f64,
+    /// What happens to the size of details.
+    pub detail_size: DetailSize,
+    /// The Laplacian coordinates of the first solve.
+    pub start: Start,
+    /// Whether and how to accelerate.
+    pub acceleration: Acceleration,
+    /// The updating ratio over the iterations.
+    pub schedule: Schedule,
+    /// Stop when no vertex moves by more than this ratio of the bounding box's diagonal.
+    pub tolerance: f64,
+    /// The most iterations of a run.
+    pub iteration_limit: usize,
+}
+
+impl Default for DeformOptions {
+    fn default() -> Self {
+        Self {
+            scheme: SchemeKind::default(),
+            orientation: OrientationKind::default(),
+            stiffness: Hybrid::DEFAULT_STIFFNESS,
+            detail_size: DetailSize::default(),
+            start: Start::default(),
+            acceleration: Acceleration::default(),
+            schedule: Schedule::default(),
+            tolerance: 1e-4,
+            iteration_limit: 200,
+        }
+    }
+}
+
+impl DeformOptions {
+    /// The paper's own settings, sections 3.2 and 3.4: reflection, original Laplacian coordinates
+    /// first, no acceleration, the ratio falling from 1 to 0.1 in five steps.
+    pub fn paper() -> Self {
+        Self {
+            orientation: OrientationKind::Reflect,
+            start: Start::Original,
+            acceleration: Acceleration::Off,
+            schedule: Schedule::PAPER,
+            ..Self::default()
+        }
+    }
+}
+
+impl SchemeKind {
+    /// The scheme with this name.
+    pub fn scheme<T: Scalar>(self) -> Box<dyn LaplacianScheme<T>> {
+        match self {
+            Self::Cotangent => Box::new(Cotangent::default()),
+            Self::Tutte => Box::new(Tutte),
+            Self::Uniform => Box::new(Uniform),
+            Self::EdgeLength => Box::new(EdgeLength),
+            Self::Clamped => Box::new(ClampedCotangent::default()),
+        }
+    }
+}
+
+impl DeformOptions {
+    /// The orientation that these settings name.
+    pub fn orientation<T: Scalar>(&self) -> Box<dyn Orientation<T>> {
+        match self.orientation {
+            OrientationKind::Hybrid => Box::new(Hybrid::new(self.stiffness)),
+            OrientationKind::Rotation => Box::new(BestRotation),
+            OrientationKind::Limited => Box::new(Limited::new()),
+            OrientationKind::LimitedMagnitude => Box::new(LimitedMagnitude::new()),
+            OrientationKind::Reflect => Box::new(Reflect::new()),
+        }
+    }
+
+    /// The updater that these settings name.
+    pub fn updater<T: Scalar>(&self) -> Box<dyn ScalarFieldUpdater<T>> {
+        match self.detail_size {
+            DetailSize::Keep => Box::new(KeepMagnitude),
+            DetailSize::Rescale => Box::new(RescaleByArea),
+        }
+    }
+}

@@ -1,0 +1,173 @@
+//! What a deformation did to a mesh.
+
+use std::sync::Arc;
+
+use cotan_flow::nearest_rotation;
+use cotan_geometry::{
+    Scalar, Surface, area_distortion, bounding_box, degenerate_faces, edge_distortion_rms,
+    face_normals, folded_faces, scalar, surface_area, volume,
+};
+use cotan_halfedge::{HalfedgeMap, VertexMap};
+use cotan_laplacian::{Cotangent, LaplacianScheme, OneRings, apply_weights};
+use nalgebra::{Matrix3, Vector3};
+
+use crate::error::Error;
+
+/// The paper's two errors.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct ShapeErrors {
+    /// E_p = √((1/n) Σ_i Σ_j (w⁰_ij − w_ij)²), both directions of an edge counted. No unit.
+    pub parameterization: f64,
+    /// E_g = √(Σ_i (|ℓ⁰_i| − |ℓ_i|)²), with the original mesh scaled to a box of longest side 1.
+    pub geometry: f64,
+    /// Root mean square of | |ℓ⁰_i| − |ℓ_i| |: E_g / √n.
+    pub geometry_rms: f64,
+}
+
+impl ShapeErrors {
+    /// Compares two embeddings of one mesh by cotangent weights.
+    ///
+    /// # Errors
+    /// [`Error`] if the two are not embeddings of the same mesh.
+    ///
+    /// **Source**: paper, section 3.5.
+    pub fn measure<T: Scalar>(
+        original: &Surface<'_, T>,
+        deformed: &Surface<'_, T>,
+    ) -> Result<Self, Error> {
+        let rings = Arc::new(OneRings::new(original.mesh()));
+        let measure = |surface: &Surface<'_, T>| -> Result<_, Error> {
+            let mut weights = HalfedgeMap::filled(surface.mesh().num_halfedges(), T::zero());
+            Cotangent::default().weights(surface, &mut weights)?;
+            let mut ell =
+                VertexMap::filled(surface.mesh().num_vertices(), Vector3::zeros());
+            apply_weights(&rings, &weights, surface.positions(), &mut ell);
+            Ok((weights, ell))
+        };
+        check_same_mesh(original, deformed)?;
+        let (weights_before, before) = measure(original)?;
+        let (weights_after, after) = measure(deformed)?;
+        let n = before.len() as f64;
+        let parameterization: f64 = weights_before
+            .values()
+            .zip(weights_after.values())
+            .map(|(a, b)| (a.as_f64() - b.as_f64()).powi(2))
+            .sum();
+        let size = bounding_box(original).longest_side().as_f64();
+        let geometry: f64 = before
+            .values()
+            .zip(after.values())
+            .map(|(a, b)| ((a.norm() - b.norm()).as_f64() / size).powi(2))
+            .sum();
+        Ok(Self {
+            parameterization: (parameterization / n).sqrt(),
+            geometry: geometry.sqrt(),
+            geometry_rms: (geometry / n).sqrt(),
+        })
+    }
+}
+
+/// Measures of a deformation, original against deformed.
+#[derive(Clone, PartialEq, Debug)]
+#[non_exhaustive]
+pub struct Quality {
+    /// E_p and E_g of the paper.
+    pub errors: ShapeErrors,
+    /// Root mean square over the edges of |e|/|e⁰| − 1.
+    pub edge_distortion_rms: f64,
+    /// Root mean square over the faces of area/area⁰ − 1.
+    pub area_distortion_rms: f64,
+    /// Enclosed volume over the original one; `None` for an open mesh.
+    pub volume_ratio: Option<f64>,
+    /// Faces that point against their neighbours and did not before
+    /// (see [`cotan_geometry::folded_faces`]).
+    pub flipped_faces: usize,
+    /// Edges whose two faces include less than 60° and did not before: sharp folds.
+    pub folded_edges: usize,
+    /// Faces without area in the deformed mesh.
+    pub degenerate_faces: usize,
+    /// As-rigid-as-possible energy Σ_i Σ_j ⅛ w_ij |e_ij − R_i e⁰_ij|² over the original area.
+    pub arap_energy: f64,
+}
+
+impl Quality {
+    /// Measures everything.
+    ///
+    /// # Errors
+    /// [`Error`] if the two are not embeddings of the same mesh.
+    pub fn measure<T: Scalar>(
+        original: &Surface<'_, T>,
+        deformed: &Surface<'_, T>,
+    ) -> Result<Self, Error> {
+        let errors = ShapeErrors::measure(original, deformed)?;
+        let is_closed = original.mesh().halfedges().all(|h| !original.mesh().is_boundary_halfedge(h));
+        let moved = deformed.positions();
+        let volumes = [original, deformed].map(|s| volume(s).as_f64());
+        Ok(Self {
+            errors,
+            edge_distortion_rms: edge_distortion_rms(original, moved)?.as_f64(),
+            area_distortion_rms: area_distortion(original, moved)?.rms.as_f64(),
+            volume_ratio: (is_closed && volumes[0] != 0.0).then(|| volumes[1] / volumes[0]),
+            flipped_faces: folded_faces(original, moved)?.len(),
+            folded_edges: folded_edges(original, deformed),
+            degenerate_faces: degenerate_faces(deformed, scalar(1e-9)).len(),
+            arap_energy: arap_energy(original, deformed)?,
+        })
+    }
+}
+
+fn check_same_mesh<T: Scalar>(a: &Surface<'_, T>, b: &Surface<'_, T>) -> Result<(), Error> {
+    let (a, b) = (a.mesh(), b.mesh());
+    if std::ptr::eq(a, b) {
+        return Ok(());
+    }
+    let counts = |m: &cotan_halfedge::HalfedgeMesh| (m.num_vertices(), m.num_faces());
+    if counts(a) != counts(b) {
+        let ((va, fa), (vb, fb)) = (counts(a), counts(b));
+        return Err(Error::DifferentMeshes(format!(
+            "{va} vertices and {fa} faces against {vb} vertices and {fb} faces"
+        )));
+    }
+    match a.faces().find(|&f| a.triangle(f) != b.triangle(f)) {
+        Some(face) => Err(Error::DifferentMeshes(format!("face {face} has other corners"))),
+        None => Ok(()),
+    }
+}
+
+/// Edges at which the surface turns back on itself (normals more than 120° apart) and did not.
+fn folded_edges<T: Scalar>(original: &Surface<'_, T>, deformed: &Surface<'_, T>) -> usize {
+    let mesh = original.mesh();
+    let (before, after) = (face_normals(original), face_normals(deformed));
+    let threshold = scalar::<T>(-0.5);
+    mesh.edges()
+        .filter(|e| {
+            let [a, b] = e.halfedges().map(|h| mesh.face(h));
+            let (Some(a), Some(b)) = (a, b) else { return false };
+            after[a].dot(&after[b]) < threshold && before[a].dot(&before[b]) >= threshold
+        })
+        .count()
+}
+
+fn arap_energy<T: Scalar>(
+    original: &Surface<'_, T>,
+    deformed: &Surface<'_, T>,
+) -> Result<f64, Error> {
+    let mesh = original.mesh();
+    let mut weights = HalfedgeMap::filled(mesh.num_halfedges(), T::zero());
+    Cotangent::default().weights(original, &mut weights)?;
+    let edge = |surface: &Surface<'_, T>, h| surface.halfedge_vector(h).map(T::as_f64);
+    let mut energy = 0.0;
+    for v in mesh.vertices() {
+        let mut covariance = Matrix3::zeros();
+        for h in mesh.outgoing_halfedges(v) {
+            covariance +=
+                edge(deformed, h) * edge(original, h).transpose() * weights[h].as_f64();
+        }
+        let rotation = nearest_rotation(&covariance);
+        for h in mesh.outgoing_halfedges(v) {
+            let strain = edge(deformed, h) - rotation * edge(original, h);
+            energy += 0.125 * weights[h].as_f64() * strain.norm_squared();
+        }
+    }
+    Ok(energy / surface_area(original).as_f64())
+}

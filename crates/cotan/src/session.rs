@@ -1,0 +1,130 @@
+//! A deformation that stays alive while its handles move.
+
+use std::ops::ControlFlow;
+
+use cotan_flow::{Flow, Report, StepReport};
+use cotan_geometry::{Positions, Scalar};
+use cotan_halfedge::{HalfedgeMesh, VertexId};
+use nalgebra::{Matrix4, Point3};
+
+use crate::error::Error;
+use crate::handles::{Handles, Motion};
+use crate::options::DeformOptions;
+
+/// A mesh held by its handles: factorized once, then moved and stepped as often as you like.
+///
+/// ```
+/// use cotan::prelude::*;
+///
+/// let shape = cotan::shapes::icosphere::<f64>(2);
+/// let (bottom, top) = (VertexId::new(0), VertexId::new(3));
+/// let handles = Handles::new().fix([bottom]).move_to(top, shape.positions[top]);
+/// let mut session =
+///     Session::new(&shape.mesh, &shape.positions, &handles, &DeformOptions::default())?;
+/// for frame in 1..=5 {
+///     let pulled = shape.positions[top] * (1.0 + 0.1 * f64::from(frame));
+///     session.move_handle(1, &Motion::To(vec![pulled]))?;
+///     session.step()?;
+/// }
+/// let report = session.run()?;
+/// assert_eq!(report.stop, StopReason::Converged);
+/// assert_eq!(session.positions()[top], shape.positions[top] * 1.5);
+/// # Ok::<(), cotan::Error>(())
+/// ```
+#[derive(Debug)]
+pub struct Session<'m, T: Scalar> {
+    flow: Flow<'m, T>,
+    original: &'m Positions<T>,
+    /// The vertices of each handle.
+    groups: Vec<Vec<VertexId>>,
+}
+
+impl<'m, T: Scalar> Session<'m, T> {
+    /// Assembles and factorizes the system of `mesh` with `handles`.
+    ///
+    /// # Errors
+    /// [`Error`] for a mesh that is no surface, and for handles that do not exist, contradict each
+    /// other or leave a component of the mesh free.
+    pub fn new(
+        mesh: &'m HalfedgeMesh,
+        positions: &'m Positions<T>,
+        handles: &Handles<T>,
+        options: &DeformOptions,
+    ) -> Result<Self, Error> {
+        let resolved = handles.resolve(positions)?;
+        let flow = Flow::builder(mesh, positions)
+            .scheme(options.scheme.scheme())
+            .updater(options.updater())
+            .orientation(options.orientation())
+            .handles(resolved)
+            .start(options.start)
+            .acceleration(options.acceleration)
+            .schedule(options.schedule)
+            .tolerance(options.tolerance)
+            .iteration_limit(options.iteration_limit)
+            .build()?;
+        let groups = handles.vertices().map(<[VertexId]>::to_vec).collect();
+        Ok(Self { flow, original: positions, groups })
+    }
+
+    /// Moves handle number `group` (in the order in which the handles were given) to where `motion`
+    /// takes its *original* positions. The shape follows in the next steps.
+    ///
+    /// # Errors
+    /// [`Error`] if there is no such handle, or the motion does not fit it.
+    pub fn move_handle(&mut self, group: usize, motion: &Motion<T>) -> Result<(), Error> {
+        let vertices = self
+            .groups
+            .get(group)
+            .ok_or(Error::NoSuchHandle { group, num_groups: self.groups.len() })?;
+        let targets = motion.targets(group, vertices, self.original)?;
+        let moves: Vec<(VertexId, Point3<T>)> = vertices.iter().copied().zip(targets).collect();
+        self.flow.move_handles(&moves)?;
+        Ok(())
+    }
+
+    /// Moves handle number `group` by a transform of its original positions.
+    ///
+    /// # Errors
+    /// As [`Self::move_handle`].
+    pub fn transform_handle(&mut self, group: usize, matrix: Matrix4<T>) -> Result<(), Error> {
+        self.move_handle(group, &Motion::Transform(matrix))
+    }
+
+    /// One iteration.
+    ///
+    /// # Errors
+    /// What the flow reports.
+    pub fn step(&mut self) -> Result<StepReport, Error> {
+        Ok(self.flow.step()?)
+    }
+
+    /// Iterates until convergence or the iteration limit.
+    ///
+    /// # Errors
+    /// What the flow reports.
+    pub fn run(&mut self) -> Result<Report, Error> {
+        self.run_observed(|_, _| ControlFlow::Continue(()))
+    }
+
+    /// As [`Self::run`]; the observer sees every step and may stop the run.
+    ///
+    /// # Errors
+    /// What the flow reports.
+    pub fn run_observed(
+        &mut self,
+        observer: impl FnMut(&Flow<'m, T>, &StepReport) -> ControlFlow<()>,
+    ) -> Result<Report, Error> {
+        Ok(self.flow.run(observer)?)
+    }
+
+    /// The current positions, in the units of the input.
+    pub fn positions(&self) -> Positions<T> {
+        self.flow.positions()
+    }
+
+    /// The flow underneath.
+    pub fn flow(&self) -> &Flow<'m, T> {
+        &self.flow
+    }
+}
