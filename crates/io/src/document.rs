@@ -39,6 +39,9 @@ impl Document {
     /// corners, or a corner refers to a vertex that is not there.
     pub fn new(positions: Vec<Point3<f64>>, faces: FaceList) -> Result<Self, IoError> {
         let num_vertices = positions.len();
+        if num_vertices == 0 {
+            return Err(IoError::Empty);
+        }
         if let Some(vertex) = positions.iter().position(|p| !is_finite(p)) {
             return Err(IoError::NonFinitePosition { vertex });
         }
@@ -140,8 +143,8 @@ impl Document {
     }
 
     /// Brings positions of the processing mesh back: every vertex whose position differs from the
-    /// one that `processing` was built with is moved; all others, and vertices that no face uses,
-    /// stay as they are, to the last digit of the file.
+    /// document's is moved; all others, and vertices that no face uses, stay as they are, to the
+    /// last digit of the file.
     ///
     /// # Errors
     /// [`IoError::PositionCount`] if the positions do not belong to `processing` or that not to
@@ -168,9 +171,10 @@ impl Document {
         }
         let moves: Vec<(usize, Point3<f64>)> = positions
             .iter()
+            .map(|(v, p)| (processing.document_vertex(v), p))
             // Compared in the caller's type: what f32 cannot tell apart was not moved.
-            .filter(|&(v, p)| *p != processing.positions()[v].map(T::of_f64))
-            .map(|(v, p)| (processing.document_vertex(v), p.map(Scalar::as_f64)))
+            .filter(|&(vertex, p)| *p != self.positions[vertex].map(T::of_f64))
+            .map(|(vertex, p)| (vertex, p.map(Scalar::as_f64)))
             .collect();
         if let Some(&(vertex, _)) = moves.iter().find(|(_, p)| !is_finite(p)) {
             return Err(IoError::NonFinitePosition { vertex });
@@ -252,4 +256,119 @@ impl Document {
 
 fn is_finite(point: &Point3<f64>) -> bool {
     point.iter().all(|x| x.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::file::read;
+    use crate::limits::Limits;
+    use nalgebra::Vector3;
+
+    // Vertex 1 is used by no face.
+    const FILE: &str = "v 0 0 0\nv 9 9 9\nv 1.10 0 0\nv 1 1 0\nv 0 1 0\nf 1 3 4 5\n";
+
+    fn document() -> Document {
+        read(FILE, None, &Limits::default()).unwrap()
+    }
+
+    #[test]
+    fn the_maps_lead_there_and_back() {
+        let processing = document().processing_mesh().unwrap();
+        assert_eq!(
+            (
+                processing.mesh().num_vertices(),
+                processing.mesh().num_faces()
+            ),
+            (4, 2)
+        );
+        assert_eq!(processing.vertex(1), None);
+        assert_eq!(processing.vertex(5), None);
+        for v in processing.mesh().vertices() {
+            assert_eq!(processing.vertex(processing.document_vertex(v)), Some(v));
+        }
+        for f in processing.mesh().faces() {
+            assert_eq!(processing.document_face(f), 0);
+        }
+    }
+
+    #[test]
+    fn only_moved_vertices_are_written() {
+        let mut document = document();
+        let processing = document.processing_mesh().unwrap();
+        let mut positions = processing.positions().map(|p| p.map(|x| x as f32));
+        document.set_positions(&processing, &positions).unwrap();
+        assert_eq!(document.write(Format::Obj).unwrap(), FILE.as_bytes());
+
+        positions[processing.vertex(4).unwrap()] += Vector3::new(0.0, 0.5, 0.0);
+        document.set_positions(&processing, &positions).unwrap();
+        let written = String::from_utf8(document.write(Format::Obj).unwrap()).unwrap();
+        assert_eq!(written, FILE.replace("v 0 1 0", "v 0 1.5 0"));
+
+        // What was moved can be moved back.
+        document
+            .set_positions(&processing, processing.positions())
+            .unwrap();
+        assert_eq!(document.write(Format::Obj).unwrap(), FILE.as_bytes());
+    }
+
+    #[test]
+    fn positions_that_do_not_fit_change_nothing() {
+        let mut document = document();
+        let processing = document.processing_mesh().unwrap();
+        let mut positions = processing.positions().map(|p| p * 2.0);
+        positions[processing.vertex(4).unwrap()].y = f64::NAN;
+        let error = document.set_positions(&processing, &positions).unwrap_err();
+        assert!(
+            matches!(error, IoError::NonFinitePosition { vertex: 4 }),
+            "{error}"
+        );
+        let short = Positions::from_vec(vec![Point3::<f64>::origin(); 3]);
+        assert!(document.set_positions(&processing, &short).is_err());
+        assert!(document.set_position(5, Point3::origin()).is_err());
+        assert_eq!(document.write(Format::Obj).unwrap(), FILE.as_bytes());
+    }
+
+    #[test]
+    fn defects_are_named_in_the_numbers_of_the_file() {
+        let file = "v 9 9 9\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 2 3 4 5\nf 3 4 5\n";
+        let document = read(file, None, &Limits::default()).unwrap();
+        let error = document.processing_mesh().unwrap_err().to_string();
+        assert!(
+            error.contains("faces 0 and 1") && error.contains("vertex 2"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn a_document_made_in_memory_is_checked() {
+        let points = vec![
+            Point3::origin(),
+            Point3::new(1.0, 0.0, 0.0),
+            Point3::new(0.0, 1.0, 0.0),
+        ];
+        let made = |faces: &[&[u32]]| Document::new(points.clone(), faces.iter().collect());
+        assert!(made(&[&[0, 1, 2]]).is_ok());
+        assert!(matches!(
+            made(&[&[0, 1]]),
+            Err(IoError::FaceCorners { face: 0, degree: 2 })
+        ));
+        assert!(matches!(
+            made(&[&[0, 1, 3]]),
+            Err(IoError::FaceVertex { vertex: 3, .. })
+        ));
+        assert!(matches!(
+            Document::new(vec![Point3::new(0.0, f64::NAN, 0.0)], FaceList::new()),
+            Err(IoError::NonFinitePosition { vertex: 0 })
+        ));
+        assert!(matches!(
+            Document::new(Vec::new(), FaceList::new()),
+            Err(IoError::Empty)
+        ));
+        let points_only = Document::new(points, FaceList::new()).unwrap();
+        assert!(matches!(
+            points_only.processing_mesh(),
+            Err(IoError::NoFaces { num_vertices: 3 })
+        ));
+    }
 }

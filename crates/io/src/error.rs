@@ -64,6 +64,9 @@ pub enum IoError {
         /// The format that it was read as.
         format: Format,
     },
+    /// A document was to be made in memory without a vertex.
+    #[error("there are no vertices")]
+    Empty,
     /// A header that breaks the rules of its format.
     #[error("line {line}: {problem}")]
     Header {

@@ -1,7 +1,7 @@
 //! The polygons of a document.
 
-/// A list of polygons of any degree, stored flat: all corners in one list, and where each
-/// polygon ends. Eight bytes less a face than a vector of vectors would need for its header alone.
+/// A list of polygons of any degree, stored flat: all corners in one list, and where each polygon
+/// ends. A triangle takes 16 bytes.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct FaceList {
     corners: Vec<u32>,

@@ -1,7 +1,7 @@
 //! Files: opened within limits, replaced in one step.
 
-use std::fs::File;
-use std::io::{Read, Write};
+use std::fs::{File, Permissions};
+use std::io::{Error, ErrorKind, Read, Write};
 use std::path::Path;
 
 use crate::document::Document;
@@ -111,35 +111,182 @@ fn replace(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     };
-    let mut file = tempfile::Builder::new()
-        .prefix(".cotan-")
-        .tempfile_in(folder)?;
+    let old = old_permissions(&target)?;
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".cotan-");
+    #[cfg(unix)]
+    {
+        // As any new file: what the process's mask leaves of read and write for all.
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    let mut file = builder.tempfile_in(folder)?;
     file.write_all(bytes)?;
-    keep_permissions(&target, file.as_file())?;
+    if let Some(old) = old {
+        file.as_file().set_permissions(old)?;
+    }
     file.as_file().sync_all()?;
     file.persist(&target).map_err(|error| error.error)?;
     Ok(())
 }
 
-/// Gives the new file the permissions of the old one, or the usual ones: a temporary file is
-/// readable by its owner alone.
-fn keep_permissions(target: &Path, file: &File) -> std::io::Result<()> {
-    match std::fs::metadata(target) {
-        Ok(old) => file.set_permissions(old.permissions()),
-        Err(_) => {
-            #[cfg(unix)]
-            {
-                use std::os::unix::fs::PermissionsExt;
-                file.set_permissions(std::fs::Permissions::from_mode(0o644))?;
-            }
-            Ok(())
-        }
+/// The permissions of the file that will be replaced; refuses what must not be replaced, which
+/// a change of names alone would not notice.
+fn old_permissions(target: &Path) -> std::io::Result<Option<Permissions>> {
+    let Ok(metadata) = std::fs::metadata(target) else {
+        return Ok(None);
+    };
+    if !metadata.is_file() {
+        return Err(Error::new(
+            ErrorKind::InvalidInput,
+            "this is not a regular file",
+        ));
     }
+    if metadata.permissions().readonly() {
+        return Err(Error::new(
+            ErrorKind::PermissionDenied,
+            "the file is read-only",
+        ));
+    }
+    Ok(Some(metadata.permissions()))
 }
 
 fn in_file(path: &Path, source: IoError) -> IoError {
     IoError::InFile {
         path: path.to_owned(),
         source: Box::new(source),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Point3;
+
+    const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+
+    #[test]
+    fn the_content_decides_and_then_the_extension() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        let document = read(TRIANGLE, None, &Limits::default()).unwrap();
+        std::fs::write(path("misnamed.obj"), document.write(Format::Ply).unwrap()).unwrap();
+        assert_eq!(
+            load(path("misnamed.obj")).unwrap().format(),
+            Some(Format::Ply)
+        );
+        std::fs::write(path("mesh.OBJ"), TRIANGLE).unwrap();
+        assert_eq!(load(path("mesh.OBJ")).unwrap().format(), Some(Format::Obj));
+        std::fs::write(path("mesh.xyz"), TRIANGLE).unwrap();
+        let error = load(path("mesh.xyz")).unwrap_err().to_string();
+        assert!(
+            error.contains("mesh.xyz") && error.contains(".obj, .ply and .off"),
+            "{error}"
+        );
+        let error = load(path("missing.obj")).unwrap_err().to_string();
+        assert!(
+            error.contains("missing.obj: cannot read the file"),
+            "{error}"
+        );
+        let error = load(folder.path()).unwrap_err();
+        assert!(matches!(error, IoError::InFile { .. }), "{error}");
+    }
+
+    #[test]
+    fn limits_bound_what_is_read() {
+        let refused = |limits: Limits| {
+            matches!(
+                read(TRIANGLE, None, &limits),
+                Err(IoError::OverLimit { .. })
+            )
+        };
+        let limits = Limits {
+            max_vertices: 3,
+            max_faces: 1,
+            max_corners: 3,
+            max_bytes: 32,
+        };
+        assert!(!refused(limits));
+        assert!(refused(Limits {
+            max_vertices: 2,
+            ..limits
+        }));
+        assert!(refused(Limits {
+            max_faces: 0,
+            ..limits
+        }));
+        assert!(refused(Limits {
+            max_corners: 2,
+            ..limits
+        }));
+        assert!(refused(Limits {
+            max_bytes: 31,
+            ..limits
+        }));
+    }
+
+    #[test]
+    fn a_save_replaces_the_file_and_leaves_no_other() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mesh.obj");
+        std::fs::write(&path, TRIANGLE).unwrap();
+        let mut document = load(&path).unwrap();
+        document
+            .set_position(1, Point3::new(2.0, 0.0, 0.0))
+            .unwrap();
+        save(&document, &path).unwrap();
+        assert_eq!(
+            std::fs::read_to_string(&path).unwrap(),
+            TRIANGLE.replace("v 1", "v 2")
+        );
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_failed_save_keeps_the_old_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let document = read(TRIANGLE, None, &Limits::default()).unwrap();
+        let error = save(&document, folder.path().join("mesh.stl")).unwrap_err();
+        assert!(error.to_string().contains("mesh.stl"), "{error}");
+        save(&document, folder.path().join("missing").join("mesh.obj")).unwrap_err();
+
+        let path = folder.path().join("kept.obj");
+        std::fs::write(&path, "old").unwrap();
+        let mut permissions = std::fs::metadata(&path).unwrap().permissions();
+        permissions.set_readonly(true);
+        std::fs::set_permissions(&path, permissions).unwrap();
+        let error = save(&document, &path).unwrap_err().to_string();
+        assert!(error.contains("read-only"), "{error}");
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "old");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_stays_a_link_and_permissions_stay() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let (file, link) = (
+            folder.path().join("file.obj"),
+            folder.path().join("link.obj"),
+        );
+        std::fs::write(&file, TRIANGLE).unwrap();
+        std::fs::set_permissions(&file, Permissions::from_mode(0o640)).unwrap();
+        std::os::unix::fs::symlink("file.obj", &link).unwrap();
+        let mut document = load(&link).unwrap();
+        document
+            .set_position(0, Point3::new(5.0, 0.0, 0.0))
+            .unwrap();
+        save(&document, &link).unwrap();
+        assert!(std::fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert!(
+            std::fs::read_to_string(&file)
+                .unwrap()
+                .starts_with("v 5 0 0")
+        );
+        assert_eq!(
+            std::fs::metadata(&file).unwrap().permissions().mode() & 0o777,
+            0o640
+        );
     }
 }

@@ -23,12 +23,14 @@
 //! # Ok::<(), cotan_io::IoError>(())
 //! ```
 
+mod coordinate;
 mod document;
 mod error;
 mod faces;
 mod file;
 mod format;
 mod limits;
+mod number;
 mod obj;
 mod off;
 mod ply;

@@ -17,7 +17,7 @@ use crate::error::IoError;
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Limits {
-    /// Largest file, in bytes (default 4 GiB).
+    /// Largest file, in bytes (default 2 GiB).
     pub max_bytes: u64,
     /// Most vertices (default 2^28, about 268 million).
     pub max_vertices: usize,
@@ -30,7 +30,7 @@ pub struct Limits {
 impl Default for Limits {
     fn default() -> Self {
         Self {
-            max_bytes: 4 << 30,
+            max_bytes: 2 << 30,
             max_vertices: 1 << 28,
             max_faces: 1 << 29,
             max_corners: (1 << 31) - 2,

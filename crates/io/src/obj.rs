@@ -10,10 +10,12 @@ use std::fmt::Write as _;
 
 use nalgebra::Point3;
 
+use crate::coordinate;
 use crate::document::Document;
 use crate::error::{Element, IoError, Place, quote};
 use crate::faces::FaceList;
 use crate::limits::Limits;
+use crate::number;
 use crate::source::{Contents, Rows, Source};
 use crate::text::{self, Lines, Tokens};
 
@@ -24,6 +26,7 @@ pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError>
     while let Some(line) = lines.next() {
         let statement = continued(&bytes, line, &mut lines);
         let Some(keyword) = Tokens::new(statement).next() else {
+            reader.num_comments += usize::from(statement.contains(&b'#'));
             continue;
         };
         let after = keyword.start + keyword.text.len();
@@ -71,6 +74,7 @@ struct Reader<'a> {
     starts: Vec<usize>,
     /// The largest reference to a vertex further down: its number, its face, its line.
     forward: Option<(i64, usize, usize)>,
+    num_comments: usize,
     num_coloured: usize,
     /// How many statements of each kind of [`OTHERS`] there are.
     others: [usize; OTHERS.len()],
@@ -98,6 +102,7 @@ impl<'a> Reader<'a> {
             faces: FaceList::new(),
             starts: Vec::new(),
             forward: None,
+            num_comments: 0,
             num_coloured: 0,
             others: [0; OTHERS.len()],
         }
@@ -107,19 +112,8 @@ impl<'a> Reader<'a> {
     fn vertex(&mut self, numbers: &[u8], start: usize, place: Place) -> Result<(), IoError> {
         let vertex = self.positions.len();
         let mut tokens = Tokens::new(numbers);
-        let mut position = Point3::origin();
-        for axis in 0..3 {
-            let token = tokens.next().ok_or_else(|| IoError::TooFewNumbers {
-                place,
-                element: Element::new("vertex", vertex),
-                found: axis,
-                needed: 3,
-            })?;
-            if axis == 0 {
-                self.starts.push(start + token.start);
-            }
-            position[axis] = coordinate(token.text, vertex, place)?;
-        }
+        let (position, x) = coordinate::position(&mut tokens, vertex, place)?;
+        self.starts.push(start + x);
         // x y z r g b, against x y z w.
         self.num_coloured += usize::from(tokens.nth(2).is_some());
         self.positions.push(position);
@@ -199,6 +193,7 @@ impl<'a> Reader<'a> {
 
     fn contents(&self) -> Contents {
         let mut contents = Contents::default();
+        contents.count_comments(self.num_comments);
         if self.num_coloured > 0 {
             contents
                 .extras
@@ -216,36 +211,17 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// A finite number.
-#[inline]
-pub(crate) fn coordinate(token: &[u8], vertex: usize, place: Place) -> Result<f64, IoError> {
-    match text::parse_f64(token) {
-        Some(x) if x.is_finite() => Ok(x),
-        Some(_) => Err(IoError::NonFinite {
-            place,
-            vertex,
-            value: quote(token),
-        }),
-        None => Err(IoError::BadNumber {
-            place,
-            element: Element::new("vertex", vertex),
-            text: quote(token),
-            expected: "a number",
-        }),
-    }
-}
-
 /// The vertex index of `v`, `v/vt`, `v//vn` or `v/vt/vn`.
 #[inline]
 fn corner(token: &[u8]) -> Option<i64> {
     match token.iter().position(|&b| b == b'/') {
-        None => text::parse_integer(token),
+        None => number::parse_integer(token),
         Some(slash) => {
             let rest = &token[slash..];
             let well_formed = rest
                 .iter()
                 .all(|b| matches!(b, b'/' | b'-' | b'+' | b'0'..=b'9'));
-            text::parse_integer(&token[..slash]).filter(|_| well_formed)
+            number::parse_integer(&token[..slash]).filter(|_| well_formed)
         }
     }
 }
@@ -257,7 +233,7 @@ pub(crate) fn write(positions: &[Point3<f64>], faces: &FaceList) -> Vec<u8> {
         out.push('v');
         for &x in p.iter() {
             out.push(' ');
-            text::push_f64(&mut out, x);
+            number::push_f64(&mut out, x);
         }
         out.push('\n');
     }
@@ -270,4 +246,109 @@ pub(crate) fn write(positions: &[Point3<f64>], faces: &FaceList) -> Vec<u8> {
         out.push('\n');
     }
     out.into_bytes()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::format::Format;
+
+    fn parse(text: &str) -> Result<Document, IoError> {
+        read(text.as_bytes().to_vec(), &Limits::default())
+    }
+
+    fn refusal(text: &str) -> String {
+        parse(text).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn every_way_to_write_a_corner_means_the_same_vertex() {
+        let text = "\u{feff}# square\r\nv 0 0 0 1\r\n\tv 1 0 0 0.5 nan 0.5\r\nv +1.0 1e0 .0\r\n\
+                    v 0 1 0 # the last\r\nvt 0 0\nvn 0 0 1\n\
+                    f 1 2 3#x\nf 1/1 2/1 3/1 4/1\nf 1//1 2//1 3//1\nf -4/-1/-1 -3/1/1 \\\r\n-2/1/1\n";
+        let document = parse(text).unwrap();
+        assert_eq!(document.positions()[2], Point3::new(1.0, 1.0, 0.0));
+        let faces: Vec<_> = document.faces().iter().collect();
+        assert_eq!(
+            faces,
+            [&[0, 1, 2][..], &[0, 1, 2, 3], &[0, 1, 2], &[0, 1, 2]]
+        );
+        assert_eq!(
+            document.losses(Format::Off),
+            [
+                "1 comments will be lost in OFF".to_owned(),
+                "colours of 1 vertices will be lost in OFF".to_owned(),
+                "1 texture coordinates (vt) will be lost in OFF".to_owned(),
+                "1 normals (vn) will be lost in OFF".to_owned(),
+            ]
+        );
+        assert!(document.losses(Format::Obj).is_empty());
+    }
+
+    #[test]
+    fn a_face_may_stand_before_its_vertices() {
+        let document = parse("f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\n").unwrap();
+        assert_eq!(document.faces().get(0), Some(&[0, 1, 2][..]));
+        assert!(
+            refusal("f 1 2 3\nf 1 2 4\nv 0 0 0\nv 1 0 0\nv 0 1 0\n")
+                .starts_with("line 2: face 1 refers to vertex 4")
+        );
+    }
+
+    #[test]
+    fn a_comment_that_ends_in_a_backslash_swallows_nothing() {
+        let document = parse("# C:\\meshes\\\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3").unwrap();
+        assert_eq!(document.positions().len(), 3);
+    }
+
+    #[test]
+    fn refusals_name_line_element_and_trouble() {
+        let three = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+        let with = |line: &str| refusal(&format!("{three}{line}\n"));
+        assert_eq!(
+            with("f 0 1 2"),
+            "line 4: face 0 refers to vertex 0, but the vertices are numbered 1 to 3"
+        );
+        assert_eq!(
+            with("f 1 2 -4"),
+            "line 4: face 0 refers to vertex -4, but the vertices are numbered 1 to 3"
+        );
+        assert_eq!(
+            with("f 1 2"),
+            "line 4: face 0 has 2 corners; a face needs three or more"
+        );
+        assert_eq!(
+            with("f 1 2 x"),
+            "line 4: face 0 has `x` where a corner (v, v/vt, v//vn or v/vt/vn) is expected"
+        );
+        assert!(with("f 1 2/x 3").starts_with("line 4: face 0 has `2/x`"));
+        assert!(with("f 1 2 99999999999999999999").starts_with("line 4: face 0 has"));
+        assert_eq!(with("v 1 2"), "line 4: vertex 3 has 2 numbers; it needs 3");
+        assert_eq!(
+            with("v 1 2 x\u{7f}y"),
+            "line 4: vertex 3 has `x\u{fffd}y` where a number is expected"
+        );
+        assert!(with("v 1 nan 3").starts_with("line 4: vertex 3 has the coordinate nan"));
+        assert!(with("v 1 1e999 3").starts_with("line 4: vertex 3 has the coordinate 1e999"));
+        assert!(refusal("").starts_with("no vertices"));
+        assert!(refusal("<!DOCTYPE html>\n<p>404</p>").starts_with("no vertices"));
+    }
+
+    #[test]
+    fn moved_vertices_change_and_nothing_else_does() {
+        let text =
+            "v  0.10 \\\n 0\t0.0  1 # w\r\no box\nv 1 0 0\nv 0 1 0\nv 9 9 9\nvt 1 1\nf 1/1 2/1 3/1";
+        let mut document = parse(text).unwrap();
+        document
+            .set_position(0, Point3::new(-0.5, 1e-30, 12345.0))
+            .unwrap();
+        document
+            .set_position(2, Point3::new(0.1 + 0.2, 0.0, 0.0))
+            .unwrap();
+        let written = String::from_utf8(document.write(Format::Obj).unwrap()).unwrap();
+        let expected = text
+            .replace("0.10 \\\n 0\t0.0", "-0.5 \\\n 1e-30\t12345")
+            .replace("v 0 1 0", "v 0.30000000000000004 0 0");
+        assert_eq!(written, expected);
+    }
 }

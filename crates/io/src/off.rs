@@ -8,11 +8,12 @@ use std::fmt::Write as _;
 
 use nalgebra::Point3;
 
+use crate::coordinate;
 use crate::document::Document;
 use crate::error::{Element, IoError, Place, quote};
 use crate::faces::FaceList;
 use crate::limits::Limits;
-use crate::obj::coordinate;
+use crate::number;
 use crate::source::{self, Contents, Source};
 use crate::text::{self, Line, Lines, Tokens};
 
@@ -29,8 +30,10 @@ pub(crate) fn is_header_word(word: &[u8]) -> bool {
 
 /// Reads an OFF file; the header word may be missing.
 pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError> {
+    let lines = Lines::new(&bytes, text::after_bom(&bytes));
     let mut rows = Rows {
-        lines: Lines::new(&bytes, text::after_bom(&bytes)),
+        lines,
+        num_comments: 0,
     };
     let header = Header::read(&mut rows, bytes.len(), limits)?;
     let mut contents = Contents::default();
@@ -73,6 +76,7 @@ pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError>
             promised,
         });
     }
+    contents.count_comments(rows.num_comments);
     Document::from_source(
         positions,
         faces,
@@ -83,12 +87,14 @@ pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError>
 /// The lines that are not blank, without their comments.
 struct Rows<'a> {
     lines: Lines<'a>,
+    num_comments: usize,
 }
 
 impl<'a> Rows<'a> {
     fn next(&mut self) -> Option<Line<'a>> {
         self.lines.find_map(|line| {
             let text = text::before_comment(line.text);
+            self.num_comments += usize::from(text.len() < line.text.len());
             (!text.trim_ascii().is_empty()).then_some(Line { text, ..line })
         })
     }
@@ -129,7 +135,7 @@ impl Header {
                     "vertices of other than three dimensions are not read",
                 ));
             }
-            counts = &row.text[row.text.len().min(word_end(row.text))..];
+            counts = &row.text[word_end(row.text)..];
             if Tokens::new(counts)
                 .next()
                 .is_some_and(|token| token.text == b"BINARY")
@@ -149,7 +155,7 @@ impl Header {
         let mut tokens = Tokens::new(counts);
         let mut count = |name: &str, least_bytes: usize| {
             let token = tokens.next().map_or(&b""[..], |token| token.text);
-            let count = text::parse_integer(token).and_then(|n| usize::try_from(n).ok());
+            let count = number::parse_integer(token).and_then(|n| usize::try_from(n).ok());
             let count = count.ok_or_else(|| {
                 problem(
                     row,
@@ -192,21 +198,8 @@ fn problem(row: Line<'_>, text: &str) -> IoError {
 fn read_vertex(row: Line<'_>, vertex: usize) -> Result<(Point3<f64>, usize, bool), IoError> {
     let place = Place::Line(row.number);
     let mut tokens = Tokens::new(row.text);
-    let mut position = Point3::origin();
-    let mut start = row.start;
-    for axis in 0..3 {
-        let token = tokens.next().ok_or_else(|| IoError::TooFewNumbers {
-            place,
-            element: Element::new("vertex", vertex),
-            found: axis,
-            needed: 3,
-        })?;
-        if axis == 0 {
-            start += token.start;
-        }
-        position[axis] = coordinate(token.text, vertex, place)?;
-    }
-    Ok((position, start, tokens.next().is_some()))
+    let (position, x) = coordinate::position(&mut tokens, vertex, place)?;
+    Ok((position, row.start + x, tokens.next().is_some()))
 }
 
 /// Appends a face and says whether more numbers follow.
@@ -221,7 +214,7 @@ fn read_face(row: Line<'_>, num_vertices: usize, faces: &mut FaceList) -> Result
     };
     let mut tokens = Tokens::new(row.text);
     let first = tokens.next().map_or(&b""[..], |token| token.text);
-    let degree = text::parse_integer(first)
+    let degree = number::parse_integer(first)
         .and_then(|n| usize::try_from(n).ok())
         .ok_or_else(|| bad(first, "a number of corners"))?;
     if degree < 3 {
@@ -239,7 +232,7 @@ fn read_face(row: Line<'_>, num_vertices: usize, faces: &mut FaceList) -> Result
             needed: degree.saturating_add(1),
         })?;
         let index =
-            text::parse_integer(token.text).ok_or_else(|| bad(token.text, "a vertex number"))?;
+            number::parse_integer(token.text).ok_or_else(|| bad(token.text, "a vertex number"))?;
         match u32::try_from(index) {
             Ok(vertex) if (vertex as usize) < num_vertices => faces.push_corner(vertex),
             _ => {
@@ -267,7 +260,7 @@ pub(crate) fn write(positions: &[Point3<f64>], faces: &FaceList) -> Vec<u8> {
             if axis > 0 {
                 out.push(' ');
             }
-            text::push_f64(&mut out, x);
+            number::push_f64(&mut out, x);
         }
         out.push('\n');
     }
@@ -279,4 +272,109 @@ pub(crate) fn write(positions: &[Point3<f64>], faces: &FaceList) -> Vec<u8> {
         out.push('\n');
     }
     out.into_bytes()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::format::Format;
+
+    fn parse(text: &str) -> Result<Document, IoError> {
+        read(text.as_bytes().to_vec(), &Limits::default())
+    }
+
+    fn refusal(text: &str) -> String {
+        parse(text).unwrap_err().to_string()
+    }
+
+    const BODY: &str = "0 0 0\n1 0 0\n\n1 1 0\n0 1 0\n4 0 1 2 3\n";
+
+    #[test]
+    fn headers_come_in_many_shapes() {
+        for header in [
+            "OFF\n4 1 0\n",
+            "OFF 4 1\n",
+            "# c\nOFF # c\n\n# c\n4 1 4#c\n",
+            "4 1 0\r\n",
+            "\u{feff}COFF\r4 1 0\r",
+        ] {
+            let document = parse(&format!("{header}{BODY}")).unwrap();
+            assert_eq!(
+                (document.positions().len(), document.faces().num_corners()),
+                (4, 4),
+                "{header}"
+            );
+        }
+        for header in ["4OFF\n4 1 0\n", "nOFF\n3\n4 1 0\n", "OFF BINARY\n4 1 0\n"] {
+            assert!(
+                refusal(&format!("{header}{BODY}")).starts_with("line 1: "),
+                "{header}"
+            );
+        }
+    }
+
+    #[test]
+    fn further_numbers_are_kept_and_not_read() {
+        let text = "STCNOFF\n3 1 0\n0 0 0  0 0 1  255 0 0 1  .5 .5\n1 0 0 nan\n0 1 0 #c\n3 0 1 2 0.5 0.5 0.5\n";
+        let mut document = parse(text).unwrap();
+        document
+            .set_position(0, Point3::new(0.0, 0.25, 0.0))
+            .unwrap();
+        let written = String::from_utf8(document.write(Format::Off).unwrap()).unwrap();
+        assert_eq!(written, text.replace("\n0 0 0  0", "\n0 0.25 0  0"));
+        assert_eq!(document.losses(Format::Ply).len(), 3);
+        assert_eq!(
+            document.losses(Format::Off),
+            ["the normals of the vertices are kept as they were; vertices have moved"]
+        );
+    }
+
+    #[test]
+    fn refusals_name_line_element_and_trouble() {
+        let three = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n";
+        let with = |line: &str| refusal(&format!("{three}{line}\n"));
+        assert_eq!(
+            with("3 0 1 3"),
+            "line 6: face 0 refers to vertex 3, but the vertices are numbered 0 to 2"
+        );
+        assert_eq!(
+            with("3 0 1 -1"),
+            "line 6: face 0 refers to vertex -1, but the vertices are numbered 0 to 2"
+        );
+        assert_eq!(
+            with("2 0 1"),
+            "line 6: face 0 has 2 corners; a face needs three or more"
+        );
+        assert_eq!(with("4 0 1 2"), "line 6: face 0 has 4 numbers; it needs 5");
+        assert_eq!(
+            with("9223372036854775807 0 1 2"),
+            "line 6: face 0 has `9223372036854775807` where a number of corners is expected"
+        );
+        assert_eq!(
+            with("999999999999999999 0 1"),
+            "line 6: face 0 has 3 numbers; it needs 1000000000000000000"
+        );
+        assert_eq!(
+            with("3 0 1 2.5"),
+            "line 6: face 0 has `2.5` where a vertex number is expected"
+        );
+        assert_eq!(
+            with(""),
+            "line 6: the file ends at face 0, but 1 were promised; it was cut short"
+        );
+        assert!(with("3 0 1 2\n3 0 2 1").starts_with("line 7: more rows follow the 1 faces"));
+        assert!(
+            refusal("OFF\n999999999999 1 0\n0 0 0")
+                .starts_with("line 2: 999999999999 vertices are promised")
+        );
+        assert!(refusal("OFF\nx\n").starts_with("line 2: `x` is not the number of vertices"));
+        assert!(
+            refusal("OFF\n").starts_with("line 1: the numbers of vertices and faces are missing")
+        );
+        assert!(refusal("OFF\n0 0 0\n").starts_with("no vertices"));
+        assert!(
+            refusal("OFF\n3 0\n0 0 0\n1 inf 0\n")
+                .starts_with("line 4: vertex 1 has the coordinate inf")
+        );
+    }
 }

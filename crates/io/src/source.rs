@@ -4,6 +4,7 @@ use nalgebra::Point3;
 
 use crate::error::IoError;
 use crate::format::Format;
+use crate::number;
 use crate::ply::VertexRows;
 use crate::text;
 
@@ -35,6 +36,14 @@ pub(crate) struct Contents {
     pub(crate) extras: Vec<String>,
     /// What no longer fits once vertices move.
     pub(crate) stale: Vec<String>,
+}
+
+impl Contents {
+    pub(crate) fn count_comments(&mut self, count: usize) {
+        if count > 0 {
+            self.extras.push(format!("{count} comments"));
+        }
+    }
 }
 
 impl Source {
@@ -77,7 +86,7 @@ impl Source {
                     let tokens = text::Tokens::new(&bytes[start..]);
                     for (token, &x) in tokens.zip(position.iter()) {
                         patch.replace(start + token.start, token.text.len(), |out| {
-                            text::push_f64(out, x);
+                            number::push_f64(out, x);
                         });
                     }
                 }

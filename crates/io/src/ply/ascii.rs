@@ -4,9 +4,10 @@ use std::ops::Range;
 
 use nalgebra::Point3;
 
+use crate::coordinate::coordinate;
 use crate::error::{self, IoError, Place, quote};
-use crate::obj::coordinate;
-use crate::text::{self, Line, Lines, Tokens};
+use crate::number::parse_integer;
+use crate::text::{Line, Lines, Tokens};
 
 use super::Body;
 use super::header::Header;
@@ -53,7 +54,7 @@ fn read_row(
         needed: more.saturating_add(found),
     };
     let integer = |token: &[u8]| {
-        text::parse_integer(token).ok_or_else(|| IoError::BadNumber {
+        parse_integer(token).ok_or_else(|| IoError::BadNumber {
             place,
             element: error::Element::new(&element.name, number),
             text: quote(token),
@@ -68,8 +69,7 @@ fn read_row(
             Property::Coordinate(axis, _) => position[axis] = coordinate(token, number, place)?,
             Property::Scalar(_) => {}
             Property::Corners(..) => {
-                for found in 0..list_length(integer(token)?, place, element, number)? {
-                    let _ = found;
+                for _ in 0..list_length(integer(token)?, place, element, number)? {
                     let token = row.next().ok_or_else(|| too_few(row.num_read, rest))?;
                     body.push_corner(integer(token)?, || place)?;
                 }
@@ -133,7 +133,7 @@ pub(super) fn locate(
             }
             Property::Scalar(_) => {}
             Property::Corners(..) | Property::List(..) => {
-                for _ in 0..text::parse_integer(token.text)? {
+                for _ in 0..parse_integer(token.text)? {
                     tokens.next()?;
                 }
             }

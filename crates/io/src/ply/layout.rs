@@ -162,11 +162,7 @@ impl Layout {
                     .push(format!("the normals (nx, ny, nz) of element {name}"));
             }
         }
-        if header.num_comments > 0 {
-            contents
-                .extras
-                .push(format!("{} comments", header.num_comments));
-        }
+        contents.count_comments(header.num_comments);
         contents
     }
 }

@@ -4,8 +4,8 @@ use nalgebra::Point3;
 use ply_rs::ply::Encoding;
 
 use crate::error::IoError;
+use crate::number;
 use crate::source::TextPatch;
-use crate::text;
 
 use super::layout::{NumberType, Property};
 use super::{ascii, binary};
@@ -61,9 +61,9 @@ impl VertexRows {
             let mut axes = [0, 1, 2];
             axes.sort_by_key(|&axis| places[axis].start);
             for axis in axes {
-                let number = Number::new(position[axis], types[axis], vertex)?;
+                let value = Number::new(position[axis], types[axis], vertex)?;
                 let place = &places[axis];
-                patch.replace(place.start, place.len(), |out| number.push_text(out));
+                patch.replace(place.start, place.len(), |out| value.push_text(out));
             }
         }
         Ok(patch.finish())
@@ -82,8 +82,8 @@ impl VertexRows {
                 continue;
             };
             for axis in 0..3 {
-                let number = Number::new(position[axis], types[axis], vertex)?;
-                number.store::<B>(&mut out[places[axis]..]);
+                let value = Number::new(position[axis], types[axis], vertex)?;
+                value.store::<B>(&mut out[places[axis]..]);
             }
         }
         Ok(out)
@@ -138,8 +138,8 @@ impl Number {
 
     fn push_text(&self, out: &mut String) {
         match *self {
-            Self::Single(x) => text::push_f32(out, x),
-            Self::Double(x) => text::push_f64(out, x),
+            Self::Single(x) => number::push_f32(out, x),
+            Self::Double(x) => number::push_f64(out, x),
             Self::Integer(x, _) => out.push_str(&x.to_string()),
         }
     }
