@@ -5,6 +5,7 @@
 //! would ask for millions of vertices lowered, to the bounds named with each shape.
 
 mod bar;
+mod creature;
 mod cylinder;
 mod plane;
 mod sphere;
@@ -17,6 +18,7 @@ use crate::scalar::Scalar;
 use crate::surface::{Positions, Surface};
 
 pub use bar::bar;
+pub use creature::{CREATURE_RESOLUTION, Region, creature, creature_regions};
 pub use cylinder::cylinder;
 pub use plane::bumpy_plane;
 pub use sphere::{icosphere, tetrahedron};
