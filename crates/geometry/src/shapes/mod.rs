@@ -2,7 +2,7 @@
 //!
 //! All are triangle meshes, oriented outwards, the same bytes in every run. Coordinates are
 //! computed in `f64` and rounded once. Counts that are too small are raised, and counts that
-//! would ask for millions of vertices lowered, to the bounds named with each shape.
+//! would ask for many millions of vertices lowered (to 2048 unless a shape names another bound).
 
 mod bar;
 mod creature;
