@@ -22,9 +22,11 @@ mod circulate;
 mod ids;
 mod map;
 mod mesh;
+mod validate;
 
 pub use build::BuildError;
 pub use circulate::{BoundaryLoop, FaceHalfedges, IncomingHalfedges, OutgoingHalfedges};
 pub use ids::{EdgeId, FaceId, HalfedgeId, Id, VertexId};
 pub use map::{DenseMap, EdgeMap, FaceMap, HalfedgeMap, VertexMap};
 pub use mesh::HalfedgeMesh;
+pub use validate::ValidateError;
