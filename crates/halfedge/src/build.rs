@@ -6,7 +6,9 @@
 
 use thiserror::Error;
 
+use crate::edit::MOST_EDGES;
 use crate::ids::{FaceId, HalfedgeId, NONE, VertexId};
+use crate::map::HalfedgeMap;
 use crate::mesh::HalfedgeMesh;
 
 /// Why a list of faces is not an oriented 2-manifold.
@@ -30,7 +32,9 @@ pub enum BuildError {
         degree: usize,
     },
     /// A corner that refers to a vertex that does not exist.
-    #[error("face {face} refers to vertex {vertex}, but there are only {num_vertices} vertices (numbered from 0)")]
+    #[error(
+        "face {face} refers to vertex {vertex}, but there are only {num_vertices} vertices (numbered from 0)"
+    )]
     IndexOutOfRange {
         /// The face, counted from 0.
         face: usize,
@@ -66,7 +70,9 @@ pub enum BuildError {
         faces: [usize; 2],
     },
     /// A vertex whose faces form more than one fan (a bow-tie).
-    #[error("vertex {vertex} joins {num_fans} separate fans of faces (a bow-tie); split it into one vertex a fan")]
+    #[error(
+        "vertex {vertex} joins {num_fans} separate fans of faces (a bow-tie); split it into one vertex a fan"
+    )]
     SeveralFans {
         /// The vertex.
         vertex: VertexId,
@@ -90,8 +96,8 @@ impl HalfedgeMesh {
     /// Linear in the number of corners (two passes over them and one counting sort).
     ///
     /// # Errors
-    /// The first defect found, in this order: sizes, corners of a face, edges, vertices. See
-    /// [`BuildError`].
+    /// The first defect found, in this order: sizes (more vertices than corners among them),
+    /// corners of a face, edges, vertices. See [`BuildError`].
     ///
     /// ```
     /// use cotan_halfedge::HalfedgeMesh;
@@ -124,13 +130,17 @@ struct Corners {
 
 impl Corners {
     fn gather<F: AsRef<[u32]>>(num_vertices: usize, faces: &[F]) -> Result<Self, BuildError> {
-        // Edges may be as many as corners, halfedges twice that: all of them below 2^32 - 1.
-        const MOST: usize = (1 << 31) - 2;
-        let num_corners: usize = faces.iter().map(|f| f.as_ref().len()).sum();
+        let num_corners = faces
+            .iter()
+            .fold(0usize, |sum, face| sum.saturating_add(face.as_ref().len()));
         for (elements, count) in [("vertices", num_vertices), ("corners", num_corners)] {
-            if count > MOST {
+            // There may be as many edges as corners.
+            if count > MOST_EDGES {
                 return Err(BuildError::TooLarge { elements, count });
             }
+        }
+        if num_vertices > num_corners {
+            return Err(first_unused(faces, num_corners));
         }
         let mut corners = Self {
             num_vertices,
@@ -155,16 +165,26 @@ impl Corners {
     ) -> Result<(), BuildError> {
         let (&first, rest) = match polygon.split_first() {
             Some(split) if polygon.len() >= 3 => split,
-            _ => return Err(BuildError::TooFewCorners { face, degree: polygon.len() }),
+            _ => {
+                return Err(BuildError::TooFewCorners {
+                    face,
+                    degree: polygon.len(),
+                });
+            }
         };
         for &v in polygon {
-            let mark = seen.get_mut(v as usize).ok_or(BuildError::IndexOutOfRange {
-                face,
-                vertex: v as usize,
-                num_vertices: self.num_vertices,
-            })?;
+            let mark = seen
+                .get_mut(v as usize)
+                .ok_or(BuildError::IndexOutOfRange {
+                    face,
+                    vertex: v as usize,
+                    num_vertices: self.num_vertices,
+                })?;
             if *mark == face as u32 {
-                return Err(BuildError::RepeatedVertex { face, vertex: VertexId(v) });
+                return Err(BuildError::RepeatedVertex {
+                    face,
+                    vertex: VertexId(v),
+                });
             }
             *mark = face as u32;
         }
@@ -220,7 +240,10 @@ impl Corners {
 
     fn edge_error(&self, edge: &[(u32, u32)]) -> BuildError {
         let c = edge[0].1;
-        let vertices = [VertexId(self.origins[c as usize]), VertexId(self.targets[c as usize])];
+        let vertices = [
+            VertexId(self.origins[c as usize]),
+            VertexId(self.targets[c as usize]),
+        ];
         match *edge {
             [(_, a), (_, b)] => BuildError::InconsistentOrientation {
                 vertices,
@@ -282,15 +305,19 @@ impl Corners {
         if !twins.contains(&NONE) {
             return Ok(());
         }
-        let boundary: Vec<HalfedgeId> =
-            mesh.halfedges().filter(|&h| mesh.is_boundary_halfedge(h)).collect();
+        let boundary: Vec<HalfedgeId> = mesh
+            .halfedges()
+            .filter(|&h| mesh.is_boundary_halfedge(h))
+            .collect();
         for &h in &boundary {
             let origin = mesh.origin(h);
             let stored = mesh.vertex_halfedge(origin);
             if mesh.is_boundary_halfedge(stored) {
-                let num_fans =
-                    boundary.iter().filter(|&&b| mesh.origin(b) == origin).count();
-                return Err(BuildError::SeveralFans { vertex: origin, num_fans });
+                let num_fans = mesh.count_fans(origin);
+                return Err(BuildError::SeveralFans {
+                    vertex: origin,
+                    num_fans,
+                });
             }
             mesh.vertex_halfedge[origin.index()] = h;
         }
@@ -303,13 +330,31 @@ impl Corners {
     }
 }
 
+/// The error for more vertices than corners: one of the lowest of them must be without a face.
+///
+/// Found before anything is allocated for the vertices, whose number may come from a hostile file.
+fn first_unused<F: AsRef<[u32]>>(faces: &[F], num_corners: usize) -> BuildError {
+    let mut used = vec![false; num_corners + 1];
+    for &v in faces.iter().flat_map(|face| face.as_ref()) {
+        if let Some(mark) = used.get_mut(v as usize) {
+            *mark = true;
+        }
+    }
+    let vertex = used.iter().position(|&mark| !mark).unwrap_or(num_corners);
+    BuildError::IsolatedVertex {
+        vertex: VertexId::new(vertex),
+    }
+}
+
 impl HalfedgeMesh {
     /// Checks that every vertex has exactly one fan of faces, by counting corners.
     fn check_fans(&self, num_vertices: usize, num_corners: usize) -> Result<(), BuildError> {
         let mut reached = 0;
         for i in 0..num_vertices {
             if self.vertex_halfedge[i].0 == NONE {
-                return Err(BuildError::IsolatedVertex { vertex: VertexId::new(i) });
+                return Err(BuildError::IsolatedVertex {
+                    vertex: VertexId::new(i),
+                });
             }
             reached += self.vertex_faces(VertexId::new(i)).count();
         }
@@ -323,25 +368,195 @@ impl HalfedgeMesh {
         }
         for vertex in self.vertices() {
             if unreached[vertex.index()] != self.vertex_faces(vertex).count() {
-                return Err(BuildError::SeveralFans { vertex, num_fans: self.count_fans(vertex) });
+                return Err(BuildError::SeveralFans {
+                    vertex,
+                    num_fans: self.count_fans(vertex),
+                });
             }
         }
         Ok(())
     }
 
-    /// How many fans of faces meet at `vertex` (slow: looks at every halfedge).
+    /// How many fans of faces meet at `vertex`.
+    ///
+    /// Only for errors, since it looks at every halfedge. It walks through faces alone, so that
+    /// the boundary need not be linked.
     fn count_fans(&self, vertex: VertexId) -> usize {
-        let mut left: Vec<HalfedgeId> =
-            self.halfedges().filter(|&h| self.origin(h) == vertex).collect();
-        let mut fans = 0;
-        while let Some(start) = left.pop() {
-            fans += 1;
-            let mut h = self.prev(start).twin();
-            while h != start {
-                left.retain(|&other| other != h);
-                h = self.prev(h).twin();
+        let (open, inner): (Vec<HalfedgeId>, Vec<HalfedgeId>) = self
+            .halfedges()
+            .filter(|&h| self.origin(h) == vertex)
+            .partition(|&h| self.is_boundary_halfedge(h));
+        let mut seen = HalfedgeMap::filled(self.num_halfedges(), false);
+        let mut num_fans = 0;
+        // An open fan is walked from its boundary halfedge on, a closed one from anywhere.
+        for start in open.into_iter().chain(inner) {
+            num_fans += usize::from(!seen[start]);
+            let mut h = start;
+            while !std::mem::replace(&mut seen[h], true) && !self.is_boundary_halfedge(h.twin()) {
+                h = self.next(h.twin());
             }
         }
-        fans
+        num_fans
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::testing;
+
+    fn message<F: AsRef<[u32]>>(num_vertices: usize, faces: &[F]) -> String {
+        HalfedgeMesh::from_faces(num_vertices, faces)
+            .unwrap_err()
+            .to_string()
+    }
+
+    #[test]
+    fn errors_name_the_element() {
+        assert_eq!(
+            message(1 << 31, &[[0, 1, 2]]),
+            "2147483648 vertices are too many: a mesh holds fewer than 2^31 corners and vertices"
+        );
+        assert_eq!(
+            message(4, &[vec![0, 1, 2], vec![2, 3]]),
+            "face 1 has 2 corners; a face needs three or more"
+        );
+        assert_eq!(
+            message(3, &[[0, 1, 2], [1, 0, 7]]),
+            "face 1 refers to vertex 7, but there are only 3 vertices (numbered from 0)"
+        );
+        assert_eq!(
+            message(3, &[[0, 1, 2], [2, 0, 2]]),
+            "face 1 passes twice through vertex 2; drop or split the face"
+        );
+        assert_eq!(
+            message(5, &[[0, 1, 2], [1, 0, 3], [0, 1, 4]]),
+            "the edge between vertices 0 and 1 has 3 faces (among them face 2); a manifold edge has at most two"
+        );
+        assert_eq!(
+            message(4, &[[0, 1, 2], [0, 1, 3]]),
+            "faces 0 and 1 both run from vertex 0 to vertex 1: they are oriented against each other; flip one of them"
+        );
+        assert_eq!(
+            message(4, &[[0, 1, 3], [1, 0, 3]]),
+            "vertex 2 belongs to no face; leave unreferenced vertices out"
+        );
+    }
+
+    #[test]
+    fn bow_ties_of_open_and_closed_fans() {
+        let tetrahedron = |[a, b, c, d]: [u32; 4]| [[a, b, c], [a, c, d], [a, d, b], [b, d, c]];
+        let open = [[0, 1, 2], [0, 3, 4]];
+        let bow_tie = |num_fans| {
+            format!(
+                "vertex 0 joins {num_fans} separate fans of faces (a bow-tie); split it into one vertex a fan"
+            )
+        };
+        assert_eq!(message(5, &open), bow_tie(2));
+        let closed = [tetrahedron([0, 1, 2, 3]), tetrahedron([0, 4, 5, 6])].concat();
+        assert_eq!(message(7, &closed), bow_tie(2));
+        let mut mixed = vec![[0, 7, 8]];
+        mixed.extend(&closed);
+        assert_eq!(message(9, &mixed), bow_tie(3));
+        mixed.push([9, 10, 0]);
+        assert_eq!(message(11, &mixed), bow_tie(4));
+    }
+
+    #[test]
+    fn more_vertices_than_corners_costs_nothing() {
+        let vertex = VertexId(3);
+        let most = MOST_EDGES;
+        let error = HalfedgeMesh::from_faces(most, &[[0, 1, 2]]).unwrap_err();
+        assert_eq!(error, BuildError::IsolatedVertex { vertex });
+        let error = HalfedgeMesh::from_faces(most, &[[0u32; 0]; 0]).unwrap_err();
+        assert_eq!(
+            error,
+            BuildError::IsolatedVertex {
+                vertex: VertexId(0)
+            }
+        );
+        let error = HalfedgeMesh::from_faces(4, &[[u32::MAX, 0, 1]]).unwrap_err();
+        assert_eq!(
+            error,
+            BuildError::IsolatedVertex {
+                vertex: VertexId(2)
+            }
+        );
+    }
+
+    #[test]
+    fn no_faces_make_the_empty_mesh() {
+        let mesh = HalfedgeMesh::from_faces(0, &[[0u32; 3]; 0]).unwrap();
+        assert_eq!(mesh, HalfedgeMesh::default());
+    }
+
+    #[test]
+    fn faces_back_to_back_are_a_sphere() {
+        let mesh = HalfedgeMesh::from_faces(3, &[[0, 1, 2], [0, 2, 1]]).unwrap();
+        mesh.validate().unwrap();
+        assert_eq!(
+            (mesh.num_edges(), mesh.genus(), mesh.is_closed()),
+            (3, 0, true)
+        );
+    }
+
+    #[test]
+    fn a_hub_of_many_faces_is_quick() {
+        // Each step is O(n log n) at most; a quadratic one would take minutes.
+        const N: u32 = 100_000;
+        let hub = 0;
+        let mut fan: Vec<_> = (1..N).map(|i| [hub, i, i + 1]).collect();
+        let mesh = HalfedgeMesh::from_faces(N as usize + 1, &fan).unwrap();
+        assert_eq!(mesh.valence(VertexId(hub)), N as usize);
+        // The same hub, broken in the middle.
+        fan.remove(N as usize / 2);
+        assert!(message(N as usize + 1, &fan).starts_with("vertex 0 joins 2 separate fans"));
+    }
+
+    proptest! {
+        #[test]
+        fn building_from_exported_faces_gives_the_same_mesh(
+            triangles in testing::triangle_faces(),
+            polygons in testing::polygon_mesh(),
+        ) {
+            let mesh = triangles.mesh().unwrap();
+            prop_assert_eq!(testing::TriangleFaces::of(&mesh), triangles);
+            let fresh =
+                HalfedgeMesh::from_faces(polygons.num_vertices(), &polygons.to_faces()).unwrap();
+            for mesh in [mesh, polygons, fresh] {
+                prop_assert_eq!(mesh.validate(), Ok(()));
+                let faces = mesh.to_faces();
+                let again = HalfedgeMesh::from_faces(mesh.num_vertices(), &faces).unwrap();
+                prop_assert_eq!(again, mesh);
+            }
+        }
+
+        #[test]
+        fn any_faces_build_or_name_a_defect(
+            num_vertices in 0..9usize,
+            faces in prop::collection::vec(prop::collection::vec(0..9u32, 0..5), 0..9),
+        ) {
+            if let Ok(mesh) = HalfedgeMesh::from_faces(num_vertices, &faces) {
+                prop_assert_eq!(mesh.validate(), Ok(()));
+                prop_assert_eq!(mesh.to_faces(), faces);
+                testing::check_euler(&mesh)?;
+            }
+        }
+
+        #[test]
+        fn damaged_faces_build_or_name_a_defect(
+            mut triangles in testing::triangle_faces(),
+            damage in prop::collection::vec((any::<prop::sample::Index>(), 0..3usize, any::<prop::sample::Index>()), 1..3),
+        ) {
+            for (face, corner, vertex) in damage {
+                let face = face.index(triangles.faces.len());
+                triangles.faces[face][corner] = vertex.index(triangles.num_vertices) as u32;
+            }
+            if let Ok(mesh) = triangles.mesh() {
+                prop_assert_eq!(mesh.validate(), Ok(()));
+            }
+        }
     }
 }
