@@ -114,7 +114,7 @@ impl HalfedgeMesh {
         let twins = corners.match_twins()?;
         let mut mesh = corners.link(&twins);
         corners.link_boundary(&twins, &mut mesh)?;
-        mesh.check_fans(num_vertices, corners.origins.len())?;
+        mesh.check_fans()?;
         Ok(mesh)
     }
 }
@@ -149,19 +149,19 @@ impl Corners {
             targets: Vec::with_capacity(num_corners),
         };
         corners.starts.push(0);
-        // `seen[v] == face` marks the vertices of the face at hand.
-        let mut seen = vec![NONE; num_vertices];
+        let mut sorted = Vec::new();
         for (face, polygon) in faces.iter().enumerate() {
-            corners.push_face(face, polygon.as_ref(), &mut seen)?;
+            corners.push_face(face, polygon.as_ref(), &mut sorted)?;
         }
         Ok(corners)
     }
 
+    /// Checks and appends a face; `sorted` is scratch space.
     fn push_face(
         &mut self,
         face: usize,
         polygon: &[u32],
-        seen: &mut [u32],
+        sorted: &mut Vec<u32>,
     ) -> Result<(), BuildError> {
         let (&first, rest) = match polygon.split_first() {
             Some(split) if polygon.len() >= 3 => split,
@@ -172,21 +172,19 @@ impl Corners {
                 });
             }
         };
-        for &v in polygon {
-            let mark = seen
-                .get_mut(v as usize)
-                .ok_or(BuildError::IndexOutOfRange {
-                    face,
-                    vertex: v as usize,
-                    num_vertices: self.num_vertices,
-                })?;
-            if *mark == face as u32 {
-                return Err(BuildError::RepeatedVertex {
-                    face,
-                    vertex: VertexId(v),
-                });
-            }
-            *mark = face as u32;
+        let num_vertices = self.num_vertices;
+        if let Some(&v) = polygon.iter().find(|&&v| v as usize >= num_vertices) {
+            return Err(BuildError::IndexOutOfRange {
+                face,
+                vertex: v as usize,
+                num_vertices,
+            });
+        }
+        if let Some(v) = repeated(polygon, sorted) {
+            return Err(BuildError::RepeatedVertex {
+                face,
+                vertex: VertexId(v),
+            });
         }
         self.origins.extend_from_slice(polygon);
         self.targets.extend_from_slice(rest);
@@ -211,25 +209,25 @@ impl Corners {
         for v in 0..self.num_vertices {
             bucket_ends[v + 1] += bucket_ends[v];
         }
-        // Entries (larger vertex, corner), in one bucket per smaller vertex.
-        let mut entries = vec![(0u32, 0u32); n];
+        // One bucket per smaller vertex, filled in the order of the corners.
+        let mut entries = vec![Side(0); n];
         let mut cursor = bucket_ends.clone();
         for c in 0..n {
             let slot = &mut cursor[low(c)];
-            entries[*slot as usize] = (self.origins[c].max(self.targets[c]), c as u32);
+            entries[*slot as usize] = Side::new(self.origins[c], self.targets[c], c);
             *slot += 1;
         }
         let mut twins = vec![NONE; n];
         for v in 0..self.num_vertices {
             let bucket = &mut entries[bucket_ends[v] as usize..bucket_ends[v + 1] as usize];
-            // A handful of entries, save for hubs; equal vertices become neighbours.
+            // A handful of entries, save for hubs; the sides of an edge become neighbours.
             bucket.sort_unstable();
-            for edge in bucket.chunk_by(|a, b| a.0 == b.0) {
+            for edge in bucket.chunk_by(|a, b| a.high() == b.high()) {
                 match *edge {
                     [_] => {}
-                    [(_, a), (_, b)] if self.origins[a as usize] != self.origins[b as usize] => {
-                        twins[a as usize] = b;
-                        twins[b as usize] = a;
+                    [a, b] if a.runs_up() != b.runs_up() => {
+                        twins[a.corner() as usize] = b.corner();
+                        twins[b.corner() as usize] = a.corner();
                     }
                     _ => return Err(self.edge_error(edge)),
                 }
@@ -238,21 +236,18 @@ impl Corners {
         Ok(twins)
     }
 
-    fn edge_error(&self, edge: &[(u32, u32)]) -> BuildError {
-        let c = edge[0].1;
-        let vertices = [
-            VertexId(self.origins[c as usize]),
-            VertexId(self.targets[c as usize]),
-        ];
+    fn edge_error(&self, edge: &[Side]) -> BuildError {
+        let first = edge[0].corner() as usize;
+        let vertices = [VertexId(self.origins[first]), VertexId(self.targets[first])];
         match *edge {
-            [(_, a), (_, b)] => BuildError::InconsistentOrientation {
+            [a, b] => BuildError::InconsistentOrientation {
                 vertices,
-                faces: [self.face_of(a), self.face_of(b)],
+                faces: [self.face_of(a.corner()), self.face_of(b.corner())],
             },
             _ => BuildError::NonManifoldEdge {
                 vertices,
                 num_faces: edge.len(),
-                face: self.face_of(edge[edge.len() - 1].1),
+                face: self.face_of(edge[edge.len() - 1].corner()),
             },
         }
     }
@@ -286,13 +281,14 @@ impl Corners {
             let halfedges = &halfedge_of[range[0] as usize..range[1] as usize];
             mesh.face_halfedge.push(halfedges[0]);
             let mut previous = halfedges[halfedges.len() - 1];
-            for &h in halfedges {
+            let origins = &self.origins[range[0] as usize..range[1] as usize];
+            for (&h, &origin) in halfedges.iter().zip(origins) {
                 mesh.face[h.index()] = FaceId::new(face).0;
                 mesh.next[previous.index()] = h;
                 mesh.prev[h.index()] = previous;
-                let origin = mesh.origin(h).index();
-                if mesh.vertex_halfedge[origin].0 == NONE {
-                    mesh.vertex_halfedge[origin] = h;
+                let stored = &mut mesh.vertex_halfedge[origin as usize];
+                if stored.0 == NONE {
+                    *stored = h;
                 }
                 previous = h;
             }
@@ -330,6 +326,48 @@ impl Corners {
     }
 }
 
+/// A corner as one side of an edge, packed so that a plain sort brings the sides of an edge
+/// together: the larger vertex, then the corner, then whether it runs up to the larger vertex.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Side(u64);
+
+impl Side {
+    fn new(origin: u32, target: u32, corner: usize) -> Self {
+        // A corner is below 2^31, so it leaves a bit for the direction.
+        let low_half = (corner as u64) << 1 | u64::from(origin < target);
+        Self(u64::from(origin.max(target)) << 32 | low_half)
+    }
+
+    fn high(self) -> u32 {
+        (self.0 >> 32) as u32
+    }
+
+    fn corner(self) -> u32 {
+        self.0 as u32 >> 1
+    }
+
+    fn runs_up(self) -> bool {
+        self.0 & 1 == 1
+    }
+}
+
+/// A vertex that a face passes through twice, if there is one.
+fn repeated(polygon: &[u32], sorted: &mut Vec<u32>) -> Option<u32> {
+    // Up to here comparing each with each beats sorting.
+    const FEW: usize = 8;
+    if polygon.len() <= FEW {
+        let twice = |&(i, v): &(usize, &u32)| polygon[..i].contains(v);
+        return polygon.iter().enumerate().find(twice).map(|(_, &v)| v);
+    }
+    sorted.clear();
+    sorted.extend_from_slice(polygon);
+    sorted.sort_unstable();
+    sorted
+        .windows(2)
+        .find(|pair| pair[0] == pair[1])
+        .map(|pair| pair[0])
+}
+
 /// The error for more vertices than corners: one of the lowest of them must be without a face.
 ///
 /// Found before anything is allocated for the vertices, whose number may come from a hostile file.
@@ -347,34 +385,42 @@ fn first_unused<F: AsRef<[u32]>>(faces: &[F], num_corners: usize) -> BuildError 
 }
 
 impl HalfedgeMesh {
-    /// Checks that every vertex has exactly one fan of faces, by counting corners.
-    fn check_fans(&self, num_vertices: usize, num_corners: usize) -> Result<(), BuildError> {
-        let mut reached = 0;
-        for i in 0..num_vertices {
-            if self.vertex_halfedge[i].0 == NONE {
-                return Err(BuildError::IsolatedVertex {
-                    vertex: VertexId::new(i),
-                });
-            }
-            reached += self.vertex_faces(VertexId::new(i)).count();
+    /// Checks that every vertex has exactly one fan of faces, by counting the fans.
+    fn check_fans(&self) -> Result<(), BuildError> {
+        if let Some(i) = self.vertex_halfedge.iter().position(|h| h.0 == NONE) {
+            return Err(BuildError::IsolatedVertex {
+                vertex: VertexId::new(i),
+            });
         }
-        if reached == num_corners {
+        // In the order of the halfedges, which the faces give: neighbours are near in memory then,
+        // however the vertices are numbered.
+        let mut seen = vec![false; self.num_halfedges()];
+        let mut num_fans = 0;
+        for start in self.halfedges() {
+            num_fans += usize::from(!seen[start.index()]);
+            let mut h = start;
+            while !std::mem::replace(&mut seen[h.index()], true) {
+                h = self.prev(h).twin();
+            }
+        }
+        if num_fans == self.num_vertices() {
             return Ok(());
         }
-        // Some vertex has corners that its fan does not reach: find the first one.
-        let mut unreached = vec![0usize; num_vertices];
-        for h in self.halfedges().filter(|&h| !self.is_boundary_halfedge(h)) {
-            unreached[self.origin(h).index()] += 1;
+        // Some vertex has halfedges that its stored one does not lead to: find the first one.
+        let mut leaving = vec![0usize; self.num_vertices()];
+        for h in self.halfedges() {
+            leaving[self.origin(h).index()] += 1;
         }
-        for vertex in self.vertices() {
-            if unreached[vertex.index()] != self.vertex_faces(vertex).count() {
-                return Err(BuildError::SeveralFans {
-                    vertex,
-                    num_fans: self.count_fans(vertex),
-                });
-            }
+        match self
+            .vertices()
+            .find(|&v| self.valence(v) != leaving[v.index()])
+        {
+            Some(vertex) => Err(BuildError::SeveralFans {
+                vertex,
+                num_fans: self.count_fans(vertex),
+            }),
+            None => Ok(()),
         }
-        Ok(())
     }
 
     /// How many fans of faces meet at `vertex`.
