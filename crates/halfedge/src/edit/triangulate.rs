@@ -11,11 +11,11 @@ impl HalfedgeMesh {
     /// Cuts every larger polygon into a fan of triangles.
     ///
     /// ```text
-    ///      e─────d             e─────d
-    ///     ╱       ╲           ╱   ╱╱  ╲
-    ///    a         c   ──▶   a  ╱ ╱    c
-    ///     ╲       ╱           ╲╱ ╱ ╱ ╱╱
-    ///      ●─────b             ●─────b      ● first corner
+    ///      e ─── d             e ─── d
+    ///     ╱       ╲           ╱│   ╱ ╲
+    ///    a         c   ──▶   a │ ╱  __c
+    ///     ╲       ╱           ╲│╱_─  ╱
+    ///      ● ─── b             ● ─── b      ● first corner
     /// ```
     ///
     /// The fan starts from the first corner of the face, or, if one of its diagonals is an edge
@@ -188,7 +188,7 @@ mod tests {
 
     #[test]
     fn hubs_and_large_polygons_are_quick() {
-        // A disc of squares around two hubs' common ring, and a polygon of as many corners.
+        // Squares around one vertex, and one polygon of as many corners.
         const N: u32 = 100_000;
         let squares = (0..N).map(|i| vec![2 * N, 2 * i, 2 * i + 1, (2 * i + 2) % (2 * N)]);
         let mut mesh = HalfedgeMesh::from_faces(2 * N as usize + 1, &squares.collect::<Vec<_>>());
