@@ -222,13 +222,9 @@ impl HalfedgeMesh {
 
     fn move_edge(&mut self, old: EdgeId, new: EdgeId) {
         let (from, to) = (old.halfedges(), new.halfedges());
-        // The two sides may follow each other: a link to the edge itself moves along.
-        let moved = |h: HalfedgeId| match from.iter().position(|&side| side == h) {
-            Some(side) => to[side],
-            None => h,
-        };
+        // No link leads from an edge to itself: every vertex that stays has two edges or more.
         for side in 0..2 {
-            let (next, prev) = (moved(self.next(from[side])), moved(self.prev(from[side])));
+            let (next, prev) = (self.next(from[side]), self.prev(from[side]));
             self.set_target(to[side], self.target(from[side]));
             self.copy_face(from[side], to[side]);
             self.link(to[side], next);
