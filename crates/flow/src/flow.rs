@@ -181,7 +181,7 @@ impl<'m, T: Scalar> Flow<'m, T> {
         self.accelerator = match self.settings.acceleration {
             // A ratio of its own for every vertex is no step that could be extrapolated.
             Acceleration::Memory(memory) if memory > 0 && self.settings.ratios.is_none() => {
-                if self.has_energy() {
+                if self.parts.orientation.energy().is_some() {
                     Accelerator::Lbfgs(Lbfgs::new(memory))
                 } else {
                     Accelerator::Anderson(Anderson::new(memory))
@@ -231,11 +231,6 @@ impl<'m, T: Scalar> Flow<'m, T> {
 
     pub(crate) fn has_membrane(&self) -> bool {
         self.parts.orientation.membrane(&self.parts.rest) > 0.0
-    }
-
-    /// Whether steps can be judged by an energy that both halves of the iteration lower.
-    fn has_energy(&self) -> bool {
-        self.parts.updater.is_constant() && self.parts.orientation.energy().is_some()
     }
 
     /// The original mesh, in box units.

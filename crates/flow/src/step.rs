@@ -14,6 +14,13 @@ use crate::report::StepReport;
 use crate::state::FlowState;
 use crate::vectors::{add_scaled, dot, max_norm};
 
+/// Whether the scalar field follows the positions.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Field {
+    Updated,
+    Kept,
+}
+
 /// Whether a descent found a lower energy.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Descent {
@@ -110,6 +117,11 @@ impl<T: Scalar> Flow<'_, T> {
 
     /// Updates field, Laplacian coordinates and energy from the current positions.
     fn update(&mut self) -> Result<(), FlowError> {
+        self.refresh(Field::Updated)
+    }
+
+    /// Updates Laplacian coordinates and energy, and the field if so asked.
+    fn refresh(&mut self, field: Field) -> Result<(), FlowError> {
         let Parts {
             rest,
             scheme,
@@ -117,11 +129,16 @@ impl<T: Scalar> Flow<'_, T> {
             orientation,
             ..
         } = &mut self.parts;
-        let wanted = updater.needs().or(orientation.needs());
+        let wanted = match field {
+            Field::Updated => updater.needs().or(orientation.needs()),
+            Field::Kept => orientation.needs(),
+        };
         self.measured
             .update(rest, &**scheme, &self.positions, wanted)?;
         let state = FlowState::new(rest, &self.positions, &self.measured, self.iteration);
-        updater.update(&state, &mut self.field)?;
+        if field == Field::Updated {
+            updater.update(&state, &mut self.field)?;
+        }
         orientation.orient(&state, &self.field, &mut self.laplacian)?;
         self.energy = orientation.energy();
         Ok(())
@@ -153,22 +170,7 @@ impl<T: Scalar> Flow<'_, T> {
         let mut accelerator = std::mem::replace(&mut self.accelerator, Accelerator::Off);
         let result = match &mut accelerator {
             Accelerator::Lbfgs(lbfgs) => self.descend(lbfgs),
-            Accelerator::Anderson(anderson) => {
-                let mut x: Vec<Vector3<f64>> = self
-                    .positions
-                    .values()
-                    .map(|p| p.coords.map(T::as_f64))
-                    .collect();
-                let mut image = x.clone();
-                add_scaled(&mut image, 1.0, self.terms.correction.as_slice());
-                // The plain residual is known at every iterate: no check step is needed.
-                anderson.propose(&mut x, image, false);
-                for (p, x) in self.positions.values_mut().zip(&x) {
-                    *p = Point3::from(x.map(T::of_f64));
-                }
-                self.update().map(|()| Descent::Went)
-            }
-            Accelerator::Off => {
+            Accelerator::Off | Accelerator::Anderson(_) => {
                 self.move_by_correction(1.0);
                 self.update().map(|()| Descent::Went)
             }
@@ -178,7 +180,8 @@ impl<T: Scalar> Flow<'_, T> {
     }
 
     /// One line search along the direction of the quasi-Newton model; the plain step where that
-    /// fails. No step that raises the energy is accepted.
+    /// fails. No step that raises the energy is accepted, the energy being that of the scalar field
+    /// before the step.
     fn descend(&mut self, lbfgs: &mut Lbfgs) -> Result<Descent, FlowError> {
         /// Fraction of the predicted decrease that is asked for (Armijo).
         const SUFFICIENT: f64 = 1e-4;
@@ -200,10 +203,11 @@ impl<T: Scalar> Flow<'_, T> {
         let mut length = 1.0;
         for _ in 0..MOST_TRIALS {
             self.move_from(&start, &direction, length);
-            self.update()?;
+            self.refresh(Field::Kept)?;
             let rise = 0.5 * (self.energy.unwrap_or(0.0) - energy);
             if rise <= -SUFFICIENT * length * rate {
                 lbfgs.stepped(difference(&self.positions, &start), residual, correction);
+                self.follow_field()?;
                 return Ok(Descent::Went);
             }
             // Minimum of the parabola through value, slope and the new value.
@@ -216,13 +220,22 @@ impl<T: Scalar> Flow<'_, T> {
         }
         lbfgs.reset();
         self.move_from(&start, &correction, 1.0);
-        self.update()?;
+        self.refresh(Field::Kept)?;
         if self.energy.unwrap_or(0.0) <= energy {
+            self.follow_field()?;
             return Ok(Descent::Went);
         }
         self.positions = start;
-        self.update()?;
+        self.refresh(Field::Kept)?;
         Ok(Descent::Stalled)
+    }
+
+    /// After a step that was judged with the field kept: lets the field follow.
+    fn follow_field(&mut self) -> Result<(), FlowError> {
+        if self.parts.updater.is_constant() {
+            return Ok(());
+        }
+        self.update()
     }
 
     /// x ← start + length · direction.

@@ -51,7 +51,7 @@ pub trait ScalarFieldUpdater<T: Scalar>: Send {
         Quantities::ALL
     }
 
-    /// Whether the field never changes, so that an orientation with an energy descends on it.
+    /// Whether the field never changes once set, which saves an update a step.
     fn is_constant(&self) -> bool {
         false
     }
