@@ -110,8 +110,8 @@ pub struct DeformOptions {
     pub scheme: SchemeKind,
     /// How Laplacian coordinates are turned.
     pub orientation: OrientationKind,
-    /// How stiff the hybrid's membrane is; see [`Hybrid`].
-    pub stiffness: f64,
+    /// The hybrid's bending length, in units of the bounding box's longest side; see [`Hybrid`].
+    pub bending_length: f64,
     /// What happens to the size of details.
     pub detail_size: DetailSize,
     /// The Laplacian coordinates of the first solve.
@@ -131,7 +131,7 @@ impl Default for DeformOptions {
         Self {
             scheme: SchemeKind::default(),
             orientation: OrientationKind::default(),
-            stiffness: Hybrid::DEFAULT_STIFFNESS,
+            bending_length: Hybrid::DEFAULT_BENDING_LENGTH,
             detail_size: DetailSize::default(),
             start: Start::default(),
             acceleration: Acceleration::default(),
@@ -173,7 +173,7 @@ impl DeformOptions {
     /// The orientation that these settings name.
     pub fn orientation<T: Scalar>(&self) -> Box<dyn Orientation<T>> {
         match self.orientation {
-            OrientationKind::Hybrid => Box::new(Hybrid::new(self.stiffness)),
+            OrientationKind::Hybrid => Box::new(Hybrid::new(self.bending_length)),
             OrientationKind::Rotation => Box::new(BestRotation),
             OrientationKind::Limited => Box::new(Limited::new()),
             OrientationKind::LimitedMagnitude => Box::new(LimitedMagnitude::new()),

@@ -3,7 +3,7 @@
 use cotan_geometry::{Positions, Scalar, Surface};
 use cotan_halfedge::{HalfedgeMesh, VertexMap};
 use cotan_laplacian::{Cotangent, LaplacianScheme, Operator};
-use cotan_linear::{Handle, PreparedSystem, SystemParams};
+use cotan_linear::{Handle, Membrane, PreparedSystem};
 use nalgebra::Point3;
 
 use crate::error::FlowError;
@@ -187,9 +187,10 @@ impl<'m, T: Scalar> FlowBuilder<'m, T> {
             Operator::assemble(&*self.scheme, &Surface::new(self.mesh, &positions)?)?;
         let rest = Rest::new(self.mesh, positions, operator, frame.diagonal())?;
         let handles: Vec<Handle> = self.handles.iter().map(|(handle, _)| *handle).collect();
-        let membrane = self.orientation.membrane(&rest);
-        let system =
-            PreparedSystem::prepare(rest.operator(), &handles, SystemParams { membrane })?;
+        let weight = self.orientation.membrane(&rest);
+        let membrane =
+            (weight != 0.0).then_some(Membrane { weight, stiffness: rest.stiffness() });
+        let system = PreparedSystem::prepare(rest.operator(), &handles, membrane)?;
         let user_targets: Vec<_> = self.handles.iter().map(|(_, target)| *target).collect();
         let targets = user_targets.iter().map(|target| frame.to_box(*target)).collect();
         let mut flow = Flow::assemble(

@@ -90,8 +90,6 @@ pub struct Flow<'m, T: Scalar> {
     pub(crate) iteration: usize,
     /// Iterations since a handle moved: 0 right after.
     pub(crate) since_move: usize,
-    /// Rotations that the next solve starts from, where the orientation has none yet.
-    pub(crate) seed: Option<VertexMap<Matrix3<f64>>>,
     /// Whether the Laplacian coordinates at hand are a plain image, not an extrapolation.
     pub(crate) is_plain: bool,
 }
@@ -152,7 +150,6 @@ impl<'m, T: Scalar> Flow<'m, T> {
             energy: None,
             iteration: 0,
             since_move: 0,
-            seed: None,
             is_plain: true,
             parts,
             settings,
@@ -185,7 +182,7 @@ impl<'m, T: Scalar> Flow<'m, T> {
             }
             _ => Accelerator::Off,
         };
-        self.seed = Some(rotations);
+        self.parts.orientation.start_from(&rotations);
         self.pin();
     }
 
@@ -205,9 +202,10 @@ impl<'m, T: Scalar> Flow<'m, T> {
         for i in 0..turn.len() {
             let (mut ell, mut tension) = (Vector3::zeros(), Vector3::zeros());
             let at = turn.as_slice();
-            for ((k, j), (_, h)) in parts.rest.ring(i).zip(parts.rest.rings().ring(i)) {
-                ell -= (at[j] - at[i]) * parts.rest.operator().weights()[h].as_f64();
-                tension += (at[j] - at[i]) * parts.rest.stiffness()[k];
+            for (j, h) in parts.rest.rings().ring(i) {
+                let step = at[j.index()] - at[i];
+                ell -= step * parts.rest.operator().weights()[h].as_f64();
+                tension += step * parts.rest.stiffness()[h.edge()];
             }
             terms.mismatch.as_mut_slice()[i] = ell;
             terms.tension.as_mut_slice()[i] = tension;

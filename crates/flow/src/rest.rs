@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use cotan_geometry::{Positions, Scalar, Surface, one_ring_areas, vertex_normals};
-use cotan_halfedge::{HalfedgeMesh, VertexMap};
-use cotan_laplacian::{OneRings, Operator};
+use cotan_halfedge::{EdgeId, EdgeMap, HalfedgeMap, HalfedgeMesh, VertexMap};
+use cotan_laplacian::{Cotangent, OneRings, Operator};
 use nalgebra::Vector3;
 
 /// The original mesh in box units (its bounding box has its lower corner at 0 and longest side 1),
@@ -18,8 +18,10 @@ pub struct Rest<'m, T: Scalar> {
     magnitudes: VertexMap<T>,
     normals: VertexMap<Vector3<T>>,
     areas: VertexMap<T>,
-    /// Half the symmetrised weight of each edge, in ring order: the membrane's stiffness.
-    stiffness: Vec<f64>,
+    /// Cotangent of the angle opposite each halfedge, 0 on the boundary.
+    cotangents: HalfedgeMap<f64>,
+    /// Half the cotangent weight of each edge: the membrane's stiffness.
+    stiffness: EdgeMap<f64>,
     diagonal: T,
 }
 
@@ -37,13 +39,13 @@ impl<'m, T: Scalar> Rest<'m, T> {
         let magnitudes = laplacian.map(|ell| ell.norm());
         let normals = vertex_normals(&surface);
         let areas = one_ring_areas(&surface);
-        let weights = operator.weights();
-        let stiffness = operator
-            .rings()
-            .halfedges()
-            .iter()
-            .map(|&h| 0.25 * (weights[h].as_f64() + weights[h.twin()].as_f64()))
-            .collect();
+        let mut cotangents = HalfedgeMap::filled(mesh.num_halfedges(), T::zero());
+        Cotangent::default().opposite_cotangents(&surface, &mut cotangents);
+        let cotangents = cotangents.map(|c| c.as_f64());
+        let stiffness = EdgeMap::from_fn(mesh.num_edges(), |e: EdgeId| {
+            let [h, twin] = e.halfedges();
+            0.5 * (cotangents[h] + cotangents[twin])
+        });
         Ok(Self {
             mesh,
             operator,
@@ -52,6 +54,7 @@ impl<'m, T: Scalar> Rest<'m, T> {
             magnitudes,
             normals,
             areas,
+            cotangents,
             stiffness,
             diagonal,
         })
@@ -107,15 +110,21 @@ impl<'m, T: Scalar> Rest<'m, T> {
         self.diagonal
     }
 
-    /// Neighbours of vertex number `i` with their place in the ring order.
-    pub(crate) fn ring(&self, i: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
-        let neighbours = self.rings().neighbours();
-        self.rings().range(i).map(|k| (k, neighbours[k].index()))
+    /// Cotangent of the angle opposite each halfedge, 0 on the boundary.
+    pub(crate) fn cotangents(&self) -> &HalfedgeMap<f64> {
+        &self.cotangents
     }
 
-    /// Half the symmetrised weight of each edge, in ring order.
-    pub(crate) fn stiffness(&self) -> &[f64] {
+    /// Half the cotangent weight of each edge, whatever the scheme: the stiffness of the membrane.
+    pub fn stiffness(&self) -> &EdgeMap<f64> {
         &self.stiffness
+    }
+
+    /// Mean over the vertices of |Σ_j w_ij| for cotangent weights.
+    pub(crate) fn mean_cotangent_diagonal(&self) -> f64 {
+        let n = self.positions.len();
+        let ring = |i| self.rings().ring(i).map(|(_, h)| 2.0 * self.stiffness[h.edge()]);
+        (0..n).map(|i| ring(i).sum::<f64>().abs()).sum::<f64>() / n as f64
     }
 
     /// (L⁰x)_i, in double precision.

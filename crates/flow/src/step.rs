@@ -3,7 +3,7 @@
 use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::VertexMap;
 use cotan_linear::Hold;
-use nalgebra::{Matrix3, Point3, Vector3};
+use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::anderson::Proposal;
@@ -11,7 +11,6 @@ use crate::error::FlowError;
 use crate::flow::{Accelerator, Flow, Parts};
 use crate::lbfgs::Lbfgs;
 use crate::report::StepReport;
-use crate::rest::Rest;
 use crate::state::FlowState;
 use crate::vectors::{add_scaled, dot, max_norm};
 
@@ -28,7 +27,7 @@ impl<T: Scalar> Flow<'_, T> {
     /// # Errors
     /// What an updater, orientation or scheme reports.
     pub fn step(&mut self) -> Result<StepReport, FlowError> {
-        self.solve()?;
+        self.solve();
         self.iteration += 1;
         let ratio = self.settings.schedule.ratio(self.since_move);
         let diagonal = self.parts.rest.diagonal().as_f64();
@@ -64,17 +63,12 @@ impl<T: Scalar> Flow<'_, T> {
     }
 
     /// Computes the correction that a full plain step would make.
-    fn solve(&mut self) -> Result<(), FlowError> {
+    fn solve(&mut self) {
         let has_membrane = self.has_membrane();
-        let Self { parts, terms, positions, laplacian, seed, .. } = self;
+        let Self { parts, terms, positions, laplacian, .. } = self;
         let rest = &parts.rest;
-        let seed = seed.take();
         if has_membrane {
-            let rotations =
-                seed.as_ref().or_else(|| parts.orientation.rotations()).ok_or_else(|| {
-                    FlowError::Custom("an orientation with a membrane must give rotations".into())
-                })?;
-            write_tension(rest, positions, rotations, &mut terms.tension);
+            parts.orientation.tension(rest, positions, &mut terms.tension);
         }
         terms.mismatch.as_mut_slice().par_iter_mut().enumerate().with_min_len(1 << 11).for_each(
             |(i, y)| {
@@ -89,7 +83,6 @@ impl<T: Scalar> Flow<'_, T> {
         let tension = has_membrane.then_some(&terms.tension);
         parts.system.residual(&terms.mismatch, tension, &terms.pull, &mut terms.residual);
         parts.system.solve(&terms.residual, &mut terms.correction);
-        Ok(())
     }
 
     /// x ← x + s δ.
@@ -227,26 +220,4 @@ fn difference<T: Scalar>(a: &Positions<T>, b: &Positions<T>) -> Vec<Vector3<f64>
 
 fn as_vectors<T: Scalar>(map: &VertexMap<Vector3<T>>) -> Vec<Vector3<f64>> {
     map.values().map(|v| v.map(T::as_f64)).collect()
-}
-
-/// Σ_j w_ij/2 [(x_j − x_i) − ½ (R_i + R_j)(x⁰_j − x⁰_i)]: how far the membrane's edges are from what
-/// the rotations want.
-fn write_tension<T: Scalar>(
-    rest: &Rest<'_, T>,
-    positions: &Positions<T>,
-    rotations: &VertexMap<Matrix3<f64>>,
-    out: &mut VertexMap<Vector3<f64>>,
-) {
-    let (x, x0, r) =
-        (positions.as_slice(), rest.positions().as_slice(), rotations.as_slice());
-    out.as_mut_slice().par_iter_mut().enumerate().with_min_len(1 << 11).for_each(|(i, t)| {
-        let mut sum = Vector3::zeros();
-        for (k, j) in rest.ring(i) {
-            let edge = (x[j] - x[i]).map(T::as_f64);
-            let original = (x0[j] - x0[i]).map(T::as_f64);
-            let wanted = (r[i] + r[j]) * original * 0.5;
-            sum += (edge - wanted) * rest.stiffness()[k];
-        }
-        *t = sum;
-    });
 }

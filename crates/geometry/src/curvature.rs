@@ -85,7 +85,7 @@ pub fn angle_defects<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shapes::{bar, cylinder, icosphere, tetrahedron, torus};
+    use crate::shapes::{bar, creature, cylinder, icosphere, tetrahedron, torus};
     use crate::testing;
     use proptest::prelude::*;
     use std::f64::consts::PI;
@@ -142,6 +142,7 @@ mod tests {
             icosphere::<f64>(2),
             torus(1.0, 0.4, 17, 9),
             cylinder(0.5, 2.0, 12, 7),
+            creature(64),
         ] {
             let surface = shape.surface();
             let total: f64 = angle_defects(&surface).values().sum();

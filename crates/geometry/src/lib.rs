@@ -60,6 +60,9 @@ pub use normals::{
     vertex_area_vectors, vertex_area_vectors_into, vertex_normals, vertex_normals_into,
 };
 pub use scalar::{Scalar, scalar};
-pub use shapes::{Shape, bar, bumpy_plane, cylinder, icosphere, tetrahedron, torus};
+pub use shapes::{
+    CREATURE_RESOLUTION, Region, Shape, bar, bumpy_plane, creature, creature_regions, cylinder,
+    icosphere, tetrahedron, torus,
+};
 pub use surface::{Positions, Surface, SurfaceError};
 pub use volume::{surface_centroid, volume, volume_centroid};

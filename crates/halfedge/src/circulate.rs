@@ -20,7 +20,12 @@ struct Walk<'m> {
 
 impl<'m> Walk<'m> {
     fn cycle(mesh: &'m HalfedgeMesh, first: HalfedgeId, last: HalfedgeId) -> Self {
-        Self { mesh, front: first, back: last, remaining: mesh.num_halfedges() }
+        Self {
+            mesh,
+            front: first,
+            back: last,
+            remaining: mesh.num_halfedges(),
+        }
     }
 
     fn forward(
@@ -31,7 +36,11 @@ impl<'m> Walk<'m> {
             return None;
         }
         let current = self.front;
-        self.remaining = if current == self.back { 0 } else { self.remaining - 1 };
+        self.remaining = if current == self.back {
+            0
+        } else {
+            self.remaining - 1
+        };
         self.front = step(self.mesh, current);
         Some(current)
     }
@@ -44,7 +53,11 @@ impl<'m> Walk<'m> {
             return None;
         }
         let current = self.back;
-        self.remaining = if current == self.front { 0 } else { self.remaining - 1 };
+        self.remaining = if current == self.front {
+            0
+        } else {
+            self.remaining - 1
+        };
         self.back = step(self.mesh, current);
         Some(current)
     }
@@ -150,3 +163,91 @@ impl DoubleEndedIterator for IncomingHalfedges<'_> {
 }
 
 impl FusedIterator for IncomingHalfedges<'_> {}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use crate::testing;
+
+    fn forward_is_backward_reversed<T: PartialEq + std::fmt::Debug>(
+        walk: impl DoubleEndedIterator<Item = T> + Clone,
+    ) -> Result<usize, TestCaseError> {
+        let forward: Vec<T> = walk.clone().collect();
+        let mut backward: Vec<T> = walk.clone().rev().collect();
+        backward.reverse();
+        prop_assert_eq!(&forward, &backward);
+        // From both ends at once every element comes once, too.
+        let (mut front, mut back, mut walk) = (Vec::new(), Vec::new(), walk);
+        while let Some(first) = walk.next() {
+            front.push(first);
+            back.extend(walk.next_back());
+        }
+        prop_assert!(walk.next().is_none() && walk.next_back().is_none());
+        front.extend(back.into_iter().rev());
+        prop_assert_eq!(&forward, &front);
+        Ok(forward.len())
+    }
+
+    proptest! {
+        #[test]
+        fn every_walk_goes_both_ways(mesh in testing::arbitrary_mesh()) {
+            let mut corners = 0;
+            let mut sides = 0;
+            for v in mesh.vertices() {
+                let valence = forward_is_backward_reversed(mesh.outgoing_halfedges(v))?;
+                prop_assert_eq!(forward_is_backward_reversed(mesh.incoming_halfedges(v))?, valence);
+                prop_assert_eq!(forward_is_backward_reversed(mesh.one_ring(v))?, valence);
+                let faces = forward_is_backward_reversed(mesh.vertex_faces(v))?;
+                prop_assert_eq!(faces + usize::from(mesh.is_boundary_vertex(v)), valence);
+                sides += valence;
+            }
+            prop_assert_eq!(sides, mesh.num_halfedges());
+            for f in mesh.faces() {
+                corners += forward_is_backward_reversed(mesh.face_halfedges(f))?;
+            }
+            for h in mesh.boundary_loops() {
+                corners += forward_is_backward_reversed(mesh.boundary_loop(h))?;
+            }
+            prop_assert_eq!(corners, mesh.num_halfedges());
+        }
+
+        #[test]
+        fn twin_next_and_prev(mesh in testing::arbitrary_mesh()) {
+            for h in mesh.halfedges() {
+                prop_assert_eq!(h.twin().twin(), h);
+                prop_assert_eq!(h.twin().edge(), h.edge());
+                prop_assert_eq!(mesh.next(mesh.prev(h)), h);
+                prop_assert_eq!(mesh.prev(mesh.next(h)), h);
+                prop_assert_eq!(mesh.origin(mesh.next(h)), mesh.target(h));
+                prop_assert_eq!(mesh.face(mesh.next(h)), mesh.face(h));
+                prop_assert_eq!(mesh.halfedge_between(mesh.origin(h), mesh.target(h)), Some(h));
+                if !mesh.is_boundary_halfedge(h) {
+                    prop_assert_eq!(mesh.boundary_loop(h).next(), None);
+                }
+            }
+        }
+
+        #[test]
+        fn fans_run_from_border_to_border(mesh in testing::arbitrary_mesh()) {
+            for v in mesh.vertices() {
+                let fan: Vec<_> = mesh.outgoing_halfedges(v).collect();
+                for (&h, &after) in fan.iter().zip(&fan[1..]) {
+                    // Counter-clockwise: the face on the left of one is on the right of the next.
+                    prop_assert_eq!(mesh.origin(h), v);
+                    prop_assert_eq!(mesh.face(h), mesh.face(after.twin()));
+                }
+                let ends: Vec<_> =
+                    fan.iter().filter(|&&h| mesh.is_boundary_halfedge(h)).collect();
+                if mesh.is_boundary_vertex(v) {
+                    prop_assert_eq!(ends, [&fan[fan.len() - 1]]);
+                    prop_assert_eq!(fan.last(), Some(&mesh.vertex_halfedge(v)));
+                    prop_assert!(mesh.is_boundary_halfedge(fan[0].twin()));
+                } else {
+                    prop_assert!(ends.is_empty());
+                    prop_assert_eq!(fan[0], mesh.vertex_halfedge(v));
+                }
+            }
+        }
+    }
+}

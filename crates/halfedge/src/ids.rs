@@ -1,4 +1,4 @@
-//! Typed element numbers. An id is a plain index into the dense maps of [`crate::map`].
+//! Typed element numbers. An id is a plain index into the dense maps.
 
 use std::fmt;
 

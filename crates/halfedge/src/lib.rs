@@ -19,12 +19,21 @@
 
 mod build;
 mod circulate;
+mod edit;
 mod ids;
 mod map;
 mod mesh;
+mod orientation;
+#[cfg(any(test, feature = "testing"))]
+pub mod testing;
+mod topology;
+mod validate;
 
 pub use build::BuildError;
 pub use circulate::{BoundaryLoop, FaceHalfedges, IncomingHalfedges, OutgoingHalfedges};
+pub use edit::{EditError, Renumbering};
 pub use ids::{EdgeId, FaceId, HalfedgeId, Id, VertexId};
 pub use map::{DenseMap, EdgeMap, FaceMap, HalfedgeMap, VertexMap};
 pub use mesh::HalfedgeMesh;
+pub use topology::{ComponentTopology, Components};
+pub use validate::ValidateError;

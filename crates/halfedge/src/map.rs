@@ -34,7 +34,10 @@ pub type FaceMap<T> = DenseMap<FaceId, T>;
 impl<I: Id, T> DenseMap<I, T> {
     /// A map whose entry `i` is `values[i]`.
     pub fn from_vec(values: Vec<T>) -> Self {
-        Self { values, kind: PhantomData }
+        Self {
+            values,
+            kind: PhantomData,
+        }
     }
 
     /// A map of `len` entries, each a clone of `value`.
@@ -92,7 +95,10 @@ impl<I: Id, T> DenseMap<I, T> {
 
     /// Pairs of id and value, in the order of the ids.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = (I, &T)> + DoubleEndedIterator {
-        self.values.iter().enumerate().map(|(i, value)| (I::new(i), value))
+        self.values
+            .iter()
+            .enumerate()
+            .map(|(i, value)| (I::new(i), value))
     }
 
     /// A map of the same length whose values are computed from this one's.
@@ -105,11 +111,19 @@ impl<I: Id, T> DenseMap<I, T> {
         self.values.push(value);
         I::new(self.values.len() - 1)
     }
+
+    /// Drops the entries from number `len` on.
+    pub(crate) fn truncate(&mut self, len: usize) {
+        self.values.truncate(len);
+    }
 }
 
 impl<I, T> Default for DenseMap<I, T> {
     fn default() -> Self {
-        Self { values: Vec::new(), kind: PhantomData }
+        Self {
+            values: Vec::new(),
+            kind: PhantomData,
+        }
     }
 }
 

@@ -23,6 +23,14 @@ use crate::ids::{EdgeId, FaceId, HalfedgeId, VertexId};
 /// same two vertices; no face passes twice through a vertex.
 ///
 /// The mesh holds no positions: those live in a [`VertexMap`](crate::VertexMap) beside it.
+///
+/// Two faces may share several edges, and an inner vertex may have only two: a polygon mesh can
+/// be a cell complex without being a simplicial one.
+///
+/// # Panics
+/// The questions of this type index arrays: like a slice they panic if they are asked about an
+/// element that the mesh does not have. Construction and edits check their input and return an
+/// error instead.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct HalfedgeMesh {
     /// Per vertex: an outgoing halfedge, the boundary one where there is one.
@@ -61,7 +69,9 @@ impl HalfedgeMesh {
     }
 
     /// All vertices in ascending order.
-    pub fn vertices(&self) -> impl ExactSizeIterator<Item = VertexId> + DoubleEndedIterator + use<> {
+    pub fn vertices(
+        &self,
+    ) -> impl ExactSizeIterator<Item = VertexId> + DoubleEndedIterator + use<> {
         (0..self.num_vertices()).map(VertexId::new)
     }
 
@@ -132,7 +142,9 @@ impl HalfedgeMesh {
 
     /// Whether one side of `edge` has no face.
     pub fn is_boundary_edge(&self, edge: EdgeId) -> bool {
-        edge.halfedges().into_iter().any(|h| self.is_boundary_halfedge(h))
+        edge.halfedges()
+            .into_iter()
+            .any(|h| self.is_boundary_halfedge(h))
     }
 
     /// Whether `vertex` lies on a boundary loop.
@@ -176,8 +188,20 @@ impl HalfedgeMesh {
     }
 
     /// The halfedge that runs from `origin` to `target`, if an edge joins them.
+    ///
+    /// Takes as long as the smaller of the two valences: a hub costs no more than its neighbour.
     pub fn halfedge_between(&self, origin: VertexId, target: VertexId) -> Option<HalfedgeId> {
-        self.outgoing_halfedges(origin).find(|&h| self.target(h) == target)
+        let mut from_target = self.outgoing_halfedges(target);
+        for h in self.outgoing_halfedges(origin) {
+            if self.target(h) == target {
+                return Some(h);
+            }
+            let back = from_target.next()?;
+            if self.target(back) == origin {
+                return Some(back.twin());
+            }
+        }
+        None
     }
 
     /// The halfedges that leave `vertex`, counter-clockwise seen from the outside.
@@ -231,8 +255,13 @@ impl HalfedgeMesh {
         BoundaryLoop::new(self, halfedge)
     }
 
-    /// The corners of every face, as [`Self::from_faces`] takes them.
-    pub fn to_faces(&self) -> Vec<Vec<VertexId>> {
-        self.faces().map(|f| self.face_vertices(f).collect()).collect()
+    /// The vertex numbers of every face, as [`Self::from_faces`] takes them.
+    ///
+    /// Building from them gives back this mesh: the same vertices, faces and first corners; edges
+    /// may be numbered anew if the mesh was edited.
+    pub fn to_faces(&self) -> Vec<Vec<u32>> {
+        self.faces()
+            .map(|f| self.face_vertices(f).map(|v| v.0).collect())
+            .collect()
     }
 }

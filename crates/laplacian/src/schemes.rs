@@ -30,6 +30,27 @@ impl Default for Cotangent {
     }
 }
 
+impl Cotangent {
+    /// The cotangent of the angle opposite each halfedge in its triangle, 0 on the boundary: w_ij
+    /// is the sum over the two sides of the edge.
+    ///
+    /// # Panics
+    /// If `out` has not one entry a halfedge.
+    pub fn opposite_cotangents<T: Scalar>(
+        &self,
+        surface: &Surface<'_, T>,
+        out: &mut HalfedgeMap<T>,
+    ) {
+        assert_eq!(out.len(), surface.mesh().num_halfedges(), "one entry a halfedge");
+        let floor = scalar(self.area_floor);
+        out.as_mut_slice()
+            .par_iter_mut()
+            .enumerate()
+            .with_min_len(1 << 12)
+            .for_each(|(h, c)| *c = opposite_cotangent(surface, HalfedgeId::new(h), floor));
+    }
+}
+
 /// The cotangent weights with every w_ij raised to at least `floor`.
 ///
 /// A convex-combination operator, for maps that must not flip. As the system of a deformation it

@@ -25,4 +25,4 @@ mod system;
 
 pub use error::LinearError;
 pub use handles::{Handle, Hold};
-pub use system::{PreparedSystem, SystemParams};
+pub use system::{Membrane, PreparedSystem};

@@ -4,6 +4,8 @@ use cotan_halfedge::HalfedgeMap;
 use cotan_laplacian::OneRings;
 use rayon::prelude::*;
 
+use crate::system::Membrane;
+
 /// The weights in ring order, and products with L and Lᵀ in difference form.
 pub(crate) struct Weights {
     /// w_ij for every neighbour j of every i, in the order of the rings.
@@ -30,12 +32,6 @@ impl Weights {
     /// Weight of the same edge in the other direction.
     pub(crate) fn incoming(&self, k: usize) -> f64 {
         if self.incoming.is_empty() { self.outgoing[k] } else { self.incoming[k] }
-    }
-
-    /// Stiffness of the membrane's edge: half the symmetrised weight, so that K = L/2 where L is
-    /// symmetric.
-    fn stiffness(&self, k: usize) -> f64 {
-        0.25 * (self.outgoing(k) + self.incoming(k))
     }
 
     /// (Lᵀ y)_i = Σ_j (w_ji y_j − w_ij y_i), with L the operator as the paper signs it.
@@ -114,7 +110,7 @@ pub(crate) fn assemble(
     weights: &Weights,
     free: &[usize],
     free_index: &[Option<usize>],
-    membrane: f64,
+    membrane: Option<Membrane<'_>>,
     diagonal: &[f64],
 ) -> LowerTriangle {
     const CHUNK: usize = 2048;
@@ -169,7 +165,13 @@ impl Column {
         self.values[row] += value;
     }
 
-    fn gather(&mut self, rings: &OneRings, weights: &Weights, i: usize, membrane: f64) {
+    fn gather(
+        &mut self,
+        rings: &OneRings,
+        weights: &Weights,
+        i: usize,
+        membrane: Option<Membrane<'_>>,
+    ) {
         let diagonal = weights.row(rings, i).next().map_or(0.0, |(_, d)| d);
         for (j, entry) in weights.row(rings, i) {
             self.add(j, diagonal * entry);
@@ -181,11 +183,11 @@ impl Column {
                 self.add(j, entry_in_column * entry);
             }
         }
-        if membrane > 0.0 {
-            for k in rings.range(i) {
-                let s = membrane * weights.stiffness(k);
+        if let Some(Membrane { weight, stiffness }) = membrane {
+            for (j, h) in rings.ring(i) {
+                let s = weight * stiffness[h.edge()];
                 self.add(i, s);
-                self.add(rings.neighbours()[k].index(), -s);
+                self.add(j.index(), -s);
             }
         }
     }

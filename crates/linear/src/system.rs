@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use cotan_geometry::Scalar;
-use cotan_halfedge::VertexMap;
+use cotan_halfedge::{EdgeMap, VertexMap};
 use cotan_laplacian::{OneRings, Operator, Symmetry};
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -13,11 +13,13 @@ use crate::error::LinearError;
 use crate::handles::{self, Handle, Hold};
 use crate::normal::{self, Weights};
 
-/// Settings of a system beside its operator and handles.
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub struct SystemParams {
-    /// Weight μ of the membrane term x·Kx with K = L/2 (symmetrised). 0 leaves it out.
-    pub membrane: f64,
+/// A term μ x·Kx beside the Laplacian one, K the graph Laplacian with a stiffness per edge.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Membrane<'a> {
+    /// μ, no unit.
+    pub weight: f64,
+    /// The stiffness of each edge: half its cotangent weight makes K = L/2 for that scheme.
+    pub stiffness: &'a EdgeMap<f64>,
 }
 
 /// A least-squares system with handles, factorized.
@@ -61,12 +63,14 @@ impl PreparedSystem {
     pub fn prepare<T: Scalar>(
         operator: &Operator<T>,
         handles: &[Handle],
-        params: SystemParams,
+        membrane: Option<Membrane<'_>>,
     ) -> Result<Self, LinearError> {
         let rings = operator.rings().clone();
         handles::check(handles, &rings)?;
-        if !(params.membrane.is_finite() && params.membrane >= 0.0) {
-            return Err(LinearError::MembraneWeight(params.membrane));
+        if let Some(Membrane { weight, .. }) = membrane
+            && !(weight.is_finite() && weight >= 0.0)
+        {
+            return Err(LinearError::MembraneWeight(weight));
         }
         let n = rings.num_vertices();
         let unit = operator.mean_diagonal().as_f64();
@@ -89,7 +93,7 @@ impl PreparedSystem {
             operator.symmetry() == Symmetry::Symmetric,
         );
         let matrix =
-            normal::assemble(&rings, &weights, &free, &free_index, params.membrane, &springs);
+            normal::assemble(&rings, &weights, &free, &free_index, membrane, &springs);
         let cholesky = Cholesky::factor(&matrix)?;
         tracing::debug!(
             unknowns = free.len(),
@@ -101,7 +105,7 @@ impl PreparedSystem {
         if springs.iter().all(|&s| s == 0.0) {
             springs.clear();
         }
-        Ok(Self { rings, weights, membrane: params.membrane, springs, free, cholesky, columns })
+        Ok(Self { rings, weights, membrane: membrane.map_or(0.0, |m| m.weight), springs, free, cholesky, columns })
     }
 
     /// Number of vertices that are solved for.
@@ -120,8 +124,9 @@ impl PreparedSystem {
     /// r = Lᵀ mismatch + μ tension + k² pull       (0 at hard handles)
     /// ```
     ///
-    /// **Shapes**: n entries each. `mismatch` is ℓ − Lx; `tension` is the sum over the neighbours
-    /// of w_ij/2 times how much longer the edge vector x_j − x_i is than wanted; `pull` is u − x at
+    /// **Shapes**: n entries each. `mismatch` is ℓ − Lx; `tension` is half the negative gradient of
+    /// the membrane's energy, without μ: the sum over the neighbours of the stiffness times the edge
+    /// vector x_j − x_i less the wanted one; `pull` is u − x at
     /// the soft handles (other entries are ignored).
     ///
     /// # Panics

@@ -5,12 +5,13 @@
 //! oscillates (measured in `docs/decisions`).
 
 mod frame;
+mod cells;
 mod hybrid;
 mod limited;
 mod reflect;
 mod rotation;
 
-use cotan_geometry::Scalar;
+use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::VertexMap;
 use nalgebra::{Matrix3, Vector3};
 
@@ -50,11 +51,20 @@ pub trait Orientation<T: Scalar>: Send {
         0.0
     }
 
-    /// The rotations R_i of the last [`Self::orient`], of which the membrane's wanted edges are
-    /// made. Required where [`Self::membrane`] is not 0.
-    fn rotations(&self) -> Option<&VertexMap<Matrix3<f64>>> {
-        None
+    /// Half the negative gradient of the membrane's energy at `positions`, without μ, for the edges
+    /// that the last [`Self::orient`] or [`Self::start_from`] wants. Called only where
+    /// [`Self::membrane`] is not 0.
+    fn tension(
+        &self,
+        _rest: &Rest<'_, T>,
+        _positions: &Positions<T>,
+        out: &mut VertexMap<Vector3<f64>>,
+    ) {
+        out.values_mut().for_each(|t| *t = Vector3::zeros());
     }
+
+    /// Takes a first guess of the rotation of every vertex, before the first solve.
+    fn start_from(&mut self, _rotations: &VertexMap<Matrix3<f64>>) {}
 
     /// The energy at the last state, if `orient` minimises one over its rotations that the solve
     /// minimises over the positions. The flow then descends and never accepts a step that raises
@@ -82,8 +92,17 @@ impl<T: Scalar, O: Orientation<T> + ?Sized> Orientation<T> for Box<O> {
         (**self).membrane(rest)
     }
 
-    fn rotations(&self) -> Option<&VertexMap<Matrix3<f64>>> {
-        (**self).rotations()
+    fn tension(
+        &self,
+        rest: &Rest<'_, T>,
+        positions: &Positions<T>,
+        out: &mut VertexMap<Vector3<f64>>,
+    ) {
+        (**self).tension(rest, positions, out);
+    }
+
+    fn start_from(&mut self, rotations: &VertexMap<Matrix3<f64>>) {
+        (**self).start_from(rotations);
     }
 
     fn energy(&self) -> Option<f64> {

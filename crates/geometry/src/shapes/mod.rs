@@ -2,9 +2,10 @@
 //!
 //! All are triangle meshes, oriented outwards, the same bytes in every run. Coordinates are
 //! computed in `f64` and rounded once. Counts that are too small are raised, and counts that
-//! would ask for millions of vertices lowered, to the bounds named with each shape.
+//! would ask for many millions of vertices lowered (to 2048 unless a shape names another bound).
 
 mod bar;
+mod creature;
 mod cylinder;
 mod plane;
 mod sphere;
@@ -17,6 +18,7 @@ use crate::scalar::Scalar;
 use crate::surface::{Positions, Surface};
 
 pub use bar::bar;
+pub use creature::{CREATURE_RESOLUTION, Region, creature, creature_regions};
 pub use cylinder::cylinder;
 pub use plane::bumpy_plane;
 pub use sphere::{icosphere, tetrahedron};

@@ -1,0 +1,116 @@
+//! Cells of triangles, and averages over one-rings, for the orientations that fit rotations.
+
+use std::ops::{AddAssign, Mul};
+
+use cotan_geometry::{Positions, Scalar};
+use cotan_halfedge::{FaceId, FaceMap, HalfedgeId, HalfedgeMesh, VertexId, VertexMap};
+use cotan_laplacian::OneRings;
+use nalgebra::{Matrix3, Vector3};
+use rayon::prelude::*;
+
+use crate::rest::Rest;
+
+pub(crate) fn as_f64<T: Scalar>(v: Vector3<T>) -> Vector3<f64> {
+    v.map(T::as_f64)
+}
+
+/// The three halfedges of a triangle.
+pub(crate) fn triangle_halfedges(mesh: &HalfedgeMesh, face: FaceId) -> [HalfedgeId; 3] {
+    let h = mesh.face_halfedge(face);
+    [h, mesh.next(h), mesh.prev(h)]
+}
+
+/// Current and original vector along a halfedge.
+pub(crate) fn edge_pair<T: Scalar>(
+    rest: &Rest<'_, T>,
+    positions: &Positions<T>,
+    h: HalfedgeId,
+) -> (Vector3<f64>, Vector3<f64>) {
+    let (from, to) = (rest.mesh().origin(h), rest.mesh().target(h));
+    (as_f64(positions[to] - positions[from]), as_f64(rest.positions()[to] - rest.positions()[from]))
+}
+
+/// Σ_e cot_e e e⁰ᵀ over the three edges of every triangle.
+///
+/// The sum of cot_e |e|² over a triangle is its Dirichlet energy, never negative, whatever the
+/// signs of the cotangents: a fit by these sums is safe where one by single edges with negative
+/// weights is not.
+pub(crate) fn face_covariances<T: Scalar>(
+    rest: &Rest<'_, T>,
+    positions: &Positions<T>,
+) -> FaceMap<Matrix3<f64>> {
+    let mesh = rest.mesh();
+    let covariance = |f: usize| {
+        let mut sum = Matrix3::zeros();
+        for h in triangle_halfedges(mesh, FaceId::new(f)) {
+            let (e, e0) = edge_pair(rest, positions, h);
+            sum += e * (e0 * rest.cotangents()[h]).transpose();
+        }
+        sum
+    };
+    FaceMap::from_vec(
+        (0..mesh.num_faces()).into_par_iter().with_min_len(1 << 10).map(covariance).collect(),
+    )
+}
+
+/// Sum over the triangles around a vertex.
+pub(crate) fn ring_covariance(
+    mesh: &HalfedgeMesh,
+    faces: &FaceMap<Matrix3<f64>>,
+    vertex: VertexId,
+) -> Matrix3<f64> {
+    mesh.vertex_faces(vertex).map(|f| faces[f]).sum()
+}
+
+/// (Ω a)_j = mean of a over j and its neighbours, `times` times.
+pub(crate) fn average<A>(rings: &OneRings, values: VertexMap<A>, times: usize) -> VertexMap<A>
+where
+    A: Copy + Send + Sync + AddAssign + Mul<f64, Output = A>,
+{
+    repeat(rings, values, times, |values, i| {
+        let mut sum = values[i];
+        for (j, _) in rings.ring(i) {
+            sum += values[j.index()];
+        }
+        sum * cell_share(rings, i)
+    })
+}
+
+/// (Ωᵀ a)_i = Σ_j a_j / (1 + valence j) over i and its neighbours, `times` times: the adjoint of
+/// [`average`].
+pub(crate) fn spread<A>(rings: &OneRings, values: VertexMap<A>, times: usize) -> VertexMap<A>
+where
+    A: Copy + Send + Sync + AddAssign + Mul<f64, Output = A>,
+{
+    repeat(rings, values, times, |values, i| {
+        let mut sum = values[i] * cell_share(rings, i);
+        for (j, _) in rings.ring(i) {
+            sum += values[j.index()] * cell_share(rings, j.index());
+        }
+        sum
+    })
+}
+
+/// One part in the vertex and its neighbours.
+pub(crate) fn cell_share(rings: &OneRings, i: usize) -> f64 {
+    1.0 / (1 + rings.range(i).len()) as f64
+}
+
+fn repeat<A: Copy + Send + Sync>(
+    rings: &OneRings,
+    mut values: VertexMap<A>,
+    times: usize,
+    row: impl Fn(&[A], usize) -> A + Sync,
+) -> VertexMap<A> {
+    let mut next = values.clone();
+    for _ in 0..times {
+        next.as_mut_slice()
+            .par_iter_mut()
+            .enumerate()
+            .with_min_len(1 << 10)
+            .for_each(|(i, a)| *a = row(values.as_slice(), i));
+        std::mem::swap(&mut values, &mut next);
+    }
+    debug_assert_eq!(values.len(), rings.num_vertices());
+    values
+}

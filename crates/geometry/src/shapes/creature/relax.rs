@@ -1,0 +1,99 @@
+//! From a net to good triangles: vertices slide along the surface to the middle of their
+//! neighbours, and each quad is cut along its better diagonal.
+
+use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
+
+use super::field::Field;
+use super::flips::quality;
+use super::nets::Net;
+
+/// Moves every vertex towards the mean of its neighbours, along the tangent plane, and onto the
+/// surface, `rounds` times.
+pub(super) fn relax(
+    points: &mut Vec<Point3<f64>>,
+    neighbours: &Neighbours,
+    field: &Field,
+    rounds: usize,
+) {
+    for _ in 0..rounds {
+        *points = (0..points.len())
+            .into_par_iter()
+            .with_min_len(MIN_VERTICES)
+            .map(|i| {
+                let p = points[i];
+                let (onto, normal) = field.step_to_surface(&p);
+                let ring = neighbours.of(i);
+                let sum: Vector3<f64> = ring.iter().map(|&j| points[j as usize] - p).sum();
+                let halfway = sum * (0.5 / ring.len() as f64);
+                // At a thin tip the mean lies deep inside, whence no way leads back to the tip.
+                p + onto + halfway - normal * normal.dot(&halfway)
+            })
+            .collect();
+    }
+}
+
+/// Moves every vertex onto the surface.
+pub(super) fn project(points: &mut [Point3<f64>], field: &Field) {
+    points
+        .par_iter_mut()
+        .with_min_len(MIN_VERTICES)
+        .for_each(|p| {
+            for _ in 0..PROJECTION_STEPS {
+                *p += field.step_to_surface(p).0;
+            }
+        });
+}
+
+/// Who is joined to whom.
+pub(super) struct Neighbours {
+    starts: Vec<u32>,
+    neighbours: Vec<u32>,
+}
+
+impl Neighbours {
+    /// Joins the successive corners of every polygon.
+    pub(super) fn new<const N: usize>(num_vertices: usize, polygons: &[[u32; N]]) -> Self {
+        let sides = || {
+            polygons
+                .iter()
+                .flat_map(|polygon| (0..N).map(|k| (polygon[k], polygon[(k + 1) % N])))
+        };
+        let mut starts = vec![0; num_vertices + 1];
+        for (a, _) in sides() {
+            starts[a as usize + 1] += 1;
+        }
+        for i in 0..num_vertices {
+            starts[i + 1] += starts[i];
+        }
+        let mut cursor = starts.clone();
+        // On a closed surface every side is met once in each direction.
+        let mut neighbours = vec![0; starts[num_vertices] as usize];
+        for (a, b) in sides() {
+            let slot = &mut cursor[a as usize];
+            neighbours[*slot as usize] = b;
+            *slot += 1;
+        }
+        Self { starts, neighbours }
+    }
+
+    fn of(&self, i: usize) -> &[u32] {
+        &self.neighbours[self.starts[i] as usize..self.starts[i + 1] as usize]
+    }
+}
+
+/// Cuts every quad along the diagonal that leaves the larger smallest angle.
+pub(super) fn triangulate(net: &Net) -> Vec<[u32; 3]> {
+    let cut = |&[a, b, c, d]: &[u32; 4]| {
+        let (along, across) = ([[a, b, c], [a, c, d]], [[a, b, d], [b, c, d]]);
+        let is_better = quality(&net.points, &along) >= quality(&net.points, &across);
+        if is_better { along } else { across }
+    };
+    net.quads.iter().flat_map(cut).collect()
+}
+
+/// Vertices a task moves at least: a few hundred evaluations of the field.
+const MIN_VERTICES: usize = 256;
+
+/// Newton's method squares an error that relaxation has left at a hundredth of a cell.
+const PROJECTION_STEPS: usize = 3;

@@ -1,0 +1,317 @@
+//! The edge collapse and the conditions under which it keeps the surface.
+//!
+//! Source of the link condition: Dey, Edelsbrunner, Guha, Nekhayev, "Topology preserving edge
+//! contraction" (1999). For polygons it reads: the ends of the edge have no neighbour and no face
+//! in common besides those that the edge itself brings about.
+
+use super::renumbering::Changes;
+use super::{EditError, Renumbering};
+use crate::ids::{FaceId, HalfedgeId, VertexId};
+use crate::mesh::HalfedgeMesh;
+
+impl HalfedgeMesh {
+    /// Merges the origin of a halfedge into its target.
+    ///
+    /// ```text
+    ///      ╲   d   ╱             ╲   d   ╱
+    ///       ╲ ╱ ╲ ╱               ╲  │  ╱
+    ///      ──u──h▶v──     ──▶      ──v──
+    ///       ╱ ╲ ╱ ╲               ╱  │  ╲
+    ///      ╱   c   ╲             ╱   c   ╲
+    /// ```
+    ///
+    /// The vertex u goes, and with it the edge. Of a triangle beside the edge the face goes and
+    /// the edge at u, the edge at v stays; a larger polygon loses a corner. The topology stays:
+    /// components, boundary loops and genus. The places of what is gone are filled with the last
+    /// elements, so the cost is O(k log k), where k sums the valences of u, v and of the vertex
+    /// that is moved and the degrees of the faces that are moved; the size of the mesh plays no
+    /// part.
+    ///
+    /// An inner vertex beside larger polygons may be left with only two edges.
+    ///
+    /// # Errors
+    /// - [`EditError::LinkCondition`], [`EditError::SharedFace`]: the ends have a neighbour or a
+    ///   face in common beyond those at the edge.
+    /// - [`EditError::Pinch`]: an inner edge between two boundary vertices.
+    /// - [`EditError::LastFace`], [`EditError::BackToBack`], [`EditError::Flattens`]: too little
+    ///   would be left, as of a single triangle or a tetrahedron.
+    /// - [`EditError::NoSuchHalfedge`].
+    pub fn collapse(&mut self, halfedge: HalfedgeId) -> Result<Renumbering, EditError> {
+        self.check_halfedge(halfedge)?;
+        self.check_collapse(halfedge)?;
+
+        let (u, v) = (self.origin(halfedge), self.target(halfedge));
+        let incoming: Vec<HalfedgeId> = self.incoming_halfedges(u).collect();
+        for h in incoming {
+            self.set_target(h, v);
+        }
+        // An edge of v besides the one that goes: it stays.
+        let stays = self.next(halfedge);
+        let mut edges = vec![halfedge.edge()];
+        let mut faces = Vec::new();
+        for side in [halfedge, halfedge.twin()] {
+            let (before, after) = (self.prev(side), self.next(side));
+            let had_triangle = self.has_triangle(side);
+            self.link(before, after);
+            let Some(face) = self.face(side) else {
+                continue;
+            };
+            if self.face_halfedge(face) == side {
+                self.face_halfedge[face.index()] = after;
+            }
+            if had_triangle {
+                // The halfedge on the side of v is the one after `halfedge`, before its twin.
+                let [keep, drop] = if side == halfedge {
+                    [after, before]
+                } else {
+                    [before, after]
+                };
+                self.close_digon(keep, drop);
+                edges.push(drop.edge());
+                faces.push(face);
+            }
+        }
+        self.store_outgoing(stays);
+
+        let renumbering = Renumbering {
+            vertices: Changes::fill_gaps(self.num_vertices(), vec![u]),
+            edges: Changes::fill_gaps(self.num_edges(), edges),
+            faces: Changes::fill_gaps(self.num_faces(), faces),
+        };
+        self.renumber(&renumbering);
+        Ok(renumbering)
+    }
+
+    /// Closes a face of two sides: `keep` takes the place of the twin of `drop`.
+    ///
+    /// ```text
+    ///        drop.twin()
+    ///     x ────────────▶ y
+    ///     x ◀──── drop ── y       ──▶      x ── keep ──▶ y
+    ///     x ─── keep ───▶ y
+    /// ```
+    fn close_digon(&mut self, keep: HalfedgeId, drop: HalfedgeId) {
+        let outer = drop.twin();
+        let (x, y) = (self.target(drop), self.target(keep));
+        self.link(self.prev(outer), keep);
+        self.link(keep, self.next(outer));
+        self.copy_face(outer, keep);
+        if let Some(face) = self.face(outer)
+            && self.face_halfedge(face) == outer
+        {
+            self.face_halfedge[face.index()] = keep;
+        }
+        if self.vertex_halfedge(x) == outer {
+            self.vertex_halfedge[x.index()] = keep;
+        }
+        if self.vertex_halfedge(y) == drop {
+            self.vertex_halfedge[y.index()] = keep.twin();
+        }
+    }
+
+    /// Stores `outgoing` for its origin, or the boundary halfedge of the same fan.
+    fn store_outgoing(&mut self, outgoing: HalfedgeId) {
+        let mut h = outgoing;
+        while !self.is_boundary_halfedge(h) {
+            h = self.next(h.twin());
+            if h == outgoing {
+                break;
+            }
+        }
+        let vertex = self.origin(h);
+        self.vertex_halfedge[vertex.index()] = h;
+    }
+
+    fn check_collapse(&self, h: HalfedgeId) -> Result<(), EditError> {
+        let (u, v, t) = (self.origin(h), self.target(h), h.twin());
+        let edge = h.edge();
+        let on_boundary = [u, v].map(|end| self.is_boundary_vertex(end));
+        if on_boundary == [true; 2] && !self.is_boundary_edge(edge) {
+            return Err(EditError::Pinch { edge });
+        }
+        let mut apexes = Vec::with_capacity(2);
+        for side in [h, t] {
+            let Some(face) = self.face(side).filter(|_| self.has_triangle(side)) else {
+                continue;
+            };
+            let others = [self.next(side), self.prev(side)];
+            if others
+                .iter()
+                .all(|other| self.is_boundary_halfedge(other.twin()))
+            {
+                // Then the edge is on the boundary, too, for its ends are: see the pinch above.
+                return Err(EditError::LastFace { face });
+            }
+            apexes.push(self.target(others[0]));
+        }
+        if let [d, c] = apexes[..]
+            && d == c
+        {
+            return Err(EditError::BackToBack { edge, vertex: d });
+        }
+        self.check_links(h, &apexes)?;
+        let valence = self.valence(u) + self.valence(v) - 2 - apexes.len();
+        if on_boundary == [false; 2] && valence == 2 && self.leaves_two_triangles(h) {
+            return Err(EditError::Flattens { edge });
+        }
+        Ok(())
+    }
+
+    /// That the ends of `h` share only the `apexes` as neighbours, and no faces but its own.
+    fn check_links(&self, h: HalfedgeId, apexes: &[VertexId]) -> Result<(), EditError> {
+        let (u, v, edge) = (self.origin(h), self.target(h), h.edge());
+        let mut neighbours: Vec<VertexId> = self.one_ring(u).collect();
+        neighbours.sort_unstable();
+        let shared = |w: &VertexId| !apexes.contains(w) && neighbours.binary_search(w).is_ok();
+        if let Some(vertex) = self.one_ring(v).find(shared) {
+            return Err(EditError::LinkCondition { edge, vertex });
+        }
+        let own = edge.halfedges().map(|side| self.face(side));
+        let mut faces: Vec<FaceId> = self.vertex_faces(u).collect();
+        faces.sort_unstable();
+        let shared = |f: &FaceId| !own.contains(&Some(*f)) && faces.binary_search(f).is_ok();
+        match self.vertex_faces(v).find(shared) {
+            Some(face) => Err(EditError::SharedFace { edge, face }),
+            None => Ok(()),
+        }
+    }
+
+    /// Whether the faces that stay at the ends of `h` will all be triangles.
+    fn leaves_two_triangles(&self, h: HalfedgeId) -> bool {
+        let own = h.edge().halfedges().map(|side| self.face(side));
+        let ends = [self.origin(h), self.target(h)];
+        ends.into_iter()
+            .flat_map(|end| self.vertex_faces(end))
+            .all(|face| {
+                let degree = self.face_halfedges(face).take(5).count();
+                // A triangle at the edge goes; a square there becomes a triangle.
+                degree == 3 || (degree == 4 && own.contains(&Some(face)))
+            })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::TriangleFaces;
+
+    fn halfedge(mesh: &HalfedgeMesh, origin: u32, target: u32) -> HalfedgeId {
+        mesh.halfedge_between(VertexId(origin), VertexId(target))
+            .unwrap()
+    }
+
+    fn refused(mesh: &HalfedgeMesh, origin: u32, target: u32) -> EditError {
+        let mut edited = mesh.clone();
+        let error = edited.collapse(halfedge(mesh, origin, target)).unwrap_err();
+        assert_eq!(&edited, mesh);
+        error
+    }
+
+    #[test]
+    fn split_then_collapse_restores_the_counts() {
+        let mesh = TriangleFaces::octahedron().mesh().unwrap();
+        for edge in mesh.edges() {
+            let mut edited = mesh.clone();
+            let m = edited.split_edge(edge).unwrap();
+            let [u, v] = mesh.edge_vertices(edge);
+            for end in [u, v] {
+                let mut collapsed = edited.clone();
+                let changes = collapsed.collapse(halfedge(&edited, m.0, end.0)).unwrap();
+                collapsed.validate().unwrap();
+                assert_eq!(changes.vertices(), [(m, None)]);
+                assert!(collapsed.halfedge_between(u, v).is_some());
+                assert_eq!(collapsed.num_edges(), mesh.num_edges());
+                assert_eq!(collapsed.num_faces(), mesh.num_faces());
+            }
+        }
+    }
+
+    #[test]
+    fn the_last_elements_fill_the_gaps() {
+        let mesh = TriangleFaces::icosahedron().mesh().unwrap();
+        let h = halfedge(&mesh, 3, mesh.target(mesh.vertex_halfedge(VertexId(3))).0);
+        let mut edited = mesh.clone();
+        let changes = edited.collapse(h).unwrap();
+        edited.validate().unwrap();
+        assert_eq!(changes.vertices()[0], (VertexId(3), None));
+        assert_eq!(changes.vertices()[1], (VertexId(11), Some(VertexId(3))));
+        // Every edge that stays joins what it joined, with u merged into v.
+        let renamed = |w| {
+            let w = if w == VertexId(3) { mesh.target(h) } else { w };
+            changes.vertex(w).unwrap()
+        };
+        for old in mesh.halfedges() {
+            if let Some(new) = changes.halfedge(old) {
+                assert_eq!(edited.origin(new), renamed(mesh.origin(old)));
+                assert_eq!(edited.target(new), renamed(mesh.target(old)));
+            }
+        }
+    }
+
+    #[test]
+    fn tetrahedron_and_triangle_are_refused() {
+        let tetrahedron = TriangleFaces::tetrahedron().mesh().unwrap();
+        let triangle = HalfedgeMesh::from_faces(3, &[[0, 1, 2]]).unwrap();
+        for (a, b) in [(0, 1), (1, 0), (1, 2), (2, 0)] {
+            assert!(matches!(
+                refused(&tetrahedron, a, b),
+                EditError::Flattens { .. }
+            ));
+            assert!(matches!(
+                refused(&triangle, a, b),
+                EditError::LastFace { .. }
+            ));
+        }
+        let pillow = HalfedgeMesh::from_faces(3, &[[0, 1, 2], [0, 2, 1]]).unwrap();
+        assert!(matches!(
+            refused(&pillow, 0, 1),
+            EditError::BackToBack { .. }
+        ));
+    }
+
+    #[test]
+    fn pinch_link_and_shared_face_are_refused() {
+        // A strip of four triangles: the inner edges join opposite borders.
+        let strip = [[0, 1, 2], [2, 1, 3], [2, 3, 4], [4, 3, 5]];
+        let strip = HalfedgeMesh::from_faces(6, &strip).unwrap();
+        assert!(matches!(refused(&strip, 2, 3), EditError::Pinch { .. }));
+        assert!(matches!(refused(&strip, 1, 2), EditError::Pinch { .. }));
+        // Around a hole of three sides each side has the third corner as a common neighbour.
+        let mut ring = TriangleFaces::octahedron().mesh().unwrap();
+        let _ = ring.delete_faces(&[FaceId(0)]).unwrap();
+        let [a, b] = ring.edge_vertices(ring.boundary_loops()[0].edge());
+        assert!(matches!(
+            refused(&ring, a.0, b.0),
+            EditError::LinkCondition { .. }
+        ));
+        // Two squares back to back, one of them with a roof: 0 and 2 meet again in the bottom.
+        let faces = [vec![0, 1, 2], vec![0, 2, 3], vec![3, 2, 1, 0]];
+        let roof = HalfedgeMesh::from_faces(4, &faces).unwrap();
+        assert!(matches!(
+            refused(&roof, 0, 2),
+            EditError::SharedFace {
+                face: FaceId(2),
+                ..
+            }
+        ));
+    }
+
+    #[test]
+    fn polygons_lose_a_corner() {
+        let cube = [
+            [0, 3, 2, 1],
+            [4, 5, 6, 7],
+            [0, 1, 5, 4],
+            [1, 2, 6, 5],
+            [2, 3, 7, 6],
+            [3, 0, 4, 7],
+        ];
+        let mut mesh = HalfedgeMesh::from_faces(8, &cube).unwrap();
+        let _ = mesh.collapse(halfedge(&mesh, 0, 1)).unwrap();
+        mesh.validate().unwrap();
+        let mut degrees: Vec<_> = mesh.faces().map(|f| mesh.degree(f)).collect();
+        degrees.sort_unstable();
+        assert_eq!(degrees, [3, 3, 4, 4, 4, 4]);
+        assert_eq!((mesh.num_vertices(), mesh.num_edges()), (7, 11));
+    }
+}

@@ -1,0 +1,147 @@
+//! A new vertex in an edge.
+
+use super::EditError;
+use crate::ids::{EdgeId, VertexId};
+use crate::mesh::HalfedgeMesh;
+
+impl HalfedgeMesh {
+    /// Inserts a vertex into an edge. Triangles beside it are split in two; a larger polygon gains
+    /// a corner.
+    ///
+    /// ```text
+    ///         d                     d
+    ///        ╱ ╲                   ╱│╲
+    ///       ╱   ╲                 ╱ │ ╲
+    ///      u──h─▶v      ──▶      u─▶m─▶v
+    ///       ╲   ╱                 ╲ │ ╱
+    ///        ╲ ╱                   ╲│╱
+    ///         c                     c
+    /// ```
+    ///
+    /// Here h is the first halfedge of the edge. The edge keeps its number, its origin u and the
+    /// faces on the side of u. New, in this order: the vertex m (returned), the edge m→v, the
+    /// edge m→d and the face (m, v, d) if there is a triangle with d, the edge c→m and the face
+    /// (c, v, m) if there is one with c. So a triangle mesh stays one, also on the boundary.
+    ///
+    /// # Errors
+    /// [`EditError::BackToBack`] if c = d: m would be joined to it twice;
+    /// [`EditError::NoSuchEdge`], [`EditError::TooLarge`].
+    ///
+    /// ```
+    /// # use cotan_halfedge::{HalfedgeMesh, VertexId};
+    /// let mut mesh = HalfedgeMesh::from_faces(4, &[[0, 1, 2], [0, 2, 3]])?;
+    /// let diagonal = mesh.halfedge_between(VertexId::new(0), VertexId::new(2)).unwrap();
+    /// let m = mesh.split_edge(diagonal.edge())?;
+    /// assert_eq!((mesh.valence(m), mesh.num_faces()), (4, 4));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn split_edge(&mut self, edge: EdgeId) -> Result<VertexId, EditError> {
+        self.check_edge(edge)?;
+        let [h, t] = edge.halfedges();
+        let (left, right) = (self.has_triangle(h), self.has_triangle(t));
+        let d = self.target(self.next(h));
+        if left && right && d == self.target(self.next(t)) {
+            return Err(EditError::BackToBack { edge, vertex: d });
+        }
+        self.check_room(3)?;
+
+        let v = self.target(h);
+        let m = VertexId::new(self.num_vertices());
+        let (after_h, before_t) = (self.next(h), self.prev(t));
+        let m_v = self.push_edge(m, v);
+        let v_m = m_v.twin();
+        self.set_target(h, m);
+        self.link(h, m_v);
+        self.link(m_v, after_h);
+        self.link(before_t, v_m);
+        self.link(v_m, t);
+        self.copy_face(h, m_v);
+        self.copy_face(t, v_m);
+        if self.vertex_halfedge(v) == t {
+            self.vertex_halfedge[v.index()] = v_m;
+        }
+        let stored = if self.is_boundary_halfedge(t) { t } else { m_v };
+        self.vertex_halfedge.push(stored);
+        if left {
+            self.cut_face(m_v, self.prev(h));
+        }
+        if right {
+            self.cut_face(before_t, t);
+        }
+        Ok(m)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ids::{FaceId, HalfedgeId};
+    use crate::testing::TriangleFaces;
+
+    #[test]
+    fn numbers_of_the_new_elements() {
+        let mut mesh = TriangleFaces::octahedron().mesh().unwrap();
+        let edge = EdgeId(3);
+        let [h, t] = edge.halfedges();
+        let (u, v) = (mesh.origin(h), mesh.target(h));
+        let (d, c) = (mesh.target(mesh.next(h)), mesh.target(mesh.next(t)));
+        let faces = [mesh.face(h), mesh.face(t)];
+        let m = mesh.split_edge(edge).unwrap();
+        mesh.validate().unwrap();
+        assert_eq!(
+            (mesh.num_vertices(), mesh.num_edges(), mesh.num_faces()),
+            (7, 15, 10)
+        );
+        assert_eq!(mesh.edge_vertices(edge), [u, m]);
+        assert_eq!([mesh.face(h), mesh.face(t)], faces);
+        assert_eq!(m, VertexId(6));
+        assert_eq!(mesh.edge_vertices(EdgeId(12)), [m, v]);
+        assert_eq!(mesh.edge_vertices(EdgeId(13)), [m, d]);
+        assert_eq!(mesh.edge_vertices(EdgeId(14)), [c, m]);
+        let corners = |face| mesh.face_vertices(FaceId(face)).collect::<Vec<_>>();
+        assert_eq!(corners(8), [d, m, v]);
+        assert_eq!(corners(9), [m, c, v]);
+        assert!(mesh.is_triangle_mesh());
+    }
+
+    #[test]
+    fn boundary_edges_split_on_either_side() {
+        for faces in [[[0, 1, 2], [0, 2, 3]], [[2, 0, 1], [3, 0, 2]]] {
+            let mesh = HalfedgeMesh::from_faces(4, &faces).unwrap();
+            for edge in mesh.edges().filter(|&e| mesh.is_boundary_edge(e)) {
+                for flip in [false, true] {
+                    let mut split = mesh.clone();
+                    if flip {
+                        split.flip_orientation(0).unwrap();
+                    }
+                    let m = split.split_edge(edge).unwrap();
+                    split.validate().unwrap();
+                    assert!(split.is_boundary_vertex(m));
+                    assert_eq!((split.valence(m), split.num_faces()), (3, 3));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_polygon_gains_a_corner() {
+        let mut mesh = HalfedgeMesh::from_faces(5, &[vec![0, 1, 2], vec![0, 2, 3, 4]]).unwrap();
+        let shared = mesh.halfedge_between(VertexId(0), VertexId(2)).unwrap();
+        mesh.split_edge(shared.edge()).unwrap();
+        mesh.validate().unwrap();
+        let degrees: Vec<_> = mesh.faces().map(|f| mesh.degree(f)).collect();
+        assert_eq!(degrees, [3, 5, 3]);
+    }
+
+    #[test]
+    fn triangles_back_to_back_are_refused() {
+        let mesh = HalfedgeMesh::from_faces(3, &[[0, 1, 2], [0, 2, 1]]).unwrap();
+        let mut edited = mesh.clone();
+        let error = edited.split_edge(HalfedgeId(0).edge()).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "both triangles at edge 0 have vertex 2 as their third corner"
+        );
+        assert_eq!(edited, mesh);
+    }
+}

@@ -1,0 +1,228 @@
+//! What the mesh is as a surface: components, boundary loops, Euler characteristic, genus.
+//!
+//! The formula behind all of it is Euler's, for an oriented surface of c components, b boundary
+//! loops and total genus g: V − E + F = 2c − 2g − b.
+
+use crate::ids::{HalfedgeId, NONE, VertexId};
+use crate::map::{HalfedgeMap, VertexMap};
+use crate::mesh::HalfedgeMesh;
+
+/// The connected components of a mesh, numbered from 0 in the order of their lowest vertex.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Components {
+    of_vertex: VertexMap<u32>,
+    sizes: Vec<usize>,
+}
+
+impl Components {
+    /// Number of components.
+    pub fn count(&self) -> usize {
+        self.sizes.len()
+    }
+
+    /// The component of `vertex`.
+    ///
+    /// # Panics
+    /// If the mesh has no such vertex.
+    pub fn of(&self, vertex: VertexId) -> usize {
+        self.of_vertex[vertex] as usize
+    }
+
+    /// The component of every vertex.
+    pub fn of_vertices(&self) -> &VertexMap<u32> {
+        &self.of_vertex
+    }
+
+    /// Number of vertices of every component.
+    pub fn sizes(&self) -> &[usize] {
+        &self.sizes
+    }
+}
+
+/// The counts of one component and what follows from them.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct ComponentTopology {
+    /// Number of vertices.
+    pub num_vertices: usize,
+    /// Number of edges.
+    pub num_edges: usize,
+    /// Number of faces.
+    pub num_faces: usize,
+    /// Number of boundary loops.
+    pub num_boundary_loops: usize,
+}
+
+impl ComponentTopology {
+    /// V − E + F.
+    #[must_use]
+    pub fn euler_characteristic(&self) -> i64 {
+        self.num_vertices as i64 - self.num_edges as i64 + self.num_faces as i64
+    }
+
+    /// Number of handles: (2 − χ − b) / 2, where b counts the boundary loops.
+    ///
+    /// 0 for a sphere and a disc, with or without further holes; 1 for a torus.
+    #[must_use]
+    pub fn genus(&self) -> usize {
+        let twice = 2 - self.euler_characteristic() - self.num_boundary_loops as i64;
+        usize::try_from(twice / 2).unwrap_or(0)
+    }
+
+    /// Whether the component has no boundary.
+    #[must_use]
+    pub fn is_closed(&self) -> bool {
+        self.num_boundary_loops == 0
+    }
+}
+
+impl HalfedgeMesh {
+    /// The connected components, numbered by their lowest vertex. O(n).
+    ///
+    /// ```
+    /// use cotan_halfedge::{HalfedgeMesh, VertexId};
+    /// let mesh = HalfedgeMesh::from_faces(6, &[[0, 2, 4], [1, 3, 5]])?;
+    /// let components = mesh.components();
+    /// assert_eq!(components.sizes(), [3, 3]);
+    /// assert_eq!(components.of(VertexId::new(4)), 0);
+    /// # Ok::<(), cotan_halfedge::BuildError>(())
+    /// ```
+    pub fn components(&self) -> Components {
+        let mut of_vertex = VertexMap::filled(self.num_vertices(), NONE);
+        let mut sizes = Vec::new();
+        let mut open = Vec::new();
+        for seed in self.vertices() {
+            if of_vertex[seed] != NONE {
+                continue;
+            }
+            let number = sizes.len() as u32;
+            let mut size = 0;
+            of_vertex[seed] = number;
+            open.push(seed);
+            while let Some(vertex) = open.pop() {
+                size += 1;
+                for neighbour in self.one_ring(vertex) {
+                    if of_vertex[neighbour] == NONE {
+                        of_vertex[neighbour] = number;
+                        open.push(neighbour);
+                    }
+                }
+            }
+            sizes.push(size);
+        }
+        Components { of_vertex, sizes }
+    }
+
+    /// One halfedge of every boundary loop: the one with the lowest number, in ascending order.
+    ///
+    /// [`HalfedgeMesh::boundary_loop`] walks on from there.
+    pub fn boundary_loops(&self) -> Vec<HalfedgeId> {
+        let mut seen = HalfedgeMap::filled(self.num_halfedges(), false);
+        let mut loops = Vec::new();
+        for h in self.halfedges() {
+            if !seen[h] && self.is_boundary_halfedge(h) {
+                self.boundary_loop(h).for_each(|side| seen[side] = true);
+                loops.push(h);
+            }
+        }
+        loops
+    }
+
+    /// V − E + F of the whole mesh.
+    pub fn euler_characteristic(&self) -> i64 {
+        self.num_vertices() as i64 - self.num_edges() as i64 + self.num_faces() as i64
+    }
+
+    /// Whether there is no boundary. True of the mesh without elements.
+    pub fn is_closed(&self) -> bool {
+        !self.halfedges().any(|h| self.is_boundary_halfedge(h))
+    }
+
+    /// The counts of every component, in the order of [`HalfedgeMesh::components`]. O(n).
+    pub fn topology(&self) -> Vec<ComponentTopology> {
+        let components = self.components();
+        let mut topology = vec![ComponentTopology::default(); components.count()];
+        for (part, &num_vertices) in topology.iter_mut().zip(components.sizes()) {
+            part.num_vertices = num_vertices;
+        }
+        for edge in self.edges() {
+            topology[components.of(self.target(edge.halfedge()))].num_edges += 1;
+        }
+        for face in self.faces() {
+            topology[components.of(self.target(self.face_halfedge(face)))].num_faces += 1;
+        }
+        for side in self.boundary_loops() {
+            topology[components.of(self.target(side))].num_boundary_loops += 1;
+        }
+        topology
+    }
+
+    /// Number of handles, summed over the components. O(n).
+    ///
+    /// [`HalfedgeMesh::topology`] has the genus of each component.
+    pub fn genus(&self) -> usize {
+        self.topology().iter().map(ComponentTopology::genus).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::testing::{self, TriangleFaces};
+
+    #[test]
+    fn sphere_torus_and_double_torus() {
+        let torus = TriangleFaces::torus(4, 5);
+        for (faces, genus) in [
+            (TriangleFaces::icosahedron(), 0),
+            (torus.clone(), 1),
+            (torus.connected_sum(&torus), 2),
+        ] {
+            let mesh = faces.mesh().unwrap();
+            assert!(mesh.is_closed());
+            assert_eq!(mesh.boundary_loops(), []);
+            assert_eq!(mesh.genus(), genus);
+            assert_eq!(mesh.euler_characteristic(), 2 - 2 * genus as i64);
+        }
+    }
+
+    #[test]
+    fn disc_with_holes_has_a_loop_for_each_and_one_outside() {
+        let mesh = TriangleFaces::disc(7, 5, 0b1101).mesh().unwrap();
+        let loops = mesh.boundary_loops();
+        assert_eq!(loops.len(), 4);
+        assert!(loops.is_sorted());
+        assert_eq!(mesh.genus(), 0);
+        assert_eq!(mesh.euler_characteristic(), 2 - 4);
+        let lengths: Vec<_> = loops
+            .iter()
+            .map(|&h| mesh.boundary_loop(h).count())
+            .collect();
+        assert_eq!(lengths, [24, 4, 4, 4]);
+    }
+
+    #[test]
+    fn components_are_numbered_by_their_lowest_vertex() {
+        let faces = [[0, 5, 6], [1, 2, 3], [6, 5, 4u32]];
+        let mesh = HalfedgeMesh::from_faces(7, &faces).unwrap();
+        let components = mesh.components();
+        assert_eq!(components.of_vertices().as_slice(), [0, 1, 1, 1, 0, 0, 0]);
+        assert_eq!(components.sizes(), [4, 3]);
+        assert_eq!(mesh.topology()[1].num_faces, 1);
+    }
+
+    proptest! {
+        #[test]
+        fn eulers_formula(mesh in testing::arbitrary_mesh()) {
+            testing::check_euler(&mesh)?;
+        }
+
+        #[test]
+        fn genus_zero_meshes_have_none(mesh in testing::genus_zero()) {
+            prop_assert!(mesh.is_closed());
+            prop_assert_eq!(mesh.genus(), 0);
+            prop_assert_eq!(mesh.components().count(), 1);
+        }
+    }
+}
