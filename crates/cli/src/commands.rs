@@ -4,6 +4,7 @@ mod compare;
 mod completions;
 mod convert;
 mod deform;
+mod demo;
 mod info;
 mod reconstruct;
 
@@ -14,7 +15,7 @@ use crate::error::CliError;
 /// Runs a command.
 pub(crate) fn run(command: &Command, console: &Console) -> Result<(), CliError> {
     match command {
-        Command::Demo(_) => Ok(()),
+        Command::Demo(args) => demo::run(args, console),
         Command::Info(args) => info::run(args, console),
         Command::Deform(args) => deform::run(args, console),
         Command::Reconstruct(args) => reconstruct::run(args, console),

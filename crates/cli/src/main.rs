@@ -8,6 +8,7 @@ mod error;
 mod files;
 mod handles_file;
 mod inspect;
+mod picture;
 mod report;
 
 use std::process::ExitCode;

@@ -88,9 +88,10 @@ pub(crate) struct MethodArgs {
     /// Steps at full length, or the paper's falling ratio
     #[arg(long, value_name = "NAME", value_parser = values::schedule(), default_value = "full")]
     schedule: Schedule,
-    /// How stiff the membrane of the hybrid orientation is
-    #[arg(long, value_name = "X", value_parser = values::stiffness)]
-    stiffness: Option<f64>,
+    /// Up to which length the hybrid orientation bends details like the flow alone, as a ratio of
+    /// the bounding box's longest side
+    #[arg(long, value_name = "X", value_parser = values::positive)]
+    bending_length: Option<f64>,
 }
 
 /// How a run is carried out and what it leaves behind.
@@ -160,7 +161,7 @@ impl MethodArgs {
         DeformOptions {
             scheme: self.scheme,
             orientation: self.orientation,
-            stiffness: self.stiffness.unwrap_or(default.stiffness),
+            bending_length: self.bending_length.unwrap_or(default.bending_length),
             detail_size: if self.rescale { DetailSize::Rescale } else { DetailSize::Keep },
             acceleration: self.accelerate,
             schedule: self.schedule,

@@ -64,14 +64,9 @@ pub(super) fn tolerance(text: &str) -> Result<f64, String> {
     number(text).filter(|x| *x >= 0.0).ok_or_else(|| "give a number of at least 0".to_owned())
 }
 
-/// A spring weight or a stiffness: finite, above 0.
+/// A spring weight or a length: finite, above 0.
 pub(super) fn positive(text: &str) -> Result<f64, String> {
     number(text).filter(|x| *x > 0.0).ok_or_else(|| "give a number above 0".to_owned())
-}
-
-/// A stiffness: finite, at least 0.
-pub(super) fn stiffness(text: &str) -> Result<f64, String> {
-    tolerance(text)
 }
 
 fn number(text: &str) -> Option<f64> {

@@ -11,6 +11,7 @@ use crate::edit::{self, Edit, Edited, History};
 use crate::error::CliError;
 use crate::files;
 use crate::handles_file::HandlesFile;
+use crate::picture::{BeforeAfter, marks};
 use crate::report::{Report, Seconds, Setting};
 
 pub(crate) fn run(args: &DeformArgs, console: &Console) -> Result<(), CliError> {
@@ -21,7 +22,9 @@ pub(crate) fn run(args: &DeformArgs, console: &Console) -> Result<(), CliError> 
         soft: args.soft,
         at_limit: AtLimit::Warn,
     };
-    edit::with_threads(args.run.threads, || job.run(console))?
+    let report = edit::with_threads(args.run.threads, || job.run(console))??;
+    console.note(report.table());
+    Ok(())
 }
 
 /// Files in, an edit, files out: what `deform` and `reconstruct` share.
@@ -43,7 +46,8 @@ pub(crate) enum AtLimit {
 }
 
 impl Job<'_> {
-    pub(crate) fn run(&self, console: &Console) -> Result<(), CliError> {
+    /// Reads, edits, writes; warns of what should be known.
+    pub(crate) fn run(&self, console: &Console) -> Result<Report, CliError> {
         let clock = Instant::now();
         let format = files::check_mesh_path(&self.input.output)?;
         for path in [&self.run.report, &self.run.picture].into_iter().flatten() {
@@ -84,8 +88,16 @@ impl Job<'_> {
         if let Some(path) = &self.run.report {
             report.write(path)?;
         }
-        console.note(report.table());
-        Ok(())
+        if let Some(path) = &self.run.picture {
+            let pair = BeforeAfter {
+                mesh: processing.mesh(),
+                before: processing.positions(),
+                after: &edited.positions,
+                marks: &marks(&constraints, &processing),
+            };
+            files::write(path, &pair.png())?;
+        }
+        Ok(report)
     }
 
     fn warn(&self, edited: &Edited, console: &Console) {
