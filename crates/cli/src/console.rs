@@ -49,7 +49,10 @@ impl Console {
                 .with_ansi(std::io::stderr().is_terminal())
                 .try_init();
         }
-        Self { volume, on_terminal: std::io::stderr().is_terminal() }
+        Self {
+            volume,
+            on_terminal: std::io::stderr().is_terminal(),
+        }
     }
 
     /// A result, to standard output. A reader that has gone away (`| head`) is no error.

@@ -82,8 +82,7 @@ impl Edit<'_> {
             handles = handles.all_held(Hold::Soft(weight));
         }
         let positions = processing.positions().map(|p| p.map(T::of_f64));
-        let mut session =
-            Session::new(mesh, &positions, &handles, self.options).map_err(refuse)?;
+        let mut session = Session::new(mesh, &positions, &handles, self.options).map_err(refuse)?;
         seconds.factor = clock.elapsed().as_secs_f64();
 
         progress.phase("iterate");
@@ -117,12 +116,19 @@ impl Edit<'_> {
         seconds.iterate = clock.elapsed().as_secs_f64() - measuring;
 
         let in_file = |e| crate::files::in_file(self.path, e);
-        document.set_positions(processing, &session.positions()).map_err(in_file)?;
+        document
+            .set_positions(processing, &session.positions())
+            .map_err(in_file)?;
         let positions = positions_of(document, processing);
-        let quality = Quality::measure(&original, &original.with_positions(&positions))
-            .map_err(refuse)?;
+        let quality =
+            Quality::measure(&original, &original.with_positions(&positions)).map_err(refuse)?;
         let history = (self.history == History::Keep).then_some(history);
-        Ok(Edited { positions, flow, quality, history })
+        Ok(Edited {
+            positions,
+            flow,
+            quality,
+            history,
+        })
     }
 
     fn refuse(&self, error: cotan::Error, processing: &ProcessingMesh) -> CliError {
@@ -136,7 +142,11 @@ impl Edit<'_> {
 /// The document's positions, in the order of the processing mesh.
 pub(crate) fn positions_of(document: &Document, processing: &ProcessingMesh) -> Positions<f64> {
     let positions = document.positions();
-    processing.mesh().vertices().map(|v| positions[processing.document_vertex(v)]).collect()
+    processing
+        .mesh()
+        .vertices()
+        .map(|v| positions[processing.document_vertex(v)])
+        .collect()
 }
 
 /// Reads a mesh file and builds its half-edge mesh.
@@ -148,8 +158,9 @@ pub(crate) fn load(
     let document = cotan_io::load(path)?;
     seconds.load = clock.elapsed().as_secs_f64();
     let clock = Instant::now();
-    let processing =
-        document.processing_mesh().map_err(|error| crate::files::in_file(path, error))?;
+    let processing = document
+        .processing_mesh()
+        .map_err(|error| crate::files::in_file(path, error))?;
     seconds.build = clock.elapsed().as_secs_f64();
     Ok((document, processing))
 }
@@ -159,9 +170,13 @@ pub(crate) fn with_threads<R: Send>(
     threads: Option<std::num::NonZeroUsize>,
     work: impl FnOnce() -> R + Send,
 ) -> Result<R, CliError> {
-    let Some(threads) = threads.map(std::num::NonZeroUsize::get) else { return Ok(work()) };
+    let Some(threads) = threads.map(std::num::NonZeroUsize::get) else {
+        return Ok(work());
+    };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool =
-        pool.map_err(|e| CliError::Threads { threads, problem: e.to_string() })?;
+    let pool = pool.map_err(|e| CliError::Threads {
+        threads,
+        problem: e.to_string(),
+    })?;
     Ok(pool.install(work))
 }

@@ -30,7 +30,10 @@ pub(crate) enum CliError {
     },
     /// Two files that cannot be compared.
     #[error("{} and {} cannot be compared: {problem}", paths[0].display(), paths[1].display())]
-    Compare { paths: [PathBuf; 2], problem: String },
+    Compare {
+        paths: [PathBuf; 2],
+        problem: String,
+    },
     /// A report, a picture or a folder that cannot be written.
     #[error("{}: cannot write: {source}", path.display())]
     Write {
@@ -69,38 +72,49 @@ pub(crate) fn in_file_numbers(
         }
     };
     let linear = |error| match error {
-        LinearError::ComponentWithoutHandle { vertex, num_vertices } => {
-            LinearError::ComponentWithoutHandle { vertex: file(vertex), num_vertices }
-        }
-        LinearError::DuplicateHandle { vertex } => {
-            LinearError::DuplicateHandle { vertex: file(vertex) }
-        }
-        LinearError::HandleWeight { vertex, weight } => {
-            LinearError::HandleWeight { vertex: file(vertex), weight }
-        }
+        LinearError::ComponentWithoutHandle {
+            vertex,
+            num_vertices,
+        } => LinearError::ComponentWithoutHandle {
+            vertex: file(vertex),
+            num_vertices,
+        },
+        LinearError::DuplicateHandle { vertex } => LinearError::DuplicateHandle {
+            vertex: file(vertex),
+        },
+        LinearError::HandleWeight { vertex, weight } => LinearError::HandleWeight {
+            vertex: file(vertex),
+            weight,
+        },
         other => other,
     };
     let surface = |error| match error {
-        SurfaceError::NonFinite { vertex } => SurfaceError::NonFinite { vertex: file(vertex) },
+        SurfaceError::NonFinite { vertex } => SurfaceError::NonFinite {
+            vertex: file(vertex),
+        },
         other => other,
     };
     let scheme = |error| match error {
-        SchemeError::NonFiniteWeight { scheme, vertices } => {
-            SchemeError::NonFiniteWeight { scheme, vertices: vertices.map(file) }
-        }
+        SchemeError::NonFiniteWeight { scheme, vertices } => SchemeError::NonFiniteWeight {
+            scheme,
+            vertices: vertices.map(file),
+        },
         other => other,
     };
     match error {
-        Error::Contradiction { groups, vertex } => {
-            Error::Contradiction { groups, vertex: file(vertex) }
-        }
+        Error::Contradiction { groups, vertex } => Error::Contradiction {
+            groups,
+            vertex: file(vertex),
+        },
         Error::Surface(error) => Error::Surface(surface(error)),
         Error::Scheme(error) => Error::Scheme(scheme(error)),
         Error::Flow(FlowError::Scheme(error)) => Error::Flow(FlowError::Scheme(scheme(error))),
         Error::Flow(FlowError::Surface(error)) => Error::Flow(FlowError::Surface(surface(error))),
         Error::Flow(FlowError::Linear(error)) => Error::Flow(FlowError::Linear(linear(error))),
         Error::Flow(FlowError::NonFiniteTarget { vertex }) => {
-            Error::Flow(FlowError::NonFiniteTarget { vertex: file(vertex) })
+            Error::Flow(FlowError::NonFiniteTarget {
+                vertex: file(vertex),
+            })
         }
         other => other,
     }

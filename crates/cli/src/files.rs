@@ -9,13 +9,19 @@ use crate::error::CliError;
 
 /// Writes `bytes` to `path` in one step: a reader sees the old file or the new one.
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
-    replace(path, bytes).map_err(|source| CliError::Write { path: path.to_owned(), source })
+    replace(path, bytes).map_err(|source| CliError::Write {
+        path: path.to_owned(),
+        source,
+    })
 }
 
 fn replace(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     // Devices and pipes (`--report /dev/stdout`) cannot be replaced, only written to.
     if std::fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir()) {
-        return std::fs::OpenOptions::new().write(true).open(path)?.write_all(bytes);
+        return std::fs::OpenOptions::new()
+            .write(true)
+            .open(path)?
+            .write_all(bytes);
     }
     let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
     let mut builder = tempfile::Builder::new();
@@ -38,7 +44,10 @@ pub(crate) fn check_writable(path: &Path) -> Result<(), CliError> {
     if folder.is_dir() {
         return Ok(());
     }
-    Err(CliError::NoFolder { path: path.to_owned(), folder: folder.to_owned() })
+    Err(CliError::NoFolder {
+        path: path.to_owned(),
+        folder: folder.to_owned(),
+    })
 }
 
 /// As [`check_writable`], for a mesh: its extension must name a format, which is returned.
@@ -51,7 +60,10 @@ pub(crate) fn check_mesh_path(path: &Path) -> Result<Format, CliError> {
 pub(crate) fn in_file(path: &Path, source: IoError) -> IoError {
     match source {
         named @ IoError::InFile { .. } => named,
-        source => IoError::InFile { path: path.to_owned(), source: Box::new(source) },
+        source => IoError::InFile {
+            path: path.to_owned(),
+            source: Box::new(source),
+        },
     }
 }
 
@@ -80,9 +92,17 @@ mod tests {
     fn paths_that_cannot_work_are_refused_early() {
         let folder = tempfile::tempdir().unwrap();
         let missing = folder.path().join("missing").join("mesh.obj");
-        assert!(matches!(check_mesh_path(&missing), Err(CliError::NoFolder { .. })));
+        assert!(matches!(
+            check_mesh_path(&missing),
+            Err(CliError::NoFolder { .. })
+        ));
         let unknown = folder.path().join("mesh.xyz");
-        assert!(check_mesh_path(&unknown).unwrap_err().to_string().contains(".obj"));
+        assert!(
+            check_mesh_path(&unknown)
+                .unwrap_err()
+                .to_string()
+                .contains(".obj")
+        );
         assert_eq!(check_mesh_path(Path::new("mesh.ply")).unwrap(), Format::Ply);
     }
 }

@@ -7,8 +7,8 @@
 mod constraint;
 mod error;
 mod json;
-mod selection;
 mod sel;
+mod selection;
 mod text;
 mod transform;
 
@@ -41,7 +41,10 @@ impl HandlesFile<'_> {
     ) -> Result<Vec<Constraint>, CliError> {
         let here = in_file(self.path);
         let contents = read_text(self.path)?;
-        let mesh = Vertices { document, processing };
+        let mesh = Vertices {
+            document,
+            processing,
+        };
         let constraints = match self.kind(&contents) {
             Kind::Json => json::read(&contents, &mesh),
             Kind::Text => text::read(&contents, &mesh),
@@ -100,12 +103,7 @@ pub(crate) struct Vertices<'a> {
     processing: &'a ProcessingMesh,
 }
 
-impl<'a> Vertices<'a> {
-    #[cfg(test)]
-    fn new(document: &'a Document, processing: &'a ProcessingMesh) -> Self {
-        Self { document, processing }
-    }
-
+impl Vertices<'_> {
     /// Number of vertices of the file.
     fn len(&self) -> usize {
         self.document.positions().len()
@@ -114,7 +112,11 @@ impl<'a> Vertices<'a> {
     /// The position of a vertex of the file that a face uses.
     fn position(&self, vertex: usize, place: Place) -> Result<nalgebra::Point3<f64>, HandlesError> {
         let Some(position) = self.document.positions().get(vertex) else {
-            return Err(HandlesError::OutOfRange { place, vertex, num_vertices: self.len() });
+            return Err(HandlesError::OutOfRange {
+                place,
+                vertex,
+                num_vertices: self.len(),
+            });
         };
         match self.processing.vertex(vertex) {
             Some(_) => Ok(*position),
@@ -131,7 +133,10 @@ impl<'a> Vertices<'a> {
 
 fn in_file(path: &Path) -> impl Fn(HandlesError) -> CliError {
     let path: PathBuf = path.to_owned();
-    move |source| CliError::Handles { path: path.clone(), source }
+    move |source| CliError::Handles {
+        path: path.clone(),
+        source,
+    }
 }
 
 fn read_text(path: &Path) -> Result<String, CliError> {

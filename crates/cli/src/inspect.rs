@@ -155,9 +155,15 @@ impl Inspection {
 
     /// Areas and angles, and the degenerate faces as defects.
     fn measure_triangles(&mut self, soup: &ProcessingMesh) -> Vec<Defect> {
-        let Ok(surface) = Surface::new(soup.mesh(), soup.positions()) else { return Vec::new() };
+        let Ok(surface) = Surface::new(soup.mesh(), soup.positions()) else {
+            return Vec::new();
+        };
         self.area = Some(surface_area(&surface));
-        let AngleStatistics { min, max, mean_smallest } = angle_statistics(&surface);
+        let AngleStatistics {
+            min,
+            max,
+            mean_smallest,
+        } = angle_statistics(&surface);
         self.angles = Some(Angles {
             min_degrees: min.to_degrees(),
             max_degrees: max.to_degrees(),
@@ -175,12 +181,20 @@ impl Inspection {
 
 /// The document's polygons, cut into triangles, none of which share a vertex.
 fn soup(document: &Document) -> Option<ProcessingMesh> {
-    let positions = document.faces().iter().flatten().map(|&v| document.positions()[v as usize]);
+    let positions = document
+        .faces()
+        .iter()
+        .flatten()
+        .map(|&v| document.positions()[v as usize]);
     let mut next = 0..;
-    let faces = document.faces().iter().map(|polygon| -> Vec<u32> {
-        next.by_ref().take(polygon.len()).collect()
-    });
-    Document::new(positions.collect(), faces.collect()).ok()?.processing_mesh().ok()
+    let faces = document
+        .faces()
+        .iter()
+        .map(|polygon| -> Vec<u32> { next.by_ref().take(polygon.len()).collect() });
+    Document::new(positions.collect(), faces.collect())
+        .ok()?
+        .processing_mesh()
+        .ok()
 }
 
 fn degrees(document: &Document) -> BTreeMap<usize, usize> {
@@ -195,7 +209,11 @@ fn bounds(document: &Document) -> Bounds {
     // A document has a vertex.
     let bounds = BoundingBox::of(document.positions()).map(|b| (b.min, b.max, b.diagonal()));
     let (min, max, diagonal) = bounds.unwrap_or_default();
-    Bounds { min: min.into(), max: max.into(), diagonal }
+    Bounds {
+        min: min.into(),
+        max: max.into(),
+        diagonal,
+    }
 }
 
 #[cfg(test)]
@@ -204,7 +222,10 @@ mod tests {
     use cotan_io::{Limits, read};
 
     fn inspect_obj(text: &str) -> Inspection {
-        inspect("test.obj".into(), &read(text, None, &Limits::default()).unwrap())
+        inspect(
+            "test.obj".into(),
+            &read(text, None, &Limits::default()).unwrap(),
+        )
     }
 
     const TETRAHEDRON: &str =
@@ -214,8 +235,14 @@ mod tests {
     fn a_closed_mesh() {
         let tetrahedron = inspect_obj(TETRAHEDRON);
         assert!(tetrahedron.closed && tetrahedron.manifold);
-        assert_eq!((tetrahedron.genus, tetrahedron.boundary_loops), (Some(0), Some(0)));
-        assert_eq!((tetrahedron.edges, tetrahedron.euler_characteristic), (6, 2));
+        assert_eq!(
+            (tetrahedron.genus, tetrahedron.boundary_loops),
+            (Some(0), Some(0))
+        );
+        assert_eq!(
+            (tetrahedron.edges, tetrahedron.euler_characteristic),
+            (6, 2)
+        );
         assert!((tetrahedron.volume.unwrap() - 1.0 / 6.0).abs() < 1e-12);
         assert!(tetrahedron.defects.is_empty());
     }
@@ -223,8 +250,14 @@ mod tests {
     #[test]
     fn a_quad_with_a_hole_beside_it() {
         let quad = inspect_obj("v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 9 9 9\nf 1 2 3 4\n");
-        assert_eq!((quad.boundary_loops, quad.genus, quad.components), (Some(1), Some(0), 1));
-        assert_eq!((quad.triangles, quad.corners[&4], quad.unreferenced_vertices), (2, 1, 1));
+        assert_eq!(
+            (quad.boundary_loops, quad.genus, quad.components),
+            (Some(1), Some(0), 1)
+        );
+        assert_eq!(
+            (quad.triangles, quad.corners[&4], quad.unreferenced_vertices),
+            (2, 1, 1)
+        );
         assert!((quad.area.unwrap() - 4.0).abs() < 1e-12);
         assert_eq!((quad.closed, quad.volume), (false, None));
         assert_eq!(quad.defects[0].vertices, [4]);
@@ -234,8 +267,15 @@ mod tests {
     fn defects_are_listed_with_their_elements() {
         let fin = inspect_obj(&format!("{TETRAHEDRON}v 0 0 -1\nf 1 2 5\n"));
         assert!(!fin.manifold && fin.problem.is_some() && fin.genus.is_none());
-        let edge = fin.defects.iter().find(|d| d.kind == "non-manifold edge").unwrap();
-        assert_eq!((edge.vertices.as_slice(), edge.faces.len()), ([0, 1].as_slice(), 3));
+        let edge = fin
+            .defects
+            .iter()
+            .find(|d| d.kind == "non-manifold edge")
+            .unwrap();
+        assert_eq!(
+            (edge.vertices.as_slice(), edge.faces.len()),
+            ([0, 1].as_slice(), 3)
+        );
 
         let turned = inspect_obj("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 2 4\n");
         assert_eq!(turned.defects[0].kind, "inconsistent orientation");

@@ -33,7 +33,9 @@ pub(crate) enum Mark {
 pub(crate) fn marks(constraints: &[Constraint], processing: &ProcessingMesh) -> VertexMap<Mark> {
     let mut marks = VertexMap::filled(processing.mesh().num_vertices(), Mark::Free);
     for constraint in constraints {
-        let Some(v) = processing.vertex(constraint.vertex) else { continue };
+        let Some(v) = processing.vertex(constraint.vertex) else {
+            continue;
+        };
         let moves = constraint.moves(processing.positions()[v]);
         marks[v] = if moves { Mark::Moved } else { Mark::Fixed };
     }
@@ -62,8 +64,11 @@ impl BeforeAfter<'_> {
         });
         let [width, height] = panel;
         let rows = panels[0].chunks(3 * width).zip(panels[1].chunks(3 * width));
-        let pixels: Vec<u8> =
-            rows.flat_map(|(left, right)| [left, right]).flatten().copied().collect();
+        let pixels: Vec<u8> = rows
+            .flat_map(|(left, right)| [left, right])
+            .flatten()
+            .copied()
+            .collect();
         encode(2 * width, height, &pixels)
     }
 }
@@ -94,8 +99,13 @@ mod tests {
         let mut marks = VertexMap::filled(shape.mesh.num_vertices(), Mark::Free);
         marks.as_mut_slice()[0] = Mark::Moved;
         marks.as_mut_slice()[5] = Mark::Fixed;
-        BeforeAfter { mesh: &shape.mesh, before: &shape.positions, after: &after, marks: &marks }
-            .png()
+        BeforeAfter {
+            mesh: &shape.mesh,
+            before: &shape.positions,
+            after: &after,
+            marks: &marks,
+        }
+        .png()
     }
 
     #[test]

@@ -148,9 +148,15 @@ impl Report {
     /// The report as a short table.
     pub(crate) fn table(&self) -> String {
         let mut table = Table::default();
-        table.row("vertices, faces", format!("{}, {}", self.vertices, self.faces));
+        table.row(
+            "vertices, faces",
+            format!("{}, {}", self.vertices, self.faces),
+        );
         table.row("handle vertices", self.handles);
-        table.row("iterations", format!("{} ({})", self.iterations, self.stop_reason));
+        table.row(
+            "iterations",
+            format!("{} ({})", self.iterations, self.stop_reason),
+        );
         table.quality(&self.quality);
         let s = &self.seconds;
         table.row(
@@ -167,8 +173,10 @@ impl Report {
 /// Indented JSON with a line end.
 fn to_json(value: &impl Serialize, path: &Path) -> Result<String, CliError> {
     let json = serde_json::to_string_pretty(value);
-    json.map(|text| text + "\n")
-        .map_err(|e| CliError::Write { path: path.to_owned(), source: e.into() })
+    json.map(|text| text + "\n").map_err(|e| CliError::Write {
+        path: path.to_owned(),
+        source: e.into(),
+    })
 }
 
 /// Indented JSON with a line end, for standard output.
@@ -189,7 +197,10 @@ impl Table {
     }
 
     pub(crate) fn quality(&mut self, quality: &QualityFields) {
-        self.row("E_p (parameterization)", number(quality.parameterization_error));
+        self.row(
+            "E_p (parameterization)",
+            number(quality.parameterization_error),
+        );
         self.row("E_g (geometry)", number(quality.geometry_error));
         self.row("edge distortion, rms", number(quality.edge_distortion_rms));
         self.row("area distortion, rms", number(quality.area_distortion_rms));

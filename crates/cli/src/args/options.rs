@@ -162,7 +162,11 @@ impl MethodArgs {
             scheme: self.scheme,
             orientation: self.orientation,
             bending_length: self.bending_length.unwrap_or(default.bending_length),
-            detail_size: if self.rescale { DetailSize::Rescale } else { DetailSize::Keep },
+            detail_size: if self.rescale {
+                DetailSize::Rescale
+            } else {
+                DetailSize::Keep
+            },
             acceleration: self.accelerate,
             schedule: self.schedule,
             ..default

@@ -55,18 +55,24 @@ pub(super) fn acceleration(text: &str) -> Result<Acceleration, String> {
     match (text, text.parse::<usize>()) {
         ("off", _) | (_, Ok(0)) => Ok(Acceleration::Off),
         (_, Ok(memory)) if memory <= MOST_MEMORY => Ok(Acceleration::Memory(memory)),
-        _ => Err(format!("give a number of steps from 1 to {MOST_MEMORY}, or off")),
+        _ => Err(format!(
+            "give a number of steps from 1 to {MOST_MEMORY}, or off"
+        )),
     }
 }
 
 /// A tolerance: finite, at least 0.
 pub(super) fn tolerance(text: &str) -> Result<f64, String> {
-    number(text).filter(|x| *x >= 0.0).ok_or_else(|| "give a number of at least 0".to_owned())
+    number(text)
+        .filter(|x| *x >= 0.0)
+        .ok_or_else(|| "give a number of at least 0".to_owned())
 }
 
 /// A spring weight or a length: finite, above 0.
 pub(super) fn positive(text: &str) -> Result<f64, String> {
-    number(text).filter(|x| *x > 0.0).ok_or_else(|| "give a number above 0".to_owned())
+    number(text)
+        .filter(|x| *x > 0.0)
+        .ok_or_else(|| "give a number above 0".to_owned())
 }
 
 fn number(text: &str) -> Option<f64> {

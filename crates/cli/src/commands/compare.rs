@@ -40,10 +40,16 @@ pub(crate) fn run(args: &CompareArgs, console: &Console) -> Result<(), CliError>
     let surface = |path: &Path, positions| {
         Surface::new(processing.mesh(), positions).map_err(|e| refuse(path, e.into()))
     };
-    let (a, b) = (surface(&args.original, before)?, surface(&args.other, &after)?);
+    let (a, b) = (
+        surface(&args.original, before)?,
+        surface(&args.other, &after)?,
+    );
     let quality = Quality::measure(&a, &b).map_err(|e| refuse(&args.other, e))?;
-    let moves: Vec<f64> =
-        before.values().zip(after.values()).map(|(a, b)| (b - a).norm()).collect();
+    let moves: Vec<f64> = before
+        .values()
+        .zip(after.values())
+        .map(|(a, b)| (b - a).norm())
+        .collect();
     let longest = moves.iter().copied().fold(0.0, f64::max);
     let mean_square = moves.iter().map(|d| d * d).sum::<f64>() / moves.len().max(1) as f64;
     let comparison = Comparison {
@@ -62,7 +68,10 @@ pub(crate) fn run(args: &CompareArgs, console: &Console) -> Result<(), CliError>
 
 /// Refuses two documents that are not embeddings of the same faces, with the first difference.
 fn check_same_faces(paths: [&Path; 2], documents: [&Document; 2]) -> Result<(), CliError> {
-    let different = |problem: String| CliError::Compare { paths: paths.map(Path::to_owned), problem };
+    let different = |problem: String| CliError::Compare {
+        paths: paths.map(Path::to_owned),
+        problem,
+    };
     let [a, b] = documents;
     let counts = documents.map(|d| (d.positions().len(), d.faces().len()));
     if counts[0] != counts[1] {
@@ -71,15 +80,25 @@ fn check_same_faces(paths: [&Path; 2], documents: [&Document; 2]) -> Result<(), 
             "{va} vertices and {fa} faces against {vb} vertices and {fb} faces"
         )));
     }
-    match a.faces().iter().zip(b.faces().iter()).position(|(f, g)| f != g) {
-        Some(face) => Err(different(format!("face {face} (counted from 0) has other corners"))),
+    match a
+        .faces()
+        .iter()
+        .zip(b.faces().iter())
+        .position(|(f, g)| f != g)
+    {
+        Some(face) => Err(different(format!(
+            "face {face} (counted from 0) has other corners"
+        ))),
         None => Ok(()),
     }
 }
 
 fn table(comparison: &Comparison) -> String {
     let mut table = Table::default();
-    table.row("vertices, faces", format!("{}, {}", comparison.vertices, comparison.faces));
+    table.row(
+        "vertices, faces",
+        format!("{}, {}", comparison.vertices, comparison.faces),
+    );
     table.quality(&comparison.quality);
     table.row(
         "longest move",

@@ -57,8 +57,10 @@ impl Job<'_> {
         progress.phase("load");
         let mut seconds = Seconds::default();
         let (mut document, processing) = edit::load(&self.input.mesh, &mut seconds)?;
-        let handles =
-            HandlesFile { path: &self.input.handles, def: self.input.def.as_deref() };
+        let handles = HandlesFile {
+            path: &self.input.handles,
+            def: self.input.def.as_deref(),
+        };
         let constraints = handles.read(&document, &processing)?;
         let edit = Edit {
             path: &self.input.mesh,
@@ -66,7 +68,11 @@ impl Job<'_> {
             options: &self.options,
             soft: self.soft,
             precision: self.run.precision,
-            history: if self.run.history { History::Keep } else { History::Skip },
+            history: if self.run.history {
+                History::Keep
+            } else {
+                History::Skip
+            },
         };
         let edited = edit.run(&mut document, &processing, &mut seconds, &progress)?;
         drop(progress);
@@ -119,7 +125,9 @@ impl Job<'_> {
         }
         let flipped = edited.quality.flipped_faces;
         if flipped > 0 {
-            console.warn(format_args!("{flipped} faces are flipped against their neighbours"));
+            console.warn(format_args!(
+                "{flipped} faces are flipped against their neighbours"
+            ));
         }
     }
 }

@@ -18,8 +18,10 @@ use crate::files;
 
 pub(crate) fn run(args: &DemoArgs, console: &Console) -> Result<(), CliError> {
     let folder = args.output.as_path();
-    std::fs::create_dir_all(folder)
-        .map_err(|source| CliError::Write { path: folder.to_owned(), source })?;
+    std::fs::create_dir_all(folder).map_err(|source| CliError::Write {
+        path: folder.to_owned(),
+        source,
+    })?;
     let model = creature::<f64>(CREATURE_RESOLUTION);
     let input = InputArgs {
         mesh: folder.join("before.obj"),
@@ -34,7 +36,10 @@ pub(crate) fn run(args: &DemoArgs, console: &Console) -> Result<(), CliError> {
         history: true,
         picture: Some(folder.join("demo.png")),
     };
-    cotan_io::save(&Document::from_mesh(&model.mesh, &model.positions)?, &input.mesh)?;
+    cotan_io::save(
+        &Document::from_mesh(&model.mesh, &model.positions)?,
+        &input.mesh,
+    )?;
     files::write(&input.handles, handles().as_bytes())?;
     let job = Job {
         input: &input,

@@ -42,7 +42,10 @@ fn table(info: &Inspection) -> String {
     table.row("Euler characteristic", info.euler_characteristic);
     let bounds = &info.bounding_box;
     let corner = |p: [f64; 3]| p.map(number).join(" ");
-    table.row("bounding box", format_args!("{} to {}", corner(bounds.min), corner(bounds.max)));
+    table.row(
+        "bounding box",
+        format_args!("{} to {}", corner(bounds.min), corner(bounds.max)),
+    );
     table.row("diagonal", number(bounds.diagonal));
     shape(info, &mut table);
     if let Some(problem) = &info.problem {
@@ -102,10 +105,16 @@ fn shape(info: &Inspection, table: &mut Table) {
     }
     if let Some(lengths) = &info.edge_lengths {
         let [min, mean, max] = [lengths.min, lengths.mean, lengths.max].map(number);
-        table.row("edge lengths", format_args!("{min} to {max} ({mean} on average)"));
+        table.row(
+            "edge lengths",
+            format_args!("{min} to {max} ({mean} on average)"),
+        );
     }
     if let Some(share) = info.negative_cotangent_share {
-        table.row("negative cotangents", format_args!("{:.3} % of the edges", share * 100.0));
+        table.row(
+            "negative cotangents",
+            format_args!("{:.3} % of the edges", share * 100.0),
+        );
     }
     table.row("degenerate faces", info.degenerate_faces);
 }

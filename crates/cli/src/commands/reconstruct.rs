@@ -8,8 +8,18 @@ use crate::error::CliError;
 
 pub(crate) fn run(args: &ReconstructArgs, console: &Console) -> Result<(), CliError> {
     let options = args.options();
-    let at_limit = if options.tolerance > 0.0 { AtLimit::Warn } else { AtLimit::Expected };
-    let job = Job { input: &args.input, run: &args.run, options, soft: None, at_limit };
+    let at_limit = if options.tolerance > 0.0 {
+        AtLimit::Warn
+    } else {
+        AtLimit::Expected
+    };
+    let job = Job {
+        input: &args.input,
+        run: &args.run,
+        options,
+        soft: None,
+        at_limit,
+    };
     let report = edit::with_threads(args.run.threads, || job.run(console))??;
     console.note(report.table());
     Ok(())

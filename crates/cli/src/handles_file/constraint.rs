@@ -39,7 +39,12 @@ impl Constraint {
 pub(super) fn check(constraints: &[Constraint], mesh: &Vertices<'_>) -> Result<(), HandlesError> {
     let mut wanted = Vec::with_capacity(constraints.len());
     for constraint in constraints {
-        let &Constraint { vertex, goal, place, .. } = constraint;
+        let &Constraint {
+            vertex,
+            goal,
+            place,
+            ..
+        } = constraint;
         let position = mesh.position(vertex, place)?;
         let target = match goal {
             Goal::Stay => position,
@@ -51,7 +56,10 @@ pub(super) fn check(constraints: &[Constraint], mesh: &Vertices<'_>) -> Result<(
         wanted.push((vertex, target, place));
     }
     wanted.sort_by_key(|&(vertex, _, place)| (vertex, place));
-    match wanted.windows(2).find(|pair| pair[0].0 == pair[1].0 && pair[0].1 != pair[1].1) {
+    match wanted
+        .windows(2)
+        .find(|pair| pair[0].0 == pair[1].0 && pair[0].1 != pair[1].1)
+    {
         Some(pair) => Err(HandlesError::Contradiction {
             places: [pair[0].2, pair[1].2],
             vertex: pair[0].0,
@@ -74,13 +82,20 @@ pub(crate) fn to_handles<T: Scalar>(
     };
     let mut handles = Handles::new();
     for run in constraints.chunk_by(alike) {
-        let vertices: Vec<_> = run.iter().filter_map(|c| processing.vertex(c.vertex)).collect();
+        let vertices: Vec<_> = run
+            .iter()
+            .filter_map(|c| processing.vertex(c.vertex))
+            .collect();
         let targets = run.iter().filter_map(|c| match c.goal {
             Goal::Stay => None,
             Goal::To(target) => Some(target.map(T::of_f64)),
         });
         let targets: Vec<_> = targets.collect();
-        let motion = if targets.is_empty() { Motion::Stay } else { Motion::To(targets) };
+        let motion = if targets.is_empty() {
+            Motion::Stay
+        } else {
+            Motion::To(targets)
+        };
         handles = handles.add(vertices, motion);
         if let Some(weight) = run[0].weight {
             handles = handles.soft(weight);

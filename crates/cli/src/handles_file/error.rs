@@ -35,24 +35,41 @@ pub(crate) enum HandlesError {
     Json(#[source] serde_json::Error),
     #[error("there is no handle; hold at least one vertex")]
     NoHandles,
-    #[error("{place}: there is no vertex {vertex}; the mesh has {num_vertices} vertices, numbered from 0")]
-    OutOfRange { place: Place, vertex: usize, num_vertices: usize },
-    #[error("{place}: vertex {vertex} belongs to no face, so nothing would follow it; leave it out")]
+    #[error(
+        "{place}: there is no vertex {vertex}; the mesh has {num_vertices} vertices, numbered from 0"
+    )]
+    OutOfRange {
+        place: Place,
+        vertex: usize,
+        num_vertices: usize,
+    },
+    #[error(
+        "{place}: vertex {vertex} belongs to no face, so nothing would follow it; leave it out"
+    )]
     Unreferenced { place: Place, vertex: usize },
     #[error("{place} holds no vertex: {why}")]
     Empty { place: Place, why: &'static str },
     #[error("{place} {problem}")]
     Invalid { place: Place, problem: String },
     #[error("{place} has {vertices} vertices but {targets} positions in \"to\"; give one a vertex")]
-    TargetCount { place: Place, vertices: usize, targets: usize },
+    TargetCount {
+        place: Place,
+        vertices: usize,
+        targets: usize,
+    },
     #[error("{place}: the new position of vertex {vertex} is not a finite number")]
     NonFinite { place: Place, vertex: usize },
     #[error("{} and {} contradict each other: they want vertex {vertex} at two places", places[0], places[1])]
     Contradiction { places: [Place; 2], vertex: usize },
     #[error("line {line}: {problem}")]
     Line { line: usize, problem: String },
-    #[error("{statuses} lines of status, but the mesh has {num_vertices} vertices; give one line a vertex")]
-    StatusCount { statuses: usize, num_vertices: usize },
+    #[error(
+        "{statuses} lines of status, but the mesh has {num_vertices} vertices; give one line a vertex"
+    )]
+    StatusCount {
+        statuses: usize,
+        num_vertices: usize,
+    },
     #[error("status 2 needs a matrix: put it into {} or name its file with --def", beside.display())]
     NoDef { beside: PathBuf },
     #[error("the matrix {0}")]

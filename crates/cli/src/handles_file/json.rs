@@ -68,7 +68,9 @@ impl TryFrom<Vec<f64>> for Triple {
     fn try_from(numbers: Vec<f64>) -> Result<Self, String> {
         let found = numbers.len();
         let numbers = <[f64; 3]>::try_from(numbers);
-        numbers.map(Self).map_err(|_| format!("{found} numbers where three, [x, y, z], are needed"))
+        numbers
+            .map(Self)
+            .map_err(|_| format!("{found} numbers where three, [x, y, z], are needed"))
     }
 }
 
@@ -91,25 +93,39 @@ impl HandleEntry {
     ) -> Result<(), HandlesError> {
         let invalid = |problem: String| HandlesError::Invalid { place, problem };
         if let Some(weight) = self.weight.filter(|w| !(*w > 0.0)) {
-            return Err(invalid(format!("has the weight {weight}; give a number above 0")));
+            return Err(invalid(format!(
+                "has the weight {weight}; give a number above 0"
+            )));
         }
         let vertices = self.vertices.vertices(mesh, place)?;
         let goals = match (&self.to, &self.transform, self.fixed) {
             (Some(targets), None, None) => {
                 if targets.len() != vertices.len() {
                     let (vertices, targets) = (vertices.len(), targets.len());
-                    return Err(HandlesError::TargetCount { place, vertices, targets });
+                    return Err(HandlesError::TargetCount {
+                        place,
+                        vertices,
+                        targets,
+                    });
                 }
-                targets.iter().map(|target| Goal::To(target.point())).collect()
+                targets
+                    .iter()
+                    .map(|target| Goal::To(target.point()))
+                    .collect()
             }
             (None, Some(entry), None) => {
                 let positions = vertices
                     .iter()
                     .map(|&v| mesh.position(v, place))
                     .collect::<Result<Vec<_>, _>>()?;
-                let matrix =
-                    entry.transform().matrix(centroid(&positions)).map_err(invalid)?;
-                positions.iter().map(|&p| Goal::To(apply(&matrix, p))).collect()
+                let matrix = entry
+                    .transform()
+                    .matrix(centroid(&positions))
+                    .map_err(invalid)?;
+                positions
+                    .iter()
+                    .map(|&p| Goal::To(apply(&matrix, p)))
+                    .collect()
             }
             (None, None, Some(true)) => vec![Goal::Stay; vertices.len()],
             (None, None, _) => {
@@ -126,8 +142,12 @@ impl HandleEntry {
         };
         let weight = self.weight;
         let with_goals = vertices.into_iter().zip(goals);
-        constraints
-            .extend(with_goals.map(|(vertex, goal)| Constraint { vertex, goal, weight, place }));
+        constraints.extend(with_goals.map(|(vertex, goal)| Constraint {
+            vertex,
+            goal,
+            weight,
+            place,
+        }));
         Ok(())
     }
 }

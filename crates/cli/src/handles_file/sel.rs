@@ -23,10 +23,7 @@ enum Status {
 }
 
 /// Reads a `.sel` file.
-pub(super) fn read_statuses(
-    contents: &str,
-    mesh: &Vertices<'_>,
-) -> Result<Statuses, HandlesError> {
+pub(super) fn read_statuses(contents: &str, mesh: &Vertices<'_>) -> Result<Statuses, HandlesError> {
     let mut held = Vec::new();
     let mut num_lines = 0;
     for (line, word) in rows(contents) {
@@ -43,7 +40,10 @@ pub(super) fn read_statuses(
         num_lines += 1;
     }
     if num_lines != mesh.len() {
-        return Err(HandlesError::StatusCount { statuses: num_lines, num_vertices: mesh.len() });
+        return Err(HandlesError::StatusCount {
+            statuses: num_lines,
+            num_vertices: mesh.len(),
+        });
     }
     Ok(Statuses { held })
 }
@@ -51,7 +51,9 @@ pub(super) fn read_statuses(
 impl Statuses {
     /// Whether some vertex is moved.
     pub(super) fn need_matrix(&self) -> bool {
-        self.held.iter().any(|&(_, _, status)| status == Status::Moved)
+        self.held
+            .iter()
+            .any(|&(_, _, status)| status == Status::Moved)
     }
 
     pub(super) fn constraints(
@@ -66,7 +68,12 @@ impl Statuses {
                 Status::Fixed => Goal::Stay,
                 Status::Moved => Goal::To(transform::apply(&matrix, position)),
             };
-            Ok(Constraint { vertex, goal, weight: None, place })
+            Ok(Constraint {
+                vertex,
+                goal,
+                weight: None,
+                place,
+            })
         };
         self.held.into_iter().map(one).collect()
     }
@@ -76,7 +83,10 @@ impl Statuses {
 pub(super) fn read_matrix(contents: &str) -> Result<Matrix4<f64>, HandlesError> {
     let mut matrix_rows: Vec<Vec<f64>> = Vec::new();
     for (line, row) in rows(contents) {
-        let numbers = row.split_whitespace().map(finite).collect::<Result<Vec<_>, _>>();
+        let numbers = row
+            .split_whitespace()
+            .map(finite)
+            .collect::<Result<Vec<_>, _>>();
         let numbers = numbers.map_err(|problem| HandlesError::Line { line, problem })?;
         matrix_rows.push(numbers);
     }

@@ -57,7 +57,10 @@ impl Selection {
                     mesh.position(vertex, place)?;
                 }
                 match numbers.is_empty() {
-                    true => Err(HandlesError::Empty { place, why: "its list is empty" }),
+                    true => Err(HandlesError::Empty {
+                        place,
+                        why: "its list is empty",
+                    }),
                     false => Ok(numbers.clone()),
                 }
             }
@@ -69,7 +72,10 @@ impl Selection {
 impl Region {
     fn vertices(&self, mesh: &Vertices<'_>, place: Place) -> Result<Vec<usize>, HandlesError> {
         let within = |contains: &dyn Fn(Point3<f64>) -> bool| -> Vec<usize> {
-            mesh.used().filter(|(_, p)| contains(*p)).map(|(vertex, _)| vertex).collect()
+            mesh.used()
+                .filter(|(_, p)| contains(*p))
+                .map(|(vertex, _)| vertex)
+                .collect()
         };
         let (found, why) = match (&self.cuboid, &self.sphere) {
             (Some(Cuboid { min, max }), None) => {
@@ -79,7 +85,10 @@ impl Region {
                     return Err(HandlesError::Invalid { place, problem });
                 }
                 let found = within(&|p| (0..3).all(|k| min[k] <= p[k] && p[k] <= max[k]));
-                (found, "no vertex of the mesh lies in its box (`cotan info` prints the bounds)")
+                (
+                    found,
+                    "no vertex of the mesh lies in its box (`cotan info` prints the bounds)",
+                )
             }
             (None, Some(Sphere { center, radius })) => {
                 if *radius < 0.0 {
@@ -87,7 +96,10 @@ impl Region {
                     return Err(HandlesError::Invalid { place, problem });
                 }
                 let found = within(&|p| (p - center.point()).norm() <= *radius);
-                (found, "no vertex of the mesh lies in its sphere (`cotan info` prints the bounds)")
+                (
+                    found,
+                    "no vertex of the mesh lies in its sphere (`cotan info` prints the bounds)",
+                )
             }
             _ => {
                 let problem = "needs vertices in one form: numbers, a box, or a sphere".into();

@@ -10,22 +10,37 @@ pub(super) fn read(contents: &str, mesh: &Vertices<'_>) -> Result<Vec<Constraint
     let mut constraints = Vec::new();
     for (number, line) in rows(contents) {
         let place = Place::Line(number);
-        let refuse = |problem| HandlesError::Line { line: number, problem };
+        let refuse = |problem| HandlesError::Line {
+            line: number,
+            problem,
+        };
         let words: Vec<&str> = line.split_whitespace().collect();
-        let [vertex, coordinates @ ..] = words.as_slice() else { continue };
+        let [vertex, coordinates @ ..] = words.as_slice() else {
+            continue;
+        };
         if coordinates.len() != 3 {
             let found = words.len();
-            return Err(refuse(format!("expected `vertex x y z`, found {found} words")));
+            return Err(refuse(format!(
+                "expected `vertex x y z`, found {found} words"
+            )));
         }
         let vertex = vertex.parse::<usize>().map_err(|_| {
-            refuse(format!("`{vertex}` is not a vertex number (they are counted from 0)"))
+            refuse(format!(
+                "`{vertex}` is not a vertex number (they are counted from 0)"
+            ))
         })?;
         mesh.position(vertex, place)?;
         let mut target = Point3::origin();
         for (slot, word) in target.iter_mut().zip(coordinates) {
-            *slot = finite(word).map_err(|problem| refuse(format!("vertex {vertex}: {problem}")))?;
+            *slot =
+                finite(word).map_err(|problem| refuse(format!("vertex {vertex}: {problem}")))?;
         }
-        constraints.push(Constraint { vertex, goal: Goal::To(target), weight: None, place });
+        constraints.push(Constraint {
+            vertex,
+            goal: Goal::To(target),
+            weight: None,
+            place,
+        });
     }
     Ok(constraints)
 }

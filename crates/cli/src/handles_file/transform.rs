@@ -81,16 +81,21 @@ pub(super) fn from_rows(rows: &[Vec<f64>]) -> Result<Matrix4<f64>, String> {
     let mut matrix = Matrix4::identity();
     for (i, row) in rows.iter().enumerate() {
         if row.len() != 4 {
-            return Err(format!("has {} numbers in row {i}; every row needs 4", row.len()));
+            return Err(format!(
+                "has {} numbers in row {i}; every row needs 4",
+                row.len()
+            ));
         }
         for (j, &x) in row.iter().enumerate() {
             matrix[(i, j)] = x;
         }
     }
     if matrix.row(3) != Matrix4::<f64>::identity().row(3) {
-        return Err("has another last row than 0 0 0 1; it acts on columns (x, y, z, 1), so a \
+        return Err(
+            "has another last row than 0 0 0 1; it acts on columns (x, y, z, 1), so a \
                     translation stands in the last column"
-            .into());
+                .into(),
+        );
     }
     Ok(matrix)
 }
@@ -107,21 +112,41 @@ mod tests {
     fn a_transform_scales_then_rotates_then_translates() {
         let transform = Transform {
             scale: Some(2.0),
-            rotate: Some(Rotate { axis: Vector3::z() * 3.0, degrees: 90.0, about: None }),
+            rotate: Some(Rotate {
+                axis: Vector3::z() * 3.0,
+                degrees: 90.0,
+                about: None,
+            }),
             translate: Some(Vector3::new(0.0, 0.0, 5.0)),
             matrix: None,
         };
         let matrix = transform.matrix(Point3::new(1.0, 0.0, 0.0)).unwrap();
-        assert!(close(apply(&matrix, Point3::new(1.0, 0.0, 0.0)), [1.0, 0.0, 5.0]));
-        assert!(close(apply(&matrix, Point3::new(2.0, 0.0, 0.0)), [1.0, 2.0, 5.0]));
+        assert!(close(
+            apply(&matrix, Point3::new(1.0, 0.0, 0.0)),
+            [1.0, 0.0, 5.0]
+        ));
+        assert!(close(
+            apply(&matrix, Point3::new(2.0, 0.0, 0.0)),
+            [1.0, 2.0, 5.0]
+        ));
     }
 
     #[test]
     fn a_rotation_has_a_point_of_its_own() {
-        let rotate = Rotate { axis: Vector3::z(), degrees: 180.0, about: Some(Point3::origin()) };
-        let transform = Transform { rotate: Some(rotate), ..Transform::default() };
+        let rotate = Rotate {
+            axis: Vector3::z(),
+            degrees: 180.0,
+            about: Some(Point3::origin()),
+        };
+        let transform = Transform {
+            rotate: Some(rotate),
+            ..Transform::default()
+        };
         let matrix = transform.matrix(Point3::new(1.0, 0.0, 0.0)).unwrap();
-        assert!(close(apply(&matrix, Point3::new(1.0, 0.0, 0.0)), [-1.0, 0.0, 0.0]));
+        assert!(close(
+            apply(&matrix, Point3::new(1.0, 0.0, 0.0)),
+            [-1.0, 0.0, 0.0]
+        ));
     }
 
     #[test]
@@ -132,26 +157,56 @@ mod tests {
             row([0.0, 1.0, 0.0, 2.0]),
             row([0.0, 0.0, 1.0, 3.0]),
         ];
-        assert!(close(apply(&from_rows(&rows).unwrap(), Point3::origin()), [1.0, 2.0, 3.0]));
+        assert!(close(
+            apply(&from_rows(&rows).unwrap(), Point3::origin()),
+            [1.0, 2.0, 3.0]
+        ));
         let mut four = rows.clone();
         four.push(row([0.0, 0.0, 0.0, 1.0]));
         assert_eq!(from_rows(&four), from_rows(&rows));
         four[3] = row([1.0, 2.0, 3.0, 1.0]);
         assert!(from_rows(&four).unwrap_err().contains("last column"));
         assert!(from_rows(&rows[..2]).unwrap_err().contains("2 rows"));
-        assert!(from_rows(&[vec![1.0], vec![], vec![]]).unwrap_err().contains("row 0"));
+        assert!(
+            from_rows(&[vec![1.0], vec![], vec![]])
+                .unwrap_err()
+                .contains("row 0")
+        );
 
-        let both = Transform { scale: Some(1.0), matrix: Some(rows), ..Transform::default() };
-        assert!(both.matrix(Point3::origin()).unwrap_err().contains("keep one"));
-        assert!(Transform::default().matrix(Point3::origin()).unwrap_err().contains("empty"));
+        let both = Transform {
+            scale: Some(1.0),
+            matrix: Some(rows),
+            ..Transform::default()
+        };
+        assert!(
+            both.matrix(Point3::origin())
+                .unwrap_err()
+                .contains("keep one")
+        );
+        assert!(
+            Transform::default()
+                .matrix(Point3::origin())
+                .unwrap_err()
+                .contains("empty")
+        );
     }
 
     #[test]
     fn what_has_no_inverse_is_refused() {
-        let flat = Transform { scale: Some(0.0), ..Transform::default() };
+        let flat = Transform {
+            scale: Some(0.0),
+            ..Transform::default()
+        };
         assert!(flat.matrix(Point3::origin()).is_err());
-        let rotate = Rotate { axis: Vector3::zeros(), degrees: 1.0, about: None };
-        let lost = Transform { rotate: Some(rotate), ..Transform::default() };
+        let rotate = Rotate {
+            axis: Vector3::zeros(),
+            degrees: 1.0,
+            about: None,
+        };
+        let lost = Transform {
+            rotate: Some(rotate),
+            ..Transform::default()
+        };
         assert!(lost.matrix(Point3::origin()).unwrap_err().contains("axis"));
     }
 }

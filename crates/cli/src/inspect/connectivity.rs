@@ -49,7 +49,12 @@ impl<'a> Connectivity<'a> {
             first_corner += degree;
         }
         sides.sort_unstable();
-        Self { num_vertices, faces, sides, is_used }
+        Self {
+            num_vertices,
+            faces,
+            sides,
+            is_used,
+        }
     }
 
     /// The sides of every edge.
@@ -83,15 +88,20 @@ impl<'a> Connectivity<'a> {
     pub(super) fn num_components(&self) -> usize {
         let mut sets = Sets::new(self.faces.len());
         for sides in self.edges() {
-            sides.windows(2).for_each(|pair| sets.join(pair[0].face, pair[1].face));
+            sides
+                .windows(2)
+                .for_each(|pair| sets.join(pair[0].face, pair[1].face));
         }
         sets.count()
     }
 
     /// Boundary loops of a manifold mesh.
     pub(super) fn num_boundary_loops(&self) -> usize {
-        let boundary: Vec<[u32; 2]> =
-            self.edges().filter(|sides| sides.len() == 1).map(|sides| sides[0].ends).collect();
+        let boundary: Vec<[u32; 2]> = self
+            .edges()
+            .filter(|sides| sides.len() == 1)
+            .map(|sides| sides[0].ends)
+            .collect();
         let mut sets = Sets::new(self.num_vertices);
         boundary.iter().for_each(|&[a, b]| sets.join(a, b));
         let mut roots: Vec<u32> = boundary.iter().map(|&[a, _]| sets.root(a)).collect();
@@ -109,7 +119,11 @@ impl<'a> Connectivity<'a> {
             sum += length;
             count += 1;
         }
-        (count > 0).then(|| Lengths { min, mean: sum / count as f64, max })
+        (count > 0).then(|| Lengths {
+            min,
+            mean: sum / count as f64,
+            max,
+        })
     }
 
     /// Everything that keeps the faces from being an oriented manifold, and unused vertices.
@@ -162,8 +176,13 @@ impl<'a> Connectivity<'a> {
         for (corner, &v) in (0u32..).zip(self.faces.iter().flatten()) {
             num_fans[v as usize] += usize::from(sets.root(corner) == corner);
         }
-        let several = num_fans.into_iter().enumerate().filter(|(_, fans)| *fans > 1);
-        several.map(|(vertex, fans)| Defect::several_fans(vertex, fans)).collect()
+        let several = num_fans
+            .into_iter()
+            .enumerate()
+            .filter(|(_, fans)| *fans > 1);
+        several
+            .map(|(vertex, fans)| Defect::several_fans(vertex, fans))
+            .collect()
     }
 }
 
@@ -174,7 +193,9 @@ struct Sets {
 
 impl Sets {
     fn new(len: usize) -> Self {
-        Self { parents: (0..len as u32).collect() }
+        Self {
+            parents: (0..len as u32).collect(),
+        }
     }
 
     fn root(&mut self, mut x: u32) -> u32 {
@@ -193,6 +214,8 @@ impl Sets {
     }
 
     fn count(&mut self) -> usize {
-        (0..self.parents.len() as u32).filter(|&x| self.parents[x as usize] == x).count()
+        (0..self.parents.len() as u32)
+            .filter(|&x| self.parents[x as usize] == x)
+            .count()
     }
 }

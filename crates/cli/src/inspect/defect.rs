@@ -16,7 +16,10 @@ impl Defect {
         let [a, b] = vertices;
         Self {
             kind: "non-manifold edge",
-            description: format!("the edge between vertices {a} and {b} has {} faces", faces.len()),
+            description: format!(
+                "the edge between vertices {a} and {b} has {} faces",
+                faces.len()
+            ),
             vertices: vec![a as usize, b as usize],
             faces,
         }

@@ -32,7 +32,11 @@ impl Camera {
         let radius = bounds.map_or(0.0, |b| (b.extents() * 0.5).norm());
         let mut camera = Self {
             center,
-            radius: if radius > 0.0 && radius.is_finite() { radius } else { 1.0 },
+            radius: if radius > 0.0 && radius.is_finite() {
+                radius
+            } else {
+                1.0
+            },
             axes: tilted(best_axis(mesh, before, after)),
             middle: [0.0; 2],
             scale: [1.0; 2],
@@ -73,7 +77,13 @@ impl Camera {
     pub(super) fn local(&self, point: Point3<f64>) -> Vector3<f64> {
         let offset = self.axes * ((point - self.center) / self.radius);
         // What is not finite (a mesh of the largest numbers) is drawn in the middle.
-        offset.map(|x| if x.is_finite() { x.clamp(-1.5, 1.5) } else { 0.0 })
+        offset.map(|x| {
+            if x.is_finite() {
+                x.clamp(-1.5, 1.5)
+            } else {
+                0.0
+            }
+        })
     }
 
     /// Homogeneous coordinates on the panel, which is [−1, 1]² × [0, 1], of a local point.
@@ -106,19 +116,21 @@ const LEAST_ASPECT: f64 = 0.6;
 const MOST_ASPECT: f64 = 1.6;
 
 /// Rows right, up, towards the viewer, of the axis that shows most of the surface and its motion.
-fn best_axis(
-    mesh: &HalfedgeMesh,
-    before: &Positions<f64>,
-    after: &Positions<f64>,
-) -> Matrix3<f64> {
+fn best_axis(mesh: &HalfedgeMesh, before: &Positions<f64>, after: &Positions<f64>) -> Matrix3<f64> {
     let mut areas = Vector3::zeros();
     for positions in [before, after] {
         if let Ok(surface) = Surface::new(mesh, positions) {
-            areas += face_area_vectors(&surface).values().map(|a| a.abs()).sum::<Vector3<f64>>();
+            areas += face_area_vectors(&surface)
+                .values()
+                .map(|a| a.abs())
+                .sum::<Vector3<f64>>();
         }
     }
-    let moved: Vector3<f64> =
-        before.values().zip(after.values()).map(|(a, b)| (b - a).component_mul(&(b - a))).sum();
+    let moved: Vector3<f64> = before
+        .values()
+        .zip(after.values())
+        .map(|(a, b)| (b - a).component_mul(&(b - a)))
+        .sum();
     // The share of the squared motion that is seen when looking along an axis.
     let seen = |k: usize| match moved.sum() {
         total if total > 0.0 => 1.0 - moved[k] / total,
@@ -127,7 +139,11 @@ fn best_axis(
     // z first: it wins where all are alike.
     let axis = [2, 0, 1].into_iter().reduce(|best, k| {
         let score = |k: usize| areas[k] * (1.0 + seen(k));
-        if score(k) > 1.001 * score(best) { k } else { best }
+        if score(k) > 1.001 * score(best) {
+            k
+        } else {
+            best
+        }
     });
     let (x, y, z) = (Vector3::x(), Vector3::y(), Vector3::z());
     let [right, up, towards] = match axis {

@@ -34,7 +34,10 @@ impl Interpolate for Paint {
         let mix = |a: [f32; 3], b: [f32; 3], c: [f32; 3]| {
             [0, 1, 2].map(|k| a[k] * x + b[k] * y + c[k] * z)
         };
-        Self { normal: mix(a.normal, b.normal, c.normal), color: mix(a.color, b.color, c.color) }
+        Self {
+            normal: mix(a.normal, b.normal, c.normal),
+            color: mix(a.color, b.color, c.color),
+        }
     }
 }
 
@@ -53,9 +56,15 @@ impl Canvas {
         let [width, height] = samples;
         for (y, row) in color.as_mut().chunks_mut(width.max(1)).enumerate() {
             let share = y as f32 / height.max(1) as f32;
-            row.fill(encode([0, 1, 2].map(|k| TOP[k] + (BOTTOM[k] - TOP[k]) * share)));
+            row.fill(encode(
+                [0, 1, 2].map(|k| TOP[k] + (BOTTOM[k] - TOP[k]) * share),
+            ));
         }
-        Self { panel, color, depth: Buffer2d::new(samples, 1.0) }
+        Self {
+            panel,
+            color,
+            depth: Buffer2d::new(samples, 1.0),
+        }
     }
 
     /// Draws triangles, three corners each; the nearest is seen.

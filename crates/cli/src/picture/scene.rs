@@ -37,14 +37,23 @@ impl Scene {
             (b - a).cross(&(c - a))
         });
         let areas = areas.collect();
-        let mut builder = Builder { mesh, camera, marks, local, areas, corners: Vec::new() };
+        let mut builder = Builder {
+            mesh,
+            camera,
+            marks,
+            local,
+            areas,
+            corners: Vec::new(),
+        };
         mesh.faces().for_each(|f| builder.face(f));
         for v in mesh.vertices() {
             if builder.is_lone(v) {
                 builder.dot(v);
             }
         }
-        Self { corners: builder.corners }
+        Self {
+            corners: builder.corners,
+        }
     }
 }
 
@@ -65,7 +74,10 @@ impl Builder<'_> {
                 normal = -normal;
                 color = INSIDE;
             }
-            let paint = Paint { normal: normal.map(|x| x as f32).into(), color };
+            let paint = Paint {
+                normal: normal.map(|x| x as f32).into(),
+                color,
+            };
             self.corners.push(Corner { position, paint });
         }
     }
@@ -100,10 +112,16 @@ impl Builder<'_> {
             let (sin, cos) = (std::f64::consts::TAU * k as f64 / DOT_SIDES as f64).sin_cos();
             center + Vector3::new(cos, sin, 0.0) * radius
         };
-        let paint = Paint { normal: FACING, color: color(self.marks[v]) };
+        let paint = Paint {
+            normal: FACING,
+            color: color(self.marks[v]),
+        };
         for k in 0..DOT_SIDES {
             for p in [center, rim(k), rim((k + 1) % DOT_SIDES)] {
-                self.corners.push(Corner { position: self.camera.project(p), paint });
+                self.corners.push(Corner {
+                    position: self.camera.project(p),
+                    paint,
+                });
             }
         }
     }
