@@ -19,6 +19,13 @@ fn main() {
                 limited["solves_to_1e-3_1e-4_1e-6"], limited["last_residual"], limited["Ep_Eg_Egrms"],
                 limited["arap_energy"], limited["edge_distortion_rms"], limited["volume_ratio"], limited["folds"]);
         }
+        if let Ok(lengths) = std::env::var("LAMBDA") {
+            for bending_length in lengths.split(',').filter_map(|l| l.parse().ok()) {
+                print!("{bending_length} ");
+                row(&case, DeformOptions { bending_length, ..DeformOptions::default() });
+            }
+            continue;
+        }
         for &orientation in OrientationKind::ALL {
             row(&case, DeformOptions { orientation, ..DeformOptions::default() });
         }

@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use cotan_geometry::{Positions, Scalar, Surface, one_ring_areas, vertex_normals};
+use cotan_geometry::{
+    Positions, Scalar, Surface, one_ring_areas, surface_centroid, vertex_normals,
+};
 use cotan_halfedge::{EdgeId, EdgeMap, HalfedgeMap, HalfedgeMesh, VertexMap};
 use cotan_laplacian::{Cotangent, OneRings, Operator};
 use nalgebra::Vector3;
@@ -118,6 +120,14 @@ impl<'m, T: Scalar> Rest<'m, T> {
     /// Half the cotangent weight of each edge, whatever the scheme: the stiffness of the membrane.
     pub fn stiffness(&self) -> &EdgeMap<f64> {
         &self.stiffness
+    }
+
+    /// Twice the greatest distance of a vertex from the surface's centroid: a length of about the
+    /// box's longest side that does not change when the mesh is turned.
+    pub(crate) fn extent(&self) -> f64 {
+        let center = surface_centroid(&self.surface());
+        let farthest = self.positions.values().map(|p| (p - center).norm().as_f64());
+        2.0 * farthest.fold(0.0, f64::max)
     }
 
     /// Mean over the vertices of |Σ_j w_ij| for cotangent weights.

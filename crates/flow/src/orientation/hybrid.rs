@@ -32,7 +32,8 @@ use crate::vectors::sum;
 /// μ = 4 (area / n) / λ², with λ the bending length: details smaller than λ are kept by the flow's
 /// term, shapes larger than λ by the membrane's, whatever the resolution of the mesh.
 ///
-/// **Units**: λ in box units. **Deviation** from the paper: ours, measured in `docs/decisions`.
+/// **Units**: λ is relative to twice the greatest distance of a vertex from the centroid, which is
+/// about the size of the bounding box but does not depend on how the mesh is turned. **Deviation** from the paper: ours, measured in `docs/decisions`.
 #[derive(Debug)]
 pub struct Hybrid {
     bending_length: f64,
@@ -43,12 +44,12 @@ pub struct Hybrid {
 
 impl Hybrid {
     /// The bending length that was found best over the reference cases.
-    pub const DEFAULT_BENDING_LENGTH: f64 = 0.02;
+    pub const DEFAULT_BENDING_LENGTH: f64 = 0.0175;
 
     /// How often the one-ring mean is applied.
     const WIDTH: usize = 2;
 
-    /// With bending length λ = `bending_length`, in box units.
+    /// With bending length λ = `bending_length`, relative to the size of the mesh.
     pub fn new(bending_length: f64) -> Self {
         Self { bending_length, means: VertexMap::default(), energy: 0.0 }
     }
@@ -111,7 +112,7 @@ impl<T: Scalar> Orientation<T> for Hybrid {
         let vertex_area = surface_area(&rest.surface()).as_f64() / rest.positions().len() as f64;
         // Of the size of L², whatever the scheme: 1 for cotangent weights.
         let scale = rest.operator().mean_diagonal().as_f64() / rest.mean_cotangent_diagonal();
-        4.0 * vertex_area * (scale / self.bending_length).powi(2)
+        4.0 * vertex_area * (scale / (self.bending_length * rest.extent())).powi(2)
     }
 
     fn tension(

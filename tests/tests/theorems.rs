@@ -1,0 +1,295 @@
+//! Theorems of the whole pipeline, as properties on random surfaces.
+
+use std::ops::ControlFlow;
+
+use cotan::flow::Flow;
+use cotan::prelude::*;
+use cotan_geometry::testing::{blobs, rigid_motions, rotations, surfaces};
+use cotan_geometry::{Shape, bounding_box};
+use cotan_laplacian::{LaplacianScheme, Operator};
+use nalgebra::{Isometry3, Translation3};
+use proptest::prelude::*;
+
+/// Held vertices: those beyond two planes, at either end of the longest axis. At least four.
+fn ends(shape: &Shape<f64>) -> [Vec<VertexId>; 2] {
+    let surface = shape.surface();
+    let bounds = bounding_box(&surface);
+    let axis = bounds.extents().imax();
+    let mut order: Vec<VertexId> = shape.mesh.vertices().collect();
+    order.sort_by(|a, b| {
+        shape.positions[*a][axis].total_cmp(&shape.positions[*b][axis]).then(a.cmp(b))
+    });
+    let held = (order.len() / 8).max(4);
+    [order[..held].to_vec(), order[order.len() - held..].to_vec()]
+}
+
+fn diagonal(shape: &Shape<f64>) -> f64 {
+    bounding_box(&shape.surface()).diagonal()
+}
+
+fn longest_difference(a: &Positions<f64>, b: &Positions<f64>) -> f64 {
+    a.values().zip(b.values()).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+}
+
+/// A moderate bend of the upper end.
+fn bend(shape: &Shape<f64>) -> Handles<f64> {
+    let [low, high] = ends(shape);
+    let diagonal = diagonal(shape);
+    let center = bounding_box(&shape.surface()).center();
+    let turn = Translation3::from(center.coords)
+        * Isometry3::rotation(Vector3::new(0.2, 0.3, -0.1))
+        * Translation3::from(-center.coords);
+    let lift = Translation3::from(Vector3::new(0.02, -0.01, 0.03) * diagonal);
+    Handles::new().fix(low).transform(high, (lift * turn).to_homogeneous())
+}
+
+/// Exactly `iterations` steps.
+fn deform_by(shape: &Shape<f64>, handles: &Handles<f64>, iterations: usize) -> Positions<f64> {
+    let options = DeformOptions {
+        tolerance: 0.0,
+        iteration_limit: iterations,
+        ..DeformOptions::default()
+    };
+    deform(&shape.mesh, &shape.positions, handles, &options).expect("deforms").positions
+}
+
+fn orientations() -> impl Strategy<Value = OrientationKind> {
+    proptest::sample::select(OrientationKind::ALL)
+}
+
+fn schemes() -> impl Strategy<Value = SchemeKind> {
+    proptest::sample::select(SchemeKind::ALL)
+}
+
+fn single(shape: &Shape<f64>) -> Shape<f32> {
+    Shape {
+        mesh: shape.mesh.clone(),
+        positions: shape.positions.map(|p| p.map(|x| x as f32)),
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn handles_left_in_place_change_nothing(
+        shape in surfaces(), orientation in orientations(), scheme in schemes(),
+        rescale in any::<bool>(), soft in proptest::option::of(0.5f64..1000.0),
+    ) {
+        let [low, high] = ends(&shape);
+        let mut handles = Handles::new().fix(low).fix(high);
+        if let Some(weight) = soft {
+            handles = handles.all_held(Hold::Soft(weight));
+        }
+        let detail_size = if rescale { DetailSize::Rescale } else { DetailSize::Keep };
+        let options = DeformOptions { orientation, scheme, detail_size, ..DeformOptions::default() };
+        let deformed = deform(&shape.mesh, &shape.positions, &handles, &options)?;
+        prop_assert_eq!(deformed.report.stop, StopReason::Converged);
+        let moved = longest_difference(&deformed.positions, &shape.positions);
+        prop_assert!(moved <= 1e-9 * diagonal(&shape), "{} {moved:e}", orientation.name());
+    }
+
+    #[test]
+    fn handles_left_in_place_change_nothing_in_single_precision(
+        shape in surfaces(), orientation in orientations(),
+    ) {
+        let [low, high] = ends(&shape);
+        let diagonal = diagonal(&shape) as f32;
+        let shape = single(&shape);
+        let handles = Handles::new().fix(low).fix(high);
+        let options = DeformOptions { orientation, ..DeformOptions::default() };
+        let deformed = deform(&shape.mesh, &shape.positions, &handles, &options)?;
+        prop_assert_eq!(deformed.report.stop, StopReason::Converged);
+        for (a, b) in deformed.positions.values().zip(shape.positions.values()) {
+            prop_assert!((a - b).norm() <= 1e-4 * diagonal, "{}", orientation.name());
+        }
+    }
+
+    #[test]
+    fn handles_moved_rigidly_move_the_whole_mesh(
+        shape in surfaces(), motion in rigid_motions(), orientation in orientations(),
+    ) {
+        // The reflection has its fixed point there too, but does not stay at it (part A).
+        prop_assume!(orientation != OrientationKind::Reflect);
+        let [low, high] = ends(&shape);
+        let matrix = motion.to_homogeneous();
+        let handles = Handles::new().transform(low, matrix).transform(high, matrix);
+        let options = DeformOptions { orientation, tolerance: 1e-11, ..DeformOptions::default() };
+        let deformed = deform(&shape.mesh, &shape.positions, &handles, &options)?;
+        let expected = shape.positions.map(|p| motion * p);
+        let error = longest_difference(&deformed.positions, &expected) / diagonal(&shape);
+        prop_assert!(error <= 1e-8, "{} {error:e} {:?}", orientation.name(), deformed.report);
+    }
+
+    #[test]
+    fn uniform_scaling_commutes(shape in blobs(), exponent in -9f64..9.0) {
+        let scale = 10f64.powf(exponent);
+        let scaled = Shape {
+            mesh: shape.mesh.clone(),
+            positions: shape.positions.map(|p| p * scale),
+        };
+        let before = deform_by(&shape, &bend(&shape), 6);
+        let after = deform_by(&scaled, &bend(&scaled), 6);
+        let error = longest_difference(&after, &before.map(|p| p * scale));
+        prop_assert!(error <= 1e-9 * scale * diagonal(&shape), "{error:e}");
+    }
+
+    #[test]
+    fn rotation_of_the_input_commutes(shape in blobs(), rotation in rotations()) {
+        let turned = Shape {
+            mesh: shape.mesh.clone(),
+            positions: shape.positions.map(|p| rotation * p),
+        };
+        let [low, high] = ends(&shape);
+        let lift = Vector3::new(0.1, 0.2, 0.3) * diagonal(&shape);
+        let targets = |positions: &Positions<f64>, lift: Vector3<f64>| {
+            Motion::To(high.iter().map(|v| positions[*v] + lift).collect())
+        };
+        let handles = Handles::new()
+            .fix(low.clone())
+            .add(high.clone(), targets(&shape.positions, lift));
+        let turned_handles = Handles::new()
+            .fix(low)
+            .add(high.clone(), targets(&turned.positions, rotation * lift));
+        let before = deform_by(&shape, &handles, 6);
+        let after = deform_by(&turned, &turned_handles, 6);
+        let error = longest_difference(&after, &before.map(|p| rotation * p));
+        prop_assert!(error <= 1e-8 * diagonal(&shape), "{error:e}");
+    }
+
+    #[test]
+    fn renumbering_the_vertices_commutes(
+        (shape, order) in blobs().prop_flat_map(|shape| {
+            let order: Vec<usize> = (0..shape.positions.len()).collect();
+            (Just(shape), Just(order).prop_shuffle())
+        }),
+    ) {
+        // Vertex v becomes order[v].
+        let faces: Vec<Vec<u32>> = shape
+            .mesh
+            .faces()
+            .map(|f| shape.mesh.face_vertices(f).map(|v| order[v.index()] as u32).collect())
+            .collect();
+        let mesh = HalfedgeMesh::from_faces(order.len(), &faces)?;
+        let mut positions = shape.positions.clone();
+        for (v, p) in shape.positions.iter() {
+            positions[VertexId::new(order[v.index()])] = *p;
+        }
+        let [low, high] = ends(&shape);
+        let lift = Vector3::new(0.1, 0.2, 0.3) * diagonal(&shape);
+        let rename = |region: &[VertexId]| -> Vec<VertexId> {
+            region.iter().map(|v| VertexId::new(order[v.index()])).collect()
+        };
+        let lifted =
+            Motion::To(high.iter().map(|v| shape.positions[*v] + lift).collect::<Vec<_>>());
+        let handles = Handles::new().fix(low.clone()).add(high.clone(), lifted.clone());
+        let renamed = Handles::new().fix(rename(&low)).add(rename(&high), lifted);
+        let before = deform_by(&shape, &handles, 6);
+        let after = deform_by(&Shape { mesh, positions }, &renamed, 6);
+        for (v, p) in before.iter() {
+            let error = (after[VertexId::new(order[v.index()])] - p).norm();
+            prop_assert!(error <= 1e-8 * diagonal(&shape), "{error:e}");
+        }
+    }
+
+    #[test]
+    fn no_accepted_step_raises_the_energy(shape in surfaces(), stretch in 0.5f64..2.0) {
+        // Smaller meshes have no free vertex between two ends of four.
+        prop_assume!(shape.positions.len() > 8);
+        let [low, high] = ends(&shape);
+        let options = DeformOptions { tolerance: 1e-8, ..DeformOptions::default() };
+        let matrix = Matrix4::new_nonuniform_scaling(&Vector3::new(stretch, 1.0, 1.0 / stretch))
+            * nalgebra::Rotation3::from_euler_angles(0.4, -0.3, 0.5).to_homogeneous();
+        let handles = Handles::new().fix(low).transform(high, matrix);
+        let mut session = Session::new(&shape.mesh, &shape.positions, &handles, &options)?;
+        let mut energies = Vec::new();
+        let report = session.run_observed(|_, step| {
+            energies.extend(step.energy);
+            ControlFlow::Continue(())
+        })?;
+        prop_assert_eq!(energies.len(), report.iterations);
+        for pair in energies.windows(2) {
+            // Equal but for the rounding of two sums.
+            prop_assert!(pair[1] <= pair[0] * (1.0 + 1e-12), "{} after {}", pair[1], pair[0]);
+        }
+    }
+
+    #[test]
+    fn the_matrix_annihilates_constants_exactly(shape in surfaces(), scheme in schemes()) {
+        let surface = shape.surface();
+        let matrix = Operator::assemble(&*scheme.scheme::<f64>(), &surface)?.matrix();
+        let single = single(&shape);
+        let single = Operator::assemble(&*scheme.scheme::<f32>(), &single.surface())?.matrix();
+        for row in matrix.row_iter() {
+            prop_assert_eq!(row.values().iter().sum::<f64>(), 0.0);
+            prop_assert_eq!(row.values().iter().rev().sum::<f64>(), 0.0);
+        }
+        for row in single.row_iter() {
+            prop_assert_eq!(row.values().iter().sum::<f32>(), 0.0);
+        }
+    }
+
+    #[test]
+    fn every_weight_is_finite(shape in surfaces(), scheme in schemes(), collapsed in 0usize..400) {
+        // One vertex on top of a neighbour: zero-area faces.
+        let mut positions = shape.positions.clone();
+        let v = VertexId::new(collapsed % positions.len());
+        let neighbour = shape.mesh.one_ring(v).next().expect("every vertex has a neighbour");
+        positions[v] = positions[neighbour];
+        let surface = Surface::new(&shape.mesh, &positions)?;
+        let operator = Operator::assemble(&*scheme.scheme::<f64>(), &surface)?;
+        prop_assert!(operator.weights().values().all(|w| w.is_finite()));
+    }
+}
+
+/// On a flat mesh the cotangent Laplacian of a linear function is zero inside.
+#[test]
+fn linear_precision() {
+    let shape = cotan::shapes::bumpy_plane::<f64>([2.0, 1.0], [12, 9], 0.0);
+    // Bend the grid within the plane, so that the triangles are irregular.
+    let positions = shape.positions.map(|p| {
+        Point3::new(p.x + 0.03 * (7.0 * p.y).sin(), p.y + 0.02 * (5.0 * p.x).cos(), p.z)
+    });
+    let surface = Surface::new(&shape.mesh, &positions).expect("a surface");
+    let scheme = cotan_laplacian::Cotangent::default();
+    let operator = Operator::assemble(&scheme, &surface).expect("weights");
+    assert_eq!(LaplacianScheme::<f64>::name(&scheme), "cotangent");
+    let mut ell = VertexMap::filled(positions.len(), Vector3::zeros());
+    operator.apply(&positions, &mut ell);
+    let worst = ell
+        .iter()
+        .filter(|(v, _)| !shape.mesh.is_boundary_vertex(*v))
+        .map(|(_, ell)| ell.norm())
+        .fold(0.0, f64::max);
+    assert!(worst < 1e-13, "{worst}");
+}
+
+/// The same bytes, whatever the number of threads.
+#[test]
+fn results_do_not_depend_on_the_number_of_threads() {
+    let shape = cotan::shapes::creature::<f64>(64);
+    let handles = bend(&shape);
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        pool.install(|| deform_by(&shape, &handles, 5))
+    };
+    let one = run(1);
+    assert!(run(2) == one && run(5) == one);
+}
+
+/// A flow built on its own follows its handles as a session does.
+#[test]
+fn a_flow_and_a_session_agree() {
+    let shape = cotan::shapes::icosphere::<f64>(3);
+    let handles = bend(&shape);
+    let [low, high] = ends(&shape);
+    let targets = deform_by(&shape, &handles, 1);
+    let held = low.iter().chain(&high).map(|v| (cotan::linear::Handle::hard(*v), targets[*v]));
+    let mut flow =
+        Flow::builder(&shape.mesh, &shape.positions).handles(held).build().expect("builds");
+    let report = flow.run(|_, _| ControlFlow::Continue(())).expect("runs");
+    assert_eq!(report.stop, StopReason::Converged);
+    let session = deform(&shape.mesh, &shape.positions, &handles, &DeformOptions::default())
+        .expect("deforms");
+    assert!(longest_difference(&flow.positions(), &session.positions) < 1e-12);
+}
