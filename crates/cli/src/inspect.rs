@@ -103,7 +103,7 @@ pub(crate) fn inspect(file: String, document: &Document) -> Inspection {
         boundary_edges: connectivity.num_boundary_edges(),
         components: connectivity.num_components(),
         manifold: problem.is_none(),
-        closed: document.faces().len() > 0 && connectivity.is_closed(),
+        closed: !document.faces().is_empty() && connectivity.is_closed(),
         euler_characteristic: connectivity.euler_characteristic(),
         boundary_loops: None,
         genus: None,

@@ -54,7 +54,7 @@ pub(crate) struct BeforeAfter<'a> {
 impl BeforeAfter<'_> {
     /// Draws the picture and encodes it as PNG.
     pub(crate) fn png(&self) -> Vec<u8> {
-        let camera = Camera::for_both(self.mesh, self.before, self.after);
+        let camera = Camera::for_both(self);
         let panel = camera.panel();
         let panels = [self.before, self.after].map(|positions| {
             let mut canvas = Canvas::new(panel);

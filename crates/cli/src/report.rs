@@ -215,6 +215,11 @@ impl Table {
     }
 }
 
+/// A number of things, in words.
+pub(crate) fn counted(count: usize, thing: &str) -> String {
+    format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
+}
+
 /// Five digits, without an exponent where that is short.
 pub(crate) fn number(x: f64) -> String {
     if x == 0.0 || (1e-3..1e6).contains(&x.abs()) {
@@ -222,5 +227,27 @@ pub(crate) fn number(x: f64) -> String {
         format!("{x:.digits$}")
     } else {
         format!("{x:.4e}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_five_digits_or_so() {
+        assert_eq!(number(0.0), "0.00000");
+        assert_eq!(number(0.818_640_1), "0.81864");
+        assert_eq!(number(-12.345_678), "-12.3457");
+        assert_eq!(number(123_456.7), "123457");
+        assert_eq!(number(2.785e-4), "2.7850e-4");
+        assert_eq!(number(1e300), "1.0000e300");
+        assert_eq!(number(f64::NAN), "NaN");
+    }
+
+    #[test]
+    fn one_thing_is_not_many() {
+        assert_eq!(counted(1, "face"), "1 face");
+        assert_eq!(counted(0, "face"), "0 faces");
     }
 }

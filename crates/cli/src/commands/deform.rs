@@ -12,7 +12,7 @@ use crate::error::CliError;
 use crate::files;
 use crate::handles_file::HandlesFile;
 use crate::picture::{BeforeAfter, marks};
-use crate::report::{Report, Seconds, Setting};
+use crate::report::{Report, Seconds, Setting, counted};
 
 pub(crate) fn run(args: &DeformArgs, console: &Console) -> Result<(), CliError> {
     let job = Job {
@@ -108,17 +108,17 @@ impl Job<'_> {
 
     fn warn(&self, edited: &Edited, console: &Console) {
         let flow = &edited.flow;
-        let (change, iterations) = (flow.change, flow.iterations);
+        let (change, iterations) = (flow.change, counted(flow.iterations, "iteration"));
         match flow.stop {
             StopReason::IterationLimit if self.at_limit == AtLimit::Warn => {
                 console.warn(format_args!(
-                    "not converged after {iterations} iterations (the last moved a vertex by \
+                    "not converged after {iterations} (the last moved a vertex by \
                      {change:.1e} of the diagonal); raise --iterations, or try another \
                      --orientation"
                 ));
             }
             StopReason::Diverged => console.warn(format_args!(
-                "the iteration diverged after {iterations} steps; the last finite shape was \
+                "diverged after {iterations}; the last finite shape was \
                  written; try another --orientation or --scheme clamped"
             )),
             _ => {}
@@ -126,7 +126,8 @@ impl Job<'_> {
         let flipped = edited.quality.flipped_faces;
         if flipped > 0 {
             console.warn(format_args!(
-                "{flipped} faces are flipped against their neighbours"
+                "{} flipped against the neighbours",
+                counted(flipped, "face")
             ));
         }
     }

@@ -1,8 +1,10 @@
 //! Where the mesh is looked at from.
 
-use cotan::geometry::{BoundingBox, Positions, Surface, face_area_vectors};
-use cotan::halfedge::HalfedgeMesh;
+use cotan::geometry::{BoundingBox, Surface, face_area_vectors, vertex_area_vectors};
+use cotan::halfedge::VertexMap;
 use nalgebra::{Matrix3, Point3, Vector3};
+
+use super::{BeforeAfter, Mark};
 
 /// A camera that shows two embeddings of a mesh at the same scale, with mild perspective.
 #[derive(Clone, Debug)]
@@ -20,12 +22,8 @@ pub(super) struct Camera {
 
 impl Camera {
     /// A camera that shows both well.
-    pub(super) fn for_both(
-        mesh: &HalfedgeMesh,
-        before: &Positions<f64>,
-        after: &Positions<f64>,
-    ) -> Self {
-        let both = || before.values().chain(after.values());
+    pub(super) fn for_both(pair: &BeforeAfter<'_>) -> Self {
+        let both = || pair.before.values().chain(pair.after.values());
         let bounds = BoundingBox::of(both());
         let center = bounds.map_or(Point3::origin(), |b| b.center());
         // Halves first: the diagonal of huge coordinates would overflow.
@@ -37,7 +35,7 @@ impl Camera {
             } else {
                 1.0
             },
-            axes: tilted(best_axis(mesh, before, after)),
+            axes: best_view(pair),
             middle: [0.0; 2],
             scale: [1.0; 2],
             panel: [0; 2],
@@ -115,56 +113,81 @@ const PANEL_PIXELS: f64 = 720.0 * 720.0;
 const LEAST_ASPECT: f64 = 0.6;
 const MOST_ASPECT: f64 = 1.6;
 
-/// Rows right, up, towards the viewer, of the axis that shows most of the surface and its motion.
-fn best_axis(mesh: &HalfedgeMesh, before: &Positions<f64>, after: &Positions<f64>) -> Matrix3<f64> {
+/// Rows right, up, towards the viewer: along the axis that shows most of the surface and its
+/// motion, from the side that shows most of the handles, a little from the right or left and above.
+fn best_view(pair: &BeforeAfter<'_>) -> Matrix3<f64> {
+    let held = held_area(pair);
+    let shows = |axes: &Matrix3<f64>| -> f64 {
+        let towards = axes.row(2).transpose();
+        held.iter().map(|area| area.dot(&towards).max(0.0)).sum()
+    };
+    let [right, up, towards] = sides(best_axis(pair));
+    let views = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
+    let views = views.map(|(side, yaw)| tilted([right * side, up, towards * side], YAW * yaw));
+    // The first that is best beyond rounding.
+    let better = |best, view| if shows(&view) > 1.01 * shows(&best) { view } else { best };
+    views[1..].iter().copied().fold(views[0], better)
+}
+
+/// The axis (0, 1, 2) that shows most of the surface and its motion.
+fn best_axis(pair: &BeforeAfter<'_>) -> usize {
     let mut areas = Vector3::zeros();
-    for positions in [before, after] {
-        if let Ok(surface) = Surface::new(mesh, positions) {
-            areas += face_area_vectors(&surface)
-                .values()
-                .map(|a| a.abs())
-                .sum::<Vector3<f64>>();
+    for positions in [pair.before, pair.after] {
+        if let Ok(surface) = Surface::new(pair.mesh, positions) {
+            areas += face_area_vectors(&surface).values().map(|a| a.abs()).sum::<Vector3<f64>>();
         }
     }
-    let moved: Vector3<f64> = before
-        .values()
-        .zip(after.values())
-        .map(|(a, b)| (b - a).component_mul(&(b - a)))
-        .sum();
+    let moves = pair.before.values().zip(pair.after.values()).map(|(a, b)| b - a);
+    let moved: Vector3<f64> = moves.map(|d| d.component_mul(&d)).sum();
     // The share of the squared motion that is seen when looking along an axis.
     let seen = |k: usize| match moved.sum() {
         total if total > 0.0 => 1.0 - moved[k] / total,
         _ => 1.0,
     };
+    let score = |k: usize| areas[k] * (1.0 + seen(k));
     // z first: it wins where all are alike.
-    let axis = [2, 0, 1].into_iter().reduce(|best, k| {
-        let score = |k: usize| areas[k] * (1.0 + seen(k));
-        if score(k) > 1.001 * score(best) {
-            k
-        } else {
-            best
-        }
-    });
-    let (x, y, z) = (Vector3::x(), Vector3::y(), Vector3::z());
-    let [right, up, towards] = match axis {
-        Some(0) => [-z, y, x],
-        // Seen along y, z is taken to be up, as in a modeller where the ground is x–y.
-        Some(1) => [x, z, -y],
-        _ => [x, y, z],
-    };
-    Matrix3::from_rows(&[right.transpose(), up.transpose(), towards.transpose()])
+    let better = |best, k| if score(k) > 1.001 * score(best) { k } else { best };
+    [0, 1].into_iter().fold(2, better)
 }
 
-/// The same view from a little to the right and above.
-fn tilted(axes: Matrix3<f64>) -> Matrix3<f64> {
-    let [right, up, towards] = [0, 1, 2].map(|k| axes.row(k).transpose());
-    let ((sin_yaw, cos_yaw), (sin_pitch, cos_pitch)) =
-        (YAW.to_radians().sin_cos(), PITCH.to_radians().sin_cos());
+/// The area vectors of the handle vertices, before and after; what moves counts most.
+fn held_area(pair: &BeforeAfter<'_>) -> Vec<Vector3<f64>> {
+    let mut held = Vec::new();
+    for positions in [pair.before, pair.after] {
+        let areas: VertexMap<_> = match Surface::new(pair.mesh, positions) {
+            Ok(surface) => vertex_area_vectors(&surface),
+            Err(_) => continue,
+        };
+        held.extend(areas.values().zip(pair.marks.values()).map(|(area, mark)| match mark {
+            Mark::Free => Vector3::zeros(),
+            Mark::Fixed => area * 0.1,
+            Mark::Moved => *area,
+        }));
+    }
+    held
+}
+
+/// Right, up, towards the viewer, looking along an axis.
+fn sides(axis: usize) -> [Vector3<f64>; 3] {
+    let (x, y, z) = (Vector3::x(), Vector3::y(), Vector3::z());
+    match axis {
+        0 => [-z, y, x],
+        // Seen along y, z is taken to be up, as in a modeller where the ground is x–y.
+        1 => [x, z, -y],
+        _ => [x, y, z],
+    }
+}
+
+/// The same view from a little to the right (or left, if `yaw` is negative) and above.
+fn tilted([right, up, towards]: [Vector3<f64>; 3], yaw: f64) -> Matrix3<f64> {
+    let (sin_yaw, cos_yaw) = yaw.to_radians().sin_cos();
+    let (sin_pitch, cos_pitch) = PITCH.to_radians().sin_cos();
     let towards = cos_pitch * (cos_yaw * towards + sin_yaw * right) + sin_pitch * up;
     let right = up.cross(&towards).normalize();
     let up = towards.cross(&right);
     Matrix3::from_rows(&[right.transpose(), up.transpose(), towards.transpose()])
 }
 
+/// In degrees.
 const YAW: f64 = 24.0;
 const PITCH: f64 = 16.0;

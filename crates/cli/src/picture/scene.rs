@@ -144,8 +144,8 @@ fn color(mark: Mark) -> [f32; 3] {
 /// The inside of an open mesh.
 const INSIDE: [f32; 3] = [0.42, 0.30, 0.28];
 
-/// Faces at more than 40° to each other meet in a crease.
-const COS_CREASE: f64 = 0.766;
+/// Faces at more than 60° to each other meet in a crease: a box has edges, a coarse ear has none.
+const COS_CREASE: f64 = 0.5;
 
 const DOT_PIXELS: f64 = 6.0;
 const DOT_SIDES: usize = 16;

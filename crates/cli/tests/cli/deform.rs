@@ -232,7 +232,7 @@ fn stopping_at_the_limit_is_a_warning() {
     assert!(
         outcome
             .stderr
-            .starts_with("warning: not converged after 1 "),
+            .starts_with("warning: not converged after 1 iteration ("),
         "{outcome:?}"
     );
     let report = sandbox.json("r.json");
