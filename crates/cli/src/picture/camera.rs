@@ -125,7 +125,13 @@ fn best_view(pair: &BeforeAfter<'_>) -> Matrix3<f64> {
     let views = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
     let views = views.map(|(side, yaw)| tilted([right * side, up, towards * side], YAW * yaw));
     // The first that is best beyond rounding.
-    let better = |best, view| if shows(&view) > 1.01 * shows(&best) { view } else { best };
+    let better = |best, view| {
+        if shows(&view) > 1.01 * shows(&best) {
+            view
+        } else {
+            best
+        }
+    };
     views[1..].iter().copied().fold(views[0], better)
 }
 
@@ -134,10 +140,17 @@ fn best_axis(pair: &BeforeAfter<'_>) -> usize {
     let mut areas = Vector3::zeros();
     for positions in [pair.before, pair.after] {
         if let Ok(surface) = Surface::new(pair.mesh, positions) {
-            areas += face_area_vectors(&surface).values().map(|a| a.abs()).sum::<Vector3<f64>>();
+            areas += face_area_vectors(&surface)
+                .values()
+                .map(|a| a.abs())
+                .sum::<Vector3<f64>>();
         }
     }
-    let moves = pair.before.values().zip(pair.after.values()).map(|(a, b)| b - a);
+    let moves = pair
+        .before
+        .values()
+        .zip(pair.after.values())
+        .map(|(a, b)| b - a);
     let moved: Vector3<f64> = moves.map(|d| d.component_mul(&d)).sum();
     // The share of the squared motion that is seen when looking along an axis.
     let seen = |k: usize| match moved.sum() {
@@ -146,7 +159,13 @@ fn best_axis(pair: &BeforeAfter<'_>) -> usize {
     };
     let score = |k: usize| areas[k] * (1.0 + seen(k));
     // z first: it wins where all are alike.
-    let better = |best, k| if score(k) > 1.001 * score(best) { k } else { best };
+    let better = |best, k| {
+        if score(k) > 1.001 * score(best) {
+            k
+        } else {
+            best
+        }
+    };
     [0, 1].into_iter().fold(2, better)
 }
 
@@ -158,11 +177,16 @@ fn held_area(pair: &BeforeAfter<'_>) -> Vec<Vector3<f64>> {
             Ok(surface) => vertex_area_vectors(&surface),
             Err(_) => continue,
         };
-        held.extend(areas.values().zip(pair.marks.values()).map(|(area, mark)| match mark {
-            Mark::Free => Vector3::zeros(),
-            Mark::Fixed => area * 0.1,
-            Mark::Moved => *area,
-        }));
+        held.extend(
+            areas
+                .values()
+                .zip(pair.marks.values())
+                .map(|(area, mark)| match mark {
+                    Mark::Free => Vector3::zeros(),
+                    Mark::Fixed => area * 0.1,
+                    Mark::Moved => *area,
+                }),
+        );
     }
     held
 }
