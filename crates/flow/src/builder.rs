@@ -215,6 +215,7 @@ impl<'m, T: Scalar> FlowBuilder<'m, T> {
     fn check(&self) -> Result<(), FlowError> {
         let settings = &self.settings;
         settings.schedule.check()?;
+        self.orientation.check()?;
         if !(settings.tolerance >= 0.0) {
             return Err(FlowError::Setting {
                 setting: "tolerance",

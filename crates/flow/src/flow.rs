@@ -36,7 +36,8 @@ impl<T: Scalar> Frame<T> {
         if !(size > T::zero() && size.is_finite()) {
             return Err(FlowError::NoExtent);
         }
-        Ok(Self { corner: bounds.min, size, diagonal: bounds.diagonal() / size })
+        // Scaled first: the squares of huge coordinates would overflow.
+        Ok(Self { corner: bounds.min, size, diagonal: (bounds.extents() / size).norm() })
     }
 
     pub(crate) fn to_box(self, p: Point3<T>) -> Point3<T> {

@@ -28,6 +28,13 @@ pub(crate) struct Cholesky {
 
 impl Cholesky {
     pub(crate) fn factor(matrix: &LowerTriangle) -> Result<Self, LinearError> {
+        Self::factor_by(matrix, CholeskySymbolicParams::default())
+    }
+
+    fn factor_by(
+        matrix: &LowerTriangle,
+        params: CholeskySymbolicParams<'_>,
+    ) -> Result<Self, LinearError> {
         let n = matrix.offsets.len() - 1;
         if matrix.values.iter().any(|v| !v.is_finite()) {
             return Err(LinearError::NotPositiveDefinite { unknowns: n });
@@ -39,7 +46,7 @@ impl Cholesky {
             pattern,
             Side::Lower,
             SymmetricOrdering::Amd,
-            CholeskySymbolicParams::default(),
+            params,
         )
         .map_err(|error| match error {
             FaerError::OutOfMemory => out_of_memory(0),
@@ -109,5 +116,81 @@ impl Cholesky {
             return Err(LinearError::Inaccurate { unknowns: n, residual });
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use faer::sparse::linalg::SupernodalThreshold;
+
+    use super::*;
+
+    /// −Δ on a path of n vertices with its ends held, plus 1e-3 on the diagonal.
+    fn path(n: usize) -> LowerTriangle {
+        let mut matrix = LowerTriangle { offsets: vec![0], rows: vec![], values: vec![] };
+        for j in 0..n {
+            matrix.rows.push(j);
+            matrix.values.push(2.001);
+            if j + 1 < n {
+                matrix.rows.push(j + 1);
+                matrix.values.push(-1.0);
+            }
+            matrix.offsets.push(matrix.rows.len());
+        }
+        matrix
+    }
+
+    fn solves(matrix: &LowerTriangle, threshold: SupernodalThreshold) {
+        let params = CholeskySymbolicParams {
+            supernodal_flop_ratio_threshold: threshold,
+            ..CholeskySymbolicParams::default()
+        };
+        let n = matrix.offsets.len() - 1;
+        let mut cholesky = Cholesky::factor_by(matrix, params).unwrap();
+        let mut columns: Vec<f64> = (0..COLUMNS * n).map(|i| (i as f64).sin()).collect();
+        let rhs = columns.clone();
+        cholesky.solve_in_place(&mut columns);
+        for (x, b) in columns.chunks(n).zip(rhs.chunks(n)) {
+            let mut product = vec![0.0; n];
+            matrix.multiply(x, &mut product);
+            assert!(product.iter().zip(b).all(|(p, b)| (p - b).abs() < 1e-10));
+        }
+    }
+
+    #[test]
+    fn simplicial_and_supernodal_solve_alike() {
+        for n in [1, 2, 300] {
+            solves(&path(n), SupernodalThreshold::FORCE_SIMPLICIAL);
+            solves(&path(n), SupernodalThreshold::FORCE_SUPERNODAL);
+            solves(&path(n), SupernodalThreshold::AUTO);
+        }
+    }
+
+    #[test]
+    fn indefinite_and_non_finite_matrices_are_refused() {
+        let mut indefinite = path(50);
+        indefinite.values[20] = -5.0;
+        let mut infinite = path(50);
+        infinite.values[20] = f64::INFINITY;
+        for matrix in [indefinite, infinite] {
+            for threshold in
+                [SupernodalThreshold::FORCE_SIMPLICIAL, SupernodalThreshold::FORCE_SUPERNODAL]
+            {
+                let params = CholeskySymbolicParams {
+                    supernodal_flop_ratio_threshold: threshold,
+                    ..CholeskySymbolicParams::default()
+                };
+                let error = Cholesky::factor_by(&matrix, params).map(|_| ()).unwrap_err();
+                assert_eq!(error, LinearError::NotPositiveDefinite { unknowns: 50 });
+            }
+        }
+    }
+
+    #[test]
+    fn a_factor_of_another_matrix_fails_the_check_solve() {
+        let mut cholesky = Cholesky::factor(&path(40)).unwrap();
+        let mut other = path(40);
+        other.values[12] *= 1.001;
+        assert!(matches!(cholesky.check(&other), Err(LinearError::Inaccurate { .. })));
     }
 }

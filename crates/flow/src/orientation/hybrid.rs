@@ -104,6 +104,17 @@ impl<T: Scalar> Orientation<T> for Hybrid {
         Ok(())
     }
 
+    fn check(&self) -> Result<(), FlowError> {
+        if self.bending_length > 0.0 {
+            return Ok(());
+        }
+        Err(FlowError::Setting {
+            setting: "bending length",
+            range: "above 0",
+            value: self.bending_length,
+        })
+    }
+
     fn needs(&self) -> Quantities {
         Quantities::NONE
     }

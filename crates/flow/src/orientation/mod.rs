@@ -41,6 +41,14 @@ pub trait Orientation<T: Scalar>: Send {
         out: &mut VertexMap<Vector3<T>>,
     ) -> Result<(), FlowError>;
 
+    /// Looks at its own settings, once, before anything is assembled.
+    ///
+    /// # Errors
+    /// [`FlowError::Setting`] for a setting out of range.
+    fn check(&self) -> Result<(), FlowError> {
+        Ok(())
+    }
+
     /// What of the current mesh it reads. All of it unless overridden.
     fn needs(&self) -> Quantities {
         Quantities::ALL
@@ -82,6 +90,10 @@ impl<T: Scalar, O: Orientation<T> + ?Sized> Orientation<T> for Box<O> {
         out: &mut VertexMap<Vector3<T>>,
     ) -> Result<(), FlowError> {
         (**self).orient(state, field, out)
+    }
+
+    fn check(&self) -> Result<(), FlowError> {
+        (**self).check()
     }
 
     fn needs(&self) -> Quantities {
