@@ -29,14 +29,16 @@ Examples:
 
 Exit codes: 0 done, 1 an input is bad or a file cannot be written, 2 wrong usage.";
 
+const MESSAGES: &str = "Messages";
+
 /// How much is said on standard error.
 #[derive(Debug, Args)]
 pub(crate) struct Messages {
     /// Say nothing but errors: no progress, no warnings, no summary
-    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    #[arg(short, long, global = true, conflicts_with = "verbose", help_heading = MESSAGES)]
     pub(crate) quiet: bool,
     /// Say more: the phases and how long they take; twice: what the libraries tell
-    #[arg(short, long, global = true, action = clap::ArgAction::Count)]
+    #[arg(short, long, global = true, action = clap::ArgAction::Count, help_heading = MESSAGES)]
     pub(crate) verbose: u8,
 }
 

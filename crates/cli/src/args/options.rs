@@ -88,8 +88,8 @@ pub(crate) struct MethodArgs {
     /// Steps at full length, or the paper's falling ratio
     #[arg(long, value_name = "NAME", value_parser = values::schedule(), default_value = "full")]
     schedule: Schedule,
-    /// Up to which length the hybrid orientation bends details like the flow alone, as a ratio of
-    /// the bounding box's longest side
+    /// Smaller details than this are kept by the flow, larger shapes by the hybrid's membrane;
+    /// relative to the size of the mesh [default: 0.0175]
     #[arg(long, value_name = "X", value_parser = values::positive)]
     bending_length: Option<f64>,
 }
@@ -156,6 +156,7 @@ pub(crate) struct ReconstructArgs {
 }
 
 impl MethodArgs {
+    /// The settings; what is not named here has the library's default.
     fn options(&self) -> DeformOptions {
         let default = DeformOptions::default();
         DeformOptions {
@@ -200,5 +201,44 @@ impl ReconstructArgs {
             options.acceleration = Acceleration::Off;
         }
         options
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::{CommandFactory, Parser};
+
+    use super::*;
+    use crate::args::{Arguments, Command};
+
+    #[test]
+    fn the_defaults_are_the_librarys() {
+        let words = [
+            "cotan",
+            "deform",
+            "a.obj",
+            "--handles",
+            "h.json",
+            "-o",
+            "b.obj",
+        ];
+        let arguments = Arguments::try_parse_from(words).unwrap();
+        let Command::Deform(args) = arguments.command else {
+            panic!("another command")
+        };
+        assert_eq!(args.options(), DeformOptions::default());
+    }
+
+    #[test]
+    fn the_help_names_the_default_bending_length() {
+        let mut command = Arguments::command();
+        let deform = command.find_subcommand_mut("deform").unwrap();
+        let default = DeformOptions::default().bending_length;
+        assert!(
+            deform
+                .render_help()
+                .to_string()
+                .contains(&format!("[default: {default}]"))
+        );
     }
 }

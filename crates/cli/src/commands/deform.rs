@@ -121,6 +121,10 @@ impl Job<'_> {
                 "diverged after {iterations}; the last finite shape was \
                  written; try another --orientation or --scheme clamped"
             )),
+            StopReason::Stalled => console.warn(format_args!(
+                "stopped after {iterations} before the tolerance was met: within rounding, no step \
+                 leads further"
+            )),
             _ => {}
         }
         let flipped = edited.quality.flipped_faces;
