@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use cotan::flow::Report as FlowReport;
+use cotan::flow::{Flow, Report as FlowReport, StepReport};
 use cotan::geometry::{Positions, Scalar, Surface};
 use cotan::linear::Hold;
 use cotan::{DeformOptions, Quality, Session, ShapeErrors};
@@ -87,31 +87,12 @@ impl Edit<'_> {
 
         progress.phase("iterate");
         let clock = Instant::now();
-        let mut measuring = 0.0;
-        let mut history = Vec::new();
-        let mut failure = None;
+        let mut recorder = Recorder::new(self.history, original);
         let flow = session.run_observed(|flow, step| {
             progress.step(step.iteration, step.change);
-            if self.history == History::Skip {
-                return ControlFlow::Continue(());
-            }
-            let clock = Instant::now();
-            let now = flow.positions().map(|p| p.map(Scalar::as_f64));
-            let errors = ShapeErrors::measure(&original, &original.with_positions(&now));
-            measuring += clock.elapsed().as_secs_f64();
-            match errors {
-                Ok(errors) => history.push(HistoryEntry::new(step, &errors)),
-                Err(error) => {
-                    failure = Some(error);
-                    return ControlFlow::Break(());
-                }
-            }
-            ControlFlow::Continue(())
+            recorder.record(flow, step)
         });
-        let flow = match failure {
-            Some(error) => Err(error),
-            None => flow,
-        };
+        let (history, measuring) = recorder.finish().map_err(refuse)?;
         let flow = flow.map_err(refuse)?;
         seconds.iterate = clock.elapsed().as_secs_f64() - measuring;
 
@@ -122,7 +103,6 @@ impl Edit<'_> {
         let positions = positions_of(document, processing);
         let quality =
             Quality::measure(&original, &original.with_positions(&positions)).map_err(refuse)?;
-        let history = (self.history == History::Keep).then_some(history);
         Ok(Edited {
             positions,
             flow,
@@ -136,6 +116,52 @@ impl Edit<'_> {
             path: PathBuf::from(self.path),
             source: in_file_numbers(error, processing),
         }
+    }
+}
+
+/// Measures the errors after every iteration, if they are wanted.
+struct Recorder<'a> {
+    original: Surface<'a, f64>,
+    /// What was measured so far, or why that went wrong.
+    entries: Result<Option<Vec<HistoryEntry>>, cotan::Error>,
+    /// Seconds that the measurements took.
+    seconds: f64,
+}
+
+impl<'a> Recorder<'a> {
+    fn new(history: History, original: Surface<'a, f64>) -> Self {
+        let entries = match history {
+            History::Skip => None,
+            History::Keep => Some(Vec::new()),
+        };
+        Self {
+            original,
+            entries: Ok(entries),
+            seconds: 0.0,
+        }
+    }
+
+    fn record<T: Scalar>(&mut self, flow: &Flow<'_, T>, step: &StepReport) -> ControlFlow<()> {
+        let Ok(Some(entries)) = &mut self.entries else {
+            return ControlFlow::Continue(());
+        };
+        let clock = Instant::now();
+        let now = flow.positions().map(|p| p.map(Scalar::as_f64));
+        let errors = ShapeErrors::measure(&self.original, &self.original.with_positions(&now));
+        self.seconds += clock.elapsed().as_secs_f64();
+        match errors {
+            Ok(errors) => entries.push(HistoryEntry::new(step, &errors)),
+            Err(error) => {
+                self.entries = Err(error);
+                return ControlFlow::Break(());
+            }
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// The history, and the seconds that it took.
+    fn finish(self) -> Result<(Option<Vec<HistoryEntry>>, f64), cotan::Error> {
+        Ok((self.entries?, self.seconds))
     }
 }
 
