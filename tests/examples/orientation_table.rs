@@ -16,7 +16,9 @@ use cotan_tests::{Case, bend_cases, reference_cases};
 
 fn main() {
     let wanted: Vec<String> = std::env::args().skip(1).collect();
-    println!("| case | method | solves | stop | E_p | E_g | ARAP | edges | volume | folded edges | seconds |");
+    println!(
+        "| case | method | solves | stop | E_p | E_g | ARAP | edges | volume | folded edges | seconds |"
+    );
     println!("|---|---|---|---|---|---|---|---|---|---|---|");
     for case in reference_cases().into_iter().chain(bend_cases()) {
         if wanted.is_empty() || wanted.iter().any(|w| case.name.contains(w.as_str())) {
@@ -28,19 +30,41 @@ fn main() {
 fn rows(case: &Case) {
     let default = DeformOptions::default();
     for &orientation in OrientationKind::ALL {
-        run(case, orientation.name(), &DeformOptions { orientation, ..default.clone() });
+        run(
+            case,
+            orientation.name(),
+            &DeformOptions {
+                orientation,
+                ..default.clone()
+            },
+        );
     }
     run(case, "the paper's settings", &DeformOptions::paper());
     let detail_size = DetailSize::Rescale;
-    run(case, "hybrid, rescaled", &DeformOptions { detail_size, ..default.clone() });
+    run(
+        case,
+        "hybrid, rescaled",
+        &DeformOptions {
+            detail_size,
+            ..default.clone()
+        },
+    );
     let limited = OrientationKind::Limited;
     run(
         case,
         "limited, rescaled",
-        &DeformOptions { detail_size, orientation: limited, ..default.clone() },
+        &DeformOptions {
+            detail_size,
+            orientation: limited,
+            ..default.clone()
+        },
     );
     if let Ok(folder) = std::env::var("RESULTS") {
-        let stem = case.name.replace(".obj", "").replace(".ply", "").replace(' ', "_");
+        let stem = case
+            .name
+            .replace(".obj", "")
+            .replace(".ply", "")
+            .replace(' ', "_");
         let path = Path::new(&folder).join(stem).with_extension("obj");
         if let Ok(document) = cotan_io::load(&path) {
             let positions = document.positions().iter().copied().collect();
@@ -52,9 +76,17 @@ fn rows(case: &Case) {
 fn run(case: &Case, method: &str, options: &DeformOptions) {
     let start = Instant::now();
     match deform(case.mesh.mesh(), &case.positions, &case.handles, options) {
-        Ok(Deformed { positions, report, .. }) => {
+        Ok(Deformed {
+            positions, report, ..
+        }) => {
             let ended = format!("{} | {}", report.iterations, report.stop);
-            print_row(case, method, &ended, &positions, start.elapsed().as_secs_f64());
+            print_row(
+                case,
+                method,
+                &ended,
+                &positions,
+                start.elapsed().as_secs_f64(),
+            );
         }
         Err(error) => println!("| {} | {method} | {error} |", case.name),
     }
@@ -67,7 +99,9 @@ fn print_row(case: &Case, method: &str, ended: &str, positions: &Positions<f64>,
         Err(error) => return println!("| {} | {method} | {error} |", case.name),
     };
     let ended = if ended.is_empty() { "– | –" } else { ended };
-    let volume = quality.volume_ratio.map_or("open".into(), |v| format!("{v:.3}"));
+    let volume = quality
+        .volume_ratio
+        .map_or("open".into(), |v| format!("{v:.3}"));
     println!(
         "| {} | {method} | {ended} | {:.3} | {:.4} | {:.5} | {:.1} % | {volume} | {} | {seconds:.2} |",
         case.name,

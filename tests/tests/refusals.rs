@@ -10,7 +10,10 @@ fn options() -> DeformOptions {
 /// An icosphere with its lowest vertices fixed and its highest one pulled up.
 fn pulled(scale: f64, offset: Vector3<f64>) -> (Shape<f64>, Handles<f64>) {
     let mut shape = cotan::shapes::icosphere::<f64>(3);
-    shape.positions.values_mut().for_each(|p| *p = *p * scale + offset);
+    shape
+        .positions
+        .values_mut()
+        .for_each(|p| *p = *p * scale + offset);
     let z = offset.z;
     let surface = shape.surface();
     let low = surface.vertices_where(|p| p.z - z < -0.8 * scale);
@@ -29,7 +32,10 @@ fn refusal(shape: &Shape<f64>, handles: &Handles<f64>) -> String {
 
 fn assert_says(message: &str, words: &[&str]) {
     for word in words {
-        assert!(message.contains(word), "\"{message}\" does not say \"{word}\"");
+        assert!(
+            message.contains(word),
+            "\"{message}\" does not say \"{word}\""
+        );
     }
 }
 
@@ -60,10 +66,13 @@ fn an_empty_mesh() {
 #[test]
 fn a_polygon() {
     let mesh = HalfedgeMesh::from_faces(4, &[[0, 1, 2, 3]]).expect("a quad");
-    let positions = (0..4).map(|i| Point3::new(f64::from(i), f64::from(i * i), 0.0)).collect();
+    let positions = (0..4)
+        .map(|i| Point3::new(f64::from(i), f64::from(i * i), 0.0))
+        .collect();
     let handles = Handles::new().fix([VertexId::new(0)]);
-    let error =
-        deform(&mesh, &positions, &handles, &options()).map(|_| ()).expect_err("refused");
+    let error = deform(&mesh, &positions, &handles, &options())
+        .map(|_| ())
+        .expect_err("refused");
     assert_says(&error.to_string(), &["face 0", "4 corners", "triangulate"]);
 }
 
@@ -75,14 +84,20 @@ fn handles_that_cannot_be() {
         &refusal(&shape, &handles.clone().fix([VertexId::new(642)])),
         &["handle 2", "vertex 642", "642 vertices"],
     );
-    assert_says(&refusal(&shape, &handles.clone().fix([])), &["handle 2", "no vertex"]);
+    assert_says(
+        &refusal(&shape, &handles.clone().fix([])),
+        &["handle 2", "no vertex"],
+    );
     let moved = handles.vertices().next().expect("a group")[0];
     assert_says(
         &refusal(&shape, &handles.clone().move_to(moved, Point3::origin())),
         &["handles 0 and 2", "contradict", "two places"],
     );
     assert_says(
-        &refusal(&shape, &handles.clone().add([VertexId::new(5)], Motion::To(vec![]))),
+        &refusal(
+            &shape,
+            &handles.clone().add([VertexId::new(5)], Motion::To(vec![])),
+        ),
         &["handle 2", "1 vertices", "0 target"],
     );
     let nowhere = Point3::new(0.0, f64::NAN, 0.0);
@@ -109,16 +124,25 @@ fn settings_out_of_range() {
             .to_string()
     };
     assert_says(
-        &refused(DeformOptions { tolerance: f64::NAN, ..options() }),
+        &refused(DeformOptions {
+            tolerance: f64::NAN,
+            ..options()
+        }),
         &["tolerance", "at least 0"],
     );
     assert_says(
-        &refused(DeformOptions { schedule: Schedule::Constant(0.0), ..options() }),
+        &refused(DeformOptions {
+            schedule: Schedule::Constant(0.0),
+            ..options()
+        }),
         &["updating ratio", "above 0"],
     );
     for bending_length in [0.0, -1.0, f64::NAN] {
         assert_says(
-            &refused(DeformOptions { bending_length, ..options() }),
+            &refused(DeformOptions {
+                bending_length,
+                ..options()
+            }),
             &["bending length", "above 0"],
         );
     }
@@ -129,18 +153,29 @@ fn a_component_without_a_handle() {
     let one = cotan::shapes::icosphere::<f64>(1);
     let n = one.positions.len();
     let mut faces = one.mesh.to_faces();
-    let shifted: Vec<Vec<u32>> =
-        faces.iter().map(|f| f.iter().map(|v| v + n as u32).collect()).collect();
+    let shifted: Vec<Vec<u32>> = faces
+        .iter()
+        .map(|f| f.iter().map(|v| v + n as u32).collect())
+        .collect();
     faces.extend(shifted);
     let mesh = HalfedgeMesh::from_faces(2 * n, &faces).expect("two spheres");
     let far = Vector3::new(5.0, 0.0, 0.0);
-    let positions: Positions<f64> =
-        one.positions.values().copied().chain(one.positions.values().map(|p| p + far)).collect();
+    let positions: Positions<f64> = one
+        .positions
+        .values()
+        .copied()
+        .chain(one.positions.values().map(|p| p + far))
+        .collect();
     let shape = Shape { mesh, positions };
     let handles = Handles::new().fix([VertexId::new(0), VertexId::new(1)]);
     assert_says(
         &refusal(&shape, &handles),
-        &[&format!("vertex {n} "), &format!("{n} vertices"), "no handle", "fix or move"],
+        &[
+            &format!("vertex {n} "),
+            &format!("{n} vertices"),
+            "no handle",
+            "fix or move",
+        ],
     );
     // With a handle each, both move.
     let handles = handles.move_to(VertexId::new(n), shape.positions[VertexId::new(n)] + far);
@@ -153,7 +188,10 @@ fn a_component_without_a_handle() {
 #[test]
 fn all_vertices_at_one_point() {
     let (mut shape, _) = pulled(1.0, Vector3::zeros());
-    shape.positions.values_mut().for_each(|p| *p = Point3::new(1.0, 2.0, 3.0));
+    shape
+        .positions
+        .values_mut()
+        .for_each(|p| *p = Point3::new(1.0, 2.0, 3.0));
     let handles = Handles::new().fix([VertexId::new(0)]);
     let error = deform(&shape.mesh, &shape.positions, &handles, &options())
         .map(|_| ())
@@ -170,9 +208,18 @@ fn zero_area_faces_are_carried_along() {
         shape.positions[v] = shape.positions[neighbour];
     }
     let deformed = deform(&shape.mesh, &shape.positions, &handles, &options()).expect("deforms");
-    assert!(deformed.positions.values().all(|p| p.iter().all(|x| x.is_finite())));
+    assert!(
+        deformed
+            .positions
+            .values()
+            .all(|p| p.iter().all(|x| x.is_finite()))
+    );
     assert_eq!(deformed.report.stop, StopReason::Converged);
-    let tallest = deformed.positions.values().map(|p| p.z).fold(f64::MIN, f64::max);
+    let tallest = deformed
+        .positions
+        .values()
+        .map(|p| p.z)
+        .fold(f64::MIN, f64::max);
     assert!((1.4..1.6).contains(&tallest), "{tallest}");
 }
 
@@ -185,13 +232,20 @@ fn zero_length_laplacian_coordinates() {
     let right = surface.vertices_where(|p| p.x > 0.99);
     assert!(!left.is_empty() && !right.is_empty());
     let turn = nalgebra::Isometry3::new(Vector3::new(0.0, 0.0, 0.5), Vector3::new(0.6, 0.0, 0.0));
-    let handles = Handles::new().fix(left).transform(right, turn.to_homogeneous());
+    let handles = Handles::new()
+        .fix(left)
+        .transform(right, turn.to_homogeneous());
     for &orientation in OrientationKind::ALL {
-        let options = DeformOptions { orientation, ..options() };
-        let deformed =
-            deform(&shape.mesh, &shape.positions, &handles, &options).expect("deforms");
+        let options = DeformOptions {
+            orientation,
+            ..options()
+        };
+        let deformed = deform(&shape.mesh, &shape.positions, &handles, &options).expect("deforms");
         assert!(
-            deformed.positions.values().all(|p| p.iter().all(|x| x.is_finite())),
+            deformed
+                .positions
+                .values()
+                .all(|p| p.iter().all(|x| x.is_finite())),
             "{}",
             orientation.name()
         );
@@ -204,8 +258,7 @@ fn zero_length_laplacian_coordinates() {
 #[test]
 fn tiny_huge_and_distant_meshes() {
     let (shape, handles) = pulled(1.0, Vector3::zeros());
-    let reference =
-        deform(&shape.mesh, &shape.positions, &handles, &options()).expect("deforms");
+    let reference = deform(&shape.mesh, &shape.positions, &handles, &options()).expect("deforms");
     let cases = [
         (1e-9, Vector3::zeros(), 1e-9),
         (1e9, Vector3::zeros(), 1e-9),
@@ -217,9 +270,16 @@ fn tiny_huge_and_distant_meshes() {
         let deformed =
             deform(&shape.mesh, &shape.positions, &handles, &options()).expect("deforms");
         assert_eq!(deformed.report.stop, StopReason::Converged);
-        for (moved, expected) in deformed.positions.values().zip(reference.positions.values()) {
+        for (moved, expected) in deformed
+            .positions
+            .values()
+            .zip(reference.positions.values())
+        {
             let back = (moved - offset).coords / scale;
-            assert!((back - expected.coords).norm() < tolerance, "{scale} {offset:?}");
+            assert!(
+                (back - expected.coords).norm() < tolerance,
+                "{scale} {offset:?}"
+            );
         }
     }
 }
@@ -231,8 +291,10 @@ fn single_precision_agrees_with_double() {
     let positions = shape.positions.map(|p| p.map(|x| x as f32));
     let mut single_handles = Handles::<f32>::new();
     for (vertices, lift) in handles.vertices().zip([0.0, 0.5]) {
-        let targets =
-            vertices.iter().map(|v| positions[*v] + Vector3::new(0.0, 0.0, lift)).collect();
+        let targets = vertices
+            .iter()
+            .map(|v| positions[*v] + Vector3::new(0.0, 0.0, lift))
+            .collect();
         single_handles = single_handles.add(vertices.to_vec(), Motion::To(targets));
     }
     let single = deform(&shape.mesh, &positions, &single_handles, &options()).expect("deforms");

@@ -7,9 +7,7 @@ use cotan_flow::{
     Reflect, RescaleByArea, ScalarFieldUpdater, Schedule, Start,
 };
 use cotan_geometry::Scalar;
-use cotan_laplacian::{
-    ClampedCotangent, Cotangent, EdgeLength, LaplacianScheme, Tutte, Uniform,
-};
+use cotan_laplacian::{ClampedCotangent, Cotangent, EdgeLength, LaplacianScheme, Tutte, Uniform};
 use thiserror::Error;
 
 /// A name that no built-in has.

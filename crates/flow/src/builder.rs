@@ -183,16 +183,20 @@ impl<'m, T: Scalar> FlowBuilder<'m, T> {
         self.check()?;
         let frame = Frame::new(&Surface::new(self.mesh, self.positions)?)?;
         let positions = frame.to_box_all(self.positions);
-        let operator =
-            Operator::assemble(&*self.scheme, &Surface::new(self.mesh, &positions)?)?;
+        let operator = Operator::assemble(&*self.scheme, &Surface::new(self.mesh, &positions)?)?;
         let rest = Rest::new(self.mesh, positions, operator, frame.diagonal())?;
         let handles: Vec<Handle> = self.handles.iter().map(|(handle, _)| *handle).collect();
         let weight = self.orientation.membrane(&rest);
-        let membrane =
-            (weight != 0.0).then_some(Membrane { weight, stiffness: rest.stiffness() });
+        let membrane = (weight != 0.0).then_some(Membrane {
+            weight,
+            stiffness: rest.stiffness(),
+        });
         let system = PreparedSystem::prepare(rest.operator(), &handles, membrane)?;
         let user_targets: Vec<_> = self.handles.iter().map(|(_, target)| *target).collect();
-        let targets = user_targets.iter().map(|target| frame.to_box(*target)).collect();
+        let targets = user_targets
+            .iter()
+            .map(|target| frame.to_box(*target))
+            .collect();
         let mut flow = Flow::assemble(
             crate::flow::Parts {
                 original: self.positions,
@@ -231,8 +235,9 @@ impl<'m, T: Scalar> FlowBuilder<'m, T> {
                     value: ratios.len() as f64,
                 });
             }
-            if let Some(bad) =
-                ratios.values().find(|r| !(**r >= T::zero() && **r <= T::one()))
+            if let Some(bad) = ratios
+                .values()
+                .find(|r| !(**r >= T::zero() && **r <= T::one()))
             {
                 return Err(FlowError::Setting {
                     setting: "updating ratio of a vertex",
@@ -243,7 +248,9 @@ impl<'m, T: Scalar> FlowBuilder<'m, T> {
         }
         for (handle, target) in &self.handles {
             if target.iter().any(|x| !x.is_finite()) {
-                return Err(FlowError::NonFiniteTarget { vertex: handle.vertex });
+                return Err(FlowError::NonFiniteTarget {
+                    vertex: handle.vertex,
+                });
             }
         }
         Ok(())

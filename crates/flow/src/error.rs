@@ -20,7 +20,9 @@ pub enum FlowError {
     #[error(transparent)]
     Linear(#[from] LinearError),
     /// All vertices lie at one point, or so far apart that their distance overflows.
-    #[error("the mesh has no size to scale by: all its vertices lie at the same point, or too far apart for the precision")]
+    #[error(
+        "the mesh has no size to scale by: all its vertices lie at the same point, or too far apart for the precision"
+    )]
     NoExtent,
     /// The number of targets is not the number of handles.
     #[error("there are {targets} target positions for {handles} handle vertices")]

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use cotan_geometry::{bounding_box, Positions, Scalar, Surface};
+use cotan_geometry::{Positions, Scalar, Surface, bounding_box};
 use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
 use cotan_laplacian::LaplacianScheme;
 use cotan_linear::{Handle, Hold, PreparedSystem};
@@ -37,7 +37,11 @@ impl<T: Scalar> Frame<T> {
             return Err(FlowError::NoExtent);
         }
         // Scaled first: the squares of huge coordinates would overflow.
-        Ok(Self { corner: bounds.min, size, diagonal: (bounds.extents() / size).norm() })
+        Ok(Self {
+            corner: bounds.min,
+            size,
+            diagonal: (bounds.extents() / size).norm(),
+        })
     }
 
     pub(crate) fn to_box(self, p: Point3<T>) -> Point3<T> {
@@ -165,7 +169,9 @@ impl<'m, T: Scalar> Flow<'m, T> {
             Start::Original => identity(),
             Start::HandleRotations => self.interpolated_rotations().unwrap_or_else(identity),
             Start::Zero => {
-                self.laplacian.values_mut().for_each(|ell| *ell = Vector3::zeros());
+                self.laplacian
+                    .values_mut()
+                    .for_each(|ell| *ell = Vector3::zeros());
                 identity()
             }
         };
@@ -323,7 +329,12 @@ impl<'m, T: Scalar> Flow<'m, T> {
     }
 
     fn targets_moved(&mut self) {
-        let Parts { targets, user_targets, frame, .. } = &mut self.parts;
+        let Parts {
+            targets,
+            user_targets,
+            frame,
+            ..
+        } = &mut self.parts;
         for (slot, target) in targets.iter_mut().zip(user_targets) {
             *slot = frame.to_box(*target);
         }
@@ -385,7 +396,11 @@ impl<'m, T: Scalar> Flow<'m, T> {
                 break;
             }
         }
-        tracing::debug!(iterations = report.iterations, stop = report.stop.as_str(), "flow ended");
+        tracing::debug!(
+            iterations = report.iterations,
+            stop = report.stop.as_str(),
+            "flow ended"
+        );
         Ok(report)
     }
 }

@@ -57,7 +57,11 @@ impl<T: Scalar> Operator<T> {
                 vertices: [mesh.origin(h), mesh.target(h)],
             });
         }
-        Ok(Self { rings, weights, symmetry: scheme.symmetry() })
+        Ok(Self {
+            rings,
+            weights,
+            symmetry: scheme.symmetry(),
+        })
     }
 
     /// The weight w_ij of every halfedge i→j.
@@ -135,7 +139,9 @@ impl<T: Scalar> Operator<T> {
 
     /// Σ_j w_ij.
     fn row_sum(&self, i: usize) -> T {
-        self.rings.ring(i).fold(T::zero(), |sum, (_, h)| sum + self.weights[h])
+        self.rings
+            .ring(i)
+            .fold(T::zero(), |sum, (_, h)| sum + self.weights[h])
     }
 }
 
@@ -149,17 +155,33 @@ pub fn apply_weights<T: Scalar>(
     positions: &Positions<T>,
     out: &mut VertexMap<Vector3<T>>,
 ) {
-    assert_eq!(positions.len(), rings.num_vertices(), "one position a vertex");
-    assert_eq!(out.len(), rings.num_vertices(), "one Laplacian coordinate a vertex");
-    assert_eq!(weights.len(), rings.halfedges().len(), "one weight a halfedge");
+    assert_eq!(
+        positions.len(),
+        rings.num_vertices(),
+        "one position a vertex"
+    );
+    assert_eq!(
+        out.len(),
+        rings.num_vertices(),
+        "one Laplacian coordinate a vertex"
+    );
+    assert_eq!(
+        weights.len(),
+        rings.halfedges().len(),
+        "one weight a halfedge"
+    );
     let positions = positions.as_slice();
-    out.as_mut_slice().par_iter_mut().enumerate().with_min_len(1 << 11).for_each(|(i, ell)| {
-        let mut sum = Vector3::zeros();
-        for (j, h) in rings.ring(i) {
-            sum += (positions[j.index()] - positions[i]) * weights[h];
-        }
-        *ell = sum;
-    });
+    out.as_mut_slice()
+        .par_iter_mut()
+        .enumerate()
+        .with_min_len(1 << 11)
+        .for_each(|(i, ell)| {
+            let mut sum = Vector3::zeros();
+            for (j, h) in rings.ring(i) {
+                sum += (positions[j.index()] - positions[i]) * weights[h];
+            }
+            *ell = sum;
+        });
 }
 
 /// Rounds every weight to a multiple of a power of two that is coarse enough for all sums around
@@ -180,7 +202,9 @@ fn round_to_exact_sums<T: Scalar>(
             .into_par_iter()
             .with_min_len(1 << 11)
             .map(|i| {
-                let size = rings.ring(i).fold(T::zero(), |sum, (_, h)| sum + weights[h].abs());
+                let size = rings
+                    .ring(i)
+                    .fold(T::zero(), |sum, (_, h)| sum + weights[h].abs());
                 if size > T::zero() {
                     eps * scalar(size.as_f64().log2().ceil().exp2() * 4.0)
                 } else {
@@ -190,15 +214,19 @@ fn round_to_exact_sums<T: Scalar>(
             .collect::<Vec<T>>(),
     );
     let mesh = surface.mesh();
-    weights.as_mut_slice().par_chunks_exact_mut(2).enumerate().with_min_len(1 << 12).for_each(
-        |(edge, pair)| {
+    weights
+        .as_mut_slice()
+        .par_chunks_exact_mut(2)
+        .enumerate()
+        .with_min_len(1 << 12)
+        .for_each(|(edge, pair)| {
             let [a, b] = mesh.edge_vertices(cotan_halfedge::EdgeId::new(edge));
             let unit = unit[a].max(unit[b]);
             if unit > T::zero() {
-                pair.iter_mut().for_each(|w| *w = (*w / unit).round() * unit);
+                pair.iter_mut()
+                    .for_each(|w| *w = (*w / unit).round() * unit);
             }
-        },
-    );
+        });
 }
 
 #[cfg(test)]
@@ -278,7 +306,9 @@ mod tests {
     #[test]
     fn a_constant_is_annihilated_exactly() {
         let shape = cotan_geometry::shapes::torus::<f64>(2.0, 0.7, 20, 11);
-        let same = shape.positions.map(|_| nalgebra::Point3::new(0.1, -0.7, 1e3));
+        let same = shape
+            .positions
+            .map(|_| nalgebra::Point3::new(0.1, -0.7, 1e3));
         let operator = Operator::assemble(&Cotangent::default(), &shape.surface()).unwrap();
         let mut ell = VertexMap::filled(same.len(), Vector3::x());
         operator.apply(&same, &mut ell);
@@ -306,6 +336,12 @@ mod tests {
         let h = cotan_halfedge::HalfedgeId::new(5);
         let vertices = [shape.mesh.origin(h), shape.mesh.target(h)];
         let error = Operator::assemble(&Broken, &shape.surface()).unwrap_err();
-        assert_eq!(error, SchemeError::NonFiniteWeight { scheme: "custom".into(), vertices });
+        assert_eq!(
+            error,
+            SchemeError::NonFiniteWeight {
+                scheme: "custom".into(),
+                vertices
+            }
+        );
     }
 }

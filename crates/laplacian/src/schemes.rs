@@ -41,7 +41,11 @@ impl Cotangent {
         surface: &Surface<'_, T>,
         out: &mut HalfedgeMap<T>,
     ) {
-        assert_eq!(out.len(), surface.mesh().num_halfedges(), "one entry a halfedge");
+        assert_eq!(
+            out.len(),
+            surface.mesh().num_halfedges(),
+            "one entry a halfedge"
+        );
         let floor = scalar(self.area_floor);
         out.as_mut_slice()
             .par_iter_mut()
@@ -65,7 +69,10 @@ pub struct ClampedCotangent {
 
 impl Default for ClampedCotangent {
     fn default() -> Self {
-        Self { floor: 0.01, cotangent: Cotangent::default() }
+        Self {
+            floor: 0.01,
+            cotangent: Cotangent::default(),
+        }
     }
 }
 
@@ -111,7 +118,9 @@ impl<T: Scalar> LaplacianScheme<T> for ClampedCotangent {
     ) -> Result<(), SchemeError> {
         let area_floor = scalar(self.cotangent.area_floor);
         let floor = scalar::<T>(self.floor);
-        per_edge(out, |edge| edge_cotangents(surface, edge, area_floor).max(floor));
+        per_edge(out, |edge| {
+            edge_cotangents(surface, edge, area_floor).max(floor)
+        });
         Ok(())
     }
 
@@ -184,7 +193,8 @@ impl<T: Scalar> LaplacianScheme<T> for EdgeLength {
                 reason: "all its edges have length zero".into(),
             });
         }
-        out.values_mut().for_each(|l| *l = T::one() / l.max(shortest));
+        out.values_mut()
+            .for_each(|l| *l = T::one() / l.max(shortest));
         let mean = out.values().fold(T::zero(), |sum, &w| sum + w) / count;
         out.values_mut().for_each(|w| *w /= mean);
         Ok(())
@@ -201,9 +211,11 @@ impl<T: Scalar> LaplacianScheme<T> for EdgeLength {
 
 /// Fills both halves of every edge with the same value, in parallel.
 fn per_edge<T: Scalar>(out: &mut HalfedgeMap<T>, weight: impl Fn(EdgeId) -> T + Sync) {
-    out.as_mut_slice().par_chunks_exact_mut(2).enumerate().with_min_len(1 << 12).for_each(
-        |(edge, pair)| pair.fill(weight(EdgeId::new(edge))),
-    );
+    out.as_mut_slice()
+        .par_chunks_exact_mut(2)
+        .enumerate()
+        .with_min_len(1 << 12)
+        .for_each(|(edge, pair)| pair.fill(weight(EdgeId::new(edge))));
 }
 
 /// cot α + cot β of one edge.
@@ -223,7 +235,11 @@ fn opposite_cotangent<T: Scalar>(surface: &Surface<'_, T>, h: HalfedgeId, floor:
     let b: Vector3<T> = surface.position(mesh.target(h)) - apex;
     let sum_of_squares = a.norm_squared() + b.norm_squared() + (b - a).norm_squared();
     let area = a.cross(&b).norm().max(floor * sum_of_squares);
-    if area > T::zero() { a.dot(&b) / area } else { T::zero() }
+    if area > T::zero() {
+        a.dot(&b) / area
+    } else {
+        T::zero()
+    }
 }
 
 #[cfg(test)]
@@ -269,7 +285,10 @@ mod tests {
     fn clamped_weights_are_at_least_the_floor_and_else_the_cotangent() {
         let shape = torus::<f64>(1.0, 0.4, 9, 30);
         let plain = weights(Cotangent::default(), &shape.surface());
-        let clamped = ClampedCotangent { floor: 0.3, ..ClampedCotangent::default() };
+        let clamped = ClampedCotangent {
+            floor: 0.3,
+            ..ClampedCotangent::default()
+        };
         let clamped = weights(clamped, &shape.surface());
         for (a, b) in plain.values().zip(clamped.values()) {
             assert_eq!(a.max(0.3), *b);
@@ -294,10 +313,13 @@ mod tests {
         let w = weights(EdgeLength, &surface);
         let mean = w.values().sum::<f64>() / w.len() as f64;
         assert!((mean - 1.0).abs() < 1e-12);
-        let product = |e: EdgeId| {
-            w[e.halfedge()] * surface.halfedge_vector(e.halfedge()).norm()
-        };
+        let product = |e: EdgeId| w[e.halfedge()] * surface.halfedge_vector(e.halfedge()).norm();
         let first = product(EdgeId::new(0));
-        assert!(shape.mesh.edges().all(|e| (product(e) / first - 1.0).abs() < 1e-12));
+        assert!(
+            shape
+                .mesh
+                .edges()
+                .all(|e| (product(e) / first - 1.0).abs() < 1e-12)
+        );
     }
 }

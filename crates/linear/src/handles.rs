@@ -30,12 +30,18 @@ pub struct Handle {
 impl Handle {
     /// A handle that is met exactly.
     pub fn hard(vertex: VertexId) -> Self {
-        Self { vertex, hold: Hold::Hard }
+        Self {
+            vertex,
+            hold: Hold::Hard,
+        }
     }
 
     /// A handle that is met in the least-squares sense; see [`Hold::Soft`].
     pub fn soft(vertex: VertexId, weight: f64) -> Self {
-        Self { vertex, hold: Hold::Soft(weight) }
+        Self {
+            vertex,
+            hold: Hold::Soft(weight),
+        }
     }
 }
 
@@ -49,7 +55,10 @@ pub(crate) fn check(handles: &[Handle], rings: &OneRings) -> Result<(), LinearEr
     for handle in handles {
         let vertex = handle.vertex;
         let Some(seen) = held.get_mut(vertex.index()) else {
-            return Err(LinearError::HandleOutOfRange { vertex, num_vertices: n });
+            return Err(LinearError::HandleOutOfRange {
+                vertex,
+                num_vertices: n,
+            });
         };
         if *seen {
             return Err(LinearError::DuplicateHandle { vertex });

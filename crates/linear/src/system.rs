@@ -92,8 +92,7 @@ impl PreparedSystem {
             &operator.weights().map(|w| w.as_f64()),
             operator.symmetry() == Symmetry::Symmetric,
         );
-        let matrix =
-            normal::assemble(&rings, &weights, &free, &free_index, membrane, &springs);
+        let matrix = normal::assemble(&rings, &weights, &free, &free_index, membrane, &springs);
         let cholesky = Cholesky::factor(&matrix)?;
         tracing::debug!(
             unknowns = free.len(),
@@ -105,7 +104,15 @@ impl PreparedSystem {
         if springs.iter().all(|&s| s == 0.0) {
             springs.clear();
         }
-        Ok(Self { rings, weights, membrane: membrane.map_or(0.0, |m| m.weight), springs, free, cholesky, columns })
+        Ok(Self {
+            rings,
+            weights,
+            membrane: membrane.map_or(0.0, |m| m.weight),
+            springs,
+            free,
+            cholesky,
+            columns,
+        })
     }
 
     /// Number of vertices that are solved for.
@@ -140,9 +147,14 @@ impl PreparedSystem {
     ) {
         let n = self.rings.num_vertices();
         assert!(
-            [mismatch.len(), pull.len(), out.len(), tension.map_or(n, VertexMap::len)]
-                .iter()
-                .all(|&len| len == n),
+            [
+                mismatch.len(),
+                pull.len(),
+                out.len(),
+                tension.map_or(n, VertexMap::len)
+            ]
+            .iter()
+            .all(|&len| len == n),
             "one entry a vertex"
         );
         out.values_mut().for_each(|r| *r = Vector3::zeros());
@@ -307,7 +319,9 @@ mod tests {
         let operator = Operator::assemble(&Cotangent::default(), &shape.surface()).unwrap();
         let v = VertexId::new(3);
         let refused = |handles: &[Handle]| {
-            PreparedSystem::prepare(&operator, handles, None).map(|_| ()).unwrap_err()
+            PreparedSystem::prepare(&operator, handles, None)
+                .map(|_| ())
+                .unwrap_err()
         };
         assert_eq!(refused(&[]), LinearError::NoHandles);
         assert_eq!(
@@ -316,14 +330,23 @@ mod tests {
         );
         assert_eq!(
             refused(&[Handle::soft(v, -2.0)]),
-            LinearError::HandleWeight { vertex: v, weight: -2.0 }
+            LinearError::HandleWeight {
+                vertex: v,
+                weight: -2.0
+            }
         );
         assert_eq!(
             refused(&[Handle::hard(VertexId::new(42))]),
-            LinearError::HandleOutOfRange { vertex: VertexId::new(42), num_vertices: 42 }
+            LinearError::HandleOutOfRange {
+                vertex: VertexId::new(42),
+                num_vertices: 42
+            }
         );
         let stiffness = EdgeMap::filled(shape.mesh.num_edges(), 1.0);
-        let membrane = Some(Membrane { weight: -1.0, stiffness: &stiffness });
+        let membrane = Some(Membrane {
+            weight: -1.0,
+            stiffness: &stiffness,
+        });
         assert_eq!(
             PreparedSystem::prepare(&operator, &[Handle::hard(v)], membrane)
                 .map(|_| ())

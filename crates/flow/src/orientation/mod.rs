@@ -4,8 +4,8 @@
 //! direction on the current mesh. The paper's rule is [`Reflect`]; the others converge where it
 //! oscillates (measured in `docs/decisions`).
 
-mod frame;
 mod cells;
+mod frame;
 mod hybrid;
 mod limited;
 mod reflect;
@@ -124,5 +124,9 @@ impl<T: Scalar, O: Orientation<T> + ?Sized> Orientation<T> for Box<O> {
 
 /// field_i / |ℓ⁰_i|: by how much the scalar field scales the original; 0 where ℓ⁰ = 0.
 pub(crate) fn field_scale<T: Scalar>(field: T, magnitude: T) -> T {
-    if magnitude > T::zero() { field / magnitude } else { T::zero() }
+    if magnitude > T::zero() {
+        field / magnitude
+    } else {
+        T::zero()
+    }
 }
