@@ -106,10 +106,15 @@ fn handles_that_cannot_be() {
         &refusal(&shape, &handles.clone().move_to(free, nowhere)),
         &["vertex 100", "not a finite position"],
     );
-    for weight in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+    let absurd = Point3::new(0.0, 1e300, 0.0);
+    assert_says(
+        &refusal(&shape, &handles.clone().move_to(free, absurd)),
+        &["vertex 100", "units"],
+    );
+    for weight in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e300] {
         assert_says(
             &refusal(&shape, &handles.clone().fix([free]).soft(weight)),
-            &["vertex 100", "positive finite"],
+            &["vertex 100", "positive number"],
         );
     }
 }

@@ -7,7 +7,7 @@ use cotan_linear::{Handle, Membrane, PreparedSystem};
 use nalgebra::Point3;
 
 use crate::error::FlowError;
-use crate::flow::{Flow, Frame};
+use crate::flow::{Flow, Frame, check_target};
 use crate::orientation::{Hybrid, Orientation};
 use crate::rest::Rest;
 use crate::schedule::Schedule;
@@ -182,6 +182,9 @@ impl<'m, T: Scalar> FlowBuilder<'m, T> {
     pub fn build(self) -> Result<Flow<'m, T>, FlowError> {
         self.check()?;
         let frame = Frame::new(&Surface::new(self.mesh, self.positions)?)?;
+        for (handle, target) in &self.handles {
+            check_target(&frame, handle.vertex, target)?;
+        }
         let positions = frame.to_box_all(self.positions);
         let operator = Operator::assemble(&*self.scheme, &Surface::new(self.mesh, &positions)?)?;
         let rest = Rest::new(self.mesh, positions, operator, frame.diagonal())?;
@@ -243,13 +246,6 @@ impl<'m, T: Scalar> FlowBuilder<'m, T> {
                     setting: "updating ratio of a vertex",
                     range: "between 0 and 1",
                     value: bad.as_f64(),
-                });
-            }
-        }
-        for (handle, target) in &self.handles {
-            if target.iter().any(|x| !x.is_finite()) {
-                return Err(FlowError::NonFiniteTarget {
-                    vertex: handle.vertex,
                 });
             }
         }

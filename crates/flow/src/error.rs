@@ -38,6 +38,14 @@ pub enum FlowError {
         /// The handle vertex.
         vertex: VertexId,
     },
+    /// A target so far away that the mesh would vanish beside it.
+    #[error(
+        "the target of handle vertex {vertex} is more than a billion times the mesh's size away from it; check its units"
+    )]
+    TargetTooFar {
+        /// The handle vertex.
+        vertex: VertexId,
+    },
     /// A vertex that is not a handle was addressed as one.
     #[error("vertex {vertex} is not a handle of this session")]
     NotAHandle {

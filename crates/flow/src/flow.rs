@@ -183,6 +183,9 @@ impl<'m, T: Scalar> Flow<'m, T> {
             Acceleration::Memory(memory) if memory > 0 && self.settings.ratios.is_none() => {
                 if self.parts.orientation.energy().is_some() {
                     Accelerator::Lbfgs(Lbfgs::new(memory))
+                } else if self.has_membrane() {
+                    // Its state is more than the Laplacian coordinates: plain steps.
+                    Accelerator::Off
                 } else {
                     Accelerator::Anderson(Anderson::new(memory))
                 }
@@ -295,7 +298,7 @@ impl<'m, T: Scalar> Flow<'m, T> {
             });
         }
         for (handle, target) in self.parts.handles.iter().zip(targets) {
-            check_target(handle.vertex, target)?;
+            check_target(&self.parts.frame, handle.vertex, target)?;
         }
         self.parts.user_targets.copy_from_slice(targets);
         self.targets_moved();
@@ -309,7 +312,7 @@ impl<'m, T: Scalar> Flow<'m, T> {
     pub fn move_handles(&mut self, moves: &[(VertexId, Point3<T>)]) -> Result<(), FlowError> {
         let mut targets = self.parts.user_targets.clone();
         for (vertex, target) in moves {
-            check_target(*vertex, target)?;
+            check_target(&self.parts.frame, *vertex, target)?;
             let index = self
                 .handle_of
                 .get(*vertex)
@@ -400,10 +403,20 @@ impl<'m, T: Scalar> Flow<'m, T> {
     }
 }
 
-fn check_target<T: Scalar>(vertex: VertexId, target: &Point3<T>) -> Result<(), FlowError> {
-    if target.iter().all(|x| x.is_finite()) {
-        Ok(())
-    } else {
-        Err(FlowError::NonFiniteTarget { vertex })
+/// Refuses targets that are not finite, or so far away that the mesh would vanish beside them.
+pub(crate) fn check_target<T: Scalar>(
+    frame: &Frame<T>,
+    vertex: VertexId,
+    target: &Point3<T>,
+) -> Result<(), FlowError> {
+    /// In box units. Beyond it a double keeps less than seven digits of the mesh.
+    const FARTHEST: f64 = 1e9;
+    if target.iter().any(|x| !x.is_finite()) {
+        return Err(FlowError::NonFiniteTarget { vertex });
     }
+    let boxed = frame.to_box(*target);
+    if boxed.iter().any(|x| !(x.as_f64().abs() <= FARTHEST)) {
+        return Err(FlowError::TargetTooFar { vertex });
+    }
+    Ok(())
 }

@@ -3,7 +3,7 @@
 use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::VertexMap;
 use cotan_linear::Hold;
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use crate::anderson::Proposal;
@@ -12,7 +12,7 @@ use crate::flow::{Accelerator, Flow, Parts};
 use crate::lbfgs::Lbfgs;
 use crate::report::StepReport;
 use crate::state::FlowState;
-use crate::vectors::{add_scaled, dot, max_norm};
+use crate::vectors::{dot, max_norm};
 
 /// Whether the scalar field follows the positions.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -275,6 +275,7 @@ mod tests {
     use cotan_geometry::{Shape, volume};
     use cotan_halfedge::VertexId;
     use cotan_linear::Handle;
+    use nalgebra::Point3;
 
     use super::*;
     use crate::{Acceleration, Limited, ScalarFieldUpdater, Schedule, Start, StopReason};

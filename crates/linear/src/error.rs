@@ -36,8 +36,10 @@ pub enum LinearError {
         /// The vertex.
         vertex: VertexId,
     },
-    /// A weight of a soft handle that is not a positive number.
-    #[error("the weight {weight} of the handle at vertex {vertex} is not a positive finite number")]
+    /// A weight of a soft handle that is not a positive number, or too large.
+    #[error(
+        "the weight {weight} of the handle at vertex {vertex} must be a positive number of at most 1e9 (hard handles are met exactly)"
+    )]
     HandleWeight {
         /// The vertex.
         vertex: VertexId,

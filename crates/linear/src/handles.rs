@@ -65,13 +65,17 @@ pub(crate) fn check(handles: &[Handle], rings: &OneRings) -> Result<(), LinearEr
         }
         *seen = true;
         if let Hold::Soft(weight) = handle.hold
-            && !(weight.is_finite() && weight > 0.0)
+            && !(weight > 0.0 && weight <= HEAVIEST)
         {
             return Err(LinearError::HandleWeight { vertex, weight });
         }
     }
     check_components(&held, rings)
 }
+
+/// The greatest weight of a soft handle. At 1e6 handles are met to 1e-16 of the box already; far
+/// beyond it the squares would drown the rest of the system.
+const HEAVIEST: f64 = 1e9;
 
 fn check_components(held: &[bool], rings: &OneRings) -> Result<(), LinearError> {
     let mut reached = vec![false; held.len()];
