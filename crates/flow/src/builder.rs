@@ -179,7 +179,7 @@ impl<'m, T: Scalar> FlowBuilder<'m, T> {
     /// # Errors
     /// [`FlowError`] for a mesh that is no surface, handles that cannot hold it, or a setting out
     /// of range.
-    pub fn build(self) -> Result<Flow<'m, T>, FlowError> {
+    pub fn build(mut self) -> Result<Flow<'m, T>, FlowError> {
         self.check()?;
         let frame = Frame::new(&Surface::new(self.mesh, self.positions)?)?;
         for (handle, target) in &self.handles {
@@ -189,7 +189,7 @@ impl<'m, T: Scalar> FlowBuilder<'m, T> {
         let operator = Operator::assemble(&*self.scheme, &Surface::new(self.mesh, &positions)?)?;
         let rest = Rest::new(self.mesh, positions, operator, frame.diagonal())?;
         let handles: Vec<Handle> = self.handles.iter().map(|(handle, _)| *handle).collect();
-        let weight = self.orientation.membrane(&rest);
+        let weight = self.orientation.prepare(&rest);
         let membrane = (weight != 0.0).then_some(Membrane {
             weight,
             stiffness: rest.stiffness(),
@@ -209,6 +209,7 @@ impl<'m, T: Scalar> FlowBuilder<'m, T> {
                 updater: self.updater,
                 orientation: self.orientation,
                 system,
+                has_membrane: weight != 0.0,
                 handles,
                 user_targets,
                 targets,

@@ -67,6 +67,8 @@ pub(crate) struct Parts<'m, T: Scalar> {
     pub(crate) updater: Box<dyn ScalarFieldUpdater<T> + 'm>,
     pub(crate) orientation: Box<dyn Orientation<T> + 'm>,
     pub(crate) system: PreparedSystem,
+    /// Whether the orientation asked for a membrane.
+    pub(crate) has_membrane: bool,
     pub(crate) handles: Vec<Handle>,
     /// Where the handles are to be, in the units of the input and in box units.
     pub(crate) user_targets: Vec<Point3<T>>,
@@ -183,7 +185,7 @@ impl<'m, T: Scalar> Flow<'m, T> {
             Acceleration::Memory(memory) if memory > 0 && self.settings.ratios.is_none() => {
                 if self.parts.orientation.energy().is_some() {
                     Accelerator::Lbfgs(Lbfgs::new(memory))
-                } else if self.has_membrane() {
+                } else if self.parts.has_membrane {
                     // Its state is more than the Laplacian coordinates: plain steps.
                     Accelerator::Off
                 } else {
@@ -230,10 +232,6 @@ impl<'m, T: Scalar> Flow<'m, T> {
         parts.system.solve(&terms.residual, &mut terms.correction);
         add_scaled(turn.as_mut_slice(), 1.0, terms.correction.as_slice());
         Some(turn.map(|w| Rotation3::new(*w).into_inner()))
-    }
-
-    pub(crate) fn has_membrane(&self) -> bool {
-        self.parts.orientation.membrane(&self.parts.rest) > 0.0
     }
 
     /// The original mesh, in box units.

@@ -58,7 +58,7 @@ impl<T: Scalar> Flow<'_, T> {
         self.since_move += 1;
 
         let before = self.positions.clone();
-        if self.has_membrane() && !is_first && !report.converged && ratio == 1.0 {
+        if self.parts.has_membrane && !is_first && !report.converged && ratio == 1.0 {
             report.stalled = self.step_positions()? == Descent::Stalled;
         } else {
             self.move_by_correction(ratio);
@@ -71,7 +71,7 @@ impl<T: Scalar> Flow<'_, T> {
 
     /// Computes the correction that a full plain step would make.
     fn solve(&mut self) {
-        let has_membrane = self.has_membrane();
+        let has_membrane = self.parts.has_membrane;
         let Self {
             parts,
             terms,
@@ -148,7 +148,7 @@ impl<T: Scalar> Flow<'_, T> {
     /// on them alone. `is_short` asks for a plain step next, to check convergence by.
     fn step_laplacian(&mut self, is_short: bool, ratio: f64) -> Result<(), FlowError> {
         let extrapolates = matches!(self.accelerator, Accelerator::Anderson(_))
-            && !self.has_membrane()
+            && !self.parts.has_membrane
             && ratio == 1.0;
         if !extrapolates {
             return self.update();

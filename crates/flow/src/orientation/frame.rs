@@ -11,21 +11,21 @@ use crate::rest::Rest;
 /// previous to the next boundary vertex, made tangential.
 #[derive(Debug)]
 pub(crate) struct BoundaryFrames<T> {
-    components: Option<VertexMap<Option<Vector3<T>>>>,
+    components: VertexMap<Option<Vector3<T>>>,
 }
 
 impl<T: Scalar> BoundaryFrames<T> {
     pub(crate) fn new() -> Self {
-        Self { components: None }
+        Self {
+            components: VertexMap::default(),
+        }
     }
 
-    /// Prepares the components once.
+    /// Measures the components on the original mesh.
     pub(crate) fn prepare(&mut self, rest: &Rest<'_, T>) {
-        self.components.get_or_insert_with(|| {
-            VertexMap::from_fn(rest.mesh().num_vertices(), |v| {
-                let frame = frame(rest.mesh(), rest.positions(), rest.normals()[v], v)?;
-                Some(frame.tr_mul(&rest.laplacian()[v]))
-            })
+        self.components = VertexMap::from_fn(rest.mesh().num_vertices(), |v| {
+            let frame = frame(rest.mesh(), rest.positions(), rest.normals()[v], v)?;
+            Some(frame.tr_mul(&rest.laplacian()[v]))
         });
     }
 
@@ -38,7 +38,7 @@ impl<T: Scalar> BoundaryFrames<T> {
         normal: Vector3<T>,
         vertex: VertexId,
     ) -> Option<Vector3<T>> {
-        let components = self.components.as_ref()?[vertex]?;
+        let components = self.components[vertex]?;
         Some(frame(mesh, positions, normal, vertex)? * components)
     }
 }

@@ -37,6 +37,8 @@ use crate::vectors::sum;
 #[derive(Debug)]
 pub struct Hybrid {
     bending_length: f64,
+    /// μ, once the mesh is known.
+    weight: f64,
     /// R̄ = P R: the mean of the rotations that serve each vertex.
     means: VertexMap<Matrix3<f64>>,
     energy: f64,
@@ -53,13 +55,15 @@ impl Hybrid {
     pub fn new(bending_length: f64) -> Self {
         Self {
             bending_length,
+            weight: 0.0,
             means: VertexMap::default(),
             energy: 0.0,
         }
     }
 
     /// The rotations of the current state, and their means and variances.
-    fn fit<T: Scalar>(&mut self, state: &FlowState<'_, T>, wanted: &[Vector3<f64>], mu: f64) {
+    fn fit<T: Scalar>(&mut self, state: &FlowState<'_, T>, wanted: &[Vector3<f64>]) {
+        let mu = self.weight;
         let (rest, rings) = (state.rest(), state.rest().rings());
         let faces = face_covariances(rest, state.positions());
         let now: Vec<Vector3<f64>> = (0..wanted.len())
@@ -101,8 +105,7 @@ impl<T: Scalar> Orientation<T> for Hybrid {
             .iter()
             .map(|(v, ell)| as_f64(*ell * field_scale(field[v], rest.magnitudes()[v])))
             .collect();
-        let mu = self.membrane(rest);
-        self.fit(state, &wanted, mu);
+        self.fit(state, &wanted);
         for ((ell, wanted), mean) in out.values_mut().zip(&wanted).zip(self.means.values()) {
             *ell = (mean * wanted).map(T::of_f64);
         }
@@ -124,11 +127,13 @@ impl<T: Scalar> Orientation<T> for Hybrid {
         Quantities::NONE
     }
 
-    fn membrane(&self, rest: &Rest<'_, T>) -> f64 {
+    fn prepare(&mut self, rest: &Rest<'_, T>) -> f64 {
         let vertex_area = surface_area(&rest.surface()).as_f64() / rest.positions().len() as f64;
         // Of the size of L², whatever the scheme: 1 for cotangent weights.
         let scale = rest.operator().mean_diagonal().as_f64() / rest.mean_cotangent_diagonal();
-        4.0 * vertex_area * (scale / (self.bending_length * rest.extent())).powi(2)
+        let length = self.bending_length * rest.extent();
+        self.weight = 4.0 * vertex_area * (scale / length).powi(2);
+        self.weight
     }
 
     fn tension(

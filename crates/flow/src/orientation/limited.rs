@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::frame::BoundaryFrames;
 use super::{Orientation, field_scale};
 use crate::error::FlowError;
+use crate::rest::Rest;
 use crate::state::{FlowState, Quantities};
 
 /// The normal part is kept with its sign; the tangential part keeps its current direction and may
@@ -62,19 +63,20 @@ impl<T: Scalar> LimitedMagnitude<T> {
 }
 
 impl<T: Scalar> Orientation<T> for Limited<T> {
+    fn prepare(&mut self, rest: &Rest<'_, T>) -> f64 {
+        self.boundary.prepare(rest);
+        0.0
+    }
+
     fn orient(
         &mut self,
         state: &FlowState<'_, T>,
         field: &VertexMap<T>,
         out: &mut VertexMap<Vector3<T>>,
     ) -> Result<(), FlowError> {
-        limit(
-            &mut self.boundary,
-            state,
-            field,
-            out,
-            |normal_part, _, _| normal_part,
-        );
+        limit(&self.boundary, state, field, out, |normal_part, _, _| {
+            normal_part
+        });
         Ok(())
     }
 
@@ -87,6 +89,11 @@ impl<T: Scalar> Orientation<T> for Limited<T> {
 }
 
 impl<T: Scalar> Orientation<T> for LimitedMagnitude<T> {
+    fn prepare(&mut self, rest: &Rest<'_, T>) -> f64 {
+        self.boundary.prepare(rest);
+        0.0
+    }
+
     fn orient(
         &mut self,
         state: &FlowState<'_, T>,
@@ -94,7 +101,7 @@ impl<T: Scalar> Orientation<T> for LimitedMagnitude<T> {
         out: &mut VertexMap<Vector3<T>>,
     ) -> Result<(), FlowError> {
         limit(
-            &mut self.boundary,
+            &self.boundary,
             state,
             field,
             out,
@@ -118,14 +125,13 @@ impl<T: Scalar> Orientation<T> for LimitedMagnitude<T> {
 /// The common map; `normal_size` makes the signed normal part from k (ℓ⁰·N⁰), the length of the
 /// tangential part, and d.
 fn limit<T: Scalar>(
-    boundary: &mut BoundaryFrames<T>,
+    boundary: &BoundaryFrames<T>,
     state: &FlowState<'_, T>,
     field: &VertexMap<T>,
     out: &mut VertexMap<Vector3<T>>,
     normal_size: impl Fn(T, T, T) -> T + Sync,
 ) {
     let rest = state.rest();
-    boundary.prepare(rest);
     out.as_mut_slice()
         .par_iter_mut()
         .enumerate()

@@ -54,14 +54,15 @@ pub trait Orientation<T: Scalar>: Send {
         Quantities::ALL
     }
 
-    /// Weight μ of the membrane term that the system gains. 0 unless overridden.
-    fn membrane(&self, _rest: &Rest<'_, T>) -> f64 {
+    /// Looks at the original mesh, once, before the system is assembled. Returns the weight μ of
+    /// the membrane term that the system is to gain: 0 (none) unless overridden.
+    fn prepare(&mut self, _rest: &Rest<'_, T>) -> f64 {
         0.0
     }
 
     /// Half the negative gradient of the membrane's energy at `positions`, without μ, for the edges
     /// that the last [`Self::orient`] or [`Self::start_from`] wants. Called only where
-    /// [`Self::membrane`] is not 0.
+    /// [`Self::prepare`] asked for a membrane.
     fn tension(
         &self,
         _rest: &Rest<'_, T>,
@@ -100,8 +101,8 @@ impl<T: Scalar, O: Orientation<T> + ?Sized> Orientation<T> for Box<O> {
         (**self).needs()
     }
 
-    fn membrane(&self, rest: &Rest<'_, T>) -> f64 {
-        (**self).membrane(rest)
+    fn prepare(&mut self, rest: &Rest<'_, T>) -> f64 {
+        (**self).prepare(rest)
     }
 
     fn tension(

@@ -9,6 +9,7 @@ use super::frame::BoundaryFrames;
 use super::limited::Limited;
 use super::{Orientation, field_scale};
 use crate::error::FlowError;
+use crate::rest::Rest;
 use crate::state::{FlowState, Quantities};
 
 /// The paper's orientation, to the letter: ℓ of the current mesh, reflected about the tangent plane
@@ -48,6 +49,11 @@ impl<T: Scalar> Reflect<T> {
 }
 
 impl<T: Scalar> Orientation<T> for Reflect<T> {
+    fn prepare(&mut self, rest: &Rest<'_, T>) -> f64 {
+        self.boundary.prepare(rest);
+        0.0
+    }
+
     fn orient(
         &mut self,
         state: &FlowState<'_, T>,
@@ -55,7 +61,6 @@ impl<T: Scalar> Orientation<T> for Reflect<T> {
         out: &mut VertexMap<Vector3<T>>,
     ) -> Result<(), FlowError> {
         let rest = state.rest();
-        self.boundary.prepare(rest);
         out.as_mut_slice()
             .par_iter_mut()
             .enumerate()
@@ -130,6 +135,11 @@ impl<T: Scalar> ReflectFirst<T> {
 }
 
 impl<T: Scalar> Orientation<T> for ReflectFirst<T> {
+    fn prepare(&mut self, rest: &Rest<'_, T>) -> f64 {
+        self.first.prepare(rest);
+        self.then.prepare(rest)
+    }
+
     fn orient(
         &mut self,
         state: &FlowState<'_, T>,
