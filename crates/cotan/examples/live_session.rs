@@ -42,7 +42,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             }
         })?;
         println!(
-            "frame {frame}: {} after {} iterations",
+            "frame {frame}: {}, iterations: {}",
             report.stop, report.iterations
         );
     }
@@ -50,7 +50,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // The hand lets go: there is time to finish.
     let report = session.run()?;
     println!(
-        "released: {} after {} more iterations",
+        "released: {}, iterations: {}",
         report.stop, report.iterations
     );
     let positions = session.positions();
