@@ -24,7 +24,11 @@ pub fn shared(path: &str) -> Option<PathBuf> {
 pub fn model(name: &str) -> Option<ProcessingMesh> {
     let path = shared(&format!("meshes/{name}"))?;
     let document = cotan_io::load(&path).expect("a model of shared/meshes loads");
-    Some(document.processing_mesh().expect("a model of shared/meshes is a manifold"))
+    Some(
+        document
+            .processing_mesh()
+            .expect("a model of shared/meshes is a manifold"),
+    )
 }
 
 /// `shared/reference/deform.json`.
@@ -35,7 +39,12 @@ pub fn reference() -> Option<Value> {
 
 /// Numbers of a JSON array.
 pub fn numbers(value: &Value) -> Vec<f64> {
-    value.as_array().into_iter().flatten().filter_map(Value::as_f64).collect()
+    value
+        .as_array()
+        .into_iter()
+        .flatten()
+        .filter_map(Value::as_f64)
+        .collect()
 }
 
 /// Vertex ids of a JSON array.
@@ -63,7 +72,8 @@ pub fn points(value: &Value) -> Vec<Point3<f64>> {
 pub fn boxed(mesh: &ProcessingMesh) -> Positions<f64> {
     let surface = Surface::new(mesh.mesh(), mesh.positions()).expect("a surface");
     let bounds = cotan_geometry::bounding_box(&surface);
-    mesh.positions().map(|p| Point3::from((p - bounds.min) / bounds.longest_side()))
+    mesh.positions()
+        .map(|p| Point3::from((p - bounds.min) / bounds.longest_side()))
 }
 
 /// A deformation to run: a mesh in box units with handles.
@@ -82,7 +92,9 @@ pub struct Case {
 
 /// The drags of `reference/deform.json`.
 pub fn reference_cases() -> Vec<Case> {
-    let Some(reference) = reference() else { return Vec::new() };
+    let Some(reference) = reference() else {
+        return Vec::new();
+    };
     reference["deform"]
         .as_array()
         .into_iter()
@@ -91,10 +103,18 @@ pub fn reference_cases() -> Vec<Case> {
             let name = entry["mesh"].as_str()?;
             let mesh = model(name)?;
             let positions = boxed(&mesh);
-            let handles = Handles::new()
-                .add(vertex_ids(&entry["handles"]), Motion::To(points(&entry["targets"])));
+            let handles = Handles::new().add(
+                vertex_ids(&entry["handles"]),
+                Motion::To(points(&entry["targets"])),
+            );
             let name = format!("{name} {}", entry["drag"].as_str()?);
-            Some(Case { name, mesh, positions, handles, reference: Some(entry.clone()) })
+            Some(Case {
+                name,
+                mesh,
+                positions,
+                handles,
+                reference: Some(entry.clone()),
+            })
         })
         .collect()
 }
@@ -128,7 +148,13 @@ pub fn bend_cases() -> Vec<Case> {
             };
             let handles = Handles::new().fix(with(0.0)).transform(with(2.0), matrix);
             let positions = mesh.positions().clone();
-            Some(Case { name: format!("{name} benchmark"), mesh, positions, handles, reference: None })
+            Some(Case {
+                name: format!("{name} benchmark"),
+                mesh,
+                positions,
+                handles,
+                reference: None,
+            })
         })
         .collect()
 }

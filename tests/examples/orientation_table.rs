@@ -1,63 +1,114 @@
 //! Prints the table by which the default orientation was chosen (`docs/decisions`): every
 //! orientation on every reference drag and on the bend benchmarks.
 //!
-//! `cargo run --release -p cotan-tests --example orientation_table [-- part of a name ...]`
+//! ```text
+//! cargo run --release -p cotan-tests --example orientation_table [-- part of a case's name ...]
+//! ```
+//!
+//! Meshes of other programs' results, named after the cases (`spot_twist.obj`), are measured too if
+//! the variable `RESULTS` names their folder.
+
+use std::path::Path;
+use std::time::Instant;
 
 use cotan::prelude::*;
 use cotan_tests::{Case, bend_cases, reference_cases};
 
 fn main() {
     let wanted: Vec<String> = std::env::args().skip(1).collect();
-    println!("case | orientation | solves | stop | residual | E_p | E_g | ARAP | edge | volume | folded edges | flipped | s");
+    println!(
+        "| case | method | solves | stop | E_p | E_g | ARAP | edges | volume | folded edges | seconds |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|---|");
     for case in reference_cases().into_iter().chain(bend_cases()) {
-        if !wanted.is_empty() && !wanted.iter().any(|w| case.name.contains(w.as_str())) {
-            continue;
-        }
-        if let Some(reference) = &case.reference {
-            let limited = &reference["limited_converged"];
-            println!("{} | reference limited | {} | | {} | {} | | {} | {} | {} | {}", case.name,
-                limited["solves_to_1e-3_1e-4_1e-6"], limited["last_residual"], limited["Ep_Eg_Egrms"],
-                limited["arap_energy"], limited["edge_distortion_rms"], limited["volume_ratio"], limited["folds"]);
-        }
-        if let Ok(lengths) = std::env::var("LAMBDA") {
-            for bending_length in lengths.split(',').filter_map(|l| l.parse().ok()) {
-                print!("{bending_length} ");
-                row(&case, DeformOptions { bending_length, ..DeformOptions::default() });
-            }
-            continue;
-        }
-        for &orientation in OrientationKind::ALL {
-            row(&case, DeformOptions { orientation, ..DeformOptions::default() });
+        if wanted.is_empty() || wanted.iter().any(|w| case.name.contains(w.as_str())) {
+            rows(&case);
         }
     }
 }
 
-fn row(case: &Case, options: DeformOptions) {
-    let start = std::time::Instant::now();
-    let mesh = case.mesh.mesh();
-    let result = deform(mesh, &case.positions, &case.handles, &options);
-    let seconds = start.elapsed().as_secs_f64();
-    let deformed = match result {
-        Ok(deformed) => deformed,
-        Err(error) => return println!("{} | {} | {error}", case.name, options.orientation.name()),
+fn rows(case: &Case) {
+    let default = DeformOptions::default();
+    for &orientation in OrientationKind::ALL {
+        run(
+            case,
+            orientation.name(),
+            &DeformOptions {
+                orientation,
+                ..default.clone()
+            },
+        );
+    }
+    run(case, "the paper's settings", &DeformOptions::paper());
+    let detail_size = DetailSize::Rescale;
+    run(
+        case,
+        "hybrid, rescaled",
+        &DeformOptions {
+            detail_size,
+            ..default.clone()
+        },
+    );
+    let limited = OrientationKind::Limited;
+    run(
+        case,
+        "limited, rescaled",
+        &DeformOptions {
+            detail_size,
+            orientation: limited,
+            ..default.clone()
+        },
+    );
+    if let Ok(folder) = std::env::var("RESULTS") {
+        let stem = case
+            .name
+            .replace(".obj", "")
+            .replace(".ply", "")
+            .replace(' ', "_");
+        let path = Path::new(&folder).join(stem).with_extension("obj");
+        if let Ok(document) = cotan_io::load(&path) {
+            let positions = document.positions().iter().copied().collect();
+            print_row(case, "libigl ARAP", "", &positions, f64::NAN);
+        }
+    }
+}
+
+fn run(case: &Case, method: &str, options: &DeformOptions) {
+    let start = Instant::now();
+    match deform(case.mesh.mesh(), &case.positions, &case.handles, options) {
+        Ok(Deformed {
+            positions, report, ..
+        }) => {
+            let ended = format!("{} | {}", report.iterations, report.stop);
+            print_row(
+                case,
+                method,
+                &ended,
+                &positions,
+                start.elapsed().as_secs_f64(),
+            );
+        }
+        Err(error) => println!("| {} | {method} | {error} |", case.name),
+    }
+}
+
+fn print_row(case: &Case, method: &str, ended: &str, positions: &Positions<f64>, seconds: f64) {
+    let rest = Surface::new(case.mesh.mesh(), &case.positions).expect("a surface");
+    let quality = match Quality::measure(&rest, &rest.with_positions(positions)) {
+        Ok(quality) => quality,
+        Err(error) => return println!("| {} | {method} | {error} |", case.name),
     };
-    let rest = Surface::new(mesh, &case.positions).expect("a surface");
-    let now = rest.with_positions(&deformed.positions);
-    let quality = Quality::measure(&rest, &now).expect("the same mesh");
-    let report = deformed.report;
+    let ended = if ended.is_empty() { "– | –" } else { ended };
+    let volume = quality
+        .volume_ratio
+        .map_or("open".into(), |v| format!("{v:.3}"));
     println!(
-        "{} | {} | {} | {} | {:.1e} | {:.4} | {:.4} | {:.5} | {:.4} | {:.4} | {} | {} | {seconds:.2}",
+        "| {} | {method} | {ended} | {:.3} | {:.4} | {:.5} | {:.1} % | {volume} | {} | {seconds:.2} |",
         case.name,
-        options.orientation.name(),
-        report.iterations,
-        report.stop,
-        report.residual,
         quality.errors.parameterization,
         quality.errors.geometry,
         quality.arap_energy,
-        quality.edge_distortion_rms,
-        quality.volume_ratio.unwrap_or(f64::NAN),
+        100.0 * quality.edge_distortion_rms,
         quality.folded_edges,
-        quality.flipped_faces,
     );
 }

@@ -7,9 +7,11 @@ use cotan_tests::{Case, bend_cases, reference_cases};
 /// reference's converged state (none where there is no reference).
 fn converges_without_folds(case: &Case) {
     let mesh = case.mesh.mesh();
-    let options = DeformOptions { iteration_limit: 60, ..DeformOptions::default() };
-    let deformed =
-        deform(mesh, &case.positions, &case.handles, &options).expect("the case runs");
+    let options = DeformOptions {
+        iteration_limit: 60,
+        ..DeformOptions::default()
+    };
+    let deformed = deform(mesh, &case.positions, &case.handles, &options).expect("the case runs");
     assert_eq!(deformed.report.stop, StopReason::Converged, "{}", case.name);
     let rest = Surface::new(mesh, &case.positions).expect("a surface");
     let quality =
@@ -29,7 +31,12 @@ fn converges_without_folds(case: &Case) {
         .as_ref()
         .and_then(|entry| entry["limited_converged"]["folds"].as_u64())
         .unwrap_or(0) as usize;
-    assert!(quality.folded_edges <= allowed, "{}: {}", case.name, quality.folded_edges);
+    assert!(
+        quality.folded_edges <= allowed,
+        "{}: {}",
+        case.name,
+        quality.folded_edges
+    );
     assert_eq!(quality.degenerate_faces, 0, "{}", case.name);
 }
 

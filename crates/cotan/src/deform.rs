@@ -38,5 +38,8 @@ pub fn deform<T: Scalar>(
 ) -> Result<Deformed<T>, Error> {
     let mut session = Session::new(mesh, positions, handles, options)?;
     let report = session.run()?;
-    Ok(Deformed { positions: session.positions(), report })
+    Ok(Deformed {
+        positions: session.positions(),
+        report,
+    })
 }

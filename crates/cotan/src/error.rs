@@ -21,7 +21,9 @@ pub enum Error {
     #[error(transparent)]
     Scheme(#[from] SchemeError),
     /// A handle vertex that does not exist.
-    #[error("handle {group} names vertex {vertex}, but the mesh has {num_vertices} vertices, numbered from 0")]
+    #[error(
+        "handle {group} names vertex {vertex}, but the mesh has {num_vertices} vertices, numbered from 0"
+    )]
     HandleOutOfRange {
         /// Which handle, counted from 0.
         group: usize,

@@ -120,13 +120,13 @@ impl<T: Scalar> Handles<T> {
 
     /// Adds a group with any motion, met exactly.
     #[must_use]
-    pub fn add(
-        mut self,
-        vertices: impl IntoIterator<Item = VertexId>,
-        motion: Motion<T>,
-    ) -> Self {
+    pub fn add(mut self, vertices: impl IntoIterator<Item = VertexId>, motion: Motion<T>) -> Self {
         let vertices = vertices.into_iter().collect();
-        self.groups.push(Group { vertices, motion, hold: Hold::Hard });
+        self.groups.push(Group {
+            vertices,
+            motion,
+            hold: Hold::Hard,
+        });
         self
     }
 
@@ -164,9 +164,7 @@ impl<T: Scalar> Handles<T> {
             if group.vertices.is_empty() {
                 return Err(Error::EmptyHandle { group: index });
             }
-            if let Some(&vertex) =
-                group.vertices.iter().find(|v| v.index() >= positions.len())
-            {
+            if let Some(&vertex) = group.vertices.iter().find(|v| v.index() >= positions.len()) {
                 return Err(Error::HandleOutOfRange {
                     group: index,
                     vertex,
@@ -174,13 +172,16 @@ impl<T: Scalar> Handles<T> {
                 });
             }
             let targets = group.motion.targets(index, &group.vertices, positions)?;
-            all.extend(
-                group
-                    .vertices
-                    .iter()
-                    .zip(targets)
-                    .map(|(&vertex, target)| (Handle { vertex, hold: group.hold }, target, index)),
-            );
+            all.extend(group.vertices.iter().zip(targets).map(|(&vertex, target)| {
+                (
+                    Handle {
+                        vertex,
+                        hold: group.hold,
+                    },
+                    target,
+                    index,
+                )
+            }));
         }
         all.sort_by_key(|(handle, _, index)| (handle.vertex, *index));
         if let Some(pair) = all
@@ -194,6 +195,9 @@ impl<T: Scalar> Handles<T> {
         }
         // Of two groups that agree, the first one's hold counts.
         all.dedup_by_key(|(handle, _, _)| handle.vertex);
-        Ok(all.into_iter().map(|(handle, target, _)| (handle, target)).collect())
+        Ok(all
+            .into_iter()
+            .map(|(handle, target, _)| (handle, target))
+            .collect())
     }
 }

@@ -56,7 +56,7 @@ pub use session::Session;
 /// What most programs need, in one line.
 pub mod prelude {
     pub use crate::{
-        Deformed, DeformOptions, DetailSize, Error, Handles, Motion, OrientationKind, Quality,
+        DeformOptions, Deformed, DetailSize, Error, Handles, Motion, OrientationKind, Quality,
         SchemeKind, Session, deform, reconstruct,
     };
     pub use cotan_flow::{Acceleration, Flow, Schedule, Start, StopReason};

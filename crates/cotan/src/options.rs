@@ -7,9 +7,7 @@ use cotan_flow::{
     Reflect, RescaleByArea, ScalarFieldUpdater, Schedule, Start,
 };
 use cotan_geometry::Scalar;
-use cotan_laplacian::{
-    ClampedCotangent, Cotangent, EdgeLength, LaplacianScheme, Tutte, Uniform,
-};
+use cotan_laplacian::{ClampedCotangent, Cotangent, EdgeLength, LaplacianScheme, Tutte, Uniform};
 use thiserror::Error;
 
 /// A name that no built-in has.
@@ -110,7 +108,7 @@ pub struct DeformOptions {
     pub scheme: SchemeKind,
     /// How Laplacian coordinates are turned.
     pub orientation: OrientationKind,
-    /// The hybrid's bending length, in units of the bounding box's longest side; see [`Hybrid`].
+    /// The hybrid's bending length, relative to the size of the mesh; see [`Hybrid`].
     pub bending_length: f64,
     /// What happens to the size of details.
     pub detail_size: DetailSize,

@@ -39,8 +39,7 @@ impl ShapeErrors {
         let measure = |surface: &Surface<'_, T>| -> Result<_, Error> {
             let mut weights = HalfedgeMap::filled(surface.mesh().num_halfedges(), T::zero());
             Cotangent::default().weights(surface, &mut weights)?;
-            let mut ell =
-                VertexMap::filled(surface.mesh().num_vertices(), Vector3::zeros());
+            let mut ell = VertexMap::filled(surface.mesh().num_vertices(), Vector3::zeros());
             apply_weights(&rings, &weights, surface.positions(), &mut ell);
             Ok((weights, ell))
         };
@@ -100,7 +99,10 @@ impl Quality {
         deformed: &Surface<'_, T>,
     ) -> Result<Self, Error> {
         let errors = ShapeErrors::measure(original, deformed)?;
-        let is_closed = original.mesh().halfedges().all(|h| !original.mesh().is_boundary_halfedge(h));
+        let is_closed = original
+            .mesh()
+            .halfedges()
+            .all(|h| !original.mesh().is_boundary_halfedge(h));
         let moved = deformed.positions();
         let volumes = [original, deformed].map(|s| volume(s).as_f64());
         Ok(Self {
@@ -129,7 +131,9 @@ fn check_same_mesh<T: Scalar>(a: &Surface<'_, T>, b: &Surface<'_, T>) -> Result<
         )));
     }
     match a.faces().find(|&f| a.triangle(f) != b.triangle(f)) {
-        Some(face) => Err(Error::DifferentMeshes(format!("face {face} has other corners"))),
+        Some(face) => Err(Error::DifferentMeshes(format!(
+            "face {face} has other corners"
+        ))),
         None => Ok(()),
     }
 }
@@ -142,7 +146,9 @@ fn folded_edges<T: Scalar>(original: &Surface<'_, T>, deformed: &Surface<'_, T>)
     mesh.edges()
         .filter(|e| {
             let [a, b] = e.halfedges().map(|h| mesh.face(h));
-            let (Some(a), Some(b)) = (a, b) else { return false };
+            let (Some(a), Some(b)) = (a, b) else {
+                return false;
+            };
             after[a].dot(&after[b]) < threshold && before[a].dot(&before[b]) >= threshold
         })
         .count()
@@ -160,8 +166,7 @@ fn arap_energy<T: Scalar>(
     for v in mesh.vertices() {
         let mut covariance = Matrix3::zeros();
         for h in mesh.outgoing_halfedges(v) {
-            covariance +=
-                edge(deformed, h) * edge(original, h).transpose() * weights[h].as_f64();
+            covariance += edge(deformed, h) * edge(original, h).transpose() * weights[h].as_f64();
         }
         let rotation = nearest_rotation(&covariance);
         for h in mesh.outgoing_halfedges(v) {

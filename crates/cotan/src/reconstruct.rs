@@ -40,11 +40,18 @@ pub fn reconstruct<T: Scalar>(
         .tolerance(options.tolerance)
         .iteration_limit(options.iteration_limit);
     builder = if options.orientation == OrientationKind::Hybrid {
-        builder.orientation(Reflect::new()).acceleration(Acceleration::Off)
+        builder
+            .orientation(Reflect::new())
+            .acceleration(Acceleration::Off)
     } else {
-        builder.orientation(options.orientation()).acceleration(options.acceleration)
+        builder
+            .orientation(options.orientation())
+            .acceleration(options.acceleration)
     };
     let mut flow = builder.build()?;
     let report = flow.run(observer)?;
-    Ok(Deformed { positions: flow.positions(), report })
+    Ok(Deformed {
+        positions: flow.positions(),
+        report,
+    })
 }

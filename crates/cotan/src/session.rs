@@ -64,7 +64,11 @@ impl<'m, T: Scalar> Session<'m, T> {
             .iteration_limit(options.iteration_limit)
             .build()?;
         let groups = handles.vertices().map(<[VertexId]>::to_vec).collect();
-        Ok(Self { flow, original: positions, groups })
+        Ok(Self {
+            flow,
+            original: positions,
+            groups,
+        })
     }
 
     /// Moves handle number `group` (in the order in which the handles were given) to where `motion`
@@ -73,10 +77,10 @@ impl<'m, T: Scalar> Session<'m, T> {
     /// # Errors
     /// [`Error`] if there is no such handle, or the motion does not fit it.
     pub fn move_handle(&mut self, group: usize, motion: &Motion<T>) -> Result<(), Error> {
-        let vertices = self
-            .groups
-            .get(group)
-            .ok_or(Error::NoSuchHandle { group, num_groups: self.groups.len() })?;
+        let vertices = self.groups.get(group).ok_or(Error::NoSuchHandle {
+            group,
+            num_groups: self.groups.len(),
+        })?;
         let targets = motion.targets(group, vertices, self.original)?;
         let moves: Vec<(VertexId, Point3<T>)> = vertices.iter().copied().zip(targets).collect();
         self.flow.move_handles(&moves)?;

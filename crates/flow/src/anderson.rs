@@ -101,7 +101,12 @@ impl Anderson {
     fn remember(&mut self, u: &[Vector3<f64>], f: &[Vector3<f64>]) {
         if let Some((u_before, f_before)) = self.previous.replace((u.to_vec(), f.to_vec())) {
             let df: Vec<_> = f.iter().zip(f_before).map(|(f, b)| f - b).collect();
-            let dg = u.iter().zip(u_before).zip(&df).map(|((u, b), df)| u - b + df).collect();
+            let dg = u
+                .iter()
+                .zip(u_before)
+                .zip(&df)
+                .map(|((u, b), df)| u - b + df)
+                .collect();
             self.history.push_back((dg, df));
             if self.history.len() > self.memory {
                 self.history.pop_front();
@@ -122,7 +127,11 @@ impl Anderson {
                 return 0.0;
             }
             let entry = dot(&self.history[a].1, &self.history[b].1) / (lengths[a] * lengths[b]);
-            if a == b { entry + Self::REGULARIZATION } else { entry }
+            if a == b {
+                entry + Self::REGULARIZATION
+            } else {
+                entry
+            }
         });
         let rhs = DVector::from_fn(m, |a, _| dot(&self.history[a].1, f) / lengths[a]);
         // Only the lower triangle is read.
@@ -147,13 +156,19 @@ mod tests {
         let mut u = vec![Vector3::zeros(); 5];
         let mut anderson = Anderson::new(5);
         for _ in 0..20 {
-            let image =
-                u.iter().zip(&rates).map(|(u, rate)| fixed + (u - fixed) * *rate).collect();
+            let image = u
+                .iter()
+                .zip(&rates)
+                .map(|(u, rate)| fixed + (u - fixed) * *rate)
+                .collect();
             anderson.propose(&mut u, image, false);
         }
         let error = u.iter().map(|u| (u - fixed).norm()).fold(0.0, f64::max);
         assert!(error < 1e-6, "{error}");
-        assert!(0.95f64.powi(20) > 0.3, "plain steps would still be far away");
+        assert!(
+            0.95f64.powi(20) > 0.3,
+            "plain steps would still be far away"
+        );
     }
 
     #[test]
@@ -161,7 +176,10 @@ mod tests {
         let mut anderson = Anderson::new(3);
         let mut u = vec![Vector3::zeros()];
         let image = vec![Vector3::x()];
-        assert_eq!(anderson.propose(&mut u, image.clone(), false), Proposal::Plain);
+        assert_eq!(
+            anderson.propose(&mut u, image.clone(), false),
+            Proposal::Plain
+        );
         assert_eq!(u, image);
         let far = vec![Vector3::x() * 100.0];
         assert_eq!(anderson.propose(&mut u, far, false), Proposal::Accelerated);

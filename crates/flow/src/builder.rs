@@ -7,7 +7,7 @@ use cotan_linear::{Handle, Membrane, PreparedSystem};
 use nalgebra::Point3;
 
 use crate::error::FlowError;
-use crate::flow::{Flow, Frame};
+use crate::flow::{Flow, Frame, check_target};
 use crate::orientation::{Hybrid, Orientation};
 use crate::rest::Rest;
 use crate::schedule::Schedule;
@@ -182,17 +182,24 @@ impl<'m, T: Scalar> FlowBuilder<'m, T> {
     pub fn build(self) -> Result<Flow<'m, T>, FlowError> {
         self.check()?;
         let frame = Frame::new(&Surface::new(self.mesh, self.positions)?)?;
+        for (handle, target) in &self.handles {
+            check_target(&frame, handle.vertex, target)?;
+        }
         let positions = frame.to_box_all(self.positions);
-        let operator =
-            Operator::assemble(&*self.scheme, &Surface::new(self.mesh, &positions)?)?;
+        let operator = Operator::assemble(&*self.scheme, &Surface::new(self.mesh, &positions)?)?;
         let rest = Rest::new(self.mesh, positions, operator, frame.diagonal())?;
         let handles: Vec<Handle> = self.handles.iter().map(|(handle, _)| *handle).collect();
         let weight = self.orientation.membrane(&rest);
-        let membrane =
-            (weight != 0.0).then_some(Membrane { weight, stiffness: rest.stiffness() });
+        let membrane = (weight != 0.0).then_some(Membrane {
+            weight,
+            stiffness: rest.stiffness(),
+        });
         let system = PreparedSystem::prepare(rest.operator(), &handles, membrane)?;
         let user_targets: Vec<_> = self.handles.iter().map(|(_, target)| *target).collect();
-        let targets = user_targets.iter().map(|target| frame.to_box(*target)).collect();
+        let targets = user_targets
+            .iter()
+            .map(|target| frame.to_box(*target))
+            .collect();
         let mut flow = Flow::assemble(
             crate::flow::Parts {
                 original: self.positions,
@@ -215,6 +222,7 @@ impl<'m, T: Scalar> FlowBuilder<'m, T> {
     fn check(&self) -> Result<(), FlowError> {
         let settings = &self.settings;
         settings.schedule.check()?;
+        self.orientation.check()?;
         if !(settings.tolerance >= 0.0) {
             return Err(FlowError::Setting {
                 setting: "tolerance",
@@ -230,19 +238,15 @@ impl<'m, T: Scalar> FlowBuilder<'m, T> {
                     value: ratios.len() as f64,
                 });
             }
-            if let Some(bad) =
-                ratios.values().find(|r| !(**r >= T::zero() && **r <= T::one()))
+            if let Some(bad) = ratios
+                .values()
+                .find(|r| !(**r >= T::zero() && **r <= T::one()))
             {
                 return Err(FlowError::Setting {
                     setting: "updating ratio of a vertex",
                     range: "between 0 and 1",
                     value: bad.as_f64(),
                 });
-            }
-        }
-        for (handle, target) in &self.handles {
-            if target.iter().any(|x| !x.is_finite()) {
-                return Err(FlowError::NonFiniteTarget { vertex: handle.vertex });
             }
         }
         Ok(())

@@ -19,8 +19,10 @@ pub enum FlowError {
     /// The system cannot be solved.
     #[error(transparent)]
     Linear(#[from] LinearError),
-    /// All vertices lie at one point.
-    #[error("all vertices of the mesh lie at the same point: it has no size to scale by")]
+    /// All vertices lie at one point, or so far apart that their distance overflows.
+    #[error(
+        "the mesh has no size to scale by: all its vertices lie at the same point, or too far apart for the precision"
+    )]
     NoExtent,
     /// The number of targets is not the number of handles.
     #[error("there are {targets} target positions for {handles} handle vertices")]
@@ -33,6 +35,14 @@ pub enum FlowError {
     /// A target that is NaN or infinite.
     #[error("the target of handle vertex {vertex} is not a finite position")]
     NonFiniteTarget {
+        /// The handle vertex.
+        vertex: VertexId,
+    },
+    /// A target so far away that the mesh would vanish beside it.
+    #[error(
+        "the target of handle vertex {vertex} is more than a billion times the mesh's size away from it; check its units"
+    )]
+    TargetTooFar {
         /// The handle vertex.
         vertex: VertexId,
     },

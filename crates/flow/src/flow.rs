@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use cotan_geometry::{bounding_box, Positions, Scalar, Surface};
+use cotan_geometry::{Positions, Scalar, Surface, bounding_box};
 use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
 use cotan_laplacian::LaplacianScheme;
 use cotan_linear::{Handle, Hold, PreparedSystem};
@@ -36,7 +36,12 @@ impl<T: Scalar> Frame<T> {
         if !(size > T::zero() && size.is_finite()) {
             return Err(FlowError::NoExtent);
         }
-        Ok(Self { corner: bounds.min, size, diagonal: bounds.diagonal() / size })
+        // Scaled first: the squares of huge coordinates would overflow.
+        Ok(Self {
+            corner: bounds.min,
+            size,
+            diagonal: (bounds.extents() / size).norm(),
+        })
     }
 
     pub(crate) fn to_box(self, p: Point3<T>) -> Point3<T> {
@@ -164,7 +169,9 @@ impl<'m, T: Scalar> Flow<'m, T> {
             Start::Original => identity(),
             Start::HandleRotations => self.interpolated_rotations().unwrap_or_else(identity),
             Start::Zero => {
-                self.laplacian.values_mut().for_each(|ell| *ell = Vector3::zeros());
+                self.laplacian
+                    .values_mut()
+                    .for_each(|ell| *ell = Vector3::zeros());
                 identity()
             }
         };
@@ -174,8 +181,11 @@ impl<'m, T: Scalar> Flow<'m, T> {
         self.accelerator = match self.settings.acceleration {
             // A ratio of its own for every vertex is no step that could be extrapolated.
             Acceleration::Memory(memory) if memory > 0 && self.settings.ratios.is_none() => {
-                if self.has_energy() {
+                if self.parts.orientation.energy().is_some() {
                     Accelerator::Lbfgs(Lbfgs::new(memory))
+                } else if self.has_membrane() {
+                    // Its state is more than the Laplacian coordinates: plain steps.
+                    Accelerator::Off
                 } else {
                     Accelerator::Anderson(Anderson::new(memory))
                 }
@@ -224,11 +234,6 @@ impl<'m, T: Scalar> Flow<'m, T> {
 
     pub(crate) fn has_membrane(&self) -> bool {
         self.parts.orientation.membrane(&self.parts.rest) > 0.0
-    }
-
-    /// Whether steps can be judged by an energy that both halves of the iteration lower.
-    fn has_energy(&self) -> bool {
-        self.parts.updater.is_constant() && self.parts.orientation.energy().is_some()
     }
 
     /// The original mesh, in box units.
@@ -293,7 +298,7 @@ impl<'m, T: Scalar> Flow<'m, T> {
             });
         }
         for (handle, target) in self.parts.handles.iter().zip(targets) {
-            check_target(handle.vertex, target)?;
+            check_target(&self.parts.frame, handle.vertex, target)?;
         }
         self.parts.user_targets.copy_from_slice(targets);
         self.targets_moved();
@@ -307,7 +312,7 @@ impl<'m, T: Scalar> Flow<'m, T> {
     pub fn move_handles(&mut self, moves: &[(VertexId, Point3<T>)]) -> Result<(), FlowError> {
         let mut targets = self.parts.user_targets.clone();
         for (vertex, target) in moves {
-            check_target(*vertex, target)?;
+            check_target(&self.parts.frame, *vertex, target)?;
             let index = self
                 .handle_of
                 .get(*vertex)
@@ -322,7 +327,12 @@ impl<'m, T: Scalar> Flow<'m, T> {
     }
 
     fn targets_moved(&mut self) {
-        let Parts { targets, user_targets, frame, .. } = &mut self.parts;
+        let Parts {
+            targets,
+            user_targets,
+            frame,
+            ..
+        } = &mut self.parts;
         for (slot, target) in targets.iter_mut().zip(user_targets) {
             *slot = frame.to_box(*target);
         }
@@ -384,15 +394,29 @@ impl<'m, T: Scalar> Flow<'m, T> {
                 break;
             }
         }
-        tracing::debug!(iterations = report.iterations, stop = report.stop.as_str(), "flow ended");
+        tracing::debug!(
+            iterations = report.iterations,
+            stop = report.stop.as_str(),
+            "flow ended"
+        );
         Ok(report)
     }
 }
 
-fn check_target<T: Scalar>(vertex: VertexId, target: &Point3<T>) -> Result<(), FlowError> {
-    if target.iter().all(|x| x.is_finite()) {
-        Ok(())
-    } else {
-        Err(FlowError::NonFiniteTarget { vertex })
+/// Refuses targets that are not finite, or so far away that the mesh would vanish beside them.
+pub(crate) fn check_target<T: Scalar>(
+    frame: &Frame<T>,
+    vertex: VertexId,
+    target: &Point3<T>,
+) -> Result<(), FlowError> {
+    /// In box units. Beyond it a double keeps less than seven digits of the mesh.
+    const FARTHEST: f64 = 1e9;
+    if target.iter().any(|x| !x.is_finite()) {
+        return Err(FlowError::NonFiniteTarget { vertex });
     }
+    let boxed = frame.to_box(*target);
+    if boxed.iter().any(|x| !(x.as_f64().abs() <= FARTHEST)) {
+        return Err(FlowError::TargetTooFar { vertex });
+    }
+    Ok(())
 }

@@ -41,7 +41,12 @@ pub(crate) struct Lbfgs {
 
 impl Lbfgs {
     pub(crate) fn new(memory: usize) -> Self {
-        Self { memory, pairs: VecDeque::new(), gamma: 1.0, last: None }
+        Self {
+            memory,
+            pairs: VecDeque::new(),
+            gamma: 1.0,
+            last: None,
+        }
     }
 
     /// Forgets the history: the next direction is the plain step.
@@ -64,7 +69,9 @@ impl Lbfgs {
 
     /// Completes the pair of the last step.
     fn remember(&mut self, r: &[Vector3<f64>], d: &[Vector3<f64>]) {
-        let Some([s, r_before, d_before]) = self.last.take() else { return };
+        let Some([s, r_before, d_before]) = self.last.take() else {
+            return;
+        };
         let minus = |a: Vec<Vector3<f64>>, b: &[Vector3<f64>]| -> Vec<Vector3<f64>> {
             a.into_iter().zip(b).map(|(a, b)| a - b).collect()
         };
@@ -78,7 +85,12 @@ impl Lbfgs {
         if length > 0.0 {
             self.gamma = curvature / length;
         }
-        self.pairs.push_back(Pair { s, y, z, rho: 1.0 / curvature });
+        self.pairs.push_back(Pair {
+            s,
+            y,
+            z,
+            rho: 1.0 / curvature,
+        });
         if self.pairs.len() > self.memory {
             self.pairs.pop_front();
         }

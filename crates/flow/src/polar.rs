@@ -12,9 +12,16 @@ use nalgebra::{Matrix3, Matrix4, Quaternion, UnitQuaternion, Vector3};
 /// and S = 0.
 pub fn nearest_rotation(s: &Matrix3<f64>) -> Matrix3<f64> {
     let (xx, yy, zz) = (s[(0, 0)], s[(1, 1)], s[(2, 2)]);
-    let a = Vector3::new(s[(2, 1)] - s[(1, 2)], s[(0, 2)] - s[(2, 0)], s[(1, 0)] - s[(0, 1)]);
-    let (xy, yz, zx) =
-        (s[(0, 1)] + s[(1, 0)], s[(1, 2)] + s[(2, 1)], s[(2, 0)] + s[(0, 2)]);
+    let a = Vector3::new(
+        s[(2, 1)] - s[(1, 2)],
+        s[(0, 2)] - s[(2, 0)],
+        s[(1, 0)] - s[(0, 1)],
+    );
+    let (xy, yz, zx) = (
+        s[(0, 1)] + s[(1, 0)],
+        s[(1, 2)] + s[(2, 1)],
+        s[(2, 0)] + s[(0, 2)],
+    );
     #[rustfmt::skip]
     let horn = Matrix4::new(
         xx + yy + zz, a.x,          a.y,           a.z,
@@ -23,7 +30,9 @@ pub fn nearest_rotation(s: &Matrix3<f64>) -> Matrix3<f64> {
         a.z,          zx,           yz,            zz - xx - yy,
     );
     let [w, x, y, z] = largest_eigenvector(horn);
-    UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)).to_rotation_matrix().into_inner()
+    UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z))
+        .to_rotation_matrix()
+        .into_inner()
 }
 
 /// Unit eigenvector of the largest eigenvalue of a symmetric matrix, by cyclic Jacobi rotations.

@@ -126,14 +126,21 @@ impl<'m, T: Scalar> Rest<'m, T> {
     /// box's longest side that does not change when the mesh is turned.
     pub(crate) fn extent(&self) -> f64 {
         let center = surface_centroid(&self.surface());
-        let farthest = self.positions.values().map(|p| (p - center).norm().as_f64());
+        let farthest = self
+            .positions
+            .values()
+            .map(|p| (p - center).norm().as_f64());
         2.0 * farthest.fold(0.0, f64::max)
     }
 
     /// Mean over the vertices of |Σ_j w_ij| for cotangent weights.
     pub(crate) fn mean_cotangent_diagonal(&self) -> f64 {
         let n = self.positions.len();
-        let ring = |i| self.rings().ring(i).map(|(_, h)| 2.0 * self.stiffness[h.edge()]);
+        let ring = |i| {
+            self.rings()
+                .ring(i)
+                .map(|(_, h)| 2.0 * self.stiffness[h.edge()])
+        };
         (0..n).map(|i| ring(i).sum::<f64>().abs()).sum::<f64>() / n as f64
     }
 

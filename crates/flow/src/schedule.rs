@@ -27,7 +27,11 @@ impl Schedule {
     ///
     /// It makes every change look ten times smaller: a flow that "converged" under it may be at
     /// ten times the tolerance.
-    pub const PAPER: Self = Self::Decay { from: 1.0, to: 0.1, steps: 5 };
+    pub const PAPER: Self = Self::Decay {
+        from: 1.0,
+        to: 0.1,
+        steps: 5,
+    };
 
     /// The ratio of the iteration with number `since_move`, counted from 0.
     pub fn ratio(&self, since_move: usize) -> f64 {
@@ -80,6 +84,9 @@ mod tests {
         assert!(Schedule::Constant(0.0).check().is_err());
         assert!(Schedule::Constant(f64::NAN).check().is_err());
         let error = Schedule::Constant(1.5).check().unwrap_err().to_string();
-        assert!(error.contains("updating ratio") && error.contains("1.5"), "{error}");
+        assert!(
+            error.contains("updating ratio") && error.contains("1.5"),
+            "{error}"
+        );
     }
 }

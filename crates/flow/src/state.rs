@@ -1,8 +1,6 @@
 //! What an updater and an orientation see of the current mesh.
 
-use cotan_geometry::{
-    Positions, Scalar, Surface, one_ring_areas_into, vertex_normals_into,
-};
+use cotan_geometry::{Positions, Scalar, Surface, one_ring_areas_into, vertex_normals_into};
 use cotan_halfedge::{HalfedgeMap, VertexMap};
 use cotan_laplacian::{LaplacianScheme, apply_weights};
 use nalgebra::Vector3;
@@ -23,9 +21,17 @@ pub struct Quantities {
 
 impl Quantities {
     /// All of them.
-    pub const ALL: Self = Self { laplacian: true, normals: true, areas: true };
+    pub const ALL: Self = Self {
+        laplacian: true,
+        normals: true,
+        areas: true,
+    };
     /// None of them: positions only.
-    pub const NONE: Self = Self { laplacian: false, normals: false, areas: false };
+    pub const NONE: Self = Self {
+        laplacian: false,
+        normals: false,
+        areas: false,
+    };
 
     /// What either asks for.
     #[must_use]
@@ -54,7 +60,12 @@ impl<'a, T: Scalar> FlowState<'a, T> {
         measured: &'a Measured<T>,
         iteration: usize,
     ) -> Self {
-        Self { rest, positions, measured, iteration }
+        Self {
+            rest,
+            positions,
+            measured,
+            iteration,
+        }
     }
 
     /// The original mesh.

@@ -3,7 +3,7 @@
 use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::VertexMap;
 use cotan_linear::Hold;
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use crate::anderson::Proposal;
@@ -12,7 +12,14 @@ use crate::flow::{Accelerator, Flow, Parts};
 use crate::lbfgs::Lbfgs;
 use crate::report::StepReport;
 use crate::state::FlowState;
-use crate::vectors::{add_scaled, dot, max_norm};
+use crate::vectors::{dot, max_norm};
+
+/// Whether the scalar field follows the positions.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Field {
+    Updated,
+    Kept,
+}
 
 /// Whether a descent found a lower energy.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -65,23 +72,37 @@ impl<T: Scalar> Flow<'_, T> {
     /// Computes the correction that a full plain step would make.
     fn solve(&mut self) {
         let has_membrane = self.has_membrane();
-        let Self { parts, terms, positions, laplacian, .. } = self;
+        let Self {
+            parts,
+            terms,
+            positions,
+            laplacian,
+            ..
+        } = self;
         let rest = &parts.rest;
         if has_membrane {
-            parts.orientation.tension(rest, positions, &mut terms.tension);
+            parts
+                .orientation
+                .tension(rest, positions, &mut terms.tension);
         }
-        terms.mismatch.as_mut_slice().par_iter_mut().enumerate().with_min_len(1 << 11).for_each(
-            |(i, y)| {
+        terms
+            .mismatch
+            .as_mut_slice()
+            .par_iter_mut()
+            .enumerate()
+            .with_min_len(1 << 11)
+            .for_each(|(i, y)| {
                 *y = laplacian.as_slice()[i].map(T::as_f64) - rest.apply_operator(positions, i);
-            },
-        );
+            });
         for (handle, target) in parts.handles.iter().zip(&parts.targets) {
             if handle.hold != Hold::Hard {
                 terms.pull[handle.vertex] = (target - positions[handle.vertex]).map(T::as_f64);
             }
         }
         let tension = has_membrane.then_some(&terms.tension);
-        parts.system.residual(&terms.mismatch, tension, &terms.pull, &mut terms.residual);
+        parts
+            .system
+            .residual(&terms.mismatch, tension, &terms.pull, &mut terms.residual);
         parts.system.solve(&terms.residual, &mut terms.correction);
     }
 
@@ -96,11 +117,28 @@ impl<T: Scalar> Flow<'_, T> {
 
     /// Updates field, Laplacian coordinates and energy from the current positions.
     fn update(&mut self) -> Result<(), FlowError> {
-        let Parts { rest, scheme, updater, orientation, .. } = &mut self.parts;
-        let wanted = updater.needs().or(orientation.needs());
-        self.measured.update(rest, &**scheme, &self.positions, wanted)?;
+        self.refresh(Field::Updated)
+    }
+
+    /// Updates Laplacian coordinates and energy, and the field if so asked.
+    fn refresh(&mut self, field: Field) -> Result<(), FlowError> {
+        let Parts {
+            rest,
+            scheme,
+            updater,
+            orientation,
+            ..
+        } = &mut self.parts;
+        let wanted = match field {
+            Field::Updated => updater.needs().or(orientation.needs()),
+            Field::Kept => orientation.needs(),
+        };
+        self.measured
+            .update(rest, &**scheme, &self.positions, wanted)?;
         let state = FlowState::new(rest, &self.positions, &self.measured, self.iteration);
-        updater.update(&state, &mut self.field)?;
+        if field == Field::Updated {
+            updater.update(&state, &mut self.field)?;
+        }
         orientation.orient(&state, &self.field, &mut self.laplacian)?;
         self.energy = orientation.energy();
         Ok(())
@@ -132,19 +170,7 @@ impl<T: Scalar> Flow<'_, T> {
         let mut accelerator = std::mem::replace(&mut self.accelerator, Accelerator::Off);
         let result = match &mut accelerator {
             Accelerator::Lbfgs(lbfgs) => self.descend(lbfgs),
-            Accelerator::Anderson(anderson) => {
-                let mut x: Vec<Vector3<f64>> =
-                    self.positions.values().map(|p| p.coords.map(T::as_f64)).collect();
-                let mut image = x.clone();
-                add_scaled(&mut image, 1.0, self.terms.correction.as_slice());
-                // The plain residual is known at every iterate: no check step is needed.
-                anderson.propose(&mut x, image, false);
-                for (p, x) in self.positions.values_mut().zip(&x) {
-                    *p = Point3::from(x.map(T::of_f64));
-                }
-                self.update().map(|()| Descent::Went)
-            }
-            Accelerator::Off => {
+            Accelerator::Off | Accelerator::Anderson(_) => {
                 self.move_by_correction(1.0);
                 self.update().map(|()| Descent::Went)
             }
@@ -154,7 +180,8 @@ impl<T: Scalar> Flow<'_, T> {
     }
 
     /// One line search along the direction of the quasi-Newton model; the plain step where that
-    /// fails. No step that raises the energy is accepted.
+    /// fails. No step that raises the energy is accepted, the energy being that of the scalar field
+    /// before the step.
     fn descend(&mut self, lbfgs: &mut Lbfgs) -> Result<Descent, FlowError> {
         /// Fraction of the predicted decrease that is asked for (Armijo).
         const SUFFICIENT: f64 = 1e-4;
@@ -176,10 +203,11 @@ impl<T: Scalar> Flow<'_, T> {
         let mut length = 1.0;
         for _ in 0..MOST_TRIALS {
             self.move_from(&start, &direction, length);
-            self.update()?;
+            self.refresh(Field::Kept)?;
             let rise = 0.5 * (self.energy.unwrap_or(0.0) - energy);
             if rise <= -SUFFICIENT * length * rate {
                 lbfgs.stepped(difference(&self.positions, &start), residual, correction);
+                self.follow_field()?;
                 return Ok(Descent::Went);
             }
             // Minimum of the parabola through value, slope and the new value.
@@ -192,18 +220,32 @@ impl<T: Scalar> Flow<'_, T> {
         }
         lbfgs.reset();
         self.move_from(&start, &correction, 1.0);
-        self.update()?;
+        self.refresh(Field::Kept)?;
         if self.energy.unwrap_or(0.0) <= energy {
+            self.follow_field()?;
             return Ok(Descent::Went);
         }
         self.positions = start;
-        self.update()?;
+        self.refresh(Field::Kept)?;
         Ok(Descent::Stalled)
+    }
+
+    /// After a step that was judged with the field kept: lets the field follow.
+    fn follow_field(&mut self) -> Result<(), FlowError> {
+        if self.parts.updater.is_constant() {
+            return Ok(());
+        }
+        self.update()
     }
 
     /// x ← start + length · direction.
     fn move_from(&mut self, start: &Positions<T>, direction: &[Vector3<f64>], length: f64) {
-        for ((p, start), d) in self.positions.values_mut().zip(start.values()).zip(direction) {
+        for ((p, start), d) in self
+            .positions
+            .values_mut()
+            .zip(start.values())
+            .zip(direction)
+        {
             *p = start + (d * length).map(T::of_f64);
         }
     }
@@ -215,9 +257,239 @@ impl<T: Scalar> Flow<'_, T> {
 
 /// a − b in double precision.
 fn difference<T: Scalar>(a: &Positions<T>, b: &Positions<T>) -> Vec<Vector3<f64>> {
-    a.values().zip(b.values()).map(|(a, b)| (a - b).map(T::as_f64)).collect()
+    a.values()
+        .zip(b.values())
+        .map(|(a, b)| (a - b).map(T::as_f64))
+        .collect()
 }
 
 fn as_vectors<T: Scalar>(map: &VertexMap<Vector3<T>>) -> Vec<Vector3<f64>> {
     map.values().map(|v| v.map(T::as_f64)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ops::ControlFlow;
+
+    use cotan_geometry::shapes::icosphere;
+    use cotan_geometry::{Shape, volume};
+    use cotan_halfedge::VertexId;
+    use cotan_linear::Handle;
+    use nalgebra::Point3;
+
+    use super::*;
+    use crate::{Acceleration, Limited, ScalarFieldUpdater, Schedule, Start, StopReason};
+
+    /// The lowest vertices held, the highest pulled by half a radius.
+    fn handles(shape: &Shape<f64>) -> Vec<(Handle, Point3<f64>)> {
+        let surface = shape.surface();
+        let low = surface.vertices_where(|p| p.z < -0.8);
+        let high = surface.vertices_where(|p| p.z > 0.9);
+        let hard = |v: &VertexId, lift| {
+            (
+                Handle::hard(*v),
+                shape.positions[*v] + Vector3::new(0.0, 0.0, lift),
+            )
+        };
+        low.iter()
+            .map(|v| hard(v, 0.0))
+            .chain(high.iter().map(|v| hard(v, 0.5)))
+            .collect()
+    }
+
+    fn build<'a>(shape: &'a Shape<f64>) -> crate::FlowBuilder<'a, f64> {
+        Flow::builder(&shape.mesh, &shape.positions).handles(handles(shape))
+    }
+
+    /// Half the energy's derivative along a direction is minus the residual's product with it.
+    #[test]
+    fn the_residual_is_half_the_negative_gradient() {
+        let shape = icosphere::<f64>(2);
+        let mut flow = build(&shape)
+            .acceleration(Acceleration::Off)
+            .build()
+            .unwrap();
+        for _ in 0..3 {
+            flow.step().unwrap();
+        }
+        flow.solve();
+        let residual = flow.terms.residual.clone();
+        let start = flow.positions.clone();
+        let mut direction: Vec<Vector3<f64>> = (0..start.len())
+            .map(|i| Vector3::new((i as f64).sin(), (2.0 * i as f64).cos(), 0.3))
+            .collect();
+        for handle in flow.handles() {
+            direction[handle.vertex.index()] = Vector3::zeros();
+        }
+        let step = 1e-5;
+        let mut energy_at = |length: f64| {
+            flow.move_from(&start, &direction, length);
+            flow.update().unwrap();
+            flow.energy.unwrap()
+        };
+        let slope = (energy_at(step) - energy_at(-step)) / (2.0 * step);
+        let expected = -2.0 * dot(residual.as_slice(), &direction);
+        assert!(
+            (slope - expected).abs() < 1e-6 * expected.abs(),
+            "{slope} {expected}"
+        );
+    }
+
+    #[test]
+    fn plain_and_accelerated_descents_meet() {
+        let shape = icosphere::<f64>(3);
+        let run = |acceleration| {
+            let mut flow = build(&shape)
+                .acceleration(acceleration)
+                .tolerance(1e-9)
+                .iteration_limit(5000)
+                .build()
+                .unwrap();
+            let report = flow.run(|_, _| ControlFlow::Continue(())).unwrap();
+            assert_eq!(report.stop, StopReason::Converged);
+            (flow.positions(), report.iterations)
+        };
+        let (plain, many) = run(Acceleration::Off);
+        let (accelerated, few) = run(Acceleration::default());
+        assert!(2 * few < many, "{few} {many}");
+        assert!(max_norm(&difference(&plain, &accelerated)) < 1e-5);
+    }
+
+    #[test]
+    fn an_observer_stops_the_run_and_the_limit_ends_it() {
+        let shape = icosphere::<f64>(2);
+        let mut flow = build(&shape)
+            .tolerance(0.0)
+            .iteration_limit(7)
+            .build()
+            .unwrap();
+        let report = flow
+            .run(|flow, step| {
+                assert_eq!(flow.iteration(), step.iteration);
+                if step.iteration == 3 {
+                    ControlFlow::Break(())
+                } else {
+                    ControlFlow::Continue(())
+                }
+            })
+            .unwrap();
+        assert_eq!((report.stop, report.iterations), (StopReason::Cancelled, 3));
+        let report = flow.run(|_, _| ControlFlow::Continue(())).unwrap();
+        assert_eq!(
+            (report.stop, report.iterations),
+            (StopReason::IterationLimit, 7)
+        );
+    }
+
+    #[test]
+    fn a_vertex_with_ratio_zero_stays() {
+        let shape = icosphere::<f64>(2);
+        let still = shape.surface().vertices_where(|p| p.z.abs() < 0.05);
+        let mut ratios = VertexMap::filled(shape.positions.len(), 1.0);
+        still.iter().for_each(|v| ratios[*v] = 0.0);
+        let mut flow = build(&shape)
+            .orientation(Limited::new())
+            .vertex_ratios(ratios)
+            .iteration_limit(5)
+            .build()
+            .unwrap();
+        let _ = flow.run(|_, _| ControlFlow::Continue(())).unwrap();
+        let now = flow.positions();
+        assert!(still.iter().all(|v| now[*v] == shape.positions[*v]));
+        assert!(max_norm(&difference(&now, &shape.positions)) > 0.1);
+    }
+
+    #[test]
+    fn damped_steps_are_shorter_and_say_so() {
+        let shape = icosphere::<f64>(2);
+        let mut flow = build(&shape)
+            .orientation(Limited::new())
+            .acceleration(Acceleration::Off)
+            .schedule(Schedule::Constant(0.25))
+            .build()
+            .unwrap();
+        for _ in 0..4 {
+            let step = flow.step().unwrap();
+            assert!((step.change - 0.25 * step.residual).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_moved_handle_is_followed_without_factorizing_again() {
+        let shape = icosphere::<f64>(2);
+        let mut flow = build(&shape).build().unwrap();
+        let _ = flow.run(|_, _| ControlFlow::Continue(())).unwrap();
+        let entries = flow.system().factor_entries();
+        let original: Vec<Point3<f64>> = flow
+            .handles()
+            .iter()
+            .map(|h| shape.positions[h.vertex])
+            .collect();
+        flow.set_targets(&original).unwrap();
+        let report = flow.run(|_, _| ControlFlow::Continue(())).unwrap();
+        assert_eq!(report.stop, StopReason::Converged);
+        assert_eq!(flow.system().factor_entries(), entries);
+        assert!(max_norm(&difference(&flow.positions(), &shape.positions)) < 5e-3);
+
+        let free = shape.surface().vertices_where(|p| p.z.abs() < 0.05)[0];
+        let error = flow.move_handles(&[(free, Point3::origin())]).unwrap_err();
+        assert_eq!(error, FlowError::NotAHandle { vertex: free });
+        let error = flow.set_targets(&original[1..]).unwrap_err();
+        assert!(matches!(error, FlowError::TargetCount { .. }));
+    }
+
+    /// A shape from its scalar fields alone: zero vectors first.
+    #[test]
+    fn zero_vectors_come_back_to_the_original() {
+        let shape = icosphere::<f64>(2);
+        let corners = [0, 1, 2, 5].map(|i| {
+            let v = VertexId::new(i);
+            (Handle::hard(v), shape.positions[v])
+        });
+        let mut flow = Flow::builder(&shape.mesh, &shape.positions)
+            .handles(corners)
+            .start(Start::Zero)
+            .orientation(crate::ReflectFirst::new(10))
+            .tolerance(1e-7)
+            .build()
+            .unwrap();
+        let first = flow.step().unwrap();
+        assert!(first.change > 0.05, "the first solve collapses the shape");
+        let report = flow.run(|_, _| ControlFlow::Continue(())).unwrap();
+        assert_eq!(report.stop, StopReason::Converged);
+        assert!(max_norm(&difference(&flow.positions(), &shape.positions)) < 1e-4);
+    }
+
+    /// A field that is no longer that of the original is obeyed.
+    #[test]
+    fn a_smaller_scalar_field_flattens_the_shape() {
+        struct Halve;
+        impl ScalarFieldUpdater<f64> for Halve {
+            fn update(
+                &mut self,
+                state: &FlowState<'_, f64>,
+                field: &mut VertexMap<f64>,
+            ) -> Result<(), FlowError> {
+                for (v, magnitude) in state.rest().magnitudes().iter() {
+                    field[v] = 0.5 * magnitude;
+                }
+                Ok(())
+            }
+        }
+        let shape = icosphere::<f64>(2);
+        let held = shape.surface().vertices_where(|p| p.z < 0.0);
+        let held: Vec<_> = held
+            .into_iter()
+            .map(|v| (Handle::hard(v), shape.positions[v]))
+            .collect();
+        let mut flow = Flow::builder(&shape.mesh, &shape.positions)
+            .handles(held)
+            .updater(Halve)
+            .orientation(Limited::new())
+            .build()
+            .unwrap();
+        let _ = flow.run(|_, _| ControlFlow::Continue(())).unwrap();
+        let now = flow.positions();
+        assert!(volume(&shape.surface().with_positions(&now)) < 0.95 * volume(&shape.surface()));
+    }
 }

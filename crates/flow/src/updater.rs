@@ -51,7 +51,7 @@ pub trait ScalarFieldUpdater<T: Scalar>: Send {
         Quantities::ALL
     }
 
-    /// Whether the field never changes, so that an orientation with an energy descends on it.
+    /// Whether the field never changes once set, which saves an update a step.
     fn is_constant(&self) -> bool {
         false
     }
@@ -67,7 +67,9 @@ impl<T: Scalar> ScalarFieldUpdater<T> for KeepMagnitude {
         state: &FlowState<'_, T>,
         field: &mut VertexMap<T>,
     ) -> Result<(), FlowError> {
-        field.as_mut_slice().copy_from_slice(state.rest().magnitudes().as_slice());
+        field
+            .as_mut_slice()
+            .copy_from_slice(state.rest().magnitudes().as_slice());
         Ok(())
     }
 
@@ -94,14 +96,21 @@ impl<T: Scalar> ScalarFieldUpdater<T> for RescaleByArea {
     ) -> Result<(), FlowError> {
         for (vertex, magnitude) in state.rest().magnitudes().iter() {
             let (now, before) = (state.areas()[vertex], state.rest().areas()[vertex]);
-            let scale = if before > T::zero() { (now / before).sqrt() } else { T::one() };
+            let scale = if before > T::zero() {
+                (now / before).sqrt()
+            } else {
+                T::one()
+            };
             field[vertex] = *magnitude * scale;
         }
         Ok(())
     }
 
     fn needs(&self) -> Quantities {
-        Quantities { areas: true, ..Quantities::NONE }
+        Quantities {
+            areas: true,
+            ..Quantities::NONE
+        }
     }
 }
 

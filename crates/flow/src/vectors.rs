@@ -18,7 +18,10 @@ pub(crate) fn dot(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
 
 /// a += factor · b.
 pub(crate) fn add_scaled(a: &mut [Vector3<f64>], factor: f64, b: &[Vector3<f64>]) {
-    a.par_iter_mut().with_min_len(CHUNK).zip(b).for_each(|(a, b)| *a += b * factor);
+    a.par_iter_mut()
+        .with_min_len(CHUNK)
+        .zip(b)
+        .for_each(|(a, b)| *a += b * factor);
 }
 
 /// Σ of plain numbers, in fixed chunks.
@@ -34,5 +37,8 @@ pub(crate) fn sum(values: &[f64]) -> f64 {
 /// The longest vector.
 pub(crate) fn max_norm(a: &[Vector3<f64>]) -> f64 {
     // `f64::max` drops a NaN, which must not pass for convergence.
-    a.iter().map(Vector3::norm_squared).fold(0.0, |m: f64, x| if x > m || x.is_nan() { x } else { m }).sqrt()
+    a.iter()
+        .map(Vector3::norm_squared)
+        .fold(0.0, |m: f64, x| if x > m || x.is_nan() { x } else { m })
+        .sqrt()
 }

@@ -97,7 +97,11 @@ impl<'a, T: Scalar> Surface<'a, T> {
     /// If there is not one position a vertex.
     #[must_use]
     pub fn assume_checked(mesh: &'a HalfedgeMesh, positions: &'a Positions<T>) -> Self {
-        assert_eq!(positions.len(), mesh.num_vertices(), "one position a vertex");
+        assert_eq!(
+            positions.len(),
+            mesh.num_vertices(),
+            "one position a vertex"
+        );
         Self { mesh, positions }
     }
 
@@ -137,7 +141,11 @@ impl<'a, T: Scalar> Surface<'a, T> {
 
     /// The vertices whose position fulfils a condition, ascending: a region to hold.
     pub fn vertices_where(&self, condition: impl Fn(&Point3<T>) -> bool) -> Vec<VertexId> {
-        self.positions.iter().filter(|(_, p)| condition(p)).map(|(v, _)| v).collect()
+        self.positions
+            .iter()
+            .filter(|(_, p)| condition(p))
+            .map(|(v, _)| v)
+            .collect()
     }
 
     /// The position of one vertex.

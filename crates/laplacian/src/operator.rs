@@ -57,7 +57,11 @@ impl<T: Scalar> Operator<T> {
                 vertices: [mesh.origin(h), mesh.target(h)],
             });
         }
-        Ok(Self { rings, weights, symmetry: scheme.symmetry() })
+        Ok(Self {
+            rings,
+            weights,
+            symmetry: scheme.symmetry(),
+        })
     }
 
     /// The weight w_ij of every halfedge i→j.
@@ -135,7 +139,9 @@ impl<T: Scalar> Operator<T> {
 
     /// Σ_j w_ij.
     fn row_sum(&self, i: usize) -> T {
-        self.rings.ring(i).fold(T::zero(), |sum, (_, h)| sum + self.weights[h])
+        self.rings
+            .ring(i)
+            .fold(T::zero(), |sum, (_, h)| sum + self.weights[h])
     }
 }
 
@@ -149,17 +155,33 @@ pub fn apply_weights<T: Scalar>(
     positions: &Positions<T>,
     out: &mut VertexMap<Vector3<T>>,
 ) {
-    assert_eq!(positions.len(), rings.num_vertices(), "one position a vertex");
-    assert_eq!(out.len(), rings.num_vertices(), "one Laplacian coordinate a vertex");
-    assert_eq!(weights.len(), rings.halfedges().len(), "one weight a halfedge");
+    assert_eq!(
+        positions.len(),
+        rings.num_vertices(),
+        "one position a vertex"
+    );
+    assert_eq!(
+        out.len(),
+        rings.num_vertices(),
+        "one Laplacian coordinate a vertex"
+    );
+    assert_eq!(
+        weights.len(),
+        rings.halfedges().len(),
+        "one weight a halfedge"
+    );
     let positions = positions.as_slice();
-    out.as_mut_slice().par_iter_mut().enumerate().with_min_len(1 << 11).for_each(|(i, ell)| {
-        let mut sum = Vector3::zeros();
-        for (j, h) in rings.ring(i) {
-            sum += (positions[j.index()] - positions[i]) * weights[h];
-        }
-        *ell = sum;
-    });
+    out.as_mut_slice()
+        .par_iter_mut()
+        .enumerate()
+        .with_min_len(1 << 11)
+        .for_each(|(i, ell)| {
+            let mut sum = Vector3::zeros();
+            for (j, h) in rings.ring(i) {
+                sum += (positions[j.index()] - positions[i]) * weights[h];
+            }
+            *ell = sum;
+        });
 }
 
 /// Rounds every weight to a multiple of a power of two that is coarse enough for all sums around
@@ -180,7 +202,9 @@ fn round_to_exact_sums<T: Scalar>(
             .into_par_iter()
             .with_min_len(1 << 11)
             .map(|i| {
-                let size = rings.ring(i).fold(T::zero(), |sum, (_, h)| sum + weights[h].abs());
+                let size = rings
+                    .ring(i)
+                    .fold(T::zero(), |sum, (_, h)| sum + weights[h].abs());
                 if size > T::zero() {
                     eps * scalar(size.as_f64().log2().ceil().exp2() * 4.0)
                 } else {
@@ -190,13 +214,134 @@ fn round_to_exact_sums<T: Scalar>(
             .collect::<Vec<T>>(),
     );
     let mesh = surface.mesh();
-    weights.as_mut_slice().par_chunks_exact_mut(2).enumerate().with_min_len(1 << 12).for_each(
-        |(edge, pair)| {
+    weights
+        .as_mut_slice()
+        .par_chunks_exact_mut(2)
+        .enumerate()
+        .with_min_len(1 << 12)
+        .for_each(|(edge, pair)| {
             let [a, b] = mesh.edge_vertices(cotan_halfedge::EdgeId::new(edge));
             let unit = unit[a].max(unit[b]);
             if unit > T::zero() {
-                pair.iter_mut().for_each(|w| *w = (*w / unit).round() * unit);
+                pair.iter_mut()
+                    .for_each(|w| *w = (*w / unit).round() * unit);
             }
-        },
-    );
+        });
+}
+
+#[cfg(test)]
+mod tests {
+    use cotan_geometry::testing::surfaces;
+    use nalgebra::DVector;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::schemes::{ClampedCotangent, Cotangent, EdgeLength, Tutte, Uniform};
+
+    fn schemes() -> Vec<Box<dyn LaplacianScheme<f64>>> {
+        vec![
+            Box::new(Cotangent::default()),
+            Box::new(ClampedCotangent::default()),
+            Box::new(Tutte),
+            Box::new(Uniform),
+            Box::new(EdgeLength),
+        ]
+    }
+
+    proptest! {
+        #[test]
+        fn the_matrix_is_the_negative_of_the_operator(shape in surfaces()) {
+            let surface = shape.surface();
+            for scheme in schemes() {
+                let operator = Operator::assemble(&*scheme, &surface)?;
+                let matrix = operator.matrix();
+                let mut ell = VertexMap::filled(shape.positions.len(), Vector3::zeros());
+                operator.apply(&shape.positions, &mut ell);
+                for axis in 0..3 {
+                    let x = DVector::from_iterator(
+                        shape.positions.len(),
+                        shape.positions.values().map(|p| p[axis]),
+                    );
+                    let product = &matrix * &x;
+                    for (row, ell) in product.iter().zip(ell.values()) {
+                        prop_assert!((row + ell[axis]).abs() <= 1e-9 * (1.0 + x.amax()));
+                    }
+                }
+            }
+        }
+
+        #[test]
+        fn rounding_keeps_symmetry_and_hardly_changes_a_weight(shape in surfaces()) {
+            let surface = shape.surface();
+            for scheme in schemes() {
+                let operator = Operator::assemble(&*scheme, &surface)?;
+                let mut weights =
+                    HalfedgeMap::filled(surface.mesh().num_halfedges(), 0.0);
+                scheme.weights(&surface, &mut weights)?;
+                let largest = weights.values().fold(0.0f64, |m, w| m.max(w.abs()));
+                for (h, w) in operator.weights().iter() {
+                    prop_assert!((w - weights[h]).abs() <= 1e-13 * largest);
+                    if operator.symmetry() == Symmetry::Symmetric {
+                        prop_assert_eq!(*w, operator.weights()[h.twin()]);
+                    }
+                }
+            }
+        }
+
+        #[test]
+        fn a_scaled_and_moved_mesh_has_the_same_weights(
+            shape in surfaces(), scale in 0.01f64..100.0,
+        ) {
+            let moved = shape.positions.map(|p| p * scale + Vector3::new(3.0, -2.0, 1.0));
+            for scheme in schemes() {
+                let before = Operator::assemble(&*scheme, &shape.surface())?;
+                let after = Operator::assemble(&*scheme, &shape.surface().with_positions(&moved))?;
+                for (a, b) in before.weights().values().zip(after.weights().values()) {
+                    prop_assert!((a - b).abs() <= 1e-6 * (1.0 + a.abs()));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_constant_is_annihilated_exactly() {
+        let shape = cotan_geometry::shapes::torus::<f64>(2.0, 0.7, 20, 11);
+        let same = shape
+            .positions
+            .map(|_| nalgebra::Point3::new(0.1, -0.7, 1e3));
+        let operator = Operator::assemble(&Cotangent::default(), &shape.surface()).unwrap();
+        let mut ell = VertexMap::filled(same.len(), Vector3::x());
+        operator.apply(&same, &mut ell);
+        assert!(ell.values().all(|ell| *ell == Vector3::zeros()));
+    }
+
+    #[test]
+    fn a_weight_that_is_not_finite_names_its_edge() {
+        struct Broken;
+        impl LaplacianScheme<f64> for Broken {
+            fn weights(
+                &self,
+                _: &Surface<'_, f64>,
+                out: &mut HalfedgeMap<f64>,
+            ) -> Result<(), SchemeError> {
+                out.as_mut_slice().fill(1.0);
+                out.as_mut_slice()[5] = f64::NAN;
+                Ok(())
+            }
+            fn symmetry(&self) -> Symmetry {
+                Symmetry::General
+            }
+        }
+        let shape = cotan_geometry::shapes::tetrahedron::<f64>();
+        let h = cotan_halfedge::HalfedgeId::new(5);
+        let vertices = [shape.mesh.origin(h), shape.mesh.target(h)];
+        let error = Operator::assemble(&Broken, &shape.surface()).unwrap_err();
+        assert_eq!(
+            error,
+            SchemeError::NonFiniteWeight {
+                scheme: "custom".into(),
+                vertices
+            }
+        );
+    }
 }

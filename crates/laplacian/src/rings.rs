@@ -29,7 +29,11 @@ impl OneRings {
             halfedges.extend(ring.iter().map(|&(_, h)| h));
             offsets.push(neighbours.len() as u32);
         }
-        Self { offsets, neighbours, halfedges }
+        Self {
+            offsets,
+            neighbours,
+            halfedges,
+        }
     }
 
     /// Number of vertices.
@@ -41,7 +45,10 @@ impl OneRings {
     #[inline]
     pub fn ring(&self, i: usize) -> impl ExactSizeIterator<Item = (VertexId, HalfedgeId)> + '_ {
         let range = self.range(i);
-        self.neighbours[range.clone()].iter().copied().zip(self.halfedges[range].iter().copied())
+        self.neighbours[range.clone()]
+            .iter()
+            .copied()
+            .zip(self.halfedges[range].iter().copied())
     }
 
     /// Where row `i` lies in [`Self::neighbours`] and [`Self::halfedges`].

@@ -73,8 +73,11 @@ pub trait LaplacianScheme<T: Scalar>: Send + Sync {
     /// # Errors
     /// [`SchemeError`] if the surface cannot be weighted. Weights that are not finite need not be
     /// reported here: [`crate::Operator::assemble`] finds them.
-    fn weights(&self, surface: &Surface<'_, T>, out: &mut HalfedgeMap<T>)
-    -> Result<(), SchemeError>;
+    fn weights(
+        &self,
+        surface: &Surface<'_, T>,
+        out: &mut HalfedgeMap<T>,
+    ) -> Result<(), SchemeError>;
 
     /// Whether w_ij = w_ji for every edge.
     fn symmetry(&self) -> Symmetry;

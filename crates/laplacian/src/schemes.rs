@@ -41,7 +41,11 @@ impl Cotangent {
         surface: &Surface<'_, T>,
         out: &mut HalfedgeMap<T>,
     ) {
-        assert_eq!(out.len(), surface.mesh().num_halfedges(), "one entry a halfedge");
+        assert_eq!(
+            out.len(),
+            surface.mesh().num_halfedges(),
+            "one entry a halfedge"
+        );
         let floor = scalar(self.area_floor);
         out.as_mut_slice()
             .par_iter_mut()
@@ -65,7 +69,10 @@ pub struct ClampedCotangent {
 
 impl Default for ClampedCotangent {
     fn default() -> Self {
-        Self { floor: 0.01, cotangent: Cotangent::default() }
+        Self {
+            floor: 0.01,
+            cotangent: Cotangent::default(),
+        }
     }
 }
 
@@ -111,7 +118,9 @@ impl<T: Scalar> LaplacianScheme<T> for ClampedCotangent {
     ) -> Result<(), SchemeError> {
         let area_floor = scalar(self.cotangent.area_floor);
         let floor = scalar::<T>(self.floor);
-        per_edge(out, |edge| edge_cotangents(surface, edge, area_floor).max(floor));
+        per_edge(out, |edge| {
+            edge_cotangents(surface, edge, area_floor).max(floor)
+        });
         Ok(())
     }
 
@@ -184,7 +193,8 @@ impl<T: Scalar> LaplacianScheme<T> for EdgeLength {
                 reason: "all its edges have length zero".into(),
             });
         }
-        out.values_mut().for_each(|l| *l = T::one() / l.max(shortest));
+        out.values_mut()
+            .for_each(|l| *l = T::one() / l.max(shortest));
         let mean = out.values().fold(T::zero(), |sum, &w| sum + w) / count;
         out.values_mut().for_each(|w| *w /= mean);
         Ok(())
@@ -201,9 +211,11 @@ impl<T: Scalar> LaplacianScheme<T> for EdgeLength {
 
 /// Fills both halves of every edge with the same value, in parallel.
 fn per_edge<T: Scalar>(out: &mut HalfedgeMap<T>, weight: impl Fn(EdgeId) -> T + Sync) {
-    out.as_mut_slice().par_chunks_exact_mut(2).enumerate().with_min_len(1 << 12).for_each(
-        |(edge, pair)| pair.fill(weight(EdgeId::new(edge))),
-    );
+    out.as_mut_slice()
+        .par_chunks_exact_mut(2)
+        .enumerate()
+        .with_min_len(1 << 12)
+        .for_each(|(edge, pair)| pair.fill(weight(EdgeId::new(edge))));
 }
 
 /// cot α + cot β of one edge.
@@ -223,5 +235,91 @@ fn opposite_cotangent<T: Scalar>(surface: &Surface<'_, T>, h: HalfedgeId, floor:
     let b: Vector3<T> = surface.position(mesh.target(h)) - apex;
     let sum_of_squares = a.norm_squared() + b.norm_squared() + (b - a).norm_squared();
     let area = a.cross(&b).norm().max(floor * sum_of_squares);
-    if area > T::zero() { a.dot(&b) / area } else { T::zero() }
+    if area > T::zero() {
+        a.dot(&b) / area
+    } else {
+        T::zero()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use cotan_geometry::shapes::{bar, icosphere, torus};
+
+    use super::*;
+
+    fn weights<S: LaplacianScheme<f64>>(scheme: S, surface: &Surface<'_, f64>) -> HalfedgeMap<f64> {
+        let mut out = HalfedgeMap::filled(surface.mesh().num_halfedges(), f64::NAN);
+        scheme.weights(surface, &mut out).unwrap();
+        out
+    }
+
+    #[test]
+    fn equilateral_triangles_have_twice_the_cotangent_of_60_degrees() {
+        let shape = icosphere::<f64>(0);
+        let expected = 2.0 / 3.0f64.sqrt();
+        let cotangent = weights(Cotangent::default(), &shape.surface());
+        assert!(cotangent.values().all(|w| (w - expected).abs() < 1e-12));
+    }
+
+    #[test]
+    fn diagonals_of_a_square_grid_weigh_nothing() {
+        let shape = bar::<f64>([2.0, 2.0, 2.0], [4, 4, 4]);
+        let cotangent = weights(Cotangent::default(), &shape.surface());
+        let small = cotangent.values().filter(|w| w.abs() < 1e-12).count();
+        // One diagonal a cell, 16 cells on each of six sides, two halfedges each.
+        assert_eq!(small, 2 * 16 * 6);
+    }
+
+    #[test]
+    fn a_degenerate_triangle_is_floored() {
+        let mut shape = icosphere::<f64>(1);
+        let v = cotan_halfedge::VertexId::new(0);
+        let neighbour = shape.mesh.one_ring(v).next().unwrap();
+        shape.positions[v] = shape.positions[neighbour];
+        let cotangent = weights(Cotangent::default(), &shape.surface());
+        assert!(cotangent.values().all(|w| w.abs() < 2e6));
+    }
+
+    #[test]
+    fn clamped_weights_are_at_least_the_floor_and_else_the_cotangent() {
+        let shape = torus::<f64>(1.0, 0.4, 9, 30);
+        let plain = weights(Cotangent::default(), &shape.surface());
+        let clamped = ClampedCotangent {
+            floor: 0.3,
+            ..ClampedCotangent::default()
+        };
+        let clamped = weights(clamped, &shape.surface());
+        for (a, b) in plain.values().zip(clamped.values()) {
+            assert_eq!(a.max(0.3), *b);
+        }
+        assert!(plain.values().any(|w| *w < 0.3));
+    }
+
+    #[test]
+    fn tutte_weights_sum_to_one_around_a_vertex() {
+        let shape = icosphere::<f64>(2);
+        let tutte = weights(Tutte, &shape.surface());
+        for v in shape.mesh.vertices() {
+            let sum: f64 = shape.mesh.outgoing_halfedges(v).map(|h| tutte[h]).sum();
+            assert!((sum - 1.0).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn edge_length_weights_fall_with_length_and_average_one() {
+        let shape = torus::<f64>(1.0, 0.4, 9, 30);
+        let surface = shape.surface();
+        let w = weights(EdgeLength, &surface);
+        let mean = w.values().sum::<f64>() / w.len() as f64;
+        assert!((mean - 1.0).abs() < 1e-12);
+        let product = |e: EdgeId| w[e.halfedge()] * surface.halfedge_vector(e.halfedge()).norm();
+        let first = product(EdgeId::new(0));
+        assert!(
+            shape
+                .mesh
+                .edges()
+                .all(|e| (product(e) / first - 1.0).abs() < 1e-12)
+        );
+    }
 }

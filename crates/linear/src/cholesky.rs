@@ -28,6 +28,13 @@ pub(crate) struct Cholesky {
 
 impl Cholesky {
     pub(crate) fn factor(matrix: &LowerTriangle) -> Result<Self, LinearError> {
+        Self::factor_by(matrix, CholeskySymbolicParams::default())
+    }
+
+    fn factor_by(
+        matrix: &LowerTriangle,
+        params: CholeskySymbolicParams<'_>,
+    ) -> Result<Self, LinearError> {
         let n = matrix.offsets.len() - 1;
         if matrix.values.iter().any(|v| !v.is_finite()) {
             return Err(LinearError::NotPositiveDefinite { unknowns: n });
@@ -35,21 +42,19 @@ impl Cholesky {
         let out_of_memory = |bytes| LinearError::OutOfMemory { unknowns: n, bytes };
         let pattern =
             SymbolicSparseColMatRef::new_checked(n, n, &matrix.offsets, None, &matrix.rows);
-        let symbolic = factorize_symbolic_cholesky(
-            pattern,
-            Side::Lower,
-            SymmetricOrdering::Amd,
-            CholeskySymbolicParams::default(),
-        )
-        .map_err(|error| match error {
-            FaerError::OutOfMemory => out_of_memory(0),
-            _ => LinearError::NotPositiveDefinite { unknowns: n },
-        })?;
+        let symbolic =
+            factorize_symbolic_cholesky(pattern, Side::Lower, SymmetricOrdering::Amd, params)
+                .map_err(|error| match error {
+                    FaerError::OutOfMemory => out_of_memory(0),
+                    _ => LinearError::NotPositiveDefinite { unknowns: n },
+                })?;
 
         let len = symbolic.len_val();
         let bytes = len.saturating_mul(size_of::<f64>());
         let mut values = Vec::new();
-        values.try_reserve_exact(len).map_err(|_| out_of_memory(bytes))?;
+        values
+            .try_reserve_exact(len)
+            .map_err(|_| out_of_memory(bytes))?;
         values.resize(len, 0.0);
         let request = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default());
         let mut memory = MemBuffer::try_new(request).map_err(|_| out_of_memory(bytes))?;
@@ -68,7 +73,11 @@ impl Cholesky {
 
         let request = symbolic.solve_in_place_scratch::<f64>(COLUMNS, Par::Seq);
         let scratch = MemBuffer::try_new(request).map_err(|_| out_of_memory(bytes))?;
-        let mut cholesky = Self { symbolic, values, scratch };
+        let mut cholesky = Self {
+            symbolic,
+            values,
+            scratch,
+        };
         cholesky.check(matrix)?;
         Ok(cholesky)
     }
@@ -96,18 +105,112 @@ impl Cholesky {
         const WORST: f64 = 1e-10;
         let n = matrix.offsets.len() - 1;
         // A fixed sequence without structure: multiples of the golden ratio, mod 1.
-        let b: Vec<f64> = (0..n).map(|i| (i as f64 * 0.618_033_988_749_895).fract() - 0.5).collect();
+        let b: Vec<f64> = (0..n)
+            .map(|i| (i as f64 * 0.618_033_988_749_895).fract() - 0.5)
+            .collect();
         let mut x = vec![0.0; COLUMNS * n];
         x[..n].copy_from_slice(&b);
         self.solve_in_place(&mut x);
         let mut product = vec![0.0; n];
         matrix.multiply(&x[..n], &mut product);
         let max_norm = |v: &[f64]| v.iter().fold(0.0f64, |m, a| m.max(a.abs()));
-        let error = product.iter().zip(&b).fold(0.0f64, |m, (p, b)| m.max((p - b).abs()));
+        let error = product
+            .iter()
+            .zip(&b)
+            .fold(0.0f64, |m, (p, b)| m.max((p - b).abs()));
         let residual = error / (matrix.norm() * max_norm(&x[..n]) + max_norm(&b));
         if n > 0 && !(residual <= WORST && x.iter().all(|v| v.is_finite())) {
-            return Err(LinearError::Inaccurate { unknowns: n, residual });
+            return Err(LinearError::Inaccurate {
+                unknowns: n,
+                residual,
+            });
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use faer::sparse::linalg::SupernodalThreshold;
+
+    use super::*;
+
+    /// −Δ on a path of n vertices with its ends held, plus 1e-3 on the diagonal.
+    fn path(n: usize) -> LowerTriangle {
+        let mut matrix = LowerTriangle {
+            offsets: vec![0],
+            rows: vec![],
+            values: vec![],
+        };
+        for j in 0..n {
+            matrix.rows.push(j);
+            matrix.values.push(2.001);
+            if j + 1 < n {
+                matrix.rows.push(j + 1);
+                matrix.values.push(-1.0);
+            }
+            matrix.offsets.push(matrix.rows.len());
+        }
+        matrix
+    }
+
+    fn solves(matrix: &LowerTriangle, threshold: SupernodalThreshold) {
+        let params = CholeskySymbolicParams {
+            supernodal_flop_ratio_threshold: threshold,
+            ..CholeskySymbolicParams::default()
+        };
+        let n = matrix.offsets.len() - 1;
+        let mut cholesky = Cholesky::factor_by(matrix, params).unwrap();
+        let mut columns: Vec<f64> = (0..COLUMNS * n).map(|i| (i as f64).sin()).collect();
+        let rhs = columns.clone();
+        cholesky.solve_in_place(&mut columns);
+        for (x, b) in columns.chunks(n).zip(rhs.chunks(n)) {
+            let mut product = vec![0.0; n];
+            matrix.multiply(x, &mut product);
+            assert!(product.iter().zip(b).all(|(p, b)| (p - b).abs() < 1e-10));
+        }
+    }
+
+    #[test]
+    fn simplicial_and_supernodal_solve_alike() {
+        for n in [1, 2, 300] {
+            solves(&path(n), SupernodalThreshold::FORCE_SIMPLICIAL);
+            solves(&path(n), SupernodalThreshold::FORCE_SUPERNODAL);
+            solves(&path(n), SupernodalThreshold::AUTO);
+        }
+    }
+
+    #[test]
+    fn indefinite_and_non_finite_matrices_are_refused() {
+        let mut indefinite = path(50);
+        indefinite.values[20] = -5.0;
+        let mut infinite = path(50);
+        infinite.values[20] = f64::INFINITY;
+        for matrix in [indefinite, infinite] {
+            for threshold in [
+                SupernodalThreshold::FORCE_SIMPLICIAL,
+                SupernodalThreshold::FORCE_SUPERNODAL,
+            ] {
+                let params = CholeskySymbolicParams {
+                    supernodal_flop_ratio_threshold: threshold,
+                    ..CholeskySymbolicParams::default()
+                };
+                let error = Cholesky::factor_by(&matrix, params)
+                    .map(|_| ())
+                    .unwrap_err();
+                assert_eq!(error, LinearError::NotPositiveDefinite { unknowns: 50 });
+            }
+        }
+    }
+
+    #[test]
+    fn a_factor_of_another_matrix_fails_the_check_solve() {
+        let mut cholesky = Cholesky::factor(&path(40)).unwrap();
+        let mut other = path(40);
+        other.values[12] *= 1.001;
+        assert!(matches!(
+            cholesky.check(&other),
+            Err(LinearError::Inaccurate { .. })
+        ));
     }
 }

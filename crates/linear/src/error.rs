@@ -11,7 +11,9 @@ pub enum LinearError {
     #[error("there are no handles; give at least one vertex a position")]
     NoHandles,
     /// A component of the mesh that nothing holds.
-    #[error("the component of the mesh with vertex {vertex} ({num_vertices} vertices) has no handle; fix or move at least one vertex of it")]
+    #[error(
+        "the component of the mesh with vertex {vertex} ({num_vertices} vertices) has no handle; fix or move at least one vertex of it"
+    )]
     ComponentWithoutHandle {
         /// The component's lowest vertex.
         vertex: VertexId,
@@ -19,7 +21,9 @@ pub enum LinearError {
         num_vertices: usize,
     },
     /// A handle at a vertex that the mesh does not have.
-    #[error("handle vertex {vertex} does not exist: the mesh has {num_vertices} vertices, numbered from 0")]
+    #[error(
+        "handle vertex {vertex} does not exist: the mesh has {num_vertices} vertices, numbered from 0"
+    )]
     HandleOutOfRange {
         /// The vertex number that was given.
         vertex: VertexId,
@@ -32,8 +36,10 @@ pub enum LinearError {
         /// The vertex.
         vertex: VertexId,
     },
-    /// A weight of a soft handle that is not a positive number.
-    #[error("the weight {weight} of the handle at vertex {vertex} is not a positive finite number")]
+    /// A weight of a soft handle that is not a positive number, or too large.
+    #[error(
+        "the weight {weight} of the handle at vertex {vertex} must be a positive number of at most 1e9 (hard handles are met exactly)"
+    )]
     HandleWeight {
         /// The vertex.
         vertex: VertexId,
@@ -44,13 +50,17 @@ pub enum LinearError {
     #[error("the membrane weight {0} is not a finite number of at least 0")]
     MembraneWeight(f64),
     /// A matrix that cannot be factorized.
-    #[error("the system of {unknowns} unknowns cannot be factorized: it is not positive definite in double precision (look for zero-area faces, and for handles that leave a part of the mesh free)")]
+    #[error(
+        "the system of {unknowns} unknowns cannot be factorized: it is not positive definite in double precision (look for zero-area faces, and for handles that leave a part of the mesh free)"
+    )]
     NotPositiveDefinite {
         /// Number of free vertices.
         unknowns: usize,
     },
     /// A factorization that does not reproduce its matrix.
-    #[error("the factorization of {unknowns} unknowns is not accurate: a check solve left a relative residual of {residual:.1e} (look for zero-area faces)")]
+    #[error(
+        "the factorization of {unknowns} unknowns is not accurate: a check solve left a relative residual of {residual:.1e} (look for zero-area faces)"
+    )]
     Inaccurate {
         /// Number of free vertices.
         unknowns: usize,

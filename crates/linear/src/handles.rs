@@ -30,12 +30,18 @@ pub struct Handle {
 impl Handle {
     /// A handle that is met exactly.
     pub fn hard(vertex: VertexId) -> Self {
-        Self { vertex, hold: Hold::Hard }
+        Self {
+            vertex,
+            hold: Hold::Hard,
+        }
     }
 
     /// A handle that is met in the least-squares sense; see [`Hold::Soft`].
     pub fn soft(vertex: VertexId, weight: f64) -> Self {
-        Self { vertex, hold: Hold::Soft(weight) }
+        Self {
+            vertex,
+            hold: Hold::Soft(weight),
+        }
     }
 }
 
@@ -49,20 +55,27 @@ pub(crate) fn check(handles: &[Handle], rings: &OneRings) -> Result<(), LinearEr
     for handle in handles {
         let vertex = handle.vertex;
         let Some(seen) = held.get_mut(vertex.index()) else {
-            return Err(LinearError::HandleOutOfRange { vertex, num_vertices: n });
+            return Err(LinearError::HandleOutOfRange {
+                vertex,
+                num_vertices: n,
+            });
         };
         if *seen {
             return Err(LinearError::DuplicateHandle { vertex });
         }
         *seen = true;
         if let Hold::Soft(weight) = handle.hold
-            && !(weight.is_finite() && weight > 0.0)
+            && !(weight > 0.0 && weight <= HEAVIEST)
         {
             return Err(LinearError::HandleWeight { vertex, weight });
         }
     }
     check_components(&held, rings)
 }
+
+/// The greatest weight of a soft handle. At 1e6 handles are met to 1e-16 of the box already; far
+/// beyond it the squares would drown the rest of the system.
+const HEAVIEST: f64 = 1e9;
 
 fn check_components(held: &[bool], rings: &OneRings) -> Result<(), LinearError> {
     let mut reached = vec![false; held.len()];

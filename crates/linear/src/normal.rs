@@ -20,7 +20,11 @@ impl Weights {
         let incoming = if symmetric {
             Vec::new()
         } else {
-            rings.halfedges().iter().map(|h| weights[h.twin()]).collect()
+            rings
+                .halfedges()
+                .iter()
+                .map(|h| weights[h.twin()])
+                .collect()
         };
         Self { outgoing, incoming }
     }
@@ -31,7 +35,11 @@ impl Weights {
 
     /// Weight of the same edge in the other direction.
     pub(crate) fn incoming(&self, k: usize) -> f64 {
-        if self.incoming.is_empty() { self.outgoing[k] } else { self.incoming[k] }
+        if self.incoming.is_empty() {
+            self.outgoing[k]
+        } else {
+            self.incoming[k]
+        }
     }
 
     /// (Lᵀ y)_i = Σ_j (w_ji y_j − w_ij y_i), with L the operator as the paper signs it.
@@ -50,11 +58,7 @@ impl Weights {
     }
 
     /// Row i of L with its diagonal: pairs (column, entry), diagonal first.
-    fn row<'a>(
-        &'a self,
-        rings: &'a OneRings,
-        i: usize,
-    ) -> impl Iterator<Item = (usize, f64)> + 'a {
+    fn row<'a>(&'a self, rings: &'a OneRings, i: usize) -> impl Iterator<Item = (usize, f64)> + 'a {
         let range = rings.range(i);
         let diagonal = -self.outgoing[range.clone()].iter().sum::<f64>();
         std::iter::once((i, diagonal))
@@ -122,7 +126,13 @@ pub(crate) fn assemble(
             for &i in vertices {
                 column.gather(rings, weights, i, membrane);
                 column.values[i] += diagonal[i];
-                column.emit(free_index, free_index[i], &mut lengths, &mut rows, &mut values);
+                column.emit(
+                    free_index,
+                    free_index[i],
+                    &mut lengths,
+                    &mut rows,
+                    &mut values,
+                );
             }
             (lengths, rows, values)
         })
@@ -154,7 +164,11 @@ struct Column {
 
 impl Column {
     fn new(n: usize) -> Self {
-        Self { values: vec![0.0; n], touched: Vec::new(), is_touched: vec![false; n] }
+        Self {
+            values: vec![0.0; n],
+            touched: Vec::new(),
+            is_touched: vec![false; n],
+        }
     }
 
     fn add(&mut self, row: usize, value: f64) {

@@ -92,8 +92,7 @@ impl PreparedSystem {
             &operator.weights().map(|w| w.as_f64()),
             operator.symmetry() == Symmetry::Symmetric,
         );
-        let matrix =
-            normal::assemble(&rings, &weights, &free, &free_index, membrane, &springs);
+        let matrix = normal::assemble(&rings, &weights, &free, &free_index, membrane, &springs);
         let cholesky = Cholesky::factor(&matrix)?;
         tracing::debug!(
             unknowns = free.len(),
@@ -105,7 +104,15 @@ impl PreparedSystem {
         if springs.iter().all(|&s| s == 0.0) {
             springs.clear();
         }
-        Ok(Self { rings, weights, membrane: membrane.map_or(0.0, |m| m.weight), springs, free, cholesky, columns })
+        Ok(Self {
+            rings,
+            weights,
+            membrane: membrane.map_or(0.0, |m| m.weight),
+            springs,
+            free,
+            cholesky,
+            columns,
+        })
     }
 
     /// Number of vertices that are solved for.
@@ -140,9 +147,14 @@ impl PreparedSystem {
     ) {
         let n = self.rings.num_vertices();
         assert!(
-            [mismatch.len(), pull.len(), out.len(), tension.map_or(n, VertexMap::len)]
-                .iter()
-                .all(|&len| len == n),
+            [
+                mismatch.len(),
+                pull.len(),
+                out.len(),
+                tension.map_or(n, VertexMap::len)
+            ]
+            .iter()
+            .all(|&len| len == n),
             "one entry a vertex"
         );
         out.values_mut().for_each(|r| *r = Vector3::zeros());
@@ -200,5 +212,159 @@ impl PreparedSystem {
                 *r = Vector3::zeros();
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use cotan_geometry::testing::surfaces;
+    use cotan_halfedge::VertexId;
+    use cotan_laplacian::{Cotangent, LaplacianScheme, Tutte};
+    use nalgebra::{DMatrix, DVector};
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// The correction by dense normal equations, for one coordinate.
+    fn dense(
+        operator: &Operator<f64>,
+        handles: &[Handle],
+        membrane: Option<Membrane<'_>>,
+        right: &DVector<f64>,
+    ) -> DVector<f64> {
+        let l = DMatrix::from(&operator.matrix());
+        let n = l.nrows();
+        let mut m = l.transpose() * &l;
+        if let Some(Membrane { weight, stiffness }) = membrane {
+            for i in 0..n {
+                for (j, h) in operator.rings().ring(i) {
+                    m[(i, i)] += weight * stiffness[h.edge()];
+                    m[(i, j.index())] -= weight * stiffness[h.edge()];
+                }
+            }
+        }
+        let mut right = right.clone();
+        for handle in handles {
+            let i = handle.vertex.index();
+            match handle.hold {
+                Hold::Soft(k) => m[(i, i)] += (k * operator.mean_diagonal()).powi(2),
+                Hold::Hard => {
+                    m.row_mut(i).fill(0.0);
+                    m.column_mut(i).fill(0.0);
+                    m[(i, i)] = 1.0;
+                    right[i] = 0.0;
+                }
+            }
+        }
+        m.lu().solve(&right).unwrap()
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(32))]
+
+        #[test]
+        fn agrees_with_dense_normal_equations(
+            shape in surfaces(), symmetric in any::<bool>(), soft in any::<bool>(),
+            weight in 0.0f64..2.0, seed in 0u32..1000,
+        ) {
+            prop_assume!(shape.positions.len() <= 150);
+            let n = shape.positions.len();
+            let scheme: Box<dyn LaplacianScheme<f64>> =
+                if symmetric { Box::new(Cotangent::default()) } else { Box::new(Tutte) };
+            let operator = Operator::assemble(&*scheme, &shape.surface())?;
+            let mut handles = vec![Handle::hard(VertexId::new(0))];
+            if soft {
+                handles.push(Handle::soft(VertexId::new(n - 1), 3.0));
+            }
+            let stiffness = EdgeMap::filled(shape.mesh.num_edges(), 0.7);
+            let membrane = Some(Membrane { weight, stiffness: &stiffness });
+            let mut system = PreparedSystem::prepare(&operator, &handles, membrane)?;
+
+            let vector = |i: usize, phase: f64| {
+                let t = f64::from(seed) + i as f64;
+                Vector3::new((t + phase).sin(), (2.0 * t - phase).cos(), (3.0 * t * phase).sin())
+            };
+            let map = |phase: f64| VertexMap::from_vec((0..n).map(|i| vector(i, phase)).collect());
+            let (mismatch, tension, pull) = (map(0.3), map(1.1), map(2.7));
+            let mut residual = VertexMap::filled(n, Vector3::zeros());
+            let mut correction = residual.clone();
+            system.residual(&mismatch, Some(&tension), &pull, &mut residual);
+            system.solve(&residual, &mut correction);
+
+            let l = DMatrix::from(&operator.matrix());
+            for axis in 0..3 {
+                let column = |map: &VertexMap<Vector3<f64>>| {
+                    DVector::from_iterator(n, map.values().map(|v| v[axis]))
+                };
+                // The operator is the negative of the matrix.
+                let mut right = -(l.transpose() * column(&mismatch)) + column(&tension) * weight;
+                if soft {
+                    let k = 3.0 * operator.mean_diagonal();
+                    right[n - 1] += k * k * pull.as_slice()[n - 1][axis];
+                }
+                let expected = dense(&operator, &handles, membrane, &right);
+                let scale = expected.amax().max(1.0);
+                for (i, x) in expected.iter().enumerate() {
+                    let ours = correction.as_slice()[i][axis];
+                    prop_assert!((ours - x).abs() <= 1e-5 * scale, "{} {} {}", i, ours, x);
+                }
+            }
+            prop_assert_eq!(correction.as_slice()[0], Vector3::zeros());
+        }
+    }
+
+    #[test]
+    fn refuses_what_cannot_hold_the_mesh() {
+        let shape = cotan_geometry::shapes::icosphere::<f64>(1);
+        let operator = Operator::assemble(&Cotangent::default(), &shape.surface()).unwrap();
+        let v = VertexId::new(3);
+        let refused = |handles: &[Handle]| {
+            PreparedSystem::prepare(&operator, handles, None)
+                .map(|_| ())
+                .unwrap_err()
+        };
+        assert_eq!(refused(&[]), LinearError::NoHandles);
+        assert_eq!(
+            refused(&[Handle::hard(v), Handle::soft(v, 1.0)]),
+            LinearError::DuplicateHandle { vertex: v }
+        );
+        assert_eq!(
+            refused(&[Handle::soft(v, -2.0)]),
+            LinearError::HandleWeight {
+                vertex: v,
+                weight: -2.0
+            }
+        );
+        assert_eq!(
+            refused(&[Handle::hard(VertexId::new(42))]),
+            LinearError::HandleOutOfRange {
+                vertex: VertexId::new(42),
+                num_vertices: 42
+            }
+        );
+        let stiffness = EdgeMap::filled(shape.mesh.num_edges(), 1.0);
+        let membrane = Some(Membrane {
+            weight: -1.0,
+            stiffness: &stiffness,
+        });
+        assert_eq!(
+            PreparedSystem::prepare(&operator, &[Handle::hard(v)], membrane)
+                .map(|_| ())
+                .unwrap_err(),
+            LinearError::MembraneWeight(-1.0)
+        );
+    }
+
+    #[test]
+    fn all_vertices_may_be_handles() {
+        let shape = cotan_geometry::shapes::tetrahedron::<f64>();
+        let operator = Operator::assemble(&Cotangent::default(), &shape.surface()).unwrap();
+        let handles: Vec<Handle> = shape.mesh.vertices().map(Handle::hard).collect();
+        let mut system = PreparedSystem::prepare(&operator, &handles, None).unwrap();
+        assert_eq!(system.num_unknowns(), 0);
+        let residual = VertexMap::filled(4, Vector3::zeros());
+        let mut correction = VertexMap::filled(4, Vector3::x());
+        system.solve(&residual, &mut correction);
+        assert!(correction.values().all(|d| *d == Vector3::zeros()));
     }
 }

@@ -27,7 +27,10 @@ pub(crate) fn edge_pair<T: Scalar>(
     h: HalfedgeId,
 ) -> (Vector3<f64>, Vector3<f64>) {
     let (from, to) = (rest.mesh().origin(h), rest.mesh().target(h));
-    (as_f64(positions[to] - positions[from]), as_f64(rest.positions()[to] - rest.positions()[from]))
+    (
+        as_f64(positions[to] - positions[from]),
+        as_f64(rest.positions()[to] - rest.positions()[from]),
+    )
 }
 
 /// Σ_e cot_e e e⁰ᵀ over the three edges of every triangle.
@@ -49,7 +52,11 @@ pub(crate) fn face_covariances<T: Scalar>(
         sum
     };
     FaceMap::from_vec(
-        (0..mesh.num_faces()).into_par_iter().with_min_len(1 << 10).map(covariance).collect(),
+        (0..mesh.num_faces())
+            .into_par_iter()
+            .with_min_len(1 << 10)
+            .map(covariance)
+            .collect(),
     )
 }
 
@@ -113,4 +120,41 @@ fn repeat<A: Copy + Send + Sync>(
     }
     debug_assert_eq!(values.len(), rings.num_vertices());
     values
+}
+
+#[cfg(test)]
+mod tests {
+    use cotan_geometry::shapes::icosphere;
+
+    use super::*;
+
+    fn values(n: usize, phase: f64) -> VertexMap<f64> {
+        VertexMap::from_vec((0..n).map(|i| (1.7 * i as f64 + phase).sin()).collect())
+    }
+
+    #[test]
+    fn spreading_is_the_adjoint_of_averaging() {
+        let shape = icosphere::<f64>(2);
+        let rings = OneRings::new(&shape.mesh);
+        let (a, b) = (
+            values(shape.positions.len(), 0.2),
+            values(shape.positions.len(), 1.3),
+        );
+        let dot = |a: &VertexMap<f64>, b: &VertexMap<f64>| -> f64 {
+            a.values().zip(b.values()).map(|(a, b)| a * b).sum()
+        };
+        for times in 0..3 {
+            let left = dot(&average(&rings, a.clone(), times), &b);
+            let right = dot(&a, &spread(&rings, b.clone(), times));
+            assert!((left - right).abs() < 1e-12, "{left} {right}");
+        }
+    }
+
+    #[test]
+    fn the_mean_of_a_constant_is_the_constant() {
+        let shape = icosphere::<f64>(1);
+        let rings = OneRings::new(&shape.mesh);
+        let mean = average(&rings, VertexMap::filled(shape.positions.len(), 2.5), 2);
+        assert!(mean.values().all(|m| (m - 2.5).abs() < 1e-14));
+    }
 }

@@ -61,5 +61,9 @@ fn frame<T: Scalar>(
         return None;
     }
     let tangent = tangent / length;
-    Some(Matrix3::from_columns(&[normal, normal.cross(&tangent), tangent]))
+    Some(Matrix3::from_columns(&[
+        normal,
+        normal.cross(&tangent),
+        tangent,
+    ]))
 }

@@ -51,7 +51,11 @@ impl Hybrid {
 
     /// With bending length λ = `bending_length`, relative to the size of the mesh.
     pub fn new(bending_length: f64) -> Self {
-        Self { bending_length, means: VertexMap::default(), energy: 0.0 }
+        Self {
+            bending_length,
+            means: VertexMap::default(),
+            energy: 0.0,
+        }
     }
 
     /// The rotations of the current state, and their means and variances.
@@ -69,8 +73,9 @@ impl Hybrid {
         };
         let covariances = per_vertex(wanted.len(), covariance);
         let covariances = spread(rings, covariances, Self::WIDTH);
-        let rotations =
-            per_vertex(wanted.len(), |i| nearest_rotation(&covariances.as_slice()[i]));
+        let rotations = per_vertex(wanted.len(), |i| {
+            nearest_rotation(&covariances.as_slice()[i])
+        });
         let (means, variances) = means_and_variances(rings, rotations);
         self.energy = energy(state, &now, wanted, &means, &variances, mu);
         self.means = means;
@@ -104,6 +109,17 @@ impl<T: Scalar> Orientation<T> for Hybrid {
         Ok(())
     }
 
+    fn check(&self) -> Result<(), FlowError> {
+        if self.bending_length > 0.0 {
+            return Ok(());
+        }
+        Err(FlowError::Setting {
+            setting: "bending length",
+            range: "above 0",
+            value: self.bending_length,
+        })
+    }
+
     fn needs(&self) -> Quantities {
         Quantities::NONE
     }
@@ -128,7 +144,11 @@ impl<T: Scalar> Orientation<T> for Hybrid {
             .with_min_len(1 << 10)
             .map(|f| {
                 let face = FaceId::new(f);
-                let mean = mesh.triangle(face).map(|v| self.means[v]).iter().sum::<Matrix3<f64>>()
+                let mean = mesh
+                    .triangle(face)
+                    .map(|v| self.means[v])
+                    .iter()
+                    .sum::<Matrix3<f64>>()
                     / 3.0;
                 triangle_halfedges(mesh, face).map(|h| {
                     let (e, e0) = edge_pair(rest, positions, h);
@@ -136,18 +156,22 @@ impl<T: Scalar> Orientation<T> for Hybrid {
                 })
             })
             .collect();
-        out.as_mut_slice().par_iter_mut().enumerate().with_min_len(1 << 10).for_each(|(i, t)| {
-            *t = Vector3::zeros();
-            for h in mesh.outgoing_halfedges(VertexId::new(i)) {
-                let Some(face) = mesh.face(h) else { continue };
-                let first = triangle_halfedges(mesh, face)
-                    .iter()
-                    .position(|&other| other == h)
-                    .unwrap_or(0);
-                // The edge that leaves the vertex pulls it forward, the one that arrives back.
-                *t += pulls[face.index()][first] - pulls[face.index()][(first + 2) % 3];
-            }
-        });
+        out.as_mut_slice()
+            .par_iter_mut()
+            .enumerate()
+            .with_min_len(1 << 10)
+            .for_each(|(i, t)| {
+                *t = Vector3::zeros();
+                for h in mesh.outgoing_halfedges(VertexId::new(i)) {
+                    let Some(face) = mesh.face(h) else { continue };
+                    let first = triangle_halfedges(mesh, face)
+                        .iter()
+                        .position(|&other| other == h)
+                        .unwrap_or(0);
+                    // The edge that leaves the vertex pulls it forward, the one that arrives back.
+                    *t += pulls[face.index()][first] - pulls[face.index()][(first + 2) % 3];
+                }
+            });
     }
 
     fn start_from(&mut self, rotations: &VertexMap<Matrix3<f64>>) {
@@ -160,7 +184,13 @@ impl<T: Scalar> Orientation<T> for Hybrid {
 }
 
 fn per_vertex<A: Send>(n: usize, value: impl Fn(usize) -> A + Sync + Send) -> VertexMap<A> {
-    VertexMap::from_vec((0..n).into_par_iter().with_min_len(1 << 9).map(value).collect())
+    VertexMap::from_vec(
+        (0..n)
+            .into_par_iter()
+            .with_min_len(1 << 9)
+            .map(value)
+            .collect(),
+    )
 }
 
 /// R̄ = P R and V_j = Σ_i P_ji (R_i − R̄_j)ᵀ(R_i − R̄_j), from differences only so that nothing
@@ -225,4 +255,38 @@ fn energy<T: Scalar>(
         })
         .collect();
     sum(&of_vertices) + mu / 6.0 * sum(&of_faces)
+}
+
+#[cfg(test)]
+mod tests {
+    use cotan_geometry::shapes::torus;
+    use nalgebra::Rotation3;
+
+    use super::*;
+
+    /// P = Ω² written out: mean and variance of the rotations that serve a vertex.
+    #[test]
+    fn means_and_variances_are_those_of_the_wide_cells() {
+        let shape = torus::<f64>(1.0, 0.4, 12, 7);
+        let rings = OneRings::new(&shape.mesh);
+        let n = shape.positions.len();
+        let turn = |i: usize| Rotation3::new(Vector3::new((i as f64).sin(), 0.3, 0.1 * i as f64));
+        let rotations = per_vertex(n, |i| turn(i).into_inner());
+        let omega = |j: usize, i: usize| {
+            let is_near = i == j || rings.ring(j).any(|(k, _)| k.index() == i);
+            if is_near { cell_share(&rings, j) } else { 0.0 }
+        };
+        let (means, variances) = means_and_variances(&rings, rotations.clone());
+        for j in [0, 17, n - 1] {
+            let share = |i: usize| (0..n).map(|m| omega(j, m) * omega(m, i)).sum::<f64>();
+            let mean: Matrix3<f64> = (0..n).map(|i| rotations.as_slice()[i] * share(i)).sum();
+            let variance: Matrix3<f64> = (0..n)
+                .map(|i| rotations.as_slice()[i] - mean)
+                .enumerate()
+                .map(|(i, d)| d.transpose() * d * share(i))
+                .sum();
+            assert!((means.as_slice()[j] - mean).norm() < 1e-13);
+            assert!((variances.as_slice()[j] - variance).norm() < 1e-13);
+        }
+    }
 }

@@ -40,7 +40,9 @@ impl<T: Scalar> Default for Limited<T> {
 impl<T: Scalar> Limited<T> {
     /// The rule.
     pub fn new() -> Self {
-        Self { boundary: BoundaryFrames::new() }
+        Self {
+            boundary: BoundaryFrames::new(),
+        }
     }
 }
 
@@ -53,7 +55,9 @@ impl<T: Scalar> Default for LimitedMagnitude<T> {
 impl<T: Scalar> LimitedMagnitude<T> {
     /// The rule.
     pub fn new() -> Self {
-        Self { boundary: BoundaryFrames::new() }
+        Self {
+            boundary: BoundaryFrames::new(),
+        }
     }
 }
 
@@ -64,12 +68,21 @@ impl<T: Scalar> Orientation<T> for Limited<T> {
         field: &VertexMap<T>,
         out: &mut VertexMap<Vector3<T>>,
     ) -> Result<(), FlowError> {
-        limit(&mut self.boundary, state, field, out, |normal_part, _, _| normal_part);
+        limit(
+            &mut self.boundary,
+            state,
+            field,
+            out,
+            |normal_part, _, _| normal_part,
+        );
         Ok(())
     }
 
     fn needs(&self) -> Quantities {
-        Quantities { areas: false, ..Quantities::ALL }
+        Quantities {
+            areas: false,
+            ..Quantities::ALL
+        }
     }
 }
 
@@ -80,16 +93,25 @@ impl<T: Scalar> Orientation<T> for LimitedMagnitude<T> {
         field: &VertexMap<T>,
         out: &mut VertexMap<Vector3<T>>,
     ) -> Result<(), FlowError> {
-        limit(&mut self.boundary, state, field, out, |normal_part, tangential, magnitude| {
-            let rest = magnitude * magnitude - tangential * tangential;
-            let size = rest.max(T::zero()).sqrt();
-            if normal_part < T::zero() { -size } else { size }
-        });
+        limit(
+            &mut self.boundary,
+            state,
+            field,
+            out,
+            |normal_part, tangential, magnitude| {
+                let rest = magnitude * magnitude - tangential * tangential;
+                let size = rest.max(T::zero()).sqrt();
+                if normal_part < T::zero() { -size } else { size }
+            },
+        );
         Ok(())
     }
 
     fn needs(&self) -> Quantities {
-        Quantities { areas: false, ..Quantities::ALL }
+        Quantities {
+            areas: false,
+            ..Quantities::ALL
+        }
     }
 }
 
@@ -104,23 +126,27 @@ fn limit<T: Scalar>(
 ) {
     let rest = state.rest();
     boundary.prepare(rest);
-    out.as_mut_slice().par_iter_mut().enumerate().with_min_len(1 << 11).for_each(|(i, ell)| {
-        let v = VertexId::new(i);
-        let normal = state.normals()[v];
-        let scale = field_scale(field[v], rest.magnitudes()[v]);
-        if let Some(carried) = boundary.carry(rest.mesh(), state.positions(), normal, v) {
-            *ell = carried * scale;
-            return;
-        }
-        let original = rest.laplacian()[v];
-        let along = original.dot(&rest.normals()[v]);
-        let most = (original - rest.normals()[v] * along).norm() * scale;
-        let current = state.laplacian()[v];
-        let mut tangential = current - normal * current.dot(&normal);
-        let length = tangential.norm();
-        if length > most {
-            tangential *= most / length;
-        }
-        *ell = normal * normal_size(along * scale, length.min(most), field[v]) + tangential;
-    });
+    out.as_mut_slice()
+        .par_iter_mut()
+        .enumerate()
+        .with_min_len(1 << 11)
+        .for_each(|(i, ell)| {
+            let v = VertexId::new(i);
+            let normal = state.normals()[v];
+            let scale = field_scale(field[v], rest.magnitudes()[v]);
+            if let Some(carried) = boundary.carry(rest.mesh(), state.positions(), normal, v) {
+                *ell = carried * scale;
+                return;
+            }
+            let original = rest.laplacian()[v];
+            let along = original.dot(&rest.normals()[v]);
+            let most = (original - rest.normals()[v] * along).norm() * scale;
+            let current = state.laplacian()[v];
+            let mut tangential = current - normal * current.dot(&normal);
+            let length = tangential.norm();
+            if length > most {
+                tangential *= most / length;
+            }
+            *ell = normal * normal_size(along * scale, length.min(most), field[v]) + tangential;
+        });
 }

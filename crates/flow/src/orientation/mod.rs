@@ -4,8 +4,8 @@
 //! direction on the current mesh. The paper's rule is [`Reflect`]; the others converge where it
 //! oscillates (measured in `docs/decisions`).
 
-mod frame;
 mod cells;
+mod frame;
 mod hybrid;
 mod limited;
 mod reflect;
@@ -40,6 +40,14 @@ pub trait Orientation<T: Scalar>: Send {
         field: &VertexMap<T>,
         out: &mut VertexMap<Vector3<T>>,
     ) -> Result<(), FlowError>;
+
+    /// Looks at its own settings, once, before anything is assembled.
+    ///
+    /// # Errors
+    /// [`FlowError::Setting`] for a setting out of range.
+    fn check(&self) -> Result<(), FlowError> {
+        Ok(())
+    }
 
     /// What of the current mesh it reads. All of it unless overridden.
     fn needs(&self) -> Quantities {
@@ -84,6 +92,10 @@ impl<T: Scalar, O: Orientation<T> + ?Sized> Orientation<T> for Box<O> {
         (**self).orient(state, field, out)
     }
 
+    fn check(&self) -> Result<(), FlowError> {
+        (**self).check()
+    }
+
     fn needs(&self) -> Quantities {
         (**self).needs()
     }
@@ -112,5 +124,9 @@ impl<T: Scalar, O: Orientation<T> + ?Sized> Orientation<T> for Box<O> {
 
 /// field_i / |ℓ⁰_i|: by how much the scalar field scales the original; 0 where ℓ⁰ = 0.
 pub(crate) fn field_scale<T: Scalar>(field: T, magnitude: T) -> T {
-    if magnitude > T::zero() { field / magnitude } else { T::zero() }
+    if magnitude > T::zero() {
+        field / magnitude
+    } else {
+        T::zero()
+    }
 }

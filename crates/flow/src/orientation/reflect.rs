@@ -41,7 +41,9 @@ impl<T: Scalar> Default for Reflect<T> {
 impl<T: Scalar> Reflect<T> {
     /// The rule.
     pub fn new() -> Self {
-        Self { boundary: BoundaryFrames::new() }
+        Self {
+            boundary: BoundaryFrames::new(),
+        }
     }
 }
 
@@ -54,23 +56,37 @@ impl<T: Scalar> Orientation<T> for Reflect<T> {
     ) -> Result<(), FlowError> {
         let rest = state.rest();
         self.boundary.prepare(rest);
-        out.as_mut_slice().par_iter_mut().enumerate().with_min_len(1 << 11).for_each(|(i, ell)| {
-            let v = cotan_halfedge::VertexId::new(i);
-            let normal = state.normals()[v];
-            if let Some(carried) = self.boundary.carry(rest.mesh(), state.positions(), normal, v) {
-                *ell = carried * field_scale(field[v], rest.magnitudes()[v]);
-                return;
-            }
-            let side = rest.laplacian()[v].dot(&rest.normals()[v]);
-            let turned = orient(state.laplacian()[v], normal, side);
-            let length = turned.norm();
-            *ell = if length > T::zero() { turned * (field[v] / length) } else { turned };
-        });
+        out.as_mut_slice()
+            .par_iter_mut()
+            .enumerate()
+            .with_min_len(1 << 11)
+            .for_each(|(i, ell)| {
+                let v = cotan_halfedge::VertexId::new(i);
+                let normal = state.normals()[v];
+                if let Some(carried) =
+                    self.boundary
+                        .carry(rest.mesh(), state.positions(), normal, v)
+                {
+                    *ell = carried * field_scale(field[v], rest.magnitudes()[v]);
+                    return;
+                }
+                let side = rest.laplacian()[v].dot(&rest.normals()[v]);
+                let turned = orient(state.laplacian()[v], normal, side);
+                let length = turned.norm();
+                *ell = if length > T::zero() {
+                    turned * (field[v] / length)
+                } else {
+                    turned
+                };
+            });
         Ok(())
     }
 
     fn needs(&self) -> Quantities {
-        Quantities { areas: false, ..Quantities::ALL }
+        Quantities {
+            areas: false,
+            ..Quantities::ALL
+        }
     }
 }
 
@@ -105,7 +121,11 @@ pub struct ReflectFirst<T: Scalar> {
 impl<T: Scalar> ReflectFirst<T> {
     /// Reflects in the first `steps` iterations. Ten serve well.
     pub fn new(steps: usize) -> Self {
-        Self { first: Reflect::new(), then: Limited::new(), steps }
+        Self {
+            first: Reflect::new(),
+            then: Limited::new(),
+            steps,
+        }
     }
 }
 
@@ -137,9 +157,25 @@ mod tests {
         let n = Vector3::z();
         let ell = Vector3::new(1.0, 2.0, 3.0);
         assert_eq!(orient(ell, n, 0.5), ell, "same side");
-        assert_eq!(orient(ell, n, -0.5), Vector3::new(1.0, 2.0, -3.0), "other side");
-        assert_eq!(orient(ell, n, 0.0), Vector3::new(1.0, 2.0, -3.0), "no side: otherwise");
-        assert_eq!(orient(Vector3::zeros(), n, -0.5), -n, "zero takes the normal");
-        assert_eq!(orient(Vector3::zeros(), n, 0.0), Vector3::zeros(), "zero without a side");
+        assert_eq!(
+            orient(ell, n, -0.5),
+            Vector3::new(1.0, 2.0, -3.0),
+            "other side"
+        );
+        assert_eq!(
+            orient(ell, n, 0.0),
+            Vector3::new(1.0, 2.0, -3.0),
+            "no side: otherwise"
+        );
+        assert_eq!(
+            orient(Vector3::zeros(), n, -0.5),
+            -n,
+            "zero takes the normal"
+        );
+        assert_eq!(
+            orient(Vector3::zeros(), n, 0.0),
+            Vector3::zeros(),
+            "zero without a side"
+        );
     }
 }

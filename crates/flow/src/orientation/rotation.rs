@@ -31,12 +31,16 @@ impl<T: Scalar> Orientation<T> for BestRotation {
     ) -> Result<(), FlowError> {
         let rest = state.rest();
         let faces = face_covariances(rest, state.positions());
-        out.as_mut_slice().par_iter_mut().enumerate().with_min_len(1 << 9).for_each(|(i, ell)| {
-            let v = VertexId::new(i);
-            let rotation = nearest_rotation(&ring_covariance(rest.mesh(), &faces, v));
-            let scale = field_scale(field[v], rest.magnitudes()[v]);
-            *ell = (rotation * as_f64(rest.laplacian()[v])).map(T::of_f64) * scale;
-        });
+        out.as_mut_slice()
+            .par_iter_mut()
+            .enumerate()
+            .with_min_len(1 << 9)
+            .for_each(|(i, ell)| {
+                let v = VertexId::new(i);
+                let rotation = nearest_rotation(&ring_covariance(rest.mesh(), &faces, v));
+                let scale = field_scale(field[v], rest.magnitudes()[v]);
+                *ell = (rotation * as_f64(rest.laplacian()[v])).map(T::of_f64) * scale;
+            });
         Ok(())
     }
 

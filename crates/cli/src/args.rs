@@ -1,0 +1,162 @@
+//! The command line: commands, options, and the words in `--help`.
+
+mod options;
+mod values;
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+
+pub(crate) use options::{DeformArgs, InputArgs, ReconstructArgs, RunArgs};
+pub(crate) use values::Precision;
+
+/// Edit triangle meshes by a few handles: the surface follows, its details turn with it.
+#[derive(Debug, Parser)]
+#[command(name = "cotan", version, max_term_width = 100, after_help = EXAMPLES)]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    pub(crate) messages: Messages,
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  cotan demo                                     deform the built-in model, with pictures
+  cotan info bunny.ply                           what the mesh is and whether it can be edited
+  cotan deform bar.obj --handles bar.json -o bent.obj --picture bent.png
+  cotan compare bar.obj bent.obj                 how far the two are from each other
+
+Exit codes: 0 done, 1 an input is bad or a file cannot be written, 2 wrong usage.";
+
+const MESSAGES: &str = "Messages";
+
+/// How much is said on standard error.
+#[derive(Debug, Args)]
+pub(crate) struct Messages {
+    /// Say nothing but errors: no progress, no warnings, no summary
+    #[arg(short, long, global = true, conflicts_with = "verbose", help_heading = MESSAGES)]
+    pub(crate) quiet: bool,
+    /// Say more: the phases and how long they take; twice: what the libraries tell
+    #[arg(short, long, global = true, action = clap::ArgAction::Count, help_heading = MESSAGES)]
+    pub(crate) verbose: u8,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Deform the built-in model and write meshes, a picture and a report
+    #[command(after_help = DEMO_EXAMPLE)]
+    Demo(DemoArgs),
+    /// Tell what a mesh file holds: counts, topology, shape, defects
+    #[command(after_help = INFO_EXAMPLE)]
+    Info(InfoArgs),
+    /// Move handles and let the surface follow
+    #[command(after_long_help = options::DEFORM_HELP, after_help = options::DEFORM_EXAMPLE)]
+    Deform(DeformArgs),
+    /// Rebuild a mesh from its Laplacian coefficients and magnitudes alone
+    #[command(after_help = options::RECONSTRUCT_EXAMPLE)]
+    Reconstruct(ReconstructArgs),
+    /// Measure how far two meshes of the same connectivity are from each other
+    #[command(after_help = COMPARE_EXAMPLE)]
+    Compare(CompareArgs),
+    /// Write a mesh in another format (.obj, .ply, .off)
+    #[command(after_help = CONVERT_EXAMPLE)]
+    Convert(ConvertArgs),
+    /// Print a completion script for a shell
+    #[command(after_help = COMPLETIONS_EXAMPLE)]
+    Completions(CompletionsArgs),
+}
+
+const DEMO_EXAMPLE: &str = "\
+Example:
+  cotan demo -o out     writes before.obj, after.obj, handles.json, demo.png and report.json";
+
+const INFO_EXAMPLE: &str = "\
+Example:
+  cotan info bunny.ply --json
+
+Meshes that are not manifold are described too; their defects are listed with their element.
+Vertices and faces have the numbers of the file, counted from 0.";
+
+const COMPARE_EXAMPLE: &str = "\
+Example:
+  cotan compare before.obj after.obj
+
+A is the original. E_p is the change of the cotangent weights, E_g the change of the lengths of the
+Laplacian coordinates, with A scaled to a bounding box of longest side 1.";
+
+const CONVERT_EXAMPLE: &str = "\
+Example:
+  cotan convert scan.ply scan.obj
+
+The extension of OUT names the format. Vertices and faces keep their order; what the new format
+cannot hold is named in a warning.";
+
+const COMPLETIONS_EXAMPLE: &str = "\
+Example:
+  cotan completions bash > ~/.local/share/bash-completion/completions/cotan";
+
+#[derive(Debug, Args)]
+pub(crate) struct DemoArgs {
+    /// Folder for the results; made if it is not there
+    #[arg(short, long, value_name = "DIR", default_value = "cotan-demo")]
+    pub(crate) output: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct InfoArgs {
+    /// Mesh file (.obj, .ply, .off)
+    pub(crate) mesh: PathBuf,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CompareArgs {
+    /// The original mesh
+    #[arg(value_name = "A")]
+    pub(crate) original: PathBuf,
+    /// The other mesh: same vertices and faces, other positions
+    #[arg(value_name = "B")]
+    pub(crate) other: PathBuf,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ConvertArgs {
+    /// Mesh file to read
+    #[arg(value_name = "IN")]
+    pub(crate) input: PathBuf,
+    /// Mesh file to write
+    #[arg(value_name = "OUT")]
+    pub(crate) output: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CompletionsArgs {
+    /// The shell
+    pub(crate) shell: clap_complete::Shell,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn every_command_shows_an_example() {
+        for command in Arguments::command().get_subcommands_mut() {
+            let name = command.get_name().to_owned();
+            let help = command.render_help().to_string();
+            assert!(help.contains(&format!("cotan {name} ")), "{name}: {help}");
+        }
+    }
+}

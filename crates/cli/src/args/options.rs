@@ -1,0 +1,244 @@
+//! The options of `deform` and `reconstruct`.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+use clap::Args;
+use cotan::flow::{Acceleration, Schedule, Start};
+use cotan::{DeformOptions, DetailSize, OrientationKind, SchemeKind};
+
+use super::values::{self, Precision};
+
+pub(super) const DEFORM_EXAMPLE: &str = "\
+Example:
+  cotan deform bar.obj --handles bar.json -o bent.obj --report bent.json --picture bent.png
+
+See --help for the handles file.";
+
+pub(super) const DEFORM_HELP: &str = r#"Handles file:
+  Vertices have the numbers of the mesh file, counted from 0. JSON:
+
+    {"handles": [
+      {"vertices": [0, 1, 2], "fixed": true},
+      {"vertices": {"box": {"min": [9, -1, -1], "max": [11, 1, 1]}},
+       "transform": {"scale": 1.2, "rotate": {"axis": [0, 1, 0], "degrees": 45},
+                     "translate": [0, 0, 2]}},
+      {"vertices": {"sphere": {"center": [5, 0, 1], "radius": 0.3}},
+       "transform": {"matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 2]]}, "weight": 10},
+      {"vertices": [77], "to": [[5.0, 0.5, 1.5]]}
+    ]}
+
+  A transform scales first (about the centroid of the handle's vertices), then rotates (about the
+  point "about", by default the same centroid; counter-clockwise seen from the tip of the axis),
+  then translates. "matrix" has 3 or 4 rows of 4 numbers, acts on columns (x, y, z, 1), and stands
+  alone. "weight" makes a handle soft, whatever --soft says.
+
+  Plain text has one `vertex x y z` a line, the position where the vertex goes, with # comments.
+
+  NAME.sel has one line a vertex of the mesh: 0 fixed, 1 free, 2 moved by the 4x4 matrix in
+  NAME.def beside it (or in the file that --def names).
+
+Examples:
+  cotan deform bar.obj --handles bar.json -o bent.obj --report bent.json --picture bent.png
+  cotan deform scan.ply --handles pins.txt -o moved.ply --soft 100
+  cotan deform bar.off --handles bar.sel --def bar2.def -o stretched.off
+  cotan deform bar.off --handles bar.sel -o paper.off --orientation reflect --start original \
+      --accelerate off --schedule paper                  (the paper's own settings)"#;
+
+pub(super) const RECONSTRUCT_EXAMPLE: &str = "\
+Example:
+  cotan reconstruct bunny.ply --handles pins.txt --iterations 200 -o rebuilt.ply --report r.json
+
+The first solve has Laplacian coordinates of zero: the shape must come from the lengths of the
+Laplacian coordinates and the weights alone. Three to six handles that stay where they are say where
+the shape is.";
+
+/// What is edited, by which handles, and where the result goes.
+#[derive(Debug, Args)]
+pub(crate) struct InputArgs {
+    /// Mesh file (.obj, .ply, .off)
+    pub(crate) mesh: PathBuf,
+    /// Handles: JSON, text with `vertex x y z` a line, or a .sel file
+    #[arg(long, value_name = "FILE")]
+    pub(crate) handles: PathBuf,
+    /// The 4x4 matrix of a .sel file; by default the .def file of the same name
+    #[arg(long, value_name = "FILE")]
+    pub(crate) def: Option<PathBuf>,
+    /// Mesh file to write; its extension names the format
+    #[arg(short, long, value_name = "OUT")]
+    pub(crate) output: PathBuf,
+}
+
+/// The method, where `deform` and `reconstruct` agree.
+#[derive(Debug, Args)]
+pub(crate) struct MethodArgs {
+    /// Who chooses the weights of the Laplacian
+    #[arg(long, value_name = "NAME", value_parser = values::scheme(), default_value = "cotangent")]
+    scheme: SchemeKind,
+    /// Let details grow and shrink with the area around them
+    #[arg(long)]
+    rescale: bool,
+    /// How the Laplacian coordinates are turned; reflect is the paper's
+    #[arg(long, value_name = "NAME", value_parser = values::orientation(),
+        default_value = "hybrid")]
+    orientation: OrientationKind,
+    /// Accelerate from the last M steps, or off
+    #[arg(long, value_name = "M|off", value_parser = values::acceleration, default_value = "8")]
+    accelerate: Acceleration,
+    /// Steps at full length, or the paper's falling ratio
+    #[arg(long, value_name = "NAME", value_parser = values::schedule(), default_value = "full")]
+    schedule: Schedule,
+    /// Smaller details than this are kept by the flow, larger shapes by the hybrid's membrane;
+    /// relative to the size of the mesh [default: 0.0175]
+    #[arg(long, value_name = "X", value_parser = values::positive)]
+    bending_length: Option<f64>,
+}
+
+/// How a run is carried out and what it leaves behind.
+#[derive(Debug, Args)]
+pub(crate) struct RunArgs {
+    /// The number type of the iteration
+    #[arg(long, value_name = "TYPE", value_enum, default_value_t = Precision::F64)]
+    pub(crate) precision: Precision,
+    /// How many threads work; the result is the same, byte by byte [default: one a core]
+    #[arg(long, value_name = "N")]
+    pub(crate) threads: Option<NonZeroUsize>,
+    /// Write a report (JSON)
+    #[arg(long, value_name = "R.json")]
+    pub(crate) report: Option<PathBuf>,
+    /// Put the errors after every iteration into the report
+    #[arg(long, requires = "report")]
+    pub(crate) history: bool,
+    /// Draw the mesh before and after (PNG)
+    #[arg(long, value_name = "P.png")]
+    pub(crate) picture: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct DeformArgs {
+    #[command(flatten)]
+    pub(crate) input: InputArgs,
+    #[command(flatten)]
+    method: MethodArgs,
+    /// The Laplacian coordinates of the first solve: turned with the handles, original, or zero
+    #[arg(long, value_name = "NAME", value_parser = values::start(), default_value = "rotations")]
+    start: Start,
+    /// The most iterations
+    #[arg(long, value_name = "N", default_value = "200")]
+    iterations: NonZeroUsize,
+    /// Stop when no vertex moves by more than this ratio of the bounding box's diagonal
+    #[arg(long, value_name = "X", value_parser = values::tolerance, default_value = "1e-4")]
+    tolerance: f64,
+    /// Meet the handles exactly (the default)
+    #[arg(long, conflicts_with = "soft")]
+    hard: bool,
+    /// Hold the handles by springs of this weight, where they have no weight of their own
+    #[arg(long, value_name = "K", value_parser = values::positive)]
+    pub(crate) soft: Option<f64>,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ReconstructArgs {
+    #[command(flatten)]
+    pub(crate) input: InputArgs,
+    /// How many iterations
+    #[arg(long, value_name = "N")]
+    iterations: NonZeroUsize,
+    #[command(flatten)]
+    method: MethodArgs,
+    /// Stop earlier, when no vertex moves by more than this ratio of the bounding box's diagonal
+    #[arg(long, value_name = "X", value_parser = values::tolerance, default_value = "0")]
+    tolerance: f64,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+impl MethodArgs {
+    /// The settings; what is not named here has the library's default.
+    fn options(&self) -> DeformOptions {
+        let default = DeformOptions::default();
+        DeformOptions {
+            scheme: self.scheme,
+            orientation: self.orientation,
+            bending_length: self.bending_length.unwrap_or(default.bending_length),
+            detail_size: if self.rescale {
+                DetailSize::Rescale
+            } else {
+                DetailSize::Keep
+            },
+            acceleration: self.accelerate,
+            schedule: self.schedule,
+            ..default
+        }
+    }
+}
+
+impl DeformArgs {
+    pub(crate) fn options(&self) -> DeformOptions {
+        DeformOptions {
+            start: self.start,
+            tolerance: self.tolerance,
+            iteration_limit: self.iterations.get(),
+            ..self.method.options()
+        }
+    }
+}
+
+impl ReconstructArgs {
+    /// The settings of [`cotan::reconstruct`]: from zero, without the hybrid's membrane, which
+    /// knows the directions of the original edges.
+    pub(crate) fn options(&self) -> DeformOptions {
+        let mut options = DeformOptions {
+            start: Start::Zero,
+            tolerance: self.tolerance,
+            iteration_limit: self.iterations.get(),
+            ..self.method.options()
+        };
+        if options.orientation == OrientationKind::Hybrid {
+            options.orientation = OrientationKind::Reflect;
+            options.acceleration = Acceleration::Off;
+        }
+        options
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::{CommandFactory, Parser};
+
+    use super::*;
+    use crate::args::{Arguments, Command};
+
+    #[test]
+    fn the_defaults_are_the_librarys() {
+        let words = [
+            "cotan",
+            "deform",
+            "a.obj",
+            "--handles",
+            "h.json",
+            "-o",
+            "b.obj",
+        ];
+        let arguments = Arguments::try_parse_from(words).unwrap();
+        let Command::Deform(args) = arguments.command else {
+            panic!("another command")
+        };
+        assert_eq!(args.options(), DeformOptions::default());
+    }
+
+    #[test]
+    fn the_help_names_the_default_bending_length() {
+        let mut command = Arguments::command();
+        let deform = command.find_subcommand_mut("deform").unwrap();
+        let default = DeformOptions::default().bending_length;
+        assert!(
+            deform
+                .render_help()
+                .to_string()
+                .contains(&format!("[default: {default}]"))
+        );
+    }
+}

@@ -1,0 +1,108 @@
+//! Values of options: names and numbers, checked while the command line is read.
+
+use clap::ValueEnum;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use cotan::flow::{Acceleration, Schedule, Start};
+use cotan::{OrientationKind, SchemeKind};
+
+/// The number type that the iteration runs in.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub(crate) enum Precision {
+    /// 32-bit numbers: half the memory, about seven digits
+    F32,
+    /// 64-bit numbers
+    F64,
+}
+
+impl Precision {
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::F32 => "f32",
+            Self::F64 => "f64",
+        }
+    }
+}
+
+/// The library's names of schemes.
+pub(super) fn scheme() -> impl TypedValueParser<Value = SchemeKind> {
+    PossibleValuesParser::new(SchemeKind::ALL.iter().map(|kind| kind.name()))
+        .try_map(|name| name.parse::<SchemeKind>())
+}
+
+/// The library's names of orientations.
+pub(super) fn orientation() -> impl TypedValueParser<Value = OrientationKind> {
+    PossibleValuesParser::new(OrientationKind::ALL.iter().map(|kind| kind.name()))
+        .try_map(|name| name.parse::<OrientationKind>())
+}
+
+pub(super) fn schedule() -> impl TypedValueParser<Value = Schedule> {
+    PossibleValuesParser::new(["full", "paper"]).map(|name| match name.as_str() {
+        "paper" => Schedule::PAPER,
+        _ => Schedule::FULL,
+    })
+}
+
+pub(super) fn start() -> impl TypedValueParser<Value = Start> {
+    PossibleValuesParser::new(["rotations", "original", "zero"]).map(|name| match name.as_str() {
+        "original" => Start::Original,
+        "zero" => Start::Zero,
+        _ => Start::HandleRotations,
+    })
+}
+
+/// `off`, or how many of the last steps are remembered.
+pub(super) fn acceleration(text: &str) -> Result<Acceleration, String> {
+    match (text, text.parse::<usize>()) {
+        ("off", _) | (_, Ok(0)) => Ok(Acceleration::Off),
+        (_, Ok(memory)) if memory <= MOST_MEMORY => Ok(Acceleration::Memory(memory)),
+        _ => Err(format!(
+            "give a number of steps from 1 to {MOST_MEMORY}, or off"
+        )),
+    }
+}
+
+/// A tolerance: finite, at least 0.
+pub(super) fn tolerance(text: &str) -> Result<f64, String> {
+    number(text)
+        .filter(|x| *x >= 0.0)
+        .ok_or_else(|| "give a number of at least 0".to_owned())
+}
+
+/// A spring weight or a length: finite, above 0.
+pub(super) fn positive(text: &str) -> Result<f64, String> {
+    number(text)
+        .filter(|x| *x > 0.0)
+        .ok_or_else(|| "give a number above 0".to_owned())
+}
+
+fn number(text: &str) -> Option<f64> {
+    text.parse::<f64>().ok().filter(|x| x.is_finite())
+}
+
+/// Each remembered step takes two vectors of the size of the mesh.
+const MOST_MEMORY: usize = 100;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn acceleration_is_a_memory_or_off() {
+        assert_eq!(acceleration("off"), Ok(Acceleration::Off));
+        assert_eq!(acceleration("0"), Ok(Acceleration::Off));
+        assert_eq!(acceleration("5"), Ok(Acceleration::Memory(5)));
+        assert!(acceleration("many").is_err() && acceleration("-1").is_err());
+        assert!(acceleration("1000000000").is_err());
+    }
+
+    #[test]
+    fn numbers_are_finite_and_in_range() {
+        assert_eq!(tolerance("0"), Ok(0.0));
+        assert_eq!(positive("2.5"), Ok(2.5));
+        for refused in ["-1", "NaN", "inf", "1e999", "x", ""] {
+            assert!(tolerance(refused).is_err(), "{refused}");
+            assert!(positive(refused).is_err(), "{refused}");
+        }
+        assert!(positive("0").is_err());
+    }
+}

@@ -1,0 +1,26 @@
+//! The commands, one file each.
+
+mod compare;
+mod completions;
+mod convert;
+mod deform;
+mod demo;
+mod info;
+mod reconstruct;
+
+use crate::args::Command;
+use crate::console::Console;
+use crate::error::CliError;
+
+/// Runs a command.
+pub(crate) fn run(command: &Command, console: &Console) -> Result<(), CliError> {
+    match command {
+        Command::Demo(args) => demo::run(args, console),
+        Command::Info(args) => info::run(args, console),
+        Command::Deform(args) => deform::run(args, console),
+        Command::Reconstruct(args) => reconstruct::run(args, console),
+        Command::Compare(args) => compare::run(args, console),
+        Command::Convert(args) => convert::run(args, console),
+        Command::Completions(args) => completions::run(args, console),
+    }
+}

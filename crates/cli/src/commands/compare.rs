@@ -1,0 +1,113 @@
+//! `cotan compare`: two embeddings of one connectivity.
+
+use std::path::Path;
+
+use cotan::Quality;
+use cotan::geometry::{Surface, bounding_box};
+use cotan_io::Document;
+use serde::Serialize;
+
+use crate::args::CompareArgs;
+use crate::console::Console;
+use crate::edit::{self, positions_of};
+use crate::error::{CliError, in_file_numbers};
+use crate::report::{QualityFields, Seconds, Table, json_text, number};
+
+/// What `compare` prints.
+#[derive(Debug, Serialize)]
+struct Comparison {
+    vertices: usize,
+    faces: usize,
+    #[serde(flatten)]
+    quality: QualityFields,
+    /// The longest and the root mean square move of a vertex, in the unit of the files.
+    max_displacement: f64,
+    rms_displacement: f64,
+    /// The longest move over the diagonal of the original's bounding box.
+    max_relative_displacement: f64,
+}
+
+pub(crate) fn run(args: &CompareArgs, console: &Console) -> Result<(), CliError> {
+    let (original, processing) = edit::load(&args.original, &mut Seconds::default())?;
+    let other = cotan_io::load(&args.other)?;
+    check_same_faces([&args.original, &args.other], [&original, &other])?;
+
+    let refuse = |path: &Path, error: cotan::Error| CliError::Mesh {
+        path: path.to_owned(),
+        source: in_file_numbers(error, &processing),
+    };
+    let (before, after) = (processing.positions(), positions_of(&other, &processing));
+    let surface = |path: &Path, positions| {
+        Surface::new(processing.mesh(), positions).map_err(|e| refuse(path, e.into()))
+    };
+    let (a, b) = (
+        surface(&args.original, before)?,
+        surface(&args.other, &after)?,
+    );
+    let quality = Quality::measure(&a, &b).map_err(|e| refuse(&args.other, e))?;
+    let moves: Vec<f64> = before
+        .values()
+        .zip(after.values())
+        .map(|(a, b)| (b - a).norm())
+        .collect();
+    let longest = moves.iter().copied().fold(0.0, f64::max);
+    let mean_square = moves.iter().map(|d| d * d).sum::<f64>() / moves.len().max(1) as f64;
+    let comparison = Comparison {
+        vertices: before.len(),
+        faces: processing.mesh().num_faces(),
+        quality: QualityFields::from(&quality),
+        max_displacement: longest,
+        rms_displacement: mean_square.sqrt(),
+        max_relative_displacement: longest / bounding_box(&a).diagonal(),
+    };
+    if args.json {
+        return console.print(&json_text(&comparison)?);
+    }
+    console.print(&table(&comparison))
+}
+
+/// Refuses two documents that are not embeddings of the same faces, with the first difference.
+fn check_same_faces(paths: [&Path; 2], documents: [&Document; 2]) -> Result<(), CliError> {
+    let different = |problem: String| CliError::Compare {
+        paths: paths.map(Path::to_owned),
+        problem,
+    };
+    let [a, b] = documents;
+    let counts = documents.map(|d| (d.positions().len(), d.faces().len()));
+    if counts[0] != counts[1] {
+        let [(va, fa), (vb, fb)] = counts;
+        return Err(different(format!(
+            "{va} vertices and {fa} faces against {vb} vertices and {fb} faces"
+        )));
+    }
+    match a
+        .faces()
+        .iter()
+        .zip(b.faces().iter())
+        .position(|(f, g)| f != g)
+    {
+        Some(face) => Err(different(format!(
+            "face {face} (counted from 0) has other corners"
+        ))),
+        None => Ok(()),
+    }
+}
+
+fn table(comparison: &Comparison) -> String {
+    let mut table = Table::default();
+    table.row(
+        "vertices, faces",
+        format!("{}, {}", comparison.vertices, comparison.faces),
+    );
+    table.quality(&comparison.quality);
+    table.row(
+        "longest move",
+        format!(
+            "{} ({} of the diagonal)",
+            number(comparison.max_displacement),
+            number(comparison.max_relative_displacement)
+        ),
+    );
+    table.row("move, rms", number(comparison.rms_displacement));
+    table.text
+}

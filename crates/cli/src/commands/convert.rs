@@ -1,0 +1,22 @@
+//! `cotan convert`: the same mesh in another format.
+
+use crate::args::ConvertArgs;
+use crate::console::Console;
+use crate::error::CliError;
+use crate::files;
+
+pub(crate) fn run(args: &ConvertArgs, console: &Console) -> Result<(), CliError> {
+    let format = files::check_mesh_path(&args.output)?;
+    let document = cotan_io::load(&args.input)?;
+    for loss in document.losses(format) {
+        console.warn(format_args!("{}: {loss}", args.input.display()));
+    }
+    cotan_io::save(&document, &args.output)?;
+    console.note(format_args!(
+        "{}: {} vertices, {} faces\n",
+        args.output.display(),
+        document.positions().len(),
+        document.faces().len()
+    ));
+    Ok(())
+}

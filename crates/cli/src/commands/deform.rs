@@ -1,0 +1,138 @@
+//! `cotan deform`: handles move, the surface follows.
+
+use std::time::Instant;
+
+use cotan::DeformOptions;
+use cotan::flow::StopReason;
+
+use crate::args::{DeformArgs, InputArgs, RunArgs};
+use crate::console::Console;
+use crate::edit::{self, Edit, Edited, History};
+use crate::error::CliError;
+use crate::files;
+use crate::handles_file::HandlesFile;
+use crate::picture::{BeforeAfter, marks};
+use crate::report::{Report, Seconds, Setting, counted};
+
+pub(crate) fn run(args: &DeformArgs, console: &Console) -> Result<(), CliError> {
+    let job = Job {
+        input: &args.input,
+        run: &args.run,
+        options: args.options(),
+        soft: args.soft,
+        at_limit: AtLimit::Warn,
+    };
+    let report = edit::with_threads(args.run.threads, || job.run(console))??;
+    console.note(report.table());
+    Ok(())
+}
+
+/// Files in, an edit, files out: what `deform` and `reconstruct` share.
+pub(crate) struct Job<'a> {
+    pub(crate) input: &'a InputArgs,
+    pub(crate) run: &'a RunArgs,
+    pub(crate) options: DeformOptions,
+    pub(crate) soft: Option<f64>,
+    pub(crate) at_limit: AtLimit,
+}
+
+/// What reaching the iteration limit means.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum AtLimit {
+    /// The shape has not settled, which should be known.
+    Warn,
+    /// That was asked for.
+    Expected,
+}
+
+impl Job<'_> {
+    /// Reads, edits, writes; warns of what should be known.
+    pub(crate) fn run(&self, console: &Console) -> Result<Report, CliError> {
+        let clock = Instant::now();
+        let format = files::check_mesh_path(&self.input.output)?;
+        for path in [&self.run.report, &self.run.picture].into_iter().flatten() {
+            files::check_writable(path)?;
+        }
+        let progress = console.progress(self.options.iteration_limit);
+        progress.phase("load");
+        let mut seconds = Seconds::default();
+        let (mut document, processing) = edit::load(&self.input.mesh, &mut seconds)?;
+        let handles = HandlesFile {
+            path: &self.input.handles,
+            def: self.input.def.as_deref(),
+        };
+        let constraints = handles.read(&document, &processing)?;
+        let edit = Edit {
+            path: &self.input.mesh,
+            constraints: &constraints,
+            options: &self.options,
+            soft: self.soft,
+            precision: self.run.precision,
+            history: if self.run.history {
+                History::Keep
+            } else {
+                History::Skip
+            },
+        };
+        let edited = edit.run(&mut document, &processing, &mut seconds, &progress)?;
+        drop(progress);
+
+        cotan_io::save(&document, &self.input.output)?;
+        for loss in document.losses(format) {
+            console.warn(format_args!("{}: {loss}", self.input.output.display()));
+        }
+        self.warn(&edited, console);
+        seconds.total = clock.elapsed().as_secs_f64();
+        let setting = Setting {
+            faces: processing.mesh().num_faces(),
+            handles: constraints.len(),
+            options: &self.options,
+            precision: self.run.precision,
+            seconds,
+        };
+        let report = Report::new(&edited, setting);
+        if let Some(path) = &self.run.report {
+            report.write(path)?;
+        }
+        if let Some(path) = &self.run.picture {
+            let pair = BeforeAfter {
+                mesh: processing.mesh(),
+                before: processing.positions(),
+                after: &edited.positions,
+                marks: &marks(&constraints, &processing),
+            };
+            files::write(path, &pair.png())?;
+        }
+        Ok(report)
+    }
+
+    fn warn(&self, edited: &Edited, console: &Console) {
+        let flow = &edited.flow;
+        let (change, iterations) = (flow.change, counted(flow.iterations, "iteration"));
+        match flow.stop {
+            StopReason::IterationLimit if self.at_limit == AtLimit::Warn => {
+                console.warn(format_args!(
+                    "not converged after {iterations} (the last moved a vertex by \
+                     {change:.1e} of the diagonal); raise --iterations, or try another \
+                     --orientation"
+                ));
+            }
+            StopReason::Diverged => console.warn(format_args!(
+                "diverged after {iterations}; the last finite shape was \
+                 written; try another --orientation or --scheme clamped"
+            )),
+            StopReason::Stalled => console.warn(format_args!(
+                "stopped after {iterations} before the tolerance was met: within rounding, no step \
+                 leads further"
+            )),
+            _ => {}
+        }
+        let flipped = edited.quality.flipped_faces;
+        if flipped > 0 {
+            console.warn(format_args!(
+                "{} flipped against the neighbours",
+                counted(flipped, "face")
+            ));
+        }
+    }
+}

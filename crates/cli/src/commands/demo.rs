@@ -1,0 +1,101 @@
+//! `cotan demo`: the built-in model, deformed, in files to look at.
+//!
+//! It writes the model and its handles, then does what `cotan deform` would do with them.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use cotan::DeformOptions;
+use cotan::geometry::Region;
+use cotan::shapes::{CREATURE_RESOLUTION, creature, creature_regions};
+use cotan_io::Document;
+
+use crate::args::{DemoArgs, InputArgs, Precision, RunArgs};
+use crate::commands::deform::{AtLimit, Job};
+use crate::console::Console;
+use crate::error::CliError;
+use crate::files;
+
+pub(crate) fn run(args: &DemoArgs, console: &Console) -> Result<(), CliError> {
+    let folder = args.output.as_path();
+    std::fs::create_dir_all(folder).map_err(|source| CliError::Write {
+        path: folder.to_owned(),
+        source,
+    })?;
+    let model = creature::<f64>(CREATURE_RESOLUTION);
+    let input = InputArgs {
+        mesh: folder.join("before.obj"),
+        handles: folder.join("handles.json"),
+        def: None,
+        output: folder.join("after.obj"),
+    };
+    let run = RunArgs {
+        precision: Precision::F64,
+        threads: None,
+        report: Some(folder.join("report.json")),
+        history: true,
+        picture: Some(folder.join("demo.png")),
+    };
+    cotan_io::save(
+        &Document::from_mesh(&model.mesh, &model.positions)?,
+        &input.mesh,
+    )?;
+    files::write(&input.handles, handles().as_bytes())?;
+    let job = Job {
+        input: &input,
+        run: &run,
+        options: DeformOptions::default(),
+        soft: None,
+        at_limit: AtLimit::Warn,
+    };
+    let report = job.run(console)?;
+    if console.is_quiet() {
+        return Ok(());
+    }
+    console.print(&format!("{}{}", report.table(), where_to_look(folder)))
+}
+
+fn where_to_look(folder: &Path) -> String {
+    let file = |name: &str| folder.join(name).display().to_string();
+    format!(
+        "\npicture   {}\nmeshes    {}, {}\nhandles   {}\nreport    {}\n",
+        file("demo.png"),
+        file("before.obj"),
+        file("after.obj"),
+        file("handles.json"),
+        file("report.json"),
+    )
+}
+
+/// The handles file: the feet stay, the head turns to the viewer and up, the tail rises.
+fn handles() -> String {
+    let mut entries = Vec::new();
+    for region in creature_regions::<f64>() {
+        let goal = match region.name {
+            "head" => HEAD,
+            "tail tip" => TAIL,
+            name if name.ends_with("foot") => "\"fixed\": true",
+            _ => continue,
+        };
+        entries.push(entry(&region, goal));
+    }
+    format!("{{\"handles\": [\n{}\n]}}\n", entries.join(",\n"))
+}
+
+fn entry(region: &Region<f64>, goal: &str) -> String {
+    let mut text = String::new();
+    let [x, y, z]: [f64; 3] = region.center.into();
+    // Writing to a string does not fail.
+    let _ = write!(
+        text,
+        "  {{\"vertices\": {{\"sphere\": {{\"center\": [{x}, {y}, {z}], \"radius\": {}}}}},\n   {goal}}}",
+        region.radius
+    );
+    text
+}
+
+const HEAD: &str = "\"transform\": {\"rotate\": {\"axis\": [0, 1, 0], \"degrees\": -50}, \
+                    \"translate\": [0.1, 0.35, 0.3]}";
+
+const TAIL: &str = "\"transform\": {\"rotate\": {\"axis\": [0, 0, 1], \"degrees\": -70}, \
+                    \"translate\": [0.3, 0.75, 0.1]}";

@@ -1,0 +1,26 @@
+//! `cotan reconstruct`: the shape from its two scalar fields.
+
+use crate::args::ReconstructArgs;
+use crate::commands::deform::{AtLimit, Job};
+use crate::console::Console;
+use crate::edit;
+use crate::error::CliError;
+
+pub(crate) fn run(args: &ReconstructArgs, console: &Console) -> Result<(), CliError> {
+    let options = args.options();
+    let at_limit = if options.tolerance > 0.0 {
+        AtLimit::Warn
+    } else {
+        AtLimit::Expected
+    };
+    let job = Job {
+        input: &args.input,
+        run: &args.run,
+        options,
+        soft: None,
+        at_limit,
+    };
+    let report = edit::with_threads(args.run.threads, || job.run(console))??;
+    console.note(report.table());
+    Ok(())
+}

@@ -1,0 +1,208 @@
+//! The edit that `deform`, `reconstruct` and `demo` share: document and handles in, document out.
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use cotan::flow::{Flow, Report as FlowReport, StepReport};
+use cotan::geometry::{Positions, Scalar, Surface};
+use cotan::linear::Hold;
+use cotan::{DeformOptions, Quality, Session, ShapeErrors};
+use cotan_io::{Document, ProcessingMesh};
+
+use crate::args::Precision;
+use crate::console::Progress;
+use crate::error::{CliError, in_file_numbers};
+use crate::handles_file::{Constraint, to_handles};
+use crate::report::{HistoryEntry, Seconds};
+
+/// What is to be done to a document.
+#[derive(Debug)]
+pub(crate) struct Edit<'a> {
+    /// The mesh file, for messages.
+    pub(crate) path: &'a Path,
+    pub(crate) constraints: &'a [Constraint],
+    pub(crate) options: &'a DeformOptions,
+    /// Weight of the handles that have none of their own; `None` holds them exactly.
+    pub(crate) soft: Option<f64>,
+    pub(crate) precision: Precision,
+    pub(crate) history: History,
+}
+
+/// Whether the errors are measured after every iteration.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum History {
+    Skip,
+    Keep,
+}
+
+/// What an edit did.
+#[derive(Debug)]
+pub(crate) struct Edited {
+    /// The positions that were written to the document, in the order of the processing mesh.
+    pub(crate) positions: Positions<f64>,
+    pub(crate) flow: FlowReport,
+    pub(crate) quality: Quality,
+    pub(crate) history: Option<Vec<HistoryEntry>>,
+}
+
+impl Edit<'_> {
+    /// Moves the handles; the document has the new positions afterwards.
+    ///
+    /// # Errors
+    /// [`CliError::Mesh`] for a mesh that cannot be edited with these handles.
+    pub(crate) fn run(
+        &self,
+        document: &mut Document,
+        processing: &ProcessingMesh,
+        seconds: &mut Seconds,
+        progress: &Progress,
+    ) -> Result<Edited, CliError> {
+        match self.precision {
+            Precision::F64 => self.run_as::<f64>(document, processing, seconds, progress),
+            Precision::F32 => self.run_as::<f32>(document, processing, seconds, progress),
+        }
+    }
+
+    fn run_as<T: Scalar>(
+        &self,
+        document: &mut Document,
+        processing: &ProcessingMesh,
+        seconds: &mut Seconds,
+        progress: &Progress,
+    ) -> Result<Edited, CliError> {
+        let refuse = |error: cotan::Error| self.refuse(error, processing);
+        let mesh = processing.mesh();
+        let original = Surface::new(mesh, processing.positions()).map_err(|e| refuse(e.into()))?;
+
+        progress.phase("factorize");
+        let clock = Instant::now();
+        let mut handles = to_handles::<T>(self.constraints, processing);
+        if let Some(weight) = self.soft {
+            handles = handles.all_held(Hold::Soft(weight));
+        }
+        let positions = processing.positions().map(|p| p.map(T::of_f64));
+        let mut session = Session::new(mesh, &positions, &handles, self.options).map_err(refuse)?;
+        seconds.factor = clock.elapsed().as_secs_f64();
+
+        progress.phase("iterate");
+        let clock = Instant::now();
+        let mut recorder = Recorder::new(self.history, original);
+        let flow = session.run_observed(|flow, step| {
+            progress.step(step.iteration, step.change);
+            recorder.record(flow, step)
+        });
+        let (history, measuring) = recorder.finish().map_err(refuse)?;
+        let flow = flow.map_err(refuse)?;
+        seconds.iterate = clock.elapsed().as_secs_f64() - measuring;
+
+        let in_file = |e| crate::files::in_file(self.path, e);
+        document
+            .set_positions(processing, &session.positions())
+            .map_err(in_file)?;
+        let positions = positions_of(document, processing);
+        let quality =
+            Quality::measure(&original, &original.with_positions(&positions)).map_err(refuse)?;
+        Ok(Edited {
+            positions,
+            flow,
+            quality,
+            history,
+        })
+    }
+
+    fn refuse(&self, error: cotan::Error, processing: &ProcessingMesh) -> CliError {
+        CliError::Mesh {
+            path: PathBuf::from(self.path),
+            source: in_file_numbers(error, processing),
+        }
+    }
+}
+
+/// Measures the errors after every iteration, if they are wanted.
+struct Recorder<'a> {
+    original: Surface<'a, f64>,
+    /// What was measured so far, or why that went wrong.
+    entries: Result<Option<Vec<HistoryEntry>>, cotan::Error>,
+    /// Seconds that the measurements took.
+    seconds: f64,
+}
+
+impl<'a> Recorder<'a> {
+    fn new(history: History, original: Surface<'a, f64>) -> Self {
+        let entries = match history {
+            History::Skip => None,
+            History::Keep => Some(Vec::new()),
+        };
+        Self {
+            original,
+            entries: Ok(entries),
+            seconds: 0.0,
+        }
+    }
+
+    fn record<T: Scalar>(&mut self, flow: &Flow<'_, T>, step: &StepReport) -> ControlFlow<()> {
+        let Ok(Some(entries)) = &mut self.entries else {
+            return ControlFlow::Continue(());
+        };
+        let clock = Instant::now();
+        let now = flow.positions().map(|p| p.map(Scalar::as_f64));
+        let errors = ShapeErrors::measure(&self.original, &self.original.with_positions(&now));
+        self.seconds += clock.elapsed().as_secs_f64();
+        match errors {
+            Ok(errors) => entries.push(HistoryEntry::new(step, &errors)),
+            Err(error) => {
+                self.entries = Err(error);
+                return ControlFlow::Break(());
+            }
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// The history, and the seconds that it took.
+    fn finish(self) -> Result<(Option<Vec<HistoryEntry>>, f64), cotan::Error> {
+        Ok((self.entries?, self.seconds))
+    }
+}
+
+/// The document's positions, in the order of the processing mesh.
+pub(crate) fn positions_of(document: &Document, processing: &ProcessingMesh) -> Positions<f64> {
+    let positions = document.positions();
+    processing
+        .mesh()
+        .vertices()
+        .map(|v| positions[processing.document_vertex(v)])
+        .collect()
+}
+
+/// Reads a mesh file and builds its half-edge mesh.
+pub(crate) fn load(
+    path: &Path,
+    seconds: &mut Seconds,
+) -> Result<(Document, ProcessingMesh), CliError> {
+    let clock = Instant::now();
+    let document = cotan_io::load(path)?;
+    seconds.load = clock.elapsed().as_secs_f64();
+    let clock = Instant::now();
+    let processing = document
+        .processing_mesh()
+        .map_err(|error| crate::files::in_file(path, error))?;
+    seconds.build = clock.elapsed().as_secs_f64();
+    Ok((document, processing))
+}
+
+/// Runs `work` in a pool of `threads` threads; in the default pool if none is asked for.
+pub(crate) fn with_threads<R: Send>(
+    threads: Option<std::num::NonZeroUsize>,
+    work: impl FnOnce() -> R + Send,
+) -> Result<R, CliError> {
+    let Some(threads) = threads.map(std::num::NonZeroUsize::get) else {
+        return Ok(work());
+    };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.map_err(|e| CliError::Threads {
+        threads,
+        problem: e.to_string(),
+    })?;
+    Ok(pool.install(work))
+}

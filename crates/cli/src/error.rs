@@ -1,0 +1,121 @@
+//! What ends a command with exit code 1.
+
+use std::io;
+use std::path::PathBuf;
+
+use cotan_io::IoError;
+use thiserror::Error;
+
+use crate::handles_file::HandlesError;
+
+/// Why a command could not do its work.
+#[derive(Debug, Error)]
+pub(crate) enum CliError {
+    /// A mesh file that cannot be read, built from, or written.
+    #[error(transparent)]
+    Io(#[from] IoError),
+    /// A handles file.
+    #[error("{}: {source}", path.display())]
+    Handles {
+        path: PathBuf,
+        #[source]
+        source: HandlesError,
+    },
+    /// A mesh that cannot be edited or measured.
+    #[error("{}: {source}", path.display())]
+    Mesh {
+        path: PathBuf,
+        #[source]
+        source: cotan::Error,
+    },
+    /// Two files that cannot be compared.
+    #[error("{} and {} cannot be compared: {problem}", paths[0].display(), paths[1].display())]
+    Compare {
+        paths: [PathBuf; 2],
+        problem: String,
+    },
+    /// A report, a picture or a folder that cannot be written.
+    #[error("{}: cannot write: {source}", path.display())]
+    Write {
+        path: PathBuf,
+        #[source]
+        source: io::Error,
+    },
+    /// An output whose folder is not there.
+    #[error("{}: the folder {} does not exist; make it first", path.display(), folder.display())]
+    NoFolder { path: PathBuf, folder: PathBuf },
+    /// Standard output.
+    #[error("cannot write to standard output: {0}")]
+    Output(#[source] io::Error),
+    /// The thread pool.
+    #[error("cannot start {threads} threads: {problem}; ask for fewer with --threads")]
+    Threads { threads: usize, problem: String },
+}
+
+/// The same error with vertices as the file numbers them.
+pub(crate) fn in_file_numbers(
+    error: cotan::Error,
+    processing: &cotan_io::ProcessingMesh,
+) -> cotan::Error {
+    use cotan::Error;
+    use cotan::flow::FlowError;
+    use cotan::geometry::SurfaceError;
+    use cotan::halfedge::VertexId;
+    use cotan::laplacian::SchemeError;
+    use cotan::linear::LinearError;
+
+    let file = |v: VertexId| {
+        if v.index() < processing.mesh().num_vertices() {
+            VertexId::new(processing.document_vertex(v))
+        } else {
+            v
+        }
+    };
+    let linear = |error| match error {
+        LinearError::ComponentWithoutHandle {
+            vertex,
+            num_vertices,
+        } => LinearError::ComponentWithoutHandle {
+            vertex: file(vertex),
+            num_vertices,
+        },
+        LinearError::DuplicateHandle { vertex } => LinearError::DuplicateHandle {
+            vertex: file(vertex),
+        },
+        LinearError::HandleWeight { vertex, weight } => LinearError::HandleWeight {
+            vertex: file(vertex),
+            weight,
+        },
+        other => other,
+    };
+    let surface = |error| match error {
+        SurfaceError::NonFinite { vertex } => SurfaceError::NonFinite {
+            vertex: file(vertex),
+        },
+        other => other,
+    };
+    let scheme = |error| match error {
+        SchemeError::NonFiniteWeight { scheme, vertices } => SchemeError::NonFiniteWeight {
+            scheme,
+            vertices: vertices.map(file),
+        },
+        other => other,
+    };
+    match error {
+        Error::Contradiction { groups, vertex } => Error::Contradiction {
+            groups,
+            vertex: file(vertex),
+        },
+        Error::Surface(error) => Error::Surface(surface(error)),
+        Error::Scheme(error) => Error::Scheme(scheme(error)),
+        Error::Flow(FlowError::Scheme(error)) => Error::Flow(FlowError::Scheme(scheme(error))),
+        Error::Flow(FlowError::Surface(error)) => Error::Flow(FlowError::Surface(surface(error))),
+        Error::Flow(FlowError::Linear(error)) => Error::Flow(FlowError::Linear(linear(error))),
+        Error::Flow(FlowError::NonFiniteTarget { vertex }) => {
+            Error::Flow(FlowError::NonFiniteTarget {
+                vertex: file(vertex),
+            })
+        }
+        other => other,
+    }
+}

@@ -1,0 +1,149 @@
+//! Handles files: which vertices are held, and where they go.
+//!
+//! Three kinds are read: JSON ([`json`]), text with `vertex x y z` a line ([`text`]), and the pair
+//! `.sel` + `.def` of the bend benchmark ([`sel`]). All of them end as a list of [`Constraint`]s, one
+//! a vertex, in the numbers of the mesh file and checked against the mesh and each other.
+
+mod constraint;
+mod error;
+mod json;
+mod sel;
+mod selection;
+mod text;
+mod transform;
+
+use std::path::{Path, PathBuf};
+
+use cotan_io::{Document, ProcessingMesh};
+
+pub(crate) use constraint::{Constraint, to_handles};
+pub(crate) use error::{HandlesError, Place};
+
+use crate::error::CliError;
+
+/// The files that name the handles.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct HandlesFile<'a> {
+    pub(crate) path: &'a Path,
+    /// The matrix of a `.sel` file, where it is not beside it.
+    pub(crate) def: Option<&'a Path>,
+}
+
+impl HandlesFile<'_> {
+    /// Reads the handles of a document.
+    ///
+    /// # Errors
+    /// [`CliError::Handles`] with the file, the handle or line, and what to do.
+    pub(crate) fn read(
+        &self,
+        document: &Document,
+        processing: &ProcessingMesh,
+    ) -> Result<Vec<Constraint>, CliError> {
+        let here = in_file(self.path);
+        let contents = read_text(self.path)?;
+        let mesh = Vertices {
+            document,
+            processing,
+        };
+        let constraints = match self.kind(&contents) {
+            Kind::Json => json::read(&contents, &mesh),
+            Kind::Text => text::read(&contents, &mesh),
+            Kind::Sel => {
+                let statuses = sel::read_statuses(&contents, &mesh).map_err(&here)?;
+                let matrix = match statuses.need_matrix() {
+                    true => Some(self.read_matrix()?),
+                    false => None,
+                };
+                statuses.constraints(matrix, &mesh)
+            }
+        };
+        let constraints = constraints.map_err(&here)?;
+        if constraints.is_empty() {
+            return Err(here(HandlesError::NoHandles));
+        }
+        constraint::check(&constraints, &mesh).map_err(here)?;
+        Ok(constraints)
+    }
+
+    fn kind(&self, contents: &str) -> Kind {
+        let extension = self.path.extension().map(|e| e.to_ascii_lowercase());
+        match extension.as_deref().and_then(|e| e.to_str()) {
+            Some("sel") => Kind::Sel,
+            _ if self.def.is_some() => Kind::Sel,
+            Some("json") => Kind::Json,
+            _ if contents.trim_start().starts_with(['{', '[']) => Kind::Json,
+            _ => Kind::Text,
+        }
+    }
+
+    fn read_matrix(&self) -> Result<nalgebra::Matrix4<f64>, CliError> {
+        let path = match self.def {
+            Some(path) => path.to_owned(),
+            None => {
+                let beside = self.path.with_extension("def");
+                if !beside.is_file() {
+                    return Err(in_file(self.path)(HandlesError::NoDef { beside }));
+                }
+                beside
+            }
+        };
+        sel::read_matrix(&read_text(&path)?).map_err(in_file(&path))
+    }
+}
+
+enum Kind {
+    Json,
+    Text,
+    Sel,
+}
+
+/// The vertices that handles refer to.
+pub(crate) struct Vertices<'a> {
+    document: &'a Document,
+    processing: &'a ProcessingMesh,
+}
+
+impl Vertices<'_> {
+    /// Number of vertices of the file.
+    fn len(&self) -> usize {
+        self.document.positions().len()
+    }
+
+    /// The position of a vertex of the file that a face uses.
+    fn position(&self, vertex: usize, place: Place) -> Result<nalgebra::Point3<f64>, HandlesError> {
+        let Some(position) = self.document.positions().get(vertex) else {
+            return Err(HandlesError::OutOfRange {
+                place,
+                vertex,
+                num_vertices: self.len(),
+            });
+        };
+        match self.processing.vertex(vertex) {
+            Some(_) => Ok(*position),
+            None => Err(HandlesError::Unreferenced { place, vertex }),
+        }
+    }
+
+    /// The vertices of the file that some face uses, in order.
+    fn used(&self) -> impl Iterator<Item = (usize, nalgebra::Point3<f64>)> {
+        let positions = self.document.positions().iter().copied().enumerate();
+        positions.filter(|(vertex, _)| self.processing.vertex(*vertex).is_some())
+    }
+}
+
+fn in_file(path: &Path) -> impl Fn(HandlesError) -> CliError {
+    let path: PathBuf = path.to_owned();
+    move |source| CliError::Handles {
+        path: path.clone(),
+        source,
+    }
+}
+
+fn read_text(path: &Path) -> Result<String, CliError> {
+    let bytes = std::fs::read(path).map_err(|e| in_file(path)(HandlesError::Read(e)))?;
+    let text = String::from_utf8(bytes).map_err(|_| in_file(path)(HandlesError::NotText))?;
+    Ok(match text.strip_prefix('\u{feff}') {
+        Some(text) => text.to_owned(),
+        None => text,
+    })
+}

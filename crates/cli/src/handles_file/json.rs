@@ -1,0 +1,204 @@
+//! Handles as JSON: `{"handles": [{"vertices": …, "to" | "transform" | "fixed": …, "weight": k}]}`.
+
+use std::fmt;
+
+use nalgebra::{Point3, Vector3};
+use serde::de::{Error as _, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+
+use super::Vertices;
+use super::constraint::{Constraint, Goal};
+use super::error::{HandlesError, Place};
+use super::selection::Selection;
+use super::transform::{Rotate, Transform, apply};
+
+pub(super) fn read(contents: &str, mesh: &Vertices<'_>) -> Result<Vec<Constraint>, HandlesError> {
+    let file: File = serde_json::from_str(contents).map_err(HandlesError::Json)?;
+    let mut constraints = Vec::new();
+    for (index, handle) in file.handles.0.iter().enumerate() {
+        handle.constrain(Place::Handle(index), mesh, &mut constraints)?;
+    }
+    Ok(constraints)
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    handles: HandleList,
+}
+
+#[derive(Debug)]
+struct HandleList(Vec<HandleEntry>);
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct HandleEntry {
+    vertices: Selection,
+    to: Option<Vec<Triple>>,
+    transform: Option<TransformEntry>,
+    fixed: Option<bool>,
+    weight: Option<f64>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TransformEntry {
+    translate: Option<Triple>,
+    rotate: Option<RotateEntry>,
+    scale: Option<f64>,
+    matrix: Option<Vec<Vec<f64>>>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RotateEntry {
+    axis: Triple,
+    degrees: f64,
+    about: Option<Triple>,
+}
+
+/// Three coordinates.
+#[derive(Clone, Copy, PartialEq, Debug, Deserialize)]
+#[serde(try_from = "Vec<f64>")]
+pub(super) struct Triple([f64; 3]);
+
+impl TryFrom<Vec<f64>> for Triple {
+    type Error = String;
+
+    fn try_from(numbers: Vec<f64>) -> Result<Self, String> {
+        let found = numbers.len();
+        let numbers = <[f64; 3]>::try_from(numbers);
+        numbers
+            .map(Self)
+            .map_err(|_| format!("{found} numbers where three, [x, y, z], are needed"))
+    }
+}
+
+impl Triple {
+    pub(super) fn point(self) -> Point3<f64> {
+        Point3::from(self.0)
+    }
+
+    fn vector(self) -> Vector3<f64> {
+        Vector3::from(self.0)
+    }
+}
+
+impl HandleEntry {
+    fn constrain(
+        &self,
+        place: Place,
+        mesh: &Vertices<'_>,
+        constraints: &mut Vec<Constraint>,
+    ) -> Result<(), HandlesError> {
+        let invalid = |problem: String| HandlesError::Invalid { place, problem };
+        if let Some(weight) = self.weight.filter(|w| !(*w > 0.0)) {
+            return Err(invalid(format!(
+                "has the weight {weight}; give a number above 0"
+            )));
+        }
+        let vertices = self.vertices.vertices(mesh, place)?;
+        let goals = match (&self.to, &self.transform, self.fixed) {
+            (Some(targets), None, None) => {
+                if targets.len() != vertices.len() {
+                    let (vertices, targets) = (vertices.len(), targets.len());
+                    return Err(HandlesError::TargetCount {
+                        place,
+                        vertices,
+                        targets,
+                    });
+                }
+                targets
+                    .iter()
+                    .map(|target| Goal::To(target.point()))
+                    .collect()
+            }
+            (None, Some(entry), None) => {
+                let positions = vertices
+                    .iter()
+                    .map(|&v| mesh.position(v, place))
+                    .collect::<Result<Vec<_>, _>>()?;
+                let matrix = entry
+                    .transform()
+                    .matrix(centroid(&positions))
+                    .map_err(invalid)?;
+                positions
+                    .iter()
+                    .map(|&p| Goal::To(apply(&matrix, p)))
+                    .collect()
+            }
+            (None, None, Some(true)) => vec![Goal::Stay; vertices.len()],
+            (None, None, _) => {
+                return Err(invalid(
+                    "does not say where it goes; add \"to\", \"transform\" or \"fixed\": true"
+                        .into(),
+                ));
+            }
+            _ => {
+                return Err(invalid(
+                    "says twice where it goes; keep one of \"to\", \"transform\", \"fixed\"".into(),
+                ));
+            }
+        };
+        let weight = self.weight;
+        let with_goals = vertices.into_iter().zip(goals);
+        constraints.extend(with_goals.map(|(vertex, goal)| Constraint {
+            vertex,
+            goal,
+            weight,
+            place,
+        }));
+        Ok(())
+    }
+}
+
+impl TransformEntry {
+    fn transform(&self) -> Transform {
+        Transform {
+            scale: self.scale,
+            rotate: self.rotate.as_ref().map(|rotate| Rotate {
+                axis: rotate.axis.vector(),
+                degrees: rotate.degrees,
+                about: rotate.about.map(Triple::point),
+            }),
+            translate: self.translate.map(Triple::vector),
+            matrix: self.matrix.clone(),
+        }
+    }
+}
+
+/// The mean of the positions; the origin if there is none.
+fn centroid(positions: &[Point3<f64>]) -> Point3<f64> {
+    let sum: Vector3<f64> = positions.iter().map(|p| p.coords).sum();
+    Point3::from(sum / positions.len().max(1) as f64)
+}
+
+impl<'de> Deserialize<'de> for HandleList {
+    // By hand, so that an error inside says which handle it is in.
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct List;
+
+        impl<'de> Visitor<'de> for List {
+            type Value = HandleList;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a list of handles")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<HandleList, A::Error> {
+                let mut list = Vec::new();
+                loop {
+                    let index = list.len();
+                    let next = seq.next_element();
+                    let at = |e: A::Error| A::Error::custom(format!("handle {index}: {e}"));
+                    match next.map_err(at)? {
+                        Some(entry) => list.push(entry),
+                        None => return Ok(HandleList(list)),
+                    }
+                }
+            }
+        }
+
+        deserializer.deserialize_seq(List)
+    }
+}

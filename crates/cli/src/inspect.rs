@@ -1,0 +1,293 @@
+//! What a mesh file holds, manifold or not.
+//!
+//! Topology is counted on the polygons of the file ([`connectivity`]), so that a mesh from which no
+//! half-edge structure can be built is described too. Areas and angles are measured on the same
+//! polygons with corners of their own, which always is a surface.
+
+mod connectivity;
+mod defect;
+
+use std::collections::BTreeMap;
+
+use cotan::geometry::{
+    AngleStatistics, BoundingBox, Surface, angle_statistics, degenerate_faces,
+    negative_cotangent_share, surface_area, volume,
+};
+use cotan_io::{Document, IoError, ProcessingMesh};
+use serde::Serialize;
+
+use connectivity::Connectivity;
+pub(crate) use defect::Defect;
+
+/// Everything that `cotan info` tells.
+#[derive(Debug, Serialize)]
+pub(crate) struct Inspection {
+    pub(crate) file: String,
+    pub(crate) format: Option<String>,
+    pub(crate) vertices: usize,
+    /// Vertices that no face uses.
+    pub(crate) unreferenced_vertices: usize,
+    /// Faces of the file, and how many have how many corners.
+    pub(crate) faces: usize,
+    pub(crate) corners: BTreeMap<usize, usize>,
+    /// Triangles that the faces are cut into.
+    pub(crate) triangles: usize,
+    /// Edges of the file's faces.
+    pub(crate) edges: usize,
+    pub(crate) boundary_edges: usize,
+    pub(crate) components: usize,
+    pub(crate) manifold: bool,
+    pub(crate) closed: bool,
+    /// V − E + F of the used vertices and the file's faces.
+    pub(crate) euler_characteristic: i64,
+    /// Where the mesh is manifold: holes, and handles (in the sense of topology) of all components.
+    pub(crate) boundary_loops: Option<usize>,
+    pub(crate) genus: Option<i64>,
+    pub(crate) bounding_box: Bounds,
+    pub(crate) area: Option<f64>,
+    /// Enclosed volume; `null` unless closed and manifold.
+    pub(crate) volume: Option<f64>,
+    pub(crate) angles: Option<Angles>,
+    pub(crate) edge_lengths: Option<Lengths>,
+    /// Share of the edges with cot α + cot β < 0, where the mesh is manifold.
+    pub(crate) negative_cotangent_share: Option<f64>,
+    pub(crate) degenerate_faces: usize,
+    /// Why no half-edge mesh can be built, if that is so.
+    pub(crate) problem: Option<String>,
+    /// How many defects of each kind there are.
+    pub(crate) defect_counts: BTreeMap<&'static str, usize>,
+    /// The first defects of each kind.
+    pub(crate) defects: Vec<Defect>,
+}
+
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(crate) struct Bounds {
+    pub(crate) min: [f64; 3],
+    pub(crate) max: [f64; 3],
+    pub(crate) diagonal: f64,
+}
+
+/// In degrees.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(crate) struct Angles {
+    pub(crate) min_degrees: f64,
+    pub(crate) max_degrees: f64,
+    pub(crate) mean_smallest_degrees: f64,
+}
+
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(crate) struct Lengths {
+    pub(crate) min: f64,
+    pub(crate) mean: f64,
+    pub(crate) max: f64,
+}
+
+/// A triangle is degenerate if its smallest height is at most this ratio of its longest edge.
+const DEGENERATE: f64 = 1e-9;
+
+/// Inspects a document that was read from `file`.
+pub(crate) fn inspect(file: String, document: &Document) -> Inspection {
+    let connectivity = Connectivity::of(document.positions().len(), document.faces());
+    let processing = document.processing_mesh();
+    let problem = processing.as_ref().err().map(IoError::to_string);
+    let mut defects = connectivity.defects();
+    let mut inspection = Inspection {
+        file,
+        format: document.format().map(|format| format.to_string()),
+        vertices: document.positions().len(),
+        unreferenced_vertices: connectivity.unreferenced().count(),
+        faces: document.faces().len(),
+        corners: degrees(document),
+        triangles: document.faces().num_triangles(),
+        edges: connectivity.num_edges(),
+        boundary_edges: connectivity.num_boundary_edges(),
+        components: connectivity.num_components(),
+        manifold: problem.is_none(),
+        closed: !document.faces().is_empty() && connectivity.is_closed(),
+        euler_characteristic: connectivity.euler_characteristic(),
+        boundary_loops: None,
+        genus: None,
+        bounding_box: bounds(document),
+        area: None,
+        volume: None,
+        angles: None,
+        edge_lengths: connectivity.edge_lengths(document.positions()),
+        negative_cotangent_share: None,
+        degenerate_faces: 0,
+        problem,
+        defect_counts: BTreeMap::new(),
+        defects: Vec::new(),
+    };
+    if let Ok(processing) = &processing {
+        inspection.measure_manifold(processing, &connectivity);
+    }
+    if let Some(soup) = soup(document) {
+        defects.extend(inspection.measure_triangles(&soup));
+    }
+    for defect in &defects {
+        *inspection.defect_counts.entry(defect.kind).or_default() += 1;
+    }
+    let mut listed = BTreeMap::<&str, usize>::new();
+    defects.retain(|defect| {
+        let count = listed.entry(defect.kind).or_default();
+        *count += 1;
+        *count <= MOST_LISTED
+    });
+    inspection.defects = defects;
+    inspection
+}
+
+/// Most defects of a kind that are listed.
+const MOST_LISTED: usize = 20;
+
+impl Inspection {
+    fn measure_manifold(&mut self, processing: &ProcessingMesh, connectivity: &Connectivity<'_>) {
+        let loops = connectivity.num_boundary_loops();
+        self.boundary_loops = Some(loops);
+        // V − E + F = 2 C − 2 g − B, summed over the components.
+        let (components, loops) = (self.components as i64, loops as i64);
+        self.genus = Some((2 * components - loops - self.euler_characteristic) / 2);
+        if let Ok(surface) = Surface::new(processing.mesh(), processing.positions()) {
+            self.negative_cotangent_share = Some(negative_cotangent_share(&surface));
+            self.volume = self.closed.then(|| volume(&surface));
+        }
+    }
+
+    /// Areas and angles, and the degenerate faces as defects.
+    fn measure_triangles(&mut self, soup: &ProcessingMesh) -> Vec<Defect> {
+        let Ok(surface) = Surface::new(soup.mesh(), soup.positions()) else {
+            return Vec::new();
+        };
+        self.area = Some(surface_area(&surface));
+        let AngleStatistics {
+            min,
+            max,
+            mean_smallest,
+        } = angle_statistics(&surface);
+        self.angles = Some(Angles {
+            min_degrees: min.to_degrees(),
+            max_degrees: max.to_degrees(),
+            mean_smallest_degrees: mean_smallest.to_degrees(),
+        });
+        let mut faces: Vec<usize> = degenerate_faces(&surface, DEGENERATE)
+            .into_iter()
+            .map(|f| soup.document_face(f))
+            .collect();
+        faces.dedup();
+        self.degenerate_faces = faces.len();
+        faces.into_iter().map(Defect::degenerate_face).collect()
+    }
+}
+
+/// The document's polygons, cut into triangles, none of which share a vertex.
+fn soup(document: &Document) -> Option<ProcessingMesh> {
+    let positions = document
+        .faces()
+        .iter()
+        .flatten()
+        .map(|&v| document.positions()[v as usize]);
+    let mut next = 0..;
+    let faces = document
+        .faces()
+        .iter()
+        .map(|polygon| -> Vec<u32> { next.by_ref().take(polygon.len()).collect() });
+    Document::new(positions.collect(), faces.collect())
+        .ok()?
+        .processing_mesh()
+        .ok()
+}
+
+fn degrees(document: &Document) -> BTreeMap<usize, usize> {
+    let mut degrees = BTreeMap::new();
+    for polygon in document.faces().iter() {
+        *degrees.entry(polygon.len()).or_default() += 1;
+    }
+    degrees
+}
+
+fn bounds(document: &Document) -> Bounds {
+    // A document has a vertex.
+    let bounds = BoundingBox::of(document.positions()).map(|b| (b.min, b.max, b.diagonal()));
+    let (min, max, diagonal) = bounds.unwrap_or_default();
+    Bounds {
+        min: min.into(),
+        max: max.into(),
+        diagonal,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cotan_io::{Limits, read};
+
+    fn inspect_obj(text: &str) -> Inspection {
+        inspect(
+            "test.obj".into(),
+            &read(text, None, &Limits::default()).unwrap(),
+        )
+    }
+
+    const TETRAHEDRON: &str =
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
+
+    #[test]
+    fn a_closed_mesh() {
+        let tetrahedron = inspect_obj(TETRAHEDRON);
+        assert!(tetrahedron.closed && tetrahedron.manifold);
+        assert_eq!(
+            (tetrahedron.genus, tetrahedron.boundary_loops),
+            (Some(0), Some(0))
+        );
+        assert_eq!(
+            (tetrahedron.edges, tetrahedron.euler_characteristic),
+            (6, 2)
+        );
+        assert!((tetrahedron.volume.unwrap() - 1.0 / 6.0).abs() < 1e-12);
+        assert!(tetrahedron.defects.is_empty());
+    }
+
+    #[test]
+    fn a_quad_with_a_hole_beside_it() {
+        let quad = inspect_obj("v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 9 9 9\nf 1 2 3 4\n");
+        assert_eq!(
+            (quad.boundary_loops, quad.genus, quad.components),
+            (Some(1), Some(0), 1)
+        );
+        assert_eq!(
+            (quad.triangles, quad.corners[&4], quad.unreferenced_vertices),
+            (2, 1, 1)
+        );
+        assert!((quad.area.unwrap() - 4.0).abs() < 1e-12);
+        assert_eq!((quad.closed, quad.volume), (false, None));
+        assert_eq!(quad.defects[0].vertices, [4]);
+    }
+
+    #[test]
+    fn defects_are_listed_with_their_elements() {
+        let fin = inspect_obj(&format!("{TETRAHEDRON}v 0 0 -1\nf 1 2 5\n"));
+        assert!(!fin.manifold && fin.problem.is_some() && fin.genus.is_none());
+        let edge = fin
+            .defects
+            .iter()
+            .find(|d| d.kind == "non-manifold edge")
+            .unwrap();
+        assert_eq!(
+            (edge.vertices.as_slice(), edge.faces.len()),
+            ([0, 1].as_slice(), 3)
+        );
+
+        let turned = inspect_obj("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 2 4\n");
+        assert_eq!(turned.defects[0].kind, "inconsistent orientation");
+        assert_eq!(turned.defects[0].faces, [0, 1]);
+
+        let bow_tie =
+            inspect_obj("v 0 0 0\nv 1 0 0\nv 0 1 0\nv -1 0 0\nv 0 -1 0\nf 1 2 3\nf 1 4 5\n");
+        assert_eq!(bow_tie.defects[0].kind, "several fans");
+        assert_eq!(bow_tie.defects[0].vertices, [0]);
+
+        let flat = inspect_obj("v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\nf 1 1 2\n");
+        assert_eq!(flat.degenerate_faces, 2);
+        assert_eq!(flat.defect_counts["repeated vertex"], 1);
+    }
+}

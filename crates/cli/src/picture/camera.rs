@@ -1,0 +1,217 @@
+//! Where the mesh is looked at from.
+
+use cotan::geometry::{BoundingBox, Surface, face_area_vectors, vertex_area_vectors};
+use cotan::halfedge::VertexMap;
+use nalgebra::{Matrix3, Point3, Vector3};
+
+use super::{BeforeAfter, Mark};
+
+/// A camera that shows two embeddings of a mesh at the same scale, with mild perspective.
+#[derive(Clone, Debug)]
+pub(super) struct Camera {
+    center: Point3<f64>,
+    /// Half the diagonal of both shapes' common bounding box.
+    radius: f64,
+    /// Rows: to the right, up, towards the viewer.
+    axes: Matrix3<f64>,
+    /// The middle of the projected shapes, and from their units to half a panel.
+    middle: [f64; 2],
+    scale: [f64; 2],
+    panel: [usize; 2],
+}
+
+impl Camera {
+    /// A camera that shows both well.
+    pub(super) fn for_both(pair: &BeforeAfter<'_>) -> Self {
+        let both = || pair.before.values().chain(pair.after.values());
+        let bounds = BoundingBox::of(both());
+        let center = bounds.map_or(Point3::origin(), |b| b.center());
+        // Halves first: the diagonal of huge coordinates would overflow.
+        let radius = bounds.map_or(0.0, |b| (b.extents() * 0.5).norm());
+        let mut camera = Self {
+            center,
+            radius: if radius > 0.0 && radius.is_finite() {
+                radius
+            } else {
+                1.0
+            },
+            axes: best_view(pair),
+            middle: [0.0; 2],
+            scale: [1.0; 2],
+            panel: [0; 2],
+        };
+        camera.fit(both());
+        camera
+    }
+
+    /// Width and height of one panel, in pixels.
+    pub(super) fn panel(&self) -> [usize; 2] {
+        self.panel
+    }
+
+    /// Chooses panel and scale so that all points are seen.
+    fn fit<'p>(&mut self, points: impl Iterator<Item = &'p Point3<f64>>) {
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for point in points {
+            let p = self.local(*point);
+            let w = DISTANCE - p.z;
+            for (k, x) in [p.x / w, p.y / w].into_iter().enumerate() {
+                low[k] = low[k].min(x);
+                high[k] = high[k].max(x);
+            }
+        }
+        let size = [0, 1].map(|k| (high[k] - low[k]).max(1e-3));
+        self.middle = [0, 1].map(|k| 0.5 * (low[k] + high[k]));
+        let aspect = (size[0] / size[1]).clamp(LEAST_ASPECT, MOST_ASPECT);
+        let height = (PANEL_PIXELS / aspect).sqrt();
+        self.panel = [height * aspect, height].map(|x| x.round() as usize);
+        let [width, height] = self.panel.map(|x| x as f64);
+        // The same scale across and up: pixels a unit.
+        let pixels = MARGIN * (width / size[0]).min(height / size[1]);
+        self.scale = [2.0 * pixels / width, 2.0 * pixels / height];
+    }
+
+    /// In units of the radius, seen by the camera: right, up, towards the viewer.
+    pub(super) fn local(&self, point: Point3<f64>) -> Vector3<f64> {
+        let offset = self.axes * ((point - self.center) / self.radius);
+        // What is not finite (a mesh of the largest numbers) is drawn in the middle.
+        offset.map(|x| {
+            if x.is_finite() {
+                x.clamp(-1.5, 1.5)
+            } else {
+                0.0
+            }
+        })
+    }
+
+    /// Homogeneous coordinates on the panel, which is [−1, 1]² × [0, 1], of a local point.
+    pub(super) fn project(&self, p: Vector3<f64>) -> [f32; 4] {
+        let w = DISTANCE - p.z;
+        let x = (p.x - self.middle[0] * w) * self.scale[0];
+        let y = (p.y - self.middle[1] * w) * self.scale[1];
+        [x, y, w - NEAR, w].map(|x| x as f32)
+    }
+
+    /// Length of a pixel at the distance of a local point, in local units.
+    pub(super) fn pixel(&self, p: Vector3<f64>) -> f64 {
+        2.0 * (DISTANCE - p.z) / (self.scale[1] * self.panel[1] as f64)
+    }
+}
+
+/// From the camera to the centre, in radii: mild perspective.
+const DISTANCE: f64 = 5.0;
+
+/// Nothing is nearer to the camera.
+const NEAR: f64 = 3.0;
+
+/// How much of a panel the shapes fill.
+const MARGIN: f64 = 0.86;
+
+/// Pixels of one panel, whatever its aspect.
+const PANEL_PIXELS: f64 = 720.0 * 720.0;
+
+const LEAST_ASPECT: f64 = 0.6;
+const MOST_ASPECT: f64 = 1.6;
+
+/// Rows right, up, towards the viewer: along the axis that shows most of the surface and its
+/// motion, from the side that shows most of the handles, a little from the right or left and above.
+fn best_view(pair: &BeforeAfter<'_>) -> Matrix3<f64> {
+    let held = held_area(pair);
+    let shows = |axes: &Matrix3<f64>| -> f64 {
+        let towards = axes.row(2).transpose();
+        held.iter().map(|area| area.dot(&towards).max(0.0)).sum()
+    };
+    let [right, up, towards] = sides(best_axis(pair));
+    let views = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
+    let views = views.map(|(side, yaw)| tilted([right * side, up, towards * side], YAW * yaw));
+    // The first that is best beyond rounding.
+    let better = |best, view| {
+        if shows(&view) > 1.01 * shows(&best) {
+            view
+        } else {
+            best
+        }
+    };
+    views[1..].iter().copied().fold(views[0], better)
+}
+
+/// The axis (0, 1, 2) that shows most of the surface and its motion.
+fn best_axis(pair: &BeforeAfter<'_>) -> usize {
+    let mut areas = Vector3::zeros();
+    for positions in [pair.before, pair.after] {
+        if let Ok(surface) = Surface::new(pair.mesh, positions) {
+            areas += face_area_vectors(&surface)
+                .values()
+                .map(|a| a.abs())
+                .sum::<Vector3<f64>>();
+        }
+    }
+    let moves = pair
+        .before
+        .values()
+        .zip(pair.after.values())
+        .map(|(a, b)| b - a);
+    let moved: Vector3<f64> = moves.map(|d| d.component_mul(&d)).sum();
+    // The share of the squared motion that is seen when looking along an axis.
+    let seen = |k: usize| match moved.sum() {
+        total if total > 0.0 => 1.0 - moved[k] / total,
+        _ => 1.0,
+    };
+    let score = |k: usize| areas[k] * (1.0 + seen(k));
+    // z first: it wins where all are alike.
+    let better = |best, k| {
+        if score(k) > 1.001 * score(best) {
+            k
+        } else {
+            best
+        }
+    };
+    [0, 1].into_iter().fold(2, better)
+}
+
+/// The area vectors of the handle vertices, before and after; what moves counts most.
+fn held_area(pair: &BeforeAfter<'_>) -> Vec<Vector3<f64>> {
+    let mut held = Vec::new();
+    for positions in [pair.before, pair.after] {
+        let areas: VertexMap<_> = match Surface::new(pair.mesh, positions) {
+            Ok(surface) => vertex_area_vectors(&surface),
+            Err(_) => continue,
+        };
+        held.extend(
+            areas
+                .values()
+                .zip(pair.marks.values())
+                .map(|(area, mark)| match mark {
+                    Mark::Free => Vector3::zeros(),
+                    Mark::Fixed => area * 0.1,
+                    Mark::Moved => *area,
+                }),
+        );
+    }
+    held
+}
+
+/// Right, up, towards the viewer, looking along an axis.
+fn sides(axis: usize) -> [Vector3<f64>; 3] {
+    let (x, y, z) = (Vector3::x(), Vector3::y(), Vector3::z());
+    match axis {
+        0 => [-z, y, x],
+        // Seen along y, z is taken to be up, as in a modeller where the ground is x–y.
+        1 => [x, z, -y],
+        _ => [x, y, z],
+    }
+}
+
+/// The same view from a little to the right (or left, if `yaw` is negative) and above.
+fn tilted([right, up, towards]: [Vector3<f64>; 3], yaw: f64) -> Matrix3<f64> {
+    let (sin_yaw, cos_yaw) = yaw.to_radians().sin_cos();
+    let (sin_pitch, cos_pitch) = PITCH.to_radians().sin_cos();
+    let towards = cos_pitch * (cos_yaw * towards + sin_yaw * right) + sin_pitch * up;
+    let right = up.cross(&towards).normalize();
+    let up = towards.cross(&right);
+    Matrix3::from_rows(&[right.transpose(), up.transpose(), towards.transpose()])
+}
+
+/// In degrees.
+const YAW: f64 = 24.0;
+const PITCH: f64 = 16.0;

@@ -1,0 +1,147 @@
+//! Triangles to pixels: `euc` with a depth buffer and one shader.
+//!
+//! `euc` is small, pure Rust, and the only library for this that has a depth buffer; releases are
+//! rare, but it is looked after and what is used of it is finished. A two-dimensional rasterizer
+//! with triangles sorted by depth was the alternative: it leaves hairlines between triangles and
+//! draws folded surfaces wrong.
+
+use euc::buffer::Buffer2d;
+use euc::rasterizer::{BackfaceCullingDisabled, Triangles};
+use euc::{Interpolate, Pipeline};
+
+/// A corner of a triangle, on the panel.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Corner {
+    /// Homogeneous.
+    pub(super) position: [f32; 4],
+    pub(super) paint: Paint,
+}
+
+/// What the shader needs. Colours are linear.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Paint {
+    /// As the camera sees it: to the right, up, towards the viewer.
+    pub(super) normal: [f32; 3],
+    pub(super) color: [f32; 3],
+}
+
+impl Interpolate for Paint {
+    fn lerp2(a: Self, b: Self, x: f32, y: f32) -> Self {
+        Self::lerp3(a, b, b, x, y, 0.0)
+    }
+
+    fn lerp3(a: Self, b: Self, c: Self, x: f32, y: f32, z: f32) -> Self {
+        let mix = |a: [f32; 3], b: [f32; 3], c: [f32; 3]| {
+            [0, 1, 2].map(|k| a[k] * x + b[k] * y + c[k] * z)
+        };
+        Self {
+            normal: mix(a.normal, b.normal, c.normal),
+            color: mix(a.color, b.color, c.color),
+        }
+    }
+}
+
+/// One panel in the making, at several samples a pixel.
+pub(super) struct Canvas {
+    panel: [usize; 2],
+    color: Buffer2d<[u8; 3]>,
+    depth: Buffer2d<f32>,
+}
+
+impl Canvas {
+    /// An empty panel.
+    pub(super) fn new(panel: [usize; 2]) -> Self {
+        let samples = panel.map(|x| x * SAMPLES);
+        let mut color = Buffer2d::new(samples, [0; 3]);
+        let [width, height] = samples;
+        for (y, row) in color.as_mut().chunks_mut(width.max(1)).enumerate() {
+            let share = y as f32 / height.max(1) as f32;
+            row.fill(encode(
+                [0, 1, 2].map(|k| TOP[k] + (BOTTOM[k] - TOP[k]) * share),
+            ));
+        }
+        Self {
+            panel,
+            color,
+            depth: Buffer2d::new(samples, 1.0),
+        }
+    }
+
+    /// Draws triangles, three corners each; the nearest is seen.
+    pub(super) fn draw(&mut self, corners: &[Corner]) {
+        Shader.draw::<Triangles<'_, Buffer2d<f32>, BackfaceCullingDisabled>, _>(
+            corners,
+            &mut self.color,
+            Some(&mut self.depth),
+        );
+    }
+
+    /// The pixels, row by row, red, green and blue each.
+    pub(super) fn into_pixels(self) -> Vec<u8> {
+        let [width, height] = self.panel;
+        let samples = self.color.as_ref();
+        let mut pixels = Vec::with_capacity(3 * width * height);
+        for y in 0..height {
+            for x in 0..width {
+                let mut sums = [0u32; 3];
+                for dy in 0..SAMPLES {
+                    let start = (y * SAMPLES + dy) * width * SAMPLES + x * SAMPLES;
+                    for sample in &samples[start..start + SAMPLES] {
+                        // Light adds up as squares of the encoded values.
+                        (0..3).for_each(|k| sums[k] += u32::from(sample[k]).pow(2));
+                    }
+                }
+                let mean = |sum: u32| (sum as f32 / (SAMPLES * SAMPLES) as f32).sqrt();
+                pixels.extend(sums.map(|sum| mean(sum).round() as u8));
+            }
+        }
+        pixels
+    }
+}
+
+/// Samples along each side of a pixel.
+const SAMPLES: usize = 3;
+
+/// The background, linear.
+const TOP: [f32; 3] = [0.97, 0.975, 0.985];
+const BOTTOM: [f32; 3] = [0.80, 0.82, 0.85];
+
+struct Shader;
+
+impl Pipeline for Shader {
+    type Vertex = Corner;
+    type VsOut = Paint;
+    type Pixel = [u8; 3];
+
+    fn vert(&self, corner: &Corner) -> ([f32; 4], Paint) {
+        (corner.position, corner.paint)
+    }
+
+    fn frag(&self, paint: &Paint) -> [u8; 3] {
+        let length = dot(paint.normal, paint.normal).sqrt().max(1e-6);
+        let normal = paint.normal.map(|x| x / length);
+        // Half of a lambertian's cosine wraps around, so that no side is black.
+        let wrap = |light: [f32; 3]| (0.5 + 0.5 * dot(normal, light)).max(0.0);
+        let key = wrap(KEY);
+        let light = 0.10 + 0.95 * key * key + 0.12 * wrap(FILL);
+        let shine = dot(normal, HALFWAY).max(0.0);
+        let shine = 0.10 * shine.powi(24);
+        encode(paint.color.map(|c| c * light + shine))
+    }
+}
+
+fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// Linear to eight bits, by a square root: near enough to sRGB, and the same on every machine.
+fn encode(linear: [f32; 3]) -> [u8; 3] {
+    linear.map(|c| (c.clamp(0.0, 1.0).sqrt() * 255.0).round() as u8)
+}
+
+/// Unit vectors to the lights: one from above on the left, one from below on the right.
+const KEY: [f32; 3] = [-0.45, 0.66, 0.60];
+const FILL: [f32; 3] = [0.80, -0.36, 0.48];
+
+/// Between the key light and the viewer.
+const HALFWAY: [f32; 3] = [-0.25, 0.37, 0.894];

@@ -1,0 +1,154 @@
+//! The triangles of a picture: the surface, coloured by its handles, and dots at lone handles.
+
+use cotan::geometry::Positions;
+use cotan::halfedge::{FaceId, HalfedgeMesh, VertexId, VertexMap};
+use nalgebra::Vector3;
+
+use super::Mark;
+use super::camera::Camera;
+use super::raster::{Corner, Paint};
+
+/// Three corners a triangle.
+#[derive(Clone, Debug)]
+pub(super) struct Scene {
+    pub(super) corners: Vec<Corner>,
+}
+
+struct Builder<'a> {
+    mesh: &'a HalfedgeMesh,
+    camera: &'a Camera,
+    marks: &'a VertexMap<Mark>,
+    /// Positions, and area vectors of the faces, as the camera sees them.
+    local: VertexMap<Vector3<f64>>,
+    areas: Vec<Vector3<f64>>,
+    corners: Vec<Corner>,
+}
+
+impl Scene {
+    pub(super) fn new(
+        mesh: &HalfedgeMesh,
+        positions: &Positions<f64>,
+        marks: &VertexMap<Mark>,
+        camera: &Camera,
+    ) -> Self {
+        let local = positions.map(|p| camera.local(*p));
+        let areas = mesh.faces().map(|f| {
+            let [a, b, c] = mesh.triangle(f).map(|v| local[v]);
+            (b - a).cross(&(c - a))
+        });
+        let areas = areas.collect();
+        let mut builder = Builder {
+            mesh,
+            camera,
+            marks,
+            local,
+            areas,
+            corners: Vec::new(),
+        };
+        mesh.faces().for_each(|f| builder.face(f));
+        for v in mesh.vertices() {
+            if builder.is_lone(v) {
+                builder.dot(v);
+            }
+        }
+        Self {
+            corners: builder.corners,
+        }
+    }
+}
+
+impl Builder<'_> {
+    fn face(&mut self, face: FaceId) {
+        let vertices = self.mesh.triangle(face);
+        let corners = vertices.map(|v| self.camera.project(self.local[v]));
+        let area = signed_area(corners);
+        // What is seen edge-on covers nothing, and its map to the panel has no inverse.
+        if !(area.abs() > 1e-12) {
+            return;
+        }
+        let is_back = area < 0.0;
+        for (v, position) in vertices.into_iter().zip(corners) {
+            let mut normal = self.corner_normal(v, face);
+            let mut color = color(self.marks[v]);
+            if is_back {
+                normal = -normal;
+                color = INSIDE;
+            }
+            let paint = Paint {
+                normal: normal.map(|x| x as f32).into(),
+                color,
+            };
+            self.corners.push(Corner { position, paint });
+        }
+    }
+
+    /// The normal of the faces around the vertex that lie at less than the crease angle to this one.
+    fn corner_normal(&self, v: VertexId, face: FaceId) -> Vector3<f64> {
+        let area = |f: FaceId| self.areas[f.index()];
+        let own = area(face);
+        let smooth: Vector3<f64> = self
+            .mesh
+            .vertex_faces(v)
+            .map(area)
+            .filter(|a| a.dot(&own) >= COS_CREASE * a.norm() * own.norm())
+            .sum();
+        smooth.try_normalize(0.0).unwrap_or_else(Vector3::z)
+    }
+
+    /// Whether a handle vertex has no face all of whose corners are handles, so that its colour
+    /// hardly shows.
+    fn is_lone(&self, v: VertexId) -> bool {
+        let is_held = |v: VertexId| self.marks[v] != Mark::Free;
+        let is_held_face = |f: FaceId| self.mesh.triangle(f).into_iter().all(is_held);
+        is_held(v) && !self.mesh.vertex_faces(v).any(is_held_face)
+    }
+
+    /// A disc that faces the camera, a little in front of the vertex.
+    fn dot(&mut self, v: VertexId) {
+        let center = self.local[v];
+        let radius = DOT_PIXELS * self.camera.pixel(center);
+        let center = center + Vector3::z() * radius;
+        let rim = |k: usize| {
+            let (sin, cos) = (std::f64::consts::TAU * k as f64 / DOT_SIDES as f64).sin_cos();
+            center + Vector3::new(cos, sin, 0.0) * radius
+        };
+        let paint = Paint {
+            normal: FACING,
+            color: color(self.marks[v]),
+        };
+        for k in 0..DOT_SIDES {
+            for p in [center, rim(k), rim((k + 1) % DOT_SIDES)] {
+                self.corners.push(Corner {
+                    position: self.camera.project(p),
+                    paint,
+                });
+            }
+        }
+    }
+}
+
+/// Twice the area on the panel; negative if seen from behind.
+fn signed_area(corners: [[f32; 4]; 3]) -> f32 {
+    let [a, b, c] = corners.map(|p| [p[0] / p[3], p[1] / p[3]]);
+    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+}
+
+fn color(mark: Mark) -> [f32; 3] {
+    match mark {
+        Mark::Free => [0.62, 0.63, 0.60],
+        Mark::Fixed => [0.10, 0.27, 0.62],
+        Mark::Moved => [0.86, 0.27, 0.05],
+    }
+}
+
+/// The inside of an open mesh.
+const INSIDE: [f32; 3] = [0.42, 0.30, 0.28];
+
+/// Faces at more than 60° to each other meet in a crease: a box has edges, a coarse ear has none.
+const COS_CREASE: f64 = 0.5;
+
+const DOT_PIXELS: f64 = 6.0;
+const DOT_SIDES: usize = 16;
+
+/// Seen from the front, a little from above.
+const FACING: [f32; 3] = [0.0, 0.3, 0.95];

@@ -1,0 +1,253 @@
+//! The report of an edit, as JSON and as a table.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use cotan::flow::{StepReport, StopReason};
+use cotan::{DeformOptions, Quality, ShapeErrors};
+use serde::Serialize;
+
+use crate::args::Precision;
+use crate::edit::Edited;
+use crate::error::CliError;
+use crate::files;
+
+/// What an edit did, for programs. The fields are stable; further ones may come.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub(crate) struct Report {
+    /// Vertices and faces (triangles) of the surface that was edited.
+    pub(crate) vertices: usize,
+    pub(crate) faces: usize,
+    /// Number of handle vertices.
+    pub(crate) handles: usize,
+    pub(crate) iterations: usize,
+    pub(crate) stop_reason: &'static str,
+    pub(crate) converged: bool,
+    /// The last step's longest move of a vertex, over the diagonal of the bounding box.
+    pub(crate) max_relative_change: f64,
+    /// The longest move that one more full step would make, in the same unit.
+    pub(crate) residual: f64,
+    pub(crate) energy: Option<f64>,
+    #[serde(flatten)]
+    pub(crate) quality: QualityFields,
+    pub(crate) scheme: &'static str,
+    pub(crate) orientation: &'static str,
+    pub(crate) precision: &'static str,
+    pub(crate) seconds: Seconds,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) history: Option<Vec<HistoryEntry>>,
+}
+
+/// [`Quality`] under the names of the report.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub(crate) struct QualityFields {
+    /// E_p and E_g of the paper.
+    pub(crate) parameterization_error: f64,
+    pub(crate) geometry_error: f64,
+    /// E_g over the square root of the number of vertices.
+    pub(crate) geometry_error_rms: f64,
+    pub(crate) edge_distortion_rms: f64,
+    pub(crate) area_distortion_rms: f64,
+    /// `null` for an open mesh.
+    pub(crate) volume_ratio: Option<f64>,
+    pub(crate) flipped_faces: usize,
+    pub(crate) folded_edges: usize,
+    pub(crate) degenerate_faces: usize,
+    pub(crate) arap_energy: f64,
+}
+
+impl From<&Quality> for QualityFields {
+    fn from(quality: &Quality) -> Self {
+        Self {
+            parameterization_error: quality.errors.parameterization,
+            geometry_error: quality.errors.geometry,
+            geometry_error_rms: quality.errors.geometry_rms,
+            edge_distortion_rms: quality.edge_distortion_rms,
+            area_distortion_rms: quality.area_distortion_rms,
+            volume_ratio: quality.volume_ratio,
+            flipped_faces: quality.flipped_faces,
+            folded_edges: quality.folded_edges,
+            degenerate_faces: quality.degenerate_faces,
+            arap_energy: quality.arap_energy,
+        }
+    }
+}
+
+/// How long the phases took.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize)]
+pub(crate) struct Seconds {
+    /// File to document.
+    pub(crate) load: f64,
+    /// Document to half-edge mesh.
+    pub(crate) build: f64,
+    /// Weights, assembly and factorization.
+    pub(crate) factor: f64,
+    /// All iterations, without the measurements of the history.
+    pub(crate) iterate: f64,
+    /// From the start of the command to the written mesh.
+    pub(crate) total: f64,
+}
+
+/// One iteration.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+pub(crate) struct HistoryEntry {
+    pub(crate) iteration: usize,
+    pub(crate) change: f64,
+    pub(crate) parameterization_error: f64,
+    pub(crate) geometry_error: f64,
+}
+
+impl HistoryEntry {
+    pub(crate) fn new(step: &StepReport, errors: &ShapeErrors) -> Self {
+        Self {
+            iteration: step.iteration,
+            change: step.change,
+            parameterization_error: errors.parameterization,
+            geometry_error: errors.geometry,
+        }
+    }
+}
+
+/// What was edited, beside what came out.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Setting<'a> {
+    pub(crate) faces: usize,
+    pub(crate) handles: usize,
+    pub(crate) options: &'a DeformOptions,
+    pub(crate) precision: Precision,
+    pub(crate) seconds: Seconds,
+}
+
+impl Report {
+    pub(crate) fn new(edited: &Edited, setting: Setting<'_>) -> Self {
+        let flow = &edited.flow;
+        Self {
+            vertices: edited.positions.len(),
+            faces: setting.faces,
+            handles: setting.handles,
+            iterations: flow.iterations,
+            stop_reason: flow.stop.as_str(),
+            converged: flow.stop == StopReason::Converged,
+            max_relative_change: flow.change,
+            residual: flow.residual,
+            energy: flow.energy,
+            quality: QualityFields::from(&edited.quality),
+            scheme: setting.options.scheme.name(),
+            orientation: setting.options.orientation.name(),
+            precision: setting.precision.name(),
+            seconds: setting.seconds,
+            history: edited.history.clone(),
+        }
+    }
+
+    /// Writes the report as JSON.
+    pub(crate) fn write(&self, path: &Path) -> Result<(), CliError> {
+        files::write(path, to_json(self, path)?.as_bytes())
+    }
+
+    /// The report as a short table.
+    pub(crate) fn table(&self) -> String {
+        let mut table = Table::default();
+        table.row(
+            "vertices, faces",
+            format!("{}, {}", self.vertices, self.faces),
+        );
+        table.row("handle vertices", self.handles);
+        table.row(
+            "iterations",
+            format!("{} ({})", self.iterations, self.stop_reason),
+        );
+        table.quality(&self.quality);
+        let s = &self.seconds;
+        table.row(
+            "seconds",
+            format!(
+                "{:.3} (load {:.3}, build {:.3}, factor {:.3}, iterate {:.3})",
+                s.total, s.load, s.build, s.factor, s.iterate
+            ),
+        );
+        table.text
+    }
+}
+
+/// Indented JSON with a line end.
+fn to_json(value: &impl Serialize, path: &Path) -> Result<String, CliError> {
+    let json = serde_json::to_string_pretty(value);
+    json.map(|text| text + "\n").map_err(|e| CliError::Write {
+        path: path.to_owned(),
+        source: e.into(),
+    })
+}
+
+/// Indented JSON with a line end, for standard output.
+pub(crate) fn json_text(value: &impl Serialize) -> Result<String, CliError> {
+    to_json(value, Path::new("standard output"))
+}
+
+/// Lines of a name and a value.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Table {
+    pub(crate) text: String,
+}
+
+impl Table {
+    pub(crate) fn row(&mut self, name: &str, value: impl std::fmt::Display) {
+        // Writing to a string does not fail.
+        let _ = writeln!(self.text, "{name:<24}{value}");
+    }
+
+    pub(crate) fn quality(&mut self, quality: &QualityFields) {
+        self.row(
+            "E_p (parameterization)",
+            number(quality.parameterization_error),
+        );
+        self.row("E_g (geometry)", number(quality.geometry_error));
+        self.row("edge distortion, rms", number(quality.edge_distortion_rms));
+        self.row("area distortion, rms", number(quality.area_distortion_rms));
+        match quality.volume_ratio {
+            Some(ratio) => self.row("volume ratio", number(ratio)),
+            None => self.row("volume ratio", "none (the mesh is open)"),
+        }
+        self.row("flipped faces", quality.flipped_faces);
+        self.row("folded edges", quality.folded_edges);
+        self.row("degenerate faces", quality.degenerate_faces);
+        self.row("ARAP energy", number(quality.arap_energy));
+    }
+}
+
+/// A number of things, in words.
+pub(crate) fn counted(count: usize, thing: &str) -> String {
+    format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
+}
+
+/// Five digits, without an exponent where that is short.
+pub(crate) fn number(x: f64) -> String {
+    if x == 0.0 || (1e-3..1e6).contains(&x.abs()) {
+        let digits = 5usize.saturating_sub(x.abs().log10().max(0.0) as usize);
+        format!("{x:.digits$}")
+    } else {
+        format!("{x:.4e}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_five_digits_or_so() {
+        assert_eq!(number(0.0), "0.00000");
+        assert_eq!(number(0.818_640_1), "0.81864");
+        assert_eq!(number(-12.345_678), "-12.3457");
+        assert_eq!(number(123_456.7), "123457");
+        assert_eq!(number(2.785e-4), "2.7850e-4");
+        assert_eq!(number(1e300), "1.0000e300");
+        assert_eq!(number(f64::NAN), "NaN");
+    }
+
+    #[test]
+    fn one_thing_is_not_many() {
+        assert_eq!(counted(1, "face"), "1 face");
+        assert_eq!(counted(0, "face"), "0 faces");
+    }
+}

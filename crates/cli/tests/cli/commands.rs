@@ -1,0 +1,166 @@
+//! The other commands, usage, and exit codes.
+
+use crate::sandbox::{Sandbox, json_handles};
+
+#[test]
+fn wrong_usage_is_exit_code_2_and_help_is_0() {
+    let sandbox = Sandbox::with_bar();
+    for line in [
+        "",
+        "bend bar.obj",
+        "deform bar.obj",
+        "deform bar.obj --handles h -o o.obj --scheme harmonic",
+        "deform bar.obj --handles h -o o.obj --orientation up",
+        "deform bar.obj --handles h -o o.obj --hard --soft 3",
+        "deform bar.obj --handles h -o o.obj --soft -3",
+        "deform bar.obj --handles h -o o.obj --soft NaN",
+        "deform bar.obj --handles h -o o.obj --iterations 0",
+        "deform bar.obj --handles h -o o.obj --tolerance -1",
+        "deform bar.obj --handles h -o o.obj --threads 0",
+        "deform bar.obj --handles h -o o.obj --accelerate much",
+        "deform bar.obj --handles h -o o.obj --history",
+        "deform bar.obj --handles h -o o.obj --quiet -v",
+        "reconstruct bar.obj --handles h -o o.obj",
+        "info",
+    ] {
+        let outcome = sandbox.cotan(line);
+        assert_eq!(outcome.code, 2, "cotan {line}: {outcome:?}");
+        assert_eq!(outcome.stdout, "", "cotan {line}");
+    }
+    let scheme = sandbox
+        .cotan("deform bar.obj --handles h -o o.obj --scheme harmonic")
+        .stderr;
+    assert!(
+        scheme.contains("tutte") && scheme.contains("edge-length"),
+        "{scheme}"
+    );
+    for line in ["--help", "--version", "deform --help", "completions --help"] {
+        assert!(!sandbox.cotan_ok(line).stdout.is_empty());
+    }
+}
+
+#[test]
+fn info_tells_counts_and_topology() {
+    let sandbox = Sandbox::with_bar();
+    let text = sandbox.cotan_ok("info bar.obj").stdout;
+    assert!(text.contains("genus                   0\n"), "{text}");
+    let json = sandbox.cotan_ok("info bar.obj --json").stdout;
+    let info: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let shape = crate::sandbox::bar();
+    assert_eq!(info["vertices"], shape.mesh.num_vertices());
+    assert_eq!(info["edges"], shape.mesh.num_edges());
+    assert_eq!(info["closed"], true);
+    assert_eq!(
+        (&info["boundary_loops"], &info["components"]),
+        (&0.into(), &1.into())
+    );
+    assert!((info["volume"].as_f64().unwrap() - 6.0).abs() < 1e-9);
+    assert!((info["area"].as_f64().unwrap() - 26.0).abs() < 1e-9);
+}
+
+#[test]
+fn info_describes_what_no_surface_can_be_built_from() {
+    let sandbox = Sandbox::new();
+    sandbox.write(
+        "fin.obj",
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 0 -1\nf 1 2 3\nf 2 1 4\nf 1 2 5\n",
+    );
+    let text = sandbox.cotan_ok("info fin.obj").stdout;
+    assert!(text.contains("manifold                no"), "{text}");
+    assert!(
+        text.contains("between vertices 0 and 1 has 3 faces"),
+        "{text}"
+    );
+    let json = sandbox.cotan_ok("info fin.obj --json").stdout;
+    let info: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(info["defects"][0]["kind"], "non-manifold edge");
+    assert_eq!(info["genus"], serde_json::Value::Null);
+
+    sandbox.write("points.obj", "v 0 0 0\nv 1 0 0\n");
+    let text = sandbox.cotan_ok("info points.obj").stdout;
+    assert!(text.contains("no faces"), "{text}");
+}
+
+#[test]
+fn a_mesh_does_not_differ_from_itself() {
+    let sandbox = Sandbox::with_bar();
+    let json = sandbox.cotan_ok("compare bar.obj bar.obj --json").stdout;
+    let comparison: serde_json::Value = serde_json::from_str(&json).unwrap();
+    for field in [
+        "parameterization_error",
+        "geometry_error",
+        "edge_distortion_rms",
+        "area_distortion_rms",
+        "max_displacement",
+    ] {
+        assert_eq!(comparison[field], 0.0, "{field}");
+    }
+    assert_eq!(comparison["volume_ratio"], 1.0);
+    assert_eq!(comparison["flipped_faces"], 0);
+    assert!(comparison["arap_energy"].as_f64().unwrap().abs() < 1e-12);
+    assert!(
+        sandbox
+            .cotan_ok("compare bar.obj bar.obj")
+            .stdout
+            .contains("E_p")
+    );
+}
+
+#[test]
+fn compare_agrees_with_the_report() {
+    let sandbox = Sandbox::with_bar();
+    sandbox.write("h.json", json_handles());
+    sandbox.cotan_ok("deform bar.obj --handles h.json -o bent.ply --report r.json");
+    let json = sandbox.cotan_ok("compare bar.obj bent.ply --json").stdout;
+    let comparison: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let report = sandbox.json("r.json");
+    for field in [
+        "parameterization_error",
+        "geometry_error",
+        "volume_ratio",
+        "folded_edges",
+    ] {
+        assert_eq!(comparison[field], report[field], "{field}");
+    }
+}
+
+#[test]
+fn conversion_there_and_back_keeps_every_bit() {
+    let sandbox = Sandbox::with_bar();
+    for line in [
+        "convert bar.obj a.ply",
+        "convert a.ply b.off",
+        "convert b.off c.obj",
+    ] {
+        let outcome = sandbox.cotan_ok(line);
+        assert_eq!(outcome.stderr, "", "{line}");
+    }
+    assert_eq!(sandbox.read("bar.obj"), sandbox.read("c.obj"));
+}
+
+#[test]
+fn conversion_warns_of_what_is_lost() {
+    let sandbox = Sandbox::new();
+    sandbox.write(
+        "uv.obj",
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n",
+    );
+    let outcome = sandbox.cotan_ok("convert uv.obj uv.off");
+    assert!(
+        outcome.stderr.starts_with("warning: uv.obj: "),
+        "{outcome:?}"
+    );
+    assert!(
+        outcome.stderr.contains("texture coordinates"),
+        "{outcome:?}"
+    );
+}
+
+#[test]
+fn completions_are_printed_for_every_shell() {
+    let sandbox = Sandbox::new();
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let script = sandbox.cotan_ok(&format!("completions {shell}")).stdout;
+        assert!(script.contains("reconstruct"), "{shell}");
+    }
+}

@@ -1,0 +1,7 @@
+//! The built command, run as a person runs it.
+
+mod commands;
+mod deform;
+mod demo;
+mod refusals;
+mod sandbox;
