@@ -36,7 +36,7 @@ impl<T: Scalar> ScalarFieldUpdater<T> for FadeOut {
         Quantities::NONE
     }
 
-    /// The field does not follow the shape: a flow with an energy may descend on it.
+    /// The field does not follow the shape, so one update is enough where a step would need two.
     fn is_constant(&self) -> bool {
         true
     }
