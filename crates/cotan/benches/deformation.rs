@@ -1,0 +1,148 @@
+//! What an interactive edit costs, phase by phase, at two sizes.
+//!
+//! `cargo bench -p cotan --bench deformation` takes a minute or two. Everything up to the factorization is paid once a
+//! mesh and set of handles; the solve and the iteration are paid again and again, so that the
+//! distance between the two is what keeping a `Session` saves.
+
+use std::hint::black_box;
+use std::time::{Duration, Instant};
+
+use cotan::flow::{Hybrid, Orientation};
+use cotan::geometry::{Shape, shapes};
+use cotan::laplacian::{Cotangent, Operator};
+use cotan::linear::{Handle, Membrane, PreparedSystem};
+use cotan::prelude::*;
+use criterion::{Criterion, SamplingMode, Throughput, criterion_group, criterion_main};
+
+/// Of all vertices, the share that is held: half of it fixed, half of it moved.
+const HANDLE_SHARE: f64 = 0.05;
+/// Iterations that follow a move of the handles: about as many as an edit takes.
+const STEPS_PER_MOVE: usize = 10;
+
+fn deformation(criterion: &mut Criterion) {
+    phases(criterion, &shapes::creature(103));
+    // The creature ends at 87,000 vertices.
+    phases(criterion, &bumpy_torus(510, 255));
+}
+
+fn phases(criterion: &mut Criterion, shape: &Shape<f64>) {
+    let n = shape.mesh.num_vertices();
+    let mut group = criterion.benchmark_group(format!("{n} vertices"));
+    // Ten runs of a second each say as much on a shared machine as a hundred.
+    group.sample_size(10).sampling_mode(SamplingMode::Flat);
+    group
+        .warm_up_time(Duration::from_millis(500))
+        .measurement_time(Duration::from_secs(4));
+    group.throughput(Throughput::Elements(n as u64));
+
+    let faces: Vec<[u32; 3]> = shape
+        .mesh
+        .faces()
+        .map(|f| shape.mesh.triangle(f).map(|v| v.index() as u32))
+        .collect();
+    group.bench_function("half-edge build", |b| {
+        b.iter(|| HalfedgeMesh::from_faces(n, black_box(&faces)));
+    });
+
+    let surface = shape.surface();
+    group.bench_function("assembly", |b| {
+        b.iter(|| Operator::assemble(&Cotangent::default(), &surface).map(|op| op.matrix()));
+    });
+
+    let ends = Ends::of(shape);
+    let mut flow = ends.flow(shape);
+    group.bench_function("factorization", |b| b.iter(|| prepare(&flow)));
+
+    let mut system = prepare(&flow);
+    let mismatch = flow.rest().laplacian().clone();
+    let still = VertexMap::filled(n, Vector3::zeros());
+    let (mut residual, mut correction) = (still.clone(), still.clone());
+    group.bench_function("solve (3 right-hand sides)", |b| {
+        b.iter(|| {
+            system.residual(black_box(&mismatch), Some(&still), &still, &mut residual);
+            system.solve(&residual, &mut correction);
+        });
+    });
+
+    // A step costs more or less by where it stands between a move and convergence, so whole runs
+    // of steps are timed: a tenth of this is an iteration.
+    let mut poses = [0.8, 0.4]
+        .map(|angle| ends.turned(shape, angle))
+        .into_iter()
+        .cycle();
+    group.bench_function(format!("{STEPS_PER_MOVE} iterations after a move"), |b| {
+        b.iter_custom(|runs| {
+            let mut spent = Duration::ZERO;
+            for pose in poses.by_ref().take(runs as usize) {
+                flow.move_handles(&pose).expect("these are handles");
+                let start = Instant::now();
+                for _ in 0..STEPS_PER_MOVE {
+                    black_box(flow.step()).expect("built-in updaters do not fail");
+                }
+                spent += start.elapsed();
+            }
+            spent
+        });
+    });
+    group.finish();
+}
+
+/// The system of a flow, factorized once more: what `FlowBuilder::build` does in the end.
+fn prepare(flow: &Flow<'_, f64>) -> PreparedSystem {
+    let rest = flow.rest();
+    let membrane = Membrane {
+        weight: Hybrid::default().membrane(rest),
+        stiffness: rest.stiffness(),
+    };
+    PreparedSystem::prepare(rest.operator(), flow.handles(), Some(membrane))
+        .expect("held at both ends")
+}
+
+/// The vertices at the two ends along x.
+struct Ends {
+    fixed: Vec<VertexId>,
+    moved: Vec<VertexId>,
+}
+
+impl Ends {
+    fn of(shape: &Shape<f64>) -> Self {
+        let mut by_x: Vec<VertexId> = shape.mesh.vertices().collect();
+        by_x.sort_by(|&a, &b| shape.positions[a].x.total_cmp(&shape.positions[b].x));
+        let count = (by_x.len() as f64 * HANDLE_SHARE / 2.0) as usize;
+        let moved = by_x.split_off(by_x.len() - count);
+        by_x.truncate(count);
+        Self { fixed: by_x, moved }
+    }
+
+    fn flow<'m>(&self, shape: &'m Shape<f64>) -> Flow<'m, f64> {
+        let held = self.fixed.iter().chain(&self.moved);
+        Flow::builder(&shape.mesh, &shape.positions)
+            .handles(held.map(|&v| (Handle::hard(v), shape.positions[v])))
+            // No step may take the short cut of a converged one.
+            .tolerance(0.0)
+            .build()
+            .expect("a closed surface with handles")
+    }
+
+    /// The moved end, turned about the z axis.
+    fn turned(&self, shape: &Shape<f64>, angle: f64) -> Vec<(VertexId, Point3<f64>)> {
+        let turn = Isometry3::rotation(Vector3::z() * angle);
+        self.moved
+            .iter()
+            .map(|&v| (v, turn * shape.positions[v]))
+            .collect()
+    }
+}
+
+/// A torus with bumps: on a smooth one the details would be too easy.
+fn bumpy_torus(around: usize, across: usize) -> Shape<f64> {
+    let mut shape = shapes::torus::<f64>(1.0, 0.4, around, across);
+    for p in shape.positions.values_mut() {
+        let bump: f64 = (31.0 * p.x).sin() * (29.0 * p.y).sin() * (23.0 * p.z).cos();
+        *p += p.coords * (0.01 * bump);
+    }
+    shape
+}
+
+criterion_group!(benches, deformation);
+criterion_main!(benches);
