@@ -154,11 +154,12 @@ impl<T: Scalar> Handles<T> {
         self.groups.iter().map(|g| g.vertices.as_slice())
     }
 
-    /// One handle a vertex, ascending, with its target, checked against each other.
-    pub(crate) fn resolve(
-        &self,
-        positions: &Positions<T>,
-    ) -> Result<Vec<(Handle, Point3<T>)>, Error> {
+    /// One handle a vertex, ascending, with its target: what a [`cotan_flow::FlowBuilder`] takes.
+    ///
+    /// # Errors
+    /// [`Error`] for a group without vertices, a vertex that does not exist, a motion that does not
+    /// fit its group, and two groups that want a vertex at two places.
+    pub fn resolve(&self, positions: &Positions<T>) -> Result<Vec<(Handle, Point3<T>)>, Error> {
         let mut all = Vec::new();
         for (index, group) in self.groups.iter().enumerate() {
             if group.vertices.is_empty() {

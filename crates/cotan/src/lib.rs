@@ -62,6 +62,6 @@ pub mod prelude {
     pub use cotan_flow::{Acceleration, Flow, Schedule, Start, StopReason};
     pub use cotan_geometry::{Positions, Scalar, Surface};
     pub use cotan_halfedge::{FaceId, HalfedgeMesh, VertexId, VertexMap};
-    pub use cotan_linear::Hold;
+    pub use cotan_linear::{Handle, Hold};
     pub use nalgebra::{Isometry3, Matrix4, Point3, Vector3};
 }

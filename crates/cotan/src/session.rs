@@ -108,7 +108,7 @@ impl<'m, T: Scalar> Session<'m, T> {
     /// # Errors
     /// What the flow reports.
     pub fn run(&mut self) -> Result<Report, Error> {
-        self.run_observed(|_, _| ControlFlow::Continue(()))
+        Ok(self.flow.run_to_end()?)
     }
 
     /// As [`Self::run`]; the observer sees every step and may stop the run.

@@ -104,6 +104,9 @@ impl<'m, T: Scalar> FlowBuilder<'m, T> {
     }
 
     /// Who chooses the weights. Default: [`Cotangent`].
+    ///
+    /// The membrane of the default orientation is weighted by cotangents whatever the scheme; a
+    /// scheme that is to rule alone wants another orientation, such as [`crate::BestRotation`].
     #[must_use]
     pub fn scheme(mut self, scheme: impl LaplacianScheme<T> + 'm) -> Self {
         self.scheme = Box::new(scheme);

@@ -353,6 +353,14 @@ impl<'m, T: Scalar> Flow<'m, T> {
         }
     }
 
+    /// Iterates until convergence or the iteration limit.
+    ///
+    /// # Errors
+    /// What [`Flow::step`] reports.
+    pub fn run_to_end(&mut self) -> Result<Report, FlowError> {
+        self.run(|_, _| ControlFlow::Continue(()))
+    }
+
     /// Iterates until convergence, the iteration limit, or until the observer breaks.
     ///
     /// The observer sees the flow after every step; [`Flow::positions`] and the error measures are

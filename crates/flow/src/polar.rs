@@ -73,8 +73,9 @@ fn rotate(m: &mut Matrix4<f64>, vectors: &mut Matrix4<f64>, p: usize, q: usize) 
         return;
     }
     let theta = (m[(q, q)] - m[(p, p)]) / (2.0 * entry);
-    let t = theta.signum() / (theta.abs() + theta.hypot(1.0));
-    let c = 1.0 / t.hypot(1.0);
+    // A theta whose square overflows gives t = 0: nothing to turn.
+    let t = theta.signum() / (theta.abs() + (theta * theta + 1.0).sqrt());
+    let c = 1.0 / (t * t + 1.0).sqrt();
     let s = t * c;
     for k in 0..4 {
         let (a, b) = (m[(k, p)], m[(k, q)]);

@@ -32,8 +32,13 @@ use crate::vectors::sum;
 /// μ = 4 (area / n) / λ², with λ the bending length: details smaller than λ are kept by the flow's
 /// term, shapes larger than λ by the membrane's, whatever the resolution of the mesh.
 ///
+/// The membrane is weighted by cotangents whatever the scheme, and knows the original edges: it
+/// resists a scheme or a scalar field that want another shape. For those, take another orientation.
+///
 /// **Units**: λ is relative to twice the greatest distance of a vertex from the centroid, which is
-/// about the size of the bounding box but does not depend on how the mesh is turned. **Deviation** from the paper: ours, measured in `docs/decisions`.
+/// about the size of the bounding box but does not depend on how the mesh is turned.
+///
+/// **Deviation** from the paper: ours, measured in `docs/decisions`.
 #[derive(Debug)]
 pub struct Hybrid {
     bending_length: f64,
