@@ -127,7 +127,7 @@ pub fn bend_cases() -> Vec<Case> {
             let folder = format!("bend_benchmark/{name}");
             let mesh = model(&format!("{folder}/00-{name}-original.off"))?;
             let read = |file: String| {
-                Some(std::fs::read_to_string(shared(&format!("meshes/{folder}/{file}"))?).ok()?)
+                std::fs::read_to_string(shared(&format!("meshes/{folder}/{file}"))?).ok()
             };
             let words = |text: String| -> Vec<f64> {
                 text.lines()

@@ -53,3 +53,75 @@ fn bend_benchmarks() {
         converges_without_folds(&case);
     }
 }
+
+/// Ends of a shape along x: the low one stays, the high one is moved.
+fn ends(shape: &cotan_geometry::Shape<f64>, reach: f64, motion: Matrix4<f64>) -> Handles<f64> {
+    let surface = shape.surface();
+    let low = surface.vertices_where(|p| p.x < -reach);
+    let high = surface.vertices_where(|p| p.x > reach);
+    assert!(low.len() > 3 && high.len() > 3);
+    Handles::new().fix(low).transform(high, motion)
+}
+
+/// Sample shapes, so that a clone without the models checks something too.
+#[test]
+fn sample_shapes() {
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let bend = Isometry3::new(
+        Vector3::new(-1.2, 0.0, 1.2),
+        Vector3::new(0.0, -quarter, 0.0),
+    );
+    let twist = Isometry3::rotation(Vector3::new(quarter, 0.0, 0.0));
+    let lift = Isometry3::translation(0.0, 0.3, 0.4);
+    let shapes = [
+        (
+            "bar, bent",
+            cotan::shapes::bar::<f64>([4.0, 1.0, 1.0], [32, 8, 8]),
+            1.8,
+            bend,
+        ),
+        (
+            "bar, twisted",
+            cotan::shapes::bar::<f64>([4.0, 1.0, 1.0], [32, 8, 8]),
+            1.8,
+            twist,
+        ),
+        (
+            "torus, sheared",
+            cotan::shapes::torus::<f64>(1.0, 0.3, 40, 16),
+            1.1,
+            lift,
+        ),
+        (
+            "sheet, bent",
+            cotan::shapes::bumpy_plane::<f64>([4.0, 2.0], [40, 20], 0.05),
+            1.9,
+            bend,
+        ),
+    ];
+    for (name, shape, reach, motion) in shapes {
+        let handles = ends(&shape, reach, motion.to_homogeneous());
+        let options = DeformOptions {
+            iteration_limit: 60,
+            ..DeformOptions::default()
+        };
+        let deformed = deform(&shape.mesh, &shape.positions, &handles, &options).expect("deforms");
+        assert_eq!(deformed.report.stop, StopReason::Converged, "{name}");
+        let surface = shape.surface();
+        let quality = Quality::measure(&surface, &surface.with_positions(&deformed.positions))
+            .expect("the same mesh");
+        assert_eq!(
+            (quality.flipped_faces, quality.folded_edges),
+            (0, 0),
+            "{name}"
+        );
+    }
+}
+
+/// All eleven cases are there where the models are.
+#[test]
+fn no_case_is_dropped_silently() {
+    if cotan_tests::shared("reference/deform.json").is_some() {
+        assert_eq!((reference_cases().len(), bend_cases().len()), (9, 2));
+    }
+}

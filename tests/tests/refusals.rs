@@ -317,9 +317,44 @@ fn soft_handles_approach_hard_ones() {
     let miss = |weight: f64| {
         let soft = handles.clone().all_held(Hold::Soft(weight));
         let soft = deform(&shape.mesh, &shape.positions, &soft, &options()).expect("deforms");
+        assert_eq!(soft.report.stop, StopReason::Converged, "weight {weight}");
         let worst = hard.positions.values().zip(soft.positions.values());
         worst.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
     };
     let (loose, firm) = (miss(1.0), miss(1000.0));
+    for weight in [0.01, 0.1, 10.0] {
+        miss(weight);
+    }
     assert!(firm < 1e-3 && firm < loose, "{loose} {firm}");
+}
+
+#[test]
+fn groups_that_share_a_vertex_move_together_or_not_at_all() {
+    let (shape, _) = pulled(1.0, Vector3::zeros());
+    let [a, b, c] = [3, 4, 5].map(VertexId::new);
+    let lift = nalgebra::Translation3::new(0.0, 0.0, 0.3).to_homogeneous();
+    let handles = Handles::new().fix([a, b]).add([b, c], Motion::Stay);
+    let mut session =
+        Session::new(&shape.mesh, &shape.positions, &handles, &options()).expect("a session");
+    let error = session
+        .transform_handle(1, lift)
+        .expect_err("refused")
+        .to_string();
+    assert_says(&error, &["handles 0 and 1", "vertex 4", "two places"]);
+    let up = Motion::Transform(lift);
+    session
+        .move_handles(&[(0, up.clone()), (1, up.clone())])
+        .expect("both move");
+    let report = session.run().expect("runs");
+    assert_eq!(report.stop, StopReason::Converged);
+    // The same targets again change nothing: the next step still sees a converged shape.
+    session.move_handles(&[(0, up)]).expect("nothing new");
+    assert!(session.step().expect("steps").converged);
+    assert_says(
+        &session
+            .move_handle(2, &Motion::Stay)
+            .expect_err("refused")
+            .to_string(),
+        &["handle 2 does not exist", "has 2"],
+    );
 }

@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use cotan::flow::{Flow, Report as FlowReport, StepReport};
-use cotan::geometry::{Positions, Scalar, Surface};
+use cotan::geometry::{Positions, Scalar, Surface, bounding_box};
 use cotan::linear::Hold;
 use cotan::{DeformOptions, Quality, Session, ShapeErrors};
 use cotan_io::{Document, ProcessingMesh};
+use nalgebra::Point3;
 
 use crate::args::Precision;
 use crate::console::Progress;
@@ -77,11 +78,14 @@ impl Edit<'_> {
 
         progress.phase("factorize");
         let clock = Instant::now();
-        let mut handles = to_handles::<T>(self.constraints, processing);
+        let origin = self.origin(&original);
+        let mut handles = to_handles::<T>(self.constraints, processing, origin);
         if let Some(weight) = self.soft {
             handles = handles.all_held(Hold::Soft(weight));
         }
-        let positions = processing.positions().map(|p| p.map(T::of_f64));
+        let positions = processing
+            .positions()
+            .map(|p| Point3::from((p - origin).map(T::of_f64)));
         let mut session = Session::new(mesh, &positions, &handles, self.options).map_err(refuse)?;
         seconds.factor = clock.elapsed().as_secs_f64();
 
@@ -98,7 +102,10 @@ impl Edit<'_> {
 
         let in_file = |e| crate::files::in_file(self.path, e);
         document
-            .set_positions(processing, &session.positions())
+            .set_positions(
+                processing,
+                &moved(&positions, &session.positions(), processing, origin),
+            )
             .map_err(in_file)?;
         let positions = positions_of(document, processing);
         let quality =
@@ -111,12 +118,42 @@ impl Edit<'_> {
         })
     }
 
+    /// The point that counts as the origin: in single precision the middle of the mesh, so that one
+    /// that lies far away keeps its digits.
+    fn origin(&self, original: &Surface<'_, f64>) -> Point3<f64> {
+        match self.precision {
+            Precision::F64 => Point3::origin(),
+            Precision::F32 => bounding_box(original).center(),
+        }
+    }
+
     fn refuse(&self, error: cotan::Error, processing: &ProcessingMesh) -> CliError {
         CliError::Mesh {
             path: PathBuf::from(self.path),
             source: in_file_numbers(error, processing),
         }
     }
+}
+
+/// The positions after the edit in the mesh's own coordinates; a vertex that has not moved has
+/// exactly the position that it had.
+fn moved<T: Scalar>(
+    before: &Positions<T>,
+    after: &Positions<T>,
+    processing: &ProcessingMesh,
+    origin: Point3<f64>,
+) -> Positions<f64> {
+    let original = processing.positions().values();
+    original
+        .zip(before.values().zip(after.values()))
+        .map(|(original, (before, after))| {
+            if before == after {
+                *original
+            } else {
+                origin + after.coords.map(Scalar::as_f64)
+            }
+        })
+        .collect()
 }
 
 /// Measures the errors after every iteration, if they are wanted.

@@ -91,7 +91,7 @@ fn phases(criterion: &mut Criterion, shape: &Shape<f64>) {
 fn prepare(flow: &Flow<'_, f64>) -> PreparedSystem {
     let rest = flow.rest();
     let membrane = Membrane {
-        weight: Hybrid::default().membrane(rest),
+        weight: Hybrid::default().prepare(rest),
         stiffness: rest.stiffness(),
     };
     PreparedSystem::prepare(rest.operator(), flow.handles(), Some(membrane))

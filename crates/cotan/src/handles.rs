@@ -1,6 +1,6 @@
 //! What a person holds: groups of vertices and where they go.
 
-use cotan_geometry::{Positions, Scalar};
+use cotan_geometry::{Positions, Scalar, scalar};
 use cotan_halfedge::VertexId;
 use cotan_linear::{Handle, Hold};
 use nalgebra::{Matrix4, Point3};
@@ -48,6 +48,21 @@ fn transform<T: Scalar>(matrix: &Matrix4<T>, p: Point3<T>) -> Point3<T> {
     Point3::from(image.xyz() / image.w)
 }
 
+fn firmness(hold: Hold) -> f64 {
+    match hold {
+        Hold::Hard => f64::INFINITY,
+        Hold::Soft(weight) => weight,
+    }
+}
+
+/// The largest coordinate.
+fn extent<T: Scalar>(positions: &Positions<T>) -> T {
+    positions
+        .values()
+        .map(|p| p.coords.amax())
+        .fold(T::zero(), |a, b| a.max(b))
+}
+
 /// One group of vertices with its motion.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Group<T: Scalar> {
@@ -59,7 +74,7 @@ pub(crate) struct Group<T: Scalar> {
 /// The handles of a deformation: groups of vertices, each fixed, moved vertex by vertex, or moved
 /// by one transform; met exactly or by springs.
 ///
-/// A vertex may be in two groups if both want it at the same place.
+/// A vertex may be in two groups if both want it at the same place; the firmer of them holds it.
 ///
 /// ```
 /// use cotan::prelude::*;
@@ -140,7 +155,7 @@ impl<T: Scalar> Handles<T> {
         self
     }
 
-    /// How every group is held, where the group does not say otherwise.
+    /// Makes all groups added so far that are met exactly be held by `hold` instead.
     #[must_use]
     pub fn all_held(mut self, hold: Hold) -> Self {
         for group in self.groups.iter_mut().filter(|g| g.hold == Hold::Hard) {
@@ -185,17 +200,29 @@ impl<T: Scalar> Handles<T> {
             }));
         }
         all.sort_by_key(|(handle, _, index)| (handle.vertex, *index));
-        if let Some(pair) = all
-            .windows(2)
-            .find(|w| w[0].0.vertex == w[1].0.vertex && w[0].1 != w[1].1)
-        {
+        // Transforms that agree differ by rounding.
+        let rounding = extent(positions) * scalar::<T>(1e3) * T::default_epsilon();
+        let contradict = |a: &Point3<T>, b: &Point3<T>| !((a - b).amax() <= rounding);
+        if let Some(pair) = all.windows(2).find(|w| {
+            let is_finite = |k: usize| w[k].1.iter().all(|x| x.is_finite());
+            w[0].0.vertex == w[1].0.vertex
+                && is_finite(0)
+                && is_finite(1)
+                && contradict(&w[0].1, &w[1].1)
+        }) {
             return Err(Error::Contradiction {
                 groups: [pair[0].2, pair[1].2],
                 vertex: pair[0].0.vertex,
             });
         }
-        // Of two groups that agree, the first one's hold counts.
-        all.dedup_by_key(|(handle, _, _)| handle.vertex);
+        // Of groups that agree about a vertex the firmest holds it.
+        all.dedup_by(|later, kept| {
+            let is_same = later.0.vertex == kept.0.vertex;
+            if is_same && firmness(later.0.hold) > firmness(kept.0.hold) {
+                kept.0.hold = later.0.hold;
+            }
+            is_same
+        });
         Ok(all
             .into_iter()
             .map(|(handle, target, _)| (handle, target))

@@ -50,16 +50,16 @@ pub use error::Error;
 pub use handles::{Handles, Motion};
 pub use options::{DeformOptions, DetailSize, OrientationKind, SchemeKind, UnknownName};
 pub use quality::{Quality, ShapeErrors};
-pub use reconstruct::reconstruct;
+pub use reconstruct::{reconstruct, reconstruct_observed};
 pub use session::Session;
 
 /// What most programs need, in one line.
 pub mod prelude {
     pub use crate::{
         DeformOptions, Deformed, DetailSize, Error, Handles, Motion, OrientationKind, Quality,
-        SchemeKind, Session, deform, reconstruct,
+        SchemeKind, Session, ShapeErrors, deform, reconstruct,
     };
-    pub use cotan_flow::{Acceleration, Flow, Schedule, Start, StopReason};
+    pub use cotan_flow::{Acceleration, Flow, Report, Schedule, Start, StepReport, StopReason};
     pub use cotan_geometry::{Positions, Scalar, Surface};
     pub use cotan_halfedge::{FaceId, HalfedgeMesh, VertexId, VertexMap};
     pub use cotan_linear::{Handle, Hold};

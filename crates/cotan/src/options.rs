@@ -3,8 +3,9 @@
 use std::str::FromStr;
 
 use cotan_flow::{
-    Acceleration, BestRotation, Hybrid, KeepMagnitude, Limited, LimitedMagnitude, Orientation,
-    Reflect, RescaleByArea, ScalarFieldUpdater, Schedule, Start,
+    Acceleration, BestRotation, DEFAULT_ITERATION_LIMIT, DEFAULT_TOLERANCE, Hybrid, KeepMagnitude,
+    Limited, LimitedMagnitude, Orientation, Reflect, ReflectFirst, RescaleByArea,
+    ScalarFieldUpdater, Schedule, Start,
 };
 use cotan_geometry::Scalar;
 use cotan_laplacian::{ClampedCotangent, Cotangent, EdgeLength, LaplacianScheme, Tutte, Uniform};
@@ -88,6 +89,8 @@ named!(
         LimitedMagnitude = "limited-magnitude",
         /// [`Reflect`]: the paper's.
         Reflect = "reflect",
+        /// [`ReflectFirst`]: ten steps of the paper's, then [`Limited`]; for reconstructions.
+        ReflectFirst = "reflect-first",
     }
 );
 
@@ -134,8 +137,8 @@ impl Default for DeformOptions {
             start: Start::default(),
             acceleration: Acceleration::default(),
             schedule: Schedule::default(),
-            tolerance: 1e-4,
-            iteration_limit: 200,
+            tolerance: DEFAULT_TOLERANCE,
+            iteration_limit: DEFAULT_ITERATION_LIMIT,
         }
     }
 }
@@ -151,6 +154,19 @@ impl DeformOptions {
             schedule: Schedule::PAPER,
             ..Self::default()
         }
+    }
+}
+
+impl DeformOptions {
+    /// These settings for [`crate::reconstruct()`]: from zero vectors; and as the hybrid's membrane
+    /// knows the directions of the original edges, [`OrientationKind::ReflectFirst`] in its place.
+    #[must_use]
+    pub fn for_reconstruction(mut self) -> Self {
+        self.start = Start::Zero;
+        if self.orientation == OrientationKind::Hybrid {
+            self.orientation = OrientationKind::ReflectFirst;
+        }
+        self
     }
 }
 
@@ -176,6 +192,7 @@ impl DeformOptions {
             OrientationKind::Limited => Box::new(Limited::new()),
             OrientationKind::LimitedMagnitude => Box::new(LimitedMagnitude::new()),
             OrientationKind::Reflect => Box::new(Reflect::new()),
+            OrientationKind::ReflectFirst => Box::new(ReflectFirst::new(10)),
         }
     }
 

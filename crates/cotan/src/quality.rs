@@ -44,6 +44,8 @@ impl ShapeErrors {
             Ok((weights, ell))
         };
         check_same_mesh(original, deformed)?;
+        // From here on halfedge numbers are those of one mesh.
+        let deformed = &original.with_positions(deformed.positions());
         let (weights_before, before) = measure(original)?;
         let (weights_after, after) = measure(deformed)?;
         let n = before.len() as f64;
@@ -52,7 +54,9 @@ impl ShapeErrors {
             .zip(weights_after.values())
             .map(|(a, b)| (a.as_f64() - b.as_f64()).powi(2))
             .sum();
+        // A mesh at one point has Laplacian coordinates of zero: any size serves.
         let size = bounding_box(original).longest_side().as_f64();
+        let size = if size > 0.0 { size } else { 1.0 };
         let geometry: f64 = before
             .values()
             .zip(after.values())
@@ -85,7 +89,9 @@ pub struct Quality {
     pub folded_edges: usize,
     /// Faces without area in the deformed mesh.
     pub degenerate_faces: usize,
-    /// As-rigid-as-possible energy Σ_i Σ_j ⅛ w_ij |e_ij − R_i e⁰_ij|² over the original area.
+    /// As-rigid-as-possible energy Σ_i Σ_j ⅛ w_ij |e_ij − R_i e⁰_ij|² over the original area, by
+    /// single edges with signed weights as libigl and the reference figures have it; 0 for a mesh
+    /// without area.
     pub arap_energy: f64,
 }
 
@@ -99,10 +105,8 @@ impl Quality {
         deformed: &Surface<'_, T>,
     ) -> Result<Self, Error> {
         let errors = ShapeErrors::measure(original, deformed)?;
-        let is_closed = original
-            .mesh()
-            .halfedges()
-            .all(|h| !original.mesh().is_boundary_halfedge(h));
+        let deformed = &original.with_positions(deformed.positions());
+        let is_closed = original.mesh().is_closed();
         let moved = deformed.positions();
         let volumes = [original, deformed].map(|s| volume(s).as_f64());
         Ok(Self {
@@ -174,5 +178,6 @@ fn arap_energy<T: Scalar>(
             energy += 0.125 * weights[h].as_f64() * strain.norm_squared();
         }
     }
-    Ok(energy / surface_area(original).as_f64())
+    let area = surface_area(original).as_f64();
+    Ok(if area > 0.0 { energy / area } else { 0.0 })
 }

@@ -2,23 +2,22 @@
 
 use std::ops::ControlFlow;
 
-use cotan_flow::{Acceleration, Flow, Reflect, Start, StepReport};
+use cotan_flow::{Flow, StepReport};
 use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::HalfedgeMesh;
 
 use crate::deform::Deformed;
 use crate::error::Error;
 use crate::handles::Handles;
-use crate::options::{DeformOptions, OrientationKind};
+use crate::options::DeformOptions;
+use crate::session::Session;
 
 /// Rebuilds the mesh from its Laplacian coefficients and the magnitudes of its Laplacian
 /// coordinates, without their directions: the first solve has ℓ = 0.
 ///
-/// A few handles (three to six) say where the shape is. `options` chooses the rest;
-/// [`OrientationKind::Reflect`] with [`Acceleration::Off`] and full steps is the paper's experiment.
-/// The membrane of [`OrientationKind::Hybrid`] knows the directions of the original edges, so the
-/// hybrid is replaced by [`OrientationKind::Reflect`], whose first steps leave the collapsed start
-/// best.
+/// A few handles (three to six) say where the shape is. The settings are
+/// [`DeformOptions::for_reconstruction`] of `options`; the paper's experiment has
+/// [`crate::OrientationKind::Reflect`], no acceleration and full steps.
 ///
 /// # Errors
 /// As [`crate::deform()`].
@@ -29,29 +28,28 @@ pub fn reconstruct<T: Scalar>(
     positions: &Positions<T>,
     handles: &Handles<T>,
     options: &DeformOptions,
-    observer: impl FnMut(&Flow<'_, T>, &StepReport) -> ControlFlow<()>,
 ) -> Result<Deformed<T>, Error> {
-    let mut builder = Flow::builder(mesh, positions)
-        .scheme(options.scheme.scheme())
-        .updater(options.updater())
-        .handles(handles.resolve(positions)?)
-        .start(Start::Zero)
-        .schedule(options.schedule)
-        .tolerance(options.tolerance)
-        .iteration_limit(options.iteration_limit);
-    builder = if options.orientation == OrientationKind::Hybrid {
-        builder
-            .orientation(Reflect::new())
-            .acceleration(Acceleration::Off)
-    } else {
-        builder
-            .orientation(options.orientation())
-            .acceleration(options.acceleration)
-    };
-    let mut flow = builder.build()?;
-    let report = flow.run(observer)?;
+    reconstruct_observed(mesh, positions, handles, options, |_, _| {
+        ControlFlow::Continue(())
+    })
+}
+
+/// As [`reconstruct`]; the observer sees every step and may stop the run.
+///
+/// # Errors
+/// As [`reconstruct`].
+pub fn reconstruct_observed<'m, T: Scalar>(
+    mesh: &'m HalfedgeMesh,
+    positions: &'m Positions<T>,
+    handles: &Handles<T>,
+    options: &DeformOptions,
+    observer: impl FnMut(&Flow<'m, T>, &StepReport) -> ControlFlow<()>,
+) -> Result<Deformed<T>, Error> {
+    let options = options.clone().for_reconstruction();
+    let mut session = Session::new(mesh, positions, handles, &options)?;
+    let report = session.run_observed(observer)?;
     Ok(Deformed {
-        positions: flow.positions(),
+        positions: session.positions(),
         report,
     })
 }

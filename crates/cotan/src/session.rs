@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use cotan_flow::{Flow, Report, StepReport};
 use cotan_geometry::{Positions, Scalar};
-use cotan_halfedge::{HalfedgeMesh, VertexId};
+use cotan_halfedge::HalfedgeMesh;
 use nalgebra::{Matrix4, Point3};
 
 use crate::error::Error;
@@ -35,8 +35,7 @@ use crate::options::DeformOptions;
 pub struct Session<'m, T: Scalar> {
     flow: Flow<'m, T>,
     original: &'m Positions<T>,
-    /// The vertices of each handle.
-    groups: Vec<Vec<VertexId>>,
+    handles: Handles<T>,
 }
 
 impl<'m, T: Scalar> Session<'m, T> {
@@ -63,11 +62,10 @@ impl<'m, T: Scalar> Session<'m, T> {
             .tolerance(options.tolerance)
             .iteration_limit(options.iteration_limit)
             .build()?;
-        let groups = handles.vertices().map(<[VertexId]>::to_vec).collect();
         Ok(Self {
             flow,
             original: positions,
-            groups,
+            handles: handles.clone(),
         })
     }
 
@@ -75,15 +73,33 @@ impl<'m, T: Scalar> Session<'m, T> {
     /// takes its *original* positions. The shape follows in the next steps.
     ///
     /// # Errors
-    /// [`Error`] if there is no such handle, or the motion does not fit it.
+    /// [`Error`] if there is no such handle, the motion does not fit it, or a vertex that it shares
+    /// with another handle is wanted at two places; nothing has moved then.
     pub fn move_handle(&mut self, group: usize, motion: &Motion<T>) -> Result<(), Error> {
-        let vertices = self.groups.get(group).ok_or(Error::NoSuchHandle {
-            group,
-            num_groups: self.groups.len(),
-        })?;
-        let targets = motion.targets(group, vertices, self.original)?;
-        let moves: Vec<(VertexId, Point3<T>)> = vertices.iter().copied().zip(targets).collect();
-        self.flow.move_handles(&moves)?;
+        self.move_handles(&[(group, motion.clone())])
+    }
+
+    /// Moves several handles at once, which may share vertices if they agree about them.
+    ///
+    /// # Errors
+    /// As [`Self::move_handle`].
+    pub fn move_handles(&mut self, moves: &[(usize, Motion<T>)]) -> Result<(), Error> {
+        let mut handles = self.handles.clone();
+        let num_groups = handles.len();
+        for (group, motion) in moves {
+            let slot = handles.groups.get_mut(*group).ok_or(Error::NoSuchHandle {
+                group: *group,
+                num_groups,
+            })?;
+            slot.motion = motion.clone();
+        }
+        let targets: Vec<Point3<T>> = handles
+            .resolve(self.original)?
+            .into_iter()
+            .map(|(_, target)| target)
+            .collect();
+        self.flow.set_targets(&targets)?;
+        self.handles = handles;
         Ok(())
     }
 

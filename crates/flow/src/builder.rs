@@ -13,6 +13,12 @@ use crate::rest::Rest;
 use crate::schedule::Schedule;
 use crate::updater::{KeepMagnitude, ScalarFieldUpdater};
 
+/// The longest move at which a run counts as converged, over the bounding box's diagonal.
+pub const DEFAULT_TOLERANCE: f64 = 1e-4;
+
+/// The most iterations of a run.
+pub const DEFAULT_ITERATION_LIMIT: usize = 200;
+
 /// What the Laplacian coordinates of the first solve are.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Start {
@@ -21,7 +27,8 @@ pub enum Start {
     /// Those of the original mesh, turned by the rotations of the handle regions: each connected
     /// region of at least three handle vertices gives the rotation that fits its move best, and
     /// rotation vectors are interpolated over the mesh by the flow's own system. A handle without
-    /// a rotation of its own counts as not turned. One more solve.
+    /// a rotation of its own counts as not turned. One more solve, when the flow is built; handles
+    /// that move later are followed from the shape at hand.
     #[default]
     HandleRotations,
     /// Zero: the shape must come from the two scalar fields alone (paper, section 3.4, figure 8).
@@ -74,8 +81,8 @@ impl<T: Scalar> Default for Settings<T> {
             acceleration: Acceleration::default(),
             schedule: Schedule::default(),
             ratios: None,
-            tolerance: 1e-4,
-            iteration_limit: 200,
+            tolerance: DEFAULT_TOLERANCE,
+            iteration_limit: DEFAULT_ITERATION_LIMIT,
         }
     }
 }
@@ -163,14 +170,15 @@ impl<'m, T: Scalar> FlowBuilder<'m, T> {
     }
 
     /// Stop when no vertex moves by more than this ratio of the bounding box's diagonal.
-    /// Default: 1e-4. 0 never stops.
+    /// Default: [`DEFAULT_TOLERANCE`]. With 0 a run ends at the iteration limit, or where an
+    /// orientation with an energy finds no lower one.
     #[must_use]
     pub fn tolerance(mut self, tolerance: f64) -> Self {
         self.settings.tolerance = tolerance;
         self
     }
 
-    /// The most iterations of a run. Default: 200.
+    /// The most iterations of a run. Default: [`DEFAULT_ITERATION_LIMIT`].
     #[must_use]
     pub fn iteration_limit(mut self, limit: usize) -> Self {
         self.settings.iteration_limit = limit;

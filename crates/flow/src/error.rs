@@ -40,7 +40,7 @@ pub enum FlowError {
     },
     /// A target so far away that the mesh would vanish beside it.
     #[error(
-        "the target of handle vertex {vertex} is more than a billion times the mesh's size away from it; check its units"
+        "the target of handle vertex {vertex} is so many times the mesh's size away from it that the mesh would lose its digits; check its units"
     )]
     TargetTooFar {
         /// The handle vertex.

@@ -254,7 +254,8 @@ impl<'m, T: Scalar> Flow<'m, T> {
         self.iteration
     }
 
-    /// The energy of the current shape, for an orientation that has one, after the first step.
+    /// The energy of the current shape, for an orientation that has one: after the first step since
+    /// the flow was built or a handle moved.
     pub fn energy(&self) -> Option<f64> {
         self.energy
     }
@@ -284,7 +285,8 @@ impl<'m, T: Scalar> Flow<'m, T> {
     }
 
     /// Moves all handles to new targets, in the order of [`Self::handles`]. The shape is kept and
-    /// follows in the next steps; the schedule starts over.
+    /// follows in the next steps; the schedule and the acceleration start over, so that a flow whose
+    /// handles move before every step takes plain steps. Targets that are the same change nothing.
     ///
     /// # Errors
     /// [`FlowError`] if there are too few or too many targets, or one is not finite.
@@ -298,8 +300,10 @@ impl<'m, T: Scalar> Flow<'m, T> {
         for (handle, target) in self.parts.handles.iter().zip(targets) {
             check_target(&self.parts.frame, handle.vertex, target)?;
         }
-        self.parts.user_targets.copy_from_slice(targets);
-        self.targets_moved();
+        if self.parts.user_targets != targets {
+            self.parts.user_targets.copy_from_slice(targets);
+            self.targets_moved();
+        }
         Ok(())
     }
 
@@ -319,8 +323,10 @@ impl<'m, T: Scalar> Flow<'m, T> {
                 .ok_or(FlowError::NotAHandle { vertex: *vertex })?;
             targets[index as usize] = *target;
         }
-        self.parts.user_targets = targets;
-        self.targets_moved();
+        if self.parts.user_targets != targets {
+            self.parts.user_targets = targets;
+            self.targets_moved();
+        }
         Ok(())
     }
 
@@ -337,6 +343,7 @@ impl<'m, T: Scalar> Flow<'m, T> {
         self.pin();
         self.since_move = 0;
         self.is_plain = true;
+        self.energy = None;
         match &mut self.accelerator {
             Accelerator::Off => {}
             Accelerator::Anderson(anderson) => anderson.reset(),
@@ -375,8 +382,8 @@ impl<'m, T: Scalar> Flow<'m, T> {
         let mut report = Report {
             iterations: 0,
             stop: StopReason::IterationLimit,
-            change: 0.0,
-            residual: 0.0,
+            change: f64::INFINITY,
+            residual: f64::INFINITY,
             energy: self.energy,
         };
         while report.iterations < self.settings.iteration_limit {
@@ -415,13 +422,13 @@ pub(crate) fn check_target<T: Scalar>(
     vertex: VertexId,
     target: &Point3<T>,
 ) -> Result<(), FlowError> {
-    /// In box units. Beyond it a double keeps less than seven digits of the mesh.
-    const FARTHEST: f64 = 1e9;
+    // In box units: so far away that the precision keeps four digits of the mesh.
+    let farthest = (1e-4 / T::default_epsilon().as_f64()).min(1e9);
     if target.iter().any(|x| !x.is_finite()) {
         return Err(FlowError::NonFiniteTarget { vertex });
     }
     let boxed = frame.to_box(*target);
-    if boxed.iter().any(|x| !(x.as_f64().abs() <= FARTHEST)) {
+    if boxed.iter().any(|x| !(x.as_f64().abs() <= farthest)) {
         return Err(FlowError::TargetTooFar { vertex });
     }
     Ok(())

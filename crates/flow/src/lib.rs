@@ -25,7 +25,7 @@ mod step;
 mod updater;
 mod vectors;
 
-pub use builder::{Acceleration, FlowBuilder, Start};
+pub use builder::{Acceleration, DEFAULT_ITERATION_LIMIT, DEFAULT_TOLERANCE, FlowBuilder, Start};
 pub use error::FlowError;
 pub use flow::Flow;
 pub use orientation::{

@@ -10,7 +10,8 @@ pub struct StepReport {
     /// bounding box's diagonal.
     pub change: f64,
     /// The longest move that a full plain step from here would make, in the same unit: how far
-    /// the shape is from being a fixed point, whatever the updating ratio and the acceleration.
+    /// the shape is from being a fixed point, whatever the schedule and the acceleration. Where
+    /// vertices have ratios of their own, each counts by its ratio.
     pub residual: f64,
     /// The energy after the step, for an orientation that has one.
     pub energy: Option<f64>,

@@ -143,14 +143,4 @@ impl<'m, T: Scalar> Rest<'m, T> {
         };
         (0..n).map(|i| ring(i).sum::<f64>().abs()).sum::<f64>() / n as f64
     }
-
-    /// (L⁰x)_i, in double precision.
-    pub(crate) fn apply_operator(&self, positions: &Positions<T>, i: usize) -> Vector3<f64> {
-        let x = positions.as_slice();
-        let mut sum = Vector3::zeros();
-        for (j, h) in self.rings().ring(i) {
-            sum += (x[j.index()] - x[i]).map(T::as_f64) * self.operator.weights()[h].as_f64();
-        }
-        sum
-    }
 }

@@ -37,9 +37,9 @@ impl Schedule {
     pub fn ratio(&self, since_move: usize) -> f64 {
         match *self {
             Self::Constant(s) => s,
+            Self::Decay { to, steps, .. } if since_move >= steps => to,
             Self::Decay { from, to, steps } => {
-                let done = since_move.min(steps) as f64 / steps.max(1) as f64;
-                from + (to - from) * done
+                from + (to - from) * (since_move as f64 / steps as f64)
             }
         }
     }
@@ -76,7 +76,13 @@ mod tests {
         assert_eq!(ratios[0], 1.0);
         assert!(ratios.windows(2).all(|w| w[1] <= w[0]));
         assert!((ratios[4] - 0.28).abs() < 1e-12);
-        assert!(ratios[5..].iter().all(|s| (s - 0.1).abs() < 1e-12));
+        assert!(ratios[5..].iter().all(|s| *s == 0.1));
+        let at_once = Schedule::Decay {
+            from: 1.0,
+            to: 0.2,
+            steps: 0,
+        };
+        assert_eq!(at_once.ratio(0), 0.2);
     }
 
     #[test]

@@ -111,7 +111,7 @@ pub(crate) struct Measured<T: Scalar> {
 impl<T: Scalar> Measured<T> {
     pub(crate) fn new(rest: &Rest<'_, T>) -> Self {
         Self {
-            weights: rest.operator().weights().clone(),
+            weights: rest.operator().weights().map(|w| T::of_f64(*w)),
             laplacian: rest.laplacian().clone(),
             normals: rest.normals().clone(),
             areas: rest.areas().clone(),

@@ -2,8 +2,8 @@
 
 use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::VertexMap;
-use cotan_linear::Hold;
-use nalgebra::Vector3;
+use cotan_linear::{Handle, Hold};
+use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::anderson::Proposal;
@@ -32,13 +32,13 @@ impl<T: Scalar> Flow<'_, T> {
     /// One iteration: a solve, then the update of field and orientation.
     ///
     /// # Errors
-    /// What an updater, orientation or scheme reports.
+    /// What an updater, orientation or scheme reports. The shape is then somewhere between two steps.
     pub fn step(&mut self) -> Result<StepReport, FlowError> {
         self.solve();
         self.iteration += 1;
         let ratio = self.settings.schedule.ratio(self.since_move);
         let diagonal = self.parts.rest.diagonal().as_f64();
-        let residual = max_norm(self.terms.correction.as_slice()) / diagonal;
+        let residual = self.longest_correction() / diagonal;
         let mut report = StepReport {
             iteration: self.iteration,
             change: f64::NAN,
@@ -58,9 +58,14 @@ impl<T: Scalar> Flow<'_, T> {
         self.since_move += 1;
 
         let before = self.positions.clone();
-        if self.parts.has_membrane && !is_first && !report.converged && ratio == 1.0 {
+        let descends = matches!(self.accelerator, Accelerator::Lbfgs(_));
+        if (self.parts.has_membrane || descends) && !is_first && !report.converged && ratio == 1.0 {
             report.stalled = self.step_positions()? == Descent::Stalled;
         } else {
+            if let Accelerator::Lbfgs(lbfgs) = &mut self.accelerator {
+                // What it learned spans whole steps of its own only.
+                lbfgs.reset();
+            }
             self.move_by_correction(ratio);
             self.step_laplacian(is_short, ratio)?;
         }
@@ -92,7 +97,8 @@ impl<T: Scalar> Flow<'_, T> {
             .enumerate()
             .with_min_len(1 << 11)
             .for_each(|(i, y)| {
-                *y = laplacian.as_slice()[i].map(T::as_f64) - rest.apply_operator(positions, i);
+                *y =
+                    laplacian.as_slice()[i].map(T::as_f64) - rest.operator().apply_at(positions, i);
             });
         for (handle, target) in parts.handles.iter().zip(&parts.targets) {
             if handle.hold != Hold::Hard {
@@ -140,8 +146,39 @@ impl<T: Scalar> Flow<'_, T> {
             updater.update(&state, &mut self.field)?;
         }
         orientation.orient(&state, &self.field, &mut self.laplacian)?;
-        self.energy = orientation.energy();
+        self.energy = orientation
+            .energy()
+            .map(|energy| energy + self.spring_energy());
         Ok(())
+    }
+
+    /// Σ k² |x − u|² over the soft handles.
+    fn spring_energy(&self) -> f64 {
+        let Parts {
+            handles,
+            targets,
+            system,
+            ..
+        } = &self.parts;
+        let of_handle = |(handle, target): (&Handle, &Point3<T>)| match handle.hold {
+            Hold::Hard => 0.0,
+            Hold::Soft(_) => {
+                let miss = (target - self.positions[handle.vertex]).norm_squared();
+                system.spring(handle.vertex) * miss.as_f64()
+            }
+        };
+        handles.iter().zip(targets).map(of_handle).sum()
+    }
+
+    /// The longest correction, each vertex by its own ratio.
+    fn longest_correction(&self) -> f64 {
+        match &self.settings.ratios {
+            None => max_norm(self.terms.correction.as_slice()),
+            Some(ratios) => {
+                let scaled = self.terms.correction.values().zip(ratios.values());
+                max_norm(&scaled.map(|(d, r)| d * r.as_f64()).collect::<Vec<_>>())
+            }
+        }
     }
 
     /// After a plain step: the new Laplacian coordinates, extrapolated where the orientation works
@@ -180,14 +217,16 @@ impl<T: Scalar> Flow<'_, T> {
     }
 
     /// One line search along the direction of the quasi-Newton model; the plain step where that
-    /// fails. No step that raises the energy is accepted, the energy being that of the scalar field
-    /// before the step.
+    /// fails. No step that raises the energy beyond rounding is accepted, the energy being that of
+    /// the scalar field before the step.
     fn descend(&mut self, lbfgs: &mut Lbfgs) -> Result<Descent, FlowError> {
         /// Fraction of the predicted decrease that is asked for (Armijo).
         const SUFFICIENT: f64 = 1e-4;
         const MOST_TRIALS: usize = 10;
         let start = self.positions.clone();
         let energy = self.energy.unwrap_or(0.0);
+        // Two sums that differ by less are the same: near the minimum every step is such a step.
+        let rounding = 32.0 * T::default_epsilon().as_f64() * energy;
         let residual = self.terms.residual.as_slice();
         let correction = self.terms.correction.as_slice();
         let mut direction = lbfgs.direction(residual, correction);
@@ -205,7 +244,7 @@ impl<T: Scalar> Flow<'_, T> {
             self.move_from(&start, &direction, length);
             self.refresh(Field::Kept)?;
             let rise = 0.5 * (self.energy.unwrap_or(0.0) - energy);
-            if rise <= -SUFFICIENT * length * rate {
+            if rise <= rounding - SUFFICIENT * length * rate {
                 lbfgs.stepped(difference(&self.positions, &start), residual, correction);
                 self.follow_field()?;
                 return Ok(Descent::Went);
@@ -221,7 +260,7 @@ impl<T: Scalar> Flow<'_, T> {
         lbfgs.reset();
         self.move_from(&start, &correction, 1.0);
         self.refresh(Field::Kept)?;
-        if self.energy.unwrap_or(0.0) <= energy {
+        if self.energy.unwrap_or(0.0) <= energy + rounding {
             self.follow_field()?;
             return Ok(Descent::Went);
         }
@@ -274,8 +313,6 @@ mod tests {
     use cotan_geometry::shapes::icosphere;
     use cotan_geometry::{Shape, volume};
     use cotan_halfedge::VertexId;
-    use cotan_linear::Handle;
-    use nalgebra::Point3;
 
     use super::*;
     use crate::{Acceleration, Limited, ScalarFieldUpdater, Schedule, Start, StopReason};
@@ -305,7 +342,11 @@ mod tests {
     #[test]
     fn the_residual_is_half_the_negative_gradient() {
         let shape = icosphere::<f64>(2);
+        let mut held = handles(&shape);
+        let last = held.len() - 1;
+        held[last].0.hold = Hold::Soft(0.3);
         let mut flow = build(&shape)
+            .handles(held)
             .acceleration(Acceleration::Off)
             .build()
             .unwrap();
@@ -318,7 +359,7 @@ mod tests {
         let mut direction: Vec<Vector3<f64>> = (0..start.len())
             .map(|i| Vector3::new((i as f64).sin(), (2.0 * i as f64).cos(), 0.3))
             .collect();
-        for handle in flow.handles() {
+        for handle in flow.handles().iter().filter(|h| h.hold == Hold::Hard) {
             direction[handle.vertex.index()] = Vector3::zeros();
         }
         let step = 1e-5;
@@ -359,6 +400,7 @@ mod tests {
     fn an_observer_stops_the_run_and_the_limit_ends_it() {
         let shape = icosphere::<f64>(2);
         let mut flow = build(&shape)
+            .orientation(Limited::new())
             .tolerance(0.0)
             .iteration_limit(7)
             .build()
@@ -390,10 +432,10 @@ mod tests {
         let mut flow = build(&shape)
             .orientation(Limited::new())
             .vertex_ratios(ratios)
-            .iteration_limit(5)
             .build()
             .unwrap();
-        let _ = flow.run(|_, _| ControlFlow::Continue(())).unwrap();
+        let report = flow.run_to_end().unwrap();
+        assert_eq!(report.stop, StopReason::Converged);
         let now = flow.positions();
         assert!(still.iter().all(|v| now[*v] == shape.positions[*v]));
         assert!(max_norm(&difference(&now, &shape.positions)) > 0.1);

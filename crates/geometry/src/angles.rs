@@ -35,13 +35,24 @@ pub fn cotangent<T: Scalar>(apex: &Point3<T>, left: &Point3<T>, right: &Point3<T
 /// [`cotangent`] of the angles at all three corners, which share the cross product.
 #[inline]
 pub fn triangle_cotangents<T: Scalar>(a: &Point3<T>, b: &Point3<T>, c: &Point3<T>) -> [T; 3] {
+    triangle_cotangents_with_floor(a, b, c, cotangent_floor())
+}
+
+/// [`triangle_cotangents`] with another floor φ, for those who square what comes out.
+#[inline]
+pub fn triangle_cotangents_with_floor<T: Scalar>(
+    a: &Point3<T>,
+    b: &Point3<T>,
+    c: &Point3<T>,
+    floor: T,
+) -> [T; 3] {
     let edges = [b - a, c - b, a - c];
     let squares = sum_of_squares(&edges);
     let (low, high) = direct_squares();
     if squares > low && squares < high {
-        cotangents_of_edges(&edges, squares)
+        cotangents_of_edges(&edges, squares, floor)
     } else {
-        scaled_cotangents(a, b, c)
+        scaled_cotangents(a, b, c, floor)
     }
 }
 
@@ -78,6 +89,15 @@ pub fn opposite_cotangents<T: Scalar>(surface: &Surface<'_, T>) -> HalfedgeMap<T
 /// On one thread: a face gives three entries for one cross product, which is faster than
 /// computing every entry by itself on four.
 pub fn opposite_cotangents_into<T: Scalar>(surface: &Surface<'_, T>, out: &mut HalfedgeMap<T>) {
+    opposite_cotangents_with_floor_into(surface, cotangent_floor(), out);
+}
+
+/// [`opposite_cotangents_into`] with another floor φ (see [`cotangent`]).
+pub fn opposite_cotangents_with_floor_into<T: Scalar>(
+    surface: &Surface<'_, T>,
+    floor: T,
+    out: &mut HalfedgeMap<T>,
+) {
     let mesh = surface.mesh();
     parallel::clear(out, mesh.num_halfedges());
     for f in mesh.faces() {
@@ -85,7 +105,7 @@ pub fn opposite_cotangents_into<T: Scalar>(surface: &Surface<'_, T>, out: &mut H
         let [next, prev] = [mesh.next(h), mesh.prev(h)];
         // The first halfedge leaves corner a and lies opposite c.
         let [a, b, c] = mesh.triangle(f).map(|v| surface.position(v));
-        [out[next], out[prev], out[h]] = triangle_cotangents(&a, &b, &c);
+        [out[next], out[prev], out[h]] = triangle_cotangents_with_floor(&a, &b, &c, floor);
     }
 }
 
@@ -196,8 +216,8 @@ fn direct_squares<T: Scalar>() -> (T, T) {
 
 /// Cotangents at the origins of three edges that run round a triangle.
 #[inline]
-fn cotangents_of_edges<T: Scalar>([u, v, w]: &[Vector3<T>; 3], squares: T) -> [T; 3] {
-    let doubled_area = u.cross(v).norm().max(cotangent_floor::<T>() * squares);
+fn cotangents_of_edges<T: Scalar>([u, v, w]: &[Vector3<T>; 3], squares: T, floor: T) -> [T; 3] {
+    let doubled_area = u.cross(v).norm().max(floor * squares);
     [
         -w.dot(u) / doubled_area,
         -u.dot(v) / doubled_area,
@@ -213,7 +233,7 @@ fn sum_of_squares<T: Scalar>([u, v, w]: &[Vector3<T>; 3]) -> T {
 /// [`triangle_cotangents`] where squares underflow or overflow: the edges are brought to unit
 /// size first.
 #[cold]
-fn scaled_cotangents<T: Scalar>(a: &Point3<T>, b: &Point3<T>, c: &Point3<T>) -> [T; 3] {
+fn scaled_cotangents<T: Scalar>(a: &Point3<T>, b: &Point3<T>, c: &Point3<T>, floor: T) -> [T; 3] {
     // A quarter, so that the difference of two huge coordinates does not overflow.
     let [a, b, c] = [a, b, c].map(|p| p.coords * scalar::<T>(0.25));
     let edges = [b - a, c - b, a - c];
@@ -222,7 +242,7 @@ fn scaled_cotangents<T: Scalar>(a: &Point3<T>, b: &Point3<T>, c: &Point3<T>) -> 
         return [T::zero(); 3];
     }
     let edges = edges.map(|e| e / largest);
-    cotangents_of_edges(&edges, sum_of_squares(&edges))
+    cotangents_of_edges(&edges, sum_of_squares(&edges), floor)
 }
 
 #[cfg(test)]

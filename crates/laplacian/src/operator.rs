@@ -1,5 +1,6 @@
 //! The assembled operator.
 
+use std::marker::PhantomData;
 use std::sync::Arc;
 
 use cotan_geometry::{Positions, Scalar, Surface, scalar};
@@ -20,8 +21,11 @@ use crate::scheme::{LaplacianScheme, SchemeError, Symmetry};
 #[derive(Clone, Debug)]
 pub struct Operator<T: Scalar> {
     rings: Arc<OneRings>,
-    weights: HalfedgeMap<T>,
+    /// In double precision whatever T is: beside the huge weight of one needle those of its
+    /// neighbours would lose their digits.
+    weights: HalfedgeMap<f64>,
     symmetry: Symmetry,
+    number: PhantomData<fn(T) -> T>,
 }
 
 impl<T: Scalar> Operator<T> {
@@ -47,10 +51,14 @@ impl<T: Scalar> Operator<T> {
         surface: &Surface<'_, T>,
     ) -> Result<Self, SchemeError> {
         let mesh = surface.mesh();
-        let mut weights = HalfedgeMap::filled(mesh.num_halfedges(), T::zero());
-        scheme.weights(surface, &mut weights)?;
+        let mut chosen = HalfedgeMap::filled(mesh.num_halfedges(), T::zero());
+        scheme.weights(surface, &mut chosen)?;
+        if scheme.symmetry() == Symmetry::Symmetric {
+            check_symmetry(scheme, surface, &chosen)?;
+        }
+        let mut weights = chosen.map(|w| w.as_f64());
         // A weight whose row sum overflows comes out as not finite too.
-        round_to_exact_sums(&rings, surface, &mut weights);
+        round_to_exact_sums::<f64>(&rings, &mut weights);
         if let Some((h, _)) = weights.iter().find(|(_, w)| !w.is_finite()) {
             return Err(SchemeError::NonFiniteWeight {
                 scheme: scheme.name().into(),
@@ -61,11 +69,12 @@ impl<T: Scalar> Operator<T> {
             rings,
             weights,
             symmetry: scheme.symmetry(),
+            number: PhantomData,
         })
     }
 
     /// The weight w_ij of every halfedge i→j.
-    pub fn weights(&self) -> &HalfedgeMap<T> {
+    pub fn weights(&self) -> &HalfedgeMap<f64> {
         &self.weights
     }
 
@@ -86,10 +95,10 @@ impl<T: Scalar> Operator<T> {
 
     /// Mean over the vertices of |Σ_j w_ij|: the size of the diagonal, to which the weights of
     /// soft handles are relative.
-    pub fn mean_diagonal(&self) -> T {
+    pub fn mean_diagonal(&self) -> f64 {
         let n = self.num_vertices();
-        let sum = (0..n).fold(T::zero(), |sum, i| sum + self.row_sum(i).abs());
-        sum / scalar(n.max(1) as f64)
+        let sums = (0..n).map(|i| row_sum(&self.rings, &self.weights, i).abs());
+        sums.sum::<f64>() / n.max(1) as f64
     }
 
     /// ℓ_i = Σ_j w_ij (v_j − v_i) of every vertex. Exactly zero where all v are equal.
@@ -97,7 +106,34 @@ impl<T: Scalar> Operator<T> {
     /// # Panics
     /// If `positions` or `out` has not one entry a vertex.
     pub fn apply(&self, positions: &Positions<T>, out: &mut VertexMap<Vector3<T>>) {
-        apply_weights(&self.rings, &self.weights, positions, out);
+        assert_eq!(
+            positions.len(),
+            self.num_vertices(),
+            "one position a vertex"
+        );
+        assert_eq!(
+            out.len(),
+            self.num_vertices(),
+            "one Laplacian coordinate a vertex"
+        );
+        out.as_mut_slice()
+            .par_iter_mut()
+            .enumerate()
+            .with_min_len(1 << 11)
+            .for_each(|(i, ell)| *ell = self.apply_at(positions, i).map(T::of_f64));
+    }
+
+    /// ℓ of vertex number `i`, in double precision.
+    ///
+    /// # Panics
+    /// If there is no such vertex, or fewer positions than vertices.
+    pub fn apply_at(&self, positions: &Positions<T>, i: usize) -> Vector3<f64> {
+        let x = positions.as_slice();
+        let mut sum = Vector3::zeros();
+        for (j, h) in self.rings.ring(i) {
+            sum += (x[j.index()] - x[i]).map(T::as_f64) * self.weights[h];
+        }
+        sum
     }
 
     /// The operator as a sparse matrix: **−L**, with Σ_j w_ij on the diagonal and −w_ij beside it,
@@ -109,14 +145,17 @@ impl<T: Scalar> Operator<T> {
     /// # Panics
     /// Never: the pattern is sorted and within bounds by construction.
     pub fn matrix(&self) -> CsrMatrix<T> {
+        // Rounded once more where T is coarser than f64; nothing changes where it is not.
+        let mut weights = self.weights.map(|w| T::of_f64(*w));
+        round_to_exact_sums::<T>(&self.rings, &mut weights);
         let n = self.num_vertices();
-        let num_entries = self.weights.len() + n;
+        let num_entries = weights.len() + n;
         let mut offsets = Vec::with_capacity(n + 1);
         let mut columns = Vec::with_capacity(num_entries);
         let mut values = Vec::with_capacity(num_entries);
         offsets.push(0);
         for i in 0..n {
-            let mut diagonal = Some(self.row_sum(i));
+            let mut diagonal = Some(row_sum(&self.rings, &weights, i));
             for (j, h) in self.rings.ring(i) {
                 if j.index() > i
                     && let Some(d) = diagonal.take()
@@ -125,7 +164,7 @@ impl<T: Scalar> Operator<T> {
                     values.push(d);
                 }
                 columns.push(j.index());
-                values.push(-self.weights[h]);
+                values.push(-weights[h]);
             }
             if let Some(d) = diagonal {
                 columns.push(i);
@@ -136,12 +175,39 @@ impl<T: Scalar> Operator<T> {
         CsrMatrix::try_from_csr_data(n, n, offsets, columns, values)
             .expect("sorted rows within bounds")
     }
+}
 
-    /// Σ_j w_ij.
-    fn row_sum(&self, i: usize) -> T {
-        self.rings
-            .ring(i)
-            .fold(T::zero(), |sum, (_, h)| sum + self.weights[h])
+/// Σ_j w_ij.
+fn row_sum<T: Scalar>(rings: &OneRings, weights: &HalfedgeMap<T>, i: usize) -> T {
+    rings
+        .ring(i)
+        .fold(T::zero(), |sum, (_, h)| sum + weights[h])
+}
+
+/// A scheme that says that it is symmetric must be, within rounding.
+fn check_symmetry<T: Scalar, S: LaplacianScheme<T> + ?Sized>(
+    scheme: &S,
+    surface: &Surface<'_, T>,
+    weights: &HalfedgeMap<T>,
+) -> Result<(), SchemeError> {
+    let mesh = surface.mesh();
+    let tolerance = T::default_epsilon() * scalar(1e3);
+    let differs = |a: T, b: T| (a - b).abs() > tolerance * a.abs().max(b.abs());
+    match mesh
+        .edges()
+        .map(|e| e.halfedges())
+        .find(|[h, twin]| differs(weights[*h], weights[*twin]))
+    {
+        None => Ok(()),
+        Some([h, _]) => Err(SchemeError::Unsuitable {
+            scheme: scheme.name().into(),
+            reason: format!(
+                "it says that it is symmetric, but weighs the edge between vertices {} and {} \
+                 differently from either end; let it answer Symmetry::General",
+                mesh.origin(h),
+                mesh.target(h)
+            ),
+        }),
     }
 }
 
@@ -185,48 +251,36 @@ pub fn apply_weights<T: Scalar>(
 }
 
 /// Rounds every weight to a multiple of a power of two that is coarse enough for all sums around
-/// its two ends to be exact.
+/// its two ends to be exact in T.
 ///
 /// With q_i = 2^k the unit in the last place of 4 Σ_j |w_ij|, every partial sum of multiples of
 /// q_i that stays below 2 Σ |w_ij| is representable. An edge takes the coarser unit of its ends,
-/// which keeps symmetric weights symmetric. What is lost is of the order of the rounding error
-/// that a plain sum of the row would make anyway.
-fn round_to_exact_sums<T: Scalar>(
-    rings: &OneRings,
-    surface: &Surface<'_, T>,
-    weights: &mut HalfedgeMap<T>,
-) {
+/// which keeps symmetric weights symmetric. What is lost is of the order of the rounding error of
+/// the row's sum.
+fn round_to_exact_sums<T: Scalar>(rings: &OneRings, weights: &mut HalfedgeMap<T>) {
     let eps = T::default_epsilon();
-    let unit = VertexMap::from_vec(
-        (0..rings.num_vertices())
-            .into_par_iter()
-            .with_min_len(1 << 11)
-            .map(|i| {
-                let size = rings
-                    .ring(i)
-                    .fold(T::zero(), |sum, (_, h)| sum + weights[h].abs());
-                if size > T::zero() {
-                    eps * scalar(size.as_f64().log2().ceil().exp2() * 4.0)
-                } else {
-                    T::zero()
-                }
-            })
-            .collect::<Vec<T>>(),
-    );
-    let mesh = surface.mesh();
-    weights
-        .as_mut_slice()
-        .par_chunks_exact_mut(2)
-        .enumerate()
-        .with_min_len(1 << 12)
-        .for_each(|(edge, pair)| {
-            let [a, b] = mesh.edge_vertices(cotan_halfedge::EdgeId::new(edge));
-            let unit = unit[a].max(unit[b]);
-            if unit > T::zero() {
-                pair.iter_mut()
-                    .for_each(|w| *w = (*w / unit).round() * unit);
+    let units: Vec<T> = (0..rings.num_vertices())
+        .into_par_iter()
+        .with_min_len(1 << 11)
+        .map(|i| {
+            let size = rings
+                .ring(i)
+                .fold(T::zero(), |sum, (_, h)| sum + weights[h].abs());
+            if size > T::zero() {
+                eps * scalar(size.as_f64().log2().ceil().exp2() * 4.0)
+            } else {
+                T::zero()
             }
-        });
+        })
+        .collect();
+    for i in 0..rings.num_vertices() {
+        for (j, h) in rings.ring(i) {
+            let unit = units[i].max(units[j.index()]);
+            if unit > T::zero() {
+                weights[h] = (weights[h] / unit).round() * unit;
+            }
+        }
+    }
 }
 
 #[cfg(test)]
@@ -301,6 +355,49 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn a_needle_leaves_the_weights_beside_it_their_digits_in_single_precision() {
+        let double = cotan_geometry::shapes::icosphere::<f64>(2);
+        let mut shape = cotan_geometry::shapes::icosphere::<f32>(2);
+        let v = cotan_halfedge::VertexId::new(0);
+        let neighbour = shape.mesh.one_ring(v).next().unwrap();
+        let edge = shape.positions[neighbour] - shape.positions[v];
+        shape.positions[v] = shape.positions[neighbour] - edge * 1e-4;
+        let positions = shape.positions.map(|p| p.map(f64::from));
+        let double = double.surface().with_positions(&positions).mesh();
+        let exact = Operator::assemble(
+            &Cotangent::default(),
+            &Surface::new(double, &positions).unwrap(),
+        )
+        .unwrap();
+        let single = Operator::assemble(&Cotangent::default(), &shape.surface()).unwrap();
+        assert!(exact.weights().values().any(|w| *w > 1e3));
+        for (a, b) in exact.weights().values().zip(single.weights().values()) {
+            // What single precision loses is lost in the positions, not in the rounding.
+            assert!((a - b).abs() <= 2e-2 * a.abs().max(1.0), "{a} {b}");
+        }
+    }
+
+    #[test]
+    fn a_scheme_that_only_says_that_it_is_symmetric_is_refused() {
+        struct Lopsided;
+        impl LaplacianScheme<f64> for Lopsided {
+            fn weights(
+                &self,
+                surface: &Surface<'_, f64>,
+                out: &mut HalfedgeMap<f64>,
+            ) -> Result<(), SchemeError> {
+                Tutte.weights(surface, out)
+            }
+            fn symmetry(&self) -> Symmetry {
+                Symmetry::Symmetric
+            }
+        }
+        let shape = cotan_geometry::shapes::icosphere::<f64>(1);
+        let error = Operator::assemble(&Lopsided, &shape.surface()).unwrap_err();
+        assert!(error.to_string().contains("Symmetry::General"), "{error}");
     }
 
     #[test]

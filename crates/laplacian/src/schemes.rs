@@ -1,8 +1,7 @@
 //! The built-in schemes: plain values.
 
-use cotan_geometry::{Scalar, Surface, scalar};
-use cotan_halfedge::{EdgeId, HalfedgeId, HalfedgeMap, HalfedgeMesh};
-use nalgebra::{Point3, Vector3};
+use cotan_geometry::{Scalar, Surface, opposite_cotangents_with_floor_into, scalar};
+use cotan_halfedge::{EdgeId, HalfedgeMap};
 use rayon::prelude::*;
 
 use crate::scheme::{LaplacianScheme, SchemeError, Symmetry};
@@ -34,24 +33,13 @@ impl Cotangent {
     /// The cotangent of the angle opposite each halfedge in its triangle, 0 on the boundary: w_ij
     /// is the sum over the two sides of the edge.
     ///
-    /// # Panics
-    /// If `out` has not one entry a halfedge.
+    /// **Shapes**: one entry a halfedge; `out` is replaced if it has another length.
     pub fn opposite_cotangents<T: Scalar>(
         &self,
         surface: &Surface<'_, T>,
         out: &mut HalfedgeMap<T>,
     ) {
-        assert_eq!(
-            out.len(),
-            surface.mesh().num_halfedges(),
-            "one entry a halfedge"
-        );
-        let floor = scalar(self.area_floor);
-        out.as_mut_slice()
-            .par_iter_mut()
-            .enumerate()
-            .with_min_len(1 << 12)
-            .for_each(|(h, c)| *c = opposite_cotangent(surface, HalfedgeId::new(h), floor));
+        opposite_cotangents_with_floor_into(surface, scalar(self.area_floor), out);
     }
 }
 
@@ -96,8 +84,8 @@ impl<T: Scalar> LaplacianScheme<T> for Cotangent {
         surface: &Surface<'_, T>,
         out: &mut HalfedgeMap<T>,
     ) -> Result<(), SchemeError> {
-        let floor = scalar(self.area_floor);
-        per_edge(out, |edge| edge_cotangents(surface, edge, floor));
+        self.opposite_cotangents(surface, out);
+        per_edge_pair(out, |a, b| a + b);
         Ok(())
     }
 
@@ -116,11 +104,9 @@ impl<T: Scalar> LaplacianScheme<T> for ClampedCotangent {
         surface: &Surface<'_, T>,
         out: &mut HalfedgeMap<T>,
     ) -> Result<(), SchemeError> {
-        let area_floor = scalar(self.cotangent.area_floor);
+        self.cotangent.opposite_cotangents(surface, out);
         let floor = scalar::<T>(self.floor);
-        per_edge(out, |edge| {
-            edge_cotangents(surface, edge, area_floor).max(floor)
-        });
+        per_edge_pair(out, |a, b| (a + b).max(floor));
         Ok(())
     }
 
@@ -218,27 +204,10 @@ fn per_edge<T: Scalar>(out: &mut HalfedgeMap<T>, weight: impl Fn(EdgeId) -> T + 
         .for_each(|(edge, pair)| pair.fill(weight(EdgeId::new(edge))));
 }
 
-/// cot α + cot β of one edge.
-fn edge_cotangents<T: Scalar>(surface: &Surface<'_, T>, edge: EdgeId, floor: T) -> T {
-    let [h, twin] = edge.halfedges();
-    opposite_cotangent(surface, h, floor) + opposite_cotangent(surface, twin, floor)
-}
-
-/// Cotangent of the angle opposite a halfedge in its triangle; 0 on the boundary.
-fn opposite_cotangent<T: Scalar>(surface: &Surface<'_, T>, h: HalfedgeId, floor: T) -> T {
-    let mesh: &HalfedgeMesh = surface.mesh();
-    if mesh.is_boundary_halfedge(h) {
-        return T::zero();
-    }
-    let apex: Point3<T> = surface.position(mesh.target(mesh.next(h)));
-    let a: Vector3<T> = surface.position(mesh.origin(h)) - apex;
-    let b: Vector3<T> = surface.position(mesh.target(h)) - apex;
-    let sum_of_squares = a.norm_squared() + b.norm_squared() + (b - a).norm_squared();
-    let area = a.cross(&b).norm().max(floor * sum_of_squares);
-    if area > T::zero() {
-        a.dot(&b) / area
-    } else {
-        T::zero()
+/// Replaces the two values of every edge by one that is made of both.
+fn per_edge_pair<T: Scalar>(out: &mut HalfedgeMap<T>, combine: impl Fn(T, T) -> T) {
+    for pair in out.as_mut_slice().chunks_exact_mut(2) {
+        pair.fill(combine(pair[0], pair[1]));
     }
 }
 

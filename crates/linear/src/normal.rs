@@ -120,22 +120,24 @@ pub(crate) fn assemble(
     const CHUNK: usize = 2048;
     let blocks: Vec<(Vec<usize>, Vec<usize>, Vec<f64>)> = free
         .par_chunks(CHUNK)
-        .map(|vertices| {
-            let mut column = Column::new(free_index.len());
-            let (mut lengths, mut rows, mut values) = (Vec::new(), Vec::new(), Vec::new());
-            for &i in vertices {
-                column.gather(rings, weights, i, membrane);
-                column.values[i] += diagonal[i];
-                column.emit(
-                    free_index,
-                    free_index[i],
-                    &mut lengths,
-                    &mut rows,
-                    &mut values,
-                );
-            }
-            (lengths, rows, values)
-        })
+        .map_init(
+            || Column::new(free_index.len()),
+            |column, vertices| {
+                let (mut lengths, mut rows, mut values) = (Vec::new(), Vec::new(), Vec::new());
+                for &i in vertices {
+                    column.gather(rings, weights, i, membrane);
+                    column.values[i] += diagonal[i];
+                    column.emit(
+                        free_index,
+                        free_index[i],
+                        &mut lengths,
+                        &mut rows,
+                        &mut values,
+                    );
+                }
+                (lengths, rows, values)
+            },
+        )
         .collect();
     let mut matrix = LowerTriangle {
         offsets: Vec::with_capacity(free.len() + 1),

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use cotan_geometry::Scalar;
-use cotan_halfedge::{EdgeMap, VertexMap};
+use cotan_halfedge::{EdgeMap, VertexId, VertexMap};
 use cotan_laplacian::{OneRings, Operator, Symmetry};
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -73,7 +73,7 @@ impl PreparedSystem {
             return Err(LinearError::MembraneWeight(weight));
         }
         let n = rings.num_vertices();
-        let unit = operator.mean_diagonal().as_f64();
+        let unit = operator.mean_diagonal();
         let mut is_free = vec![true; n];
         let mut springs = vec![0.0; n];
         for handle in handles {
@@ -89,7 +89,7 @@ impl PreparedSystem {
         }
         let weights = Weights::new(
             &rings,
-            &operator.weights().map(|w| w.as_f64()),
+            operator.weights(),
             operator.symmetry() == Symmetry::Symmetric,
         );
         let matrix = normal::assemble(&rings, &weights, &free, &free_index, membrane, &springs);
@@ -123,6 +123,11 @@ impl PreparedSystem {
     /// Number of values in the factor, eight bytes each.
     pub fn factor_entries(&self) -> usize {
         self.cholesky.num_entries()
+    }
+
+    /// Stiffness of the spring that holds a vertex, (k · mean |L_ii|)²: 0 for all but soft handles.
+    pub fn spring(&self, vertex: VertexId) -> f64 {
+        self.springs.get(vertex.index()).copied().unwrap_or(0.0)
     }
 
     /// The right-hand side of a correction: half the negative gradient of the energy,
@@ -218,7 +223,6 @@ impl PreparedSystem {
 #[cfg(test)]
 mod tests {
     use cotan_geometry::testing::surfaces;
-    use cotan_halfedge::VertexId;
     use cotan_laplacian::{Cotangent, LaplacianScheme, Tutte};
     use nalgebra::{DMatrix, DVector};
     use proptest::prelude::*;

@@ -187,20 +187,14 @@ impl DeformArgs {
 }
 
 impl ReconstructArgs {
-    /// The settings of [`cotan::reconstruct`]: from zero, without the hybrid's membrane, which
-    /// knows the directions of the original edges.
+    /// The settings of [`cotan::reconstruct`].
     pub(crate) fn options(&self) -> DeformOptions {
-        let mut options = DeformOptions {
-            start: Start::Zero,
+        DeformOptions {
             tolerance: self.tolerance,
             iteration_limit: self.iterations.get(),
             ..self.method.options()
-        };
-        if options.orientation == OrientationKind::Hybrid {
-            options.orientation = OrientationKind::Reflect;
-            options.acceleration = Acceleration::Off;
         }
-        options
+        .for_reconstruction()
     }
 }
 

@@ -68,12 +68,13 @@ pub(super) fn check(constraints: &[Constraint], mesh: &Vertices<'_>) -> Result<(
     }
 }
 
-/// The handles as the library takes them. Targets are rounded to `T` once.
+/// The handles as the library takes them, relative to `origin`. Targets are rounded to `T` once.
 ///
 /// A vertex that some face uses is expected, which [`check`] has seen to.
 pub(crate) fn to_handles<T: Scalar>(
     constraints: &[Constraint],
     processing: &ProcessingMesh,
+    origin: Point3<f64>,
 ) -> Handles<T> {
     // One group for each run of vertices that are held alike.
     let alike = |a: &Constraint, b: &Constraint| {
@@ -88,7 +89,7 @@ pub(crate) fn to_handles<T: Scalar>(
             .collect();
         let targets = run.iter().filter_map(|c| match c.goal {
             Goal::Stay => None,
-            Goal::To(target) => Some(target.map(T::of_f64)),
+            Goal::To(target) => Some(Point3::from((target - origin).map(T::of_f64))),
         });
         let targets: Vec<_> = targets.collect();
         let motion = if targets.is_empty() {

@@ -308,9 +308,7 @@ fn reconstruct_is_the_librarys_reconstruction() {
         tolerance: 0.0,
         ..DeformOptions::default()
     };
-    let go_on =
-        |_: &Flow<'_, f64>, _: &cotan::flow::StepReport| std::ops::ControlFlow::Continue(());
-    let expected = reconstruct(&shape.mesh, &shape.positions, &handles, &options, go_on).unwrap();
+    let expected = reconstruct(&shape.mesh, &shape.positions, &handles, &options).unwrap();
     let rebuilt = sandbox.positions("rebuilt.obj");
     assert_eq!(expected.positions.as_slice(), rebuilt);
 }

@@ -38,7 +38,7 @@ impl<T: Scalar> BoundaryFrames<T> {
         normal: Vector3<T>,
         vertex: VertexId,
     ) -> Option<Vector3<T>> {
-        let components = self.components[vertex]?;
+        let components = self.components.get(vertex).copied().flatten()?;
         Some(frame(mesh, positions, normal, vertex)? * components)
     }
 }

@@ -74,7 +74,7 @@ impl Hybrid {
         let now: Vec<Vector3<f64>> = (0..wanted.len())
             .into_par_iter()
             .with_min_len(1 << 10)
-            .map(|i| rest.apply_operator(state.positions(), i))
+            .map(|i| rest.operator().apply_at(state.positions(), i))
             .collect();
         let covariance = |i: usize| {
             now[i] * wanted[i].transpose()
@@ -135,8 +135,9 @@ impl<T: Scalar> Orientation<T> for Hybrid {
     fn prepare(&mut self, rest: &Rest<'_, T>) -> f64 {
         let vertex_area = surface_area(&rest.surface()).as_f64() / rest.positions().len() as f64;
         // Of the size of L², whatever the scheme: 1 for cotangent weights.
-        let scale = rest.operator().mean_diagonal().as_f64() / rest.mean_cotangent_diagonal();
+        let scale = rest.operator().mean_diagonal() / rest.mean_cotangent_diagonal();
         let length = self.bending_length * rest.extent();
+        self.means = VertexMap::filled(rest.positions().len(), Matrix3::identity());
         self.weight = 4.0 * vertex_area * (scale / length).powi(2);
         self.weight
     }

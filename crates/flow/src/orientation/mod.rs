@@ -26,9 +26,11 @@ use crate::state::{FlowState, Quantities};
 
 /// Turns the prescribed magnitudes into Laplacian coordinates on the current mesh.
 ///
-/// Dyn-compatible, and forwarded through `Box<O>`.
+/// Dyn-compatible, and forwarded through `Box<O>`. One that wraps another must forward all methods,
+/// those with a default too.
 pub trait Orientation<T: Scalar>: Send {
-    /// Writes ℓ_i for every vertex, of the size that `field` prescribes.
+    /// Writes ℓ_i for every vertex, of the size that `field` prescribes or, where a rule limits parts
+    /// of it, smaller. The built-in rules leave ℓ_i = 0 where ℓ⁰_i = 0: there is nothing to turn.
     ///
     /// **Shapes**: one entry a vertex. **Units**: box units.
     ///
@@ -76,8 +78,8 @@ pub trait Orientation<T: Scalar>: Send {
     fn start_from(&mut self, _rotations: &VertexMap<Matrix3<f64>>) {}
 
     /// The energy at the last state, if `orient` minimises one over its rotations that the solve
-    /// minimises over the positions. The flow then descends and never accepts a step that raises
-    /// it.
+    /// minimises over the positions. An accelerated flow then descends, and never accepts a step that
+    /// raises it (with the springs of soft handles, and for the scalar field before the step).
     fn energy(&self) -> Option<f64> {
         None
     }
