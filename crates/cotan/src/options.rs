@@ -4,8 +4,8 @@ use std::str::FromStr;
 
 use cotan_flow::{
     Acceleration, BestRotation, DEFAULT_ITERATION_LIMIT, DEFAULT_TOLERANCE, Hybrid, KeepMagnitude,
-    Limited, LimitedMagnitude, Orientation, Reflect, ReflectFirst, RescaleByArea,
-    ScalarFieldUpdater, Schedule, Start,
+    Limited, Orientation, Reflect, ReflectFirst, RescaleByArea, ScalarFieldUpdater, Schedule,
+    Start,
 };
 use cotan_geometry::Scalar;
 use cotan_laplacian::{ClampedCotangent, Cotangent, EdgeLength, LaplacianScheme, Tutte, Uniform};
@@ -85,7 +85,7 @@ named!(
         Rotation = "rotation",
         /// [`Limited`].
         Limited = "limited",
-        /// [`LimitedMagnitude`].
+        /// [`Limited::exact_magnitude`].
         LimitedMagnitude = "limited-magnitude",
         /// [`Reflect`]: the paper's.
         Reflect = "reflect",
@@ -190,7 +190,7 @@ impl DeformOptions {
             OrientationKind::Hybrid => Box::new(Hybrid::new(self.bending_length)),
             OrientationKind::Rotation => Box::new(BestRotation),
             OrientationKind::Limited => Box::new(Limited::new()),
-            OrientationKind::LimitedMagnitude => Box::new(LimitedMagnitude::new()),
+            OrientationKind::LimitedMagnitude => Box::new(Limited::exact_magnitude()),
             OrientationKind::Reflect => Box::new(Reflect::new()),
             OrientationKind::ReflectFirst => Box::new(ReflectFirst::new(10)),
         }

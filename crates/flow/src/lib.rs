@@ -28,9 +28,7 @@ mod vectors;
 pub use builder::{Acceleration, DEFAULT_ITERATION_LIMIT, DEFAULT_TOLERANCE, FlowBuilder, Start};
 pub use error::FlowError;
 pub use flow::Flow;
-pub use orientation::{
-    BestRotation, Hybrid, Limited, LimitedMagnitude, Orientation, Reflect, ReflectFirst,
-};
+pub use orientation::{BestRotation, Hybrid, Limited, Orientation, Reflect, ReflectFirst};
 pub use polar::nearest_rotation;
 pub use report::{Report, StepReport, StopReason};
 pub use rest::Rest;

@@ -1,6 +1,8 @@
 //! What an updater and an orientation see of the current mesh.
 
-use cotan_geometry::{Positions, Scalar, Surface, one_ring_areas_into, vertex_normals_into};
+use cotan_geometry::{
+    Positions, Scalar, Surface, normals_and_areas_into, one_ring_areas_into, vertex_normals_into,
+};
 use cotan_halfedge::{HalfedgeMap, VertexMap};
 use cotan_laplacian::{LaplacianScheme, apply_weights};
 use nalgebra::Vector3;
@@ -130,11 +132,13 @@ impl<T: Scalar> Measured<T> {
             scheme.weights(&surface, &mut self.weights)?;
             apply_weights(rest.rings(), &self.weights, positions, &mut self.laplacian);
         }
-        if wanted.normals {
-            vertex_normals_into(&surface, &mut self.normals);
-        }
-        if wanted.areas {
-            one_ring_areas_into(&surface, &mut self.areas);
+        match (wanted.normals, wanted.areas) {
+            (true, true) => {
+                normals_and_areas_into(&surface, &mut self.normals, &mut self.areas);
+            }
+            (true, false) => vertex_normals_into(&surface, &mut self.normals),
+            (false, true) => one_ring_areas_into(&surface, &mut self.areas),
+            (false, false) => {}
         }
         Ok(())
     }

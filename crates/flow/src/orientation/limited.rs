@@ -24,18 +24,16 @@ use crate::state::{FlowState, Quantities};
 #[derive(Debug)]
 pub struct Limited<T: Scalar> {
     boundary: BoundaryFrames<T>,
+    normal_part: NormalPart,
 }
 
-/// As [`Limited`], with the normal part stretched so that |ℓ| = d exactly, as in the paper.
-#[derive(Debug)]
-pub struct LimitedMagnitude<T: Scalar> {
-    boundary: BoundaryFrames<T>,
-}
-
-impl<T: Scalar> Default for Limited<T> {
-    fn default() -> Self {
-        Self::new()
-    }
+/// How long the normal part of a Laplacian coordinate is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum NormalPart {
+    /// As long as it was.
+    Kept,
+    /// So long that |ℓ| = d exactly, as in the paper.
+    Stretched,
 }
 
 impl<T: Scalar> Limited<T> {
@@ -43,22 +41,22 @@ impl<T: Scalar> Limited<T> {
     pub fn new() -> Self {
         Self {
             boundary: BoundaryFrames::new(),
+            normal_part: NormalPart::Kept,
+        }
+    }
+
+    /// The rule with the normal part stretched so that |ℓ| = d exactly, as in the paper.
+    pub fn exact_magnitude() -> Self {
+        Self {
+            normal_part: NormalPart::Stretched,
+            ..Self::new()
         }
     }
 }
 
-impl<T: Scalar> Default for LimitedMagnitude<T> {
+impl<T: Scalar> Default for Limited<T> {
     fn default() -> Self {
         Self::new()
-    }
-}
-
-impl<T: Scalar> LimitedMagnitude<T> {
-    /// The rule.
-    pub fn new() -> Self {
-        Self {
-            boundary: BoundaryFrames::new(),
-        }
     }
 }
 
@@ -74,75 +72,15 @@ impl<T: Scalar> Orientation<T> for Limited<T> {
         field: &VertexMap<T>,
         out: &mut VertexMap<Vector3<T>>,
     ) -> Result<(), FlowError> {
-        limit(&self.boundary, state, field, out, |normal_part, _, _| {
-            normal_part
-        });
-        Ok(())
-    }
-
-    fn needs(&self) -> Quantities {
-        Quantities {
-            areas: false,
-            ..Quantities::ALL
-        }
-    }
-}
-
-impl<T: Scalar> Orientation<T> for LimitedMagnitude<T> {
-    fn prepare(&mut self, rest: &Rest<'_, T>) -> f64 {
-        self.boundary.prepare(rest);
-        0.0
-    }
-
-    fn orient(
-        &mut self,
-        state: &FlowState<'_, T>,
-        field: &VertexMap<T>,
-        out: &mut VertexMap<Vector3<T>>,
-    ) -> Result<(), FlowError> {
-        limit(
-            &self.boundary,
-            state,
-            field,
-            out,
-            |normal_part, tangential, magnitude| {
-                let rest = magnitude * magnitude - tangential * tangential;
-                let size = rest.max(T::zero()).sqrt();
-                if normal_part < T::zero() { -size } else { size }
-            },
-        );
-        Ok(())
-    }
-
-    fn needs(&self) -> Quantities {
-        Quantities {
-            areas: false,
-            ..Quantities::ALL
-        }
-    }
-}
-
-/// The common map; `normal_size` makes the signed normal part from k (ℓ⁰·N⁰), the length of the
-/// tangential part, and d.
-fn limit<T: Scalar>(
-    boundary: &BoundaryFrames<T>,
-    state: &FlowState<'_, T>,
-    field: &VertexMap<T>,
-    out: &mut VertexMap<Vector3<T>>,
-    normal_size: impl Fn(T, T, T) -> T + Sync,
-) {
-    let rest = state.rest();
-    out.as_mut_slice()
-        .par_iter_mut()
-        .enumerate()
-        .with_min_len(1 << 11)
-        .for_each(|(i, ell)| {
-            let v = VertexId::new(i);
+        let rest = state.rest();
+        let limit = |v: VertexId| {
             let normal = state.normals()[v];
             let scale = field_scale(field[v], rest.magnitudes()[v]);
-            if let Some(carried) = boundary.carry(rest.mesh(), state.positions(), normal, v) {
-                *ell = carried * scale;
-                return;
+            let carried = self
+                .boundary
+                .carry(rest.mesh(), state.positions(), normal, v);
+            if let Some(carried) = carried {
+                return carried * scale;
             }
             let original = rest.laplacian()[v];
             let along = original.dot(&rest.normals()[v]);
@@ -153,6 +91,29 @@ fn limit<T: Scalar>(
             if length > most {
                 tangential *= most / length;
             }
-            *ell = normal * normal_size(along * scale, length.min(most), field[v]) + tangential;
-        });
+            let along = match self.normal_part {
+                NormalPart::Kept => along * scale,
+                NormalPart::Stretched => {
+                    let length = length.min(most);
+                    let rest = field[v] * field[v] - length * length;
+                    let size = rest.max(T::zero()).sqrt();
+                    if along < T::zero() { -size } else { size }
+                }
+            };
+            normal * along + tangential
+        };
+        out.as_mut_slice()
+            .par_iter_mut()
+            .enumerate()
+            .with_min_len(1 << 11)
+            .for_each(|(i, ell)| *ell = limit(VertexId::new(i)));
+        Ok(())
+    }
+
+    fn needs(&self) -> Quantities {
+        Quantities {
+            areas: false,
+            ..Quantities::ALL
+        }
+    }
 }

@@ -16,7 +16,7 @@ use cotan_halfedge::VertexMap;
 use nalgebra::{Matrix3, Vector3};
 
 pub use hybrid::Hybrid;
-pub use limited::{Limited, LimitedMagnitude};
+pub use limited::Limited;
 pub use reflect::{Reflect, ReflectFirst};
 pub use rotation::BestRotation;
 
