@@ -70,7 +70,7 @@ pub(crate) fn ring_covariance(
 }
 
 /// (Ω a)_j = mean of a over j and its neighbours, `times` times.
-pub(crate) fn average<A>(rings: &OneRings, values: VertexMap<A>, times: usize) -> VertexMap<A>
+pub(crate) fn average<A>(rings: &OneRings, values: &VertexMap<A>, times: usize) -> VertexMap<A>
 where
     A: Copy + Send + Sync + AddAssign + Mul<f64, Output = A>,
 {
@@ -85,7 +85,7 @@ where
 
 /// (Ωᵀ a)_i = Σ_j a_j / (1 + valence j) over i and its neighbours, `times` times: the adjoint of
 /// [`average`].
-pub(crate) fn spread<A>(rings: &OneRings, values: VertexMap<A>, times: usize) -> VertexMap<A>
+pub(crate) fn spread<A>(rings: &OneRings, values: &VertexMap<A>, times: usize) -> VertexMap<A>
 where
     A: Copy + Send + Sync + AddAssign + Mul<f64, Output = A>,
 {
@@ -105,21 +105,25 @@ pub(crate) fn cell_share(rings: &OneRings, i: usize) -> f64 {
 
 fn repeat<A: Copy + Send + Sync>(
     rings: &OneRings,
-    mut values: VertexMap<A>,
+    values: &VertexMap<A>,
     times: usize,
-    row: impl Fn(&[A], usize) -> A + Sync,
+    row: impl Fn(&[A], usize) -> A + Sync + Send,
 ) -> VertexMap<A> {
-    let mut next = values.clone();
-    for _ in 0..times {
-        next.as_mut_slice()
-            .par_iter_mut()
-            .enumerate()
+    let once = |values: &VertexMap<A>| {
+        (0..rings.num_vertices())
+            .into_par_iter()
             .with_min_len(1 << 10)
-            .for_each(|(i, a)| *a = row(values.as_slice(), i));
-        std::mem::swap(&mut values, &mut next);
+            .map(|i| row(values.as_slice(), i))
+            .collect()
+    };
+    if times == 0 {
+        return values.clone();
     }
-    debug_assert_eq!(values.len(), rings.num_vertices());
-    values
+    let mut result = VertexMap::from_vec(once(values));
+    for _ in 1..times {
+        result = VertexMap::from_vec(once(&result));
+    }
+    result
 }
 
 #[cfg(test)]
@@ -144,8 +148,8 @@ mod tests {
             a.values().zip(b.values()).map(|(a, b)| a * b).sum()
         };
         for times in 0..3 {
-            let left = dot(&average(&rings, a.clone(), times), &b);
-            let right = dot(&a, &spread(&rings, b.clone(), times));
+            let left = dot(&average(&rings, &a, times), &b);
+            let right = dot(&a, &spread(&rings, &b, times));
             assert!((left - right).abs() < 1e-12, "{left} {right}");
         }
     }
@@ -154,7 +158,7 @@ mod tests {
     fn the_mean_of_a_constant_is_the_constant() {
         let shape = icosphere::<f64>(1);
         let rings = OneRings::new(&shape.mesh);
-        let mean = average(&rings, VertexMap::filled(shape.positions.len(), 2.5), 2);
+        let mean = average(&rings, &VertexMap::filled(shape.positions.len(), 2.5), 2);
         assert!(mean.values().all(|m| (m - 2.5).abs() < 1e-14));
     }
 }

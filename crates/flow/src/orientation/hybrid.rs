@@ -12,7 +12,7 @@ use super::cells::{
 };
 use super::{Orientation, field_scale};
 use crate::error::FlowError;
-use crate::polar::nearest_rotation;
+use crate::polar::nearest_rotation_from;
 use crate::rest::Rest;
 use crate::state::{FlowState, Quantities};
 use crate::vectors::sum;
@@ -44,6 +44,8 @@ pub struct Hybrid {
     bending_length: f64,
     /// μ, once the mesh is known.
     weight: f64,
+    /// The rotations of the last fit, from which the next one starts.
+    rotations: VertexMap<Matrix3<f64>>,
     /// R̄ = P R: the mean of the rotations that serve each vertex.
     means: VertexMap<Matrix3<f64>>,
     energy: f64,
@@ -61,6 +63,7 @@ impl Hybrid {
         Self {
             bending_length,
             weight: 0.0,
+            rotations: VertexMap::default(),
             means: VertexMap::default(),
             energy: 0.0,
         }
@@ -81,11 +84,13 @@ impl Hybrid {
                 + ring_covariance(rest.mesh(), &faces, VertexId::new(i)) * (mu / 6.0)
         };
         let covariances = per_vertex(wanted.len(), covariance);
-        let covariances = spread(rings, covariances, Self::WIDTH);
-        let rotations = per_vertex(wanted.len(), |i| {
-            nearest_rotation(&covariances.as_slice()[i])
+        let covariances = spread(rings, &covariances, Self::WIDTH);
+        let last = self.rotations.as_slice();
+        self.rotations = per_vertex(wanted.len(), |i| {
+            let guess = last.get(i).copied().unwrap_or_else(Matrix3::identity);
+            nearest_rotation_from(&covariances.as_slice()[i], &guess)
         });
-        let (means, variances) = means_and_variances(rings, rotations);
+        let (means, variances) = means_and_variances(rings, &self.rotations);
         self.energy = energy(state, &now, wanted, &means, &variances, mu);
         self.means = means;
     }
@@ -137,7 +142,8 @@ impl<T: Scalar> Orientation<T> for Hybrid {
         // Of the size of L², whatever the scheme: 1 for cotangent weights.
         let scale = rest.operator().mean_diagonal() / rest.mean_cotangent_diagonal();
         let length = self.bending_length * rest.extent();
-        self.means = VertexMap::filled(rest.positions().len(), Matrix3::identity());
+        self.rotations = VertexMap::filled(rest.positions().len(), Matrix3::identity());
+        self.means = self.rotations.clone();
         self.weight = 4.0 * vertex_area * (scale / length).powi(2);
         self.weight
     }
@@ -186,6 +192,7 @@ impl<T: Scalar> Orientation<T> for Hybrid {
     }
 
     fn start_from(&mut self, rotations: &VertexMap<Matrix3<f64>>) {
+        self.rotations = rotations.clone();
         self.means = rotations.clone();
     }
 
@@ -208,13 +215,13 @@ fn per_vertex<A: Send>(n: usize, value: impl Fn(usize) -> A + Sync + Send) -> Ve
 /// cancels: the variance about a mean of means is the mean variance plus the variance of the means.
 fn means_and_variances(
     rings: &OneRings,
-    rotations: VertexMap<Matrix3<f64>>,
+    rotations: &VertexMap<Matrix3<f64>>,
 ) -> (VertexMap<Matrix3<f64>>, VertexMap<Matrix3<f64>>) {
     let n = rotations.len();
-    let mut values = rotations;
+    let mut values = rotations.clone();
     let mut variances = VertexMap::filled(n, Matrix3::zeros());
     for _ in 0..Hybrid::WIDTH {
-        let means = average(rings, values.clone(), 1);
+        let means = average(rings, &values, 1);
         variances = per_vertex(n, |j| {
             let about = |i: usize| {
                 let difference = values.as_slice()[i] - means.as_slice()[j];
@@ -287,7 +294,7 @@ mod tests {
             let is_near = i == j || rings.ring(j).any(|(k, _)| k.index() == i);
             if is_near { cell_share(&rings, j) } else { 0.0 }
         };
-        let (means, variances) = means_and_variances(&rings, rotations.clone());
+        let (means, variances) = means_and_variances(&rings, &rotations);
         for j in [0, 17, n - 1] {
             let share = |i: usize| (0..n).map(|m| omega(j, m) * omega(m, i)).sum::<f64>();
             let mean: Matrix3<f64> = (0..n).map(|i| rotations.as_slice()[i] * share(i)).sum();
