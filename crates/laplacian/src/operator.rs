@@ -4,7 +4,7 @@ use std::marker::PhantomData;
 use std::sync::Arc;
 
 use cotan_geometry::{Positions, Scalar, Surface, scalar};
-use cotan_halfedge::{HalfedgeMap, VertexMap};
+use cotan_halfedge::{EdgeId, HalfedgeMap, HalfedgeMesh, VertexMap};
 use nalgebra::Vector3;
 use nalgebra_sparse::CsrMatrix;
 use rayon::prelude::*;
@@ -58,7 +58,7 @@ impl<T: Scalar> Operator<T> {
         }
         let mut weights = chosen.map(|w| w.as_f64());
         // A weight whose row sum overflows comes out as not finite too.
-        round_to_exact_sums::<f64>(&rings, &mut weights);
+        round_to_exact_sums(&rings, mesh, &mut weights);
         if let Some((h, _)) = weights.iter().find(|(_, w)| !w.is_finite()) {
             return Err(SchemeError::NonFiniteWeight {
                 scheme: scheme.name().into(),
@@ -145,35 +145,63 @@ impl<T: Scalar> Operator<T> {
     /// # Panics
     /// Never: the pattern is sorted and within bounds by construction.
     pub fn matrix(&self) -> CsrMatrix<T> {
-        // Rounded once more where T is coarser than f64; nothing changes where it is not.
-        let mut weights = self.weights.map(|w| T::of_f64(*w));
-        round_to_exact_sums::<T>(&self.rings, &mut weights);
+        /// Rows that one task fills.
+        const CHUNK: usize = 2048;
         let n = self.num_vertices();
-        let num_entries = weights.len() + n;
-        let mut offsets = Vec::with_capacity(n + 1);
-        let mut columns = Vec::with_capacity(num_entries);
-        let mut values = Vec::with_capacity(num_entries);
-        offsets.push(0);
-        for i in 0..n {
-            let mut diagonal = Some(row_sum(&self.rings, &weights, i));
-            for (j, h) in self.rings.ring(i) {
-                if j.index() > i
-                    && let Some(d) = diagonal.take()
-                {
-                    columns.push(i);
-                    values.push(d);
+        // Rounded once more where T is coarser than f64; nothing changes where it is not.
+        let weights = self.weights.map(|w| T::of_f64(*w));
+        let units = exact_units(&self.rings, &weights);
+        let blocks: Vec<(Vec<usize>, Vec<T>)> = (0..n.div_ceil(CHUNK))
+            .into_par_iter()
+            .map(|block| {
+                let (mut columns, mut values) = (Vec::new(), Vec::new());
+                for i in block * CHUNK..n.min((block + 1) * CHUNK) {
+                    self.push_row(i, &weights, &units, &mut columns, &mut values);
                 }
-                columns.push(j.index());
-                values.push(-weights[h]);
-            }
-            if let Some(d) = diagonal {
-                columns.push(i);
-                values.push(d);
-            }
-            offsets.push(columns.len());
+                (columns, values)
+            })
+            .collect();
+        let mut offsets = Vec::with_capacity(n + 1);
+        offsets.push(0);
+        // Every row has a diagonal entry beside its ring.
+        offsets.extend((0..n).map(|i| self.rings.range(i).end + i + 1));
+        let mut columns = Vec::with_capacity(weights.len() + n);
+        let mut values = Vec::with_capacity(weights.len() + n);
+        for (block_columns, block_values) in blocks {
+            columns.extend(block_columns);
+            values.extend(block_values);
         }
         CsrMatrix::try_from_csr_data(n, n, offsets, columns, values)
             .expect("sorted rows within bounds")
+    }
+
+    /// Appends row `i` of the matrix, its diagonal in its place.
+    fn push_row(
+        &self,
+        i: usize,
+        weights: &HalfedgeMap<T>,
+        units: &[T],
+        columns: &mut Vec<usize>,
+        values: &mut Vec<T>,
+    ) {
+        let start = columns.len();
+        let place = self.rings.ring(i).filter(|(j, _)| j.index() < i).count();
+        let mut sum = T::zero();
+        for (k, (j, h)) in self.rings.ring(i).enumerate() {
+            if k == place {
+                columns.push(i);
+                values.push(T::zero());
+            }
+            let weight = round_to(weights[h], units[i].max(units[j.index()]));
+            sum += weight;
+            columns.push(j.index());
+            values.push(-weight);
+        }
+        if columns.len() == start + place {
+            columns.push(i);
+            values.push(T::zero());
+        }
+        values[start + place] = sum;
     }
 }
 
@@ -257,29 +285,51 @@ pub fn apply_weights<T: Scalar>(
 /// q_i that stays below 2 Σ |w_ij| is representable. An edge takes the coarser unit of its ends,
 /// which keeps symmetric weights symmetric. What is lost is of the order of the rounding error of
 /// the row's sum.
-fn round_to_exact_sums<T: Scalar>(rings: &OneRings, weights: &mut HalfedgeMap<T>) {
+fn round_to_exact_sums<T: Scalar>(
+    rings: &OneRings,
+    mesh: &HalfedgeMesh,
+    weights: &mut HalfedgeMap<T>,
+) {
+    let units = exact_units(rings, weights);
+    weights
+        .as_mut_slice()
+        .par_chunks_exact_mut(2)
+        .enumerate()
+        .with_min_len(1 << 12)
+        .for_each(|(edge, pair)| {
+            let [a, b] = mesh
+                .edge_vertices(EdgeId::new(edge))
+                .map(|v| units[v.index()]);
+            pair.iter_mut().for_each(|w| *w = round_to(*w, a.max(b)));
+        });
+}
+
+/// q_i of every vertex, 0 where all weights are.
+fn exact_units<T: Scalar>(rings: &OneRings, weights: &HalfedgeMap<T>) -> Vec<T> {
     let eps = T::default_epsilon();
-    let units: Vec<T> = (0..rings.num_vertices())
+    let unit = |i| {
+        let size = rings
+            .ring(i)
+            .fold(T::zero(), |sum, (_, h)| sum + weights[h].abs());
+        if size > T::zero() {
+            eps * scalar(size.as_f64().log2().ceil().exp2() * 4.0)
+        } else {
+            T::zero()
+        }
+    };
+    (0..rings.num_vertices())
         .into_par_iter()
         .with_min_len(1 << 11)
-        .map(|i| {
-            let size = rings
-                .ring(i)
-                .fold(T::zero(), |sum, (_, h)| sum + weights[h].abs());
-            if size > T::zero() {
-                eps * scalar(size.as_f64().log2().ceil().exp2() * 4.0)
-            } else {
-                T::zero()
-            }
-        })
-        .collect();
-    for i in 0..rings.num_vertices() {
-        for (j, h) in rings.ring(i) {
-            let unit = units[i].max(units[j.index()]);
-            if unit > T::zero() {
-                weights[h] = (weights[h] / unit).round() * unit;
-            }
-        }
+        .map(unit)
+        .collect()
+}
+
+/// The nearest multiple of `unit`; the weight itself where that is 0.
+fn round_to<T: Scalar>(weight: T, unit: T) -> T {
+    if unit > T::zero() {
+        (weight / unit).round() * unit
+    } else {
+        weight
     }
 }
 
