@@ -202,7 +202,8 @@ impl<T: Scalar> Flow<'_, T> {
         Ok(())
     }
 
-    /// A step of an orientation with a membrane: from x, whose plain image is x + δ, to the next x.
+    /// A step of an orientation with an energy or a membrane, whose state is the positions: from x,
+    /// whose plain image is x + δ, to the next x.
     fn step_positions(&mut self) -> Result<Descent, FlowError> {
         let mut accelerator = std::mem::replace(&mut self.accelerator, Accelerator::Off);
         let result = match &mut accelerator {

@@ -18,6 +18,7 @@
 //! ```
 
 mod build;
+mod build_error;
 mod circulate;
 mod edit;
 mod ids;
@@ -29,7 +30,7 @@ pub mod testing;
 mod topology;
 mod validate;
 
-pub use build::BuildError;
+pub use build_error::BuildError;
 pub use circulate::{BoundaryLoop, FaceHalfedges, IncomingHalfedges, OutgoingHalfedges};
 pub use edit::{EditError, Renumbering};
 pub use ids::{EdgeId, FaceId, HalfedgeId, Id, VertexId};

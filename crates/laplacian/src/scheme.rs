@@ -88,38 +88,27 @@ pub trait LaplacianScheme<T: Scalar>: Send + Sync {
     }
 }
 
-impl<T: Scalar, S: LaplacianScheme<T> + ?Sized> LaplacianScheme<T> for &S {
-    fn weights(
-        &self,
-        surface: &Surface<'_, T>,
-        out: &mut HalfedgeMap<T>,
-    ) -> Result<(), SchemeError> {
-        (**self).weights(surface, out)
-    }
+macro_rules! forward {
+    ($pointer:ty) => {
+        impl<T: Scalar, S: LaplacianScheme<T> + ?Sized> LaplacianScheme<T> for $pointer {
+            fn weights(
+                &self,
+                surface: &Surface<'_, T>,
+                out: &mut HalfedgeMap<T>,
+            ) -> Result<(), SchemeError> {
+                (**self).weights(surface, out)
+            }
 
-    fn symmetry(&self) -> Symmetry {
-        (**self).symmetry()
-    }
+            fn symmetry(&self) -> Symmetry {
+                (**self).symmetry()
+            }
 
-    fn name(&self) -> &str {
-        (**self).name()
-    }
+            fn name(&self) -> &str {
+                (**self).name()
+            }
+        }
+    };
 }
 
-impl<T: Scalar, S: LaplacianScheme<T> + ?Sized> LaplacianScheme<T> for Box<S> {
-    fn weights(
-        &self,
-        surface: &Surface<'_, T>,
-        out: &mut HalfedgeMap<T>,
-    ) -> Result<(), SchemeError> {
-        (**self).weights(surface, out)
-    }
-
-    fn symmetry(&self) -> Symmetry {
-        (**self).symmetry()
-    }
-
-    fn name(&self) -> &str {
-        (**self).name()
-    }
-}
+forward!(&S);
+forward!(Box<S>);

@@ -1,12 +1,11 @@
 //! The smallest change to the paper's rule that converges on most meshes.
 
 use cotan_geometry::Scalar;
-use cotan_halfedge::{VertexId, VertexMap};
+use cotan_halfedge::VertexMap;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 use super::frame::BoundaryFrames;
-use super::{Orientation, field_scale};
+use super::{Orientation, field_scale, write_each};
 use crate::error::FlowError;
 use crate::rest::Rest;
 use crate::state::{FlowState, Quantities};
@@ -73,7 +72,7 @@ impl<T: Scalar> Orientation<T> for Limited<T> {
         out: &mut VertexMap<Vector3<T>>,
     ) -> Result<(), FlowError> {
         let rest = state.rest();
-        let limit = |v: VertexId| {
+        write_each(out, |v| {
             let normal = state.normals()[v];
             let scale = field_scale(field[v], rest.magnitudes()[v]);
             let carried = self
@@ -101,12 +100,7 @@ impl<T: Scalar> Orientation<T> for Limited<T> {
                 }
             };
             normal * along + tangential
-        };
-        out.as_mut_slice()
-            .par_iter_mut()
-            .enumerate()
-            .with_min_len(1 << 11)
-            .for_each(|(i, ell)| *ell = limit(VertexId::new(i)));
+        });
         Ok(())
     }
 

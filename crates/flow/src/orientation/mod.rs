@@ -12,8 +12,9 @@ mod reflect;
 mod rotation;
 
 use cotan_geometry::{Positions, Scalar};
-use cotan_halfedge::VertexMap;
+use cotan_halfedge::{VertexId, VertexMap};
 use nalgebra::{Matrix3, Vector3};
+use rayon::prelude::*;
 
 pub use hybrid::Hybrid;
 pub use limited::Limited;
@@ -123,6 +124,18 @@ impl<T: Scalar, O: Orientation<T> + ?Sized> Orientation<T> for Box<O> {
     fn energy(&self) -> Option<f64> {
         (**self).energy()
     }
+}
+
+/// Writes one Laplacian coordinate a vertex, in parallel.
+pub(crate) fn write_each<T: Scalar>(
+    out: &mut VertexMap<Vector3<T>>,
+    ell: impl Fn(VertexId) -> Vector3<T> + Sync,
+) {
+    out.as_mut_slice()
+        .par_iter_mut()
+        .enumerate()
+        .with_min_len(1 << 9)
+        .for_each(|(i, out)| *out = ell(VertexId::new(i)));
 }
 
 /// field_i / |ℓ⁰_i|: by how much the scalar field scales the original; 0 where ℓ⁰ = 0.

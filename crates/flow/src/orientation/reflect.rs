@@ -3,11 +3,10 @@
 use cotan_geometry::Scalar;
 use cotan_halfedge::VertexMap;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 use super::frame::BoundaryFrames;
 use super::limited::Limited;
-use super::{Orientation, field_scale};
+use super::{Orientation, field_scale, write_each};
 use crate::error::FlowError;
 use crate::rest::Rest;
 use crate::state::{FlowState, Quantities};
@@ -61,29 +60,23 @@ impl<T: Scalar> Orientation<T> for Reflect<T> {
         out: &mut VertexMap<Vector3<T>>,
     ) -> Result<(), FlowError> {
         let rest = state.rest();
-        out.as_mut_slice()
-            .par_iter_mut()
-            .enumerate()
-            .with_min_len(1 << 11)
-            .for_each(|(i, ell)| {
-                let v = cotan_halfedge::VertexId::new(i);
-                let normal = state.normals()[v];
-                if let Some(carried) =
-                    self.boundary
-                        .carry(rest.mesh(), state.positions(), normal, v)
-                {
-                    *ell = carried * field_scale(field[v], rest.magnitudes()[v]);
-                    return;
-                }
-                let side = rest.laplacian()[v].dot(&rest.normals()[v]);
-                let turned = orient(state.laplacian()[v], normal, side);
-                let length = turned.norm();
-                *ell = if length > T::zero() {
-                    turned * (field[v] / length)
-                } else {
-                    turned
-                };
-            });
+        write_each(out, |v| {
+            let normal = state.normals()[v];
+            let carried = self
+                .boundary
+                .carry(rest.mesh(), state.positions(), normal, v);
+            if let Some(carried) = carried {
+                return carried * field_scale(field[v], rest.magnitudes()[v]);
+            }
+            let side = rest.laplacian()[v].dot(&rest.normals()[v]);
+            let turned = orient(state.laplacian()[v], normal, side);
+            let length = turned.norm();
+            if length > T::zero() {
+                turned * (field[v] / length)
+            } else {
+                turned
+            }
+        });
         Ok(())
     }
 

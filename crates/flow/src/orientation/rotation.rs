@@ -1,12 +1,11 @@
 //! Every Laplacian coordinate turns with its one-ring.
 
 use cotan_geometry::Scalar;
-use cotan_halfedge::{VertexId, VertexMap};
+use cotan_halfedge::VertexMap;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 use super::cells::{as_f64, face_covariances, ring_covariance};
-use super::{Orientation, field_scale};
+use super::{Orientation, field_scale, write_each};
 use crate::error::FlowError;
 use crate::polar::nearest_rotation;
 use crate::state::{FlowState, Quantities};
@@ -31,16 +30,11 @@ impl<T: Scalar> Orientation<T> for BestRotation {
     ) -> Result<(), FlowError> {
         let rest = state.rest();
         let faces = face_covariances(rest, state.positions());
-        out.as_mut_slice()
-            .par_iter_mut()
-            .enumerate()
-            .with_min_len(1 << 9)
-            .for_each(|(i, ell)| {
-                let v = VertexId::new(i);
-                let rotation = nearest_rotation(&ring_covariance(rest.mesh(), &faces, v));
-                let scale = field_scale(field[v], rest.magnitudes()[v]);
-                *ell = (rotation * as_f64(rest.laplacian()[v])).map(T::of_f64) * scale;
-            });
+        write_each(out, |v| {
+            let rotation = nearest_rotation(&ring_covariance(rest.mesh(), &faces, v));
+            let scale = field_scale(field[v], rest.magnitudes()[v]);
+            (rotation * as_f64(rest.laplacian()[v])).map(T::of_f64) * scale
+        });
         Ok(())
     }
 

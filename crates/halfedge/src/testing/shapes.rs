@@ -1,7 +1,7 @@
 //! Lists of faces that random meshes start from, all made by counting and not by edits.
 
 use super::{SplitMix, fans};
-use crate::build::BuildError;
+use crate::build_error::BuildError;
 use crate::mesh::HalfedgeMesh;
 
 /// The triangles of a mesh, as a file would list them.

@@ -1,0 +1,81 @@
+//! What can be wrong with a list of faces.
+
+use thiserror::Error;
+
+use crate::ids::VertexId;
+
+/// Why a list of faces is not an oriented 2-manifold.
+#[derive(Clone, PartialEq, Eq, Debug, Error)]
+#[non_exhaustive]
+pub enum BuildError {
+    /// More elements than 32-bit ids can number.
+    #[error("{count} {elements} are too many: a mesh holds fewer than 2^31 corners and vertices")]
+    TooLarge {
+        /// What there are too many of.
+        elements: &'static str,
+        /// How many were given.
+        count: usize,
+    },
+    /// A face with fewer than three corners.
+    #[error("face {face} has {degree} corners; a face needs three or more")]
+    TooFewCorners {
+        /// The face, counted from 0.
+        face: usize,
+        /// Its number of corners.
+        degree: usize,
+    },
+    /// A corner that refers to a vertex that does not exist.
+    #[error(
+        "face {face} refers to vertex {vertex}, but there are only {num_vertices} vertices (numbered from 0)"
+    )]
+    IndexOutOfRange {
+        /// The face, counted from 0.
+        face: usize,
+        /// The vertex number that was given.
+        vertex: usize,
+        /// How many vertices there are.
+        num_vertices: usize,
+    },
+    /// A face that passes twice through the same vertex.
+    #[error("face {face} passes twice through vertex {vertex}; drop or split the face")]
+    RepeatedVertex {
+        /// The face, counted from 0.
+        face: usize,
+        /// The vertex that is repeated.
+        vertex: VertexId,
+    },
+    /// An edge with three or more faces.
+    #[error("the edge between vertices {} and {} has {num_faces} faces (among them face {face}); a manifold edge has at most two", vertices[0], vertices[1])]
+    NonManifoldEdge {
+        /// The ends of the edge.
+        vertices: [VertexId; 2],
+        /// How many faces meet there.
+        num_faces: usize,
+        /// One of them.
+        face: usize,
+    },
+    /// Two faces that run through an edge in the same direction.
+    #[error("faces {} and {} both run from vertex {} to vertex {}: they are oriented against each other; flip one of them", faces[0], faces[1], vertices[0], vertices[1])]
+    InconsistentOrientation {
+        /// Origin and target of the directed edge that both faces have.
+        vertices: [VertexId; 2],
+        /// The two faces.
+        faces: [usize; 2],
+    },
+    /// A vertex whose faces form more than one fan (a bow-tie).
+    #[error(
+        "vertex {vertex} joins {num_fans} separate fans of faces (a bow-tie); split it into one vertex a fan"
+    )]
+    SeveralFans {
+        /// The vertex.
+        vertex: VertexId,
+        /// How many fans meet there.
+        num_fans: usize,
+    },
+    /// A vertex that no face uses.
+    #[error("vertex {vertex} belongs to no face; leave unreferenced vertices out")]
+    IsolatedVertex {
+        /// The vertex.
+        vertex: VertexId,
+    },
+}
