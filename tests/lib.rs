@@ -26,7 +26,7 @@ pub fn model(name: &str) -> Option<ProcessingMesh> {
     let document = cotan_io::load(&path).expect("a model of shared/meshes loads");
     Some(
         document
-            .processing_mesh()
+            .surface()
             .expect("a model of shared/meshes is a manifold"),
     )
 }

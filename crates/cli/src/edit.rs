@@ -222,7 +222,7 @@ pub(crate) fn load(
     seconds.load = clock.elapsed().as_secs_f64();
     let clock = Instant::now();
     let processing = document
-        .processing_mesh()
+        .surface()
         .map_err(|error| crate::files::in_file(path, error))?;
     seconds.build = clock.elapsed().as_secs_f64();
     Ok((document, processing))

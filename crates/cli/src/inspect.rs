@@ -88,7 +88,7 @@ const DEGENERATE: f64 = 1e-9;
 /// Inspects a document that was read from `file`.
 pub(crate) fn inspect(file: String, document: &Document) -> Inspection {
     let connectivity = Connectivity::of(document.positions().len(), document.faces());
-    let processing = document.processing_mesh();
+    let processing = document.surface();
     let problem = processing.as_ref().err().map(IoError::to_string);
     let mut defects = connectivity.defects();
     let mut inspection = Inspection {
@@ -193,7 +193,7 @@ fn soup(document: &Document) -> Option<ProcessingMesh> {
         .map(|polygon| -> Vec<u32> { next.by_ref().take(polygon.len()).collect() });
     Document::new(positions.collect(), faces.collect())
         .ok()?
-        .processing_mesh()
+        .surface()
         .ok()
 }
 

@@ -1,34 +1,75 @@
 //! The user's file in memory: what is worked on, and everything else, kept.
 
+use std::borrow::Cow;
+use std::ops::Range;
+use std::sync::Arc;
+
 use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::HalfedgeMesh;
 use nalgebra::Point3;
 
-use crate::error::IoError;
+use crate::attributes::Attributes;
+use crate::error::{IoError, Warning};
 use crate::faces::FaceList;
 use crate::format::Format;
+use crate::normals::Normals;
 use crate::processing::ProcessingMesh;
-use crate::source::Source;
-use crate::{obj, off, ply};
+use crate::remap::Remap;
+use crate::source::{Mesh, Moves, SourceFile};
+use crate::weld::{self, Weld};
+use crate::writer;
 
-/// A mesh file: positions, polygons, and the bytes that they were read from.
+/// A mesh file: positions, polygons, and everything else that it holds.
 ///
 /// Vertices and faces have the numbers of the file, counted from 0; polygons keep their degree;
 /// vertices that no face uses are there. Work happens on a [`ProcessingMesh`], and
 /// [`Document::set_positions`] brings the moved vertices back.
 ///
 /// Written in the format that it was read from, a document differs from the file only in the
-/// coordinates of the vertices that were moved: comments, texture coordinates, colours, groups,
-/// materials, further PLY elements, spaces and line ends are kept byte by byte. Normals are kept
-/// too and are stale where vertices moved. [`Document::losses`] says what a write would drop or
-/// leave stale.
+/// coordinates of the vertices that were moved and in the normals of the surface there, which
+/// turn with it: comments, texture coordinates, colours, groups, materials, further PLY elements,
+/// the nodes and images of a glTF, spaces and line ends are kept byte by byte. Any other format
+/// gets what it can hold of the [`Attributes`]. [`Document::losses`] says what a write would drop
+/// or leave stale.
+///
+/// The vertices of a glTF are those of its meshes, each once however many nodes show it, placed by
+/// the first node that does.
 #[derive(Clone, Debug)]
 pub struct Document {
     positions: Vec<Point3<f64>>,
     faces: FaceList,
-    source: Option<Source>,
-    /// Whether each vertex was moved since the file was read; empty as long as none was.
-    moved: Vec<bool>,
+    parts: Vec<Part>,
+    /// For each vertex the first one at its place, where the format splits vertices; else empty.
+    places: Vec<u32>,
+    warnings: Vec<Warning>,
+    /// Of a document made in memory; what a file has is decoded on request.
+    attributes: Attributes,
+    source: Option<Arc<dyn SourceFile>>,
+    /// The positions as the file has them; empty as long as no vertex was moved.
+    original: Vec<Point3<f64>>,
+}
+
+/// A part of a document with vertices and faces of its own: a mesh of a glTF.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Part {
+    /// The name in the file; may be empty.
+    pub name: String,
+    /// Its vertices.
+    pub vertices: Range<usize>,
+    /// Its faces.
+    pub faces: Range<usize>,
+}
+
+/// What a reader found.
+#[derive(Debug, Default)]
+pub(crate) struct Parsed {
+    pub(crate) positions: Vec<Point3<f64>>,
+    pub(crate) faces: FaceList,
+    /// Empty if the document is one part.
+    pub(crate) parts: Vec<Part>,
+    /// Whether vertices at the same place in a part are one vertex of the surface.
+    pub(crate) is_split: bool,
+    pub(crate) warnings: Vec<Warning>,
 }
 
 impl Document {
@@ -60,11 +101,28 @@ impl Document {
                 });
             }
         }
-        Ok(Self {
+        let parsed = Parsed {
             positions,
             faces,
+            ..Parsed::default()
+        };
+        Ok(Self::from_parsed(parsed, None))
+    }
+
+    /// The same document with these attributes; it is then no longer tied to a file.
+    ///
+    /// # Errors
+    /// [`IoError::Attributes`] if they do not fit the vertices, faces and corners.
+    pub fn with_attributes(self, attributes: Attributes) -> Result<Self, IoError> {
+        let (vertices, faces) = (self.positions.len(), &self.faces);
+        if let Some(problem) = attributes.misfit(vertices, faces.len(), faces.num_corners()) {
+            return Err(IoError::Attributes { problem });
+        }
+        Ok(Self {
+            attributes,
             source: None,
-            moved: Vec::new(),
+            original: Vec::new(),
+            ..self
         })
     }
 
@@ -98,26 +156,62 @@ impl Document {
 
     /// What a reader found; its checks are those of [`Document::new`].
     pub(crate) fn from_source(
-        positions: Vec<Point3<f64>>,
-        faces: FaceList,
-        source: Source,
+        parsed: Parsed,
+        source: impl SourceFile + 'static,
     ) -> Result<Self, IoError> {
-        if positions.is_empty() {
+        if parsed.positions.is_empty() {
             return Err(IoError::NoVertices {
                 format: source.format(),
             });
         }
-        Ok(Self {
+        Ok(Self::from_parsed(parsed, Some(Arc::new(source))))
+    }
+
+    fn from_parsed(parsed: Parsed, source: Option<Arc<dyn SourceFile>>) -> Self {
+        let Parsed {
             positions,
             faces,
-            source: Some(source),
-            moved: Vec::new(),
-        })
+            mut parts,
+            is_split,
+            warnings,
+        } = parsed;
+        if parts.is_empty() {
+            parts.push(Part {
+                name: String::new(),
+                vertices: 0..positions.len(),
+                faces: 0..faces.len(),
+            });
+        }
+        let places = if is_split {
+            weld::exact(&positions, part_of(&parts))
+        } else {
+            Vec::new()
+        };
+        Self {
+            positions,
+            faces,
+            parts,
+            places,
+            warnings,
+            attributes: Attributes::default(),
+            source,
+            original: Vec::new(),
+        }
     }
 
     /// The format of the file, or `None` if the document was made in memory.
     pub fn format(&self) -> Option<Format> {
-        self.source.as_ref().map(Source::format)
+        self.source.as_ref().map(|source| source.format())
+    }
+
+    /// What is odd about the file and was read nevertheless.
+    pub fn warnings(&self) -> &[Warning] {
+        &self.warnings
+    }
+
+    /// The parts, in the order of the file; at least one.
+    pub fn parts(&self) -> &[Part] {
+        &self.parts
     }
 
     /// All positions, in the order of the file.
@@ -130,16 +224,114 @@ impl Document {
         &self.faces
     }
 
+    fn mesh(&self) -> Mesh<'_> {
+        Mesh {
+            positions: &self.positions,
+            faces: &self.faces,
+        }
+    }
+
+    /// Texture coordinates, normals, colours, groups, materials and all other attributes that
+    /// more than one format can hold, decoded from the file; normals have turned with the surface
+    /// where vertices were moved.
+    ///
+    /// # Errors
+    /// [`IoError`] with the line or byte where the file is wrong: what is only kept is not checked
+    /// when the file is read.
+    pub fn attributes(&self) -> Result<Cow<'_, Attributes>, IoError> {
+        let mut attributes = match &self.source {
+            Some(source) => Cow::Owned(source.attributes(self.mesh())?),
+            None => Cow::Borrowed(&self.attributes),
+        };
+        if !self.original.is_empty() {
+            let normals =
+                Normals::turned(&attributes, &self.faces, &self.original, &self.positions);
+            normals.apply(attributes.to_mut());
+        }
+        Ok(attributes)
+    }
+
+    /// The triangulated half-edge mesh of this document, with maps both ways, welded as the format
+    /// means it; see [`Document::surface_with`].
+    ///
+    /// # Errors
+    /// As [`Document::surface_with`].
+    pub fn surface(&self) -> Result<ProcessingMesh, IoError> {
+        self.surface_with(Weld::AsFormat)
+    }
+
     /// The triangulated half-edge mesh of this document, with maps both ways.
     ///
     /// Vertices that no face uses are left out; larger polygons are cut into triangles inside
-    /// their outline, also where it is concave.
+    /// their outline, also where it is concave. Faces of which welding leaves fewer than three
+    /// corners are left out.
     ///
     /// # Errors
     /// [`IoError::NoFaces`] if there is nothing to build from, [`IoError::NotManifold`] if the
     /// faces do not form an oriented manifold.
-    pub fn processing_mesh(&self) -> Result<ProcessingMesh, IoError> {
-        ProcessingMesh::build(&self.positions, &self.faces)
+    pub fn surface_with(&self, weld: Weld) -> Result<ProcessingMesh, IoError> {
+        ProcessingMesh::build(&self.positions, &self.faces, &self.places(weld)?)
+    }
+
+    /// For each vertex the first one that it is welded to; empty if there is nothing to weld.
+    pub(crate) fn places(&self, weld: Weld) -> Result<Cow<'_, [u32]>, IoError> {
+        let part = part_of(&self.parts);
+        Ok(match weld {
+            Weld::AsFormat => Cow::Borrowed(self.places.as_slice()),
+            Weld::Off => Cow::Owned(Vec::new()),
+            Weld::Exact => Cow::Owned(weld::exact(&self.positions, part)),
+            Weld::Within(tolerance) if tolerance >= 0.0 && tolerance.is_finite() => {
+                Cow::Owned(weld::within(&self.positions, part, tolerance))
+            }
+            Weld::Within(tolerance) => return Err(IoError::WeldTolerance { tolerance }),
+        })
+    }
+
+    /// The document of another mesh made of this one's vertices and faces, with everything that
+    /// the file says about them; `places` is that of the new mesh (see [`Document::places`]).
+    pub(crate) fn remapped(&self, remap: &Remap, places: Vec<u32>) -> Result<Self, IoError> {
+        let gather = |positions: &[Point3<f64>]| -> Vec<Point3<f64>> {
+            let old = remap.vertices.iter();
+            old.map(|&v| positions.get(v as usize).copied().unwrap_or_default())
+                .collect()
+        };
+        let file = match self.original.as_slice() {
+            [] => self.mesh(),
+            original => Mesh {
+                positions: original,
+                faces: &self.faces,
+            },
+        };
+        let source = self.source.as_ref();
+        let source = source
+            .map(|source| source.rebuild(remap, file))
+            .transpose()?;
+        // Vertices and faces of a part stay together, so counting is enough.
+        let mut parts = self.parts.clone();
+        let (mut vertex, mut face) = (0, 0);
+        for (part, old) in parts.iter_mut().zip(&self.parts) {
+            let vertices = remap.vertices[vertex..].iter();
+            let vertices = vertices.take_while(|&&v| (v as usize) < old.vertices.end);
+            part.vertices = vertex..vertex + vertices.count();
+            vertex = part.vertices.end;
+            let faces = remap.faces.iter().skip(face);
+            let faces = faces.take_while(|f| f.iter().all(|&v| (v as usize) < vertex));
+            part.faces = face..face + faces.count();
+            face = part.faces.end;
+        }
+        Ok(Self {
+            positions: gather(&self.positions),
+            faces: remap.faces.clone(),
+            parts,
+            places,
+            warnings: self.warnings.clone(),
+            attributes: self.attributes.remapped(remap),
+            source,
+            original: match self.original.as_slice() {
+                [] => Vec::new(),
+                original => gather(original),
+            },
+        })
     }
 
     /// Brings positions of the processing mesh back: every vertex whose position differs from the
@@ -169,13 +361,22 @@ impl Document {
                 found: processing.num_document_vertices(),
             });
         }
-        let moves: Vec<(usize, Point3<f64>)> = positions
-            .iter()
-            .map(|(v, p)| (processing.document_vertex(v), p))
+        let mut moves: Vec<(usize, Point3<f64>)> = Vec::new();
+        for vertex in 0..self.positions.len() {
+            let Some(v) = processing.vertex(vertex) else {
+                continue;
+            };
+            let (first, p) = (processing.document_vertex(v), positions[v]);
+            let old = self.positions[first];
             // Compared in the caller's type: what f32 cannot tell apart was not moved.
-            .filter(|&(vertex, p)| *p != self.positions[vertex].map(T::of_f64))
-            .map(|(vertex, p)| (vertex, p.map(Scalar::as_f64)))
-            .collect();
+            if p == old.map(T::of_f64) {
+                continue;
+            }
+            let p = p.map(Scalar::as_f64);
+            // Welded within a tolerance, a vertex keeps its distance to the first one.
+            let offset = self.positions[vertex] - old;
+            moves.push((vertex, if offset.norm() > 0.0 { p + offset } else { p }));
+        }
         if let Some(&(vertex, _)) = moves.iter().find(|(_, p)| !is_finite(p)) {
             return Err(IoError::NonFinitePosition { vertex });
         }
@@ -206,8 +407,9 @@ impl Document {
 
     fn place(&mut self, vertex: usize, position: Point3<f64>) {
         if self.positions[vertex] != position {
-            self.moved.resize(self.positions.len(), false);
-            self.moved[vertex] = true;
+            if self.original.is_empty() {
+                self.original = self.positions.clone();
+            }
             self.positions[vertex] = position;
         }
     }
@@ -216,41 +418,69 @@ impl Document {
     ///
     /// Empty if the file written has everything that the file read has.
     pub fn losses(&self, format: Format) -> Vec<String> {
-        let Some(source) = &self.source else {
-            return Vec::new();
-        };
-        if source.format() != format {
-            let lost = |what: &String| format!("{what} will be lost in {format}");
-            return source.extras().iter().map(lost).collect();
+        let source = self.source.as_ref();
+        if let Some(source) = source.filter(|source| source.writes(format)) {
+            if self.original.is_empty() {
+                return Vec::new();
+            }
+            let stale = |what: String| format!("{what} are kept as they were; vertices have moved");
+            return source.stale().into_iter().map(stale).collect();
         }
-        if self.moved.is_empty() {
-            return Vec::new();
+        let mut losses = source.map_or_else(Vec::new, |source| source.extras());
+        match writer::losses(self, format) {
+            Ok(lost) => losses.extend(lost),
+            Err(error) => losses.push(format!("everything but positions and faces ({error})")),
         }
-        let stale = |what: &String| format!("{what} are kept as they were; vertices have moved");
-        source.stale().iter().map(stale).collect()
+        let lost = |what: String| format!("{what} will be lost in {format}");
+        losses.into_iter().map(lost).collect()
     }
 
     /// The document as a file in `format`.
     ///
-    /// In the format that it was read from, only the coordinates of moved vertices are replaced,
-    /// in the number type that the file has (a PLY with `float` coordinates keeps them `float`);
-    /// otherwise a new file is written with positions as 64-bit numbers and the faces. Text
-    /// formats get the shortest number that reads back to the same bits.
+    /// In the format that it was read from, only the coordinates of moved vertices and the normals
+    /// that turned with the surface are replaced, in the number types that the file has (a PLY with
+    /// `float` coordinates keeps them `float`); otherwise a new file is written with positions as
+    /// exact as the format allows, the faces, and what it can hold of the attributes. Text formats
+    /// get the shortest number that reads back to the same bits.
     ///
     /// # Errors
-    /// [`IoError::DoesNotFit`] if the file's number type cannot hold a new coordinate.
+    /// [`IoError::DoesNotFit`] if the format's number type cannot hold a new coordinate;
+    /// [`IoError`] with the place in the file if an attribute that is needed is wrong there.
     pub fn write(&self, format: Format) -> Result<Vec<u8>, IoError> {
         match &self.source {
-            Some(source) if source.format() == format => {
-                let moved = self.moved.iter().enumerate().filter(|&(_, &moved)| moved);
-                source.rewrite(moved.map(|(vertex, _)| (vertex, self.positions[vertex])))
-            }
-            _ => match format {
-                Format::Obj => Ok(obj::write(&self.positions, &self.faces)),
-                Format::Off => Ok(off::write(&self.positions, &self.faces)),
-                Format::Ply => ply::write(&self.positions, &self.faces),
-            },
+            Some(source) if source.writes(format) => self.rewrite(source.as_ref(), format),
+            _ => writer::write(self, format),
         }
+    }
+
+    fn rewrite(&self, source: &dyn SourceFile, format: Format) -> Result<Vec<u8>, IoError> {
+        let moved: Vec<bool> = self
+            .original
+            .iter()
+            .zip(&self.positions)
+            .map(|(before, after)| before != after)
+            .collect();
+        let normals = if source.has_normals() && moved.contains(&true) {
+            let attributes = source.attributes(self.mesh())?;
+            Normals::turned(&attributes, &self.faces, &self.original, &self.positions)
+        } else {
+            Normals::default()
+        };
+        let moves = Moves {
+            mesh: self.mesh(),
+            moved: &moved,
+            normals: &normals,
+        };
+        source.write(format, &moves)
+    }
+}
+
+/// The number of the part that a vertex belongs to.
+fn part_of(parts: &[Part]) -> impl Fn(usize) -> u32 {
+    let starts: Vec<usize> = parts.iter().map(|part| part.vertices.start).collect();
+    move |vertex| match starts.len() {
+        1 => 0,
+        _ => starts.partition_point(|&start| start <= vertex) as u32,
     }
 }
 
@@ -274,7 +504,7 @@ mod tests {
 
     #[test]
     fn the_maps_lead_there_and_back() {
-        let processing = document().processing_mesh().unwrap();
+        let processing = document().surface().unwrap();
         assert_eq!(
             (
                 processing.mesh().num_vertices(),
@@ -295,7 +525,7 @@ mod tests {
     #[test]
     fn only_moved_vertices_are_written() {
         let mut document = document();
-        let processing = document.processing_mesh().unwrap();
+        let processing = document.surface().unwrap();
         let mut positions = processing.positions().map(|p| p.map(|x| x as f32));
         document.set_positions(&processing, &positions).unwrap();
         assert_eq!(document.write(Format::Obj).unwrap(), FILE.as_bytes());
@@ -315,7 +545,7 @@ mod tests {
     #[test]
     fn positions_that_do_not_fit_change_nothing() {
         let mut document = document();
-        let processing = document.processing_mesh().unwrap();
+        let processing = document.surface().unwrap();
         let mut positions = processing.positions().map(|p| p * 2.0);
         positions[processing.vertex(4).unwrap()].y = f64::NAN;
         let error = document.set_positions(&processing, &positions).unwrap_err();
@@ -333,7 +563,7 @@ mod tests {
     fn defects_are_named_in_the_numbers_of_the_file() {
         let file = "v 9 9 9\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 2 3 4 5\nf 3 4 5\n";
         let document = read(file, None, &Limits::default()).unwrap();
-        let error = document.processing_mesh().unwrap_err().to_string();
+        let error = document.surface().unwrap_err().to_string();
         assert!(
             error.contains("faces 0 and 1") && error.contains("vertex 2"),
             "{error}"
@@ -367,7 +597,7 @@ mod tests {
         ));
         let points_only = Document::new(points, FaceList::new()).unwrap();
         assert!(matches!(
-            points_only.processing_mesh(),
+            points_only.surface(),
             Err(IoError::NoFaces { num_vertices: 3 })
         ));
     }

@@ -27,6 +27,24 @@ impl fmt::Display for Place {
     }
 }
 
+/// Something odd in a file that was read nevertheless.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Warning {
+    /// Where, if it has a place.
+    pub place: Option<Place>,
+    /// What is odd, and how it was read.
+    pub message: String,
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.place {
+            Some(place) => write!(f, "{place}: {}", self.message),
+            None => f.write_str(&self.message),
+        }
+    }
+}
+
 /// Why a mesh file could not be read, built or written.
 ///
 /// Vertices and faces are counted from 0, as everywhere in cotan, unless the text says otherwise.
@@ -48,7 +66,9 @@ pub enum IoError {
     #[error("cannot write the file: {0}")]
     Write(#[source] std::io::Error),
     /// Neither the content nor the name tells the format.
-    #[error("the format is not known; cotan reads and writes .obj, .ply and .off")]
+    #[error(
+        "the format is not known; cotan reads and writes .obj, .ply, .off, .stl, .gltf and .glb, also with .gz behind"
+    )]
     UnknownFormat,
     /// More than [`Limits`](crate::Limits) allow.
     #[error("more than {limit} {what}; raise the limit if you trust the file")]
@@ -64,6 +84,9 @@ pub enum IoError {
         /// The format that it was read as.
         format: Format,
     },
+    /// A file without a byte.
+    #[error("the file is empty")]
+    EmptyFile,
     /// A document was to be made in memory without a vertex.
     #[error("there are no vertices")]
     Empty,
@@ -73,6 +96,38 @@ pub enum IoError {
         /// The line, counted from 1.
         line: usize,
         /// What is wrong, and what is expected.
+        problem: String,
+    },
+    /// A file that breaks the rules of its format.
+    #[error("{place}: {problem}")]
+    Malformed {
+        /// Where.
+        place: Place,
+        /// What is wrong, and what is expected.
+        problem: String,
+    },
+    /// Something in a glTF that breaks its rules.
+    #[error("{path}: {problem}")]
+    Gltf {
+        /// Where in the JSON, as `accessors[3].count`.
+        path: String,
+        /// What is wrong, and what is expected.
+        problem: String,
+    },
+    /// A feature of the format that is not read.
+    #[error("{feature} is not supported; {remedy}")]
+    Unsupported {
+        /// The feature.
+        feature: String,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// A file that this file refers to and that could not be had.
+    #[error("the file refers to `{uri}`, which cannot be read: {problem}")]
+    External {
+        /// The reference (shortened).
+        uri: String,
+        /// Why not.
         problem: String,
     },
     /// Something that is not a number where one is needed.
@@ -190,6 +245,24 @@ pub enum IoError {
         "the faces do not form a manifold surface: {0} (vertices and faces are numbered from 0, as in the file)"
     )]
     NotManifold(#[source] BuildError),
+    /// Welding left no face with three corners.
+    #[error("all {num_faces} faces collapse when vertices are welded; weld less")]
+    AllCollapsed {
+        /// How many faces there are.
+        num_faces: usize,
+    },
+    /// A tolerance for welding that is not a distance.
+    #[error("{tolerance} is not a distance to weld within; it must be finite and not negative")]
+    WeldTolerance {
+        /// The tolerance.
+        tolerance: f64,
+    },
+    /// Attributes that do not belong to this document.
+    #[error("{problem}; the document was not changed")]
+    Attributes {
+        /// What does not fit.
+        problem: String,
+    },
     /// Positions that do not belong to this document.
     #[error("{found} positions were given where {expected} are needed")]
     PositionCount {

@@ -1,5 +1,7 @@
 //! The polygons of a document.
 
+use std::ops::Range;
+
 /// A list of polygons of any degree, stored flat: all corners in one list, and where each polygon
 /// ends. A triangle takes 16 bytes.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
@@ -38,13 +40,24 @@ impl FaceList {
 
     /// The vertices of face `face`, counted from 0, or `None` if there is no such face.
     pub fn get(&self, face: usize) -> Option<&[u32]> {
-        let end = *self.ends.get(face)? as usize;
-        let start = if face == 0 {
-            0
-        } else {
-            self.ends[face - 1] as usize
+        (face < self.len()).then(|| &self.corners[self.corner_range(face)])
+    }
+
+    /// The vertices of all corners, face after face.
+    pub fn corners(&self) -> &[u32] {
+        &self.corners
+    }
+
+    /// The numbers of the corners of face `face`, counted through all faces.
+    ///
+    /// # Panics
+    /// If there is no such face.
+    pub fn corner_range(&self, face: usize) -> Range<usize> {
+        let start = match face {
+            0 => 0,
+            _ => self.ends[face - 1],
         };
-        Some(&self.corners[start..end])
+        start as usize..self.ends[face] as usize
     }
 
     /// The faces in order, each as the list of its vertices, counted from 0.

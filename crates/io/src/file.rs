@@ -8,7 +8,8 @@ use crate::document::Document;
 use crate::error::IoError;
 use crate::format::Format;
 use crate::limits::Limits;
-use crate::{obj, off, ply};
+use crate::resolve::{NoFiles, Resolve};
+use crate::{gltf, gzip, obj, off, ply, stl};
 
 /// Reads a document from bytes.
 ///
@@ -30,12 +31,33 @@ pub fn read(
     hint: Option<Format>,
     limits: &Limits,
 ) -> Result<Document, IoError> {
-    let bytes = bytes.into();
+    read_with(bytes, hint, limits, &NoFiles)
+}
+
+/// As [`read`]; external buffers of a glTF come from `resolver`.
+///
+/// # Errors
+/// As [`read`], and [`IoError::External`] for a buffer that the resolver refuses.
+pub fn read_with(
+    bytes: impl Into<Vec<u8>>,
+    hint: Option<Format>,
+    limits: &Limits,
+    resolver: &dyn Resolve,
+) -> Result<Document, IoError> {
+    let mut bytes = bytes.into();
     limits.check_bytes(bytes.len() as u64)?;
+    if gzip::is_gzip(&bytes) {
+        bytes = gzip::decompress(&bytes, limits)?;
+    }
+    if bytes.is_empty() {
+        return Err(IoError::EmptyFile);
+    }
     match Format::from_content(&bytes).or(hint).unwrap_or(Format::Obj) {
         Format::Obj => obj::read(bytes, limits),
         Format::Ply => ply::read(bytes, limits),
         Format::Off => off::read(bytes, limits),
+        Format::Stl => stl::read(bytes, limits),
+        Format::Gltf | Format::Glb => gltf::read(bytes, limits, resolver),
     }
 }
 
@@ -44,24 +66,33 @@ pub fn read(
 /// # Errors
 /// [`IoError::InFile`] with the path and what is wrong.
 pub fn load(path: impl AsRef<Path>) -> Result<Document, IoError> {
-    load_within(path, &Limits::default())
+    load_with(path, &Limits::default(), &NoFiles)
 }
 
-/// Reads a file within `limits`. The content decides the format, then the extension.
+/// Reads a file within `limits`. The content decides the format, then the extension; what is
+/// compressed by gzip is read as what it holds.
 ///
-/// Only this path is opened, never one that the file names.
+/// Only this path is opened, never one that the file names: the external buffers of a glTF come
+/// from `resolver`.
 ///
 /// # Errors
 /// [`IoError::InFile`] with the path and what is wrong; [`IoError::UnknownFormat`] if neither
 /// content nor extension tells the format.
-pub fn load_within(path: impl AsRef<Path>, limits: &Limits) -> Result<Document, IoError> {
+pub fn load_with(
+    path: impl AsRef<Path>,
+    limits: &Limits,
+    resolver: &dyn Resolve,
+) -> Result<Document, IoError> {
     let path = path.as_ref();
     let read = || {
-        let bytes = read_bytes(path, limits)?;
+        let mut bytes = read_bytes(path, limits)?;
+        if gzip::is_gzip(&bytes) {
+            bytes = gzip::decompress(&bytes, limits)?;
+        }
         let format = Format::from_content(&bytes)
             .or_else(|| Format::from_path(path))
             .ok_or(IoError::UnknownFormat)?;
-        self::read(bytes, Some(format), limits)
+        read_with(bytes, Some(format), limits, resolver)
     };
     read().map_err(|source| in_file(path, source))
 }
@@ -87,7 +118,8 @@ fn read_bytes(path: &Path, limits: &Limits) -> Result<Vec<u8>, IoError> {
     Ok(bytes)
 }
 
-/// Writes a document to a file, in the format of the path's extension.
+/// Writes a document to a file, in the format of the path's extension; compressed by gzip if that
+/// is followed by `.gz`.
 ///
 /// See [`Document::write`] for what is kept. The new file is written beside the old one and takes
 /// its place in one step, so that after a failure the old file is whole.
@@ -99,7 +131,11 @@ pub fn save(document: &Document, path: impl AsRef<Path>) -> Result<(), IoError> 
     let path = path.as_ref();
     let write = || {
         let format = Format::from_path(path).ok_or(IoError::UnknownFormat)?;
-        replace(path, &document.write(format)?).map_err(IoError::Write)
+        let mut bytes = document.write(format)?;
+        if gzip::is_gzip_path(path) {
+            bytes = gzip::compress(&bytes);
+        }
+        replace(path, &bytes).map_err(IoError::Write)
     };
     write().map_err(|source| in_file(path, source))
 }
@@ -180,7 +216,7 @@ mod tests {
         std::fs::write(path("mesh.xyz"), TRIANGLE).unwrap();
         let error = load(path("mesh.xyz")).unwrap_err().to_string();
         assert!(
-            error.contains("mesh.xyz") && error.contains(".obj, .ply and .off"),
+            error.contains("mesh.xyz") && error.contains(".obj, .ply"),
             "{error}"
         );
         let error = load(path("missing.obj")).unwrap_err().to_string();
@@ -205,6 +241,7 @@ mod tests {
             max_faces: 1,
             max_corners: 3,
             max_bytes: 32,
+            ..Limits::default()
         };
         assert!(!refused(limits));
         assert!(refused(Limits {
@@ -246,8 +283,8 @@ mod tests {
     fn a_failed_save_keeps_the_old_file() {
         let folder = tempfile::tempdir().unwrap();
         let document = read(TRIANGLE, None, &Limits::default()).unwrap();
-        let error = save(&document, folder.path().join("mesh.stl")).unwrap_err();
-        assert!(error.to_string().contains("mesh.stl"), "{error}");
+        let error = save(&document, folder.path().join("mesh.xyz")).unwrap_err();
+        assert!(error.to_string().contains("mesh.xyz"), "{error}");
         save(&document, folder.path().join("missing").join("mesh.obj")).unwrap_err();
 
         let path = folder.path().join("kept.obj");

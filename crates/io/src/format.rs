@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::Path;
 
-use crate::text;
+use crate::{gltf, gzip, stl, text};
 
 /// A file format that can be read and written.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
@@ -15,28 +15,57 @@ pub enum Format {
     Ply,
     /// Geomview OFF (`.off`), text.
     Off,
+    /// Stereolithography STL (`.stl`), text or binary.
+    Stl,
+    /// glTF 2.0 as JSON (`.gltf`).
+    Gltf,
+    /// glTF 2.0 in one binary file (`.glb`).
+    Glb,
 }
 
 impl Format {
-    /// The format that a file name's extension stands for, in any case of letters.
+    /// All formats.
+    pub const ALL: [Self; 6] = [
+        Self::Obj,
+        Self::Ply,
+        Self::Off,
+        Self::Stl,
+        Self::Gltf,
+        Self::Glb,
+    ];
+
+    /// The format that a file name's extension stands for, in any case of letters; of
+    /// `mesh.obj.gz` that of `mesh.obj`.
     pub fn from_path(path: impl AsRef<Path>) -> Option<Self> {
-        let extension = path.as_ref().extension()?.to_str()?.to_ascii_lowercase();
-        match extension.as_str() {
-            "obj" => Some(Self::Obj),
-            "ply" => Some(Self::Ply),
-            "off" => Some(Self::Off),
-            _ => None,
+        let mut path = path.as_ref();
+        if gzip::is_gzip_path(path) {
+            path = Path::new(path.file_stem()?);
         }
+        let extension = path.extension()?.to_str()?;
+        Self::ALL
+            .into_iter()
+            .find(|format| extension.eq_ignore_ascii_case(format.extension()))
     }
 
-    /// The format that the first bytes announce: `ply`, or a header word that ends in `OFF`.
+    /// The format that the content announces: the word `ply`, the magic number of a GLB, a JSON
+    /// object, a binary STL whose count of facets gives its size, the word `solid` with facets
+    /// behind it, or a header word that ends in `OFF`.
     ///
-    /// OBJ announces nothing, so an OBJ file gives `None`.
+    /// OBJ announces nothing, so an OBJ file gives `None`. Compressed files are not looked into.
     pub fn from_content(bytes: &[u8]) -> Option<Self> {
         let start = text::after_bom(bytes);
         let body = &bytes[start..];
         if body.starts_with(b"ply") && matches!(body.get(3), None | Some(b'\n' | b'\r' | b' ')) {
             return Some(Self::Ply);
+        }
+        if gltf::is_glb(bytes) {
+            return Some(Self::Glb);
+        }
+        if body.trim_ascii_start().starts_with(b"{") {
+            return Some(Self::Gltf);
+        }
+        if stl::is_stl(bytes) {
+            return Some(Self::Stl);
         }
         // Comments may precede the header word of OFF; an OBJ often starts with comments too.
         let first = text::Lines::new(bytes, start)
@@ -51,6 +80,9 @@ impl Format {
             Self::Obj => "obj",
             Self::Ply => "ply",
             Self::Off => "off",
+            Self::Stl => "stl",
+            Self::Gltf => "gltf",
+            Self::Glb => "glb",
         }
     }
 }
@@ -61,6 +93,9 @@ impl fmt::Display for Format {
             Self::Obj => "OBJ",
             Self::Ply => "PLY",
             Self::Off => "OFF",
+            Self::Stl => "STL",
+            Self::Gltf => "glTF",
+            Self::Glb => "GLB",
         })
     }
 }

@@ -14,7 +14,7 @@
 //!
 //! let file = "# one corner of a box\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.5 0.5\nf 1/1 2/1 3/1\n";
 //! let mut document = read(file, None, &Limits::default())?;
-//! let processing = document.processing_mesh()?;
+//! let processing = document.surface()?;
 //! let raised = processing.positions().map(|p| p + nalgebra::Vector3::z());
 //! document.set_positions(&processing, &raised)?;
 //! let text = String::from_utf8(document.write(Format::Obj)?).unwrap();
@@ -23,26 +23,40 @@
 //! # Ok::<(), cotan_io::IoError>(())
 //! ```
 
+mod attributes;
 mod coordinate;
 mod document;
 mod error;
 mod faces;
 mod file;
 mod format;
+mod gltf;
+mod gzip;
 mod limits;
+mod normals;
 mod number;
 mod obj;
 mod off;
 mod ply;
 mod processing;
+mod remap;
+mod resolve;
 mod source;
+mod stl;
 mod text;
 mod triangulate;
+mod weld;
+mod writer;
 
-pub use document::Document;
-pub use error::{Element, IoError, Place};
+pub use attributes::{
+    Attributes, COLOR, CornerProperty, LabelKind, Labels, NONE, NORMAL, Property, UV, Values,
+};
+pub use document::{Document, Part};
+pub use error::{Element, IoError, Place, Warning};
 pub use faces::FaceList;
-pub use file::{load, load_within, read, save};
+pub use file::{load, load_with, read, read_with, save};
 pub use format::Format;
 pub use limits::Limits;
 pub use processing::ProcessingMesh;
+pub use resolve::{Folder, NoFiles, Resolve};
+pub use weld::Weld;

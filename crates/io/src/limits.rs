@@ -25,6 +25,15 @@ pub struct Limits {
     pub max_faces: usize,
     /// Most face corners in all (default 2^31 − 2, what a half-edge mesh can number).
     pub max_corners: usize,
+    /// Most corners of one face (default 2^20).
+    pub max_degree: usize,
+    /// Deepest nesting of JSON, and of the nodes of a glTF (default 128).
+    pub max_depth: usize,
+    /// Longest line of a text file in bytes, with the lines that continue it (default 64 MiB).
+    pub max_line: usize,
+    /// Most memory in bytes that a document takes when it has been read, the bytes of its file
+    /// among it (default 16 GiB).
+    pub max_memory: u64,
 }
 
 impl Default for Limits {
@@ -34,6 +43,10 @@ impl Default for Limits {
             max_vertices: 1 << 28,
             max_faces: 1 << 29,
             max_corners: (1 << 31) - 2,
+            max_degree: 1 << 20,
+            max_depth: 128,
+            max_line: 64 << 20,
+            max_memory: 16 << 30,
         }
     }
 }
@@ -58,6 +71,36 @@ impl Limits {
             count as u64,
             (self.max_corners as u64).min(u64::from(u32::MAX)),
         )
+    }
+
+    /// One face.
+    pub(crate) fn check_degree(&self, degree: usize) -> Result<(), IoError> {
+        check("corners of a face", degree as u64, self.max_degree as u64)
+    }
+
+    /// One line of a text.
+    pub(crate) fn check_line(&self, length: usize) -> Result<(), IoError> {
+        check("bytes in a line", length as u64, self.max_line as u64)
+    }
+
+    pub(crate) fn check_depth(&self, depth: usize) -> Result<(), IoError> {
+        check("levels of nesting", depth as u64, self.max_depth as u64)
+    }
+
+    /// A document of a file of `num_bytes` with so many vertices and corners; called before they
+    /// are stored, and while they are where their number is not known beforehand.
+    pub(crate) fn check_memory(
+        &self,
+        num_bytes: usize,
+        num_vertices: usize,
+        num_corners: usize,
+    ) -> Result<(), IoError> {
+        // A position and a place in the file; a corner and its share of the end of its face.
+        let (vertex, corner) = (32, 6);
+        let memory = (num_bytes as u64)
+            .saturating_add((num_vertices as u64).saturating_mul(vertex))
+            .saturating_add((num_corners as u64).saturating_mul(corner));
+        check("bytes of memory", memory, self.max_memory)
     }
 }
 

@@ -7,17 +7,22 @@
 //! Files (.obj)", Advanced Visualizer manual, appendix B1.
 
 use std::fmt::Write as _;
+use std::sync::Arc;
 
 use nalgebra::Point3;
 
+use crate::attributes::Attributes;
 use crate::coordinate;
-use crate::document::Document;
+use crate::document::{Document, Parsed};
 use crate::error::{Element, IoError, Place, quote};
 use crate::faces::FaceList;
+use crate::format::Format;
 use crate::limits::Limits;
 use crate::number;
-use crate::source::{Contents, Rows, Source};
+use crate::remap::Remap;
+use crate::source::{Mesh, Moves, SourceFile, rewrite_tokens};
 use crate::text::{self, Lines, Tokens};
+use crate::writer::Contents;
 
 /// Reads an OBJ file.
 pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError> {
@@ -38,18 +43,64 @@ pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError>
         }
     }
     reader.check_forward_references()?;
-    let contents = reader.contents();
+    let (extras, num_normals) = (reader.extras(), reader.num_normals());
     let Reader {
         positions,
         faces,
         starts,
         ..
     } = reader;
-    Document::from_source(
+    let parsed = Parsed {
         positions,
         faces,
-        Source::new(bytes, starts, Rows::Obj, contents),
-    )
+        ..Parsed::default()
+    };
+    let file = ObjFile {
+        bytes,
+        starts,
+        extras,
+        num_normals,
+    };
+    Document::from_source(parsed, file)
+}
+
+/// An OBJ file as it was read.
+#[derive(Debug)]
+struct ObjFile {
+    bytes: Vec<u8>,
+    /// Where the x of each vertex stands.
+    starts: Vec<usize>,
+    extras: Vec<String>,
+    num_normals: usize,
+}
+
+impl SourceFile for ObjFile {
+    fn format(&self) -> Format {
+        Format::Obj
+    }
+
+    fn attributes(&self, _mesh: Mesh<'_>) -> Result<Attributes, IoError> {
+        Ok(Attributes::default())
+    }
+
+    fn has_normals(&self) -> bool {
+        self.num_normals > 0
+    }
+
+    fn extras(&self) -> Vec<String> {
+        self.extras.clone()
+    }
+
+    fn write(&self, _format: Format, moves: &Moves<'_>) -> Result<Vec<u8>, IoError> {
+        Ok(rewrite_tokens(&self.bytes, &self.starts, moves))
+    }
+
+    fn rebuild(&self, _remap: &Remap, _mesh: Mesh<'_>) -> Result<Arc<dyn SourceFile>, IoError> {
+        Err(IoError::Unsupported {
+            feature: "repairing an OBJ".to_owned(),
+            remedy: "convert it",
+        })
+    }
 }
 
 /// The line together with the lines that a backslash at its end continues it with.
@@ -191,23 +242,24 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn contents(&self) -> Contents {
-        let mut contents = Contents::default();
-        contents.count_comments(self.num_comments);
-        if self.num_coloured > 0 {
-            contents
-                .extras
-                .push(format!("colours of {} vertices", self.num_coloured));
+    fn num_normals(&self) -> usize {
+        self.others[1]
+    }
+
+    fn extras(&self) -> Vec<String> {
+        let mut extras = Vec::new();
+        if self.num_comments > 0 {
+            extras.push(format!("{} comments", self.num_comments));
         }
-        for (&count, (words, name)) in self.others.iter().zip(&OTHERS) {
+        if self.num_coloured > 0 {
+            extras.push(format!("colours of {} vertices", self.num_coloured));
+        }
+        for (&count, (_, name)) in self.others.iter().zip(&OTHERS) {
             if count > 0 {
-                contents.extras.push(format!("{count} {name}"));
-                if words.contains(&&b"vn"[..]) {
-                    contents.stale.push(format!("{count} {name}"));
-                }
+                extras.push(format!("{count} {name}"));
             }
         }
-        contents
+        extras
     }
 }
 
@@ -226,8 +278,14 @@ fn corner(token: &[u8]) -> Option<i64> {
     }
 }
 
-/// Positions and faces as a new OBJ file.
-pub(crate) fn write(positions: &[Point3<f64>], faces: &FaceList) -> Vec<u8> {
+/// What a new OBJ file cannot hold, in words.
+pub(crate) fn losses(_attributes: &Attributes) -> Vec<String> {
+    Vec::new()
+}
+
+/// A new OBJ file.
+pub(crate) fn write_new(contents: &Contents<'_>) -> Result<Vec<u8>, IoError> {
+    let (positions, faces) = (contents.positions.iter(), &contents.faces);
     let mut out = String::new();
     for p in positions {
         out.push('v');
@@ -245,13 +303,12 @@ pub(crate) fn write(positions: &[Point3<f64>], faces: &FaceList) -> Vec<u8> {
         }
         out.push('\n');
     }
-    out.into_bytes()
+    Ok(out.into_bytes())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::format::Format;
 
     fn parse(text: &str) -> Result<Document, IoError> {
         read(text.as_bytes().to_vec(), &Limits::default())

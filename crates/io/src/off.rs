@@ -5,17 +5,22 @@
 //! the number of edges may be missing. Source: Geomview manual, section "OFF Files".
 
 use std::fmt::Write as _;
+use std::sync::Arc;
 
 use nalgebra::Point3;
 
+use crate::attributes::Attributes;
 use crate::coordinate;
-use crate::document::Document;
+use crate::document::{Document, Parsed};
 use crate::error::{Element, IoError, Place, quote};
 use crate::faces::FaceList;
+use crate::format::Format;
 use crate::limits::Limits;
 use crate::number;
-use crate::source::{self, Contents, Source};
+use crate::remap::Remap;
+use crate::source::{Mesh, Moves, SourceFile, rewrite_tokens};
 use crate::text::{self, Line, Lines, Tokens};
+use crate::writer::Contents;
 
 /// Whether a word is the header of an OFF file, of any kind (also those that are refused).
 pub(crate) fn is_header_word(word: &[u8]) -> bool {
@@ -36,7 +41,7 @@ pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError>
         num_comments: 0,
     };
     let header = Header::read(&mut rows, bytes.len(), limits)?;
-    let mut contents = Contents::default();
+    let mut extras = Vec::new();
 
     let mut positions = Vec::with_capacity(header.num_vertices);
     let mut starts = Vec::with_capacity(header.num_vertices);
@@ -49,14 +54,7 @@ pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError>
         has_more |= more;
     }
     if has_more {
-        contents
-            .extras
-            .push("further numbers of the vertices (colours, normals, …)".to_owned());
-    }
-    if header.has_normals {
-        contents
-            .stale
-            .push("the normals of the vertices".to_owned());
+        extras.push("further numbers of the vertices (colours, normals, …)".to_owned());
     }
 
     let mut faces = FaceList::new();
@@ -67,7 +65,7 @@ pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError>
         limits.check_corners(faces.num_corners())?;
     }
     if has_colours {
-        contents.extras.push("colours of faces".to_owned());
+        extras.push("colours of faces".to_owned());
     }
     if let Some(row) = rows.next() {
         let promised = header.num_faces as u64;
@@ -76,12 +74,60 @@ pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError>
             promised,
         });
     }
-    contents.count_comments(rows.num_comments);
-    Document::from_source(
+    if rows.num_comments > 0 {
+        extras.push(format!("{} comments", rows.num_comments));
+    }
+    let parsed = Parsed {
         positions,
         faces,
-        Source::new(bytes, starts, source::Rows::Off, contents),
-    )
+        ..Parsed::default()
+    };
+    let file = OffFile {
+        has_normals: header.has_normals,
+        bytes,
+        starts,
+        extras,
+    };
+    Document::from_source(parsed, file)
+}
+
+/// An OFF file as it was read.
+#[derive(Debug)]
+struct OffFile {
+    bytes: Vec<u8>,
+    /// Where the x of each vertex stands.
+    starts: Vec<usize>,
+    extras: Vec<String>,
+    has_normals: bool,
+}
+
+impl SourceFile for OffFile {
+    fn format(&self) -> Format {
+        Format::Off
+    }
+
+    fn attributes(&self, _mesh: Mesh<'_>) -> Result<Attributes, IoError> {
+        Ok(Attributes::default())
+    }
+
+    fn has_normals(&self) -> bool {
+        self.has_normals
+    }
+
+    fn extras(&self) -> Vec<String> {
+        self.extras.clone()
+    }
+
+    fn write(&self, _format: Format, moves: &Moves<'_>) -> Result<Vec<u8>, IoError> {
+        Ok(rewrite_tokens(&self.bytes, &self.starts, moves))
+    }
+
+    fn rebuild(&self, _remap: &Remap, _mesh: Mesh<'_>) -> Result<Arc<dyn SourceFile>, IoError> {
+        Err(IoError::Unsupported {
+            feature: "repairing an OFF".to_owned(),
+            remedy: "convert it",
+        })
+    }
 }
 
 /// The lines that are not blank, without their comments.
@@ -250,12 +296,18 @@ fn read_face(row: Line<'_>, num_vertices: usize, faces: &mut FaceList) -> Result
     Ok(tokens.next().is_some())
 }
 
-/// Positions and faces as a new OFF file.
-pub(crate) fn write(positions: &[Point3<f64>], faces: &FaceList) -> Vec<u8> {
+/// What a new OFF file cannot hold, in words.
+pub(crate) fn losses(_attributes: &Attributes) -> Vec<String> {
+    Vec::new()
+}
+
+/// A new OFF file.
+pub(crate) fn write_new(contents: &Contents<'_>) -> Result<Vec<u8>, IoError> {
+    let (positions, faces) = (&contents.positions, &contents.faces);
     // Writing to a String cannot fail.
     let mut out = String::new();
     let _ = writeln!(out, "OFF\n{} {} 0", positions.len(), faces.len());
-    for p in positions {
+    for p in positions.iter() {
         for (axis, &x) in p.iter().enumerate() {
             if axis > 0 {
                 out.push(' ');
@@ -271,13 +323,12 @@ pub(crate) fn write(positions: &[Point3<f64>], faces: &FaceList) -> Vec<u8> {
         }
         out.push('\n');
     }
-    out.into_bytes()
+    Ok(out.into_bytes())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::format::Format;
 
     fn parse(text: &str) -> Result<Document, IoError> {
         read(text.as_bytes().to_vec(), &Limits::default())
@@ -323,10 +374,6 @@ mod tests {
         let written = String::from_utf8(document.write(Format::Off).unwrap()).unwrap();
         assert_eq!(written, text.replace("\n0 0 0  0", "\n0 0.25 0  0"));
         assert_eq!(document.losses(Format::Ply).len(), 3);
-        assert_eq!(
-            document.losses(Format::Off),
-            ["the normals of the vertices are kept as they were; vertices have moved"]
-        );
     }
 
     #[test]

@@ -22,31 +22,60 @@ pub struct ProcessingMesh {
 }
 
 impl ProcessingMesh {
-    pub(crate) fn build(positions: &[Point3<f64>], faces: &FaceList) -> Result<Self, IoError> {
+    /// `places` gives for each vertex the first vertex at its place; empty if none are welded.
+    pub(crate) fn build(
+        positions: &[Point3<f64>],
+        faces: &FaceList,
+        places: &[u32],
+    ) -> Result<Self, IoError> {
         if faces.is_empty() {
             return Err(IoError::NoFaces {
                 num_vertices: positions.len(),
             });
         }
-        let mut used = vec![false; positions.len()];
+        let place = |v: u32| places.get(v as usize).map_or(v, |&place| place);
+        let mut polygons = Uncollapsed::new(faces, places);
+        let (mut is_corner, mut is_used) = (vec![false; positions.len()], Vec::new());
         faces
+            .corners()
             .iter()
-            .flatten()
-            .for_each(|&v| used[v as usize] = true);
+            .for_each(|&v| is_corner[v as usize] = true);
+        if !places.is_empty() {
+            is_used.resize(positions.len(), false);
+            polygons.each(|_, polygon| {
+                polygon
+                    .iter()
+                    .for_each(|&v| is_used[place(v) as usize] = true);
+            });
+        }
         let mut document_vertices = VertexMap::default();
-        let mut vertices = vec![None; positions.len()];
-        for v in (0..positions.len()).filter(|&v| used[v]) {
-            vertices[v] = Some(document_vertices.push(v as u32));
+        let mut vertices: Vec<Option<VertexId>> = vec![None; positions.len()];
+        // The vertex of each place, given to the first vertex there that a face uses.
+        let mut at_place = vec![None; places.len()];
+        for v in (0..positions.len()).filter(|&v| is_corner[v]) {
+            let mut fresh = || document_vertices.push(v as u32);
+            vertices[v] = match places.get(v) {
+                None => Some(fresh()),
+                Some(&place) if is_used[place as usize] => {
+                    Some(*at_place[place as usize].get_or_insert_with(fresh))
+                }
+                Some(_) => None,
+            };
         }
         let mut triangles = Vec::with_capacity(faces.num_triangles());
         let mut document_faces = Vec::with_capacity(faces.num_triangles());
         let mut triangulator = Triangulator::new(positions, faces.num_corners());
-        // Every corner is used, so it has a number.
+        // Every corner of a polygon that is cut is used, so it has a number.
         let number = |v: u32| vertices[v as usize].map_or(0, |id: VertexId| id.index() as u32);
-        for (face, polygon) in faces.iter().enumerate() {
+        polygons.each(|face, polygon| {
             triangulator.cut(polygon, |triangle| {
                 triangles.push(triangle.map(number));
                 document_faces.push(face as u32);
+            });
+        });
+        if triangles.is_empty() {
+            return Err(IoError::AllCollapsed {
+                num_faces: faces.len(),
             });
         }
         let document_faces = FaceMap::from_vec(document_faces);
@@ -72,7 +101,8 @@ impl ProcessingMesh {
         &self.positions
     }
 
-    /// The document's vertex, counted from 0, that a vertex stands for.
+    /// The document's vertex, counted from 0, that a vertex stands for; the first of them if
+    /// several were welded.
     ///
     /// # Panics
     /// If the mesh has no such vertex.
@@ -97,6 +127,44 @@ impl ProcessingMesh {
     /// Number of vertices of the document, with those that no face uses.
     pub fn num_document_vertices(&self) -> usize {
         self.vertices.len()
+    }
+}
+
+/// The polygons without the corners that are welded to the corner before them, and without those
+/// of which fewer than three corners are left.
+struct Uncollapsed<'a> {
+    faces: &'a FaceList,
+    places: &'a [u32],
+    kept: Vec<u32>,
+}
+
+impl<'a> Uncollapsed<'a> {
+    fn new(faces: &'a FaceList, places: &'a [u32]) -> Self {
+        Self {
+            faces,
+            places,
+            kept: Vec::new(),
+        }
+    }
+
+    fn each(&mut self, mut visit: impl FnMut(usize, &[u32])) {
+        for (face, polygon) in self.faces.iter().enumerate() {
+            if self.places.is_empty() {
+                visit(face, polygon);
+                continue;
+            }
+            self.kept.clear();
+            let place = |v: u32| self.places[v as usize];
+            let mut last = polygon.last().map(|&v| place(v));
+            for &v in polygon {
+                if last.replace(place(v)) != Some(place(v)) {
+                    self.kept.push(v);
+                }
+            }
+            if self.kept.len() >= 3 {
+                visit(face, &self.kept);
+            }
+        }
     }
 }
 

@@ -1,103 +1,92 @@
-//! The bytes that a document was read from, and where its coordinates stand in them.
+//! The file that a document was read from: kept whole, written again with vertices moved.
+
+use std::fmt::Debug;
+use std::sync::Arc;
 
 use nalgebra::Point3;
 
+use crate::attributes::Attributes;
 use crate::error::IoError;
+use crate::faces::FaceList;
 use crate::format::Format;
+use crate::normals::Normals;
 use crate::number;
-use crate::ply::VertexRows;
+use crate::remap::Remap;
 use crate::text;
 
-/// A file as it was read.
-#[derive(Clone, Debug)]
-pub(crate) struct Source {
-    bytes: Vec<u8>,
-    /// Where each vertex starts: its x in OBJ and OFF, its row in PLY. Ascending.
-    starts: Vec<usize>,
-    rows: Rows,
-    contents: Contents,
+/// A file as it was read; each format has its own.
+pub(crate) trait SourceFile: Debug + Send + Sync {
+    fn format(&self) -> Format;
+
+    /// Whether the file can be written as `format` with everything that it has.
+    fn writes(&self, format: Format) -> bool {
+        format == self.format()
+    }
+
+    /// What [`Attributes`] can hold of it, decoded, as the file has it.
+    ///
+    /// An error names the line or byte: what is only kept is not checked when the file is read.
+    fn attributes(&self, mesh: Mesh<'_>) -> Result<Attributes, IoError>;
+
+    /// Whether [`SourceFile::attributes`] has normals, to be turned where vertices move.
+    fn has_normals(&self) -> bool;
+
+    /// What the file has that [`Attributes`] cannot hold, in words: another format drops it.
+    fn extras(&self) -> Vec<String>;
+
+    /// What no longer fits once vertices move and is not brought along, in words.
+    fn stale(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// The file in `format` (one that it [writes](SourceFile::writes)), with the moved vertices
+    /// and the turned normals replaced where they stand; without any, the bytes that were read.
+    fn write(&self, format: Format, moves: &Moves<'_>) -> Result<Vec<u8>, IoError>;
+
+    /// The file of another mesh made of this one's vertices and faces, nothing moved; positions
+    /// and faces are those of the old mesh.
+    fn rebuild(&self, remap: &Remap, mesh: Mesh<'_>) -> Result<Arc<dyn SourceFile>, IoError>;
 }
 
-/// How a vertex is laid out from its start on.
-#[derive(Clone, Debug)]
-pub(crate) enum Rows {
-    /// x, y and z are the first three tokens.
-    Obj,
-    /// x, y and z are the first three tokens.
-    Off,
-    /// As the header says.
-    Ply(VertexRows),
+/// The mesh of a document, for its source.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Mesh<'a> {
+    pub(crate) positions: &'a [Point3<f64>],
+    pub(crate) faces: &'a FaceList,
 }
 
-/// What a file has besides positions and faces, in words for a warning.
-#[derive(Clone, Default, Debug)]
-pub(crate) struct Contents {
-    /// What another format would drop.
-    pub(crate) extras: Vec<String>,
-    /// What no longer fits once vertices move.
-    pub(crate) stale: Vec<String>,
+/// What is to be replaced in a file.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Moves<'a> {
+    pub(crate) mesh: Mesh<'a>,
+    /// Whether each vertex was moved; empty if none was.
+    pub(crate) moved: &'a [bool],
+    /// The normals that turned with the surface.
+    pub(crate) normals: &'a Normals,
 }
 
-impl Contents {
-    pub(crate) fn count_comments(&mut self, count: usize) {
-        if count > 0 {
-            self.extras.push(format!("{count} comments"));
-        }
+impl Moves<'_> {
+    /// The moved vertices in ascending order, with their positions.
+    pub(crate) fn vertices(&self) -> impl Iterator<Item = (usize, Point3<f64>)> {
+        let moved = self.moved.iter().enumerate().filter(|&(_, &moved)| moved);
+        moved.map(|(vertex, _)| (vertex, self.mesh.positions[vertex]))
     }
 }
 
-impl Source {
-    pub(crate) fn new(bytes: Vec<u8>, starts: Vec<usize>, rows: Rows, contents: Contents) -> Self {
-        Self {
-            bytes,
-            starts,
-            rows,
-            contents,
+/// A text file with the coordinates of the moved vertices replaced: x, y and z are three tokens
+/// from where each vertex starts.
+pub(crate) fn rewrite_tokens(bytes: &[u8], starts: &[usize], moves: &Moves<'_>) -> Vec<u8> {
+    let mut patch = TextPatch::new(bytes);
+    for (vertex, position) in moves.vertices() {
+        let start = starts[vertex];
+        let tokens = text::Tokens::new(&bytes[start..]);
+        for (token, &x) in tokens.zip(position.iter()) {
+            patch.replace(start + token.start, token.text.len(), |out| {
+                number::push_f64(out, x);
+            });
         }
     }
-
-    pub(crate) fn format(&self) -> Format {
-        match self.rows {
-            Rows::Obj => Format::Obj,
-            Rows::Off => Format::Off,
-            Rows::Ply(_) => Format::Ply,
-        }
-    }
-
-    pub(crate) fn extras(&self) -> &[String] {
-        &self.contents.extras
-    }
-
-    pub(crate) fn stale(&self) -> &[String] {
-        &self.contents.stale
-    }
-
-    /// The file with the coordinates of some vertices replaced, given in ascending order.
-    pub(crate) fn rewrite(
-        &self,
-        moved: impl Iterator<Item = (usize, Point3<f64>)>,
-    ) -> Result<Vec<u8>, IoError> {
-        let bytes = &self.bytes;
-        match &self.rows {
-            Rows::Obj | Rows::Off => {
-                let mut patch = TextPatch::new(bytes);
-                for (vertex, position) in moved {
-                    let start = self.starts[vertex];
-                    let tokens = text::Tokens::new(&bytes[start..]);
-                    for (token, &x) in tokens.zip(position.iter()) {
-                        patch.replace(start + token.start, token.text.len(), |out| {
-                            number::push_f64(out, x);
-                        });
-                    }
-                }
-                Ok(patch.finish())
-            }
-            Rows::Ply(rows) => rows.rewrite(
-                bytes,
-                moved.map(|(vertex, position)| (vertex, self.starts[vertex], position)),
-            ),
-        }
-    }
+    patch.finish()
 }
 
 /// A text that is copied with some words replaced, from front to back.

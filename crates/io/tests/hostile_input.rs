@@ -48,7 +48,7 @@ fn check(document: &Document, bytes: &[u8]) {
         assert_eq!(again.positions(), document.positions());
         assert_eq!(again.faces(), document.faces());
     }
-    if let Ok(processing) = document.processing_mesh() {
+    if let Ok(processing) = document.surface() {
         assert!(processing.mesh().is_triangle_mesh());
         let mut moved = document.clone();
         let positions = processing

@@ -65,7 +65,7 @@ fn real_meshes_are_read_and_written_back_byte_by_byte() {
             name(&path)
         );
 
-        let processing = document.processing_mesh();
+        let processing = document.surface();
         if fact["manifold"].as_bool().unwrap() {
             let processing = processing.unwrap();
             let used = expected.0 - fact["unref"].as_u64().unwrap();
@@ -125,7 +125,7 @@ fn broken_files_are_read_or_refused_as_expected() {
             .find(|e| e["file"] == name(&path))
             .unwrap_or_else(|| panic!("{} is not in the table", name(&path)));
         let result = load(&path);
-        let processing = result.as_ref().map(Document::processing_mesh);
+        let processing = result.as_ref().map(Document::surface);
         match &processing {
             Ok(Ok(_)) => eprintln!("{}: read", name(&path)),
             Ok(Err(error)) => eprintln!("{}: read; {error}", name(&path)),

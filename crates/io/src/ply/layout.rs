@@ -3,7 +3,6 @@
 use ply_rs::ply::{ElementDef, Encoding, PropertyType, ScalarType};
 
 use crate::error::IoError;
-use crate::source::Contents;
 
 use super::header::Header;
 use super::problem;
@@ -143,27 +142,28 @@ impl Layout {
         })
     }
 
+    pub(super) fn has_normals(&self) -> bool {
+        self.elements
+            .iter()
+            .any(|element| element.unread.iter().any(|property| property == "nx"))
+    }
+
     /// What the file has besides positions and faces.
-    pub(super) fn contents(&self, header: &Header) -> Contents {
-        let mut contents = Contents::default();
+    pub(super) fn extras(&self, header: &Header) -> Vec<String> {
+        let mut extras = Vec::new();
         for element in &self.elements {
             let name = &element.name;
             if element.kind == ElementKind::Other {
-                contents.extras.push(format!("the element {name}"));
+                extras.push(format!("the element {name}"));
             } else if !element.unread.is_empty() {
                 let properties = element.unread.join(", ");
-                contents
-                    .extras
-                    .push(format!("the {name} properties {properties}"));
-            }
-            if element.unread.iter().any(|property| property == "nx") {
-                contents
-                    .stale
-                    .push(format!("the normals (nx, ny, nz) of element {name}"));
+                extras.push(format!("the {name} properties {properties}"));
             }
         }
-        contents.count_comments(header.num_comments);
-        contents
+        if header.num_comments > 0 {
+            extras.push(format!("{} comments", header.num_comments));
+        }
+        extras
     }
 }
 

@@ -13,17 +13,23 @@ mod layout;
 mod rewrite;
 mod write;
 
+use std::sync::Arc;
+
 use nalgebra::Point3;
 use ply_rs::ply::Encoding;
 
-use crate::document::Document;
+use crate::attributes::Attributes;
+use crate::document::{Document, Parsed};
 use crate::error::{IoError, Place, quote};
 use crate::faces::FaceList;
+use crate::format::Format;
 use crate::limits::Limits;
-use crate::source::{Rows, Source};
+use crate::remap::Remap;
+use crate::source::{Mesh, Moves, SourceFile};
 
-pub(crate) use rewrite::VertexRows;
-pub(crate) use write::write;
+pub(crate) use write::write_new;
+
+use rewrite::VertexRows;
 
 use header::Header;
 use layout::{ElementKind, Layout};
@@ -50,7 +56,8 @@ pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError>
         starts,
         ..
     } = body;
-    let contents = layout.contents(&header);
+    let extras = layout.extras(&header);
+    let has_normals = layout.has_normals();
     let vertex = layout
         .elements
         .into_iter()
@@ -59,11 +66,68 @@ pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError>
         encoding: header.ply.encoding,
         properties: vertex.map(|e| e.properties).unwrap_or_default(),
     };
-    Document::from_source(
+    let parsed = Parsed {
         positions,
         faces,
-        Source::new(bytes, starts, Rows::Ply(rows), contents),
-    )
+        ..Parsed::default()
+    };
+    let file = PlyFile {
+        bytes,
+        starts,
+        rows,
+        extras,
+        has_normals,
+    };
+    Document::from_source(parsed, file)
+}
+
+/// A PLY file as it was read.
+#[derive(Debug)]
+struct PlyFile {
+    bytes: Vec<u8>,
+    /// Where the row of each vertex starts.
+    starts: Vec<usize>,
+    rows: VertexRows,
+    extras: Vec<String>,
+    has_normals: bool,
+}
+
+impl SourceFile for PlyFile {
+    fn format(&self) -> Format {
+        Format::Ply
+    }
+
+    fn attributes(&self, _mesh: Mesh<'_>) -> Result<Attributes, IoError> {
+        Ok(Attributes::default())
+    }
+
+    fn has_normals(&self) -> bool {
+        self.has_normals
+    }
+
+    fn extras(&self) -> Vec<String> {
+        self.extras.clone()
+    }
+
+    fn write(&self, _format: Format, moves: &Moves<'_>) -> Result<Vec<u8>, IoError> {
+        let moved = moves.vertices();
+        self.rows.rewrite(
+            &self.bytes,
+            moved.map(|(vertex, position)| (vertex, self.starts[vertex], position)),
+        )
+    }
+
+    fn rebuild(&self, _remap: &Remap, _mesh: Mesh<'_>) -> Result<Arc<dyn SourceFile>, IoError> {
+        Err(IoError::Unsupported {
+            feature: "repairing a PLY".to_owned(),
+            remedy: "convert it",
+        })
+    }
+}
+
+/// What a new PLY file cannot hold, in words.
+pub(crate) fn losses(_attributes: &Attributes) -> Vec<String> {
+    Vec::new()
 }
 
 /// What the rows are read into.
@@ -151,7 +215,6 @@ fn problem(line: usize, text: impl Into<String>) -> IoError {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::format::Format;
     use ply_rs::parser::Parser;
     use ply_rs::ply::{DefaultElement, Property};
 
@@ -288,7 +351,8 @@ mod tests {
             vec![vec![0, 1, 2], long],
         ] {
             let faces: FaceList = faces.iter().collect();
-            let bytes = write::write(&points, &faces).unwrap();
+            let made = Document::new(points.clone(), faces.clone()).unwrap();
+            let bytes = made.write(Format::Ply).unwrap();
             let ply = Parser::<DefaultElement>::new()
                 .read_ply(&mut bytes.as_slice())
                 .unwrap();

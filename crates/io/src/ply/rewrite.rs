@@ -12,7 +12,7 @@ use super::{ascii, binary};
 
 /// How the rows of the vertices are laid out.
 #[derive(Clone, Debug)]
-pub(crate) struct VertexRows {
+pub(super) struct VertexRows {
     pub(super) encoding: Encoding,
     pub(super) properties: Vec<Property>,
 }
@@ -20,7 +20,7 @@ pub(crate) struct VertexRows {
 impl VertexRows {
     /// The file with new positions: of each moved vertex its number, where its row starts, and
     /// its position, in ascending order.
-    pub(crate) fn rewrite(
+    pub(super) fn rewrite(
         &self,
         bytes: &[u8],
         moved: impl Iterator<Item = (usize, usize, Point3<f64>)>,

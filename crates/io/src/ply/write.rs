@@ -1,16 +1,16 @@
 //! A new PLY file.
 
-use nalgebra::Point3;
 use ply_rs::ply::{
     Addable, DefaultElement, ElementDef, Encoding, Header, PropertyDef, PropertyType, ScalarType,
 };
 use ply_rs::writer::Writer;
 
 use crate::error::IoError;
-use crate::faces::FaceList;
+use crate::writer::Contents;
 
 /// Positions and faces as a binary little-endian PLY file with `double` coordinates.
-pub(crate) fn write(positions: &[Point3<f64>], faces: &FaceList) -> Result<Vec<u8>, IoError> {
+pub(crate) fn write_new(contents: &Contents<'_>) -> Result<Vec<u8>, IoError> {
+    let (positions, faces) = (&contents.positions, &contents.faces);
     // Most readers expect a length of one byte; only larger polygons force a longer one.
     let is_short = faces
         .iter()

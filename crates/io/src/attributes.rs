@@ -1,0 +1,359 @@
+//! What a mesh file says about vertices, corners and faces beyond positions and connectivity.
+
+use crate::remap::Remap;
+
+/// The name of the property that holds normals, in every format.
+pub const NORMAL: &str = "normal";
+/// The name of the property that holds texture coordinates, in every format.
+pub const UV: &str = "uv";
+/// The name of the property that holds colours, in every format: integers from 0 to the type's
+/// largest, or real numbers from 0 to 1; three components, or four with alpha.
+pub const COLOR: &str = "color";
+
+/// In an index list: this corner or face has no value.
+pub const NONE: u32 = u32::MAX;
+
+/// Everything that a document has besides positions and faces and that more than one format can
+/// hold.
+///
+/// What only the file's own format can say (a glTF animation, a free-form curve of an OBJ) is not
+/// here; it stays in the file and is written back with it.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Attributes {
+    /// One value a vertex.
+    pub vertices: Vec<Property>,
+    /// One value a face.
+    pub faces: Vec<Property>,
+    /// Values that corners share by number, as the `vt` and `vn` of an OBJ.
+    pub corners: Vec<CornerProperty>,
+    /// Names that faces bear: groups, objects, materials, smoothing groups.
+    pub labels: Vec<Labels>,
+    /// Comments, in order.
+    pub comments: Vec<String>,
+    /// Material libraries (`mtllib` of an OBJ), in order.
+    pub libraries: Vec<String>,
+}
+
+/// One property of all vertices, or of all faces.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Property {
+    /// [`NORMAL`], [`UV`], [`COLOR`], or the name that the file gives.
+    pub name: String,
+    /// Numbers of each element; 1 for a plain number. Without meaning for [`Values::Lists`].
+    pub components: usize,
+    /// The numbers: `components` for each element, element after element.
+    pub values: Values,
+}
+
+/// A table of values, and which of them each corner has.
+#[derive(Clone, PartialEq, Debug)]
+pub struct CornerProperty {
+    /// [`NORMAL`], [`UV`], [`COLOR`], or the name that the file gives.
+    pub name: String,
+    /// Numbers of each value.
+    pub components: usize,
+    /// The table: `components` numbers for each value.
+    pub values: Values,
+    /// For every corner, face after face, the number of its value, or [`NONE`].
+    pub indices: Vec<u32>,
+}
+
+/// Names of one kind, and which of them each face bears.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Labels {
+    /// What the names are.
+    pub kind: LabelKind,
+    /// The names, in order of first use. A face in several groups bears their names with blanks
+    /// between, as the file writes them.
+    pub names: Vec<String>,
+    /// For every face the number of its name, or [`NONE`].
+    pub faces: Vec<u32>,
+}
+
+/// What a label says.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+#[non_exhaustive]
+pub enum LabelKind {
+    /// `o` of an OBJ, a mesh of a glTF, a solid of an STL.
+    Object,
+    /// `g` of an OBJ.
+    Group,
+    /// `usemtl` of an OBJ, a material of a glTF.
+    Material,
+    /// `s` of an OBJ.
+    Smoothing,
+}
+
+/// Numbers in the type of the file.
+#[derive(Clone, PartialEq, Debug)]
+#[non_exhaustive]
+#[expect(
+    missing_docs,
+    reason = "each holds numbers of the type that it is named for"
+)]
+pub enum Values {
+    I8(Vec<i8>),
+    U8(Vec<u8>),
+    I16(Vec<i16>),
+    U16(Vec<u16>),
+    I32(Vec<i32>),
+    U32(Vec<u32>),
+    F32(Vec<f32>),
+    F64(Vec<f64>),
+    /// A list of numbers for each element, as PLY has them.
+    Lists {
+        /// Where the list of each element ends among the items.
+        ends: Vec<usize>,
+        /// The items of all lists; not lists themselves.
+        items: Box<Values>,
+    },
+}
+
+impl Values {
+    /// How many numbers there are; for lists, how many lists.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::I8(v) => v.len(),
+            Self::U8(v) => v.len(),
+            Self::I16(v) => v.len(),
+            Self::U16(v) => v.len(),
+            Self::I32(v) => v.len(),
+            Self::U32(v) => v.len(),
+            Self::F32(v) => v.len(),
+            Self::F64(v) => v.len(),
+            Self::Lists { ends, .. } => ends.len(),
+        }
+    }
+
+    /// Whether there is no number.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The numbers of some elements with `components` numbers each; elements beyond the end are
+    /// left out, [`NONE`] gives zeros or an empty list.
+    pub(crate) fn gather(&self, components: usize, elements: impl Iterator<Item = usize>) -> Self {
+        fn pick<T: Copy + Default>(
+            numbers: &[T],
+            components: usize,
+            elements: impl Iterator<Item = usize>,
+        ) -> Vec<T> {
+            let mut out = Vec::new();
+            for element in elements {
+                let start = element.saturating_mul(components);
+                match numbers.get(start..start.saturating_add(components)) {
+                    Some(found) => out.extend_from_slice(found),
+                    None if element == NONE as usize => {
+                        out.resize(out.len() + components, T::default());
+                    }
+                    None => {}
+                }
+            }
+            out
+        }
+        match self {
+            Self::I8(v) => Self::I8(pick(v, components, elements)),
+            Self::U8(v) => Self::U8(pick(v, components, elements)),
+            Self::I16(v) => Self::I16(pick(v, components, elements)),
+            Self::U16(v) => Self::U16(pick(v, components, elements)),
+            Self::I32(v) => Self::I32(pick(v, components, elements)),
+            Self::U32(v) => Self::U32(pick(v, components, elements)),
+            Self::F32(v) => Self::F32(pick(v, components, elements)),
+            Self::F64(v) => Self::F64(pick(v, components, elements)),
+            Self::Lists { ends, items } => {
+                let (mut new_ends, mut taken) = (Vec::new(), Vec::new());
+                for element in elements {
+                    if let Some(&end) = ends.get(element) {
+                        let start = element.checked_sub(1).map_or(0, |before| ends[before]);
+                        taken.extend(start..end);
+                        new_ends.push(taken.len());
+                    } else if element == NONE as usize {
+                        new_ends.push(taken.len());
+                    }
+                }
+                Self::Lists {
+                    ends: new_ends,
+                    items: Box::new(items.gather(1, taken.into_iter())),
+                }
+            }
+        }
+    }
+
+    /// Replaces the number at `index`, rounded to the type; beyond the end nothing happens.
+    pub(crate) fn set(&mut self, index: usize, value: f64) {
+        fn put<T>(numbers: &mut [T], index: usize, value: T) {
+            if let Some(number) = numbers.get_mut(index) {
+                *number = value;
+            }
+        }
+        let whole = value.round();
+        match self {
+            Self::I8(v) => put(v, index, whole as i8),
+            Self::U8(v) => put(v, index, whole as u8),
+            Self::I16(v) => put(v, index, whole as i16),
+            Self::U16(v) => put(v, index, whole as u16),
+            Self::I32(v) => put(v, index, whole as i32),
+            Self::U32(v) => put(v, index, whole as u32),
+            Self::F32(v) => put(v, index, value as f32),
+            Self::F64(v) => put(v, index, value),
+            Self::Lists { .. } => {}
+        }
+    }
+
+    /// Appends a number, rounded to the type; lists stay as they are.
+    pub(crate) fn push(&mut self, value: f64) {
+        let index = self.len();
+        match self {
+            Self::I8(v) => v.push(0),
+            Self::U8(v) => v.push(0),
+            Self::I16(v) => v.push(0),
+            Self::U16(v) => v.push(0),
+            Self::I32(v) => v.push(0),
+            Self::U32(v) => v.push(0),
+            Self::F32(v) => v.push(0.0),
+            Self::F64(v) => v.push(0.0),
+            Self::Lists { .. } => {}
+        }
+        self.set(index, value);
+    }
+
+    /// The number at `index`, exactly; `None` beyond the end and for lists.
+    pub fn get(&self, index: usize) -> Option<f64> {
+        match self {
+            Self::I8(v) => v.get(index).map(|&x| x.into()),
+            Self::U8(v) => v.get(index).map(|&x| x.into()),
+            Self::I16(v) => v.get(index).map(|&x| x.into()),
+            Self::U16(v) => v.get(index).map(|&x| x.into()),
+            Self::I32(v) => v.get(index).map(|&x| x.into()),
+            Self::U32(v) => v.get(index).map(|&x| x.into()),
+            Self::F32(v) => v.get(index).map(|&x| x.into()),
+            Self::F64(v) => v.get(index).copied(),
+            Self::Lists { .. } => None,
+        }
+    }
+}
+
+impl Attributes {
+    /// Whether there is nothing.
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// The property of the vertices with this name.
+    pub fn vertex(&self, name: &str) -> Option<&Property> {
+        self.vertices.iter().find(|p| p.name == name)
+    }
+
+    /// The property of the faces with this name.
+    pub fn face(&self, name: &str) -> Option<&Property> {
+        self.faces.iter().find(|p| p.name == name)
+    }
+
+    /// The property of the corners with this name.
+    pub fn corner(&self, name: &str) -> Option<&CornerProperty> {
+        self.corners.iter().find(|p| p.name == name)
+    }
+
+    /// The labels of a kind.
+    pub fn label(&self, kind: LabelKind) -> Option<&Labels> {
+        self.labels.iter().find(|l| l.kind == kind)
+    }
+
+    /// The attributes of a mesh made of this one's vertices and faces.
+    pub(crate) fn remapped(&self, remap: &Remap) -> Self {
+        let gather = |p: &Property, sources: &[u32]| Property {
+            values: p
+                .values
+                .gather(p.components, sources.iter().map(|&i| i as usize)),
+            ..p.clone()
+        };
+        let pick = |numbers: &[u32], sources: &[u32]| -> Vec<u32> {
+            let number = |&i: &u32| numbers.get(i as usize).copied().unwrap_or(NONE);
+            sources.iter().map(number).collect()
+        };
+        Self {
+            vertices: self
+                .vertices
+                .iter()
+                .map(|p| gather(p, &remap.vertices))
+                .collect(),
+            faces: self
+                .faces
+                .iter()
+                .map(|p| gather(p, &remap.face_sources))
+                .collect(),
+            corners: self
+                .corners
+                .iter()
+                .map(|p| CornerProperty {
+                    indices: pick(&p.indices, &remap.corner_sources),
+                    ..p.clone()
+                })
+                .collect(),
+            labels: self
+                .labels
+                .iter()
+                .map(|l| Labels {
+                    faces: pick(&l.faces, &remap.face_sources),
+                    ..l.clone()
+                })
+                .collect(),
+            ..self.clone()
+        }
+    }
+
+    /// What does not fit a mesh of so many vertices, faces and corners, in words.
+    pub(crate) fn misfit(
+        &self,
+        num_vertices: usize,
+        num_faces: usize,
+        num_corners: usize,
+    ) -> Option<String> {
+        let property = |p: &Property, count: usize, what: &str| {
+            let expected = match p.values {
+                Values::Lists { .. } => count,
+                _ => count.checked_mul(p.components)?,
+            };
+            let whole = match &p.values {
+                Values::Lists { ends, items } => {
+                    ends.is_sorted()
+                        && ends.last().copied().unwrap_or(0) == items.len()
+                        && !matches!(**items, Values::Lists { .. })
+                }
+                _ => p.components > 0,
+            };
+            (!whole || p.values.len() != expected).then(|| {
+                format!(
+                    "the {what} property `{}` does not have {count} values",
+                    p.name
+                )
+            })
+        };
+        let corner = |p: &CornerProperty| {
+            let table = p.values.len().checked_div(p.components).unwrap_or(0);
+            let fits = p.indices.len() == num_corners
+                && p.components > 0
+                && p.values.len() % p.components == 0
+                && !matches!(p.values, Values::Lists { .. })
+                && p.indices.iter().all(|&i| i == NONE || (i as usize) < table);
+            (!fits).then(|| format!("the corner property `{}` does not fit the corners", p.name))
+        };
+        let label = |l: &Labels| {
+            let fits = l.faces.len() == num_faces
+                && l.faces
+                    .iter()
+                    .all(|&i| i == NONE || (i as usize) < l.names.len());
+            (!fits).then(|| format!("the labels {:?} do not fit the faces", l.kind))
+        };
+        self.vertices
+            .iter()
+            .find_map(|p| property(p, num_vertices, "vertex"))
+            .or_else(|| {
+                self.faces
+                    .iter()
+                    .find_map(|p| property(p, num_faces, "face"))
+            })
+            .or_else(|| self.corners.iter().find_map(corner))
+            .or_else(|| self.labels.iter().find_map(label))
+    }
+}

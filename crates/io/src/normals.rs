@@ -1,0 +1,380 @@
+//! Normals that turn with the surface.
+//!
+//! A file's normals are kept as their owner made them, and where vertices moved each is turned by
+//! the rotation that takes the old surface normal there to the new one. So creases stay creases,
+//! weighted or flipped normals stay so, and where nothing moved no bit changes. Corners at one
+//! place with the same normal belong together, also across a texture seam that splits the vertex.
+
+use std::collections::HashMap;
+
+use nalgebra::{Point3, Rotation3, Vector3};
+
+use crate::attributes::{Attributes, NONE, NORMAL, Values};
+use crate::faces::FaceList;
+use crate::weld;
+
+/// The normals that change, in the shape in which the file has them. Lists are ascending.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub(crate) struct Normals {
+    /// Of vertices.
+    pub(crate) vertices: Vec<(u32, [f64; 3])>,
+    /// Of faces, as an STL has them.
+    pub(crate) faces: Vec<(u32, [f64; 3])>,
+    /// Of corners, as an OBJ has them.
+    pub(crate) corners: CornerNormals,
+}
+
+/// Normals that corners share by number.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub(crate) struct CornerNormals {
+    /// Entries of the table with their new values.
+    pub(crate) changed: Vec<(u32, [f64; 3])>,
+    /// Entries behind the end of the table: corners that shared a normal no longer do.
+    pub(crate) added: Vec<[f64; 3]>,
+    /// Corners (counted through all faces) that refer to another entry now, and which.
+    pub(crate) corners: Vec<(u32, u32)>,
+}
+
+impl Normals {
+    /// The normals of `attributes` after the vertices went from `before` to `after`.
+    pub(crate) fn turned(
+        attributes: &Attributes,
+        faces: &FaceList,
+        before: &[Point3<f64>],
+        after: &[Point3<f64>],
+    ) -> Self {
+        let moved: Vec<bool> = before.iter().zip(after).map(|(a, b)| a != b).collect();
+        let turn = Turn::new(faces, before, after, &moved);
+        let mut normals = Self::default();
+        if let Some(p) = attributes.vertex(NORMAL).filter(|p| p.components == 3) {
+            normals.vertices = turn.vertices(&p.values);
+        }
+        if let Some(p) = attributes.face(NORMAL).filter(|p| p.components == 3) {
+            normals.faces = turn.faces(&p.values);
+        }
+        if let Some(p) = attributes.corner(NORMAL).filter(|p| p.components == 3) {
+            normals.corners = turn.corners(&p.values, &p.indices);
+        }
+        normals
+    }
+
+    /// Puts the changes into the attributes that they were made from.
+    pub(crate) fn apply(&self, attributes: &mut Attributes) {
+        let put = |values: &mut Values, changes: &[(u32, [f64; 3])]| {
+            for &(element, normal) in changes {
+                for (k, x) in normal.into_iter().enumerate() {
+                    values.set(3 * element as usize + k, x);
+                }
+            }
+        };
+        for p in attributes.vertices.iter_mut().filter(|p| p.name == NORMAL) {
+            put(&mut p.values, &self.vertices);
+        }
+        for p in attributes.faces.iter_mut().filter(|p| p.name == NORMAL) {
+            put(&mut p.values, &self.faces);
+        }
+        for p in attributes.corners.iter_mut().filter(|p| p.name == NORMAL) {
+            put(&mut p.values, &self.corners.changed);
+            self.corners
+                .added
+                .iter()
+                .flatten()
+                .for_each(|&x| p.values.push(x));
+            for &(corner, entry) in &self.corners.corners {
+                p.indices[corner as usize] = entry;
+            }
+        }
+    }
+}
+
+/// A place on the surface and the normal that its corners have there.
+type Group = (u32, [u64; 3]);
+
+struct Turn<'a> {
+    faces: &'a FaceList,
+    /// The first vertex at the place of each vertex.
+    places: Vec<u32>,
+    /// Whether a face at the place of each vertex moved; indexed by place.
+    is_affected: Vec<bool>,
+    before: &'a [Point3<f64>],
+    after: &'a [Point3<f64>],
+}
+
+impl<'a> Turn<'a> {
+    fn new(
+        faces: &'a FaceList,
+        before: &'a [Point3<f64>],
+        after: &'a [Point3<f64>],
+        moved: &[bool],
+    ) -> Self {
+        let places = weld::exact(before, |_| 0);
+        let mut is_affected = vec![false; before.len()];
+        for polygon in faces
+            .iter()
+            .filter(|p| p.iter().any(|&v| moved[v as usize]))
+        {
+            for &v in polygon {
+                is_affected[places[v as usize] as usize] = true;
+            }
+        }
+        Self {
+            faces,
+            places,
+            is_affected,
+            before,
+            after,
+        }
+    }
+
+    /// Gives every corner at an affected place its group, and every group its turn.
+    ///
+    /// `normal` is the normal of a corner, given its number and its vertex.
+    fn groups(
+        &self,
+        normal: impl Fn(usize, u32) -> Option<[f64; 3]>,
+    ) -> (HashMap<Group, usize>, Vec<Option<[f64; 3]>>) {
+        let mut numbers = HashMap::new();
+        let mut groups: Vec<([f64; 3], [Vector3<f64>; 2])> = Vec::new();
+        for (face, polygon) in self.faces.iter().enumerate() {
+            if !polygon.iter().any(|&v| self.affected(v)) {
+                continue;
+            }
+            let sides = [self.before, self.after].map(|p| (p, newell(p, polygon)));
+            for (corner, (k, &v)) in self
+                .faces
+                .corner_range(face)
+                .zip(polygon.iter().enumerate())
+            {
+                if !self.affected(v) {
+                    continue;
+                }
+                let Some(n) = normal(corner, v) else { continue };
+                let number = *numbers.entry(self.group(v, n)).or_insert_with(|| {
+                    groups.push((n, [Vector3::zeros(); 2]));
+                    groups.len() - 1
+                });
+                for (sum, (positions, unit)) in groups[number].1.iter_mut().zip(sides) {
+                    *sum += unit * angle(positions, polygon, k);
+                }
+            }
+        }
+        let turned = groups
+            .iter()
+            .map(|&(n, [old, new])| turned(n, old, new))
+            .collect();
+        (numbers, turned)
+    }
+
+    fn affected(&self, vertex: u32) -> bool {
+        self.is_affected[self.places[vertex as usize] as usize]
+    }
+
+    fn group(&self, vertex: u32, normal: [f64; 3]) -> Group {
+        (self.places[vertex as usize], normal.map(f64::to_bits))
+    }
+
+    fn vertices(&self, values: &Values) -> Vec<(u32, [f64; 3])> {
+        let normal = |v: u32| triple(values, v);
+        let (numbers, turned) = self.groups(|_, v| normal(v));
+        let mut changes = Vec::new();
+        for v in (0..self.places.len() as u32).filter(|&v| self.affected(v)) {
+            let number = normal(v).and_then(|n| numbers.get(&self.group(v, n)));
+            if let Some(n) = number.and_then(|&g| turned[g]) {
+                changes.push((v, n));
+            }
+        }
+        changes
+    }
+
+    fn faces(&self, values: &Values) -> Vec<(u32, [f64; 3])> {
+        let mut changes = Vec::new();
+        for (face, polygon) in (0u32..).zip(self.faces.iter()) {
+            let is_moved = polygon
+                .iter()
+                .any(|&v| self.before[v as usize] != self.after[v as usize]);
+            if !is_moved {
+                continue;
+            }
+            let [old, new] = [self.before, self.after].map(|p| newell(p, polygon));
+            if let Some(n) = triple(values, face).and_then(|n| turned(n, old, new)) {
+                changes.push((face, n));
+            }
+        }
+        changes
+    }
+
+    fn corners(&self, values: &Values, indices: &[u32]) -> CornerNormals {
+        let normal = |corner: usize| {
+            let entry = *indices.get(corner)?;
+            if entry == NONE {
+                None
+            } else {
+                triple(values, entry)
+            }
+        };
+        let (numbers, turned) = self.groups(|corner, _| normal(corner));
+        let table = values.len() / 3;
+        // Which turn holds each entry of the table: that of the first corner that refers to it.
+        let mut holder: Vec<Option<Option<usize>>> = vec![None; table];
+        let mut added: HashMap<(u32, usize), u32> = HashMap::new();
+        let mut changes = CornerNormals::default();
+        for (corner, &v) in self.faces.corners().iter().enumerate() {
+            let Some(n) = normal(corner) else { continue };
+            let entry = indices[corner];
+            let group = if self.affected(v) {
+                numbers.get(&self.group(v, n)).copied()
+            } else {
+                None
+            };
+            let group = group.filter(|&g| turned[g].is_some());
+            match holder[entry as usize] {
+                None => {
+                    holder[entry as usize] = Some(group);
+                    if let Some(n) = group.and_then(|g| turned[g]) {
+                        changes.changed.push((entry, n));
+                    }
+                }
+                Some(held) if held == group => {}
+                Some(_) => {
+                    let value = group.and_then(|g| turned[g]).unwrap_or(n);
+                    let key = (entry, group.unwrap_or(usize::MAX));
+                    let number = *added.entry(key).or_insert_with(|| {
+                        changes.added.push(value);
+                        (table + changes.added.len() - 1) as u32
+                    });
+                    changes.corners.push((corner as u32, number));
+                }
+            }
+        }
+        changes.changed.sort_unstable_by_key(|&(entry, _)| entry);
+        changes
+    }
+}
+
+/// The three numbers of an element.
+fn triple(values: &Values, element: u32) -> Option<[f64; 3]> {
+    let at = 3 * element as usize;
+    let n = [values.get(at)?, values.get(at + 1)?, values.get(at + 2)?];
+    n.iter().all(|x| x.is_finite()).then_some(n)
+}
+
+/// The unit normal of a polygon (Newell), or zero.
+fn newell(positions: &[Point3<f64>], polygon: &[u32]) -> Vector3<f64> {
+    let p = |k: usize| positions[polygon[k % polygon.len()] as usize];
+    let sum: Vector3<f64> = (1..polygon.len())
+        .map(|k| (p(k) - p(0)).cross(&(p(k + 1) - p(0))))
+        .sum();
+    sum.try_normalize(0.0).unwrap_or_default()
+}
+
+/// The angle of a polygon at its corner `k`.
+fn angle(positions: &[Point3<f64>], polygon: &[u32], k: usize) -> f64 {
+    let n = polygon.len();
+    let p = |k: usize| positions[polygon[k % n] as usize];
+    (p(k + 1) - p(k)).angle(&(p(k + n - 1) - p(k)))
+}
+
+/// A normal turned as the surface did; `None` if that changes nothing.
+fn turned(normal: [f64; 3], old: Vector3<f64>, new: Vector3<f64>) -> Option<[f64; 3]> {
+    if old == new {
+        return None;
+    }
+    let old = old.try_normalize(0.0)?;
+    let new = new.try_normalize(0.0)?;
+    let normal = Vector3::from(normal);
+    let result = match Rotation3::rotation_between(&old, &new) {
+        Some(rotation) => rotation * normal,
+        // Turned right over: about any axis in the surface.
+        None => -normal,
+    };
+    let result: [f64; 3] = result.into();
+    result.iter().all(|x| x.is_finite()).then_some(result)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::attributes::{CornerProperty, Property};
+
+    /// Two squares that share the edge 1–4, the right one folded up by the move.
+    fn fold() -> (FaceList, [Vec<Point3<f64>>; 2]) {
+        let faces = [[0u32, 1, 4, 3], [1, 2, 5, 4]].iter().collect();
+        let flat = |x: f64, y: f64| Point3::new(x, y, 0.0);
+        let before = vec![
+            flat(0.0, 0.0),
+            flat(1.0, 0.0),
+            flat(2.0, 0.0),
+            flat(0.0, 1.0),
+            flat(1.0, 1.0),
+            flat(2.0, 1.0),
+        ];
+        let mut after = before.clone();
+        after[2] = Point3::new(1.0, 0.0, 1.0);
+        after[5] = Point3::new(1.0, 1.0, 1.0);
+        (faces, [before, after])
+    }
+
+    fn close(a: [f64; 3], b: [f64; 3]) -> bool {
+        a.iter().zip(b).all(|(x, y)| (x - y).abs() < 1e-12)
+    }
+
+    #[test]
+    fn vertex_normals_turn_where_the_surface_did() {
+        let (faces, [before, after]) = fold();
+        // Twice the unit length, and pointing inward: both are the owner's business.
+        let attributes = Attributes {
+            vertices: vec![Property {
+                name: NORMAL.into(),
+                components: 3,
+                values: Values::F64([0.0, 0.0, -2.0].repeat(6)),
+            }],
+            ..Attributes::default()
+        };
+        let changes = Normals::turned(&attributes, &faces, &before, &after);
+        let numbers: Vec<u32> = changes.vertices.iter().map(|&(v, _)| v).collect();
+        assert_eq!(numbers, [1, 2, 4, 5]);
+        let half = 2.0f64.sqrt();
+        assert!(close(changes.vertices[0].1, [half, 0.0, -half]));
+        assert!(close(changes.vertices[1].1, [2.0, 0.0, 0.0]));
+        let mut changed = attributes.clone();
+        changes.apply(&mut changed);
+        assert_eq!(changed.vertices[0].values.get(0), Some(0.0));
+        assert!((changed.vertices[0].values.get(6).unwrap() - 2.0).abs() < 1e-12);
+        // Nothing moved, nothing changes.
+        assert_eq!(
+            Normals::turned(&attributes, &faces, &before, &before),
+            Normals::default()
+        );
+    }
+
+    #[test]
+    fn corners_that_shared_a_normal_part() {
+        let (faces, [before, after]) = fold();
+        let attributes = Attributes {
+            corners: vec![CornerProperty {
+                name: NORMAL.into(),
+                components: 3,
+                values: Values::F64(vec![0.0, 0.0, 1.0]),
+                indices: vec![0, 0, 0, 0, 0, 0, NONE, 0],
+            }],
+            ..Attributes::default()
+        };
+        let changes = Normals::turned(&attributes, &faces, &before, &after).corners;
+        // The first corner does not turn and keeps the entry.
+        assert!(changes.changed.is_empty());
+        let corners: Vec<u32> = changes.corners.iter().map(|&(c, _)| c).collect();
+        assert_eq!(corners, [1, 2, 4, 5, 7]);
+        let mut changed = attributes;
+        Normals {
+            corners: changes,
+            ..Normals::default()
+        }
+        .apply(&mut changed);
+        assert_eq!(changed.misfit(6, 2, 8), None);
+        let p = &changed.corners[0];
+        let normal = |corner: usize| triple(&p.values, p.indices[corner]).unwrap();
+        assert_eq!(normal(0), [0.0, 0.0, 1.0]);
+        assert!(close(normal(5), [-1.0, 0.0, 0.0]));
+        assert!(close(normal(1), normal(4)));
+    }
+}

@@ -1,0 +1,124 @@
+//! New files: a document in a format that it was not read from.
+
+use std::borrow::Cow;
+use std::collections::HashSet;
+
+use nalgebra::Point3;
+
+use crate::attributes::{Attributes, CornerProperty, Property, Values};
+use crate::document::Document;
+use crate::error::IoError;
+use crate::faces::FaceList;
+use crate::format::Format;
+use crate::{gltf, obj, off, ply, stl};
+
+/// What a new file is made from.
+///
+/// Vertices are welded: where the old format splits a vertex at a seam, the properties that differ
+/// there have become properties of corners.
+pub(crate) struct Contents<'a> {
+    pub(crate) positions: Cow<'a, [Point3<f64>]>,
+    pub(crate) faces: Cow<'a, FaceList>,
+    pub(crate) attributes: Cow<'a, Attributes>,
+}
+
+/// The document as a new file.
+pub(crate) fn write(document: &Document, format: Format) -> Result<Vec<u8>, IoError> {
+    let contents = contents(document)?;
+    match format {
+        Format::Obj => obj::write_new(&contents),
+        Format::Off => off::write_new(&contents),
+        Format::Ply => ply::write_new(&contents),
+        Format::Stl => stl::write_new(&contents),
+        Format::Gltf | Format::Glb => gltf::write_new(&contents, format),
+    }
+}
+
+/// What a new file of this format cannot hold, in words.
+pub(crate) fn losses(document: &Document, format: Format) -> Result<Vec<String>, IoError> {
+    let attributes = contents(document)?.attributes;
+    Ok(match format {
+        Format::Obj => obj::losses(&attributes),
+        Format::Off => off::losses(&attributes),
+        Format::Ply => ply::losses(&attributes),
+        Format::Stl => stl::losses(&attributes),
+        Format::Gltf | Format::Glb => gltf::losses(&attributes),
+    })
+}
+
+fn contents(document: &Document) -> Result<Contents<'_>, IoError> {
+    let places = document.places(crate::weld::Weld::AsFormat)?;
+    let attributes = document.attributes()?;
+    let (positions, faces) = (document.positions(), document.faces());
+    if places
+        .iter()
+        .enumerate()
+        .all(|(v, &place)| v == place as usize)
+    {
+        return Ok(Contents {
+            positions: Cow::Borrowed(positions),
+            faces: Cow::Borrowed(faces),
+            attributes,
+        });
+    }
+    // A vertex that stands for its place keeps its turn among them.
+    let kept: Vec<usize> = (0..positions.len())
+        .filter(|&v| places[v] as usize == v)
+        .collect();
+    let mut number = vec![0u32; positions.len()];
+    (0u32..).zip(&kept).for_each(|(n, &v)| number[v] = n);
+    let attributes = attributes.into_owned();
+    let mut welded = Attributes {
+        vertices: Vec::new(),
+        ..attributes
+    };
+    for property in attributes.vertices {
+        if differs(&property, &places) && !matches!(property.values, Values::Lists { .. }) {
+            welded.corners.push(CornerProperty {
+                name: property.name,
+                components: property.components,
+                values: property.values,
+                indices: faces.corners().to_vec(),
+            });
+        } else {
+            welded.vertices.push(Property {
+                values: property
+                    .values
+                    .gather(property.components, kept.iter().copied()),
+                ..property
+            });
+        }
+    }
+    let polygons = faces
+        .iter()
+        .map(|polygon| -> Vec<u32> {
+            let place = |&v: &u32| number[places[v as usize] as usize];
+            polygon.iter().map(place).collect()
+        })
+        .collect();
+    Ok(Contents {
+        positions: kept.iter().map(|&v| positions[v]).collect(),
+        faces: Cow::Owned(polygons),
+        attributes: Cow::Owned(welded),
+    })
+}
+
+/// Whether vertices at one place differ in a property.
+fn differs(property: &Property, places: &[u32]) -> bool {
+    let k = property.components;
+    let value = |v: usize, i: usize| property.values.get(k * v + i).map(f64::to_bits);
+    places.iter().enumerate().any(|(v, &place)| {
+        place as usize != v && (0..k).any(|i| value(v, i) != value(place as usize, i))
+    })
+}
+
+/// The names of properties, for a warning; each once.
+pub(crate) fn named<'a>(kind: &str, names: impl Iterator<Item = &'a str>) -> Option<String> {
+    let mut seen = HashSet::new();
+    let names: Vec<&str> = names.filter(|name| seen.insert(*name)).collect();
+    match names.as_slice() {
+        [] => None,
+        [name] => Some(format!("the {kind} property {name}")),
+        names => Some(format!("the {kind} properties {}", names.join(", "))),
+    }
+}
