@@ -1,0 +1,39 @@
+#!/usr/bin/env bash
+# Runs the fuzz targets: `scripts/fuzz.sh SECONDS [TARGET...]`, all of them unless some are named.
+#
+# Each starts from fuzz/corpus, runs for so many seconds within 2 GB, and stops at the first
+# finding, which is left in fuzz/artifacts. What is new goes to fuzz/target/corpus, not to the
+# corpus of the repository. Needs cargo-fuzz (`cargo install cargo-fuzz`); a nightly compiler is
+# taken if there is one, and the stable one is told to act as such otherwise.
+# SANITIZER=address also checks the memory use of dependencies, at half the speed.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../fuzz"
+
+seconds=${1:?usage: scripts/fuzz.sh SECONDS [TARGET...]}
+shift
+sanitizer=${SANITIZER:-none}
+toolchain=()
+if RUSTUP_AUTO_INSTALL=0 cargo +nightly --version >/dev/null 2>&1; then
+    toolchain=(+nightly)
+else
+    export RUSTC_BOOTSTRAP=1
+fi
+targets=("$@")
+if [ ${#targets[@]} -eq 0 ]; then
+    mapfile -t targets < <(cargo "${toolchain[@]}" fuzz list)
+fi
+cargo "${toolchain[@]}" fuzz build --sanitizer "$sanitizer"
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+for target in "${targets[@]}"; do
+    echo "-- $target"
+    new=target/corpus/$target
+    mkdir -p "$new" "corpus/$target"
+    if ! cargo "${toolchain[@]}" fuzz run --sanitizer "$sanitizer" "$target" "$new" "corpus/$target" -- \
+        -max_total_time="$seconds" -rss_limit_mb=2048 -timeout=10 -print_final_stats=1 >"$log" 2>&1; then
+        tail -n 60 "$log"
+        exit 1
+    fi
+    # Executions, and coverage as edges (cov) and features (ft).
+    grep -E "DONE|number_of_executed|peak_rss" "$log"
+done

@@ -1,0 +1,317 @@
+//! Files of all formats: read or refused, written back whole, converted.
+
+use cotan_io::{
+    Attributes, COLOR, CornerProperty, Document, FaceList, Format, LabelKind, Labels, Limits, NONE,
+    NORMAL, Property, UV, Values, Weld, read,
+};
+use nalgebra::Point3;
+
+use super::draw::Draw;
+
+/// What a fuzzer may make us do: little enough that each run ends soon.
+pub(super) fn limits() -> Limits {
+    Limits {
+        max_bytes: 1 << 20,
+        max_vertices: 1 << 14,
+        max_faces: 1 << 15,
+        max_corners: 1 << 16,
+        max_memory: 64 << 20,
+        ..Limits::default()
+    }
+}
+
+/// Reads the bytes as a file of `format` (unless they announce another one) and checks everything
+/// that a document promises.
+pub fn read_as(data: &[u8], format: Format) {
+    match read(data, Some(format), &limits()) {
+        Ok(document) => check(&document, data),
+        Err(error) => assert!(!error.to_string().is_empty()),
+    }
+}
+
+fn check(document: &Document, bytes: &[u8]) {
+    let Some(own) = document.format() else {
+        panic!("a document that was read has a format");
+    };
+    let num_vertices = document.positions().len();
+    assert!(num_vertices > 0);
+    for p in document.positions() {
+        assert!(p.iter().all(|x| x.is_finite()), "{p}");
+    }
+    for polygon in document.faces().iter() {
+        assert!(polygon.len() >= 3 && polygon.iter().all(|&v| (v as usize) < num_vertices));
+    }
+    let same = write(document, own);
+    // A compressed file is written as what it holds.
+    assert!(
+        same == bytes || bytes.starts_with(b"\x1f\x8b"),
+        "{own} changed"
+    );
+
+    if let Ok(attributes) = document.attributes() {
+        let attributes = attributes.into_owned();
+        let made = Document::new(document.positions().to_vec(), document.faces().clone())
+            .and_then(|made| made.with_attributes(attributes));
+        made.unwrap_or_else(|error| panic!("attributes of {own}: {error}"));
+        for format in Format::ALL {
+            document.losses(format);
+            convert(document, format);
+        }
+    }
+    move_all(document, own);
+}
+
+fn write(document: &Document, format: Format) -> Vec<u8> {
+    document
+        .write(format)
+        .unwrap_or_else(|error| panic!("{format}: {error}"))
+}
+
+/// The numbers that a format keeps of a coordinate.
+fn kept(format: Format, x: f64) -> f64 {
+    match format {
+        Format::Stl | Format::Gltf | Format::Glb => f64::from(x as f32),
+        _ => x,
+    }
+}
+
+/// Every format holds the surface, or says that its numbers do not.
+fn convert(document: &Document, format: Format) {
+    let Ok(bytes) = document.write(format) else {
+        return;
+    };
+    let triangles = document.faces().num_triangles();
+    let again = match read(bytes, Some(format), &Limits::default()) {
+        Ok(again) => again,
+        Err(error) => {
+            assert!(triangles == 0, "{format}: {error}");
+            return;
+        }
+    };
+    assert_eq!(again.faces().num_triangles(), triangles, "as {format}");
+    let corner = |document: &Document, places: bool| -> Vec<Point3<f64>> {
+        let mut corners: Vec<_> = document
+            .faces()
+            .corners()
+            .iter()
+            .map(|&v| document.positions()[v as usize].map(|x| kept(format, x) + 0.0))
+            .collect();
+        if places {
+            corners.sort_by(|a, b| {
+                a.coords
+                    .as_slice()
+                    .partial_cmp(b.coords.as_slice())
+                    .unwrap()
+            });
+        }
+        corners
+    };
+    // Materials may change the order of faces, and polygons are cut, in formats of triangles.
+    if matches!(format, Format::Obj | Format::Ply | Format::Off) {
+        assert_eq!(
+            corner(document, false),
+            corner(&again, false),
+            "as {format}"
+        );
+    } else if document.faces().iter().all(|polygon| polygon.len() == 3)
+        && document.format() != Some(Format::Gltf)
+        && document.format() != Some(Format::Glb)
+    {
+        assert_eq!(corner(document, true), corner(&again, true), "as {format}");
+    }
+}
+
+/// Moved vertices come back, and nothing else changes.
+fn move_all(document: &Document, own: Format) {
+    let Ok(surface) = document.surface() else {
+        return;
+    };
+    assert!(surface.mesh().is_triangle_mesh());
+    surface
+        .mesh()
+        .validate()
+        .unwrap_or_else(|error| panic!("{error}"));
+    let mut moved = document.clone();
+    let positions = surface
+        .positions()
+        .map(|p| p.map(|x| (x * 0.5).round() + 1.0));
+    moved
+        .set_positions(&surface, &positions)
+        .unwrap_or_else(|error| panic!("{error}"));
+    // A number type may be too small, and a normal may be no number.
+    let Ok(bytes) = moved.write(own) else { return };
+    let again = read(bytes, Some(own), &limits()).unwrap_or_else(|error| panic!("{own}: {error}"));
+    assert_eq!(again.faces().num_corners(), moved.faces().num_corners());
+    let is_local = matches!(own, Format::Gltf | Format::Glb);
+    if own != Format::Stl {
+        for (a, b) in again.positions().iter().zip(moved.positions()) {
+            // Through the transform of a node and back, rounding is all that is lost.
+            let scale = b.coords.amax().max(1.0);
+            let close = (a - b).amax() <= 1e-3 * scale;
+            assert!(close || is_local, "{a} is not {b}");
+        }
+    }
+}
+
+/// Whatever the faces are, the repair of everything leaves a surface or nothing.
+#[cfg(any())]
+fn repair(document: &Document) {
+    let Ok(repaired) = Repair::all().apply(document) else {
+        return;
+    };
+    let document = repaired.document;
+    if !document.faces().is_empty() {
+        let surface = document.surface_with(Weld::AsFormat);
+        surface.unwrap_or_else(|error| panic!("after repair: {error}"));
+    }
+}
+
+/// A document with attributes of all kinds, written in every format and read back.
+pub fn document_roundtrip(data: &[u8]) {
+    let mut draw = Draw::new(data);
+    let Some(document) = arbitrary(&mut draw) else {
+        return;
+    };
+    for format in Format::ALL {
+        let Ok(bytes) = document.write(format) else {
+            continue;
+        };
+        let again = match read(bytes.as_slice(), Some(format), &Limits::default()) {
+            Ok(again) => again,
+            Err(error) => {
+                // A file of triangles cannot say that there are none.
+                assert!(document.faces().is_empty(), "{format}: {error}");
+                continue;
+            }
+        };
+        assert_eq!(again.format(), Some(format));
+        let attributes = again
+            .attributes()
+            .unwrap_or_else(|error| panic!("{format}: {error}"));
+        assert_eq!(
+            again.faces().num_triangles(),
+            document.faces().num_triangles()
+        );
+        if matches!(format, Format::Obj | Format::Ply | Format::Off) {
+            assert_eq!(again.faces(), document.faces(), "{format}");
+            assert_eq!(again.positions(), document.positions(), "{format}");
+            if document.losses(format).is_empty() {
+                let expected = document
+                    .attributes()
+                    .unwrap_or_else(|error| panic!("{error}"));
+                assert_eq!(attributes, expected, "{format}");
+            }
+        }
+        assert!(write(&again, format) == bytes, "{format} changed");
+        // A second time through, nothing more is lost.
+        let made = Document::new(again.positions().to_vec(), again.faces().clone())
+            .and_then(|made| made.with_attributes(attributes.into_owned()))
+            .unwrap_or_else(|error| panic!("{format}: {error}"));
+        let twice = read(write(&made, format), Some(format), &Limits::default())
+            .unwrap_or_else(|error| panic!("{format}: {error}"));
+        assert_eq!(twice.positions(), again.positions(), "{format}");
+        assert_eq!(twice.faces(), again.faces(), "{format}");
+    }
+}
+
+/// A small document; `None` if its faces are refused.
+fn arbitrary(draw: &mut Draw<'_>) -> Option<Document> {
+    let num_vertices = 3 + draw.below(20);
+    let positions = (0..num_vertices)
+        .map(|_| Point3::new(draw.real(), draw.real(), draw.real()))
+        .collect();
+    let faces: FaceList = (0..draw.below(20))
+        .map(|_| -> Vec<u32> {
+            let degree = 3 + draw.below(4);
+            (0..degree)
+                .map(|_| draw.below(num_vertices) as u32)
+                .collect()
+        })
+        .collect();
+    let mut attributes = Attributes::default();
+    let (num_faces, num_corners) = (faces.len(), faces.num_corners());
+    for _ in 0..draw.below(5) {
+        add_attribute(
+            draw,
+            &mut attributes,
+            [num_vertices, num_faces, num_corners],
+        );
+    }
+    Document::new(positions, faces)
+        .ok()?
+        .with_attributes(attributes)
+        .ok()
+}
+
+fn add_attribute(draw: &mut Draw<'_>, attributes: &mut Attributes, counts: [usize; 3]) {
+    let [num_vertices, num_faces, num_corners] = counts;
+    match draw.below(7) {
+        0 => attributes.vertices.push(property(draw, num_vertices)),
+        1 => attributes.faces.push(property(draw, num_faces)),
+        2 | 3 => {
+            let (name, components) = [(UV, 2), (NORMAL, 3), (UV, 3)][draw.below(3)];
+            if attributes.corner(name).is_some() {
+                return;
+            }
+            let table = 1 + draw.below(5);
+            attributes.corners.push(CornerProperty {
+                name: name.into(),
+                components,
+                values: values(draw, table * components),
+                indices: (0..num_corners)
+                    .map(|_| match draw.below(table + 1) {
+                        0 => NONE,
+                        i => i as u32 - 1,
+                    })
+                    .collect(),
+            });
+        }
+        4 | 5 => {
+            let kinds = [
+                LabelKind::Object,
+                LabelKind::Group,
+                LabelKind::Material,
+                LabelKind::Smoothing,
+            ];
+            let kind = kinds[draw.below(4)];
+            if attributes.label(kind).is_some() {
+                return;
+            }
+            let names: Vec<String> = (0..1 + draw.below(3)).map(|_| draw.name()).collect();
+            let faces = (0..num_faces)
+                .map(|_| match draw.below(names.len() + 1) {
+                    0 => NONE,
+                    i => i as u32 - 1,
+                })
+                .collect();
+            attributes.labels.push(Labels { kind, names, faces });
+        }
+        _ => {
+            let name = draw.name();
+            attributes.comments.push(name);
+        }
+    }
+}
+
+fn property(draw: &mut Draw<'_>, count: usize) -> Property {
+    let (name, components) = match draw.below(5) {
+        0 => (NORMAL.to_owned(), 3),
+        1 => (COLOR.to_owned(), 3 + draw.below(2)),
+        2 => (UV.to_owned(), 2),
+        _ => (draw.name(), 1),
+    };
+    Property {
+        values: values(draw, count * components),
+        name,
+        components,
+    }
+}
+
+fn values(draw: &mut Draw<'_>, count: usize) -> Values {
+    match draw.below(4) {
+        0 => Values::U8((0..count).map(|_| draw.byte()).collect()),
+        1 => Values::I32((0..count).map(|_| draw.u32() as i32).collect()),
+        2 => Values::F32((0..count).map(|_| draw.real() as f32).collect()),
+        _ => Values::F64((0..count).map(|_| draw.real()).collect()),
+    }
+}

@@ -1,0 +1,46 @@
+//! The bodies of the fuzz targets.
+//!
+//! They live here and not in `fuzz/`, so that the ordinary tests run them too, on the corpus and on
+//! everything that a fuzzer ever found. A body panics where a promise is broken.
+
+mod differential;
+mod draw;
+mod files;
+mod halfedge;
+mod pipeline;
+mod seeds;
+
+pub use differential::obj_differential;
+pub use files::{document_roundtrip, read_as};
+pub use halfedge::{halfedge_build, halfedge_edits};
+pub use pipeline::pipeline;
+pub use seeds::seeds;
+
+use cotan_io::Format;
+
+/// A fuzz target: bytes in, a panic if something is wrong.
+pub type Target = fn(&[u8]);
+
+/// All targets by name.
+pub const TARGETS: [(&str, Target); 10] = [
+    ("obj", |data| read_as(data, Format::Obj)),
+    ("ply", |data| read_as(data, Format::Ply)),
+    ("gltf", |data| read_as(data, Format::Gltf)),
+    ("stl", |data| read_as(data, Format::Stl)),
+    ("off", |data| read_as(data, Format::Off)),
+    ("document_roundtrip", document_roundtrip),
+    ("halfedge_build", halfedge_build),
+    ("halfedge_edits", halfedge_edits),
+    ("obj_differential", obj_differential),
+    ("pipeline", pipeline),
+];
+
+/// The body of a target.
+///
+/// # Panics
+/// If there is no such target, or if it finds something.
+pub fn run(target: &str, data: &[u8]) {
+    let found = TARGETS.iter().find(|(name, _)| *name == target);
+    let (_, body) = found.unwrap_or_else(|| panic!("there is no fuzz target {target}"));
+    body(data);
+}
