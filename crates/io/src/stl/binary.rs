@@ -237,9 +237,7 @@ impl SourceFile for BinaryStl {
 }
 
 fn attribute(row: &[u8]) -> u16 {
-    let bytes = row
-        .get(ATTRIBUTE_AT..FACET)
-        .and_then(|b| b.try_into().ok());
+    let bytes = row.get(ATTRIBUTE_AT..FACET).and_then(|b| b.try_into().ok());
     u16::from_le_bytes(bytes.unwrap_or_default())
 }
 

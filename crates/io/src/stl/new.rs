@@ -23,7 +23,10 @@ pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
         1 => losses.push("a vertex that no face uses".to_owned()),
         n => losses.push(format!("{n} vertices that no face uses")),
     }
-    if positions.iter().any(|p| p.map(|x| f64::from(x as f32)) != *p) {
+    if positions
+        .iter()
+        .any(|p| p.map(|x| f64::from(x as f32)) != *p)
+    {
         losses.push("digits of coordinates beyond single precision".to_owned());
     }
     match faces.iter().filter(|polygon| polygon.len() > 3).count() {

@@ -468,12 +468,20 @@ impl Rebuilt<'_> {
         let words = file.words(facet.beside as usize);
         let start = words[0].start;
         let end = words[NUM_WORDS - 1].end();
-        let solids = &file.layout.solids;
-        let body = self.current.and_then(|s| solids.get(s)).map_or(0, |s| s.body);
+        let solid = self.current.and_then(|s| file.layout.solids.get(s));
+        let (body, first) = solid.map_or((0, 0), |s| (s.body, s.facets.start));
+        // A facet is copied with the blanks before it, as far as they belong to its solid.
         let before = file.bytes.get(body..start).unwrap_or(&[]);
-        let blanks = before.len() - before.trim_ascii_end().len();
-        let text = file.bytes.get(start - blanks..end).unwrap_or(&[]);
-        let offset = start - blanks;
+        let mut offset = body + before.trim_ascii_end().len();
+        if self.out.ends_with(b"\n") && facet.beside as usize != first {
+            let blanks = file.bytes.get(offset..start).unwrap_or(&[]);
+            offset += match blanks {
+                [b'\r', b'\n', ..] => 2,
+                [b'\r' | b'\n', ..] => 1,
+                _ => 0,
+            };
+        }
+        let text = file.bytes.get(offset..end).unwrap_or(&[]);
         let mut patch = TextPatch::new(text);
         let mut replace = |at: usize, new: [String; 3]| {
             for (word, new) in words[at..].iter().zip(new) {
@@ -485,9 +493,15 @@ impl Rebuilt<'_> {
             }
         };
         if facet.source.is_none() {
-            replace(NORMAL_AT, rebuild::normal(&facet.positions(mesh)).map(shortest));
+            replace(
+                NORMAL_AT,
+                rebuild::normal(&facet.positions(mesh)).map(shortest),
+            );
         } else if facet.is_turned {
-            replace(NORMAL_AT, [0, 1, 2].map(|k| negated(words[NORMAL_AT + k].text)));
+            replace(
+                NORMAL_AT,
+                [0, 1, 2].map(|k| negated(words[NORMAL_AT + k].text)),
+            );
         }
         for (at, corner) in CORNER_AT.into_iter().zip(facet.corners) {
             let new = match corner.old {
