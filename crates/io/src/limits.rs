@@ -52,6 +52,18 @@ impl Default for Limits {
 }
 
 impl Limits {
+    /// No bounds, for what was made here from a file that was read within bounds.
+    pub(crate) const NONE: Self = Self {
+        max_bytes: u64::MAX,
+        max_vertices: usize::MAX,
+        max_faces: usize::MAX,
+        max_corners: usize::MAX,
+        max_degree: usize::MAX,
+        max_depth: usize::MAX,
+        max_line: usize::MAX,
+        max_memory: u64::MAX,
+    };
+
     pub(crate) fn check_bytes(&self, count: u64) -> Result<(), IoError> {
         check("bytes", count, self.max_bytes)
     }

@@ -1,0 +1,66 @@
+//! Stereolithography STL, text and binary: triangles, each with the coordinates of its corners.
+//!
+//! The vertices of the document are the distinct positions (−0 is 0) in the order in which they
+//! first appear, so a soup of triangles becomes a surface; its faces are the facets, also those
+//! with a corner twice. A facet keeps its normal (face property [`NORMAL`](crate::NORMAL), unless
+//! all are zero) and, in a binary file, its two attribute bytes (face property `attribute`, unless
+//! all are zero). The solids of a text file are labels.
+//!
+//! Which form a file has is decided by its size and content, never by the word `solid` alone,
+//! which also begins the header of many binary files. Sources: 3D Systems, "StereoLithography
+//! Interface Specification", 1988; M. Burns, "Automated Fabrication", 1993, section 6.5.
+
+mod binary;
+mod new;
+mod rebuild;
+mod soup;
+mod text;
+mod words;
+
+#[cfg(test)]
+mod tests;
+
+use crate::document::Document;
+use crate::error::{IoError, Place};
+use crate::limits::Limits;
+use crate::text as lines;
+
+pub(crate) use new::{losses, write_new};
+
+/// The name of the face property that holds the attribute bytes of a binary facet.
+const ATTRIBUTE: &str = "attribute";
+
+/// Whether the content is an STL: a binary file as long as its count of facets says or longer, or
+/// the word `solid` with facets behind it.
+pub(crate) fn is_stl(bytes: &[u8]) -> bool {
+    // The count of a text file that is taken for a binary one is at least 0x09090909: none is
+    // that long.
+    match binary::count(bytes) {
+        Some(count) if binary::length(count) == bytes.len() as u64 => return true,
+        Some(count) if count > 0 && binary::length(count) < bytes.len() as u64 => {
+            let first = lines::Tokens::new(bytes).next();
+            return !first.is_some_and(|word| crate::off::is_header_word(word.text));
+        }
+        _ => {}
+    }
+    text::is_text(bytes)
+}
+
+/// Reads an STL file.
+pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError> {
+    let is_binary = binary::count(&bytes)
+        .is_some_and(|count| count > 0 && binary::length(count) <= bytes.len() as u64);
+    if !is_binary && (text::is_text(&bytes) || text::starts_as_text(&bytes)) {
+        return text::read(bytes, limits);
+    }
+    if bytes.len() < binary::HEADER {
+        return Err(IoError::Malformed {
+            place: Place::Byte(bytes.len()),
+            problem: format!(
+                "this is no STL: a text starts with `solid`, and a binary file has {} bytes or more",
+                binary::HEADER
+            ),
+        });
+    }
+    binary::read(bytes, limits)
+}

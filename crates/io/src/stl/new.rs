@@ -1,0 +1,139 @@
+//! New STL files, which are binary.
+
+use nalgebra::Point3;
+
+use super::binary::{self, FACET, TITLE};
+use super::{ATTRIBUTE, rebuild};
+use crate::attributes::{NORMAL, Property, Values};
+use crate::error::IoError;
+use crate::triangulate::Triangulator;
+use crate::writer::{Contents, named};
+
+/// What a new STL file cannot hold of a document, in words.
+pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
+    let (positions, faces) = (&contents.positions, &contents.faces);
+    let attributes = &contents.attributes;
+    let mut losses = Vec::new();
+    let mut is_used = vec![false; positions.len()];
+    for &v in faces.corners() {
+        is_used[v as usize] = true;
+    }
+    match is_used.iter().filter(|&&used| !used).count() {
+        0 => {}
+        1 => losses.push("a vertex that no face uses".to_owned()),
+        n => losses.push(format!("{n} vertices that no face uses")),
+    }
+    if positions
+        .iter()
+        .any(|p| p.map(|x| f64::from(x as f32)) != *p)
+    {
+        losses.push("digits of coordinates beyond single precision".to_owned());
+    }
+    match faces.iter().filter(|polygon| polygon.len() > 3).count() {
+        0 => {}
+        n => losses.push(format!("{n} polygons (they become triangles)")),
+    }
+    let names = attributes.vertices.iter().map(|p| p.name.as_str());
+    losses.extend(named("vertex", names));
+    let lost = attributes.faces.iter().filter(|p| !is_kept(p));
+    losses.extend(named("face", lost.map(|p| p.name.as_str())));
+    let names = attributes.corners.iter().map(|p| p.name.as_str());
+    losses.extend(named("corner", names));
+    for labels in &attributes.labels {
+        losses.push(format!("the labels {:?}", labels.kind).to_lowercase());
+    }
+    match attributes.comments.len() {
+        0 => {}
+        n => losses.push(format!("{n} comments")),
+    }
+    if !attributes.libraries.is_empty() {
+        losses.push("the material libraries".to_owned());
+    }
+    losses
+}
+
+fn is_kept(property: &Property) -> bool {
+    is_normal(property) || is_attribute(property)
+}
+
+fn is_normal(property: &Property) -> bool {
+    property.name == NORMAL
+        && property.components == 3
+        && !matches!(property.values, Values::Lists { .. })
+}
+
+fn is_attribute(property: &Property) -> bool {
+    property.name == ATTRIBUTE
+        && property.components == 1
+        && matches!(property.values, Values::U16(_))
+}
+
+/// A new binary STL; polygons are cut into triangles, coordinates rounded to 32 bits.
+pub(crate) fn write_new(contents: &Contents<'_>) -> Result<Vec<u8>, IoError> {
+    let (positions, faces) = (&*contents.positions, &*contents.faces);
+    let num_facets = faces.num_triangles();
+    let too_many = || IoError::OverLimit {
+        what: "facets of a binary STL",
+        limit: u32::MAX.into(),
+    };
+    let count = u32::try_from(num_facets).map_err(|_| too_many())?;
+    let properties = &contents.attributes.faces;
+    let normals = properties.iter().find(|p| is_normal(p));
+    let attributes = properties.iter().find(|p| is_attribute(p));
+
+    let length = usize::try_from(binary::length(count)).map_err(|_| too_many())?;
+    let mut bytes = Vec::with_capacity(length);
+    bytes.extend_from_slice(TITLE_TEXT);
+    bytes.resize(TITLE, 0);
+    bytes.extend_from_slice(&count.to_le_bytes());
+    let mut triangulator = Triangulator::new(positions, faces.num_corners());
+    for (face, polygon) in faces.iter().enumerate() {
+        let given = normals.and_then(|p| normal(p, face));
+        let attribute = attributes.and_then(|p| p.values.get(face));
+        // The cast is exact: the values are 16-bit integers.
+        let attribute = attribute.map_or(0, |a| a as u16);
+        let mut outcome = Ok(());
+        triangulator.cut(polygon, |triangle| {
+            if outcome.is_ok() {
+                outcome = push(&mut bytes, positions, triangle, given, attribute);
+            }
+        });
+        outcome?;
+    }
+    Ok(bytes)
+}
+
+/// The header; it must not start with `solid`.
+const TITLE_TEXT: &[u8] = b"cotan";
+
+fn push(
+    bytes: &mut Vec<u8>,
+    positions: &[Point3<f64>],
+    triangle: [u32; 3],
+    given: Option<[f32; 3]>,
+    attribute: u16,
+) -> Result<(), IoError> {
+    let corners = triangle.map(|v| positions[v as usize]);
+    let normal = given.unwrap_or_else(|| rebuild::normal(&corners).map(|x| x as f32));
+    let mut row = [0u8; FACET];
+    binary::set(&mut row, 0, normal);
+    for (k, (v, position)) in triangle.into_iter().zip(corners).enumerate() {
+        binary::set(&mut row, k + 1, binary::single(v, position)?);
+    }
+    binary::set_attribute(&mut row, attribute);
+    bytes.extend_from_slice(&row);
+    Ok(())
+}
+
+/// The normal of a face as 32-bit numbers; `None` if one is too large for them.
+fn normal(property: &Property, face: usize) -> Option<[f32; 3]> {
+    let mut normal = [0.0; 3];
+    for (axis, x) in normal.iter_mut().enumerate() {
+        let given = property.values.get(3 * face + axis)?;
+        *x = given as f32;
+        if x.is_infinite() && given.is_finite() {
+            return None;
+        }
+    }
+    Some(normal)
+}

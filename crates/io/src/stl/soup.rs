@@ -1,0 +1,75 @@
+//! Facets to a mesh: corners at exactly the same place are one vertex.
+
+use std::collections::HashMap;
+use std::hash::Hash;
+
+use foldhash::fast::RandomState;
+use nalgebra::Point3;
+
+use crate::document::Parsed;
+use crate::error::{IoError, Warning};
+use crate::faces::FaceList;
+use crate::limits::Limits;
+
+/// A mesh that grows by facets.
+///
+/// `K` tells positions apart: the bits of three coordinates in the file's precision.
+pub(super) struct Soup<'a, K> {
+    limits: &'a Limits,
+    /// Bytes that are held besides vertices and faces: the file, and where its facets stand.
+    held_bytes: usize,
+    numbers: HashMap<K, u32, RandomState>,
+    positions: Vec<Point3<f64>>,
+    faces: FaceList,
+}
+
+impl<'a, K: Hash + Eq> Soup<'a, K> {
+    pub(super) fn new(limits: &'a Limits, held_bytes: usize) -> Self {
+        Self {
+            limits,
+            held_bytes,
+            numbers: HashMap::default(),
+            positions: Vec::new(),
+            faces: FaceList::new(),
+        }
+    }
+
+    /// So many bytes are held now.
+    pub(super) fn set_held(&mut self, num_bytes: usize) {
+        self.held_bytes = num_bytes;
+    }
+
+    /// The number that the next new vertex will have.
+    pub(super) fn next_vertex(&self) -> usize {
+        self.positions.len()
+    }
+
+    pub(super) fn facet(&mut self, corners: [(K, Point3<f64>); 3]) -> Result<(), IoError> {
+        let num_corners = self.faces.num_corners() + 3;
+        self.limits.check_faces(self.faces.len() + 1)?;
+        self.limits.check_degree(3)?;
+        self.limits.check_corners(num_corners)?;
+        self.limits
+            .check_memory(self.held_bytes, self.positions.len() + 3, num_corners)?;
+        for (place, position) in corners {
+            let next = self.positions.len() as u32;
+            let vertex = *self.numbers.entry(place).or_insert(next);
+            if vertex == next {
+                self.limits.check_vertices(self.positions.len() + 1)?;
+                self.positions.push(position);
+            }
+            self.faces.push_corner(vertex);
+        }
+        self.faces.end_face();
+        Ok(())
+    }
+
+    pub(super) fn finish(self, warnings: Vec<Warning>) -> Parsed {
+        Parsed {
+            positions: self.positions,
+            faces: self.faces,
+            warnings,
+            ..Parsed::default()
+        }
+    }
+}
