@@ -76,6 +76,21 @@ impl FaceList {
         self.corners.push(vertex);
     }
 
+    /// Appends faces: their corners, and where each ends among those.
+    ///
+    /// The readers keep the number of corners below 2^32 (`Limits::check_corners`).
+    pub(crate) fn append(&mut self, corners: &[u32], ends: &[u32]) {
+        let start = self.corners.len() as u32;
+        self.corners.extend_from_slice(corners);
+        self.ends.extend(ends.iter().map(|end| start + end));
+    }
+
+    /// Makes room for more faces and corners.
+    pub(crate) fn reserve(&mut self, faces: usize, corners: usize) {
+        self.ends.reserve(faces);
+        self.corners.reserve(corners);
+    }
+
     /// Ends the face that is being built and returns its degree.
     ///
     /// The readers keep the number of corners below 2^32 (`Limits::check_corners`).

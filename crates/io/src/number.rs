@@ -10,8 +10,87 @@ use std::fmt::Write as _;
 /// including `nan` and `inf`, which the caller refuses where they matter.
 #[inline]
 pub(crate) fn parse_f64(text: &[u8]) -> Option<f64> {
-    parse_short(text).or_else(|| std::str::from_utf8(text).ok()?.parse().ok())
+    parse_short(text).or_else(|| fast_float2::parse(text).ok())
 }
+
+/// A decimal number that starts at `at` and the place behind it, where a blank or line end stands;
+/// `None` if it is not followed by one of those, or too close to the end of the text for a look
+/// at eight bytes at once.
+#[inline]
+pub(crate) fn decimal(text: &[u8], at: usize) -> Option<(f64, usize)> {
+    let first = *text.get(at)?;
+    let start = at + usize::from(first == b'-');
+    let (whole, num_whole) = digits8(text, start)?;
+    let mut mantissa = u64::from(whole);
+    let mut end = start + num_whole;
+    let mut num_fraction = 0;
+    if num_whole < 8 && text.get(end) == Some(&b'.') {
+        end += 1;
+        let (fraction, count) = digits8(text, end)?;
+        mantissa = mantissa * TENS[count] + u64::from(fraction);
+        num_fraction = count;
+        if count == 8 {
+            let (fraction, count) = digits8(text, end + 8)?;
+            // Up to 7 digits before the point and 8 behind it: no overflow with 4 more.
+            if count > 4 {
+                return long_decimal(text, at);
+            }
+            mantissa = mantissa * TENS[count] + u64::from(fraction);
+            num_fraction += count;
+        }
+        end += num_fraction;
+    }
+    let is_short = num_whole + num_fraction > 0 && mantissa <= 1 << 53;
+    if *text.get(end)? > b' ' || !is_short {
+        return long_decimal(text, at);
+    }
+    let magnitude = mantissa as f64 / POWERS_OF_TEN[num_fraction];
+    let value = if first == b'-' { -magnitude } else { magnitude };
+    Some((value, end))
+}
+
+/// A number of any form.
+#[inline(never)]
+fn long_decimal(text: &[u8], at: usize) -> Option<(f64, usize)> {
+    let (value, length) = fast_float2::parse_partial(text.get(at..)?).ok()?;
+    let end = at + length;
+    (*text.get(end)? <= b' ').then_some((value, end))
+}
+
+/// The number that up to eight digits from `at` on give, and how many there are; `None` if there
+/// are not eight bytes.
+///
+/// All eight bytes are worked on at once: those behind the first that is no digit are shifted
+/// out, zeros come in at the front, and three multiplications join the digits in pairs.
+#[inline]
+pub(crate) fn digits8(text: &[u8], at: usize) -> Option<(u32, usize)> {
+    let bytes = *text.get(at..)?.first_chunk::<8>()?;
+    let digits = u64::from_le_bytes(bytes) ^ 0x3030_3030_3030_3030;
+    // The high bit of every byte above 9; a carry reaches only bytes behind such a one.
+    let others = (digits.wrapping_add(0x7676_7676_7676_7676) | digits) & 0x8080_8080_8080_8080;
+    let count = (others.trailing_zeros() / 8) as usize;
+    if count == 0 {
+        return Some((0, 0));
+    }
+    let digits = digits << (8 * (8 - count));
+    let pairs = digits.wrapping_mul(10).wrapping_add(digits >> 8);
+    let low = (pairs & 0x0000_00ff_0000_00ff).wrapping_mul(0x000f_4240_0000_0064);
+    let high = ((pairs >> 16) & 0x0000_00ff_0000_00ff).wrapping_mul(0x0000_2710_0000_0001);
+    Some(((low.wrapping_add(high) >> 32) as u32, count))
+}
+
+/// Powers of ten.
+const TENS: [u64; 9] = [
+    1,
+    10,
+    100,
+    1_000,
+    10_000,
+    100_000,
+    1_000_000,
+    10_000_000,
+    100_000_000,
+];
 
 #[inline]
 fn parse_short(text: &[u8]) -> Option<f64> {
@@ -116,6 +195,22 @@ pub(crate) fn parse_integer(text: &[u8]) -> Option<i64> {
         value = value * 10 + i64::from(d);
     }
     Some(if negative { -value } else { value })
+}
+
+/// Appends a whole number.
+pub(crate) fn push_integer(out: &mut String, mut value: u64) {
+    // The largest has 20 digits.
+    let mut digits = [b'0'; 20];
+    let mut start = digits.len();
+    loop {
+        start -= 1;
+        digits[start] += (value % 10) as u8;
+        value /= 10;
+        if value == 0 {
+            break;
+        }
+    }
+    out.extend(digits[start..].iter().map(|&d| char::from(d)));
 }
 
 /// Appends the shortest decimal number that reads back as `value`.

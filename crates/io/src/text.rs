@@ -57,10 +57,7 @@ impl<'a> Iterator for Lines<'a> {
             .bytes
             .get(self.next..)
             .filter(|rest| !rest.is_empty())?;
-        let length = rest
-            .iter()
-            .position(|&b| b == b'\n' || b == b'\r')
-            .unwrap_or(rest.len());
+        let length = memchr::memchr2(b'\n', b'\r', rest).unwrap_or(rest.len());
         let end = match rest[length..] {
             [b'\r', b'\n', ..] => 2,
             [] => 0,

@@ -1,0 +1,167 @@
+//! Lines of the usual form, parsed in one go over the bytes: `v x y z` with plain decimals, `f`
+//! with plain corners, and lines that are only counted. Whatever is not of that form is left to
+//! the reader of statements of any form; both agree on every line that this one takes.
+
+use nalgebra::Point3;
+
+use crate::number::{self, digits8};
+use crate::obj::parse::Piece;
+
+/// Takes the line that starts at `at` into the piece and gives the start of the next one; `None`,
+/// with the piece as it was, if the line is not of the usual form or longer than `longest`.
+#[inline]
+pub(super) fn line(piece: &mut Piece, text: &[u8], at: usize, longest: usize) -> Option<usize> {
+    let next = match text.get(at..at + 2)? {
+        b"v " => vertex(piece, text, at + 2, at, longest)?,
+        b"f " => face(piece, text, at + 2, at, longest)?,
+        b"vt" if text.get(at + 2) == Some(&b' ') => {
+            let next = skip(text, at + 3, at, longest)?;
+            piece.counts.add_texture();
+            next
+        }
+        b"vn" if text.get(at + 2) == Some(&b' ') => {
+            let next = skip(text, at + 3, at, longest)?;
+            piece.counts.add_normal();
+            next
+        }
+        _ => return None,
+    };
+    Some(next)
+}
+
+#[inline]
+fn vertex(
+    piece: &mut Piece,
+    text: &[u8],
+    mut at: usize,
+    start: usize,
+    longest: usize,
+) -> Option<usize> {
+    let mut position = [0.0; 3];
+    for x in &mut position {
+        at = blanks(text, at)?;
+        (*x, at) = number::decimal(text, at)?;
+        if !x.is_finite() {
+            return None;
+        }
+    }
+    let next = end_of_line(text, at, start, longest).or_else(|| skip(text, at, start, longest))?;
+    piece.positions.push(Point3::from(position));
+    Some(next)
+}
+
+#[inline]
+fn face(piece: &mut Piece, text: &[u8], at: usize, start: usize, longest: usize) -> Option<usize> {
+    let first = piece.corners.len();
+    let next = corners(piece, text, at, start, longest);
+    if next.is_some() {
+        piece.end_face();
+    } else {
+        piece.corners.truncate(first);
+    }
+    next
+}
+
+/// The corners of a face that names its vertices by their numbers; those that are left behind
+/// where this gives `None` are the caller's to drop.
+#[inline]
+fn corners(
+    piece: &mut Piece,
+    text: &[u8],
+    mut at: usize,
+    start: usize,
+    longest: usize,
+) -> Option<usize> {
+    let mut degree = 0;
+    let mut largest = 0;
+    loop {
+        at = blanks(text, at)?;
+        if *text.get(at)? <= b' ' {
+            break;
+        }
+        let (index, behind) = integer(text, at)?;
+        at = behind;
+        if text.get(at) == Some(&b'/') {
+            at = reference(text, at + 1)?;
+            if text.get(at) == Some(&b'/') {
+                at = reference(text, at + 1)?;
+            }
+        }
+        // Longer faces have their degree checked while they grow.
+        if *text.get(at)? > b' ' || index == 0 || degree == MOST_CORNERS {
+            return None;
+        }
+        largest = largest.max(index - 1);
+        piece.corners.push(index - 1);
+        degree += 1;
+    }
+    if degree < 3 {
+        return None;
+    }
+    let next = end_of_line(text, at, start, longest)?;
+    piece.largest = piece.largest.max(Some(largest));
+    Some(next)
+}
+
+/// The most corners of a face that is of the usual form.
+const MOST_CORNERS: usize = 16;
+
+/// Behind the blanks from `at` on.
+#[inline]
+fn blanks(text: &[u8], mut at: usize) -> Option<usize> {
+    while matches!(*text.get(at)?, b' ' | b'\t') {
+        at += 1;
+    }
+    Some(at)
+}
+
+/// A positive number of up to nine digits, and what is behind it.
+#[inline]
+fn integer(text: &[u8], at: usize) -> Option<(u32, usize)> {
+    let (value, count) = digits8(text, at)?;
+    match count {
+        0 => None,
+        8 => {
+            let last = text.get(at + 8)?.wrapping_sub(b'0');
+            if last > 9 {
+                return Some((value, at + 8));
+            }
+            let next = text.get(at + 9)?.wrapping_sub(b'0');
+            (next > 9).then_some((value * 10 + u32::from(last), at + 9))
+        }
+        _ => Some((value, at + count)),
+    }
+}
+
+/// Behind a number that is not needed now.
+#[inline]
+fn reference(text: &[u8], mut at: usize) -> Option<usize> {
+    if text.get(at) == Some(&b'-') {
+        at += 1;
+    }
+    while text.get(at)?.is_ascii_digit() {
+        at += 1;
+    }
+    Some(at)
+}
+
+/// Behind the line end at `at`.
+#[inline]
+fn end_of_line(text: &[u8], at: usize, start: usize, longest: usize) -> Option<usize> {
+    let length = match text.get(at)? {
+        b'\n' => 1,
+        b'\r' if text.get(at + 1) == Some(&b'\n') => 2,
+        _ => return None,
+    };
+    (at - start <= longest).then_some(at + length)
+}
+
+/// Behind the end of the line, if no backslash continues it.
+#[inline]
+fn skip(text: &[u8], at: usize, start: usize, longest: usize) -> Option<usize> {
+    let end = at + memchr::memchr2(b'\n', b'\r', text.get(at..)?)?;
+    if text[..end].ends_with(b"\\") {
+        return None;
+    }
+    end_of_line(text, end, start, longest)
+}

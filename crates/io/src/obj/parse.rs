@@ -1,0 +1,424 @@
+//! The positions and faces of an OBJ file: pieces of the text are parsed side by side, each with
+//! numbers of its own, and then put together in the order of the file.
+//!
+//! How the text is cut does not depend on the number of threads, so neither does the outcome. A
+//! piece stops at what it cannot parse; since it does not know how many lines and vertices stand
+//! above it, it is then read once more with that known, for the error.
+
+use nalgebra::Point3;
+use rayon::prelude::*;
+
+use crate::coordinate;
+use crate::error::{Element, IoError, Place, quote};
+use crate::faces::FaceList;
+use crate::limits::Limits;
+use crate::number;
+use crate::obj::counts::Counts;
+use crate::obj::fast;
+use crate::obj::statement::{CORNER, Statement, Statements, is_continued};
+use crate::text::{self, Lines};
+
+/// What a file has.
+#[derive(Debug, Default)]
+pub(super) struct Mesh {
+    pub(super) positions: Vec<Point3<f64>>,
+    pub(super) faces: FaceList,
+    pub(super) counts: Counts,
+}
+
+/// Bytes of a piece: large enough that starting one costs nothing, small enough that what it gives
+/// stays in the cache until it is put in its place.
+const PIECE: usize = 256 << 10;
+
+/// How many pieces are parsed before they are put together: their memory is used again.
+const PIECES: usize = 32;
+
+/// Parses a file.
+pub(super) fn parse(bytes: &[u8], limits: &Limits) -> Result<Mesh, IoError> {
+    parse_by(bytes, limits, PIECE)
+}
+
+/// [`parse`] with pieces of another size.
+pub(super) fn parse_by(bytes: &[u8], limits: &Limits, piece: usize) -> Result<Mesh, IoError> {
+    let mut file = Mesh::default();
+    let mut above = Above::default();
+    let mut largest = None;
+    let mut pieces: Vec<Piece> = Vec::new();
+    let mut start = text::after_bom(bytes);
+    while start < bytes.len() {
+        let ranges = cut(bytes, start, piece);
+        let Some(end) = ranges.last().map(|range| range.1) else {
+            break;
+        };
+        if pieces.len() < ranges.len() {
+            pieces.resize_with(ranges.len(), Piece::default);
+        }
+        let jobs = pieces.iter_mut().zip(&ranges);
+        if ranges.len() < 4 {
+            jobs.for_each(|(piece, &(from, to))| piece.read(bytes, from, to, limits));
+        } else {
+            let jobs: Vec<_> = jobs.collect();
+            jobs.into_par_iter()
+                .for_each(|(piece, &(from, to))| piece.read(bytes, from, to, limits));
+        }
+        if file.positions.is_empty() && file.faces.is_empty() {
+            reserve(&mut file, &pieces[..ranges.len()], end - start, bytes.len());
+        }
+        for (piece, &(from, to)) in pieces.iter_mut().zip(&ranges) {
+            piece.check(bytes, from, to, limits, above)?;
+            largest = largest.max(piece.largest);
+            file.append(piece, above.lines);
+            above.lines += piece.lines;
+            above.vertices = file.positions.len();
+            above.faces = file.faces.len();
+            above.corners = file.faces.num_corners();
+            limits.check_memory(bytes.len(), above.vertices, above.corners)?;
+        }
+        start = end;
+    }
+    if largest.is_some_and(|vertex| vertex as usize >= above.vertices) {
+        let start = text::after_bom(bytes);
+        return Err(refusal(
+            bytes,
+            start,
+            bytes.len(),
+            limits,
+            Above::default(),
+            Some(above.vertices),
+        ));
+    }
+    Ok(file)
+}
+
+/// Room for the whole file, if it goes on as it starts. Only a guess: the vectors grow if more
+/// comes, and the guess is bounded by the bytes that are there.
+fn reserve(file: &mut Mesh, pieces: &[Piece], read: usize, all: usize) {
+    let guess = |count: usize| {
+        let all = count as f64 * (all as f64 / read.max(1) as f64) * 1.02;
+        (all as usize).saturating_add(16)
+    };
+    // Many files have all their vertices first, so what the first pieces have is the most that is
+    // asked for of either.
+    let vertices = pieces.iter().map(|p| p.positions.len()).sum();
+    let corners = pieces.iter().map(|p| p.corners.len()).sum();
+    let faces = pieces.iter().map(|p| p.ends.len()).sum();
+    if all <= read {
+        file.positions.reserve_exact(vertices);
+        file.faces.reserve(faces, corners);
+    } else if corners > 0 {
+        file.positions.reserve(guess(vertices));
+        file.faces.reserve(guess(faces), guess(corners));
+    }
+}
+
+/// The next pieces from `start` on: each ends where a statement does.
+fn cut(bytes: &[u8], start: usize, piece: usize) -> Vec<(usize, usize)> {
+    let mut ranges = Vec::new();
+    let mut from = start;
+    while from < bytes.len() && ranges.len() < PIECES {
+        let to = statement_start(bytes, from, from.saturating_add(piece));
+        ranges.push((from, to));
+        from = to;
+    }
+    ranges
+}
+
+/// Where the first statement starts behind `at`; one starts at `from`.
+fn statement_start(bytes: &[u8], from: usize, at: usize) -> usize {
+    let Some(rest) = bytes.get(at..) else {
+        return bytes.len();
+    };
+    // The line in which `at` lies has its start further up.
+    let line = memchr::memrchr2(b'\n', b'\r', &bytes[from..at]).map_or(from, |end| from + end + 1);
+    if rest.is_empty() {
+        return bytes.len();
+    }
+    let mut lines = Lines::new(bytes, line);
+    while let Some(line) = lines.next() {
+        if !is_continued(line.text) && lines.position() > at {
+            return lines.position();
+        }
+    }
+    bytes.len()
+}
+
+/// How much stands above a piece.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Above {
+    lines: usize,
+    vertices: usize,
+    faces: usize,
+    corners: usize,
+}
+
+/// What a piece of the text has; vertices and faces are counted from its start.
+#[derive(Debug, Default)]
+pub(super) struct Piece {
+    pub(super) positions: Vec<Point3<f64>>,
+    /// The vertices of the corners; of those in `relative`, counted from the first vertex of the
+    /// piece, and those further up wrapped around.
+    pub(super) corners: Vec<u32>,
+    pub(super) ends: Vec<u32>,
+    /// Ranges of corners that were counted back from the latest vertex.
+    relative: Vec<(usize, usize)>,
+    /// How far before the piece the furthest of them lies, at most zero.
+    lowest: i64,
+    /// The largest vertex that was named by its number.
+    pub(super) largest: Option<u32>,
+    lines: usize,
+    pub(super) counts: Counts,
+    failed: bool,
+}
+
+impl Piece {
+    fn clear(&mut self) {
+        self.positions.clear();
+        self.corners.clear();
+        self.ends.clear();
+        self.relative.clear();
+        self.lowest = 0;
+        self.largest = None;
+        self.lines = 0;
+        self.counts = Counts::default();
+        self.failed = false;
+    }
+
+    /// Parses the text from `from` to `to`, up to the first trouble.
+    fn read(&mut self, bytes: &[u8], from: usize, to: usize, limits: &Limits) {
+        self.clear();
+        let text = &bytes[..to];
+        let mut at = from;
+        while at < to {
+            if let Some(next) = fast::line(self, text, at, limits.max_line) {
+                self.lines += 1;
+                at = next;
+                continue;
+            }
+            let mut statements = Statements::new(text, at, self.lines);
+            let Some(statement) = statements.next() else {
+                break;
+            };
+            let mut reader = Reader {
+                limits,
+                above: Above::default(),
+                total: None,
+                piece: self,
+                is_alone: false,
+            };
+            if reader.statement(&statement).is_err() {
+                self.failed = true;
+                return;
+            }
+            self.lines = statements.num_lines();
+            at = statement.end;
+        }
+    }
+
+    /// The error of this piece, now that it is known what stands above it.
+    fn check(
+        &self,
+        bytes: &[u8],
+        from: usize,
+        to: usize,
+        limits: &Limits,
+        above: Above,
+    ) -> Result<(), IoError> {
+        if self.failed || above.vertices as i64 + self.lowest < 0 {
+            return Err(refusal(bytes, from, to, limits, above, None));
+        }
+        limits.check_vertices(above.vertices + self.positions.len())?;
+        limits.check_faces(above.faces + self.ends.len())?;
+        limits.check_corners(above.corners + self.corners.len())?;
+        // Faces name vertices with 32 bits.
+        if above.vertices + self.positions.len() > u32::MAX as usize {
+            return Err(IoError::OverLimit {
+                what: "vertices",
+                limit: u64::from(u32::MAX),
+            });
+        }
+        Ok(())
+    }
+
+    /// Takes a corner that names its vertex.
+    #[inline]
+    pub(super) fn push_absolute(&mut self, vertex: u32) {
+        self.largest = self.largest.max(Some(vertex));
+        self.corners.push(vertex);
+    }
+
+    /// Takes a corner that counts back: `vertex` is counted from the first vertex of the piece.
+    #[inline]
+    pub(super) fn push_relative(&mut self, vertex: i64) {
+        let corner = self.corners.len();
+        match self.relative.last_mut() {
+            Some((_, end)) if *end == corner => *end += 1,
+            _ => self.relative.push((corner, corner + 1)),
+        }
+        self.lowest = self.lowest.min(vertex);
+        self.corners.push(vertex as u32);
+    }
+
+    /// Ends a face and gives its degree.
+    #[inline]
+    pub(super) fn end_face(&mut self) -> usize {
+        let degree = self.corners.len() - self.face_start();
+        self.ends.push(self.corners.len() as u32);
+        degree
+    }
+
+    /// Where the corners of the face start that is being built.
+    #[inline]
+    pub(super) fn face_start(&self) -> usize {
+        self.ends.last().map_or(0, |&end| end as usize)
+    }
+}
+
+impl Mesh {
+    fn append(&mut self, piece: &mut Piece, num_lines: usize) {
+        let base = self.positions.len() as u32;
+        for &(start, end) in &piece.relative {
+            for vertex in &mut piece.corners[start..end] {
+                *vertex = vertex.wrapping_add(base);
+            }
+        }
+        self.positions.extend_from_slice(&piece.positions);
+        self.faces.append(&piece.corners, &piece.ends);
+        self.counts.append(&piece.counts, num_lines);
+    }
+}
+
+/// The first error of a part of the text that is known to have one; with `total`, how many
+/// vertices there are, also references to vertices behind the last one are errors.
+#[cold]
+fn refusal(
+    bytes: &[u8],
+    from: usize,
+    to: usize,
+    limits: &Limits,
+    above: Above,
+    total: Option<usize>,
+) -> IoError {
+    let mut reader = Reader {
+        limits,
+        above,
+        total,
+        piece: &mut Piece::default(),
+        is_alone: true,
+    };
+    for statement in Statements::new(&bytes[..to], from, above.lines) {
+        if let Err(error) = reader.statement(&statement) {
+            return error;
+        }
+        // Only the counts matter here.
+        reader.above.vertices += reader.piece.positions.len();
+        reader.above.faces += reader.piece.ends.len();
+        reader.above.corners += reader.piece.corners.len();
+        reader.piece.clear();
+    }
+    IoError::Malformed {
+        place: Place::Byte(from),
+        problem: "this part of the file cannot be read".to_owned(),
+    }
+}
+
+/// Reads statements of any form into a piece.
+struct Reader<'a> {
+    limits: &'a Limits,
+    above: Above,
+    /// The vertices of the file, if they have been counted.
+    total: Option<usize>,
+    piece: &'a mut Piece,
+    /// Whether it is known what stands above.
+    is_alone: bool,
+}
+
+impl Reader<'_> {
+    fn statement(&mut self, statement: &Statement<'_>) -> Result<(), IoError> {
+        self.limits.check_line(statement.text.len())?;
+        match statement.keyword() {
+            b"v" => self.vertex(statement),
+            b"f" => self.face(statement),
+            keyword => {
+                self.piece.counts.add(keyword, statement.line);
+                Ok(())
+            }
+        }
+    }
+
+    fn num_vertices(&self) -> usize {
+        self.above.vertices + self.piece.positions.len()
+    }
+
+    fn vertex(&mut self, statement: &Statement<'_>) -> Result<(), IoError> {
+        let place = Place::Line(statement.line);
+        let vertex = self.num_vertices();
+        let (position, _) = coordinate::position(&mut statement.arguments(), vertex, place)?;
+        self.piece.positions.push(position);
+        self.limits.check_vertices(self.num_vertices())
+    }
+
+    fn face(&mut self, statement: &Statement<'_>) -> Result<(), IoError> {
+        let face = self.above.faces + self.piece.ends.len();
+        let place = Place::Line(statement.line);
+        let start = self.piece.face_start();
+        for token in statement.arguments() {
+            let index = vertex_index(token.text).ok_or_else(|| IoError::BadNumber {
+                place,
+                element: Element::new("face", face),
+                text: quote(token.text),
+                expected: CORNER,
+            })?;
+            if !self.push_corner(index) {
+                return Err(IoError::IndexOutOfRange {
+                    place,
+                    face,
+                    index,
+                    first: 1,
+                    num_vertices: self.total.unwrap_or(self.num_vertices()),
+                });
+            }
+            self.limits.check_degree(self.piece.corners.len() - start)?;
+        }
+        let degree = self.piece.end_face();
+        if degree < 3 {
+            return Err(IoError::TooFewCorners {
+                place,
+                face,
+                degree,
+            });
+        }
+        let corners = self.above.corners + self.piece.corners.len();
+        self.limits.check_corners(corners)?;
+        self.limits.check_faces(face + 1)
+    }
+
+    /// Whether the index can mean a vertex.
+    fn push_corner(&mut self, index: i64) -> bool {
+        if index < 0 {
+            let vertex = self.piece.positions.len() as i64 + index;
+            if self.is_alone && vertex + (self.above.vertices as i64) < 0 {
+                return false;
+            }
+            self.piece.push_relative(vertex);
+            return true;
+        }
+        match u32::try_from(index - 1) {
+            Ok(vertex) if self.total.is_none_or(|total| (vertex as usize) < total) => {
+                self.piece.push_absolute(vertex);
+                true
+            }
+            _ => false,
+        }
+    }
+}
+
+/// The vertex index of `v`, `v/vt`, `v//vn` or `v/vt/vn`; what is behind it is looked at when it
+/// is needed.
+fn vertex_index(token: &[u8]) -> Option<i64> {
+    let slash = memchr::memchr(b'/', token).unwrap_or(token.len());
+    let (vertex, rest) = token.split_at(slash);
+    let is_well_formed = rest
+        .iter()
+        .all(|b| matches!(b, b'/' | b'-' | b'+' | b'0'..=b'9'));
+    number::parse_integer(vertex).filter(|_| is_well_formed)
+}
