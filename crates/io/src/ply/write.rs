@@ -5,8 +5,14 @@ use ply_rs::ply::{
 };
 use ply_rs::writer::Writer;
 
+use crate::attributes::Attributes;
 use crate::error::IoError;
 use crate::writer::Contents;
+
+/// What a new PLY file cannot hold, in words.
+pub(crate) fn losses(_attributes: &Attributes) -> Vec<String> {
+    Vec::new()
+}
 
 /// Positions and faces as a binary little-endian PLY file with `double` coordinates.
 pub(crate) fn write_new(contents: &Contents<'_>) -> Result<Vec<u8>, IoError> {
