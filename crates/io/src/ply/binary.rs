@@ -113,8 +113,6 @@ impl<B: ByteOrder> Encoded for B {
         out.extend_from_slice(raw);
     }
 
-    fn end_row(_out: &mut Vec<u8>) {}
-
     #[inline]
     fn row_start(_bytes: &[u8], at: usize) -> usize {
         at

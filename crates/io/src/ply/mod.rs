@@ -14,8 +14,12 @@ mod fast;
 mod groups;
 mod header;
 mod layout;
+mod names;
 mod read;
+mod rebuild;
 mod rewrite;
+#[cfg(test)]
+mod roundtrip_tests;
 mod rows;
 mod strips;
 #[cfg(test)]
@@ -90,7 +94,7 @@ fn parse(bytes: Vec<u8>, limits: &Limits) -> Result<(Parsed, PlyFile), IoError> 
 struct PlyFile {
     bytes: Vec<u8>,
     layout: Layout,
-    /// Where the rows of each element start.
+    /// Where the rows of each element start, and where the last one ends.
     elements: Vec<usize>,
     starts: Starts,
 }
@@ -144,11 +148,21 @@ impl SourceFile for PlyFile {
         rewrite::rewrite(self, moves)
     }
 
-    fn rebuild(&self, _remap: &Remap, _mesh: Mesh<'_>) -> Result<Arc<dyn SourceFile>, IoError> {
-        Err(IoError::Unsupported {
-            feature: "repairing a PLY".to_owned(),
-            remedy: "convert it",
-        })
+    fn rebuild(&self, remap: &Remap, _mesh: Mesh<'_>) -> Result<Arc<dyn SourceFile>, IoError> {
+        let bytes = rebuild::rebuild(self, remap)?;
+        // What was read within the limits may grow by a repair.
+        let unlimited = Limits {
+            max_bytes: u64::MAX,
+            max_vertices: usize::MAX,
+            max_faces: usize::MAX,
+            max_corners: usize::MAX,
+            max_degree: usize::MAX,
+            max_depth: usize::MAX,
+            max_line: usize::MAX,
+            max_memory: u64::MAX,
+        };
+        let (_, file) = parse(bytes, &unlimited)?;
+        Ok(Arc::new(file))
     }
 }
 

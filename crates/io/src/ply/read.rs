@@ -20,7 +20,7 @@ pub(super) struct Body<'a> {
     /// Where the row of each vertex starts, unless all rows are of one size.
     pub(super) starts: Vec<usize>,
     pub(super) faces: FaceList,
-    /// Where the rows of each element start.
+    /// Where the rows of each element start, and where the last one ends.
     pub(super) elements: Vec<usize>,
 }
 
@@ -66,6 +66,7 @@ pub(super) fn read_rows<E: Encoded>(
             at = row.read::<E>(body)?;
         }
     }
+    body.elements.push(at);
     Ok(())
 }
 

@@ -70,9 +70,6 @@ pub(super) trait Encoded {
     /// Appends numbers as they stand in a file.
     fn push_raw(out: &mut Vec<u8>, raw: &[u8]);
 
-    /// Ends a row.
-    fn end_row(out: &mut Vec<u8>);
-
     /// Where the row that follows `at` starts.
     fn row_start(bytes: &[u8], at: usize) -> usize;
 
@@ -256,10 +253,6 @@ impl Encoded for Text {
             out.push(b' ');
         }
         out.extend_from_slice(raw);
-    }
-
-    fn end_row(out: &mut Vec<u8>) {
-        out.push(b'\n');
     }
 
     #[inline]
