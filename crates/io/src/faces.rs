@@ -70,6 +70,14 @@ impl FaceList {
         })
     }
 
+    /// Triangles, given by their corners; there are fewer than 2^32.
+    pub(crate) fn from_triangles(corners: Vec<u32>) -> Self {
+        let ends = (1..=corners.len() as u32 / 3)
+            .map(|face| 3 * face)
+            .collect();
+        Self { corners, ends }
+    }
+
     /// Appends a corner to the face that is being built.
     #[inline]
     pub(crate) fn push_corner(&mut self, vertex: u32) {

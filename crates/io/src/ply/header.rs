@@ -1,88 +1,233 @@
 //! The header: found, checked for what a parser would take too lightly, and parsed.
 
+use std::collections::HashSet;
+use std::fmt::Write as _;
 use std::io::Cursor;
+use std::ops::Range;
 
+use foldhash::fast::RandomState;
 use ply_rs::parser::{Parser, Reader};
-use ply_rs::ply::{self, DefaultElement};
+use ply_rs::ply::{self, DefaultElement, Encoding, PropertyType};
 
 use crate::error::IoError;
-use crate::text::{self, Lines, Tokens};
+use crate::limits::Limits;
+use crate::text::{self, Line, Lines, Token};
 
 use super::{problem, quote};
 
 /// A header and where it ends.
 pub(super) struct Header {
-    pub(super) ply: ply::Header,
+    pub(super) encoding: Encoding,
+    pub(super) elements: Vec<Declaration>,
     /// Number of its last line.
     pub(super) last_line: usize,
+    /// Where the line `end_header` starts.
+    pub(super) last_start: usize,
     /// Where the rows start.
     pub(super) end: usize,
-    /// How many comments it has (they are kept, not read).
-    pub(super) num_comments: usize,
+    /// Where the texts of `comment` and `obj_info` stand.
+    pub(super) comments: Vec<Range<usize>>,
+}
+
+/// An element as the header declares it.
+pub(super) struct Declaration {
+    pub(super) name: String,
+    pub(super) count: usize,
+    pub(super) properties: Vec<(String, PropertyType)>,
+    pub(super) place: DeclarationPlace,
+}
+
+/// Where a declaration stands, so that it can be replaced.
+#[derive(Clone, Debug)]
+pub(super) struct DeclarationPlace {
+    /// The lines of the element and of its properties, with their ends.
+    pub(super) lines: Vec<Range<usize>>,
+    /// The number of rows.
+    pub(super) count: Range<usize>,
 }
 
 impl Header {
     /// Reads the header of a file.
     ///
     /// The lines are put into the plainest form (one blank between words, `\n` at the end,
-    /// comments emptied) before the `ply-rs` parser sees them, so that tabs, carriage returns and
-    /// odd bytes in comments do not matter.
-    pub(super) fn read(bytes: &[u8]) -> Result<Self, IoError> {
+    /// comments emptied, odd names replaced) before the `ply-rs` parser sees them, so that tabs,
+    /// carriage returns and odd bytes in comments and names do not matter.
+    pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<Self, IoError> {
         let start = text::after_bom(bytes);
         let mut lines = Lines::new(bytes, start);
-        let mut plain = String::new();
-        let mut num_comments = 0;
-        let mut num_elements = 0;
-        let mut num_properties = 0;
-        loop {
+        let mut scan = Scan::default();
+        let last_start = loop {
+            let at = lines.position();
             let line = lines.next().ok_or_else(|| {
                 problem(
                     lines.number.max(1),
                     "the file ends before `end_header`; it was cut short",
                 )
             })?;
-            let mut words = Tokens::new(line.text).map(|token| token.text);
-            match (line.number, words.next()) {
-                (1, Some(b"ply")) | (2.., Some(b"format")) => {}
-                (2.., Some(b"element")) => num_elements += 1,
-                (2.., Some(b"property")) => num_properties += 1,
-                (2.., Some(b"comment" | b"obj_info")) => {
-                    num_comments += 1;
-                    plain.push_str("comment\n");
-                    continue;
-                }
-                (2.., Some(b"end_header")) => {
-                    plain.push_str("end_header\n");
-                    break;
-                }
-                _ => return Err(problem(line.number, not_a_header_line(line.text))),
+            limits.check_line(line.text.len())?;
+            if scan.line(line, lines.position())? {
+                break at;
             }
-            for (i, word) in Tokens::new(line.text).enumerate() {
-                let blank = if i > 0 { " " } else { "" };
-                plain.push_str(blank);
-                plain.push_str(&String::from_utf8_lossy(word.text));
-            }
-            plain.push('\n');
-        }
-        let ply = parse(&plain)?;
+        };
+        let parsed = parse(&scan.plain)?;
         let last_line = lines.number;
-        let parsed: usize = ply.elements.values().map(|e| e.properties.len()).sum();
-        if ply.elements.len() != num_elements || parsed != num_properties {
+        // The parser merges what it takes for the same name.
+        let kept = parsed.elements.len() == scan.elements.len()
+            && parsed
+                .elements
+                .values()
+                .zip(&scan.elements)
+                .all(|(def, (_, names, _))| def.properties.len() == names.len());
+        if let Some(line) = scan.twice.or((!kept).then_some(last_line)) {
             let text = "an element, or a property of an element, is declared twice";
-            return Err(problem(last_line, text));
+            return Err(problem(line, text));
         }
-        let end = end_of_header(bytes, start, lines.position());
+        let elements = parsed.elements.into_values().zip(scan.elements);
+        let elements = elements.map(|(def, (name, names, place))| Declaration {
+            name,
+            count: def.count,
+            properties: names
+                .into_iter()
+                .zip(def.properties.into_values().map(|p| p.data_type))
+                .collect(),
+            place,
+        });
         Ok(Self {
-            ply,
+            encoding: parsed.encoding,
+            elements: elements.collect(),
             last_line,
-            end,
-            num_comments,
+            last_start,
+            end: end_of_header(bytes, start, lines.position()),
+            comments: scan.comments,
         })
     }
 }
 
-fn not_a_header_line(line: &[u8]) -> String {
-    format!("`{}` does not belong in a PLY header", quote(line))
+/// What the lines of a header say.
+#[derive(Default)]
+struct Scan {
+    /// The lines as the parser gets them.
+    plain: String,
+    elements: Vec<(String, Vec<String>, DeclarationPlace)>,
+    comments: Vec<Range<usize>>,
+    /// Element and property names so far, to find what stands there twice.
+    seen: HashSet<(usize, Vec<u8>), RandomState>,
+    /// The first line that declares something again.
+    twice: Option<usize>,
+}
+
+impl Scan {
+    /// Takes one line, which ends before `next`; whether it is the last one.
+    fn line(&mut self, line: Line<'_>, next: usize) -> Result<bool, IoError> {
+        let words: Vec<_> = words(line.text).take(WORDS).collect();
+        let refused = || {
+            let text = format!("`{}` does not belong in a PLY header", quote(line.text));
+            problem(line.number, text)
+        };
+        let Some(keyword) = words.first() else {
+            return Err(refused());
+        };
+        match (line.number, keyword.text) {
+            (1, b"ply") | (2.., b"format") => {}
+            (2.., b"element") => {
+                let name = words.get(1).map_or(&b""[..], |word| word.text);
+                let place = DeclarationPlace {
+                    lines: vec![line.start..next],
+                    count: words.get(2).map_or(0..0, |word| {
+                        let start = line.start + word.start;
+                        start..start + word.text.len()
+                    }),
+                };
+                self.elements.push((
+                    String::from_utf8_lossy(name).into_owned(),
+                    Vec::new(),
+                    place,
+                ));
+                self.see(0, name, line.number);
+            }
+            (2.., b"property") => {
+                let number = self.elements.len();
+                let name = words.last().map_or(&b""[..], |word| word.text);
+                // Without an element the parser refuses the line.
+                if let Some((_, names, place)) = self.elements.last_mut() {
+                    names.push(String::from_utf8_lossy(name).into_owned());
+                    place.lines.push(line.start..next);
+                    self.see(number, name, line.number);
+                }
+            }
+            (2.., b"comment" | b"obj_info") => {
+                let end = line.start + line.text.len();
+                let start = line.start + keyword.start + keyword.text.len();
+                // One blank parts the keyword from the text.
+                self.comments.push((start + 1).min(end)..end);
+                self.plain.push_str("comment\n");
+                return Ok(false);
+            }
+            (2.., b"end_header") => {
+                self.plain.push_str("end_header\n");
+                return Ok(true);
+            }
+            _ => return Err(refused()),
+        }
+        let name_at = match keyword.text {
+            b"element" => Some(1),
+            b"property" if words.len() > 2 => Some(words.len() - 1),
+            _ => None,
+        };
+        for (i, word) in words.iter().enumerate() {
+            if i > 0 {
+                self.plain.push(' ');
+            }
+            if name_at == Some(i) {
+                self.push_name(word.text);
+            } else {
+                self.plain.push_str(&String::from_utf8_lossy(word.text));
+            }
+        }
+        self.plain.push('\n');
+        Ok(false)
+    }
+
+    fn see(&mut self, element: usize, name: &[u8], line: usize) {
+        if !self.seen.insert((element, name.to_vec())) && self.twice.is_none() {
+            self.twice = Some(line);
+        }
+    }
+
+    /// A name; one that the parser would refuse is numbered instead.
+    fn push_name(&mut self, name: &[u8]) {
+        match std::str::from_utf8(name) {
+            Ok(name) if is_plain_name(name) => self.plain.push_str(name),
+            _ => {
+                // Writing to a String cannot fail.
+                let _ = write!(self.plain, "_odd_name_{}", self.seen.len());
+            }
+        }
+    }
+}
+
+/// The words of a line; unlike other formats, PLY knows no comments behind them.
+fn words(line: &[u8]) -> impl Iterator<Item = Token<'_>> {
+    let mut at = 0;
+    std::iter::from_fn(move || {
+        let start = at + line.get(at..)?.iter().position(|&b| b > b' ')?;
+        let rest = &line[start..];
+        let length = rest.iter().position(|&b| b <= b' ').unwrap_or(rest.len());
+        at = start + length;
+        Some(Token {
+            start,
+            text: &rest[..length],
+        })
+    })
+}
+
+/// More words than any line of a header has.
+const WORDS: usize = 8;
+
+/// Whether every reader takes this as a name.
+pub(super) fn is_plain_name(name: &str) -> bool {
+    let is_word = |b: u8| b.is_ascii_alphanumeric() || b == b'_' || b == b'-';
+    name.bytes().all(is_word) && name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
 }
 
 fn parse(plain: &str) -> Result<ply::Header, IoError> {

@@ -1,11 +1,14 @@
 //! What the rows of each element hold, and whether the file has bytes for them.
 
-use ply_rs::ply::{ElementDef, Encoding, PropertyType, ScalarType};
+use std::ops::{Range, RangeInclusive};
+
+use ply_rs::ply::{Encoding, PropertyType, ScalarType};
 
 use crate::error::IoError;
 
-use super::header::Header;
-use super::problem;
+use super::groups;
+use super::header::{Declaration, DeclarationPlace, Header};
+use super::{problem, quote};
 
 /// A number type of PLY.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -48,6 +51,33 @@ impl NumberType {
         !matches!(self, Self::F32 | Self::F64)
     }
 
+    /// What an integer type holds; of the others, all integers.
+    pub(super) fn range(self) -> RangeInclusive<i64> {
+        match self {
+            Self::I8 => i8::MIN.into()..=i8::MAX.into(),
+            Self::U8 => 0..=u8::MAX.into(),
+            Self::I16 => i16::MIN.into()..=i16::MAX.into(),
+            Self::U16 => 0..=u16::MAX.into(),
+            Self::I32 => i32::MIN.into()..=i32::MAX.into(),
+            Self::U32 => 0..=u32::MAX.into(),
+            Self::F32 | Self::F64 => i64::MIN..=i64::MAX,
+        }
+    }
+
+    /// What is expected where a number of this type stands.
+    pub(super) fn expected(self) -> &'static str {
+        match self {
+            Self::I8 => "a number of type `char`",
+            Self::U8 => "a number of type `uchar`",
+            Self::I16 => "a number of type `short`",
+            Self::U16 => "a number of type `ushort`",
+            Self::I32 => "a number of type `int`",
+            Self::U32 => "a number of type `uint`",
+            Self::F32 => "a number of type `float`",
+            Self::F64 => "a number of type `double`",
+        }
+    }
+
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::I8 => "char",
@@ -76,6 +106,24 @@ pub(super) enum Property {
 }
 
 impl Property {
+    /// The bytes of a binary row that the property takes in every row; `None` for a list.
+    pub(super) fn fixed_size(self) -> Option<usize> {
+        match self {
+            Self::Coordinate(_, number) | Self::Scalar(number) => Some(number.size()),
+            Self::Corners(..) | Self::List(..) => None,
+        }
+    }
+
+    /// The type of the number, or of the items of a list.
+    pub(super) fn number(self) -> NumberType {
+        match self {
+            Self::Coordinate(_, number)
+            | Self::Scalar(number)
+            | Self::Corners(_, number)
+            | Self::List(_, number) => number,
+        }
+    }
+
     /// The fewest bytes that the property takes in a binary row.
     fn least_bytes(self) -> usize {
         match self {
@@ -90,109 +138,142 @@ impl Property {
 pub(super) enum ElementKind {
     Vertex,
     Face,
+    /// Triangle strips, in a file without faces.
+    Strips,
+    /// Pairs of vertices.
+    Edge,
     Other,
 }
 
 /// The rows of one element.
+#[derive(Clone, Debug)]
 pub(super) struct Element {
     pub(super) name: String,
     pub(super) kind: ElementKind,
     pub(super) count: usize,
     pub(super) properties: Vec<Property>,
-    /// Names of the properties that are kept and not read.
-    unread: Vec<String>,
+    /// The name of each property.
+    pub(super) names: Vec<String>,
+    /// Where the header declares it.
+    pub(super) place: DeclarationPlace,
 }
 
 /// The rows of a file.
+#[derive(Clone, Debug)]
 pub(super) struct Layout {
+    pub(super) encoding: Encoding,
     pub(super) elements: Vec<Element>,
     pub(super) num_vertices: usize,
     pub(super) num_faces: usize,
+    pub(super) comments: Vec<Range<usize>>,
+    /// Where the line `end_header` starts, and where the rows do.
+    pub(super) header_end: [usize; 2],
 }
 
 impl Layout {
     /// Checks that the header describes a mesh and promises no more than `num_bytes` can hold.
-    pub(super) fn new(header: &Header, num_bytes: usize) -> Result<Self, IoError> {
+    pub(super) fn new(header: Header, num_bytes: usize) -> Result<Self, IoError> {
         let line = header.last_line;
         let body = num_bytes.saturating_sub(header.end);
+        let has_faces = header.elements.iter().any(|e| e.name == "face");
         let elements = header
-            .ply
             .elements
-            .values()
-            .map(|def| Element::new(def, line))
+            .into_iter()
+            .map(|declaration| Element::new(declaration, has_faces, line))
             .collect::<Result<Vec<_>, _>>()?;
         for element in &elements {
-            element.check(header.ply.encoding, body, line)?;
+            element.check(header.encoding, body, line)?;
         }
         let count = |kind| elements.iter().find(|e| e.kind == kind).map(|e| e.count);
         let num_vertices = count(ElementKind::Vertex)
             .ok_or_else(|| problem(line, "the header declares no element `vertex`"))?;
-        let num_faces = match count(ElementKind::Face) {
-            Some(count) => count,
-            None if elements.iter().any(|e| e.name == "tristrips") => {
-                let text = "triangle strips are not read; save the mesh with an element `face`";
-                return Err(problem(line, text));
-            }
-            None => 0,
-        };
         Ok(Self {
-            elements,
+            encoding: header.encoding,
             num_vertices,
-            num_faces,
+            num_faces: count(ElementKind::Face).unwrap_or(0),
+            elements,
+            comments: header.comments,
+            header_end: [header.last_start, header.end],
         })
     }
 
-    pub(super) fn has_normals(&self) -> bool {
-        self.elements
-            .iter()
-            .any(|element| element.unread.iter().any(|property| property == "nx"))
+    /// The number of the element of a kind.
+    pub(super) fn find(&self, kind: ElementKind) -> Option<usize> {
+        self.elements.iter().position(|e| e.kind == kind)
     }
 
-    /// What the file has besides positions and faces.
-    pub(super) fn extras(&self, header: &Header) -> Vec<String> {
+    fn surface(&self) -> impl Iterator<Item = &Element> {
+        let kinds = [ElementKind::Vertex, ElementKind::Face];
+        self.elements
+            .iter()
+            .filter(move |e| kinds.contains(&e.kind))
+    }
+
+    /// Whether vertices or faces have normals that can be turned.
+    pub(super) fn has_normals(&self) -> bool {
+        self.surface().any(|e| groups::normal(e).is_some())
+    }
+
+    /// Whether vertices or faces have something like normals that cannot be turned.
+    pub(super) fn has_odd_normals(&self) -> bool {
+        self.surface()
+            .any(|e| groups::normal(e).is_none() && e.names.iter().any(|name| name == "nx"))
+    }
+
+    /// What the file has that attributes cannot hold.
+    pub(super) fn extras(&self) -> Vec<String> {
         let mut extras = Vec::new();
         for element in &self.elements {
             let name = &element.name;
-            if element.kind == ElementKind::Other {
-                extras.push(format!("the element {name}"));
-            } else if !element.unread.is_empty() {
-                let properties = element.unread.join(", ");
-                extras.push(format!("the {name} properties {properties}"));
+            match element.kind {
+                ElementKind::Edge | ElementKind::Other => {
+                    extras.push(format!("the element {name}"));
+                }
+                ElementKind::Strips if element.names.len() > 1 => {
+                    extras.push(format!("further properties of the element {name}"));
+                }
+                _ => {}
             }
-        }
-        if header.num_comments > 0 {
-            extras.push(format!("{} comments", header.num_comments));
         }
         extras
     }
 }
 
 impl Element {
-    fn new(def: &ElementDef, line: usize) -> Result<Self, IoError> {
-        let kind = match def.name.as_str() {
+    fn new(declaration: Declaration, has_faces: bool, line: usize) -> Result<Self, IoError> {
+        let kind = match declaration.name.as_str() {
             "vertex" => ElementKind::Vertex,
             "face" => ElementKind::Face,
+            "tristrips" if !has_faces => ElementKind::Strips,
+            "edge" => ElementKind::Edge,
             _ => ElementKind::Other,
         };
-        let mut properties = Vec::with_capacity(def.properties.len());
-        let mut unread = Vec::new();
-        for (name, property) in &def.properties {
-            let property = role(kind, name, &property.data_type).ok_or_else(|| {
-                let text = format!("the length of list `{name}` is not of an integer type");
+        let mut properties = Vec::new();
+        let mut names = Vec::new();
+        for (name, data_type) in declaration.properties {
+            let property = role(kind, &name, &data_type).ok_or_else(|| {
+                let text = format!(
+                    "the length of list `{}` is not of an integer type",
+                    quote(name.as_bytes())
+                );
                 problem(line, text)
             })?;
-            if matches!(property, Property::Scalar(_) | Property::List(..)) {
-                unread.push(name.clone());
-            }
             properties.push(property);
+            names.push(name);
         }
         Ok(Self {
-            name: def.name.clone(),
+            name: declaration.name,
             kind,
-            count: def.count,
+            count: declaration.count,
             properties,
-            unread,
+            names,
+            place: declaration.place,
         })
+    }
+
+    /// The bytes of each row of a binary file, if all rows have as many.
+    pub(super) fn stride(&self) -> Option<usize> {
+        self.properties.iter().map(|p| p.fixed_size()).sum()
     }
 
     fn check(&self, encoding: Encoding, body: usize, line: usize) -> Result<(), IoError> {
@@ -209,9 +290,12 @@ impl Element {
                 "the element `vertex` needs the properties x, y and z",
             ));
         }
-        if self.kind == ElementKind::Face && has(|p| matches!(p, Property::Corners(..))) != 1 {
-            let text = "the element `face` needs one list of integers, `vertex_indices` or \
-                        `vertex_index`";
+        let needs_corners = matches!(self.kind, ElementKind::Face | ElementKind::Strips);
+        if needs_corners && has(|p| matches!(p, Property::Corners(..))) != 1 {
+            let text = format!(
+                "the element `{name}` needs one list of integers, `vertex_indices` or \
+                 `vertex_index`"
+            );
             return Err(problem(line, text));
         }
         let least: usize = match encoding {
@@ -221,6 +305,7 @@ impl Element {
         };
         // The last row of a text may lack its line end.
         let rows = (body + 1).checked_div(least);
+        let name = quote(name.as_bytes());
         match rows {
             _ if *count == 0 => Ok(()),
             None => Err(problem(
@@ -252,8 +337,8 @@ fn role(kind: ElementKind, name: &str, data_type: &PropertyType) -> Option<Prope
             if !length.is_integer() {
                 return None;
             }
-            let is_corners = matches!(name, "vertex_indices" | "vertex_index");
-            if kind == ElementKind::Face && is_corners && item.is_integer() {
+            let has_corners = matches!(kind, ElementKind::Face | ElementKind::Strips);
+            if has_corners && CORNERS.contains(&name) && item.is_integer() {
                 Property::Corners(length, item)
             } else {
                 Property::List(length, item)
@@ -261,3 +346,6 @@ fn role(kind: ElementKind, name: &str, data_type: &PropertyType) -> Option<Prope
         }
     })
 }
+
+/// The names under which the corners of a face go.
+pub(super) const CORNERS: [&str; 2] = ["vertex_indices", "vertex_index"];

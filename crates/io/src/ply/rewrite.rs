@@ -1,158 +1,207 @@
-//! A PLY file with the coordinates of some vertices replaced where they stand.
+//! A PLY file with moved coordinates and turned normals replaced where they stand.
+
+use std::ops::Range;
 
 use nalgebra::Point3;
-use ply_rs::ply::Encoding;
 
 use crate::error::IoError;
-use crate::number;
-use crate::source::TextPatch;
+use crate::source::Moves;
 
-use super::layout::{NumberType, Property};
-use super::{ascii, binary};
+use super::PlyFile;
+use super::groups;
+use super::layout::{Element, ElementKind, NumberType, Property};
+use super::rows::{Encoded, Number, Walk, with_encoding};
 
-/// How the rows of the vertices are laid out.
-#[derive(Clone, Debug)]
-pub(super) struct VertexRows {
-    pub(super) encoding: Encoding,
-    pub(super) properties: Vec<Property>,
+/// The file with what moved.
+pub(super) fn rewrite(file: &PlyFile, moves: &Moves<'_>) -> Result<Vec<u8>, IoError> {
+    let mut patches = Vec::new();
+    // In the order of the file, since a text is patched from front to back.
+    for (number, element) in file.layout.elements.iter().enumerate() {
+        match element.kind {
+            ElementKind::Vertex => with_encoding!(
+                file.layout.encoding,
+                vertices(file, element, moves, &mut patches)
+            )?,
+            ElementKind::Face => with_encoding!(
+                file.layout.encoding,
+                faces(file, number, moves, &mut patches)
+            ),
+            _ => {}
+        }
+    }
+    Ok(with_encoding!(
+        file.layout.encoding,
+        patched(&file.bytes, &patches)
+    ))
 }
 
-impl VertexRows {
-    /// The file with new positions: of each moved vertex its number, where its row starts, and
-    /// its position, in ascending order.
-    pub(super) fn rewrite(
-        &self,
-        bytes: &[u8],
-        moved: impl Iterator<Item = (usize, usize, Point3<f64>)>,
-    ) -> Result<Vec<u8>, IoError> {
-        let types = self.coordinate_types();
-        match self.encoding {
-            Encoding::Ascii => self.rewrite_text(bytes, types, moved),
-            Encoding::BinaryLittleEndian => {
-                self.rewrite_binary::<binary::Little>(bytes, types, moved)
-            }
-            Encoding::BinaryBigEndian => self.rewrite_binary::<binary::Big>(bytes, types, moved),
-        }
-    }
-
-    fn coordinate_types(&self) -> [NumberType; 3] {
-        let mut types = [NumberType::F32; 3];
-        for property in &self.properties {
-            if let Property::Coordinate(axis, number) = *property {
-                types[axis] = number;
-            }
-        }
-        types
-    }
-
-    fn rewrite_text(
-        &self,
-        bytes: &[u8],
-        types: [NumberType; 3],
-        moved: impl Iterator<Item = (usize, usize, Point3<f64>)>,
-    ) -> Result<Vec<u8>, IoError> {
-        let mut patch = TextPatch::new(bytes);
-        for (vertex, start, position) in moved {
-            // The row was read with the same walk, so its places are found again.
-            let Some(places) = ascii::locate(bytes, start, &self.properties) else {
-                continue;
-            };
-            // The file's order of the properties need not be x, y, z.
-            let mut axes = [0, 1, 2];
-            axes.sort_by_key(|&axis| places[axis].start);
-            for axis in axes {
-                let value = Number::new(position[axis], types[axis], vertex)?;
-                let place = &places[axis];
-                patch.replace(place.start, place.len(), |out| value.push_text(out));
-            }
-        }
-        Ok(patch.finish())
-    }
-
-    fn rewrite_binary<B: binary::ByteOrder>(
-        &self,
-        bytes: &[u8],
-        types: [NumberType; 3],
-        moved: impl Iterator<Item = (usize, usize, Point3<f64>)>,
-    ) -> Result<Vec<u8>, IoError> {
-        let mut out = bytes.to_vec();
-        for (vertex, start, position) in moved {
-            // The row was read with the same walk, so its places are found again.
-            let Some(places) = binary::locate::<B>(bytes, start, &self.properties) else {
-                continue;
-            };
-            for axis in 0..3 {
-                let value = Number::new(position[axis], types[axis], vertex)?;
-                value.store::<B>(&mut out[places[axis]..]);
-            }
-        }
-        Ok(out)
-    }
+/// A number that takes the place of another.
+struct Patch {
+    span: Range<usize>,
+    number: NumberType,
+    value: Number,
 }
 
-/// A coordinate in the file's own type.
-enum Number {
-    Single(f32),
-    Double(f64),
-    Integer(i64, usize),
-}
-
-impl Number {
-    /// Rounds to the nearest number of a floating-point type; integer types take only what they
-    /// hold exactly, since rounding would move the vertex by up to half a unit.
-    fn new(value: f64, number_type: NumberType, vertex: usize) -> Result<Self, IoError> {
-        let does_not_fit = || IoError::DoesNotFit {
-            vertex,
-            value,
-            number_type: number_type.name(),
+fn vertices<E: Encoded>(
+    file: &PlyFile,
+    element: &Element,
+    moves: &Moves<'_>,
+    patches: &mut Vec<Patch>,
+) -> Result<(), IoError> {
+    let axes = axes(element);
+    let mut normals = moves.normals.vertices.iter().peekable();
+    let mut moved = moves.vertices().peekable();
+    let mut walk = Walk::new(&file.bytes, 0, element);
+    loop {
+        let next = [
+            moved.peek().map(|&(v, _)| v),
+            normals.peek().map(|&&(v, _)| v as usize),
+        ];
+        let Some(vertex) = next.into_iter().flatten().min() else {
+            return Ok(());
         };
-        match number_type {
-            NumberType::F64 => Ok(Self::Double(value)),
-            NumberType::F32 => {
-                let single = value as f32;
-                if single.is_finite() {
-                    Ok(Self::Single(single))
-                } else {
-                    Err(does_not_fit())
+        let position = moved.next_if(|&(v, _)| v == vertex).map(|(_, p)| p);
+        let normal = normals.next_if(|&&(v, _)| v as usize == vertex);
+        // The row was read with the same walk, so its cells are found again.
+        let Some(start) = file.starts.get(vertex) else {
+            continue;
+        };
+        walk.at = start;
+        if walk.next::<E>().is_none() {
+            continue;
+        }
+        let values = |axis: Axis| -> Option<Result<Number, IoError>> {
+            let number = element.properties[axis.property].number();
+            match axis.quantity {
+                Quantity::Position => {
+                    let p: Point3<f64> = position?;
+                    Some(coordinate(p[axis.axis], number, vertex))
                 }
+                Quantity::Normal => Some(Ok(rounded(normal?.1[axis.axis], number))),
             }
-            integer => {
-                let (least, most) = match integer {
-                    NumberType::I8 => (i8::MIN.into(), i8::MAX.into()),
-                    NumberType::U8 => (0, u8::MAX.into()),
-                    NumberType::I16 => (i16::MIN.into(), i16::MAX.into()),
-                    NumberType::U16 => (0, u16::MAX.into()),
-                    NumberType::I32 => (i32::MIN.into(), i32::MAX.into()),
-                    _ => (0, i64::from(u32::MAX)),
-                };
-                // A cast saturates, so what is out of range differs after the way back.
-                let whole = value as i64;
-                if whole as f64 == value && (least..=most).contains(&whole) {
-                    Ok(Self::Integer(whole, integer.size()))
-                } else {
-                    Err(does_not_fit())
-                }
+        };
+        for &axis in &axes {
+            if let Some(value) = values(axis) {
+                patches.push(Patch {
+                    span: walk.cells[axis.property].span.clone(),
+                    number: element.properties[axis.property].number(),
+                    value: value?,
+                });
             }
         }
     }
+}
 
-    fn push_text(&self, out: &mut String) {
-        match *self {
-            Self::Single(x) => number::push_f32(out, x),
-            Self::Double(x) => number::push_f64(out, x),
-            Self::Integer(x, _) => out.push_str(&x.to_string()),
+fn faces<E: Encoded>(file: &PlyFile, number: usize, moves: &Moves<'_>, patches: &mut Vec<Patch>) {
+    let element = &file.layout.elements[number];
+    let axes = axes(element);
+    let mut normals = moves.normals.faces.iter().peekable();
+    let mut walk = Walk::new(&file.bytes, file.elements[number], element);
+    for face in 0..element.count {
+        if normals.peek().is_none() || walk.next::<E>().is_none() {
+            return;
+        }
+        let Some((_, normal)) = normals.next_if(|&&(f, _)| f as usize == face) else {
+            continue;
+        };
+        for axis in axes.iter().filter(|a| a.quantity == Quantity::Normal) {
+            let number = element.properties[axis.property].number();
+            patches.push(Patch {
+                span: walk.cells[axis.property].span.clone(),
+                number,
+                value: rounded(normal[axis.axis], number),
+            });
         }
     }
+}
 
-    /// Overwrites the number at the start of `out`.
-    fn store<B: binary::ByteOrder>(&self, out: &mut [u8]) {
-        match *self {
-            Self::Single(x) => out[..4].copy_from_slice(&B::little(x.to_le_bytes())),
-            Self::Double(x) => out[..8].copy_from_slice(&B::little(x.to_le_bytes())),
-            // The low bytes of a two's complement number are the number in fewer bits.
-            Self::Integer(x, 1) => out[..1].copy_from_slice(&(x as u8).to_le_bytes()),
-            Self::Integer(x, 2) => out[..2].copy_from_slice(&B::little((x as u16).to_le_bytes())),
-            Self::Integer(x, _) => out[..4].copy_from_slice(&B::little((x as u32).to_le_bytes())),
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Quantity {
+    Position,
+    Normal,
+}
+
+/// A property of a row that is one number of a position or normal.
+#[derive(Clone, Copy)]
+struct Axis {
+    quantity: Quantity,
+    axis: usize,
+    property: usize,
+}
+
+/// The numbers of positions and normals, in the order in which they stand in a row.
+fn axes(element: &Element) -> Vec<Axis> {
+    let mut axes = Vec::new();
+    for (property, kind) in element.properties.iter().enumerate() {
+        if let Property::Coordinate(axis, _) = *kind {
+            axes.push(Axis {
+                quantity: Quantity::Position,
+                axis,
+                property,
+            });
+        }
+    }
+    if let Some(group) = groups::normal(element) {
+        axes.extend(
+            group
+                .members
+                .iter()
+                .enumerate()
+                .map(|(axis, &property)| Axis {
+                    quantity: Quantity::Normal,
+                    axis,
+                    property,
+                }),
+        );
+    }
+    axes.sort_by_key(|axis| axis.property);
+    axes
+}
+
+/// The bytes with the patches in their places.
+fn patched<E: Encoded>(bytes: &[u8], patches: &[Patch]) -> Vec<u8> {
+    // New numbers of a text are often longer than old ones.
+    let room = if E::IS_TEXT { bytes.len() / 8 } else { 0 };
+    let mut out = Vec::with_capacity(bytes.len() + room);
+    let mut copied = 0;
+    for patch in patches {
+        out.extend_from_slice(&bytes[copied..patch.span.start]);
+        E::push(&mut out, patch.number, patch.value);
+        copied = patch.span.end;
+    }
+    out.extend_from_slice(&bytes[copied..]);
+    out
+}
+
+/// A coordinate in the file's own type: rounded to the nearest number of a floating-point type;
+/// integer types take only what they hold exactly, since rounding would move the vertex by up to
+/// half a unit.
+fn coordinate(value: f64, number: NumberType, vertex: usize) -> Result<Number, IoError> {
+    let fitting = match number {
+        NumberType::F64 => Some(Number::Double(value)),
+        NumberType::F32 => Some(value as f32)
+            .filter(|single| single.is_finite())
+            .map(Number::Single),
+        // A cast saturates, so what is out of range differs after the way back.
+        _ => Some(value as i64)
+            .filter(|&whole| whole as f64 == value && number.range().contains(&whole))
+            .map(Number::Integer),
+    };
+    fitting.ok_or(IoError::DoesNotFit {
+        vertex,
+        value,
+        number_type: number.name(),
+    })
+}
+
+/// The nearest number of a type.
+fn rounded(value: f64, number: NumberType) -> Number {
+    match number {
+        NumberType::F64 => Number::Double(value),
+        NumberType::F32 => Number::Single((value as f32).clamp(f32::MIN, f32::MAX)),
+        _ => {
+            let (least, most) = number.range().into_inner();
+            Number::Integer((value.round() as i64).clamp(least, most))
         }
     }
 }

@@ -1,0 +1,141 @@
+//! The most frequent binary rows, many at a time.
+
+use nalgebra::Point3;
+
+use crate::faces::FaceList;
+
+use super::binary::ByteOrder;
+use super::layout::{Element, ElementKind, NumberType, Property};
+use super::read::Body;
+
+/// Reads rows from `at`; how many, and where they end.
+pub(super) fn read<B: ByteOrder>(
+    bytes: &[u8],
+    at: usize,
+    element: &Element,
+    body: &mut Body<'_>,
+) -> (usize, usize) {
+    let rest = &bytes[at.min(bytes.len())..];
+    let (size, num_rows) = match (element.kind, element.stride()) {
+        (ElementKind::Vertex, Some(size)) => (size, vertices::<B>(rest, element, size, body)),
+        (ElementKind::Face, _) => triangles::<B>(rest, element, body).unwrap_or((0, 0)),
+        (ElementKind::Edge | ElementKind::Other, Some(size)) => {
+            let there = rest.len().checked_div(size).unwrap_or(0);
+            (size, there.min(element.count))
+        }
+        _ => (0, 0),
+    };
+    (num_rows, at + num_rows * size)
+}
+
+/// Vertices of rows of one size up to the first that is not finite.
+fn vertices<B: ByteOrder>(
+    rest: &[u8],
+    element: &Element,
+    size: usize,
+    body: &mut Body<'_>,
+) -> usize {
+    let mut places = [(0, NumberType::F32); 3];
+    let mut offset = 0;
+    for property in &element.properties {
+        if let Property::Coordinate(axis, number) = *property {
+            places[axis] = (offset, number);
+        }
+        offset += property.fixed_size().unwrap_or(0);
+    }
+    let offsets = places.map(|(offset, _)| offset);
+    let types = places.map(|(_, number)| number);
+    if size == 0 {
+        return 0;
+    }
+    let num_rows = (rest.len() / size).min(element.count);
+    let rows = rest[..num_rows * size].chunks_exact(size);
+    body.positions = match types {
+        [NumberType::F32, NumberType::F32, NumberType::F32] => rows
+            .map(|row| {
+                offsets
+                    .map(|at| f64::from(f32::from_le_bytes(number::<B, 4>(row, at))))
+                    .into()
+            })
+            .collect(),
+        [NumberType::F64, NumberType::F64, NumberType::F64] => rows
+            .map(|row| {
+                offsets
+                    .map(|at| f64::from_le_bytes(number::<B, 8>(row, at)))
+                    .into()
+            })
+            .collect(),
+        _ => return 0,
+    };
+    // Over all of them at once, which takes no branch a vertex.
+    let is_finite = |p: &Point3<f64>| p.iter().fold(true, |all, x| all & x.is_finite());
+    let num_finite = body
+        .positions
+        .chunks(1024)
+        .position(|chunk| !chunk.iter().fold(true, |all, p| all & is_finite(p)))
+        .map(|chunk| {
+            let start = 1024 * chunk;
+            let finite = body.positions[start..].iter().position(|p| !is_finite(p));
+            start + finite.unwrap_or(0)
+        });
+    if let Some(num_finite) = num_finite {
+        body.positions.truncate(num_finite);
+    }
+    body.positions.len()
+}
+
+/// Leading triangles of rows that hold a list of corners and else only numbers: the size of a row
+/// and how many there are.
+fn triangles<B: ByteOrder>(
+    rest: &[u8],
+    element: &Element,
+    body: &mut Body<'_>,
+) -> Option<(usize, usize)> {
+    let (mut before, mut after) = (0, 0);
+    let mut has_corners = false;
+    for property in &element.properties {
+        match *property {
+            Property::Corners(
+                NumberType::U8 | NumberType::I8,
+                NumberType::I32 | NumberType::U32,
+            ) => has_corners = true,
+            other if has_corners => after += other.fixed_size()?,
+            other => before += other.fixed_size()?,
+        }
+    }
+    let size = before + 13 + after;
+    let num_rows = (rest.len() / size).min(element.count);
+    // What the limits refuse is refused by the general walk, with the row that is too much.
+    body.check_corners(num_rows.checked_mul(3)?).ok()?;
+    body.limits.check_degree(3).ok()?;
+    let mut corners = vec![0u32; 3 * num_rows];
+    let num_vertices = u32::try_from(body.num_vertices).unwrap_or(u32::MAX);
+    let rows = rest[..num_rows * size].chunks_exact(size);
+    let mut num_good = 0;
+    for (row, triangle) in rows.zip(corners.as_chunks_mut::<3>().0) {
+        let Some(list) = row[before..].first_chunk::<13>() else {
+            break;
+        };
+        *triangle = [1, 5, 9].map(|at| u32::from_le_bytes(number::<B, 4>(list, at)));
+        // A negative index is a large one here.
+        let largest = triangle[0].max(triangle[1]).max(triangle[2]);
+        if list[0] != 3 || largest >= num_vertices {
+            break;
+        }
+        num_good += 1;
+    }
+    corners.truncate(3 * num_good);
+    body.faces = FaceList::from_triangles(corners);
+    Some((size, num_good))
+}
+
+/// The bytes of a number in a row that is long enough, in little-endian order.
+#[inline(always)]
+fn number<B: ByteOrder, const N: usize>(row: &[u8], at: usize) -> [u8; N] {
+    B::little(
+        row.get(at..)
+            .and_then(|rest| rest.first_chunk())
+            .copied()
+            .unwrap_or([0; N]),
+    )
+}

@@ -1,0 +1,66 @@
+//! Names that stand in a header without breaking it.
+
+use std::collections::HashSet;
+
+/// The names of an element that is being declared; each is given once.
+#[derive(Default)]
+pub(super) struct Names {
+    taken: HashSet<String>,
+}
+
+impl Names {
+    /// Keeps these names from being given to anything else.
+    pub(super) fn reserve(&mut self, names: &[&str]) {
+        self.taken.extend(names.iter().map(|&name| name.to_owned()));
+    }
+
+    /// A name that every reader takes, as near to the wanted one as can be.
+    pub(super) fn give(&mut self, wanted: &str) -> String {
+        // Far longer names than any reader has room for are cut.
+        const LONGEST: usize = 200;
+        let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+        let mut name: String = wanted
+            .chars()
+            .take(LONGEST)
+            .map(|c| if is_word(c) { c } else { '_' })
+            .collect();
+        if !name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') {
+            name.insert(0, '_');
+        }
+        let mut given = name.clone();
+        let mut number = 1u64;
+        while self.taken.contains(&given) {
+            number += 1;
+            given = format!("{name}_{number}");
+        }
+        self.taken.insert(given.clone());
+        given
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ply::header::is_plain_name;
+
+    #[test]
+    fn names_are_words_and_given_once() {
+        let mut names = Names::default();
+        names.reserve(&["x"]);
+        let wanted = [
+            "x",
+            "",
+            "a b\n",
+            "9",
+            "\u{e9}t\u{e9}",
+            "a_b_",
+            "x_2",
+            "ok-1",
+        ];
+        let given = wanted.map(|name| names.give(name));
+        let expected = ["x_2", "_", "a_b_", "_9", "_t_", "a_b__2", "x_2_2", "ok-1"];
+        assert_eq!(given, expected);
+        assert!(given.iter().all(|name| is_plain_name(name)));
+        assert!(is_plain_name(&names.give(&"\u{1}".repeat(100_000))));
+    }
+}

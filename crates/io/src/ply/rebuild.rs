@@ -1,0 +1,436 @@
+//! The PLY file of a mesh made of another's vertices and faces.
+//!
+//! Rows go where their vertices and faces go; what they hold is copied as it stands, except for
+//! the indices of vertices, and lists with the same number of items for each corner of a face,
+//! whose items follow the corners.
+
+use std::ops::Range;
+
+use crate::attributes::NONE;
+use crate::error::IoError;
+use crate::remap::Remap;
+
+use super::PlyFile;
+use super::layout::{CORNERS, Element, ElementKind, NumberType, Property};
+use super::rows::{Encoded, Number, Walk, with_encoding};
+
+/// The bytes of the new file.
+pub(super) fn rebuild(file: &PlyFile, remap: &Remap) -> Result<Vec<u8>, IoError> {
+    with_encoding!(file.layout.encoding, build(file, remap))
+}
+
+fn build<E: Encoded>(file: &PlyFile, remap: &Remap) -> Result<Vec<u8>, IoError> {
+    let layout = &file.layout;
+    let mut header = HeaderPatch::new(file);
+    let mut rows = Rows {
+        file,
+        remap,
+        line_end: header.line_end,
+        out: Vec::new(),
+    };
+    let mut has_faces = false;
+    for (number, element) in layout.elements.iter().enumerate() {
+        let span = file.elements[number]..file.elements[number + 1];
+        let count = match element.kind {
+            ElementKind::Vertex => rows.vertices::<E>(element)?,
+            ElementKind::Face => {
+                has_faces = true;
+                rows.faces::<E>(element, span.start)?
+            }
+            ElementKind::Strips => {
+                has_faces = true;
+                header.replace(element, &rows.declaration());
+                rows.plain_faces::<E>()?;
+                continue;
+            }
+            ElementKind::Edge => rows.edges::<E>(element, span)?,
+            ElementKind::Other => {
+                rows.copy::<E>(span);
+                element.count
+            }
+        };
+        header.set_count(element, count);
+    }
+    if !has_faces && !remap.faces.is_empty() {
+        header.insert(layout.header_end[0], rows.declaration());
+        rows.plain_faces::<E>()?;
+    }
+    // What stands behind the last row.
+    rows.copy::<E>(file.elements[layout.elements.len()]..file.bytes.len());
+    let mut out = header.finish(layout.header_end[1]);
+    out.extend_from_slice(&rows.out);
+    Ok(out)
+}
+
+/// The header with some of its parts replaced, from front to back.
+struct HeaderPatch<'a> {
+    bytes: &'a [u8],
+    line_end: &'static str,
+    copied: usize,
+    out: Vec<u8>,
+}
+
+impl<'a> HeaderPatch<'a> {
+    fn new(file: &'a PlyFile) -> Self {
+        let bytes = file.bytes.as_slice();
+        let first = bytes.iter().position(|&b| b == b'\n' || b == b'\r');
+        let line_end = match first.map(|at| &bytes[at..]) {
+            Some([b'\r', b'\n', ..]) => "\r\n",
+            Some([b'\r', ..]) => "\r",
+            _ => "\n",
+        };
+        Self {
+            bytes,
+            line_end,
+            copied: 0,
+            out: Vec::new(),
+        }
+    }
+
+    fn put(&mut self, span: Range<usize>, text: &str) {
+        self.out
+            .extend_from_slice(&self.bytes[self.copied..span.start]);
+        self.out.extend_from_slice(text.as_bytes());
+        self.copied = span.end;
+    }
+
+    fn set_count(&mut self, element: &Element, count: usize) {
+        if count != element.count {
+            self.put(element.place.count.clone(), &count.to_string());
+        }
+    }
+
+    /// Puts other lines in the place of an element and its properties.
+    fn replace(&mut self, element: &Element, lines: &[String]) {
+        let text: String = lines
+            .iter()
+            .flat_map(|line| [line.as_str(), self.line_end])
+            .collect();
+        for (i, line) in element.place.lines.iter().enumerate() {
+            self.put(line.clone(), if i == 0 { &text } else { "" });
+        }
+    }
+
+    fn insert(&mut self, at: usize, lines: [String; 2]) {
+        for line in lines {
+            self.put(at..at, &line);
+            self.put(at..at, self.line_end);
+        }
+    }
+
+    fn finish(mut self, end: usize) -> Vec<u8> {
+        self.put(end..end, "");
+        self.out
+    }
+}
+
+/// The new rows.
+struct Rows<'a> {
+    file: &'a PlyFile,
+    remap: &'a Remap,
+    line_end: &'static str,
+    out: Vec<u8>,
+}
+
+impl Rows<'_> {
+    fn end_row<E: Encoded>(&mut self) {
+        if E::IS_TEXT {
+            self.out.extend_from_slice(self.line_end.as_bytes());
+        }
+    }
+
+    /// Rows as they stand.
+    fn copy<E: Encoded>(&mut self, span: Range<usize>) {
+        let rows = &self.file.bytes[span];
+        let is_blank = E::IS_TEXT && rows.trim_ascii().is_empty();
+        if !is_blank {
+            E::push_raw(&mut self.out, rows);
+            self.end_row::<E>();
+        }
+    }
+
+    fn vertices<E: Encoded>(&mut self, element: &Element) -> Result<usize, IoError> {
+        let file = self.file;
+        let mut walk = Walk::new(&file.bytes, 0, element);
+        for &vertex in &self.remap.vertices {
+            let vertex = vertex as usize;
+            let start = file.starts.get(vertex).filter(|_| vertex < element.count);
+            let row = start.and_then(|start| {
+                walk.at = start;
+                walk.next::<E>()
+            });
+            let row = row.ok_or(IoError::NoSuchVertex {
+                vertex,
+                num_vertices: element.count,
+            })?;
+            E::push_raw(&mut self.out, &file.bytes[row]);
+            self.end_row::<E>();
+        }
+        Ok(self.remap.vertices.len())
+    }
+
+    fn faces<E: Encoded>(&mut self, element: &Element, start: usize) -> Result<usize, IoError> {
+        let (file, remap) = (self.file, self.remap);
+        let (starts, per_corner) = old_faces::<E>(file, element, start);
+        let mut walk = Walk::new(&file.bytes, start, element);
+        for (face, polygon) in remap.faces.iter().enumerate() {
+            let source = remap.face_sources.get(face).copied().unwrap_or(NONE);
+            let row = starts.get(source as usize).and_then(|&start| {
+                walk.at = start;
+                walk.next::<E>()
+            });
+            let mut end = 0;
+            for (i, &property) in element.properties.iter().enumerate() {
+                let cell = row.as_ref().map(|_| &walk.cells[i]);
+                end = cell.map_or(end, |cell| cell.span.end);
+                match property {
+                    Property::Corners(length, item) => {
+                        self.polygon::<E>(polygon, length, item)?;
+                    }
+                    Property::List(length, item) => match (&per_corner[i], cell) {
+                        (Some(items), _) => self.corner_items::<E>(items, face, length, item)?,
+                        (None, Some(cell)) => {
+                            E::push_raw(&mut self.out, &file.bytes[cell.span.clone()]);
+                        }
+                        (None, None) => E::push(&mut self.out, length, Number::Integer(0)),
+                    },
+                    Property::Scalar(number) | Property::Coordinate(_, number) => match cell {
+                        Some(cell) => {
+                            E::push_raw(&mut self.out, &file.bytes[cell.span.clone()]);
+                        }
+                        None => E::push(&mut self.out, number, Number::zero(number)),
+                    },
+                }
+            }
+            if let Some(row) = row {
+                // A text may have more numbers in a row than were declared.
+                E::push_raw(&mut self.out, &file.bytes[end..row.end]);
+            }
+            self.end_row::<E>();
+        }
+        Ok(remap.faces.len())
+    }
+
+    fn polygon<E: Encoded>(
+        &mut self,
+        polygon: &[u32],
+        length: NumberType,
+        item: NumberType,
+    ) -> Result<(), IoError> {
+        self.length::<E>(polygon.len(), length)?;
+        for &vertex in polygon {
+            let index = index(vertex, item)?;
+            E::push(&mut self.out, item, index);
+        }
+        Ok(())
+    }
+
+    fn length<E: Encoded>(&mut self, length: usize, number: NumberType) -> Result<(), IoError> {
+        let fitting = i64::try_from(length).ok();
+        let fitting = fitting.filter(|length| number.range().contains(length));
+        let length = fitting.ok_or_else(|| {
+            unfit(format!(
+                "a list of {length} numbers in a file whose lists have lengths of type `{}`",
+                number.name()
+            ))
+        })?;
+        E::push(&mut self.out, number, Number::Integer(length));
+        Ok(())
+    }
+
+    /// A list whose items follow the corners of the face; empty if none of them has any.
+    fn corner_items<E: Encoded>(
+        &mut self,
+        items: &CornerItems,
+        face: usize,
+        length: NumberType,
+        item: NumberType,
+    ) -> Result<(), IoError> {
+        let (file, remap) = (self.file, self.remap);
+        let corners = remap.faces.corner_range(face);
+        let place = |corner: usize| {
+            let old = *remap.corner_sources.get(corner)?;
+            let place = *items.places.get(old as usize)?;
+            (place != NOWHERE).then_some(place)
+        };
+        if corners.clone().all(|corner| place(corner).is_none()) {
+            return self.length::<E>(0, length);
+        }
+        self.length::<E>(items.per_corner * corners.len(), length)?;
+        for corner in corners {
+            let start = place(corner);
+            let end = start.and_then(|start| E::skip(&file.bytes, start, items.per_corner, item));
+            match start.zip(end) {
+                Some((start, end)) => E::push_raw(&mut self.out, &file.bytes[start..end]),
+                None => (0..items.per_corner)
+                    .for_each(|_| E::push(&mut self.out, item, Number::zero(item))),
+            }
+        }
+        Ok(())
+    }
+
+    /// The header lines for faces that had none.
+    fn declaration(&self) -> [String; 2] {
+        let length = self.plain_length().name();
+        [
+            format!("element face {}", self.remap.faces.len()),
+            format!("property list {length} int {}", CORNERS[0]),
+        ]
+    }
+
+    fn plain_length(&self) -> NumberType {
+        if self.remap.faces.iter().all(|polygon| polygon.len() <= 255) {
+            NumberType::U8
+        } else {
+            NumberType::U32
+        }
+    }
+
+    fn plain_faces<E: Encoded>(&mut self) -> Result<(), IoError> {
+        let (length, remap) = (self.plain_length(), self.remap);
+        for polygon in remap.faces.iter() {
+            self.polygon::<E>(polygon, length, NumberType::I32)?;
+            self.end_row::<E>();
+        }
+        Ok(())
+    }
+
+    /// Edges between vertices that are still there; how many.
+    fn edges<E: Encoded>(
+        &mut self,
+        element: &Element,
+        span: Range<usize>,
+    ) -> Result<usize, IoError> {
+        let end = |name: &str| {
+            let property = element.names.iter().position(|n| n == name)?;
+            match element.properties[property] {
+                Property::Scalar(number) if number.is_integer() => Some(property),
+                _ => None,
+            }
+        };
+        let Some(ends) = end("vertex1").zip(end("vertex2")) else {
+            self.copy::<E>(span);
+            return Ok(element.count);
+        };
+        let mut new = vec![NONE; self.file.layout.num_vertices];
+        for (number, &old) in (0u32..).zip(&self.remap.vertices) {
+            if let Some(new @ &mut NONE) = new.get_mut(old as usize) {
+                *new = number;
+            }
+        }
+        let bytes = &self.file.bytes;
+        let mut walk = Walk::new(bytes, span.start, element);
+        let mut count = 0;
+        for _ in 0..element.count {
+            let Some(row) = walk.next::<E>() else { break };
+            let vertex = |property: usize| {
+                let number = element.properties[property].number();
+                let old = E::integer(&bytes[walk.cells[property].span.clone()], number)?;
+                let new = *new.get(usize::try_from(old).ok()?)?;
+                (new != NONE).then_some(new)
+            };
+            let Some(pair) = vertex(ends.0).zip(vertex(ends.1)) else {
+                continue;
+            };
+            let mut copied = row.start;
+            for (i, &property) in element.properties.iter().enumerate() {
+                let span = walk.cells[i].span.clone();
+                copied = span.end;
+                let vertex = match i {
+                    _ if i == ends.0 => pair.0,
+                    _ if i == ends.1 => pair.1,
+                    _ => {
+                        E::push_raw(&mut self.out, &bytes[span]);
+                        continue;
+                    }
+                };
+                let number = property.number();
+                E::push(&mut self.out, number, index(vertex, number)?);
+            }
+            E::push_raw(&mut self.out, &bytes[copied..row.end]);
+            self.end_row::<E>();
+            count += 1;
+        }
+        Ok(count)
+    }
+}
+
+/// The items of a list of each face, so many for each corner.
+struct CornerItems {
+    per_corner: usize,
+    /// Where the items of each old corner start, or [`NOWHERE`].
+    places: Vec<usize>,
+}
+
+const NOWHERE: usize = usize::MAX;
+
+/// Where the rows of the old faces start, and for each property the items of the corners if it is
+/// a list that has as many for every corner (or none for a face).
+fn old_faces<E: Encoded>(
+    file: &PlyFile,
+    element: &Element,
+    start: usize,
+) -> (Vec<usize>, Vec<Option<CornerItems>>) {
+    let bytes = &file.bytes;
+    let mut starts = Vec::new();
+    let mut lists: Vec<Option<CornerItems>> = element
+        .properties
+        .iter()
+        .map(|property| {
+            matches!(property, Property::List(..)).then_some(CornerItems {
+                per_corner: 0,
+                places: Vec::new(),
+            })
+        })
+        .collect();
+    let corners = element
+        .properties
+        .iter()
+        .position(|property| matches!(property, Property::Corners(..)));
+    let mut walk = Walk::new(bytes, start, element);
+    for _ in 0..element.count {
+        let Some(row) = walk.next::<E>() else { break };
+        starts.push(row.start);
+        let degree = corners.map_or(0, |corners| walk.cells[corners].length);
+        for (i, list) in lists.iter_mut().enumerate() {
+            let Some(items) = list else { continue };
+            let cell = &walk.cells[i];
+            let of_each = cell.length.checked_div(degree).unwrap_or(0);
+            if cell.length == 0 {
+                items.places.resize(items.places.len() + degree, NOWHERE);
+            } else if of_each * degree == cell.length
+                && (items.per_corner == 0 || items.per_corner == of_each)
+            {
+                items.per_corner = of_each;
+                let mut at = cell.items.start;
+                let number = element.properties[i].number();
+                for _ in 0..degree {
+                    items.places.push(at);
+                    at = E::skip(bytes, at, of_each, number).unwrap_or(at);
+                }
+            } else {
+                *list = None;
+            }
+        }
+    }
+    (starts, lists)
+}
+
+fn index(vertex: u32, number: NumberType) -> Result<Number, IoError> {
+    let index = i64::from(vertex);
+    if number.range().contains(&index) {
+        Ok(Number::Integer(index))
+    } else {
+        Err(unfit(format!(
+            "vertex {vertex} in a file whose indices have the type `{}`",
+            number.name()
+        )))
+    }
+}
+
+fn unfit(feature: String) -> IoError {
+    IoError::Unsupported {
+        feature,
+        remedy: "save in another format",
+    }
+}
