@@ -1,33 +1,346 @@
 //! glTF 2.0, as JSON and in one binary file.
+//!
+//! The vertices of the document are the elements of the POSITION accessors of all triangles, each
+//! accessor once, in the order of meshes and primitives; they stand where the first node that
+//! shows the mesh puts them. A write keeps the JSON text and the buffers byte by byte but for what
+//! a moved vertex changes.
+//!
+//! Source: Khronos, "glTF 2.0 Specification", 2021.
 
+mod accessor;
+mod attributes;
+mod buffers;
+mod container;
+mod geometry;
+mod json;
+mod model;
+mod new;
+mod private;
+mod rebuild;
+mod scene;
+#[cfg(test)]
+mod tests;
+mod write;
+
+use std::io::{Error, ErrorKind};
+use std::sync::Arc;
+
+use self::buffers::{Buffer, Kind};
+use self::container::Container;
+use self::geometry::Geometry;
+use self::model::{Accessor, Mesh as JsonMesh, Root, View};
 use crate::attributes::Attributes;
-use crate::document::Document;
-use crate::error::IoError;
+use crate::document::{Document, Parsed};
+use crate::error::{IoError, quote};
 use crate::format::Format;
 use crate::limits::Limits;
+use crate::remap::Remap;
 use crate::resolve::Resolve;
-use crate::writer::Contents;
+use crate::source::{Mesh, Moves, SourceFile};
+
+pub(crate) use self::new::{losses, write_new};
 
 /// Whether the content starts as a GLB does.
 pub(crate) fn is_glb(bytes: &[u8]) -> bool {
-    bytes.starts_with(b"glTF")
+    bytes.starts_with(container::MAGIC)
 }
 
 /// Reads a glTF or GLB file.
 pub(crate) fn read(
-    _bytes: Vec<u8>,
-    _limits: &Limits,
-    _resolver: &dyn Resolve,
+    bytes: Vec<u8>,
+    limits: &Limits,
+    resolver: &dyn Resolve,
 ) -> Result<Document, IoError> {
-    Err(IoError::UnknownFormat)
+    let (file, parsed) = GltfFile::read(bytes, limits, resolver)?;
+    Document::from_source(parsed, file)
 }
 
-/// What a new glTF cannot hold, in words.
-pub(crate) fn losses(_attributes: &Attributes) -> Vec<String> {
-    Vec::new()
+/// The bytes of a file and of its buffers.
+#[derive(Clone, PartialEq, Eq, Debug)]
+struct Buffers {
+    file: Vec<u8>,
+    list: Vec<Buffer>,
 }
 
-/// A new glTF or GLB file.
-pub(crate) fn write_new(_contents: &Contents<'_>, _format: Format) -> Result<Vec<u8>, IoError> {
-    Err(IoError::UnknownFormat)
+impl Buffers {
+    fn len(&self) -> usize {
+        self.list.len()
+    }
+
+    /// The bytes of a buffer, as many as the JSON says.
+    fn bytes(&self, buffer: usize) -> &[u8] {
+        self.list
+            .get(buffer)
+            .map_or(&[], |buffer| buffer.bytes(&self.file))
+    }
+
+    /// Whether a buffer has a place at all.
+    fn is_there(&self, buffer: usize) -> bool {
+        self.list
+            .get(buffer)
+            .is_some_and(|buffer| buffer.kind != Kind::Absent)
+    }
+
+    /// The bytes of the file and of what it refers to, which bound all counts.
+    fn num_bytes(&self) -> usize {
+        let external = self.list.iter().filter(|b| b.kind == Kind::External);
+        external
+            .map(|buffer| buffer.length)
+            .fold(self.file.len(), usize::saturating_add)
+    }
+}
+
+/// A glTF file as it was read.
+#[derive(Debug)]
+struct GltfFile {
+    buffers: Buffers,
+    container: Container,
+    accessors: Vec<Accessor>,
+    views: Vec<View>,
+    meshes: Vec<JsonMesh>,
+    /// Names for the materials, for labels.
+    materials: Vec<String>,
+    geometry: Geometry,
+    /// Accessors that something other than a primitive refers to: skins and animations.
+    other_uses: Vec<u64>,
+    /// Views that hold images.
+    images: Vec<u64>,
+    extras: Vec<String>,
+    limits: Limits,
+}
+
+impl GltfFile {
+    fn read(
+        bytes: Vec<u8>,
+        limits: &Limits,
+        resolver: &dyn Resolve,
+    ) -> Result<(Self, Parsed), IoError> {
+        limits.check_bytes(bytes.len() as u64)?;
+        let mut warnings = Vec::new();
+        let container = Container::read(&bytes, &mut warnings)?;
+        let start = container.json.start;
+        let text = std::str::from_utf8(&bytes[container.json.clone()]).map_err(|error| {
+            IoError::Malformed {
+                place: crate::error::Place::Byte(start + error.valid_up_to()),
+                problem: "the JSON is not UTF-8".to_owned(),
+            }
+        })?;
+        let root = Root::read(text, start, limits)?;
+        check_extensions(&root)?;
+        let list = buffers::load(&root, &container, bytes.len(), limits, resolver)?;
+        let extras = extras(&root, &container);
+        // The URIs borrow from the bytes, which are to be moved.
+        let root = Root {
+            buffers: Vec::new(),
+            ..root
+        };
+        let root: Root<'static> = root;
+        let buffers = Buffers { file: bytes, list };
+        let (geometry, mut parsed) = Geometry::read(&root, &buffers, limits, &mut warnings)?;
+        parsed.warnings = warnings;
+        let materials = root.materials.into_iter().enumerate();
+        let name = |(number, material): (usize, model::Named)| {
+            material
+                .name
+                .unwrap_or_else(|| format!("material {number}"))
+        };
+        let skins = root.skins.iter().filter_map(|skin| skin.matrices);
+        let samplers = root
+            .animations
+            .iter()
+            .flat_map(|animation| &animation.samplers);
+        let animated = samplers.flat_map(|sampler| [sampler.input, sampler.output]);
+        let file = Self {
+            buffers,
+            container,
+            materials: materials.map(name).collect(),
+            geometry,
+            other_uses: skins.chain(animated).collect(),
+            images: root.images.iter().filter_map(|image| image.view).collect(),
+            accessors: root.accessors,
+            views: root.views,
+            meshes: root.meshes,
+            extras,
+            limits: *limits,
+        };
+        Ok((file, parsed))
+    }
+
+    /// The JSON text.
+    fn text(&self) -> &str {
+        let bytes = self.buffers.file.get(self.container.json.clone());
+        // It was checked when the file was read.
+        std::str::from_utf8(bytes.unwrap_or(&[])).unwrap_or_default()
+    }
+
+    /// The chunks of a GLB that are neither JSON nor data, and what stands behind its end.
+    fn chunks(&self) -> (impl Iterator<Item = &[u8]> + Clone, &[u8]) {
+        let file = &self.buffers.file;
+        // The end of the GLB as its header has it; every chunk lies before it.
+        let length = file.get(8..).and_then(|b| b.first_chunk().copied());
+        let end = length.map_or(0, |b| u32::from_le_bytes(b) as usize);
+        let is_chunk = move |range: &&std::ops::Range<usize>| range.start < end;
+        let chunks = self.container.others.iter().filter(is_chunk);
+        let trailing = if self.container.is_binary {
+            end
+        } else {
+            file.len()
+        };
+        (
+            chunks.map(|range| &file[range.clone()]),
+            file.get(trailing..).unwrap_or(&[]),
+        )
+    }
+
+    /// The primitive that a piece was read from.
+    fn primitive(&self, piece: &geometry::Piece) -> Option<&model::Primitive> {
+        self.meshes.get(piece.mesh)?.primitives.get(piece.primitive)
+    }
+
+    /// The semantics of the primitives that have faces.
+    fn has_attribute(&self, semantic: &str) -> bool {
+        let mut primitives = self
+            .geometry
+            .pieces
+            .iter()
+            .filter_map(|p| self.primitive(p));
+        primitives.any(|primitive| primitive.attributes.contains_key(semantic))
+    }
+}
+
+impl SourceFile for GltfFile {
+    fn format(&self) -> Format {
+        if self.container.is_binary {
+            Format::Glb
+        } else {
+            Format::Gltf
+        }
+    }
+
+    fn writes(&self, format: Format) -> bool {
+        matches!(format, Format::Gltf | Format::Glb)
+    }
+
+    fn attributes(&self, mesh: Mesh<'_>) -> Result<Attributes, IoError> {
+        attributes::decode(self, mesh)
+    }
+
+    fn has_normals(&self) -> bool {
+        self.has_attribute("NORMAL")
+    }
+
+    fn extras(&self) -> Vec<String> {
+        self.extras.clone()
+    }
+
+    fn stale(&self) -> Vec<String> {
+        let mut stale = Vec::new();
+        let mut primitives = self
+            .geometry
+            .pieces
+            .iter()
+            .filter_map(|p| self.primitive(p));
+        if primitives.any(|primitive| !primitive.targets.is_empty()) {
+            stale.push("morph targets".to_owned());
+        }
+        if self.has_attribute("TANGENT") {
+            stale.push("tangents".to_owned());
+        }
+        stale
+    }
+
+    fn write(&self, format: Format, moves: &Moves<'_>) -> Result<Vec<u8>, IoError> {
+        write::write(self, format, moves)
+    }
+
+    fn rebuild(&self, remap: &Remap, mesh: Mesh<'_>) -> Result<Arc<dyn SourceFile>, IoError> {
+        Ok(Arc::new(rebuild::rebuild(self, remap, mesh)?))
+    }
+}
+
+/// Refuses what the file requires and this reader cannot do.
+fn check_extensions(root: &Root<'_>) -> Result<(), IoError> {
+    // These say how surfaces look or are lit, or how numbers are stored; all of it is kept.
+    const KNOWN: [&str; 4] = [
+        "KHR_mesh_quantization",
+        "KHR_texture_basisu",
+        "KHR_texture_transform",
+        "KHR_lights_punctual",
+    ];
+    const KNOWN_PREFIXES: [&str; 4] = [
+        "KHR_materials_",
+        "EXT_materials_",
+        "EXT_texture_",
+        "EXT_lights_",
+    ];
+    for name in &root.extensions_required {
+        if KNOWN.contains(&name.as_str()) || KNOWN_PREFIXES.iter().any(|p| name.starts_with(p)) {
+            continue;
+        }
+        if name == "KHR_draco_mesh_compression" {
+            return Err(geometry::draco());
+        }
+        return Err(IoError::Unsupported {
+            feature: format!("the extension {}", quote(name.as_bytes())),
+            remedy: if name.contains("meshopt") {
+                "write the file without compression, for example with `gltf-transform copy`"
+            } else {
+                "the file requires it; write it without"
+            },
+        });
+    }
+    Ok(())
+}
+
+/// What only a glTF can say, in words.
+fn extras(root: &Root<'_>, container: &Container) -> Vec<String> {
+    let primitives = || root.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    let num_unshown = primitives().filter(|p| p.mode < 4).count();
+    let has_targets = primitives().any(|p| !p.targets.is_empty());
+    let counts = [
+        (root.nodes.len(), "node", "nodes"),
+        (root.skins.len(), "skin", "skins"),
+        (root.animations.len(), "animation", "animations"),
+        (root.cameras.len(), "camera", "cameras"),
+        (
+            root.materials.len(),
+            "material but its name",
+            "materials but their names",
+        ),
+        (root.textures.len(), "texture", "textures"),
+        (root.images.len(), "image", "images"),
+        (
+            num_unshown,
+            "primitive of points or lines",
+            "primitives of points or lines",
+        ),
+        (container.others.len(), "further chunk", "further chunks"),
+    ];
+    let mut extras: Vec<String> = counts
+        .into_iter()
+        .filter(|&(count, ..)| count > 0)
+        .map(|(count, one, more)| format!("{count} {}", if count == 1 { one } else { more }))
+        .collect();
+    if has_targets {
+        extras.push("morph targets".to_owned());
+    }
+    if root.extras.is_some() {
+        extras.push("application data (`extras`)".to_owned());
+    }
+    if root.extensions.is_some() {
+        extras.push("data of extensions".to_owned());
+    }
+    extras
+}
+
+/// Refuses every file: what is needed is there already.
+struct Kept<'a>(&'a [(String, Vec<u8>)]);
+
+impl Resolve for Kept<'_> {
+    fn resolve(&self, uri: &str, _max_bytes: u64) -> Result<Vec<u8>, Error> {
+        let found = self.0.iter().find(|(name, _)| name == uri);
+        found
+            .map(|(_, bytes)| bytes.clone())
+            .ok_or_else(|| Error::from(ErrorKind::NotFound))
+    }
 }

@@ -1,0 +1,232 @@
+//! The bytes of the buffers: the binary chunk, data URIs, and files that the resolver finds.
+
+use std::borrow::Cow;
+use std::ops::Range;
+
+use base64::Engine;
+use base64::alphabet::STANDARD;
+use base64::engine::general_purpose::GeneralPurpose;
+use base64::engine::{DecodePaddingMode, GeneralPurposeConfig};
+
+use super::container::Container;
+use super::model::Root;
+use crate::error::{IoError, quote};
+use crate::limits::Limits;
+use crate::resolve::Resolve;
+
+/// The bytes of one buffer.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(super) struct Buffer {
+    pub(super) kind: Kind,
+    pub(super) data: Data,
+    /// What the JSON says; not more than there is.
+    pub(super) length: usize,
+}
+
+/// Where a buffer comes from.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Kind {
+    /// The binary chunk of a GLB.
+    Chunk,
+    /// In the JSON, as a data URI.
+    Embedded,
+    /// A file beside this one.
+    External,
+    /// Without a place.
+    Absent,
+}
+
+/// Bytes of the file itself are not copied.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(super) enum Data {
+    File(Range<usize>),
+    Own(Vec<u8>),
+}
+
+impl Buffer {
+    /// Its bytes, given those of the file.
+    pub(super) fn bytes<'a>(&'a self, file: &'a [u8]) -> &'a [u8] {
+        let bytes = match &self.data {
+            Data::File(range) => file.get(range.clone()).unwrap_or(&[]),
+            Data::Own(bytes) => bytes,
+        };
+        &bytes[..self.length.min(bytes.len())]
+    }
+}
+
+/// Finds the bytes of all buffers.
+pub(super) fn load(
+    root: &Root<'_>,
+    container: &Container,
+    file_length: usize,
+    limits: &Limits,
+    resolver: &dyn Resolve,
+) -> Result<Vec<Buffer>, IoError> {
+    let mut buffers = Vec::new();
+    let mut taken = file_length as u64;
+    for (number, buffer) in root.buffers.iter().enumerate() {
+        let chunk = container.bin.clone().filter(|_| number == 0);
+        let path = |field: &str| format!("buffers[{number}].{field}");
+        let (kind, data) = match (buffer.uri.as_deref(), chunk) {
+            (Some(uri), _) => match uri.get(..5) {
+                Some(scheme) if scheme.eq_ignore_ascii_case("data:") => {
+                    let bytes = decode(&uri[5..]).map_err(|problem| IoError::Gltf {
+                        path: path("uri"),
+                        problem,
+                    })?;
+                    (Kind::Embedded, Data::Own(bytes))
+                }
+                _ => {
+                    let rest = limits.max_bytes.saturating_sub(taken);
+                    // As many bytes as the JSON promises would do, but a file may be longer.
+                    (Kind::External, Data::Own(external(uri, rest, resolver)?))
+                }
+            },
+            (None, Some(chunk)) => (Kind::Chunk, Data::File(chunk)),
+            (None, None) => (Kind::Absent, Data::Own(Vec::new())),
+        };
+        let found = match &data {
+            Data::File(range) => range.len(),
+            Data::Own(bytes) => {
+                taken = taken.saturating_add(bytes.len() as u64);
+                bytes.len()
+            }
+        };
+        limits.check_bytes(taken)?;
+        limits.check_memory(usize::try_from(taken).unwrap_or(usize::MAX), 0, 0)?;
+        let length = match kind {
+            // Whoever needs it gets the error.
+            Kind::Absent => 0,
+            _ if buffer.length > found as u64 => {
+                return Err(IoError::Gltf {
+                    path: path("byteLength"),
+                    problem: format!("{} bytes are promised and there are {found}", buffer.length),
+                });
+            }
+            // Not more than `found`.
+            _ => buffer.length as usize,
+        };
+        buffers.push(Buffer { kind, data, length });
+    }
+    Ok(buffers)
+}
+
+/// A file that the resolver finds.
+fn external(uri: &str, max_bytes: u64, resolver: &dyn Resolve) -> Result<Vec<u8>, IoError> {
+    let refused = |problem: String| IoError::External {
+        uri: quote(uri.as_bytes()),
+        problem,
+    };
+    let name = unescape(uri).map_err(refused)?;
+    let name = String::from_utf8(name.into_owned())
+        .map_err(|_| refused("its percent escapes are not UTF-8".to_owned()))?;
+    let bytes = resolver.resolve(&name, max_bytes);
+    let bytes = bytes.map_err(|error| refused(error.to_string()))?;
+    if bytes.len() as u64 > max_bytes {
+        return Err(refused("it is larger than the limit".to_owned()));
+    }
+    Ok(bytes)
+}
+
+/// The bytes of a data URI, given what stands behind `data:`.
+fn decode(uri: &str) -> Result<Vec<u8>, String> {
+    let Some((head, data)) = uri.split_once(',') else {
+        return Err("a data URI needs a comma before its data".to_owned());
+    };
+    if head.contains(";;") {
+        return Err("a data URI has an empty parameter before its base64 data".to_owned());
+    }
+    let data = unescape(data)?;
+    let is_base64 = head
+        .rsplit(';')
+        .next()
+        .is_some_and(|word| word.eq_ignore_ascii_case("base64"));
+    if !is_base64 {
+        return Ok(data.into_owned());
+    }
+    engine()
+        .decode(data.as_ref())
+        .map_err(|error| format!("the base64 data is wrong: {error}"))
+}
+
+/// The data URI of these bytes.
+pub(super) fn encode(bytes: &[u8]) -> String {
+    let mut uri = "data:application/octet-stream;base64,".to_owned();
+    engine().encode_string(bytes, &mut uri);
+    uri
+}
+
+/// Base64 as it should be written, read with or without the padding.
+fn engine() -> GeneralPurpose {
+    let config =
+        GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent);
+    GeneralPurpose::new(&STANDARD, config)
+}
+
+/// Without percent escapes.
+fn unescape(text: &str) -> Result<Cow<'_, [u8]>, String> {
+    if !text.contains('%') {
+        return Ok(Cow::Borrowed(text.as_bytes()));
+    }
+    let mut bytes = Vec::with_capacity(text.len());
+    let mut rest = text.as_bytes();
+    while let [first, tail @ ..] = rest {
+        rest = tail;
+        if *first != b'%' {
+            bytes.push(*first);
+            continue;
+        }
+        let digits = tail.first_chunk::<2>();
+        let digit = |b: u8| char::from(b).to_digit(16);
+        let value = digits.and_then(|&[a, b]| Some(digit(a)? * 16 + digit(b)?));
+        let Some(value) = value.and_then(|value| u8::try_from(value).ok()) else {
+            return Err("`%` is not followed by two hexadecimal digits".to_owned());
+        };
+        bytes.push(value);
+        rest = &tail[2..];
+    }
+    Ok(Cow::Owned(bytes))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn data_uris_are_decoded() {
+        assert_eq!(
+            decode("application/octet-stream;base64,AAEC/w==").unwrap(),
+            [0, 1, 2, 255]
+        );
+        assert_eq!(decode(";base64,AAEC%2fw").unwrap(), [0, 1, 2, 255]);
+        assert_eq!(decode("text/plain,a%20b").unwrap(), b"a b");
+        assert_eq!(
+            decode(&encode(&[0, 1, 2, 255])[5..]).unwrap(),
+            [0, 1, 2, 255]
+        );
+        assert!(decode("base64").unwrap_err().contains("comma"));
+        assert!(
+            decode(";base64,A*==")
+                .unwrap_err()
+                .starts_with("the base64 data is wrong")
+        );
+        assert!(
+            decode(",%F")
+                .unwrap_err()
+                .starts_with("`%` is not followed")
+        );
+    }
+
+    #[test]
+    fn escapes_that_are_not_text_are_refused() {
+        let error = external("%FF.bin", 10, &crate::resolve::NoFiles).unwrap_err();
+        assert!(
+            error
+                .to_string()
+                .contains("its percent escapes are not UTF-8"),
+            "{error}"
+        );
+        let error = external("a%zz.bin", 10, &crate::resolve::NoFiles).unwrap_err();
+        assert!(error.to_string().contains("hexadecimal"), "{error}");
+    }
+}

@@ -1,0 +1,452 @@
+//! The vertices and faces of the meshes of a file.
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use nalgebra::Point3;
+
+use super::Buffers;
+use super::accessor::{Component, Layout, no_such, problem};
+use super::model::{Mesh, Root};
+use super::scene::{Placement, Placements};
+use crate::attributes::NONE;
+use crate::document::{Parsed, Part};
+use crate::error::{IoError, Warning};
+use crate::limits::Limits;
+
+/// The vertices of one POSITION accessor.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Block {
+    pub(super) layout: Layout,
+    /// Their numbers in the document.
+    pub(super) vertices: Range<usize>,
+    pub(super) placement: Placement,
+    /// The pieces that use it.
+    pub(super) pieces: Vec<usize>,
+}
+
+/// The faces of one primitive.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Piece {
+    pub(super) mesh: usize,
+    pub(super) primitive: usize,
+    pub(super) block: usize,
+    /// Their numbers in the document.
+    pub(super) faces: Range<usize>,
+}
+
+/// Where the vertices and faces of the document come from.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub(super) struct Geometry {
+    pub(super) blocks: Vec<Block>,
+    pub(super) pieces: Vec<Piece>,
+}
+
+/// How corners follow from a list of vertices; the codes are those of OpenGL.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Mode {
+    Triangles,
+    Strip,
+    Fan,
+}
+
+impl Mode {
+    /// The mode that a primitive states, or `None` if it has no faces.
+    pub(super) fn of_code(code: u64) -> Option<Self> {
+        Some(match code {
+            4 => Self::Triangles,
+            5 => Self::Strip,
+            6 => Self::Fan,
+            _ => return None,
+        })
+    }
+
+    fn num_triangles(self, count: usize) -> usize {
+        match self {
+            Self::Triangles => count / 3,
+            Self::Strip | Self::Fan => count.saturating_sub(2),
+        }
+    }
+
+    /// The places in the list of the corners of a triangle, all of which turn the same way.
+    #[inline]
+    fn corners(self, triangle: usize) -> [usize; 3] {
+        let i = triangle;
+        match self {
+            Self::Triangles => [3 * i, 3 * i + 1, 3 * i + 2],
+            Self::Strip => [i, i + 1 + i % 2, i + 2 - i % 2],
+            Self::Fan => [0, i + 1, i + 2],
+        }
+    }
+}
+
+/// One byte makes at most so many corners: a strip of 8-bit indices makes three of each, and
+/// several primitives may share an accessor, but a small file must not make a huge mesh.
+const CORNERS_PER_BYTE: usize = 32;
+
+impl Geometry {
+    /// Reads all meshes.
+    pub(super) fn read(
+        root: &Root<'_>,
+        buffers: &Buffers,
+        limits: &Limits,
+        warnings: &mut Vec<Warning>,
+    ) -> Result<(Self, Parsed), IoError> {
+        let placements = Placements::new(root, limits)?;
+        for &mesh in &placements.singular {
+            warnings.push(warning(format!(
+                "the transform of mesh {mesh} cannot be undone; the mesh is read as if it had none"
+            )));
+        }
+        for &(mesh, count) in &placements.instances {
+            warnings.push(warning(format!(
+                "mesh {mesh} is shown {count} times; it is read once, where it is shown first"
+            )));
+        }
+        let mut reader = Reader {
+            root,
+            buffers,
+            limits,
+            placements,
+            geometry: Self::default(),
+            parsed: Parsed {
+                is_split: true,
+                ..Parsed::default()
+            },
+            by_accessor: HashMap::new(),
+            unshown: 0,
+            leftover: 0,
+        };
+        for (number, mesh) in root.meshes.iter().enumerate() {
+            reader.mesh(number, mesh)?;
+        }
+        if reader.geometry.pieces.is_empty() {
+            return Err(problem(
+                "meshes".to_owned(),
+                match (root.meshes.len(), reader.unshown) {
+                    (0, _) => "the file has no mesh".to_owned(),
+                    _ => "no primitive consists of triangles".to_owned(),
+                },
+            ));
+        }
+        if reader.unshown > 0 {
+            warnings.push(warning(format!(
+                "{} primitives of points or lines are kept and not read",
+                reader.unshown
+            )));
+        }
+        if reader.leftover > 0 {
+            warnings.push(warning(format!(
+                "{} primitives have one or two indices behind their last triangle",
+                reader.leftover
+            )));
+        }
+        let parsed = reader.parsed;
+        Ok((reader.geometry, parsed))
+    }
+}
+
+fn warning(message: String) -> Warning {
+    Warning {
+        place: None,
+        message,
+    }
+}
+
+struct Reader<'a> {
+    root: &'a Root<'a>,
+    buffers: &'a Buffers,
+    limits: &'a Limits,
+    placements: Placements,
+    geometry: Geometry,
+    parsed: Parsed,
+    by_accessor: HashMap<u64, usize>,
+    /// How many primitives have no faces.
+    unshown: usize,
+    leftover: usize,
+}
+
+impl Reader<'_> {
+    fn mesh(&mut self, number: usize, mesh: &Mesh) -> Result<(), IoError> {
+        let vertex = self.parsed.positions.len();
+        let face = self.parsed.faces.len();
+        for (index, primitive) in mesh.primitives.iter().enumerate() {
+            let path = || format!("meshes[{number}].primitives[{index}]");
+            let mode = match primitive.mode {
+                0..=3 => {
+                    self.unshown += 1;
+                    continue;
+                }
+                code => Mode::of_code(code).ok_or_else(|| {
+                    problem(
+                        format!("{}.mode", path()),
+                        format!("{code} is no mode of a primitive; modes are 0 to 6"),
+                    )
+                })?,
+            };
+            let Some(&accessor) = primitive.attributes.get("POSITION") else {
+                return Err(
+                    match primitive
+                        .extensions
+                        .contains_key("KHR_draco_mesh_compression")
+                    {
+                        true => draco(),
+                        false => problem(
+                            format!("{}.attributes", path()),
+                            "there is no POSITION".to_owned(),
+                        ),
+                    },
+                );
+            };
+            let block = match self.by_accessor.get(&accessor) {
+                Some(&block) => block,
+                None => self.block(number, accessor)?,
+            };
+            let start = self.parsed.faces.len();
+            self.faces(mode, primitive.indices, block, &path)?;
+            let piece = self.geometry.pieces.len();
+            self.geometry.blocks[block].pieces.push(piece);
+            self.geometry.pieces.push(Piece {
+                mesh: number,
+                primitive: index,
+                block,
+                faces: start..self.parsed.faces.len(),
+            });
+        }
+        self.parsed.parts.push(Part {
+            name: mesh.name.clone(),
+            vertices: vertex..self.parsed.positions.len(),
+            faces: face..self.parsed.faces.len(),
+        });
+        Ok(())
+    }
+
+    /// Reads the positions of an accessor.
+    fn block(&mut self, mesh: usize, accessor: u64) -> Result<usize, IoError> {
+        let layout = self.layout(accessor)?;
+        let path = || format!("accessors[{accessor}]");
+        if layout.components != 3 {
+            return Err(problem(
+                format!("{}.type", path()),
+                "positions must be VEC3".to_owned(),
+            ));
+        }
+        if layout.component == Component::U32 {
+            return Err(problem(
+                format!("{}.componentType", path()),
+                "positions are numbers of 32 bits with a point, or of 8 or 16 bits".to_owned(),
+            ));
+        }
+        let placement = self.placements.meshes[mesh].clone();
+        let positions = &mut self.parsed.positions;
+        let start = positions.len();
+        let count = start.saturating_add(layout.count);
+        self.limits.check_vertices(count)?;
+        // A vertex has a byte of its own, whatever accessors overlap.
+        if count > self.buffers.num_bytes() {
+            return Err(problem(
+                format!("{}.count", path()),
+                format!(
+                    "{count} vertices in all in a file of {} bytes",
+                    self.buffers.num_bytes()
+                ),
+            ));
+        }
+        self.limits.check_memory(
+            self.buffers.num_bytes(),
+            count,
+            self.parsed.faces.num_corners(),
+        )?;
+        positions.reserve(layout.count);
+        let non_finite = |element: usize, p: Point3<f64>| {
+            let value = p.iter().copied().find(|x| !x.is_finite());
+            problem(
+                path(),
+                format!(
+                    "element {element} has the coordinate {}, which is not a finite number",
+                    value.unwrap_or(f64::INFINITY)
+                ),
+            )
+        };
+        let plain = layout
+            .base
+            .filter(|_| layout.component == Component::F32 && layout.sparse.is_none());
+        if let Some(span) = plain {
+            for (element, bytes) in span.elements(self.buffers).enumerate() {
+                let single = |k: usize| match bytes.get(k..).and_then(|b| b.first_chunk::<4>()) {
+                    Some(&bytes) => f64::from(f32::from_le_bytes(bytes)),
+                    None => 0.0,
+                };
+                let p = placement.to_scene(Point3::new(single(0), single(4), single(8)));
+                if !(p.x.is_finite() && p.y.is_finite() && p.z.is_finite()) {
+                    return Err(non_finite(element, p));
+                }
+                positions.push(p);
+            }
+        } else {
+            layout.for_each(self.buffers, |element, bytes| {
+                let p = Point3::from([0, 1, 2].map(|k| layout.value(bytes, k)));
+                let p = placement.to_scene(p);
+                if !p.iter().all(|x| x.is_finite()) {
+                    return Err(non_finite(element, p));
+                }
+                positions.push(p);
+                Ok(())
+            })?;
+        }
+        let block = self.geometry.blocks.len();
+        self.by_accessor.insert(accessor, block);
+        self.geometry.blocks.push(Block {
+            layout,
+            vertices: start..positions.len(),
+            placement,
+            pieces: Vec::new(),
+        });
+        Ok(block)
+    }
+
+    fn faces(
+        &mut self,
+        mode: Mode,
+        indices: Option<u64>,
+        block: usize,
+        path: &impl Fn() -> String,
+    ) -> Result<(), IoError> {
+        let Block {
+            vertices,
+            placement,
+            ..
+        } = &self.geometry.blocks[block];
+        let (first, num_vertices) = (vertices.start, vertices.len());
+        let is_mirrored = placement.is_mirrored;
+        let layout = indices.map(|accessor| self.layout(accessor)).transpose()?;
+        let count = layout.as_ref().map_or(num_vertices, |layout| layout.count);
+        let num_triangles = mode.num_triangles(count);
+        let num_corners = num_triangles
+            .checked_mul(3)
+            .and_then(|n| n.checked_add(self.parsed.faces.num_corners()))
+            .unwrap_or(usize::MAX);
+        self.limits
+            .check_faces(self.parsed.faces.len().saturating_add(num_triangles))?;
+        self.limits.check_corners(num_corners)?;
+        let num_bytes = self.buffers.num_bytes();
+        if num_corners > num_bytes.saturating_mul(CORNERS_PER_BYTE) {
+            return Err(problem(
+                path(),
+                format!("{num_corners} face corners in all in a file of {num_bytes} bytes"),
+            ));
+        }
+        self.limits
+            .check_memory(num_bytes, self.parsed.positions.len(), num_corners)?;
+        if mode == Mode::Triangles && count % 3 != 0 {
+            self.leftover += 1;
+        }
+        let list = match &layout {
+            Some(layout) => self.indices(layout, num_vertices, mode, path)?,
+            // The count of a block fits 32 bits.
+            None => (0..num_vertices as u32).collect(),
+        };
+        let faces = &mut self.parsed.faces;
+        for triangle in 0..num_triangles {
+            let [a, b, c] = mode.corners(triangle).map(|i| list[i] + first as u32);
+            faces.push_corner(a);
+            let [b, c] = if is_mirrored { [c, b] } else { [b, c] };
+            faces.push_corner(b);
+            faces.push_corner(c);
+            faces.end_face();
+        }
+        Ok(())
+    }
+
+    /// The numbers that an index accessor gives; all of them are less than `num_vertices`.
+    fn indices(
+        &self,
+        layout: &Layout,
+        num_vertices: usize,
+        mode: Mode,
+        path: &impl Fn() -> String,
+    ) -> Result<Vec<u32>, IoError> {
+        let at = |field: &str| format!("accessors[{}].{field}", layout.accessor);
+        if layout.components != 1 {
+            return Err(problem(at("type"), "indices must be SCALAR".to_owned()));
+        }
+        let is_unsigned = matches!(
+            layout.component,
+            Component::U8 | Component::U16 | Component::U32
+        );
+        if !is_unsigned {
+            return Err(problem(
+                at("componentType"),
+                "indices must be unsigned integers".to_owned(),
+            ));
+        }
+        let mut list: Vec<u32> = Vec::with_capacity(layout.count);
+        let tight = layout
+            .base
+            .filter(|span| layout.sparse.is_none() && span.stride == span.size);
+        match (tight, layout.component) {
+            (Some(span), Component::U32) => {
+                let (chunks, _) = span.bytes(self.buffers).as_chunks::<4>();
+                list.extend(chunks.iter().map(|&b| u32::from_le_bytes(b)));
+            }
+            (Some(span), Component::U16) => {
+                let (chunks, _) = span.bytes(self.buffers).as_chunks::<2>();
+                list.extend(chunks.iter().map(|&b| u32::from(u16::from_le_bytes(b))));
+            }
+            _ => layout.for_each(self.buffers, |_, bytes| {
+                // At most 32 bits, so the cast keeps the value.
+                list.push(layout.component.read(bytes) as u32);
+                Ok(())
+            })?,
+        }
+        let largest = list.iter().copied().max().unwrap_or(0) as usize;
+        if largest < num_vertices || list.is_empty() {
+            return Ok(list);
+        }
+        let place = list
+            .iter()
+            .position(|&i| i as usize >= num_vertices)
+            .unwrap_or(0);
+        let index = list[place];
+        let restart = match layout.component {
+            Component::U8 => u32::from(u8::MAX),
+            Component::U16 => u32::from(u16::MAX),
+            _ => NONE,
+        };
+        let face = match mode {
+            Mode::Triangles => place / 3,
+            Mode::Strip | Mode::Fan => place.saturating_sub(2),
+        };
+        Err(problem(
+            format!("{}.indices", path()),
+            if index == restart {
+                format!(
+                    "index {place} (face {face}) is {index}, which would start a primitive anew; \
+                     glTF has no such"
+                )
+            } else {
+                format!(
+                    "index {place} (face {face}) refers to vertex {index}, but there are \
+                     {num_vertices}, numbered from 0"
+                )
+            },
+        ))
+    }
+
+    fn layout(&self, accessor: u64) -> Result<Layout, IoError> {
+        let root = self.root;
+        if accessor >= root.accessors.len() as u64 {
+            let path = "meshes".to_owned();
+            return Err(no_such("accessor", accessor, root.accessors.len(), path));
+        }
+        Layout::new(accessor, &root.accessors, &root.views, self.buffers)
+    }
+}
+
+/// The refusal of geometry that only Draco can unpack.
+pub(super) fn draco() -> IoError {
+    IoError::Unsupported {
+        feature: "the extension KHR_draco_mesh_compression".to_owned(),
+        remedy: "write the file without compression, for example with `gltf-transform copy`",
+    }
+}

@@ -1,0 +1,258 @@
+//! Changes to a JSON text that leave every other byte of it as it stands.
+
+use std::ops::Range;
+
+use serde::Deserialize;
+use serde::de::{Deserializer, MapAccess, Visitor};
+use serde_json::value::RawValue;
+
+use crate::error::IoError;
+
+/// A JSON text with changes to be made.
+///
+/// Spans are byte ranges of the text as it was.
+#[derive(Debug)]
+pub(super) struct Editor<'a> {
+    text: &'a str,
+    /// What replaces which span; no two overlap, and insertions at one place keep their order.
+    edits: Vec<(Range<usize>, String)>,
+}
+
+/// The members of an object, in order.
+pub(super) type Members = Vec<(String, Range<usize>)>;
+
+impl<'a> Editor<'a> {
+    pub(super) fn new(text: &'a str) -> Self {
+        Self {
+            text,
+            edits: Vec::new(),
+        }
+    }
+
+    /// The whole text as a span.
+    pub(super) fn root(&self) -> Range<usize> {
+        0..self.text.len()
+    }
+
+    pub(super) fn text(&self, span: &Range<usize>) -> &'a str {
+        self.text.get(span.clone()).unwrap_or_default()
+    }
+
+    fn span(&self, value: &RawValue) -> Range<usize> {
+        // Both point into the text.
+        let start = (value.get().as_ptr() as usize).wrapping_sub(self.text.as_ptr() as usize);
+        start..start.saturating_add(value.get().len())
+    }
+
+    pub(super) fn members(&self, object: &Range<usize>) -> Result<Members, IoError> {
+        let members: Object<'a> = parse(self.text(object))?;
+        let members = members.0.into_iter();
+        Ok(members
+            .map(|(key, value)| (key, self.span(value)))
+            .collect())
+    }
+
+    pub(super) fn elements(&self, array: &Range<usize>) -> Result<Vec<Range<usize>>, IoError> {
+        let elements: Vec<&'a RawValue> = parse(self.text(array))?;
+        Ok(elements.into_iter().map(|value| self.span(value)).collect())
+    }
+
+    /// The elements of an array that is a member of an object; none if it is not there.
+    pub(super) fn list(
+        &self,
+        object: &Range<usize>,
+        key: &str,
+    ) -> Result<Vec<Range<usize>>, IoError> {
+        let members = self.members(object)?;
+        member(&members, key).map_or(Ok(Vec::new()), |array| self.elements(array))
+    }
+
+    pub(super) fn replace(&mut self, span: Range<usize>, value: String) {
+        if self.text(&span) != value {
+            self.edits.push((span, value));
+        }
+    }
+
+    /// Gives a member of an object a value.
+    pub(super) fn set(
+        &mut self,
+        object: &Range<usize>,
+        key: &str,
+        value: String,
+    ) -> Result<(), IoError> {
+        let members = self.members(object)?;
+        match (member(&members, key), members.last()) {
+            (Some(span), _) => self.replace(span.clone(), value),
+            (None, Some((_, last))) => {
+                self.edits
+                    .push((last.end..last.end, format!(",\"{key}\":{value}")));
+            }
+            (None, None) => {
+                let at = object.start + 1;
+                self.edits.push((at..at, format!("\"{key}\":{value}")));
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes members out of an object.
+    pub(super) fn remove(
+        &mut self,
+        object: &Range<usize>,
+        is_removed: impl Fn(&str) -> bool,
+    ) -> Result<(), IoError> {
+        let members = self.members(object)?;
+        let kept = |(key, _): &(String, Range<usize>)| !is_removed(key);
+        for (i, (_, value)) in members.iter().enumerate() {
+            if kept(&members[i]) {
+                continue;
+            }
+            // The comma before goes with a member if something is kept before it, else the one
+            // behind, if something is kept at all.
+            let span = if members[..i].iter().any(kept) {
+                members[i - 1].1.end..value.end
+            } else {
+                let start = match i.checked_sub(1) {
+                    Some(before) => self.comma(members[before].1.end),
+                    None => object.start + 1,
+                };
+                let end = match members.get(i + 1) {
+                    Some(_) => self.comma(value.end),
+                    None => value.end,
+                };
+                start..end
+            };
+            self.edits.push((span, String::new()));
+        }
+        Ok(())
+    }
+
+    /// The byte behind the comma that follows here.
+    fn comma(&self, from: usize) -> usize {
+        let rest = self.text.as_bytes().get(from..).unwrap_or(&[]);
+        rest.iter()
+            .position(|&b| b == b',')
+            .map_or(from, |at| from + at + 1)
+    }
+
+    /// Appends elements to an array that is a member of an object.
+    pub(super) fn append(
+        &mut self,
+        object: &Range<usize>,
+        key: &str,
+        elements: &[String],
+    ) -> Result<(), IoError> {
+        if elements.is_empty() {
+            return Ok(());
+        }
+        let text = elements.join(",");
+        let members = self.members(object)?;
+        let Some(array) = member(&members, key) else {
+            return self.set(object, key, format!("[{text}]"));
+        };
+        let (at, text) = match self.elements(array)?.last() {
+            Some(last) => (last.end, format!(",{text}")),
+            None => (array.start + 1, text),
+        };
+        self.edits.push((at..at, text));
+        Ok(())
+    }
+
+    /// The text with all changes.
+    pub(super) fn finish(mut self) -> String {
+        // A stable sort: insertions at one place keep their order.
+        self.edits.sort_by_key(|(span, _)| (span.start, span.end));
+        let added: usize = self.edits.iter().map(|(_, text)| text.len()).sum();
+        let mut out = String::with_capacity(self.text.len() + added);
+        let mut copied = 0;
+        for (span, text) in &self.edits {
+            out.push_str(self.text.get(copied..span.start).unwrap_or_default());
+            out.push_str(text);
+            copied = copied.max(span.end);
+        }
+        out.push_str(self.text.get(copied..).unwrap_or_default());
+        out
+    }
+}
+
+/// The value of a member; of several with one name the last, as serde has it.
+pub(super) fn member<'a>(members: &'a Members, key: &str) -> Option<&'a Range<usize>> {
+    let mut members = members.iter().rev();
+    members.find_map(|(name, span)| (name == key).then_some(span))
+}
+
+fn parse<'a, T: Deserialize<'a>>(text: &'a str) -> Result<T, IoError> {
+    // The text was parsed when the file was read, so this finds only what that skipped.
+    serde_json::from_str(text).map_err(|error| IoError::Gltf {
+        path: "JSON".to_owned(),
+        problem: error.to_string(),
+    })
+}
+
+struct Object<'a>(Vec<(String, &'a RawValue)>);
+
+impl<'de: 'a, 'a> Deserialize<'de> for Object<'a> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Pairs;
+        impl<'de> Visitor<'de> for Pairs {
+            type Value = Vec<(String, &'de RawValue)>;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str("an object")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+                let mut members = Vec::new();
+                while let Some(member) = map.next_entry()? {
+                    members.push(member);
+                }
+                Ok(members)
+            }
+        }
+        deserializer.deserialize_map(Pairs).map(Object)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_spans_that_change_are_touched() {
+        let text = r#" { "a" : [ 1, {"b" : 2} ] , "c":[],"d":{} }"#;
+        let mut editor = Editor::new(text);
+        let root = editor.root();
+        let list = editor.list(&root, "a").unwrap();
+        editor.set(&list[1], "b", "3".to_owned()).unwrap();
+        editor.set(&list[1], "x", "4".to_owned()).unwrap();
+        editor
+            .append(&root, "a", &["5".to_owned(), "6".to_owned()])
+            .unwrap();
+        editor.append(&root, "c", &["7".to_owned()]).unwrap();
+        editor.append(&root, "e", &["8".to_owned()]).unwrap();
+        let members = editor.members(&root).unwrap();
+        let d = member(&members, "d").unwrap().clone();
+        editor.set(&d, "y", "9".to_owned()).unwrap();
+        assert_eq!(
+            editor.finish(),
+            r#" { "a" : [ 1, {"b" : 3,"x":4},5,6 ] , "c":[7],"d":{"y":9},"e":[8] }"#
+        );
+    }
+
+    #[test]
+    fn members_are_removed_with_their_commas() {
+        let removed = |text: &str, keys: &[&str]| {
+            let mut editor = Editor::new(text);
+            let root = editor.root();
+            editor.remove(&root, |key| keys.contains(&key)).unwrap();
+            editor.finish()
+        };
+        let text = r#"{"a": 1, "b" : 2 ,"c":3}"#;
+        assert_eq!(removed(text, &["a"]), r#"{ "b" : 2 ,"c":3}"#);
+        assert_eq!(removed(text, &["b"]), r#"{"a": 1 ,"c":3}"#);
+        assert_eq!(removed(text, &["c"]), r#"{"a": 1, "b" : 2}"#);
+        assert_eq!(removed(text, &["a", "b"]), r#"{"c":3}"#);
+        assert_eq!(removed(text, &["a", "b", "c"]), "{}");
+        assert_eq!(removed(text, &["a", "c"]), r#"{ "b" : 2}"#);
+    }
+}

@@ -1,0 +1,199 @@
+//! Which accessors have their bytes for themselves, so that these may be changed in place.
+
+use std::collections::{HashMap, HashSet};
+use std::ops::Range;
+
+use super::GltfFile;
+use super::accessor::{Layout, Span};
+
+/// What an accessor is used for.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Role {
+    Position,
+    /// The normals of the vertices with this POSITION accessor.
+    Normal(u64),
+    Other,
+}
+
+/// The accessors that share neither their bytes nor themselves with anything else.
+#[derive(Debug)]
+pub(super) struct Private {
+    roles: HashMap<u64, Role>,
+    overlapping: HashSet<u64>,
+}
+
+impl Private {
+    pub(super) fn new(file: &GltfFile) -> Self {
+        Self {
+            roles: roles(file),
+            overlapping: overlapping(file),
+        }
+    }
+
+    /// Whether the accessor holds positions and nothing else.
+    pub(super) fn position(&self, accessor: usize) -> bool {
+        self.is(accessor, Role::Position)
+    }
+
+    /// Whether the accessor holds the normals of the vertices of `position` and nothing else.
+    pub(super) fn normal(&self, accessor: usize, position: usize) -> bool {
+        self.is(accessor, Role::Normal(position as u64))
+    }
+
+    fn is(&self, accessor: usize, role: Role) -> bool {
+        let accessor = accessor as u64;
+        self.roles.get(&accessor) == Some(&role) && !self.overlapping.contains(&accessor)
+    }
+}
+
+fn roles(file: &GltfFile) -> HashMap<u64, Role> {
+    let mut roles = HashMap::new();
+    let mut note = |accessor: u64, role: Role| {
+        let old = *roles.entry(accessor).or_insert(role);
+        if old != role {
+            roles.insert(accessor, Role::Other);
+        }
+    };
+    for primitive in file.meshes.iter().flat_map(|mesh| &mesh.primitives) {
+        let position = primitive.attributes.get("POSITION").copied();
+        for (semantic, &accessor) in &primitive.attributes {
+            let role = match (semantic.as_str(), position) {
+                ("POSITION", _) => Role::Position,
+                ("NORMAL", Some(position)) => Role::Normal(position),
+                _ => Role::Other,
+            };
+            note(accessor, role);
+        }
+        let targets = primitive.targets.iter().flat_map(|target| target.values());
+        for &accessor in targets.chain(&primitive.indices) {
+            note(accessor, Role::Other);
+        }
+    }
+    for &accessor in &file.other_uses {
+        note(accessor, Role::Other);
+    }
+    roles
+}
+
+/// Bytes that something uses.
+struct Use {
+    buffer: usize,
+    range: Range<usize>,
+    /// Stride and size of the elements of an accessor; without, all of the range is used.
+    elements: Option<(usize, usize)>,
+    accessor: Option<u64>,
+}
+
+fn overlapping(file: &GltfFile) -> HashSet<u64> {
+    let mut uses = uses(file);
+    uses.sort_by_key(|u| (u.buffer, u.range.start));
+    let mut shared = HashSet::new();
+    // Ranges that overlap, also by way of others, form a run.
+    let mut start = 0;
+    while let Some(first) = uses.get(start) {
+        let mut run_end = first.range.end;
+        let mut end = start + 1;
+        while let Some(next) = uses.get(end) {
+            if next.buffer != first.buffer || next.range.start >= run_end {
+                break;
+            }
+            run_end = run_end.max(next.range.end);
+            end += 1;
+        }
+        let run = &uses[start..end];
+        if run.len() > 1 && !is_interleaved(run) {
+            shared.extend(run.iter().filter_map(|u| u.accessor));
+        }
+        start = end;
+    }
+    shared
+}
+
+/// Whether all uses are elements that lie between each other and nowhere overlap.
+fn is_interleaved(run: &[Use]) -> bool {
+    let stride = run
+        .first()
+        .and_then(|u| u.elements)
+        .map(|(stride, _)| stride);
+    let Some(stride) = stride.filter(|&stride| stride > 0) else {
+        return false;
+    };
+    let mut phases = Vec::with_capacity(run.len());
+    for u in run {
+        match u.elements {
+            Some((other, size)) if other == stride => phases.push((u.range.start % stride, size)),
+            _ => return false,
+        }
+    }
+    phases.sort_unstable();
+    // The first comes again after the last.
+    let next = phases.iter().skip(1).map(|&(phase, _)| phase);
+    let again = phases.first().map(|&(phase, _)| phase + stride);
+    phases
+        .iter()
+        .zip(next.chain(again))
+        .all(|(&(phase, size), next)| phase + size <= next)
+}
+
+fn uses(file: &GltfFile) -> Vec<Use> {
+    let mut uses = Vec::new();
+    let mut is_used = vec![false; file.views.len()];
+    let mut elements = |span: &Span, accessor: u64| {
+        if span.count > 0 {
+            uses.push(Use {
+                buffer: span.buffer,
+                range: span.start..span.end(),
+                elements: Some((span.stride, span.size)),
+                accessor: Some(accessor),
+            });
+        }
+    };
+    let mut whole: Vec<u64> = file.images.clone();
+    for (number, accessor) in file.accessors.iter().enumerate() {
+        let number = number as u64;
+        match Layout::new(number, &file.accessors, &file.views, &file.buffers) {
+            Ok(layout) => {
+                if let Some(span) = &layout.base {
+                    elements(span, number);
+                    let view = accessor.view.and_then(|view| usize::try_from(view).ok());
+                    if let Some(is_used) = view.and_then(|view| is_used.get_mut(view)) {
+                        *is_used = true;
+                    }
+                }
+            }
+            // Something that this reader does not know may use all of the view.
+            Err(_) => whole.extend(accessor.view),
+        }
+        if let Some(sparse) = &accessor.sparse {
+            whole.extend([sparse.indices.view, sparse.values.view]);
+        }
+    }
+    // Views that no accessor uses serve an extension.
+    let unused = is_used.iter().enumerate().filter(|&(_, &is_used)| !is_used);
+    whole.extend(unused.map(|(view, _)| view as u64));
+    // A compressed copy of a view would no longer agree with it.
+    let views = file.views.iter().enumerate();
+    let extended = views.filter(|(_, view)| !view.extensions.is_empty());
+    whole.extend(extended.map(|(view, _)| view as u64));
+    whole.sort_unstable();
+    whole.dedup();
+    for view in whole {
+        let view = usize::try_from(view)
+            .ok()
+            .and_then(|view| file.views.get(view));
+        let range = view.and_then(|view| {
+            let start = usize::try_from(view.offset).ok()?;
+            let end = start.checked_add(usize::try_from(view.length).ok()?)?;
+            Some((usize::try_from(view.buffer).ok()?, start..end))
+        });
+        if let Some((buffer, range)) = range.filter(|(_, range)| !range.is_empty()) {
+            uses.push(Use {
+                buffer,
+                range,
+                elements: None,
+                accessor: None,
+            });
+        }
+    }
+    uses
+}

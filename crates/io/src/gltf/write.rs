@@ -1,0 +1,448 @@
+//! The file with moved vertices and turned normals, or in the other container.
+//!
+//! Positions and normals are changed where they stand if their bytes are theirs alone and of a
+//! type that can hold the new values; otherwise new ones are appended and the primitives refer to
+//! them. Of the JSON only what says so changes. A buffer that changes and is not the binary chunk
+//! of a GLB becomes a data URI; other references to files stay as they are.
+
+use std::collections::{BTreeMap, HashMap};
+use std::ops::Range;
+
+use nalgebra::Vector3;
+
+use super::GltfFile;
+use super::accessor::{Component, Layout};
+use super::attributes::layout_of;
+use super::buffers::{Kind, encode};
+use super::container::write_binary;
+use super::geometry::Block;
+use super::json::{Editor, member};
+use super::private::Private;
+use crate::error::IoError;
+use crate::format::Format;
+use crate::number::push_f64;
+use crate::source::Moves;
+
+/// The file in one of the two containers, with what moved.
+pub(super) fn write(
+    file: &GltfFile,
+    format: Format,
+    moves: &Moves<'_>,
+) -> Result<Vec<u8>, IoError> {
+    let is_changed = moves.moved.contains(&true) || !moves.normals.vertices.is_empty();
+    let is_binary = format == Format::Glb;
+    if !is_changed && is_binary == file.container.is_binary {
+        return Ok(file.buffers.file.clone());
+    }
+    let mut rewrite = Rewrite::new(file)?;
+    if is_changed {
+        rewrite.moved(moves)?;
+    }
+    rewrite.finish(is_binary)
+}
+
+/// A file that is being changed.
+pub(super) struct Rewrite<'a> {
+    file: &'a GltfFile,
+    pub(super) editor: Editor<'a>,
+    /// The buffers that change.
+    buffers: Vec<Option<Vec<u8>>>,
+    /// New data, and which buffer it goes to from which byte on.
+    appended: Vec<u8>,
+    append_to: usize,
+    append_at: usize,
+    new_accessors: Vec<String>,
+    new_views: Vec<String>,
+    accessors: Vec<Range<usize>>,
+    /// New accessors of attributes, by mesh and primitive.
+    repoint: BTreeMap<(usize, usize), Vec<(String, usize)>>,
+}
+
+impl<'a> Rewrite<'a> {
+    pub(super) fn new(file: &'a GltfFile) -> Result<Self, IoError> {
+        let editor = Editor::new(file.text());
+        let list = &file.buffers.list;
+        // Data goes to where it makes the least change: the binary chunk or a data URI.
+        let (append_to, length) = match list.first() {
+            Some(first) if matches!(first.kind, Kind::Chunk | Kind::Embedded) => (0, first.length),
+            _ => (list.len(), 0),
+        };
+        Ok(Self {
+            accessors: editor.list(&editor.root(), "accessors")?,
+            file,
+            editor,
+            buffers: vec![None; list.len()],
+            appended: Vec::new(),
+            append_to,
+            append_at: length.next_multiple_of(4),
+            new_accessors: Vec::new(),
+            new_views: Vec::new(),
+            repoint: BTreeMap::new(),
+        })
+    }
+
+    fn moved(&mut self, moves: &Moves<'_>) -> Result<(), IoError> {
+        let file = self.file;
+        let private = Private::new(file);
+        let users = position_users(file);
+        for (number, block) in file.geometry.blocks.iter().enumerate() {
+            let position = block.layout.accessor;
+            let changes = positions(block, moves)?;
+            if !changes.is_empty() {
+                let is_private =
+                    private.position(position) && block.layout.component == Component::F32;
+                let users = users.get(&(position as u64)).map_or(&[][..], Vec::as_slice);
+                if let Some(accessor) =
+                    self.change(&block.layout, &changes, is_private, Bounds::Always)?
+                {
+                    for &user in users {
+                        self.point(user, "POSITION", accessor);
+                    }
+                }
+                // A compressed copy would no longer agree.
+                for &user in users {
+                    self.repoint.entry(user).or_default();
+                }
+            }
+            let normals = &moves.normals.vertices;
+            let start = normals.partition_point(|&(v, _)| (v as usize) < block.vertices.start);
+            let end = normals.partition_point(|&(v, _)| (v as usize) < block.vertices.end);
+            if start == end {
+                continue;
+            }
+            let Some(layout) = layout_of(file, number, "NORMAL")? else {
+                continue;
+            };
+            let changes: Vec<_> = normals[start..end]
+                .iter()
+                .map(|&(v, normal)| {
+                    let normal = block.placement.normal_to_mesh(Vector3::from(normal));
+                    (v as usize - block.vertices.start, normal.into())
+                })
+                .collect();
+            let is_private = private.normal(layout.accessor, position);
+            if let Some(accessor) = self.change(&layout, &changes, is_private, Bounds::IfThere)? {
+                for &user in users.get(&(position as u64)).into_iter().flatten() {
+                    let primitive = &file.meshes[user.0].primitives[user.1];
+                    if primitive.attributes.get("NORMAL") == Some(&(layout.accessor as u64)) {
+                        self.point(user, "NORMAL", accessor);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn point(&mut self, user: (usize, usize), semantic: &str, accessor: usize) {
+        let attributes = self.repoint.entry(user).or_default();
+        attributes.push((semantic.to_owned(), accessor));
+    }
+
+    /// Gives elements of an accessor of three components new values: in place, or else in a new
+    /// accessor, whose number it returns.
+    fn change(
+        &mut self,
+        layout: &Layout,
+        changes: &[(usize, [f64; 3])],
+        is_private: bool,
+        bounds: Bounds,
+    ) -> Result<Option<usize>, IoError> {
+        let holds = layout.component == Component::F32 || layout.normalized;
+        let span = layout
+            .base
+            .filter(|_| is_private && holds && layout.sparse.is_none());
+        let Some(span) = span else {
+            let mut values = Vec::with_capacity(3 * layout.count);
+            layout.for_each(&self.file.buffers, |_, bytes| {
+                values.extend([0, 1, 2].map(|k| layout.value(bytes, k) as f32));
+                Ok(())
+            })?;
+            for &(element, value) in changes {
+                for (k, x) in value.into_iter().enumerate() {
+                    values[3 * element + k] = x as f32;
+                }
+            }
+            return self.append_vectors(&values).map(Some);
+        };
+        let old = self.file.buffers.bytes(span.buffer);
+        let buffer = self.buffers[span.buffer].get_or_insert_with(|| old.to_vec());
+        let unit = f64::from(if layout.normalized {
+            layout.component.unit()
+        } else {
+            1.0
+        });
+        let mut bytes = Vec::new();
+        for &(element, value) in changes {
+            bytes.clear();
+            value
+                .iter()
+                .for_each(|x| layout.component.write(&mut bytes, x * unit));
+            let at = span.start + element * span.stride;
+            buffer[at..at + bytes.len()].copy_from_slice(&bytes);
+        }
+        let accessor = &self.file.accessors[layout.accessor];
+        let is_there = accessor.min.is_some() || accessor.max.is_some();
+        if bounds == Bounds::Always || is_there {
+            let elements = buffer[span.start..span.end()].chunks(span.stride);
+            let [min, max] = limits(elements.map(|element| {
+                [0, 1, 2].map(|k| {
+                    let size = layout.component.size();
+                    layout
+                        .component
+                        .read(element.get(k * size..).unwrap_or(&[]))
+                })
+            }));
+            let object = self.accessors.get(layout.accessor).cloned().unwrap_or(0..0);
+            self.set_bound(&object, "min", min)?;
+            self.set_bound(&object, "max", max)?;
+        }
+        Ok(None)
+    }
+
+    /// Writes a bound unless it says the same already.
+    fn set_bound(
+        &mut self,
+        object: &Range<usize>,
+        key: &str,
+        bound: [f64; 3],
+    ) -> Result<(), IoError> {
+        let members = self.editor.members(object)?;
+        let old = member(&members, key).map(|span| self.editor.text(span));
+        let old: Option<[f64; 3]> = old.and_then(|text| serde_json::from_str(text).ok());
+        // Bounds are often rounded to fewer digits than the numbers that they bound.
+        if old.is_some_and(|old| old.map(|x| x as f32) == bound.map(|x| x as f32)) {
+            return Ok(());
+        }
+        self.editor.set(object, key, array(&bound))
+    }
+
+    /// A new accessor of vectors with bounds.
+    fn append_vectors(&mut self, values: &[f32]) -> Result<usize, IoError> {
+        let bytes: Vec<u8> = values.iter().flat_map(|x| x.to_le_bytes()).collect();
+        let (triples, _) = values.as_chunks::<3>();
+        let [min, max] = limits(triples.iter().map(|v| v.map(f64::from)));
+        let text = format!(
+            "\"componentType\":5126,\"count\":{},\"type\":\"VEC3\",\"min\":{},\"max\":{}",
+            triples.len(),
+            array(&min),
+            array(&max)
+        );
+        self.append(&bytes, &text, Some(34962), None)
+    }
+
+    /// A new accessor of new bytes; `text` is its JSON but for the view.
+    pub(super) fn append(
+        &mut self,
+        bytes: &[u8],
+        text: &str,
+        target: Option<u32>,
+        stride: Option<usize>,
+    ) -> Result<usize, IoError> {
+        let offset = self.append_at + self.appended.len();
+        self.appended.extend_from_slice(bytes);
+        self.appended
+            .resize(self.appended.len().next_multiple_of(4), 0);
+        let view = self.file.views.len() + self.new_views.len();
+        let mut json = format!(
+            "{{\"buffer\":{},\"byteOffset\":{offset},\"byteLength\":{}",
+            self.append_to,
+            bytes.len()
+        );
+        if let Some(stride) = stride {
+            json.push_str(&format!(",\"byteStride\":{stride}"));
+        }
+        if let Some(target) = target {
+            json.push_str(&format!(",\"target\":{target}"));
+        }
+        json.push('}');
+        self.new_views.push(json);
+        let accessor = self.accessors.len() + self.new_accessors.len();
+        self.new_accessors
+            .push(format!("{{\"bufferView\":{view},{text}}}"));
+        Ok(accessor)
+    }
+
+    /// Makes the primitives refer to their new accessors.
+    fn point_primitives(&mut self) -> Result<(), IoError> {
+        let root = self.editor.root();
+        let repoint = std::mem::take(&mut self.repoint);
+        if repoint.is_empty() {
+            return Ok(());
+        }
+        let meshes = self.editor.list(&root, "meshes")?;
+        let mut current: Option<(usize, Vec<Range<usize>>)> = None;
+        for ((mesh, primitive), attributes) in repoint {
+            if current.as_ref().is_none_or(|(number, _)| *number != mesh) {
+                let span = meshes.get(mesh).cloned().unwrap_or(0..0);
+                current = Some((mesh, self.editor.list(&span, "primitives")?));
+            }
+            let Some((_, primitives)) = &current else {
+                continue;
+            };
+            let Some(primitive) = primitives.get(primitive) else {
+                continue;
+            };
+            let members = self.editor.members(primitive)?;
+            if let Some(object) = member(&members, "attributes") {
+                for (semantic, accessor) in attributes {
+                    self.editor.set(object, &semantic, accessor.to_string())?;
+                }
+            }
+            if let Some(object) = member(&members, "extensions") {
+                self.editor
+                    .remove(object, |key| key == "KHR_draco_mesh_compression")?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The bytes of the file.
+    pub(super) fn finish(mut self, is_binary: bool) -> Result<Vec<u8>, IoError> {
+        self.point_primitives()?;
+        let root = self.editor.root();
+        self.editor
+            .append(&root, "accessors", &self.new_accessors)?;
+        self.editor.append(&root, "bufferViews", &self.new_views)?;
+        let file = self.file;
+        let objects = self.editor.list(&root, "buffers")?;
+        if !self.appended.is_empty() {
+            if let Some(object) = objects.get(self.append_to) {
+                let old = file.buffers.bytes(self.append_to);
+                let buffer = self.buffers[self.append_to].get_or_insert_with(|| old.to_vec());
+                buffer.resize(self.append_at, 0);
+                buffer.append(&mut self.appended);
+                self.editor
+                    .set(object, "byteLength", buffer.len().to_string())?;
+            } else {
+                let text = format!(
+                    "{{\"byteLength\":{},\"uri\":\"{}\"}}",
+                    self.appended.len(),
+                    encode(&self.appended)
+                );
+                self.editor.append(&root, "buffers", &[text])?;
+            }
+        }
+        let mut bin = None;
+        for (number, buffer) in file.buffers.list.iter().enumerate() {
+            let changed = self.buffers[number].take();
+            let (Some(object), true) = (objects.get(number), buffer.kind != Kind::Absent) else {
+                continue;
+            };
+            let original = file.buffers.bytes(number);
+            if number == 0 && is_binary {
+                if buffer.kind != Kind::Chunk {
+                    // A file of a GLB of ours keeps its buffer where it is.
+                    if file.container.is_binary {
+                        if let Some(bytes) = changed {
+                            self.editor
+                                .set(object, "uri", format!("\"{}\"", encode(&bytes)))?;
+                        }
+                        continue;
+                    }
+                    self.editor.remove(object, |key| key == "uri")?;
+                }
+                bin = Some(changed.unwrap_or_else(|| original.to_vec()));
+                continue;
+            }
+            let is_moved = file.container.is_binary != is_binary && buffer.kind != Kind::Embedded;
+            if changed.is_some() || is_moved {
+                let bytes = changed.as_deref().unwrap_or(original);
+                self.editor
+                    .set(object, "uri", format!("\"{}\"", encode(bytes)))?;
+            }
+        }
+        let json = self.editor.finish();
+        let Some(first) = file.buffers.file.get(..file.container.json.start) else {
+            return Ok(Vec::new());
+        };
+        if is_binary {
+            // A chunk that no buffer refers to stays too.
+            let chunk = file
+                .container
+                .bin
+                .clone()
+                .map(|range| &file.buffers.file[range]);
+            let bin = bin.as_deref().or(chunk);
+            let (chunks, trailing) = file.chunks();
+            return write_binary(&json, bin, chunks, trailing);
+        }
+        if file.container.is_binary {
+            if file.chunks().0.next().is_some() {
+                return Err(IoError::Unsupported {
+                    feature: "a further chunk of a GLB in a .gltf".to_owned(),
+                    remedy: "write a .glb",
+                });
+            }
+            return Ok(json.into_bytes());
+        }
+        let last = &file.buffers.file[file.container.json.end..];
+        Ok([first, json.as_bytes(), last].concat())
+    }
+}
+
+/// Whether an accessor gets bounds that it did not have.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Bounds {
+    Always,
+    IfThere,
+}
+
+/// The primitives, of any mode, by their POSITION accessor.
+pub(super) fn position_users(file: &GltfFile) -> HashMap<u64, Vec<(usize, usize)>> {
+    let mut users: HashMap<u64, Vec<(usize, usize)>> = HashMap::new();
+    for (m, mesh) in file.meshes.iter().enumerate() {
+        for (p, primitive) in mesh.primitives.iter().enumerate() {
+            if let Some(&accessor) = primitive.attributes.get("POSITION") {
+                users.entry(accessor).or_default().push((m, p));
+            }
+        }
+    }
+    users
+}
+
+/// The moved elements of a block, in the coordinates of the mesh.
+fn positions(block: &Block, moves: &Moves<'_>) -> Result<Vec<(usize, [f64; 3])>, IoError> {
+    let range = block.vertices.clone();
+    let moved = moves.moved.get(range.clone()).unwrap_or(&[]);
+    let mut changes = Vec::new();
+    for (element, _) in moved.iter().enumerate().filter(|&(_, &moved)| moved) {
+        let vertex = range.start + element;
+        let world = moves.mesh.positions[vertex];
+        let local = block.placement.to_mesh(world);
+        if let Some(&value) = local.iter().find(|&&x| !(x as f32).is_finite()) {
+            return Err(IoError::DoesNotFit {
+                vertex,
+                value,
+                number_type: "float",
+            });
+        }
+        changes.push((element, local.into()));
+    }
+    Ok(changes)
+}
+
+/// The least and the greatest of each component; zeros of nothing.
+pub(super) fn limits(values: impl Iterator<Item = [f64; 3]>) -> [[f64; 3]; 2] {
+    let mut limits: Option<[[f64; 3]; 2]> = None;
+    for value in values {
+        let [min, max] = limits.get_or_insert([value; 2]);
+        for k in 0..3 {
+            min[k] = min[k].min(value[k]);
+            max[k] = max[k].max(value[k]);
+        }
+    }
+    limits.unwrap_or_default()
+}
+
+/// Numbers as JSON.
+pub(super) fn array(values: &[f64]) -> String {
+    let mut text = String::from("[");
+    for (i, &x) in values.iter().enumerate() {
+        if i > 0 {
+            text.push(',');
+        }
+        push_f64(&mut text, x);
+    }
+    text.push(']');
+    text
+}
