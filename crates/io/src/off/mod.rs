@@ -336,6 +336,8 @@ impl SourceFile for OffFile {
                 triple.map_or([None; 3], |triple| triple.map(Some))
             });
             for (word, number) in self.vertex_words(vertex).zip(numbers) {
+                // What keeps its value keeps its digits.
+                let number = number.filter(|&x| number::parse_f64(word.text) != Some(x));
                 if let Some(x) = number {
                     patch.replace(word.start, word.text.len(), |out| {
                         number::push_f64(out, x);

@@ -42,14 +42,26 @@ pub(super) fn rebuild(file: &OffFile, remap: &Remap) -> Vec<u8> {
     out.bytes
 }
 
+/// A row that is copied more than once goes without its comment if it is longer than this: many
+/// copies of a row as long as the file would be more than memory holds.
+const LONGEST_COPY: usize = 1 << 10;
+/// The most numbers behind x y z that have a meaning: a normal, a colour, texture coordinates.
+const MOST_FURTHER: usize = 9;
+
 fn vertices_by_lines(file: &OffFile, remap: &Remap, out: &mut Text) {
     let starts = &file.layout.starts;
     let mut before = Before::new(file.layout.vertices.start);
     let row = |vertex: usize| starts.get(vertex).map(|&start| line_of(&file.bytes, start));
+    let mut is_written = vec![false; starts.len()];
     for &vertex in &remap.vertices {
         let vertex = vertex as usize;
         before.copy_to(vertex + 1, row, file, out);
-        if let Some(row) = row(vertex) {
+        let Some(row) = row(vertex) else { continue };
+        if std::mem::replace(&mut is_written[vertex], true) && row.len() > LONGEST_COPY {
+            let words = file.vertex_words(vertex).take(3 + MOST_FURTHER);
+            let words: Vec<&[u8]> = words.map(|word| word.text).collect();
+            out.push(&words.join(&b' '));
+        } else {
             out.push(&file.bytes[row]);
         }
     }
