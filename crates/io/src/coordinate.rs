@@ -4,12 +4,12 @@ use nalgebra::Point3;
 
 use crate::error::{Element, IoError, Place, quote};
 use crate::number;
-use crate::text::Tokens;
+use crate::text::Token;
 
 /// The position that the next three tokens give, and where the first of them starts.
 #[inline]
-pub(crate) fn position(
-    tokens: &mut Tokens<'_>,
+pub(crate) fn position<'a>(
+    tokens: &mut impl Iterator<Item = Token<'a>>,
     vertex: usize,
     place: Place,
 ) -> Result<(Point3<f64>, usize), IoError> {

@@ -346,8 +346,8 @@ fn facets_are_gathered_with_what_they_have() {
         vertex 0 1 0\n   vertex 0 0 0\n  endloop\n endfacet\nendsolid a b\n\
         Solid\r\nFACET NORMAL nan -nan(ind) 1.#QNAN\r\nOUTER LOOP\r\nVERTEX 1.0 0 0\r\n\
         Vertex 0 1 0\r\nvertex 0 0 +1\r\nendloop\r\nendfacet\r\nendsolid\r\n\
-        solid a b \nfacet normal -0.5773502691896258 -0.5773502691896258 -0.5773502691896258 \
-        outer loop vertex 0 0 1e0 vertex 0 1 0 vertex 1 -0 0 endloop endfacet\nendsolid a b\n\n";
+        solid a b \nfacet normal -0.5773502691896258 -0.5773502691896258 -0.5773502691896258\n\
+        outer loop\nvertex 0 0 1\nvertex 0 1 0\nvertex 1 -0 0\nendloop\nendfacet\nendsolid a b\n\n";
     assert_eq!(written, expected);
     let attributes = again.attributes().unwrap();
     assert_eq!(

@@ -375,6 +375,10 @@ impl SourceFile for TextStl {
             let words = self.words(facet);
             let mut replace = |at: usize, numbers: [f64; 3]| {
                 for (word, x) in words[at..].iter().zip(numbers) {
+                    // What keeps its value keeps its digits.
+                    if number::parse_f64(word.text) == Some(x) {
+                        continue;
+                    }
                     patch.replace(word.start, word.text.len(), |out| {
                         number::push_f64(out, x);
                     });
@@ -465,15 +469,18 @@ impl Rebuilt<'_> {
 
     fn facet(&mut self, facet: &Facet, mesh: Mesh<'_>) {
         let file = self.file;
-        let words = file.words(facet.beside as usize);
-        let start = words[0].start;
-        let end = words[NUM_WORDS - 1].end();
+        let Some(source) = facet.source else {
+            let text = new_facet(facet.positions(mesh));
+            return self.push(text.as_bytes());
+        };
+        let words = file.words(source as usize);
+        let (start, end) = (words[0].start, words[NUM_WORDS - 1].end());
         let solid = self.current.and_then(|s| file.layout.solids.get(s));
         let (body, first) = solid.map_or((0, 0), |s| (s.body, s.facets.start));
         // A facet is copied with the blanks before it, as far as they belong to its solid.
         let before = file.bytes.get(body..start).unwrap_or(&[]);
         let mut offset = body + before.trim_ascii_end().len();
-        if self.out.ends_with(b"\n") && facet.beside as usize != first {
+        if self.out.ends_with(b"\n") && source as usize != first {
             let blanks = file.bytes.get(offset..start).unwrap_or(&[]);
             offset += match blanks {
                 [b'\r', b'\n', ..] => 2,
@@ -492,18 +499,14 @@ impl Rebuilt<'_> {
                 }
             }
         };
-        if facet.source.is_none() {
-            replace(
-                NORMAL_AT,
-                rebuild::normal(&facet.positions(mesh)).map(shortest),
-            );
-        } else if facet.is_turned {
-            replace(
-                NORMAL_AT,
-                [0, 1, 2].map(|k| negated(words[NORMAL_AT + k].text)),
-            );
+        if facet.is_turned {
+            let normal = [0, 1, 2].map(|k| negated(words[NORMAL_AT + k].text));
+            replace(NORMAL_AT, normal);
         }
-        for (at, corner) in CORNER_AT.into_iter().zip(facet.corners) {
+        for (k, (at, corner)) in CORNER_AT.into_iter().zip(facet.corners).enumerate() {
+            if corner.old == Some(3 * source + k as u32) {
+                continue;
+            }
             let new = match corner.old {
                 Some(old) => {
                     let words = file.words(old as usize / 3);
@@ -520,6 +523,16 @@ impl Rebuilt<'_> {
         let text = patch.finish();
         self.push(&text);
     }
+}
+
+/// The text of a facet that closes a hole.
+fn new_facet(corners: [Point3<f64>; 3]) -> String {
+    let triple = |numbers: [f64; 3]| numbers.map(shortest).join(" ");
+    let normal = triple(rebuild::normal(&corners));
+    let [a, b, c] = corners.map(|p| triple(p.coords.into()));
+    format!(
+        "facet normal {normal}\nouter loop\nvertex {a}\nvertex {b}\nvertex {c}\nendloop\nendfacet"
+    )
 }
 
 fn shortest(x: f64) -> String {

@@ -1,0 +1,149 @@
+//! The header word and the counts.
+
+use std::ops::Range;
+
+use super::problem;
+use super::words::{Rows, Words};
+use crate::error::{IoError, quote};
+use crate::limits::Limits;
+use crate::number;
+use crate::text::{self, Line, Tokens};
+
+/// Whether a word is the header of an OFF file, of any kind (also those that are refused).
+pub(crate) fn is_header_word(word: &[u8]) -> bool {
+    let Some(mut prefix) = word.strip_suffix(b"OFF") else {
+        return false;
+    };
+    // Geomview writes the parts in this order, MeshLab in another one.
+    let mut parts = vec![&b"ST"[..], b"C", b"N", b"4", b"n"];
+    while let Some(found) = parts.iter().position(|part| prefix.starts_with(part)) {
+        prefix = &prefix[parts.swap_remove(found).len()..];
+    }
+    prefix.is_empty()
+}
+
+#[derive(Debug)]
+pub(super) struct Header {
+    pub(super) num_vertices: usize,
+    pub(super) num_faces: usize,
+    /// Where the two counts stand.
+    pub(super) counts: [Range<usize>; 2],
+    pub(super) has_normals: bool,
+    pub(super) has_colors: bool,
+    pub(super) has_uvs: bool,
+    /// Where the line of the last count ends.
+    pub(super) end: usize,
+}
+
+impl Header {
+    pub(super) fn read(
+        rows: &mut Rows<'_>,
+        num_bytes: usize,
+        limits: &Limits,
+    ) -> Result<Self, IoError> {
+        let mut row = rows.next()?.ok_or(IoError::UnknownFormat)?;
+        let first = Tokens::new(row.text).next();
+        let word = first.map_or(&b""[..], |token| token.text);
+        let mut at = 0;
+        let mut flags = &b""[..];
+        if is_header_word(word) {
+            flags = word.strip_suffix(b"OFF").unwrap_or(word);
+            if flags.contains(&b'4') || flags.contains(&b'n') {
+                let text = "vertices of other than three dimensions are not read";
+                return Err(problem(row, text));
+            }
+            at = first.map_or(0, |token| token.start + token.text.len());
+            let second = Tokens::new(&row.text[at..]).next();
+            if second.is_some_and(|token| token.text == b"BINARY") {
+                let text = "binary OFF is not read; convert the file to text";
+                return Err(problem(row, text));
+            }
+        }
+        let mut counts = [0, 0];
+        let mut places = [0..0, 0..0];
+        for (k, (name, least_bytes)) in LEAST_BYTES.into_iter().enumerate() {
+            // A count may stand on a line of its own.
+            while Tokens::new(&row.text[at..]).next().is_none() {
+                row = rows
+                    .next()?
+                    .ok_or_else(|| problem(row, "the numbers of vertices and faces are missing"))?;
+                at = 0;
+            }
+            let Some(token) = Tokens::new(&row.text[at..]).next() else {
+                continue;
+            };
+            counts[k] = count(row, token.text, name, num_bytes / least_bytes, num_bytes)?;
+            let start = row.start + at + token.start;
+            places[k] = start..start + token.text.len();
+            at += token.start + token.text.len();
+        }
+        let [num_vertices, num_faces] = counts;
+        limits.check_vertices(num_vertices)?;
+        limits.check_faces(num_faces)?;
+        let has = |part: &[u8]| flags.windows(part.len()).any(|window| window == part);
+        Ok(Self {
+            num_vertices,
+            num_faces,
+            counts: places,
+            has_normals: has(b"N"),
+            has_colors: has(b"C"),
+            has_uvs: has(b"ST"),
+            end: rows.position(),
+        })
+    }
+
+    /// How many numbers of a vertex are not its colour.
+    pub(super) fn fixed_numbers(&self) -> usize {
+        3 * usize::from(self.has_normals) + 2 * usize::from(self.has_uvs)
+    }
+
+    /// Of so many numbers behind x y z, how many are a colour; `None` if that cannot be told.
+    pub(super) fn color_numbers(&self, further: usize) -> Option<usize> {
+        let numbers = further.checked_sub(self.fixed_numbers())?;
+        matches!(numbers, 0 | 3 | 4).then_some(numbers)
+    }
+
+    /// Where the vertices may start and how many numbers each may have behind x y z, if their
+    /// lines do not tell.
+    pub(super) fn free_forms(&self, bytes: &[u8]) -> impl Iterator<Item = (usize, usize)> {
+        let mut words = Words::new(bytes, self.counts[1].end);
+        let same_line = !text::before_comment(words.rest_of_line())
+            .trim_ascii()
+            .is_empty();
+        words.next();
+        // The number of edges, if any: on the line of the counts it is one, else it may be.
+        let starts = if same_line {
+            vec![words.at()]
+        } else {
+            vec![self.end, words.at()]
+        };
+        let colors = if self.has_colors { &[4, 3][..] } else { &[0] };
+        let fixed = self.fixed_numbers();
+        starts
+            .into_iter()
+            .flat_map(move |start| colors.iter().map(move |color| (start, fixed + color)))
+    }
+}
+
+/// What is counted, and the least bytes that one takes: "0 0 0\n" and "3 0 1 2\n", less the last
+/// line end.
+const LEAST_BYTES: [(&str, usize); 2] = [("vertices", 5), ("faces", 7)];
+
+fn count(
+    row: Line<'_>,
+    token: &[u8],
+    name: &str,
+    most: usize,
+    num_bytes: usize,
+) -> Result<usize, IoError> {
+    let count = number::parse_integer(token).and_then(|n| usize::try_from(n).ok());
+    let count = count.ok_or_else(|| {
+        let text = format!("`{}` is not the number of {name}", quote(token));
+        problem(row, &text)
+    })?;
+    if count > most {
+        let text = format!("{count} {name} are promised, more than {num_bytes} bytes hold");
+        return Err(problem(row, &text));
+    }
+    Ok(count)
+}

@@ -1,0 +1,364 @@
+//! Geomview OFF: vertices, then faces, with normals, colours and texture coordinates.
+//!
+//! Header words are `OFF` with the prefixes `ST`, `C` and `N` in any order (texture coordinates,
+//! colours, normals). Behind x y z of a vertex stand its normal, its colour and its texture
+//! coordinates; three or four further numbers are a colour also where the header says nothing.
+//! Behind the corners of a face stands its colour, or one number of a colour map (face property
+//! `color_index`, −1 for none). Colours are integers to 255 or real numbers to 1; what has none
+//! among others that have is white. The counts may stand on the line of the header word or behind
+//! it; the number of edges is not needed.
+//!
+//! A vertex or face is a line. Only where that does not fit are the numbers taken as they come,
+//! over line ends, as Geomview does. Rows behind the last face that the header promises are kept
+//! in the file and not read, with a [`Warning`]: the counts are what other programs go by, and
+//! what they show is what is promised. Source: Geomview manual, section "OFF Files".
+
+mod attributes;
+mod header;
+mod new;
+mod rebuild;
+mod words;
+
+#[cfg(test)]
+mod tests;
+
+use std::sync::Arc;
+
+use nalgebra::Point3;
+
+use crate::attributes::Attributes;
+use crate::coordinate;
+use crate::document::{Document, Parsed};
+use crate::error::{Element, IoError, Place, Warning, quote};
+use crate::faces::FaceList;
+use crate::format::Format;
+use crate::limits::Limits;
+use crate::number;
+use crate::remap::Remap;
+use crate::source::{Mesh, Moves, SourceFile, TextPatch};
+use crate::text::{self, Line, Token, Tokens};
+
+use header::Header;
+use words::{Rows, Words, line_number};
+
+pub(crate) use header::is_header_word;
+pub(crate) use new::{losses, write_new};
+
+/// The name of the face property that holds numbers of a colour map.
+const COLOR_INDEX: &str = "color_index";
+
+/// Reads an OFF file; the header word may be missing.
+pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError> {
+    let (parsed, file) = parse(bytes, limits)?;
+    Document::from_source(parsed, file)
+}
+
+fn parse(bytes: Vec<u8>, limits: &Limits) -> Result<(Parsed, OffFile), IoError> {
+    let mut rows = Rows::new(&bytes, text::after_bom(&bytes), limits);
+    let header = Header::read(&mut rows, bytes.len(), limits)?;
+    let body = read_rows(rows, &header, limits).or_else(|error| {
+        // What a limit or a coordinate refuses, it refuses however the lines end.
+        let is_final = matches!(error, IoError::OverLimit { .. } | IoError::NonFinite { .. });
+        if is_final {
+            return Err(error);
+        }
+        let free = header
+            .free_forms(&bytes)
+            .find_map(|(start, width)| read_free(&bytes, start, width, &header, limits).ok());
+        free.ok_or(error)
+    })?;
+    let Body {
+        positions,
+        faces,
+        layout,
+        warnings,
+    } = body;
+    let parsed = Parsed {
+        positions,
+        faces,
+        warnings,
+        ..Parsed::default()
+    };
+    let file = OffFile {
+        bytes,
+        header,
+        layout,
+    };
+    Ok((parsed, file))
+}
+
+/// What stands behind the header.
+#[derive(Default)]
+struct Body {
+    positions: Vec<Point3<f64>>,
+    faces: FaceList,
+    layout: Layout,
+    warnings: Vec<Warning>,
+}
+
+/// Where the rows of a file stand.
+#[derive(Debug, Default)]
+struct Layout {
+    /// Where the x of each vertex stands.
+    starts: Vec<usize>,
+    /// How many numbers each vertex has behind x y z, if they are not told by the line end.
+    width: Option<usize>,
+    /// Where the vertices start and end.
+    vertices: std::ops::Range<usize>,
+    num_faces: usize,
+    /// Whether vertices or faces have numbers that cannot be told.
+    has_unknown: [bool; 2],
+    /// How many rows follow the faces.
+    num_unpromised: usize,
+}
+
+/// Vertices and faces by lines.
+fn read_rows(mut rows: Rows<'_>, header: &Header, limits: &Limits) -> Result<Body, IoError> {
+    let num_bytes = rows.num_bytes();
+    let mut body = Body::new(header, num_bytes, limits)?;
+    body.layout.vertices.start = rows.position();
+    for vertex in 0..header.num_vertices {
+        let row = rows.expect("vertex", vertex, header.num_vertices)?;
+        let mut tokens = Tokens::new(row.text);
+        let place = Place::Line(row.number);
+        let (position, x) = coordinate::position(&mut tokens, vertex, place)?;
+        body.positions.push(position);
+        body.layout.starts.push(row.start + x);
+        body.layout.has_unknown[0] |= header.color_numbers(tokens.count()).is_none();
+    }
+    body.layout.vertices.end = rows.position();
+    for face in 0..header.num_faces {
+        let row = rows.expect("face", face, header.num_faces)?;
+        let place = || Place::Line(row.number);
+        let mut tokens = Tokens::new(row.text);
+        read_face(&mut tokens, &place, header, &mut body.faces, limits)?;
+        body.layout.has_unknown[1] |= !matches!(tokens.count(), 0 | 1 | 3 | 4);
+        limits.check_memory(num_bytes, header.num_vertices, body.faces.num_corners())?;
+    }
+    if let Some(row) = rows.next()? {
+        body.layout.num_unpromised = 1;
+        while rows.next()?.is_some() {
+            body.layout.num_unpromised += 1;
+        }
+        body.warnings.push(Warning {
+            place: Some(Place::Line(row.number)),
+            message: format!(
+                "{} more rows follow the {} faces that the header promises; they are kept and not read",
+                body.layout.num_unpromised, header.num_faces
+            ),
+        });
+    }
+    Ok(body)
+}
+
+/// Vertices and faces wherever the lines end; all must be used up in the end.
+fn read_free(
+    bytes: &[u8],
+    start: usize,
+    width: usize,
+    header: &Header,
+    limits: &Limits,
+) -> Result<Body, IoError> {
+    let mut body = Body::new(header, bytes.len(), limits)?;
+    body.layout.width = Some(width);
+    body.layout.vertices.start = start;
+    let mut words = Words::new(bytes, start);
+    // Which line it is does not matter: the error of the reading by lines is the one to show.
+    let place = Place::Line(0);
+    for vertex in 0..header.num_vertices {
+        let (position, x) = coordinate::position(&mut words, vertex, place)?;
+        body.positions.push(position);
+        body.layout.starts.push(x);
+        let found = words.by_ref().take(width).count();
+        if found < width {
+            return Err(IoError::TooFewNumbers {
+                place,
+                element: Element::new("vertex", vertex),
+                found: found + 3,
+                needed: width + 3,
+            });
+        }
+    }
+    body.layout.vertices.end = words.at();
+    for _ in 0..header.num_faces {
+        read_face(&mut words, &|| place, header, &mut body.faces, limits)?;
+        let more = Tokens::new(words.rest_of_line()).count();
+        body.layout.has_unknown[1] |= !matches!(more, 0 | 1 | 3 | 4);
+        words.skip_line();
+        limits.check_memory(bytes.len(), header.num_vertices, body.faces.num_corners())?;
+    }
+    match words.next() {
+        None => Ok(body),
+        Some(_) => Err(IoError::MoreThanPromised {
+            place,
+            promised: header.num_faces as u64,
+        }),
+    }
+}
+
+impl Body {
+    fn new(header: &Header, num_bytes: usize, limits: &Limits) -> Result<Self, IoError> {
+        limits.check_memory(num_bytes, header.num_vertices, 0)?;
+        let mut body = Self::default();
+        // The header is bounded by the bytes of the file.
+        body.positions.reserve_exact(header.num_vertices);
+        body.layout.starts.reserve_exact(header.num_vertices);
+        body.layout.num_faces = header.num_faces;
+        Ok(body)
+    }
+}
+
+/// Appends a face.
+fn read_face<'a>(
+    tokens: &mut impl Iterator<Item = Token<'a>>,
+    place: &impl Fn() -> Place,
+    header: &Header,
+    faces: &mut FaceList,
+    limits: &Limits,
+) -> Result<(), IoError> {
+    let face = faces.len();
+    let num_vertices = header.num_vertices;
+    let bad = |text: &[u8], expected| IoError::BadNumber {
+        place: place(),
+        element: Element::new("face", face),
+        text: quote(text),
+        expected,
+    };
+    let first = tokens.next().map_or(&b""[..], |token| token.text);
+    let degree = number::parse_integer(first)
+        .and_then(|n| usize::try_from(n).ok())
+        .ok_or_else(|| bad(first, "a number of corners"))?;
+    if degree < 3 {
+        return Err(IoError::TooFewCorners {
+            place: place(),
+            face,
+            degree,
+        });
+    }
+    for found in 0..degree {
+        let token = tokens.next().ok_or_else(|| IoError::TooFewNumbers {
+            place: place(),
+            element: Element::new("face", face),
+            found: found + 1,
+            needed: degree.saturating_add(1),
+        })?;
+        limits.check_degree(found + 1)?;
+        limits.check_corners(faces.num_corners() + 1)?;
+        let index =
+            number::parse_integer(token.text).ok_or_else(|| bad(token.text, "a vertex number"))?;
+        match u32::try_from(index) {
+            Ok(vertex) if (vertex as usize) < num_vertices => faces.push_corner(vertex),
+            _ => {
+                return Err(IoError::IndexOutOfRange {
+                    place: place(),
+                    face,
+                    index,
+                    first: 0,
+                    num_vertices,
+                });
+            }
+        }
+    }
+    faces.end_face();
+    Ok(())
+}
+
+/// An OFF file as it was read.
+#[derive(Debug)]
+struct OffFile {
+    bytes: Vec<u8>,
+    header: Header,
+    layout: Layout,
+}
+
+impl OffFile {
+    /// The words of a vertex: x y z and what belongs to it behind them.
+    fn vertex_words(&self, vertex: usize) -> impl Iterator<Item = Token<'_>> {
+        let start = self.layout.starts.get(vertex).copied();
+        let words = Words::new(&self.bytes, start.unwrap_or(self.bytes.len()));
+        let end = match self.layout.width {
+            None => words.at() + words.rest_of_line().len(),
+            Some(_) => usize::MAX,
+        };
+        let most = self.layout.width.map_or(usize::MAX, |width| width + 3);
+        words.take_while(move |word| word.start < end).take(most)
+    }
+
+    /// The place of a byte, for an error.
+    fn place(&self, at: usize) -> Place {
+        Place::Line(line_number(&self.bytes, at))
+    }
+}
+
+impl SourceFile for OffFile {
+    fn format(&self) -> Format {
+        Format::Off
+    }
+
+    fn attributes(&self, _mesh: Mesh<'_>) -> Result<Attributes, IoError> {
+        attributes::decode(self)
+    }
+
+    fn has_normals(&self) -> bool {
+        self.header.has_normals
+    }
+
+    fn extras(&self) -> Vec<String> {
+        let mut extras = Vec::new();
+        let [vertices, faces] = self.layout.has_unknown;
+        if vertices {
+            extras.push("further numbers of the vertices".to_owned());
+        }
+        if faces {
+            extras.push("further numbers of the faces".to_owned());
+        }
+        match self.layout.num_unpromised {
+            0 => {}
+            n => extras.push(format!("{n} rows behind the last face")),
+        }
+        extras
+    }
+
+    fn write(&self, _format: Format, moves: &Moves<'_>) -> Result<Vec<u8>, IoError> {
+        if moves.moved.is_empty() {
+            return Ok(self.bytes.clone());
+        }
+        let mut patch = TextPatch::new(&self.bytes);
+        let mut normals = moves.normals.vertices.iter().peekable();
+        for (vertex, &moved) in moves.moved.iter().enumerate() {
+            let normal = normals.next_if(|(v, _)| *v as usize == vertex);
+            let position = moved.then(|| moves.mesh.positions[vertex].coords.into());
+            if !moved && normal.is_none() {
+                continue;
+            }
+            let numbers = [position, normal.map(|(_, n)| *n)];
+            let numbers = numbers.into_iter().flat_map(|triple: Option<[f64; 3]>| {
+                triple.map_or([None; 3], |triple| triple.map(Some))
+            });
+            for (word, number) in self.vertex_words(vertex).zip(numbers) {
+                // What keeps its value keeps its digits.
+                let number = number.filter(|&x| number::parse_f64(word.text) != Some(x));
+                if let Some(x) = number {
+                    patch.replace(word.start, word.text.len(), |out| {
+                        number::push_f64(out, x);
+                    });
+                }
+            }
+        }
+        Ok(patch.finish())
+    }
+
+    fn rebuild(&self, remap: &Remap, _mesh: Mesh<'_>) -> Result<Arc<dyn SourceFile>, IoError> {
+        let bytes = rebuild::rebuild(self, remap);
+        let (_, file) = parse(bytes, &Limits::NONE)?;
+        Ok(Arc::new(file))
+    }
+}
+
+/// A line of a header, for an error.
+fn problem(row: Line<'_>, text: &str) -> IoError {
+    IoError::Header {
+        line: row.number,
+        problem: text.to_owned(),
+    }
+}
