@@ -125,14 +125,13 @@ fn cut(bytes: &[u8], start: usize, piece: usize) -> Vec<(usize, usize)> {
 
 /// Where the first statement starts behind `at`; one starts at `from`.
 fn statement_start(bytes: &[u8], from: usize, at: usize) -> usize {
-    let Some(rest) = bytes.get(at..) else {
-        return bytes.len();
-    };
-    // The line in which `at` lies has its start further up.
-    let line = memchr::memrchr2(b'\n', b'\r', &bytes[from..at]).map_or(from, |end| from + end + 1);
-    if rest.is_empty() {
+    if at >= bytes.len() {
         return bytes.len();
     }
+    // The line in which `at` lies has its start further up; a byte less, since `at` may lie within
+    // the two bytes of a line end.
+    let above = &bytes[from..at.saturating_sub(1).max(from)];
+    let line = memchr::memrchr2(b'\n', b'\r', above).map_or(from, |end| from + end + 1);
     let mut lines = Lines::new(bytes, line);
     while let Some(line) = lines.next() {
         if !is_continued(line.text) && lines.position() > at {
