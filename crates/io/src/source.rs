@@ -118,6 +118,18 @@ impl<'a> TextPatch<'a> {
         self.copied = start + length;
     }
 
+    /// Replaces `length` bytes at `start`, which lies behind everything replaced so far.
+    pub(crate) fn replace_bytes(&mut self, start: usize, length: usize, new: &[u8]) {
+        self.out.extend_from_slice(&self.bytes[self.copied..start]);
+        self.out.extend_from_slice(new);
+        self.copied = start + length;
+    }
+
+    /// Inserts bytes at `start`, which does not lie before anything replaced so far.
+    pub(crate) fn insert(&mut self, start: usize, new: &[u8]) {
+        self.replace_bytes(start, 0, new);
+    }
+
     pub(crate) fn finish(mut self) -> Vec<u8> {
         self.out.extend_from_slice(&self.bytes[self.copied..]);
         self.out

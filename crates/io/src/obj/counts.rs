@@ -99,6 +99,11 @@ impl Counts {
         self.normals
     }
 
+    /// Whether there are lines or points.
+    pub(super) fn has_lines(&self) -> bool {
+        self.extras[0] > 0
+    }
+
     /// Whether there are curves or surfaces.
     pub(super) fn has_free_form(&self) -> bool {
         self.extras[1] > 0

@@ -4,23 +4,24 @@
 
 use nalgebra::Point3;
 
+use crate::limits::Limits;
 use crate::number::{self, digits8};
 use crate::obj::parse::Piece;
 
 /// Takes the line that starts at `at` into the piece and gives the start of the next one; `None`,
-/// with the piece as it was, if the line is not of the usual form or longer than `longest`.
+/// with the piece as it was, if the line is not of the usual form or longer than allowed.
 #[inline]
-pub(super) fn line(piece: &mut Piece, text: &[u8], at: usize, longest: usize) -> Option<usize> {
+pub(super) fn line(piece: &mut Piece, text: &[u8], at: usize, limits: &Limits) -> Option<usize> {
     let next = match text.get(at..at + 2)? {
-        b"v " => vertex(piece, text, at + 2, at, longest)?,
-        b"f " => face(piece, text, at + 2, at, longest)?,
+        b"v " => vertex(piece, text, at + 2, at, limits)?,
+        b"f " => face(piece, text, at + 2, at, limits)?,
         b"vt" if text.get(at + 2) == Some(&b' ') => {
-            let next = skip(text, at + 3, at, longest)?;
+            let next = skip(text, at + 3, at, limits)?;
             piece.counts.add_texture();
             next
         }
         b"vn" if text.get(at + 2) == Some(&b' ') => {
-            let next = skip(text, at + 3, at, longest)?;
+            let next = skip(text, at + 3, at, limits)?;
             piece.counts.add_normal();
             next
         }
@@ -35,7 +36,7 @@ fn vertex(
     text: &[u8],
     mut at: usize,
     start: usize,
-    longest: usize,
+    limits: &Limits,
 ) -> Option<usize> {
     let mut position = [0.0; 3];
     for x in &mut position {
@@ -45,24 +46,25 @@ fn vertex(
             return None;
         }
     }
-    let next = end_of_line(text, at, start, longest).or_else(|| skip(text, at, start, longest))?;
+    let next = end_of_line(text, at, start, limits).or_else(|| skip(text, at, start, limits))?;
     piece.positions.push(Point3::from(position));
     Some(next)
 }
 
 #[inline]
-fn face(piece: &mut Piece, text: &[u8], at: usize, start: usize, longest: usize) -> Option<usize> {
-    let first = piece.corners.len();
-    let next = corners(piece, text, at, start, longest);
-    if next.is_some() {
-        piece.end_face();
-    } else {
-        piece.corners.truncate(first);
+fn face(piece: &mut Piece, text: &[u8], at: usize, start: usize, limits: &Limits) -> Option<usize> {
+    let before = piece.mark();
+    let next = corners(piece, text, at, start, limits);
+    match next {
+        Some(_) => {
+            piece.end_face();
+        }
+        None => piece.reset(before),
     }
     next
 }
 
-/// The corners of a face that names its vertices by their numbers; those that are left behind
+/// The corners of a face; those that are left behind
 /// where this gives `None` are the caller's to drop.
 #[inline]
 fn corners(
@@ -70,16 +72,18 @@ fn corners(
     text: &[u8],
     mut at: usize,
     start: usize,
-    longest: usize,
+    limits: &Limits,
 ) -> Option<usize> {
+    let most = MOST_CORNERS.min(limits.max_degree);
     let mut degree = 0;
-    let mut largest = 0;
     loop {
         at = blanks(text, at)?;
-        if *text.get(at)? <= b' ' {
+        let first = *text.get(at)?;
+        if first <= b' ' {
             break;
         }
-        let (index, behind) = integer(text, at)?;
+        let is_relative = first == b'-';
+        let (index, behind) = integer(text, at + usize::from(is_relative))?;
         at = behind;
         if text.get(at) == Some(&b'/') {
             at = reference(text, at + 1)?;
@@ -88,19 +92,20 @@ fn corners(
             }
         }
         // Longer faces have their degree checked while they grow.
-        if *text.get(at)? > b' ' || index == 0 || degree == MOST_CORNERS {
+        if *text.get(at)? > b' ' || index == 0 || degree == most {
             return None;
         }
-        largest = largest.max(index - 1);
-        piece.corners.push(index - 1);
+        if is_relative {
+            piece.push_relative(piece.positions.len() as i64 - i64::from(index));
+        } else {
+            piece.push_absolute(index - 1);
+        }
         degree += 1;
     }
     if degree < 3 {
         return None;
     }
-    let next = end_of_line(text, at, start, longest)?;
-    piece.largest = piece.largest.max(Some(largest));
-    Some(next)
+    end_of_line(text, at, start, limits)
 }
 
 /// The most corners of a face that is of the usual form.
@@ -147,21 +152,21 @@ fn reference(text: &[u8], mut at: usize) -> Option<usize> {
 
 /// Behind the line end at `at`.
 #[inline]
-fn end_of_line(text: &[u8], at: usize, start: usize, longest: usize) -> Option<usize> {
+fn end_of_line(text: &[u8], at: usize, start: usize, limits: &Limits) -> Option<usize> {
     let length = match text.get(at)? {
         b'\n' => 1,
         b'\r' if text.get(at + 1) == Some(&b'\n') => 2,
         _ => return None,
     };
-    (at - start <= longest).then_some(at + length)
+    (at - start <= limits.max_line).then_some(at + length)
 }
 
 /// Behind the end of the line, if no backslash continues it.
 #[inline]
-fn skip(text: &[u8], at: usize, start: usize, longest: usize) -> Option<usize> {
+fn skip(text: &[u8], at: usize, start: usize, limits: &Limits) -> Option<usize> {
     let end = at + memchr::memchr2(b'\n', b'\r', text.get(at..)?)?;
     if text[..end].ends_with(b"\\") {
         return None;
     }
-    end_of_line(text, end, start, longest)
+    end_of_line(text, end, start, limits)
 }

@@ -42,7 +42,7 @@ pub(super) fn parse(bytes: &[u8], limits: &Limits) -> Result<Mesh, IoError> {
 pub(super) fn parse_by(bytes: &[u8], limits: &Limits, piece: usize) -> Result<Mesh, IoError> {
     let mut file = Mesh::default();
     let mut above = Above::default();
-    let mut largest = None;
+    let mut largest = 0;
     let mut pieces: Vec<Piece> = Vec::new();
     let mut start = text::after_bom(bytes);
     while start < bytes.len() {
@@ -76,7 +76,7 @@ pub(super) fn parse_by(bytes: &[u8], limits: &Limits, piece: usize) -> Result<Me
         }
         start = end;
     }
-    if largest.is_some_and(|vertex| vertex as usize >= above.vertices) {
+    if above.corners > 0 && largest as usize >= above.vertices {
         let start = text::after_bom(bytes);
         return Err(refusal(
             bytes,
@@ -125,14 +125,13 @@ fn cut(bytes: &[u8], start: usize, piece: usize) -> Vec<(usize, usize)> {
 
 /// Where the first statement starts behind `at`; one starts at `from`.
 fn statement_start(bytes: &[u8], from: usize, at: usize) -> usize {
-    let Some(rest) = bytes.get(at..) else {
-        return bytes.len();
-    };
-    // The line in which `at` lies has its start further up.
-    let line = memchr::memrchr2(b'\n', b'\r', &bytes[from..at]).map_or(from, |end| from + end + 1);
-    if rest.is_empty() {
+    if at >= bytes.len() {
         return bytes.len();
     }
+    // The line in which `at` lies has its start further up; a byte less, since `at` may lie within
+    // the two bytes of a line end.
+    let above = &bytes[from..at.saturating_sub(1).max(from)];
+    let line = memchr::memrchr2(b'\n', b'\r', above).map_or(from, |end| from + end + 1);
     let mut lines = Lines::new(bytes, line);
     while let Some(line) = lines.next() {
         if !is_continued(line.text) && lines.position() > at {
@@ -163,11 +162,20 @@ pub(super) struct Piece {
     relative: Vec<(usize, usize)>,
     /// How far before the piece the furthest of them lies, at most zero.
     lowest: i64,
-    /// The largest vertex that was named by its number.
-    pub(super) largest: Option<u32>,
+    /// The largest vertex that was named by its number, or 0.
+    largest: u32,
     lines: usize,
     pub(super) counts: Counts,
     failed: bool,
+}
+
+/// How far a piece has come within a face.
+#[derive(Clone, Copy)]
+pub(super) struct Mark {
+    corners: usize,
+    relative: usize,
+    lowest: i64,
+    largest: u32,
 }
 
 impl Piece {
@@ -177,7 +185,7 @@ impl Piece {
         self.ends.clear();
         self.relative.clear();
         self.lowest = 0;
-        self.largest = None;
+        self.largest = 0;
         self.lines = 0;
         self.counts = Counts::default();
         self.failed = false;
@@ -189,7 +197,7 @@ impl Piece {
         let text = &bytes[..to];
         let mut at = from;
         while at < to {
-            if let Some(next) = fast::line(self, text, at, limits.max_line) {
+            if let Some(next) = fast::line(self, text, at, limits) {
                 self.lines += 1;
                 at = next;
                 continue;
@@ -242,7 +250,7 @@ impl Piece {
     /// Takes a corner that names its vertex.
     #[inline]
     pub(super) fn push_absolute(&mut self, vertex: u32) {
-        self.largest = self.largest.max(Some(vertex));
+        self.largest = self.largest.max(vertex);
         self.corners.push(vertex);
     }
 
@@ -256,6 +264,28 @@ impl Piece {
         }
         self.lowest = self.lowest.min(vertex);
         self.corners.push(vertex as u32);
+    }
+
+    /// What there is now, to come back to with [`Piece::reset`].
+    #[inline]
+    pub(super) fn mark(&self) -> Mark {
+        Mark {
+            corners: self.corners.len(),
+            relative: self.relative.len(),
+            lowest: self.lowest,
+            largest: self.largest,
+        }
+    }
+
+    /// Forgets the corners since a mark.
+    pub(super) fn reset(&mut self, mark: Mark) {
+        self.corners.truncate(mark.corners);
+        self.relative.truncate(mark.relative);
+        if let Some((_, end)) = self.relative.last_mut() {
+            *end = mark.corners.min(*end);
+        }
+        self.lowest = mark.lowest;
+        self.largest = mark.largest;
     }
 
     /// Ends a face and gives its degree.

@@ -2,6 +2,7 @@
 
 use crate::number;
 use crate::obj::ObjFile;
+use crate::obj::rebuild::ends_open;
 use crate::obj::statement::{Statement, Statements, corner, normal_part, resolve};
 use crate::source::{Moves, TextPatch};
 use crate::text;
@@ -93,7 +94,12 @@ impl Writer<'_> {
         let line_end = self.line_end;
         // The last line of the file need not have an end.
         let is_ended = statement.start + statement.text.len() < statement.end;
+        let is_open = !is_ended && ends_open(statement.text);
         self.patch.replace(statement.end, 0, |out| {
+            if is_open {
+                // Its backslash continues it with an empty line.
+                out.push_str(line_end);
+            }
             for (k, numbers) in added.iter().enumerate() {
                 if k > 0 || !is_ended {
                     out.push_str(line_end);
