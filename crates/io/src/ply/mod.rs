@@ -17,6 +17,8 @@ mod layout;
 mod names;
 mod read;
 mod rebuild;
+#[cfg(test)]
+mod rebuild_tests;
 mod rewrite;
 #[cfg(test)]
 mod roundtrip_tests;
@@ -24,6 +26,8 @@ mod rows;
 mod strips;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod trap_tests;
 mod write;
 
 use std::sync::Arc;

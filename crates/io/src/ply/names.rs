@@ -1,17 +1,22 @@
 //! Names that stand in a header without breaking it.
 
-use std::collections::HashSet;
+use std::collections::HashMap;
+
+use foldhash::fast::RandomState;
 
 /// The names of an element that is being declared; each is given once.
 #[derive(Default)]
 pub(super) struct Names {
-    taken: HashSet<String>,
+    /// Each name with the number that was last put behind it, so that thousands of equal ones
+    /// are told apart in one pass.
+    taken: HashMap<String, u64, RandomState>,
 }
 
 impl Names {
     /// Keeps these names from being given to anything else.
     pub(super) fn reserve(&mut self, names: &[&str]) {
-        self.taken.extend(names.iter().map(|&name| name.to_owned()));
+        let names = names.iter().map(|&name| (name.to_owned(), 1));
+        self.taken.extend(names);
     }
 
     /// A name that every reader takes, as near to the wanted one as can be.
@@ -28,12 +33,15 @@ impl Names {
             name.insert(0, '_');
         }
         let mut given = name.clone();
-        let mut number = 1u64;
-        while self.taken.contains(&given) {
-            number += 1;
-            given = format!("{name}_{number}");
+        if let Some(&last) = self.taken.get(&name) {
+            let mut number = last;
+            while self.taken.contains_key(&given) {
+                number += 1;
+                given = format!("{name}_{number}");
+            }
+            self.taken.insert(name, number);
         }
-        self.taken.insert(given.clone());
+        self.taken.insert(given.clone(), 1);
         given
     }
 }
