@@ -36,13 +36,14 @@ pub(crate) fn write(document: &Document, format: Format) -> Result<Vec<u8>, IoEr
 
 /// What a new file of this format cannot hold, in words.
 pub(crate) fn losses(document: &Document, format: Format) -> Result<Vec<String>, IoError> {
-    let attributes = contents(document)?.attributes;
+    let contents = contents(document)?;
+    let attributes = &contents.attributes;
     Ok(match format {
-        Format::Obj => obj::losses(&attributes),
-        Format::Off => off::losses(&attributes),
-        Format::Ply => ply::losses(&attributes),
-        Format::Stl => stl::losses(&attributes),
-        Format::Gltf | Format::Glb => gltf::losses(&attributes),
+        Format::Obj => obj::losses(attributes),
+        Format::Off => off::losses(attributes),
+        Format::Ply => ply::losses(attributes),
+        Format::Stl => stl::losses(attributes),
+        Format::Gltf | Format::Glb => gltf::losses(&contents),
     })
 }
 
