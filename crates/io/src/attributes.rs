@@ -5,6 +5,9 @@ use crate::remap::Remap;
 /// The name of the property that holds normals, in every format.
 pub const NORMAL: &str = "normal";
 /// The name of the property that holds texture coordinates, in every format.
+///
+/// The second one goes upward, as in OBJ and PLY; glTF has it downward, so that it is read and
+/// written there as 1 − v.
 pub const UV: &str = "uv";
 /// The name of the property that holds colours, in every format: integers from 0 to the type's
 /// largest, or real numbers from 0 to 1; three components, or four with alpha.

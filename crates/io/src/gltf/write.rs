@@ -171,14 +171,19 @@ impl<'a> Rewrite<'a> {
         } else {
             1.0
         });
+        let size = layout.component.size();
         let mut bytes = Vec::new();
         for &(element, value) in changes {
-            bytes.clear();
-            value
-                .iter()
-                .for_each(|x| layout.component.write(&mut bytes, x * unit));
-            let at = span.start + element * span.stride;
-            buffer[at..at + bytes.len()].copy_from_slice(&bytes);
+            for (k, x) in value.into_iter().enumerate() {
+                bytes.clear();
+                layout.component.write(&mut bytes, x * unit);
+                let at = span.start + element * span.stride + k * size;
+                let old = &mut buffer[at..at + size];
+                // What is the same number keeps its bits: zeros have two.
+                if layout.component.read(old) != layout.component.read(&bytes) {
+                    old.copy_from_slice(&bytes);
+                }
+            }
         }
         let accessor = &self.file.accessors[layout.accessor];
         let is_there = accessor.min.is_some() || accessor.max.is_some();
@@ -186,7 +191,6 @@ impl<'a> Rewrite<'a> {
             let elements = buffer[span.start..span.end()].chunks(span.stride);
             let [min, max] = limits(elements.map(|element| {
                 [0, 1, 2].map(|k| {
-                    let size = layout.component.size();
                     layout
                         .component
                         .read(element.get(k * size..).unwrap_or(&[]))

@@ -1,0 +1,6 @@
+//! Files made by code: what is read, what is refused, what a write changes.
+
+mod made;
+mod reading;
+mod refusals;
+mod writing;
