@@ -42,13 +42,8 @@ pub(crate) fn losses(document: &Document, format: Format) -> Result<Vec<String>,
         Format::Obj => obj::losses(attributes),
         Format::Off => off::losses(attributes),
         Format::Ply => ply::losses(attributes),
-<<<<<<< HEAD
         Format::Stl => stl::losses(&contents),
-        Format::Gltf | Format::Glb => gltf::losses(attributes),
-=======
-        Format::Stl => stl::losses(attributes),
         Format::Gltf | Format::Glb => gltf::losses(&contents),
->>>>>>> wip-gltf
     })
 }
 
