@@ -54,7 +54,7 @@ pub(super) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError>
     limits.check_faces(num_facets)?;
     limits.check_corners(num_facets.saturating_mul(3))?;
     limits.check_memory(bytes.len(), 0, num_facets.saturating_mul(3))?;
-    let mut soup = Soup::new(limits, bytes.len());
+    let mut soup = Soup::new(limits, bytes.len(), num_facets);
     for (facet, row) in body.chunks_exact(FACET).take(num_facets).enumerate() {
         let corner = |k: usize| {
             let position = triple(row, k + 1);

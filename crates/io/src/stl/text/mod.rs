@@ -25,6 +25,9 @@ use crate::text as lines;
 use scan::{Layout, coordinate, normal_number, scan};
 use words::{Word, Words};
 
+/// About as many bytes has a facet as programs write it.
+const USUAL_FACET: usize = 250;
+
 /// Where in a file its end or its first facet is looked for, to tell its format.
 const WINDOW: usize = 1 << 16;
 
@@ -55,7 +58,7 @@ pub(in crate::stl) fn starts_as_text(bytes: &[u8]) -> bool {
 }
 
 pub(in crate::stl) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError> {
-    let mut soup = Soup::new(limits, bytes.len());
+    let mut soup = Soup::new(limits, bytes.len(), bytes.len() / USUAL_FACET);
     let layout = scan(&bytes, limits, |layout, corners| {
         let held = layout.num_bytes();
         soup.set_held(bytes.len().saturating_add(held));
