@@ -5,7 +5,7 @@ use std::collections::HashSet;
 
 use nalgebra::Point3;
 
-use crate::attributes::{Attributes, CornerProperty, Property, Values};
+use crate::attributes::{Attributes, CornerProperty, LabelKind, Property, Values};
 use crate::document::Document;
 use crate::error::IoError;
 use crate::faces::FaceList;
@@ -122,4 +122,17 @@ pub(crate) fn named<'a>(kind: &str, names: impl Iterator<Item = &'a str>) -> Opt
         [name] => Some(format!("the {kind} property {name}")),
         names => Some(format!("the {kind} properties {}", names.join(", "))),
     }
+}
+
+/// The labels that faces bear, for a warning.
+pub(crate) fn labels_named(attributes: &Attributes) -> impl Iterator<Item = String> {
+    attributes.labels.iter().map(|labels| {
+        let words = match labels.kind {
+            LabelKind::Object => "the names of objects",
+            LabelKind::Group => "groups",
+            LabelKind::Material => "materials",
+            LabelKind::Smoothing => "smoothing groups",
+        };
+        words.to_owned()
+    })
 }

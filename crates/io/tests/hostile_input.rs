@@ -54,6 +54,12 @@ fn check(document: &Document, bytes: &[u8]) {
         assert_eq!(again.positions(), document.positions());
         assert_eq!(again.faces(), document.faces());
     }
+    // An STL has numbers of 32 bits, and of vertices only those that faces use.
+    if let Ok(written) = document.write(Format::Stl) {
+        let again = read(written, None, &Limits::default()).unwrap();
+        assert_eq!(again.format(), Some(Format::Stl));
+        assert_eq!(again.faces().len(), document.faces().num_triangles());
+    }
     if let Ok(processing) = document.surface() {
         assert!(processing.mesh().is_triangle_mesh());
         let mut moved = document.clone();

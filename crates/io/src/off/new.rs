@@ -6,7 +6,7 @@ use super::COLOR_INDEX;
 use crate::attributes::{Attributes, COLOR, NORMAL, Property, UV, Values};
 use crate::error::IoError;
 use crate::number;
-use crate::writer::{Contents, named};
+use crate::writer::{Contents, labels_named, named};
 
 /// What a new OFF file cannot hold, in words.
 pub(crate) fn losses(attributes: &Attributes) -> Vec<String> {
@@ -23,9 +23,7 @@ pub(crate) fn losses(attributes: &Attributes) -> Vec<String> {
     .into_iter()
     .flatten()
     .collect();
-    for labels in &attributes.labels {
-        losses.push(format!("the labels {:?}", labels.kind).to_lowercase());
-    }
+    losses.extend(labels_named(attributes));
     if !attributes.libraries.is_empty() {
         losses.push("the material libraries".to_owned());
     }

@@ -480,8 +480,11 @@ proptest! {
     #[test]
     fn a_file_without_line_ends_reads_the_same(document in documents()) {
         // Colours of faces end with their line.
-        let attributes = document.attributes().unwrap();
-        prop_assume!(attributes.faces.is_empty() && attributes.comments.is_empty());
+        let attributes = Attributes {
+            vertices: document.attributes().unwrap().vertices.clone(),
+            ..Attributes::default()
+        };
+        let document = document.with_attributes(attributes).unwrap();
         let written = text(&document);
         let rows: Vec<&str> = written.lines().collect();
         let (head, faces) = rows.split_at(rows.len() - document.faces().len());
@@ -518,5 +521,46 @@ proptest! {
                 prop_assert_eq!(read.faces(), again.faces());
             }
         }
+    }
+
+    #[test]
+    fn attributes_go_with_their_vertices_and_faces(
+        document in documents(),
+        copies in prop::collection::vec(any::<prop::sample::Index>(), 0..4),
+        order in prop::collection::vec((any::<prop::sample::Index>(), any::<bool>()), 0..6),
+    ) {
+        let document = parse(&text(&document)).unwrap();
+        let count = document.positions().len();
+        let mut vertices: Vec<u32> = (0..count as u32).rev().collect();
+        vertices.extend(copies.iter().map(|copy| copy.index(count) as u32));
+        let mut remap = Remap {
+            vertices,
+            // All faces stay, so that what their colours are stays clear.
+            face_sources: (0..document.faces().len() as u32).rev().collect(),
+            ..Remap::default()
+        };
+        let num_faces = document.faces().len();
+        let more = order.iter().filter(|_| num_faces > 0);
+        remap.face_sources.extend(more.map(|(face, _)| face.index(num_faces) as u32));
+        let mut faces = Vec::new();
+        for (at, &source) in remap.face_sources.iter().enumerate() {
+            let is_turned = order.get(at).is_some_and(|order| order.1);
+            let old = document.faces().get(source as usize).unwrap();
+            let corners = document.faces().corner_range(source as usize);
+            let mut corners: Vec<(u32, u32)> =
+                corners.zip(old).map(|(c, &v)| (c as u32, count as u32 - 1 - v)).collect();
+            if is_turned {
+                corners.reverse();
+            }
+            remap.corner_sources.extend(corners.iter().map(|c| c.0));
+            faces.push(corners.iter().map(|c| c.1).collect::<Vec<u32>>());
+        }
+        remap.faces = faces.iter().collect();
+        let again = document.remapped(&remap, Vec::new()).unwrap();
+        let read = parse(&text(&again)).unwrap();
+        prop_assert_eq!(read.positions(), again.positions());
+        prop_assert_eq!(read.faces(), again.faces());
+        let expected = document.attributes().unwrap().remapped(&remap);
+        prop_assert_eq!(read.attributes().unwrap().into_owned(), expected);
     }
 }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use nalgebra::Point3;
 
 use super::ATTRIBUTE;
+use super::new::TITLE_TEXT;
 use super::rebuild::{self, Facet};
 use super::soup::Soup;
 use crate::attributes::{Attributes, NORMAL, Property, Values};
@@ -53,7 +54,7 @@ pub(super) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError>
     limits.check_faces(num_facets)?;
     limits.check_corners(num_facets.saturating_mul(3))?;
     limits.check_memory(bytes.len(), 0, num_facets.saturating_mul(3))?;
-    let mut soup = Soup::new(limits, bytes.len());
+    let mut soup = Soup::new(limits, bytes.len(), num_facets);
     for (facet, row) in body.chunks_exact(FACET).take(num_facets).enumerate() {
         let corner = |k: usize| {
             let position = triple(row, k + 1);
@@ -158,7 +159,9 @@ impl SourceFile for BinaryStl {
     fn extras(&self) -> Vec<String> {
         let mut extras = Vec::new();
         let title = self.bytes.get(..TITLE).unwrap_or(&[]);
-        if title.iter().any(|&b| b > b' ') {
+        let title = title.trim_ascii_end().split(|&b| b == 0).next();
+        // What cotan wrote there says nothing.
+        if title.is_some_and(|title| !title.is_empty() && title != TITLE_TEXT) {
             extras.push("the title in the header".to_owned());
         }
         match self.tail().len() {

@@ -15,8 +15,9 @@ mod new;
 mod rebuild;
 mod soup;
 mod text;
-mod words;
 
+#[cfg(test)]
+mod file_tests;
 #[cfg(test)]
 mod tests;
 

@@ -7,7 +7,7 @@ use super::{ATTRIBUTE, rebuild};
 use crate::attributes::{NORMAL, Property, Values};
 use crate::error::IoError;
 use crate::triangulate::Triangulator;
-use crate::writer::{Contents, named};
+use crate::writer::{Contents, labels_named, named};
 
 /// What a new STL file cannot hold of a document, in words.
 pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
@@ -31,6 +31,7 @@ pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
     }
     match faces.iter().filter(|polygon| polygon.len() > 3).count() {
         0 => {}
+        1 => losses.push("a polygon (it becomes triangles)".to_owned()),
         n => losses.push(format!("{n} polygons (they become triangles)")),
     }
     let names = attributes.vertices.iter().map(|p| p.name.as_str());
@@ -39,11 +40,10 @@ pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
     losses.extend(named("face", lost.map(|p| p.name.as_str())));
     let names = attributes.corners.iter().map(|p| p.name.as_str());
     losses.extend(named("corner", names));
-    for labels in &attributes.labels {
-        losses.push(format!("the labels {:?}", labels.kind).to_lowercase());
-    }
+    losses.extend(labels_named(attributes));
     match attributes.comments.len() {
         0 => {}
+        1 => losses.push("a comment".to_owned()),
         n => losses.push(format!("{n} comments")),
     }
     if !attributes.libraries.is_empty() {
@@ -68,9 +68,15 @@ fn is_attribute(property: &Property) -> bool {
         && matches!(property.values, Values::U16(_))
 }
 
-/// A new binary STL; polygons are cut into triangles, coordinates rounded to 32 bits.
+/// A new binary STL; polygons are cut into triangles, coordinates rounded to 32 bits. Without a
+/// face there is nothing to write.
 pub(crate) fn write_new(contents: &Contents<'_>) -> Result<Vec<u8>, IoError> {
     let (positions, faces) = (&*contents.positions, &*contents.faces);
+    if faces.is_empty() {
+        return Err(IoError::NoFaces {
+            num_vertices: positions.len(),
+        });
+    }
     let num_facets = faces.num_triangles();
     let too_many = || IoError::OverLimit {
         what: "facets of a binary STL",
@@ -104,7 +110,7 @@ pub(crate) fn write_new(contents: &Contents<'_>) -> Result<Vec<u8>, IoError> {
 }
 
 /// The header; it must not start with `solid`.
-const TITLE_TEXT: &[u8] = b"cotan";
+pub(super) const TITLE_TEXT: &[u8] = b"cotan";
 
 fn push(
     bytes: &mut Vec<u8>,

@@ -24,11 +24,19 @@ pub(super) struct Soup<'a, K> {
 }
 
 impl<'a, K: Hash + Eq> Soup<'a, K> {
-    pub(super) fn new(limits: &'a Limits, held_bytes: usize) -> Self {
+    /// An empty mesh; a file of so many bytes is held, and about so many facets will come.
+    ///
+    /// `num_facets` must be bounded by the bytes that are there, not by what a header says.
+    pub(super) fn new(limits: &'a Limits, held_bytes: usize, num_facets: usize) -> Self {
+        // A closed surface has half as many vertices as triangles.
+        let expected = (num_facets / 2).min(limits.max_vertices);
+        let mut numbers = HashMap::default();
+        // Without the room the table grows as vertices come.
+        let _ = numbers.try_reserve(expected);
         Self {
             limits,
             held_bytes,
-            numbers: HashMap::default(),
+            numbers,
             positions: Vec::new(),
             faces: FaceList::new(),
         }
