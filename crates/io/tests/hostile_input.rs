@@ -43,6 +43,11 @@ fn check(document: &Document, bytes: &[u8]) {
         .into_iter()
         .filter(|&format| Some(format) != document.format())
     {
+        // What is only kept is not checked when a file is read, but when it is needed.
+        if document.attributes().is_err() {
+            assert!(document.write(format).is_err());
+            continue;
+        }
         let written = document.write(format).unwrap();
         let again = read(written, Some(format), &Limits::default()).unwrap();
         assert_eq!(again.positions(), document.positions());

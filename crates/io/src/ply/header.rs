@@ -132,7 +132,7 @@ impl Scan {
             (2.., b"element") => {
                 let name = words.get(1).map_or(&b""[..], |word| word.text);
                 let place = DeclarationPlace {
-                    lines: vec![line.start..next],
+                    lines: std::iter::once(line.start..next).collect(),
                     count: words.get(2).map_or(0..0, |word| {
                         let start = line.start + word.start;
                         start..start + word.text.len()
