@@ -23,6 +23,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let doubles = large.binary(|x| x.to_le_bytes().to_vec(), "double");
     let text = large.text();
     let rich = large.rich();
+    let file = tempfile::NamedTempFile::new()?;
+    std::fs::write(file.path(), &singles)?;
     let small_bytes = small.binary(|x| (x as f32).to_le_bytes().to_vec(), "float");
 
     let parse = |bytes: Vec<u8>| read(bytes, Some(Format::Ply), &Limits::default());
@@ -66,6 +68,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 });
             }
         }
+        measure("file: read and copied", singles.len(), &mut || {
+            let copy = std::fs::read(file.path()).map(|bytes| (bytes.clone(), bytes));
+            black_box(copy.is_ok());
+        });
+        measure("file: loaded", singles.len(), &mut || {
+            black_box(cotan_io::load(file.path()).is_ok());
+        });
         let kept = parse(rich.clone())?;
         measure("rich: attributes", rich.len(), &mut || {
             black_box(kept.attributes().is_ok());

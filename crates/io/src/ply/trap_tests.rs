@@ -213,6 +213,12 @@ fn a_wide_header_takes_time_in_proportion() {
     let document = parse(&text).unwrap();
     assert_eq!(document.attributes().unwrap().vertices.len(), 100_000);
     assert!(clock.elapsed() < Duration::from_secs(10));
+    let limits = Limits {
+        max_memory: 20 << 20,
+        ..Limits::default()
+    };
+    let error = read(text.into_bytes(), &limits).unwrap_err().to_string();
+    assert!(error.ends_with("bytes of memory; raise the limit if you trust the file"));
 }
 
 /// A face list that is mostly triangles, with quads, in rows that hold more than the list.
