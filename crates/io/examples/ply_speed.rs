@@ -22,6 +22,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let singles = large.binary(|x| (x as f32).to_le_bytes().to_vec(), "float");
     let doubles = large.binary(|x| x.to_le_bytes().to_vec(), "double");
     let text = large.text();
+    let rich = large.rich();
+    let file = tempfile::NamedTempFile::new()?;
+    std::fs::write(file.path(), &singles)?;
     let small_bytes = small.binary(|x| (x as f32).to_le_bytes().to_vec(), "float");
 
     let parse = |bytes: Vec<u8>| read(bytes, Some(Format::Ply), &Limits::default());
@@ -65,6 +68,25 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 });
             }
         }
+        measure("file: read and copied", singles.len(), &mut || {
+            let copy = std::fs::read(file.path()).map(|bytes| (bytes.clone(), bytes));
+            black_box(copy.is_ok());
+        });
+        measure("file: loaded", singles.len(), &mut || {
+            black_box(cotan_io::load(file.path()).is_ok());
+        });
+        let kept = parse(rich.clone())?;
+        measure("rich: attributes", rich.len(), &mut || {
+            black_box(kept.attributes().is_ok());
+        });
+        let mut moved = parse(singles.clone())?;
+        for v in 0..moved.positions().len() {
+            let raised = moved.positions()[v].map(|x| x + 0.5);
+            moved.set_position(v, raised)?;
+        }
+        measure("float: write all moved", singles.len(), &mut || {
+            black_box(moved.write(Format::Ply).is_ok());
+        });
         measure("1/25: ply-rs", small_bytes.len(), &mut || {
             let ply = Parser::<DefaultElement>::new().read_ply(&mut small_bytes.as_slice());
             black_box(ply.is_ok());
@@ -128,6 +150,41 @@ impl Grid {
             bytes.push(3);
             for v in face {
                 bytes.extend((v as i32).to_le_bytes());
+            }
+        }
+        bytes
+    }
+
+    /// With normals, colours and texture coordinates of the corners.
+    fn rich(&self) -> Vec<u8> {
+        let text = self
+            .header("binary_little_endian", "float")
+            .replace(
+                "float z\n",
+                "float z\nproperty float nx\nproperty float ny\nproperty float nz\n\
+                 property uchar red\nproperty uchar green\nproperty uchar blue\n",
+            )
+            .replace(
+                "end_header",
+                "property list uchar float texcoord\nend_header",
+            );
+        let mut bytes = text.into_bytes();
+        for p in self.points() {
+            for x in p.into_iter().chain([0.0, 0.6, 0.8]) {
+                bytes.extend((x as f32).to_le_bytes());
+            }
+            bytes.extend([1, 2, 3]);
+        }
+        for face in self.faces() {
+            bytes.push(3);
+            for v in face {
+                bytes.extend((v as i32).to_le_bytes());
+            }
+            bytes.push(6);
+            for v in face {
+                for x in [v % self.side, v / self.side] {
+                    bytes.extend((x as f32).to_le_bytes());
+                }
             }
         }
         bytes

@@ -11,7 +11,7 @@ fn parse(bytes: impl AsRef<[u8]>) -> Document {
 
 /// Coordinates and normals interleaved and out of order, everything that has a usual name, an
 /// empty texture list, Latin-1 in a comment.
-const RICH: &[u8] =
+pub(super) const RICH: &[u8] =
     b"ply\r\nformat ascii 1.0\r\ncomment  two  blanks \r\nobj_info caf\xe9\r\ncomment\r\n\
     element vertex 4\nproperty float nz\nproperty double x\nproperty float nx\nproperty double y\n\
     property float ny\nproperty double z\nproperty uchar red\nproperty uchar green\n\

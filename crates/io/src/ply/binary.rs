@@ -2,12 +2,14 @@
 
 use std::ops::Range;
 
+use crate::attributes::Values;
 use crate::error::{IoError, Place};
 
 use super::fast;
+use super::groups::Group;
 use super::layout::{Element, NumberType};
 use super::read::Body;
-use super::rows::{Encoded, Number, RowName};
+use super::rows::{Cell, Encoded, Number, RowName, put};
 
 /// A byte order.
 pub(super) trait ByteOrder: Send + Sync {
@@ -121,6 +123,28 @@ impl<B: ByteOrder> Encoded for B {
     #[inline]
     fn row_end(_bytes: &[u8], at: usize) -> usize {
         at
+    }
+
+    fn items(bytes: &[u8], cell: &Cell, number: NumberType, items: &mut Values) -> Option<()> {
+        let list = bytes.get(cell.items.clone())?;
+        match (number, items) {
+            // The usual type of texture coordinates.
+            (NumberType::F32, Values::F32(items)) => {
+                let numbers = list.as_chunks::<4>().0.iter();
+                items.extend(numbers.map(|x| f32::from_le_bytes(B::little(*x))));
+            }
+            (_, items) => {
+                for word in list.chunks_exact(number.size()) {
+                    let end = items.len();
+                    put(items, end, <Self as Encoded>::number(word, number)?);
+                }
+            }
+        }
+        Some(())
+    }
+
+    fn columns_fast(rows: &[u8], element: &Element, groups: &[Group]) -> Option<Vec<Values>> {
+        fast::columns::<B>(rows, element, groups)
     }
 
     fn place(_bytes: &[u8], at: usize) -> Place {

@@ -10,8 +10,8 @@ use crate::faces::FaceList;
 
 use super::PlyFile;
 use super::groups::{self, Group};
-use super::layout::ElementKind;
-use super::rows::{Encoded, RowName, Walk, put, with_encoding, zeros};
+use super::layout::{Element, ElementKind};
+use super::rows::{Cell, Encoded, RowName, Walk, put, with_encoding, zeros};
 
 /// The list of texture coordinates of the corners of a face.
 pub(super) const TEXCOORD: &str = "texcoord";
@@ -55,59 +55,11 @@ fn properties<E: Encoded>(file: &PlyFile, kind: ElementKind) -> Result<Vec<Prope
     if groups.is_empty() {
         return Ok(Vec::new());
     }
-    // Rows were counted when the file was read: there are bytes for each number.
-    let mut columns: Vec<Values> = groups
-        .iter()
-        .map(|group| {
-            if group.is_list {
-                Values::Lists {
-                    ends: Vec::new(),
-                    items: Box::new(zeros(group.number, 0)),
-                }
-            } else {
-                zeros(group.number, group.members.len() * element.count)
-            }
-        })
-        .collect();
-    let bytes = &file.bytes;
-    let mut walk = Walk::new(bytes, file.elements[number], element);
-    for row in 0..element.count {
-        let name = RowName {
-            element,
-            number: row,
-        };
-        let Some(span) = walk.next::<E>() else {
-            return Err(E::too_short(bytes, bytes.len(), 0, name));
-        };
-        let bad = |word: &[u8], group: &Group| IoError::BadNumber {
-            place: E::place(bytes, span.start),
-            element: name.quoted(),
-            text: quote(word),
-            expected: group.number.expected(),
-        };
-        for (group, values) in groups.iter().zip(&mut columns) {
-            if let Values::Lists { ends, items } = values {
-                let mut at = walk.cells[group.members[0]].items.start;
-                for _ in 0..walk.cells[group.members[0]].length {
-                    let word = E::next(bytes, at, group.number)
-                        .ok_or_else(|| E::too_short(bytes, span.start, 1, name))?;
-                    at = word.end;
-                    let word = &bytes[word];
-                    let value = E::number(word, group.number).ok_or_else(|| bad(word, group))?;
-                    let end = items.len();
-                    put(items, end, value);
-                }
-                ends.push(items.len());
-                continue;
-            }
-            let start = row * group.members.len();
-            for (component, &member) in group.members.iter().enumerate() {
-                let word = &bytes[walk.cells[member].span.clone()];
-                let value = E::number(word, group.number).ok_or_else(|| bad(word, group))?;
-                put(values, start + component, value);
-            }
-        }
-    }
+    let start = file.elements[number];
+    let columns = match E::columns_fast(&file.bytes[start..], element, &groups) {
+        Some(columns) => columns,
+        None => columns::<E>(&file.bytes, start, element, &groups)?,
+    };
     let properties = groups.into_iter().zip(columns);
     Ok(properties
         .map(|(group, values)| Property {
@@ -116,6 +68,76 @@ fn properties<E: Encoded>(file: &PlyFile, kind: ElementKind) -> Result<Vec<Prope
             values,
         })
         .collect())
+}
+
+/// The values of each group, row by row.
+fn columns<E: Encoded>(
+    bytes: &[u8],
+    start: usize,
+    element: &Element,
+    groups: &[Group],
+) -> Result<Vec<Values>, IoError> {
+    // Rows were counted when the file was read: there are bytes for each number.
+    let empty = |group: &Group| match group.is_list {
+        true => Values::Lists {
+            ends: Vec::new(),
+            items: Box::new(zeros(group.number, 0)),
+        },
+        false => zeros(group.number, group.members.len() * element.count),
+    };
+    let mut columns: Vec<Values> = groups.iter().map(empty).collect();
+    let mut walk = Walk::new(bytes, start, element);
+    for number in 0..element.count {
+        let name = RowName { element, number };
+        let Some(row) = walk.next::<E>() else {
+            return Err(E::too_short(bytes, bytes.len(), 0, name));
+        };
+        for (group, values) in groups.iter().zip(&mut columns) {
+            let first = number * group.members.len();
+            for (component, &member) in group.members.iter().enumerate() {
+                let cell = &walk.cells[member];
+                let good = match &mut *values {
+                    Values::Lists { ends, items } => {
+                        let good = E::items(bytes, cell, group.number, items);
+                        ends.push(items.len());
+                        good
+                    }
+                    values => E::number(&bytes[cell.span.clone()], group.number)
+                        .map(|value| put(values, first + component, value)),
+                };
+                good.ok_or_else(|| bad::<E>(bytes, row.start, cell, group, name))?;
+            }
+        }
+    }
+    Ok(columns)
+}
+
+/// What is wrong with a number, or with the first wrong item of a list.
+fn bad<E: Encoded>(
+    bytes: &[u8],
+    row: usize,
+    cell: &Cell,
+    group: &Group,
+    name: RowName<'_>,
+) -> IoError {
+    let mut word = cell.span.clone();
+    if group.is_list {
+        let mut at = cell.items.start;
+        while let Some(item) = E::next(bytes, at, group.number).filter(|i| i.end <= cell.items.end)
+        {
+            at = item.end;
+            word = item;
+            if E::number(&bytes[word.clone()], group.number).is_none() {
+                break;
+            }
+        }
+    }
+    IoError::BadNumber {
+        place: E::place(bytes, row),
+        element: name.quoted(),
+        text: quote(&bytes[word]),
+        expected: group.number.expected(),
+    }
 }
 
 /// Texture coordinates of corners, if the lists hold two numbers a corner, or nothing.

@@ -1,10 +1,14 @@
 //! The most frequent binary rows, many at a time.
 
+use std::slice::ChunksExact;
+
 use nalgebra::Point3;
 
+use crate::attributes::Values;
 use crate::faces::FaceList;
 
 use super::binary::ByteOrder;
+use super::groups::Group;
 use super::layout::{Element, ElementKind, NumberType, Property};
 use super::read::Body;
 
@@ -127,6 +131,69 @@ fn triangles<B: ByteOrder>(
     corners.truncate(3 * num_good);
     body.faces = FaceList::from_triangles(corners);
     Some((size, num_good))
+}
+
+/// The columns of rows of one size that start with `rows`.
+pub(super) fn columns<B: ByteOrder>(
+    rows: &[u8],
+    element: &Element,
+    groups: &[Group],
+) -> Option<Vec<Values>> {
+    let size = element.stride().filter(|&size| size > 0)?;
+    let rows = rows.get(..size.checked_mul(element.count)?)?;
+    let mut offsets = Vec::with_capacity(element.properties.len());
+    let mut offset = 0;
+    for property in &element.properties {
+        offsets.push(offset);
+        offset += property.fixed_size()?;
+    }
+    let column = |group: &Group| {
+        let at: Vec<usize> = group
+            .members
+            .iter()
+            .map(|&member| offsets[member])
+            .collect();
+        let rows = rows.chunks_exact(size);
+        match group.number {
+            NumberType::I8 => Values::I8(gather(rows, &at, |row, at| {
+                i8::from_le_bytes(number::<B, 1>(row, at))
+            })),
+            NumberType::U8 => Values::U8(gather(rows, &at, |row, at| {
+                u8::from_le_bytes(number::<B, 1>(row, at))
+            })),
+            NumberType::I16 => Values::I16(gather(rows, &at, |row, at| {
+                i16::from_le_bytes(number::<B, 2>(row, at))
+            })),
+            NumberType::U16 => Values::U16(gather(rows, &at, |row, at| {
+                u16::from_le_bytes(number::<B, 2>(row, at))
+            })),
+            NumberType::I32 => Values::I32(gather(rows, &at, |row, at| {
+                i32::from_le_bytes(number::<B, 4>(row, at))
+            })),
+            NumberType::U32 => Values::U32(gather(rows, &at, |row, at| {
+                u32::from_le_bytes(number::<B, 4>(row, at))
+            })),
+            NumberType::F32 => Values::F32(gather(rows, &at, |row, at| {
+                f32::from_le_bytes(number::<B, 4>(row, at))
+            })),
+            NumberType::F64 => Values::F64(gather(rows, &at, |row, at| {
+                f64::from_le_bytes(number::<B, 8>(row, at))
+            })),
+        }
+    };
+    Some(groups.iter().map(column).collect())
+}
+
+fn gather<T>(
+    rows: ChunksExact<'_, u8>,
+    offsets: &[usize],
+    read: impl Fn(&[u8], usize) -> T,
+) -> Vec<T> {
+    let mut out = Vec::with_capacity(rows.len() * offsets.len());
+    for row in rows {
+        out.extend(offsets.iter().map(|&at| read(row, at)));
+    }
+    out
 }
 
 /// The bytes of a number in a row that is long enough, in little-endian order.

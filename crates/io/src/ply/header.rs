@@ -68,6 +68,8 @@ impl Header {
             if scan.line(line, lines.position())? {
                 break at;
             }
+            let memory = scan.seen.len().saturating_mul(DECLARATION);
+            limits.check_memory(bytes.len().saturating_add(memory), 0, 0)?;
         };
         let parsed = parse(&scan.plain)?;
         let last_line = lines.number;
@@ -132,7 +134,7 @@ impl Scan {
             (2.., b"element") => {
                 let name = words.get(1).map_or(&b""[..], |word| word.text);
                 let place = DeclarationPlace {
-                    lines: vec![line.start..next],
+                    lines: std::iter::once(line.start..next).collect(),
                     count: words.get(2).map_or(0..0, |word| {
                         let start = line.start + word.start;
                         start..start + word.text.len()
@@ -220,6 +222,9 @@ fn words(line: &[u8]) -> impl Iterator<Item = Token<'_>> {
         })
     })
 }
+
+/// About the memory in bytes that a declared element or property takes here and in the parser.
+const DECLARATION: usize = 512;
 
 /// More words than any line of a header has.
 const WORDS: usize = 8;

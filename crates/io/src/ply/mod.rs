@@ -4,7 +4,11 @@
 //! walked here, for three reasons. Their coordinates are to be replaced in place, which keeps
 //! every other property, element and comment of the file. A table of hash maps costs 1.7 s where
 //! the walk takes milliseconds. And exporters write blank lines, `nan` qualities and `.5`, which
-//! that crate refuses. Source: G. Turk, "The PLY Polygon File Format", 1994.
+//! that crate refuses.
+//!
+//! The file's bytes are kept. What is decoded on request ([`decode`]), replaced ([`rewrite`]) or
+//! carried over to another mesh ([`rebuild`]) is found again by one walk over the cells of each row
+//! ([`rows`]), the same for text and for both byte orders. Source: G. Turk, "The PLY Polygon File Format", 1994.
 
 #[cfg(test)]
 mod attribute_tests;

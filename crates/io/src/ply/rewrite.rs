@@ -14,39 +14,58 @@ use super::rows::{Encoded, Number, Walk, with_encoding};
 
 /// The file with what moved.
 pub(super) fn rewrite(file: &PlyFile, moves: &Moves<'_>) -> Result<Vec<u8>, IoError> {
-    let mut patches = Vec::new();
-    // In the order of the file, since a text is patched from front to back.
+    with_encoding!(file.layout.encoding, patch(file, moves))
+}
+
+fn patch<E: Encoded>(file: &PlyFile, moves: &Moves<'_>) -> Result<Vec<u8>, IoError> {
+    let mut patched = Patched::new::<E>(&file.bytes);
+    // In the order of the file, since it is patched from front to back.
     for (number, element) in file.layout.elements.iter().enumerate() {
         match element.kind {
-            ElementKind::Vertex => with_encoding!(
-                file.layout.encoding,
-                vertices(file, element, moves, &mut patches)
-            )?,
-            ElementKind::Face => with_encoding!(
-                file.layout.encoding,
-                faces(file, number, moves, &mut patches)
-            ),
+            ElementKind::Vertex => vertices::<E>(file, element, moves, &mut patched)?,
+            ElementKind::Face => faces::<E>(file, number, moves, &mut patched),
             _ => {}
         }
     }
-    Ok(with_encoding!(
-        file.layout.encoding,
-        patched(&file.bytes, &patches)
-    ))
+    Ok(patched.finish())
 }
 
-/// A number that takes the place of another.
-struct Patch {
-    span: Range<usize>,
-    number: NumberType,
-    value: Number,
+/// The bytes with some numbers in the place of others, from front to back.
+struct Patched<'a> {
+    bytes: &'a [u8],
+    copied: usize,
+    out: Vec<u8>,
+}
+
+impl<'a> Patched<'a> {
+    fn new<E: Encoded>(bytes: &'a [u8]) -> Self {
+        // New numbers of a text are often longer than old ones.
+        let room = if E::IS_TEXT { bytes.len() / 8 } else { 0 };
+        Self {
+            bytes,
+            copied: 0,
+            out: Vec::with_capacity(bytes.len() + room),
+        }
+    }
+
+    fn replace<E: Encoded>(&mut self, span: &Range<usize>, number: NumberType, value: Number) {
+        let kept = &self.bytes[self.copied..span.start];
+        self.out.extend_from_slice(kept);
+        E::push(&mut self.out, number, value);
+        self.copied = span.end;
+    }
+
+    fn finish(mut self) -> Vec<u8> {
+        self.out.extend_from_slice(&self.bytes[self.copied..]);
+        self.out
+    }
 }
 
 fn vertices<E: Encoded>(
     file: &PlyFile,
     element: &Element,
     moves: &Moves<'_>,
-    patches: &mut Vec<Patch>,
+    patched: &mut Patched<'_>,
 ) -> Result<(), IoError> {
     let axes = axes(element);
     let mut normals = moves.normals.vertices.iter().peekable();
@@ -82,17 +101,14 @@ fn vertices<E: Encoded>(
         };
         for &axis in &axes {
             if let Some(value) = values(axis) {
-                patches.push(Patch {
-                    span: walk.cells[axis.property].span.clone(),
-                    number: element.properties[axis.property].number(),
-                    value: value?,
-                });
+                let number = element.properties[axis.property].number();
+                patched.replace::<E>(&walk.cells[axis.property].span, number, value?);
             }
         }
     }
 }
 
-fn faces<E: Encoded>(file: &PlyFile, number: usize, moves: &Moves<'_>, patches: &mut Vec<Patch>) {
+fn faces<E: Encoded>(file: &PlyFile, number: usize, moves: &Moves<'_>, patched: &mut Patched<'_>) {
     let element = &file.layout.elements[number];
     let axes = axes(element);
     let mut normals = moves.normals.faces.iter().peekable();
@@ -106,11 +122,8 @@ fn faces<E: Encoded>(file: &PlyFile, number: usize, moves: &Moves<'_>, patches: 
         };
         for axis in axes.iter().filter(|a| a.quantity == Quantity::Normal) {
             let number = element.properties[axis.property].number();
-            patches.push(Patch {
-                span: walk.cells[axis.property].span.clone(),
-                number,
-                value: rounded(normal[axis.axis], number),
-            });
+            let value = rounded(normal[axis.axis], number);
+            patched.replace::<E>(&walk.cells[axis.property].span, number, value);
         }
     }
 }
@@ -156,21 +169,6 @@ fn axes(element: &Element) -> Vec<Axis> {
     }
     axes.sort_by_key(|axis| axis.property);
     axes
-}
-
-/// The bytes with the patches in their places.
-fn patched<E: Encoded>(bytes: &[u8], patches: &[Patch]) -> Vec<u8> {
-    // New numbers of a text are often longer than old ones.
-    let room = if E::IS_TEXT { bytes.len() / 8 } else { 0 };
-    let mut out = Vec::with_capacity(bytes.len() + room);
-    let mut copied = 0;
-    for patch in patches {
-        out.extend_from_slice(&bytes[copied..patch.span.start]);
-        E::push(&mut out, patch.number, patch.value);
-        copied = patch.span.end;
-    }
-    out.extend_from_slice(&bytes[copied..]);
-    out
 }
 
 /// A coordinate in the file's own type: rounded to the nearest number of a floating-point type;

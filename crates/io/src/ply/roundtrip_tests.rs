@@ -300,3 +300,101 @@ proptest! {
         prop_assert_eq!(same.write(Format::Ply).unwrap(), bytes);
     }
 }
+
+/// Small files with everything that rows and headers can have.
+fn samples() -> Vec<Vec<u8>> {
+    let text = super::attribute_tests::RICH.to_vec();
+    let strips = b"ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
+        property float z\nelement tristrips 1\nproperty list int int vertex_indices\n\
+        element edge 2\nproperty int vertex1\nproperty int vertex2\nend_header\n\
+        0 0 0\n1 0 0\n0 1 0\n1 1 1\n7 0 1 2 3 -1 0 1\n0 1\n2 3\n";
+    let plain = String::from_utf8_lossy(super::attribute_tests::RICH)
+        .replace("1.#IND", "0")
+        .replace("nan", "0")
+        .replace("255.0", "255")
+        .replace(".1 1. 1e400", "0.1 1.0 0")
+        .replace("-inf", "0")
+        .replace(" trailing", "");
+    let mut binary: Ply<DefaultElement> = Parser::new().read_ply(&mut plain.as_bytes()).unwrap();
+    let mut samples = vec![text, strips.to_vec()];
+    for encoding in [Encoding::BinaryLittleEndian, Encoding::BinaryBigEndian] {
+        binary.header.encoding = encoding;
+        let mut out = Vec::new();
+        Writer::new().write_ply(&mut out, &mut binary).unwrap();
+        samples.push(out);
+    }
+    samples
+}
+
+/// Whatever the bytes are: a document that is read is whole, and everything that can be done with
+/// it ends in a file that is read again, or in an error.
+fn exercise(bytes: &[u8]) {
+    let limits = Limits::default();
+    let Ok(mut document) = read(bytes.to_vec(), &limits) else {
+        return;
+    };
+    assert_eq!(document.write(Format::Ply).unwrap(), bytes);
+    let (n, num_faces) = (document.positions().len(), document.faces().len());
+    if let Ok(attributes) = document.attributes() {
+        let corners = document.faces().num_corners();
+        assert_eq!(attributes.misfit(n, num_faces, corners), None);
+        let anew = Document::new(document.positions().to_vec(), document.faces().clone());
+        let anew = anew
+            .unwrap()
+            .with_attributes(attributes.into_owned())
+            .unwrap();
+        let again = parse(&anew.write(Format::Ply).unwrap());
+        assert_eq!(again.faces(), document.faces());
+        assert!(again.attributes().is_ok());
+    }
+    let reversed: FaceList = document
+        .faces()
+        .iter()
+        .map(|polygon| -> Vec<u32> {
+            let new = polygon.iter().rev().map(|&v| n as u32 - 1 - v);
+            new.collect()
+        })
+        .collect();
+    let corner_sources = (0..num_faces).flat_map(|f| document.faces().corner_range(f).rev());
+    let remap = Remap {
+        vertices: (0..n as u32).rev().collect(),
+        face_sources: (0..num_faces as u32).collect(),
+        corner_sources: corner_sources.map(|c| c as u32).collect(),
+        faces: reversed,
+    };
+    if let Ok(rebuilt) = document.remapped(&remap, Vec::new()) {
+        let again = parse(&rebuilt.write(Format::Ply).unwrap());
+        assert_eq!(again.faces(), &remap.faces);
+        assert_eq!(again.positions(), rebuilt.positions());
+    }
+    let p = document.positions()[0];
+    document.set_position(0, p.map(|x| x + 1.0)).unwrap();
+    if let Ok(written) = document.write(Format::Ply) {
+        assert_eq!(parse(&written).faces(), document.faces());
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(1000))]
+
+    #[test]
+    fn damaged_files_are_refused_or_whole(
+        sample in 0usize..4,
+        changes in prop::collection::vec((any::<prop::sample::Index>(), 0u8..3, any::<u8>()), 1..5),
+    ) {
+        let mut bytes = samples().swap_remove(sample);
+        for (at, change, byte) in changes {
+            let at = at.index(bytes.len());
+            // Mostly what stands in such files anyway.
+            let byte = if byte < 128 { b"0123 -.\n\r"[usize::from(byte) % 9] } else { byte };
+            match change {
+                0 => bytes[at] = byte,
+                1 => bytes.insert(at, byte),
+                _ => {
+                    bytes.remove(at);
+                }
+            }
+        }
+        exercise(&bytes);
+    }
+}

@@ -7,6 +7,7 @@ use crate::error::{self, IoError, Place, quote};
 use crate::number;
 use crate::text::{self, Lines};
 
+use super::groups::Group;
 use super::layout::{Element, NumberType, Property};
 use super::read::Body;
 
@@ -75,6 +76,23 @@ pub(super) trait Encoded {
 
     /// Where the row ends whose last number ends at `at`.
     fn row_end(bytes: &[u8], at: usize) -> usize;
+
+    /// Appends the items of a list that was read before; `None` if one is not of its type.
+    fn items(bytes: &[u8], cell: &Cell, number: NumberType, items: &mut Values) -> Option<()> {
+        let mut at = cell.items.start;
+        for _ in 0..cell.length {
+            let word = Self::next(bytes, at, number)?;
+            at = word.end;
+            let end = items.len();
+            put(items, end, Self::number(&bytes[word], number)?);
+        }
+        Some(())
+    }
+
+    /// The columns of rows of one size, which were read before.
+    fn columns_fast(_bytes: &[u8], _element: &Element, _groups: &[Group]) -> Option<Vec<Values>> {
+        None
+    }
 
     /// What a message calls the place `at`.
     fn place(bytes: &[u8], at: usize) -> Place;

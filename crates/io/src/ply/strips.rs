@@ -19,7 +19,7 @@ impl Strip {
         self.num_corners += 1;
         if number < 2 || a == b || b == c || a == c {
             None
-        } else if number % 2 == 0 {
+        } else if number.is_multiple_of(2) {
             Some([a, b, c])
         } else {
             Some([b, a, c])

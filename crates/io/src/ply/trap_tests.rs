@@ -213,6 +213,12 @@ fn a_wide_header_takes_time_in_proportion() {
     let document = parse(&text).unwrap();
     assert_eq!(document.attributes().unwrap().vertices.len(), 100_000);
     assert!(clock.elapsed() < Duration::from_secs(10));
+    let limits = Limits {
+        max_memory: 20 << 20,
+        ..Limits::default()
+    };
+    let error = read(text.into_bytes(), &limits).unwrap_err().to_string();
+    assert!(error.ends_with("bytes of memory; raise the limit if you trust the file"));
 }
 
 /// A face list that is mostly triangles, with quads, in rows that hold more than the list.
@@ -366,4 +372,44 @@ fn names_and_comments_never_break_a_header() {
         attributes.vertex(COLOR).unwrap().values,
         Values::U8(vec![255; 9])
     );
+}
+
+/// Files that developers have in a folder beside the workspace; it need not exist.
+#[test]
+fn real_files_come_back_byte_by_byte_also_rebuilt() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared");
+    let mut num_files = 0;
+    for subfolder in ["meshes", "malformed"] {
+        let Ok(entries) = std::fs::read_dir(format!("{folder}/{subfolder}")) else {
+            eprintln!("skipped: there is no folder {folder}/{subfolder}");
+            continue;
+        };
+        for path in entries.map(|entry| entry.unwrap().path()) {
+            if path.extension().is_none_or(|extension| extension != "ply") {
+                continue;
+            }
+            let bytes = std::fs::read(&path).unwrap();
+            let Ok(document) = parse(&bytes) else {
+                continue;
+            };
+            num_files += 1;
+            assert!(document.write(Format::Ply).unwrap() == bytes, "{path:?}");
+            let attributes = document.attributes().unwrap();
+            let anew = Document::new(document.positions().to_vec(), document.faces().clone());
+            let anew = anew
+                .unwrap()
+                .with_attributes(attributes.clone().into_owned())
+                .unwrap();
+            let again = parse(anew.write(Format::Ply).unwrap()).unwrap();
+            assert_eq!(again.positions(), document.positions(), "{path:?}");
+            assert_eq!(again.attributes().unwrap(), attributes, "{path:?}");
+            let identity = Remap::identity(document.positions().len(), document.faces());
+            let same = document.remapped(&identity, Vec::new()).unwrap();
+            let same = parse(same.write(Format::Ply).unwrap()).unwrap();
+            assert_eq!(same.positions(), document.positions(), "{path:?}");
+            assert_eq!(same.faces(), document.faces(), "{path:?}");
+            assert_eq!(same.attributes().unwrap(), attributes, "{path:?}");
+        }
+    }
+    eprintln!("{num_files} files");
 }
