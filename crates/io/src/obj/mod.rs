@@ -33,6 +33,7 @@ pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError>
         positions,
         faces,
         counts,
+        ..
     } = parse::parse(&bytes, limits)?;
     let parsed = Parsed {
         positions,
