@@ -1,7 +1,8 @@
 //! How fast files of a mesh of about a million vertices are read, beside other readers and beside
 //! copying the bytes; one and two threads. Medians of interleaved runs.
 //!
-//! `cargo run --release -p cotan-io --example read_speed [runs]`
+//! `cargo run --release -p cotan-io --example read_speed [runs] [reader]`, the latter to run only
+//! the readers whose names hold that word.
 
 use std::fmt::Write as _;
 use std::hint::black_box;
@@ -16,6 +17,7 @@ type Error = Box<dyn std::error::Error>;
 
 fn main() -> Result<(), Error> {
     let runs = std::env::args().nth(1).map_or(Ok(7), |n| n.parse())?;
+    let wanted = std::env::args().nth(2).unwrap_or_default();
     println!("median of {runs} runs");
     for (name, decimals, style) in [
         ("OBJ, v and f, 6 decimals", 6, Corners::Plain),
@@ -23,7 +25,9 @@ fn main() -> Result<(), Error> {
         ("OBJ, v and f, all digits", 17, Corners::Plain),
     ] {
         let file = obj(decimals, style);
-        measure(name, &file, runs, &obj_readers()?)?;
+        let mut readers = obj_readers()?;
+        readers.retain(|(name, _)| name.contains(&wanted));
+        measure(name, &file, runs, &readers)?;
     }
     Ok(())
 }
