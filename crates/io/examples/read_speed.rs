@@ -1,7 +1,9 @@
 //! How fast files of a mesh of about a million vertices are read, beside other readers and beside
-//! copying the bytes; one and two threads. Medians of interleaved runs.
+//! copying the bytes; one and two threads. Medians of interleaved runs and the best of them, and
+//! the memory that is taken at most while a file is read, its bytes among it.
 //!
-//! `cargo run --release -p cotan-io --example read_speed [runs]`
+//! `cargo run --release -p cotan-io --example read_speed [runs] [reader]`, the latter to run only
+//! the readers whose names hold that word.
 
 use std::fmt::Write as _;
 use std::hint::black_box;
@@ -16,6 +18,7 @@ type Error = Box<dyn std::error::Error>;
 
 fn main() -> Result<(), Error> {
     let runs = std::env::args().nth(1).map_or(Ok(7), |n| n.parse())?;
+    let wanted = std::env::args().nth(2).unwrap_or_default();
     println!("median of {runs} runs");
     for (name, decimals, style) in [
         ("OBJ, v and f, 6 decimals", 6, Corners::Plain),
@@ -23,7 +26,9 @@ fn main() -> Result<(), Error> {
         ("OBJ, v and f, all digits", 17, Corners::Plain),
     ] {
         let file = obj(decimals, style);
-        measure(name, &file, runs, &obj_readers()?)?;
+        let mut readers = obj_readers()?;
+        readers.retain(|(name, _)| name.contains(&wanted));
+        measure(name, &file, runs, &readers)?;
     }
     Ok(())
 }
@@ -111,36 +116,52 @@ fn measure(name: &str, file: &[u8], runs: usize, readers: &[Reader]) -> Result<(
     println!("\n{name}: {megabytes:.0} MB");
     let mut copies = Vec::new();
     let mut times = vec![Vec::new(); readers.len()];
+    let mut peaks = vec![None; readers.len()];
     let mut counts = vec![0; readers.len()];
     for _ in 0..runs {
         let clock = Instant::now();
-        let mut bytes = black_box(file).to_vec();
+        drop(black_box(black_box(file).to_vec()));
         copies.push(clock.elapsed().as_secs_f64());
         for (k, (_, read)) in readers.iter().enumerate() {
-            if bytes.is_empty() {
-                bytes = file.to_vec();
-            }
+            let before = resident("VmRSS:");
+            let bytes = file.to_vec();
+            // From here on the peak counts anew.
+            let _ = std::fs::write("/proc/self/clear_refs", "5");
             let clock = Instant::now();
-            counts[k] = read(std::mem::take(&mut bytes))?;
+            counts[k] = read(bytes)?;
             times[k].push(clock.elapsed().as_secs_f64());
+            let peak = resident("VmHWM:").zip(before);
+            peaks[k] = peaks[k].max(peak.map(|(peak, before)| peak.saturating_sub(before)));
         }
     }
-    println!(
-        "  {:24} {:8.0} MB/s",
-        "copying the bytes",
-        megabytes / median(&mut copies)
-    );
-    for ((name, _), (times, count)) in readers.iter().zip(times.iter_mut().zip(counts)) {
-        let time = median(times);
+    let row = |name: &str, times: &mut [f64], rest: &str| {
+        let middle = median(times);
+        let speed = megabytes / middle;
+        let best = megabytes / times[0];
         println!(
-            "  {name:24} {:8.0} MB/s  {:7.1} ms  {count} vertices",
-            megabytes / time,
-            1e3 * time
+            "  {name:20} {speed:6.0} MB/s {:8.1} ms   best {best:6.0} MB/s{rest}",
+            1e3 * middle
         );
+    };
+    row("copying the bytes", &mut copies, "");
+    for (k, (name, _)) in readers.iter().enumerate() {
+        let peak = peaks[k].map_or("unknown".to_owned(), |kilobytes| {
+            format!("{:.0} MB", kilobytes as f64 * 1.024e-3)
+        });
+        let rest = format!("   {} vertices, {peak} at most", counts[k]);
+        row(name, &mut times[k], &rest);
     }
     Ok(())
 }
 
+/// Kilobytes that the system says this process has, where it says so.
+fn resident(what: &str) -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix(what))?;
+    line.split_whitespace().next()?.parse().ok()
+}
+
+/// The median; the times are sorted afterwards.
 fn median(times: &mut [f64]) -> f64 {
     times.sort_unstable_by(f64::total_cmp);
     times[times.len() / 2]

@@ -31,23 +31,85 @@ pub(crate) fn decimal(text: &[u8], at: usize) -> Option<(f64, usize)> {
         num_fraction = count;
         if count == 8 {
             let (fraction, count) = digits8(text, end + 8)?;
-            // Up to 7 digits before the point and 8 behind it: no overflow with 4 more.
-            if count > 4 {
-                return long_decimal(text, at);
-            }
-            mantissa = mantissa * TENS[count] + u64::from(fraction);
             num_fraction += count;
+            mantissa = mantissa
+                .wrapping_mul(TENS[count])
+                .wrapping_add(u64::from(fraction));
+            if count == 8 {
+                let (fraction, count) = digits8(text, end + 16)?;
+                num_fraction += count;
+                mantissa = mantissa
+                    .wrapping_mul(TENS[count])
+                    .wrapping_add(u64::from(fraction));
+            }
         }
         end += num_fraction;
     }
-    let is_short = num_whole + num_fraction > 0 && mantissa <= 1 << 53;
-    if *text.get(end)? > b' ' || !is_short {
+    // Zeros before the point and directly behind it count as digits here: a mantissa of more may
+    // have run over.
+    let num_digits = num_whole + num_fraction;
+    if *text.get(end)? > b' ' || num_digits == 0 || num_digits > MOST_DIGITS {
         return long_decimal(text, at);
     }
-    let magnitude = mantissa as f64 / POWERS_OF_TEN[num_fraction];
+    let magnitude = if mantissa <= 1 << 53 {
+        mantissa as f64 / POWERS_OF_TEN[num_fraction]
+    } else {
+        match tenths(mantissa, num_fraction) {
+            Some(magnitude) => magnitude,
+            None => return long_decimal(text, at),
+        }
+    };
     let value = if first == b'-' { -magnitude } else { magnitude };
     Some((value, end))
 }
+
+/// The f64 nearest to `mantissa` · 10^−`count`, for a mantissa above 2^53 and up to 19 decimals;
+/// `None` if 64 bits of the power of ten do not decide which one that is.
+///
+/// Lemire 2021, "Number parsing at a gigabyte per second", section 5: the product of the mantissa
+/// and the power, both shifted up to 64 bits, is below the true one by less than one unit in its
+/// last 64 bits. So the bits behind the 53 that count say whether to round up, unless they are so
+/// close to one half that the missing part decides.
+#[inline]
+fn tenths(mantissa: u64, count: usize) -> Option<f64> {
+    let (power, exponent) = *TENTHS.get(count)?;
+    let shift = mantissa.leading_zeros();
+    let product = u128::from(mantissa << shift) * u128::from(power);
+    // Exactly 53 bits, the bit behind them, and whether there is more.
+    let top = product.leading_zeros();
+    let product = product << top;
+    let bits = (product >> 75) as u64;
+    let rest = product & ((1 << 75) - 1);
+    let half = 1u128 << 74;
+    // What the product lacks is less than 2^64, twice that after the shift.
+    if rest.abs_diff(half) <= 1 << 65 {
+        return None;
+    }
+    let rounded = bits + u64::from(rest > half);
+    // The value is rounded · 2^(75 − top − shift) · 2^exponent; all of these are normal numbers,
+    // and a carry into the 54th bit is right with this sum, too.
+    let power_of_two = 75 - top as i32 - shift as i32 + exponent;
+    Some(rounded as f64 * f64::from_bits(((1023 + power_of_two) as u64) << 52))
+}
+
+/// The powers 10^0 to 10^−19, each as 64 bits (rounded down) times a power of two.
+const TENTHS: [(u64, i32); 20] = {
+    let mut powers = [(0, 0); 20];
+    let mut count = 0;
+    let mut ten: u128 = 1;
+    while count < powers.len() {
+        // The largest shift at which the quotient has 64 bits.
+        let bits = 128 - ten.leading_zeros() as i32;
+        let mut shift = 62 + bits;
+        if ((1u128 << shift) / ten) >> 63 == 0 {
+            shift += 1;
+        }
+        powers[count] = (((1u128 << shift) / ten) as u64, -shift);
+        ten *= 10;
+        count += 1;
+    }
+    powers
+};
 
 /// A number of any form.
 #[inline(never)]
@@ -92,6 +154,9 @@ const TENS: [u64; 9] = [
     100_000_000,
 ];
 
+/// More digits can overflow 64 bits.
+const MOST_DIGITS: usize = 19;
+
 #[inline]
 fn parse_short(text: &[u8]) -> Option<f64> {
     let (negative, digits) = match text {
@@ -99,8 +164,6 @@ fn parse_short(text: &[u8]) -> Option<f64> {
         [b'+', rest @ ..] => (false, rest),
         rest => (false, rest),
     };
-    // 19 digits cannot overflow 64 bits; longer numbers are left to the standard library.
-    const MOST_DIGITS: usize = 19;
     let mut mantissa = 0u64;
     let mut num_digits = 0;
     let mut exponent = 0i32;
@@ -290,7 +353,55 @@ mod tests {
         assert_eq!(parse_integer(b"-12"), Some(-12));
     }
 
+    #[test]
+    fn long_decimals_are_those_of_the_standard_library() {
+        let mut state = 1u64;
+        for _ in 0..200_000 {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            // What is written of doubles, and arbitrary digits.
+            let x = (state >> 11) as f64 / (1u64 << 53) as f64;
+            let digits = format!("{:019}", state >> 1);
+            let point = (state % 8) as usize;
+            for text in [
+                format!("{x}"),
+                format!("{}", x * 1000.0),
+                format!("-{}.{}", &digits[..point], &digits[point..]),
+            ] {
+                let expected: f64 = text.parse().unwrap();
+                let padded = format!("{text}        ");
+                let (found, end) = decimal(padded.as_bytes(), 0).unwrap();
+                assert_eq!(
+                    (found.to_bits(), end),
+                    (expected.to_bits(), text.len()),
+                    "{text}"
+                );
+            }
+        }
+        // Ties, and their neighbours.
+        for text in [
+            "9007199254740993",
+            "9007199254740993.0",
+            "9007199254740993.001",
+            "900719925474099.3",
+        ] {
+            let expected: f64 = text.parse().unwrap();
+            let found = decimal(format!("{text}         ").as_bytes(), 0);
+            assert_eq!(found, Some((expected, text.len())), "{text}");
+        }
+    }
+
     proptest! {
+        #[test]
+        fn decimals_in_a_text_round_as_in_the_standard_library(text in "-?[0-9]{0,9}(\\.[0-9]{0,24})?", behind in "[ \n\tx]") {
+            let padded = format!("{text}{behind}        ");
+            let expected = text.parse::<f64>().ok().filter(|_| behind != "x");
+            let found = decimal(padded.as_bytes(), 0);
+            let expected = expected.map(|x| (x.to_bits(), text.len()));
+            prop_assert_eq!(found.map(|(x, end)| (x.to_bits(), end)), expected);
+        }
+
         #[test]
         fn written_numbers_read_back_to_the_same_bits(bits: u64) {
             let value = f64::from_bits(bits);

@@ -1,9 +1,9 @@
 //! The attributes of an OBJ file, decoded from its text on request.
 //!
 //! - A vertex with six numbers has a colour behind its position, one with seven a colour with
-//!   alpha; with four or five the fourth is its weight. Where only some vertices have a colour the
-//!   others are white, where only some have a weight it is 1 for the others; so are colours and
-//!   weights that are not finite (`nan` is how some programs write "none").
+//!   alpha; with four or five the fourth is its weight. One that is not finite is none (`nan` is
+//!   how some programs write that). Where only some vertices have a colour the others are white,
+//!   where only some have a weight it is 1 for the others.
 //! - `vt` and `vn` are tables that corners refer to; what a `vt` leaves out is 0.
 //! - `g`, `o`, `usemtl` and `s` name the faces that follow. Names are whole lines. Without a name,
 //!   with `s off`, `s 0` and `usemtl (null)`, faces bear none.
@@ -232,20 +232,18 @@ impl<'a> Decoder<'a> {
             Element::new("vertex", self.vertex)
         })?;
         match count {
-            0 => {}
-            1 | 2 => {
+            1 | 2 if numbers[0].is_finite() => {
                 self.weights.resize(self.vertex, 1.0);
-                self.weights.push(finite_or(numbers[0], 1.0));
+                self.weights.push(numbers[0]);
             }
-            _ => {
-                self.colors.resize(self.vertex, WHITE);
+            3.. if numbers.iter().all(|x| x.is_finite()) => {
                 let [r, g, b, a] = numbers;
                 let a = if count > 3 { a } else { 1.0 };
                 self.has_alpha |= count > 3;
-                let color = [r, g, b, a];
-                let is_finite = color.iter().all(|x| x.is_finite());
-                self.colors.push(if is_finite { color } else { WHITE });
+                self.colors.resize(self.vertex, WHITE);
+                self.colors.push([r, g, b, a]);
             }
+            _ => {}
         }
         self.vertex += 1;
         Ok(())
@@ -365,10 +363,6 @@ impl<'a> Decoder<'a> {
 }
 
 const WHITE: [f64; 4] = [1.0; 4];
-
-fn finite_or(x: f64, otherwise: f64) -> f64 {
-    if x.is_finite() { x } else { otherwise }
-}
 
 /// The first components of each row.
 fn narrow<const N: usize>(rows: &[[f64; N]], components: usize) -> Vec<f64> {
@@ -504,7 +498,9 @@ mod tests {
             (color.components, &color.values),
             (4, &Values::F64(expected))
         );
-        assert!(attributes(b"v 0 0 0\n").unwrap().is_empty());
+        for none in [&b"v 0 0 0\n"[..], b"v 0 0 0 nan nan nan\nv 0 0 0 inf\n"] {
+            assert!(attributes(none).unwrap().is_empty());
+        }
     }
 
     #[test]

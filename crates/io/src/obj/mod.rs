@@ -1,10 +1,12 @@
-//! Wavefront OBJ: `v` and `f` are read, everything else is kept as it stands.
+//! Wavefront OBJ: positions and faces are read, everything else is kept as it stands and decoded
+//! when it is asked for.
 //!
 //! Vertices keep the numbers of the file, also those that no face uses. Accepted are `v x y z`
 //! with anything behind (a weight, a colour), `f` with corners `v`, `v/vt`, `v//vn`, `v/vt/vn`,
 //! negative indices counted from the latest vertex, references to vertices further down,
-//! lines continued by a backslash, comments, and every line end. Source: Wavefront, "Object
-//! Files (.obj)", Advanced Visualizer manual, appendix B1.
+//! lines continued by a backslash, comments, and every line end. Names may be UTF-8 or Latin-1.
+//! No library that the file names (`mtllib`) is opened. Source: Wavefront, "Object Files (.obj)",
+//! Advanced Visualizer manual, appendix B1.
 
 mod counts;
 mod decode;
@@ -33,6 +35,7 @@ pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError>
         positions,
         faces,
         counts,
+        ..
     } = parse::parse(&bytes, limits)?;
     let parsed = Parsed {
         positions,

@@ -24,14 +24,18 @@ pub(super) struct Mesh {
     pub(super) positions: Vec<Point3<f64>>,
     pub(super) faces: FaceList,
     pub(super) counts: Counts,
+    lines: usize,
 }
 
 /// Bytes of a piece: large enough that starting one costs nothing, small enough that what it gives
 /// stays in the cache until it is put in its place.
 const PIECE: usize = 256 << 10;
 
-/// How many pieces are parsed before they are put together: their memory is used again.
-const PIECES: usize = 32;
+/// How many pieces are parsed before they are put together.
+const PIECES: usize = 16;
+
+/// Fewer pieces are parsed by one thread.
+const WORTH_THREADS: usize = 4;
 
 /// Parses a file.
 pub(super) fn parse(bytes: &[u8], limits: &Limits) -> Result<Mesh, IoError> {
@@ -41,86 +45,120 @@ pub(super) fn parse(bytes: &[u8], limits: &Limits) -> Result<Mesh, IoError> {
 /// [`parse`] with pieces of another size.
 pub(super) fn parse_by(bytes: &[u8], limits: &Limits, piece: usize) -> Result<Mesh, IoError> {
     let mut file = Mesh::default();
-    let mut above = Above::default();
     let mut largest = 0;
-    let mut pieces: Vec<Piece> = Vec::new();
     let mut start = text::after_bom(bytes);
-    while start < bytes.len() {
-        let ranges = cut(bytes, start, piece);
-        let Some(end) = ranges.last().map(|range| range.1) else {
-            break;
-        };
-        if pieces.len() < ranges.len() {
-            pieces.resize_with(ranges.len(), Piece::default);
+    let mut batch = Batch::default();
+    let mut next = Batch::default();
+    start = batch.cut(bytes, start, piece);
+    batch.read(bytes, limits);
+    while !batch.ranges.is_empty() {
+        start = next.cut(bytes, start, piece);
+        if next.ranges.is_empty() {
+            largest = batch.append_to(&mut file, bytes, limits)?.max(largest);
+        } else {
+            // One thread puts the last pieces together while the others parse the next ones.
+            let (appended, ()) = rayon::join(
+                || batch.append_to(&mut file, bytes, limits),
+                || next.read(bytes, limits),
+            );
+            largest = appended?.max(largest);
         }
-        let jobs = pieces.iter_mut().zip(&ranges);
-        if ranges.len() < 4 {
+        std::mem::swap(&mut batch, &mut next);
+    }
+    let num_vertices = file.positions.len();
+    if file.faces.num_corners() > 0 && largest as usize >= num_vertices {
+        let start = text::after_bom(bytes);
+        let (above, total) = (Above::default(), Some(num_vertices));
+        return Err(refusal(bytes, start, bytes.len(), limits, above, total));
+    }
+    Ok(file)
+}
+
+/// Pieces that follow each other; their memory is used again for the next ones.
+#[derive(Default)]
+struct Batch {
+    /// Where each piece starts and ends.
+    ranges: Vec<(usize, usize)>,
+    /// As many as there are ranges, or more that are left from before.
+    pieces: Vec<Piece>,
+}
+
+impl Batch {
+    /// Takes the next pieces from `start` on, each of which ends where a statement does; gives
+    /// where the last of them ends.
+    fn cut(&mut self, bytes: &[u8], start: usize, piece: usize) -> usize {
+        self.ranges.clear();
+        let mut from = start;
+        while from < bytes.len() && self.ranges.len() < PIECES {
+            let to = statement_start(bytes, from, from.saturating_add(piece));
+            self.ranges.push((from, to));
+            from = to;
+        }
+        from
+    }
+
+    fn read(&mut self, bytes: &[u8], limits: &Limits) {
+        if self.pieces.len() < self.ranges.len() {
+            self.pieces.resize_with(self.ranges.len(), Piece::default);
+        }
+        let jobs = self.pieces.iter_mut().zip(&self.ranges);
+        if self.ranges.len() < WORTH_THREADS {
             jobs.for_each(|(piece, &(from, to))| piece.read(bytes, from, to, limits));
         } else {
             let jobs: Vec<_> = jobs.collect();
             jobs.into_par_iter()
                 .for_each(|(piece, &(from, to))| piece.read(bytes, from, to, limits));
         }
+    }
+
+    /// Puts the pieces behind what there is, and gives the largest vertex that they name.
+    fn append_to(
+        &mut self,
+        file: &mut Mesh,
+        bytes: &[u8],
+        limits: &Limits,
+    ) -> Result<u32, IoError> {
+        let mut largest = 0;
         if file.positions.is_empty() && file.faces.is_empty() {
-            reserve(&mut file, &pieces[..ranges.len()], end - start, bytes.len());
+            self.reserve(file, bytes.len());
         }
-        for (piece, &(from, to)) in pieces.iter_mut().zip(&ranges) {
+        for (piece, &(from, to)) in self.pieces.iter_mut().zip(&self.ranges) {
+            let above = Above {
+                lines: file.lines,
+                vertices: file.positions.len(),
+                faces: file.faces.len(),
+                corners: file.faces.num_corners(),
+            };
             piece.check(bytes, from, to, limits, above)?;
             largest = largest.max(piece.largest);
-            file.append(piece, above.lines);
-            above.lines += piece.lines;
-            above.vertices = file.positions.len();
-            above.faces = file.faces.len();
-            above.corners = file.faces.num_corners();
-            limits.check_memory(bytes.len(), above.vertices, above.corners)?;
+            file.append(piece);
+            let corners = file.faces.num_corners();
+            limits.check_memory(bytes.len(), file.positions.len(), corners)?;
         }
-        start = end;
+        Ok(largest)
     }
-    if above.corners > 0 && largest as usize >= above.vertices {
-        let start = text::after_bom(bytes);
-        return Err(refusal(
-            bytes,
-            start,
-            bytes.len(),
-            limits,
-            Above::default(),
-            Some(above.vertices),
-        ));
-    }
-    Ok(file)
-}
 
-/// Room for the whole file, if it goes on as it starts. Only a guess: the vectors grow if more
-/// comes, and the guess is bounded by the bytes that are there.
-fn reserve(file: &mut Mesh, pieces: &[Piece], read: usize, all: usize) {
-    let guess = |count: usize| {
-        let all = count as f64 * (all as f64 / read.max(1) as f64) * 1.02;
-        (all as usize).saturating_add(16)
-    };
-    // Many files have all their vertices first, so what the first pieces have is the most that is
-    // asked for of either.
-    let vertices = pieces.iter().map(|p| p.positions.len()).sum();
-    let corners = pieces.iter().map(|p| p.corners.len()).sum();
-    let faces = pieces.iter().map(|p| p.ends.len()).sum();
-    if all <= read {
-        file.positions.reserve_exact(vertices);
-        file.faces.reserve(faces, corners);
-    } else if corners > 0 {
-        file.positions.reserve(guess(vertices));
-        file.faces.reserve(guess(faces), guess(corners));
+    /// Room for the whole file, if it goes on as it starts. Only a guess: the vectors grow if more
+    /// comes, and the guess is bounded by the bytes that are there.
+    fn reserve(&self, file: &mut Mesh, all: usize) {
+        let pieces = &self.pieces[..self.ranges.len()];
+        let vertices = pieces.iter().map(|p| p.positions.len()).sum::<usize>();
+        let corners = pieces.iter().map(|p| p.corners.len()).sum::<usize>();
+        let faces = pieces.iter().map(|p| p.ends.len()).sum::<usize>();
+        let (Some(first), Some(last)) = (self.ranges.first(), self.ranges.last()) else {
+            return;
+        };
+        if last.1 == all {
+            file.positions.reserve_exact(vertices);
+            file.faces.reserve(faces, corners);
+        } else if vertices > 0 && corners > 0 {
+            // Vertices and faces in turns: everything grows at the same pace.
+            let times = 1.02 * all as f64 / (last.1 - first.0).max(1) as f64;
+            let guess = |count: usize| (count as f64 * times) as usize;
+            file.positions.reserve(guess(vertices));
+            file.faces.reserve(guess(faces), guess(corners));
+        }
     }
-}
-
-/// The next pieces from `start` on: each ends where a statement does.
-fn cut(bytes: &[u8], start: usize, piece: usize) -> Vec<(usize, usize)> {
-    let mut ranges = Vec::new();
-    let mut from = start;
-    while from < bytes.len() && ranges.len() < PIECES {
-        let to = statement_start(bytes, from, from.saturating_add(piece));
-        ranges.push((from, to));
-        from = to;
-    }
-    ranges
 }
 
 /// Where the first statement starts behind `at`; one starts at `from`.
@@ -304,7 +342,7 @@ impl Piece {
 }
 
 impl Mesh {
-    fn append(&mut self, piece: &mut Piece, num_lines: usize) {
+    fn append(&mut self, piece: &mut Piece) {
         let base = self.positions.len() as u32;
         for &(start, end) in &piece.relative {
             for vertex in &mut piece.corners[start..end] {
@@ -313,7 +351,8 @@ impl Mesh {
         }
         self.positions.extend_from_slice(&piece.positions);
         self.faces.append(&piece.corners, &piece.ends);
-        self.counts.append(&piece.counts, num_lines);
+        self.counts.append(&piece.counts, self.lines);
+        self.lines += piece.lines;
     }
 }
 

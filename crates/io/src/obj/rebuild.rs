@@ -34,7 +34,7 @@ pub(super) fn rebuild(file: &ObjFile, remap: &Remap, mesh: Mesh<'_>) -> Result<V
     for statement in Statements::new(&file.bytes, text::after_bom(&file.bytes), 0) {
         match statement.keyword() {
             b"v" => builder.vertex(&statement),
-            b"f" => builder.face(&statement),
+            b"f" => builder.face(&statement)?,
             word @ (b"l" | b"p") => builder.line_element(&statement, word),
             _ => {}
         }
@@ -170,18 +170,16 @@ impl<'a> Builder<'a> {
         let mut block = self.block(statement, is_kept);
         for &old in added {
             let start = self.starts.get(old as usize).copied().unwrap_or_default();
-            let source = Statements::new(&self.file.bytes, start, 0).next();
-            let source = source.map_or(&b""[..], |s| s.text);
-            // At the end of the file a backslash continues nothing; elsewhere it would.
-            let last = source.strip_suffix(b"\\").filter(|_| ends_open(source));
-            block.extend_from_slice(last.unwrap_or(source));
+            if let Some(source) = Statements::new(&self.file.bytes, start, 0).next() {
+                copy_vertex(&mut block, &source);
+            }
             block.extend_from_slice(self.line_end.as_bytes());
         }
         self.new_vertices += added.len();
         self.patch.insert(statement.end, &block);
     }
 
-    fn face(&mut self, statement: &Statement<'_>) {
+    fn face(&mut self, statement: &Statement<'_>) -> Result<(), IoError> {
         let old = self.old_face;
         self.old_face += 1;
         let face = self.next_face;
@@ -193,9 +191,10 @@ impl<'a> Builder<'a> {
             self.drop(statement);
         }
         if self.old_face == self.mesh.faces.len() && self.faces_in_place < self.remap.faces.len() {
-            let block = self.added_faces(statement, is_kept);
+            let block = self.added_faces(statement, is_kept)?;
             self.patch.insert(statement.end, &block);
         }
+        Ok(())
     }
 
     /// Puts the new corners of a face in the place of the old ones.
@@ -272,7 +271,11 @@ impl<'a> Builder<'a> {
     }
 
     /// The faces that do not stand on the line of the face that they come from.
-    fn added_faces(&mut self, statement: &Statement<'_>, is_kept: bool) -> Vec<u8> {
+    fn added_faces(
+        &mut self,
+        statement: &Statement<'_>,
+        is_kept: bool,
+    ) -> Result<Vec<u8>, IoError> {
         let labels = decode::raw_labels(self.file);
         let label = |labels: &RawLabels<'_>, face: u32| {
             labels.faces.get(face as usize).copied().unwrap_or(NONE)
@@ -280,6 +283,7 @@ impl<'a> Builder<'a> {
         let last = (self.mesh.faces.len() as u32).wrapping_sub(1);
         let current = labels.each_ref().map(|l| label(l, last));
         let mut set = current;
+        let most = (64usize << 20).saturating_add(self.file.bytes.len().saturating_mul(8));
         let mut block = self.block(statement, is_kept);
         let mut name = |block: &mut Vec<u8>, wanted: [u32; 4]| {
             for (k, (kind, keyword)) in KINDS.into_iter().enumerate() {
@@ -302,6 +306,13 @@ impl<'a> Builder<'a> {
         for face in self.faces_in_place..self.remap.faces.len() {
             let source = self.remap.face_sources[face];
             name(&mut block, labels.each_ref().map(|l| label(l, source)));
+            // Long names in turns could grow the file without bound.
+            if block.len() > most {
+                return Err(IoError::OverLimit {
+                    what: "bytes of faces with long names in a repaired OBJ",
+                    limit: most as u64,
+                });
+            }
             block.push(b'f');
             let range = self.remap.faces.corner_range(face);
             for corner in range {
@@ -314,7 +325,7 @@ impl<'a> Builder<'a> {
         if statement.end < self.file.bytes.len() {
             name(&mut block, current);
         }
-        block
+        Ok(block)
     }
 
     /// A line of vertices goes if one of them did; of points only those go that did.
@@ -361,6 +372,30 @@ impl<'a> Builder<'a> {
         block
     }
 }
+
+/// Writes the statement of a vertex once more.
+fn copy_vertex(block: &mut Vec<u8>, source: &Statement<'_>) {
+    if source.text.len() <= LONGEST_COPY {
+        // At the end of the file a backslash continues nothing; elsewhere it would.
+        let closed = source.text.strip_suffix(b"\\");
+        let closed = closed.filter(|_| ends_open(source.text));
+        block.extend_from_slice(closed.unwrap_or(source.text));
+        return;
+    }
+    let mut out = "v".to_owned();
+    for x in source.arguments().map_while(|t| number::parse_f64(t.text)) {
+        if out.len() > LONGEST_COPY {
+            break;
+        }
+        out.push(' ');
+        number::push_f64(&mut out, x);
+    }
+    block.extend_from_slice(out.as_bytes());
+}
+
+/// Longer lines are not copied as they stand: a file that has a long comment at a vertex of very
+/// many surfaces would grow without bound.
+const LONGEST_COPY: usize = 1000;
 
 /// Whether a statement that the end of the file ends would go on if there were more.
 pub(super) fn ends_open(text: &[u8]) -> bool {

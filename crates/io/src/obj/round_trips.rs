@@ -124,10 +124,9 @@ fn lines(choices: &[[u8; 6]], line_end: &str) -> Vec<Vec<u8>> {
             0 => line.as_bytes().to_vec(),
             _ => line.chars().map(|c| c as u8).collect(),
         });
-        if lines.last().is_some_and(|line| line.ends_with(b"a\\")) {
-            if let Some(line) = lines.last_mut() {
-                line.push(b' ');
-            }
+        // As a name at the end of its line, `a\\` would continue it.
+        if let Some(line) = lines.last_mut().filter(|line| line.ends_with(b"a\\")) {
+            line.push(b' ');
         }
     }
     lines

@@ -400,3 +400,22 @@ fn repairs_keep_the_lines_that_need_not_change() {
         "{error}"
     );
 }
+
+#[test]
+fn a_copied_vertex_with_a_long_comment_stays_short() {
+    let comment = "#".repeat(5000);
+    let text = format!("v 0 0 0 0.5 0.25 1 {comment}\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 3 2\n");
+    let document = parse(&text).unwrap();
+    let mut remap = Remap::identity(3, document.faces());
+    remap.vertices.push(0);
+    remap.faces = [[0u32, 1, 2], [3, 2, 1]].iter().collect();
+    let written = document
+        .remapped(&remap, Vec::new())
+        .unwrap()
+        .write(Format::Obj)
+        .unwrap();
+    let expected = text
+        .replace("v 0 1 0\n", "v 0 1 0\nv 0 0 0 0.5 0.25 1\n")
+        .replace("f 1 3 2", "f 4 3 2");
+    assert!(written == expected.as_bytes());
+}
