@@ -102,29 +102,50 @@ impl<'a> Editor<'a> {
         is_removed: impl Fn(&str) -> bool,
     ) -> Result<(), IoError> {
         let members = self.members(object)?;
-        let kept = |(key, _): &(String, Range<usize>)| !is_removed(key);
-        for (i, (_, value)) in members.iter().enumerate() {
-            if kept(&members[i]) {
+        let kept: Vec<bool> = members.iter().map(|(key, _)| !is_removed(key)).collect();
+        let values: Vec<_> = members.into_iter().map(|(_, value)| value).collect();
+        self.keep(object, &values, &kept);
+        Ok(())
+    }
+
+    /// Takes elements out of an array.
+    pub(super) fn remove_elements(
+        &mut self,
+        array: &Range<usize>,
+        is_removed: impl Fn(usize) -> bool,
+    ) -> Result<(), IoError> {
+        let elements = self.elements(array)?;
+        let kept: Vec<bool> = (0..elements.len()).map(|i| !is_removed(i)).collect();
+        self.keep(array, &elements, &kept);
+        Ok(())
+    }
+
+    /// Keeps some values of an object or an array.
+    fn keep(&mut self, container: &Range<usize>, values: &[Range<usize>], kept: &[bool]) {
+        let mut is_behind_kept = false;
+        for (i, value) in values.iter().enumerate() {
+            if kept[i] {
+                is_behind_kept = true;
                 continue;
             }
-            // The comma before goes with a member if something is kept before it, else the one
-            // behind, if something is kept at all.
-            let span = if members[..i].iter().any(kept) {
-                members[i - 1].1.end..value.end
-            } else {
-                let start = match i.checked_sub(1) {
-                    Some(before) => self.comma(members[before].1.end),
-                    None => object.start + 1,
-                };
-                let end = match members.get(i + 1) {
-                    Some(_) => self.comma(value.end),
-                    None => value.end,
-                };
-                start..end
+            let before = i.checked_sub(1).map(|before| values[before].end);
+            // The comma before goes with a value if something is kept before it, else the one
+            // behind, if there is one.
+            let span = match before {
+                Some(before) if is_behind_kept => before..value.end,
+                _ => {
+                    let start = before.map_or(container.start + 1, |before| self.comma(before));
+                    let is_last = i + 1 == values.len();
+                    let end = if is_last {
+                        value.end
+                    } else {
+                        self.comma(value.end)
+                    };
+                    start..end
+                }
             };
             self.edits.push((span, String::new()));
         }
-        Ok(())
     }
 
     /// The byte behind the comma that follows here.

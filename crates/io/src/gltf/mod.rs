@@ -22,6 +22,8 @@ mod scene;
 mod tests;
 mod write;
 
+use std::cell::RefCell;
+use std::collections::VecDeque;
 use std::io::{Error, ErrorKind};
 use std::sync::Arc;
 
@@ -333,14 +335,22 @@ fn extras(root: &Root<'_>, container: &Container) -> Vec<String> {
     extras
 }
 
-/// Refuses every file: what is needed is there already.
-struct Kept<'a>(&'a [(String, Vec<u8>)]);
+/// Hands out the external buffers of a file again, in their order.
+struct Kept(RefCell<VecDeque<Vec<u8>>>);
 
-impl Resolve for Kept<'_> {
-    fn resolve(&self, uri: &str, _max_bytes: u64) -> Result<Vec<u8>, Error> {
-        let found = self.0.iter().find(|(name, _)| name == uri);
-        found
-            .map(|(_, bytes)| bytes.clone())
-            .ok_or_else(|| Error::from(ErrorKind::NotFound))
+impl Kept {
+    fn new(buffers: &Buffers) -> Self {
+        let list = buffers.list.iter().enumerate();
+        let external = list.filter(|(_, buffer)| buffer.kind == Kind::External);
+        Self(RefCell::new(
+            external.map(|(n, _)| buffers.bytes(n).to_vec()).collect(),
+        ))
+    }
+}
+
+impl Resolve for Kept {
+    fn resolve(&self, _uri: &str, _max_bytes: u64) -> Result<Vec<u8>, Error> {
+        let next = self.0.borrow_mut().pop_front();
+        next.ok_or_else(|| Error::from(ErrorKind::NotFound))
     }
 }

@@ -1,17 +1,624 @@
-//! The file of a mesh that was repaired.
+//! The file of a mesh made of this one's vertices and faces: what every repair comes to.
+//!
+//! The primitives of what changed get new accessors with the elements of the new vertices, taken
+//! byte by byte from the old ones, and new indices. What did not change keeps its accessors. Where
+//! the new order of vertices or a face needs it, primitives come to share one set of vertices.
 
-use super::GltfFile;
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::ops::Range;
+
+use super::accessor::{Component, Layout};
+use super::geometry::{Block, Piece};
+use super::json::member;
+use super::write::{Rewrite, array, limits};
+use super::{GltfFile, Kept};
+use crate::attributes::NONE;
 use crate::error::IoError;
+use crate::limits::Limits;
 use crate::remap::Remap;
 use crate::source::Mesh;
 
-pub(super) fn rebuild(
-    _file: &GltfFile,
-    _remap: &Remap,
-    _mesh: Mesh<'_>,
-) -> Result<GltfFile, IoError> {
-    Err(IoError::Unsupported {
-        feature: "a repair within a glTF".to_owned(),
-        remedy: "convert the file to another format first",
-    })
+/// The file of the new mesh.
+pub(super) fn rebuild(file: &GltfFile, remap: &Remap, mesh: Mesh<'_>) -> Result<GltfFile, IoError> {
+    let plan = Plan::new(file, remap, mesh)?;
+    let mut rebuild = Rebuild {
+        file,
+        remap,
+        plan: &plan,
+        rewrite: Rewrite::new(file)?,
+        made: HashMap::new(),
+        spans: BTreeMap::new(),
+    };
+    let mut changes = Vec::new();
+    for (number, piece) in file.geometry.pieces.iter().enumerate() {
+        if !plan.faces[number].is_empty() {
+            changes.extend(rebuild.piece(number, piece, mesh)?);
+        }
+    }
+    rebuild.edit(changes)?;
+    rebuild.drop_pieces()?;
+    let bytes = rebuild.rewrite.finish(file.container.is_binary)?;
+    let unbounded = Limits {
+        max_bytes: u64::MAX,
+        max_memory: u64::MAX,
+        ..file.limits
+    };
+    let kept = Kept::new(&file.buffers);
+    let (mut new, parsed) = GltfFile::read(bytes, &unbounded, &kept)?;
+    new.limits = file.limits;
+    let positions = remap
+        .vertices
+        .iter()
+        .map(|&v| mesh.positions.get(v as usize));
+    // Everything else rests on this; what the plan overlooked is refused and not written.
+    if parsed.faces != remap.faces || !parsed.positions.iter().map(Some).eq(positions) {
+        return Err(unsupported("vertices or faces in this order"));
+    }
+    Ok(new)
+}
+
+fn unsupported(what: &str) -> IoError {
+    IoError::Unsupported {
+        feature: format!("a glTF with {what}"),
+        remedy: "convert the file to another format and repair that",
+    }
+}
+
+/// Which primitive each new face goes to, and which vertices share an accessor.
+struct Plan {
+    /// For each piece its new faces.
+    faces: Vec<Range<usize>>,
+    /// For each block its group.
+    group_of: Vec<usize>,
+    groups: Vec<Group>,
+}
+
+/// New vertices that stand in one accessor.
+#[derive(Clone, Debug)]
+struct Group {
+    vertices: Range<usize>,
+    /// Whether these are the vertices of a block as they were.
+    is_kept: bool,
+}
+
+impl Plan {
+    fn new(file: &GltfFile, remap: &Remap, mesh: Mesh<'_>) -> Result<Self, IoError> {
+        let geometry = &file.geometry;
+        let faces = faces(&geometry.pieces, remap, mesh)?;
+        let block_of = |v: u32| {
+            let blocks = &geometry.blocks;
+            let block = blocks.partition_point(|b| b.vertices.end <= v as usize);
+            block.min(blocks.len().saturating_sub(1))
+        };
+        // Blocks that a piece has vertices of are one group.
+        let mut union = Union::new(geometry.blocks.len());
+        let mut first_piece = vec![usize::MAX; geometry.blocks.len()];
+        for (piece, faces) in faces.iter().enumerate() {
+            let mut first = None;
+            for face in faces.clone() {
+                for &v in remap.faces.get(face).unwrap_or(&[]) {
+                    let Some(&old) = remap.vertices.get(v as usize) else {
+                        return Err(unsupported("a vertex that is not there"));
+                    };
+                    let block = block_of(old);
+                    union.join(*first.get_or_insert(block), block);
+                    first_piece[block] = first_piece[block].min(piece);
+                }
+            }
+        }
+        // So are blocks whose new vertices lie between each other.
+        let mut extents: BTreeMap<usize, Range<usize>> = BTreeMap::new();
+        for (i, &old) in remap.vertices.iter().enumerate() {
+            let extent = extents.entry(union.find(block_of(old))).or_insert(i..i);
+            extent.end = i + 1;
+        }
+        let mut sorted: Vec<(usize, Range<usize>)> = extents.into_iter().collect();
+        sorted.sort_by_key(|(_, extent)| extent.start);
+        let mut runs: Vec<(usize, Range<usize>, usize)> = Vec::new();
+        let mut first_of_root = vec![usize::MAX; geometry.blocks.len()];
+        for (block, &first) in first_piece.iter().enumerate() {
+            let root = union.find(block);
+            first_of_root[root] = first_of_root[root].min(first);
+        }
+        for (root, extent) in sorted {
+            let first = first_of_root[root];
+            match runs.last_mut() {
+                // A group must have faces, and groups come in the order of their primitives.
+                Some((last, run, last_first))
+                    if extent.start < run.end || first == usize::MAX || first < *last_first =>
+                {
+                    union.join(*last, root);
+                    run.end = run.end.max(extent.end);
+                    *last_first = first.min(*last_first);
+                }
+                _ => runs.push((root, extent, first)),
+            }
+        }
+        // A join may have brought the first primitive of a run before that of the run before.
+        let mut groups: Vec<(usize, Range<usize>, usize)> = Vec::new();
+        for (root, extent, mut first) in runs {
+            let mut extent = extent;
+            while let Some((last, run, last_first)) = groups.pop_if(|(_, _, last)| first <= *last) {
+                union.join(last, root);
+                extent.start = run.start;
+                first = first.min(last_first);
+            }
+            groups.push((root, extent, first));
+        }
+        let numbers: HashMap<usize, usize> = groups
+            .iter()
+            .enumerate()
+            .map(|(number, &(root, ..))| (union.find(root), number))
+            .collect();
+        let group_of: Vec<usize> = (0..geometry.blocks.len())
+            .map(|b| numbers.get(&union.find(b)).copied().unwrap_or(usize::MAX))
+            .collect();
+        let groups = groups.into_iter().map(|(_, vertices, _)| Group {
+            is_kept: is_kept(
+                &geometry.blocks,
+                &remap.vertices[vertices.clone()],
+                block_of,
+            ),
+            vertices,
+        });
+        let mut plan = Self {
+            faces,
+            groups: groups.collect(),
+            group_of,
+        };
+        for (piece, faces) in geometry.pieces.iter().zip(&plan.faces) {
+            let Some(group) = plan.groups.get_mut(plan.group_of[piece.block]) else {
+                continue;
+            };
+            let old = remap.vertices.get(group.vertices.start);
+            group.is_kept &= faces.is_empty() || old.is_some_and(|&v| block_of(v) == piece.block);
+        }
+        plan.check_placements(&geometry.blocks)?;
+        Ok(plan)
+    }
+
+    /// Vertices in one accessor are placed by one transform.
+    fn check_placements(&self, blocks: &[Block]) -> Result<(), IoError> {
+        let mut first: Vec<Option<&Block>> = vec![None; self.groups.len()];
+        for (block, &group) in blocks.iter().zip(&self.group_of) {
+            let Some(first) = first.get_mut(group) else {
+                continue;
+            };
+            if first.get_or_insert(block).placement != block.placement {
+                return Err(unsupported("meshes that are grown together across nodes"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whether the new vertices are all those of one block in their order.
+fn is_kept(blocks: &[Block], vertices: &[u32], block_of: impl Fn(u32) -> usize) -> bool {
+    let Some(block) = vertices.first().and_then(|&v| blocks.get(block_of(v))) else {
+        return false;
+    };
+    vertices.len() == block.vertices.len()
+        && vertices
+            .iter()
+            .zip(block.vertices.clone())
+            .all(|(&a, b)| a as usize == b)
+}
+
+/// The new faces of each piece.
+fn faces(pieces: &[Piece], remap: &Remap, mesh: Mesh<'_>) -> Result<Vec<Range<usize>>, IoError> {
+    let piece_of = |face: usize| pieces.partition_point(|piece| piece.faces.end <= face);
+    let mut faces = vec![0..0; pieces.len()];
+    let mut current: Option<usize> = None;
+    for (face, &source) in remap.face_sources.iter().enumerate() {
+        if remap
+            .faces
+            .get(face)
+            .is_none_or(|polygon| polygon.len() != 3)
+        {
+            return Err(unsupported("faces of more than three corners"));
+        }
+        let piece = if source == NONE {
+            // A face that closes a hole goes with the face before it, if that is of the mesh
+            // where the hole was; faces of an old glTF are triangles.
+            let corner = remap.faces.corner_range(face).start;
+            let corner = remap.corner_sources.get(corner).copied().unwrap_or(NONE);
+            let beside = piece_of(corner as usize / 3);
+            let mesh_of = |piece: usize| pieces.get(piece).map(|p| p.mesh);
+            current
+                .filter(|&piece| mesh_of(piece) == mesh_of(beside) || mesh_of(beside).is_none())
+                .unwrap_or(beside)
+        } else {
+            piece_of(source as usize)
+        };
+        if piece >= pieces.len() || source != NONE && source as usize >= mesh.faces.len() {
+            return Err(unsupported("a face that is not there"));
+        }
+        if current.is_some_and(|current| piece < current) {
+            return Err(unsupported("faces of its primitives in another order"));
+        }
+        if current != Some(piece) {
+            faces[piece] = face..face;
+            current = Some(piece);
+        }
+        faces[piece].end = face + 1;
+    }
+    Ok(faces)
+}
+
+/// Sets of blocks that grow together.
+struct Union(Vec<usize>);
+
+impl Union {
+    fn new(count: usize) -> Self {
+        Self((0..count).collect())
+    }
+
+    fn find(&mut self, mut i: usize) -> usize {
+        while self.0[i] != i {
+            self.0[i] = self.0[self.0[i]];
+            i = self.0[i];
+        }
+        i
+    }
+
+    fn join(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.find(a), self.find(b));
+        self.0[a.max(b)] = a.min(b);
+    }
+}
+
+/// Where a primitive names an accessor of its vertices.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+enum Slot {
+    Attribute(String),
+    Target(usize, String),
+}
+
+/// New accessors of a primitive.
+struct Change {
+    mesh: usize,
+    primitive: usize,
+    slots: Vec<(Slot, usize)>,
+    indices: usize,
+}
+
+struct Rebuild<'a> {
+    file: &'a GltfFile,
+    remap: &'a Remap,
+    plan: &'a Plan,
+    rewrite: Rewrite<'a>,
+    /// New accessors that primitives share, by group, block, slot and old accessor.
+    made: HashMap<(usize, usize, Slot, u64), usize>,
+    /// The primitives of the meshes in the JSON.
+    spans: BTreeMap<usize, Vec<Range<usize>>>,
+}
+
+impl Rebuild<'_> {
+    /// The new accessors of a piece, if anything about it changed.
+    fn piece(
+        &mut self,
+        number: usize,
+        piece: &Piece,
+        mesh: Mesh<'_>,
+    ) -> Result<Option<Change>, IoError> {
+        let faces = self.plan.faces[number].clone();
+        let group_number = self.plan.group_of[piece.block];
+        let (Some(group), Some(primitive)) = (
+            self.plan.groups.get(group_number),
+            self.file.primitive(piece),
+        ) else {
+            return Err(unsupported("a primitive without vertices"));
+        };
+        let block = &self.file.geometry.blocks[piece.block];
+        let shift = |v: u32, start: usize| (v as usize).checked_sub(start);
+        let is_same = group.is_kept
+            && faces.len() == piece.faces.len()
+            && faces.clone().zip(piece.faces.clone()).all(|(new, old)| {
+                let new = self.remap.faces.get(new).unwrap_or(&[]);
+                let old = mesh.faces.get(old).unwrap_or(&[]);
+                new.len() == old.len()
+                    && new.iter().zip(old).all(|(&new, &old)| {
+                        shift(new, group.vertices.start) == shift(old, block.vertices.start)
+                    })
+            });
+        if is_same {
+            return Ok(None);
+        }
+        let mut slots = Vec::new();
+        if !group.is_kept {
+            let attributes = primitive.attributes.iter();
+            let mut named: Vec<(Slot, u64)> = attributes
+                .map(|(semantic, &accessor)| (Slot::Attribute(semantic.clone()), accessor))
+                .collect();
+            for (t, target) in primitive.targets.iter().enumerate() {
+                named.extend(
+                    target
+                        .iter()
+                        .map(|(semantic, &accessor)| (Slot::Target(t, semantic.clone()), accessor)),
+                );
+            }
+            let vertices = group.vertices.clone();
+            for (slot, accessor) in named {
+                // All primitives of a group share its positions.
+                let key = if slot == position() {
+                    (group_number, usize::MAX, slot, 0)
+                } else {
+                    (group_number, piece.block, slot, accessor)
+                };
+                let new = match self.made.get(&key) {
+                    Some(&new) => new,
+                    None => {
+                        let new = self.gather(&vertices, piece.block, &key.2, accessor)?;
+                        self.made.insert(key.clone(), new);
+                        new
+                    }
+                };
+                slots.push((key.2, new));
+            }
+        }
+        let is_mirrored = block.placement.is_mirrored;
+        let start = group.vertices.start;
+        let mut indices = Vec::with_capacity(3 * faces.len());
+        for face in faces {
+            let Some(&[a, b, c]) = self.remap.faces.get(face) else {
+                continue;
+            };
+            let [b, c] = if is_mirrored { [c, b] } else { [b, c] };
+            for v in [a, b, c] {
+                let local = (v as usize).checked_sub(start);
+                let local = local.filter(|&v| v < group.vertices.len());
+                indices.push(local.ok_or_else(|| unsupported("a face across primitives"))? as u32);
+            }
+        }
+        let count = indices.len();
+        let (code, bytes): (_, Vec<u8>) = if group.vertices.len() <= usize::from(u16::MAX) {
+            (
+                5123,
+                indices
+                    .iter()
+                    .flat_map(|&i| (i as u16).to_le_bytes())
+                    .collect(),
+            )
+        } else {
+            (5125, indices.iter().flat_map(|i| i.to_le_bytes()).collect())
+        };
+        let text = format!("\"componentType\":{code},\"count\":{count},\"type\":\"SCALAR\"");
+        let indices = self.rewrite.append(&bytes, &text, Some(34963), None)?;
+        Ok(Some(Change {
+            mesh: piece.mesh,
+            primitive: piece.primitive,
+            slots,
+            indices,
+        }))
+    }
+
+    /// A new accessor of the elements of the new vertices; those of other blocks come from what
+    /// stands in the same slot there, or are zero.
+    fn gather(
+        &mut self,
+        vertices: &Range<usize>,
+        own: usize,
+        slot: &Slot,
+        accessor: u64,
+    ) -> Result<usize, IoError> {
+        let file = self.file;
+        let layout =
+            |accessor: u64| Layout::new(accessor, &file.accessors, &file.views, &file.buffers);
+        let own_layout = layout(accessor)?;
+        let is_position = *slot == position();
+        let old = &self.remap.vertices[vertices.clone()];
+        let blocks = &file.geometry.blocks;
+        let block_of = |v: u32| blocks.partition_point(|b| b.vertices.end <= v as usize);
+        let used: HashSet<usize> = old.iter().map(|&v| block_of(v)).collect();
+        let mut used: Vec<usize> = used.into_iter().collect();
+        used.sort_unstable();
+        let mut layouts = Vec::new();
+        for block in used {
+            let found = if block == own {
+                Some(own_layout.clone())
+            } else {
+                self.named(block, slot).map(layout).transpose()?
+            };
+            // What does not have one element for each vertex is not taken along.
+            let count = blocks.get(block).map_or(0, |b| b.vertices.len());
+            layouts.push((block, found.filter(|layout| layout.count == count)));
+        }
+        let is_like = |l: &Layout| {
+            (l.component, l.components, l.normalized)
+                == (
+                    own_layout.component,
+                    own_layout.components,
+                    own_layout.normalized,
+                )
+        };
+        let is_mixed = is_position && layouts.iter().flat_map(|(_, l)| l).any(|l| !is_like(l));
+        let (component, normalized) = if is_mixed {
+            (Component::F32, false)
+        } else {
+            (own_layout.component, own_layout.normalized)
+        };
+        let components = own_layout.components;
+        let size = components * component.size();
+        // Elements start at multiples of four bytes.
+        let stride = size.next_multiple_of(4);
+        let mut tables: HashMap<usize, Vec<u8>> = HashMap::new();
+        for (block, layout) in layouts {
+            let Some(layout) = layout.filter(|l| is_mixed || is_like(l)) else {
+                continue;
+            };
+            let mut table = Vec::with_capacity(layout.count * size);
+            layout.for_each(&file.buffers, |_, bytes| {
+                if is_mixed {
+                    (0..components)
+                        .for_each(|k| component.write(&mut table, layout.value(bytes, k)));
+                } else {
+                    table.extend_from_slice(bytes);
+                }
+                Ok(())
+            })?;
+            tables.insert(block, table);
+        }
+        let mut out = Vec::with_capacity(old.len() * stride);
+        for &v in old {
+            let block = block_of(v);
+            let start = blocks.get(block).map_or(0, |b| b.vertices.start);
+            let at = (v as usize - start) * size;
+            let element = tables
+                .get(&block)
+                .and_then(|table| table.get(at..at + size));
+            let end = out.len() + stride;
+            out.extend_from_slice(element.unwrap_or(&[]));
+            out.resize(end, 0);
+        }
+        let json = file.accessors.get(own_layout.accessor);
+        let mut text = format!(
+            "\"componentType\":{},\"count\":{},\"type\":\"{}\"",
+            if is_mixed {
+                5126
+            } else {
+                json.map_or(5126, |a| a.component)
+            },
+            old.len(),
+            json.map_or("VEC3", |a| &a.shape)
+        );
+        if normalized {
+            text.push_str(",\"normalized\":true");
+        }
+        if *slot_semantic(slot) == *"POSITION" && components == 3 {
+            let elements = out.chunks(stride).map(|element| {
+                [0, 1, 2]
+                    .map(|k| component.read(element.get(k * component.size()..).unwrap_or(&[])))
+            });
+            let [min, max] = limits(elements);
+            text.push_str(&format!(",\"min\":{},\"max\":{}", array(&min), array(&max)));
+        }
+        let stride = (stride != size).then_some(stride);
+        self.rewrite.append(&out, &text, Some(34962), stride)
+    }
+
+    /// The accessor in a slot of the first primitive of a block that has it.
+    fn named(&self, block: usize, slot: &Slot) -> Option<u64> {
+        let pieces = &self.file.geometry.blocks.get(block)?.pieces;
+        pieces.iter().find_map(|&piece| {
+            let primitive = self.file.primitive(self.file.geometry.pieces.get(piece)?)?;
+            match slot {
+                Slot::Attribute(semantic) => primitive.attributes.get(semantic).copied(),
+                Slot::Target(t, semantic) => primitive.targets.get(*t)?.get(semantic).copied(),
+            }
+        })
+    }
+
+    /// The span of a primitive in the JSON.
+    fn span(&mut self, mesh: usize, primitive: usize) -> Result<Range<usize>, IoError> {
+        if self.spans.is_empty() {
+            let root = self.rewrite.editor.root();
+            for (m, span) in self
+                .rewrite
+                .editor
+                .list(&root, "meshes")?
+                .iter()
+                .enumerate()
+            {
+                let primitives = self.rewrite.editor.list(span, "primitives")?;
+                self.spans.insert(m, primitives);
+            }
+        }
+        let primitives = self.spans.get(&mesh);
+        let span = primitives.and_then(|list| list.get(primitive)).cloned();
+        span.ok_or_else(|| unsupported("a primitive that is not there"))
+    }
+
+    /// Makes the primitives refer to their new accessors.
+    fn edit(&mut self, changes: Vec<Change>) -> Result<(), IoError> {
+        for change in changes {
+            let span = self.span(change.mesh, change.primitive)?;
+            let editor = &mut self.rewrite.editor;
+            let members = editor.members(&span)?;
+            let mut spans: HashMap<Slot, Range<usize>> = HashMap::new();
+            if let Some(object) = member(&members, "attributes") {
+                for (semantic, span) in editor.members(object)? {
+                    spans.insert(Slot::Attribute(semantic), span);
+                }
+            }
+            if let Some(list) = member(&members, "targets") {
+                for (t, object) in editor.elements(list)?.iter().enumerate() {
+                    for (semantic, span) in editor.members(object)? {
+                        spans.insert(Slot::Target(t, semantic), span);
+                    }
+                }
+            }
+            for (slot, accessor) in change.slots {
+                if let Some(span) = spans.get(&slot) {
+                    editor.replace(span.clone(), accessor.to_string());
+                }
+            }
+            editor.set(&span, "indices", change.indices.to_string())?;
+            if member(&members, "mode").is_some() {
+                editor.set(&span, "mode", "4".to_owned())?;
+            }
+            if let Some(object) = member(&members, "extensions") {
+                editor.remove(object, |key| key == "KHR_draco_mesh_compression")?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes out the primitives that have no faces any more. The last of a mesh become points of
+    /// a mesh that no node shows, since a mesh must have primitives and others have numbers.
+    fn drop_pieces(&mut self) -> Result<(), IoError> {
+        let mut dropped: BTreeMap<usize, HashSet<usize>> = BTreeMap::new();
+        for (piece, faces) in self.file.geometry.pieces.iter().zip(&self.plan.faces) {
+            if faces.is_empty() {
+                dropped
+                    .entry(piece.mesh)
+                    .or_default()
+                    .insert(piece.primitive);
+            }
+        }
+        let mut hidden = HashSet::new();
+        let editor = &self.rewrite.editor;
+        let meshes = editor.list(&editor.root(), "meshes")?;
+        for (&mesh, dropped) in &dropped {
+            let count = self.file.meshes.get(mesh).map_or(0, |m| m.primitives.len());
+            if dropped.len() == count {
+                hidden.insert(mesh as u64);
+                for &primitive in dropped {
+                    let span = self.span(mesh, primitive)?;
+                    self.rewrite.editor.set(&span, "mode", "0".to_owned())?;
+                }
+                continue;
+            }
+            let editor = &mut self.rewrite.editor;
+            let members = meshes
+                .get(mesh)
+                .map(|span| editor.members(span))
+                .transpose()?;
+            if let Some(list) = members.as_ref().and_then(|m| member(m, "primitives")) {
+                editor.remove_elements(list, |i| dropped.contains(&i))?;
+            }
+        }
+        if hidden.is_empty() {
+            return Ok(());
+        }
+        let editor = &mut self.rewrite.editor;
+        for node in editor.list(&editor.root(), "nodes")? {
+            let members = editor.members(&node)?;
+            let mesh = member(&members, "mesh").map(|span| editor.text(span));
+            let mesh = mesh.and_then(|text| text.parse::<u64>().ok());
+            if mesh.is_some_and(|mesh| hidden.contains(&mesh)) {
+                editor.remove(&node, |key| matches!(key, "mesh" | "skin" | "weights"))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn position() -> Slot {
+    Slot::Attribute("POSITION".to_owned())
+}
+
+fn slot_semantic(slot: &Slot) -> &str {
+    match slot {
+        Slot::Attribute(semantic) | Slot::Target(_, semantic) => semantic,
+    }
 }

@@ -2,5 +2,6 @@
 
 mod made;
 mod reading;
+mod rebuilding;
 mod refusals;
 mod writing;

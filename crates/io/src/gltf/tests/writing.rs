@@ -286,7 +286,7 @@ fn attributes(num_vertices: usize, faces: &FaceList, seed: u64) -> Attributes {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
+    #![proptest_config(ProptestConfig::with_cases(256))]
 
     #[test]
     fn new_files_hold_what_they_can(
