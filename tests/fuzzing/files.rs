@@ -80,6 +80,10 @@ fn convert(document: &Document, format: Format) {
     let Ok(bytes) = document.write(format) else {
         return;
     };
+    // A comment may hold bytes that announce another format.
+    if Format::from_content(&bytes).is_some_and(|found| found != format) {
+        return;
+    }
     let triangles = document.faces().num_triangles();
     let again = match read(bytes, Some(format), &Limits::default()) {
         Ok(again) => again,

@@ -31,20 +31,15 @@ pub(crate) use new::{losses, write_new};
 /// The name of the face property that holds the attribute bytes of a binary facet.
 const ATTRIBUTE: &str = "attribute";
 
-/// Whether the content is an STL: a binary file as long as its count of facets says or longer, or
+/// Whether the content is an STL: a binary file exactly as long as its count of facets says, or
 /// the word `solid` with facets behind it.
+///
+/// A binary file with spare bytes behind the facets is known by its name alone: any text with a few
+/// odd bytes in the right place would pass for one.
 pub(crate) fn is_stl(bytes: &[u8]) -> bool {
-    // The count of a text file that is taken for a binary one is at least 0x09090909: none is
-    // that long.
-    match binary::count(bytes) {
-        Some(count) if binary::length(count) == bytes.len() as u64 => return true,
-        Some(count) if count > 0 && binary::length(count) < bytes.len() as u64 => {
-            let first = lines::Tokens::new(bytes).next();
-            return !first.is_some_and(|word| crate::off::is_header_word(word.text));
-        }
-        _ => {}
-    }
-    text::is_text(bytes)
+    binary::count(bytes)
+        .is_some_and(|count| count > 0 && binary::length(count) == bytes.len() as u64)
+        || text::is_text(bytes)
 }
 
 /// Reads an STL file.
