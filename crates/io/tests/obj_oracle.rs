@@ -109,3 +109,23 @@ fn what_tobj_panics_on_is_kept_from_it() {
     }
     assert_eq!(for_tobj(b"v 0 0 0 \\\n1\n"), None);
 }
+
+/// Real meshes that developers have in a folder beside the workspace; it need not exist.
+#[test]
+fn real_meshes_are_read_the_same() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/meshes");
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        eprintln!("skipped: there is no folder {folder}");
+        return;
+    };
+    for entry in entries {
+        let path = entry.unwrap().path();
+        if Format::from_path(&path) == Some(Format::Obj) {
+            assert!(
+                compare(&std::fs::read(&path).unwrap()),
+                "{}",
+                path.display()
+            );
+        }
+    }
+}

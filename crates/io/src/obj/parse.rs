@@ -29,10 +29,10 @@ pub(super) struct Mesh {
 
 /// Bytes of a piece: large enough that starting one costs nothing, small enough that what it gives
 /// stays in the cache until it is put in its place.
-const PIECE: usize = 256 << 10;
+const PIECE: usize = 128 << 10;
 
 /// How many pieces are parsed before they are put together.
-const PIECES: usize = 16;
+const PIECES: usize = 8;
 
 /// Fewer pieces are parsed by one thread.
 const WORTH_THREADS: usize = 4;
@@ -490,4 +490,29 @@ fn vertex_index(token: &[u8]) -> Option<i64> {
         .iter()
         .all(|b| matches!(b, b'/' | b'-' | b'+' | b'0'..=b'9'));
     number::parse_integer(vertex).filter(|_| is_well_formed)
+}
+
+/// Parses a file statement by statement, without the quick way for lines of the usual form.
+#[cfg(test)]
+pub(super) fn parse_plainly(bytes: &[u8], limits: &Limits) -> Result<Mesh, IoError> {
+    let mut file = Mesh::default();
+    let mut piece = Piece::default();
+    let start = text::after_bom(bytes);
+    for statement in Statements::new(bytes, start, 0) {
+        let mut reader = Reader {
+            limits,
+            above: Above::default(),
+            total: None,
+            piece: &mut piece,
+            is_alone: true,
+        };
+        reader.statement(&statement)?;
+    }
+    file.append(&mut piece);
+    let num_vertices = file.positions.len();
+    if piece.largest as usize >= num_vertices && file.faces.num_corners() > 0 {
+        let (above, total) = (Above::default(), Some(num_vertices));
+        return Err(refusal(bytes, start, bytes.len(), limits, above, total));
+    }
+    Ok(file)
 }

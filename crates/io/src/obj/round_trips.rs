@@ -290,13 +290,13 @@ proptest! {
             bytes[at] = byte;
         }
         let limits = Limits { max_degree: 6, max_line: 60, max_faces: 20, ..Limits::default() };
-        let parse = |piece| match parse::parse_by(&bytes, &limits, piece) {
+        let outcome = |result: Result<parse::Mesh, IoError>| match result {
             Ok(mesh) => Ok((mesh.positions, mesh.faces, mesh.counts.extras(), mesh.counts.warnings())),
             Err(error) => Err(error.to_string()),
         };
-        let whole = parse(usize::MAX);
-        for piece in [1, 20, 100] {
-            prop_assert_eq!(&parse(piece), &whole);
+        let plainly = outcome(parse::parse_plainly(&bytes, &limits));
+        for piece in [1, 20, 100, usize::MAX] {
+            prop_assert_eq!(&outcome(parse::parse_by(&bytes, &limits, piece)), &plainly);
         }
     }
 
