@@ -70,6 +70,12 @@ impl FaceList {
         })
     }
 
+    /// Makes room for so many more faces and corners.
+    pub(crate) fn reserve(&mut self, num_faces: usize, num_corners: usize) {
+        self.ends.reserve(num_faces);
+        self.corners.reserve(num_corners);
+    }
+
     /// Appends a corner to the face that is being built.
     #[inline]
     pub(crate) fn push_corner(&mut self, vertex: u32) {
