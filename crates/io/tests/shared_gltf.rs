@@ -162,6 +162,16 @@ fn a_moved_duck_keeps_everything_else() {
     document.set_positions(&surface, &moved).unwrap();
     let written = document.write(Format::Glb).unwrap();
     assert_eq!(document.losses(Format::Glb), Vec::<String>::new());
+    // For scripts/check_glb.py.
+    if let Some(folder) = std::env::var_os("COTAN_KEEP") {
+        std::fs::write(Path::new(&folder).join("duck.glb"), &written).unwrap();
+        let new = Document::new(document.positions().to_vec(), document.faces().clone())
+            .unwrap()
+            .with_attributes(document.attributes().unwrap().into_owned())
+            .unwrap();
+        let bytes = new.write(Format::Glb).unwrap();
+        std::fs::write(Path::new(&folder).join("new.glb"), bytes).unwrap();
+    }
 
     let again = read(written.clone(), None, &Limits::default()).unwrap();
     assert_eq!(again.faces(), document.faces());

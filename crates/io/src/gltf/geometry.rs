@@ -347,13 +347,23 @@ impl Reader<'_> {
             None => (0..num_vertices as u32).collect(),
         };
         let faces = &mut self.parsed.faces;
-        for triangle in 0..num_triangles {
-            let [a, b, c] = mode.corners(triangle).map(|i| list[i] + first as u32);
-            faces.push_corner(a);
+        faces.reserve(num_triangles, 3 * num_triangles);
+        let first = first as u32;
+        let mut push = |a: u32, b: u32, c: u32| {
             let [b, c] = if is_mirrored { [c, b] } else { [b, c] };
-            faces.push_corner(b);
-            faces.push_corner(c);
+            faces.push_corner(first + a);
+            faces.push_corner(first + b);
+            faces.push_corner(first + c);
             faces.end_face();
+        };
+        if mode == Mode::Triangles {
+            let (triangles, _) = list.as_chunks::<3>();
+            triangles.iter().for_each(|&[a, b, c]| push(a, b, c));
+        } else {
+            for triangle in 0..num_triangles {
+                let [a, b, c] = mode.corners(triangle).map(|i| list[i]);
+                push(a, b, c);
+            }
         }
         Ok(())
     }

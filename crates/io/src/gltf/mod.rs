@@ -3,7 +3,8 @@
 //! The vertices of the document are the elements of the POSITION accessors of all triangles, each
 //! accessor once, in the order of meshes and primitives; they stand where the first node that
 //! shows the mesh puts them. A write keeps the JSON text and the buffers byte by byte but for what
-//! a moved vertex changes.
+//! a moved vertex changes. Buffers and images that are files of their own stay so as long as they do
+//! not change: a copy of the file must lie beside them.
 //!
 //! Source: Khronos, "glTF 2.0 Specification", 2021.
 
@@ -199,7 +200,21 @@ impl GltfFile {
         self.meshes.get(piece.mesh)?.primitives.get(piece.primitive)
     }
 
-    /// The semantics of the primitives that have faces.
+    /// Whether primitives with the same positions have different normals; the first are turned.
+    fn has_several_normals(&self) -> bool {
+        self.geometry.blocks.iter().any(|block| {
+            let pieces = block
+                .pieces
+                .iter()
+                .filter_map(|&p| self.geometry.pieces.get(p));
+            let mut normals =
+                pieces.filter_map(|piece| self.primitive(piece)?.attributes.get("NORMAL"));
+            let first = normals.next();
+            normals.any(|normal| Some(normal) != first)
+        })
+    }
+
+    /// Whether a primitive that has faces has the attribute.
     fn has_attribute(&self, semantic: &str) -> bool {
         let mut primitives = self
             .geometry
@@ -247,6 +262,9 @@ impl SourceFile for GltfFile {
         }
         if self.has_attribute("TANGENT") {
             stale.push("tangents".to_owned());
+        }
+        if self.has_several_normals() {
+            stale.push("further normals of vertices that primitives share".to_owned());
         }
         stale
     }

@@ -247,3 +247,61 @@ fn buffers_beside_the_file_come_from_the_resolver() {
         document.positions()
     );
 }
+
+/// Run by hand: `cargo test -p cotan-io --lib a_million -- --ignored --nocapture`.
+#[test]
+#[ignore = "measures time"]
+fn a_million_vertices_against_a_copy_of_the_bytes() {
+    let n = 1000u32;
+    let positions: Vec<f32> = (0..n * n)
+        .flat_map(|i| [(i % n) as f32, (i / n) as f32, (i % 7) as f32])
+        .collect();
+    let mut made = Made::default();
+    let p = made.floats("VEC3", &positions);
+    made.accessors[p]["min"] = json!([0, 0, 0]);
+    made.accessors[p]["max"] = json!([999, 999, 6]);
+    let squares = (0..(n - 1) * (n - 1)).map(|i| i / (n - 1) * n + i % (n - 1));
+    let indices: Vec<u8> = squares
+        .flat_map(|i| [i, i + 1, i + n, i + 1, i + n + 1, i + n])
+        .flat_map(u32::to_le_bytes)
+        .collect();
+    let count = indices.len() / 4;
+    let view = made.view(&indices);
+    let i = made.accessor(
+        json!({"bufferView": view, "componentType": 5125, "count": count, "type": "SCALAR"}),
+    );
+    let glb = made.glb(&json!({
+        "nodes": [{"mesh": 0, "scale": [2, 2, 2]}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": p}, "indices": i}]}],
+    }));
+    for _ in 0..3 {
+        let clock = std::time::Instant::now();
+        let copy = std::hint::black_box(glb.clone());
+        let copied = clock.elapsed();
+        let clock = std::time::Instant::now();
+        let (_, parsed) =
+            crate::gltf::GltfFile::read(copy, &crate::Limits::default(), &crate::NoFiles).unwrap();
+        let read = clock.elapsed();
+        let clock = std::time::Instant::now();
+        let places = crate::weld::exact(&parsed.positions, |_| 0);
+        eprintln!(
+            "{} MB: copied in {copied:?}, read in {read:?}; {} places in {:?}",
+            glb.len() / 1_000_000,
+            places.len(),
+            clock.elapsed()
+        );
+        let clock = std::time::Instant::now();
+        let file = gltf::Gltf::from_slice(&glb).unwrap();
+        let blob = file.blob.as_deref();
+        for primitive in file
+            .meshes()
+            .flat_map(|mesh| mesh.primitives().collect::<Vec<_>>())
+        {
+            let reader = primitive.reader(|_| blob);
+            let positions: Vec<[f32; 3]> = reader.read_positions().unwrap().collect();
+            let indices: Vec<u32> = reader.read_indices().unwrap().into_u32().collect();
+            std::hint::black_box((positions, indices));
+        }
+        eprintln!("the gltf crate: {:?}", clock.elapsed());
+    }
+}
