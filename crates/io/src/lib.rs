@@ -25,6 +25,8 @@
 
 mod attributes;
 mod coordinate;
+mod cuts;
+mod defects;
 mod document;
 mod error;
 mod faces;
@@ -44,6 +46,7 @@ mod resolve;
 mod source;
 mod stl;
 mod text;
+mod topology;
 mod triangulate;
 mod weld;
 mod writer;
@@ -51,6 +54,7 @@ mod writer;
 pub use attributes::{
     Attributes, COLOR, CornerProperty, LabelKind, Labels, NONE, NORMAL, Property, UV, Values,
 };
+pub use defects::{Component, Defect, DefectKind, Inspection};
 pub use document::{Document, Part};
 pub use error::{Element, IoError, Place, Warning};
 pub use faces::FaceList;
