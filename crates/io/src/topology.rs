@@ -165,17 +165,6 @@ impl<'a> Topology<'a> {
         fans
     }
 
-    /// The corners that hang together by sides that are partners.
-    pub(crate) fn fans_of(&self, partners: &[u32]) -> Sets {
-        let mut fans = Sets::new(self.at.len());
-        for (a, &b) in (0u32..).zip(partners) {
-            if b != NONE && a < b {
-                self.join_ends(&mut fans, a, b);
-            }
-        }
-        fans
-    }
-
     /// Faces that hang together by edges.
     pub(crate) fn components(&self) -> Sets {
         let mut components = Sets::new(self.outlines.len());

@@ -12,7 +12,7 @@ use crate::document::Document;
 use crate::error::IoError;
 use crate::weld::Weld;
 
-pub(crate) use find::{Shell, duplicate_faces, shells};
+pub(crate) use find::{duplicate_faces, shells};
 
 /// What [`Document::inspect`] finds.
 ///
