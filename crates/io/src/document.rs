@@ -287,6 +287,14 @@ impl Document {
         })
     }
 
+    /// The same document as one of a format that splits vertices, in these parts.
+    #[cfg(test)]
+    pub(crate) fn split_into(mut self, parts: Vec<Part>) -> Self {
+        self.places = weld::exact(&self.positions, part_of(&parts));
+        self.parts = parts;
+        self
+    }
+
     /// The number of the part of each vertex.
     pub(crate) fn part_of(&self) -> impl Fn(usize) -> u32 + use<> {
         part_of(&self.parts)

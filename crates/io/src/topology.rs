@@ -103,7 +103,7 @@ impl<'a> Topology<'a> {
     }
 
     /// The sides of every edge.
-    pub(crate) fn edges(&self) -> impl Iterator<Item = &[Side]> {
+    pub(crate) fn edges(&self) -> impl Iterator<Item = &[Side]> + Clone {
         self.sides.chunk_by(|a, b| a.ends == b.ends)
     }
 

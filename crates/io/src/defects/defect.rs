@@ -146,12 +146,13 @@ impl DefectKind {
 
     /// Whether no surface can be built as long as there is such a defect.
     ///
-    /// Faces that welding collapses are an exception: the surface leaves them out.
+    /// Duplicate faces are no hindrance themselves: two that face each other close. Faces that
+    /// welding collapses are an exception, as the surface leaves them out, and a few that
+    /// run out and back, whose triangles happen to fit.
     pub fn is_blocking(self) -> bool {
         matches!(
             self,
             Self::RepeatedVertex
-                | Self::DuplicateFace
                 | Self::NonManifoldEdge
                 | Self::CutMeetsEdge
                 | Self::InconsistentOrientation

@@ -1,5 +1,7 @@
 //! The search for defects.
 
+use std::collections::HashSet;
+
 use cotan_geometry::BoundingBox;
 use nalgebra::Point3;
 
@@ -86,6 +88,10 @@ impl Find<'_> {
             (shortest, longest) = (shortest.min(length), longest.max(length));
             sum += length;
         }
+        let mut places = Sets::new(self.positions.len());
+        let boundaries = self.topology.edges().filter(|sides| sides.len() == 1);
+        let boundaries = boundaries.map(|sides| sides[0].ends);
+        boundaries.clone().for_each(|[a, b]| places.join(a, b));
         Inspection {
             num_vertices: is_used.iter().filter(|used| **used).count(),
             num_faces: self
@@ -96,6 +102,10 @@ impl Find<'_> {
                 .count(),
             num_edges,
             num_boundary_edges,
+            num_boundaries: boundaries
+                .map(|[a, _]| places.root(a))
+                .collect::<HashSet<_>>()
+                .len(),
             edge_lengths: (num_edges > 0).then(|| [shortest, sum / num_edges as f64, longest]),
             components: Vec::new(),
             defects: Vec::new(),

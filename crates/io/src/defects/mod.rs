@@ -29,6 +29,9 @@ pub struct Inspection {
     pub num_edges: usize,
     /// Edges with one face.
     pub num_boundary_edges: usize,
+    /// Sets of edges with one face that hang together by vertices. Where two holes touch at a
+    /// vertex with several fans, they are one boundary and two [holes](Defect::Hole).
+    pub num_boundaries: usize,
     /// Shortest, mean and longest edge; `None` if there is none.
     pub edge_lengths: Option<[f64; 3]>,
     /// Faces that hang together by edges, in the order of their first face.

@@ -156,7 +156,7 @@ fn welding_decides_what_is_one_vertex() {
 fn hostile_meshes_end_soon() {
     // All faces on one edge; all vertices at one place; all faces the same; one huge polygon.
     use nalgebra::Point3;
-    let n = 60_000u32;
+    let n = 30_000u32;
     let points: Vec<_> = (0..n)
         .map(|i| Point3::new(f64::from(i), f64::from(i % 7), 0.0))
         .collect();

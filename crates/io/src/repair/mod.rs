@@ -207,6 +207,10 @@ impl Repair {
         if self.orient.is_on() {
             work.turn_outward();
         }
+        // How a polygon is cut depends on its direction, so this comes behind turning.
+        if self.edges.is_on() {
+            work.untangle();
+        }
         if self.holes > 0 {
             work.fill_holes(self.holes);
         }

@@ -12,7 +12,8 @@ use crate::cuts::Cuts;
 use crate::topology::{Sets, Side, Topology};
 
 impl Work<'_> {
-    /// Gives each fan of faces a vertex of its own; with `edges`, until a surface can be built.
+    /// Gives each fan of faces a vertex of its own; with `edges`, faces at edges with more than two
+    /// are parted before.
     pub(super) fn split(&mut self, edges: Toggle) {
         let at = self.at();
         let topology = Topology::new(&self.faces, &at);
@@ -20,13 +21,16 @@ impl Work<'_> {
         let (mut fans, parted) = self.fans(&topology, edges);
         self.changes.extend(parted);
         self.assign(&mut fans, &is_outlined);
-        if !edges.is_on() {
-            return;
-        }
-        // Faces that still meet others wrongly lose all neighbours. The rest only gets further
-        // apart by that, so once is enough.
+    }
+
+    /// Cuts faces that still meet others wrongly loose from all neighbours, so that a surface can
+    /// be built.
+    ///
+    /// The rest only gets further apart by that, so once is enough.
+    pub(super) fn untangle(&mut self) {
         let at = self.at();
         let topology = Topology::new(&self.faces, &at);
+        let is_outlined = is_outlined(&topology);
         let is_loose = self.tangled(&topology);
         if !is_loose.contains(&true) {
             return;
