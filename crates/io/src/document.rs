@@ -287,6 +287,19 @@ impl Document {
         })
     }
 
+    /// The same document as one of a format that splits vertices, in these parts.
+    #[cfg(test)]
+    pub(crate) fn split_into(mut self, parts: Vec<Part>) -> Self {
+        self.places = weld::exact(&self.positions, part_of(&parts));
+        self.parts = parts;
+        self
+    }
+
+    /// The number of the part of each vertex.
+    pub(crate) fn part_of(&self) -> impl Fn(usize) -> u32 + use<> {
+        part_of(&self.parts)
+    }
+
     /// The document of another mesh made of this one's vertices and faces, with everything that
     /// the file says about them; `places` is that of the new mesh (see [`Document::places`]).
     pub(crate) fn remapped(&self, remap: &Remap, places: Vec<u32>) -> Result<Self, IoError> {
@@ -476,7 +489,7 @@ impl Document {
 }
 
 /// The number of the part that a vertex belongs to.
-fn part_of(parts: &[Part]) -> impl Fn(usize) -> u32 {
+fn part_of(parts: &[Part]) -> impl Fn(usize) -> u32 + use<> {
     let starts: Vec<usize> = parts.iter().map(|part| part.vertices.start).collect();
     move |vertex| match starts.len() {
         1 => 0,

@@ -242,7 +242,9 @@ pub enum IoError {
     },
     /// The faces do not form an oriented manifold. Numbers are those of the file, from 0.
     #[error(
-        "the faces do not form a manifold surface: {0} (vertices and faces are numbered from 0, as in the file)"
+        "the faces do not form a manifold surface: {} (vertices and faces are numbered from 0, as in the file){}",
+        _0,
+        cure_text(_0)
     )]
     NotManifold(#[source] BuildError),
     /// Welding left no face with three corners.
@@ -289,6 +291,37 @@ pub enum IoError {
         /// The type that the PLY header declares for it.
         number_type: &'static str,
     },
+}
+
+impl IoError {
+    /// The method of [`Repair`](crate::Repair) that cures what keeps a surface from being built;
+    /// `None` for every other error.
+    pub fn cure(&self) -> Option<&'static str> {
+        match self {
+            Self::InFile { source, .. } => source.cure(),
+            Self::NotManifold(error) => cure(error),
+            _ => None,
+        }
+    }
+}
+
+fn cure(error: &BuildError) -> Option<&'static str> {
+    Some(match error {
+        BuildError::RepeatedVertex { .. } => "drop_degenerate",
+        BuildError::NonManifoldEdge { .. } => "split_edges",
+        BuildError::InconsistentOrientation { .. } => "orient",
+        BuildError::SeveralFans { .. } => "split_vertices",
+        _ => return None,
+    })
+}
+
+fn cure_text(error: &BuildError) -> String {
+    match error {
+        BuildError::InconsistentOrientation { .. } => {
+            "; Repair::orient cures it, unless the surface has one side only".to_owned()
+        }
+        _ => cure(error).map_or_else(String::new, |cure| format!("; Repair::{cure} cures it")),
+    }
 }
 
 /// An element of a file, for error messages: its kind and number, counted from 0.

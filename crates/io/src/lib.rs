@@ -25,6 +25,8 @@
 
 mod attributes;
 mod coordinate;
+mod cuts;
+mod defects;
 mod document;
 mod error;
 mod faces;
@@ -40,10 +42,12 @@ mod off;
 mod ply;
 mod processing;
 mod remap;
+mod repair;
 mod resolve;
 mod source;
 mod stl;
 mod text;
+mod topology;
 mod triangulate;
 mod weld;
 mod writer;
@@ -51,6 +55,7 @@ mod writer;
 pub use attributes::{
     Attributes, COLOR, CornerProperty, LabelKind, Labels, NONE, NORMAL, Property, UV, Values,
 };
+pub use defects::{Component, Defect, DefectKind, Inspection};
 pub use document::{Document, Part};
 pub use error::{Element, IoError, Place, Warning};
 pub use faces::FaceList;
@@ -58,5 +63,6 @@ pub use file::{load, load_with, read, read_with, save};
 pub use format::Format;
 pub use limits::Limits;
 pub use processing::ProcessingMesh;
+pub use repair::{Change, Repair, Repaired};
 pub use resolve::{Folder, NoFiles, Resolve};
 pub use weld::Weld;

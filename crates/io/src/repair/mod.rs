@@ -1,0 +1,222 @@
+//! Repairs that need no guess at a shape.
+
+mod change;
+mod holes;
+mod split;
+mod work;
+
+pub use change::Change;
+
+use crate::document::Document;
+use crate::error::IoError;
+use crate::weld::Weld;
+use work::Work;
+
+/// Which repairs are made; see [`Repair::apply`].
+///
+/// [`Repair::new`] makes none, [`Repair::default`] those that lose nothing and keep the number of
+/// every vertex: degenerate and duplicate faces are dropped, faces are oriented, vertices with
+/// several fans are split. [`Repair::all`] makes whatever it takes to get a surface from any list
+/// of faces.
+///
+/// ```
+/// use cotan_io::{Limits, Repair, read};
+/// let bow_tie = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv -1 0 0\nv 0 -1 0\nf 1 2 3\nf 1 4 5\n";
+/// let document = read(bow_tie, None, &Limits::default())?;
+/// assert!(document.surface().is_err());
+/// # let document = cotan_io::Document::new(document.positions().to_vec(), document.faces().clone())?;
+/// let repaired = Repair::default().apply(&document)?;
+/// assert_eq!(repaired.changes[0].to_string(), "split vertex 0 into 2 (new vertex 5)");
+/// assert!(repaired.document.surface().is_ok());
+/// # Ok::<(), cotan_io::IoError>(())
+/// ```
+#[derive(Clone, PartialEq, Debug)]
+#[must_use]
+pub struct Repair {
+    weld: Weld,
+    degenerate: Toggle,
+    zero_area: Toggle,
+    duplicates: Toggle,
+    orient: Toggle,
+    edges: Toggle,
+    vertices: Toggle,
+    compact: Toggle,
+    /// The most edges of a hole that is filled.
+    holes: usize,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Toggle {
+    Off,
+    On,
+}
+
+impl Toggle {
+    fn is_on(self) -> bool {
+        self == Self::On
+    }
+}
+
+impl Default for Repair {
+    fn default() -> Self {
+        Self::new()
+            .drop_degenerate()
+            .drop_duplicates()
+            .orient()
+            .split_vertices()
+    }
+}
+
+/// What came of a repair.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Repaired {
+    /// The repaired document.
+    pub document: Document,
+    /// What was done, step by step; empty if nothing was to be done.
+    pub changes: Vec<Change>,
+    /// For each vertex of the repaired document the vertex that it was or is a copy of.
+    pub vertex_sources: Vec<usize>,
+}
+
+impl Repair {
+    /// No repair.
+    pub fn new() -> Self {
+        Self {
+            weld: Weld::AsFormat,
+            degenerate: Toggle::Off,
+            zero_area: Toggle::Off,
+            duplicates: Toggle::Off,
+            orient: Toggle::Off,
+            edges: Toggle::Off,
+            vertices: Toggle::Off,
+            compact: Toggle::Off,
+            holes: 0,
+        }
+    }
+
+    /// Every repair that a surface may need, with vertices welded where they are equal, all holes
+    /// filled, and unused vertices dropped. Faces without area stay.
+    ///
+    /// The repaired document has a [surface](Document::surface), or no face.
+    pub fn all() -> Self {
+        Self::default()
+            .weld(Weld::Exact)
+            .split_edges()
+            .fill_holes(usize::MAX)
+            .compact()
+    }
+
+    /// Merges vertices; the first at a place stays, with its position and attributes.
+    ///
+    /// A format that splits vertices (glTF, STL) keeps them and its seams; they count as one
+    /// where the faces are looked at, in this document, not in its file.
+    pub fn weld(mut self, weld: Weld) -> Self {
+        self.weld = weld;
+        self
+    }
+
+    /// Drops faces that enclose nothing, and corners of polygons that do: repetitions, and spikes
+    /// that run out and straight back.
+    pub fn drop_degenerate(mut self) -> Self {
+        self.degenerate = Toggle::On;
+        self
+    }
+
+    /// Drops faces of which all triangles have no area, though their vertices differ. That opens
+    /// holes, or leaves corners in the middle of an edge.
+    pub fn drop_zero_area(mut self) -> Self {
+        self.zero_area = Toggle::On;
+        self
+    }
+
+    /// Drops faces that have the same vertices as one before them.
+    pub fn drop_duplicates(mut self) -> Self {
+        self.duplicates = Toggle::On;
+        self
+    }
+
+    /// Turns faces round until neighbours agree, as few as possible in each component; then closed
+    /// components that look inward, save those that may be cavities of another.
+    ///
+    /// A component with one side only stays as it is, unless edges may be split.
+    pub fn orient(mut self) -> Self {
+        self.orient = Toggle::On;
+        self
+    }
+
+    /// Gives each fan of faces a vertex of its own.
+    pub fn split_vertices(mut self) -> Self {
+        self.vertices = Toggle::On;
+        self
+    }
+
+    /// Parts the faces at edges that have more than two: the two sides of a wedge of the solid stay
+    /// together, others get edges of their own. One-sided components are cut open. Vertices are
+    /// split, too.
+    pub fn split_edges(mut self) -> Self {
+        self.edges = Toggle::On;
+        self.split_vertices()
+    }
+
+    /// Fills holes of at most so many edges with triangles between their vertices; the boundary of
+    /// an open surface is a hole as well.
+    ///
+    /// A hole stays where its triangles would need an edge that is there already.
+    pub fn fill_holes(mut self, most_edges: usize) -> Self {
+        self.holes = most_edges;
+        self
+    }
+
+    /// Drops vertices that no face uses; the others are renumbered. A document without faces keeps
+    /// its vertices.
+    pub fn compact(mut self) -> Self {
+        self.compact = Toggle::On;
+        self
+    }
+
+    /// Makes the repairs: vertices are welded, faces dropped, oriented, parted at edges and at
+    /// vertices, holes filled, vertices dropped, in this order.
+    ///
+    /// Vertices keep their order, and copies follow behind those of their part; faces keep theirs,
+    /// and what fills holes follows behind. Attributes go along.
+    ///
+    /// # Errors
+    /// [`IoError::WeldTolerance`] for a tolerance that is not a distance, and [`IoError`] with the
+    /// place in the file if what goes along is wrong there.
+    pub fn apply(&self, document: &Document) -> Result<Repaired, IoError> {
+        let mut work = Work::new(document)?;
+        if self.weld != Weld::AsFormat {
+            work.weld(self.weld)?;
+        }
+        if self.degenerate.is_on() {
+            work.drop_degenerate();
+        }
+        if self.zero_area.is_on() {
+            work.drop_zero_area();
+        }
+        if self.duplicates.is_on() {
+            work.drop_duplicates();
+        }
+        if self.orient.is_on() {
+            work.orient(self.edges);
+        }
+        if self.vertices.is_on() {
+            work.split(self.edges);
+        }
+        if self.orient.is_on() {
+            work.turn_outward();
+        }
+        // How a polygon is cut depends on its direction, so this comes behind turning.
+        if self.edges.is_on() {
+            work.untangle();
+        }
+        if self.holes > 0 {
+            work.fill_holes(self.holes);
+        }
+        work.finish(self.compact)
+    }
+}
+
+#[cfg(test)]
+mod tests;

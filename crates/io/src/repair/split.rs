@@ -1,0 +1,196 @@
+//! Faces parted at edges and vertices.
+
+use std::collections::HashMap;
+
+use foldhash::fast::RandomState;
+use nalgebra::{Point3, Vector3};
+
+use super::work::Work;
+use super::{Change, Toggle};
+use crate::attributes::NONE;
+use crate::cuts::Cuts;
+use crate::topology::{Sets, Side, Topology};
+
+impl Work<'_> {
+    /// Gives each fan of faces a vertex of its own; with `edges`, faces at edges with more than two
+    /// are parted before.
+    pub(super) fn split(&mut self, edges: Toggle) {
+        let at = self.at();
+        let topology = Topology::new(&self.faces, &at);
+        let is_outlined = is_outlined(&topology);
+        let (mut fans, parted) = self.fans(&topology, edges);
+        self.changes.extend(parted);
+        self.assign(&mut fans, &is_outlined);
+    }
+
+    /// Cuts faces that still meet others wrongly loose from all neighbours, so that a surface can
+    /// be built.
+    ///
+    /// The rest only gets further apart by that, so once is enough.
+    pub(super) fn untangle(&mut self) {
+        let at = self.at();
+        let topology = Topology::new(&self.faces, &at);
+        let is_outlined = is_outlined(&topology);
+        let is_loose = self.tangled(&topology);
+        if !is_loose.contains(&true) {
+            return;
+        }
+        let mut fans = Sets::new(at.len());
+        for sides in topology.edges() {
+            if let [a, b] = sides
+                && !is_loose[a.face as usize]
+                && !is_loose[b.face as usize]
+            {
+                topology.join_ends(&mut fans, a.corner, b.corner);
+            }
+        }
+        for face in (0u32..).zip(&is_loose).filter(|(_, is_loose)| **is_loose) {
+            let face = self.face(face.0);
+            self.changes.push(Change::DetachedFace { face });
+        }
+        self.assign(&mut fans, &is_outlined);
+    }
+
+    /// The corners that stay together, and the edges that are parted.
+    fn fans(&self, topology: &Topology<'_>, edges: Toggle) -> (Sets, Vec<Change>) {
+        let mut fans = Sets::new(topology.at.len());
+        let mut parted = Vec::new();
+        let mut normals = None;
+        let points = self.points();
+        for sides in topology.edges() {
+            let is_proper = match sides {
+                [_] => true,
+                [a, b] => a.is_forward != b.is_forward,
+                _ => false,
+            };
+            if is_proper || !edges.is_on() {
+                for pair in sides.windows(2) {
+                    topology.join_ends(&mut fans, pair[0].corner, pair[1].corner);
+                }
+                continue;
+            }
+            let normals = normals.get_or_insert_with(|| normals_of(topology, &points));
+            for [a, b] in wedges(sides, normals, &points) {
+                topology.join_ends(&mut fans, a, b);
+            }
+            parted.push(Change::PartedEdge {
+                vertices: sides[0].ends.map(|v| self.vertex(v)),
+                faces: sides.iter().map(|side| self.face(side.face)).collect(),
+            });
+        }
+        (fans, parted)
+    }
+
+    /// Gives each fan a place of its own, and each vertex to one fan; others get copies.
+    fn assign(&mut self, fans: &mut Sets, is_outlined: &[bool]) {
+        let mut owner = vec![NONE; self.sources.len()];
+        let mut copies: HashMap<(u32, u32), u32, RandomState> = HashMap::default();
+        // The first vertex at the place of each fan.
+        let mut place = vec![NONE; self.faces.num_corners()];
+        let mut corners = self.faces.corners().to_vec();
+        for (corner, vertex) in (0u32..).zip(&mut corners) {
+            // What encloses nothing belongs to no fan and stays where it is.
+            if !is_outlined[corner as usize] {
+                continue;
+            }
+            let fan = fans.root(corner);
+            let old = *vertex as usize;
+            if owner[old] == NONE {
+                owner[old] = fan;
+            }
+            if owner[old] != fan {
+                *vertex = *copies.entry((fan, *vertex)).or_insert_with(|| {
+                    self.sources.push(self.sources[old]);
+                    owner.push(fan);
+                    (self.sources.len() - 1) as u32
+                });
+            }
+            let first = &mut place[fan as usize];
+            *first = (*first).min(*vertex);
+        }
+        self.places = (0u32..)
+            .zip(&owner)
+            .map(|(v, &fan)| if fan == NONE { v } else { place[fan as usize] })
+            .collect();
+        let polygon = |face| &corners[self.faces.corner_range(face)];
+        self.faces = (0..self.faces.len()).map(polygon).collect();
+    }
+
+    /// Faces that keep a surface from being built.
+    fn tangled(&self, topology: &Topology<'_>) -> Vec<bool> {
+        let mut is_tangled = vec![false; self.faces.len()];
+        for sides in topology.edges() {
+            let is_wrong = match sides {
+                [_] => false,
+                [a, b] => a.is_forward == b.is_forward,
+                _ => true,
+            };
+            if is_wrong {
+                sides
+                    .iter()
+                    .for_each(|side| is_tangled[side.face as usize] = true);
+            }
+        }
+        let cuts = Cuts::new(topology, self.faces.corners(), &self.places, &self.points());
+        let conflicts = cuts.conflicts(topology);
+        let faces = conflicts
+            .iter()
+            .map(|(face, _)| face)
+            .chain(&cuts.repeating);
+        faces.for_each(|&face| is_tangled[face as usize] = true);
+        is_tangled
+    }
+}
+
+/// Whether each corner is in the outline of its face.
+fn is_outlined(topology: &Topology<'_>) -> Vec<bool> {
+    let corners = 0..topology.at.len() as u32;
+    corners
+        .map(|corner| topology.face(corner) != NONE)
+        .collect()
+}
+
+/// Unit normals of all faces, or zero.
+fn normals_of(topology: &Topology<'_>, points: &[Point3<f64>]) -> Vec<Vector3<f64>> {
+    let point = |corner: u32| points[topology.place(corner) as usize];
+    let normal = |outline: &[u32]| -> Vector3<f64> {
+        let Some(&first) = outline.first() else {
+            return Vector3::zeros();
+        };
+        let origin = point(first);
+        let sum: Vector3<f64> = outline[1..]
+            .windows(2)
+            .map(|pair| (point(pair[0]) - origin).cross(&(point(pair[1]) - origin)))
+            .sum();
+        sum.try_normalize(0.0).unwrap_or_default()
+    };
+    topology.outlines.iter().map(normal).collect()
+}
+
+/// The sides of an edge that bound a wedge of the solid between them, by their corners.
+///
+/// The faces are looked at in the order in which they stand round the edge. Seen from its upper
+/// end, what lies counter-clockwise of a face that runs downward is inside, and clockwise of one
+/// that runs upward.
+fn wedges(sides: &[Side], normals: &[Vector3<f64>], points: &[Point3<f64>]) -> Vec<[u32; 2]> {
+    let [low, high] = sides[0].ends.map(|v| points[v as usize]);
+    let axis = (high - low).try_normalize(0.0).unwrap_or_else(Vector3::z);
+    let mut helper = Vector3::zeros();
+    helper[axis.iamin()] = 1.0;
+    let u = axis.cross(&helper).try_normalize(0.0).unwrap_or_default();
+    let v = axis.cross(&u);
+    let mut order: Vec<(f64, &Side)> = sides
+        .iter()
+        .map(|side| {
+            let along = if side.is_forward { axis } else { -axis };
+            let inward = normals[side.face as usize].cross(&along);
+            (inward.dot(&v).atan2(inward.dot(&u)), side)
+        })
+        .collect();
+    order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.corner.cmp(&b.1.corner)));
+    (0..order.len())
+        .map(|k| [order[k].1, order[(k + 1) % order.len()].1])
+        .filter(|[a, b]| !a.is_forward && b.is_forward)
+        .map(|pair| pair.map(|side| side.corner))
+        .collect()
+}
