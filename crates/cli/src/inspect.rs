@@ -139,7 +139,11 @@ pub(crate) fn inspect(
 ) -> Result<Inspection, IoError> {
     let found = document.inspect(weld)?;
     let processing = document.surface_with(weld);
-    let problem = processing.as_ref().err().map(IoError::to_string);
+    let problem = processing.as_ref().err().map(|error| match error {
+        // What cures it is listed with the defects.
+        IoError::NotManifold(error) => error.to_string(),
+        error => error.to_string(),
+    });
     let (defect_counts, defects) = listed(&found.defects, limit);
     let degenerate: BTreeSet<_> = found
         .defects

@@ -68,8 +68,11 @@ fn table(info: &Inspection) -> String {
         table.row("problem", problem);
     }
     for (kind, count) in &info.defect_counts {
-        table.row(kind, count);
         let of_kind = info.defects.iter().filter(|defect| defect.kind == *kind);
+        match of_kind.clone().find_map(|defect| defect.cure.as_deref()) {
+            Some(cure) => table.row(kind, format_args!("{count} (cotan repair {cure})")),
+            None => table.row(kind, count),
+        }
         for defect in of_kind.take(LISTED) {
             table.row("", &defect.description);
         }

@@ -151,7 +151,7 @@ fn conversion_warns_of_what_is_lost() {
         "{outcome:?}"
     );
     assert!(
-        outcome.stderr.contains("texture coordinates"),
+        outcome.stderr.contains("the corner property uv"),
         "{outcome:?}"
     );
 }
