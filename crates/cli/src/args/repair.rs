@@ -59,6 +59,9 @@ pub(crate) struct RepairArgs {
     pub(crate) report: Option<PathBuf>,
 }
 
+/// Adds a repair to those that are made.
+type Step = fn(Repair) -> Repair;
+
 impl RepairArgs {
     /// The repairs that are asked for.
     pub(crate) fn repair(&self) -> Repair {
@@ -66,7 +69,7 @@ impl RepairArgs {
             true => Repair::all(),
             false => Repair::new(),
         };
-        let steps: [(bool, fn(Repair) -> Repair); 7] = [
+        let steps: [(bool, Step); 7] = [
             (self.orient, Repair::orient),
             (self.split_vertices, Repair::split_vertices),
             (self.split_edges, Repair::split_edges),

@@ -24,7 +24,6 @@ use work::Work;
 /// let bow_tie = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv -1 0 0\nv 0 -1 0\nf 1 2 3\nf 1 4 5\n";
 /// let document = read(bow_tie, None, &Limits::default())?;
 /// assert!(document.surface().is_err());
-/// # let document = cotan_io::Document::new(document.positions().to_vec(), document.faces().clone())?;
 /// let repaired = Repair::default().apply(&document)?;
 /// assert_eq!(repaired.changes[0].to_string(), "split vertex 0 into 2 (new vertex 5)");
 /// assert!(repaired.document.surface().is_ok());
