@@ -2,7 +2,7 @@
 
 use cotan_io::{
     Attributes, COLOR, CornerProperty, Document, FaceList, Format, LabelKind, Labels, Limits, NONE,
-    NORMAL, Property, UV, Values, Weld, read,
+    NORMAL, Property, Repair, UV, Values, Weld, read,
 };
 use nalgebra::Point3;
 
@@ -59,6 +59,7 @@ fn check(document: &Document, bytes: &[u8]) {
         }
     }
     move_all(document, own);
+    repair(document);
 }
 
 fn write(document: &Document, format: Format) -> Vec<u8> {
@@ -158,7 +159,6 @@ fn move_all(document: &Document, own: Format) {
 }
 
 /// Whatever the faces are, the repair of everything leaves a surface or nothing.
-#[cfg(any())]
 fn repair(document: &Document) {
     let Ok(repaired) = Repair::all().apply(document) else {
         return;
