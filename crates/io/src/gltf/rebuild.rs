@@ -3,6 +3,9 @@
 //! The primitives of what changed get new accessors with the elements of the new vertices, taken
 //! byte by byte from the old ones, and new indices. What did not change keeps its accessors. Where
 //! the new order of vertices or a face needs it, primitives come to share one set of vertices.
+//!
+//! What glTF cannot say without moving vertices or renumbering is refused: a mesh that placed
+//! vertices which it shared goes away, or faces change their order across primitives.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
