@@ -1,5 +1,7 @@
 //! Files of all formats: read or refused, written back whole, converted.
 
+use std::cmp::Ordering;
+
 use cotan_io::{
     Attributes, COLOR, CornerProperty, Document, FaceList, Format, LabelKind, Labels, Limits, NONE,
     NORMAL, Property, Repair, UV, Values, Weld, read,
@@ -103,10 +105,9 @@ fn convert(document: &Document, format: Format) {
             .collect();
         if places {
             corners.sort_by(|a, b| {
-                a.coords
-                    .as_slice()
-                    .partial_cmp(b.coords.as_slice())
-                    .unwrap()
+                let axes = a.iter().zip(b.iter());
+                axes.map(|(a, b)| a.total_cmp(b))
+                    .fold(Ordering::Equal, Ordering::then)
             });
         }
         corners

@@ -90,6 +90,8 @@ impl Normals {
 
 /// A place on the surface and the normal that its corners have there.
 type Group = (u32, [u64; 3]);
+/// Their numbers.
+type Groups = HashMap<Group, usize, RandomState>;
 
 struct Turn<'a> {
     faces: &'a FaceList,
@@ -133,8 +135,8 @@ impl<'a> Turn<'a> {
     fn groups(
         &self,
         normal: impl Fn(usize, u32) -> Option<[f64; 3]>,
-    ) -> (HashMap<Group, usize, RandomState>, Vec<Option<[f64; 3]>>) {
-        let mut numbers = HashMap::default();
+    ) -> (Groups, Vec<Option<[f64; 3]>>) {
+        let mut numbers = Groups::default();
         let mut groups: Vec<([f64; 3], [Vector3<f64>; 2])> = Vec::new();
         for (face, polygon) in self.faces.iter().enumerate() {
             if !polygon.iter().any(|&v| self.affected(v)) {
