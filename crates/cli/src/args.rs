@@ -1,6 +1,7 @@
 //! The command line: commands, options, and the words in `--help`.
 
 mod options;
+mod repair;
 mod values;
 
 use std::path::PathBuf;
@@ -8,6 +9,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 
 pub(crate) use options::{DeformArgs, InputArgs, ReconstructArgs, RunArgs};
+pub(crate) use repair::RepairArgs;
 pub(crate) use values::Precision;
 
 /// Edit triangle meshes by a few handles: the surface follows, its details turn with it.
@@ -24,6 +26,7 @@ const EXAMPLES: &str = "\
 Examples:
   cotan demo                                     deform the built-in model, with pictures
   cotan info bunny.ply                           what the mesh is and whether it can be edited
+  cotan repair scan.ply -o sound.ply             orient, split bow-ties, drop duplicate faces
   cotan deform bar.obj --handles bar.json -o bent.obj --picture bent.png
   cotan compare bar.obj bent.obj                 how far the two are from each other
 
@@ -50,6 +53,9 @@ pub(crate) enum Command {
     /// Tell what a mesh file holds: counts, topology, shape, defects
     #[command(after_help = INFO_EXAMPLE)]
     Info(InfoArgs),
+    /// Repair a mesh without guessing a shape, and tell each change
+    #[command(after_help = repair::REPAIR_EXAMPLE)]
+    Repair(RepairArgs),
     /// Move handles and let the surface follow
     #[command(after_long_help = options::DEFORM_HELP, after_help = options::DEFORM_EXAMPLE)]
     Deform(DeformArgs),
@@ -59,7 +65,7 @@ pub(crate) enum Command {
     /// Measure how far two meshes of the same connectivity are from each other
     #[command(after_help = COMPARE_EXAMPLE)]
     Compare(CompareArgs),
-    /// Write a mesh in another format (.obj, .ply, .off)
+    /// Write a mesh in another format (.obj, .ply, .off, .stl, .gltf, .glb)
     #[command(after_help = CONVERT_EXAMPLE)]
     Convert(ConvertArgs),
     /// Print a completion script for a shell
@@ -75,7 +81,8 @@ const INFO_EXAMPLE: &str = "\
 Example:
   cotan info bunny.ply --json
 
-Meshes that are not manifold are described too; their defects are listed with their element.
+Meshes that are not manifold are described too; their defects are listed with their element, and
+JSON lists --limit of each kind. `cotan repair` cures what can be cured without guessing a shape.
 Vertices and faces have the numbers of the file, counted from 0.";
 
 const COMPARE_EXAMPLE: &str = "\
@@ -89,7 +96,7 @@ const CONVERT_EXAMPLE: &str = "\
 Example:
   cotan convert scan.ply scan.obj
 
-The extension of OUT names the format. Vertices and faces keep their order; what the new format
+The extension of OUT names the format; a .gz behind it compresses. Vertices and faces keep their order; what the new format
 cannot hold is named in a warning.";
 
 const COMPLETIONS_EXAMPLE: &str = "\
@@ -105,8 +112,15 @@ pub(crate) struct DemoArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct InfoArgs {
-    /// Mesh file (.obj, .ply, .off)
+    /// Mesh file (.obj, .ply, .off, .stl, .gltf, .glb; also with .gz)
     pub(crate) mesh: PathBuf,
+    /// Treat vertices as one that are at the same place (exact) or this close
+    /// [default: exact for .stl, .gltf and .glb, otherwise off]
+    #[arg(long, value_name = "off|exact|X", value_parser = values::weld)]
+    pub(crate) weld: Option<cotan_io::Weld>,
+    /// The most defects of a kind that are listed in JSON
+    #[arg(long, value_name = "N", default_value = "100")]
+    pub(crate) limit: usize,
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,

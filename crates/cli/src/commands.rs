@@ -7,6 +7,7 @@ mod deform;
 mod demo;
 mod info;
 mod reconstruct;
+mod repair;
 
 use crate::args::Command;
 use crate::console::Console;
@@ -17,6 +18,7 @@ pub(crate) fn run(command: &Command, console: &Console) -> Result<(), CliError> 
     match command {
         Command::Demo(args) => demo::run(args, console),
         Command::Info(args) => info::run(args, console),
+        Command::Repair(args) => repair::run(args, console),
         Command::Deform(args) => deform::run(args, console),
         Command::Reconstruct(args) => reconstruct::run(args, console),
         Command::Compare(args) => compare::run(args, console),

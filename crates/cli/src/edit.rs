@@ -12,8 +12,8 @@ use cotan_io::{Document, ProcessingMesh};
 use nalgebra::Point3;
 
 use crate::args::Precision;
-use crate::console::Progress;
-use crate::error::{CliError, in_file_numbers};
+use crate::console::{Console, Progress};
+use crate::error::{CliError, Cure, in_file_numbers};
 use crate::handles_file::{Constraint, to_handles};
 use crate::report::{HistoryEntry, Seconds};
 
@@ -216,14 +216,15 @@ pub(crate) fn positions_of(document: &Document, processing: &ProcessingMesh) -> 
 pub(crate) fn load(
     path: &Path,
     seconds: &mut Seconds,
+    console: &Console,
 ) -> Result<(Document, ProcessingMesh), CliError> {
     let clock = Instant::now();
-    let document = cotan_io::load(path)?;
+    let document = crate::files::load(path, console)?;
     seconds.load = clock.elapsed().as_secs_f64();
     let clock = Instant::now();
     let processing = document
         .surface()
-        .map_err(|error| crate::files::in_file(path, error))?;
+        .map_err(|error| CliError::surface(path, error, Cure::Command))?;
     seconds.build = clock.elapsed().as_secs_f64();
     Ok((document, processing))
 }

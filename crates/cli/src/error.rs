@@ -1,11 +1,13 @@
 //! What ends a command with exit code 1.
 
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use cotan::halfedge::BuildError;
 use cotan_io::IoError;
 use thiserror::Error;
 
+use crate::files;
 use crate::handles_file::HandlesError;
 
 /// Why a command could not do its work.
@@ -14,6 +16,13 @@ pub(crate) enum CliError {
     /// A mesh file that cannot be read, built from, or written.
     #[error(transparent)]
     Io(#[from] IoError),
+    /// A mesh from which no surface can be built, and what to do about it.
+    #[error("{}: {source}; {remedy}", path.display())]
+    Unsound {
+        path: PathBuf,
+        source: Box<BuildError>,
+        remedy: String,
+    },
     /// A handles file.
     #[error("{}: {source}", path.display())]
     Handles {
@@ -50,6 +59,49 @@ pub(crate) enum CliError {
     /// The thread pool.
     #[error("cannot start {threads} threads: {problem}; ask for fewer with --threads")]
     Threads { threads: usize, problem: String },
+}
+
+/// What can be said about repairs where a surface cannot be built.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Cure {
+    /// There is a command for it.
+    Command,
+    /// The command at hand has `--repair`, too.
+    Offered,
+    /// `--repair` was given and is not enough.
+    Beyond,
+}
+
+impl CliError {
+    /// Why no surface can be built, with the repair that helps.
+    pub(crate) fn surface(path: &Path, error: IoError, cure: Cure) -> Self {
+        let (source, method) = match (error.cure(), error) {
+            (Some(method), IoError::NotManifold(source)) => (Box::new(source), method),
+            (_, error) => return Self::Io(files::in_file(path, error)),
+        };
+        let is_safe = method != "split_edges";
+        let method = match cure {
+            // What the safe repairs left over is left by all but one.
+            Cure::Beyond => "split_edges",
+            _ => method,
+        };
+        let option = format!("--{}", method.replace('_', "-"));
+        let remedy = match cure {
+            Cure::Command => format!("repair with `cotan repair {option}`"),
+            Cure::Offered if is_safe => {
+                format!("repair with `cotan repair {option}`, or pass --repair")
+            }
+            Cure::Offered => format!("repair with `cotan repair {option}` first"),
+            Cure::Beyond => {
+                format!("--repair does not go so far: repair with `cotan repair {option}` first")
+            }
+        };
+        Self::Unsound {
+            path: path.to_owned(),
+            source,
+            remedy,
+        }
+    }
 }
 
 /// The same error with vertices as the file numbers them.

@@ -3,9 +3,28 @@
 use std::io::Write;
 use std::path::Path;
 
-use cotan_io::{Format, IoError};
+use cotan_io::{Document, Folder, Format, IoError, Limits, load_with};
 
+use crate::console::Console;
 use crate::error::CliError;
+
+/// Reads a mesh file, and warns of what is odd about it; the buffers of a glTF may lie in the
+/// file's own folder.
+pub(crate) fn load(path: &Path, console: &Console) -> Result<Document, CliError> {
+    let document = load_with(path, &Limits::default(), &Folder::of(path))?;
+    for warning in document.warnings().iter().take(MOST_WARNINGS) {
+        console.warn(format_args!("{}: {warning}", path.display()));
+    }
+    if let Some(more) = document.warnings().len().checked_sub(MOST_WARNINGS)
+        && more > 0
+    {
+        console.warn(format_args!("{}: {more} more warnings", path.display()));
+    }
+    Ok(document)
+}
+
+/// How many oddities of a file are told.
+const MOST_WARNINGS: usize = 10;
 
 /// Writes `bytes` to `path` in one step: a reader sees the old file or the new one.
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 use cotan_io::{Document, ProcessingMesh};
 
-pub(crate) use constraint::{Constraint, to_handles};
+pub(crate) use constraint::{Constraint, Goal, to_handles};
 pub(crate) use error::{HandlesError, Place};
 
 use crate::error::CliError;
@@ -30,7 +30,8 @@ pub(crate) struct HandlesFile<'a> {
 }
 
 impl HandlesFile<'_> {
-    /// Reads the handles of a document.
+    /// Reads the handles of a document, in the numbers of its file; they come back in those of the
+    /// document. A handle on a vertex that a repair split holds all its copies.
     ///
     /// # Errors
     /// [`CliError::Handles`] with the file, the handle or line, and what to do.
@@ -38,12 +39,14 @@ impl HandlesFile<'_> {
         &self,
         document: &Document,
         processing: &ProcessingMesh,
+        file_vertices: Option<&FileVertices>,
     ) -> Result<Vec<Constraint>, CliError> {
         let here = in_file(self.path);
         let contents = read_text(self.path)?;
         let mesh = Vertices {
             document,
             processing,
+            file_vertices,
         };
         let constraints = match self.kind(&contents) {
             Kind::Json => json::read(&contents, &mesh),
@@ -62,7 +65,14 @@ impl HandlesFile<'_> {
             return Err(here(HandlesError::NoHandles));
         }
         constraint::check(&constraints, &mesh).map_err(here)?;
-        Ok(constraints)
+        let copies = |constraint: &Constraint| -> Vec<Constraint> {
+            let of_document = |vertex| Constraint {
+                vertex,
+                ..*constraint
+            };
+            mesh.copies(constraint.vertex).map(of_document).collect()
+        };
+        Ok(constraints.iter().flat_map(copies).collect())
     }
 
     fn kind(&self, contents: &str) -> Kind {
@@ -97,37 +107,89 @@ enum Kind {
     Sel,
 }
 
+/// Where the vertices of a file are in the document that was repaired from it.
+#[derive(Clone, Debug)]
+pub(crate) struct FileVertices {
+    num_vertices: usize,
+    /// Vertices of the file with those of the document that come from them, in order.
+    copies: Vec<(usize, usize)>,
+}
+
+impl FileVertices {
+    /// `sources` gives the file's vertex for each vertex of the document.
+    pub(crate) fn new(num_vertices: usize, sources: &[usize]) -> Self {
+        let mut copies: Vec<_> = sources
+            .iter()
+            .enumerate()
+            .map(|(v, &file)| (file, v))
+            .collect();
+        copies.sort_unstable();
+        Self {
+            num_vertices,
+            copies,
+        }
+    }
+
+    fn copies(&self, vertex: usize) -> &[(usize, usize)] {
+        let start = self.copies.partition_point(|&(file, _)| file < vertex);
+        let end = self.copies.partition_point(|&(file, _)| file <= vertex);
+        &self.copies[start..end]
+    }
+}
+
 /// The vertices that handles refer to.
 pub(crate) struct Vertices<'a> {
     document: &'a Document,
     processing: &'a ProcessingMesh,
+    file_vertices: Option<&'a FileVertices>,
 }
 
 impl Vertices<'_> {
     /// Number of vertices of the file.
     fn len(&self) -> usize {
-        self.document.positions().len()
+        match self.file_vertices {
+            Some(file) => file.num_vertices,
+            None => self.document.positions().len(),
+        }
+    }
+
+    /// The document's vertices that a vertex of the file is.
+    fn copies(&self, vertex: usize) -> impl Iterator<Item = usize> {
+        let copies = self.file_vertices.map(|file| file.copies(vertex));
+        let own = copies.is_none().then_some(vertex);
+        own.into_iter()
+            .chain(copies.into_iter().flatten().map(|&(_, v)| v))
     }
 
     /// The position of a vertex of the file that a face uses.
     fn position(&self, vertex: usize, place: Place) -> Result<nalgebra::Point3<f64>, HandlesError> {
-        let Some(position) = self.document.positions().get(vertex) else {
+        let first = self.copies(vertex).next();
+        let Some(position) = first.and_then(|v| self.document.positions().get(v)) else {
             return Err(HandlesError::OutOfRange {
                 place,
                 vertex,
                 num_vertices: self.len(),
             });
         };
-        match self.processing.vertex(vertex) {
-            Some(_) => Ok(*position),
-            None => Err(HandlesError::Unreferenced { place, vertex }),
+        match self.is_used(vertex) {
+            true => Ok(*position),
+            false => Err(HandlesError::Unreferenced { place, vertex }),
         }
+    }
+
+    fn is_used(&self, vertex: usize) -> bool {
+        self.copies(vertex)
+            .any(|v| self.processing.vertex(v).is_some())
     }
 
     /// The vertices of the file that some face uses, in order.
     fn used(&self) -> impl Iterator<Item = (usize, nalgebra::Point3<f64>)> {
-        let positions = self.document.positions().iter().copied().enumerate();
-        positions.filter(|(vertex, _)| self.processing.vertex(*vertex).is_some())
+        (0..self.len())
+            .filter(|&vertex| self.is_used(vertex))
+            .filter_map(|vertex| {
+                let first = self.copies(vertex).next()?;
+                Some((vertex, *self.document.positions().get(first)?))
+            })
     }
 }
 

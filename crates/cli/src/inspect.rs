@@ -1,29 +1,77 @@
 //! What a mesh file holds, manifold or not.
 //!
-//! Topology is counted on the polygons of the file ([`connectivity`]), so that a mesh from which no
-//! half-edge structure can be built is described too. Areas and angles are measured on the same
-//! polygons with corners of their own, which always is a surface.
+//! Topology and defects are those of [`Document::inspect`]. Areas and angles are measured on the
+//! same polygons with corners of their own, which always is a surface.
 
-mod connectivity;
-mod defect;
-
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use cotan::geometry::{
-    AngleStatistics, BoundingBox, Surface, angle_statistics, degenerate_faces,
-    negative_cotangent_share, surface_area, volume,
+    AngleStatistics, BoundingBox, Surface, angle_statistics, negative_cotangent_share,
+    surface_area, volume,
 };
-use cotan_io::{Document, IoError, ProcessingMesh};
+use cotan_io::{Document, IoError, ProcessingMesh, Weld};
 use serde::Serialize;
 
-use connectivity::Connectivity;
-pub(crate) use defect::Defect;
+/// A defect with its elements, as the file numbers them, from 0.
+#[derive(Clone, PartialEq, Eq, Debug, Serialize)]
+pub(crate) struct Defect {
+    pub(crate) kind: &'static str,
+    pub(crate) description: String,
+    pub(crate) vertices: Vec<usize>,
+    pub(crate) faces: Vec<usize>,
+    /// The option of `cotan repair` that cures it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) cure: Option<String>,
+}
+
+impl From<&cotan_io::Defect> for Defect {
+    fn from(defect: &cotan_io::Defect) -> Self {
+        let cure = defect.kind().cure();
+        Self {
+            kind: defect.kind().name(),
+            description: defect.to_string(),
+            vertices: defect.vertices(),
+            faces: defect.faces(),
+            cure: cure.map(|method| format!("--{}", method.replace('_', "-"))),
+        }
+    }
+}
+
+/// How many defects of each kind there are, and the first of each.
+pub(crate) fn listed(
+    defects: &[cotan_io::Defect],
+    limit: usize,
+) -> (BTreeMap<&'static str, usize>, Vec<Defect>) {
+    let (mut counts, mut listed) = (BTreeMap::new(), Vec::new());
+    for defect in defects {
+        let count: &mut usize = counts.entry(defect.kind().name()).or_default();
+        *count += 1;
+        if *count <= limit {
+            listed.push(Defect::from(defect));
+        }
+    }
+    (counts, listed)
+}
+
+/// A part of a file that has several.
+#[derive(Clone, PartialEq, Eq, Debug, Serialize)]
+pub(crate) struct Part {
+    pub(crate) name: String,
+    pub(crate) vertices: usize,
+    pub(crate) faces: usize,
+}
 
 /// Everything that `cotan info` tells.
 #[derive(Debug, Serialize)]
 pub(crate) struct Inspection {
     pub(crate) file: String,
     pub(crate) format: Option<String>,
+    /// What is odd about the file and was read nevertheless.
+    pub(crate) warnings: Vec<String>,
+    /// The meshes of the file, if it has several.
+    pub(crate) parts: Vec<Part>,
+    /// What the file says about vertices, corners and faces, by name.
+    pub(crate) attributes: Vec<String>,
     pub(crate) vertices: usize,
     /// Vertices that no face uses.
     pub(crate) unreferenced_vertices: usize,
@@ -82,67 +130,119 @@ pub(crate) struct Lengths {
     pub(crate) max: f64,
 }
 
-/// A triangle is degenerate if its smallest height is at most this ratio of its longest edge.
-const DEGENERATE: f64 = 1e-9;
-
-/// Inspects a document that was read from `file`.
-pub(crate) fn inspect(file: String, document: &Document) -> Inspection {
-    let connectivity = Connectivity::of(document.positions().len(), document.faces());
-    let processing = document.surface();
+/// Inspects a document that was read from `file`; at most `limit` defects of a kind are listed.
+pub(crate) fn inspect(
+    file: String,
+    document: &Document,
+    weld: Weld,
+    limit: usize,
+) -> Result<Inspection, IoError> {
+    let found = document.inspect(weld)?;
+    let processing = document.surface_with(weld);
     let problem = processing.as_ref().err().map(IoError::to_string);
-    let mut defects = connectivity.defects();
+    let (defect_counts, defects) = listed(&found.defects, limit);
+    let degenerate: BTreeSet<_> = found
+        .defects
+        .iter()
+        .filter_map(|defect| match defect {
+            cotan_io::Defect::ZeroArea { face } | cotan_io::Defect::RepeatedVertex { face, .. } => {
+                Some(face)
+            }
+            _ => None,
+        })
+        .collect();
+    let unreferenced = cotan_io::DefectKind::UnreferencedVertex;
     let mut inspection = Inspection {
         file,
         format: document.format().map(|format| format.to_string()),
+        warnings: document
+            .warnings()
+            .iter()
+            .map(ToString::to_string)
+            .collect(),
+        parts: parts(document),
+        attributes: attributes(document),
         vertices: document.positions().len(),
-        unreferenced_vertices: connectivity.unreferenced().count(),
+        unreferenced_vertices: found.count(unreferenced),
         faces: document.faces().len(),
         corners: degrees(document),
         triangles: document.faces().num_triangles(),
-        edges: connectivity.num_edges(),
-        boundary_edges: connectivity.num_boundary_edges(),
-        components: connectivity.num_components(),
+        edges: found.num_edges,
+        boundary_edges: found.num_boundary_edges,
+        components: found.components.len(),
         manifold: problem.is_none(),
-        closed: !document.faces().is_empty() && connectivity.is_closed(),
-        euler_characteristic: connectivity.euler_characteristic(),
+        closed: found.is_closed(),
+        euler_characteristic: found.euler_characteristic(),
         boundary_loops: None,
         genus: None,
         bounding_box: bounds(document),
         area: None,
         volume: None,
         angles: None,
-        edge_lengths: connectivity.edge_lengths(document.positions()),
+        edge_lengths: found
+            .edge_lengths
+            .map(|[min, mean, max]| Lengths { min, mean, max }),
         negative_cotangent_share: None,
-        degenerate_faces: 0,
+        degenerate_faces: degenerate.len(),
         problem,
-        defect_counts: BTreeMap::new(),
-        defects: Vec::new(),
+        defect_counts,
+        defects,
     };
     if let Ok(processing) = &processing {
-        inspection.measure_manifold(processing, &connectivity);
+        inspection.measure_manifold(processing, found.num_boundaries);
     }
     if let Some(soup) = soup(document) {
-        defects.extend(inspection.measure_triangles(&soup));
+        inspection.measure_triangles(&soup);
     }
-    for defect in &defects {
-        *inspection.defect_counts.entry(defect.kind).or_default() += 1;
-    }
-    let mut listed = BTreeMap::<&str, usize>::new();
-    defects.retain(|defect| {
-        let count = listed.entry(defect.kind).or_default();
-        *count += 1;
-        *count <= MOST_LISTED
-    });
-    inspection.defects = defects;
-    inspection
+    Ok(inspection)
 }
 
-/// Most defects of a kind that are listed.
-const MOST_LISTED: usize = 20;
+fn parts(document: &Document) -> Vec<Part> {
+    let part = |part: &cotan_io::Part| Part {
+        name: part.name.clone(),
+        vertices: part.vertices.len(),
+        faces: part.faces.len(),
+    };
+    match document.parts() {
+        [_] => Vec::new(),
+        parts => parts.iter().map(part).collect(),
+    }
+}
+
+/// Names of the attributes, or why they cannot be told.
+fn attributes(document: &Document) -> Vec<String> {
+    let attributes = match document.attributes() {
+        Ok(attributes) => attributes,
+        Err(error) => return vec![format!("not readable: {error}")],
+    };
+    let mut names = Vec::new();
+    let mut property = |element: &str, name: &str, components: usize| {
+        names.push(match components {
+            0 | 1 => format!("{element} {name}"),
+            n => format!("{element} {name} ({n})"),
+        });
+    };
+    for p in &attributes.vertices {
+        property("vertex", &p.name, p.components);
+    }
+    for p in &attributes.faces {
+        property("face", &p.name, p.components);
+    }
+    for p in &attributes.corners {
+        property("corner", &p.name, p.components);
+    }
+    for labels in &attributes.labels {
+        let kind = format!("{:?}", labels.kind).to_lowercase();
+        names.push(format!(
+            "{} of kind {kind}",
+            crate::report::counted(labels.names.len(), "label")
+        ));
+    }
+    names
+}
 
 impl Inspection {
-    fn measure_manifold(&mut self, processing: &ProcessingMesh, connectivity: &Connectivity<'_>) {
-        let loops = connectivity.num_boundary_loops();
+    fn measure_manifold(&mut self, processing: &ProcessingMesh, loops: usize) {
         self.boundary_loops = Some(loops);
         // V − E + F = 2 C − 2 g − B, summed over the components.
         let (components, loops) = (self.components as i64, loops as i64);
@@ -153,10 +253,9 @@ impl Inspection {
         }
     }
 
-    /// Areas and angles, and the degenerate faces as defects.
-    fn measure_triangles(&mut self, soup: &ProcessingMesh) -> Vec<Defect> {
+    fn measure_triangles(&mut self, soup: &ProcessingMesh) {
         let Ok(surface) = Surface::new(soup.mesh(), soup.positions()) else {
-            return Vec::new();
+            return;
         };
         self.area = Some(surface_area(&surface));
         let AngleStatistics {
@@ -169,13 +268,6 @@ impl Inspection {
             max_degrees: max.to_degrees(),
             mean_smallest_degrees: mean_smallest.to_degrees(),
         });
-        let mut faces: Vec<usize> = degenerate_faces(&surface, DEGENERATE)
-            .into_iter()
-            .map(|f| soup.document_face(f))
-            .collect();
-        faces.dedup();
-        self.degenerate_faces = faces.len();
-        faces.into_iter().map(Defect::degenerate_face).collect()
     }
 }
 
@@ -225,7 +317,10 @@ mod tests {
         inspect(
             "test.obj".into(),
             &read(text, None, &Limits::default()).unwrap(),
+            Weld::AsFormat,
+            20,
         )
+        .unwrap()
     }
 
     const TETRAHEDRON: &str =
@@ -260,7 +355,9 @@ mod tests {
         );
         assert!((quad.area.unwrap() - 4.0).abs() < 1e-12);
         assert_eq!((quad.closed, quad.volume), (false, None));
-        assert_eq!(quad.defects[0].vertices, [4]);
+        let kinds: Vec<_> = quad.defects.iter().map(|d| d.kind).collect();
+        assert_eq!(kinds, ["hole", "unreferenced vertex"]);
+        assert_eq!(quad.defects[1].vertices, [4]);
     }
 
     #[test]

@@ -9,6 +9,7 @@ mod files;
 mod handles_file;
 mod inspect;
 mod picture;
+mod prepare;
 mod report;
 
 use std::process::ExitCode;

@@ -7,6 +7,8 @@ use clap::Args;
 use cotan::flow::{Acceleration, Schedule, Start};
 use cotan::{DeformOptions, DetailSize, OrientationKind, SchemeKind};
 
+use cotan_io::Weld;
+
 use super::values::{self, Precision};
 
 pub(super) const DEFORM_EXAMPLE: &str = "\
@@ -16,7 +18,7 @@ Example:
 See --help for the handles file.";
 
 pub(super) const DEFORM_HELP: &str = r#"Handles file:
-  Vertices have the numbers of the mesh file, counted from 0. JSON:
+  Vertices have the numbers of the mesh file, counted from 0, also with --repair. JSON:
 
     {"handles": [
       {"vertices": [0, 1, 2], "fixed": true},
@@ -38,10 +40,13 @@ pub(super) const DEFORM_HELP: &str = r#"Handles file:
   NAME.sel has one line a vertex of the mesh: 0 fixed, 1 free, 2 moved by the 4x4 matrix in
   NAME.def beside it (or in the file that --def names).
 
+Parts of the mesh without a handle stay where they are.
+
 Examples:
   cotan deform bar.obj --handles bar.json -o bent.obj --report bent.json --picture bent.png
   cotan deform scan.ply --handles pins.txt -o moved.ply --soft 100
   cotan deform bar.off --handles bar.sel --def bar2.def -o stretched.off
+  cotan deform ogre.obj --repair --handles ear.json -o ogre2.obj
   cotan deform bar.off --handles bar.sel -o paper.off --orientation reflect --start original \
       --accelerate off --schedule paper                  (the paper's own settings)"#;
 
@@ -56,7 +61,7 @@ the shape is.";
 /// What is edited, by which handles, and where the result goes.
 #[derive(Debug, Args)]
 pub(crate) struct InputArgs {
-    /// Mesh file (.obj, .ply, .off)
+    /// Mesh file (.obj, .ply, .off, .stl, .gltf, .glb; also with .gz)
     pub(crate) mesh: PathBuf,
     /// Handles: JSON, text with `vertex x y z` a line, or a .sel file
     #[arg(long, value_name = "FILE")]
@@ -67,6 +72,20 @@ pub(crate) struct InputArgs {
     /// Mesh file to write; its extension names the format
     #[arg(short, long, value_name = "OUT")]
     pub(crate) output: PathBuf,
+    /// Repair the mesh first, as `cotan repair` without options does; vertices keep their numbers
+    #[arg(long)]
+    pub(crate) repair: bool,
+    /// Treat vertices as one that are at the same place (exact) or this close
+    /// [default: exact for .stl, .gltf and .glb, otherwise off]
+    #[arg(long, value_name = "off|exact|X", value_parser = values::weld)]
+    pub(crate) weld: Option<Weld>,
+}
+
+impl InputArgs {
+    /// How vertices are welded.
+    pub(crate) fn weld(&self) -> Weld {
+        self.weld.unwrap_or_default()
+    }
 }
 
 /// The method, where `deform` and `reconstruct` agree.

@@ -4,6 +4,7 @@ use clap::ValueEnum;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use cotan::flow::{Acceleration, Schedule, Start};
 use cotan::{OrientationKind, SchemeKind};
+use cotan_io::Weld;
 
 /// The number type that the iteration runs in.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
@@ -61,6 +62,25 @@ pub(super) fn acceleration(text: &str) -> Result<Acceleration, String> {
     }
 }
 
+/// `off`, `exact`, or a distance.
+pub(super) fn weld(text: &str) -> Result<Weld, String> {
+    match text {
+        "off" => Ok(Weld::Off),
+        "exact" => Ok(Weld::Exact),
+        _ => tolerance(text)
+            .map(Weld::Within)
+            .map_err(|_| "give off, exact, or a distance of at least 0".to_owned()),
+    }
+}
+
+/// As [`weld`], for a repair, which merges vertices.
+pub(super) fn merge(text: &str) -> Result<Weld, String> {
+    weld(text)
+        .ok()
+        .filter(|weld| *weld != Weld::Off)
+        .ok_or_else(|| "give exact, or a distance of at least 0".to_owned())
+}
+
 /// A tolerance: finite, at least 0.
 pub(super) fn tolerance(text: &str) -> Result<f64, String> {
     number(text)
@@ -93,6 +113,14 @@ mod tests {
         assert_eq!(acceleration("5"), Ok(Acceleration::Memory(5)));
         assert!(acceleration("many").is_err() && acceleration("-1").is_err());
         assert!(acceleration("1000000000").is_err());
+    }
+
+    #[test]
+    fn welding_is_a_mode_or_a_distance() {
+        assert_eq!(weld("off"), Ok(Weld::Off));
+        assert_eq!(weld("1e-5"), Ok(Weld::Within(1e-5)));
+        assert_eq!(merge("exact"), Ok(Weld::Exact));
+        assert!(weld("-1").is_err() && weld("near").is_err() && merge("off").is_err());
     }
 
     #[test]

@@ -11,6 +11,7 @@ use crate::args::CompareArgs;
 use crate::console::Console;
 use crate::edit::{self, positions_of};
 use crate::error::{CliError, in_file_numbers};
+use crate::files;
 use crate::report::{QualityFields, Seconds, Table, json_text, number};
 
 /// What `compare` prints.
@@ -28,8 +29,8 @@ struct Comparison {
 }
 
 pub(crate) fn run(args: &CompareArgs, console: &Console) -> Result<(), CliError> {
-    let (original, processing) = edit::load(&args.original, &mut Seconds::default())?;
-    let other = cotan_io::load(&args.other)?;
+    let (original, processing) = edit::load(&args.original, &mut Seconds::default(), console)?;
+    let other = files::load(&args.other, console)?;
     check_same_faces([&args.original, &args.other], [&original, &other])?;
 
     let refuse = |path: &Path, error: cotan::Error| CliError::Mesh {

@@ -7,7 +7,7 @@ use crate::files;
 
 pub(crate) fn run(args: &ConvertArgs, console: &Console) -> Result<(), CliError> {
     let format = files::check_mesh_path(&args.output)?;
-    let document = cotan_io::load(&args.input)?;
+    let document = files::load(&args.input, console)?;
     for loss in document.losses(format) {
         console.warn(format_args!("{}: {loss}", args.input.display()));
     }

@@ -12,6 +12,7 @@ use crate::error::CliError;
 use crate::files;
 use crate::handles_file::HandlesFile;
 use crate::picture::{BeforeAfter, marks};
+use crate::prepare::{self, Prepared};
 use crate::report::{Report, Seconds, Setting, counted};
 
 pub(crate) fn run(args: &DeformArgs, console: &Console) -> Result<(), CliError> {
@@ -21,6 +22,7 @@ pub(crate) fn run(args: &DeformArgs, console: &Console) -> Result<(), CliError> 
         options: args.options(),
         soft: args.soft,
         at_limit: AtLimit::Warn,
+        loose: Loose::Hold,
     };
     let report = edit::with_threads(args.run.threads, || job.run(console))??;
     console.note(report.table());
@@ -34,6 +36,16 @@ pub(crate) struct Job<'a> {
     pub(crate) options: DeformOptions,
     pub(crate) soft: Option<f64>,
     pub(crate) at_limit: AtLimit,
+    pub(crate) loose: Loose,
+}
+
+/// What happens to parts of the mesh that have no handle.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Loose {
+    /// They stay where they are.
+    Hold,
+    /// The job is refused.
+    Refuse,
 }
 
 /// What reaching the iteration limit means.
@@ -56,15 +68,25 @@ impl Job<'_> {
         let progress = console.progress(self.options.iteration_limit);
         progress.phase("load");
         let mut seconds = Seconds::default();
-        let (mut document, processing) = edit::load(&self.input.mesh, &mut seconds)?;
+        let prepared = prepare::prepare(self.input, &mut seconds, console)?;
+        let Prepared {
+            mut document,
+            processing,
+            file_vertices,
+        } = prepared;
         let handles = HandlesFile {
             path: &self.input.handles,
             def: self.input.def.as_deref(),
         };
-        let constraints = handles.read(&document, &processing)?;
+        let constraints = handles.read(&document, &processing, file_vertices.as_ref())?;
+        let held = match self.loose {
+            Loose::Hold => prepare::hold_loose(&constraints, &processing, console),
+            Loose::Refuse => Vec::new(),
+        };
+        let all = [constraints.as_slice(), &held].concat();
         let edit = Edit {
             path: &self.input.mesh,
-            constraints: &constraints,
+            constraints: &all,
             options: &self.options,
             soft: self.soft,
             precision: self.run.precision,
@@ -99,7 +121,7 @@ impl Job<'_> {
                 mesh: processing.mesh(),
                 before: processing.positions(),
                 after: &edited.positions,
-                marks: &marks(&constraints, &processing),
+                marks: &marks(&all, &processing),
             };
             files::write(path, &pair.png())?;
         }

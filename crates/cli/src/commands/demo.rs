@@ -11,7 +11,7 @@ use cotan::shapes::{CREATURE_RESOLUTION, creature, creature_regions};
 use cotan_io::Document;
 
 use crate::args::{DemoArgs, InputArgs, Precision, RunArgs};
-use crate::commands::deform::{AtLimit, Job};
+use crate::commands::deform::{AtLimit, Job, Loose};
 use crate::console::Console;
 use crate::error::CliError;
 use crate::files;
@@ -28,6 +28,8 @@ pub(crate) fn run(args: &DemoArgs, console: &Console) -> Result<(), CliError> {
         handles: folder.join("handles.json"),
         def: None,
         output: folder.join("after.obj"),
+        repair: false,
+        weld: None,
     };
     let run = RunArgs {
         precision: Precision::F64,
@@ -47,6 +49,7 @@ pub(crate) fn run(args: &DemoArgs, console: &Console) -> Result<(), CliError> {
         options: DeformOptions::default(),
         soft: None,
         at_limit: AtLimit::Warn,
+        loose: Loose::Refuse,
     };
     let report = job.run(console)?;
     if console.is_quiet() {

@@ -3,12 +3,16 @@
 use crate::args::InfoArgs;
 use crate::console::Console;
 use crate::error::CliError;
+use crate::files;
 use crate::inspect::{Inspection, inspect};
 use crate::report::{Table, json_text, number};
 
 pub(crate) fn run(args: &InfoArgs, console: &Console) -> Result<(), CliError> {
-    let document = cotan_io::load(&args.mesh)?;
-    let inspection = inspect(args.mesh.display().to_string(), &document);
+    let document = files::load(&args.mesh, console)?;
+    let name = args.mesh.display().to_string();
+    let weld = args.weld.unwrap_or_default();
+    let inspection = inspect(name, &document, weld, args.limit)
+        .map_err(|error| files::in_file(&args.mesh, error))?;
     if args.json {
         return console.print(&json_text(&inspection)?);
     }
@@ -30,6 +34,18 @@ fn table(info: &Inspection) -> String {
         n => format!(" ({n} on the boundary)"),
     };
     table.row("edges", format_args!("{}{boundary}", info.edges));
+    for part in &info.parts {
+        table.row(
+            "part",
+            format_args!(
+                "{} ({} vertices, {} faces)",
+                part.name, part.vertices, part.faces
+            ),
+        );
+    }
+    for name in &info.attributes {
+        table.row("attribute", name);
+    }
     table.row("components", info.components);
     table.row("manifold", yes_no(info.manifold));
     table.row("closed", yes_no(info.closed));

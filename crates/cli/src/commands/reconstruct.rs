@@ -1,7 +1,7 @@
 //! `cotan reconstruct`: the shape from its two scalar fields.
 
 use crate::args::ReconstructArgs;
-use crate::commands::deform::{AtLimit, Job};
+use crate::commands::deform::{AtLimit, Job, Loose};
 use crate::console::Console;
 use crate::edit;
 use crate::error::CliError;
@@ -19,6 +19,7 @@ pub(crate) fn run(args: &ReconstructArgs, console: &Console) -> Result<(), CliEr
         options,
         soft: None,
         at_limit,
+        loose: Loose::Refuse,
     };
     let report = edit::with_threads(args.run.threads, || job.run(console))??;
     console.note(report.table());

@@ -12,6 +12,8 @@ pub(crate) enum Place {
     Handle(usize),
     /// A line, counted from 1.
     Line(usize),
+    /// Nowhere: it holds still what no handle holds.
+    Loose,
 }
 
 impl fmt::Display for Place {
@@ -19,6 +21,7 @@ impl fmt::Display for Place {
         match self {
             Self::Handle(number) => write!(f, "handle {number}"),
             Self::Line(number) => write!(f, "line {number}"),
+            Self::Loose => f.write_str("a component without a handle"),
         }
     }
 }

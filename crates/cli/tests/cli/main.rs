@@ -4,4 +4,5 @@ mod commands;
 mod deform;
 mod demo;
 mod refusals;
+mod repair;
 mod sandbox;

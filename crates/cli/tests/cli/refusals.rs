@@ -25,17 +25,23 @@ fn files_that_are_missing_or_no_meshes() {
         &["nix.json", "cannot read"],
     );
     sandbox.write("empty.obj", "");
-    sandbox.refused("info empty.obj", &["empty.obj", "no vertices"]);
+    sandbox.refused("info empty.obj", &["empty.obj", "the file is empty"]);
     sandbox.write("nan.obj", "v 0 0 0\nv 1 nan 0\nv 0 1 0\nf 1 2 3\n");
     sandbox.refused("info nan.obj", &["nan.obj", "line 2", "vertex 1"]);
     sandbox.write("mesh.xyz", "0 0 0\n");
-    sandbox.refused("info mesh.xyz", &["mesh.xyz", ".obj, .ply and .off"]);
+    sandbox.refused("info mesh.xyz", &["mesh.xyz", ".obj, .ply, .off, .stl"]);
     sandbox.write(
         "fan.obj",
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\n",
     );
-    let words = ["fan.obj", "faces 0 and 1", "oriented against each other"];
-    sandbox.refused("deform fan.obj --handles h.json -o o.obj", &words);
+    let words = [
+        "fan.obj",
+        "faces 0 and 1",
+        "oriented against each other",
+        "--orient`",
+    ];
+    let offered = [words.as_slice(), &["or pass --repair"]].concat();
+    sandbox.refused("deform fan.obj --handles h.json -o o.obj", &offered);
     sandbox.refused("compare fan.obj fan.obj", &words);
 }
 
@@ -46,7 +52,7 @@ fn outputs_that_cannot_be_written() {
     let deform = "deform bar.obj --handles h.json";
     sandbox.refused(
         &format!("{deform} -o out.xyz"),
-        &["out.xyz", ".obj, .ply and .off"],
+        &["out.xyz", ".obj, .ply, .off, .stl"],
     );
     sandbox.refused(
         &format!("{deform} -o no/out.obj"),
@@ -243,7 +249,7 @@ fn components_without_a_handle() {
     sandbox.write("h.txt", "1 0 0 0\n");
     // Vertex 4 of the file is vertex 3 of the surface: the error counts as the file does.
     sandbox.refused(
-        "deform two.obj --handles h.txt -o o.obj",
+        "reconstruct two.obj --handles h.txt --iterations 5 -o o.obj",
         &["two.obj", "with vertex 4 (3 vertices) has no handle"],
     );
 }

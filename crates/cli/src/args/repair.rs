@@ -1,0 +1,92 @@
+//! The options of `repair`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use cotan_io::{Repair, Weld};
+
+use super::values;
+
+pub(super) const REPAIR_EXAMPLE: &str = "\
+Example:
+  cotan repair scan.ply -o sound.ply --fill-holes 8 --report changes.json
+
+Without an option that names a repair: --orient --split-vertices --drop-duplicates
+--drop-degenerate, which keep the number of every vertex. Numbers are those of IN, from 0.";
+
+const REPAIRS: &str = "Repairs";
+
+#[derive(Debug, Args)]
+pub(crate) struct RepairArgs {
+    /// Mesh file to read (.obj, .ply, .off, .stl, .gltf, .glb; also with .gz)
+    #[arg(value_name = "IN")]
+    pub(crate) input: PathBuf,
+    /// Mesh file to write; its extension names the format
+    #[arg(short, long, value_name = "OUT")]
+    pub(crate) output: PathBuf,
+    /// Turn faces round until neighbours agree, and closed parts look outward
+    #[arg(long, help_heading = REPAIRS)]
+    orient: bool,
+    /// Give each fan of faces at a vertex a vertex of its own
+    #[arg(long, help_heading = REPAIRS)]
+    split_vertices: bool,
+    /// Part the faces at edges with more than two, and cut one-sided parts open
+    #[arg(long, help_heading = REPAIRS)]
+    split_edges: bool,
+    /// Drop faces that have the same vertices as one before them
+    #[arg(long, help_heading = REPAIRS)]
+    drop_duplicates: bool,
+    /// Drop faces, and corners of polygons, that enclose nothing
+    #[arg(long, help_heading = REPAIRS)]
+    drop_degenerate: bool,
+    /// Drop faces without area whose vertices differ; that opens holes
+    #[arg(long, help_heading = REPAIRS)]
+    drop_zero_area: bool,
+    /// Drop vertices that no face uses; the others are renumbered
+    #[arg(long, help_heading = REPAIRS)]
+    compact: bool,
+    /// Merge vertices at the same place, or this close
+    #[arg(long, value_name = "exact|X", value_parser = values::merge, help_heading = REPAIRS)]
+    weld: Option<Weld>,
+    /// Fill holes of at most N edges; without N all of them
+    #[arg(long, value_name = "N", num_args = 0..=1, help_heading = REPAIRS)]
+    fill_holes: Option<Option<usize>>,
+    /// All of these but --drop-zero-area, until a surface can be built
+    #[arg(long, help_heading = REPAIRS)]
+    all: bool,
+    /// Write every change (JSON)
+    #[arg(long, value_name = "R.json")]
+    pub(crate) report: Option<PathBuf>,
+}
+
+impl RepairArgs {
+    /// The repairs that are asked for.
+    pub(crate) fn repair(&self) -> Repair {
+        let mut repair = match self.all {
+            true => Repair::all(),
+            false => Repair::new(),
+        };
+        let steps: [(bool, fn(Repair) -> Repair); 7] = [
+            (self.orient, Repair::orient),
+            (self.split_vertices, Repair::split_vertices),
+            (self.split_edges, Repair::split_edges),
+            (self.drop_duplicates, Repair::drop_duplicates),
+            (self.drop_degenerate, Repair::drop_degenerate),
+            (self.drop_zero_area, Repair::drop_zero_area),
+            (self.compact, Repair::compact),
+        ];
+        for (_, step) in steps.into_iter().filter(|(is_asked, _)| *is_asked) {
+            repair = step(repair);
+        }
+        if let Some(weld) = self.weld {
+            repair = repair.weld(weld);
+        }
+        if let Some(most_edges) = self.fill_holes {
+            repair = repair.fill_holes(most_edges.unwrap_or(usize::MAX));
+        }
+        match repair == Repair::new() {
+            true => Repair::default(),
+            false => repair,
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! `cotan repair`: what can be done about a mesh without guessing a shape.
+
+use std::collections::BTreeMap;
+
+use cotan_io::{Change, Document, Format, Repaired, Weld};
+use serde::Serialize;
+
+use crate::args::RepairArgs;
+use crate::console::Console;
+use crate::error::CliError;
+use crate::files;
+use crate::inspect::{Defect, listed};
+use crate::report::{Table, json_text};
+
+/// What was done, for programs.
+#[derive(Debug, Serialize)]
+struct Report {
+    vertices: usize,
+    faces: usize,
+    changes: Vec<ChangeEntry>,
+    /// How many defects of each kind are left.
+    defect_counts: BTreeMap<&'static str, usize>,
+    /// The first of each kind.
+    defects: Vec<Defect>,
+}
+
+#[derive(Debug, Serialize)]
+struct ChangeEntry {
+    kind: &'static str,
+    description: String,
+}
+
+pub(crate) fn run(args: &RepairArgs, console: &Console) -> Result<(), CliError> {
+    let format = files::check_mesh_path(&args.output)?;
+    if let Some(path) = &args.report {
+        files::check_writable(path)?;
+    }
+    let document = files::load(&args.input, console)?;
+    let in_file = |error| files::in_file(&args.input, error);
+    let repaired = args.repair().apply(&document).map_err(in_file)?;
+    cotan_io::save(&repaired.document, &args.output)?;
+    for loss in repaired.document.losses(format) {
+        console.warn(format_args!("{}: {loss}", args.output.display()));
+    }
+    if forgets(format, &repaired) {
+        console.warn(format_args!(
+            "{}: {format} stores positions, not which vertices are one; what was parted at the \
+             same position meets again when the file is read, unless with --weld off",
+            args.output.display()
+        ));
+    }
+    let defects = repaired.document.defects(Weld::AsFormat).map_err(in_file)?;
+    let (defect_counts, defects) = listed(&defects, LISTED);
+    if let Some(path) = &args.report {
+        let report = Report {
+            vertices: repaired.document.positions().len(),
+            faces: repaired.document.faces().len(),
+            changes: repaired.changes.iter().map(entry).collect(),
+            defect_counts: defect_counts.clone(),
+            defects: defects.clone(),
+        };
+        files::write(path, json_text(&report)?.as_bytes())?;
+    }
+    if console.is_quiet() {
+        return Ok(());
+    }
+    let mut table = Table::default();
+    tell(&repaired.changes, &mut table);
+    left(&defect_counts, &defects, &mut table);
+    console.print(&format!("{}{}", table.text, counts(&repaired.document)))
+}
+
+/// How many changes and defects of a kind are told.
+const LISTED: usize = 5;
+
+/// Whether the format welds what the repair parted.
+fn forgets(format: Format, repaired: &Repaired) -> bool {
+    let is_parting = |change: &Change| {
+        matches!(
+            change,
+            Change::SplitVertex { .. } | Change::PartedPlace { .. } | Change::DetachedFace { .. }
+        )
+    };
+    matches!(format, Format::Stl | Format::Gltf | Format::Glb)
+        && repaired.changes.iter().any(is_parting)
+}
+
+fn entry(change: &Change) -> ChangeEntry {
+    ChangeEntry {
+        kind: change.kind(),
+        description: change.to_string(),
+    }
+}
+
+fn tell(changes: &[Change], table: &mut Table) {
+    if changes.is_empty() {
+        table.row("changes", "none");
+    }
+    for of_kind in changes.chunk_by(|a, b| a.kind() == b.kind()) {
+        table.row(of_kind[0].kind(), of_kind.len());
+        for change in &of_kind[..of_kind.len().min(LISTED)] {
+            table.row("", change);
+        }
+        if of_kind.len() > LISTED {
+            table.row("", "…");
+        }
+    }
+}
+
+fn left(counts: &BTreeMap<&'static str, usize>, defects: &[Defect], table: &mut Table) {
+    for (kind, count) in counts {
+        table.row(&format!("left: {kind}"), count);
+        for defect in defects.iter().filter(|defect| defect.kind == *kind) {
+            table.row("", &defect.description);
+        }
+        if *count > LISTED {
+            table.row("", "…");
+        }
+    }
+}
+
+fn counts(document: &Document) -> String {
+    let mut table = Table::default();
+    table.row("vertices", document.positions().len());
+    table.row("faces", document.faces().len());
+    table.text
+}
