@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Runs the fuzz targets: `scripts/fuzz.sh SECONDS [TARGET...]`, all of them unless some are named.
 #
-# Each starts from fuzz/corpus, runs for so many seconds within 2 GB, and stops at the first
-# finding, which is left in fuzz/artifacts. What is new goes to fuzz/target/corpus, not to the
+# Each starts from fuzz/corpus, runs for so many seconds within 2 GB, and stops at its first
+# finding, which is left in fuzz/artifacts and makes the script fail in the end. What is new goes to fuzz/target/corpus, not to the
 # corpus of the repository. Needs cargo-fuzz (`cargo install cargo-fuzz`); a nightly compiler is
 # taken if there is one, and the stable one is told to act as such otherwise.
 # SANITIZER=address also checks the memory use of dependencies, at half the speed.
@@ -23,6 +23,7 @@ if [ ${#targets[@]} -eq 0 ]; then
     mapfile -t targets < <(cargo "${toolchain[@]}" fuzz list)
 fi
 cargo "${toolchain[@]}" fuzz build --sanitizer "$sanitizer"
+found=0
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
 for target in "${targets[@]}"; do
@@ -32,8 +33,9 @@ for target in "${targets[@]}"; do
     if ! cargo "${toolchain[@]}" fuzz run --sanitizer "$sanitizer" "$target" "$new" "corpus/$target" -- \
         -max_total_time="$seconds" -rss_limit_mb=2048 -timeout=10 -print_final_stats=1 >"$log" 2>&1; then
         tail -n 60 "$log"
-        exit 1
+        found=1
     fi
     # Executions, and coverage as edges (cov) and features (ft).
-    grep -E "DONE|number_of_executed|peak_rss" "$log"
+    grep -E "DONE|number_of_executed|peak_rss" "$log" || true
 done
+exit "$found"

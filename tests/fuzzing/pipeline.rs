@@ -1,7 +1,7 @@
 //! A stranger's file all the way: read, repaired, deformed, written.
 
 use cotan::prelude::*;
-use cotan_io::{Document, read};
+use cotan_io::{Document, Repair, read};
 
 use super::draw::Draw;
 use super::files::limits;
@@ -29,7 +29,13 @@ pub fn pipeline(data: &[u8]) {
         iteration_limit: 4,
         ..DeformOptions::default()
     };
-    let _repair = draw.below(2);
+    let document = match draw.below(2) {
+        0 => document,
+        _ => match Repair::default().apply(&document) {
+            Ok(repaired) => repaired.document,
+            Err(_) => return,
+        },
+    };
     match draw.below(2) {
         0 => deform_by::<f64>(document, &options),
         _ => deform_by::<f32>(document, &options),

@@ -8,7 +8,7 @@ use cotan_io::{
 use nalgebra::Point3;
 
 /// A seed: its target, its name, its bytes.
-pub type Seed = (&'static str, String, Vec<u8>);
+type Seed = (&'static str, String, Vec<u8>);
 
 /// All seeds, the same bytes every time.
 ///

@@ -1,36 +1,156 @@
-//! How fast files of a mesh of about a million vertices are read, beside other readers and beside
-//! copying the bytes; one and two threads. Medians of interleaved runs and the best of them, and
-//! the memory that is taken at most while a file is read, its bytes among it.
+//! How fast files of a mesh of a million vertices are loaded, beside other readers and beside
+//! reading the bytes and copying them; how long the half-edge mesh then takes; and the memory that
+//! loading takes at most. Medians of interleaved runs, all in one process.
 //!
-//! `cargo run --release -p cotan-io --example read_speed [runs] [reader]`, the latter to run only
-//! the readers whose names hold that word.
+//! `cargo run --release -p cotan-io --example read_speed [RUNS] [FILE] [READER]`, the words to run
+//! only the files and readers whose names hold them.
 
 use std::fmt::Write as _;
 use std::hint::black_box;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use cotan_io::{Document, Limits, read};
+use cotan_io::{Document, FaceList, Format, load};
+use nalgebra::Point3;
+use ply_rs::parser::Parser;
+use ply_rs::ply::DefaultElement;
 
 /// Vertices along one side of the grid.
 const SIDE: usize = 1000;
 
 type Error = Box<dyn std::error::Error>;
 
+/// Loads a file and gives the number of its vertices.
+type Reader = (&'static str, fn(&Path) -> Result<usize, Error>);
+
 fn main() -> Result<(), Error> {
-    let runs = std::env::args().nth(1).map_or(Ok(7), |n| n.parse())?;
-    let wanted = std::env::args().nth(2).unwrap_or_default();
-    println!("median of {runs} runs");
-    for (name, decimals, style) in [
-        ("OBJ, v and f, 6 decimals", 6, Corners::Plain),
-        ("OBJ, v, vt, vn and f, 6 decimals", 6, Corners::Full),
-        ("OBJ, v and f, all digits", 17, Corners::Plain),
-    ] {
-        let file = obj(decimals, style);
-        let mut readers = obj_readers()?;
-        readers.retain(|(name, _)| name.contains(&wanted));
-        measure(name, &file, runs, &readers)?;
+    let mut arguments = std::env::args().skip(1);
+    let runs = arguments.next().map_or(Ok(7), |n| n.parse())?;
+    let [file, reader] = [arguments.next(), arguments.next()].map(Option::unwrap_or_default);
+    let folder = tempfile::tempdir()?;
+    println!("medians of {runs} runs, {SIDE} x {SIDE} vertices");
+    for (name, extension, bytes, others) in files() {
+        if !name.contains(&file) {
+            continue;
+        }
+        let path = folder.path().join("mesh").with_extension(extension);
+        std::fs::write(&path, bytes()?)?;
+        let mut readers: Vec<Reader> = vec![
+            ("bytes read and copied", copy),
+            ("cotan, one thread", |path| cotan(path, 1)),
+            ("cotan, two threads", |path| cotan(path, 2)),
+        ];
+        readers.extend(others);
+        readers.retain(|(name, _)| name.contains(&reader));
+        measure(name, &path, runs, &readers)?;
     }
-    Ok(())
+    build(runs)
+}
+
+/// A file: its name, its extension, what makes its bytes, and who reads it besides cotan.
+type File = (
+    &'static str,
+    &'static str,
+    Box<dyn Fn() -> Result<Vec<u8>, Error>>,
+    Vec<Reader>,
+);
+
+fn files() -> Vec<File> {
+    let by_tobj: Reader = ("tobj", tobj);
+    let by_ply_rs: Reader = ("ply-rs, its default elements", ply_rs);
+    let by_gltf: Reader = ("gltf, its readers", gltf);
+    vec![
+        (
+            "OBJ, v and f, 6 decimals",
+            "obj",
+            Box::new(|| Ok(obj(6, Corners::Plain))),
+            vec![by_tobj],
+        ),
+        (
+            "OBJ, v, vt, vn and f",
+            "obj",
+            Box::new(|| Ok(obj(6, Corners::Full))),
+            vec![by_tobj],
+        ),
+        (
+            "OBJ, v and f, all digits",
+            "obj",
+            Box::new(|| Ok(obj(17, Corners::Plain))),
+            vec![by_tobj],
+        ),
+        (
+            "PLY, binary, float",
+            "ply",
+            Box::new(|| Ok(float_ply())),
+            vec![by_ply_rs],
+        ),
+        (
+            "PLY, binary, double",
+            "ply",
+            Box::new(|| written(Format::Ply)),
+            vec![by_ply_rs],
+        ),
+        (
+            "GLB",
+            "glb",
+            Box::new(|| written(Format::Glb)),
+            vec![by_gltf],
+        ),
+        (
+            "STL, binary",
+            "stl",
+            Box::new(|| written(Format::Stl)),
+            vec![],
+        ),
+    ]
+}
+
+fn points() -> impl Iterator<Item = [f64; 3]> {
+    (0..SIDE * SIDE).map(|k| {
+        let (x, y) = (
+            (k / SIDE) as f64 / 999.0 - 0.5,
+            (k % SIDE) as f64 / 999.0 - 0.5,
+        );
+        [x, y, 0.1 * (20.0 * x).sin() * (20.0 * y).cos()]
+    })
+}
+
+fn triangles() -> impl Iterator<Item = [u32; 3]> {
+    let side = SIDE as u32;
+    (0..side - 1).flat_map(move |i| {
+        (0..side - 1).flat_map(move |j| {
+            let a = i * side + j;
+            [[a, a + side, a + 1], [a + 1, a + side, a + side + 1]]
+        })
+    })
+}
+
+/// The grid as cotan writes it.
+fn written(format: Format) -> Result<Vec<u8>, Error> {
+    let faces: FaceList = triangles().collect();
+    let document = Document::new(points().map(Point3::from).collect(), faces)?;
+    Ok(document.write(format)?)
+}
+
+fn float_ply() -> Vec<u8> {
+    let mut out = format!(
+        "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\n\
+         property float y\nproperty float z\nelement face {}\n\
+         property list uchar int vertex_indices\nend_header\n",
+        SIDE * SIDE,
+        2 * (SIDE - 1) * (SIDE - 1)
+    )
+    .into_bytes();
+    for x in points().flatten() {
+        out.extend_from_slice(&(x as f32).to_le_bytes());
+    }
+    for triangle in triangles() {
+        out.push(3);
+        triangle
+            .iter()
+            .for_each(|v| out.extend_from_slice(&v.to_le_bytes()));
+    }
+    out
 }
 
 /// What the corners of an OBJ refer to.
@@ -42,14 +162,10 @@ enum Corners {
     Full,
 }
 
-/// A wavy grid with two triangles a cell.
 fn obj(decimals: usize, corners: Corners) -> Vec<u8> {
     let mut out = String::new();
-    let grid = || (0..SIDE).flat_map(|i| (0..SIDE).map(move |j| (i as f64, j as f64)));
     // Writing to a String cannot fail.
-    for (i, j) in grid() {
-        let (x, y) = (i / 999.0 - 0.5, j / 999.0 - 0.5);
-        let z = 0.1 * (20.0 * x).sin() * (20.0 * y).cos();
+    for [x, y, z] in points() {
         let _ = if decimals < 17 {
             writeln!(out, "v {x:.decimals$} {y:.decimals$} {z:.decimals$}")
         } else {
@@ -57,100 +173,117 @@ fn obj(decimals: usize, corners: Corners) -> Vec<u8> {
         };
     }
     if corners == Corners::Full {
-        for (i, j) in grid() {
-            let _ = writeln!(out, "vt {:.decimals$} {:.decimals$}", i / 999.0, j / 999.0);
+        for [x, y, _] in points() {
+            let _ = writeln!(out, "vt {:.decimals$} {:.decimals$}", x + 0.5, y + 0.5);
         }
-        for (i, j) in grid() {
-            let (x, y) = ((0.02 * i).cos() / 2.0, (0.02 * j).sin() / 2.0);
+        for [x, y, _] in points() {
+            let (x, y) = ((9.0 * x).cos() / 2.0, (9.0 * y).sin() / 2.0);
             let z = (1.0 - x * x - y * y).sqrt();
             let _ = writeln!(out, "vn {x:.4} {y:.4} {z:.4}");
         }
     }
-    for i in 0..SIDE - 1 {
-        for j in 0..SIDE - 1 {
-            let a = i * SIDE + j + 1;
-            for [a, b, c] in [[a, a + SIDE, a + 1], [a + 1, a + SIDE, a + SIDE + 1]] {
-                let _ = match corners {
-                    Corners::Plain => writeln!(out, "f {a} {b} {c}"),
-                    Corners::Full => writeln!(out, "f {a}/{a}/{a} {b}/{b}/{b} {c}/{c}/{c}"),
-                };
-            }
-        }
+    for [a, b, c] in triangles().map(|t| t.map(|v| v + 1)) {
+        let _ = match corners {
+            Corners::Plain => writeln!(out, "f {a} {b} {c}"),
+            Corners::Full => writeln!(out, "f {a}/{a}/{a} {b}/{b}/{b} {c}/{c}/{c}"),
+        };
     }
     out.into_bytes()
 }
 
-/// Reads a file and gives the number of its vertices.
-type Reader = (&'static str, Box<dyn Fn(Vec<u8>) -> Result<usize, Error>>);
+fn copy(path: &Path) -> Result<usize, Error> {
+    let bytes = std::fs::read(path)?;
+    drop(black_box(black_box(&bytes).to_vec()));
+    Ok(0)
+}
 
-fn cotan(threads: usize) -> Result<Reader, Error> {
+fn cotan(path: &Path, threads: usize) -> Result<usize, Error> {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()?;
-    let name = match threads {
-        1 => "cotan, one thread",
-        _ => "cotan, two threads",
-    };
-    let read = move |bytes: Vec<u8>| -> Result<usize, Error> {
-        let document: Document = pool.install(|| read(bytes, None, &Limits::default()))?;
-        Ok(black_box(&document).positions().len())
-    };
-    Ok((name, Box::new(read)))
+    let document = pool.install(|| load(path))?;
+    Ok(black_box(&document).positions().len())
 }
 
-fn obj_readers() -> Result<Vec<Reader>, Error> {
-    let tobj = |bytes: Vec<u8>| -> Result<usize, Error> {
-        // Neither triangulated nor merged: the least work that it can be asked for.
-        let options = tobj::LoadOptions::default();
-        let loaded = tobj::load_obj_buf(&mut &bytes[..], &options, |_| {
-            Err(tobj::LoadError::OpenFileFailed)
-        })?;
-        let positions = loaded.0.iter().map(|m| m.mesh.positions.len() / 3);
-        Ok(positions.sum())
-    };
-    Ok(vec![cotan(1)?, cotan(2)?, ("tobj", Box::new(tobj))])
+/// Neither triangulated nor merged: the least work that it can be asked for.
+fn tobj(path: &Path) -> Result<usize, Error> {
+    let bytes = std::fs::read(path)?;
+    let options = tobj::LoadOptions::default();
+    let loaded = tobj::load_obj_buf(&mut &bytes[..], &options, |_| {
+        Err(tobj::LoadError::OpenFileFailed)
+    })?;
+    Ok(loaded.0.iter().map(|m| m.mesh.positions.len() / 3).sum())
 }
 
-fn measure(name: &str, file: &[u8], runs: usize, readers: &[Reader]) -> Result<(), Error> {
-    let megabytes = file.len() as f64 / 1e6;
+fn ply_rs(path: &Path) -> Result<usize, Error> {
+    let bytes = std::fs::read(path)?;
+    let ply = Parser::<DefaultElement>::new().read_ply(&mut bytes.as_slice())?;
+    Ok(black_box(&ply).payload["vertex"].len())
+}
+
+/// What `gltf::import` does for a file without images, and its readers into vectors.
+fn gltf(path: &Path) -> Result<usize, Error> {
+    let gltf::Gltf { document, blob } = gltf::Gltf::from_slice(&std::fs::read(path)?)?;
+    let blob = blob.unwrap_or_default();
+    let mut count = 0;
+    for primitive in document.meshes().flat_map(|mesh| mesh.primitives()) {
+        let reader = primitive.reader(|_| Some(&blob));
+        let positions: Vec<_> = reader.read_positions().into_iter().flatten().collect();
+        let indices = reader.read_indices().into_iter();
+        let indices: Vec<u32> = indices.flat_map(|indices| indices.into_u32()).collect();
+        count += black_box(positions).len();
+        black_box(indices);
+    }
+    Ok(count)
+}
+
+fn measure(name: &str, path: &PathBuf, runs: usize, readers: &[Reader]) -> Result<(), Error> {
+    let megabytes = std::fs::metadata(path)?.len() as f64 / 1e6;
     println!("\n{name}: {megabytes:.0} MB");
-    let mut copies = Vec::new();
     let mut times = vec![Vec::new(); readers.len()];
     let mut peaks = vec![None; readers.len()];
-    let mut counts = vec![0; readers.len()];
     for _ in 0..runs {
-        let clock = Instant::now();
-        drop(black_box(black_box(file).to_vec()));
-        copies.push(clock.elapsed().as_secs_f64());
         for (k, (_, read)) in readers.iter().enumerate() {
             let before = resident("VmRSS:");
-            let bytes = file.to_vec();
             // From here on the peak counts anew.
             let _ = std::fs::write("/proc/self/clear_refs", "5");
             let clock = Instant::now();
-            counts[k] = read(bytes)?;
+            read(path)?;
             times[k].push(clock.elapsed().as_secs_f64());
             let peak = resident("VmHWM:").zip(before);
             peaks[k] = peaks[k].max(peak.map(|(peak, before)| peak.saturating_sub(before)));
         }
     }
-    let row = |name: &str, times: &mut [f64], rest: &str| {
-        let middle = median(times);
-        let speed = megabytes / middle;
-        let best = megabytes / times[0];
-        println!(
-            "  {name:20} {speed:6.0} MB/s {:8.1} ms   best {best:6.0} MB/s{rest}",
-            1e3 * middle
-        );
-    };
-    row("copying the bytes", &mut copies, "");
     for (k, (name, _)) in readers.iter().enumerate() {
+        let middle = median(&mut times[k]);
         let peak = peaks[k].map_or("unknown".to_owned(), |kilobytes| {
             format!("{:.0} MB", kilobytes as f64 * 1.024e-3)
         });
-        let rest = format!("   {} vertices, {peak} at most", counts[k]);
-        row(name, &mut times[k], &rest);
+        println!(
+            "  {name:30} {:6.0} MB/s {:8.1} ms   best {:8.1} ms   {peak} at most",
+            megabytes / middle,
+            1e3 * middle,
+            1e3 * times[k][0],
+        );
     }
+    Ok(())
+}
+
+/// The surface of the document: triangles cut, half-edges built.
+fn build(runs: usize) -> Result<(), Error> {
+    let document = Document::new(points().map(Point3::from).collect(), triangles().collect())?;
+    let mut times = Vec::new();
+    for _ in 0..runs {
+        let clock = Instant::now();
+        black_box(document.surface()?);
+        times.push(clock.elapsed().as_secs_f64());
+    }
+    let middle = median(&mut times);
+    let per_face = 1e9 * middle / document.faces().len() as f64;
+    println!(
+        "\nthe surface of the document: {:.0} ms, {per_face:.0} ns a face",
+        1e3 * middle
+    );
     Ok(())
 }
 

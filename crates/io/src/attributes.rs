@@ -336,7 +336,7 @@ impl Attributes {
             let table = p.values.len().checked_div(p.components).unwrap_or(0);
             let fits = p.indices.len() == num_corners
                 && p.components > 0
-                && p.values.len() % p.components == 0
+                && p.values.len().is_multiple_of(p.components)
                 && !matches!(p.values, Values::Lists { .. })
                 && p.indices.iter().all(|&i| i == NONE || (i as usize) < table);
             (!fits).then(|| format!("the corner property `{}` does not fit the corners", p.name))

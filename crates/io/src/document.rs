@@ -39,14 +39,24 @@ pub struct Document {
     positions: Vec<Point3<f64>>,
     faces: FaceList,
     parts: Vec<Part>,
-    /// For each vertex the first one at its place, where the format splits vertices; else empty.
-    places: Vec<u32>,
+    places: Places,
     warnings: Vec<Warning>,
     /// Of a document made in memory; what a file has is decoded on request.
     attributes: Attributes,
     source: Option<Arc<dyn SourceFile>>,
     /// The positions as the file has them; empty as long as no vertex was moved.
     original: Vec<Point3<f64>>,
+}
+
+/// Which vertices count as one where the document is welded as its format means it.
+#[derive(Clone, Debug)]
+enum Places {
+    /// None do.
+    Own,
+    /// Those at exactly the same place of a part: the format splits vertices.
+    Exact,
+    /// For each vertex the first one that it is one with, as a repair left it.
+    Given(Vec<u32>),
 }
 
 /// A part of a document with vertices and faces of its own: a mesh of a glTF.
@@ -182,11 +192,7 @@ impl Document {
                 faces: 0..faces.len(),
             });
         }
-        let places = if is_split {
-            weld::exact(&positions, part_of(&parts))
-        } else {
-            Vec::new()
-        };
+        let places = if is_split { Places::Exact } else { Places::Own };
         Self {
             positions,
             faces,
@@ -222,6 +228,14 @@ impl Document {
     /// All faces, in the order of the file.
     pub fn faces(&self) -> &FaceList {
         &self.faces
+    }
+
+    /// The positions as the file has them.
+    fn file_positions(&self) -> &[Point3<f64>] {
+        match self.original.as_slice() {
+            [] => &self.positions,
+            original => original,
+        }
     }
 
     fn mesh(&self) -> Mesh<'_> {
@@ -277,8 +291,13 @@ impl Document {
     pub(crate) fn places(&self, weld: Weld) -> Result<Cow<'_, [u32]>, IoError> {
         let part = part_of(&self.parts);
         Ok(match weld {
-            Weld::AsFormat => Cow::Borrowed(self.places.as_slice()),
-            Weld::Off => Cow::Owned(Vec::new()),
+            Weld::AsFormat => match &self.places {
+                Places::Own => Cow::Borrowed(&[]),
+                // Of the file: what is one vertex stays one when it is moved.
+                Places::Exact => Cow::Owned(weld::exact(self.file_positions(), part)),
+                Places::Given(places) => Cow::Borrowed(places),
+            },
+            Weld::Off => Cow::Borrowed(&[]),
             Weld::Exact => Cow::Owned(weld::exact(&self.positions, part)),
             Weld::Within(tolerance) if tolerance >= 0.0 && tolerance.is_finite() => {
                 Cow::Owned(weld::within(&self.positions, part, tolerance))
@@ -290,7 +309,7 @@ impl Document {
     /// The same document as one of a format that splits vertices, in these parts.
     #[cfg(test)]
     pub(crate) fn split_into(mut self, parts: Vec<Part>) -> Self {
-        self.places = weld::exact(&self.positions, part_of(&parts));
+        self.places = Places::Exact;
         self.parts = parts;
         self
     }
@@ -308,12 +327,9 @@ impl Document {
             old.map(|&v| positions.get(v as usize).copied().unwrap_or_default())
                 .collect()
         };
-        let file = match self.original.as_slice() {
-            [] => self.mesh(),
-            original => Mesh {
-                positions: original,
-                faces: &self.faces,
-            },
+        let file = Mesh {
+            positions: self.file_positions(),
+            faces: &self.faces,
         };
         let source = self.source.as_ref();
         let source = source
@@ -336,7 +352,10 @@ impl Document {
             positions: gather(&self.positions),
             faces: remap.faces.clone(),
             parts,
-            places,
+            places: match places.is_empty() {
+                true => Places::Own,
+                false => Places::Given(places),
+            },
             warnings: self.warnings.clone(),
             attributes: self.attributes.remapped(remap),
             source,

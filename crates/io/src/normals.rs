@@ -7,6 +7,7 @@
 
 use std::collections::HashMap;
 
+use foldhash::fast::RandomState;
 use nalgebra::{Point3, Rotation3, Vector3};
 
 use crate::attributes::{Attributes, NONE, NORMAL, Values};
@@ -89,6 +90,8 @@ impl Normals {
 
 /// A place on the surface and the normal that its corners have there.
 type Group = (u32, [u64; 3]);
+/// Their numbers.
+type Groups = HashMap<Group, usize, RandomState>;
 
 struct Turn<'a> {
     faces: &'a FaceList,
@@ -132,8 +135,8 @@ impl<'a> Turn<'a> {
     fn groups(
         &self,
         normal: impl Fn(usize, u32) -> Option<[f64; 3]>,
-    ) -> (HashMap<Group, usize>, Vec<Option<[f64; 3]>>) {
-        let mut numbers = HashMap::new();
+    ) -> (Groups, Vec<Option<[f64; 3]>>) {
+        let mut numbers = Groups::default();
         let mut groups: Vec<([f64; 3], [Vector3<f64>; 2])> = Vec::new();
         for (face, polygon) in self.faces.iter().enumerate() {
             if !polygon.iter().any(|&v| self.affected(v)) {
@@ -216,7 +219,7 @@ impl<'a> Turn<'a> {
         let table = values.len() / 3;
         // Which turn holds each entry of the table: that of the first corner that refers to it.
         let mut holder: Vec<Option<Option<usize>>> = vec![None; table];
-        let mut added: HashMap<(u32, usize), u32> = HashMap::new();
+        let mut added: HashMap<(u32, usize), u32, RandomState> = HashMap::default();
         let mut changes = CornerNormals::default();
         for (corner, &v) in self.faces.corners().iter().enumerate() {
             let Some(n) = normal(corner) else { continue };

@@ -10,9 +10,7 @@ use crate::error::IoError;
 use crate::faces::FaceList;
 use crate::format::Format;
 use crate::normals::Normals;
-use crate::number;
 use crate::remap::Remap;
-use crate::text;
 
 /// A file as it was read; each format has its own.
 pub(crate) trait SourceFile: Debug + Send + Sync {
@@ -71,22 +69,6 @@ impl Moves<'_> {
         let moved = self.moved.iter().enumerate().filter(|&(_, &moved)| moved);
         moved.map(|(vertex, _)| (vertex, self.mesh.positions[vertex]))
     }
-}
-
-/// A text file with the coordinates of the moved vertices replaced: x, y and z are three tokens
-/// from where each vertex starts.
-pub(crate) fn rewrite_tokens(bytes: &[u8], starts: &[usize], moves: &Moves<'_>) -> Vec<u8> {
-    let mut patch = TextPatch::new(bytes);
-    for (vertex, position) in moves.vertices() {
-        let start = starts[vertex];
-        let tokens = text::Tokens::new(&bytes[start..]);
-        for (token, &x) in tokens.zip(position.iter()) {
-            patch.replace(start + token.start, token.text.len(), |out| {
-                number::push_f64(out, x);
-            });
-        }
-    }
-    patch.finish()
 }
 
 /// A text that is copied with some words replaced, from front to back.

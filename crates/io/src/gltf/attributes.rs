@@ -6,6 +6,8 @@ use nalgebra::Vector3;
 
 use super::GltfFile;
 use super::accessor::{Component, Layout, problem};
+use super::geometry::Piece;
+use super::model::Primitive;
 use crate::attributes::{Attributes, COLOR, LabelKind, Labels, NONE, NORMAL, Property, UV, Values};
 use crate::error::IoError;
 use crate::source::Mesh;
@@ -59,20 +61,32 @@ pub(super) fn layout_of(
     block: usize,
     semantic: &str,
 ) -> Result<Option<Layout>, IoError> {
-    let pieces = file
-        .geometry
-        .blocks
-        .get(block)
-        .map_or(&[][..], |b| &b.pieces);
-    let mut primitives = pieces.iter().filter_map(|&piece| {
+    let mut found = primitives(file, block)
+        .filter_map(|(piece, primitive)| Some((piece, *primitive.attributes.get(semantic)?)));
+    let found = found.next();
+    found
+        .map(|(piece, accessor)| checked(file, block, semantic, piece, accessor))
+        .transpose()
+}
+
+/// The primitives that use a block.
+fn primitives(file: &GltfFile, block: usize) -> impl Iterator<Item = (&Piece, &Primitive)> {
+    let pieces = file.geometry.blocks.get(block);
+    let pieces = pieces.map_or(&[][..], |block| &block.pieces);
+    pieces.iter().filter_map(|&piece| {
         let piece = file.geometry.pieces.get(piece)?;
         Some((piece, file.primitive(piece)?))
-    });
-    let found = primitives
-        .find_map(|(piece, primitive)| Some((piece, *primitive.attributes.get(semantic)?)));
-    let Some((piece, accessor)) = found else {
-        return Ok(None);
-    };
+    })
+}
+
+/// The layout of an attribute that fits its vertices and its meaning.
+fn checked(
+    file: &GltfFile,
+    block: usize,
+    semantic: &str,
+    piece: &Piece,
+    accessor: u64,
+) -> Result<Layout, IoError> {
     let layout = Layout::new(accessor, &file.accessors, &file.views, &file.buffers)?;
     let count = file.geometry.blocks[block].vertices.len();
     if layout.count != count {
@@ -108,37 +122,32 @@ pub(super) fn layout_of(
             ),
         ));
     }
-    Ok(Some(layout))
+    Ok(layout)
 }
 
 fn columns(file: &GltfFile) -> Result<BTreeMap<String, Column>, IoError> {
     let mut columns: BTreeMap<String, Column> = BTreeMap::new();
-    for (number, block) in file.geometry.blocks.iter().enumerate() {
-        let mut semantics: Vec<&String> = Vec::new();
-        for &piece in &block.pieces {
-            let piece = file.geometry.pieces.get(piece);
-            if let Some(primitive) = piece.and_then(|piece| file.primitive(piece)) {
-                semantics.extend(primitive.attributes.keys());
+    for number in 0..file.geometry.blocks.len() {
+        let mut first: BTreeMap<&str, (&Piece, u64)> = BTreeMap::new();
+        for (piece, primitive) in primitives(file, number) {
+            for (semantic, &accessor) in &primitive.attributes {
+                first.entry(semantic).or_insert((piece, accessor));
             }
         }
-        semantics.sort_unstable();
-        semantics.dedup();
-        for semantic in semantics {
-            if semantic == "POSITION" {
-                continue;
-            }
-            let Some(layout) = layout_of(file, number, semantic)? else {
-                continue;
-            };
+        first.remove("POSITION");
+        for (semantic, (piece, accessor)) in first {
+            let layout = checked(file, number, semantic, piece, accessor)?;
             let is_color = semantic == "COLOR_0";
             let is_plain = !layout.normalized || is_color;
             let integer =
                 (is_plain && layout.component != Component::F32).then_some(layout.component);
-            let column = columns.entry(semantic.clone()).or_insert_with(|| Column {
-                components: layout.components,
-                integer,
-                layouts: Vec::new(),
-            });
+            let column = columns
+                .entry(semantic.to_owned())
+                .or_insert_with(|| Column {
+                    components: layout.components,
+                    integer,
+                    layouts: Vec::new(),
+                });
             column.components = column.components.max(layout.components);
             if column.integer != integer {
                 column.integer = None;

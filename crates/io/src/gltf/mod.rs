@@ -16,6 +16,7 @@ mod geometry;
 mod json;
 mod model;
 mod new;
+mod plan;
 mod private;
 mod rebuild;
 mod scene;

@@ -197,9 +197,9 @@ impl<'a> Root<'a> {
     /// Reads the JSON text that starts at byte `start` of the file.
     pub(super) fn read(text: &'a str, start: usize, limits: &Limits) -> Result<Self, IoError> {
         let num_values = scan(text.as_bytes(), limits)?;
-        // What a value of the JSON takes at most in the types above, on the average of what can
-        // be made of few characters.
-        const VALUE: usize = 64;
+        // What a value of the JSON takes at most in the types above and, if it is a node, for its
+        // transform: `{},` counts twice.
+        const VALUE: usize = 192;
         limits.check_memory(
             text.len().saturating_add(num_values.saturating_mul(VALUE)),
             0,

@@ -3,16 +3,19 @@
 //! The primitives of what changed get new accessors with the elements of the new vertices, taken
 //! byte by byte from the old ones, and new indices. What did not change keeps its accessors. Where
 //! the new order of vertices or a face needs it, primitives come to share one set of vertices.
+//!
+//! What glTF cannot say without moving vertices or renumbering is refused: a mesh that placed
+//! vertices which it shared goes away, or faces change their order across primitives.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
 
 use super::accessor::{Component, Layout};
-use super::geometry::{Block, Piece};
+use super::geometry::Piece;
 use super::json::member;
+use super::plan::{Plan, unsupported};
 use super::write::{Rewrite, array, limits};
 use super::{GltfFile, Kept};
-use crate::attributes::NONE;
 use crate::error::IoError;
 use crate::limits::Limits;
 use crate::remap::Remap;
@@ -55,216 +58,6 @@ pub(super) fn rebuild(file: &GltfFile, remap: &Remap, mesh: Mesh<'_>) -> Result<
         return Err(unsupported("vertices or faces in this order"));
     }
     Ok(new)
-}
-
-fn unsupported(what: &str) -> IoError {
-    IoError::Unsupported {
-        feature: format!("a glTF with {what}"),
-        remedy: "convert the file to another format and repair that",
-    }
-}
-
-/// Which primitive each new face goes to, and which vertices share an accessor.
-struct Plan {
-    /// For each piece its new faces.
-    faces: Vec<Range<usize>>,
-    /// For each block its group.
-    group_of: Vec<usize>,
-    groups: Vec<Group>,
-}
-
-/// New vertices that stand in one accessor.
-#[derive(Clone, Debug)]
-struct Group {
-    vertices: Range<usize>,
-    /// Whether these are the vertices of a block as they were.
-    is_kept: bool,
-}
-
-impl Plan {
-    fn new(file: &GltfFile, remap: &Remap, mesh: Mesh<'_>) -> Result<Self, IoError> {
-        let geometry = &file.geometry;
-        let faces = faces(&geometry.pieces, remap, mesh)?;
-        let block_of = |v: u32| {
-            let blocks = &geometry.blocks;
-            let block = blocks.partition_point(|b| b.vertices.end <= v as usize);
-            block.min(blocks.len().saturating_sub(1))
-        };
-        // Blocks that a piece has vertices of are one group.
-        let mut union = Union::new(geometry.blocks.len());
-        let mut first_piece = vec![usize::MAX; geometry.blocks.len()];
-        for (piece, faces) in faces.iter().enumerate() {
-            let mut first = None;
-            for face in faces.clone() {
-                for &v in remap.faces.get(face).unwrap_or(&[]) {
-                    let Some(&old) = remap.vertices.get(v as usize) else {
-                        return Err(unsupported("a vertex that is not there"));
-                    };
-                    let block = block_of(old);
-                    union.join(*first.get_or_insert(block), block);
-                    first_piece[block] = first_piece[block].min(piece);
-                }
-            }
-        }
-        // So are blocks whose new vertices lie between each other.
-        let mut extents: BTreeMap<usize, Range<usize>> = BTreeMap::new();
-        for (i, &old) in remap.vertices.iter().enumerate() {
-            let extent = extents.entry(union.find(block_of(old))).or_insert(i..i);
-            extent.end = i + 1;
-        }
-        let mut sorted: Vec<(usize, Range<usize>)> = extents.into_iter().collect();
-        sorted.sort_by_key(|(_, extent)| extent.start);
-        let mut runs: Vec<(usize, Range<usize>, usize)> = Vec::new();
-        let mut first_of_root = vec![usize::MAX; geometry.blocks.len()];
-        for (block, &first) in first_piece.iter().enumerate() {
-            let root = union.find(block);
-            first_of_root[root] = first_of_root[root].min(first);
-        }
-        for (root, extent) in sorted {
-            let first = first_of_root[root];
-            match runs.last_mut() {
-                // A group must have faces, and groups come in the order of their primitives.
-                Some((last, run, last_first))
-                    if extent.start < run.end || first == usize::MAX || first < *last_first =>
-                {
-                    union.join(*last, root);
-                    run.end = run.end.max(extent.end);
-                    *last_first = first.min(*last_first);
-                }
-                _ => runs.push((root, extent, first)),
-            }
-        }
-        // A join may have brought the first primitive of a run before that of the run before.
-        let mut groups: Vec<(usize, Range<usize>, usize)> = Vec::new();
-        for (root, extent, mut first) in runs {
-            let mut extent = extent;
-            while let Some((last, run, last_first)) = groups.pop_if(|(_, _, last)| first <= *last) {
-                union.join(last, root);
-                extent.start = run.start;
-                first = first.min(last_first);
-            }
-            groups.push((root, extent, first));
-        }
-        let numbers: HashMap<usize, usize> = groups
-            .iter()
-            .enumerate()
-            .map(|(number, &(root, ..))| (union.find(root), number))
-            .collect();
-        let group_of: Vec<usize> = (0..geometry.blocks.len())
-            .map(|b| numbers.get(&union.find(b)).copied().unwrap_or(usize::MAX))
-            .collect();
-        let groups = groups.into_iter().map(|(_, vertices, _)| Group {
-            is_kept: is_kept(
-                &geometry.blocks,
-                &remap.vertices[vertices.clone()],
-                block_of,
-            ),
-            vertices,
-        });
-        let mut plan = Self {
-            faces,
-            groups: groups.collect(),
-            group_of,
-        };
-        for (piece, faces) in geometry.pieces.iter().zip(&plan.faces) {
-            let Some(group) = plan.groups.get_mut(plan.group_of[piece.block]) else {
-                continue;
-            };
-            let old = remap.vertices.get(group.vertices.start);
-            group.is_kept &= faces.is_empty() || old.is_some_and(|&v| block_of(v) == piece.block);
-        }
-        plan.check_placements(&geometry.blocks)?;
-        Ok(plan)
-    }
-
-    /// Vertices in one accessor are placed by one transform.
-    fn check_placements(&self, blocks: &[Block]) -> Result<(), IoError> {
-        let mut first: Vec<Option<&Block>> = vec![None; self.groups.len()];
-        for (block, &group) in blocks.iter().zip(&self.group_of) {
-            let Some(first) = first.get_mut(group) else {
-                continue;
-            };
-            if first.get_or_insert(block).placement != block.placement {
-                return Err(unsupported("meshes that are grown together across nodes"));
-            }
-        }
-        Ok(())
-    }
-}
-
-/// Whether the new vertices are all those of one block in their order.
-fn is_kept(blocks: &[Block], vertices: &[u32], block_of: impl Fn(u32) -> usize) -> bool {
-    let Some(block) = vertices.first().and_then(|&v| blocks.get(block_of(v))) else {
-        return false;
-    };
-    vertices.len() == block.vertices.len()
-        && vertices
-            .iter()
-            .zip(block.vertices.clone())
-            .all(|(&a, b)| a as usize == b)
-}
-
-/// The new faces of each piece.
-fn faces(pieces: &[Piece], remap: &Remap, mesh: Mesh<'_>) -> Result<Vec<Range<usize>>, IoError> {
-    let piece_of = |face: usize| pieces.partition_point(|piece| piece.faces.end <= face);
-    let mut faces = vec![0..0; pieces.len()];
-    let mut current: Option<usize> = None;
-    for (face, &source) in remap.face_sources.iter().enumerate() {
-        if remap
-            .faces
-            .get(face)
-            .is_none_or(|polygon| polygon.len() != 3)
-        {
-            return Err(unsupported("faces of more than three corners"));
-        }
-        let piece = if source == NONE {
-            // A face that closes a hole goes with the face before it, if that is of the mesh
-            // where the hole was; faces of an old glTF are triangles.
-            let corner = remap.faces.corner_range(face).start;
-            let corner = remap.corner_sources.get(corner).copied().unwrap_or(NONE);
-            let beside = piece_of(corner as usize / 3);
-            let mesh_of = |piece: usize| pieces.get(piece).map(|p| p.mesh);
-            current
-                .filter(|&piece| mesh_of(piece) == mesh_of(beside) || mesh_of(beside).is_none())
-                .unwrap_or(beside)
-        } else {
-            piece_of(source as usize)
-        };
-        if piece >= pieces.len() || source != NONE && source as usize >= mesh.faces.len() {
-            return Err(unsupported("a face that is not there"));
-        }
-        if current.is_some_and(|current| piece < current) {
-            return Err(unsupported("faces of its primitives in another order"));
-        }
-        if current != Some(piece) {
-            faces[piece] = face..face;
-            current = Some(piece);
-        }
-        faces[piece].end = face + 1;
-    }
-    Ok(faces)
-}
-
-/// Sets of blocks that grow together.
-struct Union(Vec<usize>);
-
-impl Union {
-    fn new(count: usize) -> Self {
-        Self((0..count).collect())
-    }
-
-    fn find(&mut self, mut i: usize) -> usize {
-        while self.0[i] != i {
-            self.0[i] = self.0[self.0[i]];
-            i = self.0[i];
-        }
-        i
-    }
-
-    fn join(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.find(a), self.find(b));
-        self.0[a.max(b)] = a.min(b);
-    }
 }
 
 /// Where a primitive names an accessor of its vertices.

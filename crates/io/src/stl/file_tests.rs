@@ -5,7 +5,7 @@ use std::path::Path;
 use proptest::prelude::*;
 
 use super::is_stl;
-use super::tests::{O, TEXT, binary, load, point, tetrahedron};
+use super::tests::{O, TEXT, TestFacet, binary, load, point, tetrahedron};
 use crate::attributes::{Attributes, NORMAL};
 use crate::document::Document;
 use crate::format::Format;
@@ -49,8 +49,11 @@ fn the_files_beside_the_workspace_do_what_is_expected() {
     assert_eq!(mesh.mesh().num_vertices(), 2216);
 }
 
+/// Positions and triangles.
+type Soup = (Vec<[f32; 3]>, Vec<[usize; 3]>);
+
 /// What `stl_io` makes of a file: distinct positions and triangles.
-fn oracle(bytes: &[u8]) -> Option<(Vec<[f32; 3]>, Vec<[usize; 3]>)> {
+fn oracle(bytes: &[u8]) -> Option<Soup> {
     let mesh = stl_io::read_stl(&mut std::io::Cursor::new(bytes)).ok()?;
     let vertices = mesh.vertices.iter().map(|v| v.0).collect();
     Some((vertices, mesh.faces.iter().map(|f| f.vertices).collect()))
@@ -110,7 +113,7 @@ fn facets() -> impl Strategy<Value = Vec<([f32; 3], [[f32; 3]; 3], u16)>> {
 }
 
 /// The same as text, with an oddity of spacing by each facet's attribute.
-fn text(facets: &[([f32; 3], [[f32; 3]; 3], u16)]) -> String {
+fn text(facets: &[TestFacet]) -> String {
     use std::fmt::Write as _;
     let mut out = String::from("solid t\n");
     for (normal, corners, odd) in facets {

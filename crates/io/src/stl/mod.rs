@@ -24,7 +24,6 @@ mod tests;
 use crate::document::Document;
 use crate::error::{IoError, Place};
 use crate::limits::Limits;
-use crate::text as lines;
 
 pub(crate) use new::{losses, write_new};
 

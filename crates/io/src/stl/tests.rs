@@ -25,8 +25,11 @@ fn refusal(bytes: impl Into<Vec<u8>>) -> String {
     load(bytes).unwrap_err().to_string()
 }
 
+/// Normal, corners and attribute bytes.
+pub(super) type TestFacet = ([f32; 3], [[f32; 3]; 3], u16);
+
 /// A binary file of these facets.
-pub(super) fn binary(title: &str, facets: &[([f32; 3], [[f32; 3]; 3], u16)]) -> Vec<u8> {
+pub(super) fn binary(title: &str, facets: &[TestFacet]) -> Vec<u8> {
     let mut bytes = title.as_bytes().to_vec();
     bytes.resize(80, 0);
     bytes.extend((facets.len() as u32).to_le_bytes());

@@ -288,3 +288,30 @@ fn limits_are_kept() {
         assert!(error.contains(part), "{error}");
     }
 }
+
+#[test]
+fn many_names_of_little_end_soon() {
+    // Each of many primitives has an attribute of its own at the same few vertices.
+    let mut made = Made::default();
+    let positions = made.floats("VEC3", &CORNERS);
+    let other = made.floats("SCALAR", &[1.0; 4]);
+    let primitives: Vec<Value> = (0..3000)
+        .map(|i| json!({"attributes": {"POSITION": positions, format!("_{i}"): other}}))
+        .collect();
+    let glb = made.glb(&json!({"meshes": [{"primitives": primitives}]}));
+    let clock = std::time::Instant::now();
+    let mut document = super::made::open(&glb).unwrap();
+    assert_eq!(document.attributes().unwrap().vertices.len(), 3000);
+    document.set_position(0, [-1.0; 3].into()).unwrap();
+    document.write(crate::Format::Glb).unwrap();
+    assert!(clock.elapsed().as_secs() < 5);
+    // Empty nodes by the thousand take memory that is counted before it is taken.
+    let nodes = vec![json!({}); 100_000];
+    let glb = made.glb(&json!({"nodes": nodes}));
+    let limits = Limits {
+        max_memory: 10 << 20,
+        ..Limits::default()
+    };
+    let error = read(glb, None, &limits).unwrap_err().to_string();
+    assert!(error.contains("bytes of memory"), "{error}");
+}
