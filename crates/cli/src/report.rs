@@ -193,7 +193,7 @@ pub(crate) struct Table {
 impl Table {
     pub(crate) fn row(&mut self, name: &str, value: impl std::fmt::Display) {
         // Writing to a string does not fail.
-        let _ = writeln!(self.text, "{name:<24}{value}");
+        let _ = writeln!(self.text, "{name:<23} {value}");
     }
 
     pub(crate) fn quality(&mut self, quality: &QualityFields) {

@@ -96,11 +96,20 @@ fn tell(changes: &[Change], table: &mut Table) {
     if changes.is_empty() {
         table.row("changes", "none");
     }
-    for of_kind in changes.chunk_by(|a, b| a.kind() == b.kind()) {
-        table.row(of_kind[0].kind(), of_kind.len());
-        for change in &of_kind[..of_kind.len().min(LISTED)] {
-            table.row("", change);
+    // Kinds in the order in which they first come.
+    let mut kinds: Vec<(&str, Vec<&Change>)> = Vec::new();
+    for change in changes {
+        match kinds.iter_mut().find(|(kind, _)| *kind == change.kind()) {
+            Some((_, of_kind)) => of_kind.push(change),
+            None => kinds.push((change.kind(), vec![change])),
         }
+    }
+    for (kind, of_kind) in kinds {
+        table.row(kind, of_kind.len());
+        of_kind
+            .iter()
+            .take(LISTED)
+            .for_each(|change| table.row("", change));
         if of_kind.len() > LISTED {
             table.row("", "…");
         }
