@@ -455,13 +455,17 @@ impl Document {
             if self.original.is_empty() {
                 return Vec::new();
             }
-            let stale = |what: String| format!("{what} are kept as they were; vertices have moved");
-            return source.stale().into_iter().map(stale).collect();
+            let mut stale = source.stale();
+            if let Err(error) = self.turned_normals(source.as_ref()) {
+                stale.push(format!("normals, which cannot be read ({error}),"));
+            }
+            let kept = |what: String| format!("{what} are kept as they were; vertices have moved");
+            return stale.into_iter().map(kept).collect();
         }
         let mut losses = source.map_or_else(Vec::new, |source| source.extras());
         match writer::losses(self, format) {
             Ok(lost) => losses.extend(lost),
-            Err(error) => losses.push(format!("everything but positions and faces ({error})")),
+            Err(error) => return vec![format!("{format} cannot be written: {error}")],
         }
         let lost = |what: String| format!("{what} will be lost in {format}");
         losses.into_iter().map(lost).collect()
@@ -473,16 +477,27 @@ impl Document {
     /// that turned with the surface are replaced, in the number types that the file has (a PLY with
     /// `float` coordinates keeps them `float`); otherwise a new file is written with positions as
     /// exact as the format allows, the faces, and what it can hold of the attributes. Text formats
-    /// get the shortest number that reads back to the same bits.
+    /// get the shortest number that reads back to the same bits. Normals that cannot be read are
+    /// left as they are.
     ///
     /// # Errors
     /// [`IoError::DoesNotFit`] if the format's number type cannot hold a new coordinate;
-    /// [`IoError`] with the place in the file if an attribute that is needed is wrong there.
+    /// [`IoError`] with the place in the file if an attribute is wrong that another format needs.
     pub fn write(&self, format: Format) -> Result<Vec<u8>, IoError> {
         match &self.source {
             Some(source) if source.writes(format) => self.rewrite(source.as_ref(), format),
             _ => writer::write(self, format),
         }
+    }
+
+    /// The normals that turned where vertices were moved; an error if the file's are wrong.
+    fn turned_normals(&self, source: &dyn SourceFile) -> Result<Normals, IoError> {
+        if self.original.is_empty() || self.original == self.positions || !source.has_normals() {
+            return Ok(Normals::default());
+        }
+        let attributes = source.attributes(self.mesh())?;
+        let (before, after) = (&self.original, &self.positions);
+        Ok(Normals::turned(&attributes, &self.faces, before, after))
     }
 
     fn rewrite(&self, source: &dyn SourceFile, format: Format) -> Result<Vec<u8>, IoError> {
@@ -492,12 +507,8 @@ impl Document {
             .zip(&self.positions)
             .map(|(before, after)| before != after)
             .collect();
-        let normals = if source.has_normals() && moved.contains(&true) {
-            let attributes = source.attributes(self.mesh())?;
-            Normals::turned(&attributes, &self.faces, &self.original, &self.positions)
-        } else {
-            Normals::default()
-        };
+        // An edit is not lost over a number that has nothing to do with it.
+        let normals = self.turned_normals(source).unwrap_or_default();
         let moves = Moves {
             mesh: self.mesh(),
             moved: &moved,

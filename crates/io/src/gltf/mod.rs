@@ -35,7 +35,7 @@ use self::geometry::Geometry;
 use self::model::{Accessor, Mesh as JsonMesh, Root, View};
 use crate::attributes::Attributes;
 use crate::document::{Document, Parsed};
-use crate::error::{IoError, quote};
+use crate::error::{IoError, Place, quote};
 use crate::format::Format;
 use crate::limits::Limits;
 use crate::remap::Remap;
@@ -55,6 +55,13 @@ pub(crate) fn read(
     limits: &Limits,
     resolver: &dyn Resolve,
 ) -> Result<Document, IoError> {
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
+    if !is_glb(&bytes) && !text.trim_ascii_start().starts_with(b"{") {
+        return Err(IoError::Malformed {
+            place: Place::Byte(0),
+            problem: "this is no glTF: a GLB starts with `glTF`, a .gltf is JSON".to_owned(),
+        });
+    }
     let (file, parsed) = GltfFile::read(bytes, limits, resolver)?;
     Document::from_source(parsed, file)
 }
