@@ -8,7 +8,7 @@ use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::HalfedgeMesh;
 use nalgebra::Point3;
 
-use crate::attributes::Attributes;
+use crate::attributes::{Attributes, NONE};
 use crate::error::{IoError, Warning};
 use crate::faces::FaceList;
 use crate::format::Format;
@@ -343,8 +343,9 @@ impl Document {
             let vertices = vertices.take_while(|&&v| (v as usize) < old.vertices.end);
             part.vertices = vertex..vertex + vertices.count();
             vertex = part.vertices.end;
-            let faces = remap.faces.iter().skip(face);
-            let faces = faces.take_while(|f| f.iter().all(|&v| (v as usize) < vertex));
+            // A face that closes a hole stands behind the faces of its part.
+            let faces = remap.face_sources[face..].iter();
+            let faces = faces.take_while(|&&f| f == NONE || (f as usize) < old.faces.end);
             part.faces = face..face + faces.count();
             face = part.faces.end;
         }
@@ -406,8 +407,13 @@ impl Document {
             }
             let p = p.map(Scalar::as_f64);
             // Welded within a tolerance, a vertex keeps its distance to the first one.
-            let offset = self.positions[vertex] - old;
-            moves.push((vertex, if offset.norm() > 0.0 { p + offset } else { p }));
+            let [at, first] = [vertex, first].map(|v| self.file_positions()[v]);
+            let p = match () {
+                () if at == first => p,
+                () if p == first => at,
+                () => p + (at - first),
+            };
+            moves.push((vertex, p));
         }
         if let Some(&(vertex, _)) = moves.iter().find(|(_, p)| !is_finite(p)) {
             return Err(IoError::NonFinitePosition { vertex });

@@ -45,16 +45,16 @@ impl Normals {
         after: &[Point3<f64>],
     ) -> Self {
         let moved: Vec<bool> = before.iter().zip(after).map(|(a, b)| a != b).collect();
-        let turn = Turn::new(faces, before, after, &moved);
+        let turn = |sharing| Turn::new(faces, before, after, &moved, sharing);
         let mut normals = Self::default();
         if let Some(p) = attributes.vertex(NORMAL).filter(|p| p.components == 3) {
-            normals.vertices = turn.vertices(&p.values);
+            normals.vertices = turn(Sharing::Place).vertices(&p.values);
         }
         if let Some(p) = attributes.face(NORMAL).filter(|p| p.components == 3) {
-            normals.faces = turn.faces(&p.values);
+            normals.faces = turn(Sharing::Vertex).faces(&p.values);
         }
         if let Some(p) = attributes.corner(NORMAL).filter(|p| p.components == 3) {
-            normals.corners = turn.corners(&p.values, &p.indices);
+            normals.corners = turn(Sharing::Vertex).corners(&p.values, &p.indices);
         }
         normals
     }
@@ -93,6 +93,15 @@ type Group = (u32, [u64; 3]);
 /// Their numbers.
 type Groups = HashMap<Group, usize, RandomState>;
 
+/// Whose corners have a normal together.
+#[derive(Clone, Copy)]
+enum Sharing {
+    /// Those of one vertex.
+    Vertex,
+    /// Those at one place: seams split vertices.
+    Place,
+}
+
 struct Turn<'a> {
     faces: &'a FaceList,
     /// The first vertex at the place of each vertex.
@@ -109,8 +118,17 @@ impl<'a> Turn<'a> {
         before: &'a [Point3<f64>],
         after: &'a [Point3<f64>],
         moved: &[bool],
+        sharing: Sharing,
     ) -> Self {
-        let places = weld::exact(before, |_| 0);
+        // Vertices at one place belong together if they also go to one place: what moves apart was
+        // two surfaces that touched. A corner's normal belongs to its vertex alone.
+        let places = match sharing {
+            Sharing::Vertex => (0..before.len() as u32).collect(),
+            Sharing::Place => {
+                let first = weld::exact(before, |_| 0);
+                weld::exact(after, |v| first[v])
+            }
+        };
         let mut is_affected = vec![false; before.len()];
         for polygon in faces
             .iter()
@@ -137,7 +155,7 @@ impl<'a> Turn<'a> {
         normal: impl Fn(usize, u32) -> Option<[f64; 3]>,
     ) -> (Groups, Vec<Option<[f64; 3]>>) {
         let mut numbers = Groups::default();
-        let mut groups: Vec<([f64; 3], [Vector3<f64>; 2])> = Vec::new();
+        let mut groups: Vec<([f64; 3], [Sum; 2])> = Vec::new();
         for (face, polygon) in self.faces.iter().enumerate() {
             if !polygon.iter().any(|&v| self.affected(v)) {
                 continue;
@@ -153,17 +171,17 @@ impl<'a> Turn<'a> {
                 }
                 let Some(n) = normal(corner, v) else { continue };
                 let number = *numbers.entry(self.group(v, n)).or_insert_with(|| {
-                    groups.push((n, [Vector3::zeros(); 2]));
+                    groups.push((n, [Sum::default(); 2]));
                     groups.len() - 1
                 });
                 for (sum, (positions, unit)) in groups[number].1.iter_mut().zip(sides) {
-                    *sum += unit * angle(positions, polygon, k);
+                    sum.add(unit, angle(positions, polygon, k));
                 }
             }
         }
         let turned = groups
             .iter()
-            .map(|&(n, [old, new])| turned(n, old, new))
+            .map(|&(n, [old, new])| turned(n, old.direction(), new.direction()))
             .collect();
         (numbers, turned)
     }
@@ -261,29 +279,62 @@ fn triple(values: &Values, element: u32) -> Option<[f64; 3]> {
     n.iter().all(|x| x.is_finite()).then_some(n)
 }
 
+/// The normals of the faces at a place, weighted by their angles.
+#[derive(Clone, Copy, Default)]
+struct Sum {
+    normal: Vector3<f64>,
+    weight: f64,
+}
+
+impl Sum {
+    fn add(&mut self, unit: Vector3<f64>, angle: f64) {
+        self.normal += unit * angle;
+        self.weight += angle;
+    }
+
+    /// The unit normal, or zero where the faces cancel and only rounding is left.
+    fn direction(&self) -> Vector3<f64> {
+        match self.normal.norm() > 1e-9 * self.weight {
+            true => self.normal.normalize(),
+            false => Vector3::zeros(),
+        }
+    }
+}
+
 /// The unit normal of a polygon (Newell), or zero.
 fn newell(positions: &[Point3<f64>], polygon: &[u32]) -> Vector3<f64> {
     let p = |k: usize| positions[polygon[k % polygon.len()] as usize];
+    let side = |k: usize| p(k) - p(0);
+    let size = (1..polygon.len())
+        .map(|k| side(k).amax())
+        .fold(0.0, f64::max);
+    // Scaled, so that no product leaves the range of numbers.
     let sum: Vector3<f64> = (1..polygon.len())
-        .map(|k| (p(k) - p(0)).cross(&(p(k + 1) - p(0))))
+        .map(|k| (side(k) / size).cross(&(side(k + 1) / size)))
         .sum();
     sum.try_normalize(0.0).unwrap_or_default()
 }
 
-/// The angle of a polygon at its corner `k`.
+/// The angle of a polygon at its corner `k`; 0 where two corners are at one place.
 fn angle(positions: &[Point3<f64>], polygon: &[u32], k: usize) -> f64 {
     let n = polygon.len();
     let p = |k: usize| positions[polygon[k % n] as usize];
-    (p(k + 1) - p(k)).angle(&(p(k + n - 1) - p(k)))
+    let side = |to: usize| {
+        let side = p(to) - p(k);
+        (side / side.amax()).try_normalize(0.0)
+    };
+    match (side(k + 1), side(k + n - 1)) {
+        (Some(a), Some(b)) => a.angle(&b),
+        _ => 0.0,
+    }
 }
 
-/// A normal turned as the surface did; `None` if that changes nothing.
+/// A normal turned as the surface did; `None` if that changes nothing or one of the surface's
+/// normals is zero.
 fn turned(normal: [f64; 3], old: Vector3<f64>, new: Vector3<f64>) -> Option<[f64; 3]> {
-    if old == new {
+    if old == new || old.norm_squared() == 0.0 || new.norm_squared() == 0.0 {
         return None;
     }
-    let old = old.try_normalize(0.0)?;
-    let new = new.try_normalize(0.0)?;
     let normal = Vector3::from(normal);
     let result = match Rotation3::rotation_between(&old, &new) {
         Some(rotation) => rotation * normal,
@@ -379,5 +430,81 @@ mod tests {
         assert_eq!(normal(0), [0.0, 0.0, 1.0]);
         assert!(close(normal(5), [-1.0, 0.0, 0.0]));
         assert!(close(normal(1), normal(4)));
+    }
+
+    #[test]
+    fn surfaces_that_touch_do_not_turn_each_other() {
+        let (_, [mut before, mut after]) = fold();
+        let faces = [[0u32, 1, 4, 3], [1, 2, 5, 4], [6, 7, 10, 9], [7, 8, 11, 10]];
+        let faces = faces.iter().collect();
+        // A second sheet on the first, which stays.
+        before.extend_from_within(..);
+        after.extend_from_slice(&before[6..]);
+        let up = [0.0, 0.0, 1.0];
+        let attributes = Attributes {
+            corners: vec![CornerProperty {
+                name: NORMAL.into(),
+                components: 3,
+                values: Values::F64(up.to_vec()),
+                indices: vec![0; 16],
+            }],
+            ..Attributes::default()
+        };
+        let changes = Normals::turned(&attributes, &faces, &before, &after).corners;
+        assert!(
+            changes.corners.iter().all(|&(corner, _)| corner < 8),
+            "{changes:?}"
+        );
+        assert!(changes.corners.iter().any(|&(corner, _)| corner == 5));
+    }
+
+    #[test]
+    fn rounding_and_far_places_turn_nothing_wrong() {
+        // A fan and its back: the normals cancel at every vertex.
+        let n = 11;
+        let point = |k: u32| {
+            let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / 11.0).sin_cos();
+            Point3::new(cos, sin, 0.1 * f64::from(k % 3))
+        };
+        let mut before = vec![Point3::new(0.1, 0.2, 0.3)];
+        before.extend((0..n).map(point));
+        let faces = (0..n)
+            .flat_map(|k| {
+                let (a, b) = (1 + k, 1 + (k + 1) % n);
+                [[0, a, b], [0, b, a]]
+            })
+            .collect();
+        let mut after = before.clone();
+        after[0].z = 0.7;
+        let attributes = Attributes {
+            vertices: vec![Property {
+                name: NORMAL.into(),
+                components: 3,
+                values: Values::F64([0.0, 0.0, 1.0].repeat(12)),
+            }],
+            ..Attributes::default()
+        };
+        let changes = Normals::turned(&attributes, &faces, &before, &after);
+        assert_eq!(changes, Normals::default());
+
+        // Where squares overflow, directions do not.
+        let (faces, [before, after]) = fold();
+        for size in [1e200, 1e-200] {
+            let [before, after] =
+                [&before, &after].map(|points| points.iter().map(|p| p * size).collect::<Vec<_>>());
+            let attributes = Attributes {
+                vertices: vec![Property {
+                    name: NORMAL.into(),
+                    components: 3,
+                    values: Values::F64([0.0, 0.0, 1.0].repeat(6)),
+                }],
+                ..Attributes::default()
+            };
+            let changes = Normals::turned(&attributes, &faces, &before, &after);
+            assert!(
+                close(changes.vertices[1].1, [-1.0, 0.0, 0.0]),
+                "{changes:?}"
+            );
+        }
     }
 }
