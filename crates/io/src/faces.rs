@@ -1,5 +1,6 @@
 //! The polygons of a document.
 
+use std::collections::TryReserveError;
 use std::ops::Range;
 
 /// A list of polygons of any degree, stored flat: all corners in one list, and where each polygon
@@ -97,6 +98,16 @@ impl FaceList {
     pub(crate) fn reserve(&mut self, faces: usize, corners: usize) {
         self.ends.reserve(faces);
         self.corners.reserve(corners);
+    }
+
+    /// As [`FaceList::reserve`], where the counts are guesses.
+    pub(crate) fn try_reserve(
+        &mut self,
+        faces: usize,
+        corners: usize,
+    ) -> Result<(), TryReserveError> {
+        self.ends.try_reserve(faces)?;
+        self.corners.try_reserve(corners)
     }
 
     /// Ends the face that is being built and returns its degree.

@@ -13,8 +13,8 @@ use crate::{gltf, gzip, obj, off, ply, stl};
 
 /// Reads a document from bytes.
 ///
-/// The content decides the format (`ply`, or a header word that ends in `OFF`); what announces
-/// nothing is read as `hint`, or as OBJ if there is none.
+/// The content decides the format (see [`Format::from_content`]); what announces nothing is read
+/// as `hint`, or as OBJ if there is none. What is compressed by gzip is read as what it holds.
 ///
 /// # Errors
 /// [`IoError`] naming the line or byte, the element and what is wrong with it. No input panics.
@@ -44,15 +44,30 @@ pub fn read_with(
     limits: &Limits,
     resolver: &dyn Resolve,
 ) -> Result<Document, IoError> {
-    let mut bytes = bytes.into();
+    let bytes = unpacked(bytes.into(), limits)?;
+    let format = Format::from_content(&bytes).or(hint).unwrap_or(Format::Obj);
+    read_as(bytes, format, limits, resolver)
+}
+
+fn unpacked(bytes: Vec<u8>, limits: &Limits) -> Result<Vec<u8>, IoError> {
     limits.check_bytes(bytes.len() as u64)?;
     if gzip::is_gzip(&bytes) {
-        bytes = gzip::decompress(&bytes, limits)?;
+        gzip::decompress(&bytes, limits)
+    } else {
+        Ok(bytes)
     }
+}
+
+fn read_as(
+    bytes: Vec<u8>,
+    format: Format,
+    limits: &Limits,
+    resolver: &dyn Resolve,
+) -> Result<Document, IoError> {
     if bytes.is_empty() {
         return Err(IoError::EmptyFile);
     }
-    match Format::from_content(&bytes).or(hint).unwrap_or(Format::Obj) {
+    match format {
         Format::Obj => obj::read(bytes, limits),
         Format::Ply => ply::read(bytes, limits),
         Format::Off => off::read(bytes, limits),
@@ -85,14 +100,11 @@ pub fn load_with(
 ) -> Result<Document, IoError> {
     let path = path.as_ref();
     let read = || {
-        let mut bytes = read_bytes(path, limits)?;
-        if gzip::is_gzip(&bytes) {
-            bytes = gzip::decompress(&bytes, limits)?;
-        }
+        let bytes = unpacked(read_bytes(path, limits)?, limits)?;
         let format = Format::from_content(&bytes)
             .or_else(|| Format::from_path(path))
             .ok_or(IoError::UnknownFormat)?;
-        read_with(bytes, Some(format), limits, resolver)
+        read_as(bytes, format, limits, resolver)
     };
     read().map_err(|source| in_file(path, source))
 }

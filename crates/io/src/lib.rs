@@ -1,9 +1,13 @@
 //! Mesh files, safely: bytes to a [`Document`] to a half-edge mesh, and back.
 //!
 //! A [`Document`] is the user's file and stays whole: vertex order, polygons, texture
-//! coordinates, colours, further properties, comments. Processing sees a triangulated
-//! [`ProcessingMesh`] built from it, and only positions are written back. OBJ, PLY (text and
-//! binary of both byte orders) and OFF are read and written.
+//! coordinates, materials, nodes, images, comments, the very bytes. Processing sees a welded,
+//! triangulated [`ProcessingMesh`] built from it; positions are written back, and normals turn
+//! with the surface. OBJ, PLY and STL (text and binary), OFF, glTF and GLB are read and written,
+//! also compressed by gzip.
+//!
+//! [`Document::attributes`] decodes what a file says besides; [`Document::inspect`] lists what is
+//! wrong with its mesh, and [`Repair`] does what can be done about it without guessing a shape.
 //!
 //! No input panics or allocates more than a small multiple of its own size; what is refused is
 //! refused with the line or byte, the element, and what to do. This crate opens no path that a

@@ -78,26 +78,20 @@ impl SourceFile for ObjFile {
     fn rebuild(&self, remap: &Remap, mesh: Mesh<'_>) -> Result<Arc<dyn SourceFile>, IoError> {
         let bytes = rebuild::rebuild(self, remap, mesh)?;
         // What was read once can be read again, so no limit applies.
-        let again = parse::parse(&bytes, &NO_LIMITS)?;
-        debug_assert_eq!(again.positions.len(), remap.vertices.len());
-        debug_assert_eq!(again.faces, remap.faces);
+        let again = parse::parse(&bytes, &Limits::NONE)?;
+        // A wrong file must never be written in silence.
+        if again.positions.len() != remap.vertices.len() || again.faces != remap.faces {
+            return Err(IoError::Unsupported {
+                feature: "this repair of an OBJ".to_owned(),
+                remedy: "convert the file to another format and repair that",
+            });
+        }
         Ok(Arc::new(Self {
             bytes,
             counts: again.counts,
         }))
     }
 }
-
-const NO_LIMITS: Limits = Limits {
-    max_bytes: u64::MAX,
-    max_vertices: usize::MAX,
-    max_faces: usize::MAX,
-    max_corners: usize::MAX,
-    max_degree: usize::MAX,
-    max_depth: usize::MAX,
-    max_line: usize::MAX,
-    max_memory: u64::MAX,
-};
 
 /// What a new OBJ file cannot hold, in words.
 pub(crate) fn losses(attributes: &Attributes) -> Vec<String> {

@@ -120,7 +120,7 @@ impl Batch {
     ) -> Result<u32, IoError> {
         let mut largest = 0;
         if file.positions.is_empty() && file.faces.is_empty() {
-            self.reserve(file, bytes.len());
+            self.reserve(file, bytes.len(), limits);
         }
         for (piece, &(from, to)) in self.pieces.iter_mut().zip(&self.ranges) {
             let above = Above {
@@ -139,8 +139,9 @@ impl Batch {
     }
 
     /// Room for the whole file, if it goes on as it starts. Only a guess: the vectors grow if more
-    /// comes, and the guess is bounded by the bytes that are there.
-    fn reserve(&self, file: &mut Mesh, all: usize) {
+    /// comes, the guess is bounded by the bytes that are there, and what the limits or the system
+    /// refuse is not taken.
+    fn reserve(&self, file: &mut Mesh, all: usize, limits: &Limits) {
         let pieces = &self.pieces[..self.ranges.len()];
         let vertices = pieces.iter().map(|p| p.positions.len()).sum::<usize>();
         let corners = pieces.iter().map(|p| p.corners.len()).sum::<usize>();
@@ -155,8 +156,12 @@ impl Batch {
             // Vertices and faces in turns: everything grows at the same pace.
             let times = 1.02 * all as f64 / (last.1 - first.0).max(1) as f64;
             let guess = |count: usize| (count as f64 * times) as usize;
-            file.positions.reserve(guess(vertices));
-            file.faces.reserve(guess(faces), guess(corners));
+            let [vertices, faces, corners] = [vertices, faces, corners].map(guess);
+            if limits.check_memory(all, vertices, corners).is_ok() {
+                // A refusal only means that the vectors grow as they fill.
+                let _ = file.positions.try_reserve(vertices);
+                let _ = file.faces.try_reserve(faces, corners);
+            }
         }
     }
 }
