@@ -419,3 +419,21 @@ fn a_copied_vertex_with_a_long_comment_stays_short() {
         .replace("f 1 3 2", "f 4 3 2");
     assert!(written == expected.as_bytes());
 }
+
+#[test]
+fn a_material_library_is_a_name_and_no_file_to_open() {
+    // Another reader opens any path here, and panics on `Kd 1` in what it finds.
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("bad.mtl"), "newmtl a\nKd 1\n").unwrap();
+    let path = folder.path().join("mesh.obj");
+    let text = "mtllib bad.mtl\nmtllib ../../../../etc/passwd /dev/zero\nusemtl a\n\
+                v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    std::fs::write(&path, text).unwrap();
+    let document = crate::load(&path).unwrap();
+    let attributes = document.attributes().unwrap();
+    assert_eq!(
+        attributes.libraries,
+        ["bad.mtl", "../../../../etc/passwd /dev/zero"]
+    );
+    assert_eq!(document.write(Format::Obj).unwrap(), text.as_bytes());
+}
