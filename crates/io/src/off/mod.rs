@@ -350,7 +350,14 @@ impl SourceFile for OffFile {
 
     fn rebuild(&self, remap: &Remap, _mesh: Mesh<'_>) -> Result<Arc<dyn SourceFile>, IoError> {
         let bytes = rebuild::rebuild(self, remap);
-        let (_, file) = parse(bytes, &Limits::NONE)?;
+        let (again, file) = parse(bytes, &Limits::NONE)?;
+        // A wrong file must never be written in silence.
+        if again.positions.len() != remap.vertices.len() || again.faces != remap.faces {
+            return Err(IoError::Unsupported {
+                feature: "this repair of an OFF".to_owned(),
+                remedy: "convert the file to another format and repair that",
+            });
+        }
         Ok(Arc::new(file))
     }
 }
