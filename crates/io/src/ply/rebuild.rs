@@ -331,11 +331,16 @@ impl Rows<'_> {
         for (new, &old) in (0u32..).zip(&self.remap.vertices) {
             set(old, new);
         }
-        // A vertex that was welded to another went where its corners did.
-        let corners = self.remap.faces.corners().iter();
-        for (&new, &source) in corners.zip(&self.remap.corner_sources) {
-            if let Some(&old) = self.mesh.faces.corners().get(source as usize) {
-                set(old, new);
+        // A vertex that was welded to another went where its corners did. A face that closes a
+        // hole has no corners of its own.
+        let faces = self.remap.faces.iter().zip(&self.remap.face_sources);
+        for (face, (polygon, _)) in faces.enumerate().filter(|(_, (_, s))| **s != NONE) {
+            let sources = self.remap.faces.corner_range(face);
+            let sources = self.remap.corner_sources.get(sources).unwrap_or(&[]);
+            for (&new, &source) in polygon.iter().zip(sources) {
+                if let Some(&old) = self.mesh.faces.corners().get(source as usize) {
+                    set(old, new);
+                }
             }
         }
         numbers
