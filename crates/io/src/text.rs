@@ -9,6 +9,15 @@ pub(crate) fn after_bom(bytes: &[u8]) -> usize {
     }
 }
 
+/// A name or comment of unknown encoding: UTF-8, or else Latin-1, in which every byte is a
+/// character.
+pub(crate) fn decode(bytes: &[u8]) -> String {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => text.to_owned(),
+        Err(_) => bytes.iter().map(|&b| char::from(b)).collect(),
+    }
+}
+
 /// The part of a line before `#`.
 pub(crate) fn before_comment(line: &[u8]) -> &[u8] {
     line.split(|&b| b == b'#').next().unwrap_or(line)
@@ -140,6 +149,12 @@ impl<'a> Iterator for Tokens<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn text_is_utf_8_or_latin_1() {
+        assert_eq!(decode("Wände".as_bytes()), "Wände");
+        assert_eq!(decode(b"W\xe4nde"), "Wände");
+    }
 
     #[test]
     fn every_line_end_ends_one_line() {

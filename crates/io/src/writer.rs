@@ -41,7 +41,7 @@ pub(crate) fn losses(document: &Document, format: Format) -> Result<Vec<String>,
     Ok(match format {
         Format::Obj => obj::losses(attributes),
         Format::Off => off::losses(attributes),
-        Format::Ply => ply::losses(attributes),
+        Format::Ply => ply::losses(&contents),
         Format::Stl => stl::losses(&contents),
         Format::Gltf | Format::Glb => gltf::losses(&contents),
     })

@@ -12,12 +12,24 @@ use crate::attributes::{Attributes, COLOR, LabelKind, Labels, NONE, NORMAL, Prop
 use crate::error::IoError;
 use crate::source::Mesh;
 
+/// One byte makes at most so many numbers of attributes.
+const VALUES_PER_BYTE: usize = 64;
+
 /// Everything that [`Attributes`] can hold of a file.
 pub(super) fn decode(file: &GltfFile, mesh: Mesh<'_>) -> Result<Attributes, IoError> {
     let num_vertices = mesh.positions.len();
     let columns = columns(file)?;
     let mut vertices = Vec::new();
     let mut num_bytes = file.buffers.num_bytes();
+    // An accessor may have elements and no bytes, and many may share them.
+    let per_vertex = columns.values().map(|column| column.components).sum();
+    let num_values = num_vertices.saturating_mul(per_vertex);
+    if num_values > num_bytes.saturating_mul(VALUES_PER_BYTE) {
+        return Err(problem(
+            "meshes".to_owned(),
+            format!("{num_values} numbers of attributes in all in a file of {num_bytes} bytes"),
+        ));
+    }
     for (semantic, column) in &columns {
         num_bytes = num_bytes.saturating_add(
             num_vertices
@@ -138,7 +150,9 @@ fn columns(file: &GltfFile) -> Result<BTreeMap<String, Column>, IoError> {
         for (semantic, (piece, accessor)) in first {
             let layout = checked(file, number, semantic, piece, accessor)?;
             let is_color = semantic == "COLOR_0";
-            let is_plain = !layout.normalized || is_color;
+            // The second texture coordinate is turned about, which no unsigned integer can be.
+            let is_real = matches!(semantic, "NORMAL" | "TEXCOORD_0");
+            let is_plain = (!layout.normalized || is_color) && !is_real;
             let integer =
                 (is_plain && layout.component != Component::F32).then_some(layout.component);
             let column = columns
@@ -166,13 +180,17 @@ impl Column {
         num_vertices: usize,
     ) -> Result<Property, IoError> {
         let zeros = num_vertices.saturating_mul(self.components);
+        // What has no colour is white, as it is shown.
+        let is_color = semantic == "COLOR_0";
         let mut values = match self.integer {
             Some(Component::I8) => Values::I8(vec![0; zeros]),
-            Some(Component::U8) => Values::U8(vec![0; zeros]),
+            Some(Component::U8) => Values::U8(vec![if is_color { u8::MAX } else { 0 }; zeros]),
             Some(Component::I16) => Values::I16(vec![0; zeros]),
-            Some(Component::U16) => Values::U16(vec![0; zeros]),
+            Some(Component::U16) => Values::U16(vec![if is_color { u16::MAX } else { 0 }; zeros]),
             Some(Component::U32) => Values::U32(vec![0; zeros]),
-            Some(Component::F32) | None => Values::F32(vec![0.0; zeros]),
+            Some(Component::F32) | None => {
+                Values::F32(vec![if is_color { 1.0 } else { 0.0 }; zeros])
+            }
         };
         for (block, layout) in &self.layouts {
             let block = &file.geometry.blocks[*block];

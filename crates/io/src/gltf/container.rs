@@ -100,7 +100,14 @@ impl Container {
                     let message = "the first chunk of a GLB must be its JSON".to_owned();
                     return Err(problem(at + 4, message));
                 }
-                BIN if bin.is_none() && others.is_empty() => bin = Some(start..end),
+                BIN if bin.is_none() => {
+                    if !others.is_empty() {
+                        let message = "the BIN chunk of a GLB must come second, right behind \
+                                       its JSON";
+                        return Err(problem(at + 4, message.to_owned()));
+                    }
+                    bin = Some(start..end);
+                }
                 _ => others.push(at..end),
             }
             at = end;
@@ -212,6 +219,17 @@ mod tests {
         let others: Vec<_> = container.others.iter().map(|r| &glb[r.clone()]).collect();
         assert_eq!(others, [&extra[..], b"end"]);
         assert!(container.is_binary);
+    }
+
+    #[test]
+    fn data_behind_another_chunk_is_refused() {
+        let extra = [0, 0, 0, 0, b'X', b'Y', b'Z', b'W'];
+        let data = [4, 0, 0, 0, b'B', b'I', b'N', 0, 1, 2, 3, 4];
+        let glb = write_binary("{}", None, [&extra[..], &data].into_iter(), b"").unwrap();
+        assert_eq!(
+            read(&glb).unwrap_err(),
+            "byte 36: the BIN chunk of a GLB must come second, right behind its JSON"
+        );
     }
 
     #[test]

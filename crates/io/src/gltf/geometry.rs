@@ -116,6 +116,7 @@ impl Geometry {
             by_accessor: HashMap::new(),
             unshown: 0,
             leftover: 0,
+            displaced: Vec::new(),
         };
         for (number, mesh) in root.meshes.iter().enumerate() {
             reader.mesh(number, mesh)?;
@@ -141,6 +142,12 @@ impl Geometry {
                 reader.leftover
             )));
         }
+        for (mesh, first) in reader.displaced {
+            warnings.push(warning(format!(
+                "mesh {mesh} shares vertices with mesh {first} and is placed elsewhere; it is read \
+                 where mesh {first} is"
+            )));
+        }
         let parsed = reader.parsed;
         Ok((reader.geometry, parsed))
     }
@@ -164,6 +171,8 @@ struct Reader<'a> {
     /// How many primitives have no faces.
     unshown: usize,
     leftover: usize,
+    /// Meshes that use the vertices of another which is placed elsewhere, with that other.
+    displaced: Vec<(usize, usize)>,
 }
 
 impl Reader<'_> {
@@ -199,7 +208,10 @@ impl Reader<'_> {
                 );
             };
             let block = match self.by_accessor.get(&accessor) {
-                Some(&block) => block,
+                Some(&block) => {
+                    self.shared(number, block);
+                    block
+                }
                 None => self.block(number, accessor)?,
             };
             let start = self.parsed.faces.len();
@@ -219,6 +231,19 @@ impl Reader<'_> {
             faces: face..self.parsed.faces.len(),
         });
         Ok(())
+    }
+
+    /// Notes that a mesh uses the vertices of a block which stands elsewhere.
+    fn shared(&mut self, mesh: usize, block: usize) {
+        let block = &self.geometry.blocks[block];
+        let first = block.pieces.first().map(|&p| self.geometry.pieces[p].mesh);
+        let is_noted = self.displaced.last().is_some_and(|&(m, _)| m == mesh);
+        if let Some(first) = first
+            && !is_noted
+            && self.placements.meshes[mesh] != block.placement
+        {
+            self.displaced.push((mesh, first));
+        }
     }
 
     /// Reads the positions of an accessor.

@@ -40,6 +40,10 @@ pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
     .into_iter()
     .flatten()
     .collect();
+    let is_single = |p: &Point3<f64>| p.map(|x| f64::from(x as f32)) == *p;
+    if !contents.positions.iter().all(is_single) {
+        losses.push("digits of coordinates beyond single precision".to_owned());
+    }
     let polygons = contents.faces.iter().filter(|f| f.len() > 3).count();
     let has = |kind: LabelKind| attributes.label(kind).is_some();
     let counted = |count: usize, one: &str, more: &str| match count {

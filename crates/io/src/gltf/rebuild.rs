@@ -41,10 +41,10 @@ pub(super) fn rebuild(file: &GltfFile, remap: &Remap, mesh: Mesh<'_>) -> Result<
     rebuild.edit(changes)?;
     rebuild.drop_pieces()?;
     let bytes = rebuild.rewrite.finish(file.container.is_binary)?;
+    // What was read within the limits may grow by a repair, but not in depth.
     let unbounded = Limits {
-        max_bytes: u64::MAX,
-        max_memory: u64::MAX,
-        ..file.limits
+        max_depth: file.limits.max_depth,
+        ..Limits::NONE
     };
     let kept = Kept::new(&file.buffers);
     let (mut new, parsed) = GltfFile::read(bytes, &unbounded, &kept)?;
@@ -186,7 +186,7 @@ impl Rebuild<'_> {
     }
 
     /// A new accessor of the elements of the new vertices; those of other blocks come from what
-    /// stands in the same slot there, or are zero.
+    /// stands in the same slot there, or are zero; colours are white.
     fn gather(
         &mut self,
         vertices: &Range<usize>,
@@ -251,6 +251,11 @@ impl Rebuild<'_> {
             })?;
             tables.insert(block, table);
         }
+        // What has no colour is white, as it was shown.
+        let mut missing = Vec::new();
+        if *slot == Slot::Attribute("COLOR_0".to_owned()) {
+            (0..components).for_each(|_| component.write(&mut missing, component.unit().into()));
+        }
         let mut out = Vec::with_capacity(old.len() * stride);
         for &v in old {
             let block = block_of(v);
@@ -260,7 +265,7 @@ impl Rebuild<'_> {
                 .get(&block)
                 .and_then(|table| table.get(at..at + size));
             let end = out.len() + stride;
-            out.extend_from_slice(element.unwrap_or(&[]));
+            out.extend_from_slice(element.unwrap_or(&missing));
             out.resize(end, 0);
         }
         let json = file.accessors.get(own_layout.accessor);

@@ -242,6 +242,18 @@ impl<'a> Rewrite<'a> {
         target: Option<u32>,
         stride: Option<usize>,
     ) -> Result<usize, IoError> {
+        // Attributes without bytes of their own get some here; a small file must not make a
+        // huge one.
+        let num_bytes = self.file.buffers.num_bytes();
+        let most = (64usize << 20).saturating_add(num_bytes.saturating_mul(16));
+        if self.appended.len().saturating_add(bytes.len()) > most {
+            return Err(IoError::Unsupported {
+                feature: format!(
+                    "a change that adds more than {most} bytes to a glTF of {num_bytes}"
+                ),
+                remedy: "write the mesh in another format and change that file",
+            });
+        }
         let offset = self.append_at + self.appended.len();
         self.appended.extend_from_slice(bytes);
         self.appended
@@ -425,17 +437,17 @@ fn positions(block: &Block, moves: &Moves<'_>) -> Result<Vec<(usize, [f64; 3])>,
     Ok(changes)
 }
 
-/// The least and the greatest of each component; zeros of nothing.
+/// The least and the greatest finite number of each component; zero where there is none.
 pub(super) fn limits(values: impl Iterator<Item = [f64; 3]>) -> [[f64; 3]; 2] {
-    let mut limits: Option<[[f64; 3]; 2]> = None;
+    let (mut min, mut max) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for value in values {
-        let [min, max] = limits.get_or_insert([value; 2]);
-        for k in 0..3 {
+        // JSON has no infinity and no NaN.
+        for k in (0..3).filter(|&k| value[k].is_finite()) {
             min[k] = min[k].min(value[k]);
             max[k] = max[k].max(value[k]);
         }
     }
-    limits.unwrap_or_default()
+    [min, max].map(|bound| bound.map(|x| if x.is_finite() { x } else { 0.0 }))
 }
 
 /// Numbers as JSON.
@@ -449,4 +461,21 @@ pub(super) fn array(values: &[f64]) -> String {
     }
     text.push(']');
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bounds_are_finite() {
+        let values = [
+            [f64::NAN, 1.0, f64::INFINITY],
+            [f64::NEG_INFINITY, f64::NAN, 2.0],
+            [f64::NAN, -1.0, 3.0],
+        ];
+        let bounds = limits(values.into_iter());
+        assert_eq!(bounds, [[0.0, -1.0, 2.0], [0.0, 1.0, 3.0]]);
+        assert_eq!(limits([].into_iter()), [[0.0; 3]; 2]);
+    }
 }

@@ -11,7 +11,7 @@ pub(super) fn decode(file: &OffFile) -> Result<Attributes, IoError> {
     Ok(Attributes {
         vertices: vertices(file)?,
         faces: faces(file)?,
-        comments: comments(&file.bytes).map(str_of).collect(),
+        comments: comments(&file.bytes).map(text::decode).collect(),
         ..Attributes::default()
     })
 }
@@ -174,10 +174,6 @@ pub(super) fn comments(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
         let comment = comment.strip_prefix(b" ").unwrap_or(comment);
         Some(comment.trim_ascii_end())
     })
-}
-
-fn str_of(text: &[u8]) -> String {
-    String::from_utf8_lossy(text).into_owned()
 }
 
 /// The colours of elements, of which some may have none.

@@ -7,6 +7,7 @@ use foldhash::fast::RandomState;
 use crate::attributes::{Attributes, CornerProperty, NONE, Property, UV, Values};
 use crate::error::{IoError, quote};
 use crate::faces::FaceList;
+use crate::text::decode;
 
 use super::PlyFile;
 use super::groups::{self, Group};
@@ -36,14 +37,6 @@ pub(super) fn attributes(file: &PlyFile, faces: &FaceList) -> Result<Attributes,
         attributes.corners.push(uv);
     }
     Ok(attributes)
-}
-
-/// Text of unknown encoding: UTF-8, or else Latin-1.
-fn decode(bytes: &[u8]) -> String {
-    match std::str::from_utf8(bytes) {
-        Ok(text) => text.to_owned(),
-        Err(_) => bytes.iter().map(|&b| char::from(b)).collect(),
-    }
 }
 
 fn properties<E: Encoded>(file: &PlyFile, kind: ElementKind) -> Result<Vec<Property>, IoError> {

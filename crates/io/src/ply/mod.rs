@@ -156,20 +156,21 @@ impl SourceFile for PlyFile {
         rewrite::rewrite(self, moves)
     }
 
-    fn rebuild(&self, remap: &Remap, _mesh: Mesh<'_>) -> Result<Arc<dyn SourceFile>, IoError> {
-        let bytes = rebuild::rebuild(self, remap)?;
+    fn rebuild(&self, remap: &Remap, mesh: Mesh<'_>) -> Result<Arc<dyn SourceFile>, IoError> {
+        let bytes = rebuild::rebuild(self, remap, mesh)?;
         // What was read within the limits may grow by a repair.
-        let unlimited = Limits {
-            max_bytes: u64::MAX,
-            max_vertices: usize::MAX,
-            max_faces: usize::MAX,
-            max_corners: usize::MAX,
-            max_degree: usize::MAX,
-            max_depth: usize::MAX,
-            max_line: usize::MAX,
-            max_memory: u64::MAX,
-        };
-        let (_, file) = parse(bytes, &unlimited)?;
+        let (parsed, file) = parse(bytes, &Limits::NONE)?;
+        let positions = remap
+            .vertices
+            .iter()
+            .map(|&v| mesh.positions.get(v as usize));
+        // Everything else rests on this; a wrong file must not go out unnoticed.
+        if parsed.faces != remap.faces || !parsed.positions.iter().map(Some).eq(positions) {
+            return Err(IoError::Unsupported {
+                feature: "this change of vertices and faces in this PLY".to_owned(),
+                remedy: "write the mesh in another format and change that file",
+            });
+        }
         Ok(Arc::new(file))
     }
 }

@@ -9,22 +9,24 @@ use std::ops::Range;
 use crate::attributes::NONE;
 use crate::error::IoError;
 use crate::remap::Remap;
+use crate::source::Mesh;
 
 use super::PlyFile;
 use super::layout::{CORNERS, Element, ElementKind, NumberType, Property};
 use super::rows::{Encoded, Number, Walk, with_encoding};
 
 /// The bytes of the new file.
-pub(super) fn rebuild(file: &PlyFile, remap: &Remap) -> Result<Vec<u8>, IoError> {
-    with_encoding!(file.layout.encoding, build(file, remap))
+pub(super) fn rebuild(file: &PlyFile, remap: &Remap, mesh: Mesh<'_>) -> Result<Vec<u8>, IoError> {
+    with_encoding!(file.layout.encoding, build(file, remap, mesh))
 }
 
-fn build<E: Encoded>(file: &PlyFile, remap: &Remap) -> Result<Vec<u8>, IoError> {
+fn build<E: Encoded>(file: &PlyFile, remap: &Remap, mesh: Mesh<'_>) -> Result<Vec<u8>, IoError> {
     let layout = &file.layout;
     let mut header = HeaderPatch::new(file);
     let mut rows = Rows {
         file,
         remap,
+        mesh,
         line_end: header.line_end,
         out: Vec::new(),
     };
@@ -45,7 +47,7 @@ fn build<E: Encoded>(file: &PlyFile, remap: &Remap) -> Result<Vec<u8>, IoError> 
             }
             ElementKind::Edge => rows.edges::<E>(element, span)?,
             ElementKind::Other => {
-                rows.copy::<E>(span);
+                rows.copy::<E>(span)?;
                 element.count
             }
         };
@@ -56,7 +58,7 @@ fn build<E: Encoded>(file: &PlyFile, remap: &Remap) -> Result<Vec<u8>, IoError> 
         rows.plain_faces::<E>()?;
     }
     // What stands behind the last row.
-    rows.copy::<E>(file.elements[layout.elements.len()]..file.bytes.len());
+    rows.copy::<E>(file.elements[layout.elements.len()]..file.bytes.len())?;
     let mut out = header.finish(layout.header_end[1]);
     out.extend_from_slice(&rows.out);
     Ok(out)
@@ -128,25 +130,47 @@ impl<'a> HeaderPatch<'a> {
 struct Rows<'a> {
     file: &'a PlyFile,
     remap: &'a Remap,
+    mesh: Mesh<'a>,
     line_end: &'static str,
     out: Vec<u8>,
 }
 
 impl Rows<'_> {
-    fn end_row<E: Encoded>(&mut self) {
+    fn end_row<E: Encoded>(&mut self) -> Result<(), IoError> {
         if E::IS_TEXT {
             self.out.extend_from_slice(self.line_end.as_bytes());
         }
+        self.check_growth()
+    }
+
+    /// Copies of one long row must not make a huge file of a small one.
+    fn check_growth(&self) -> Result<(), IoError> {
+        let num_bytes = self.file.bytes.len();
+        // The faces of a strip are longer than the strip.
+        let of_faces = self.remap.faces.num_corners().saturating_mul(16);
+        let most = (64usize << 20)
+            .saturating_add(num_bytes.saturating_mul(8))
+            .saturating_add(of_faces);
+        if self.out.len() <= most {
+            return Ok(());
+        }
+        Err(IoError::Unsupported {
+            feature: format!(
+                "a PLY of more than {most} bytes, made of copied rows of a file of {num_bytes}"
+            ),
+            remedy: "write the mesh in another format and change that file",
+        })
     }
 
     /// Rows as they stand.
-    fn copy<E: Encoded>(&mut self, span: Range<usize>) {
+    fn copy<E: Encoded>(&mut self, span: Range<usize>) -> Result<(), IoError> {
         let rows = &self.file.bytes[span];
         let is_blank = E::IS_TEXT && rows.trim_ascii().is_empty();
         if !is_blank {
             E::push_raw(&mut self.out, rows);
-            self.end_row::<E>();
+            self.end_row::<E>()?;
         }
+        Ok(())
     }
 
     fn vertices<E: Encoded>(&mut self, element: &Element) -> Result<usize, IoError> {
@@ -164,14 +188,14 @@ impl Rows<'_> {
                 num_vertices: element.count,
             })?;
             E::push_raw(&mut self.out, &file.bytes[row]);
-            self.end_row::<E>();
+            self.end_row::<E>()?;
         }
         Ok(self.remap.vertices.len())
     }
 
     fn faces<E: Encoded>(&mut self, element: &Element, start: usize) -> Result<usize, IoError> {
         let (file, remap) = (self.file, self.remap);
-        let (starts, per_corner) = old_faces::<E>(file, element, start);
+        let (starts, per_corner) = old_faces::<E>(file, element, start)?;
         let mut walk = Walk::new(&file.bytes, start, element);
         for (face, polygon) in remap.faces.iter().enumerate() {
             let source = remap.face_sources.get(face).copied().unwrap_or(NONE);
@@ -206,7 +230,7 @@ impl Rows<'_> {
                 // A text may have more numbers in a row than were declared.
                 E::push_raw(&mut self.out, &file.bytes[end..row.end]);
             }
-            self.end_row::<E>();
+            self.end_row::<E>()?;
         }
         Ok(remap.faces.len())
     }
@@ -258,6 +282,7 @@ impl Rows<'_> {
         }
         self.length::<E>(items.per_corner * corners.len(), length)?;
         for corner in corners {
+            self.check_growth()?;
             let start = place(corner);
             let end = start.and_then(|start| E::skip(&file.bytes, start, items.per_corner, item));
             match start.zip(end) {
@@ -290,9 +315,35 @@ impl Rows<'_> {
         let (length, remap) = (self.plain_length(), self.remap);
         for polygon in remap.faces.iter() {
             self.polygon::<E>(polygon, length, NumberType::I32)?;
-            self.end_row::<E>();
+            self.end_row::<E>()?;
         }
         Ok(())
+    }
+
+    /// For each old vertex the first new one that it became.
+    fn new_numbers(&self) -> Vec<u32> {
+        let mut numbers = vec![NONE; self.file.layout.num_vertices];
+        let mut set = |old: u32, new: u32| {
+            if let Some(number @ &mut NONE) = numbers.get_mut(old as usize) {
+                *number = new;
+            }
+        };
+        for (new, &old) in (0u32..).zip(&self.remap.vertices) {
+            set(old, new);
+        }
+        // A vertex that was welded to another went where its corners did. A face that closes a
+        // hole has no corners of its own.
+        let faces = self.remap.faces.iter().zip(&self.remap.face_sources);
+        for (face, (polygon, _)) in faces.enumerate().filter(|(_, (_, s))| **s != NONE) {
+            let sources = self.remap.faces.corner_range(face);
+            let sources = self.remap.corner_sources.get(sources).unwrap_or(&[]);
+            for (&new, &source) in polygon.iter().zip(sources) {
+                if let Some(&old) = self.mesh.faces.corners().get(source as usize) {
+                    set(old, new);
+                }
+            }
+        }
+        numbers
     }
 
     /// Edges between vertices that are still there; how many.
@@ -309,15 +360,10 @@ impl Rows<'_> {
             }
         };
         let Some(ends) = end("vertex1").zip(end("vertex2")) else {
-            self.copy::<E>(span);
+            self.copy::<E>(span)?;
             return Ok(element.count);
         };
-        let mut new = vec![NONE; self.file.layout.num_vertices];
-        for (number, &old) in (0u32..).zip(&self.remap.vertices) {
-            if let Some(new @ &mut NONE) = new.get_mut(old as usize) {
-                *new = number;
-            }
-        }
+        let new = self.new_numbers();
         let bytes = &self.file.bytes;
         let mut walk = Walk::new(bytes, span.start, element);
         let mut count = 0;
@@ -348,7 +394,7 @@ impl Rows<'_> {
                 E::push(&mut self.out, number, index(vertex, number)?);
             }
             E::push_raw(&mut self.out, &bytes[copied..row.end]);
-            self.end_row::<E>();
+            self.end_row::<E>()?;
             count += 1;
         }
         Ok(count)
@@ -358,11 +404,14 @@ impl Rows<'_> {
 /// The items of a list of each face, so many for each corner.
 struct CornerItems {
     per_corner: usize,
-    /// Where the items of each old corner start, or [`NOWHERE`].
+    /// Where the items of each old corner start, or [`NOWHERE`]; none behind the last that has any.
     places: Vec<usize>,
 }
 
 const NOWHERE: usize = usize::MAX;
+
+/// See [`old_faces`].
+type OldFaces = (Vec<usize>, Vec<Option<CornerItems>>);
 
 /// Where the rows of the old faces start, and for each property the items of the corners if it is
 /// a list that has as many for every corner (or none for a face).
@@ -370,7 +419,7 @@ fn old_faces<E: Encoded>(
     file: &PlyFile,
     element: &Element,
     start: usize,
-) -> (Vec<usize>, Vec<Option<CornerItems>>) {
+) -> Result<OldFaces, IoError> {
     let bytes = &file.bytes;
     let mut starts = Vec::new();
     let mut lists: Vec<Option<CornerItems>> = element
@@ -388,6 +437,9 @@ fn old_faces<E: Encoded>(
         .iter()
         .position(|property| matches!(property, Property::Corners(..)));
     let mut walk = Walk::new(bytes, start, element);
+    // Lists that are empty for most faces have a place for each corner and hardly a byte.
+    let most = (8usize << 20).saturating_add(bytes.len());
+    let (mut num_places, mut first_corner) = (0usize, 0usize);
     for _ in 0..element.count {
         let Some(row) = walk.next::<E>() else { break };
         starts.push(row.start);
@@ -397,10 +449,19 @@ fn old_faces<E: Encoded>(
             let cell = &walk.cells[i];
             let of_each = cell.length.checked_div(degree).unwrap_or(0);
             if cell.length == 0 {
-                items.places.resize(items.places.len() + degree, NOWHERE);
-            } else if of_each * degree == cell.length
+                continue;
+            }
+            if of_each * degree == cell.length
                 && (items.per_corner == 0 || items.per_corner == of_each)
             {
+                let end = first_corner + degree;
+                num_places = num_places.saturating_add(end - items.places.len());
+                if num_places > most {
+                    return Err(unfit(format!(
+                        "more than {most} places of lists that follow the corners of faces"
+                    )));
+                }
+                items.places.resize(first_corner, NOWHERE);
                 items.per_corner = of_each;
                 let mut at = cell.items.start;
                 let number = element.properties[i].number();
@@ -412,8 +473,9 @@ fn old_faces<E: Encoded>(
                 *list = None;
             }
         }
+        first_corner += degree;
     }
-    (starts, lists)
+    Ok((starts, lists))
 }
 
 fn index(vertex: u32, number: NumberType) -> Result<Number, IoError> {

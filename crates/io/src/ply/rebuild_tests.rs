@@ -202,3 +202,120 @@ fn faces_are_declared_where_there_were_none() {
     ) + "\r3 0 1 2\r";
     assert_eq!(rebuilt(&parse(text), &remap), expected);
 }
+
+#[test]
+fn copies_of_a_long_row_are_bounded() {
+    let mut bytes = b"ply\nformat binary_little_endian 1.0\nelement vertex 3\n\
+        property float x\nproperty float y\nproperty float z\nproperty list int uchar junk\n\
+        element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+        .to_vec();
+    for (vertex, length) in [(0u8, 100_000u32), (1, 0), (2, 0)] {
+        bytes.extend([f32::from(vertex), 0.0, 0.0].map(f32::to_le_bytes).concat());
+        bytes.extend(length.to_le_bytes());
+        bytes.resize(bytes.len() + length as usize, 7);
+    }
+    bytes.push(3);
+    (0u32..3).for_each(|v| bytes.extend(v.to_le_bytes()));
+    let remap = Remap {
+        vertices: vec![0; 5000],
+        faces: list(&[&[0, 1, 2]]),
+        face_sources: vec![0],
+        corner_sources: vec![0; 3],
+    };
+    let refused = parse(&bytes).remapped(&remap, Vec::new()).unwrap_err();
+    let refused = refused.to_string();
+    assert!(refused.starts_with("a PLY of more than 67"), "{refused}");
+}
+
+#[test]
+fn empty_lists_of_large_faces_are_bounded() {
+    // One face of many corners whose lists are empty, and one whose lists are not.
+    let (lists, degree) = (2000, 10_000);
+    let mut text = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n\
+        property float y\nproperty float z\nelement face 2\n\
+        property list uint int vertex_indices\n"
+        .to_owned();
+    (0..lists).for_each(|i| text += &format!("property list uchar uchar l{i}\n"));
+    text += "end_header\n0 0 0\n1 0 0\n0 1 0\n";
+    text += &format!(
+        "{degree}{}{}\n",
+        " 0 1 2 1".repeat(degree / 4),
+        " 0".repeat(lists)
+    );
+    let full = format!("{text}3 0 1 2{}\n", " 3 1 2 3".repeat(lists));
+    let empty = format!("{text}3 0 1 2{}\n", " 0".repeat(lists));
+    let remap = Remap {
+        vertices: vec![0, 1, 2],
+        faces: list(&[&[2, 1, 0]]),
+        face_sources: vec![1],
+        corner_sources: [2, 1, 0].map(|c| c + degree as u32).to_vec(),
+    };
+    let refused = parse(full).remapped(&remap, Vec::new()).unwrap_err();
+    let refused = refused.to_string();
+    assert!(refused.starts_with("more than 8"), "{refused}");
+    assert!(rebuilt(&parse(empty), &remap).contains("\n3 2 1 0 0 0"));
+}
+
+#[test]
+fn edges_follow_welded_vertices() {
+    let text = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\n\
+        property float y\nproperty float z\nelement face 1\n\
+        property list uchar int vertex_indices\nelement edge 2\nproperty int vertex1\n\
+        property int vertex2\nend_header\n0 0 0\n0 0 0\n1 0 0\n0 1 0\n3 1 2 3\n1 2\n0 3\n";
+    // Vertex 1 is welded to vertex 0.
+    let remap = Remap {
+        vertices: vec![0, 2, 3],
+        faces: list(&[&[0, 1, 2]]),
+        face_sources: vec![0],
+        corner_sources: vec![0, 1, 2],
+    };
+    let written = rebuilt(&parse(text), &remap);
+    assert!(written.ends_with("\n3 0 1 2\n0 1\n0 2\n"), "{written}");
+}
+
+#[test]
+fn a_rebuild_that_is_read_otherwise_is_refused() {
+    // The same vertices, but the mesh that is rebuilt stands elsewhere.
+    let text = format!("{HEADER}{CAMERA}{ROWS}");
+    let (parsed, file) = super::parse(text.into_bytes(), &Limits::NONE).unwrap();
+    let positions = vec![nalgebra::Point3::new(7.0, 7.0, 7.0); parsed.positions.len()];
+    let mesh = Mesh {
+        positions: &positions,
+        faces: &parsed.faces,
+    };
+    let remap = Remap::identity(positions.len(), &parsed.faces);
+    let refused = file.rebuild(&remap, mesh).unwrap_err().to_string();
+    assert!(
+        refused.starts_with("this change of vertices and faces in this PLY is not supported"),
+        "{refused}"
+    );
+}
+
+#[test]
+fn faces_without_texture_coordinates_lose_nothing() {
+    use crate::attributes::{Attributes, CornerProperty, LabelKind, Labels, Values};
+    let faces = list(&[&[0, 1, 2], &[0, 2, 1]]);
+    let losses = |indices: Vec<u32>| {
+        losses(&crate::writer::Contents {
+            positions: vec![nalgebra::Point3::origin(); 3].into(),
+            faces: std::borrow::Cow::Borrowed(&faces),
+            attributes: std::borrow::Cow::Owned(Attributes {
+                corners: vec![CornerProperty {
+                    name: UV.to_owned(),
+                    components: 2,
+                    values: Values::F32(vec![0.0; 2]),
+                    indices,
+                }],
+                labels: vec![Labels {
+                    kind: LabelKind::Object,
+                    names: vec!["a".to_owned()],
+                    faces: vec![0, 0],
+                }],
+                ..Attributes::default()
+            }),
+        })
+    };
+    let names = "the names of objects";
+    assert_eq!(losses(vec![0, 0, 0, NONE, NONE, NONE]), [names]);
+    assert_eq!(losses(vec![0, 0, 0, 0, NONE, NONE]).len(), 2);
+}

@@ -337,7 +337,7 @@ fn names_and_comments_never_break_a_header() {
             "further components of the texture coordinates will be lost in PLY",
             "the lack of texture coordinates at corners whose face has some elsewhere will be \
              lost in PLY",
-            "material names of faces will be lost in PLY",
+            "materials will be lost in PLY",
             "material libraries will be lost in PLY",
         ]
     );

@@ -8,7 +8,7 @@ use ply_rs::writer::Writer;
 use crate::attributes::{Attributes, COLOR, CornerProperty, NONE, NORMAL, Property, UV, Values};
 use crate::error::IoError;
 use crate::faces::FaceList;
-use crate::writer::{Contents, named};
+use crate::writer::{Contents, labels_named, named};
 
 use super::decode::TEXCOORD;
 use super::groups::{COLORS, NORMALS, UVS};
@@ -16,7 +16,8 @@ use super::layout::CORNERS;
 use super::names::Names;
 
 /// What a new PLY file cannot hold, in words.
-pub(crate) fn losses(attributes: &Attributes) -> Vec<String> {
+pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
+    let (faces, attributes) = (&contents.faces, &contents.attributes);
     let mut losses = Vec::new();
     let uv = texcoord(attributes);
     let others = attributes.corners.iter().filter(|&p| {
@@ -28,13 +29,16 @@ pub(crate) fn losses(attributes: &Attributes) -> Vec<String> {
         if uv.components > 2 {
             losses.push("further components of the texture coordinates".to_owned());
         }
-        if uv.indices.contains(&NONE) {
+        let is_mixed = |face: usize| {
+            let indices = uv.indices.get(faces.corner_range(face)).unwrap_or(&[]);
+            indices.contains(&NONE) && indices.iter().any(|&i| i != NONE)
+        };
+        if (0..faces.len()).any(is_mixed) {
             let text = "the lack of texture coordinates at corners whose face has some elsewhere";
             losses.push(text.to_owned());
         }
     }
-    let labels = attributes.labels.iter().map(|l| format!("{:?}", l.kind));
-    losses.extend(labels.map(|kind| format!("{} names of faces", kind.to_lowercase())));
+    losses.extend(labels_named(attributes));
     if !attributes.libraries.is_empty() {
         losses.push("material libraries".to_owned());
     }

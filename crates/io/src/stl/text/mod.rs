@@ -115,7 +115,7 @@ impl TextStl {
                 NONE
             } else {
                 *numbers.entry(name).or_insert_with(|| {
-                    names.push(String::from_utf8_lossy(name).into_owned());
+                    names.push(crate::text::decode(name));
                     names.len() as u32 - 1
                 })
             };
