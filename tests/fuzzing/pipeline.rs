@@ -4,7 +4,7 @@ use cotan::prelude::*;
 use cotan_io::{Document, Repair, read};
 
 use super::draw::Draw;
-use super::files::limits;
+use super::files::{announces_another, limits};
 
 /// A file with two handles: the result is finite and can be saved, or there is an error.
 ///
@@ -80,5 +80,8 @@ fn deform_by<T: Scalar>(mut document: Document, options: &DeformOptions) {
     let Ok(bytes) = document.write(format) else {
         return;
     };
+    if announces_another(&bytes, format) {
+        return;
+    }
     read(bytes, Some(format), &limits()).unwrap_or_else(|error| panic!("{error}"));
 }
