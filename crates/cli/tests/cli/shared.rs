@@ -1,6 +1,8 @@
 //! Edits of real meshes that developers have in a folder beside the workspace; the folder need not
 //! exist.
 
+#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+
 use std::path::{Path, PathBuf};
 
 use cotan_io::{Repair, UV, Weld};
