@@ -96,8 +96,8 @@ const CONVERT_EXAMPLE: &str = "\
 Example:
   cotan convert scan.ply scan.obj
 
-The extension of OUT names the format; a .gz behind it compresses. Vertices and faces keep their order; what the new format
-cannot hold is named in a warning.";
+The extension of OUT names the format; a .gz behind it compresses. Vertices and faces
+keep their order; what the new format cannot hold is named in a warning.";
 
 const COMPLETIONS_EXAMPLE: &str = "\
 Example:

@@ -8,13 +8,13 @@ use cotan::flow::{Flow, Report as FlowReport, StepReport};
 use cotan::geometry::{Positions, Scalar, Surface, bounding_box};
 use cotan::linear::Hold;
 use cotan::{DeformOptions, Quality, Session, ShapeErrors};
-use cotan_io::{Document, ProcessingMesh};
+use cotan_io::{Document, ProcessingMesh, Weld};
 use nalgebra::Point3;
 
 use crate::args::Precision;
 use crate::console::{Console, Progress};
 use crate::error::{CliError, Cure, in_file_numbers};
-use crate::handles_file::{Constraint, to_handles};
+use crate::handles_file::{Constraint, FileVertices, to_handles};
 use crate::report::{HistoryEntry, Seconds};
 
 /// What is to be done to a document.
@@ -28,6 +28,8 @@ pub(crate) struct Edit<'a> {
     pub(crate) soft: Option<f64>,
     pub(crate) precision: Precision,
     pub(crate) history: History,
+    /// How the vertices of the file are found, if the mesh was repaired.
+    pub(crate) file_vertices: Option<&'a FileVertices>,
 }
 
 /// Whether the errors are measured after every iteration.
@@ -130,7 +132,7 @@ impl Edit<'_> {
     fn refuse(&self, error: cotan::Error, processing: &ProcessingMesh) -> CliError {
         CliError::Mesh {
             path: PathBuf::from(self.path),
-            source: in_file_numbers(error, processing),
+            source: in_file_numbers(error, processing, self.file_vertices),
         }
     }
 }
@@ -224,7 +226,7 @@ pub(crate) fn load(
     let clock = Instant::now();
     let processing = document
         .surface()
-        .map_err(|error| CliError::surface(path, error, Cure::Command))?;
+        .map_err(|error| CliError::surface(path, error, Cure::Command, Weld::AsFormat))?;
     seconds.build = clock.elapsed().as_secs_f64();
     Ok((document, processing))
 }

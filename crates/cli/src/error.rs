@@ -3,12 +3,13 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use cotan::halfedge::BuildError;
-use cotan_io::IoError;
+use cotan::halfedge::{BuildError, VertexId};
+use cotan_io::{IoError, Repaired, Weld};
 use thiserror::Error;
 
 use crate::files;
-use crate::handles_file::HandlesError;
+use crate::handles_file::{FileVertices, HandlesError};
+use crate::inspect::weld_option;
 
 /// Why a command could not do its work.
 #[derive(Debug, Error)]
@@ -74,7 +75,7 @@ pub(crate) enum Cure {
 
 impl CliError {
     /// Why no surface can be built, with the repair that helps.
-    pub(crate) fn surface(path: &Path, error: IoError, cure: Cure) -> Self {
+    pub(crate) fn surface(path: &Path, error: IoError, cure: Cure, weld: Weld) -> Self {
         let (source, method) = match (error.cure(), error) {
             (Some(method), IoError::NotManifold(source)) => (Box::new(source), method),
             (_, error) => return Self::Io(files::in_file(path, error)),
@@ -85,15 +86,23 @@ impl CliError {
             Cure::Beyond => "split_edges",
             _ => method,
         };
-        let option = format!("--{}", method.replace('_', "-"));
+        let mut option = format!("--{}", method.replace('_', "-"));
+        // What was welded and parted must not be welded again.
+        let mut then = "";
+        if let Some(weld) = weld_option(weld) {
+            option = format!("{weld} {option}");
+            then = " and leave --weld out then";
+        }
         let remedy = match cure {
             Cure::Command => format!("repair with `cotan repair {option}`"),
             Cure::Offered if is_safe => {
-                format!("repair with `cotan repair {option}`, or pass --repair")
+                format!("repair with `cotan repair {option}`{then}, or pass --repair")
             }
-            Cure::Offered => format!("repair with `cotan repair {option}` first"),
+            Cure::Offered => format!("repair with `cotan repair {option}` first{then}"),
             Cure::Beyond => {
-                format!("--repair does not go so far: repair with `cotan repair {option}` first")
+                format!(
+                    "--repair does not go so far: repair with `cotan repair {option}` first{then}"
+                )
             }
         };
         Self::Unsound {
@@ -108,17 +117,18 @@ impl CliError {
 pub(crate) fn in_file_numbers(
     error: cotan::Error,
     processing: &cotan_io::ProcessingMesh,
+    file_vertices: Option<&FileVertices>,
 ) -> cotan::Error {
     use cotan::Error;
     use cotan::flow::FlowError;
     use cotan::geometry::SurfaceError;
-    use cotan::halfedge::VertexId;
     use cotan::laplacian::SchemeError;
     use cotan::linear::LinearError;
 
     let file = |v: VertexId| {
         if v.index() < processing.mesh().num_vertices() {
-            VertexId::new(processing.document_vertex(v))
+            let vertex = processing.document_vertex(v);
+            VertexId::new(file_vertices.map_or(vertex, |file| file.vertex(vertex)))
         } else {
             v
         }
@@ -170,4 +180,48 @@ pub(crate) fn in_file_numbers(
         }
         other => other,
     }
+}
+
+/// The same error with vertices and faces as the file had them before a repair.
+pub(crate) fn before_repair(error: IoError, repaired: &Repaired) -> IoError {
+    let vertex = |v: VertexId| {
+        let source = repaired.vertex_sources.get(v.index());
+        source.map_or(v, |&source| VertexId::new(source))
+    };
+    let face = |f: usize| {
+        let source = repaired.face_sources.get(f).copied().flatten();
+        source.unwrap_or(f)
+    };
+    let IoError::NotManifold(error) = error else {
+        return error;
+    };
+    IoError::NotManifold(match error {
+        BuildError::RepeatedVertex { face: f, vertex: v } => BuildError::RepeatedVertex {
+            face: face(f),
+            vertex: vertex(v),
+        },
+        BuildError::NonManifoldEdge {
+            vertices,
+            num_faces,
+            face: f,
+        } => BuildError::NonManifoldEdge {
+            vertices: vertices.map(vertex),
+            num_faces,
+            face: face(f),
+        },
+        BuildError::InconsistentOrientation { vertices, faces } => {
+            BuildError::InconsistentOrientation {
+                vertices: vertices.map(vertex),
+                faces: faces.map(face),
+            }
+        }
+        BuildError::SeveralFans {
+            vertex: v,
+            num_fans,
+        } => BuildError::SeveralFans {
+            vertex: vertex(v),
+            num_fans,
+        },
+        other => other,
+    })
 }

@@ -59,6 +59,12 @@ fn replace(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
 
 /// Refuses a path to write to before the work is done rather than after it.
 pub(crate) fn check_writable(path: &Path) -> Result<(), CliError> {
+    if path.is_dir() {
+        return Err(CliError::Write {
+            path: path.to_owned(),
+            source: std::io::ErrorKind::IsADirectory.into(),
+        });
+    }
     let folder = folder_of(path);
     if folder.is_dir() {
         return Ok(());
@@ -114,6 +120,10 @@ mod tests {
         assert!(matches!(
             check_mesh_path(&missing),
             Err(CliError::NoFolder { .. })
+        ));
+        assert!(matches!(
+            check_writable(folder.path()),
+            Err(CliError::Write { .. })
         ));
         let unknown = folder.path().join("mesh.xyz");
         assert!(

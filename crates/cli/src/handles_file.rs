@@ -12,6 +12,7 @@ mod selection;
 mod text;
 mod transform;
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use cotan_io::{Document, ProcessingMesh};
@@ -48,7 +49,8 @@ impl HandlesFile<'_> {
             processing,
             file_vertices,
         };
-        let constraints = match self.kind(&contents) {
+        let kind = self.kind(&contents);
+        let constraints = match kind {
             Kind::Json => json::read(&contents, &mesh),
             Kind::Text => text::read(&contents, &mesh),
             Kind::Sel => {
@@ -65,14 +67,7 @@ impl HandlesFile<'_> {
             return Err(here(HandlesError::NoHandles));
         }
         constraint::check(&constraints, &mesh).map_err(here)?;
-        let copies = |constraint: &Constraint| -> Vec<Constraint> {
-            let of_document = |vertex| Constraint {
-                vertex,
-                ..*constraint
-            };
-            mesh.copies(constraint.vertex).map(of_document).collect()
-        };
-        Ok(constraints.iter().flat_map(copies).collect())
+        Ok(mesh.on_surface(&constraints, kind))
     }
 
     fn kind(&self, contents: &str) -> Kind {
@@ -101,6 +96,7 @@ impl HandlesFile<'_> {
     }
 }
 
+#[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Json,
     Text,
@@ -111,13 +107,15 @@ enum Kind {
 #[derive(Clone, Debug)]
 pub(crate) struct FileVertices {
     num_vertices: usize,
+    /// The vertex of the file for each vertex of the document.
+    sources: Vec<usize>,
     /// Vertices of the file with those of the document that come from them, in order.
     copies: Vec<(usize, usize)>,
 }
 
 impl FileVertices {
     /// `sources` gives the file's vertex for each vertex of the document.
-    pub(crate) fn new(num_vertices: usize, sources: &[usize]) -> Self {
+    pub(crate) fn new(num_vertices: usize, sources: Vec<usize>) -> Self {
         let mut copies: Vec<_> = sources
             .iter()
             .enumerate()
@@ -126,8 +124,14 @@ impl FileVertices {
         copies.sort_unstable();
         Self {
             num_vertices,
+            sources,
             copies,
         }
+    }
+
+    /// The vertex of the file that a vertex of the document comes from.
+    pub(crate) fn vertex(&self, vertex: usize) -> usize {
+        self.sources.get(vertex).copied().unwrap_or(vertex)
     }
 
     fn copies(&self, vertex: usize) -> &[(usize, usize)] {
@@ -159,6 +163,47 @@ impl Vertices<'_> {
         let own = copies.is_none().then_some(vertex);
         own.into_iter()
             .chain(copies.into_iter().flatten().map(|&(_, v)| v))
+    }
+
+    /// The constraints in the numbers of the document, with what was welded held once: where several
+    /// vertices of one handle are one of the surface, the first says where it goes.
+    fn on_surface(&self, constraints: &[Constraint], kind: Kind) -> Vec<Constraint> {
+        let positions = self.document.positions();
+        let mut seen = HashSet::new();
+        let mut held = Vec::with_capacity(constraints.len());
+        for constraint in constraints {
+            for copy in self.copies(constraint.vertex) {
+                let Some(id) = self.processing.vertex(copy) else {
+                    continue;
+                };
+                // All that a .sel file moves is one handle, and so is all that it fixes.
+                let handle = match kind {
+                    Kind::Sel => None,
+                    Kind::Json | Kind::Text => Some(constraint.place),
+                };
+                let is_fixed = constraint.goal == Goal::Stay;
+                if !seen.insert((handle, is_fixed, id)) {
+                    continue;
+                }
+                let vertex = self.processing.document_vertex(id);
+                let goal = match (constraint.goal, positions.get(copy), positions.get(vertex)) {
+                    (Goal::To(target), Some(own), Some(first)) if target == *own => {
+                        Goal::To(*first)
+                    }
+                    // A vertex keeps its distance to the one that it is welded to.
+                    (Goal::To(target), Some(own), Some(first)) if own != first => {
+                        Goal::To(target - (own - first))
+                    }
+                    (goal, ..) => goal,
+                };
+                held.push(Constraint {
+                    vertex,
+                    goal,
+                    ..*constraint
+                });
+            }
+        }
+        held
     }
 
     /// The position of a vertex of the file that a face uses.

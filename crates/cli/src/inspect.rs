@@ -37,6 +37,15 @@ impl From<&cotan_io::Defect> for Defect {
     }
 }
 
+/// The option of `cotan repair` that welds so; `None` if it has none.
+pub(crate) fn weld_option(weld: Weld) -> Option<String> {
+    match weld {
+        Weld::Exact => Some("--weld exact".to_owned()),
+        Weld::Within(distance) => Some(format!("--weld {distance}")),
+        Weld::AsFormat | Weld::Off => None,
+    }
+}
+
 /// How many defects of each kind there are, and the first of each.
 pub(crate) fn listed(
     defects: &[cotan_io::Defect],
@@ -246,6 +255,17 @@ fn attributes(document: &Document) -> Vec<String> {
 }
 
 impl Inspection {
+    /// Completes the options that cure the defects: they were found with this welding.
+    pub(crate) fn cure_with(&mut self, weld: Weld) {
+        for cure in self.defects.iter_mut().filter_map(|d| d.cure.as_mut()) {
+            match (cure.as_str(), weld_option(weld)) {
+                ("--weld", option) => *cure = option.unwrap_or_else(|| "--weld exact".to_owned()),
+                (_, Some(option)) => *cure = format!("{option} {cure}"),
+                (_, None) => {}
+            }
+        }
+    }
+
     fn measure_manifold(&mut self, processing: &ProcessingMesh, loops: usize) {
         self.boundary_loops = Some(loops);
         // V − E + F = 2 C − 2 g − B, summed over the components.

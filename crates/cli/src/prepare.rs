@@ -2,11 +2,11 @@
 
 use std::time::Instant;
 
-use cotan_io::{Document, ProcessingMesh, Repair};
+use cotan_io::{Change, Document, ProcessingMesh, Repair};
 
 use crate::args::InputArgs;
 use crate::console::Console;
-use crate::error::{CliError, Cure};
+use crate::error::{CliError, Cure, before_repair};
 use crate::files;
 use crate::handles_file::{Constraint, FileVertices, Goal, Place};
 use crate::report::{Seconds, counted};
@@ -18,6 +18,8 @@ pub(crate) struct Prepared {
     pub(crate) processing: ProcessingMesh,
     /// How the vertices of the file are found, if the mesh was repaired.
     pub(crate) file_vertices: Option<FileVertices>,
+    /// What the repair did.
+    pub(crate) changes: Vec<Change>,
 }
 
 pub(crate) fn prepare(
@@ -31,32 +33,50 @@ pub(crate) fn prepare(
     let mut document = files::load(path, console)?;
     seconds.load = clock.elapsed().as_secs_f64();
     let clock = Instant::now();
-    let mut file_vertices = None;
+    let weld = input.weld();
+    let mut repaired = None;
     if input.repair {
-        let repaired = Repair::default().apply(&document).map_err(in_file)?;
-        if let [first, ..] = repaired.changes.as_slice() {
+        // Welded before the repair and not after it: what was parted would be joined again.
+        let repair = Repair::default().weld_in_place(weld);
+        let done = repair.apply(&document).map_err(in_file)?;
+        let is_repair = |change: &&Change| !matches!(change, Change::MergedVertex { .. });
+        if let Some(first) = done.changes.iter().find(is_repair) {
+            let count = done.changes.iter().filter(is_repair).count();
             console.warn(format_args!(
                 "{}: repaired by {}, from \"{first}\"; `cotan repair` lists them",
                 path.display(),
-                counted(repaired.changes.len(), "change")
+                counted(count, "change")
             ));
-            let num_vertices = document.positions().len();
-            file_vertices = Some(FileVertices::new(num_vertices, &repaired.vertex_sources));
-            document = repaired.document;
+            repaired = Some(done);
         }
     }
     let cure = match input.repair {
         true => Cure::Beyond,
         false => Cure::Offered,
     };
-    let processing = document
-        .surface_with(input.weld())
-        .map_err(|error| CliError::surface(path, error, cure))?;
+    let processing = match &repaired {
+        None => document.surface_with(weld),
+        Some(done) => {
+            let surface = done.document.surface();
+            surface.map_err(|error| before_repair(error, done))
+        }
+    };
+    let processing = processing.map_err(|error| CliError::surface(path, error, cure, weld))?;
+    let (mut file_vertices, mut changes) = (None, Vec::new());
+    if let Some(mut done) = repaired {
+        // Welding is about the surface here, and the file keeps its vertices.
+        done.changes
+            .retain(|change| !matches!(change, Change::MergedVertex { .. }));
+        let num_vertices = document.positions().len();
+        file_vertices = Some(FileVertices::new(num_vertices, done.vertex_sources));
+        (document, changes) = (done.document, done.changes);
+    }
     seconds.build = clock.elapsed().as_secs_f64();
     Ok(Prepared {
         document,
         processing,
         file_vertices,
+        changes,
     })
 }
 
@@ -64,6 +84,7 @@ pub(crate) fn prepare(
 pub(crate) fn hold_loose(
     constraints: &[Constraint],
     processing: &ProcessingMesh,
+    file_vertices: Option<&FileVertices>,
     console: &Console,
 ) -> Vec<Constraint> {
     let components = processing.mesh().components();
@@ -92,7 +113,7 @@ pub(crate) fn hold_loose(
             "{} without a handle ({} vertices, from vertex {}) {verb} been held still",
             counted(parts, "component"),
             loose.len(),
-            first.vertex
+            file_vertices.map_or(first.vertex, |file| file.vertex(first.vertex))
         ));
     }
     loose

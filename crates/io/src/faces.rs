@@ -61,6 +61,11 @@ impl FaceList {
         start as usize..self.ends[face] as usize
     }
 
+    /// The face that a corner belongs to, counted through all faces.
+    pub(crate) fn face_of(&self, corner: usize) -> usize {
+        self.ends.partition_point(|&end| end as usize <= corner)
+    }
+
     /// The faces in order, each as the list of its vertices, counted from 0.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = &[u32]> + Clone {
         let mut start = 0;

@@ -72,7 +72,9 @@ pub(crate) struct InputArgs {
     /// Mesh file to write; its extension names the format
     #[arg(short, long, value_name = "OUT")]
     pub(crate) output: PathBuf,
-    /// Repair the mesh first, as `cotan repair` without options does; vertices keep their numbers
+    /// Repair the mesh first, as `cotan repair` without options does; handles have the numbers of
+    /// the file as it was. With --weld, what that repair parts stays parted, and OUT keeps every
+    /// vertex
     #[arg(long)]
     pub(crate) repair: bool,
     /// Treat vertices as one that are at the same place (exact) or this close

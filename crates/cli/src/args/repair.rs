@@ -1,5 +1,6 @@
 //! The options of `repair`.
 
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -9,10 +10,12 @@ use super::values;
 
 pub(super) const REPAIR_EXAMPLE: &str = "\
 Example:
-  cotan repair scan.ply -o sound.ply --fill-holes 8 --report changes.json
+  cotan repair scan.ply -o sound.ply --fill-holes=8 --report changes.json
 
 Without an option that names a repair: --orient --split-vertices --drop-duplicates
---drop-degenerate, which keep the number of every vertex. Numbers are those of IN, from 0.";
+--drop-degenerate, which keep the number of every vertex; in a glTF of several meshes the copies of
+split vertices go behind those of their own mesh, and the later meshes move up. Numbers are those of
+IN, from 0.";
 
 const REPAIRS: &str = "Repairs";
 
@@ -33,7 +36,7 @@ pub(crate) struct RepairArgs {
     /// Part the faces at edges with more than two, and cut one-sided parts open
     #[arg(long, help_heading = REPAIRS)]
     split_edges: bool,
-    /// Drop faces that have the same vertices as one before them
+    /// Drop faces that have the outline of one before them, in either direction
     #[arg(long, help_heading = REPAIRS)]
     drop_duplicates: bool,
     /// Drop faces, and corners of polygons, that enclose nothing
@@ -48,9 +51,10 @@ pub(crate) struct RepairArgs {
     /// Merge vertices at the same place, or this close
     #[arg(long, value_name = "exact|X", value_parser = values::merge, help_heading = REPAIRS)]
     weld: Option<Weld>,
-    /// Fill holes of at most N edges; without N all of them
-    #[arg(long, value_name = "N", num_args = 0..=1, help_heading = REPAIRS)]
-    fill_holes: Option<Option<usize>>,
+    /// Fill holes of at most N edges; without =N all of them
+    #[arg(long, value_name = "N", num_args = 0..=1, require_equals = true,
+        help_heading = REPAIRS)]
+    fill_holes: Option<Option<NonZeroUsize>>,
     /// All of these but --drop-zero-area, until a surface can be built
     #[arg(long, help_heading = REPAIRS)]
     all: bool,
@@ -85,7 +89,7 @@ impl RepairArgs {
             repair = repair.weld(weld);
         }
         if let Some(most_edges) = self.fill_holes {
-            repair = repair.fill_holes(most_edges.unwrap_or(usize::MAX));
+            repair = repair.fill_holes(most_edges.map_or(usize::MAX, NonZeroUsize::get));
         }
         match repair == Repair::new() {
             true => Repair::default(),

@@ -35,7 +35,7 @@ pub(crate) fn run(args: &CompareArgs, console: &Console) -> Result<(), CliError>
 
     let refuse = |path: &Path, error: cotan::Error| CliError::Mesh {
         path: path.to_owned(),
-        source: in_file_numbers(error, &processing),
+        source: in_file_numbers(error, &processing, None),
     };
     let (before, after) = (processing.positions(), positions_of(&other, &processing));
     let surface = |path: &Path, positions| {

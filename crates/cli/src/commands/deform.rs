@@ -6,6 +6,7 @@ use cotan::DeformOptions;
 use cotan::flow::StopReason;
 
 use crate::args::{DeformArgs, InputArgs, RunArgs};
+use crate::commands::repair::forgotten;
 use crate::console::Console;
 use crate::edit::{self, Edit, Edited, History};
 use crate::error::CliError;
@@ -73,6 +74,7 @@ impl Job<'_> {
             mut document,
             processing,
             file_vertices,
+            changes,
         } = prepared;
         let handles = HandlesFile {
             path: &self.input.handles,
@@ -80,7 +82,9 @@ impl Job<'_> {
         };
         let constraints = handles.read(&document, &processing, file_vertices.as_ref())?;
         let held = match self.loose {
-            Loose::Hold => prepare::hold_loose(&constraints, &processing, console),
+            Loose::Hold => {
+                prepare::hold_loose(&constraints, &processing, file_vertices.as_ref(), console)
+            }
             Loose::Refuse => Vec::new(),
         };
         let all = [constraints.as_slice(), &held].concat();
@@ -95,6 +99,7 @@ impl Job<'_> {
             } else {
                 History::Skip
             },
+            file_vertices: file_vertices.as_ref(),
         };
         let edited = edit.run(&mut document, &processing, &mut seconds, &progress)?;
         drop(progress);
@@ -102,6 +107,9 @@ impl Job<'_> {
         cotan_io::save(&document, &self.input.output)?;
         for loss in document.losses(format) {
             console.warn(format_args!("{}: {loss}", self.input.output.display()));
+        }
+        for forgotten in forgotten(format, &changes) {
+            console.warn(format_args!("{}: {forgotten}", self.input.output.display()));
         }
         self.warn(&edited, console);
         seconds.total = clock.elapsed().as_secs_f64();

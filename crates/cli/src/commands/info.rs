@@ -11,8 +11,9 @@ pub(crate) fn run(args: &InfoArgs, console: &Console) -> Result<(), CliError> {
     let document = files::load(&args.mesh, console)?;
     let name = args.mesh.display().to_string();
     let weld = args.weld.unwrap_or_default();
-    let inspection = inspect(name, &document, weld, args.limit)
+    let mut inspection = inspect(name, &document, weld, args.limit)
         .map_err(|error| files::in_file(&args.mesh, error))?;
+    inspection.cure_with(weld);
     if args.json {
         return console.print(&json_text(&inspection)?);
     }

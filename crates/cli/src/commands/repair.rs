@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use cotan_io::{Change, Document, Format, Repaired, Weld};
+use cotan_io::{Change, Document, Format, Weld};
 use serde::Serialize;
 
 use crate::args::RepairArgs;
@@ -42,12 +42,8 @@ pub(crate) fn run(args: &RepairArgs, console: &Console) -> Result<(), CliError> 
     for loss in repaired.document.losses(format) {
         console.warn(format_args!("{}: {loss}", args.output.display()));
     }
-    if forgets(format, &repaired) {
-        console.warn(format_args!(
-            "{}: {format} stores positions, not which vertices are one; what was parted at the \
-             same position meets again when the file is read, unless with --weld off",
-            args.output.display()
-        ));
+    for forgotten in forgotten(format, &repaired.changes) {
+        console.warn(format_args!("{}: {forgotten}", args.output.display()));
     }
     let defects = repaired.document.defects(Weld::AsFormat).map_err(in_file)?;
     let (defect_counts, defects) = listed(&defects, LISTED);
@@ -73,16 +69,35 @@ pub(crate) fn run(args: &RepairArgs, console: &Console) -> Result<(), CliError> 
 /// How many changes and defects of a kind are told.
 const LISTED: usize = 5;
 
-/// Whether the format welds what the repair parted.
-fn forgets(format: Format, repaired: &Repaired) -> bool {
+/// What a repair did that a file in `format` cannot tell, for warnings.
+pub(crate) fn forgotten(format: Format, changes: &[Change]) -> Vec<String> {
     let is_parting = |change: &Change| {
         matches!(
             change,
             Change::SplitVertex { .. } | Change::PartedPlace { .. } | Change::DetachedFace { .. }
         )
     };
-    matches!(format, Format::Stl | Format::Gltf | Format::Glb)
-        && repaired.changes.iter().any(is_parting)
+    let is_merging = |change: &Change| matches!(change, Change::MergedVertex { .. });
+    let is_gltf = matches!(format, Format::Gltf | Format::Glb);
+    let mut forgotten = Vec::new();
+    if (is_gltf || format == Format::Stl) && changes.iter().any(is_parting) {
+        let unless = if is_gltf {
+            ", unless with --weld off"
+        } else {
+            ""
+        };
+        forgotten.push(format!(
+            "{format} stores positions, not which vertices are one; what was parted at the same \
+             position meets again when the file is read{unless}"
+        ));
+    }
+    if is_gltf && changes.iter().any(is_merging) {
+        forgotten.push(format!(
+            "{format} keeps its vertices where they are; those that were merged within a distance \
+             are apart again when the file is read, unless with the same --weld"
+        ));
+    }
+    forgotten
 }
 
 fn entry(change: &Change) -> ChangeEntry {

@@ -6,3 +6,4 @@ mod demo;
 mod refusals;
 mod repair;
 mod sandbox;
+mod shared;

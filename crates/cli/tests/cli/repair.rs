@@ -187,3 +187,137 @@ fn info_lists_as_many_defects_as_are_asked_for() {
     assert_eq!(few["defects"][1]["cure"], "--compact");
     assert_eq!(info("")["defects"].as_array().unwrap().len(), 49);
 }
+
+#[test]
+fn a_sound_surface_of_two_faces_is_left_alone() {
+    let sandbox = Sandbox::new();
+    sandbox.write(
+        "pillow.obj",
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 3 2\n",
+    );
+    sandbox.write("h.txt", "0 0 0 0\n1 1 0 0\n2 0 2 0\n");
+    let outcome = sandbox.cotan_ok("deform pillow.obj --handles h.txt -o o.obj --repair");
+    assert!(!outcome.stderr.contains("repaired"), "{outcome:?}");
+    let written = String::from_utf8(sandbox.read("o.obj")).unwrap();
+    assert!(written.ends_with("f 1 2 3\nf 1 3 2\n"), "{written}");
+}
+
+/// As [`BOW_TIE`] with the fans' vertices apart in the file, all faces in agreement.
+const SEAMED_BOW_TIE: &str = "\
+v 0 0 0
+v 1 0 0
+v 0 1 0
+v 0 0 0
+v -1 0 0
+v 0 -1 0
+f 1 2 3
+f 4 5 6
+";
+
+#[test]
+fn welding_goes_with_repairs() {
+    let sandbox = Sandbox::new();
+    sandbox.write("bow.obj", SEAMED_BOW_TIE);
+    sandbox.write("h.txt", "0 0 0 0\n2 0 2 0\n5 0 -1 0\n");
+    let line = "deform bow.obj --handles h.txt --weld exact -o o.obj";
+    let cure = "`cotan repair --weld exact --split-vertices` and leave --weld out then";
+    sandbox.refused(line, &["bow.obj", cure, "or pass --repair"]);
+    // Both cures work.
+    let outcome = sandbox.cotan_ok(&format!("{line} --repair"));
+    assert!(
+        outcome.stderr.contains("repaired by 1 change"),
+        "{outcome:?}"
+    );
+    let positions = sandbox.positions("o.obj");
+    assert_eq!(positions.len(), 6);
+    assert_eq!(positions[2], [0.0, 2.0, 0.0].into());
+    sandbox.cotan_ok("repair bow.obj -o sound.obj --weld exact --split-vertices");
+    sandbox.write("h.txt", "0 0 0 0\n2 0 2 0\n4 0 -1 0\n");
+    sandbox.cotan_ok("deform sound.obj --handles h.txt -o o.obj");
+    // Formats that forget are warned of by deform, too.
+    sandbox.write("bow.obj", BOW_TIE);
+    let outcome = sandbox.cotan_ok("deform bow.obj --handles h.txt --repair -o o.stl");
+    let words = "meets again when the file is read\n";
+    assert!(outcome.stderr.contains(words), "{outcome:?}");
+}
+
+#[test]
+fn numbers_are_those_of_the_file_after_a_repair() {
+    let sandbox = Sandbox::new();
+    // Face 0 encloses nothing and goes; faces 1 to 3 share an edge.
+    let fin = FIN.replacen("f 1", "f 1 1 2\nf 1", 1);
+    sandbox.write("fin.obj", fin);
+    sandbox.write("h.txt", "0 0 0 0\n");
+    let outcome = sandbox.cotan("deform fin.obj --handles h.txt -o o.obj --repair");
+    assert_eq!(outcome.code, 1, "{outcome:?}");
+    assert!(
+        outcome.stderr.contains("(among them face 3)"),
+        "{outcome:?}"
+    );
+}
+
+#[test]
+fn welded_vertices_are_held_once_and_keep_their_distance() {
+    let sandbox = Sandbox::new();
+    sandbox.write(
+        "seam.obj",
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 0 0.125\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 4 6 5\n",
+    );
+    let run = |handles: &str| {
+        sandbox.write("h.json", handles);
+        sandbox.cotan_ok("deform seam.obj --handles h.json --weld 0.25 -o o.obj");
+        sandbox.positions("o.obj")
+    };
+    // Both vertices of the pair, which a quarter turn parts.
+    let moved = run(
+        r#"{"handles": [{"vertices": [1, 3], "transform": {"rotate": {"axis": [1, 0, 0],
+            "degrees": 90, "about": [1, 0, 0]}, "translate": [1, 0, 0]}},
+            {"vertices": [0, 2, 5], "fixed": true}]}"#,
+    );
+    assert!((moved[1] - nalgebra::Point3::new(2.0, 0.0, 0.0)).norm() < 1e-12);
+    assert_eq!(moved[3] - moved[1], nalgebra::Vector3::new(0.0, 0.0, 0.125));
+    let moved = run(r#"{"handles": [{"vertices": [3], "to": [[2, 0, 0.5]]},
+            {"vertices": [0, 2, 5], "fixed": true}]}"#);
+    assert_eq!(moved[3], [2.0, 0.0, 0.5].into());
+    assert_eq!(moved[1], [2.0, 0.0, 0.375].into());
+}
+
+#[test]
+fn cures_are_whole_commands() {
+    let sandbox = Sandbox::new();
+    sandbox.write("bow.obj", SEAMED_BOW_TIE);
+    let info = sandbox.cotan_ok("info bow.obj").stdout;
+    assert!(info.contains("(cotan repair --weld exact)"), "{info}");
+    let info = sandbox.cotan_ok("info bow.obj --weld exact").stdout;
+    assert!(
+        info.contains("(cotan repair --weld exact --split-vertices)"),
+        "{info}"
+    );
+}
+
+#[test]
+fn holes_have_at_least_one_edge_and_their_number_an_equals_sign() {
+    let sandbox = Sandbox::new();
+    sandbox.write("fin.obj", FIN);
+    for line in [
+        "repair fin.obj -o o.obj --fill-holes=0",
+        "repair fin.obj -o o.obj --fill-holes=many",
+        "repair fin.obj -o o.obj --fill-holes 8",
+    ] {
+        assert_eq!(sandbox.cotan(line).code, 2, "cotan {line}");
+    }
+    sandbox.cotan_ok("repair -o o.obj --fill-holes fin.obj");
+    sandbox.cotan_ok("repair fin.obj -o o.obj --fill-holes=8");
+}
+
+#[test]
+fn a_folder_is_no_report() {
+    let sandbox = Sandbox::with_bar();
+    std::fs::create_dir(sandbox.path("folder")).unwrap();
+    sandbox.write("h.txt", "0 0 0 0\n");
+    for option in ["--report", "--picture"] {
+        let line = format!("deform bar.obj --handles h.txt -o o.obj {option} folder");
+        sandbox.refused(&line, &["folder", "cannot write"]);
+        assert!(!sandbox.path("o.obj").exists());
+    }
+}

@@ -17,11 +17,12 @@ pub enum Defect {
         /// The vertex that it passes twice.
         vertex: usize,
     },
-    /// A face that has the same vertices as one before it.
+    /// A face with the outline of one before it, in either direction; not two faces that are each
+    /// other's back and have no other neighbour, which are a closed surface.
     DuplicateFace {
         /// The face.
         face: usize,
-        /// The first face with these vertices.
+        /// The first face with this outline.
         repeats: usize,
     },
     /// A face of which a triangle has no area: its height is below 1e-9 of its longest edge.
@@ -252,7 +253,7 @@ impl fmt::Display for Defect {
                 write!(f, "face {face} passes twice through vertex {vertex}")
             }
             Self::DuplicateFace { face, repeats } => {
-                write!(f, "face {face} has the same vertices as face {repeats}")
+                write!(f, "face {face} repeats face {repeats}")
             }
             Self::ZeroArea { face } => write!(f, "face {face} has a triangle without area"),
             Self::NonManifoldEdge {

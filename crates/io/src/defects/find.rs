@@ -1,5 +1,6 @@
 //! The search for defects.
 
+use std::cmp::Ordering;
 use std::collections::HashSet;
 
 use cotan_geometry::BoundingBox;
@@ -292,31 +293,73 @@ impl Find<'_> {
     }
 }
 
-/// Faces with the same places as one before them, with that one, in ascending order.
+/// Faces that run through the same places as one before them, in either direction, with that one,
+/// in ascending order.
+///
+/// Two faces that are each other's back and have no other neighbour enclose nothing but are a
+/// closed surface: neither is a duplicate.
 pub(crate) fn duplicate_faces(topology: &Topology<'_>) -> Vec<(u32, u32)> {
     let mut places = Vec::with_capacity(topology.outlines.num_corners());
     let mut ranges = Vec::with_capacity(topology.outlines.len());
+    let (mut forward, mut backward) = (Vec::new(), Vec::new());
     for (face, outline) in (0u32..).zip(topology.outlines.iter()) {
         if outline.is_empty() {
             continue;
         }
+        forward.clear();
+        forward.extend(outline.iter().map(|&corner| topology.place(corner)));
+        backward.clear();
+        backward.extend(forward.iter().rev());
+        for direction in [&mut forward, &mut backward] {
+            let first = least_rotation(direction);
+            direction.rotate_left(first);
+        }
         let start = places.len();
-        places.extend(outline.iter().map(|&corner| topology.place(corner)));
-        places[start..].sort_unstable();
+        places.extend_from_slice(forward.as_slice().min(&backward));
         ranges.push((start, places.len(), face));
     }
-    let set = |&(start, end, _): &(usize, usize, u32)| &places[start..end];
-    ranges.sort_by(|a, b| {
-        (a.1 - a.0)
-            .cmp(&(b.1 - b.0))
-            .then_with(|| set(a).cmp(set(b)))
-    });
+    let outline = |&(start, end, _): &(usize, usize, u32)| &places[start..end];
+    ranges.sort_by(|a, b| outline(a).cmp(outline(b)));
+    let mut partners = None;
     let mut duplicates = Vec::new();
-    for same in ranges.chunk_by(|a, b| set(a) == set(b)) {
+    for same in ranges.chunk_by(|a, b| outline(a) == outline(b)) {
+        if let [a, _] = same {
+            let partners = partners.get_or_insert_with(|| topology.pairs());
+            let sides = topology.outlines.get(a.2 as usize).unwrap_or_default();
+            let is_closed = sides.iter().all(|&side| {
+                let partner = partners[side as usize];
+                partner != NONE && topology.agree(side, partner)
+            });
+            if is_closed {
+                continue;
+            }
+        }
         duplicates.extend(same[1..].iter().map(|&(_, _, face)| (face, same[0].2)));
     }
     duplicates.sort_unstable();
     duplicates
+}
+
+/// Where a cyclic sequence has to begin to be the least of its rotations.
+fn least_rotation(cycle: &[u32]) -> usize {
+    let len = cycle.len();
+    // Two beginnings that have agreed so far; the greater one is out with all that it passed.
+    let (mut a, mut b, mut agreeing) = (0, 1, 0);
+    while a < len && b < len && agreeing < len {
+        match cycle[(a + agreeing) % len].cmp(&cycle[(b + agreeing) % len]) {
+            Ordering::Equal => {
+                agreeing += 1;
+                continue;
+            }
+            Ordering::Greater => a += agreeing + 1,
+            Ordering::Less => b += agreeing + 1,
+        }
+        if a == b {
+            b += 1;
+        }
+        agreeing = 0;
+    }
+    a.min(b)
 }
 
 /// A closed component whose faces agree.

@@ -55,7 +55,7 @@ fn edges_vertices_and_faces_are_named() {
     let twice = inspect(&format!("{TETRAHEDRON}f 2 1 3\n"));
     assert_eq!(
         sentences(&twice, DefectKind::DuplicateFace),
-        ["face 4 has the same vertices as face 0"]
+        ["face 4 repeats face 0"]
     );
     let flat = inspect("v 0 0 0\nv 1 0 0\nv 2 0 0\nv 1 0 0\nv 5 5 5\nf 1 2 3\nf 1 1 2\n");
     assert_eq!(
@@ -177,4 +177,27 @@ fn hostile_meshes_end_soon() {
         }
     }
     assert!(clock.elapsed().as_secs() < 20, "{:?}", clock.elapsed());
+}
+
+#[test]
+fn only_the_same_outline_is_a_duplicate() {
+    let corners = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+    let duplicates = |faces: &str| {
+        sentences(
+            &inspect(&format!("{corners}{faces}")),
+            DefectKind::DuplicateFace,
+        )
+    };
+    assert_eq!(duplicates("f 1 2 3 4\nf 1 4 2 3\n"), [""; 0]);
+    let repeated = ["face 1 repeats face 0"];
+    assert_eq!(duplicates("f 1 2 3 4\nf 3 4 1 2\n"), repeated);
+    assert_eq!(duplicates("f 1 2 3 4\nf 2 3 4 1\nf 1 2 3\n"), repeated);
+    // Back to back they are closed, unless another face hangs on them.
+    assert_eq!(duplicates("f 1 2 3\nf 1 3 2\n"), [""; 0]);
+    assert_eq!(duplicates("f 1 2 3 4\nf 2 1 4 3\n"), [""; 0]);
+    assert_eq!(duplicates("f 1 2 3\nf 1 3 2\nf 1 2 4\n"), repeated);
+    assert_eq!(
+        duplicates("f 1 2 3\nf 1 3 2\nf 2 3 1\n"),
+        ["face 1 repeats face 0", "face 2 repeats face 0"]
+    );
 }

@@ -33,7 +33,7 @@ pub enum Change {
         /// The face.
         face: usize,
     },
-    /// A face with the vertices of one before it was dropped.
+    /// A face with the outline of one before it was dropped.
     DroppedDuplicate {
         /// The face.
         face: usize,

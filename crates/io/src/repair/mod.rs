@@ -14,10 +14,11 @@ use work::Work;
 
 /// Which repairs are made; see [`Repair::apply`].
 ///
-/// [`Repair::new`] makes none, [`Repair::default`] those that lose nothing and keep the number of
-/// every vertex: degenerate and duplicate faces are dropped, faces are oriented, vertices with
-/// several fans are split. [`Repair::all`] makes whatever it takes to get a surface from any list
-/// of faces.
+/// [`Repair::new`] makes none, [`Repair::default`] those that lose nothing: degenerate and
+/// duplicate faces are dropped, faces are oriented, vertices with several fans are split. Every
+/// vertex keeps its number, save where a document has several [parts](Document::parts): the copies
+/// follow behind the vertices of their part, so those of later parts move up. [`Repair::all`] makes
+/// whatever it takes to get a surface from any list of faces.
 ///
 /// ```
 /// use cotan_io::{Limits, Repair, read};
@@ -33,6 +34,8 @@ use work::Work;
 #[must_use]
 pub struct Repair {
     weld: Weld,
+    /// Whether welded vertices stay vertices of the file.
+    keeps: Toggle,
     degenerate: Toggle,
     zero_area: Toggle,
     duplicates: Toggle,
@@ -76,6 +79,8 @@ pub struct Repaired {
     pub changes: Vec<Change>,
     /// For each vertex of the repaired document the vertex that it was or is a copy of.
     pub vertex_sources: Vec<usize>,
+    /// For each face of the repaired document the face that it was; `None` if it fills a hole.
+    pub face_sources: Vec<Option<usize>>,
 }
 
 impl Repair {
@@ -83,6 +88,7 @@ impl Repair {
     pub fn new() -> Self {
         Self {
             weld: Weld::AsFormat,
+            keeps: Toggle::Off,
             degenerate: Toggle::Off,
             zero_area: Toggle::Off,
             duplicates: Toggle::Off,
@@ -108,10 +114,21 @@ impl Repair {
 
     /// Merges vertices; the first at a place stays, with its position and attributes.
     ///
-    /// A format that splits vertices (glTF, STL) keeps them and its seams; they count as one
-    /// where the faces are looked at, in this document, not in its file.
+    /// A glTF, which splits vertices at seams, keeps them; they count as one where the faces are
+    /// looked at, in this document, not in its file. [`Weld::Off`] makes each of them a vertex of
+    /// its own there.
     pub fn weld(mut self, weld: Weld) -> Self {
-        self.weld = weld;
+        (self.weld, self.keeps) = (weld, Toggle::Off);
+        self
+    }
+
+    /// As [`Repair::weld`] in a glTF: every vertex stays, and those that are welded count as one in
+    /// this document, not in its file.
+    ///
+    /// The [surface](Document::surface) of the repaired document has them as one vertex, and no
+    /// further welding is needed, which would join what was parted.
+    pub fn weld_in_place(mut self, weld: Weld) -> Self {
+        (self.weld, self.keeps) = (weld, Toggle::On);
         self
     }
 
@@ -129,7 +146,10 @@ impl Repair {
         self
     }
 
-    /// Drops faces that have the same vertices as one before them.
+    /// Drops faces that have the outline of one before them, in either direction.
+    ///
+    /// Two faces that are each other's back, and have no other neighbour, stay: they are a closed
+    /// surface.
     pub fn drop_duplicates(mut self) -> Self {
         self.duplicates = Toggle::On;
         self
@@ -186,7 +206,7 @@ impl Repair {
     pub fn apply(&self, document: &Document) -> Result<Repaired, IoError> {
         let mut work = Work::new(document)?;
         if self.weld != Weld::AsFormat {
-            work.weld(self.weld)?;
+            work.weld(self.weld, self.keeps)?;
         }
         if self.degenerate.is_on() {
             work.drop_degenerate();

@@ -66,6 +66,7 @@ fn each_change_is_told() {
     );
     assert!(repaired.document.defects(Weld::Off).unwrap().is_empty());
     assert_eq!(repaired.vertex_sources, [0, 1, 2, 3]);
+    assert_eq!(repaired.face_sources, [0, 1, 2, 3].map(Some));
 }
 
 #[test]
@@ -180,6 +181,7 @@ fn holes_are_filled_up_to_a_size() {
         sentences(&repaired),
         ["filled the hole at vertex 0 (3 edges) with 1 faces"]
     );
+    assert_eq!(repaired.face_sources[2..], [Some(2), None]);
     assert!(repaired.document.defects(Weld::Off).unwrap().is_empty());
     // A single face is no hole of its own.
     let lone = document(&CORNERS, &[&[0, 1, 2]]);
@@ -215,6 +217,87 @@ fn vertices_are_merged_where_the_format_numbers_them() {
     assert_eq!(polygons(&repaired.document), [[0, 1, 2], [1, 3, 2]]);
     assert_eq!(repaired.vertex_sources, [0, 1, 2, 5]);
     assert!(Repair::new().weld(Weld::Within(-1.0)).apply(&seam).is_err());
+}
+
+#[test]
+fn welding_in_place_keeps_every_vertex_and_parts_fans_for_good() {
+    // A bow-tie of two triangles with vertices of their own.
+    let points = [CORNERS[0], CORNERS[1], CORNERS[2]];
+    let points = [points, [CORNERS[0], CORNERS[3], CORNERS[4]]].concat();
+    let bow_tie = document(&points, &[&[0, 1, 2], &[3, 4, 5]]);
+    assert!(bow_tie.surface_with(Weld::Exact).is_err());
+    let repair = Repair::default().weld_in_place(Weld::Exact);
+    let repaired = repair.apply(&bow_tie).unwrap();
+    assert_eq!(repaired.vertex_sources, [0, 1, 2, 3, 4, 5]);
+    let surface = repaired.document.surface().unwrap();
+    assert_eq!(surface.mesh().num_vertices(), 6);
+    // A seam within a tolerance: one surface, two places in the file.
+    let mut points = [CORNERS[0], CORNERS[1], CORNERS[2]];
+    let first = points;
+    points.iter_mut().for_each(|p| p[2] += 1e-6);
+    points[0] = [1.0, 1.0, 0.0];
+    let seam = document(&[first, points].concat(), &[&[0, 1, 2], &[3, 5, 4]]);
+    let repair = Repair::default().weld_in_place(Weld::Within(1e-5));
+    let repaired = repair.apply(&seam).unwrap();
+    assert_eq!(repaired.document.positions(), seam.positions());
+    let surface = repaired.document.surface().unwrap();
+    assert_eq!(surface.mesh().num_vertices(), 4);
+}
+
+#[test]
+fn a_format_that_welds_is_unwelded_on_request() {
+    let points = [CORNERS, CORNERS].concat();
+    let seam = document(&points, &[&[0, 1, 2], &[6, 5, 8]]);
+    let part = Part {
+        name: String::new(),
+        vertices: 0..10,
+        faces: 0..2,
+    };
+    let seam = seam.split_into(vec![part]);
+    let vertices = |document: &Document| document.surface().unwrap().mesh().num_vertices();
+    assert_eq!(vertices(&seam), 4);
+    let repaired = Repair::new().apply(&seam).unwrap();
+    assert_eq!(vertices(&repaired.document), 4);
+    let repaired = Repair::default().weld(Weld::Off).apply(&seam).unwrap();
+    assert_eq!(
+        (repaired.changes.len(), vertices(&repaired.document)),
+        (0, 6)
+    );
+}
+
+#[test]
+fn closed_surfaces_of_two_faces_stay() {
+    let quads = document(&CORNERS, &[&[0, 1, 2, 3], &[0, 3, 1, 2]]);
+    for sound in [
+        document(&CORNERS, &[&[0, 1, 2], &[0, 2, 1]]),
+        document(&CORNERS, &[&[0, 1, 3, 2], &[2, 3, 1, 0]]),
+    ] {
+        let repaired = Repair::default().apply(&sound).unwrap();
+        assert_eq!(repaired.changes, []);
+    }
+    let repaired = Repair::default().apply(&quads).unwrap();
+    assert_eq!(repaired.document.faces().len(), 2);
+}
+
+#[test]
+fn faces_keep_their_part_where_parts_share_vertices() {
+    // The second part has no vertices of its own.
+    let points = [CORNERS.as_slice(), &[[9.0, 9.0, 9.0]]].concat();
+    let faces: [&[u32]; 4] = [&[0, 1, 2], &[3, 3, 4], &[5, 4, 3], &[0, 2, 1]];
+    let part = |vertices, faces| Part {
+        name: String::new(),
+        vertices,
+        faces,
+    };
+    let shared = document(&points, &faces);
+    let shared = shared.split_into(vec![part(0..5, 0..2), part(5..6, 2..4)]);
+    let repaired = Repair::default().apply(&shared).unwrap();
+    assert_eq!(
+        repaired.face_sources,
+        [Some(0), Some(2), Some(3)],
+        "{:?}",
+        repaired.changes
+    );
 }
 
 #[test]

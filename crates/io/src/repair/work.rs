@@ -15,8 +15,11 @@ use crate::weld::Weld;
 
 pub(super) struct Work<'a> {
     pub(super) document: &'a Document,
-    /// Whether the format splits vertices, so that several are at one place.
+    /// Whether several vertices may be at one place: the format splits vertices, or they are
+    /// welded in place.
     is_split: bool,
+    /// Whether vertices that were one no longer are.
+    is_unwelded: bool,
     /// The vertex of the document that each vertex is; copies follow behind.
     pub(super) sources: Vec<u32>,
     /// For each vertex the first one at its place.
@@ -46,6 +49,7 @@ impl<'a> Work<'a> {
         Ok(Self {
             document,
             is_split,
+            is_unwelded: false,
             is_merged: vec![false; places.len()],
             welded: places.clone(),
             places,
@@ -102,11 +106,15 @@ impl<'a> Work<'a> {
         self.corner_sources = corner_sources;
     }
 
-    pub(super) fn weld(&mut self, weld: Weld) -> Result<(), IoError> {
+    pub(super) fn weld(&mut self, weld: Weld, keeps: Toggle) -> Result<(), IoError> {
         let places = self.document.places(weld)?;
         if places.is_empty() {
+            self.is_unwelded = std::mem::replace(&mut self.is_split, false);
+            self.places.clone_from(&self.sources);
+            self.welded.clone_from(&self.sources);
             return Ok(());
         }
+        self.is_split |= keeps.is_on();
         for (vertex, &into) in places.iter().enumerate() {
             let was_alone = self.places[vertex] as usize == vertex;
             if was_alone && into as usize != vertex {
@@ -268,10 +276,7 @@ impl<'a> Work<'a> {
             numbers[v as usize] = number;
         }
         let mut face_order: Vec<usize> = (0..self.faces.len()).collect();
-        face_order.sort_by_key(|&face| {
-            let first = self.faces.get(face).and_then(|polygon| polygon.first());
-            first.map(|&v| part(self.sources[v as usize] as usize))
-        });
+        face_order.sort_by_key(|&face| self.part_of_face(face));
         let mut remap = Remap {
             vertices: order.iter().map(|&v| self.sources[v as usize]).collect(),
             ..Remap::default()
@@ -297,12 +302,14 @@ impl<'a> Work<'a> {
         self.list_split(&numbers, &is_used);
         self.changes.extend(dropped);
         let vertex_sources = remap.vertices.iter().map(|&v| v as usize).collect();
+        let of_file = |&face: &u32| (face != NONE).then_some(face as usize);
+        let face_sources = remap.face_sources.iter().map(of_file).collect();
         // What only stayed as it was is no reason for a new document.
         let is_same = self
             .changes
             .iter()
             .all(|change| matches!(change, Change::KeptHole { .. }));
-        let document = match is_same {
+        let document = match is_same && !self.is_unwelded {
             true => self.document.clone(),
             false => self.document.remapped(&remap, places)?,
         };
@@ -310,7 +317,26 @@ impl<'a> Work<'a> {
             document,
             changes: self.changes,
             vertex_sources,
+            face_sources,
         })
+    }
+
+    /// The part that a face belongs to: that of the old face that it comes from, or, for one that
+    /// fills a hole, of an old face beside it. Its vertices may lie in another part.
+    fn part_of_face(&self, face: usize) -> usize {
+        let parts = self.document.parts();
+        if parts.len() == 1 {
+            return 0;
+        }
+        let old_face = match self.face_sources[face] {
+            NONE => {
+                let first = self.faces.corner_range(face).start;
+                let corner = self.corner_sources[first] as usize;
+                self.document.faces().face_of(corner)
+            }
+            old => old as usize,
+        };
+        parts.partition_point(|part| part.faces.end <= old_face)
     }
 
     /// For each vertex of the new document the first one at its place.
