@@ -33,7 +33,10 @@ impl<T: Scalar> Frame<T> {
     pub(crate) fn new(surface: &Surface<'_, T>) -> Result<Self, FlowError> {
         let bounds = bounding_box(surface);
         let size = bounds.longest_side();
-        if !(size > T::zero() && size.is_finite()) {
+        // Room above the size, so that a shape that grows without bound is seen to do so before its
+        // positions overflow.
+        let reach = size * T::of_f64(1e20);
+        if !(size > T::zero() && reach.is_finite()) {
             return Err(FlowError::NoExtent);
         }
         // Scaled first: the squares of huge coordinates would overflow.
