@@ -5,7 +5,8 @@
 # finding, which is left in fuzz/artifacts and makes the script fail in the end. What is new goes to fuzz/target/corpus, not to the
 # corpus of the repository. Needs cargo-fuzz (`cargo install cargo-fuzz`); a nightly compiler is
 # taken if there is one, and the stable one is told to act as such otherwise.
-# SANITIZER=address also checks the memory use of dependencies, at half the speed.
+# SANITIZER=address also checks the memory use of dependencies, at half the speed; FUZZ_OPTIONS go to
+# libFuzzer, as `-seed=1 -runs=20000` for a run that is the same every time.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../fuzz"
 
@@ -31,7 +32,7 @@ for target in "${targets[@]}"; do
     new=target/corpus/$target
     mkdir -p "$new" "corpus/$target"
     if ! cargo "${toolchain[@]}" fuzz run --sanitizer "$sanitizer" "$target" "$new" "corpus/$target" -- \
-        -max_total_time="$seconds" -rss_limit_mb=2048 -timeout=10 -print_final_stats=1 >"$log" 2>&1; then
+        ${FUZZ_OPTIONS:-} -max_total_time="$seconds" -rss_limit_mb=2048 -timeout=10 -print_final_stats=1 >"$log" 2>&1; then
         tail -n 60 "$log"
         found=1
     fi
