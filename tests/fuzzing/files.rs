@@ -438,7 +438,12 @@ fn values(draw: &mut Draw<'_>, count: usize) -> Values {
     match draw.below(4) {
         0 => Values::U8((0..count).map(|_| draw.byte()).collect()),
         1 => Values::I32((0..count).map(|_| draw.u32() as i32).collect()),
-        2 => Values::F32((0..count).map(|_| draw.real() as f32).collect()),
+        // Beyond 32 bits would be infinite, which a colour must not be.
+        2 => Values::F32(
+            (0..count)
+                .map(|_| draw.real().clamp(f32::MIN.into(), f32::MAX.into()) as f32)
+                .collect(),
+        ),
         _ => Values::F64((0..count).map(|_| draw.real()).collect()),
     }
 }
