@@ -239,7 +239,10 @@ fn assert_same(expected: &Attributes, found: &Attributes, format: Format) {
         (&expected.faces, &found.faces),
     ] {
         // A name may not do in the format; the numbers are enough then.
-        let mut left: Vec<_> = found.iter().map(numbers).collect();
+        let mut left: Vec<_> = found
+            .iter()
+            .map(|p| (p.name.as_str(), numbers(p)))
+            .collect();
         // An OBJ has these at the corners.
         let at_corners =
             |p: &Property| format == Format::Obj && [NORMAL, UV].contains(&p.name.as_str());
@@ -249,12 +252,15 @@ fn assert_same(expected: &Attributes, found: &Attributes, format: Format) {
         {
             let mut take = |wanted: &[f64]| {
                 // Fractions of a colour's integers are written with the digits of 32 bits.
-                let fraction = |other: &Vec<f64>| {
+                let fraction = |name: &str, other: &Vec<f64>| {
                     p.name == COLOR
+                        && name == COLOR
                         && other.len() == wanted.len()
                         && other.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-6)
                 };
-                let same = |other: &Vec<f64>| close(other, wanted, &p.values) || fraction(other);
+                let same = |(name, other): &(&str, Vec<f64>)| {
+                    close(other, wanted, &p.values) || fraction(name, other)
+                };
                 let at = left.iter().position(same);
                 at.map(|at| left.swap_remove(at)).is_some()
             };
