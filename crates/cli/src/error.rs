@@ -195,33 +195,5 @@ pub(crate) fn before_repair(error: IoError, repaired: &Repaired) -> IoError {
     let IoError::NotManifold(error) = error else {
         return error;
     };
-    IoError::NotManifold(match error {
-        BuildError::RepeatedVertex { face: f, vertex: v } => BuildError::RepeatedVertex {
-            face: face(f),
-            vertex: vertex(v),
-        },
-        BuildError::NonManifoldEdge {
-            vertices,
-            num_faces,
-            face: f,
-        } => BuildError::NonManifoldEdge {
-            vertices: vertices.map(vertex),
-            num_faces,
-            face: face(f),
-        },
-        BuildError::InconsistentOrientation { vertices, faces } => {
-            BuildError::InconsistentOrientation {
-                vertices: vertices.map(vertex),
-                faces: faces.map(face),
-            }
-        }
-        BuildError::SeveralFans {
-            vertex: v,
-            num_fans,
-        } => BuildError::SeveralFans {
-            vertex: vertex(v),
-            num_fans,
-        },
-        other => other,
-    })
+    IoError::NotManifold(error.renumbered(vertex, face))
 }

@@ -79,3 +79,41 @@ pub enum BuildError {
         vertex: VertexId,
     },
 }
+
+impl BuildError {
+    /// The same error in other numbers of vertices and faces, for a mesh that was built from parts
+    /// of another one. Sizes, numbers out of range and unused vertices stay as they are.
+    pub fn renumbered(
+        self,
+        vertex: impl Fn(VertexId) -> VertexId,
+        face: impl Fn(usize) -> usize,
+    ) -> Self {
+        match self {
+            Self::RepeatedVertex { face: f, vertex: v } => Self::RepeatedVertex {
+                face: face(f),
+                vertex: vertex(v),
+            },
+            Self::NonManifoldEdge {
+                vertices,
+                num_faces,
+                face: f,
+            } => Self::NonManifoldEdge {
+                vertices: vertices.map(vertex),
+                num_faces,
+                face: face(f),
+            },
+            Self::InconsistentOrientation { vertices, faces } => Self::InconsistentOrientation {
+                vertices: vertices.map(vertex),
+                faces: faces.map(face),
+            },
+            Self::SeveralFans {
+                vertex: v,
+                num_fans,
+            } => Self::SeveralFans {
+                vertex: vertex(v),
+                num_fans,
+            },
+            other => other,
+        }
+    }
+}

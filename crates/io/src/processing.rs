@@ -172,33 +172,5 @@ impl<'a> Uncollapsed<'a> {
 fn in_document(error: BuildError, vertices: &VertexMap<u32>, faces: &FaceMap<u32>) -> IoError {
     let vertex = |v: VertexId| vertices.get(v).map_or(v, |&n| VertexId::new(n as usize));
     let face = |f: usize| faces.as_slice().get(f).map_or(f, |&n| n as usize);
-    IoError::NotManifold(match error {
-        BuildError::RepeatedVertex { face: f, vertex: v } => BuildError::RepeatedVertex {
-            face: face(f),
-            vertex: vertex(v),
-        },
-        BuildError::NonManifoldEdge {
-            vertices,
-            num_faces,
-            face: f,
-        } => BuildError::NonManifoldEdge {
-            vertices: vertices.map(vertex),
-            num_faces,
-            face: face(f),
-        },
-        BuildError::InconsistentOrientation { vertices, faces } => {
-            BuildError::InconsistentOrientation {
-                vertices: vertices.map(vertex),
-                faces: faces.map(face),
-            }
-        }
-        BuildError::SeveralFans {
-            vertex: v,
-            num_fans,
-        } => BuildError::SeveralFans {
-            vertex: vertex(v),
-            num_fans,
-        },
-        other => other,
-    })
+    IoError::NotManifold(error.renumbered(vertex, face))
 }
