@@ -44,6 +44,7 @@ mod options;
 mod quality;
 mod reconstruct;
 mod session;
+pub mod sphere;
 
 pub use deform::{Deformed, deform};
 pub use error::Error;

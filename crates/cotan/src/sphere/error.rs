@@ -1,0 +1,149 @@
+//! What can be wrong with a sphere map.
+
+use cotan_flow::FlowError;
+use cotan_geometry::SurfaceError;
+use cotan_halfedge::{FaceId, HalfedgeMesh, VertexId};
+use cotan_laplacian::SchemeError;
+use cotan_linear::LinearError;
+use thiserror::Error;
+
+/// Why a mesh cannot be mapped to the sphere, or why a map is none.
+#[derive(Clone, PartialEq, Debug, Error)]
+#[non_exhaustive]
+pub enum SphereError {
+    /// A mesh with holes.
+    #[error(
+        "the mesh is not closed: it has {loops} hole(s), the first through vertex {vertex}; fill them (--fill-holes), since only a closed mesh covers the sphere"
+    )]
+    NotClosed {
+        /// Number of boundary loops.
+        loops: usize,
+        /// A vertex at the first.
+        vertex: VertexId,
+    },
+    /// A mesh with handles, like a torus.
+    #[error(
+        "the mesh has genus {genus}, and only genus 0 (no tunnel through it) can be mapped to the sphere; cut its tunnels and fill the cuts first"
+    )]
+    Genus {
+        /// The genus.
+        genus: usize,
+    },
+    /// Several components.
+    #[error(
+        "the mesh has {} components ({}); a sphere map is of one: keep one of them", components.len(), list_components(components)
+    )]
+    Components {
+        /// The lowest vertex and the number of vertices of each component.
+        components: Vec<(VertexId, usize)>,
+    },
+    /// Fewer than four faces.
+    #[error("the mesh has {faces} faces, and a closed surface needs at least four")]
+    TooFewFaces {
+        /// Number of faces.
+        faces: usize,
+    },
+    /// The mesh and its positions do not form a surface.
+    #[error(transparent)]
+    Surface(#[from] SurfaceError),
+    /// The surface cannot be weighted.
+    #[error(transparent)]
+    Scheme(#[from] SchemeError),
+    /// The flow could not be built or could not go on.
+    #[error(transparent)]
+    Flow(#[from] FlowError),
+    /// A vertex that is not on the unit sphere.
+    #[error("vertex {vertex} lies {distance:.1e} off the unit sphere")]
+    OffSphere {
+        /// The vertex.
+        vertex: VertexId,
+        /// | |v| − 1 |.
+        distance: f64,
+    },
+    /// Flipped triangles that no stage could cure.
+    #[error(
+        "{count} triangle(s) are flipped or degenerate on the sphere, the first is face {first}; try --method robust with --authalic 0.5 or f64 precision"
+    )]
+    Flipped {
+        /// How many.
+        count: usize,
+        /// The lowest.
+        first: FaceId,
+    },
+    /// A sphere covered several times.
+    #[error("the triangles cover the sphere {degree} times instead of once")]
+    Degree {
+        /// How many times.
+        degree: i64,
+    },
+    /// A setting outside its range.
+    #[error("the {setting} must be {range}, but is {value}")]
+    Setting {
+        /// Name of the setting.
+        setting: &'static str,
+        /// What it may be.
+        range: &'static str,
+        /// What it is.
+        value: f64,
+    },
+    /// Landmarks, or vertices of another mesh, that do not fit.
+    #[error("{0}")]
+    Mismatch(String),
+}
+
+impl From<LinearError> for SphereError {
+    fn from(error: LinearError) -> Self {
+        Self::Flow(error.into())
+    }
+}
+
+fn list_components(components: &[(VertexId, usize)]) -> String {
+    const MOST: usize = 5;
+    let mut text: Vec<String> = components
+        .iter()
+        .take(MOST)
+        .map(|(v, n)| format!("{n} vertices from vertex {v}"))
+        .collect();
+    if components.len() > MOST {
+        text.push(format!("{} more", components.len() - MOST));
+    }
+    text.join(", ")
+}
+
+/// Refuses what is not a closed, connected triangle mesh of genus 0.
+pub(crate) fn check_topology(mesh: &HalfedgeMesh) -> Result<(), SphereError> {
+    let components = mesh.components();
+    if components.count() > 1 {
+        let mut first = vec![None; components.count()];
+        for v in mesh.vertices() {
+            first[components.of(v)].get_or_insert(v);
+        }
+        let found = first.into_iter().flatten();
+        return Err(SphereError::Components {
+            components: found.zip(components.sizes().iter().copied()).collect(),
+        });
+    }
+    if mesh.num_faces() < 4 {
+        return Err(SphereError::TooFewFaces {
+            faces: mesh.num_faces(),
+        });
+    }
+    if let Some(face) = mesh.faces().find(|&f| mesh.degree(f) != 3) {
+        return Err(SurfaceError::NotTriangles {
+            face: face.index(),
+            degree: mesh.degree(face),
+        }
+        .into());
+    }
+    let loops = mesh.boundary_loops();
+    if let Some(&h) = loops.first() {
+        return Err(SphereError::NotClosed {
+            loops: loops.len(),
+            vertex: mesh.origin(h),
+        });
+    }
+    match mesh.genus() {
+        0 => Ok(()),
+        genus => Err(SphereError::Genus { genus }),
+    }
+}

@@ -1,0 +1,117 @@
+//! A checked map of a mesh onto the unit sphere.
+
+use cotan_geometry::{Positions, Scalar, scalar};
+use cotan_halfedge::{FaceId, HalfedgeMesh};
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use super::error::SphereError;
+use super::predicate::flipped_faces;
+
+/// A map of a closed genus-0 triangle mesh onto the unit sphere that was checked triangle by
+/// triangle: every vertex lies on the sphere within rounding, no triangle is flipped or degenerate
+/// by the exact sign of its determinant, and the triangles cover the sphere once.
+///
+/// A point inside a face is mapped by the central projection of the flat triangle between the
+/// images of its corners.
+#[derive(Clone, PartialEq, Debug)]
+pub struct SphereMap<'m, T: Scalar> {
+    mesh: &'m HalfedgeMesh,
+    positions: Positions<T>,
+}
+
+impl<'m, T: Scalar> SphereMap<'m, T> {
+    /// Checks that `positions` map `mesh` one to one onto the unit sphere.
+    ///
+    /// **Shapes**: one position a vertex.
+    ///
+    /// # Errors
+    /// [`SphereError`] with what is wrong: a mesh that is not closed, connected, of genus 0 and of
+    /// triangles; a vertex off the sphere; flipped triangles; a sphere covered more than once.
+    pub fn new(mesh: &'m HalfedgeMesh, positions: Positions<T>) -> Result<Self, SphereError> {
+        super::error::check_topology(mesh)?;
+        if positions.len() != mesh.num_vertices() {
+            return Err(cotan_geometry::SurfaceError::LengthMismatch {
+                positions: positions.len(),
+                vertices: mesh.num_vertices(),
+            }
+            .into());
+        }
+        let off = |p: &nalgebra::Point3<T>| (p.coords.map(T::as_f64).norm() - 1.0).abs();
+        let allowed = 4.0 * T::default_epsilon().as_f64();
+        if let Some((vertex, p)) = positions.iter().find(|(_, p)| !(off(p) <= allowed)) {
+            return Err(SphereError::OffSphere {
+                vertex,
+                distance: off(p),
+            });
+        }
+        let flipped = flipped_faces(mesh, &positions);
+        if let Some(&first) = flipped.first() {
+            return Err(SphereError::Flipped {
+                count: flipped.len(),
+                first,
+            });
+        }
+        let map = Self { mesh, positions };
+        // Upright triangles cover the sphere a whole number of times.
+        let degree = map.degree();
+        if degree.round() as i64 != 1 {
+            return Err(SphereError::Degree {
+                degree: degree.round() as i64,
+            });
+        }
+        Ok(map)
+    }
+
+    /// The connectivity.
+    pub fn mesh(&self) -> &'m HalfedgeMesh {
+        self.mesh
+    }
+
+    /// Where the vertices lie on the unit sphere.
+    pub fn positions(&self) -> &Positions<T> {
+        &self.positions
+    }
+
+    /// The positions, taken out.
+    pub fn into_positions(self) -> Positions<T> {
+        self.positions
+    }
+
+    /// How many times the triangles cover the sphere: the sum of their solid angles over 4π. It is
+    /// 1 up to rounding.
+    pub fn degree(&self) -> f64 {
+        let angles: Vec<f64> = (0..self.mesh.num_faces())
+            .into_par_iter()
+            .with_min_len(1 << 11)
+            .map(|f| self.solid_angle(FaceId::new(f)))
+            .collect();
+        angles.iter().sum::<f64>() / (4.0 * std::f64::consts::PI)
+    }
+
+    /// The solid angle of a face's image, in steradians.
+    ///
+    /// **Source**: Van Oosterom and Strackee 1983, with differences first: for thin triangles the
+    /// determinant of the corners themselves would cancel.
+    pub fn solid_angle(&self, face: FaceId) -> f64 {
+        let corners = self.mesh.triangle(face).map(|v| self.positions[v].coords);
+        let [a, b, c] = corners.map(|p| p.map(T::as_f64));
+        solid_angle(&a, &b, &c)
+    }
+
+    /// The greatest | |v − c| / r − 1 | with c = 0 and r = 1: how far a vertex is off the sphere.
+    pub fn sphericity_error(&self) -> T {
+        self.positions
+            .values()
+            .map(|p| (p.coords.norm() - T::one()).abs())
+            .fold(scalar(0.0), |a: T, b| a.max(b))
+    }
+}
+
+/// Solid angle of the triangle a, b, c seen from the origin; negative if it turns clockwise.
+pub(crate) fn solid_angle(a: &Vector3<f64>, b: &Vector3<f64>, c: &Vector3<f64>) -> f64 {
+    let numerator = a.dot(&(b - a).cross(&(c - a)));
+    let (la, lb, lc) = (a.norm(), b.norm(), c.norm());
+    let denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+    2.0 * numerator.atan2(denominator)
+}

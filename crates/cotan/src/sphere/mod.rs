@@ -1,0 +1,9 @@
+//! Maps of closed genus-0 meshes onto the unit sphere that never flip a triangle.
+
+mod error;
+mod map;
+mod predicate;
+
+pub use error::SphereError;
+pub use map::SphereMap;
+pub use predicate::{flipped_faces, is_upright};
