@@ -2,6 +2,7 @@
 
 mod error;
 mod map;
+mod moebius;
 mod predicate;
 
 pub use error::SphereError;
