@@ -5,7 +5,6 @@ mod corners;
 mod curvature;
 mod energy;
 mod error;
-mod error;
 mod hierarchy;
 mod iterate;
 mod kernel;
