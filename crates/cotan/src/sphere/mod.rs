@@ -8,9 +8,13 @@ mod kernel;
 mod layout;
 mod map;
 mod predicate;
+mod relax;
 mod sweep;
+mod untangle;
 
 pub use error::SphereError;
 pub use hierarchy::embed;
 pub use map::SphereMap;
 pub use predicate::{flipped_faces, is_upright};
+pub use relax::{RelaxSettings, relax};
+pub use untangle::untangle;
