@@ -98,9 +98,9 @@ fn on_edge(q: &[Vector3<f64>; 3], k: usize) -> [f64; 3] {
 
 /// Rounding of a sum of three products, relative to the triangle's length.
 const CLOSE: f64 = 4.0 * f64::EPSILON;
-/// Each one gains the digits of h/L; where three do not suffice, L/h is that of a needle of some
-/// units in the last place.
-const REFINEMENTS: usize = 3;
+/// Each one gains the digits of h/L over the rounding; where these do not suffice, h is a few units
+/// in the last place.
+const REFINEMENTS: usize = 10;
 
 #[cfg(test)]
 mod tests {
