@@ -110,6 +110,9 @@ struct Run<'a> {
 /// Rounds of selective repair: one suffices on most meshes.
 const MOST_REPAIRS: usize = 3;
 
+/// One in so many triangles flipped: that is no map with faults any more.
+const LOST_SHARE: usize = 10;
+
 /// Rings of faces around a flipped one whose weights are raised.
 const REPAIR_RINGS: usize = 2;
 
@@ -161,7 +164,8 @@ impl<'a> Run<'a> {
             self.note(stage, &iterated);
             let flipped = flipped_faces(self.mesh, &iterated.positions);
             self.report.flips.push(flipped.len());
-            if flipped.is_empty() || self.report.flips.len() > MOST_REPAIRS {
+            let is_lost = flipped.len() * LOST_SHARE > self.mesh.num_faces();
+            if flipped.is_empty() || is_lost || self.report.flips.len() > MOST_REPAIRS {
                 return Ok(iterated.positions);
             }
             marked.resize(self.mesh.num_vertices(), false);
