@@ -33,6 +33,29 @@ pub fn model(name: &str) -> Option<ProcessingMesh> {
     )
 }
 
+/// The closed genus-0 models of `shared/meshes`.
+pub fn closed_models() -> [&'static str; 17] {
+    [
+        "spot.obj",
+        "duck.glb",
+        "fandisk.obj",
+        "fandisk_noisy.obj",
+        "cartoon_elephant.obj",
+        "dinosaur.obj",
+        "venus_33587_derived.ply",
+        "venus_50002.off",
+        "armadillo.ply",
+        "brain.ply",
+        "igea.ply",
+        "bend_benchmark/cylinder/00-cylinder-original.off",
+        "bend_benchmark/cylinder/01-cylinder-primo.off",
+        "bend_benchmark/cylinder/02-cylinder-linear_shell.off",
+        "bend_benchmark/cylinder/03-cylinder-gradient_editing.off",
+        "bend_benchmark/cylinder/04-cylinder-laplacian_editing.off",
+        "bend_benchmark/cylinder/05-cylinder-rotation_invariant.off",
+    ]
+}
+
 /// `shared/reference/deform.json`.
 pub fn reference() -> Option<Value> {
     let text = std::fs::read_to_string(shared("reference/deform.json")?).expect("readable");

@@ -53,6 +53,7 @@ pub use options::{DeformOptions, DetailSize, OrientationKind, SchemeKind, Unknow
 pub use quality::{Quality, ShapeErrors};
 pub use reconstruct::{reconstruct, reconstruct_observed};
 pub use session::Session;
+pub use sphere::spherical;
 
 /// What most programs need, in one line.
 pub mod prelude {

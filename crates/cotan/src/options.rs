@@ -1,7 +1,5 @@
 //! The settings of a deformation, as plain values with names.
 
-use std::str::FromStr;
-
 use cotan_flow::{
     Acceleration, BestRotation, DEFAULT_ITERATION_LIMIT, DEFAULT_TOLERANCE, Hybrid, KeepMagnitude,
     Limited, Orientation, Reflect, ReflectFirst, RescaleByArea, ScalarFieldUpdater, Schedule,
@@ -42,12 +40,12 @@ macro_rules! named {
             }
         }
 
-        impl FromStr for $type {
-            type Err = UnknownName;
+        impl std::str::FromStr for $type {
+            type Err = $crate::UnknownName;
 
-            fn from_str(name: &str) -> Result<Self, UnknownName> {
+            fn from_str(name: &str) -> Result<Self, $crate::UnknownName> {
                 Self::ALL.iter().copied().find(|kind| kind.name() == name).ok_or_else(|| {
-                    UnknownName {
+                    $crate::UnknownName {
                         what: $what,
                         name: name.into(),
                         known: [$($name),+].join(", "),
@@ -57,6 +55,8 @@ macro_rules! named {
         }
     };
 }
+
+pub(crate) use named;
 
 named!(
     /// The built-in Laplacian schemes.

@@ -9,6 +9,7 @@ use nalgebra::Point3;
 use crate::error::FlowError;
 use crate::flow::{Flow, Frame, check_target};
 use crate::orientation::{Hybrid, Orientation};
+use crate::projection::Projection;
 use crate::rest::Rest;
 use crate::schedule::Schedule;
 use crate::updater::{KeepMagnitude, ScalarFieldUpdater};
@@ -31,6 +32,9 @@ pub enum Start {
     /// that move later are followed from the shape at hand.
     #[default]
     HandleRotations,
+    /// Those that updater and orientation make of the first shape, for scalar fields that do not
+    /// start from the original's.
+    Updated,
     /// Zero: the shape must come from the two scalar fields alone (paper, section 3.4, figure 8).
     Zero,
 }
@@ -59,6 +63,8 @@ pub struct FlowBuilder<'m, T: Scalar> {
     scheme: Box<dyn LaplacianScheme<T> + 'm>,
     updater: Box<dyn ScalarFieldUpdater<T> + 'm>,
     orientation: Box<dyn Orientation<T> + 'm>,
+    projection: Option<Box<dyn Projection<T> + 'm>>,
+    first_shape: Option<Positions<T>>,
     handles: Vec<(Handle, Point3<T>)>,
     pub(crate) settings: Settings<T>,
 }
@@ -105,6 +111,8 @@ impl<'m, T: Scalar> FlowBuilder<'m, T> {
             scheme: Box::new(Cotangent::default()),
             updater: Box::new(KeepMagnitude),
             orientation: Box::new(Hybrid::default()),
+            projection: None,
+            first_shape: None,
             handles: Vec::new(),
             settings: Settings::default(),
         }
@@ -131,6 +139,20 @@ impl<'m, T: Scalar> FlowBuilder<'m, T> {
     #[must_use]
     pub fn orientation(mut self, orientation: impl Orientation<T> + 'm) -> Self {
         self.orientation = Box::new(orientation);
+        self
+    }
+
+    /// What every step is carried back to. Default: nothing.
+    #[must_use]
+    pub fn projection(mut self, projection: impl Projection<T> + 'm) -> Self {
+        self.projection = Some(Box::new(projection));
+        self
+    }
+
+    /// Another shape to start from than the original one, in box units or those of the projection.
+    #[must_use]
+    pub fn first_shape(mut self, positions: Positions<T>) -> Self {
+        self.first_shape = Some(positions);
         self
     }
 
@@ -219,6 +241,7 @@ impl<'m, T: Scalar> FlowBuilder<'m, T> {
                 scheme: self.scheme,
                 updater: self.updater,
                 orientation: self.orientation,
+                projection: self.projection,
                 system,
                 has_membrane: weight != 0.0,
                 handles,
@@ -227,7 +250,7 @@ impl<'m, T: Scalar> FlowBuilder<'m, T> {
             },
             self.settings,
         );
-        flow.begin();
+        flow.begin(self.first_shape)?;
         Ok(flow)
     }
 
@@ -241,6 +264,9 @@ impl<'m, T: Scalar> FlowBuilder<'m, T> {
                 range: "at least 0",
                 value: settings.tolerance,
             });
+        }
+        if let Some(shape) = &self.first_shape {
+            Surface::new(self.mesh, shape)?;
         }
         if let Some(ratios) = &settings.ratios {
             if ratios.len() != self.mesh.num_vertices() {

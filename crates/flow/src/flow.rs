@@ -13,6 +13,7 @@ use crate::builder::{Acceleration, FlowBuilder, Settings, Start};
 use crate::error::FlowError;
 use crate::lbfgs::Lbfgs;
 use crate::orientation::Orientation;
+use crate::projection::Projection;
 use crate::report::{Report, StepReport, StopReason};
 use crate::rest::Rest;
 use crate::start::handle_rotations;
@@ -69,6 +70,7 @@ pub(crate) struct Parts<'m, T: Scalar> {
     pub(crate) scheme: Box<dyn LaplacianScheme<T> + 'm>,
     pub(crate) updater: Box<dyn ScalarFieldUpdater<T> + 'm>,
     pub(crate) orientation: Box<dyn Orientation<T> + 'm>,
+    pub(crate) projection: Option<Box<dyn Projection<T> + 'm>>,
     pub(crate) system: PreparedSystem,
     /// Whether the orientation asked for a membrane.
     pub(crate) has_membrane: bool,
@@ -167,11 +169,14 @@ impl<'m, T: Scalar> Flow<'m, T> {
     }
 
     /// Sets the first Laplacian coordinates and membrane edges, and the handles in place.
-    pub(crate) fn begin(&mut self) {
+    pub(crate) fn begin(&mut self, first_shape: Option<Positions<T>>) -> Result<(), FlowError> {
+        if let Some(shape) = first_shape {
+            self.positions = shape;
+        }
         let n = self.positions.len();
         let identity = || VertexMap::filled(n, Matrix3::identity());
         let rotations = match self.settings.start {
-            Start::Original => identity(),
+            Start::Original | Start::Updated => identity(),
             Start::HandleRotations => self.interpolated_rotations().unwrap_or_else(identity),
             Start::Zero => {
                 self.laplacian
@@ -184,6 +189,8 @@ impl<'m, T: Scalar> Flow<'m, T> {
             *ell = (rotation * ell.map(T::as_f64)).map(T::of_f64);
         }
         self.accelerator = match self.settings.acceleration {
+            // What is projected is no fixed-point iteration of the Laplacian coordinates alone.
+            _ if self.parts.projection.is_some() => Accelerator::Off,
             // A ratio of its own for every vertex is no step that could be extrapolated.
             Acceleration::Memory(memory) if memory > 0 && self.settings.ratios.is_none() => {
                 if self.parts.orientation.energy().is_some() {
@@ -198,7 +205,14 @@ impl<'m, T: Scalar> Flow<'m, T> {
             _ => Accelerator::Off,
         };
         self.parts.orientation.start_from(&rotations);
-        self.pin();
+        match &mut self.parts.projection {
+            Some(projection) => projection.start(&self.parts.rest, &mut self.positions)?,
+            None => self.pin(),
+        }
+        if self.settings.start == Start::Updated {
+            self.update()?;
+        }
+        Ok(())
     }
 
     /// Rotation vectors of the handle regions, spread over the mesh by the system itself.
@@ -226,13 +240,13 @@ impl<'m, T: Scalar> Flow<'m, T> {
             terms.tension.as_mut_slice()[i] = tension;
         }
         terms.pull.values_mut().for_each(|p| *p = Vector3::zeros());
-        parts.system.residual(
+        parts.system.correct(
             &terms.mismatch,
             Some(&terms.tension),
             &terms.pull,
             &mut terms.residual,
+            &mut terms.correction,
         );
-        parts.system.solve(&terms.residual, &mut terms.correction);
         add_scaled(turn.as_mut_slice(), 1.0, terms.correction.as_slice());
         Some(turn.map(|w| Rotation3::new(*w).into_inner()))
     }
@@ -263,8 +277,9 @@ impl<'m, T: Scalar> Flow<'m, T> {
         self.energy
     }
 
-    /// The current positions, in the units of the input. Hard handles are exactly at their targets,
-    /// and a vertex that has not moved has exactly its original position.
+    /// The current positions, in the units of the input. Hard handles are exactly at their targets
+    /// (unless something projects the flow), and a vertex that has not moved has exactly its original
+    /// position.
     pub fn positions(&self) -> Positions<T> {
         let size = self.parts.frame.size;
         let rest = self.parts.rest.positions().values();
@@ -274,15 +289,16 @@ impl<'m, T: Scalar> Flow<'m, T> {
             .zip(self.positions.values())
             .map(|((original, rest), now)| original + (now - rest) * size)
             .collect();
+        let is_held = self.parts.projection.is_none();
         for (handle, target) in self.parts.handles.iter().zip(&self.parts.user_targets) {
-            if handle.hold == Hold::Hard {
+            if is_held && handle.hold == Hold::Hard {
                 positions[handle.vertex] = *target;
             }
         }
         positions
     }
 
-    /// The current positions, in box units.
+    /// The current positions, in box units, or in those of the projection.
     pub fn box_positions(&self) -> &Positions<T> {
         &self.positions
     }
@@ -343,7 +359,9 @@ impl<'m, T: Scalar> Flow<'m, T> {
         for (slot, target) in targets.iter_mut().zip(user_targets) {
             *slot = frame.to_box(*target);
         }
-        self.pin();
+        if self.parts.projection.is_none() {
+            self.pin();
+        }
         self.since_move = 0;
         self.is_plain = true;
         self.energy = None;
@@ -383,11 +401,8 @@ impl<'m, T: Scalar> Flow<'m, T> {
         mut observer: impl FnMut(&Self, &StepReport) -> ControlFlow<()>,
     ) -> Result<Report, FlowError> {
         let mut report = Report {
-            iterations: 0,
-            stop: StopReason::IterationLimit,
-            change: f64::INFINITY,
-            residual: f64::INFINITY,
             energy: self.energy,
+            ..Report::default()
         };
         while report.iterations < self.settings.iteration_limit {
             let step = self.step()?;

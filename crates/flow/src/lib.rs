@@ -16,6 +16,7 @@ mod flow;
 mod lbfgs;
 mod orientation;
 mod polar;
+mod projection;
 mod report;
 mod rest;
 mod schedule;
@@ -28,8 +29,11 @@ mod vectors;
 pub use builder::{Acceleration, DEFAULT_ITERATION_LIMIT, DEFAULT_TOLERANCE, FlowBuilder, Start};
 pub use error::FlowError;
 pub use flow::Flow;
-pub use orientation::{BestRotation, Hybrid, Limited, Orientation, Reflect, ReflectFirst};
+pub use orientation::{
+    AlongNormal, BestRotation, Hybrid, Limited, Orientation, Reflect, ReflectFirst,
+};
 pub use polar::nearest_rotation;
+pub use projection::Projection;
 pub use report::{Report, StepReport, StopReason};
 pub use rest::Rest;
 pub use schedule::Schedule;

@@ -21,6 +21,21 @@ pub struct StepReport {
     pub stalled: bool,
 }
 
+impl StepReport {
+    /// Of an iteration that is no flow's: a plain step of this length.
+    #[must_use]
+    pub fn new(iteration: usize, change: f64) -> Self {
+        Self {
+            iteration,
+            change,
+            residual: change,
+            energy: None,
+            converged: false,
+            stalled: false,
+        }
+    }
+}
+
 /// Why a run stopped.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
@@ -71,4 +86,17 @@ pub struct Report {
     pub residual: f64,
     /// The last energy, for an orientation that has one.
     pub energy: Option<f64>,
+}
+
+impl Default for Report {
+    /// Of a run that has not begun.
+    fn default() -> Self {
+        Self {
+            iterations: 0,
+            stop: StopReason::IterationLimit,
+            change: f64::INFINITY,
+            residual: f64::INFINITY,
+            energy: None,
+        }
+    }
 }

@@ -59,7 +59,13 @@ impl<T: Scalar> Flow<'_, T> {
 
         let before = self.positions.clone();
         let descends = matches!(self.accelerator, Accelerator::Lbfgs(_));
-        if (self.parts.has_membrane || descends) && !is_first && !report.converged && ratio == 1.0 {
+        let is_projected = self.parts.projection.is_some();
+        if (self.parts.has_membrane || descends)
+            && !is_projected
+            && !is_first
+            && !report.converged
+            && ratio == 1.0
+        {
             report.stalled = self.step_positions()? == Descent::Stalled;
         } else {
             if let Accelerator::Lbfgs(lbfgs) = &mut self.accelerator {
@@ -67,6 +73,14 @@ impl<T: Scalar> Flow<'_, T> {
                 lbfgs.reset();
             }
             self.move_by_correction(ratio);
+            if let Some(projection) = &mut self.parts.projection {
+                let change = projection.project(&self.parts.rest, &before, &mut self.positions)?;
+                report.change = change;
+                report.converged = change < self.settings.tolerance;
+                self.update()?;
+                report.energy = self.energy;
+                return Ok(report);
+            }
             self.step_laplacian(is_short, ratio)?;
         }
         report.change = self.longest_move(&before) / diagonal;
@@ -106,10 +120,13 @@ impl<T: Scalar> Flow<'_, T> {
             }
         }
         let tension = has_membrane.then_some(&terms.tension);
-        parts
-            .system
-            .residual(&terms.mismatch, tension, &terms.pull, &mut terms.residual);
-        parts.system.solve(&terms.residual, &mut terms.correction);
+        parts.system.correct(
+            &terms.mismatch,
+            tension,
+            &terms.pull,
+            &mut terms.residual,
+            &mut terms.correction,
+        );
     }
 
     /// x ← x + s δ.
@@ -122,7 +139,7 @@ impl<T: Scalar> Flow<'_, T> {
     }
 
     /// Updates field, Laplacian coordinates and energy from the current positions.
-    fn update(&mut self) -> Result<(), FlowError> {
+    pub(crate) fn update(&mut self) -> Result<(), FlowError> {
         self.refresh(Field::Updated)
     }
 

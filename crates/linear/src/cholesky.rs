@@ -36,9 +36,6 @@ impl Cholesky {
         params: CholeskySymbolicParams<'_>,
     ) -> Result<Self, LinearError> {
         let n = matrix.offsets.len() - 1;
-        if matrix.values.iter().any(|v| !v.is_finite()) {
-            return Err(LinearError::NotPositiveDefinite { unknowns: n });
-        }
         let out_of_memory = |bytes| LinearError::OutOfMemory { unknowns: n, bytes };
         let pattern =
             SymbolicSparseColMatRef::new_checked(n, n, &matrix.offsets, None, &matrix.rows);
@@ -56,11 +53,35 @@ impl Cholesky {
             .try_reserve_exact(len)
             .map_err(|_| out_of_memory(bytes))?;
         values.resize(len, 0.0);
-        let request = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default());
-        let mut memory = MemBuffer::try_new(request).map_err(|_| out_of_memory(bytes))?;
-        symbolic
+        let request = symbolic.solve_in_place_scratch::<f64>(COLUMNS, Par::Seq);
+        let scratch = MemBuffer::try_new(request).map_err(|_| out_of_memory(bytes))?;
+        let mut cholesky = Self {
+            symbolic,
+            values,
+            scratch,
+        };
+        cholesky.refactor(matrix)?;
+        Ok(cholesky)
+    }
+
+    /// Factorizes another matrix of the same pattern.
+    pub(crate) fn refactor(&mut self, matrix: &LowerTriangle) -> Result<(), LinearError> {
+        let n = matrix.offsets.len() - 1;
+        if matrix.values.iter().any(|v| !v.is_finite()) {
+            return Err(LinearError::NotPositiveDefinite { unknowns: n });
+        }
+        let pattern =
+            SymbolicSparseColMatRef::new_checked(n, n, &matrix.offsets, None, &matrix.rows);
+        let request = self
+            .symbolic
+            .factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default());
+        let mut memory = MemBuffer::try_new(request).map_err(|_| LinearError::OutOfMemory {
+            unknowns: n,
+            bytes: self.values.len().saturating_mul(size_of::<f64>()),
+        })?;
+        self.symbolic
             .factorize_numeric_llt(
-                &mut values,
+                &mut self.values,
                 SparseColMatRef::new(pattern, &matrix.values),
                 Side::Lower,
                 LltRegularization::default(),
@@ -70,16 +91,7 @@ impl Cholesky {
             )
             .map_err(|_| LinearError::NotPositiveDefinite { unknowns: n })?;
         drop(memory);
-
-        let request = symbolic.solve_in_place_scratch::<f64>(COLUMNS, Par::Seq);
-        let scratch = MemBuffer::try_new(request).map_err(|_| out_of_memory(bytes))?;
-        let mut cholesky = Self {
-            symbolic,
-            values,
-            scratch,
-        };
-        cholesky.check(matrix)?;
-        Ok(cholesky)
+        self.check(matrix)
     }
 
     /// Number of values stored in the factor.

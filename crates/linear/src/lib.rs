@@ -19,10 +19,13 @@
 
 mod cholesky;
 mod error;
+mod grounded;
 mod handles;
 mod normal;
+mod screened;
 mod system;
 
 pub use error::LinearError;
 pub use handles::{Handle, Hold};
+pub use screened::ScreenedSystem;
 pub use system::{Membrane, PreparedSystem};

@@ -58,7 +58,11 @@ impl Weights {
     }
 
     /// Row i of L with its diagonal: pairs (column, entry), diagonal first.
-    fn row<'a>(&'a self, rings: &'a OneRings, i: usize) -> impl Iterator<Item = (usize, f64)> + 'a {
+    pub(crate) fn row<'a>(
+        &'a self,
+        rings: &'a OneRings,
+        i: usize,
+    ) -> impl Iterator<Item = (usize, f64)> + 'a {
         let range = rings.range(i);
         let diagonal = -self.outgoing[range.clone()].iter().sum::<f64>();
         std::iter::once((i, diagonal))

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use crate::cholesky::{COLUMNS, Cholesky};
 use crate::error::LinearError;
+use crate::grounded;
 use crate::handles::{self, Handle, Hold};
 use crate::normal::{self, Weights};
 
@@ -39,9 +40,18 @@ pub struct PreparedSystem {
     /// (k · mean |L_ii|)² of soft handles, 0 elsewhere; empty if there is none.
     springs: Vec<f64>,
     free: Vec<usize>,
+    matrix: Factored,
     cholesky: Cholesky,
     /// Three columns over the free vertices.
     columns: Vec<f64>,
+}
+
+/// Which matrix was factorized.
+enum Factored {
+    /// The normal equations LᵀL + μK + D.
+    Normal,
+    /// The one-ring matrix itself, with the handle as ground: see [`grounded`].
+    Grounded,
 }
 
 impl std::fmt::Debug for PreparedSystem {
@@ -92,11 +102,30 @@ impl PreparedSystem {
             operator.weights(),
             operator.symmetry() == Symmetry::Symmetric,
         );
-        let matrix = normal::assemble(&rings, &weights, &free, &free_index, membrane, &springs);
-        let cholesky = Cholesky::factor(&matrix)?;
+        let direct = if grounded::serves(operator, handles, membrane) {
+            // A matrix that is not positive definite is left to the normal equations.
+            Cholesky::factor(&grounded::assemble(
+                &rings,
+                &weights,
+                &free,
+                &free_index,
+                None,
+            ))
+            .ok()
+        } else {
+            None
+        };
+        let (matrix, cholesky) = match direct {
+            Some(cholesky) => (Factored::Grounded, cholesky),
+            None => {
+                let normal =
+                    normal::assemble(&rings, &weights, &free, &free_index, membrane, &springs);
+                (Factored::Normal, Cholesky::factor(&normal)?)
+            }
+        };
         tracing::debug!(
             unknowns = free.len(),
-            matrix_entries = matrix.values.len(),
+            is_grounded = matches!(matrix, Factored::Grounded),
             factor_entries = cholesky.num_entries(),
             "factorized"
         );
@@ -110,6 +139,7 @@ impl PreparedSystem {
             membrane: membrane.map_or(0.0, |m| m.weight),
             springs,
             free,
+            matrix,
             cholesky,
             columns,
         })
@@ -183,20 +213,57 @@ impl PreparedSystem {
         self.clear_hard(out);
     }
 
-    /// δ = (LᵀL + μK + D)⁻¹ r on the free vertices, 0 at hard handles. Allocates nothing.
+    /// The correction δ from the terms that the shape at hand does not fulfil, and its right-hand
+    /// side: one solve, 0 at hard handles. Allocates nothing.
+    ///
+    /// **Shapes**: as [`Self::residual`], which fills `residual`.
     ///
     /// # Panics
     /// If a map has not one entry a vertex.
-    pub fn solve(
+    pub fn correct(
+        &mut self,
+        mismatch: &VertexMap<Vector3<f64>>,
+        tension: Option<&VertexMap<Vector3<f64>>>,
+        pull: &VertexMap<Vector3<f64>>,
+        residual: &mut VertexMap<Vector3<f64>>,
+        correction: &mut VertexMap<Vector3<f64>>,
+    ) {
+        self.residual(mismatch, tension, pull, residual);
+        match self.matrix {
+            Factored::Normal => self.solve(residual, correction),
+            Factored::Grounded => {
+                // What no shape can fulfil, the mean, is left; the matrix is −L.
+                let mean = grounded::mean(mismatch.as_slice());
+                correction
+                    .as_mut_slice()
+                    .par_iter_mut()
+                    .with_min_len(1 << 12)
+                    .zip(mismatch.as_slice())
+                    .for_each(|(out, y)| *out = mean - y);
+                self.solve_in_place(correction);
+            }
+        }
+    }
+
+    /// δ = (LᵀL + μK + D)⁻¹ r on the free vertices, 0 at hard handles.
+    fn solve(
         &mut self,
         residual: &VertexMap<Vector3<f64>>,
         correction: &mut VertexMap<Vector3<f64>>,
     ) {
+        correction
+            .as_mut_slice()
+            .copy_from_slice(residual.as_slice());
+        self.solve_in_place(correction);
+    }
+
+    /// Replaces a right-hand side by the solution with the factor at hand.
+    fn solve_in_place(&mut self, correction: &mut VertexMap<Vector3<f64>>) {
         let m = self.free.len();
         let (x, rest) = self.columns.split_at_mut(m);
         let (y, z) = rest.split_at_mut(m);
         for (unknown, &i) in self.free.iter().enumerate() {
-            let r = residual.as_slice()[i];
+            let r = correction.as_slice()[i];
             (x[unknown], y[unknown], z[unknown]) = (r.x, r.y, r.z);
         }
         self.cholesky.solve_in_place(&mut self.columns);
@@ -292,8 +359,7 @@ mod tests {
             let (mismatch, tension, pull) = (map(0.3), map(1.1), map(2.7));
             let mut residual = VertexMap::filled(n, Vector3::zeros());
             let mut correction = residual.clone();
-            system.residual(&mismatch, Some(&tension), &pull, &mut residual);
-            system.solve(&residual, &mut correction);
+            system.correct(&mismatch, Some(&tension), &pull, &mut residual, &mut correction);
 
             let l = DMatrix::from(&operator.matrix());
             for axis in 0..3 {
@@ -315,6 +381,33 @@ mod tests {
             }
             prop_assert_eq!(correction.as_slice()[0], Vector3::zeros());
         }
+    }
+
+    /// One hard handle on a closed mesh: the one-ring matrix gives what the normal equations give.
+    #[test]
+    fn a_grounded_solve_minimises_the_same_sum() {
+        let shape = cotan_geometry::shapes::creature::<f64>(40);
+        let n = shape.positions.len();
+        let operator = Operator::assemble(&Cotangent::default(), &shape.surface()).unwrap();
+        let handle = Handle::hard(VertexId::new(7));
+        let mut system = PreparedSystem::prepare(&operator, &[handle], None).unwrap();
+        assert!(matches!(system.matrix, Factored::Grounded));
+        let mismatch = VertexMap::from_fn(n, |v: VertexId| {
+            let t = v.index() as f64;
+            Vector3::new(t.sin(), (1.3 * t).cos(), (0.7 * t).sin())
+        });
+        let zeros = VertexMap::filled(n, Vector3::zeros());
+        let (mut residual, mut correction) = (zeros.clone(), zeros.clone());
+        system.correct(&mismatch, None, &zeros, &mut residual, &mut correction);
+        // At the minimum the residual of what is left vanishes.
+        let moved = correction.map(|d| nalgebra::Point3::from(*d));
+        let left = VertexMap::from_fn(n, |v: VertexId| {
+            mismatch[v] - operator.apply_at(&moved, v.index())
+        });
+        let size = residual.values().map(|r| r.norm()).fold(0.0, f64::max);
+        system.residual(&left, None, &zeros, &mut residual);
+        assert!(residual.values().all(|r| r.norm() < 1e-9 * size));
+        assert_eq!(correction.as_slice()[7], Vector3::zeros());
     }
 
     #[test]
@@ -366,9 +459,9 @@ mod tests {
         let handles: Vec<Handle> = shape.mesh.vertices().map(Handle::hard).collect();
         let mut system = PreparedSystem::prepare(&operator, &handles, None).unwrap();
         assert_eq!(system.num_unknowns(), 0);
-        let residual = VertexMap::filled(4, Vector3::zeros());
+        let zeros = VertexMap::filled(4, Vector3::zeros());
         let mut correction = VertexMap::filled(4, Vector3::x());
-        system.solve(&residual, &mut correction);
+        system.correct(&zeros, None, &zeros, &mut zeros.clone(), &mut correction);
         assert!(correction.values().all(|d| *d == Vector3::zeros()));
     }
 }

@@ -8,6 +8,7 @@ mod cells;
 mod frame;
 mod hybrid;
 mod limited;
+mod normal;
 mod reflect;
 mod rotation;
 
@@ -18,6 +19,7 @@ use rayon::prelude::*;
 
 pub use hybrid::Hybrid;
 pub use limited::Limited;
+pub use normal::AlongNormal;
 pub use reflect::{Reflect, ReflectFirst};
 pub use rotation::BestRotation;
 

@@ -1,0 +1,54 @@
+//! Towards the unit sphere: its least-squares centre, and points brought onto it.
+
+use nalgebra::{Matrix4, Point3, Vector3, Vector4};
+use rayon::prelude::*;
+
+use super::moebius;
+use super::sums::sum;
+
+/// The centre of the sphere that fits the points best: least squares of |x|² = 2 x·c + const.
+///
+/// The mean of the points where they determine no sphere.
+pub(crate) fn sphere_centre(x: &[Point3<f64>]) -> Vector3<f64> {
+    let n = x.len();
+    let mean = sum(n, |i| x[i].coords) / n.max(1) as f64;
+    // Four unknowns; the columns are [2(x − mean), 1].
+    let matrix: Matrix4<f64> = sum(n, |i| {
+        let row = row(x[i].coords - mean);
+        row * row.transpose()
+    });
+    let right: Vector4<f64> = sum(n, |i| {
+        let p = x[i].coords - mean;
+        row(p) * p.norm_squared()
+    });
+    let solution = matrix.lu().solve(&right);
+    mean + solution.map_or_else(Vector3::zeros, |s| s.xyz())
+}
+
+fn row(p: Vector3<f64>) -> Vector4<f64> {
+    (p * 2.0).push(1.0)
+}
+
+/// Subtracts the least-squares centre, normalises, and centres by a Möbius map so that the points,
+/// by their weights, average zero.
+///
+/// **Shapes**: one weight a point, of sum 1.
+pub(crate) fn to_sphere(x: &mut [Point3<f64>], weights: &[f64]) {
+    let centre = sphere_centre(x);
+    let mut u: Vec<Vector3<f64>> = x
+        .par_iter()
+        .with_min_len(1 << 12)
+        .map(|p| normalized(p.coords - centre))
+        .collect();
+    moebius::center(&mut u, weights);
+    for (p, u) in x.iter_mut().zip(u) {
+        p.coords = normalized(u);
+    }
+}
+
+/// The vector scaled to length 1, twice, so that it lies on the sphere within a unit in the last
+/// place; some unit vector for zero.
+pub(crate) fn normalized(v: Vector3<f64>) -> Vector3<f64> {
+    let once = v.try_normalize(0.0).unwrap_or_else(Vector3::z);
+    once / once.norm()
+}

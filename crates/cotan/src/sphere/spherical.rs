@@ -1,0 +1,205 @@
+//! Spherical parameterization in one call.
+
+use std::ops::ControlFlow;
+
+use cotan_flow::StepReport;
+use cotan_geometry::{Positions, Scalar, Surface};
+use cotan_halfedge::{FaceId, HalfedgeMesh};
+use nalgebra::{Point3, Vector3};
+
+use super::cmcf;
+use super::error::{SphereError, check_topology};
+use super::iterate::{self, Iterated, Observer};
+use super::map::SphereMap;
+use super::options::{Centering, SphereMethod, SphereOptions, SphereReport, Stage};
+use super::predicate::flipped_faces;
+use super::round::normalized;
+use super::{moebius, options};
+
+/// A checked sphere map and how it came about.
+#[derive(Clone, PartialEq, Debug)]
+#[must_use = "the report says whether the iteration converged"]
+pub struct Spherical<'m, T: Scalar> {
+    /// The map.
+    pub map: SphereMap<'m, T>,
+    /// How it came about.
+    pub report: SphereReport,
+}
+
+/// Maps a closed genus-0 triangle mesh onto the unit sphere, one to one.
+///
+/// The result was checked triangle by triangle with exact predicates ([`SphereMap::new`]). It is
+/// conformal up to discretisation by default, evens out areas as [`SphereOptions::authalic`] says,
+/// and is centred so that the source areas balance on the sphere. It is unique up to a rotation.
+///
+/// **Shapes**: one position a vertex. Zero-area faces are allowed.
+///
+/// # Errors
+/// [`SphereError`] for a mesh that is not closed, connected, of genus 0 and of triangles, for a
+/// coordinate that is not finite, and where a named method flips triangles. Reaching the iteration
+/// limit is no error: see [`SphereReport::stop`].
+///
+/// **Source**: paper, section 4.1; what goes beyond it is told in `docs/decisions`.
+///
+/// ```
+/// use cotan::sphere::{SphereOptions, spherical};
+/// let shape = cotan::shapes::creature::<f64>(48);
+/// let sphere = spherical(&shape.mesh, &shape.positions, &SphereOptions::default())?;
+/// assert!(sphere.map.positions().values().all(|p| (p.coords.norm() - 1.0).abs() < 1e-15));
+/// # Ok::<(), cotan::sphere::SphereError>(())
+/// ```
+pub fn spherical<'m, T: Scalar>(
+    mesh: &'m HalfedgeMesh,
+    positions: &Positions<T>,
+    options: &SphereOptions,
+) -> Result<Spherical<'m, T>, SphereError> {
+    spherical_observed(mesh, positions, options, |_| ControlFlow::Continue(()))
+}
+
+/// As [`spherical`]; the observer sees every step and may stop the round.
+///
+/// # Errors
+/// As [`spherical`].
+pub fn spherical_observed<'m, T: Scalar>(
+    mesh: &'m HalfedgeMesh,
+    positions: &Positions<T>,
+    options: &SphereOptions,
+    mut observer: impl FnMut(&StepReport) -> ControlFlow<()>,
+) -> Result<Spherical<'m, T>, SphereError> {
+    options.check()?;
+    check_topology(mesh)?;
+    Surface::new(mesh, positions)?;
+    // On the way everything is in double precision: limbs shrink exponentially.
+    let source = positions.map(|p| p.map(T::as_f64));
+    let mut run = Run::new(mesh, &source, options);
+    let on_sphere = match options.method {
+        SphereMethod::Robust => run.robust(&mut observer)?,
+        SphereMethod::Paper => run.once(iterate::paper(mesh, &source, options, &mut observer)?),
+        SphereMethod::Cmcf => run.once(cmcf::cmcf(mesh, &source, options, &mut observer)?),
+    };
+    let rounded = run.finish(on_sphere)?;
+    let map = SphereMap::new(mesh, rounded)?;
+    Ok(Spherical {
+        map,
+        report: run.report,
+    })
+}
+
+/// A map in the making.
+struct Run<'a> {
+    mesh: &'a HalfedgeMesh,
+    source: &'a Positions<f64>,
+    options: &'a SphereOptions,
+    report: SphereReport,
+}
+
+/// Rounds of selective repair: one suffices on most meshes.
+const MOST_REPAIRS: usize = 3;
+
+/// Rings of faces around a flipped one whose weights are raised.
+const REPAIR_RINGS: usize = 2;
+
+impl<'a> Run<'a> {
+    fn new(
+        mesh: &'a HalfedgeMesh,
+        source: &'a Positions<f64>,
+        options: &'a SphereOptions,
+    ) -> Self {
+        Self {
+            mesh,
+            source,
+            options,
+            report: options::SphereReport {
+                iterations: 0,
+                stop: cotan_flow::StopReason::IterationLimit,
+                change: f64::INFINITY,
+                factorizations: 0,
+                stages: Vec::new(),
+                flips: Vec::new(),
+            },
+        }
+    }
+
+    /// Takes what an iteration gave into the report; its positions.
+    fn once(&mut self, iterated: Iterated) -> Positions<f64> {
+        self.note(Stage::Iteration, &iterated);
+        iterated.positions
+    }
+
+    fn note(&mut self, stage: Stage, iterated: &Iterated) {
+        self.report.stages.push(stage);
+        self.report.iterations += iterated.report.iterations;
+        self.report.factorizations += iterated.factorizations;
+        self.report.stop = iterated.report.stop;
+        self.report.change = iterated.report.change;
+    }
+
+    /// The robust iteration, then rounds with the weights around flipped triangles raised.
+    fn robust(&mut self, observer: Observer<'_>) -> Result<Positions<f64>, SphereError> {
+        let mut marked = Vec::new();
+        let mut first = None;
+        let mut stage = Stage::Iteration;
+        loop {
+            let iterated = iterate::robust(
+                self.mesh,
+                self.source,
+                self.options,
+                &marked,
+                first,
+                observer,
+            )?;
+            self.note(stage, &iterated);
+            let flipped = flipped_faces(self.mesh, &iterated.positions);
+            self.report.flips.push(flipped.len());
+            if flipped.is_empty() || self.report.flips.len() > MOST_REPAIRS {
+                return Ok(iterated.positions);
+            }
+            marked.resize(self.mesh.num_vertices(), false);
+            self.mark(&flipped, &mut marked);
+            first = Some(iterated.positions);
+            stage = Stage::SelectiveRepair;
+        }
+    }
+
+    /// Marks the corners of faces and the rings around them.
+    fn mark(&self, faces: &[FaceId], marked: &mut [bool]) {
+        let mut front: Vec<_> = faces
+            .iter()
+            .flat_map(|&f| self.mesh.triangle(f))
+            .collect();
+        for ring in 0..=REPAIR_RINGS {
+            front.iter().for_each(|v| marked[v.index()] = true);
+            if ring < REPAIR_RINGS {
+                let grown: Vec<_> = front.iter().flat_map(|&v| self.mesh.one_ring(v)).collect();
+                front = grown;
+                front.sort_unstable();
+                front.dedup();
+            }
+        }
+    }
+
+    /// Centres, rounds to the number type at hand, and cures what is still flipped.
+    fn finish<T: Scalar>(
+        &mut self,
+        mut positions: Positions<f64>,
+    ) -> Result<Positions<T>, SphereError> {
+        if self.options.centering == Centering::SourceAreas {
+            self.center(&mut positions);
+        }
+        let rounded = positions.map(|p| p.map(T::of_f64));
+        Ok(rounded)
+    }
+
+    /// Möbius-centres by the source areas.
+    fn center(&self, positions: &mut Positions<f64>) {
+        let surface = Surface::assume_checked(self.mesh, self.source);
+        let areas = cotan_geometry::one_ring_areas(&surface);
+        let total: f64 = areas.values().sum();
+        let weights: Vec<f64> = areas.values().map(|a| a / total).collect();
+        let mut u: Vec<Vector3<f64>> = positions.values().map(|p| p.coords).collect();
+        moebius::center(&mut u, &weights);
+        for (p, u) in positions.values_mut().zip(u) {
+            *p = Point3::from(normalized(u));
+        }
+    }
+}

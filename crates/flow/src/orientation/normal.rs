@@ -1,0 +1,53 @@
+//! Laplacian coordinates along the normals of the current mesh.
+
+use cotan_geometry::Scalar;
+use cotan_halfedge::VertexMap;
+use nalgebra::Vector3;
+
+use super::{Orientation, write_each};
+use crate::error::FlowError;
+use crate::state::{FlowState, Quantities};
+
+/// ℓ = d N, or ℓ = (ℓ_c − (ℓ_c·N) N) + d N with the current tangential part kept: for scalar fields
+/// that *prescribe* a curvature, sign included, rather than keep the original's.
+///
+/// d is the signed field, N the current unit normal, ℓ_c the Laplacian coordinate of the current mesh
+/// with its current weights.
+///
+/// **Source**: paper, section 4.1: 4 A κ n with cotangent weights, which have no tangential part to
+/// speak of; the last formula, which keeps it, with Tutte's.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum AlongNormal {
+    /// ℓ = d N.
+    #[default]
+    NormalOnly,
+    /// ℓ = (ℓ_c − (ℓ_c·N) N) + d N.
+    KeepTangential,
+}
+
+impl<T: Scalar> Orientation<T> for AlongNormal {
+    fn orient(
+        &mut self,
+        state: &FlowState<'_, T>,
+        field: &VertexMap<T>,
+        out: &mut VertexMap<Vector3<T>>,
+    ) -> Result<(), FlowError> {
+        let normals = state.normals();
+        match self {
+            Self::NormalOnly => write_each(out, |v| normals[v] * field[v]),
+            Self::KeepTangential => write_each(out, |v| {
+                let (normal, current) = (normals[v], state.laplacian()[v]);
+                current + normal * (field[v] - current.dot(&normal))
+            }),
+        }
+        Ok(())
+    }
+
+    fn needs(&self) -> Quantities {
+        Quantities {
+            laplacian: *self == Self::KeepTangential,
+            normals: true,
+            areas: false,
+        }
+    }
+}

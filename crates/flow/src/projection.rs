@@ -1,0 +1,57 @@
+//! What every step is carried back to.
+
+use cotan_geometry::{Positions, Scalar};
+
+use crate::error::FlowError;
+use crate::rest::Rest;
+
+/// Carries the positions after every step back to what a job keeps: a size, a place, a surface that
+/// the vertices lie on.
+///
+/// A flow with a projection takes plain steps, its handles say no more than where the mesh is while
+/// nothing projects it, and it has converged when a step is shorter, *as the projection measures it*,
+/// than the tolerance. Dyn-compatible, and forwarded through `Box<P>`.
+pub trait Projection<T: Scalar>: Send {
+    /// Looks at the original positions, or those that the flow was told to start from, and may move
+    /// them, before anything is solved.
+    ///
+    /// # Errors
+    /// Whatever the projection cannot do; the flow is not built then.
+    fn start(
+        &mut self,
+        _rest: &Rest<'_, T>,
+        _positions: &mut Positions<T>,
+    ) -> Result<(), FlowError> {
+        Ok(())
+    }
+
+    /// Replaces `next`, where the step leads from `before`, by the projected positions. Returns the
+    /// length of the step, which is compared with the tolerance; infinite while the flow has to go on
+    /// whatever the length.
+    ///
+    /// **Shapes**: one position a vertex. **Units**: box units, or those of what it projects to.
+    ///
+    /// # Errors
+    /// Whatever the projection cannot do; it ends the flow.
+    fn project(
+        &mut self,
+        rest: &Rest<'_, T>,
+        before: &Positions<T>,
+        next: &mut Positions<T>,
+    ) -> Result<f64, FlowError>;
+}
+
+impl<T: Scalar, P: Projection<T> + ?Sized> Projection<T> for Box<P> {
+    fn start(&mut self, rest: &Rest<'_, T>, positions: &mut Positions<T>) -> Result<(), FlowError> {
+        (**self).start(rest, positions)
+    }
+
+    fn project(
+        &mut self,
+        rest: &Rest<'_, T>,
+        before: &Positions<T>,
+        next: &mut Positions<T>,
+    ) -> Result<f64, FlowError> {
+        (**self).project(rest, before, next)
+    }
+}
