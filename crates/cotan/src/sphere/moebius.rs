@@ -1,0 +1,368 @@
+//! Möbius centring: the conformal map of the sphere to itself after which a weighted mean of
+//! points is the centre.
+//!
+//! The maps used are u ↦ c ⊕ u = u + 2 ((1 + u·c) c − (u·c + |c|²) u) / |u + c|² for |c| < 1: the
+//! Möbius maps that turn nothing. They keep all angles between curves on the sphere, and so flip
+//! no spherical triangle. What is left to choose is c with m(c) = Σ w_i (c ⊕ u_i) = 0; Newton's
+//! step at c = 0 is −(2 (I − Σ w u uᵀ))⁻¹ m.
+//!
+//! **Source**: Douady and Earle 1986 (the conformal barycentre is unique); Cantarella and
+//! Schumacher 2022 (computing it). Steps are not applied one after the other but gathered in one
+//! c by b ⊕ a (Ungar's Möbius addition; it leaves out a rotation, which centres nothing), so that
+//! every point is rounded once, and by a difference that is small where c is: a triangle of a few
+//! units in the last place is moved as a whole.
+
+use cotan_geometry::{Scalar, scalar};
+use cotan_halfedge::VertexMap;
+use nalgebra::{Matrix3, Point3, Vector3};
+use rayon::prelude::*;
+
+use super::error::SphereError;
+use super::map::SphereMap;
+
+impl<'m, T: Scalar> SphereMap<'m, T> {
+    /// The map followed by the Möbius map that brings Σ w_i v_i to the centre, without turning.
+    ///
+    /// Use the areas around the vertices on the *source* mesh
+    /// ([`cotan_geometry::one_ring_areas`]): areas on the sphere would centre nothing, since every
+    /// one-to-one map of a fine mesh covers the sphere evenly by them. Angles of infinitesimal
+    /// figures stay; those of triangles, which are measured between chords, nearly do.
+    ///
+    /// **Shapes**: one weight a vertex; only their ratios count.
+    ///
+    /// # Errors
+    /// [`SphereError::Mismatch`] if there is not one finite, non-negative weight a vertex or all
+    /// are zero; [`SphereError::Flipped`] if the rounding to `T` flips a triangle.
+    pub fn centered(&self, vertex_weights: &VertexMap<T>) -> Result<Self, SphereError> {
+        let weights = check_weights(vertex_weights, self.positions().len())?;
+        let directions = self.positions().values();
+        let mut points: Vec<Vector3<f64>> = directions
+            .map(|p| p.coords.map(T::as_f64).normalize())
+            .collect();
+        center(&mut points, &weights);
+        let positions = points.iter().map(|p| Point3::from(p.map(T::of_f64)));
+        Self::new(self.mesh(), positions.collect())
+    }
+}
+
+/// Moves unit vectors by the Möbius map after which |Σ w u| / Σ w < 1e-12, and returns that norm.
+///
+/// Weights that are not all finite, or whose sum is not positive, move nothing. Where no centre
+/// exists (one point has half of the weight) the points come as near to it as 50 rounds bring them.
+///
+/// The result does not depend on the number of threads.
+pub(crate) fn center(positions: &mut [Vector3<f64>], weights: &[f64]) -> f64 {
+    let Some(mut moments) = Moments::measure(positions, weights, &Vector3::zeros()) else {
+        return 0.0;
+    };
+    let mut c = Vector3::zeros();
+    for _ in 0..MOST_ROUNDS {
+        if moments.mean.norm() < TOLERANCE {
+            break;
+        }
+        let Some((next, better)) = moments.improve(positions, weights, &c) else {
+            break;
+        };
+        (c, moments) = (next, better);
+        // 1 − |c|² must keep its digits.
+        if c.norm() > MOST_GATHERED {
+            apply(positions, &c);
+            c = Vector3::zeros();
+        }
+    }
+    apply(positions, &c);
+    moments.mean.norm()
+}
+
+/// The first two moments of the moved points: Σ w u and Σ w u uᵀ, over Σ w.
+struct Moments {
+    mean: Vector3<f64>,
+    second: Matrix3<f64>,
+}
+
+impl Moments {
+    /// Those of the points c ⊕ u, or `None` if the weights do not weigh.
+    fn measure(positions: &[Vector3<f64>], weights: &[f64], c: &Vector3<f64>) -> Option<Self> {
+        let partial: Vec<[f64; 10]> = positions
+            .par_chunks(CHUNK)
+            .zip(weights.par_chunks(CHUNK))
+            .map(|(positions, weights)| moments_of(positions, weights, c))
+            .collect();
+        let mut total = [0.0; 10];
+        for sums in &partial {
+            for (sum, term) in total.iter_mut().zip(sums) {
+                *sum += term;
+            }
+        }
+        let [w, x, y, z, xx, xy, xz, yy, yz, zz] = total;
+        (w > 0.0 && total.iter().all(|sum| sum.is_finite())).then(|| Self {
+            mean: Vector3::new(x, y, z) / w,
+            second: Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) / w,
+        })
+    }
+
+    /// Newton's step from `c`, halved until the mean comes nearer to the centre.
+    fn improve(
+        &self,
+        positions: &[Vector3<f64>],
+        weights: &[f64],
+        c: &Vector3<f64>,
+    ) -> Option<(Vector3<f64>, Self)> {
+        let hessian = (Matrix3::identity() - self.second) * 2.0;
+        let mut step = hessian
+            .cholesky()
+            .map_or(self.mean * -0.5, |factor| -factor.solve(&self.mean));
+        step *= (LONGEST_STEP / step.norm()).min(1.0);
+        for _ in 0..MOST_HALVINGS {
+            let next = add(c, &step);
+            let moments = Self::measure(positions, weights, &next)?;
+            if moments.mean.norm() < self.mean.norm() {
+                return Some((next, moments));
+            }
+            step *= 0.5;
+        }
+        None
+    }
+}
+
+/// Σ w, Σ w u and the upper triangle of Σ w u uᵀ over the points c ⊕ u.
+fn moments_of(positions: &[Vector3<f64>], weights: &[f64], c: &Vector3<f64>) -> [f64; 10] {
+    let mut sums = [0.0; 10];
+    for (u, &w) in positions.iter().zip(weights) {
+        let [x, y, z]: [f64; 3] = (u + displacement(u, c)).into();
+        let (wx, wy, wz) = (w * x, w * y, w * z);
+        let terms = [
+            w,
+            wx,
+            wy,
+            wz,
+            wx * x,
+            wx * y,
+            wx * z,
+            wy * y,
+            wy * z,
+            wz * z,
+        ];
+        for (sum, term) in sums.iter_mut().zip(terms) {
+            *sum += term;
+        }
+    }
+    sums
+}
+
+/// Replaces every point u by c ⊕ u, of unit length.
+fn apply(positions: &mut [Vector3<f64>], c: &Vector3<f64>) {
+    if *c == Vector3::zeros() {
+        return;
+    }
+    positions.par_chunks_mut(CHUNK).for_each(|chunk| {
+        for u in chunk {
+            let step = displacement(u, c);
+            let moved = *u + step;
+            let length = moved.norm();
+            // 1 / length − 1, without cancelling.
+            let stretch = (1.0 - moved.norm_squared()) / (length * (1.0 + length));
+            *u += step + moved * stretch;
+        }
+    });
+}
+
+/// (c ⊕ u) − u for |u| = 1.
+#[inline]
+fn displacement(u: &Vector3<f64>, c: &Vector3<f64>) -> Vector3<f64> {
+    let uc = u.dot(c);
+    (c * (1.0 + uc) - u * (uc + c.norm_squared())) * (2.0 / (u + c).norm_squared())
+}
+
+/// b ⊕ a in the ball: moving by b and then by a is, but for a rotation, moving by b ⊕ a.
+fn add(b: &Vector3<f64>, a: &Vector3<f64>) -> Vector3<f64> {
+    let (aa, bb, ab) = (a.norm_squared(), b.norm_squared(), a.dot(b));
+    (b * (1.0 + 2.0 * ab + aa) + a * (1.0 - bb)) / (1.0 + 2.0 * ab + aa * bb)
+}
+
+/// One finite, non-negative weight a vertex, not all zero, in `f64`.
+fn check_weights<T: Scalar>(
+    weights: &VertexMap<T>,
+    num_vertices: usize,
+) -> Result<Vec<f64>, SphereError> {
+    if weights.len() != num_vertices {
+        return Err(SphereError::Mismatch(format!(
+            "there are {} weights for {num_vertices} vertices; give one weight a vertex",
+            weights.len()
+        )));
+    }
+    let good = |w: &T| w.is_finite() && *w >= scalar(0.0);
+    if let Some((vertex, w)) = weights.iter().find(|(_, w)| !good(w)) {
+        return Err(SphereError::Mismatch(format!(
+            "the weight of vertex {vertex} is {w}, and must be finite and not negative"
+        )));
+    }
+    let weights: Vec<f64> = weights.values().map(|w| w.as_f64()).collect();
+    let largest = weights.iter().copied().fold(0.0, f64::max);
+    if largest == 0.0 {
+        let message = "all weights are zero, so that there is nothing to centre";
+        return Err(SphereError::Mismatch(message.into()));
+    }
+    // Relative to the largest, so that no sum overflows.
+    Ok(weights.iter().map(|w| w / largest).collect())
+}
+
+/// Points a task works on; fixed, so that sums are.
+const CHUNK: usize = 2048;
+/// Half of the 1e-12 that are promised: the rest is for the rounding of the moved points.
+const TOLERANCE: f64 = 5e-13;
+const MOST_ROUNDS: usize = 50;
+/// Newton's step is one of the tangent space; beyond this it leaves the ball.
+const LONGEST_STEP: f64 = 0.8;
+/// 2⁻⁴⁰ of a step changes the mean by less than rounding does.
+const MOST_HALVINGS: usize = 40;
+/// Beyond this the gathered map is applied and a new one begun: 1 − |c|² has lost a digit.
+const MOST_GATHERED: f64 = 0.95;
+
+#[cfg(test)]
+mod tests {
+    use cotan_geometry::testing::directions;
+    use cotan_geometry::{icosphere, one_ring_areas};
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn unit_sphere(level: u32) -> Vec<Vector3<f64>> {
+        let shape = icosphere::<f64>(level);
+        shape.positions.values().map(|p| p.coords).collect()
+    }
+
+    fn mean(points: &[Vector3<f64>], weights: &[f64]) -> f64 {
+        let sum: Vector3<f64> = points.iter().zip(weights).map(|(p, w)| p * *w).sum();
+        sum.norm() / weights.iter().sum::<f64>()
+    }
+
+    /// 1 + (axis · u) depth …: weights that gather around an axis.
+    fn lopsided(points: &[Vector3<f64>], axis: &Vector3<f64>, sharpness: f64) -> Vec<f64> {
+        let weigh = |u: &Vector3<f64>| (sharpness * axis.dot(u)).exp();
+        points.iter().map(weigh).collect()
+    }
+
+    proptest! {
+        #[test]
+        fn the_weighted_mean_is_the_centre_afterwards(
+            axis in directions(), sharpness in 0.0..40.0_f64,
+        ) {
+            let mut points = unit_sphere(4);
+            let weights = lopsided(&points, &axis, sharpness);
+            let norm = center(&mut points, &weights);
+            prop_assert!(norm < 1e-12, "{}", norm);
+            prop_assert!(mean(&points, &weights) < 1e-12);
+            prop_assert!(points.iter().all(|p| (p.norm() - 1.0).abs() < 4.0 * f64::EPSILON));
+        }
+
+        #[test]
+        fn adding_gathers_two_maps_but_for_a_rotation(
+            a in directions(), b in directions(), [r, s] in [0.0..0.9_f64, 0.0..0.9],
+            u in directions(), v in directions(),
+        ) {
+            let (a, b) = (a * r, b * s);
+            let both = |u: Vector3<f64>| {
+                let u = u + displacement(&u, &b);
+                u + displacement(&u, &a)
+            };
+            let gathered = add(&b, &a);
+            let at_once = |u: Vector3<f64>| u + displacement(&u, &gathered);
+            let dot = |f: &dyn Fn(Vector3<f64>) -> Vector3<f64>| f(u).dot(&f(v));
+            prop_assert!((dot(&both) - dot(&at_once)).abs() < 1e-11);
+        }
+
+        #[test]
+        fn a_moebius_map_keeps_angles(u in directions(), c in directions(), r in 0.0..0.8_f64) {
+            // The displacement's derivative is a multiple of a rotation on the tangent plane.
+            let c = c * r;
+            let side = Vector3::from_fn(|k, _| if k == u.iamin() { 1.0 } else { 0.0 });
+            let e = u.cross(&side).normalize();
+            let f = u.cross(&e);
+            let at = |direction: Vector3<f64>, h: f64| {
+                let p = u * h.cos() + direction * h.sin();
+                p + displacement(&p, &c)
+            };
+            let h = 1e-5;
+            let [de, df] = [e, f].map(|d| (at(d, h) - at(d, -h)) / (2.0 * h));
+            let scale = de.norm() * df.norm();
+            prop_assert!((de.dot(&df) / scale).abs() < 1e-8);
+            prop_assert!((de.norm() / df.norm() - 1.0).abs() < 1e-8);
+            prop_assert!(at(e, 0.0).dot(&de.cross(&df)) > 0.0);
+        }
+
+        #[test]
+        fn a_centred_map_has_no_flip(axis in directions(), sharpness in 0.0..8.0_f64) {
+            let shape = icosphere::<f64>(3);
+            let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
+            let points = unit_sphere(3);
+            let weights = VertexMap::from_vec(lopsided(&points, &axis, sharpness));
+            prop_assert!(map.centered(&weights).is_ok());
+            let single = icosphere::<f32>(3);
+            let map = SphereMap::new(&single.mesh, single.positions.clone()).unwrap();
+            prop_assert!(map.centered(&weights.map(|&w| w as f32)).is_ok());
+        }
+    }
+
+    #[test]
+    fn a_centred_sphere_stays_to_the_bit() {
+        let shape = icosphere::<f64>(3);
+        let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
+        let mut points = unit_sphere(3);
+        let weights = one_ring_areas(&shape.surface());
+        let norm = center(&mut points, weights.as_slice());
+        assert!(norm < 1e-14);
+        assert_eq!(points, unit_sphere(3));
+        let centred = map.centered(&weights).unwrap();
+        for (v, p) in centred.positions().iter() {
+            assert!((p - map.positions()[v]).norm() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn a_tiny_triangle_moves_as_a_whole() {
+        // Corners some hundred units in the last place apart, among heavy points elsewhere.
+        let a = Vector3::new(0.6_f64, 0.0, 0.8);
+        let far = |x: f64, y: f64| (a + Vector3::new(x, y, 0.0) * 1e-14).normalize();
+        let corners = [a, far(1.0, 0.0), far(0.0, 1.0)];
+        let upright = |t: &[Vector3<f64>]| {
+            let [a, b, c] = [0, 1, 2].map(|k| Point3::from(t[k]));
+            super::super::is_upright(&a, &b, &c)
+        };
+        assert!(upright(&corners));
+        let mut points = corners.to_vec();
+        points.extend(unit_sphere(2));
+        let mut weights = vec![0.0; 3];
+        weights.extend(lopsided(&points[3..], &Vector3::x(), 1.0));
+        center(&mut points, &weights);
+        assert!(upright(&points));
+    }
+
+    #[test]
+    fn threads_change_no_bit_and_nonsense_moves_nothing() {
+        let run = |threads| {
+            let mut points = unit_sphere(5);
+            let weights = lopsided(&points, &Vector3::y(), 3.0);
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            pool.expect("a thread pool")
+                .install(|| center(&mut points, &weights));
+            points
+        };
+        assert_eq!(run(1), run(3));
+        for weight in [0.0, f64::NAN, f64::INFINITY, -1.0] {
+            let mut points = unit_sphere(1);
+            center(&mut points, &[weight; 42]);
+            assert_eq!(points, unit_sphere(1));
+        }
+    }
+
+    #[test]
+    fn weights_that_do_not_fit_are_refused() {
+        let shape = icosphere::<f64>(1);
+        let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
+        for weights in [vec![1.0], vec![0.0; 42], vec![-1.0; 42], vec![f64::NAN; 42]] {
+            let refused = map.centered(&VertexMap::from_vec(weights));
+            assert!(matches!(refused, Err(SphereError::Mismatch(_))));
+        }
+    }
+}
