@@ -61,7 +61,8 @@ pub(crate) fn cmcf(
         normalise(mesh, &mut next);
         // Of a sphere of area 1.
         let radius = (0.25 / std::f64::consts::PI).sqrt();
-        report.change = sums::max(x.len(), |i| (x.as_slice()[i] - next.as_slice()[i]).norm()) / radius;
+        report.change =
+            sums::max(x.len(), |i| (x.as_slice()[i] - next.as_slice()[i]).norm()) / radius;
         report.residual = report.change;
         report.iterations += 1;
         x = next;

@@ -104,7 +104,12 @@ impl RobustProjection {
     }
 
     /// A step on the sphere.
-    fn step(&mut self, mesh: &HalfedgeMesh, before: &Positions<f64>, next: &mut Positions<f64>) -> f64 {
+    fn step(
+        &mut self,
+        mesh: &HalfedgeMesh,
+        before: &Positions<f64>,
+        next: &mut Positions<f64>,
+    ) -> f64 {
         if self.ratio < 1.0 {
             mix(before, next, self.ratio);
         }

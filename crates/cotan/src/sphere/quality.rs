@@ -86,10 +86,7 @@ impl SphereQuality {
 /// enlarges. 0 for faces without area.
 ///
 /// **Shapes**: one entry a face. **Units**: none.
-pub fn area_log_ratios<T: Scalar>(
-    source: &Surface<'_, T>,
-    map: &SphereMap<'_, T>,
-) -> FaceMap<f64> {
+pub fn area_log_ratios<T: Scalar>(source: &Surface<'_, T>, map: &SphereMap<'_, T>) -> FaceMap<f64> {
     let areas = face_areas(source).map(|a| a.as_f64());
     let total: f64 = areas.values().sum();
     let whole = 4.0 * std::f64::consts::PI;

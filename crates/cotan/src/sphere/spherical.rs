@@ -100,11 +100,7 @@ const MOST_REPAIRS: usize = 3;
 const REPAIR_RINGS: usize = 2;
 
 impl<'a> Run<'a> {
-    fn new(
-        mesh: &'a HalfedgeMesh,
-        source: &'a Positions<f64>,
-        options: &'a SphereOptions,
-    ) -> Self {
+    fn new(mesh: &'a HalfedgeMesh, source: &'a Positions<f64>, options: &'a SphereOptions) -> Self {
         Self {
             mesh,
             source,
@@ -163,10 +159,7 @@ impl<'a> Run<'a> {
 
     /// Marks the corners of faces and the rings around them.
     fn mark(&self, faces: &[FaceId], marked: &mut [bool]) {
-        let mut front: Vec<_> = faces
-            .iter()
-            .flat_map(|&f| self.mesh.triangle(f))
-            .collect();
+        let mut front: Vec<_> = faces.iter().flat_map(|&f| self.mesh.triangle(f)).collect();
         for ring in 0..=REPAIR_RINGS {
             front.iter().for_each(|v| marked[v.index()] = true);
             if ring < REPAIR_RINGS {
