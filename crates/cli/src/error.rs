@@ -4,6 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use cotan::halfedge::{BuildError, VertexId};
+use cotan::sphere::SphereError;
 use cotan_io::{IoError, Repaired, Weld};
 use thiserror::Error;
 
@@ -37,6 +38,15 @@ pub(crate) enum CliError {
         path: PathBuf,
         #[source]
         source: cotan::Error,
+    },
+    /// A mesh that cannot be mapped to the sphere.
+    #[error("{}: {source}{remedy}", path.display())]
+    Sphere {
+        path: PathBuf,
+        #[source]
+        source: SphereError,
+        /// What else is to be said; may be empty.
+        remedy: &'static str,
     },
     /// Two files that cannot be compared.
     #[error("{} and {} cannot be compared: {problem}", paths[0].display(), paths[1].display())]

@@ -2,7 +2,7 @@
 
 use super::color_scale::{ColorScale, Overflow};
 use super::image::Image;
-use super::text::{self, Anchor, INK, LINE};
+use super::text::{self, INK, LINE};
 
 /// The least width that a bar needs for its title.
 pub(super) fn least_width(scale: &ColorScale) -> usize {
@@ -16,7 +16,7 @@ pub(super) fn draw(scale: &ColorScale, width: usize, paper: [u8; 3]) -> Image {
         .saturating_sub(2 * (BORDER + TIP))
         .clamp(1, MOST_LENGTH);
     let left = width.saturating_sub(length) / 2;
-    text::draw(&mut strip, scale.title(), Anchor::Middle, [width / 2, TOP]);
+    text::draw(&mut strip, scale.title(), [width / 2, TOP]);
     for x in 0..length {
         let share = x as f64 / (length - 1).max(1) as f64;
         strip.fill([left + x, BAR_TOP], [1, THICKNESS], scale.color_at(share));
@@ -36,7 +36,7 @@ pub(super) fn draw(scale: &ColorScale, width: usize, paper: [u8; 3]) -> Image {
         };
         let x = left + (share * (length - 1) as f64).round() as usize;
         strip.fill([x, BAR_TOP + THICKNESS], [1, TICK], INK);
-        text::draw(&mut strip, &label, Anchor::Middle, [x, LABEL_TOP]);
+        text::draw(&mut strip, &label, [x, LABEL_TOP]);
     }
     strip
 }

@@ -19,7 +19,7 @@ use super::color_scale::ColorScale;
 use super::image::Image;
 use super::raster::{BOTTOM, Canvas, Light, TOP, encode};
 use super::scene::Scene;
-use super::text::{self, Anchor, LINE};
+use super::text::{self, LINE};
 
 /// Surfaces side by side, coloured by the same scale.
 #[derive(Clone, Copy, Debug)]
@@ -146,7 +146,7 @@ impl HeatMap<'_> {
         for (panel, camera) in self.panels.iter().zip(cameras) {
             let [width, _] = camera.panel();
             let at = [left + width / 2, (CAPTION - LINE) / 2];
-            text::draw(&mut strip, panel.caption, Anchor::Middle, at);
+            text::draw(&mut strip, panel.caption, at);
             left += width;
         }
         let is_captioned = self.panels.iter().any(|panel| !panel.caption.is_empty());

@@ -7,15 +7,6 @@ use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster, get_raster_wid
 
 use super::image::Image;
 
-/// Where a line of text has its given place.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Anchor {
-    /// At its left end.
-    Left,
-    /// In its middle.
-    Middle,
-}
-
 /// Height of a line, in pixels.
 pub(super) const LINE: usize = SIZE.val();
 
@@ -24,12 +15,9 @@ pub(super) fn width(text: &str) -> usize {
     text.chars().count() * get_raster_width(WEIGHT, SIZE)
 }
 
-/// Writes a line with its anchor at `x` and its top at `y`; what lies outside is left out.
-pub(super) fn draw(image: &mut Image, text: &str, anchor: Anchor, [x, y]: [usize; 2]) {
-    let start = match anchor {
-        Anchor::Left => x,
-        Anchor::Middle => x.saturating_sub(width(text) / 2),
-    };
+/// Writes a line with its middle at `x` and its top at `y`; what lies outside is left out.
+pub(super) fn draw(image: &mut Image, text: &str, [x, y]: [usize; 2]) {
+    let start = x.saturating_sub(width(text) / 2);
     for (k, character) in text.chars().enumerate() {
         let x = start + k * get_raster_width(WEIGHT, SIZE);
         // Characters that the font has not got stand as a question mark.
@@ -68,7 +56,7 @@ mod tests {
     #[test]
     fn text_leaves_ink_where_it_stands_and_nowhere_else() {
         let mut image = Image::filled(80, 40, [255; 3]);
-        draw(&mut image, "-1.5", Anchor::Middle, [40, 10]);
+        draw(&mut image, "-1.5", [40, 10]);
         let mut is_inked = |x, y| image.pixel_mut(x, y).is_some_and(|p| *p != [255; 3]);
         let half = width("-1.5") / 2;
         let inside = |x: usize, y: usize| {
@@ -82,6 +70,6 @@ mod tests {
         }
         assert!(inked > 30, "{inked}");
         // Odd characters and places do no harm.
-        draw(&mut image, "\u{1F42A}", Anchor::Left, [75, 35]);
+        draw(&mut image, "\u{1F42A}", [75, 35]);
     }
 }
