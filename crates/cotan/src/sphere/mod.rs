@@ -1,9 +1,15 @@
 //! Maps of closed genus-0 meshes onto the unit sphere that never flip a triangle.
 
 mod cmcf;
+mod corners;
 mod curvature;
+mod energy;
 mod error;
+mod error;
+mod hierarchy;
 mod iterate;
+mod kernel;
+mod layout;
 mod map;
 mod moebius;
 mod options;
@@ -13,9 +19,11 @@ mod quality;
 mod round;
 mod spherical;
 mod sums;
+mod sweep;
 
 pub use curvature::{AreaMeasure, ConstantCurvature};
 pub use error::SphereError;
+pub use hierarchy::embed;
 pub use map::SphereMap;
 pub use options::{Centering, SphereMethod, SphereOptions, SphereReport, Stage};
 pub use predicate::{flipped_faces, is_upright};

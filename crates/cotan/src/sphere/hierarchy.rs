@@ -1,0 +1,133 @@
+//! An embedding of any closed genus-0 triangle mesh on the sphere, valid at every step.
+//!
+//! Vertices are taken out, a level of independent ones after the other, until a tetrahedron is
+//! left; that is mapped to a regular one; then the vertices return in reverse order, each to a
+//! place from which it sees its ring. The target of its collapse sees the whole ring, so in exact
+//! arithmetic there always is such a place, and relaxing every level keeps it roomy. A face that
+//! is left carries the source area of those that it stands for, so coarse levels already give every
+//! part of the surface its share of the sphere.
+//!
+//! **Source**: Praun, Hoppe 2003, "Spherical parametrization and remeshing", section 4.
+
+mod insert;
+mod simplify;
+
+use cotan_geometry::{Positions, Scalar};
+use cotan_halfedge::HalfedgeMesh;
+use nalgebra::{Point3, Vector3};
+
+use super::corners::CornerTable;
+use super::energy::{Blend, Rest, shares};
+use super::error::{SphereError, check_topology};
+use super::layout::{Layout, Rounding, rounded};
+use super::predicate::flipped_faces;
+use super::sweep::Sweeper;
+use simplify::{Hierarchy, simplify};
+
+/// Maps a closed, connected genus-0 triangle mesh to the unit sphere without a flipped triangle.
+///
+/// `balance` leads from angles (0) to areas (1). Zero-area faces, coincident vertices and slivers
+/// are no hindrance; coordinates that are not finite count as 0.
+///
+/// # Errors
+/// [`SphereError`] if the mesh is not of that kind, or if the numbers of type `T` cannot tell so
+/// many vertices apart.
+pub fn embed<T: Scalar>(
+    mesh: &HalfedgeMesh,
+    positions: &Positions<f64>,
+    balance: f64,
+) -> Result<Positions<T>, SphereError> {
+    check_topology(mesh)?;
+    let mut layout = layout(mesh, positions, Blend::new(balance), rounded::<T>);
+    let mut hierarchy = simplify(&mut layout);
+    tetrahedron(&mut layout, &hierarchy.left);
+    while let Some(level) = hierarchy.levels.pop() {
+        for &halfedge in level.iter().rev() {
+            hierarchy.insert(&mut layout, halfedge)?;
+        }
+        relax_level(&mut layout, &mut hierarchy);
+    }
+    let sphere = positions_of(&layout);
+    match flipped_faces(mesh, &sphere).as_slice() {
+        [] => Ok(sphere),
+        flipped => Err(SphereError::Flipped {
+            count: flipped.len(),
+            first: flipped[0],
+        }),
+    }
+}
+
+/// The layout of a mesh, all places at the origin.
+pub(super) fn layout(
+    mesh: &HalfedgeMesh,
+    positions: &Positions<f64>,
+    blend: Blend,
+    round: Rounding,
+) -> Layout {
+    let table = CornerTable::new(mesh);
+    let finite = |x: f64| if x.is_finite() { x } else { 0.0 };
+    let source: Vec<Vector3<f64>> = positions.values().map(|p| p.coords.map(finite)).collect();
+    let corners = |f: usize| table.triangle(f).map(|v| source[v as usize]);
+    let area = |f: usize| {
+        let [a, b, c] = corners(f);
+        (b - a).cross(&(c - a)).norm()
+    };
+    let areas: Vec<f64> = (0..table.num_faces()).map(area).collect();
+    let weights = shares(&areas);
+    let rest = weights.iter().enumerate().map(|(f, &weight)| {
+        let [a, b, c] = corners(f);
+        Rest::new(weight, [&a, &b, &c])
+    });
+    Layout {
+        rest: rest.collect(),
+        place: vec![Vector3::zeros(); source.len()],
+        table,
+        source,
+        blend,
+        round,
+    }
+}
+
+/// The places of a layout in the type that they were rounded to.
+pub(super) fn positions_of<T: Scalar>(layout: &Layout) -> Positions<T> {
+    let to_point = |p: &Vector3<f64>| Point3::from(p.map(T::of_f64));
+    layout.place.iter().map(to_point).collect()
+}
+
+/// Places the four vertices that are left at the corners of a regular tetrahedron, turned so that
+/// its faces are upright.
+fn tetrahedron(layout: &mut Layout, left: &[u32]) {
+    let Some(&apex) = left.first() else { return };
+    let ring: Vec<u32> = layout.table.ring(apex).collect();
+    let corners = [
+        [1.0, 1.0, 1.0],
+        [1.0, -1.0, -1.0],
+        [-1.0, 1.0, -1.0],
+        [-1.0, -1.0, 1.0],
+    ];
+    for (v, corner) in std::iter::once(apex).chain(ring).zip(corners) {
+        layout.place[v as usize] = (layout.round)(&Vector3::from(corner));
+    }
+}
+
+/// Sweeps over the vertices that are there, more often where they are few.
+fn relax_level(layout: &mut Layout, hierarchy: &mut Hierarchy) {
+    let present = hierarchy.present();
+    let sweeps = (SWEEPS_TIMES_VERTICES / present.len()).clamp(LEAST_SWEEPS, MOST_SWEEPS);
+    let mut sweeper = Sweeper::new(layout, present);
+    for _ in 0..sweeps {
+        if sweeper.sweep(layout, OVER_RELAXATION) == 0 {
+            break;
+        }
+    }
+}
+
+/// Coarse levels cost next to nothing: this many steps are spent on each.
+const SWEEPS_TIMES_VERTICES: usize = 100_000;
+const LEAST_SWEEPS: usize = 3;
+const MOST_SWEEPS: usize = 100;
+/// Stretches the steps of a sweep, as in successive over-relaxation.
+const OVER_RELAXATION: f64 = 1.5;
+
+#[cfg(test)]
+mod tests;

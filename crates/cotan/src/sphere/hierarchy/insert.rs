@@ -1,0 +1,133 @@
+//! Back from a coarse level, vertex by vertex.
+
+use crate::sphere::corners::face_of;
+use crate::sphere::energy::Wedge;
+use crate::sphere::error::SphereError;
+use crate::sphere::kernel::kernel_points;
+use crate::sphere::layout::{Layout, energy, is_valid, step};
+use crate::sphere::sweep::Sweeper;
+use cotan_halfedge::FaceId;
+use nalgebra::Vector3;
+
+use super::simplify::{Hierarchy, take_out};
+
+impl Hierarchy {
+    /// Puts back the vertex that the collapse of `halfedge` took out, at the place of least energy
+    /// inside the kernel of its ring. If there is no room that numbers can tell, the neighbourhood
+    /// is evened out, ever more of it.
+    ///
+    /// # Errors
+    /// If there still is none.
+    pub(super) fn insert(&mut self, layout: &mut Layout, halfedge: u32) -> Result<(), SphereError> {
+        for rings in 0..=MOST_RINGS {
+            if rings > 0 {
+                make_room(layout, halfedge, rings);
+            }
+            self.put_back(layout, halfedge);
+            let v = layout.table.origin(halfedge);
+            if let Some(place) = first_place(layout, halfedge) {
+                layout.place[v as usize] = place;
+                self.left.push(v);
+                return Ok(());
+            }
+            take_out(layout, halfedge, &mut self.weights);
+            for f in target_faces(layout, halfedge) {
+                layout.reshape(f);
+            }
+        }
+        Err(SphereError::Flipped {
+            count: 1,
+            first: FaceId::new(face_of(halfedge)),
+        })
+    }
+
+    /// Undoes a collapse: connectivity, weights and shapes.
+    fn put_back(&mut self, layout: &mut Layout, halfedge: u32) {
+        layout.table.undo(halfedge);
+        let lost = layout.table.lost_faces(halfedge);
+        let star: Vec<usize> = layout.table.outgoing_from(halfedge).map(face_of).collect();
+        for &face in star.iter().rev().filter(|f| !lost.contains(f)) {
+            if let Some(weight) = self.weights.pop() {
+                layout.rest[face].weight = weight;
+            }
+        }
+        for face in star {
+            layout.reshape(face);
+        }
+    }
+}
+
+/// The faces around the target of a collapsed halfedge.
+fn target_faces(layout: &Layout, halfedge: u32) -> Vec<usize> {
+    layout
+        .table
+        .outgoing(layout.table.target(halfedge))
+        .map(face_of)
+        .collect()
+}
+
+/// A place in the kernel of the ring for the origin of `halfedge`, a few steps down the energy
+/// from the best of the points that are tried; `None` if none is upright.
+fn first_place(layout: &Layout, halfedge: u32) -> Option<Vector3<f64>> {
+    let (v, u) = (layout.table.origin(halfedge), layout.table.target(halfedge));
+    let mut star: Vec<Wedge> = Vec::new();
+    layout.star(v, &mut star);
+    let points = kernel_points(&star, &layout.place[u as usize]);
+    let places = points.iter().map(|p| (layout.round)(p));
+    let valid = places.filter(|p| is_valid(&star, p));
+    let mut place = valid
+        .min_by(|p, q| energy(&star, p, layout.blend).total_cmp(&energy(&star, q, layout.blend)))?;
+    for _ in 0..STEPS {
+        match step(&star, &place, 1.0, layout.blend, layout.round) {
+            Some(better) => place = better,
+            None => break,
+        }
+    }
+    Some(place)
+}
+
+/// Evens out the faces within some rings of a collapse's target: as if they were equilateral and
+/// of one size.
+fn make_room(layout: &mut Layout, halfedge: u32, rings: usize) {
+    let mut patch = vec![layout.table.target(halfedge)];
+    let mut start = 0;
+    for _ in 0..rings {
+        let end = patch.len();
+        for i in start..end {
+            for w in layout.table.ring(patch[i]).collect::<Vec<_>>() {
+                if !patch.contains(&w) {
+                    patch.push(w);
+                }
+            }
+        }
+        start = end;
+    }
+    let mut faces: Vec<usize> = patch
+        .iter()
+        .flat_map(|&v| layout.table.outgoing(v).map(face_of))
+        .collect();
+    faces.sort_unstable();
+    faces.dedup();
+    let kept: Vec<_> = faces.iter().map(|&f| layout.rest[f]).collect();
+    let mean = kept.iter().map(|r| r.weight).sum::<f64>() / faces.len() as f64;
+    for &f in &faces {
+        layout.rest[f].weight = mean;
+        layout.rest[f].cot = [1.0 / 3.0_f64.sqrt(); 3];
+    }
+    let mut sweeper = Sweeper::new(layout, &patch);
+    for _ in 0..ROOM_SWEEPS {
+        if sweeper.sweep(layout, 1.0) == 0 {
+            break;
+        }
+    }
+    for (&f, rest) in faces.iter().zip(kept) {
+        layout.rest[f] = rest;
+    }
+}
+
+/// The corners of a face opposite to a vertex do not change while it moves: few steps suffice.
+const STEPS: usize = 4;
+/// The neighbourhood that is evened out grows to this many rings.
+const MOST_RINGS: usize = 8;
+/// Sweeps to even out a neighbourhood.
+const ROOM_SWEEPS: usize = 30;

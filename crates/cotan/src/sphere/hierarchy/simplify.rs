@@ -1,0 +1,149 @@
+//! Down to a tetrahedron, level by level.
+
+use crate::sphere::corners::{face_of, prev};
+use crate::sphere::layout::Layout;
+
+/// How to get back from a tetrahedron to the whole mesh.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Hierarchy {
+    /// The collapsed halfedges, in order, of each level.
+    pub(super) levels: Vec<Vec<u32>>,
+    /// The vertices that were never taken out, followed by those that were put back.
+    pub(super) left: Vec<u32>,
+    /// The face weights that collapses overwrote, last first.
+    pub(super) weights: Vec<f64>,
+}
+
+impl Hierarchy {
+    /// The vertices that are there.
+    pub(super) fn present(&self) -> &[u32] {
+        &self.left
+    }
+}
+
+/// Collapses edges of the layout until four vertices are left. Face weights go to the faces that
+/// stay.
+pub(super) fn simplify(layout: &mut Layout) -> Hierarchy {
+    let mut hierarchy = Hierarchy {
+        left: (0..layout.table.num_vertices() as u32).collect(),
+        ..Hierarchy::default()
+    };
+    let mut gone = vec![false; hierarchy.left.len()];
+    while hierarchy.left.len() > 4 {
+        let level = level(layout, &hierarchy.left, &mut gone, &mut hierarchy.weights);
+        if level.is_empty() {
+            break;
+        }
+        hierarchy.levels.push(level);
+        hierarchy.left.retain(|&v| !gone[v as usize]);
+    }
+    hierarchy
+}
+
+/// Takes out independent vertices among those that stand for the least area.
+fn level(layout: &mut Layout, left: &[u32], gone: &mut [bool], weights: &mut Vec<f64>) -> Vec<u32> {
+    let mut candidates: Vec<(f64, u32)> =
+        left.iter().map(|&v| (star_weight(layout, v), v)).collect();
+    candidates.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let wanted = (left.len() * 2 / 3).max(left.len().min(FEW));
+    let mut locked = vec![false; gone.len()];
+    let mut level = Vec::new();
+    for (i, &(_, v)) in candidates.iter().enumerate() {
+        if left.len() - level.len() <= 4 || (i >= wanted && !level.is_empty()) {
+            break;
+        }
+        if locked[v as usize] || layout.table.valence(v) > MOST_VALENCE {
+            continue;
+        }
+        let Some(halfedge) = best_collapse(layout, v) else {
+            continue;
+        };
+        for w in layout.table.ring(v) {
+            locked[w as usize] = true;
+        }
+        take_out(layout, halfedge, weights);
+        gone[v as usize] = true;
+        level.push(halfedge);
+    }
+    level
+}
+
+/// The area that the faces around a vertex stand for.
+fn star_weight(layout: &Layout, v: u32) -> f64 {
+    let faces = layout.table.outgoing(v).map(face_of);
+    faces.map(|f| layout.rest[f].weight).sum()
+}
+
+/// The legal collapse of `v` that leaves the best triangles.
+pub(super) fn best_collapse(layout: &Layout, v: u32) -> Option<u32> {
+    let legal = |h: &u32| layout.table.may_collapse(*h);
+    let costs = layout
+        .table
+        .outgoing(v)
+        .filter(legal)
+        .map(|h| (cost(layout, h), h));
+    costs
+        .min_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, halfedge)| halfedge)
+}
+
+/// The worst ratio of squared sides to area among the triangles that a collapse makes, higher for
+/// targets with many edges.
+fn cost(layout: &Layout, halfedge: u32) -> f64 {
+    let table = &layout.table;
+    let target = table.target(halfedge);
+    let lost = table.lost_faces(halfedge);
+    let u = layout.source[target as usize];
+    let faces = table
+        .outgoing_from(halfedge)
+        .filter(|&h| !lost.contains(&face_of(h)));
+    let worst = faces.map(|h| {
+        let p = layout.source[table.target(h) as usize] - u;
+        let q = layout.source[table.origin(prev(h)) as usize] - u;
+        let squares = p.norm_squared() + q.norm_squared() + (q - p).norm_squared();
+        squares / p.cross(&q).norm().max(f64::MIN_POSITIVE)
+    });
+    let crowd = f64::from(table.valence(target)) / CROWDED;
+    worst.fold(0.0, f64::max).min(f64::MAX.sqrt()) * crowd.max(1.0).powi(4)
+}
+
+/// Collapses `halfedge` and hands the weight of the faces around its origin to those that stay,
+/// mostly by their new areas. Their old weights go to the end of `weights`.
+pub(super) fn take_out(layout: &mut Layout, halfedge: u32, weights: &mut Vec<f64>) {
+    let lost = layout.table.lost_faces(halfedge);
+    let v = layout.table.origin(halfedge);
+    let total = star_weight(layout, v);
+    let faces: Vec<usize> = layout
+        .table
+        .outgoing_from(halfedge)
+        .map(face_of)
+        .filter(|f| !lost.contains(f))
+        .collect();
+    layout.table.collapse(halfedge);
+    let areas: Vec<f64> = faces.iter().map(|&f| source_area(layout, f)).collect();
+    let sum: f64 = areas.iter().sum();
+    for (&face, area) in faces.iter().zip(areas) {
+        let even = 1.0 / faces.len() as f64;
+        let share = if sum > 0.0 { area / sum } else { even };
+        weights.push(layout.rest[face].weight);
+        layout.rest[face].weight = total * ((1.0 - EVEN) * share + EVEN * even);
+    }
+}
+
+/// Twice the area of a face in the source.
+fn source_area(layout: &Layout, face: usize) -> f64 {
+    let [a, b, c] = layout
+        .table
+        .triangle(face)
+        .map(|v| layout.source[v as usize]);
+    (b - a).cross(&(c - a)).norm()
+}
+
+/// Vertices with more edges wait: there always is one with at most five.
+const MOST_VALENCE: u32 = 9;
+/// From this valence on a vertex is a poor target.
+const CROWDED: f64 = 8.0;
+/// Levels of fewer vertices are not thinned by area.
+const FEW: usize = 16;
+/// Part of the weight that is shared evenly, so that no face is left with none.
+const EVEN: f64 = 0.1;
