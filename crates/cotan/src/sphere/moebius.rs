@@ -151,7 +151,7 @@ fn moments_of(positions: &[Vector3<f64>], weights: &[f64], c: &Vector3<f64>) -> 
 }
 
 /// Replaces every point u by c ⊕ u, of unit length.
-fn apply(positions: &mut [Vector3<f64>], c: &Vector3<f64>) {
+pub(crate) fn apply(positions: &mut [Vector3<f64>], c: &Vector3<f64>) {
     if *c == Vector3::zeros() {
         return;
     }

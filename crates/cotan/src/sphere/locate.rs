@@ -1,0 +1,324 @@
+//! Which triangle of a sphere map a direction pierces.
+//!
+//! A ray from the centre along the direction d meets the flat triangle a, b, c exactly if
+//! det(a, b, d), det(b, c, d) and det(c, a, d) are not negative. Their signs are exact, and the
+//! triangles of a [`SphereMap`] cover the sphere once by signs that are exact as well, so that
+//! every direction has a face, however small or thin that is. A tree of boxes around the flat
+//! triangles finds the few candidates.
+//!
+//! **Source**: Shewchuk's adaptive predicates (1997), by the `robust` crate.
+
+use cotan_geometry::{Positions, Scalar, scalar};
+use cotan_halfedge::FaceId;
+use nalgebra::Vector3;
+use rayon::prelude::*;
+use robust::{Coord3D, orient3d};
+
+use super::error::SphereError;
+use super::map::SphereMap;
+use super::ray_tree::RayTree;
+
+/// A point of a sphere map: a face, and where in its flat triangle the direction pierces it.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Located<T: Scalar> {
+    /// The face.
+    pub face: FaceId,
+    /// Weights of the face's corners, in the order of
+    /// [`HalfedgeMesh::triangle`](cotan_halfedge::HalfedgeMesh::triangle): from 0 to 1, of sum 1 up
+    /// to rounding.
+    pub barycentric: [T; 3],
+}
+
+/// Finds faces of a sphere map; made by [`SphereMap::point_location`].
+#[derive(Clone, Debug)]
+pub struct PointLocation<'a, T: Scalar> {
+    map: &'a SphereMap<'a, T>,
+    tree: RayTree,
+}
+
+impl<T: Scalar> SphereMap<'_, T> {
+    /// Prepares to find the faces of directions: O(n log n) once, then about O(log n) for each.
+    #[must_use]
+    pub fn point_location(&self) -> PointLocation<'_, T> {
+        let boxes = |f: usize| self.corners(FaceId::new(f));
+        PointLocation {
+            map: self,
+            tree: RayTree::build(self.mesh().num_faces(), boxes),
+        }
+    }
+
+    /// The images of a face's corners.
+    pub(crate) fn corners(&self, face: FaceId) -> [Vector3<f64>; 3] {
+        let corners = self.mesh().triangle(face);
+        corners.map(|v| self.positions()[v].coords.map(T::as_f64))
+    }
+}
+
+impl<T: Scalar> PointLocation<'_, T> {
+    /// The face that `direction` pierces, of those at an edge or vertex the one with the lowest
+    /// number.
+    ///
+    /// A direction of unit length, within the rounding of `T`, is taken as it is; any other is
+    /// normalised in `f64` first.
+    ///
+    /// ```
+    /// use cotan::sphere::SphereMap;
+    /// use nalgebra::Vector3;
+    /// let shape = cotan::shapes::icosphere::<f64>(2);
+    /// let map = SphereMap::new(&shape.mesh, shape.positions.clone())?;
+    /// let place = map.point_location().locate(&Vector3::new(1.0, 2.0, 3.0))?;
+    /// assert!(place.barycentric.iter().all(|w| (0.0..=1.0).contains(w)));
+    /// # Ok::<(), cotan::sphere::SphereError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`SphereError::Mismatch`] if the direction is zero or not finite.
+    pub fn locate(&self, direction: &Vector3<T>) -> Result<Located<T>, SphereError> {
+        let unit = unit_direction(direction).ok_or_else(|| {
+            SphereError::Mismatch(format!(
+                "the direction ({}, {}, {}) points nowhere",
+                direction.x, direction.y, direction.z
+            ))
+        })?;
+        Ok(self.locate_unit(&unit))
+    }
+
+    /// The places of many directions, in parallel.
+    ///
+    /// # Errors
+    /// As [`PointLocation::locate`].
+    pub fn locate_all(&self, directions: &Positions<T>) -> Result<Vec<Located<T>>, SphereError> {
+        directions
+            .as_slice()
+            .par_iter()
+            .with_min_len(1 << 8)
+            .map(|p| self.locate(&p.coords))
+            .collect()
+    }
+
+    /// The map that is searched.
+    pub fn map(&self) -> &SphereMap<'_, T> {
+        self.map
+    }
+
+    /// The face that a unit vector pierces.
+    pub(crate) fn locate_unit(&self, d: &Vector3<f64>) -> Located<T> {
+        let mut found: Option<usize> = None;
+        self.tree.visit(d, |f| {
+            if found.is_some_and(|best| best < f) {
+                return Search::On;
+            }
+            match place(&self.map.corners(FaceId::new(f)), d) {
+                Place::Outside => return Search::On,
+                Place::Border => found = Some(f),
+                Place::Inside => {
+                    found = Some(f);
+                    return Search::Done;
+                }
+            }
+            Search::On
+        });
+        let face = found.map_or_else(|| self.nearest_face(d), FaceId::new);
+        let barycentric = barycentric(&self.map.corners(face), d);
+        Located {
+            face,
+            barycentric: barycentric.map(scalar),
+        }
+    }
+
+    /// A face at the nearest vertex, for coordinates so small that their products underflow and
+    /// signs are lost.
+    fn nearest_face(&self, d: &Vector3<f64>) -> FaceId {
+        let (mesh, positions) = (self.map.mesh(), self.map.positions());
+        let distance = |v| (positions[v].coords.map(T::as_f64) - d).norm_squared();
+        let nearest = mesh
+            .vertices()
+            .min_by(|&a, &b| distance(a).total_cmp(&distance(b)));
+        nearest
+            .and_then(|v| mesh.vertex_faces(v).next())
+            .unwrap_or(FaceId::new(0))
+    }
+}
+
+/// Whether a search goes on.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Search {
+    /// There may be more.
+    On,
+    /// Nothing better can come.
+    Done,
+}
+
+/// Where a direction lies against the cone of a triangle.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Place {
+    Inside,
+    Border,
+    Outside,
+}
+
+/// The place of d against the cone of an upright triangle, by exact signs.
+pub(crate) fn place([a, b, c]: &[Vector3<f64>; 3], d: &Vector3<f64>) -> Place {
+    let mut place = Place::Inside;
+    for (p, q) in [(a, b), (b, c), (c, a)] {
+        let side = side(p, q, d);
+        if side < 0.0 {
+            return Place::Outside;
+        }
+        if side == 0.0 {
+            place = Place::Border;
+        }
+    }
+    place
+}
+
+/// A number with the exact sign of det(p, q, d).
+fn side(p: &Vector3<f64>, q: &Vector3<f64>, d: &Vector3<f64>) -> f64 {
+    let coord = |p: &Vector3<f64>| Coord3D {
+        x: p.x,
+        y: p.y,
+        z: p.z,
+    };
+    // d last: then the first, quick stage works with p − d and q − d, and suffices for small
+    // triangles.
+    -orient3d(coord(&Vector3::zeros()), coord(p), coord(q), coord(d))
+}
+
+/// Weights w ≥ 0 of sum 1 with Σ w_k p_k ∥ d: the determinants det(d, b, c), …, with differences
+/// first, so that they keep their digits in small triangles.
+pub(crate) fn barycentric(corners: &[Vector3<f64>; 3], d: &Vector3<f64>) -> [f64; 3] {
+    let [a, b, c] = corners.map(|p| p - d);
+    let weights = [b.cross(&c), c.cross(&a), a.cross(&b)].map(|n| n.dot(d).max(0.0));
+    let sum: f64 = weights.iter().sum();
+    if sum > 0.0 {
+        return weights.map(|w| (w / sum).min(1.0));
+    }
+    // All three vanish where the corners are a few units in the last place apart.
+    let distances = [a, b, c].map(|p| p.norm_squared());
+    let nearest = distances.iter().copied().fold(f64::INFINITY, f64::min);
+    let first = distances.iter().position(|&x| x == nearest);
+    [0, 1, 2].map(|k| if Some(k) == first { 1.0 } else { 0.0 })
+}
+
+/// A direction in `f64`, of unit length within the rounding of `T`.
+pub(crate) fn unit_direction<T: Scalar>(direction: &Vector3<T>) -> Option<Vector3<f64>> {
+    let d = direction.map(T::as_f64);
+    // As it is: normalising would move a vertex of the map off itself.
+    if (d.norm_squared() - 1.0).abs() <= 8.0 * T::default_epsilon().as_f64() {
+        return Some(d);
+    }
+    let largest = d.amax();
+    (largest > 0.0 && largest.is_finite()).then(|| (d / largest).normalize())
+}
+
+#[cfg(test)]
+mod tests {
+    use cotan_geometry::testing::{directions, spheres};
+    use cotan_geometry::{icosphere, tetrahedron};
+    use nalgebra::Point3;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::sphere::testing::squeezed;
+
+    /// The images of points inside faces are found again, as exactly as the directions are.
+    fn round_trip<T: Scalar>(map: &SphereMap<'_, T>, weights: [f64; 3], tolerance: f64) {
+        let location = map.point_location();
+        for face in map.mesh().faces() {
+            let [a, b, c] = map.corners(face);
+            let p = a * weights[0] + b * weights[1] + c * weights[2];
+            let d = p.normalize().map(T::of_f64);
+            let place = location.locate(&d).unwrap();
+            assert_eq!(place.face, face);
+            let [a, b, c] = map.corners(face);
+            let [u, v, w] = place.barycentric.map(T::as_f64);
+            let again = (a * u + b * v + c * w).normalize();
+            let error = (again - d.map(T::as_f64).normalize()).norm();
+            assert!(error < tolerance, "{error:e} in face {face}");
+        }
+    }
+
+    fn weights() -> impl Strategy<Value = [f64; 3]> {
+        [0.0..1.0_f64, 0.0..1.0, 0.0..1.0].prop_map(|w| {
+            let sum: f64 = w.iter().sum();
+            w.map(|x| (x + 0.01) / (sum + 0.03))
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn the_image_of_a_point_is_located_at_the_point(w in weights(), level in 0..4_u32) {
+            let shape = icosphere::<f64>(level);
+            let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
+            let location = map.point_location();
+            for face in shape.mesh.faces() {
+                let [a, b, c] = map.corners(face);
+                let d = a * w[0] + b * w[1] + c * w[2];
+                let place = location.locate(&d).unwrap();
+                prop_assert_eq!(place.face, face);
+                for k in 0..3 {
+                    prop_assert!((place.barycentric[k] - w[k]).abs() < 1e-13);
+                }
+            }
+            let single = icosphere::<f32>(level);
+            round_trip(&SphereMap::new(&single.mesh, single.positions.clone()).unwrap(), w, 1e-6);
+        }
+
+        #[test]
+        fn tiny_and_thin_triangles_are_found(
+            w in weights(), axis in directions(), exponent in 0.0..7.0_f64,
+        ) {
+            // Magnified by Möbius maps: triangles of 1e-14 of the sphere's area next to large ones.
+            let shape = icosphere::<f64>(3);
+            if let Ok(map) = squeezed(&shape, &axis, 10.0_f64.powf(-exponent)) {
+                round_trip(&map, w, 4e-15);
+            }
+        }
+
+        #[test]
+        fn every_direction_has_a_face_and_every_vertex_itself(
+            d in directions(), shape in spheres(),
+        ) {
+            let positions = shape.positions.map(|p| Point3::from(p.coords.normalize()));
+            if let Ok(map) = SphereMap::new(&shape.mesh, positions) {
+                let location = map.point_location();
+                let place = location.locate(&d).unwrap();
+                prop_assert_ne!(super::place(&map.corners(place.face), &d), Place::Outside);
+                for (v, p) in map.positions().iter() {
+                    let place = location.locate(&p.coords).unwrap();
+                    let corners = map.mesh().triangle(place.face);
+                    let k = corners.iter().position(|&c| c == v);
+                    prop_assert_eq!(k.map(|k| place.barycentric[k]), Some(1.0));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn of_the_faces_at_an_edge_the_lowest_is_taken() {
+        let shape = tetrahedron::<f64>();
+        let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
+        let location = map.point_location();
+        for v in shape.mesh.vertices() {
+            let place = location.locate(&shape.positions[v].coords).unwrap();
+            assert_eq!(Some(place.face), shape.mesh.vertex_faces(v).min());
+        }
+        // The middle of edge (0, 1) is the x axis, of faces 0 and 1.
+        assert_eq!(location.locate(&Vector3::x()).unwrap().face, FaceId::new(0));
+    }
+
+    #[test]
+    fn length_does_not_matter_and_nothing_points_nowhere() {
+        let shape = icosphere::<f64>(2);
+        let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
+        let location = map.point_location();
+        let d = Vector3::new(0.3, -0.2, 0.7);
+        let at = |scale: f64| location.locate(&(d * scale)).unwrap().face;
+        assert_eq!(at(1e-300), at(1.0));
+        assert_eq!(at(1e300), at(1.0));
+        for bad in [0.0, f64::NAN, f64::INFINITY] {
+            let refused = location.locate(&Vector3::new(bad, 0.0, 0.0));
+            assert!(matches!(refused, Err(SphereError::Mismatch(_))));
+        }
+    }
+}

@@ -1,0 +1,150 @@
+//! A morph between two shapes that were mapped to the sphere.
+
+use cotan_geometry::{Positions, Scalar, Shape, scalar};
+use cotan_halfedge::HalfedgeMesh;
+use nalgebra::Point3;
+
+use super::error::SphereError;
+use super::map::SphereMap;
+use super::resample::icosphere_of_level;
+
+/// Two shapes on one mesh, vertex by vertex at the same place of the sphere, and the straight ways
+/// between.
+///
+/// Which places correspond is a matter of the maps: [`SphereMap::align`] or
+/// [`SphereMap::align_landmarks`] turns one to fit the other first.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Morph<T: Scalar> {
+    mesh: HalfedgeMesh,
+    start: Positions<T>,
+    end: Positions<T>,
+}
+
+impl<T: Scalar> Morph<T> {
+    /// Both shapes on an icosphere of `level` subdivisions.
+    ///
+    /// **Shapes**: a map and the positions of the mesh that it maps, twice.
+    ///
+    /// ```
+    /// use cotan::sphere::{Morph, SphereMap};
+    /// let sphere = cotan::shapes::icosphere::<f64>(2);
+    /// let map = SphereMap::new(&sphere.mesh, sphere.positions.clone())?;
+    /// let ellipsoid = sphere.positions.map(|p| nalgebra::Point3::new(3.0 * p.x, 2.0 * p.y, p.z));
+    /// let morph = Morph::on_icosphere((&map, &sphere.positions), (&map, &ellipsoid), 3)?;
+    /// let half = morph.at(0.5);
+    /// assert_eq!(half.len(), 642);
+    /// # Ok::<(), cotan::sphere::SphereError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`SphereError::Setting`] if the level is above 8; [`SphereError::Mismatch`] if there is not
+    /// one position a vertex.
+    pub fn on_icosphere(
+        (start, start_shape): (&SphereMap<'_, T>, &Positions<T>),
+        (end, end_shape): (&SphereMap<'_, T>, &Positions<T>),
+        level: u32,
+    ) -> Result<Self, SphereError> {
+        let target = icosphere_of_level(level)?;
+        Ok(Self {
+            start: start.resample(start_shape, &target.positions)?,
+            end: end.resample(end_shape, &target.positions)?,
+            mesh: target.mesh,
+        })
+    }
+
+    /// Both shapes on the mesh of the first, which keeps every detail; the second has those that
+    /// the first's vertices meet.
+    ///
+    /// # Errors
+    /// [`SphereError::Mismatch`] if there is not one position a vertex.
+    pub fn on_first(
+        (start, start_shape): (&SphereMap<'_, T>, &Positions<T>),
+        (end, end_shape): (&SphereMap<'_, T>, &Positions<T>),
+    ) -> Result<Self, SphereError> {
+        start.check_attribute(start_shape)?;
+        Ok(Self {
+            end: end.resample(end_shape, start.positions())?,
+            start: start_shape.clone(),
+            mesh: start.mesh().clone(),
+        })
+    }
+
+    /// The mesh of all shapes between.
+    pub fn mesh(&self) -> &HalfedgeMesh {
+        &self.mesh
+    }
+
+    /// The positions at time `t`, (1 − t) start + t end: the start at 0 and the end at 1, to the
+    /// bit. A time outside 0 … 1 is taken as the nearer end, and one that is no number as 0.
+    #[must_use]
+    pub fn at(&self, t: T) -> Positions<T> {
+        if !(t > scalar(0.0)) {
+            return self.start.clone();
+        }
+        if t >= scalar(1.0) {
+            return self.end.clone();
+        }
+        let between = |(a, b): (&Point3<T>, &Point3<T>)| {
+            Point3::from(a.coords * (T::one() - t) + b.coords * t)
+        };
+        self.start
+            .values()
+            .zip(self.end.values())
+            .map(between)
+            .collect()
+    }
+
+    /// The mesh and its positions at time `t`.
+    #[must_use]
+    pub fn shape_at(&self, t: T) -> Shape<T> {
+        Shape {
+            mesh: self.mesh.clone(),
+            positions: self.at(t),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use cotan_geometry::icosphere;
+    use cotan_geometry::testing::blobs;
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn both_ends_are_the_inputs_on_the_target(
+            a in blobs(), b in blobs(), t in 0.0..1.0_f64,
+        ) {
+            let ball = |shape: &Shape<f64>| shape.positions.map(|p| Point3::from(p.coords.normalize()));
+            let maps = (SphereMap::new(&a.mesh, ball(&a)), SphereMap::new(&b.mesh, ball(&b)));
+            if let (Ok(first), Ok(second)) = maps {
+                let (from, to) = ((&first, &a.positions), (&second, &b.positions));
+                let morph = Morph::on_icosphere(from, to, 2).unwrap();
+                prop_assert_eq!(morph.shape_at(0.0), first.remesh(&a.positions, 2).unwrap());
+                prop_assert_eq!(morph.shape_at(1.0), second.remesh(&b.positions, 2).unwrap());
+                let own = Morph::on_first(from, to).unwrap();
+                prop_assert_eq!(own.at(0.0), a.positions.clone());
+                prop_assert_eq!(own.at(1.0), second.resample(&b.positions, first.positions()).unwrap());
+                // Backwards is the same way.
+                let back = Morph::on_icosphere(to, from, 2).unwrap();
+                for (p, q) in morph.at(t).values().zip(back.at(1.0 - t).values()) {
+                    prop_assert!((p - q).norm() < 1e-14);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_shape_morphs_to_itself_by_standing_still() {
+        let shape = icosphere::<f32>(2);
+        let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
+        let morph = Morph::on_first((&map, &shape.positions), (&map, &shape.positions)).unwrap();
+        for t in [-1.0, 0.0, 0.3, 1.0, 2.0, f32::NAN] {
+            for (p, q) in morph.at(t).values().zip(shape.positions.values()) {
+                assert!((p - q).norm() < 1e-6);
+            }
+        }
+    }
+}

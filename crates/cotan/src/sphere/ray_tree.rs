@@ -1,0 +1,214 @@
+//! A tree of boxes around flat triangles, searched along a ray from the origin.
+//!
+//! Every node halves its triangles at the median along the longest side of its box, so that the
+//! shape of the tree depends on their number alone: node k has the children 2k + 1 and 2k + 2.
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use super::locate::Search;
+
+/// The tree.
+#[derive(Clone, Debug)]
+pub(crate) struct RayTree {
+    /// Numbers of the triangles, leaf after leaf.
+    order: Vec<u32>,
+    /// Boxes of the nodes, level after level.
+    bounds: Vec<Bounds>,
+    /// Levels above the leaves.
+    depth: u32,
+}
+
+impl RayTree {
+    /// A tree of `len` triangles with these corners.
+    pub(crate) fn build(len: usize, corners: impl Fn(usize) -> [Vector3<f64>; 3] + Sync) -> Self {
+        let depth = (len / LEAF).max(1).ilog2();
+        let mut boxes: Vec<(Bounds, u32)> = (0..len)
+            .into_par_iter()
+            .with_min_len(1 << 11)
+            .map(|i| (Bounds::around(&corners(i)), i as u32))
+            .collect();
+        sort(&mut boxes, depth);
+        let mut tree = Self {
+            order: boxes.iter().map(|&(_, i)| i).collect(),
+            bounds: vec![Bounds::EMPTY; (2 << depth) - 1],
+            depth,
+        };
+        for leaf in 0..1_usize << depth {
+            let inside = &boxes[tree.range(leaf)];
+            let bounds = inside.iter().fold(Bounds::EMPTY, |b, (x, _)| b.with(x));
+            tree.bounds[(1 << depth) - 1 + leaf] = bounds.padded();
+        }
+        for node in (0..(1_usize << depth) - 1).rev() {
+            tree.bounds[node] = tree.bounds[2 * node + 1].with(&tree.bounds[2 * node + 2]);
+        }
+        tree
+    }
+
+    /// Calls `found` with all triangles that a ray from the origin along the unit vector `d` may
+    /// pierce, until it is done. Rounding adds triangles and loses none.
+    pub(crate) fn visit(&self, d: &Vector3<f64>, mut found: impl FnMut(usize) -> Search) {
+        let first_leaf = (1_usize << self.depth) - 1;
+        // At most one waiting sibling a level.
+        let mut stack = [0_usize; 64];
+        let mut waiting = 1;
+        while waiting > 0 {
+            waiting -= 1;
+            let node = stack[waiting];
+            if !self.bounds[node].is_hit(d) {
+                continue;
+            }
+            if node < first_leaf {
+                stack[waiting] = 2 * node + 2;
+                stack[waiting + 1] = 2 * node + 1;
+                waiting += 2;
+                continue;
+            }
+            for &i in &self.order[self.range(node - first_leaf)] {
+                if found(i as usize) == Search::Done {
+                    return;
+                }
+            }
+        }
+    }
+
+    /// Where the triangles of a leaf stand in the order.
+    fn range(&self, leaf: usize) -> std::ops::Range<usize> {
+        let (mut start, mut len) = (0, self.order.len());
+        for level in (0..self.depth).rev() {
+            let left = len / 2;
+            match leaf >> level & 1 {
+                0 => len = left,
+                _ => (start, len) = (start + left, len - left),
+            }
+        }
+        start..start + len
+    }
+}
+
+/// Sorts until the leaves `depth` levels below have their triangles.
+fn sort(boxes: &mut [(Bounds, u32)], depth: u32) {
+    if depth == 0 {
+        return;
+    }
+    let all = boxes.iter().fold(Bounds::EMPTY, |b, (x, _)| b.with(x));
+    let axis = (all.high - all.low).imax();
+    let middle = boxes.len() / 2;
+    boxes.select_nth_unstable_by(middle, |(a, i), (b, j)| {
+        let centers = [a, b].map(|x| x.low[axis] + x.high[axis]);
+        centers[0].total_cmp(&centers[1]).then(i.cmp(j))
+    });
+    let (left, right) = boxes.split_at_mut(middle);
+    if left.len() < PARALLEL_FROM {
+        sort(left, depth - 1);
+        sort(right, depth - 1);
+    } else {
+        rayon::join(|| sort(left, depth - 1), || sort(right, depth - 1));
+    }
+}
+
+/// An axis-aligned box.
+#[derive(Clone, Copy, Debug)]
+struct Bounds {
+    low: Vector3<f64>,
+    high: Vector3<f64>,
+}
+
+impl Bounds {
+    /// The box of no points.
+    const EMPTY: Self = Self {
+        low: Vector3::new(f64::INFINITY, f64::INFINITY, f64::INFINITY),
+        high: Vector3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY),
+    };
+
+    fn around([a, b, c]: &[Vector3<f64>; 3]) -> Self {
+        Self {
+            low: a.inf(b).inf(c),
+            high: a.sup(b).sup(c),
+        }
+    }
+
+    fn with(&self, other: &Self) -> Self {
+        Self {
+            low: self.low.inf(&other.low),
+            high: self.high.sup(&other.high),
+        }
+    }
+
+    fn padded(&self) -> Self {
+        Self {
+            low: self.low.add_scalar(-PADDING),
+            high: self.high.add_scalar(PADDING),
+        }
+    }
+
+    /// Whether the ray from the origin along `d` meets the box.
+    fn is_hit(&self, d: &Vector3<f64>) -> bool {
+        let (mut enter, mut leave) = (0.0_f64, f64::INFINITY);
+        for k in 0..3 {
+            let (low, high) = (self.low[k], self.high[k]);
+            if d[k] == 0.0 {
+                if low > 0.0 || high < 0.0 {
+                    return false;
+                }
+                continue;
+            }
+            let (a, b) = (low / d[k], high / d[k]);
+            enter = enter.max(a.min(b));
+            leave = leave.min(a.max(b));
+        }
+        enter <= leave
+    }
+}
+
+/// Triangles of a leaf are this many and more, up to twice as many.
+const LEAF: usize = 4;
+/// Below this many triangles waking another thread costs more than it saves.
+const PARALLEL_FROM: usize = 1 << 12;
+/// Coordinates are at most 1, so that this is above the rounding of all that
+/// [`Bounds::is_hit`] computes.
+const PADDING: f64 = 4e-15;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_triangle_is_in_one_leaf_and_is_hit_by_its_directions() {
+        for len in [1, 3, 4, 7, 8, 9, 1000] {
+            let corners = |i: usize| {
+                let angle = i as f64 * 2.4;
+                let at = |turn: f64| Vector3::new((angle + turn).cos(), (angle + turn).sin(), turn);
+                [at(0.0), at(0.1), at(0.2)]
+            };
+            let tree = RayTree::build(len, corners);
+            let leaves = 0..1 << tree.depth;
+            let mut seen: Vec<u32> = leaves
+                .flat_map(|k| tree.order[tree.range(k)].to_vec())
+                .collect();
+            seen.sort_unstable();
+            assert_eq!(seen, (0..len as u32).collect::<Vec<_>>());
+            for i in 0..len {
+                let d = corners(i).iter().sum::<Vector3<f64>>().normalize();
+                let mut found = false;
+                tree.visit(&d, |j| {
+                    found |= i == j;
+                    Search::On
+                });
+                assert!(found);
+            }
+        }
+    }
+
+    #[test]
+    fn a_ray_that_starts_towards_the_other_side_does_not_hit() {
+        let bounds = Bounds::around(&[
+            Vector3::new(0.5, -0.1, -0.1),
+            Vector3::x(),
+            Vector3::new(0.9, 0.1, 0.1),
+        ]);
+        assert!(bounds.is_hit(&Vector3::x()));
+        assert!(!bounds.is_hit(&-Vector3::x()));
+        assert!(!bounds.is_hit(&Vector3::y()));
+    }
+}
