@@ -11,7 +11,7 @@ use clap::{Args, Parser, Subcommand};
 
 pub(crate) use options::{DeformArgs, InputArgs, ReconstructArgs, RunArgs};
 pub(crate) use repair::RepairArgs;
-pub(crate) use sphere::SphereArgs;
+pub(crate) use sphere::{Align, MorphArgs, ResampleArgs, SphereArgs};
 pub(crate) use values::Precision;
 
 /// Edit triangle meshes by a few handles: the surface follows, its details turn with it.
@@ -68,6 +68,12 @@ pub(crate) enum Command {
     /// Map a closed mesh onto the unit sphere without flipping a triangle
     #[command(after_help = sphere::SPHERE_EXAMPLE)]
     Sphere(SphereArgs),
+    /// Remesh a closed shape by the even triangles of an icosphere
+    #[command(after_help = sphere::RESAMPLE_EXAMPLE)]
+    Resample(ResampleArgs),
+    /// Write a shape between two closed ones
+    #[command(after_help = sphere::MORPH_EXAMPLE)]
+    Morph(MorphArgs),
     /// Measure how far two meshes of the same connectivity are from each other
     #[command(after_help = COMPARE_EXAMPLE)]
     Compare(CompareArgs),

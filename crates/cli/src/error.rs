@@ -11,6 +11,7 @@ use thiserror::Error;
 use crate::files;
 use crate::handles_file::{FileVertices, HandlesError};
 use crate::inspect::weld_option;
+use crate::sphere::LandmarksError;
 
 /// Why a command could not do its work.
 #[derive(Debug, Error)]
@@ -47,6 +48,13 @@ pub(crate) enum CliError {
         source: SphereError,
         /// What else is to be said; may be empty.
         remedy: &'static str,
+    },
+    /// A file of landmarks.
+    #[error("{}: {source}", path.display())]
+    Landmarks {
+        path: PathBuf,
+        #[source]
+        source: LandmarksError,
     },
     /// Two files that cannot be compared.
     #[error("{} and {} cannot be compared: {problem}", paths[0].display(), paths[1].display())]

@@ -20,6 +20,7 @@ use cotan_io::ProcessingMesh;
 
 pub(crate) use color_scale::ColorScale;
 pub(crate) use heat::{HeatMap, Panel, Quantity, Views};
+pub(crate) use image::{Depth, png};
 
 use camera::Camera;
 use image::Image;

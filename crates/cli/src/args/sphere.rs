@@ -3,7 +3,7 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use cotan::SchemeKind;
 use cotan::sphere::{Centering, SphereMethod, SphereOptions};
 use cotan_io::{Repair, Weld};
@@ -11,6 +11,7 @@ use cotan_io::{Repair, Weld};
 use super::values::{self, Precision};
 use crate::error::Cure;
 use crate::prepare::{Holes, Source};
+use crate::sphere::Turn;
 
 pub(super) const SPHERE_EXAMPLE: &str = "\
 Examples:
@@ -21,6 +22,20 @@ Examples:
 The mesh must be closed, in one piece, and without a tunnel through it. OUT is the file of the mesh
 with every vertex on the unit sphere; no triangle is flipped there, which exact arithmetic has
 checked, or the command ends with an error.";
+
+pub(super) const RESAMPLE_EXAMPLE: &str = "\
+Example:
+  cotan resample cotan-demo/before.obj --level 6 --authalic 1 -o even.obj
+
+The shape on the triangles of an icosphere, placed by way of the sphere map. A conformal map leaves
+few of them for limbs; --authalic 1 gives every part its share.";
+
+pub(super) const MORPH_EXAMPLE: &str = "\
+Example:
+  cotan morph cow.obj horse.obj -t 0.5 --level 6 --authalic 1 -o between.obj
+
+Both shapes on the triangles of one icosphere, B's sphere turned to fit A's. OUT has the same
+triangles for every -t, so that files of several times make an animation.";
 
 const MAPPING: &str = "Mapping";
 const MENDING: &str = "Mending";
@@ -107,9 +122,115 @@ pub(crate) struct SphereArgs {
     pub(crate) map: MapArgs,
     #[command(flatten)]
     pub(crate) run: MapRunArgs,
+    #[command(flatten)]
+    pub(crate) turn: TurnArgs,
     /// Draw the mesh and the sphere, coloured by what the map does to areas (PNG)
     #[arg(long, value_name = "P.png")]
     pub(crate) picture: Option<PathBuf>,
+    /// Give OUT texture coordinates: longitude and latitude, with a cut at 180 degrees. The file is
+    /// then written anew from what more than one format can hold
+    #[arg(long)]
+    pub(crate) uv: bool,
+    /// Write the positions of the mesh as the colours of a square (PNG, 16 bits), the sphere
+    /// unfolded as an octahedron; the report says what the colours stand for
+    #[arg(long, value_name = "P.png")]
+    pub(crate) geometry_image: Option<PathBuf>,
+    /// Pixels of a side of the geometry image; odd
+    #[arg(long, value_name = "N", default_value = "257", value_parser = values::odd_size)]
+    pub(crate) size: usize,
+}
+
+/// How the sphere is turned.
+#[derive(Debug, Args)]
+pub(crate) struct TurnArgs {
+    /// principal: the longest axis of the mesh points to the poles, the second to longitude 0
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = Orient::None,
+        help_heading = MAPPING)]
+    orient: Orient,
+    /// Three vertices, one a line or a JSON list: the first goes to the pole, the second to
+    /// longitude 0 (the third, if that is at a pole)
+    #[arg(long, value_name = "FILE", conflicts_with = "orient", help_heading = MAPPING)]
+    landmarks: Option<PathBuf>,
+}
+
+/// How the sphere is turned, unless by landmarks.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub(crate) enum Orient {
+    None,
+    Principal,
+}
+
+impl TurnArgs {
+    /// How the sphere is turned.
+    pub(crate) fn turn(&self) -> Turn<'_> {
+        match (&self.landmarks, self.orient) {
+            (Some(path), _) => Turn::Landmarks(path),
+            (None, Orient::Principal) => Turn::Principal,
+            (None, Orient::None) => Turn::None,
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ResampleArgs {
+    #[command(flatten)]
+    pub(crate) input: ClosedMeshArgs,
+    /// Subdivisions of the icosphere, at most 8: 10 * 4^N + 2 vertices
+    #[arg(long, value_name = "N", value_parser = values::level())]
+    pub(crate) level: u32,
+    /// Mesh file to write; its extension names the format
+    #[arg(short, long, value_name = "OUT")]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) map: MapArgs,
+    #[command(flatten)]
+    pub(crate) turn: TurnArgs,
+    #[command(flatten)]
+    pub(crate) run: MapRunArgs,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct MorphArgs {
+    /// Mesh file of the shape at time 0
+    #[arg(value_name = "A")]
+    pub(crate) start: PathBuf,
+    /// Mesh file of the shape at time 1
+    #[arg(value_name = "B")]
+    pub(crate) end: PathBuf,
+    /// Where between: 0 is A, 1 is B
+    #[arg(short, long, value_name = "T", value_parser = values::share)]
+    pub(crate) time: f64,
+    /// Subdivisions of the icosphere that both are resampled to, at most 8
+    #[arg(long, value_name = "N", value_parser = values::level())]
+    pub(crate) level: u32,
+    /// Mesh file to write; its extension names the format
+    #[arg(short, long, value_name = "OUT")]
+    pub(crate) output: PathBuf,
+    /// How B's sphere is turned to fit A's
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = Align::Pose)]
+    pub(crate) align: Align,
+    /// Pairs of a vertex of A and one of B that belong together, `a b` a line or a JSON list of
+    /// lists; two or more
+    #[arg(long, value_name = "FILE", conflicts_with = "align")]
+    pub(crate) landmarks: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) mending: MendingArgs,
+    #[command(flatten)]
+    pub(crate) map: MapArgs,
+    /// How many threads work; the result is the same, byte by byte [default: one a core]
+    #[arg(long, value_name = "N")]
+    pub(crate) threads: Option<NonZeroUsize>,
+}
+
+/// How one sphere is turned to fit another.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub(crate) enum Align {
+    /// Places that are near each other in space, for shapes in like poses
+    Pose,
+    /// Places where both maps shrink areas alike: limbs to limbs, whatever the poses
+    Areas,
+    /// Not at all
+    None,
 }
 
 impl MendingArgs {

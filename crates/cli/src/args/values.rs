@@ -108,6 +108,18 @@ pub(super) fn share(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "give a number from 0 to 1".to_owned())
 }
 
+/// Subdivisions of an icosphere; each makes four faces of one.
+pub(super) fn level() -> impl TypedValueParser<Value = u32> {
+    clap::value_parser!(u32).range(0..=8)
+}
+
+/// The side of a geometry image: odd, so that the middle is a pixel.
+pub(super) fn odd_size(text: &str) -> Result<usize, String> {
+    let size = text.parse::<usize>().ok();
+    size.filter(|n| (3..=4097).contains(n) && n % 2 == 1)
+        .ok_or_else(|| "give an odd number from 3 to 4097".to_owned())
+}
+
 /// A spring weight or a length: finite, above 0.
 pub(super) fn positive(text: &str) -> Result<f64, String> {
     number(text)

@@ -10,9 +10,9 @@ use crate::console::Console;
 use crate::edit;
 use crate::error::CliError;
 use crate::files;
-use crate::prepare;
+use crate::prepare::{self, Prepared};
 use crate::report::{Seconds, json_text};
-use crate::sphere::{self, Mapper, Phases, SphereRun};
+use crate::sphere::{self, Input, Mapped, Mapper, Phases, SphereRun};
 
 pub(crate) fn run(args: &SphereArgs, console: &Console) -> Result<(), CliError> {
     let job = || match args.run.precision {
@@ -27,8 +27,9 @@ pub(crate) fn run(args: &SphereArgs, console: &Console) -> Result<(), CliError> 
 /// Reads, maps, writes; warns of what should be known.
 fn run_as<T: Scalar>(args: &SphereArgs, console: &Console) -> Result<SphereRun, CliError> {
     let clock = Instant::now();
-    let format = files::check_mesh_path(&args.output)?;
-    for path in [&args.run.report, &args.picture].into_iter().flatten() {
+    files::check_mesh_path(&args.output)?;
+    let others = [&args.run.report, &args.picture, &args.geometry_image];
+    for path in others.into_iter().flatten() {
         files::check_writable(path)?;
     }
     let options = args.map.options();
@@ -37,25 +38,19 @@ fn run_as<T: Scalar>(args: &SphereArgs, console: &Console) -> Result<SphereRun, 
     let mut seconds = Seconds::default();
     let source = args.input.mending.source(&args.input.mesh);
     let prepared = prepare::prepare(&source, &mut seconds, console)?;
-    let mapper = Mapper {
+    let input = Input {
         source: &source,
         prepared: &prepared,
+    };
+    let mapper = Mapper {
+        input,
         options: &options,
+        turn: args.turn.turn(),
     };
     let mapped = mapper.run::<T>(&progress)?;
     drop(progress);
 
-    let mut document = prepared.document.clone();
-    let in_file = |error| files::in_file(&args.input.mesh, error);
-    document
-        .set_positions(&prepared.processing, mapped.map.positions())
-        .map_err(in_file)?;
-    cotan_io::save(&document, &args.output)?;
-    let losses = document.losses(format).into_iter();
-    for lost in losses.chain(forgotten(format, &prepared.changes)) {
-        console.warn(format_args!("{}: {lost}", args.output.display()));
-    }
-    sphere::warn_of_short_numbers(&args.output, format, &mapped, &prepared.processing, console)?;
+    write_sphere(args, input, &mapped, console)?;
     sphere::warn(&mapped.report, console);
     let mut report = SphereRun::new(&mapped, &options, args.run.precision);
     report.phases = Phases {
@@ -64,6 +59,12 @@ fn run_as<T: Scalar>(args: &SphereArgs, console: &Console) -> Result<SphereRun, 
         map: mapped.seconds,
     };
     report.seconds = clock.elapsed().as_secs_f64();
+    if let Some(path) = &args.geometry_image {
+        let drawn = sphere::geometry_image(&mapped, args.size);
+        let (png, fields) = drawn.map_err(|error| input.refuse(error))?;
+        files::write(path, &png)?;
+        report.geometry_image = Some(fields);
+    }
     if let Some(path) = &args.run.report {
         files::write(path, json_text(&report)?.as_bytes())?;
     }
@@ -71,4 +72,34 @@ fn run_as<T: Scalar>(args: &SphereArgs, console: &Console) -> Result<SphereRun, 
         files::write(path, &sphere::area_picture(&mapped))?;
     }
     Ok(report)
+}
+
+/// Writes the document with its vertices on the sphere; warns of what that loses.
+fn write_sphere<T: Scalar>(
+    args: &SphereArgs,
+    input: Input<'_>,
+    mapped: &Mapped<'_, T>,
+    console: &Console,
+) -> Result<(), CliError> {
+    let format = files::check_mesh_path(&args.output)?;
+    let Prepared {
+        document,
+        processing,
+        changes,
+        ..
+    } = input.prepared;
+    let in_file = |error| files::in_file(&args.input.mesh, error);
+    let mut document = document.clone();
+    document
+        .set_positions(processing, mapped.map.positions())
+        .map_err(in_file)?;
+    if args.uv {
+        document = sphere::with_texture(document, mapped, processing).map_err(in_file)?;
+    }
+    cotan_io::save(&document, &args.output)?;
+    let losses = document.losses(format).into_iter();
+    for lost in losses.chain(forgotten(format, changes)) {
+        console.warn(format_args!("{}: {lost}", args.output.display()));
+    }
+    sphere::warn_of_short_numbers(&args.output, format, mapped, processing, console)
 }

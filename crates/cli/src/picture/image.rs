@@ -78,19 +78,35 @@ impl Image {
 
     /// The image as a PNG file.
     pub(super) fn png(&self) -> Vec<u8> {
-        let mut bytes = Vec::new();
-        let (width, height) = (self.width as u32, self.height() as u32);
-        let mut encoder = png::Encoder::new(&mut bytes, width, height);
-        encoder.set_color(png::ColorType::Rgb);
-        encoder.set_depth(png::BitDepth::Eight);
-        // Writing to memory cannot fail, and the pixels have the size that was announced.
-        let written = encoder.write_header().and_then(|mut writer| {
-            writer.write_image_data(self.pixels.as_flattened())?;
-            writer.finish()
-        });
-        debug_assert!(written.is_ok(), "{written:?}");
-        bytes
+        let size = [self.width, self.height()];
+        png(size, Depth::Eight, self.pixels.as_flattened())
     }
+}
+
+/// Bits of a colour.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Depth {
+    Eight,
+    /// The high byte first.
+    Sixteen,
+}
+
+/// A PNG file of red, green and blue, row by row.
+pub(crate) fn png([width, height]: [usize; 2], depth: Depth, samples: &[u8]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width as u32, height as u32);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(match depth {
+        Depth::Eight => png::BitDepth::Eight,
+        Depth::Sixteen => png::BitDepth::Sixteen,
+    });
+    // Writing to memory cannot fail, and the samples have the size that was announced.
+    let written = encoder.write_header().and_then(|mut writer| {
+        writer.write_image_data(samples)?;
+        writer.finish()
+    });
+    debug_assert!(written.is_ok(), "{written:?}");
+    bytes
 }
 
 #[cfg(test)]

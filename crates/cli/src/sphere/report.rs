@@ -6,6 +6,7 @@ use cotan::sphere::{AngleErrors, SphereOptions, SphereQuality, SphereReport, Spr
 use serde::Serialize;
 
 use super::Mapped;
+use super::geometry_image::GeometryImageFields;
 use crate::args::Precision;
 use crate::console::Console;
 use crate::report::{Table, counted, number};
@@ -46,6 +47,19 @@ pub(crate) struct SphereRun {
     /// From the start of the command to the written mesh.
     pub(crate) seconds: f64,
     pub(crate) phases: Phases,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) geometry_image: Option<GeometryImageFields>,
+    /// The mesh that the shape was resampled to.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) resampled: Option<Resampled>,
+}
+
+/// A mesh that a shape was resampled to.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+pub(crate) struct Resampled {
+    pub(crate) level: u32,
+    pub(crate) vertices: usize,
+    pub(crate) faces: usize,
 }
 
 /// How long the phases took, in seconds.
@@ -119,6 +133,8 @@ impl SphereRun {
             degree: quality.degree,
             seconds: 0.0,
             phases: Phases::default(),
+            geometry_image: None,
+            resampled: None,
         }
     }
 
@@ -148,6 +164,10 @@ impl SphereRun {
             format!("mean {}, max {}", number(angles.mean), number(angles.max)),
         );
         table.row("area distortion", spread(&self.area_distortion));
+        if let Some(to) = &self.resampled {
+            let counts = format!("{}, {} (level {})", to.vertices, to.faces, to.level);
+            table.row("resampled to", counts);
+        }
         let phases = &self.phases;
         table.row(
             "seconds",
