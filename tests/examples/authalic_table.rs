@@ -2,32 +2,79 @@
 //! genus-0 model: seconds, flipped triangles, mean σ1/σ2 and mean |ln area ratio|.
 //!
 //! ```text
-//! cargo run --release -p cotan-tests --example authalic_table [-- part of a model's name ...]
+//! cargo run --release -p cotan-tests --example authalic_table [-- part of a model's name ... [N]]
 //! ```
+//!
+//! A number N cuts every face in four, N times.
 
 use std::time::Instant;
 
 use cotan::prelude::*;
-use cotan::sphere::{SphereMap, embed, flipped_faces};
+use cotan::sphere::{RelaxSettings, SphereMap, embed, flipped_faces, relax};
 use cotan_geometry::Scalar;
 
 fn main() {
-    let wanted: Vec<String> = std::env::args().skip(1).collect();
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let number = |a: &String| a.parse::<usize>().ok();
+    let times = arguments.iter().find_map(number).unwrap_or(0);
+    let wanted: Vec<&String> = arguments.iter().filter(|a| number(a).is_none()).collect();
     println!("| model | λ | type | seconds | flipped | σ1/σ2 | |ln area| |");
     println!("|---|---|---|---|---|---|---|");
     for name in MODELS {
         if !wanted.is_empty() && !wanted.iter().any(|w| name.contains(w.as_str())) {
             continue;
         }
-        let Some(model) = cotan_tests::model(name) else {
-            continue;
-        };
-        let (mesh, positions) = (model.mesh(), model.positions());
-        for balance in [1.0, 0.5, 0.0] {
-            row::<f64>(name, mesh, positions, balance);
+        if let Some(model) = cotan_tests::model(name) {
+            let (mut mesh, mut positions) = (model.mesh().clone(), model.positions().clone());
+            for _ in 0..times {
+                (mesh, positions) = subdivided(&mesh, &positions);
+            }
+            rows(
+                &format!("{name}, {}", mesh.num_vertices()),
+                &mesh,
+                &positions,
+            );
         }
-        row::<f32>(name, mesh, positions, 1.0);
     }
+}
+
+/// Every face cut in four.
+fn subdivided(mesh: &HalfedgeMesh, positions: &Positions<f64>) -> (HalfedgeMesh, Positions<f64>) {
+    let n = mesh.num_vertices();
+    let middle = |h: cotan::halfedge::HalfedgeId| (n + h.edge().index()) as u32;
+    let faces = mesh.faces().flat_map(|f| {
+        let sides: Vec<_> = mesh.face_halfedges(f).collect();
+        let corner = |k: usize| mesh.origin(sides[k]).index() as u32;
+        let mid = |k: usize| middle(sides[k]);
+        [
+            [corner(0), mid(0), mid(2)],
+            [corner(1), mid(1), mid(0)],
+            [corner(2), mid(2), mid(1)],
+            [mid(0), mid(1), mid(2)],
+        ]
+    });
+    let faces: Vec<[u32; 3]> = faces.collect();
+    let midpoint = |e| {
+        let [a, b] = mesh.edge_vertices(e);
+        nalgebra::center(&positions[a], &positions[b])
+    };
+    let all = positions
+        .values()
+        .copied()
+        .chain(mesh.edges().map(midpoint));
+    let all: Positions<f64> = all.collect();
+    let mesh = HalfedgeMesh::from_faces(all.len(), &faces).expect("subdivision keeps a manifold");
+    (mesh, all)
+}
+
+fn rows(name: &str, mesh: &HalfedgeMesh, positions: &Positions<f64>) {
+    for balance in [1.0, 0.5, 0.0] {
+        row::<f64>(name, mesh, positions, balance);
+    }
+    for balance in [1.0, 0.0] {
+        row::<f32>(name, mesh, positions, balance);
+    }
+    relaxed(name, mesh, positions);
 }
 
 fn row<T: Scalar>(name: &str, mesh: &HalfedgeMesh, positions: &Positions<f64>, balance: f64) {
@@ -36,16 +83,39 @@ fn row<T: Scalar>(name: &str, mesh: &HalfedgeMesh, positions: &Positions<f64>, b
         Ok(sphere) => sphere,
         Err(error) => return println!("| {name} | {balance} | {error} |"),
     };
+    report(name, &balance.to_string(), mesh, positions, &sphere, start);
+}
+
+fn report<T: Scalar>(
+    name: &str,
+    balance: &str,
+    mesh: &HalfedgeMesh,
+    positions: &Positions<f64>,
+    sphere: &Positions<T>,
+    start: Instant,
+) {
     let seconds = start.elapsed().as_secs_f64();
-    let flipped = flipped_faces(mesh, &sphere).len();
-    let (angles, areas) = distortion(mesh, positions, &sphere);
+    let flipped = flipped_faces(mesh, sphere).len();
+    let (angles, areas) = distortion(mesh, positions, sphere);
     let kind = std::any::type_name::<T>();
     println!(
         "| {name} | {balance} | {kind} | {seconds:.2} | {flipped} | {angles:.4} | {areas:.4} |"
     );
-    if let Err(error) = SphereMap::new(mesh, sphere) {
+    if let Err(error) = SphereMap::new(mesh, sphere.clone()) {
         println!("{error}");
     }
+}
+
+/// From the nearly conformal map to areas, by [`relax`] instead of from the start.
+fn relaxed(name: &str, mesh: &HalfedgeMesh, positions: &Positions<f64>) {
+    let Ok(mut sphere) = embed::<f64>(mesh, positions, 0.0) else {
+        return;
+    };
+    let start = Instant::now();
+    if let Err(error) = relax(mesh, positions, &mut sphere, 1.0, &RelaxSettings::default()) {
+        return println!("| {name} | relaxed | {error} |");
+    }
+    report(name, "0 to 1", mesh, positions, &sphere, start);
 }
 
 /// The means over the source's area of σ1/σ2 and of |ln((Ω/4π) / (A/ΣA))|.

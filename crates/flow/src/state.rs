@@ -1,7 +1,8 @@
 //! What an updater and an orientation see of the current mesh.
 
 use cotan_geometry::{
-    Positions, Scalar, Surface, normals_and_areas_into, one_ring_areas_into, vertex_normals_into,
+    Positions, Scalar, Surface, normals_and_areas_into, one_ring_areas_into, unit_or_zero,
+    vertex_area_vectors_into, vertex_normals_into,
 };
 use cotan_halfedge::{HalfedgeMap, VertexMap};
 use cotan_laplacian::{LaplacianScheme, apply_weights};
@@ -19,6 +20,8 @@ pub struct Quantities {
     pub normals: bool,
     /// Areas of the one-rings.
     pub areas: bool,
+    /// Sums of the area vectors of the one-rings.
+    pub area_vectors: bool,
 }
 
 impl Quantities {
@@ -27,12 +30,14 @@ impl Quantities {
         laplacian: true,
         normals: true,
         areas: true,
+        area_vectors: true,
     };
     /// None of them: positions only.
     pub const NONE: Self = Self {
         laplacian: false,
         normals: false,
         areas: false,
+        area_vectors: false,
     };
 
     /// What either asks for.
@@ -42,6 +47,7 @@ impl Quantities {
             laplacian: self.laplacian || other.laplacian,
             normals: self.normals || other.normals,
             areas: self.areas || other.areas,
+            area_vectors: self.area_vectors || other.area_vectors,
         }
     }
 }
@@ -99,6 +105,12 @@ impl<'a, T: Scalar> FlowState<'a, T> {
     pub fn areas(&self) -> &VertexMap<T> {
         &self.measured.areas
     }
+
+    /// Sums of the area vectors of the triangles around each vertex; on a closed mesh they sum to
+    /// zero ([`Quantities::area_vectors`]).
+    pub fn area_vectors(&self) -> &VertexMap<Vector3<T>> {
+        &self.measured.area_vectors
+    }
 }
 
 /// Buffers for the quantities of the current mesh.
@@ -108,6 +120,7 @@ pub(crate) struct Measured<T: Scalar> {
     laplacian: VertexMap<Vector3<T>>,
     normals: VertexMap<Vector3<T>>,
     areas: VertexMap<T>,
+    area_vectors: VertexMap<Vector3<T>>,
 }
 
 impl<T: Scalar> Measured<T> {
@@ -117,6 +130,7 @@ impl<T: Scalar> Measured<T> {
             laplacian: rest.laplacian().clone(),
             normals: rest.normals().clone(),
             areas: rest.areas().clone(),
+            area_vectors: VertexMap::default(),
         }
     }
 
@@ -132,7 +146,15 @@ impl<T: Scalar> Measured<T> {
             scheme.weights(&surface, &mut self.weights)?;
             apply_weights(rest.rings(), &self.weights, positions, &mut self.laplacian);
         }
+        if wanted.area_vectors {
+            vertex_area_vectors_into(&surface, &mut self.area_vectors);
+        }
         match (wanted.normals, wanted.areas) {
+            (true, false) if wanted.area_vectors => {
+                for (normal, vector) in self.normals.values_mut().zip(self.area_vectors.values()) {
+                    *normal = unit_or_zero(vector);
+                }
+            }
             (true, true) => {
                 normals_and_areas_into(&surface, &mut self.normals, &mut self.areas);
             }

@@ -1,10 +1,9 @@
 //! Constant curvature as the scalar field: what turns the flow into a map to the sphere.
 
 use cotan_flow::{FlowError, FlowState, Quantities, ScalarFieldUpdater};
-use cotan_geometry::{Positions, Scalar, Surface, vertex_area_vectors_into};
-use cotan_halfedge::VertexMap;
+use cotan_geometry::{Positions, Scalar};
+use cotan_halfedge::{EdgeId, HalfedgeMesh, VertexMap};
 use cotan_laplacian::Operator;
-use nalgebra::Vector3;
 
 use super::sums::sum;
 
@@ -17,11 +16,10 @@ use super::sums::sum;
 /// without bound. [`Self::keeping_scale`] takes the κ of the current shape instead.
 ///
 /// **Source**: paper, section 4.1; what it leaves open by `docs/decisions`.
-#[derive(Clone, PartialEq, Debug)]
-pub struct ConstantCurvature<T: Scalar> {
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct ConstantCurvature {
     curvature: Curvature,
     measure: AreaMeasure,
-    vectors: VertexMap<Vector3<T>>,
 }
 
 /// Where κ comes from.
@@ -44,7 +42,7 @@ pub enum AreaMeasure {
     Vector,
 }
 
-impl<T: Scalar> ConstantCurvature<T> {
+impl ConstantCurvature {
     /// The curvature `kappa`, positive for a convex surface.
     ///
     /// **Units**: 1 / length, in box units.
@@ -52,7 +50,6 @@ impl<T: Scalar> ConstantCurvature<T> {
         Self {
             curvature: Curvature::Fixed(kappa),
             measure,
-            vectors: VertexMap::default(),
         }
     }
 
@@ -62,39 +59,45 @@ impl<T: Scalar> ConstantCurvature<T> {
         Self {
             curvature: Curvature::KeepScale,
             measure,
-            vectors: VertexMap::default(),
         }
     }
 }
 
 /// E = −Σ x·Lx: four times the Dirichlet energy for cotangent weights; 16π for a conformal map to the
 /// unit sphere.
-pub(crate) fn energy<T: Scalar>(operator: &Operator<T>, positions: &Positions<T>) -> f64 {
-    let x = positions.as_slice();
-    // About the first vertex: far from the origin the sum would cancel.
-    -sum(x.len(), |i| {
-        (x[i] - x[0])
-            .map(T::as_f64)
-            .dot(&operator.apply_at(positions, i))
+pub(crate) fn energy<T: Scalar>(
+    mesh: &HalfedgeMesh,
+    operator: &Operator<T>,
+    positions: &Positions<T>,
+) -> f64 {
+    let weights = operator.weights();
+    // Edge by edge, with differences; about the first vertex where the weights are not symmetric.
+    let origin = positions.as_slice()[0];
+    sum(mesh.num_edges(), |e| {
+        let edge = EdgeId::new(e);
+        let [h, twin] = edge.halfedges().map(|h| weights[h]);
+        let [a, b] = mesh
+            .edge_vertices(edge)
+            .map(|v| (positions[v] - origin).map(T::as_f64));
+        let d = a - b;
+        0.5 * ((h + twin) * d.norm_squared() + (h - twin) * (a + b).dot(&d))
     })
 }
 
-impl<T: Scalar> ScalarFieldUpdater<T> for ConstantCurvature<T> {
+impl<T: Scalar> ScalarFieldUpdater<T> for ConstantCurvature {
     fn update(
         &mut self,
         state: &FlowState<'_, T>,
         field: &mut VertexMap<T>,
     ) -> Result<(), FlowError> {
         let (rest, positions) = (state.rest(), state.positions());
-        let surface = Surface::assume_checked(rest.mesh(), positions);
         let normals = state.normals();
         match self.measure {
             AreaMeasure::Ring => field
                 .as_mut_slice()
                 .copy_from_slice(state.areas().as_slice()),
             AreaMeasure::Vector => {
-                vertex_area_vectors_into(&surface, &mut self.vectors);
-                for (area, vector) in field.values_mut().zip(self.vectors.values()) {
+                for (area, vector) in field.values_mut().zip(state.area_vectors().values()) {
                     *area = vector.norm();
                 }
             }
@@ -106,7 +109,7 @@ impl<T: Scalar> ScalarFieldUpdater<T> for ConstantCurvature<T> {
                 let along = sum(x.len(), |i| {
                     a[i].as_f64() * n[i].dot(&(x[i] - x[0])).as_f64()
                 });
-                energy(rest.operator(), positions) / along
+                energy(rest.mesh(), rest.operator(), positions) / along
             }
         };
         if !factor.is_finite() {
@@ -121,9 +124,10 @@ impl<T: Scalar> ScalarFieldUpdater<T> for ConstantCurvature<T> {
 
     fn needs(&self) -> Quantities {
         Quantities {
-            laplacian: false,
             normals: true,
             areas: self.measure == AreaMeasure::Ring,
+            area_vectors: self.measure == AreaMeasure::Vector,
+            ..Quantities::NONE
         }
     }
 }

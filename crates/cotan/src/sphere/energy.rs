@@ -17,6 +17,8 @@
 
 use nalgebra::{Vector2, Vector3};
 
+use super::error::SphereError;
+
 /// The weights of the two terms.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Blend {
@@ -33,6 +35,21 @@ impl Blend {
             conformal: (1.0 - balance).max(LEAST_CONFORMAL),
             areal: balance.max(LEAST_AREAL),
         }
+    }
+
+    /// As [`Blend::new`].
+    ///
+    /// # Errors
+    /// If `balance` is not in 0 … 1.
+    pub(super) fn checked(balance: f64) -> Result<Self, SphereError> {
+        if (0.0..=1.0).contains(&balance) {
+            return Ok(Self::new(balance));
+        }
+        Err(SphereError::Setting {
+            setting: "balance between angles and areas",
+            range: "between 0 (angles) and 1 (areas)",
+            value: balance,
+        })
     }
 
     /// The energy per source area of a face with distortion measures `angles` = D / A and `r`.

@@ -142,8 +142,11 @@ pub(crate) fn check_topology(mesh: &HalfedgeMesh) -> Result<(), SphereError> {
             vertex: mesh.origin(h),
         });
     }
-    match mesh.genus() {
+    // Of one closed component: χ = 2 − 2 genus.
+    match (2 - mesh.euler_characteristic()) / 2 {
         0 => Ok(()),
-        genus => Err(SphereError::Genus { genus }),
+        genus => Err(SphereError::Genus {
+            genus: genus.unsigned_abs() as usize,
+        }),
     }
 }

@@ -16,13 +16,14 @@ use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::HalfedgeMesh;
 use nalgebra::{Point3, Vector3};
 
-use super::corners::CornerTable;
+use super::corners::{CornerTable, face_of};
 use super::energy::{Blend, Rest, shares};
-use super::error::{SphereError, check_topology};
-use super::layout::{Layout, Rounding, rounded};
+use super::error::SphereError;
+use super::layout::{Layout, Rounding};
 use super::predicate::flipped_faces;
+use super::relax::checked_layout;
 use super::sweep::Sweeper;
-use simplify::{Hierarchy, simplify};
+pub(super) use simplify::{Collapses, Hierarchy, cost, flips_after, simplify};
 
 /// Maps a closed, connected genus-0 triangle mesh to the unit sphere without a flipped triangle.
 ///
@@ -37,16 +38,10 @@ pub fn embed<T: Scalar>(
     positions: &Positions<f64>,
     balance: f64,
 ) -> Result<Positions<T>, SphereError> {
-    check_topology(mesh)?;
-    let mut layout = layout(mesh, positions, Blend::new(balance), rounded::<T>);
-    let mut hierarchy = simplify(&mut layout);
+    let mut layout = checked_layout::<T>(mesh, positions, Blend::checked(balance)?)?;
+    let hierarchy = simplify(&mut layout, Collapses::Any);
     tetrahedron(&mut layout, &hierarchy.left);
-    while let Some(level) = hierarchy.levels.pop() {
-        for &halfedge in level.iter().rev() {
-            hierarchy.insert(&mut layout, halfedge)?;
-        }
-        relax_level(&mut layout, &mut hierarchy);
-    }
+    refine(&mut layout, hierarchy)?;
     let sphere = positions_of(&layout);
     match flipped_faces(mesh, &sphere).as_slice() {
         [] => Ok(sphere),
@@ -55,6 +50,26 @@ pub fn embed<T: Scalar>(
             first: flipped[0],
         }),
     }
+}
+
+/// Puts back level after level and relaxes each.
+///
+/// # Errors
+/// If there is no room for a vertex that numbers can tell.
+pub(super) fn refine(layout: &mut Layout, mut hierarchy: Hierarchy) -> Result<(), SphereError> {
+    for &v in &hierarchy.left {
+        for face in layout.table.outgoing(v).map(face_of).collect::<Vec<_>>() {
+            layout.reshape(face);
+        }
+    }
+    relax_level(layout, &hierarchy.left);
+    while let Some(level) = hierarchy.levels.pop() {
+        for &halfedge in level.iter().rev() {
+            hierarchy.insert(layout, halfedge)?;
+        }
+        relax_level(layout, &hierarchy.left);
+    }
+    Ok(())
 }
 
 /// The layout of a mesh, all places at the origin.
@@ -111,8 +126,7 @@ fn tetrahedron(layout: &mut Layout, left: &[u32]) {
 }
 
 /// Sweeps over the vertices that are there, more often where they are few.
-fn relax_level(layout: &mut Layout, hierarchy: &mut Hierarchy) {
-    let present = hierarchy.present();
+fn relax_level(layout: &mut Layout, present: &[u32]) {
     let sweeps = (SWEEPS_TIMES_VERTICES / present.len()).clamp(LEAST_SWEEPS, MOST_SWEEPS);
     let mut sweeper = Sweeper::new(layout, present);
     for _ in 0..sweeps {

@@ -65,6 +65,16 @@ impl Layout {
         upright(&a, &b, &c)
     }
 
+    /// The energy of the whole map: infinite if a face is not upright.
+    pub(super) fn energy(&self) -> f64 {
+        let of_face = |f: usize| {
+            let [x, b, c] = self.table.triangle(f).map(|v| self.place[v as usize]);
+            let rest = self.rest[f];
+            Wedge { b, c, rest }.value(&x, self.blend)
+        };
+        (0..self.table.num_faces()).map(of_face).sum()
+    }
+
     /// A better place for `vertex` with upright faces, if one is found from where it is.
     ///
     /// `reach` stretches the first step (over-relaxation); `star` is scratch.
@@ -93,7 +103,8 @@ impl Layout {
     }
 }
 
-fn upright(a: &Vector3<f64>, b: &Vector3<f64>, c: &Vector3<f64>) -> bool {
+/// The exact sign of [`is_upright`] for vectors.
+pub(super) fn upright(a: &Vector3<f64>, b: &Vector3<f64>, c: &Vector3<f64>) -> bool {
     is_upright(&Point3::from(*a), &Point3::from(*b), &Point3::from(*c))
 }
 

@@ -30,6 +30,14 @@ impl<'m, T: Scalar> SphereMap<'m, T> {
     /// triangles; a vertex off the sphere; flipped triangles; a sphere covered more than once.
     pub fn new(mesh: &'m HalfedgeMesh, positions: Positions<T>) -> Result<Self, SphereError> {
         super::error::check_topology(mesh)?;
+        Self::on_sphere(mesh, positions)
+    }
+
+    /// As [`Self::new`], of a mesh whose topology was checked.
+    pub(crate) fn on_sphere(
+        mesh: &'m HalfedgeMesh,
+        positions: Positions<T>,
+    ) -> Result<Self, SphereError> {
         if positions.len() != mesh.num_vertices() {
             return Err(cotan_geometry::SurfaceError::LengthMismatch {
                 positions: positions.len(),

@@ -23,6 +23,7 @@ mod predicate;
 mod project;
 mod quality;
 mod ray_tree;
+mod relax;
 mod resample;
 mod rotate;
 mod rotation_search;
@@ -32,6 +33,7 @@ mod sums;
 mod sweep;
 #[cfg(test)]
 mod testing;
+mod untangle;
 
 pub use align::Aligned;
 pub use curvature::{AreaMeasure, ConstantCurvature};
@@ -46,4 +48,6 @@ pub use morph::Morph;
 pub use options::{Centering, SphereMethod, SphereOptions, SphereReport, Stage};
 pub use predicate::{flipped_faces, is_upright};
 pub use quality::{AngleErrors, SphereQuality, Spread, area_log_ratios};
+pub use relax::{RelaxSettings, relax};
 pub use spherical::{Spherical, spherical, spherical_observed};
+pub use untangle::untangle;

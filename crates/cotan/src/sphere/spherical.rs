@@ -2,13 +2,14 @@
 
 use std::ops::ControlFlow;
 
-use cotan_flow::StepReport;
+use cotan_flow::{FlowError, StepReport};
 use cotan_geometry::{Positions, Scalar, Surface};
 use cotan_halfedge::{FaceId, HalfedgeMesh};
 use nalgebra::{Point3, Vector3};
 
 use super::cmcf;
 use super::error::{SphereError, check_topology};
+use super::hierarchy::embed;
 use super::iterate::{self, Iterated, Observer};
 use super::map::SphereMap;
 use super::options::{Centering, SphereMethod, SphereOptions, SphereReport, Stage};
@@ -72,13 +73,25 @@ pub fn spherical_observed<'m, T: Scalar>(
     // On the way everything is in double precision: limbs shrink exponentially.
     let source = positions.map(|p| p.map(T::as_f64));
     let mut run = Run::new(mesh, &source, options);
+    let observer = &mut observer;
     let on_sphere = match options.method {
-        SphereMethod::Robust => run.robust(&mut observer)?,
-        SphereMethod::Paper => run.once(iterate::paper(mesh, &source, options, &mut observer)?),
-        SphereMethod::Cmcf => run.once(cmcf::cmcf(mesh, &source, options, &mut observer)?),
+        SphereMethod::Robust if options.authalic > 0.0 => run.embed(options.authalic)?,
+        SphereMethod::Robust => match run.robust(observer) {
+            Ok(conformal) => run.finish(conformal)?,
+            // A surface without volume, or weights that are negative on the whole.
+            Err(FlowError::Custom(_) | FlowError::Linear(_)) => run.embed(FALLBACK_BALANCE)?,
+            Err(error) => return Err(error.into()),
+        },
+        SphereMethod::Paper => {
+            let found = run.once(iterate::paper(mesh, &source, options, observer)?);
+            run.finish(found)?
+        }
+        SphereMethod::Cmcf => {
+            let found = run.once(cmcf::cmcf(mesh, &source, options, observer)?);
+            run.finish(found)?
+        }
     };
-    let rounded = run.finish(on_sphere)?;
-    let map = SphereMap::new(mesh, rounded)?;
+    let map = SphereMap::on_sphere(mesh, on_sphere)?;
     Ok(Spherical {
         map,
         report: run.report,
@@ -98,6 +111,10 @@ const MOST_REPAIRS: usize = 3;
 
 /// Rings of faces around a flipped one whose weights are raised.
 const REPAIR_RINGS: usize = 2;
+
+/// Between angles and areas where the conformal map cannot be had: its limbs are too small for the
+/// numbers.
+const FALLBACK_BALANCE: f64 = 0.1;
 
 impl<'a> Run<'a> {
     fn new(mesh: &'a HalfedgeMesh, source: &'a Positions<f64>, options: &'a SphereOptions) -> Self {
@@ -131,7 +148,7 @@ impl<'a> Run<'a> {
     }
 
     /// The robust iteration, then rounds with the weights around flipped triangles raised.
-    fn robust(&mut self, observer: Observer<'_>) -> Result<Positions<f64>, SphereError> {
+    fn robust(&mut self, observer: Observer<'_>) -> Result<Positions<f64>, FlowError> {
         let mut marked = Vec::new();
         let mut first = None;
         let mut stage = Stage::Iteration;
@@ -180,7 +197,25 @@ impl<'a> Run<'a> {
             self.center(&mut positions);
         }
         let rounded = positions.map(|p| p.map(T::of_f64));
-        Ok(rounded)
+        if self.options.method != SphereMethod::Robust {
+            return Ok(rounded);
+        }
+        let flipped = flipped_faces(self.mesh, &rounded).len();
+        if self.report.flips.last() != Some(&flipped) {
+            self.report.flips.push(flipped);
+        }
+        if flipped == 0 {
+            return Ok(rounded);
+        }
+        self.embed(FALLBACK_BALANCE)
+    }
+
+    /// The whole mesh anew, from a tetrahedron on: always possible.
+    fn embed<T: Scalar>(&mut self, balance: f64) -> Result<Positions<T>, SphereError> {
+        self.report.stages.push(Stage::Hierarchy);
+        let embedded = embed(self.mesh, self.source, balance)?;
+        self.report.flips.push(0);
+        Ok(embedded)
     }
 
     /// Möbius-centres by the source areas.

@@ -106,8 +106,9 @@ impl<T: Scalar> Orientation<T> for Limited<T> {
 
     fn needs(&self) -> Quantities {
         Quantities {
-            areas: false,
-            ..Quantities::ALL
+            laplacian: true,
+            normals: true,
+            ..Quantities::NONE
         }
     }
 }

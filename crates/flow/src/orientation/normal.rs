@@ -47,7 +47,7 @@ impl<T: Scalar> Orientation<T> for AlongNormal {
         Quantities {
             laplacian: *self == Self::KeepTangential,
             normals: true,
-            areas: false,
+            ..Quantities::NONE
         }
     }
 }

@@ -82,8 +82,9 @@ impl<T: Scalar> Orientation<T> for Reflect<T> {
 
     fn needs(&self) -> Quantities {
         Quantities {
-            areas: false,
-            ..Quantities::ALL
+            laplacian: true,
+            normals: true,
+            ..Quantities::NONE
         }
     }
 }

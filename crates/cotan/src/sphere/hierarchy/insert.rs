@@ -9,7 +9,7 @@ use crate::sphere::sweep::Sweeper;
 use cotan_halfedge::FaceId;
 use nalgebra::Vector3;
 
-use super::simplify::{Hierarchy, take_out};
+use super::simplify::Hierarchy;
 
 impl Hierarchy {
     /// Puts back the vertex that the collapse of `halfedge` took out, at the place of least energy
@@ -18,7 +18,11 @@ impl Hierarchy {
     ///
     /// # Errors
     /// If there still is none.
-    pub(super) fn insert(&mut self, layout: &mut Layout, halfedge: u32) -> Result<(), SphereError> {
+    pub(in crate::sphere) fn insert(
+        &mut self,
+        layout: &mut Layout,
+        halfedge: u32,
+    ) -> Result<(), SphereError> {
         for rings in 0..=MOST_RINGS {
             if rings > 0 {
                 make_room(layout, halfedge, rings);
@@ -30,7 +34,7 @@ impl Hierarchy {
                 self.left.push(v);
                 return Ok(());
             }
-            take_out(layout, halfedge, &mut self.weights);
+            self.take_out(layout, halfedge);
             for f in target_faces(layout, halfedge) {
                 layout.reshape(f);
             }
@@ -73,7 +77,9 @@ fn first_place(layout: &Layout, halfedge: u32) -> Option<Vector3<f64>> {
     let mut star: Vec<Wedge> = Vec::new();
     layout.star(v, &mut star);
     let points = kernel_points(&star, &layout.place[u as usize]);
-    let places = points.iter().map(|p| (layout.round)(p));
+    // Where it was before it was taken out, if it was anywhere, may still do.
+    let before = std::iter::once(layout.place[v as usize]);
+    let places = before.chain(points.iter().map(|p| (layout.round)(p)));
     let valid = places.filter(|p| is_valid(&star, p));
     let mut place = valid
         .min_by(|p, q| energy(&star, p, layout.blend).total_cmp(&energy(&star, q, layout.blend)))?;

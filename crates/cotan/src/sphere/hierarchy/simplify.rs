@@ -1,71 +1,131 @@
 //! Down to a tetrahedron, level by level.
 
 use crate::sphere::corners::{face_of, prev};
-use crate::sphere::layout::Layout;
+use crate::sphere::layout::{Layout, upright};
 
 /// How to get back from a tetrahedron to the whole mesh.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Hierarchy {
+pub(in crate::sphere) struct Hierarchy {
     /// The collapsed halfedges, in order, of each level.
-    pub(super) levels: Vec<Vec<u32>>,
+    pub(in crate::sphere) levels: Vec<Vec<u32>>,
     /// The vertices that were never taken out, followed by those that were put back.
-    pub(super) left: Vec<u32>,
+    pub(in crate::sphere) left: Vec<u32>,
     /// The face weights that collapses overwrote, last first.
     pub(super) weights: Vec<f64>,
 }
 
-impl Hierarchy {
-    /// The vertices that are there.
-    pub(super) fn present(&self) -> &[u32] {
-        &self.left
+/// Which collapses simplification may do.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(in crate::sphere) enum Collapses {
+    /// Any that leaves a triangulated sphere: down to a tetrahedron.
+    Any,
+    /// Those after which every face is upright where the vertices are, as far down as they go.
+    Upright,
+}
+
+impl Collapses {
+    fn allow(self, layout: &Layout, halfedge: u32) -> bool {
+        self == Self::Any || flips_after(layout, halfedge) == 0
+    }
+
+    /// Fewest collapses for which a level is worth its time.
+    fn least(self, left: usize) -> usize {
+        match self {
+            Self::Any => 1,
+            Self::Upright => 1 + left / 50,
+        }
     }
 }
 
-/// Collapses edges of the layout until four vertices are left. Face weights go to the faces that
-/// stay.
-pub(super) fn simplify(layout: &mut Layout) -> Hierarchy {
+/// How many of the faces that a collapse changes are not upright afterwards.
+pub(in crate::sphere) fn flips_after(layout: &Layout, halfedge: u32) -> usize {
+    let table = &layout.table;
+    let lost = table.lost_faces(halfedge);
+    let at = |v: u32| layout.place[v as usize];
+    let target = at(table.target(halfedge));
+    let changed = table
+        .outgoing_from(halfedge)
+        .filter(|&h| !lost.contains(&face_of(h)));
+    changed
+        .filter(|&h| !upright(&target, &at(table.target(h)), &at(table.origin(prev(h)))))
+        .count()
+}
+
+/// Collapses edges of the layout until four vertices are left, or no level is worth its time. Face
+/// weights go to the faces that stay.
+pub(in crate::sphere) fn simplify(layout: &mut Layout, which: Collapses) -> Hierarchy {
     let mut hierarchy = Hierarchy {
         left: (0..layout.table.num_vertices() as u32).collect(),
         ..Hierarchy::default()
     };
     let mut gone = vec![false; hierarchy.left.len()];
     while hierarchy.left.len() > 4 {
-        let level = level(layout, &hierarchy.left, &mut gone, &mut hierarchy.weights);
-        if level.is_empty() {
-            break;
-        }
+        let least = which.least(hierarchy.left.len());
+        let level = hierarchy.take_level(layout, &mut gone, which);
+        let enough = level.len() >= least;
         hierarchy.levels.push(level);
         hierarchy.left.retain(|&v| !gone[v as usize]);
+        if !enough {
+            break;
+        }
     }
     hierarchy
 }
 
-/// Takes out independent vertices among those that stand for the least area.
-fn level(layout: &mut Layout, left: &[u32], gone: &mut [bool], weights: &mut Vec<f64>) -> Vec<u32> {
-    let mut candidates: Vec<(f64, u32)> =
-        left.iter().map(|&v| (star_weight(layout, v), v)).collect();
-    candidates.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    let wanted = (left.len() * 2 / 3).max(left.len().min(FEW));
-    let mut locked = vec![false; gone.len()];
-    let mut level = Vec::new();
-    for (i, &(_, v)) in candidates.iter().enumerate() {
-        if left.len() - level.len() <= 4 || (i >= wanted && !level.is_empty()) {
-            break;
+impl Hierarchy {
+    /// Takes out independent vertices among those that stand for the least area.
+    fn take_level(&mut self, layout: &mut Layout, gone: &mut [bool], which: Collapses) -> Vec<u32> {
+        let mut candidates: Vec<(f64, u32)> = self
+            .left
+            .iter()
+            .map(|&v| (star_weight(layout, v), v))
+            .collect();
+        candidates.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let wanted = (self.left.len() * 2 / 3).max(FEW);
+        let mut locked = vec![false; gone.len()];
+        let mut level = Vec::new();
+        for (i, &(_, v)) in candidates.iter().enumerate() {
+            if self.left.len() - level.len() <= 4 || (i >= wanted && !level.is_empty()) {
+                break;
+            }
+            if locked[v as usize] || layout.table.valence(v) > MOST_VALENCE {
+                continue;
+            }
+            let Some(halfedge) = best_collapse(layout, v, which) else {
+                continue;
+            };
+            for w in layout.table.ring(v) {
+                locked[w as usize] = true;
+            }
+            self.take_out(layout, halfedge);
+            gone[v as usize] = true;
+            level.push(halfedge);
         }
-        if locked[v as usize] || layout.table.valence(v) > MOST_VALENCE {
-            continue;
-        }
-        let Some(halfedge) = best_collapse(layout, v) else {
-            continue;
-        };
-        for w in layout.table.ring(v) {
-            locked[w as usize] = true;
-        }
-        take_out(layout, halfedge, weights);
-        gone[v as usize] = true;
-        level.push(halfedge);
+        level
     }
-    level
+
+    /// Collapses `halfedge` and hands the weight of the faces around its origin to those that
+    /// stay, mostly by their new areas.
+    pub(in crate::sphere) fn take_out(&mut self, layout: &mut Layout, halfedge: u32) {
+        let lost = layout.table.lost_faces(halfedge);
+        let v = layout.table.origin(halfedge);
+        let total = star_weight(layout, v);
+        let faces: Vec<usize> = layout
+            .table
+            .outgoing_from(halfedge)
+            .map(face_of)
+            .filter(|f| !lost.contains(f))
+            .collect();
+        layout.table.collapse(halfedge);
+        let areas: Vec<f64> = faces.iter().map(|&f| source_area(layout, f)).collect();
+        let sum: f64 = areas.iter().sum();
+        for (&face, area) in faces.iter().zip(areas) {
+            let even = 1.0 / faces.len() as f64;
+            let share = if sum > 0.0 { area / sum } else { even };
+            self.weights.push(layout.rest[face].weight);
+            layout.rest[face].weight = total * ((1.0 - EVEN) * share + EVEN * even);
+        }
+    }
 }
 
 /// The area that the faces around a vertex stand for.
@@ -75,8 +135,8 @@ fn star_weight(layout: &Layout, v: u32) -> f64 {
 }
 
 /// The legal collapse of `v` that leaves the best triangles.
-pub(super) fn best_collapse(layout: &Layout, v: u32) -> Option<u32> {
-    let legal = |h: &u32| layout.table.may_collapse(*h);
+fn best_collapse(layout: &Layout, v: u32, which: Collapses) -> Option<u32> {
+    let legal = |h: &u32| layout.table.may_collapse(*h) && which.allow(layout, *h);
     let costs = layout
         .table
         .outgoing(v)
@@ -89,7 +149,7 @@ pub(super) fn best_collapse(layout: &Layout, v: u32) -> Option<u32> {
 
 /// The worst ratio of squared sides to area among the triangles that a collapse makes, higher for
 /// targets with many edges.
-fn cost(layout: &Layout, halfedge: u32) -> f64 {
+pub(in crate::sphere) fn cost(layout: &Layout, halfedge: u32) -> f64 {
     let table = &layout.table;
     let target = table.target(halfedge);
     let lost = table.lost_faces(halfedge);
@@ -105,29 +165,6 @@ fn cost(layout: &Layout, halfedge: u32) -> f64 {
     });
     let crowd = f64::from(table.valence(target)) / CROWDED;
     worst.fold(0.0, f64::max).min(f64::MAX.sqrt()) * crowd.max(1.0).powi(4)
-}
-
-/// Collapses `halfedge` and hands the weight of the faces around its origin to those that stay,
-/// mostly by their new areas. Their old weights go to the end of `weights`.
-pub(super) fn take_out(layout: &mut Layout, halfedge: u32, weights: &mut Vec<f64>) {
-    let lost = layout.table.lost_faces(halfedge);
-    let v = layout.table.origin(halfedge);
-    let total = star_weight(layout, v);
-    let faces: Vec<usize> = layout
-        .table
-        .outgoing_from(halfedge)
-        .map(face_of)
-        .filter(|f| !lost.contains(f))
-        .collect();
-    layout.table.collapse(halfedge);
-    let areas: Vec<f64> = faces.iter().map(|&f| source_area(layout, f)).collect();
-    let sum: f64 = areas.iter().sum();
-    for (&face, area) in faces.iter().zip(areas) {
-        let even = 1.0 / faces.len() as f64;
-        let share = if sum > 0.0 { area / sum } else { even };
-        weights.push(layout.rest[face].weight);
-        layout.rest[face].weight = total * ((1.0 - EVEN) * share + EVEN * even);
-    }
 }
 
 /// Twice the area of a face in the source.

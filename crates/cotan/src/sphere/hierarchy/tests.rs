@@ -43,7 +43,7 @@ proptest! {
         let sphere = check::<f64>(&shape.mesh, &shape.positions, 1.0);
         let map = SphereMap::new(&shape.mesh, sphere).expect("valid");
         let surface = shape.surface();
-        let total = cotan_geometry::total_area(&surface);
+        let total = cotan_geometry::surface_area(&surface);
         let log = |f: FaceId| {
             let share = cotan_geometry::face_area_vector(&surface, f).norm() / total;
             share * (map.solid_angle(f) / (4.0 * std::f64::consts::PI) / share).ln().abs()
