@@ -61,7 +61,7 @@ pub(crate) fn prepare(
         // Welded before the repair and not after it: what was parted would be joined again.
         let repair = repair.clone().weld_in_place(source.weld);
         let done = repair.apply(&document).map_err(in_file)?;
-        if tell_repairs(path, &done.changes, console) == Repairs::Some {
+        if tell_repairs(source, &done.changes, console) == Repairs::Some {
             repaired = Some(done);
         }
     }
@@ -102,8 +102,8 @@ enum Repairs {
 }
 
 /// Warns of what a repair did, and of holes that it left open.
-fn tell_repairs(path: &Path, changes: &[Change], console: &Console) -> Repairs {
-    let path = path.display();
+fn tell_repairs(source: &Source<'_>, changes: &[Change], console: &Console) -> Repairs {
+    let path = source.path.display();
     for change in changes {
         if let Change::KeptHole { .. } = change {
             console.warn(format_args!("{path}: {change}"));
@@ -119,8 +119,12 @@ fn tell_repairs(path: &Path, changes: &[Change], console: &Console) -> Repairs {
         return Repairs::None;
     };
     let count = changes.iter().filter(is_repair).count();
+    let option = match source.holes {
+        Holes::Fill => " --fill-holes",
+        Holes::Keep => "",
+    };
     console.warn(format_args!(
-        "{path}: repaired by {}, from \"{first}\"; `cotan repair` lists them",
+        "{path}: repaired by {}, from \"{first}\"; `cotan repair{option}` lists them",
         counted(count, "change")
     ));
     Repairs::Some

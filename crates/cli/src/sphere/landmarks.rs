@@ -24,11 +24,13 @@ pub(crate) enum LandmarksError {
     Json(#[source] serde_json::Error),
     #[error("line {line}: `{word}` is not a vertex number (they are counted from 0)")]
     Number { line: usize, word: String },
-    #[error("there are {found} vertices; name three, one a line, that do not lie on one axis")]
+    #[error("name three vertices, one a line; the file has {found}")]
     NotThree { found: usize },
-    #[error("landmark {number} (counted from 1) has {found} vertices; name one of A and one of B")]
+    #[error(
+        "landmark {number} (counted from 1) must name a vertex of A and one of B, but has {found}"
+    )]
     NotAPair { number: usize, found: usize },
-    #[error("there are {found} pairs; name at least two")]
+    #[error("name at least two pairs of vertices; the file has {found}")]
     TooFew { found: usize },
     #[error("there is no vertex {vertex} in {}: it has {num_vertices}, numbered from 0", mesh.display())]
     OutOfRange {

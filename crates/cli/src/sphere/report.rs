@@ -26,7 +26,7 @@ pub(crate) struct SphereRun {
     iterations: usize,
     stop_reason: &'static str,
     converged: bool,
-    /// The last step's longest move of a vertex on the unit sphere.
+    /// The last step's longest move of a vertex on the unit sphere; `null` without iterations.
     max_change: f64,
     factorizations: usize,
     /// What was done, in order.
@@ -184,6 +184,10 @@ impl SphereRun {
 pub(crate) fn warn(report: &SphereReport, console: &Console) {
     let iterations = counted(report.iterations, "iteration");
     let change = report.change;
+    if report.iterations == 0 {
+        // The map was made by other means.
+        return;
+    }
     match report.stop {
         StopReason::Converged => {}
         StopReason::IterationLimit => console.warn(format_args!(
