@@ -21,8 +21,11 @@ fn main() {
             continue;
         }
         let Some(mesh) = model(name) else { continue };
+        // The other methods take minutes on the large models.
+        let is_quick = std::env::var_os("QUICK").is_some();
         let robust = SphereOptions::default();
         row(name, "robust cotangent", &mesh, &robust);
+        row_as::<f32>(name, "robust cotangent, f32", &mesh, &robust);
         let uniform = SphereOptions {
             scheme: SchemeKind::Uniform,
             ..robust.clone()
@@ -34,6 +37,9 @@ fn main() {
                 ..robust.clone()
             };
             row(name, &format!("authalic {authalic}"), &mesh, &options);
+        }
+        if is_quick {
+            continue;
         }
         let cmcf = SphereOptions {
             method: SphereMethod::Cmcf,
@@ -48,11 +54,21 @@ fn main() {
 }
 
 fn row(name: &str, method: &str, mesh: &cotan_io::ProcessingMesh, options: &SphereOptions) {
-    let surface = Surface::new(mesh.mesh(), mesh.positions()).expect("a surface");
+    row_as::<f64>(name, method, mesh, options);
+}
+
+fn row_as<T: Scalar>(
+    name: &str,
+    method: &str,
+    mesh: &cotan_io::ProcessingMesh,
+    options: &SphereOptions,
+) {
+    let positions = mesh.positions().map(|p| p.map(T::of_f64));
+    let surface = Surface::new(mesh.mesh(), &positions).expect("a surface");
     let clock = Instant::now();
-    let done = spherical(mesh.mesh(), mesh.positions(), options);
+    let done = spherical(mesh.mesh(), &positions, options);
     let seconds = clock.elapsed().as_secs_f64();
-    let n = mesh.positions().len();
+    let n = positions.len();
     match done {
         Ok(done) => {
             let q = SphereQuality::measure(&surface, &done.map);

@@ -266,6 +266,45 @@ fn no_triangle_of_any_model_is_flipped() {
         assert_eq!(quality.flipped_triangles, 0, "{name}");
         assert_eq!(quality.degree, 1, "{name}");
         assert!(quality.sphericity_error < 1e-12, "{name}");
-        assert_eq!(done.report.stop, StopReason::Converged, "{name}");
+        assert_eq!(done.report.stop, Some(StopReason::Converged), "{name}");
+    }
+}
+
+/// Angles as in conformalized mean-curvature flow, wherever that has no flip, and with areas asked
+/// for less than a third of the conformal map's area distortion.
+#[test]
+fn angles_are_those_of_the_conformal_flow_and_areas_are_evened_out() {
+    for name in closed_models() {
+        let Some(mesh) = model(name) else { return };
+        if mesh.positions().len() > 15_000 {
+            continue;
+        }
+        let (_, conformal) = map(&mesh, &SphereOptions::default());
+        let options = SphereOptions {
+            method: SphereMethod::Cmcf,
+            ..SphereOptions::default()
+        };
+        if let Ok(theirs) = spherical(mesh.mesh(), mesh.positions(), &options) {
+            let surface = Surface::new(mesh.mesh(), mesh.positions()).expect("a surface");
+            let theirs = SphereQuality::measure(&surface, &theirs.map);
+            let (ours, theirs) = (conformal.conformal_distortion, theirs.conformal_distortion);
+            assert_close(name, ours.mean, theirs.mean, 0.01);
+        }
+        let mut last = conformal;
+        for authalic in [0.5, 1.0] {
+            let options = SphereOptions {
+                authalic,
+                ..SphereOptions::default()
+            };
+            let (_, quality) = map(&mesh, &options);
+            // The slider trades one for the other.
+            assert!(
+                quality.area_distortion.mean < last.area_distortion.mean,
+                "{name}"
+            );
+            last = quality;
+        }
+        let [even, uneven] = [last, conformal].map(|q| q.area_distortion.mean);
+        assert!(3.0 * even < uneven, "{name}: {even} {uneven}");
     }
 }

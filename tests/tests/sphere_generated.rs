@@ -86,6 +86,47 @@ fn a_surface_without_volume_is_mapped_too() {
     let _ = checked(&shape.mesh, &shape.positions, &options());
 }
 
+/// A thin tube of many rings, closed by a vertex at either end: its conformal map shrinks by a factor
+/// e a radius, far below the smallest number.
+fn tube(rings: u32, sides: u32) -> Shape<f64> {
+    let mut points = vec![Point3::new(0.0, 0.0, -1.0)];
+    for ring in 0..rings {
+        for side in 0..sides {
+            let angle = f64::from(side) / f64::from(sides) * std::f64::consts::TAU;
+            points.push(Point3::new(angle.cos(), angle.sin(), f64::from(ring)));
+        }
+    }
+    points.push(Point3::new(0.0, 0.0, f64::from(rings)));
+    let at = |ring: u32, side: u32| 1 + ring * sides + side % sides;
+    let last = points.len() as u32 - 1;
+    let mut faces = Vec::new();
+    for side in 0..sides {
+        faces.push([0, at(0, side + 1), at(0, side)]);
+        faces.push([last, at(rings - 1, side), at(rings - 1, side + 1)]);
+        for ring in 1..rings {
+            let (low, high) = (ring - 1, ring);
+            faces.push([at(low, side), at(low, side + 1), at(high, side + 1)]);
+            faces.push([at(low, side), at(high, side + 1), at(high, side)]);
+        }
+    }
+    Shape {
+        mesh: HalfedgeMesh::from_faces(points.len(), &faces).expect("a tube"),
+        positions: points.into_iter().collect(),
+    }
+}
+
+#[test]
+fn a_tube_whose_conformal_map_underflows_is_mapped_too() {
+    for (rings, sides) in [(40, 8), (1000, 6)] {
+        let shape = tube(rings, sides);
+        let done = checked(&shape.mesh, &shape.positions, &options());
+        println!("{rings} rings: {:?}", done.report);
+        let single = shape.positions.map(|p| p.map(|x| x as f32));
+        let done = spherical(&shape.mesh, &single, &options());
+        assert!(done.is_ok(), "{done:?}");
+    }
+}
+
 #[test]
 fn the_sphere_maps_to_itself() {
     let shape = icosphere::<f64>(4);

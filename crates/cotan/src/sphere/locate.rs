@@ -14,6 +14,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 use robust::{Coord3D, orient3d};
 
+use super::barycentric::barycentric;
 use super::error::SphereError;
 use super::map::SphereMap;
 use super::ray_tree::RayTree;
@@ -184,22 +185,6 @@ fn side(p: &Vector3<f64>, q: &Vector3<f64>, d: &Vector3<f64>) -> f64 {
     -orient3d(coord(&Vector3::zeros()), coord(p), coord(q), coord(d))
 }
 
-/// Weights w ≥ 0 of sum 1 with Σ w_k p_k ∥ d: the determinants det(d, b, c), …, with differences
-/// first, so that they keep their digits in small triangles.
-pub(crate) fn barycentric(corners: &[Vector3<f64>; 3], d: &Vector3<f64>) -> [f64; 3] {
-    let [a, b, c] = corners.map(|p| p - d);
-    let weights = [b.cross(&c), c.cross(&a), a.cross(&b)].map(|n| n.dot(d).max(0.0));
-    let sum: f64 = weights.iter().sum();
-    if sum > 0.0 {
-        return weights.map(|w| (w / sum).min(1.0));
-    }
-    // All three vanish where the corners are a few units in the last place apart.
-    let distances = [a, b, c].map(|p| p.norm_squared());
-    let nearest = distances.iter().copied().fold(f64::INFINITY, f64::min);
-    let first = distances.iter().position(|&x| x == nearest);
-    [0, 1, 2].map(|k| if Some(k) == first { 1.0 } else { 0.0 })
-}
-
 /// A direction in `f64`, of unit length within the rounding of `T`.
 pub(crate) fn unit_direction<T: Scalar>(direction: &Vector3<T>) -> Option<Vector3<f64>> {
     let d = direction.map(T::as_f64);
@@ -219,7 +204,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::sphere::testing::squeezed;
+    use crate::sphere::testing::{splintered, squeezed};
 
     /// The images of points inside faces are found again, as exactly as the directions are.
     fn round_trip<T: Scalar>(map: &SphereMap<'_, T>, weights: [f64; 3], tolerance: f64) {
@@ -272,6 +257,23 @@ mod tests {
             let shape = icosphere::<f64>(3);
             if let Ok(map) = squeezed(&shape, &axis, 10.0_f64.powf(-exponent)) {
                 round_trip(&map, w, 4e-15);
+            }
+        }
+
+        #[test]
+        fn slivers_are_found(w in weights(), margin in 1.0..20.0_f64) {
+            let shape = splintered(margin);
+            let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
+            let location = map.point_location();
+            for face in shape.mesh.faces() {
+                let [a, b, c] = map.corners(face);
+                let d = (a * w[0] + b * w[1] + c * w[2]).normalize();
+                let place = location.locate(&d).unwrap();
+                let corners = map.corners(place.face);
+                prop_assert_ne!(super::place(&corners, &d), Place::Outside);
+                let [u, v, w] = place.barycentric;
+                let again = (corners[0] * u + corners[1] * v + corners[2] * w).normalize();
+                prop_assert!((again - d).norm() < 4e-15, "{:e}", (again - d).norm());
             }
         }
 

@@ -1,6 +1,7 @@
 //! Maps of closed genus-0 meshes onto the unit sphere that never flip a triangle.
 
 mod align;
+mod barycentric;
 mod cmcf;
 mod corners;
 mod curvature;

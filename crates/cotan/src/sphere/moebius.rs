@@ -257,6 +257,22 @@ mod tests {
         }
 
         #[test]
+        fn a_squeezed_sphere_is_spread_again(axis in directions(), exponent in 0.0..6.0_f64) {
+            let shape = icosphere::<f64>(3);
+            let before = unit_sphere(3);
+            let rest = 10.0_f64.powf(-exponent);
+            let mut points = before.clone();
+            apply(&mut points, &(axis * (1.0 - rest)));
+            prop_assert!(center(&mut points, &vec![1.0; before.len()]) < 1e-12);
+            // As it was, but for a rotation.
+            for e in shape.mesh.edges() {
+                let [a, b] = shape.mesh.edge_vertices(e).map(|v| v.index());
+                let change = (points[a] - points[b]).norm() - (before[a] - before[b]).norm();
+                prop_assert!(change.abs() < 4e-12 / rest, "{}", change);
+            }
+        }
+
+        #[test]
         fn adding_gathers_two_maps_but_for_a_rotation(
             a in directions(), b in directions(), [r, s] in [0.0..0.9_f64, 0.0..0.9],
             u in directions(), v in directions(),

@@ -106,8 +106,6 @@ pub enum Stage {
     Untangling,
     /// The whole mesh embedded anew, vertex by vertex, coarse to fine.
     Hierarchy,
-    /// Areas evened out, step by step without a flip.
-    AreaRelaxation,
 }
 
 impl Stage {
@@ -118,21 +116,20 @@ impl Stage {
             Self::SelectiveRepair => "selective repair",
             Self::Untangling => "untangling",
             Self::Hierarchy => "hierarchical embedding",
-            Self::AreaRelaxation => "area relaxation",
         }
     }
 }
 
 /// How a map came about.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Default)]
 #[must_use = "the report says whether the iteration converged"]
 #[non_exhaustive]
 pub struct SphereReport {
     /// Iterations of all rounds; each costs one solve.
     pub iterations: usize,
-    /// Why the last round stopped.
-    pub stop: StopReason,
-    /// The last step's longest move on the unit sphere.
+    /// Why the last round stopped; `None` where nothing was iterated.
+    pub stop: Option<StopReason>,
+    /// The last step's longest move on the unit sphere; 0 where nothing was iterated.
     pub change: f64,
     /// How often a matrix was factorized.
     pub factorizations: usize,

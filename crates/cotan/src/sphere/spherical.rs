@@ -12,10 +12,11 @@ use super::error::{SphereError, check_topology};
 use super::hierarchy::embed;
 use super::iterate::{self, Iterated, Observer};
 use super::map::SphereMap;
+use super::moebius;
 use super::options::{Centering, SphereMethod, SphereOptions, SphereReport, Stage};
 use super::predicate::flipped_faces;
 use super::round::normalized;
-use super::{moebius, options};
+use super::untangle::untangle;
 
 /// A checked sphere map and how it came about.
 #[derive(Clone, PartialEq, Debug)]
@@ -109,8 +110,14 @@ struct Run<'a> {
 /// Rounds of selective repair: one suffices on most meshes.
 const MOST_REPAIRS: usize = 3;
 
+/// One in so many triangles flipped: that is no map with faults any more.
+const LOST_SHARE: usize = 10;
+
 /// Rings of faces around a flipped one whose weights are raised.
 const REPAIR_RINGS: usize = 2;
+
+/// With more flipped triangles than this the map is no map any more that patches could mend.
+const MOST_UNTANGLED: usize = 1000;
 
 /// Between angles and areas where the conformal map cannot be had: its limbs are too small for the
 /// numbers.
@@ -122,14 +129,7 @@ impl<'a> Run<'a> {
             mesh,
             source,
             options,
-            report: options::SphereReport {
-                iterations: 0,
-                stop: cotan_flow::StopReason::IterationLimit,
-                change: f64::INFINITY,
-                factorizations: 0,
-                stages: Vec::new(),
-                flips: Vec::new(),
-            },
+            report: SphereReport::default(),
         }
     }
 
@@ -143,7 +143,7 @@ impl<'a> Run<'a> {
         self.report.stages.push(stage);
         self.report.iterations += iterated.report.iterations;
         self.report.factorizations += iterated.factorizations;
-        self.report.stop = iterated.report.stop;
+        self.report.stop = Some(iterated.report.stop);
         self.report.change = iterated.report.change;
     }
 
@@ -164,7 +164,8 @@ impl<'a> Run<'a> {
             self.note(stage, &iterated);
             let flipped = flipped_faces(self.mesh, &iterated.positions);
             self.report.flips.push(flipped.len());
-            if flipped.is_empty() || self.report.flips.len() > MOST_REPAIRS {
+            let is_lost = flipped.len() * LOST_SHARE > self.mesh.num_faces();
+            if flipped.is_empty() || is_lost || self.report.flips.len() > MOST_REPAIRS {
                 return Ok(iterated.positions);
             }
             marked.resize(self.mesh.num_vertices(), false);
@@ -196,7 +197,7 @@ impl<'a> Run<'a> {
         if self.options.centering == Centering::SourceAreas {
             self.center(&mut positions);
         }
-        let rounded = positions.map(|p| p.map(T::of_f64));
+        let mut rounded = positions.map(|p| p.map(T::of_f64));
         if self.options.method != SphereMethod::Robust {
             return Ok(rounded);
         }
@@ -206,6 +207,14 @@ impl<'a> Run<'a> {
         }
         if flipped == 0 {
             return Ok(rounded);
+        }
+        if flipped <= MOST_UNTANGLED {
+            self.report.stages.push(Stage::Untangling);
+            let left = untangle(self.mesh, self.source, &mut rounded);
+            self.report.flips.push(left);
+            if left == 0 {
+                return Ok(rounded);
+            }
         }
         self.embed(FALLBACK_BALANCE)
     }

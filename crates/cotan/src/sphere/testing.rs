@@ -1,11 +1,13 @@
 //! Sphere maps for the tests of this module.
 
-use cotan_geometry::Shape;
+use cotan_geometry::{Shape, icosphere};
+use cotan_halfedge::HalfedgeMesh;
 use nalgebra::{Point3, Vector3};
 
 use super::error::SphereError;
 use super::map::SphereMap;
 use super::moebius;
+use super::predicate::is_upright;
 
 /// The unit sphere with all but a share `rest` of it pressed towards `axis` by a Möbius map.
 pub(crate) fn squeezed<'m>(
@@ -16,4 +18,31 @@ pub(crate) fn squeezed<'m>(
     let mut points: Vec<Vector3<f64>> = shape.positions.values().map(|p| p.coords).collect();
     moebius::apply(&mut points, &(axis * (1.0 - rest)));
     SphereMap::new(&shape.mesh, points.into_iter().map(Point3::from).collect())
+}
+
+/// A sphere each of whose faces is split by a point as near to one of its edges as it can lie, but
+/// for a factor `margin`: 320 faces, a third of them slivers.
+pub(crate) fn splintered(margin: f64) -> Shape<f64> {
+    let shape = icosphere::<f64>(1);
+    let mut points: Vec<Point3<f64>> = shape.positions.values().copied().collect();
+    let mut faces = Vec::new();
+    for f in shape.mesh.faces() {
+        let corners = shape.mesh.triangle(f);
+        let [a, b, c] = corners.map(|v| points[v.index()]);
+        let middle = (a.coords + b.coords) * 0.5;
+        let split = |h: f64| Point3::from((middle + (c.coords - middle) * h).normalize());
+        let mut height = 1e-17;
+        while !is_upright(&a, &b, &split(height)) {
+            height *= 1.5;
+        }
+        let new = points.len() as u32;
+        points.push(split(height * margin));
+        let [a, b, c] = corners.map(|v| v.index() as u32);
+        faces.extend([[a, b, new], [b, c, new], [c, a, new]]);
+    }
+    let mesh = HalfedgeMesh::from_faces(points.len(), &faces).expect("a split sphere");
+    Shape {
+        mesh,
+        positions: points.into_iter().collect(),
+    }
 }
