@@ -25,8 +25,9 @@ pub(crate) struct SphereRun {
     precision: &'static str,
     iterations: usize,
     stop_reason: &'static str,
-    converged: bool,
-    /// The last step's longest move of a vertex on the unit sphere; `null` without iterations.
+    /// `null` where nothing was iterated.
+    converged: Option<bool>,
+    /// The last step's longest move of a vertex on the unit sphere.
     max_change: f64,
     factorizations: usize,
     /// What was done, in order.
@@ -119,8 +120,8 @@ impl SphereRun {
             center: options.centering.name(),
             precision: precision.name(),
             iterations: report.iterations,
-            stop_reason: report.stop.as_str(),
-            converged: report.stop == StopReason::Converged,
+            stop_reason: report.stop.map_or(NOT_ITERATED, StopReason::as_str),
+            converged: report.stop.map(|stop| stop == StopReason::Converged),
             max_change: report.change,
             factorizations: report.factorizations,
             stages: report.stages.iter().map(|stage| stage.as_str()).collect(),
@@ -184,19 +185,18 @@ impl SphereRun {
 pub(crate) fn warn(report: &SphereReport, console: &Console) {
     let iterations = counted(report.iterations, "iteration");
     let change = report.change;
-    if report.iterations == 0 {
-        // The map was made by other means.
-        return;
-    }
     match report.stop {
-        StopReason::Converged => {}
-        StopReason::IterationLimit => console.warn(format_args!(
+        None | Some(StopReason::Converged) => {}
+        Some(StopReason::IterationLimit) => console.warn(format_args!(
             "not converged after {iterations} (the last moved a vertex by {change:.1e} of the \
              sphere's radius); no triangle is flipped, but raise --iterations for less distortion"
         )),
-        other => console.warn(format_args!(
+        Some(other) => console.warn(format_args!(
             "stopped after {iterations}: {other}; no triangle is flipped, but the map may be more \
              distorted than it need be"
         )),
     }
 }
+
+/// The reason to stop of a map that was made without an iteration.
+const NOT_ITERATED: &str = "not iterated";
