@@ -6,8 +6,11 @@ mod convert;
 mod deform;
 mod demo;
 mod info;
+mod morph;
 mod reconstruct;
 mod repair;
+mod resample;
+mod sphere;
 
 use crate::args::Command;
 use crate::console::Console;
@@ -21,6 +24,9 @@ pub(crate) fn run(command: &Command, console: &Console) -> Result<(), CliError> 
         Command::Repair(args) => repair::run(args, console),
         Command::Deform(args) => deform::run(args, console),
         Command::Reconstruct(args) => reconstruct::run(args, console),
+        Command::Sphere(args) => sphere::run(args, console),
+        Command::Resample(args) => resample::run(args, console),
+        Command::Morph(args) => morph::run(args, console),
         Command::Compare(args) => compare::run(args, console),
         Command::Convert(args) => convert::run(args, console),
         Command::Completions(args) => completions::run(args, console),

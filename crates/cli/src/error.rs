@@ -4,12 +4,14 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use cotan::halfedge::{BuildError, VertexId};
+use cotan::sphere::SphereError;
 use cotan_io::{IoError, Repaired, Weld};
 use thiserror::Error;
 
 use crate::files;
 use crate::handles_file::{FileVertices, HandlesError};
 use crate::inspect::weld_option;
+use crate::sphere::LandmarksError;
 
 /// Why a command could not do its work.
 #[derive(Debug, Error)]
@@ -37,6 +39,22 @@ pub(crate) enum CliError {
         path: PathBuf,
         #[source]
         source: cotan::Error,
+    },
+    /// A mesh that cannot be mapped to the sphere.
+    #[error("{}: {source}{remedy}", path.display())]
+    Sphere {
+        path: PathBuf,
+        #[source]
+        source: SphereError,
+        /// What else is to be said; may be empty.
+        remedy: &'static str,
+    },
+    /// A file of landmarks.
+    #[error("{}: {source}", path.display())]
+    Landmarks {
+        path: PathBuf,
+        #[source]
+        source: LandmarksError,
     },
     /// Two files that cannot be compared.
     #[error("{} and {} cannot be compared: {problem}", paths[0].display(), paths[1].display())]

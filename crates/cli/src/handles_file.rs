@@ -134,6 +134,16 @@ impl FileVertices {
         self.sources.get(vertex).copied().unwrap_or(vertex)
     }
 
+    /// Number of vertices of the file.
+    pub(crate) fn num_vertices(&self) -> usize {
+        self.num_vertices
+    }
+
+    /// The vertices of the document that come from a vertex of the file.
+    pub(crate) fn in_document(&self, vertex: usize) -> impl Iterator<Item = usize> {
+        self.copies(vertex).iter().map(|&(_, v)| v)
+    }
+
     fn copies(&self, vertex: usize) -> &[(usize, usize)] {
         let start = self.copies.partition_point(|&(file, _)| file < vertex);
         let end = self.copies.partition_point(|&(file, _)| file <= vertex);

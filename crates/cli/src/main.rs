@@ -11,6 +11,7 @@ mod inspect;
 mod picture;
 mod prepare;
 mod report;
+mod sphere;
 
 use std::process::ExitCode;
 

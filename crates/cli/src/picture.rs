@@ -1,19 +1,30 @@
-//! A picture of a mesh before and after, side by side, seen by the same camera.
+//! Pictures: a mesh before and after, side by side, seen by the same camera; and, in [`heat`],
+//! surfaces coloured by a quantity.
 //!
 //! The surface is drawn by the software rasterizer `euc` (depth buffer, perspective), three by three
 //! samples a pixel; handles are coloured: what stays in blue, what moves in orange. Same bytes in
 //! every run.
 
 mod camera;
+mod color_bar;
+mod color_scale;
+mod heat;
+mod image;
 mod raster;
 mod scene;
+mod text;
 
 use cotan::geometry::Positions;
-use cotan::halfedge::{HalfedgeMesh, VertexMap};
+use cotan::halfedge::{FaceId, HalfedgeMesh, VertexId, VertexMap};
 use cotan_io::ProcessingMesh;
 
+pub(crate) use color_scale::ColorScale;
+pub(crate) use heat::{HeatMap, Panel, Quantity, Views};
+pub(crate) use image::{Depth, png};
+
 use camera::Camera;
-use raster::Canvas;
+use image::Image;
+use raster::{Canvas, Light};
 use scene::Scene;
 
 use crate::handles_file::Constraint;
@@ -55,36 +66,42 @@ impl BeforeAfter<'_> {
     /// Draws the picture and encodes it as PNG.
     pub(crate) fn png(&self) -> Vec<u8> {
         let camera = Camera::for_both(self);
-        let panel = camera.panel();
         let panels = [self.before, self.after].map(|positions| {
-            let mut canvas = Canvas::new(panel);
-            let scene = Scene::new(self.mesh, positions, self.marks, &camera);
-            canvas.draw(&scene.corners);
-            canvas.into_pixels()
+            let mut canvas = Canvas::new(camera.panel());
+            canvas.draw(self.scene(positions, &camera).corners(), Light::Sculpture);
+            canvas.into_image()
         });
-        let [width, height] = panel;
-        let rows = panels[0].chunks(3 * width).zip(panels[1].chunks(3 * width));
-        let pixels: Vec<u8> = rows
-            .flat_map(|(left, right)| [left, right])
-            .flatten()
-            .copied()
-            .collect();
-        encode(2 * width, height, &pixels)
+        Image::beside(&panels).png()
+    }
+
+    /// The surface, coloured by its handles, and dots at lone handles.
+    fn scene<'s>(&'s self, positions: &Positions<f64>, camera: &'s Camera) -> Scene<'s> {
+        let color = |v| self.marks[v].color();
+        let mut scene = Scene::new(self.mesh, positions, camera, |_, v| color(v));
+        for v in self.mesh.vertices().filter(|&v| self.is_lone(v)) {
+            scene.dot(v, color(v));
+        }
+        scene
+    }
+
+    /// Whether a handle vertex has no face all of whose corners are handles, so that its colour
+    /// hardly shows.
+    fn is_lone(&self, v: VertexId) -> bool {
+        let is_held = |v: VertexId| self.marks[v] != Mark::Free;
+        let is_held_face = |f: FaceId| self.mesh.triangle(f).into_iter().all(is_held);
+        is_held(v) && !self.mesh.vertex_faces(v).any(is_held_face)
     }
 }
 
-fn encode(width: usize, height: usize, pixels: &[u8]) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, width as u32, height as u32);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_depth(png::BitDepth::Eight);
-    // Writing to memory cannot fail, and the pixels have the size that was announced.
-    let written = encoder.write_header().and_then(|mut writer| {
-        writer.write_image_data(pixels)?;
-        writer.finish()
-    });
-    debug_assert!(written.is_ok(), "{written:?}");
-    bytes
+impl Mark {
+    /// Linear.
+    fn color(self) -> [f32; 3] {
+        match self {
+            Self::Free => [0.62, 0.63, 0.60],
+            Self::Fixed => [0.10, 0.27, 0.62],
+            Self::Moved => [0.86, 0.27, 0.05],
+        }
+    }
 }
 
 #[cfg(test)]

@@ -1,15 +1,35 @@
 //! The mesh of a job: read, repaired if asked for, and built.
 
+use std::path::Path;
 use std::time::Instant;
 
-use cotan_io::{Change, Document, ProcessingMesh, Repair};
+use cotan_io::{Change, Document, ProcessingMesh, Repair, Weld};
 
-use crate::args::InputArgs;
 use crate::console::Console;
 use crate::error::{CliError, Cure, before_repair};
 use crate::files;
 use crate::handles_file::{Constraint, FileVertices, Goal, Place};
 use crate::report::{Seconds, counted};
+
+/// Where the mesh of a job comes from.
+#[derive(Clone, Debug)]
+pub(crate) struct Source<'a> {
+    pub(crate) path: &'a Path,
+    /// The repairs that are made first, if any; welding is said below.
+    pub(crate) repair: Option<Repair>,
+    /// Whether these fill holes.
+    pub(crate) holes: Holes,
+    pub(crate) weld: Weld,
+    /// What can be said about repairs if no surface can be built.
+    pub(crate) cure: Cure,
+}
+
+/// What a repair does about holes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Holes {
+    Keep,
+    Fill,
+}
 
 /// A mesh that can be worked on.
 #[derive(Debug)]
@@ -18,57 +38,50 @@ pub(crate) struct Prepared {
     pub(crate) processing: ProcessingMesh,
     /// How the vertices of the file are found, if the mesh was repaired.
     pub(crate) file_vertices: Option<FileVertices>,
+    /// The face of the file for each face of the document, if the mesh was repaired; `None` for
+    /// faces that fill holes.
+    pub(crate) file_faces: Option<Vec<Option<usize>>>,
     /// What the repair did.
     pub(crate) changes: Vec<Change>,
 }
 
 pub(crate) fn prepare(
-    input: &InputArgs,
+    source: &Source<'_>,
     seconds: &mut Seconds,
     console: &Console,
 ) -> Result<Prepared, CliError> {
-    let path = input.mesh.as_path();
+    let path = source.path;
     let in_file = |error| files::in_file(path, error);
     let clock = Instant::now();
     let mut document = files::load(path, console)?;
     seconds.load = clock.elapsed().as_secs_f64();
     let clock = Instant::now();
-    let weld = input.weld();
     let mut repaired = None;
-    if input.repair {
+    if let Some(repair) = &source.repair {
         // Welded before the repair and not after it: what was parted would be joined again.
-        let repair = Repair::default().weld_in_place(weld);
+        let repair = repair.clone().weld_in_place(source.weld);
         let done = repair.apply(&document).map_err(in_file)?;
-        let is_repair = |change: &&Change| !matches!(change, Change::MergedVertex { .. });
-        if let Some(first) = done.changes.iter().find(is_repair) {
-            let count = done.changes.iter().filter(is_repair).count();
-            console.warn(format_args!(
-                "{}: repaired by {}, from \"{first}\"; `cotan repair` lists them",
-                path.display(),
-                counted(count, "change")
-            ));
+        if tell_repairs(source, &done.changes, console) == Repairs::Some {
             repaired = Some(done);
         }
     }
-    let cure = match input.repair {
-        true => Cure::Beyond,
-        false => Cure::Offered,
-    };
     let processing = match &repaired {
-        None => document.surface_with(weld),
+        None => document.surface_with(source.weld),
         Some(done) => {
             let surface = done.document.surface();
             surface.map_err(|error| before_repair(error, done))
         }
     };
-    let processing = processing.map_err(|error| CliError::surface(path, error, cure, weld))?;
-    let (mut file_vertices, mut changes) = (None, Vec::new());
+    let processing =
+        processing.map_err(|error| CliError::surface(path, error, source.cure, source.weld))?;
+    let (mut file_vertices, mut file_faces, mut changes) = (None, None, Vec::new());
     if let Some(mut done) = repaired {
         // Welding is about the surface here, and the file keeps its vertices.
         done.changes
             .retain(|change| !matches!(change, Change::MergedVertex { .. }));
         let num_vertices = document.positions().len();
         file_vertices = Some(FileVertices::new(num_vertices, done.vertex_sources));
+        file_faces = Some(done.face_sources);
         (document, changes) = (done.document, done.changes);
     }
     seconds.build = clock.elapsed().as_secs_f64();
@@ -76,8 +89,45 @@ pub(crate) fn prepare(
         document,
         processing,
         file_vertices,
+        file_faces,
         changes,
     })
+}
+
+/// Whether a repair did something.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Repairs {
+    None,
+    Some,
+}
+
+/// Warns of what a repair did, and of holes that it left open.
+fn tell_repairs(source: &Source<'_>, changes: &[Change], console: &Console) -> Repairs {
+    let path = source.path.display();
+    for change in changes {
+        if let Change::KeptHole { .. } = change {
+            console.warn(format_args!("{path}: {change}"));
+        }
+    }
+    let is_repair = |change: &&Change| {
+        !matches!(
+            change,
+            Change::MergedVertex { .. } | Change::KeptHole { .. }
+        )
+    };
+    let Some(first) = changes.iter().find(is_repair) else {
+        return Repairs::None;
+    };
+    let count = changes.iter().filter(is_repair).count();
+    let option = match source.holes {
+        Holes::Fill => " --fill-holes",
+        Holes::Keep => "",
+    };
+    console.warn(format_args!(
+        "{path}: repaired by {}, from \"{first}\"; `cotan repair{option}` lists them",
+        counted(count, "change")
+    ));
+    Repairs::Some
 }
 
 /// Handles that hold still what no handle holds, told in a warning.

@@ -7,9 +7,11 @@ use clap::Args;
 use cotan::flow::{Acceleration, Schedule, Start};
 use cotan::{DeformOptions, DetailSize, OrientationKind, SchemeKind};
 
-use cotan_io::Weld;
+use cotan_io::{Repair, Weld};
 
 use super::values::{self, Precision};
+use crate::error::Cure;
+use crate::prepare::{Holes, Source};
 
 pub(super) const DEFORM_EXAMPLE: &str = "\
 Example:
@@ -84,9 +86,18 @@ pub(crate) struct InputArgs {
 }
 
 impl InputArgs {
-    /// How vertices are welded.
-    pub(crate) fn weld(&self) -> Weld {
-        self.weld.unwrap_or_default()
+    /// Where the mesh comes from.
+    pub(crate) fn source(&self) -> Source<'_> {
+        Source {
+            path: &self.mesh,
+            repair: self.repair.then(Repair::default),
+            holes: Holes::Keep,
+            weld: self.weld.unwrap_or_default(),
+            cure: match self.repair {
+                true => Cure::Beyond,
+                false => Cure::Offered,
+            },
+        }
     }
 }
 

@@ -3,6 +3,7 @@
 use clap::ValueEnum;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use cotan::flow::{Acceleration, Schedule, Start};
+use cotan::sphere::{Centering, SphereMethod};
 use cotan::{OrientationKind, SchemeKind};
 use cotan_io::Weld;
 
@@ -28,6 +29,18 @@ impl Precision {
 pub(super) fn scheme() -> impl TypedValueParser<Value = SchemeKind> {
     PossibleValuesParser::new(SchemeKind::ALL.iter().map(|kind| kind.name()))
         .try_map(|name| name.parse::<SchemeKind>())
+}
+
+/// The library's names of ways to the sphere.
+pub(super) fn sphere_method() -> impl TypedValueParser<Value = SphereMethod> {
+    PossibleValuesParser::new(SphereMethod::ALL.iter().map(|method| method.name()))
+        .try_map(|name| name.parse::<SphereMethod>())
+}
+
+/// `on` or `off`.
+pub(super) fn centering() -> impl TypedValueParser<Value = Centering> {
+    PossibleValuesParser::new(Centering::ALL.iter().map(|centering| centering.name()))
+        .try_map(|name| name.parse::<Centering>())
 }
 
 /// The library's names of orientations.
@@ -88,6 +101,25 @@ pub(super) fn tolerance(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "give a number of at least 0".to_owned())
 }
 
+/// A share: from 0 to 1.
+pub(super) fn share(text: &str) -> Result<f64, String> {
+    number(text)
+        .filter(|x| (0.0..=1.0).contains(x))
+        .ok_or_else(|| "give a number from 0 to 1".to_owned())
+}
+
+/// Subdivisions of an icosphere; each makes four faces of one.
+pub(super) fn level() -> impl TypedValueParser<Value = u32> {
+    clap::value_parser!(u32).range(0..=8)
+}
+
+/// The side of a geometry image: odd, so that the middle is a pixel.
+pub(super) fn odd_size(text: &str) -> Result<usize, String> {
+    let size = text.parse::<usize>().ok();
+    size.filter(|n| (3..=4097).contains(n) && n % 2 == 1)
+        .ok_or_else(|| "give an odd number from 3 to 4097".to_owned())
+}
+
 /// A spring weight or a length: finite, above 0.
 pub(super) fn positive(text: &str) -> Result<f64, String> {
     number(text)
@@ -130,7 +162,10 @@ mod tests {
         for refused in ["-1", "NaN", "inf", "1e999", "x", ""] {
             assert!(tolerance(refused).is_err(), "{refused}");
             assert!(positive(refused).is_err(), "{refused}");
+            assert!(share(refused).is_err(), "{refused}");
         }
         assert!(positive("0").is_err());
+        assert_eq!((share("0"), share("1")), (Ok(0.0), Ok(1.0)));
+        assert!(share("1.01").is_err());
     }
 }

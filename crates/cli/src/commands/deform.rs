@@ -69,12 +69,13 @@ impl Job<'_> {
         let progress = console.progress(self.options.iteration_limit);
         progress.phase("load");
         let mut seconds = Seconds::default();
-        let prepared = prepare::prepare(self.input, &mut seconds, console)?;
+        let prepared = prepare::prepare(&self.input.source(), &mut seconds, console)?;
         let Prepared {
             mut document,
             processing,
             file_vertices,
             changes,
+            ..
         } = prepared;
         let handles = HandlesFile {
             path: &self.input.handles,

@@ -1,12 +1,12 @@
 //! Where the mesh is looked at from.
 
-use cotan::geometry::{BoundingBox, Surface, face_area_vectors, vertex_area_vectors};
+use cotan::geometry::{BoundingBox, Positions, Surface, face_area_vectors, vertex_area_vectors};
 use cotan::halfedge::VertexMap;
 use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::{BeforeAfter, Mark};
 
-/// A camera that shows two embeddings of a mesh at the same scale, with mild perspective.
+/// A camera that shows one or more embeddings of a mesh at the same scale, with mild perspective.
 #[derive(Clone, Debug)]
 pub(super) struct Camera {
     center: Point3<f64>,
@@ -23,8 +23,15 @@ pub(super) struct Camera {
 impl Camera {
     /// A camera that shows both well.
     pub(super) fn for_both(pair: &BeforeAfter<'_>) -> Self {
-        let both = || pair.before.values().chain(pair.after.values());
-        let bounds = BoundingBox::of(both());
+        let frame = Frame::Area(PANEL_PIXELS);
+        Self::new(best_view(pair), &[pair.before, pair.after], frame)
+    }
+
+    /// A camera that looks along `axes` (rows: to the right, up, towards the viewer) and shows all
+    /// that is at `shapes`.
+    pub(super) fn new(axes: Matrix3<f64>, shapes: &[&Positions<f64>], frame: Frame) -> Self {
+        let points = || shapes.iter().flat_map(|positions| positions.values());
+        let bounds = BoundingBox::of(points());
         let center = bounds.map_or(Point3::origin(), |b| b.center());
         // Halves first: the diagonal of huge coordinates would overflow.
         let radius = bounds.map_or(0.0, |b| (b.extents() * 0.5).norm());
@@ -35,12 +42,12 @@ impl Camera {
             } else {
                 1.0
             },
-            axes: best_view(pair),
+            axes,
             middle: [0.0; 2],
             scale: [1.0; 2],
             panel: [0; 2],
         };
-        camera.fit(both());
+        camera.fit(points(), frame);
         camera
     }
 
@@ -50,7 +57,7 @@ impl Camera {
     }
 
     /// Chooses panel and scale so that all points are seen.
-    fn fit<'p>(&mut self, points: impl Iterator<Item = &'p Point3<f64>>) {
+    fn fit<'p>(&mut self, points: impl Iterator<Item = &'p Point3<f64>>, frame: Frame) {
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for point in points {
             let p = self.local(*point);
@@ -63,8 +70,19 @@ impl Camera {
         let size = [0, 1].map(|k| (high[k] - low[k]).max(1e-3));
         self.middle = [0, 1].map(|k| 0.5 * (low[k] + high[k]));
         let aspect = (size[0] / size[1]).clamp(LEAST_ASPECT, MOST_ASPECT);
-        let height = (PANEL_PIXELS / aspect).sqrt();
-        self.panel = [height * aspect, height].map(|x| x.round() as usize);
+        self.panel = match frame {
+            Frame::Area(pixels) => {
+                let height = (pixels / aspect).sqrt();
+                [height * aspect, height].map(|x| x.round() as usize)
+            }
+            Frame::Height {
+                height,
+                least_width,
+            } => {
+                let width = (height as f64 * aspect).round() as usize;
+                [width.max(least_width), height]
+            }
+        };
         let [width, height] = self.panel.map(|x| x as f64);
         // The same scale across and up: pixels a unit.
         let pixels = MARGIN * (width / size[0]).min(height / size[1]);
@@ -98,6 +116,15 @@ impl Camera {
     }
 }
 
+/// How large a panel is.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) enum Frame {
+    /// So many pixels, whatever its aspect.
+    Area(f64),
+    /// So high, and as wide as the shapes need.
+    Height { height: usize, least_width: usize },
+}
+
 /// From the camera to the centre, in radii: mild perspective.
 const DISTANCE: f64 = 5.0;
 
@@ -116,12 +143,23 @@ const MOST_ASPECT: f64 = 1.6;
 /// Rows right, up, towards the viewer: along the axis that shows most of the surface and its
 /// motion, from the side that shows most of the handles, a little from the right or left and above.
 fn best_view(pair: &BeforeAfter<'_>) -> Matrix3<f64> {
-    let held = held_area(pair);
+    best_side(best_axis(pair), &held_area(pair))
+}
+
+/// As the best view of a pair, of one shape: along the axis that shows most of the surface, from the
+/// side that shows most of `areas`.
+pub(super) fn view_of(surface: &Surface<'_, f64>, areas: &[Vector3<f64>]) -> Matrix3<f64> {
+    let shown = shown_areas(surface);
+    best_side(first_best(|axis| shown[axis]), areas)
+}
+
+/// Along the axis, from the side that shows most of `areas`, a little from the right or left.
+fn best_side(axis: usize, areas: &[Vector3<f64>]) -> Matrix3<f64> {
     let shows = |axes: &Matrix3<f64>| -> f64 {
         let towards = axes.row(2).transpose();
-        held.iter().map(|area| area.dot(&towards).max(0.0)).sum()
+        areas.iter().map(|area| area.dot(&towards).max(0.0)).sum()
     };
-    let [right, up, towards] = sides(best_axis(pair));
+    let [right, up, towards] = sides(axis);
     let views = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
     let views = views.map(|(side, yaw)| tilted([right * side, up, towards * side], YAW * yaw));
     // The first that is best beyond rounding.
@@ -140,10 +178,7 @@ fn best_axis(pair: &BeforeAfter<'_>) -> usize {
     let mut areas = Vector3::zeros();
     for positions in [pair.before, pair.after] {
         if let Ok(surface) = Surface::new(pair.mesh, positions) {
-            areas += face_area_vectors(&surface)
-                .values()
-                .map(|a| a.abs())
-                .sum::<Vector3<f64>>();
+            areas += shown_areas(&surface);
         }
     }
     let moves = pair
@@ -158,6 +193,17 @@ fn best_axis(pair: &BeforeAfter<'_>) -> usize {
         _ => 1.0,
     };
     let score = |k: usize| areas[k] * (1.0 + seen(k));
+    first_best(score)
+}
+
+/// How much area of the surface is seen along each axis, front and back.
+fn shown_areas(surface: &Surface<'_, f64>) -> Vector3<f64> {
+    let areas = face_area_vectors(surface);
+    areas.values().map(|a| a.abs()).sum()
+}
+
+/// The axis with the highest score.
+fn first_best(score: impl Fn(usize) -> f64) -> usize {
     // z first: it wins where all are alike.
     let better = |best, k| {
         if score(k) > 1.001 * score(best) {

@@ -9,6 +9,8 @@ use euc::buffer::Buffer2d;
 use euc::rasterizer::{BackfaceCullingDisabled, Triangles};
 use euc::{Interpolate, Pipeline};
 
+use super::image::Image;
+
 /// A corner of a triangle, on the panel.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Corner {
@@ -68,19 +70,20 @@ impl Canvas {
     }
 
     /// Draws triangles, three corners each; the nearest is seen.
-    pub(super) fn draw(&mut self, corners: &[Corner]) {
-        Shader.draw::<Triangles<'_, Buffer2d<f32>, BackfaceCullingDisabled>, _>(
+    pub(super) fn draw(&mut self, corners: &[Corner], light: Light) {
+        let shader = Shader { light };
+        shader.draw::<Triangles<'_, Buffer2d<f32>, BackfaceCullingDisabled>, _>(
             corners,
             &mut self.color,
             Some(&mut self.depth),
         );
     }
 
-    /// The pixels, row by row, red, green and blue each.
-    pub(super) fn into_pixels(self) -> Vec<u8> {
+    /// The panel at one sample a pixel.
+    pub(super) fn into_image(self) -> Image {
         let [width, height] = self.panel;
         let samples = self.color.as_ref();
-        let mut pixels = Vec::with_capacity(3 * width * height);
+        let mut pixels = Vec::with_capacity(width * height);
         for y in 0..height {
             for x in 0..width {
                 let mut sums = [0u32; 3];
@@ -92,10 +95,10 @@ impl Canvas {
                     }
                 }
                 let mean = |sum: u32| (sum as f32 / (SAMPLES * SAMPLES) as f32).sqrt();
-                pixels.extend(sums.map(|sum| mean(sum).round() as u8));
+                pixels.push(sums.map(|sum| mean(sum).round() as u8));
             }
         }
-        pixels
+        Image::from_pixels(width, pixels)
     }
 }
 
@@ -103,10 +106,21 @@ impl Canvas {
 const SAMPLES: usize = 3;
 
 /// The background, linear.
-const TOP: [f32; 3] = [0.97, 0.975, 0.985];
-const BOTTOM: [f32; 3] = [0.80, 0.82, 0.85];
+pub(super) const TOP: [f32; 3] = [0.97, 0.975, 0.985];
+pub(super) const BOTTOM: [f32; 3] = [0.80, 0.82, 0.85];
 
-struct Shader;
+/// How the surface is lit.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Light {
+    /// Strong light and shade, a little shine: the shape is what is to be seen.
+    Sculpture,
+    /// Little shade and no shine: colours are to be read against a scale.
+    Chart,
+}
+
+struct Shader {
+    light: Light,
+}
 
 impl Pipeline for Shader {
     type Vertex = Corner;
@@ -123,6 +137,10 @@ impl Pipeline for Shader {
         // Half of a lambertian's cosine wraps around, so that no side is black.
         let wrap = |light: [f32; 3]| (0.5 + 0.5 * dot(normal, light)).max(0.0);
         let key = wrap(KEY);
+        if self.light == Light::Chart {
+            // 1 where the light falls straight on it, so that full light shows the scale's colour.
+            return encode(paint.color.map(|c| c * (0.45 + 0.55 * key)));
+        }
         let light = 0.10 + 0.95 * key * key + 0.12 * wrap(FILL);
         let shine = dot(normal, HALFWAY).max(0.0);
         let shine = 0.10 * shine.powi(24);
@@ -135,8 +153,13 @@ fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
 }
 
 /// Linear to eight bits, by a square root: near enough to sRGB, and the same on every machine.
-fn encode(linear: [f32; 3]) -> [u8; 3] {
+pub(super) fn encode(linear: [f32; 3]) -> [u8; 3] {
     linear.map(|c| (c.clamp(0.0, 1.0).sqrt() * 255.0).round() as u8)
+}
+
+/// The linear colour of eight bits.
+pub(super) fn decode(encoded: [u8; 3]) -> [f32; 3] {
+    encoded.map(|c| (f32::from(c) / 255.0).powi(2))
 }
 
 /// Unit vectors to the lights: one from above on the left, one from below on the right.

@@ -1,35 +1,30 @@
-//! The triangles of a picture: the surface, coloured by its handles, and dots at lone handles.
+//! The triangles of a picture: a coloured surface, and dots.
 
 use cotan::geometry::Positions;
 use cotan::halfedge::{FaceId, HalfedgeMesh, VertexId, VertexMap};
 use nalgebra::Vector3;
 
-use super::Mark;
 use super::camera::Camera;
 use super::raster::{Corner, Paint};
 
-/// Three corners a triangle.
+/// A surface as a camera sees it, as triangles on the panel.
 #[derive(Clone, Debug)]
-pub(super) struct Scene {
-    pub(super) corners: Vec<Corner>,
-}
-
-struct Builder<'a> {
+pub(super) struct Scene<'a> {
     mesh: &'a HalfedgeMesh,
     camera: &'a Camera,
-    marks: &'a VertexMap<Mark>,
     /// Positions, and area vectors of the faces, as the camera sees them.
     local: VertexMap<Vector3<f64>>,
     areas: Vec<Vector3<f64>>,
     corners: Vec<Corner>,
 }
 
-impl Scene {
+impl<'a> Scene<'a> {
+    /// The surface; `color` gives the linear colour of a corner, the vertex of a face.
     pub(super) fn new(
-        mesh: &HalfedgeMesh,
+        mesh: &'a HalfedgeMesh,
         positions: &Positions<f64>,
-        marks: &VertexMap<Mark>,
-        camera: &Camera,
+        camera: &'a Camera,
+        color: impl Fn(FaceId, VertexId) -> [f32; 3],
     ) -> Self {
         let local = positions.map(|p| camera.local(*p));
         let areas = mesh.faces().map(|f| {
@@ -37,28 +32,23 @@ impl Scene {
             (b - a).cross(&(c - a))
         });
         let areas = areas.collect();
-        let mut builder = Builder {
+        let mut scene = Self {
             mesh,
             camera,
-            marks,
             local,
             areas,
             corners: Vec::new(),
         };
-        mesh.faces().for_each(|f| builder.face(f));
-        for v in mesh.vertices() {
-            if builder.is_lone(v) {
-                builder.dot(v);
-            }
-        }
-        Self {
-            corners: builder.corners,
-        }
+        mesh.faces().for_each(|f| scene.face(f, &color));
+        scene
     }
-}
 
-impl Builder<'_> {
-    fn face(&mut self, face: FaceId) {
+    /// Three corners a triangle.
+    pub(super) fn corners(&self) -> &[Corner] {
+        &self.corners
+    }
+
+    fn face(&mut self, face: FaceId, color: impl Fn(FaceId, VertexId) -> [f32; 3]) {
         let vertices = self.mesh.triangle(face);
         let corners = vertices.map(|v| self.camera.project(self.local[v]));
         let area = signed_area(corners);
@@ -69,7 +59,7 @@ impl Builder<'_> {
         let is_back = area < 0.0;
         for (v, position) in vertices.into_iter().zip(corners) {
             let mut normal = self.corner_normal(v, face);
-            let mut color = color(self.marks[v]);
+            let mut color = color(face, v);
             if is_back {
                 normal = -normal;
                 color = INSIDE;
@@ -95,16 +85,8 @@ impl Builder<'_> {
         smooth.try_normalize(0.0).unwrap_or_else(Vector3::z)
     }
 
-    /// Whether a handle vertex has no face all of whose corners are handles, so that its colour
-    /// hardly shows.
-    fn is_lone(&self, v: VertexId) -> bool {
-        let is_held = |v: VertexId| self.marks[v] != Mark::Free;
-        let is_held_face = |f: FaceId| self.mesh.triangle(f).into_iter().all(is_held);
-        is_held(v) && !self.mesh.vertex_faces(v).any(is_held_face)
-    }
-
     /// A disc that faces the camera, a little in front of the vertex.
-    fn dot(&mut self, v: VertexId) {
+    pub(super) fn dot(&mut self, v: VertexId, color: [f32; 3]) {
         let center = self.local[v];
         let radius = DOT_PIXELS * self.camera.pixel(center);
         let center = center + Vector3::z() * radius;
@@ -114,7 +96,7 @@ impl Builder<'_> {
         };
         let paint = Paint {
             normal: FACING,
-            color: color(self.marks[v]),
+            color,
         };
         for k in 0..DOT_SIDES {
             for p in [center, rim(k), rim((k + 1) % DOT_SIDES)] {
@@ -131,14 +113,6 @@ impl Builder<'_> {
 fn signed_area(corners: [[f32; 4]; 3]) -> f32 {
     let [a, b, c] = corners.map(|p| [p[0] / p[3], p[1] / p[3]]);
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-}
-
-fn color(mark: Mark) -> [f32; 3] {
-    match mark {
-        Mark::Free => [0.62, 0.63, 0.60],
-        Mark::Fixed => [0.10, 0.27, 0.62],
-        Mark::Moved => [0.86, 0.27, 0.05],
-    }
 }
 
 /// The inside of an open mesh.

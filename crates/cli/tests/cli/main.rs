@@ -7,3 +7,5 @@ mod refusals;
 mod repair;
 mod sandbox;
 mod shared;
+mod sphere;
+mod sphere_uses;

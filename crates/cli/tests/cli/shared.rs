@@ -14,7 +14,7 @@ use crate::sandbox::Sandbox;
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/meshes");
 
 /// The path of a mesh; `None` if there is none, said aloud.
-fn mesh(name: &str) -> Option<PathBuf> {
+pub(crate) fn mesh(name: &str) -> Option<PathBuf> {
     let path = Path::new(FOLDER).join(name);
     if path.is_file() {
         return Some(path);

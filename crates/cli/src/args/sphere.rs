@@ -1,0 +1,320 @@
+//! The options of `sphere`, and of what is done by way of the sphere.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use cotan::SchemeKind;
+use cotan::sphere::{Centering, SphereMethod, SphereOptions};
+use cotan_io::{Repair, Weld};
+
+use super::values::{self, Precision};
+use crate::error::Cure;
+use crate::prepare::{Holes, Source};
+use crate::sphere::Turn;
+
+pub(super) const SPHERE_EXAMPLE: &str = "\
+Examples:
+  cotan sphere cotan-demo/before.obj -o sphere.obj --picture sphere.png --report sphere.json
+  cotan sphere brain.ply -o sphere.ply --authalic 1       (areas are kept, not angles)
+  cotan sphere scan.ply -o sphere.ply --fill-holes --precision f32
+
+The mesh must be closed, in one piece, and without a tunnel through it. OUT is the file of the mesh
+with every vertex on the unit sphere; no triangle is flipped there, which exact arithmetic has
+checked, or the command ends with an error.";
+
+pub(super) const RESAMPLE_EXAMPLE: &str = "\
+Example:
+  cotan resample cotan-demo/before.obj --level 6 --authalic 1 -o even.obj
+
+The shape on the triangles of an icosphere, placed by way of the sphere map. A conformal map leaves
+few of them for limbs; --authalic 1 gives every part its share.";
+
+pub(super) const MORPH_EXAMPLE: &str = "\
+Example:
+  cotan morph cow.obj horse.obj -t 0.5 --level 6 --authalic 1 -o between.obj
+
+Both shapes on the triangles of one icosphere, B's sphere turned to fit A's. OUT has the same
+triangles for every -t, so that files of several times make an animation.";
+
+const MAPPING: &str = "Mapping";
+const MENDING: &str = "Mending";
+
+/// The mesh, and how it is mended before it is mapped.
+#[derive(Debug, Args)]
+pub(crate) struct ClosedMeshArgs {
+    /// Mesh file (.obj, .ply, .off, .stl, .gltf, .glb; also with .gz)
+    pub(crate) mesh: PathBuf,
+    #[command(flatten)]
+    pub(crate) mending: MendingArgs,
+}
+
+/// How a mesh is mended before it is mapped.
+#[derive(Debug, Args)]
+pub(crate) struct MendingArgs {
+    /// Repair the mesh first, as `cotan repair` without options does
+    #[arg(long, help_heading = MENDING)]
+    repair: bool,
+    /// Fill holes of at most N edges with triangles first; without =N all of them
+    #[arg(long, value_name = "N", num_args = 0..=1, require_equals = true,
+        help_heading = MENDING)]
+    fill_holes: Option<Option<NonZeroUsize>>,
+    /// Treat vertices as one that are at the same place (exact) or this close
+    /// [default: exact for .stl, .gltf and .glb, otherwise off]
+    #[arg(long, value_name = "off|exact|X", value_parser = values::weld, help_heading = MENDING)]
+    weld: Option<Weld>,
+}
+
+/// How the mesh is mapped.
+#[derive(Debug, Args)]
+pub(crate) struct MapArgs {
+    /// Who chooses the weights of the Laplacian
+    #[arg(long, value_name = "NAME", value_parser = values::scheme(), default_value = "cotangent",
+        help_heading = MAPPING)]
+    scheme: SchemeKind,
+    /// robust never flips a triangle; the paper's and conformalized mean-curvature flow (cmcf) are
+    /// for comparison
+    #[arg(long, value_name = "NAME", value_parser = values::sphere_method(),
+        default_value = "robust", help_heading = MAPPING)]
+    method: SphereMethod,
+    /// Keep angles, whatever that does to areas (the default): --authalic 0
+    #[arg(long, conflicts_with = "authalic", help_heading = MAPPING)]
+    conformal: bool,
+    /// From 0, keep angles, to 1, keep areas
+    #[arg(long, value_name = "SHARE", value_parser = values::share, default_value = "0",
+        help_heading = MAPPING)]
+    authalic: f64,
+    /// Whether a Moebius map puts the centre of the mesh's areas at the centre of the sphere
+    /// [default: on; off for the paper's method]
+    #[arg(long, value_name = "on|off", value_parser = values::centering(), help_heading = MAPPING)]
+    center: Option<Centering>,
+    /// The most iterations of a round [default: 100; 300 for the paper's method]
+    #[arg(long, value_name = "N", help_heading = MAPPING)]
+    iterations: Option<NonZeroUsize>,
+    /// Stop when no vertex moves by more than this on the unit sphere
+    #[arg(long, value_name = "X", value_parser = values::tolerance, default_value = "1e-4",
+        help_heading = MAPPING)]
+    tolerance: f64,
+}
+
+/// How the mapping is carried out, and what is told about it.
+#[derive(Debug, Args)]
+pub(crate) struct MapRunArgs {
+    /// The number type of the positions on the sphere
+    #[arg(long, value_name = "TYPE", value_enum, default_value_t = Precision::F64)]
+    pub(crate) precision: Precision,
+    /// How many threads work; the result is the same, byte by byte [default: one a core]
+    #[arg(long, value_name = "N")]
+    pub(crate) threads: Option<NonZeroUsize>,
+    /// Write a report (JSON)
+    #[arg(long, value_name = "R.json")]
+    pub(crate) report: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SphereArgs {
+    #[command(flatten)]
+    pub(crate) input: ClosedMeshArgs,
+    /// Mesh file to write; its extension names the format
+    #[arg(short, long, value_name = "OUT")]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) map: MapArgs,
+    #[command(flatten)]
+    pub(crate) run: MapRunArgs,
+    #[command(flatten)]
+    pub(crate) turn: TurnArgs,
+    /// Draw the mesh and the sphere, coloured by what the map does to areas (PNG)
+    #[arg(long, value_name = "P.png")]
+    pub(crate) picture: Option<PathBuf>,
+    /// Give OUT texture coordinates: longitude and latitude, with a cut at 180 degrees. The file is
+    /// then written anew from what more than one format can hold
+    #[arg(long)]
+    pub(crate) uv: bool,
+    /// Write the positions of the mesh as the colours of a square (PNG, 16 bits), the sphere
+    /// unfolded as an octahedron; the report says what the colours stand for
+    #[arg(long, value_name = "P.png")]
+    pub(crate) geometry_image: Option<PathBuf>,
+    /// Pixels of a side of the geometry image; odd
+    #[arg(long, value_name = "N", default_value = "257", value_parser = values::odd_size)]
+    pub(crate) size: usize,
+}
+
+/// How the sphere is turned.
+#[derive(Debug, Args)]
+pub(crate) struct TurnArgs {
+    /// principal: the longest axis of the mesh points to the poles, the second to longitude 0
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = Orient::None,
+        help_heading = MAPPING)]
+    orient: Orient,
+    /// Three vertices, one a line or a JSON list: the first goes to the pole, the second to
+    /// longitude 0 (the third, if that is at a pole)
+    #[arg(long, value_name = "FILE", conflicts_with = "orient", help_heading = MAPPING)]
+    landmarks: Option<PathBuf>,
+}
+
+/// How the sphere is turned, unless by landmarks.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub(crate) enum Orient {
+    None,
+    Principal,
+}
+
+impl TurnArgs {
+    /// How the sphere is turned.
+    pub(crate) fn turn(&self) -> Turn<'_> {
+        match (&self.landmarks, self.orient) {
+            (Some(path), _) => Turn::Landmarks(path),
+            (None, Orient::Principal) => Turn::Principal,
+            (None, Orient::None) => Turn::None,
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ResampleArgs {
+    #[command(flatten)]
+    pub(crate) input: ClosedMeshArgs,
+    /// Subdivisions of the icosphere, at most 8: 10 * 4^N + 2 vertices
+    #[arg(long, value_name = "N", value_parser = values::level())]
+    pub(crate) level: u32,
+    /// Mesh file to write; its extension names the format
+    #[arg(short, long, value_name = "OUT")]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) map: MapArgs,
+    #[command(flatten)]
+    pub(crate) turn: TurnArgs,
+    #[command(flatten)]
+    pub(crate) run: MapRunArgs,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct MorphArgs {
+    /// Mesh file of the shape at time 0
+    #[arg(value_name = "A")]
+    pub(crate) start: PathBuf,
+    /// Mesh file of the shape at time 1
+    #[arg(value_name = "B")]
+    pub(crate) end: PathBuf,
+    /// Where between: 0 is A, 1 is B
+    #[arg(short, long, value_name = "T", value_parser = values::share)]
+    pub(crate) time: f64,
+    /// Subdivisions of the icosphere that both are resampled to, at most 8
+    #[arg(long, value_name = "N", value_parser = values::level())]
+    pub(crate) level: u32,
+    /// Mesh file to write; its extension names the format
+    #[arg(short, long, value_name = "OUT")]
+    pub(crate) output: PathBuf,
+    /// How B's sphere is turned to fit A's
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = Align::Pose)]
+    pub(crate) align: Align,
+    /// Pairs of a vertex of A and one of B that belong together, `a b` a line or a JSON list of
+    /// lists; two or more
+    #[arg(long, value_name = "FILE", conflicts_with = "align")]
+    pub(crate) landmarks: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) mending: MendingArgs,
+    #[command(flatten)]
+    pub(crate) map: MapArgs,
+    /// How many threads work; the result is the same, byte by byte [default: one a core]
+    #[arg(long, value_name = "N")]
+    pub(crate) threads: Option<NonZeroUsize>,
+}
+
+/// How one sphere is turned to fit another.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub(crate) enum Align {
+    /// Places that are near each other in space, for shapes in like poses
+    Pose,
+    /// Places where both maps shrink areas alike: limbs to limbs, whatever the poses
+    Areas,
+    /// Not at all
+    None,
+}
+
+impl MendingArgs {
+    /// The mesh at `path`, mended in this way.
+    pub(crate) fn source<'a>(&self, path: &'a std::path::Path) -> Source<'a> {
+        let mut repair = self.repair.then(Repair::default);
+        if let Some(most_edges) = self.fill_holes {
+            let most_edges = most_edges.map_or(usize::MAX, NonZeroUsize::get);
+            let before = repair.unwrap_or_else(Repair::new);
+            repair = Some(before.fill_holes(most_edges));
+        }
+        Source {
+            path,
+            repair,
+            holes: match self.fill_holes {
+                Some(_) => Holes::Fill,
+                None => Holes::Keep,
+            },
+            weld: self.weld.unwrap_or_default(),
+            cure: match self.repair {
+                true => Cure::Beyond,
+                false => Cure::Offered,
+            },
+        }
+    }
+}
+
+impl MapArgs {
+    /// The settings; what is not said has the default of the method.
+    pub(crate) fn options(&self) -> SphereOptions {
+        let default = match self.method {
+            SphereMethod::Paper => SphereOptions::paper(self.scheme),
+            _ => SphereOptions::default(),
+        };
+        SphereOptions {
+            scheme: self.scheme,
+            method: self.method,
+            authalic: match self.conformal {
+                true => 0.0,
+                false => self.authalic,
+            },
+            centering: self.center.unwrap_or(default.centering),
+            tolerance: self.tolerance,
+            iteration_limit: self
+                .iterations
+                .map_or(default.iteration_limit, NonZeroUsize::get),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+    use crate::args::{Arguments, Command};
+
+    fn options(words: &[&str]) -> SphereOptions {
+        let words = ["cotan", "sphere", "a.obj", "-o", "b.obj"]
+            .iter()
+            .chain(words);
+        let arguments = Arguments::try_parse_from(words).unwrap();
+        let Command::Sphere(args) = arguments.command else {
+            panic!("another command")
+        };
+        args.map.options()
+    }
+
+    #[test]
+    fn the_defaults_are_the_librarys() {
+        assert_eq!(options(&[]), SphereOptions::default());
+        assert_eq!(options(&["--conformal"]), SphereOptions::default());
+        let paper = SphereOptions::paper(SchemeKind::Tutte);
+        assert_eq!(options(&["--method", "paper", "--scheme", "tutte"]), paper);
+    }
+
+    #[test]
+    fn the_help_names_the_defaults_of_the_methods() {
+        let [robust, paper] = [
+            SphereOptions::default(),
+            SphereOptions::paper(SchemeKind::Cotangent),
+        ];
+        assert_eq!((robust.iteration_limit, paper.iteration_limit), (100, 300));
+        assert_eq!(robust.centering.name(), "on");
+        assert_eq!(paper.centering.name(), "off");
+    }
+}

@@ -1,0 +1,92 @@
+//! `cotan morph`: a shape between two, over the sphere that both are mapped to.
+
+use cotan::geometry::{Positions, bounding_box};
+use cotan::sphere::{Morph, SphereMap};
+use cotan_io::Document;
+
+use crate::args::{Align, MorphArgs};
+use crate::console::Console;
+use crate::edit;
+use crate::error::CliError;
+use crate::files;
+use crate::prepare;
+use crate::report::Seconds;
+use crate::sphere::{self, Input, Mapped, Mapper, Turn};
+
+pub(crate) fn run(args: &MorphArgs, console: &Console) -> Result<(), CliError> {
+    files::check_mesh_path(&args.output)?;
+    edit::with_threads(args.threads, || morph(args, console))?
+}
+
+fn morph(args: &MorphArgs, console: &Console) -> Result<(), CliError> {
+    let options = args.map.options();
+    let progress = console.progress(options.iteration_limit);
+    progress.phase("load");
+    let sources = [&args.start, &args.end].map(|path| args.mending.source(path));
+    let load = |k: usize| prepare::prepare(&sources[k], &mut Seconds::default(), console);
+    let prepared = [load(0)?, load(1)?];
+    let inputs = [0, 1].map(|k| Input {
+        source: &sources[k],
+        prepared: &prepared[k],
+    });
+    let map = |input| {
+        let mapper = Mapper {
+            input,
+            options: &options,
+            turn: Turn::None,
+        };
+        let mapped = mapper.run::<f64>(&progress)?;
+        sphere::warn(&mapped.report, console);
+        Ok::<_, CliError>(mapped)
+    };
+    let mapped = [map(inputs[0])?, map(inputs[1])?];
+    progress.phase("align");
+    let end = aligned(args, &inputs, &mapped)?;
+    let [a, b] = &mapped;
+    let morph = Morph::on_icosphere((&a.map, &a.positions), (&end, &b.positions), args.level);
+    let shape = morph
+        .map_err(|error| inputs[0].refuse(error))?
+        .shape_at(args.time);
+    drop(progress);
+    let document = Document::from_mesh(&shape.mesh, &shape.positions)?;
+    cotan_io::save(&document, &args.output)?;
+    console.note(format_args!(
+        "{}: {} vertices, {} faces\n",
+        args.output.display(),
+        shape.mesh.num_vertices(),
+        shape.mesh.num_faces()
+    ));
+    Ok(())
+}
+
+/// B's sphere, turned to fit A's.
+fn aligned<'m>(
+    args: &MorphArgs,
+    inputs: &[Input<'_>; 2],
+    mapped: &[Mapped<'m, f64>; 2],
+) -> Result<SphereMap<'m, f64>, CliError> {
+    let [a, b] = mapped;
+    let refuse = |error| inputs[1].refuse(error);
+    let aligned = match (&args.landmarks, args.align) {
+        (Some(path), _) => {
+            let pairs = sphere::pairs(path, *inputs)?;
+            let pairs: Vec<_> = pairs.into_iter().map(|[a, b]| (b, a)).collect();
+            b.map.align_landmarks(&a.map, &pairs)
+        }
+        (None, Align::Pose) => b.map.align(&in_box(b), &a.map, &in_box(a)),
+        (None, Align::Areas) => {
+            let [of_a, of_b] = [a, b].map(|m| m.map.area_density(&m.positions));
+            b.map
+                .align(&of_b.map_err(refuse)?, &a.map, &of_a.map_err(refuse)?)
+        }
+        (None, Align::None) => return Ok(b.map.clone()),
+    };
+    Ok(aligned.map_err(refuse)?.map)
+}
+
+/// The positions relative to the bounding box, so that two shapes of other size and place compare.
+fn in_box(mapped: &Mapped<'_, f64>) -> Positions<f64> {
+    let bounds = bounding_box(&mapped.surface());
+    let (center, size) = (bounds.center(), bounds.diagonal());
+    mapped.positions.map(|p| ((p - center) / size).into())
+}

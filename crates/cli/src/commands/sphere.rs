@@ -1,0 +1,105 @@
+//! `cotan sphere`: a closed mesh onto the unit sphere, without a flipped triangle.
+
+use std::time::Instant;
+
+use cotan::geometry::Scalar;
+
+use crate::args::{Precision, SphereArgs};
+use crate::commands::repair::forgotten;
+use crate::console::Console;
+use crate::edit;
+use crate::error::CliError;
+use crate::files;
+use crate::prepare::{self, Prepared};
+use crate::report::{Seconds, json_text};
+use crate::sphere::{self, Input, Mapped, Mapper, Phases, SphereRun};
+
+pub(crate) fn run(args: &SphereArgs, console: &Console) -> Result<(), CliError> {
+    let job = || match args.run.precision {
+        Precision::F64 => run_as::<f64>(args, console),
+        Precision::F32 => run_as::<f32>(args, console),
+    };
+    let report = edit::with_threads(args.run.threads, job)??;
+    console.note(report.table());
+    Ok(())
+}
+
+/// Reads, maps, writes; warns of what should be known.
+fn run_as<T: Scalar>(args: &SphereArgs, console: &Console) -> Result<SphereRun, CliError> {
+    let clock = Instant::now();
+    files::check_mesh_path(&args.output)?;
+    let others = [&args.run.report, &args.picture, &args.geometry_image];
+    for path in others.into_iter().flatten() {
+        files::check_writable(path)?;
+    }
+    let options = args.map.options();
+    let progress = console.progress(options.iteration_limit);
+    progress.phase("load");
+    let mut seconds = Seconds::default();
+    let source = args.input.mending.source(&args.input.mesh);
+    let prepared = prepare::prepare(&source, &mut seconds, console)?;
+    let input = Input {
+        source: &source,
+        prepared: &prepared,
+    };
+    let mapper = Mapper {
+        input,
+        options: &options,
+        turn: args.turn.turn(),
+    };
+    let mapped = mapper.run::<T>(&progress)?;
+    drop(progress);
+
+    write_sphere(args, input, &mapped, console)?;
+    sphere::warn(&mapped.report, console);
+    let mut report = SphereRun::new(&mapped, &options, args.run.precision);
+    report.phases = Phases {
+        load: seconds.load,
+        build: seconds.build,
+        map: mapped.seconds,
+    };
+    report.seconds = clock.elapsed().as_secs_f64();
+    if let Some(path) = &args.geometry_image {
+        let drawn = sphere::geometry_image(&mapped, args.size);
+        let (png, fields) = drawn.map_err(|error| input.refuse(error))?;
+        files::write(path, &png)?;
+        report.geometry_image = Some(fields);
+    }
+    if let Some(path) = &args.run.report {
+        files::write(path, json_text(&report)?.as_bytes())?;
+    }
+    if let Some(path) = &args.picture {
+        files::write(path, &sphere::area_picture(&mapped))?;
+    }
+    Ok(report)
+}
+
+/// Writes the document with its vertices on the sphere; warns of what that loses.
+fn write_sphere<T: Scalar>(
+    args: &SphereArgs,
+    input: Input<'_>,
+    mapped: &Mapped<'_, T>,
+    console: &Console,
+) -> Result<(), CliError> {
+    let format = files::check_mesh_path(&args.output)?;
+    let Prepared {
+        document,
+        processing,
+        changes,
+        ..
+    } = input.prepared;
+    let in_file = |error| files::in_file(&args.input.mesh, error);
+    let mut document = document.clone();
+    document
+        .set_positions(processing, mapped.map.positions())
+        .map_err(in_file)?;
+    if args.uv {
+        document = sphere::with_texture(document, mapped, processing).map_err(in_file)?;
+    }
+    cotan_io::save(&document, &args.output)?;
+    let losses = document.losses(format).into_iter();
+    for lost in losses.chain(forgotten(format, changes)) {
+        console.warn(format_args!("{}: {lost}", args.output.display()));
+    }
+    sphere::warn_of_short_numbers(&args.output, format, mapped, processing, console)
+}

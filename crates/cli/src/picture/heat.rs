@@ -1,0 +1,231 @@
+//! A picture of surfaces coloured by a quantity, with a bar that says which colour is how much.
+//!
+//! Any number of panels stand side by side, all on one scale of colours:
+//!
+//! ```ignore
+//! let scale = ColorScale::signed("ln of the area ratio (0: kept)", ratios.values().copied());
+//! let panel = |positions, caption| Panel { mesh, positions, quantity: Quantity::Faces(&ratios), caption };
+//! let panels = [panel(&before, "mesh"), panel(&after, "sphere")];
+//! let png = HeatMap { panels: &panels, scale: &scale, views: Views::OneDirection }.png();
+//! ```
+
+use cotan::geometry::{Positions, Surface, face_area_vectors};
+use cotan::halfedge::{FaceId, FaceMap, HalfedgeMesh, VertexId, VertexMap};
+use nalgebra::{Matrix3, Vector3};
+
+use super::camera::{Camera, Frame, view_of};
+use super::color_bar;
+use super::color_scale::ColorScale;
+use super::image::Image;
+use super::raster::{BOTTOM, Canvas, Light, TOP, encode};
+use super::scene::Scene;
+use super::text::{self, LINE};
+
+/// Surfaces side by side, coloured by the same scale.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct HeatMap<'a> {
+    pub(crate) panels: &'a [Panel<'a>],
+    pub(crate) scale: &'a ColorScale,
+    pub(crate) views: Views,
+}
+
+/// One surface.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Panel<'a> {
+    pub(crate) mesh: &'a HalfedgeMesh,
+    pub(crate) positions: &'a Positions<f64>,
+    pub(crate) quantity: Quantity<'a>,
+    /// A line above the panel; may be empty.
+    pub(crate) caption: &'a str,
+}
+
+/// What the colours say. Values that are not numbers are grey.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Quantity<'a> {
+    /// A number for every face, which is of one colour.
+    Faces(&'a FaceMap<f64>),
+    /// A number for every vertex; colours run from one to the next.
+    #[allow(dead_code, reason = "curvatures and moves are shown by it")]
+    Vertices(&'a VertexMap<f64>),
+}
+
+/// How the panels are looked at. The direction is that which shows most of the first one.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Views {
+    /// By one camera: sizes and places can be compared.
+    #[allow(dead_code, reason = "for before and after")]
+    OneCamera,
+    /// From the same direction, each as large as its panel allows.
+    OneDirection,
+}
+
+impl Quantity<'_> {
+    fn at(&self, face: FaceId, vertex: VertexId) -> f64 {
+        let value = match self {
+            Self::Faces(values) => values.get(face),
+            Self::Vertices(values) => values.get(vertex),
+        };
+        value.copied().unwrap_or(f64::NAN)
+    }
+}
+
+impl HeatMap<'_> {
+    /// Draws the picture and encodes it as PNG.
+    pub(crate) fn png(&self) -> Vec<u8> {
+        let cameras = self.cameras();
+        let drawn = self.panels.iter().zip(&cameras);
+        let mut panels: Vec<Image> = drawn
+            .map(|(panel, camera)| panel.draw(camera, self.scale))
+            .collect();
+        if panels.is_empty() {
+            panels.push(Canvas::new([PANEL_HEIGHT; 2]).into_image());
+        }
+        let panels = Image::beside(&panels);
+        let width = panels.width();
+        let [top, bottom] = [TOP, BOTTOM].map(encode);
+        let bar = color_bar::draw(self.scale, width, bottom);
+        let captions = self.captions(&cameras, Image::filled(width, CAPTION, top));
+        match captions {
+            Some(captions) => Image::stacked(&[captions, panels, bar]),
+            None => Image::stacked(&[panels, bar]),
+        }
+        .png()
+    }
+
+    fn cameras(&self) -> Vec<Camera> {
+        let axes = self.direction();
+        // The bar's title must find room below the panels.
+        let share = color_bar::least_width(self.scale).div_ceil(self.panels.len().max(1));
+        let frame = |captions: &mut dyn Iterator<Item = &str>| Frame::Height {
+            height: PANEL_HEIGHT,
+            least_width: captions
+                .map(|caption| text::width(caption) + LINE)
+                .fold(share, usize::max),
+        };
+        match self.views {
+            Views::OneCamera => {
+                let shapes: Vec<_> = self.panels.iter().map(|panel| panel.positions).collect();
+                let frame = frame(&mut self.panels.iter().map(|panel| panel.caption));
+                let camera = Camera::new(axes, &shapes, frame);
+                vec![camera; self.panels.len()]
+            }
+            Views::OneDirection => {
+                let own = |panel: &Panel<'_>| {
+                    let frame = frame(&mut std::iter::once(panel.caption));
+                    Camera::new(axes, &[panel.positions], frame)
+                };
+                self.panels.iter().map(own).collect()
+            }
+        }
+    }
+
+    /// From where most of the first panel's surface is seen, and most of its colours.
+    fn direction(&self) -> Matrix3<f64> {
+        let first = self.panels.first();
+        let surface = first.and_then(|p| Some((p, Surface::new(p.mesh, p.positions).ok()?)));
+        let Some((panel, surface)) = surface else {
+            return Matrix3::identity();
+        };
+        let areas = face_area_vectors(&surface);
+        let strong: Vec<Vector3<f64>> = areas
+            .iter()
+            .map(|(face, area)| {
+                let values = panel
+                    .mesh
+                    .triangle(face)
+                    .map(|v| panel.quantity.at(face, v));
+                *area * values.map(|x| self.scale.strength(x)).iter().sum::<f64>()
+            })
+            .collect();
+        view_of(&surface, &strong)
+    }
+
+    /// The captions on `strip`; `None` if there are none.
+    fn captions(&self, cameras: &[Camera], mut strip: Image) -> Option<Image> {
+        let mut left = 0;
+        for (panel, camera) in self.panels.iter().zip(cameras) {
+            let [width, _] = camera.panel();
+            let at = [left + width / 2, (CAPTION - LINE) / 2];
+            text::draw(&mut strip, panel.caption, at);
+            left += width;
+        }
+        let is_captioned = self.panels.iter().any(|panel| !panel.caption.is_empty());
+        is_captioned.then_some(strip)
+    }
+}
+
+impl Panel<'_> {
+    fn draw(&self, camera: &Camera, scale: &ColorScale) -> Image {
+        let mut canvas = Canvas::new(camera.panel());
+        let color = |face, vertex| scale.color(self.quantity.at(face, vertex));
+        let scene = Scene::new(self.mesh, self.positions, camera, color);
+        canvas.draw(scene.corners(), Light::Chart);
+        canvas.into_image()
+    }
+}
+
+/// Pixels from top to bottom.
+const PANEL_HEIGHT: usize = 720;
+const CAPTION: usize = LINE + 20;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cotan::shapes;
+
+    fn size(png: &[u8]) -> [u32; 2] {
+        let decoder = png::Decoder::new(std::io::Cursor::new(png));
+        let reader = decoder.read_info().unwrap();
+        [reader.info().width, reader.info().height]
+    }
+
+    #[test]
+    fn panels_stand_side_by_side_above_the_bar() {
+        let shape = shapes::icosphere::<f64>(2);
+        let heights = shape.positions.map(|p| p.z);
+        let scale = ColorScale::signed("height, in radii", heights.values().copied());
+        let panel = |caption| Panel {
+            mesh: &shape.mesh,
+            positions: &shape.positions,
+            quantity: Quantity::Vertices(&heights),
+            caption,
+        };
+        let png = |panels: &[Panel<'_>], views| {
+            let map = HeatMap {
+                panels,
+                scale: &scale,
+                views,
+            };
+            map.png()
+        };
+        let one = png(&[panel("")], Views::OneDirection);
+        let both = png(&[panel("before"), panel("after")], Views::OneCamera);
+        let ([w1, h1], [w2, h2]) = (size(&one), size(&both));
+        assert_eq!(w2, 2 * w1);
+        assert_eq!(h2, h1 + CAPTION as u32);
+        assert_eq!(one, png(&[panel("")], Views::OneCamera));
+        assert!(!png(&[], Views::OneDirection).is_empty());
+    }
+
+    #[test]
+    fn what_is_no_number_is_drawn_all_the_same() {
+        let shape = shapes::tetrahedron::<f64>();
+        let values = FaceMap::from_vec(vec![f64::NAN, f64::INFINITY, -1e300, 0.0]);
+        let scale = ColorScale::signed("nothing", values.values().copied());
+        for size in [1.0, 0.0, 1e300] {
+            let positions = shape.positions.map(|p| p * size);
+            let panel = Panel {
+                mesh: &shape.mesh,
+                positions: &positions,
+                quantity: Quantity::Faces(&values),
+                caption: "a caption that is much wider than the panel would otherwise have been made",
+            };
+            let map = HeatMap {
+                panels: &[panel],
+                scale: &scale,
+                views: Views::OneDirection,
+            };
+            assert!(map.png().starts_with(b"\x89PNG"));
+        }
+    }
+}

@@ -1,0 +1,192 @@
+//! Landmark files: vertices of a mesh file, or pairs of vertices of two.
+//!
+//! Text has the numbers of one landmark a line, with `#` comments; JSON is a list of numbers, or of
+//! pairs. Vertices are counted from 0.
+
+use std::path::{Path, PathBuf};
+
+use cotan::halfedge::VertexId;
+use serde::Deserialize;
+use thiserror::Error;
+
+use super::mapping::Input;
+use crate::error::CliError;
+use crate::prepare::Prepared;
+
+/// Why a landmarks file was refused.
+#[derive(Debug, Error)]
+pub(crate) enum LandmarksError {
+    #[error("cannot read the file: {0}")]
+    Read(#[source] std::io::Error),
+    #[error("this is not a text file; landmarks are JSON or lines of vertex numbers")]
+    NotText,
+    #[error("the JSON is no list of vertex numbers, or of pairs of them: {0}")]
+    Json(#[source] serde_json::Error),
+    #[error("line {line}: `{word}` is not a vertex number (they are counted from 0)")]
+    Number { line: usize, word: String },
+    #[error("name three vertices, one a line; the file has {found}")]
+    NotThree { found: usize },
+    #[error(
+        "landmark {number} (counted from 1) must name a vertex of A and one of B, but has {found}"
+    )]
+    NotAPair { number: usize, found: usize },
+    #[error("name at least two pairs of vertices; the file has {found}")]
+    TooFew { found: usize },
+    #[error("there is no vertex {vertex} in {}: it has {num_vertices}, numbered from 0", mesh.display())]
+    OutOfRange {
+        mesh: PathBuf,
+        vertex: usize,
+        num_vertices: usize,
+    },
+    #[error("vertex {vertex} belongs to no face of {}; choose one that a face uses", mesh.display())]
+    Unreferenced { mesh: PathBuf, vertex: usize },
+}
+
+/// The three landmarks of a mesh.
+///
+/// # Errors
+/// [`CliError::Landmarks`] with what is wrong in the file at `path`.
+pub(crate) fn three(path: &Path, mesh: Input<'_>) -> Result<[VertexId; 3], CliError> {
+    let here = in_file(path);
+    let vertices = read(path)?.concat();
+    let &[a, b, c] = vertices.as_slice() else {
+        let found = vertices.len();
+        return Err(here(LandmarksError::NotThree { found }));
+    };
+    let find = |vertex| mesh.find(vertex).map_err(&here);
+    Ok([find(a)?, find(b)?, find(c)?])
+}
+
+/// Pairs of a vertex of each of two meshes.
+///
+/// # Errors
+/// As [`three`].
+pub(crate) fn pairs(path: &Path, [a, b]: [Input<'_>; 2]) -> Result<Vec<[VertexId; 2]>, CliError> {
+    let here = in_file(path);
+    let rows = read(path)?;
+    if rows.len() < 2 {
+        return Err(here(LandmarksError::TooFew { found: rows.len() }));
+    }
+    let pair = |(index, row): (usize, &Vec<usize>)| {
+        let &[of_a, of_b] = row.as_slice() else {
+            return Err(LandmarksError::NotAPair {
+                number: index + 1,
+                found: row.len(),
+            });
+        };
+        Ok([a.find(of_a)?, b.find(of_b)?])
+    };
+    let pairs: Result<_, _> = rows.iter().enumerate().map(pair).collect();
+    pairs.map_err(here)
+}
+
+impl Input<'_> {
+    /// The vertex of the surface that a vertex of the file is.
+    fn find(&self, vertex: usize) -> Result<VertexId, LandmarksError> {
+        let Prepared {
+            document,
+            processing,
+            file_vertices,
+            ..
+        } = self.prepared;
+        let mesh = || self.source.path.to_owned();
+        let file = file_vertices.as_ref();
+        let num_vertices = file.map_or(document.positions().len(), |file| file.num_vertices());
+        if vertex >= num_vertices {
+            return Err(LandmarksError::OutOfRange {
+                mesh: mesh(),
+                vertex,
+                num_vertices,
+            });
+        }
+        let found = match file {
+            None => processing.vertex(vertex),
+            Some(file) => file.in_document(vertex).find_map(|v| processing.vertex(v)),
+        };
+        found.ok_or_else(|| LandmarksError::Unreferenced {
+            mesh: mesh(),
+            vertex,
+        })
+    }
+}
+
+/// One landmark of a JSON file.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Entry {
+    Vertex(usize),
+    Vertices(Vec<usize>),
+}
+
+/// The numbers of each landmark.
+fn read(path: &Path) -> Result<Vec<Vec<usize>>, CliError> {
+    let here = in_file(path);
+    let bytes = std::fs::read(path).map_err(|e| here(LandmarksError::Read(e)))?;
+    let text = String::from_utf8(bytes).map_err(|_| here(LandmarksError::NotText))?;
+    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+    match text.trim_start().starts_with(['[', '{']) {
+        true => read_json(text),
+        false => read_lines(text),
+    }
+    .map_err(here)
+}
+
+fn read_json(text: &str) -> Result<Vec<Vec<usize>>, LandmarksError> {
+    let entries: Vec<Entry> = serde_json::from_str(text).map_err(LandmarksError::Json)?;
+    let row = |entry| match entry {
+        Entry::Vertex(vertex) => vec![vertex],
+        Entry::Vertices(vertices) => vertices,
+    };
+    Ok(entries.into_iter().map(row).collect())
+}
+
+fn read_lines(text: &str) -> Result<Vec<Vec<usize>>, LandmarksError> {
+    let mut rows = Vec::new();
+    for (index, line) in text.lines().enumerate() {
+        let words = line.split('#').next().unwrap_or_default();
+        let number = |word: &str| {
+            word.parse::<usize>().map_err(|_| LandmarksError::Number {
+                line: index + 1,
+                word: word.to_owned(),
+            })
+        };
+        let row: Vec<usize> = words
+            .split_whitespace()
+            .map(number)
+            .collect::<Result<_, _>>()?;
+        if !row.is_empty() {
+            rows.push(row);
+        }
+    }
+    Ok(rows)
+}
+
+fn in_file(path: &Path) -> impl Fn(LandmarksError) -> CliError {
+    move |source| CliError::Landmarks {
+        path: path.to_owned(),
+        source,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_and_json_say_the_same() {
+        let expected = vec![vec![7], vec![0], vec![12]];
+        assert_eq!(read_lines("7 # head\n\n0\n12\n").unwrap(), expected);
+        assert_eq!(read_json("[7, 0, 12]").unwrap(), expected);
+        let pairs = vec![vec![1, 2], vec![3, 4]];
+        assert_eq!(read_lines("1 2\n3 4").unwrap(), pairs);
+        assert_eq!(read_json("[[1, 2], [3, 4]]").unwrap(), pairs);
+    }
+
+    #[test]
+    fn what_is_no_number_is_named() {
+        let error = read_lines("1\n# c\nx\n").unwrap_err().to_string();
+        assert!(error.contains("line 3") && error.contains("`x`"), "{error}");
+        assert!(read_lines("-1").is_err() && read_json("[0.5]").is_err());
+        assert!(read_json("{\"a\": 1}").is_err());
+    }
+}

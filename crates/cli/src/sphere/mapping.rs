@@ -1,0 +1,131 @@
+//! From a prepared mesh to a checked sphere map, in the number type that was asked for.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::time::Instant;
+
+use cotan::geometry::{Positions, Scalar, Surface, bounding_box};
+use cotan::sphere::{
+    SphereError, SphereMap, SphereOptions, SphereQuality, SphereReport, spherical_observed,
+};
+use nalgebra::Point3;
+
+use super::landmarks;
+use super::refusal::Refusal;
+use crate::console::Progress;
+use crate::error::CliError;
+use crate::prepare::{Prepared, Source};
+
+/// A mesh file that is on its way to the sphere.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Input<'a> {
+    pub(crate) source: &'a Source<'a>,
+    pub(crate) prepared: &'a Prepared,
+}
+
+/// How a mesh is mapped.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Mapper<'a> {
+    pub(crate) input: Input<'a>,
+    pub(crate) options: &'a SphereOptions,
+    pub(crate) turn: Turn<'a>,
+}
+
+/// How the sphere is turned afterwards.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Turn<'a> {
+    /// As it comes.
+    None,
+    /// The axes of the mesh are those of the sphere.
+    Principal,
+    /// By the three vertices that a file names.
+    Landmarks(&'a Path),
+}
+
+/// A mesh on the sphere.
+#[derive(Clone, Debug)]
+pub(crate) struct Mapped<'m, T: Scalar> {
+    /// The source, seen from `origin`.
+    pub(crate) positions: Positions<T>,
+    /// In single precision the middle of the source, so that one that lies far away keeps its
+    /// digits.
+    pub(crate) origin: Point3<f64>,
+    pub(crate) map: SphereMap<'m, T>,
+    pub(crate) report: SphereReport,
+    /// How long it took.
+    pub(crate) seconds: f64,
+}
+
+impl<'a> Mapper<'a> {
+    /// Maps the mesh.
+    ///
+    /// # Errors
+    /// [`CliError::Sphere`] for a mesh that cannot be mapped, in the numbers of its file.
+    pub(crate) fn run<T: Scalar>(&self, progress: &Progress) -> Result<Mapped<'a, T>, CliError> {
+        let refuse = |error| self.input.refuse(error);
+        progress.phase("map");
+        let clock = Instant::now();
+        let processing = &self.input.prepared.processing;
+        let mesh = processing.mesh();
+        let surface = Surface::new(mesh, processing.positions()).map_err(|e| refuse(e.into()))?;
+        let origin = match T::default_epsilon().as_f64() > f64::EPSILON {
+            true => bounding_box(&surface).center(),
+            false => Point3::origin(),
+        };
+        let positions = processing
+            .positions()
+            .map(|p| Point3::from((p - origin).map(T::of_f64)));
+        let mut number = 0;
+        let done = spherical_observed(mesh, &positions, self.options, |step| {
+            // Of all rounds.
+            number += 1;
+            progress.step(number, step.change);
+            ControlFlow::Continue(())
+        });
+        let done = done.map_err(refuse)?;
+        Ok(Mapped {
+            map: self.turned(done.map, &positions)?,
+            positions,
+            origin,
+            report: done.report,
+            seconds: clock.elapsed().as_secs_f64(),
+        })
+    }
+
+    fn turned<'m, T: Scalar>(
+        &self,
+        map: SphereMap<'m, T>,
+        positions: &Positions<T>,
+    ) -> Result<SphereMap<'m, T>, CliError> {
+        let turned = match self.turn {
+            Turn::None => Ok(map),
+            Turn::Principal => map.orient_principal(positions),
+            Turn::Landmarks(path) => map.orient_landmarks(landmarks::three(path, self.input)?),
+        };
+        turned.map_err(|error| self.input.refuse(error))
+    }
+}
+
+impl Input<'_> {
+    /// The library's error as that of a command.
+    pub(crate) fn refuse(&self, error: SphereError) -> CliError {
+        Refusal::new(self.source, self.prepared).error(error)
+    }
+}
+
+impl<T: Scalar> Mapped<'_, T> {
+    /// The source.
+    pub(crate) fn surface(&self) -> Surface<'_, T> {
+        Surface::assume_checked(self.map.mesh(), &self.positions)
+    }
+
+    /// What the map does to angles and areas.
+    pub(crate) fn quality(&self) -> SphereQuality {
+        SphereQuality::measure(&self.surface(), &self.map)
+    }
+
+    /// Positions of the source's space as the file has them.
+    pub(crate) fn in_file(&self, positions: &Positions<T>) -> Positions<f64> {
+        positions.map(|p| self.origin + p.coords.map(T::as_f64))
+    }
+}

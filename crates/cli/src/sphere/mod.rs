@@ -1,0 +1,18 @@
+//! A mesh file on the sphere: what the commands share that go by way of a sphere map.
+
+mod geometry_image;
+mod landmarks;
+mod mapping;
+mod picture;
+mod refusal;
+mod report;
+mod texture;
+mod written;
+
+pub(crate) use geometry_image::geometry_image;
+pub(crate) use landmarks::{LandmarksError, pairs};
+pub(crate) use mapping::{Input, Mapped, Mapper, Turn};
+pub(crate) use picture::area_picture;
+pub(crate) use report::{Phases, Resampled, SphereRun, warn};
+pub(crate) use texture::with_texture;
+pub(crate) use written::warn_of_short_numbers;

@@ -1,0 +1,202 @@
+//! The report of a sphere map, as JSON and as a table.
+
+use cotan::flow::StopReason;
+use cotan::geometry::Scalar;
+use cotan::sphere::{AngleErrors, SphereOptions, SphereQuality, SphereReport, Spread};
+use serde::Serialize;
+
+use super::Mapped;
+use super::geometry_image::GeometryImageFields;
+use crate::args::Precision;
+use crate::console::Console;
+use crate::report::{Table, counted, number};
+
+/// What a sphere map is like and how it came about, for programs. The fields are stable; further
+/// ones may come.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub(crate) struct SphereRun {
+    /// Vertices and faces (triangles) of the surface that was mapped.
+    vertices: usize,
+    faces: usize,
+    method: &'static str,
+    scheme: &'static str,
+    authalic: f64,
+    center: &'static str,
+    precision: &'static str,
+    iterations: usize,
+    stop_reason: &'static str,
+    /// `null` where nothing was iterated.
+    converged: Option<bool>,
+    /// The last step's longest move of a vertex on the unit sphere.
+    max_change: f64,
+    factorizations: usize,
+    /// What was done, in order.
+    stages: Vec<&'static str>,
+    /// Flipped triangles after the iteration and after each repair.
+    flips_by_round: Vec<usize>,
+    /// By exact predicates.
+    flipped_triangles: usize,
+    /// The greatest | |v − c| / r − 1 |.
+    sphericity_error: f64,
+    /// σ1/σ2 of the map of each triangle: 1 where angles are kept.
+    conformal_distortion: SpreadFields,
+    angle_error_degrees: AngleFields,
+    /// |ln (share of the sphere / share of the area)| of each triangle: 0 where areas are kept.
+    area_distortion: SpreadFields,
+    /// How many times the triangles cover the sphere.
+    degree: i64,
+    /// From the start of the command to the written mesh.
+    pub(crate) seconds: f64,
+    pub(crate) phases: Phases,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) geometry_image: Option<GeometryImageFields>,
+    /// The mesh that the shape was resampled to.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) resampled: Option<Resampled>,
+}
+
+/// A mesh that a shape was resampled to.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+pub(crate) struct Resampled {
+    pub(crate) level: u32,
+    pub(crate) vertices: usize,
+    pub(crate) faces: usize,
+}
+
+/// How long the phases took, in seconds.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize)]
+pub(crate) struct Phases {
+    /// File to document.
+    pub(crate) load: f64,
+    /// Document to half-edge mesh.
+    pub(crate) build: f64,
+    /// Mesh to checked sphere map.
+    pub(crate) map: f64,
+}
+
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+struct SpreadFields {
+    /// Weighted by the areas of the mesh.
+    mean: f64,
+    /// 99 of 100 triangles lie below.
+    p99: f64,
+    max: f64,
+}
+
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+struct AngleFields {
+    mean: f64,
+    max: f64,
+}
+
+impl From<Spread> for SpreadFields {
+    fn from(Spread { mean, p99, max }: Spread) -> Self {
+        Self { mean, p99, max }
+    }
+}
+
+impl From<AngleErrors> for AngleFields {
+    fn from(AngleErrors { mean, max }: AngleErrors) -> Self {
+        Self { mean, max }
+    }
+}
+
+impl SphereRun {
+    /// Measures the map.
+    pub(crate) fn new<T: Scalar>(
+        mapped: &Mapped<'_, T>,
+        options: &SphereOptions,
+        precision: Precision,
+    ) -> Self {
+        let quality: SphereQuality = mapped.quality();
+        let report = &mapped.report;
+        let mesh = mapped.map.mesh();
+        Self {
+            vertices: mesh.num_vertices(),
+            faces: mesh.num_faces(),
+            method: options.method.name(),
+            scheme: options.scheme.name(),
+            authalic: options.authalic,
+            center: options.centering.name(),
+            precision: precision.name(),
+            iterations: report.iterations,
+            stop_reason: report.stop.map_or(NOT_ITERATED, StopReason::as_str),
+            converged: report.stop.map(|stop| stop == StopReason::Converged),
+            max_change: report.change,
+            factorizations: report.factorizations,
+            stages: report.stages.iter().map(|stage| stage.as_str()).collect(),
+            flips_by_round: report.flips.clone(),
+            flipped_triangles: quality.flipped_triangles,
+            sphericity_error: quality.sphericity_error,
+            conformal_distortion: quality.conformal_distortion.into(),
+            angle_error_degrees: quality.angle_error_degrees.into(),
+            area_distortion: quality.area_distortion.into(),
+            degree: quality.degree,
+            seconds: 0.0,
+            phases: Phases::default(),
+            geometry_image: None,
+            resampled: None,
+        }
+    }
+
+    /// The report as a short table.
+    pub(crate) fn table(&self) -> String {
+        let mut table = Table::default();
+        let spread = |s: &SpreadFields| {
+            let [mean, p99, max] = [s.mean, s.p99, s.max].map(number);
+            format!("mean {mean}, 99% below {p99}, max {max}")
+        };
+        table.row(
+            "vertices, faces",
+            format!("{}, {}", self.vertices, self.faces),
+        );
+        table.row(
+            "iterations",
+            format!("{} ({})", self.iterations, self.stop_reason),
+        );
+        table.row("stages", self.stages.join(", "));
+        table.row("flipped triangles", self.flipped_triangles);
+        table.row("degree", self.degree);
+        table.row("sphericity error", number(self.sphericity_error));
+        table.row("conformal distortion", spread(&self.conformal_distortion));
+        let angles = &self.angle_error_degrees;
+        table.row(
+            "angle error, degrees",
+            format!("mean {}, max {}", number(angles.mean), number(angles.max)),
+        );
+        table.row("area distortion", spread(&self.area_distortion));
+        if let Some(to) = &self.resampled {
+            let counts = format!("{}, {} (level {})", to.vertices, to.faces, to.level);
+            table.row("resampled to", counts);
+        }
+        let phases = &self.phases;
+        table.row(
+            "seconds",
+            format!(
+                "{:.3} (load {:.3}, build {:.3}, map {:.3})",
+                self.seconds, phases.load, phases.build, phases.map
+            ),
+        );
+        table.text
+    }
+}
+
+/// Warns of a map that has not settled; it is checked all the same.
+pub(crate) fn warn(report: &SphereReport, console: &Console) {
+    let iterations = counted(report.iterations, "iteration");
+    let change = report.change;
+    match report.stop {
+        None | Some(StopReason::Converged) => {}
+        Some(StopReason::IterationLimit) => console.warn(format_args!(
+            "not converged after {iterations} (the last moved a vertex by {change:.1e} of the \
+             sphere's radius); no triangle is flipped, but raise --iterations for less distortion"
+        )),
+        Some(other) => console.warn(format_args!(
+            "stopped after {iterations}: {other}; no triangle is flipped, but the map may be more \
+             distorted than it need be"
+        )),
+    }
+}
+
+/// The reason to stop of a map that was made without an iteration.
+const NOT_ITERATED: &str = "not iterated";

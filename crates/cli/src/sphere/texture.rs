@@ -1,0 +1,60 @@
+//! Longitude and latitude as the texture coordinates of a document.
+
+use cotan::geometry::Scalar;
+use cotan::halfedge::FaceId;
+use cotan::sphere::CornerUvs;
+use cotan_io::{CornerProperty, Document, IoError, NONE, ProcessingMesh, UV, Values};
+
+use super::Mapped;
+
+/// The document with the longitudes and latitudes of its vertices on the sphere as texture
+/// coordinates, in place of those that it has; it is then no longer tied to its file.
+pub(crate) fn with_texture<T: Scalar>(
+    document: Document,
+    mapped: &Mapped<'_, T>,
+    processing: &ProcessingMesh,
+) -> Result<Document, IoError> {
+    let uvs = mapped.map.longitude_latitude();
+    let mut attributes = document.attributes()?.into_owned();
+    attributes.vertices.retain(|property| property.name != UV);
+    attributes.corners.retain(|property| property.name != UV);
+    attributes
+        .corners
+        .push(corners(&document, &uvs, mapped, processing));
+    document.with_attributes(attributes)
+}
+
+/// The texture coordinates of the corners of the document's faces, which may be polygons.
+fn corners<T: Scalar>(
+    document: &Document,
+    uvs: &CornerUvs<T>,
+    mapped: &Mapped<'_, T>,
+    processing: &ProcessingMesh,
+) -> CornerProperty {
+    let mesh = processing.mesh();
+    let (table, of_triangles) = uvs.indexed(&mapped.map);
+    // The triangles that each face was cut into stand together, in the order of the faces.
+    let mut triangle = 0;
+    let mut indices = Vec::with_capacity(document.faces().num_corners());
+    for (face, polygon) in document.faces().iter().enumerate() {
+        let start = triangle;
+        while triangle < mesh.num_faces() && processing.document_face(FaceId::new(triangle)) == face
+        {
+            triangle += 1;
+        }
+        let corner = |&vertex: &u32| {
+            let v = processing.vertex(vertex as usize)?;
+            (start..triangle).find_map(|t| {
+                let place = mesh.triangle(FaceId::new(t)).iter().position(|&w| w == v)?;
+                Some(of_triangles[t][place])
+            })
+        };
+        indices.extend(polygon.iter().map(|v| corner(v).unwrap_or(NONE)));
+    }
+    CornerProperty {
+        name: UV.to_owned(),
+        components: 2,
+        values: Values::F64(table.iter().flatten().map(|x| x.as_f64()).collect()),
+        indices,
+    }
+}
