@@ -36,11 +36,11 @@ fn landmarks_have_the_numbers_of_the_file_also_after_a_repair() {
 /// The same OBJ with a vertex in front that no face uses, so that all numbers move by one.
 fn behind_a_lone_vertex(obj: &[u8]) -> String {
     let mut moved = String::from("v 9 9 9\n");
-    for line in std::str::from_utf8(obj).unwrap().lines() {
+    for line in std::str::from_utf8(obj).expect("text").lines() {
         let corners = line.strip_prefix("f ").map(|corners| corners.split(' '));
         let line = match corners {
             Some(corners) => corners.fold("f".to_owned(), |face, v| {
-                format!("{face} {}", v.parse::<usize>().unwrap() + 1)
+                format!("{face} {}", v.parse::<usize>().expect("a number") + 1)
             }),
             None => line.to_owned(),
         };
