@@ -10,7 +10,7 @@
 use std::time::Instant;
 
 use cotan::prelude::*;
-use cotan::sphere::{RelaxSettings, SphereMap, embed, flipped_faces, relax};
+use cotan::sphere::{RelaxSettings, SphereMap, embed, flipped_faces, relax, untangle};
 use cotan_geometry::Scalar;
 
 fn main() {
@@ -75,6 +75,7 @@ fn rows(name: &str, mesh: &HalfedgeMesh, positions: &Positions<f64>) {
         row::<f32>(name, mesh, positions, balance);
     }
     relaxed(name, mesh, positions);
+    tangled(name, mesh, positions);
 }
 
 fn row<T: Scalar>(name: &str, mesh: &HalfedgeMesh, positions: &Positions<f64>, balance: f64) {
@@ -116,6 +117,31 @@ fn relaxed(name: &str, mesh: &HalfedgeMesh, positions: &Positions<f64>) {
         return println!("| {name} | relaxed | {error} |");
     }
     report(name, "0 to 1", mesh, positions, &sphere, start);
+}
+
+/// The nearly conformal map with some vertices swapped, and repaired by [`untangle`].
+fn tangled(name: &str, mesh: &HalfedgeMesh, positions: &Positions<f64>) {
+    let Ok(mut sphere) = embed::<f64>(mesh, positions, 0.0) else {
+        return;
+    };
+    for v in mesh.vertices().step_by(1000) {
+        let near = mesh.one_ring(v).flat_map(|w| mesh.one_ring(w));
+        if let Some(w) = near.filter(|&w| w != v).nth(v.index() / 1000 % 7) {
+            let (at_v, at_w) = (sphere[v], sphere[w]);
+            sphere[v] = at_w;
+            sphere[w] = at_v;
+        }
+    }
+    let before = flipped_faces(mesh, &sphere).len();
+    let entangled = sphere.clone();
+    let start = Instant::now();
+    untangle(mesh, positions, &mut sphere);
+    let moved = mesh
+        .vertices()
+        .filter(|&v| sphere[v] != entangled[v])
+        .count();
+    let what = format!("{before} flips, {moved} moved");
+    report(name, &what, mesh, positions, &sphere, start);
 }
 
 /// The means over the source's area of σ1/σ2 and of |ln((Ω/4π) / (A/ΣA))|.

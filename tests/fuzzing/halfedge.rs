@@ -68,7 +68,7 @@ pub fn halfedge_edits(data: &[u8]) {
     }
 }
 
-fn start(draw: &mut Draw<'_>) -> HalfedgeMesh {
+pub(super) fn start(draw: &mut Draw<'_>) -> HalfedgeMesh {
     match draw.below(5) {
         0 => shapes::tetrahedron::<f64>().mesh,
         1 => shapes::icosphere::<f64>(1).mesh,
@@ -83,7 +83,7 @@ fn start(draw: &mut Draw<'_>) -> HalfedgeMesh {
 }
 
 /// One edit; element numbers are sometimes out of range.
-fn edit(draw: &mut Draw<'_>, mesh: &mut HalfedgeMesh) -> Result<(), ()> {
+pub(super) fn edit(draw: &mut Draw<'_>, mesh: &mut HalfedgeMesh) -> Result<(), ()> {
     let kind = draw.below(8);
     let mut pick = |count: usize| match draw.byte() {
         255 => draw.u32() as usize >> 1,

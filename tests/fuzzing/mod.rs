@@ -9,12 +9,14 @@ mod files;
 mod halfedge;
 mod pipeline;
 mod seeds;
+mod sphere;
 
 pub use differential::obj_differential;
 pub use files::{document_roundtrip, read_as};
 pub use halfedge::{halfedge_build, halfedge_edits};
 pub use pipeline::pipeline;
 pub use seeds::seeds;
+pub use sphere::sphere;
 
 use cotan_io::Format;
 
@@ -22,7 +24,7 @@ use cotan_io::Format;
 pub type Target = fn(&[u8]);
 
 /// All targets by name.
-pub const TARGETS: [(&str, Target); 10] = [
+pub const TARGETS: [(&str, Target); 11] = [
     ("obj", |data| read_as(data, Format::Obj)),
     ("ply", |data| read_as(data, Format::Ply)),
     ("gltf", |data| read_as(data, Format::Gltf)),
@@ -33,6 +35,7 @@ pub const TARGETS: [(&str, Target); 10] = [
     ("halfedge_edits", halfedge_edits),
     ("obj_differential", obj_differential),
     ("pipeline", pipeline),
+    ("sphere", sphere),
 ];
 
 /// The body of a target.

@@ -34,7 +34,12 @@ pub fn seeds() -> Vec<Seed> {
     }
     for (name, length, step) in [("short", 40, 1), ("long", 400, 7), ("wild", 300, 251)] {
         let bytes: Vec<u8> = (0..length).map(|i| (i * step % 256) as u8).collect();
-        for target in ["document_roundtrip", "halfedge_build", "halfedge_edits"] {
+        for target in [
+            "document_roundtrip",
+            "halfedge_build",
+            "halfedge_edits",
+            "sphere",
+        ] {
             seeds.push((target, name.to_owned(), bytes.clone()));
         }
     }

@@ -203,10 +203,11 @@ pub(super) fn shares(areas: &[f64]) -> Vec<f64> {
     areas.iter().map(|a| floored(a) / sum).collect()
 }
 
-/// Enough to keep triangles from thinning out where only areas count.
-const LEAST_CONFORMAL: f64 = 0.01;
-/// Enough to keep the faces of a long limb from shrinking exponentially.
-const LEAST_AREAL: f64 = 0.01;
+/// Enough to keep triangles from thinning out where only areas count: at 0.01 areas are half as far
+/// off, but long limbs are sheared a third more.
+const LEAST_CONFORMAL: f64 = 0.03;
+/// Enough to keep the faces of a long limb from shrinking exponentially, in `f32` too.
+const LEAST_AREAL: f64 = 1e-3;
 /// Part of the mean face area that a face counts with at least.
 const LEAST_AREA: f64 = 1e-4;
 /// Part of the sum of the squared sides that is added to each: a sliver counts as one of about

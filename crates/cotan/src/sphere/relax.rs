@@ -144,6 +144,15 @@ mod tests {
     }
 
     #[test]
+    fn a_limb_that_has_all_but_vanished_gets_its_area_back() {
+        let (mesh, source, mut sphere) = crate::sphere::untangle::tests::finger::<f64>(35.0);
+        let before = log_area(&mesh, &source, &sphere);
+        relax(&mesh, &source, &mut sphere, 1.0, &RelaxSettings::default()).expect("a valid start");
+        let after = log_area(&mesh, &source, &sphere);
+        assert!(before > 0.9 && after < 0.05, "{before} {after}");
+    }
+
+    #[test]
     fn a_round_sphere_stays_where_it_is() {
         let shape = icosphere::<f64>(3);
         let mut sphere = shape.positions.clone();

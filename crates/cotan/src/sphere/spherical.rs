@@ -72,36 +72,45 @@ pub fn spherical_observed<'m, T: Scalar>(
     check_topology(mesh)?;
     Surface::new(mesh, positions)?;
     // On the way everything is in double precision: limbs shrink exponentially.
-    let source = positions.map(|p| p.map(T::as_f64));
+    let source = unit_sized(positions);
     let mut run = Run::new(mesh, &source, options);
     let observer = &mut observer;
-    let on_sphere = match options.method {
+    let map = match options.method {
         SphereMethod::Robust if options.authalic > 0.0 => run.embed(options.authalic)?,
         SphereMethod::Robust => match run.robust(observer) {
-            Ok(conformal) => run.finish(conformal)?,
-            // A surface without volume, or weights that are negative on the whole.
-            Err(FlowError::Custom(_) | FlowError::Linear(_)) => run.embed(FALLBACK_BALANCE)?,
+            Ok(conformal) => run.cured(conformal)?,
+            // A surface without size or volume, or weights that are negative on the whole.
+            Err(FlowError::Custom(_) | FlowError::Linear(_) | FlowError::NoExtent) => {
+                run.embed(FALLBACK_BALANCE)?
+            }
             Err(error) => return Err(error.into()),
         },
         SphereMethod::Paper => {
             let found = run.once(iterate::paper(mesh, &source, options, observer)?);
-            run.finish(found)?
+            run.checked(found)?
         }
         SphereMethod::Cmcf => {
             let found = run.once(cmcf::cmcf(mesh, &source, options, observer)?);
-            run.finish(found)?
+            run.checked(found)?
         }
     };
-    let map = SphereMap::on_sphere(mesh, on_sphere)?;
     Ok(Spherical {
         map,
         report: run.report,
     })
 }
 
+/// The positions with their greatest coordinate scaled to 1: areas neither overflow nor vanish.
+fn unit_sized<T: Scalar>(positions: &Positions<T>) -> Positions<f64> {
+    let all = positions.values().map(|p| p.coords.amax().as_f64());
+    let size = all.fold(0.0, f64::max);
+    let size = if size > 0.0 { size } else { 1.0 };
+    positions.map(|p| p.map(|x| x.as_f64() / size))
+}
+
 /// A map in the making.
-struct Run<'a> {
-    mesh: &'a HalfedgeMesh,
+struct Run<'m, 'a> {
+    mesh: &'m HalfedgeMesh,
     source: &'a Positions<f64>,
     options: &'a SphereOptions,
     report: SphereReport,
@@ -123,8 +132,8 @@ const MOST_UNTANGLED: usize = 1000;
 /// numbers.
 const FALLBACK_BALANCE: f64 = 0.1;
 
-impl<'a> Run<'a> {
-    fn new(mesh: &'a HalfedgeMesh, source: &'a Positions<f64>, options: &'a SphereOptions) -> Self {
+impl<'m, 'a> Run<'m, 'a> {
+    fn new(mesh: &'m HalfedgeMesh, source: &'a Positions<f64>, options: &'a SphereOptions) -> Self {
         Self {
             mesh,
             source,
@@ -189,42 +198,57 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Centres, rounds to the number type at hand, and cures what is still flipped.
-    fn finish<T: Scalar>(
-        &mut self,
-        mut positions: Positions<f64>,
-    ) -> Result<Positions<T>, SphereError> {
+    /// Centres, rounds to the number type at hand, and checks.
+    fn checked<T: Scalar>(
+        &self,
+        positions: Positions<f64>,
+    ) -> Result<SphereMap<'m, T>, SphereError> {
+        SphereMap::on_sphere(self.mesh, self.rounded(positions))
+    }
+
+    /// Centred, if that is wanted, and rounded to the number type at hand.
+    fn rounded<T: Scalar>(&self, mut positions: Positions<f64>) -> Positions<T> {
         if self.options.centering == Centering::SourceAreas {
             self.center(&mut positions);
         }
-        let mut rounded = positions.map(|p| p.map(T::of_f64));
-        if self.options.method != SphereMethod::Robust {
-            return Ok(rounded);
-        }
-        let flipped = flipped_faces(self.mesh, &rounded).len();
-        if self.report.flips.last() != Some(&flipped) {
-            self.report.flips.push(flipped);
-        }
-        if flipped == 0 {
-            return Ok(rounded);
-        }
+        positions.map(|p| p.map(T::of_f64))
+    }
+
+    /// The map of the robust iteration, cured where it is none.
+    fn cured<T: Scalar>(
+        &mut self,
+        positions: Positions<f64>,
+    ) -> Result<SphereMap<'m, T>, SphereError> {
+        let mut rounded: Positions<T> = self.rounded(positions);
+        let flipped = match SphereMap::on_sphere(self.mesh, rounded.clone()) {
+            Ok(map) => return Ok(map),
+            Err(SphereError::Flipped { count, .. }) => count,
+            // Upright triangles around a vertex can wind twice: nothing that a patch would mend.
+            Err(_) => return self.embed(FALLBACK_BALANCE),
+        };
+        self.report.flips.push(flipped);
         if flipped <= MOST_UNTANGLED {
             self.report.stages.push(Stage::Untangling);
             let left = untangle(self.mesh, self.source, &mut rounded);
             self.report.flips.push(left);
-            if left == 0 {
-                return Ok(rounded);
+            if let Ok(map) = SphereMap::on_sphere(self.mesh, rounded) {
+                return Ok(map);
             }
         }
         self.embed(FALLBACK_BALANCE)
     }
 
-    /// The whole mesh anew, from a tetrahedron on: always possible.
-    fn embed<T: Scalar>(&mut self, balance: f64) -> Result<Positions<T>, SphereError> {
+    /// The whole mesh anew, from a tetrahedron on: always possible. Centred where the rounding
+    /// allows it.
+    fn embed<T: Scalar>(&mut self, balance: f64) -> Result<SphereMap<'m, T>, SphereError> {
         self.report.stages.push(Stage::Hierarchy);
-        let embedded = embed(self.mesh, self.source, balance)?;
+        let embedded: Positions<T> = embed(self.mesh, self.source, balance)?;
         self.report.flips.push(0);
-        Ok(embedded)
+        let double = embedded.map(|p| Point3::from(normalized(p.coords.map(T::as_f64))));
+        match self.checked(double) {
+            Ok(map) => Ok(map),
+            Err(_) => SphereMap::on_sphere(self.mesh, embedded),
+        }
     }
 
     /// Möbius-centres by the source areas.

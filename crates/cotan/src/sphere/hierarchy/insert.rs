@@ -1,10 +1,11 @@
 //! Back from a coarse level, vertex by vertex.
 
 use crate::sphere::corners::face_of;
-use crate::sphere::energy::Wedge;
+use crate::sphere::energy::{Blend, Wedge};
 use crate::sphere::error::SphereError;
 use crate::sphere::kernel::kernel_points;
 use crate::sphere::layout::{Layout, energy, is_valid, step};
+use crate::sphere::map::solid_angle;
 use crate::sphere::sweep::Sweeper;
 use cotan_halfedge::FaceId;
 use nalgebra::Vector3;
@@ -115,17 +116,24 @@ fn make_room(layout: &mut Layout, halfedge: u32, rings: usize) {
     faces.sort_unstable();
     faces.dedup();
     let kept: Vec<_> = faces.iter().map(|&f| layout.rest[f]).collect();
-    let mean = kept.iter().map(|r| r.weight).sum::<f64>() / faces.len() as f64;
+    // The part of the sphere that they cover, shared out evenly.
+    let covered = |&f: &usize| {
+        let [a, b, c] = layout.table.triangle(f).map(|v| layout.place[v as usize]);
+        solid_angle(&a, &b, &c).abs() / (4.0 * std::f64::consts::PI)
+    };
+    let mean = faces.iter().map(covered).sum::<f64>() / faces.len() as f64;
+    let blend = std::mem::replace(&mut layout.blend, Blend::new(0.5));
     for &f in &faces {
         layout.rest[f].weight = mean;
         layout.rest[f].cot = [1.0 / 3.0_f64.sqrt(); 3];
     }
     let mut sweeper = Sweeper::new(layout, &patch);
-    for _ in 0..ROOM_SWEEPS {
+    for _ in 0..ROOM_SWEEPS * rings {
         if sweeper.sweep(layout, 1.0) == 0 {
             break;
         }
     }
+    layout.blend = blend;
     for (&f, rest) in faces.iter().zip(kept) {
         layout.rest[f] = rest;
     }
@@ -134,6 +142,6 @@ fn make_room(layout: &mut Layout, halfedge: u32, rings: usize) {
 /// The corners of a face opposite to a vertex do not change while it moves: few steps suffice.
 const STEPS: usize = 4;
 /// The neighbourhood that is evened out grows to this many rings.
-const MOST_RINGS: usize = 8;
-/// Sweeps to even out a neighbourhood.
+const MOST_RINGS: usize = 12;
+/// Sweeps to even out a neighbourhood, for each of its rings.
 const ROOM_SWEEPS: usize = 30;
