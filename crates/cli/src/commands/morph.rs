@@ -36,7 +36,7 @@ fn morph(args: &MorphArgs, console: &Console) -> Result<(), CliError> {
             turn: Turn::None,
         };
         let mapped = mapper.run::<f64>(&progress)?;
-        sphere::warn(&mapped.report, console);
+        sphere::warn(&mapped.report, &options, console);
         Ok::<_, CliError>(mapped)
     };
     let mapped = [map(inputs[0])?, map(inputs[1])?];
