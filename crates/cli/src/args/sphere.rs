@@ -32,10 +32,12 @@ few of them for limbs; --authalic 1 gives every part its share.";
 
 pub(super) const MORPH_EXAMPLE: &str = "\
 Example:
-  cotan morph cow.obj horse.obj -t 0.5 --level 6 --authalic 1 -o between.obj
+  cotan morph cow.obj horse.obj -t 0.5 -o between.obj
+  cotan morph cow.obj horse.obj -t 0.5 --level 6 --authalic 1 -o even.obj
 
-Both shapes on the triangles of one icosphere, B's sphere turned to fit A's. OUT has the same
-triangles for every -t, so that files of several times make an animation.";
+Each vertex goes the straight way to the place of B that has its place on the sphere, B's sphere
+turned to fit A's, which is all that is done to make limbs meet limbs. OUT has the same triangles
+for every -t, so that files of several times make an animation.";
 
 const MAPPING: &str = "Mapping";
 const MENDING: &str = "Mending";
@@ -200,9 +202,10 @@ pub(crate) struct MorphArgs {
     /// Where between: 0 is A, 1 is B
     #[arg(short, long, value_name = "T", value_parser = values::share)]
     pub(crate) time: f64,
-    /// Subdivisions of the icosphere that both are resampled to, at most 8
+    /// Resample both to an icosphere of N subdivisions, at most 8; without it OUT is A's file with
+    /// other positions
     #[arg(long, value_name = "N", value_parser = values::level())]
-    pub(crate) level: u32,
+    pub(crate) level: Option<u32>,
     /// Mesh file to write; its extension names the format
     #[arg(short, long, value_name = "OUT")]
     pub(crate) output: PathBuf,
@@ -227,7 +230,7 @@ pub(crate) struct MorphArgs {
 pub(crate) enum Align {
     /// Places that are near each other in space, for shapes in like poses
     Pose,
-    /// Places where both maps shrink areas alike: limbs to limbs, whatever the poses
+    /// Places where both maps shrink areas alike, whatever the poses
     Areas,
     /// Not at all
     None,

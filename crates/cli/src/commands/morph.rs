@@ -1,6 +1,6 @@
 //! `cotan morph`: a shape between two, over the sphere that both are mapped to.
 
-use cotan::geometry::{Positions, bounding_box};
+use cotan::geometry::{Positions, Shape, bounding_box};
 use cotan::sphere::{Morph, SphereMap};
 use cotan_io::Document;
 
@@ -36,25 +36,51 @@ fn morph(args: &MorphArgs, console: &Console) -> Result<(), CliError> {
             turn: Turn::None,
         };
         let mapped = mapper.run::<f64>(&progress)?;
-        sphere::warn(&mapped.report, console);
+        sphere::warn(&mapped.report, &options, console);
         Ok::<_, CliError>(mapped)
     };
     let mapped = [map(inputs[0])?, map(inputs[1])?];
     progress.phase("align");
     let end = aligned(args, &inputs, &mapped)?;
     let [a, b] = &mapped;
-    let morph = Morph::on_icosphere((&a.map, &a.positions), (&end, &b.positions), args.level);
+    let shapes = ((&a.map, &a.positions), (&end, &b.positions));
+    let morph = match args.level {
+        Some(level) => Morph::on_icosphere(shapes.0, shapes.1, level),
+        None => Morph::on_first(shapes.0, shapes.1),
+    };
     let shape = morph
         .map_err(|error| inputs[0].refuse(error))?
         .shape_at(args.time);
     drop(progress);
-    let document = Document::from_mesh(&shape.mesh, &shape.positions)?;
+    write(args, inputs[0], &shape, console)
+}
+
+/// Writes the shape: on an icosphere as a new file, else as the file of A.
+fn write(
+    args: &MorphArgs,
+    start: Input<'_>,
+    shape: &Shape<f64>,
+    console: &Console,
+) -> Result<(), CliError> {
+    let format = files::check_mesh_path(&args.output)?;
+    let document = match args.level {
+        Some(_) => Document::from_mesh(&shape.mesh, &shape.positions)?,
+        None => {
+            let mut document = start.prepared.document.clone();
+            let moved = document.set_positions(&start.prepared.processing, &shape.positions);
+            moved.map_err(|error| files::in_file(&args.start, error))?;
+            document
+        }
+    };
     cotan_io::save(&document, &args.output)?;
+    for lost in document.losses(format) {
+        console.warn(format_args!("{}: {lost}", args.output.display()));
+    }
     console.note(format_args!(
         "{}: {} vertices, {} faces\n",
         args.output.display(),
-        shape.mesh.num_vertices(),
-        shape.mesh.num_faces()
+        document.positions().len(),
+        document.faces().len()
     ));
     Ok(())
 }

@@ -53,7 +53,7 @@ fn run_as<T: Scalar>(args: &ResampleArgs, console: &Console) -> Result<SphereRun
 
     let document = Document::from_mesh(&shape.mesh, &mapped.in_file(&shape.positions))?;
     cotan_io::save(&document, &args.output)?;
-    sphere::warn(&mapped.report, console);
+    sphere::warn(&mapped.report, &options, console);
     let mut report = SphereRun::new(&mapped, &options, args.run.precision);
     report.phases = Phases {
         load: seconds.load,

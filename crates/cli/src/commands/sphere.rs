@@ -51,7 +51,7 @@ fn run_as<T: Scalar>(args: &SphereArgs, console: &Console) -> Result<SphereRun, 
     drop(progress);
 
     write_sphere(args, input, &mapped, console)?;
-    sphere::warn(&mapped.report, console);
+    sphere::warn(&mapped.report, &options, console);
     let mut report = SphereRun::new(&mapped, &options, args.run.precision);
     report.phases = Phases {
         load: seconds.load,

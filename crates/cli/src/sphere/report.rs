@@ -2,7 +2,9 @@
 
 use cotan::flow::StopReason;
 use cotan::geometry::Scalar;
-use cotan::sphere::{AngleErrors, SphereOptions, SphereQuality, SphereReport, Spread};
+use cotan::sphere::{
+    AngleErrors, SphereMethod, SphereOptions, SphereQuality, SphereReport, Spread,
+};
 use serde::Serialize;
 
 use super::Mapped;
@@ -181,8 +183,14 @@ impl SphereRun {
     }
 }
 
-/// Warns of a map that has not settled; it is checked all the same.
-pub(crate) fn warn(report: &SphereReport, console: &Console) {
+/// Warns of a map that has not settled, which is checked all the same, and of what was not heeded.
+pub(crate) fn warn(report: &SphereReport, options: &SphereOptions, console: &Console) {
+    if options.authalic > 0.0 && options.method != SphereMethod::Robust {
+        console.warn(format_args!(
+            "--method {} keeps angles: --authalic is for --method robust",
+            options.method.name()
+        ));
+    }
     let iterations = counted(report.iterations, "iteration");
     let change = report.change;
     match report.stop {

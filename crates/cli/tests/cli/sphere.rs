@@ -189,6 +189,11 @@ fn every_scheme_and_method_runs_and_is_named_in_the_report() {
         assert_eq!(report["center"], "off");
         assert_eq!(report["flipped_triangles"], 0, "{method}");
     }
+    let outcome = sandbox.cotan_ok("sphere egg.obj -o s.off --method cmcf --authalic 1");
+    assert!(
+        outcome.stderr.contains("--authalic is for --method robust"),
+        "{outcome:?}"
+    );
 }
 
 #[test]

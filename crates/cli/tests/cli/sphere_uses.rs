@@ -40,7 +40,7 @@ fn behind_a_lone_vertex(obj: &[u8]) -> String {
         let corners = line.strip_prefix("f ").map(|corners| corners.split(' '));
         let line = match corners {
             Some(corners) => corners.fold("f".to_owned(), |face, v| {
-                format!("{face} {}", v.parse::<usize>().expect("a number") + 1)
+                format!("{face} {}", v.parse::<usize>().expect("a vertex") + 1)
             }),
             None => line.to_owned(),
         };
@@ -179,6 +179,14 @@ fn a_morph_starts_at_one_shape_and_ends_at_the_other() {
     assert_eq!(morph(1.0), b);
     for ((half, a), b) in morph(0.5).iter().zip(&a).zip(&b) {
         assert!((half - nalgebra::center(a, b)).norm() < 1e-12);
+    }
+    // On the mesh of the first.
+    sandbox.cotan_ok("morph creature.obj egg.obj -t 0 -o m.obj");
+    assert_eq!(sandbox.read("m.obj"), sandbox.read("creature.obj"));
+    sandbox.cotan_ok("morph creature.obj creature.obj -t 0.5 --align none -o m.obj");
+    let same = sandbox.positions("m.obj");
+    for (a, b) in same.iter().zip(creature().positions.values()) {
+        assert!((a - b).norm() < 1e-9, "{a} {b}");
     }
     for align in ["pose", "areas"] {
         let start = shape(&format!("morph creature.obj egg.obj --align {align} -t 0"));
