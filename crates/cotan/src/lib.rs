@@ -25,6 +25,8 @@
 //!
 //! - [`deform()`] moves handles once; a [`Session`] stays alive while they move.
 //! - [`reconstruct()`] rebuilds a shape from its two scalar fields alone.
+//! - [`spherical()`] maps a closed mesh onto the unit sphere without a flipped triangle; [`sphere`] has
+//!   what one does with such a map.
 //! - [`Quality`] measures what a deformation did.
 //! - The crates underneath are re-exported: [`halfedge`], [`geometry`], [`laplacian`], [`linear`],
 //!   [`flow`]. A [`flow::Flow`] takes any [`laplacian::LaplacianScheme`],
@@ -37,6 +39,8 @@ pub use cotan_halfedge as halfedge;
 pub use cotan_laplacian as laplacian;
 pub use cotan_linear as linear;
 
+pub mod sphere;
+
 mod deform;
 mod error;
 mod handles;
@@ -44,7 +48,6 @@ mod options;
 mod quality;
 mod reconstruct;
 mod session;
-pub mod sphere;
 
 pub use deform::{Deformed, deform};
 pub use error::Error;

@@ -1,4 +1,24 @@
 //! Maps of closed genus-0 meshes onto the unit sphere that never flip a triangle.
+//!
+//! [`spherical`] makes a map: constant curvature in the generic flow (paper, section 4.1), with what
+//! makes it whole where that flips a triangle. A [`SphereMap`] can only be made by a check of every
+//! triangle. [`embed`], [`relax`] and [`untangle`] are the parts that work from any mesh or map, and
+//! [`SphereQuality`] measures.
+//!
+//! With a map one finds points ([`SphereMap::point_location`]), reads attributes there
+//! ([`SphereMap::interpolate`]), remeshes ([`SphereMap::remesh`]), unwraps
+//! ([`SphereMap::longitude_latitude`], [`SphereMap::geometry_image`]), turns and aligns, and blends two
+//! shapes ([`Morph`]).
+//!
+//! ```
+//! use cotan::sphere::{SphereOptions, spherical};
+//! // A shape remeshed by the even triangles of an icosphere.
+//! let shape = cotan::shapes::creature::<f64>(40);
+//! let sphere = spherical(&shape.mesh, &shape.positions, &SphereOptions { authalic: 1.0, ..Default::default() })?;
+//! let remeshed = sphere.map.remesh(&shape.positions, 4)?;
+//! assert_eq!(remeshed.mesh.num_vertices(), 2562);
+//! # Ok::<(), cotan::sphere::SphereError>(())
+//! ```
 
 mod align;
 mod barycentric;
