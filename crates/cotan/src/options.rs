@@ -58,6 +58,8 @@ macro_rules! named {
     };
 }
 
+pub(crate) use named;
+
 named!(
     /// The built-in Laplacian schemes.
     SchemeKind, "scheme", {
