@@ -152,10 +152,7 @@ impl<T: Scalar> Anchored<'_, T> {
     }
 
     /// User handles as they are, fixed boundaries hard, and what else holds the mesh.
-    fn anchors(
-        &self,
-        scheme: &dyn LaplacianScheme<T>,
-    ) -> Result<Vec<(Handle, Point3<T>)>, Error> {
+    fn anchors(&self, scheme: &dyn LaplacianScheme<T>) -> Result<Vec<(Handle, Point3<T>)>, Error> {
         let mesh = self.mesh;
         let mut holds: Vec<Option<Hold>> = match self.anchor {
             Some(anchor) => {
@@ -176,7 +173,15 @@ impl<T: Scalar> Anchored<'_, T> {
         }
         let held = mesh.vertices().zip(holds);
         Ok(held
-            .filter_map(|(vertex, hold)| Some((Handle { vertex, hold: hold? }, targets[vertex])))
+            .filter_map(|(vertex, hold)| {
+                Some((
+                    Handle {
+                        vertex,
+                        hold: hold?,
+                    },
+                    targets[vertex],
+                ))
+            })
             .collect())
     }
 

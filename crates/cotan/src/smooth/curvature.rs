@@ -1,7 +1,7 @@
 //! The signed mean curvature as a scalar field, smoothed step by step.
 
-use cotan_flow::{FlowError, FlowState, Orientation, Quantities, ScalarFieldUpdater};
-use cotan_geometry::Scalar;
+use cotan_flow::{FlowError, FlowState, Orientation, Quantities, Rest, ScalarFieldUpdater};
+use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::{VertexId, VertexMap};
 use cotan_laplacian::OneRings;
 use nalgebra::Vector3;
@@ -109,7 +109,10 @@ impl<T: Scalar> Orientation<T> for AlongCurvature {
     ) -> Result<(), FlowError> {
         let direction = self.direction;
         fill_each(out, |v| {
-            let ell = laplacian_at(state, v);
+            let ell = state
+                .rest()
+                .operator()
+                .apply_at(state.positions(), v.index());
             let normal = state.normals()[v].map(T::as_f64);
             let size = field[v].as_f64();
             let along = ell.dot(&normal);
@@ -145,15 +148,45 @@ pub(crate) struct Curvature {
 impl Curvature {
     /// Of the current surface.
     pub(crate) fn of<T: Scalar>(state: &FlowState<'_, T>, direction: Direction) -> Self {
-        let mesh = state.rest().mesh();
+        Self::at(
+            state.rest(),
+            state.positions(),
+            state.normals(),
+            state.areas(),
+            direction,
+        )
+    }
+
+    /// Of the original mesh.
+    pub(crate) fn of_rest<T: Scalar>(rest: &Rest<'_, T>, direction: Direction) -> Self {
+        Self::at(
+            rest,
+            rest.positions(),
+            rest.normals(),
+            rest.areas(),
+            direction,
+        )
+    }
+
+    fn at<T: Scalar>(
+        rest: &Rest<'_, T>,
+        positions: &Positions<T>,
+        normals: &VertexMap<Vector3<T>>,
+        triangles: &VertexMap<T>,
+        direction: Direction,
+    ) -> Self {
+        let mesh = rest.mesh();
         let n = mesh.num_vertices();
-        let areas = filled(n, |v| area(state, direction, v));
+        let areas = filled(n, |v: VertexId| match direction {
+            Direction::Normal => cell(rest, positions, v),
+            Direction::Whole | Direction::NormalAlone => triangles[v].as_f64(),
+        });
         let values = filled(n, |v: VertexId| {
             if mesh.is_boundary_vertex(v) || !(areas[v] > 0.0) {
                 return 0.0;
             }
-            let ell = laplacian_at(state, v);
-            let along = ell.dot(&state.normals()[v].map(T::as_f64));
+            let ell = rest.operator().apply_at(positions, v.index());
+            let along = ell.dot(&normals[v].map(T::as_f64));
             let size = match direction {
                 Direction::Normal => along,
                 Direction::Whole | Direction::NormalAlone => sign(along) * ell.norm(),
@@ -164,27 +197,19 @@ impl Curvature {
     }
 }
 
-/// A_i: the sum of the triangles around i, or the cell ⅛ Σ_j w_ij |e_ij|².
+/// ⅛ Σ_j w_ij |e_ij|².
 ///
-/// A cell can be small or negative where triangles are obtuse: it is at least half of what it would
-/// be if all weights had one sign.
-fn area<T: Scalar>(state: &FlowState<'_, T>, direction: Direction, v: VertexId) -> f64 {
-    if direction != Direction::Normal {
-        return state.areas()[v].as_f64();
-    }
-    let (x, weights) = (state.positions(), state.rest().operator().weights());
+/// It can be small or negative where triangles are obtuse: it is at least half of what it would be if
+/// all weights had one sign.
+fn cell<T: Scalar>(rest: &Rest<'_, T>, x: &Positions<T>, v: VertexId) -> f64 {
+    let weights = rest.operator().weights();
     let (mut sum, mut size) = (0.0, 0.0);
-    for (j, h) in state.rest().rings().ring(v.index()) {
+    for (j, h) in rest.rings().ring(v.index()) {
         let term = weights[h] * (x[j] - x[v]).map(T::as_f64).norm_squared();
         sum += term;
         size += term.abs();
     }
-    0.125 * sum.max(0.5 * size)
-}
-
-/// ℓ_i of the original operator at the current positions.
-fn laplacian_at<T: Scalar>(state: &FlowState<'_, T>, v: VertexId) -> Vector3<f64> {
-    state.rest().operator().apply_at(state.positions(), v.index())
+    0.125 * f64::max(sum, 0.5 * size)
 }
 
 /// Uκ_i = κ_i less the mean over its inner neighbours; 0 at vertices that are not inner.

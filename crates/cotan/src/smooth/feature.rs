@@ -96,16 +96,17 @@ impl FeaturePreserving {
                     }
                 }
             }
-            if mesh.is_boundary_edge(e) { own } else { sum / weights }
+            if mesh.is_boundary_edge(e) {
+                own
+            } else {
+                sum / weights
+            }
         });
     }
 }
 
 /// 2 sin(θ/2) |e| N of every edge; 0 on the boundary and where the two normals are opposite.
-fn edge_bends<T: Scalar>(
-    surface: &Surface<'_, T>,
-    angles: &EdgeMap<f64>,
-) -> EdgeMap<Vector3<f64>> {
+fn edge_bends<T: Scalar>(surface: &Surface<'_, T>, angles: &EdgeMap<f64>) -> EdgeMap<Vector3<f64>> {
     let mesh = surface.mesh();
     let normals = face_normals(surface);
     let mut bends = EdgeMap::filled(mesh.num_edges(), Vector3::zeros());
@@ -120,4 +121,35 @@ fn edge_bends<T: Scalar>(
         bisector * (2.0 * (0.5 * angles[e]).sin() * length)
     });
     bends
+}
+
+#[cfg(test)]
+mod tests {
+    use cotan_geometry::shapes::torus;
+    use cotan_geometry::vertex_area_vectors;
+    use cotan_laplacian::{Cotangent, Operator};
+
+    use super::*;
+    use crate::smooth::with_normal_noise;
+
+    /// ℓ_i = −Σ_e 2 sin(θ_e/2) |e| N_e, for any closed surface.
+    #[test]
+    fn the_edges_make_up_the_cotangent_laplacian() {
+        let shape = torus::<f64>(1.0, 0.4, 24, 12);
+        let x = with_normal_noise(&shape.surface(), 0.03, 2);
+        let surface = shape.surface();
+        let surface = surface.with_positions(&x);
+        let bends = edge_bends(&surface, &dihedral_angles(&surface));
+        let operator = Operator::assemble(&Cotangent::default(), &surface).unwrap();
+        for v in shape.mesh.vertices() {
+            let sum: Vector3<f64> = shape
+                .mesh
+                .outgoing_halfedges(v)
+                .map(|h| bends[h.edge()])
+                .sum();
+            let ell = operator.apply_at(&x, v.index());
+            assert!((ell + sum).norm() < 1e-12);
+        }
+        assert_eq!(vertex_area_vectors(&surface).len(), x.len());
+    }
 }

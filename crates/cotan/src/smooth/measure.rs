@@ -1,8 +1,14 @@
 //! How far a smoothed mesh is from the truth, and how curved it is.
 
 use cotan_geometry::{
-    Scalar, Surface, angle_between, dual_areas, face_areas, face_normals, integrated_mean_curvatures,
+    Scalar, Surface, angle_between, dual_areas, face_areas, face_normals,
+    integrated_mean_curvatures, vertex_normals,
 };
+use cotan_halfedge::{HalfedgeMap, VertexId, VertexMap};
+use cotan_laplacian::Cotangent;
+use nalgebra::Vector3;
+
+use super::parallel::filled;
 
 /// Mean over the faces of the angle between the normals of two embeddings of one mesh.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -73,5 +79,37 @@ pub fn mean_curvature_rms<T: Scalar>(surface: &Surface<'_, T>) -> f64 {
             total += area;
         }
     }
-    if total > 0.0 { (sum / total).sqrt() } else { 0.0 }
+    if total > 0.0 {
+        (sum / total).sqrt()
+    } else {
+        0.0
+    }
+}
+
+/// H = ½ (κ₁ + κ₂) of every vertex by the cotangent Laplacian: ℓ·n = −4 A H with A = ⅛ Σ_j w_ij |e_ij|².
+///
+/// Positive where convex; exactly 1/r, up to the normals, for a mesh inscribed in a sphere. 0 at boundary
+/// vertices and where there is no area.
+///
+/// **Shapes**: one value a vertex. **Units**: one over a length.
+pub fn mean_curvatures<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<f64> {
+    let mesh = surface.mesh();
+    let mut cotangents = HalfedgeMap::filled(mesh.num_halfedges(), T::zero());
+    Cotangent::default().opposite_cotangents(surface, &mut cotangents);
+    let normals = vertex_normals(surface);
+    filled(mesh.num_vertices(), |v: VertexId| {
+        let (mut ell, mut sum, mut size) = (Vector3::zeros(), 0.0, 0.0);
+        for h in mesh.outgoing_halfedges(v) {
+            let weight = (cotangents[h] + cotangents[h.twin()]).as_f64();
+            let edge = surface.halfedge_vector(h).map(T::as_f64);
+            ell += edge * weight;
+            sum += weight * edge.norm_squared();
+            size += (weight * edge.norm_squared()).abs();
+        }
+        let cell = 0.125 * f64::max(sum, 0.5 * size);
+        if mesh.is_boundary_vertex(v) || !(cell > 0.0) {
+            return 0.0;
+        }
+        -ell.dot(&normals[v].map(T::as_f64)) / (4.0 * cell)
+    })
 }

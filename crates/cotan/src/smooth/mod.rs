@@ -19,6 +19,7 @@
 mod anchored;
 mod curvature;
 mod decide;
+mod detail;
 mod feature;
 mod filtered_normals;
 mod implicit;
@@ -34,10 +35,14 @@ mod taubin;
 pub use anchored::{Boundary, InteriorCotangent, InteriorUmbrella};
 pub use curvature::{AlongCurvature, Direction, Order, SmoothedCurvature};
 pub use decide::Decision;
+pub use detail::{
+    BandPass, Blend, CurvatureEdit, CurvatureField, CurvatureUpdater, DetailOptions,
+    ScaledCurvature, Sequence, Sum, TargetCurvature, TransferredCurvature, edit_detail,
+};
 pub use feature::FeaturePreserving;
 pub use filtered_normals::FilteredNormals;
 pub use implicit::ImplicitFlow;
-pub use measure::{Displacement, NormalError, mean_curvature_rms};
+pub use measure::{Displacement, NormalError, mean_curvature_rms, mean_curvatures};
 pub use noise::{GaussianNoise, NoiseEstimate, with_normal_noise};
 pub use normal_filter::NormalFilter;
 pub use options::{SmoothMethod, SmoothOptions};

@@ -11,17 +11,17 @@ use super::taubin::Taubin;
 
 /// Noise and detail of a mesh, both normal to the surface and in mean edge lengths.
 ///
-/// With U the umbrella (a value less the mean of its neighbours), z = x·n the height along the normals
-/// of a lightly smoothed copy, and g_q the gain of U^q for white noise on this very mesh,
+/// With U the umbrella (a value less the mean of its neighbours), n the normals of a lightly smoothed
+/// copy, and m_q the root mean square of n·U^q x over that of white noise along n,
 ///
 /// ```text
-/// noise = rms(U⁶ z) / g₆        detail² = max(rms²(U² z) − g₂² noise², (0.2 · bend)²) / g₂²
+/// m_2² = detail² + noise²        m_6² = ½ detail² + noise²
 /// ```
 ///
-/// with bend² = rms²(U z)/g₁² − noise². Surfaces lose their power with frequency, white noise does
-/// not: after six differences little else is left. On Gaussian noise of 0.1, 0.2, 0.3 of the mean edge
-/// the estimate was within 12 % of the truth on all meshes that were tried; details at the scale of
-/// the triangles count as noise of a few hundredths.
+/// Surfaces lose power with frequency, white noise does not: the ½ was found alike (0.45 to 0.64) on
+/// clean scans, models and CAD parts. Where noise drowns the detail, a fifth of what m_1 has more than
+/// m_6 stands for it. On Gaussian noise of 0.1, 0.2, 0.3 of the mean edge the estimate was within 10 %
+/// of the truth on all meshes that were tried.
 ///
 /// **Source**: ours; the idea is that of noise estimates from the finest wavelet coefficients.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -43,51 +43,57 @@ impl NoiseEstimate {
                 detail: 0.0,
             };
         }
-        let held: Vec<bool> = mesh.vertices().map(|v| mesh.is_boundary_vertex(v)).collect();
+        let held: Vec<bool> = mesh
+            .vertices()
+            .map(|v| mesh.is_boundary_vertex(v))
+            .collect();
         let pilot = Taubin::default().run(mesh, positions, 5, &held);
         let normals = vertex_normals(&surface.with_positions(&pilot)).map(|n| n.map(T::as_f64));
         let rings = OneRings::new(mesh);
-        let heights = height_moments(mesh, &rings, positions, &normals, length);
-        let gains = gains(mesh, &rings);
-        let ratio = |q: usize| if gains[q] > 0.0 { heights[q] / gains[q] } else { 0.0 };
-        let noise = ratio(5);
-        let excess = |q: usize| (ratio(q).powi(2) - noise * noise).max(0.0);
-        let detail = excess(1).max(LEAST_DETAIL * LEAST_DETAIL * excess(0)).sqrt();
-        Self { noise, detail }
+        let heights = moments(mesh, &rings, &normals, |v, k| {
+            positions[v][k].as_f64() / length
+        });
+        let white: VertexMap<f64> = GaussianNoise::new(7).take(mesh.num_vertices()).collect();
+        let gains = moments(mesh, &rings, &normals, |v, k| white[v] * normals[v][k]);
+        let ratio = |q: usize| {
+            if gains[q] > 0.0 {
+                heights[q] / gains[q]
+            } else {
+                0.0
+            }
+        };
+        let finest = ratio(5).powi(2);
+        let excess = |q: usize| (ratio(q).powi(2) - finest).max(0.0);
+        let detail = (2.0 * excess(1)).max(LEAST_DETAIL * LEAST_DETAIL * excess(0));
+        // Whatever is left at the finest scale, a quarter of its power is taken for noise.
+        let noise = (finest - 0.5 * detail).max(0.25 * finest);
+        Self {
+            noise: noise.sqrt(),
+            detail: detail.sqrt(),
+        }
     }
 }
 
 /// Detail that is presumed where noise drowns it, over the bend.
 const LEAST_DETAIL: f64 = 0.2;
 
-/// Root mean squares of n·U^q x over the inner vertices, q = 1 … 6, in edge lengths.
-fn height_moments<T: Scalar>(
+/// Root mean squares of n·U^q x over the inner vertices, q = 1 … 6, for the field with coordinates
+/// x_k(v).
+fn moments(
     mesh: &HalfedgeMesh,
     rings: &OneRings,
-    positions: &Positions<T>,
     normals: &VertexMap<Vector3<f64>>,
-    length: f64,
+    coordinate: impl Fn(VertexId, usize) -> f64 + Sync,
 ) -> [f64; 6] {
     let is_inner = |v: VertexId| !mesh.is_boundary_vertex(v);
-    let axis = |k: usize| positions.map(|p| p[k].as_f64() / length);
-    let mut axes = [0, 1, 2].map(axis);
+    let mut axes = [0, 1, 2].map(|k| filled(normals.len(), |v: VertexId| coordinate(v, k)));
     [(); 6].map(|()| {
         axes = [0, 1, 2].map(|k| roughness(rings, &axes[k], is_inner));
-        let heights = filled(positions.len(), |v: VertexId| {
+        let heights = filled(normals.len(), |v: VertexId| {
             let n = normals[v];
             n.x * axes[0][v] + n.y * axes[1][v] + n.z * axes[2][v]
         });
         root_mean_square(&heights)
-    })
-}
-
-/// The same moments of white noise of deviation 1: the same stream in every run.
-fn gains(mesh: &HalfedgeMesh, rings: &OneRings) -> [f64; 6] {
-    let is_inner = |v: VertexId| !mesh.is_boundary_vertex(v);
-    let mut white: VertexMap<f64> = GaussianNoise::new(7).take(mesh.num_vertices()).collect();
-    [(); 6].map(|()| {
-        white = roughness(rings, &white, is_inner);
-        root_mean_square(&white)
     })
 }
 
@@ -152,4 +158,29 @@ pub fn with_normal_noise<T: Scalar>(
     moved
         .map(|((v, p), g)| p + normals[v] * T::of_f64(deviation * g))
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use cotan_geometry::shapes::{bumpy_plane, torus};
+
+    use super::*;
+
+    #[test]
+    fn noise_is_found_again() {
+        let shape = torus::<f64>(1.0, 0.4, 90, 40);
+        let length = mean_edge_length(&shape.surface());
+        for noise in [0.05, 0.1, 0.2, 0.3] {
+            let x = with_normal_noise(&shape.surface(), noise * length, 11);
+            let found = NoiseEstimate::of(&shape.surface().with_positions(&x)).noise;
+            assert!((found / noise - 1.0).abs() < 0.1, "{noise}: {found}");
+        }
+    }
+
+    #[test]
+    fn a_plane_has_neither() {
+        let shape = bumpy_plane::<f64>([2.0, 1.0], [20, 10], 0.0);
+        let found = NoiseEstimate::of(&shape.surface());
+        assert!(found.noise < 1e-12 && found.detail < 1e-12);
+    }
 }

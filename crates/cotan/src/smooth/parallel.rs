@@ -4,10 +4,7 @@ use cotan_halfedge::{DenseMap, Id};
 use rayon::prelude::*;
 
 /// Sets every entry from its id alone, in parallel.
-pub(crate) fn fill_each<I: Id, V: Send>(
-    out: &mut DenseMap<I, V>,
-    value: impl Fn(I) -> V + Sync,
-) {
+pub(crate) fn fill_each<I: Id, V: Send>(out: &mut DenseMap<I, V>, value: impl Fn(I) -> V + Sync) {
     out.as_mut_slice()
         .par_iter_mut()
         .enumerate()

@@ -186,7 +186,11 @@ fn root(excess: impl Fn(f64) -> f64, reach: f64) -> Option<f64> {
         }
     }
     // The ends are neighbouring numbers: as good as the arithmetic allows.
-    let best = if low.1.abs() < high.1.abs() { low } else { high };
+    let best = if low.1.abs() < high.1.abs() {
+        low
+    } else {
+        high
+    };
     (best.1.abs() <= ACCEPTED).then_some(best.0)
 }
 
