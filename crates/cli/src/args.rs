@@ -2,6 +2,7 @@
 
 mod options;
 mod repair;
+mod smooth;
 mod values;
 
 use std::path::PathBuf;
@@ -10,6 +11,7 @@ use clap::{Args, Parser, Subcommand};
 
 pub(crate) use options::{DeformArgs, InputArgs, ReconstructArgs, RunArgs};
 pub(crate) use repair::RepairArgs;
+pub(crate) use smooth::{DetailArgs, KeepArgs, MeshArgs, SmoothArgs};
 pub(crate) use values::Precision;
 
 /// Edit triangle meshes by a few handles: the surface follows, its details turn with it.
@@ -28,6 +30,7 @@ Examples:
   cotan info bunny.ply                           what the mesh is and whether it can be edited
   cotan repair scan.ply -o sound.ply             orient, split bow-ties, drop duplicate faces
   cotan deform bar.obj --handles bar.json -o bent.obj --picture bent.png
+  cotan smooth scan.ply -o smooth.ply --preserve-volume
   cotan compare bar.obj bent.obj                 how far the two are from each other
 
 Exit codes: 0 done, 1 an input is bad or a file cannot be written, 2 wrong usage.";
@@ -62,6 +65,12 @@ pub(crate) enum Command {
     /// Rebuild a mesh from its Laplacian coefficients and magnitudes alone
     #[command(after_help = options::RECONSTRUCT_EXAMPLE)]
     Reconstruct(ReconstructArgs),
+    /// Smooth a mesh without shrinking it
+    #[command(after_help = smooth::SMOOTH_EXAMPLE)]
+    Smooth(SmoothArgs),
+    /// Exaggerate, fade, exchange or paint the details of a mesh
+    #[command(after_help = smooth::DETAIL_EXAMPLE)]
+    Detail(DetailArgs),
     /// Measure how far two meshes of the same connectivity are from each other
     #[command(after_help = COMPARE_EXAMPLE)]
     Compare(CompareArgs),

@@ -8,6 +8,7 @@ mod demo;
 mod info;
 mod reconstruct;
 mod repair;
+mod smooth;
 
 use crate::args::Command;
 use crate::console::Console;
@@ -21,6 +22,8 @@ pub(crate) fn run(command: &Command, console: &Console) -> Result<(), CliError> 
         Command::Repair(args) => repair::run(args, console),
         Command::Deform(args) => deform::run(args, console),
         Command::Reconstruct(args) => reconstruct::run(args, console),
+        Command::Smooth(args) => smooth::run_smooth(args, console),
+        Command::Detail(args) => smooth::run_detail(args, console),
         Command::Compare(args) => compare::run(args, console),
         Command::Convert(args) => convert::run(args, console),
         Command::Completions(args) => completions::run(args, console),
