@@ -136,6 +136,7 @@ impl SmoothArgs {
             boundary: self.keep.boundary(),
             preserve: self.keep.preserve(),
             max_displacement: self.keep.max_displacement,
+            ..SmoothOptions::default()
         }
     }
 }

@@ -45,6 +45,8 @@ struct SmoothReport {
     max_displacement: f64,
     mean_curvature_rms: Pair,
     flipped_faces: usize,
+    /// Vertices left where they were, as faces around them would have turned over.
+    kept_vertices: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
     normal_error_degrees: Option<Pair>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -222,6 +224,7 @@ impl From<Smoothed<f64>> for Outcome {
                 reason: smoothed.reason,
                 iterations: smoothed.iterations,
                 anchor: smoothed.anchor,
+                kept_vertices: smoothed.kept_vertices,
                 noise: smoothed.noise.map(|n| n.noise),
                 ..SmoothReport::default()
             },

@@ -31,6 +31,7 @@ mod parallel;
 mod preserve;
 mod run;
 mod taubin;
+mod unfold;
 
 pub use anchored::{Boundary, InteriorCotangent, InteriorUmbrella};
 pub use curvature::{AlongCurvature, Direction, Order, SmoothedCurvature};
@@ -45,7 +46,7 @@ pub use implicit::ImplicitFlow;
 pub use measure::{Displacement, NormalError, mean_curvature_rms, mean_curvatures};
 pub use noise::{GaussianNoise, NoiseEstimate, with_normal_noise};
 pub use normal_filter::NormalFilter;
-pub use options::{SmoothMethod, SmoothOptions};
+pub use options::{NewFolds, SmoothMethod, SmoothOptions};
 pub use preserve::Preserve;
 pub use run::{Smoothed, smooth};
 pub use taubin::Taubin;

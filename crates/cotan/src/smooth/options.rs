@@ -44,6 +44,17 @@ impl SmoothMethod {
     }
 }
 
+/// What becomes of faces that would point against their neighbours and did not before.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum NewFolds {
+    /// The vertices around them stay where they were. The methods for comparison (Taubin, implicit, the
+    /// paper's) allow them all the same.
+    #[default]
+    Prevent,
+    /// They stay: the method as it is.
+    Allow,
+}
+
 /// The settings of [`super::smooth`].
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct SmoothOptions {
@@ -59,6 +70,8 @@ pub struct SmoothOptions {
     pub anchor: Option<f64>,
     /// What happens to the boundary.
     pub boundary: Boundary,
+    /// What becomes of faces that would turn over.
+    pub folds: NewFolds,
     /// What is kept exactly.
     pub preserve: Preserve,
     /// No vertex moves farther than this, in the units of the mesh; handles excepted.
@@ -73,6 +86,7 @@ impl Default for SmoothOptions {
             step: 1.0,
             anchor: None,
             boundary: Boundary::default(),
+            folds: NewFolds::default(),
             preserve: Preserve::default(),
             max_displacement: None,
         }

@@ -12,9 +12,10 @@ use super::filtered_normals::FilteredNormals;
 use super::implicit::ImplicitFlow;
 use super::noise::NoiseEstimate;
 use super::normal_filter::NormalFilter;
-use super::options::{SmoothMethod, SmoothOptions};
+use super::options::{NewFolds, SmoothMethod, SmoothOptions};
 use super::preserve::Correction;
 use super::taubin::Taubin;
+use super::unfold::without_new_folds;
 use crate::error::Error;
 use crate::handles::Handles;
 
@@ -31,6 +32,9 @@ pub struct Smoothed<T: Scalar> {
     pub iterations: usize,
     /// μ of the anchors, for methods that have them.
     pub anchor: Option<f64>,
+    /// Vertices that stayed where they were, as faces around them would have turned over. The methods
+    /// for comparison (Taubin, implicit, the paper's) are as they are and have none.
+    pub kept_vertices: usize,
     /// The noise that was estimated, in mean edge lengths, for methods that ask.
     pub noise: Option<NoiseEstimate>,
 }
@@ -82,6 +86,10 @@ pub fn smooth<T: Scalar>(
     let mut smoothed = run.by(method, noise)?;
     smoothed.reason = decision.map(|d| d.reason);
     if smoothed.iterations > 0 {
+        if options.folds == NewFolds::Prevent && !is_for_comparison(method) {
+            (smoothed.positions, smoothed.kept_vertices) =
+                without_new_folds(&surface, smoothed.positions, &run.held)?;
+        }
         let correction = Correction {
             mesh,
             original: positions,
@@ -92,6 +100,13 @@ pub fn smooth<T: Scalar>(
         smoothed.positions = correction.apply(&smoothed.positions)?;
     }
     Ok(smoothed)
+}
+
+fn is_for_comparison(method: SmoothMethod) -> bool {
+    matches!(
+        method,
+        SmoothMethod::Taubin | SmoothMethod::Implicit | SmoothMethod::Paper
+    )
 }
 
 fn check(options: &SmoothOptions) -> Result<(), Error> {
@@ -136,6 +151,7 @@ impl<T: Scalar> Run<'_, T> {
             reason: None,
             iterations,
             anchor: None,
+            kept_vertices: 0,
             noise,
         };
         if iterations == 0 {
