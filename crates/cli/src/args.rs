@@ -2,6 +2,7 @@
 
 mod options;
 mod repair;
+mod smooth;
 mod sphere;
 mod values;
 
@@ -11,6 +12,7 @@ use clap::{Args, Parser, Subcommand};
 
 pub(crate) use options::{DeformArgs, InputArgs, ReconstructArgs, RunArgs};
 pub(crate) use repair::RepairArgs;
+pub(crate) use smooth::{DetailArgs, KeepArgs, MeshArgs, SmoothArgs};
 pub(crate) use sphere::{Align, MorphArgs, ResampleArgs, SphereArgs};
 pub(crate) use values::Precision;
 
@@ -31,6 +33,7 @@ Examples:
   cotan repair scan.ply -o sound.ply             orient, split bow-ties, drop duplicate faces
   cotan deform bar.obj --handles bar.json -o bent.obj --picture bent.png
   cotan sphere brain.ply -o sphere.ply           onto the unit sphere, no triangle flipped
+  cotan smooth scan.ply -o smooth.ply --preserve-volume
   cotan compare bar.obj bent.obj                 how far the two are from each other
 
 Exit codes: 0 done, 1 an input is bad or a file cannot be written, 2 wrong usage.";
@@ -74,6 +77,12 @@ pub(crate) enum Command {
     /// Write a shape between two closed ones
     #[command(after_help = sphere::MORPH_EXAMPLE)]
     Morph(MorphArgs),
+    /// Smooth a mesh without shrinking it
+    #[command(after_help = smooth::SMOOTH_EXAMPLE)]
+    Smooth(SmoothArgs),
+    /// Exaggerate, fade, exchange or paint the details of a mesh
+    #[command(after_help = smooth::DETAIL_EXAMPLE)]
+    Detail(DetailArgs),
     /// Measure how far two meshes of the same connectivity are from each other
     #[command(after_help = COMPARE_EXAMPLE)]
     Compare(CompareArgs),

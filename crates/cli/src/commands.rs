@@ -10,6 +10,7 @@ mod morph;
 mod reconstruct;
 mod repair;
 mod resample;
+mod smooth;
 mod sphere;
 
 use crate::args::Command;
@@ -27,6 +28,8 @@ pub(crate) fn run(command: &Command, console: &Console) -> Result<(), CliError> 
         Command::Sphere(args) => sphere::run(args, console),
         Command::Resample(args) => resample::run(args, console),
         Command::Morph(args) => morph::run(args, console),
+        Command::Smooth(args) => smooth::run_smooth(args, console),
+        Command::Detail(args) => smooth::run_detail(args, console),
         Command::Compare(args) => compare::run(args, console),
         Command::Convert(args) => convert::run(args, console),
         Command::Completions(args) => completions::run(args, console),

@@ -62,6 +62,13 @@ pub(crate) enum CliError {
         paths: [PathBuf; 2],
         problem: String,
     },
+    /// A field that the file does not hold.
+    #[error("{}: the vertices have no finite number \"{name}\"; their numbers are: {known}", path.display())]
+    NoField {
+        path: PathBuf,
+        name: String,
+        known: String,
+    },
     /// A report, a picture or a folder that cannot be written.
     #[error("{}: cannot write: {source}", path.display())]
     Write {

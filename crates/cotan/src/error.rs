@@ -64,6 +64,35 @@ pub enum Error {
         /// How many there are.
         num_groups: usize,
     },
+    /// A smoothing whose positions ran away.
+    #[error(
+        "smoothing ran away after {iterations} iterations; hold the mesh with more handles, or use an anchored method"
+    )]
+    SmoothingDiverged {
+        /// How many iterations there were.
+        iterations: usize,
+    },
+    /// A volume or an area that no offset along the normals restores.
+    #[error(
+        "the volume or area of the component of vertex {vertex} cannot be kept exactly{}",
+        bound.map_or(String::new(), |d| format!(" while no vertex moves farther than {d}; allow more"))
+    )]
+    CannotPreserve {
+        /// The component's vertex with the lowest number.
+        vertex: VertexId,
+        /// The displacement bound, if there was one.
+        bound: Option<f64>,
+    },
+    /// A field or a mask of the wrong length.
+    #[error("{what} has {len} values, but the mesh has {num_vertices} vertices")]
+    FieldLength {
+        /// What it is.
+        what: &'static str,
+        /// Its number of values.
+        len: usize,
+        /// How many vertices there are.
+        num_vertices: usize,
+    },
     /// Two embeddings that do not belong to the same mesh.
     #[error("the two meshes differ in connectivity: {0}")]
     DifferentMeshes(String),

@@ -48,6 +48,7 @@ mod options;
 mod quality;
 mod reconstruct;
 mod session;
+pub mod smooth;
 
 pub use deform::{Deformed, deform};
 pub use error::Error;

@@ -3,6 +3,7 @@
 use clap::ValueEnum;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use cotan::flow::{Acceleration, Schedule, Start};
+use cotan::smooth::SmoothMethod;
 use cotan::sphere::{Centering, SphereMethod};
 use cotan::{OrientationKind, SchemeKind};
 use cotan_io::Weld;
@@ -47,6 +48,12 @@ pub(super) fn centering() -> impl TypedValueParser<Value = Centering> {
 pub(super) fn orientation() -> impl TypedValueParser<Value = OrientationKind> {
     PossibleValuesParser::new(OrientationKind::ALL.iter().map(|kind| kind.name()))
         .try_map(|name| name.parse::<OrientationKind>())
+}
+
+/// The library's names of smoothing methods.
+pub(super) fn smooth_method() -> impl TypedValueParser<Value = SmoothMethod> {
+    PossibleValuesParser::new(SmoothMethod::ALL.iter().map(|method| method.name()))
+        .try_map(|name| name.parse::<SmoothMethod>())
 }
 
 pub(super) fn schedule() -> impl TypedValueParser<Value = Schedule> {

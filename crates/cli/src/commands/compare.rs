@@ -68,7 +68,10 @@ pub(crate) fn run(args: &CompareArgs, console: &Console) -> Result<(), CliError>
 }
 
 /// Refuses two documents that are not embeddings of the same faces, with the first difference.
-fn check_same_faces(paths: [&Path; 2], documents: [&Document; 2]) -> Result<(), CliError> {
+pub(crate) fn check_same_faces(
+    paths: [&Path; 2],
+    documents: [&Document; 2],
+) -> Result<(), CliError> {
     let different = |problem: String| CliError::Compare {
         paths: paths.map(Path::to_owned),
         problem,

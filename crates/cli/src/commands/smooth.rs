@@ -1,0 +1,357 @@
+//! `cotan smooth` and `cotan detail`: the curvature filtered or edited.
+
+use std::path::Path;
+use std::time::Instant;
+
+use cotan::geometry::{Positions, Surface, folded_faces, surface_area, volume};
+use cotan::halfedge::VertexMap;
+use cotan::smooth::{
+    DetailOptions, Displacement, NormalError, ScaledCurvature, SmoothOptions, TargetCurvature,
+    TransferredCurvature, edit_detail, mean_curvature_rms, smooth,
+};
+use cotan::{Handles, smooth::Smoothed};
+use cotan_io::{Document, ProcessingMesh};
+use serde::Serialize;
+
+use crate::args::{DetailArgs, KeepArgs, MeshArgs, SmoothArgs};
+use crate::commands::compare::check_same_faces;
+use crate::commands::repair::forgotten;
+use crate::console::Console;
+use crate::edit::{self, positions_of};
+use crate::error::{CliError, in_file_numbers};
+use crate::files;
+use crate::prepare::{self, Prepared};
+use crate::report::{Seconds, Table, counted, json_text, number};
+
+/// What smoothing did, for programs.
+#[derive(Clone, Debug, Default, Serialize)]
+struct SmoothReport {
+    vertices: usize,
+    faces: usize,
+    method: &'static str,
+    /// Why this method, where it was chosen.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reason: Option<String>,
+    iterations: usize,
+    anchor: Option<f64>,
+    /// Estimated standard deviation along the normals, in mean edge lengths.
+    noise: Option<f64>,
+    /// `null` for an open mesh.
+    volume_before: Option<f64>,
+    volume_after: Option<f64>,
+    area_before: f64,
+    area_after: f64,
+    rms_displacement: f64,
+    max_displacement: f64,
+    mean_curvature_rms: Pair,
+    flipped_faces: usize,
+    /// Vertices left where they were, as faces around them would have turned over.
+    kept_vertices: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    normal_error_degrees: Option<Pair>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rms_distance_to_truth: Option<Pair>,
+    seconds: SmoothSeconds,
+}
+
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+struct Pair {
+    before: f64,
+    after: f64,
+}
+
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+struct SmoothSeconds {
+    load: f64,
+    build: f64,
+    smooth: f64,
+    total: f64,
+}
+
+pub(crate) fn run_smooth(args: &SmoothArgs, console: &Console) -> Result<(), CliError> {
+    let work = Work::Smooth(args.options());
+    run(&args.mesh, &args.keep, &work, console)
+}
+
+pub(crate) fn run_detail(args: &DetailArgs, console: &Console) -> Result<(), CliError> {
+    let work = Work::Detail(args, args.options());
+    run(&args.mesh, &args.keep, &work, console)
+}
+
+/// What is to be done.
+enum Work<'a> {
+    Smooth(SmoothOptions),
+    Detail(&'a DetailArgs, DetailOptions),
+}
+
+fn run(
+    mesh: &MeshArgs,
+    keep: &KeepArgs,
+    work: &Work<'_>,
+    console: &Console,
+) -> Result<(), CliError> {
+    let job = || job(mesh, keep, work, console);
+    let report = edit::with_threads(keep.threads, job)??;
+    if let Some(reason) = &report.reason {
+        console.note(format!("method {}: {reason}\n", report.method));
+    }
+    console.note(report.table());
+    Ok(())
+}
+
+/// Reads, smooths, writes, measures.
+fn job(
+    mesh: &MeshArgs,
+    keep: &KeepArgs,
+    work: &Work<'_>,
+    console: &Console,
+) -> Result<SmoothReport, CliError> {
+    let clock = Instant::now();
+    let format = files::check_mesh_path(&mesh.output)?;
+    if let Some(path) = &keep.report {
+        files::check_writable(path)?;
+    }
+    let mut seconds = Seconds::default();
+    let input = mesh.input();
+    let Prepared {
+        mut document,
+        processing,
+        file_vertices,
+        changes,
+    } = prepare::prepare(&input, &mut seconds, console)?;
+    let refuse = |error: cotan::Error| CliError::Mesh {
+        path: mesh.mesh.clone(),
+        source: in_file_numbers(error, &processing, file_vertices.as_ref()),
+    };
+    let smoothing = Instant::now();
+    let mut report = work.run(&mesh.mesh, &document, &processing, console, &refuse)?;
+    let smooth_seconds = smoothing.elapsed().as_secs_f64();
+    let truth = keep.truth.as_deref();
+    let truth = truth
+        .map(|path| other_positions(&mesh.mesh, &document, &processing, path, console))
+        .transpose()?;
+    document
+        .set_positions(&processing, &report.positions)
+        .map_err(|e| files::in_file(&mesh.mesh, e))?;
+    cotan_io::save(&document, &mesh.output)?;
+    for loss in document.losses(format) {
+        console.warn(format_args!("{}: {loss}", mesh.output.display()));
+    }
+    for forgotten in forgotten(format, &changes) {
+        console.warn(format_args!("{}: {forgotten}", mesh.output.display()));
+    }
+    let written = positions_of(&document, &processing);
+    let surface =
+        Surface::new(processing.mesh(), processing.positions()).map_err(|e| refuse(e.into()))?;
+    let report = &mut report.report;
+    report
+        .measure(&surface, &written, truth.as_ref())
+        .map_err(refuse)?;
+    report.seconds = SmoothSeconds {
+        load: seconds.load,
+        build: seconds.build,
+        smooth: smooth_seconds,
+        total: clock.elapsed().as_secs_f64(),
+    };
+    if report.flipped_faces > 0 {
+        console.warn(format_args!(
+            "{} flipped against the neighbours",
+            counted(report.flipped_faces, "face")
+        ));
+    }
+    if let Some(path) = &keep.report {
+        files::write(path, json_text(report)?.as_bytes())?;
+    }
+    Ok(report.clone())
+}
+
+/// New positions, and the report as far as it is known.
+struct Outcome {
+    positions: Positions<f64>,
+    report: SmoothReport,
+}
+
+impl Work<'_> {
+    fn run(
+        &self,
+        path: &Path,
+        document: &Document,
+        processing: &ProcessingMesh,
+        console: &Console,
+        refuse: &impl Fn(cotan::Error) -> CliError,
+    ) -> Result<Outcome, CliError> {
+        let (mesh, positions) = (processing.mesh(), processing.positions());
+        match self {
+            Self::Smooth(options) => {
+                let smoothed = smooth(mesh, positions, &Handles::new(), options).map_err(refuse)?;
+                Ok(Outcome::from(smoothed))
+            }
+            Self::Detail(args, options) => {
+                let surface = Surface::new(mesh, positions).map_err(|e| refuse(e.into()))?;
+                let edit: Box<dyn cotan::smooth::CurvatureEdit> = match (&args.from, &args.field) {
+                    (Some(other), _) => {
+                        let x = other_positions(path, document, processing, other, console)?;
+                        Box::new(TransferredCurvature::from(&surface.with_positions(&x)))
+                    }
+                    (_, Some(name)) => {
+                        let field = field(path, document, processing, name)?;
+                        Box::new(TargetCurvature::new(&surface, &field))
+                    }
+                    _ => Box::new(ScaledCurvature::by(args.scale.unwrap_or(1.0))),
+                };
+                let edited = edit_detail(mesh, positions, &Handles::new(), &edit, options)
+                    .map_err(refuse)?;
+                let report = SmoothReport {
+                    method: "detail",
+                    iterations: options.iterations,
+                    anchor: Some(options.anchor),
+                    ..SmoothReport::default()
+                };
+                Ok(Outcome {
+                    positions: edited,
+                    report,
+                })
+            }
+        }
+    }
+}
+
+impl From<Smoothed<f64>> for Outcome {
+    fn from(smoothed: Smoothed<f64>) -> Self {
+        Self {
+            report: SmoothReport {
+                method: smoothed.method.name(),
+                reason: smoothed.reason,
+                iterations: smoothed.iterations,
+                anchor: smoothed.anchor,
+                kept_vertices: smoothed.kept_vertices,
+                noise: smoothed.noise.map(|n| n.noise),
+                ..SmoothReport::default()
+            },
+            positions: smoothed.positions,
+        }
+    }
+}
+
+impl SmoothReport {
+    /// Measures `after` against the surface as it was, and both against the truth.
+    fn measure(
+        &mut self,
+        surface: &Surface<'_, f64>,
+        after: &Positions<f64>,
+        truth: Option<&Positions<f64>>,
+    ) -> Result<(), cotan::Error> {
+        let smoothed = surface.with_positions(after);
+        let is_closed = surface.mesh().is_closed();
+        let moves = Displacement::measure(surface, &smoothed);
+        self.vertices = surface.mesh().num_vertices();
+        self.faces = surface.mesh().num_faces();
+        self.volume_before = is_closed.then(|| volume(surface));
+        self.volume_after = is_closed.then(|| volume(&smoothed));
+        self.area_before = surface_area(surface);
+        self.area_after = surface_area(&smoothed);
+        self.rms_displacement = moves.rms;
+        self.max_displacement = moves.max;
+        self.mean_curvature_rms = Pair {
+            before: mean_curvature_rms(surface),
+            after: mean_curvature_rms(&smoothed),
+        };
+        self.flipped_faces = folded_faces(surface, after)?.len();
+        if let Some(truth) = truth {
+            let truth = surface.with_positions(truth);
+            let compare = |measure: &dyn Fn(&Surface<'_, f64>) -> f64| Pair {
+                before: measure(surface),
+                after: measure(&smoothed),
+            };
+            self.normal_error_degrees = Some(compare(&|s| NormalError::measure(&truth, s).mean));
+            self.rms_distance_to_truth = Some(compare(&|s| Displacement::measure(&truth, s).rms));
+        }
+        Ok(())
+    }
+
+    fn table(&self) -> String {
+        let mut table = Table::default();
+        table.row(
+            "vertices, faces",
+            format!("{}, {}", self.vertices, self.faces),
+        );
+        table.row("method", self.method);
+        table.row("iterations", self.iterations);
+        if let Some(noise) = self.noise {
+            table.row("noise", format!("{} mean edge lengths", number(noise)));
+        }
+        let pair = |pair: &Pair| format!("{} -> {}", number(pair.before), number(pair.after));
+        if let (Some(before), Some(after)) = (self.volume_before, self.volume_after) {
+            let change = 100.0 * (after / before - 1.0);
+            let volumes = pair(&Pair { before, after });
+            table.row("volume", format!("{volumes} ({change:+.4} %)"));
+        }
+        let area = Pair {
+            before: self.area_before,
+            after: self.area_after,
+        };
+        table.row("area", pair(&area));
+        table.row("mean curvature, rms", pair(&self.mean_curvature_rms));
+        table.row("move, rms", number(self.rms_displacement));
+        table.row("longest move", number(self.max_displacement));
+        if let Some(error) = &self.normal_error_degrees {
+            table.row("normal error, degrees", pair(error));
+        }
+        if let Some(distance) = &self.rms_distance_to_truth {
+            table.row("distance to truth, rms", pair(distance));
+        }
+        table.row("seconds", number(self.seconds.total));
+        table.text
+    }
+}
+
+/// The positions of another file with the same faces, in the order of the processing mesh.
+fn other_positions(
+    path: &Path,
+    document: &Document,
+    processing: &ProcessingMesh,
+    other_path: &Path,
+    console: &Console,
+) -> Result<Positions<f64>, CliError> {
+    let other = files::load(other_path, console)?;
+    check_same_faces([path, other_path], [document, &other])?;
+    Ok(positions_of(&other, processing))
+}
+
+/// A number per vertex that the file holds.
+fn field(
+    path: &Path,
+    document: &Document,
+    processing: &ProcessingMesh,
+    name: &str,
+) -> Result<VertexMap<f64>, CliError> {
+    let attributes = document.attributes().map_err(|e| files::in_file(path, e))?;
+    let missing = || {
+        let names: Vec<&str> = attributes
+            .vertices
+            .iter()
+            .filter(|p| p.components == 1)
+            .map(|p| p.name.as_str())
+            .collect();
+        CliError::NoField {
+            path: path.to_owned(),
+            name: name.to_owned(),
+            known: if names.is_empty() {
+                "none".to_owned()
+            } else {
+                names.join(", ")
+            },
+        }
+    };
+    let property = attributes.vertex(name).ok_or_else(missing)?;
+    if property.components != 1 {
+        return Err(missing());
+    }
+    let mesh = processing.mesh();
+    mesh.vertices()
+        .map(|v| {
+            let value = property.values.get(processing.document_vertex(v));
+            value.filter(|x| x.is_finite()).ok_or_else(missing)
+        })
+        .collect()
+}

@@ -1,0 +1,222 @@
+//! The anchored system: every vertex held weakly where it was.
+
+use cotan_flow::{Acceleration, Flow, Orientation, ScalarFieldUpdater, Start};
+use cotan_geometry::{Positions, Scalar, Surface};
+use cotan_halfedge::{HalfedgeMap, HalfedgeMesh};
+use cotan_laplacian::{Cotangent, LaplacianScheme, Operator, SchemeError, Symmetry};
+use cotan_linear::{Handle, Hold};
+use nalgebra::Point3;
+
+use crate::error::Error;
+use crate::handles::Handles;
+
+/// What happens to the boundary of an open mesh.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum Boundary {
+    /// Its vertices stay exactly where they are. Noise on the rim stays, too.
+    #[default]
+    Fixed,
+    /// Its vertices are anchored like all others, and follow the surface beside them.
+    Free,
+}
+
+/// Cotangent weights without the rows of boundary vertices: there Σ_j w_ij (v_j − v_i) is no
+/// curvature, and would pull the rim inwards.
+///
+/// On a closed mesh it is [`Cotangent`], symmetric. With a boundary it is not symmetric: w_ij = 0
+/// where i lies on the boundary, while w_ji stays.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct InteriorCotangent {
+    symmetry: Symmetry,
+}
+
+impl InteriorCotangent {
+    /// The weights for `mesh`.
+    pub fn of(mesh: &HalfedgeMesh) -> Self {
+        let symmetry = if mesh.is_closed() {
+            Symmetry::Symmetric
+        } else {
+            Symmetry::General
+        };
+        Self { symmetry }
+    }
+}
+
+impl<T: Scalar> LaplacianScheme<T> for InteriorCotangent {
+    fn weights(
+        &self,
+        surface: &Surface<'_, T>,
+        out: &mut HalfedgeMap<T>,
+    ) -> Result<(), SchemeError> {
+        Cotangent::default().weights(surface, out)?;
+        if self.symmetry == Symmetry::General {
+            clear_boundary_rows(surface.mesh(), out);
+        }
+        Ok(())
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        self.symmetry
+    }
+
+    fn name(&self) -> &str {
+        "interior cotangent"
+    }
+}
+
+/// w_ij = 4√3 / valence(i), and no rows for boundary vertices: the umbrella, as large as cotangent
+/// weights are on a mesh of equilateral triangles.
+///
+/// It does not see the positions, so noise in them does not make the weights noisy.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct InteriorUmbrella;
+
+impl<T: Scalar> LaplacianScheme<T> for InteriorUmbrella {
+    fn weights(
+        &self,
+        surface: &Surface<'_, T>,
+        out: &mut HalfedgeMap<T>,
+    ) -> Result<(), SchemeError> {
+        let mesh = surface.mesh();
+        for v in mesh.vertices() {
+            let weight = T::of_f64(48.0_f64.sqrt() / mesh.valence(v).max(1) as f64);
+            for h in mesh.outgoing_halfedges(v) {
+                out[h] = weight;
+            }
+        }
+        clear_boundary_rows(mesh, out);
+        Ok(())
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        Symmetry::General
+    }
+
+    fn name(&self) -> &str {
+        "interior umbrella"
+    }
+}
+
+fn clear_boundary_rows<T: Scalar>(mesh: &HalfedgeMesh, weights: &mut HalfedgeMap<T>) {
+    for h in mesh.halfedges() {
+        if mesh.is_boundary_vertex(mesh.origin(h)) {
+            weights[h] = T::zero();
+        }
+    }
+}
+
+/// A run of the flow with every vertex held by a spring: what all methods of this module are.
+pub(crate) struct Anchored<'a, T: Scalar> {
+    pub(crate) mesh: &'a HalfedgeMesh,
+    /// Where the operator is measured and the flow starts.
+    pub(crate) rest: &'a Positions<T>,
+    /// Where the springs pull to.
+    pub(crate) data: &'a Positions<T>,
+    /// μ of (LᵀL + μ² I) x = Lᵀℓ + μ² x⁰; without it the first vertex of every component is pinned
+    /// and nothing else, as in the paper.
+    pub(crate) anchor: Option<f64>,
+    pub(crate) boundary: Boundary,
+    pub(crate) handles: &'a Handles<T>,
+    pub(crate) iterations: usize,
+}
+
+impl<T: Scalar> Anchored<'_, T> {
+    /// Runs `iterations` updates, each with one solve, and returns the positions in the units of the
+    /// input.
+    pub(crate) fn run(
+        &self,
+        scheme: &dyn LaplacianScheme<T>,
+        updater: impl ScalarFieldUpdater<T>,
+        orientation: impl Orientation<T>,
+    ) -> Result<Positions<T>, Error> {
+        let handles = self.anchors(scheme)?;
+        let mut flow = Flow::builder(self.mesh, self.rest)
+            .scheme(scheme)
+            .updater(updater)
+            .orientation(orientation)
+            .handles(handles)
+            .start(Start::Original)
+            .acceleration(Acceleration::Off)
+            .tolerance(0.0)
+            // The first solve of a flow only says where its original mesh is.
+            .iteration_limit(self.iterations + 1)
+            .build()?;
+        let report = flow.run_to_end()?;
+        if report.residual.is_finite() {
+            Ok(flow.positions())
+        } else {
+            Err(Error::SmoothingDiverged {
+                iterations: report.iterations,
+            })
+        }
+    }
+
+    /// User handles as they are, fixed boundaries hard, and what else holds the mesh.
+    fn anchors(&self, scheme: &dyn LaplacianScheme<T>) -> Result<Vec<(Handle, Point3<T>)>, Error> {
+        let mesh = self.mesh;
+        let mut holds: Vec<Option<Hold>> = match self.anchor {
+            Some(anchor) => {
+                let weight = anchor / self.spring_unit(scheme)?;
+                vec![Some(Hold::Soft(weight)); mesh.num_vertices()]
+            }
+            None => first_of_components(mesh),
+        };
+        if self.boundary == Boundary::Fixed {
+            for v in mesh.vertices().filter(|&v| mesh.is_boundary_vertex(v)) {
+                holds[v.index()] = Some(Hold::Hard);
+            }
+        }
+        let mut targets = self.data.clone();
+        for (handle, target) in self.handles.resolve(self.data)? {
+            holds[handle.vertex.index()] = Some(handle.hold);
+            targets[handle.vertex] = target;
+        }
+        let held = mesh.vertices().zip(holds);
+        Ok(held
+            .filter_map(|(vertex, hold)| {
+                Some((
+                    Handle {
+                        vertex,
+                        hold: hold?,
+                    },
+                    targets[vertex],
+                ))
+            })
+            .collect())
+    }
+
+    /// The flow's springs are relative to the mean diagonal of L: k = μ / mean |L_ii|.
+    fn spring_unit(&self, scheme: &dyn LaplacianScheme<T>) -> Result<f64, Error> {
+        let surface = Surface::new(self.mesh, self.rest)?;
+        let unit = Operator::assemble(scheme, &surface)?.mean_diagonal();
+        // A mesh without inner vertices has no row: springs of any weight hold it.
+        Ok(if unit > 0.0 { unit } else { 1.0 })
+    }
+}
+
+/// Pins the vertex with the lowest number of every component.
+fn first_of_components(mesh: &HalfedgeMesh) -> Vec<Option<Hold>> {
+    let components = mesh.components();
+    let mut is_new = vec![true; components.count()];
+    mesh.vertices()
+        .map(|v| {
+            let is_first = std::mem::take(&mut is_new[components.of(v)]);
+            is_first.then_some(Hold::Hard)
+        })
+        .collect()
+}
+
+/// Which vertices must stay exactly: fixed boundaries and hard handles.
+pub(crate) fn held<T: Scalar>(
+    mesh: &HalfedgeMesh,
+    positions: &Positions<T>,
+    boundary: Boundary,
+    handles: &Handles<T>,
+) -> Result<Vec<bool>, Error> {
+    let is_rim = |v| boundary == Boundary::Fixed && mesh.is_boundary_vertex(v);
+    let mut held: Vec<bool> = mesh.vertices().map(is_rim).collect();
+    for (handle, _) in handles.resolve(positions)? {
+        held[handle.vertex.index()] |= handle.hold == Hold::Hard;
+    }
+    Ok(held)
+}

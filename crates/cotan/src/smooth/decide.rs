@@ -1,0 +1,89 @@
+//! Which method suits a mesh, and why.
+
+use cotan_geometry::{Scalar, Surface, angle_between, edge_lengths};
+
+use super::noise::NoiseEstimate;
+use super::normal_filter::NormalFilter;
+use super::options::SmoothMethod;
+
+/// What [`SmoothMethod::Auto`] decided, and from what.
+///
+/// The face normals are filtered for the estimated noise. On parts from CAD what is left of the
+/// dihedral angles sits on few edges, on organic shapes it is spread: with lengths as weights,
+///
+/// ```text
+/// spread = (mean |θ|)² / mean θ²
+/// ```
+///
+/// is 0.64 for angles of normal distribution and small if a few edges have it all.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Decision {
+    /// The method.
+    pub method: SmoothMethod,
+    /// Noise and detail, in mean edge lengths.
+    pub noise: NoiseEstimate,
+    /// The spread, in 0 … 1; 1 for a plane.
+    pub spread: f64,
+    /// The reason in a sentence.
+    pub reason: String,
+}
+
+impl Decision {
+    /// Looks at a surface.
+    pub fn for_surface<T: Scalar>(surface: &Surface<'_, T>) -> Self {
+        let noise = NoiseEstimate::of(surface);
+        let spread = spread(surface, noise.noise);
+        let percent = 100.0 * spread;
+        let (method, reason) = if spread < CREASED {
+            (
+                SmoothMethod::Feature,
+                format!(
+                    "few edges carry the bends (spread {percent:.0} %, below {:.0} %), as on parts with creases",
+                    100.0 * CREASED
+                ),
+            )
+        } else {
+            (
+                SmoothMethod::Curvature,
+                format!(
+                    "the bends are spread over the surface ({percent:.0} %, at least {:.0} %), as on organic shapes",
+                    100.0 * CREASED
+                ),
+            )
+        };
+        let reason = format!("{reason}; noise of {:.3} mean edge lengths", noise.noise);
+        Self {
+            method,
+            noise,
+            spread,
+            reason,
+        }
+    }
+}
+
+/// Spreads below this are creases.
+///
+/// Measured with noise of 0 to 0.3 mean edge lengths: fandisk 0.045 to 0.050, a sheet-metal part 0.052;
+/// organic shapes 0.17 to 0.49 clean, 0.07 to 0.16 with the strongest noise, whose filter flattens them.
+const CREASED: f64 = 0.06;
+
+fn spread<T: Scalar>(surface: &Surface<'_, T>, noise: f64) -> f64 {
+    let mesh = surface.mesh();
+    let normals = NormalFilter::for_noise(noise).filter(surface);
+    let (mut total, mut first, mut second) = (0.0, 0.0, 0.0);
+    for (e, length) in edge_lengths(surface).iter() {
+        let [a, b] = e.halfedges().map(|h| mesh.face(h));
+        if let (Some(a), Some(b)) = (a, b) {
+            let (angle, length) = (angle_between(&normals[a], &normals[b]), length.as_f64());
+            total += length;
+            first += length * angle;
+            second += length * angle * angle;
+        }
+    }
+    // Angles of rounding are a plane's.
+    if second > 1e-20 * total {
+        first * first / (second * total)
+    } else {
+        1.0
+    }
+}

@@ -1,0 +1,80 @@
+//! Smoothing by filtered face normals, within the anchored system.
+
+use cotan_flow::{FlowError, FlowState, Orientation, Quantities, Rest};
+use cotan_geometry::Scalar;
+use cotan_halfedge::{FaceMap, HalfedgeMap, VertexId, VertexMap};
+use cotan_laplacian::Cotangent;
+use nalgebra::Vector3;
+
+use super::normal_filter::NormalFilter;
+use super::parallel::fill_each;
+
+/// ℓ_i = Σ over the faces f at i of their cotangent-weighted edges, each laid into the plane that a
+/// [`NormalFilter`] wants for its face: e − m_f (m_f·e).
+///
+/// The normals are filtered once, on the original mesh. Every step lays the edges of the current mesh
+/// into the wanted planes, takes the divergence with the weights of the original mesh as the new
+/// Laplacian coordinates, and solves: the matrix is fixed, the right-hand side is explicit and not
+/// linear, as in every flow. Where all faces have their wanted normals, ℓ is the operator's own and
+/// only the anchors move the mesh.
+///
+/// **Shapes**: one ℓ a vertex. **Units**: box units. The scalar field of the flow is not read.
+///
+/// **Source**: ours; the normals are filtered as Zhang et al. 2015 do, the positions follow in the
+/// system of the paper instead of their explicit steps.
+#[derive(Clone, PartialEq, Debug)]
+pub struct FilteredNormals {
+    /// What filters the normals.
+    pub filter: NormalFilter,
+    /// Cotangent of the angle opposite each halfedge of the original mesh.
+    cotangents: HalfedgeMap<f64>,
+    wanted: FaceMap<Vector3<f64>>,
+}
+
+impl FilteredNormals {
+    /// With this filter.
+    pub fn new(filter: NormalFilter) -> Self {
+        Self {
+            filter,
+            cotangents: HalfedgeMap::default(),
+            wanted: FaceMap::default(),
+        }
+    }
+}
+
+impl<T: Scalar> Orientation<T> for FilteredNormals {
+    fn prepare(&mut self, rest: &Rest<'_, T>) -> f64 {
+        let mut cotangents = HalfedgeMap::filled(rest.mesh().num_halfedges(), T::zero());
+        Cotangent::default().opposite_cotangents(&rest.surface(), &mut cotangents);
+        self.cotangents = cotangents.map(|c| c.as_f64());
+        self.wanted = self.filter.filter(&rest.surface());
+        0.0
+    }
+
+    fn orient(
+        &mut self,
+        state: &FlowState<'_, T>,
+        _field: &VertexMap<T>,
+        out: &mut VertexMap<Vector3<T>>,
+    ) -> Result<(), FlowError> {
+        let (mesh, x) = (state.rest().mesh(), state.positions());
+        let (cotangents, wanted) = (&self.cotangents, &self.wanted);
+        fill_each(out, |v: VertexId| {
+            let mut ell = Vector3::zeros();
+            for h in mesh.outgoing_halfedges(v) {
+                let Some(f) = mesh.face(h) else { continue };
+                let prev = mesh.prev(h);
+                let to_next = (x[mesh.target(h)] - x[v]).map(T::as_f64);
+                let to_prev = (x[mesh.origin(prev)] - x[v]).map(T::as_f64);
+                let part = to_next * cotangents[h] + to_prev * cotangents[prev];
+                ell += part - wanted[f] * wanted[f].dot(&part);
+            }
+            ell.map(T::of_f64)
+        });
+        Ok(())
+    }
+
+    fn needs(&self) -> Quantities {
+        Quantities::NONE
+    }
+}

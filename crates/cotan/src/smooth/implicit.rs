@@ -1,0 +1,153 @@
+//! Implicit mean-curvature flow, for comparison.
+
+use cotan_geometry::{Positions, Scalar, Surface, dual_areas, mean_edge_length};
+use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
+use cotan_laplacian::{Cotangent, Operator};
+use nalgebra::Vector3;
+
+use super::parallel::filled;
+use crate::error::Error;
+
+/// Backward Euler steps of the mean-curvature flow: (A − τ/2 L) x' = A x.
+///
+/// A are the dual areas, L the cotangent operator of the current mesh, assembled anew in every step
+/// unlike in all other methods here. It shrinks.
+///
+/// **Source**: Desbrun, Meyer, Schröder, Barr, "Implicit fairing of irregular meshes using diffusion
+/// and curvature flow", 1999.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct ImplicitFlow {
+    /// τ of a step, in squared mean edge lengths.
+    pub time: f64,
+}
+
+impl Default for ImplicitFlow {
+    fn default() -> Self {
+        Self { time: 0.5 }
+    }
+}
+
+impl ImplicitFlow {
+    /// `iterations` steps; `is_held` vertices stay.
+    pub(crate) fn run<T: Scalar>(
+        &self,
+        mesh: &HalfedgeMesh,
+        positions: &Positions<T>,
+        iterations: usize,
+        is_held: &[bool],
+    ) -> Result<Positions<T>, Error> {
+        let mut now = positions.clone();
+        for _ in 0..iterations {
+            let surface = Surface::new(mesh, &now)?;
+            let length = mean_edge_length(&surface).as_f64();
+            let step = Step {
+                operator: Operator::assemble(&Cotangent::default(), &surface)?,
+                areas: dual_areas(&surface).map(|a| a.as_f64()),
+                half_time: 0.5 * self.time * length * length,
+                is_held,
+            };
+            let moves = step.moves(&now);
+            now = now
+                .iter()
+                .map(|(v, p)| p + moves[v].map(T::of_f64))
+                .collect();
+        }
+        Ok(now)
+    }
+}
+
+/// One system, symmetric and positive definite as L is negative semi-definite.
+struct Step<'a, T: Scalar> {
+    operator: Operator<T>,
+    areas: VertexMap<f64>,
+    half_time: f64,
+    is_held: &'a [bool],
+}
+
+impl<T: Scalar> Step<'_, T> {
+    /// x' − x by conjugate gradients: (A − τ/2 L)(x' − x) = τ/2 L x, 0 at held vertices.
+    fn moves(&self, x: &Positions<T>) -> VertexMap<Vector3<f64>> {
+        let n = x.len();
+        let mut residual: VertexMap<Vector3<f64>> = filled(n, |v: VertexId| {
+            self.free(v, self.operator.apply_at(x, v.index()) * self.half_time)
+        });
+        let mut moves = VertexMap::filled(n, Vector3::zeros());
+        let mut scaled = self.precondition(&residual);
+        let mut direction = scaled.clone();
+        let mut power = dots(&residual, &scaled);
+        let goal = power * (SOLVED * SOLVED);
+        for _ in 0..MOST_STEPS {
+            let product = self.product(&direction);
+            let length = ratios(&power, &dots(&direction, &product));
+            add(&mut moves, &direction, &length);
+            add(&mut residual, &product, &-length);
+            scaled = self.precondition(&residual);
+            let next = dots(&residual, &scaled);
+            if (0..3).all(|k| next[k] <= goal[k]) {
+                break;
+            }
+            let keep = ratios(&next, &power);
+            let old = direction;
+            direction = filled(n, |v: VertexId| scaled[v] + keep.component_mul(&old[v]));
+            power = next;
+        }
+        moves
+    }
+
+    /// (A − τ/2 L) d.
+    fn product(&self, d: &VertexMap<Vector3<f64>>) -> VertexMap<Vector3<f64>> {
+        let (rings, weights) = (self.operator.rings(), self.operator.weights());
+        filled(d.len(), |v: VertexId| {
+            let ring = rings.ring(v.index());
+            let ell: Vector3<f64> = ring.map(|(j, h)| (d[j] - d[v]) * weights[h]).sum();
+            self.free(v, d[v] * self.areas[v] - ell * self.half_time)
+        })
+    }
+
+    /// Over the diagonal.
+    fn precondition(&self, residual: &VertexMap<Vector3<f64>>) -> VertexMap<Vector3<f64>> {
+        let (rings, weights) = (self.operator.rings(), self.operator.weights());
+        filled(residual.len(), |v: VertexId| {
+            let sum: f64 = rings.ring(v.index()).map(|(_, h)| weights[h]).sum();
+            let diagonal = self.areas[v] + self.half_time * sum.abs();
+            if diagonal > 0.0 {
+                residual[v] / diagonal
+            } else {
+                residual[v]
+            }
+        })
+    }
+
+    fn free(&self, v: VertexId, value: Vector3<f64>) -> Vector3<f64> {
+        if self.is_held[v.index()] {
+            Vector3::zeros()
+        } else {
+            value
+        }
+    }
+}
+
+/// Where conjugate gradients end: the residual over the first one.
+const SOLVED: f64 = 1e-10;
+
+/// They need about the square root of the condition number, some tens of steps.
+const MOST_STEPS: usize = 1000;
+
+/// One product a coordinate.
+fn dots(a: &VertexMap<Vector3<f64>>, b: &VertexMap<Vector3<f64>>) -> Vector3<f64> {
+    a.values()
+        .zip(b.values())
+        .map(|(a, b)| a.component_mul(b))
+        .sum()
+}
+
+/// a/b, 0 where b is 0: that coordinate is solved.
+fn ratios(a: &Vector3<f64>, b: &Vector3<f64>) -> Vector3<f64> {
+    a.zip_map(b, |a, b| if b > 0.0 { a / b } else { 0.0 })
+}
+
+fn add(x: &mut VertexMap<Vector3<f64>>, y: &VertexMap<Vector3<f64>>, length: &Vector3<f64>) {
+    for (x, y) in x.values_mut().zip(y.values()) {
+        *x += y.component_mul(length);
+    }
+}

@@ -1,0 +1,115 @@
+//! How far a smoothed mesh is from the truth, and how curved it is.
+
+use cotan_geometry::{
+    Scalar, Surface, angle_between, dual_areas, face_areas, face_normals,
+    integrated_mean_curvatures, vertex_normals,
+};
+use cotan_halfedge::{HalfedgeMap, VertexId, VertexMap};
+use cotan_laplacian::Cotangent;
+use nalgebra::Vector3;
+
+use super::parallel::filled;
+
+/// Mean over the faces of the angle between the normals of two embeddings of one mesh.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct NormalError {
+    /// Every face counts once, as the literature on denoising has it. Degrees.
+    pub mean: f64,
+    /// Faces count by their area in the first embedding. Degrees.
+    pub area_weighted: f64,
+}
+
+impl NormalError {
+    /// Compares `other` with `truth`. Faces without area in either count as 0.
+    ///
+    /// # Panics
+    /// If the two have not the same number of faces.
+    pub fn measure<T: Scalar>(truth: &Surface<'_, T>, other: &Surface<'_, T>) -> Self {
+        let (a, b) = (face_normals(truth), face_normals(other));
+        assert_eq!(a.len(), b.len(), "two embeddings of one mesh");
+        let (mut sum, mut weighted, mut total) = (0.0, 0.0, 0.0);
+        for ((a, b), area) in a.values().zip(b.values()).zip(face_areas(truth).values()) {
+            let angle = angle_between(&a.map(T::as_f64), &b.map(T::as_f64));
+            sum += angle;
+            weighted += area.as_f64() * angle;
+            total += area.as_f64();
+        }
+        let total = if total > 0.0 { total } else { 1.0 };
+        Self {
+            mean: (sum / a.len().max(1) as f64).to_degrees(),
+            area_weighted: (weighted / total).to_degrees(),
+        }
+    }
+}
+
+/// Root mean square and greatest distance between the vertices of two embeddings of one mesh.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Displacement {
+    /// Root mean square. A length.
+    pub rms: f64,
+    /// The greatest. A length.
+    pub max: f64,
+}
+
+impl Displacement {
+    /// Compares vertex by vertex.
+    pub fn measure<T: Scalar>(a: &Surface<'_, T>, b: &Surface<'_, T>) -> Self {
+        let pairs = a.positions().values().zip(b.positions().values());
+        let lengths = pairs.map(|(a, b)| (a - b).map(T::as_f64).norm());
+        let (sum, max) = lengths.fold((0.0, 0.0_f64), |(s, m), l| (s + l * l, m.max(l)));
+        Self {
+            rms: (sum / a.positions().len().max(1) as f64).sqrt(),
+            max,
+        }
+    }
+}
+
+/// Root mean square over the surface of the mean curvature H = ½ (κ₁ + κ₂).
+///
+/// **Units**: one over a length. By dihedral angles and barycentric dual areas; vertices without area
+/// are left out.
+pub fn mean_curvature_rms<T: Scalar>(surface: &Surface<'_, T>) -> f64 {
+    let areas = dual_areas(surface);
+    let integrals = integrated_mean_curvatures(surface);
+    let (mut sum, mut total) = (0.0, 0.0);
+    for (h, area) in integrals.values().zip(areas.values()) {
+        let (h, area) = (h.as_f64(), area.as_f64());
+        if area > 0.0 {
+            sum += h * h / area;
+            total += area;
+        }
+    }
+    if total > 0.0 {
+        (sum / total).sqrt()
+    } else {
+        0.0
+    }
+}
+
+/// H = ½ (κ₁ + κ₂) of every vertex by the cotangent Laplacian: ℓ·n = −4 A H with A = ⅛ Σ_j w_ij |e_ij|².
+///
+/// Positive where convex; exactly 1/r, up to the normals, for a mesh inscribed in a sphere. 0 at boundary
+/// vertices and where there is no area.
+///
+/// **Shapes**: one value a vertex. **Units**: one over a length.
+pub fn mean_curvatures<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<f64> {
+    let mesh = surface.mesh();
+    let mut cotangents = HalfedgeMap::filled(mesh.num_halfedges(), T::zero());
+    Cotangent::default().opposite_cotangents(surface, &mut cotangents);
+    let normals = vertex_normals(surface);
+    filled(mesh.num_vertices(), |v: VertexId| {
+        let (mut ell, mut sum, mut size) = (Vector3::zeros(), 0.0, 0.0);
+        for h in mesh.outgoing_halfedges(v) {
+            let weight = (cotangents[h] + cotangents[h.twin()]).as_f64();
+            let edge = surface.halfedge_vector(h).map(T::as_f64);
+            ell += edge * weight;
+            sum += weight * edge.norm_squared();
+            size += (weight * edge.norm_squared()).abs();
+        }
+        let cell = 0.125 * f64::max(sum, 0.5 * size);
+        if mesh.is_boundary_vertex(v) || !(cell > 0.0) {
+            return 0.0;
+        }
+        -ell.dot(&normals[v].map(T::as_f64)) / (4.0 * cell)
+    })
+}

@@ -1,0 +1,52 @@
+//! Smoothing that does not shrink.
+//!
+//! A mesh's geometry is a scalar field, the mean curvature, that can be filtered and put back: the
+//! second job of the generic [`cotan_flow::Flow`] that is not deformation. What all methods but the two
+//! for comparison share is the *anchored* system
+//!
+//! ```text
+//! (LᵀL + μ² I) x = Lᵀ ℓ + μ² x⁰
+//! ```
+//!
+//! factorized once: every vertex is held weakly where it was, and ℓ is rebuilt from the current
+//! surface in every step. They differ in how ℓ is built: from the mean curvature of the vertices
+//! ([`SmoothedCurvature`]), from the dihedral angles of the edges ([`FeaturePreserving`]), or from
+//! the normals of the faces ([`FilteredNormals`]).
+//!
+//! Source: paper, section 4.2. With one vertex pinned, as there, volume is lost or gained without
+//! bound; see `docs/decisions`.
+
+mod anchored;
+mod curvature;
+mod decide;
+mod detail;
+mod feature;
+mod filtered_normals;
+mod implicit;
+mod measure;
+mod noise;
+mod normal_filter;
+mod options;
+mod parallel;
+mod preserve;
+mod run;
+mod taubin;
+mod unfold;
+
+pub use anchored::{Boundary, InteriorCotangent, InteriorUmbrella};
+pub use curvature::{AlongCurvature, Direction, Order, SmoothedCurvature};
+pub use decide::Decision;
+pub use detail::{
+    BandPass, Blend, CurvatureEdit, CurvatureField, CurvatureUpdater, DetailOptions,
+    ScaledCurvature, Sequence, Sum, TargetCurvature, TransferredCurvature, edit_detail,
+};
+pub use feature::FeaturePreserving;
+pub use filtered_normals::FilteredNormals;
+pub use implicit::ImplicitFlow;
+pub use measure::{Displacement, NormalError, mean_curvature_rms, mean_curvatures};
+pub use noise::{GaussianNoise, NoiseEstimate, with_normal_noise};
+pub use normal_filter::NormalFilter;
+pub use options::{NewFolds, SmoothMethod, SmoothOptions};
+pub use preserve::Preserve;
+pub use run::{Smoothed, smooth};
+pub use taubin::Taubin;

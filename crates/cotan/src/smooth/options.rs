@@ -1,0 +1,92 @@
+//! The settings of smoothing, as plain values with names.
+
+use super::anchored::Boundary;
+use super::preserve::Preserve;
+use crate::options::named;
+
+named!(
+    /// How a mesh is smoothed. Measured side by side in `docs/decisions`.
+    SmoothMethod, "smoothing method", {
+        /// Decides between `curvature` and `feature` from the mesh ([`super::Decision`]).
+        #[default]
+        Auto = "auto",
+        /// [`super::SmoothedCurvature`] of second order on umbrella weights, from a lightly smoothed
+        /// start, anchored as firmly as the noise of the mesh allows.
+        Curvature = "curvature",
+        /// [`super::SmoothedCurvature`] of the paper on cotangent weights, every vertex anchored with
+        /// μ = 1, five steps.
+        Anchored = "anchored",
+        /// The paper's section 4.2 to the letter, signs and the factor 4 put right: one vertex of
+        /// every component pinned. It loses or gains volume without bound.
+        Paper = "paper",
+        /// [`super::FilteredNormals`]: keeps creases, for parts from CAD.
+        Feature = "feature",
+        /// [`super::FeaturePreserving`]: dihedral angles filtered.
+        FeatureEdges = "feature-edges",
+        /// [`super::Taubin`].
+        Taubin = "taubin",
+        /// [`super::ImplicitFlow`] (Desbrun).
+        Implicit = "implicit",
+    }
+);
+
+impl SmoothMethod {
+    /// Iterations where none are asked for.
+    pub fn default_iterations(self) -> usize {
+        match self {
+            Self::Anchored => 5,
+            Self::Auto | Self::Curvature | Self::FeatureEdges | Self::Taubin | Self::Paper => 10,
+            Self::Feature => 20,
+            Self::Implicit => 1,
+        }
+    }
+}
+
+/// What becomes of faces that would point against their neighbours and did not before.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum NewFolds {
+    /// The vertices around them stay where they were. The methods for comparison (Taubin, implicit, the
+    /// paper's) allow them all the same.
+    #[default]
+    Prevent,
+    /// They stay: the method as it is.
+    Allow,
+}
+
+/// The settings of [`super::smooth`].
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct SmoothOptions {
+    /// How.
+    pub method: SmoothMethod,
+    /// How often; `None` for what the method needs. 0 changes nothing.
+    pub iterations: Option<usize>,
+    /// s, above 0 and at most 1: how much of a step of the curvature is taken; for `implicit` the time
+    /// of a step is s/2 squared mean edge lengths. Other methods have no use for it.
+    pub step: f64,
+    /// μ > 0: how firmly every vertex is held where it was, beside the operator, whose diagonal is
+    /// about 7. Smaller smooths more. `None` for what suits the method and the noise.
+    pub anchor: Option<f64>,
+    /// What happens to the boundary.
+    pub boundary: Boundary,
+    /// What becomes of faces that would turn over.
+    pub folds: NewFolds,
+    /// What is kept exactly.
+    pub preserve: Preserve,
+    /// No vertex moves farther than this, in the units of the mesh; handles excepted.
+    pub max_displacement: Option<f64>,
+}
+
+impl Default for SmoothOptions {
+    fn default() -> Self {
+        Self {
+            method: SmoothMethod::default(),
+            iterations: None,
+            step: 1.0,
+            anchor: None,
+            boundary: Boundary::default(),
+            folds: NewFolds::default(),
+            preserve: Preserve::default(),
+            max_displacement: None,
+        }
+    }
+}

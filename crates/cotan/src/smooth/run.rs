@@ -1,0 +1,539 @@
+//! Smoothing in one call.
+
+use cotan_flow::{FlowError, KeepMagnitude};
+use cotan_geometry::{Positions, Scalar, Surface};
+use cotan_halfedge::HalfedgeMesh;
+
+use super::anchored::{Anchored, InteriorCotangent, InteriorUmbrella, held};
+use super::curvature::{AlongCurvature, Direction, Order, SmoothedCurvature};
+use super::decide::Decision;
+use super::feature::FeaturePreserving;
+use super::filtered_normals::FilteredNormals;
+use super::implicit::ImplicitFlow;
+use super::noise::NoiseEstimate;
+use super::normal_filter::NormalFilter;
+use super::options::{NewFolds, SmoothMethod, SmoothOptions};
+use super::preserve::Correction;
+use super::taubin::Taubin;
+use super::unfold::without_new_folds;
+use crate::error::Error;
+use crate::handles::Handles;
+
+/// A smoothed mesh, and how it came about.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Smoothed<T: Scalar> {
+    /// The new positions, in the units of the input.
+    pub positions: Positions<T>,
+    /// The method; never [`SmoothMethod::Auto`].
+    pub method: SmoothMethod,
+    /// Why this method, if it was not asked for by name.
+    pub reason: Option<String>,
+    /// How many iterations were made.
+    pub iterations: usize,
+    /// μ of the anchors, for methods that have them.
+    pub anchor: Option<f64>,
+    /// Vertices that stayed where they were, as faces around them would have turned over. The methods
+    /// for comparison (Taubin, implicit, the paper's) are as they are and have none.
+    pub kept_vertices: usize,
+    /// The noise that was estimated, in mean edge lengths, for methods that ask.
+    pub noise: Option<NoiseEstimate>,
+}
+
+/// Smooths a mesh without shrinking it.
+///
+/// **Shapes**: one position a vertex. The mesh is a triangle mesh, with or without boundary, of any
+/// genus and number of components. `handles` may hold further vertices, or move some; there may be
+/// none.
+///
+/// ```
+/// use cotan::prelude::*;
+/// use cotan::smooth::{NormalError, SmoothOptions, smooth, with_normal_noise};
+///
+/// let clean = cotan::shapes::torus::<f64>(1.0, 0.4, 60, 30);
+/// let noisy = with_normal_noise(&clean.surface(), 0.02, 1);
+/// let smoothed = smooth(&clean.mesh, &noisy, &Handles::new(), &SmoothOptions::default())?;
+///
+/// let error = |x: &Positions<f64>| NormalError::measure(&clean.surface(), &clean.surface().with_positions(x)).mean;
+/// assert!(error(&smoothed.positions) < 0.3 * error(&noisy));
+/// # Ok::<(), cotan::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Error`] for a mesh that is no surface, handles that do not exist or contradict each other,
+/// settings out of range, and a volume or area that cannot be kept within the displacement bound.
+///
+/// **Source**: paper, section 4.2; what is different and why is in `docs/decisions`.
+pub fn smooth<T: Scalar>(
+    mesh: &HalfedgeMesh,
+    positions: &Positions<T>,
+    handles: &Handles<T>,
+    options: &SmoothOptions,
+) -> Result<Smoothed<T>, Error> {
+    check(options)?;
+    let surface = Surface::new(mesh, positions)?;
+    let run = Run {
+        surface,
+        handles,
+        options,
+        held: held(mesh, positions, options.boundary, handles)?,
+    };
+    let decision = match options.method {
+        SmoothMethod::Auto => Some(Decision::for_surface(&surface)),
+        _ => None,
+    };
+    let method = decision.as_ref().map_or(options.method, |d| d.method);
+    let noise = decision.as_ref().map(|d| d.noise);
+    let mut smoothed = run.by(method, noise)?;
+    smoothed.reason = decision.map(|d| d.reason);
+    if smoothed.iterations > 0 {
+        if options.folds == NewFolds::Prevent && !is_for_comparison(method) {
+            (smoothed.positions, smoothed.kept_vertices) =
+                without_new_folds(&surface, smoothed.positions, &run.held)?;
+        }
+        let correction = Correction {
+            mesh,
+            original: positions,
+            held: &run.held,
+            preserve: options.preserve,
+            bound: options.max_displacement,
+        };
+        smoothed.positions = correction.apply(&smoothed.positions)?;
+    }
+    Ok(smoothed)
+}
+
+fn is_for_comparison(method: SmoothMethod) -> bool {
+    matches!(
+        method,
+        SmoothMethod::Taubin | SmoothMethod::Implicit | SmoothMethod::Paper
+    )
+}
+
+fn check(options: &SmoothOptions) -> Result<(), Error> {
+    let refuse = |setting, range, value| {
+        Err(Error::Flow(FlowError::Setting {
+            setting,
+            range,
+            value,
+        }))
+    };
+    if !(options.step > 0.0 && options.step <= 1.0) {
+        return refuse("step", "above 0 and at most 1", options.step);
+    }
+    match (options.anchor, options.max_displacement) {
+        (Some(anchor), _) if !(anchor > 0.0 && anchor <= 1e6) => {
+            refuse("anchor", "above 0 and at most 1e6", anchor)
+        }
+        (_, Some(bound)) if !(bound > 0.0 && bound.is_finite()) => {
+            refuse("largest displacement", "above 0", bound)
+        }
+        _ => Ok(()),
+    }
+}
+
+/// One job.
+struct Run<'a, T: Scalar> {
+    surface: Surface<'a, T>,
+    handles: &'a Handles<T>,
+    options: &'a SmoothOptions,
+    held: Vec<bool>,
+}
+
+impl<T: Scalar> Run<'_, T> {
+    fn by(&self, method: SmoothMethod, noise: Option<NoiseEstimate>) -> Result<Smoothed<T>, Error> {
+        let iterations = self
+            .options
+            .iterations
+            .unwrap_or_else(|| method.default_iterations());
+        let mut smoothed = Smoothed {
+            positions: self.surface.positions().clone(),
+            method,
+            reason: None,
+            iterations,
+            anchor: None,
+            kept_vertices: 0,
+            noise,
+        };
+        if iterations == 0 {
+            return Ok(smoothed);
+        }
+        let (mesh, positions) = (self.surface.mesh(), self.surface.positions());
+        match method {
+            SmoothMethod::Taubin => {
+                smoothed.positions = Taubin::default().run(mesh, positions, iterations, &self.held);
+            }
+            SmoothMethod::Implicit => {
+                let flow = ImplicitFlow {
+                    time: self.options.step * ImplicitFlow::default().time,
+                };
+                smoothed.positions = flow.run(mesh, positions, iterations, &self.held)?;
+            }
+            SmoothMethod::Paper => self.paper(&mut smoothed)?,
+            SmoothMethod::Anchored => self.anchored(&mut smoothed)?,
+            SmoothMethod::Feature => self.feature(&mut smoothed)?,
+            SmoothMethod::FeatureEdges => self.feature_edges(&mut smoothed)?,
+            SmoothMethod::Curvature | SmoothMethod::Auto => self.curvature(&mut smoothed)?,
+        }
+        Ok(smoothed)
+    }
+
+    /// The anchored system on these positions, with the anchor asked for or `anchor`, which is noted.
+    fn system(&self, anchor: f64, smoothed: &mut Smoothed<T>) -> Anchored<'_, T> {
+        smoothed.anchor = Some(self.options.anchor.unwrap_or(anchor));
+        Anchored {
+            mesh: self.surface.mesh(),
+            rest: self.surface.positions(),
+            data: self.surface.positions(),
+            anchor: smoothed.anchor,
+            boundary: self.options.boundary,
+            handles: self.handles,
+            iterations: smoothed.iterations,
+        }
+    }
+
+    fn paper(&self, smoothed: &mut Smoothed<T>) -> Result<(), Error> {
+        let mut system = self.system(1.0, smoothed);
+        system.anchor = None;
+        smoothed.anchor = None;
+        smoothed.positions = self.first_order(&system)?;
+        Ok(())
+    }
+
+    fn anchored(&self, smoothed: &mut Smoothed<T>) -> Result<(), Error> {
+        smoothed.positions = self.first_order(&self.system(1.0, smoothed))?;
+        Ok(())
+    }
+
+    fn first_order(&self, system: &Anchored<'_, T>) -> Result<Positions<T>, Error> {
+        let direction = Direction::Whole;
+        let updater = SmoothedCurvature {
+            step: self.options.step,
+            order: Order::First,
+            direction,
+        };
+        let scheme = InteriorCotangent::of(self.surface.mesh());
+        system.run(&scheme, updater, AlongCurvature { direction })
+    }
+
+    /// Where there is noise the start is smoothed lightly, so that the normals of the first step are
+    /// not those of the noise; the anchors pull to the positions as they were.
+    fn curvature(&self, smoothed: &mut Smoothed<T>) -> Result<(), Error> {
+        let (mesh, positions) = (self.surface.mesh(), self.surface.positions());
+        let noise = self.noise(smoothed);
+        let steps = if noise.noise > PILOT_FROM {
+            PILOT_STEPS
+        } else {
+            0
+        };
+        let pilot = Taubin::default().run(mesh, positions, steps, &self.held);
+        let mut system = self.system(anchor_for(&noise), smoothed);
+        system.rest = &pilot;
+        let updater = SmoothedCurvature {
+            step: self.options.step,
+            ..SmoothedCurvature::default()
+        };
+        smoothed.positions = system.run(&InteriorUmbrella, updater, AlongCurvature::default())?;
+        Ok(())
+    }
+
+    fn feature(&self, smoothed: &mut Smoothed<T>) -> Result<(), Error> {
+        let filter = NormalFilter::for_noise(self.noise(smoothed).noise);
+        let scheme = InteriorCotangent::of(self.surface.mesh());
+        let system = self.system(FEATURE_ANCHOR, smoothed);
+        smoothed.positions = system.run(&scheme, KeepMagnitude, FilteredNormals::new(filter))?;
+        Ok(())
+    }
+
+    fn feature_edges(&self, smoothed: &mut Smoothed<T>) -> Result<(), Error> {
+        let scheme = InteriorCotangent::of(self.surface.mesh());
+        let system = self.system(1.0, smoothed);
+        smoothed.positions = system.run(&scheme, KeepMagnitude, FeaturePreserving::default())?;
+        Ok(())
+    }
+
+    fn noise(&self, smoothed: &mut Smoothed<T>) -> NoiseEstimate {
+        *smoothed
+            .noise
+            .get_or_insert_with(|| NoiseEstimate::of(&self.surface))
+    }
+}
+
+/// Double steps of the pilot.
+const PILOT_STEPS: usize = 5;
+
+/// Noise above which there is a pilot, in mean edge lengths; below it normals are off by few degrees.
+const PILOT_FROM: f64 = 0.05;
+
+/// μ of the feature method: a third of the reference's, as the wanted normals are trusted.
+const FEATURE_ANCHOR: f64 = 0.3;
+
+/// μ = 5.5 detail / noise: the most likely surface if both are Gaussian, up to the factor, which was
+/// measured.
+fn anchor_for(noise: &NoiseEstimate) -> f64 {
+    let ratio = ANCHOR_FACTOR * noise.detail / noise.noise;
+    // Not a number for a plane, where any anchor does.
+    if ratio.is_nan() {
+        FIRMEST
+    } else {
+        ratio.clamp(LOOSEST, FIRMEST)
+    }
+}
+
+const ANCHOR_FACTOR: f64 = 5.5;
+const LOOSEST: f64 = 0.3;
+const FIRMEST: f64 = 100.0;
+
+#[cfg(test)]
+mod tests {
+    use cotan_geometry::shapes::{bar, bumpy_plane, icosphere, torus};
+    use cotan_geometry::{Shape, bounding_box, volume};
+    use cotan_halfedge::VertexId;
+    use nalgebra::{Point3, Rotation3, Vector3};
+
+    use super::*;
+    use crate::smooth::{Boundary, Displacement, NormalError, Preserve, with_normal_noise};
+
+    fn noisy(shape: &Shape<f64>) -> Positions<f64> {
+        with_normal_noise(&shape.surface(), 0.02, 3)
+    }
+
+    fn by(method: SmoothMethod) -> SmoothOptions {
+        SmoothOptions {
+            method,
+            ..SmoothOptions::default()
+        }
+    }
+
+    fn run(shape: &Shape<f64>, x: &Positions<f64>, options: &SmoothOptions) -> Positions<f64> {
+        smooth(&shape.mesh, x, &Handles::new(), options)
+            .unwrap()
+            .positions
+    }
+
+    fn farthest(a: &Positions<f64>, b: &Positions<f64>) -> f64 {
+        let pairs = a.values().zip(b.values());
+        pairs.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn a_sphere_stays_a_sphere() {
+        for level in [4, 5] {
+            let shape = icosphere::<f64>(level);
+            let x = run(&shape, &shape.positions, &SmoothOptions::default());
+            let off = x.values().map(|p| (p.coords.norm() - 1.0).abs());
+            let off = off.fold(0.0, f64::max);
+            assert!(off < 1e-6, "{level}: {off:e}");
+        }
+    }
+
+    #[test]
+    fn a_plane_stays_a_plane() {
+        let shape = bumpy_plane::<f64>([2.0, 1.0], [20, 10], 0.0);
+        for method in SmoothMethod::ALL {
+            let x = run(&shape, &shape.positions, &by(*method));
+            assert!(x.values().all(|p| p.z.abs() < 1e-12), "{}", method.name());
+        }
+    }
+
+    #[test]
+    fn no_iteration_changes_nothing() {
+        let shape = torus::<f64>(1.0, 0.4, 20, 12);
+        for method in SmoothMethod::ALL {
+            let options = SmoothOptions {
+                iterations: Some(0),
+                preserve: Preserve::Volume,
+                ..by(*method)
+            };
+            assert_eq!(run(&shape, &shape.positions, &options), shape.positions);
+        }
+    }
+
+    #[test]
+    fn turning_scaling_and_moving_commute_with_smoothing() {
+        let shape = torus::<f64>(1.0, 0.4, 30, 16);
+        let x = noisy(&shape);
+        let turn = Rotation3::new(Vector3::new(0.3, -1.1, 0.7));
+        let moved = |p: &Point3<f64>| turn * p * 3.5 + Vector3::new(5.0, -2.0, 1.0);
+        for method in SmoothMethod::ALL {
+            if *method == SmoothMethod::Paper {
+                // Not a fixed point iteration that settles: rounding grows in it.
+                continue;
+            }
+            let after = run(&shape, &x, &by(*method)).map(moved);
+            let before = run(&shape, &x.map(moved), &by(*method));
+            let off = farthest(&after, &before);
+            assert!(off < 1e-7, "{}: {off:e}", method.name());
+        }
+    }
+
+    #[test]
+    fn renumbering_commutes_with_smoothing() {
+        let shape = torus::<f64>(1.0, 0.4, 24, 12);
+        let x = noisy(&shape);
+        let n = x.len();
+        let number = |i: usize| (i * 7 + 3) % n;
+        assert_ne!(n % 7, 0, "a permutation");
+        let faces: Vec<[u32; 3]> = shape
+            .mesh
+            .faces()
+            .map(|f| shape.mesh.triangle(f).map(|v| number(v.index()) as u32))
+            .collect();
+        let mesh = HalfedgeMesh::from_faces(n, &faces).unwrap();
+        let mut y = x.clone();
+        for (v, p) in x.iter() {
+            y[VertexId::new(number(v.index()))] = *p;
+        }
+        let options = by(SmoothMethod::Anchored);
+        let after = run(&shape, &x, &options);
+        let other = smooth(&mesh, &y, &Handles::new(), &options).unwrap();
+        for (v, p) in after.iter() {
+            let q = other.positions[VertexId::new(number(v.index()))];
+            assert!((p - q).norm() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn noise_goes_and_volume_stays() {
+        let shape = torus::<f64>(1.0, 0.4, 60, 30);
+        let x = noisy(&shape);
+        let rest = shape.surface();
+        let error = |x: &Positions<f64>| NormalError::measure(&rest, &rest.with_positions(x)).mean;
+        for method in [SmoothMethod::Curvature, SmoothMethod::Anchored] {
+            let options = SmoothOptions {
+                preserve: Preserve::Volume,
+                ..by(method)
+            };
+            let smoothed = run(&shape, &x, &options);
+            assert!(error(&smoothed) < 0.4 * error(&x), "{}", method.name());
+            let [before, after] = [&x, &smoothed].map(|x| volume(&rest.with_positions(x)));
+            assert!((after / before - 1.0).abs() < 1e-9, "{}", method.name());
+        }
+    }
+
+    #[test]
+    fn creases_are_kept() {
+        let shape = bar::<f64>([2.0, 1.0, 1.0], [40, 20, 20]);
+        let x = with_normal_noise(&shape.surface(), 0.01, 5);
+        let smoothed = smooth(&shape.mesh, &x, &Handles::new(), &SmoothOptions::default()).unwrap();
+        assert_eq!(smoothed.method, SmoothMethod::Feature);
+        let rest = shape.surface();
+        let error = |x: &Positions<f64>| NormalError::measure(&rest, &rest.with_positions(x)).mean;
+        assert!(error(&x) > 9.0);
+        assert!(
+            error(&smoothed.positions) < 1.0,
+            "{}",
+            error(&smoothed.positions)
+        );
+    }
+
+    #[test]
+    fn no_vertex_passes_the_bound_and_the_volume_is_exact_all_the_same() {
+        let shape = icosphere::<f64>(3);
+        let x = noisy(&shape);
+        let options = SmoothOptions {
+            max_displacement: Some(0.015),
+            preserve: Preserve::Volume,
+            ..by(SmoothMethod::Anchored)
+        };
+        let smoothed = run(&shape, &x, &options);
+        assert!(farthest(&smoothed, &x) <= 0.015 * (1.0 + 1e-12));
+        let rest = shape.surface();
+        let [before, after] = [&x, &smoothed].map(|x| volume(&rest.with_positions(x)));
+        assert!((after / before - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn area_is_kept_where_asked() {
+        let shape = icosphere::<f64>(3);
+        let options = SmoothOptions {
+            preserve: Preserve::Area,
+            ..by(SmoothMethod::Taubin)
+        };
+        let smoothed = run(&shape, &shape.positions, &options);
+        let area =
+            |x: &Positions<f64>| cotan_geometry::surface_area(&shape.surface().with_positions(x));
+        assert!((area(&smoothed) / area(&shape.positions) - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn rims_stay_where_they_are_or_follow() {
+        let shape = bumpy_plane::<f64>([2.0, 2.0], [30, 30], 0.1);
+        let x = noisy(&shape);
+        let rim = |x: &Positions<f64>| -> f64 {
+            let surface = shape.surface();
+            let surface = surface.with_positions(x);
+            let mesh = &shape.mesh;
+            let side = |h: &_| mesh.is_boundary_halfedge(*h);
+            mesh.halfedges()
+                .filter(side)
+                .map(|h| surface.halfedge_vector(h).norm())
+                .sum()
+        };
+        let fixed = run(&shape, &x, &by(SmoothMethod::Curvature));
+        assert_eq!(rim(&fixed), rim(&x));
+        let options = SmoothOptions {
+            boundary: Boundary::Free,
+            ..by(SmoothMethod::Curvature)
+        };
+        let free = run(&shape, &x, &options);
+        assert!((rim(&free) / rim(&x) - 1.0).abs() < 0.05);
+    }
+
+    #[test]
+    fn handles_are_met() {
+        let shape = icosphere::<f64>(3);
+        let top = VertexId::new(0);
+        let goal = shape.positions[top] * 1.3;
+        let handles = Handles::new().move_to(top, goal);
+        let smoothed = smooth(
+            &shape.mesh,
+            &shape.positions,
+            &handles,
+            &by(SmoothMethod::Anchored),
+        )
+        .unwrap();
+        assert_eq!(smoothed.positions[top], goal);
+    }
+
+    #[test]
+    fn single_precision_does_the_same_within_its_digits() {
+        let shape = torus::<f64>(1.0, 0.4, 40, 20);
+        let x = noisy(&shape);
+        let single = x.map(|p| p.cast::<f32>());
+        let options = by(SmoothMethod::Curvature);
+        let double = run(&shape, &x, &options);
+        let result = smooth(&shape.mesh, &single, &Handles::new(), &options).unwrap();
+        let result = result.positions.map(|p| p.cast::<f64>());
+        assert!(farthest(&result, &double) < 1e-3);
+    }
+
+    #[test]
+    fn settings_out_of_range_are_refused() {
+        let shape = icosphere::<f64>(1);
+        for options in [
+            SmoothOptions {
+                step: 0.0,
+                ..SmoothOptions::default()
+            },
+            SmoothOptions {
+                anchor: Some(f64::NAN),
+                ..SmoothOptions::default()
+            },
+            SmoothOptions {
+                max_displacement: Some(-1.0),
+                ..SmoothOptions::default()
+            },
+        ] {
+            assert!(smooth(&shape.mesh, &shape.positions, &Handles::new(), &options).is_err());
+        }
+    }
+
+    #[test]
+    fn a_displacement_is_measured_by_its_ends() {
+        let shape = icosphere::<f64>(1);
+        let far = shape.positions.map(|p| p + Vector3::x() * 2.0);
+        let d = Displacement::measure(&shape.surface(), &shape.surface().with_positions(&far));
+        assert!((d.rms - 2.0).abs() < 1e-12 && (d.max - 2.0).abs() < 1e-12);
+        assert!(bounding_box(&shape.surface()).longest_side() > 1.0);
+    }
+}

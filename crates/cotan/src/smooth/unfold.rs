@@ -1,0 +1,41 @@
+//! Smoothed faces that would turn over are left as they were.
+
+use cotan_geometry::{Positions, Scalar, Surface, folded_faces};
+
+use crate::error::Error;
+
+/// Puts the vertices of faces that point against their neighbours, and did not before, back to where
+/// they were; from the second round on with their neighbours, until no such face is left.
+///
+/// Needles are where this happens: their cotangents are huge and their normals chance. Held vertices
+/// stay at their targets. Returns the positions, and how many vertices were put back.
+pub(crate) fn without_new_folds<T: Scalar>(
+    surface: &Surface<'_, T>,
+    mut moved: Positions<T>,
+    held: &[bool],
+) -> Result<(Positions<T>, usize), Error> {
+    let mesh = surface.mesh();
+    let mut is_back = vec![false; moved.len()];
+    for round in 0..MOST_ROUNDS {
+        let folded = folded_faces(surface, &moved)?;
+        if folded.is_empty() {
+            break;
+        }
+        for v in folded.into_iter().flat_map(|f| mesh.triangle(f)) {
+            is_back[v.index()] = true;
+            if round > 0 {
+                mesh.one_ring(v).for_each(|j| is_back[j.index()] = true);
+            }
+        }
+        for v in mesh.vertices() {
+            if is_back[v.index()] && !held[v.index()] {
+                moved[v] = surface.position(v);
+            }
+        }
+    }
+    let count = is_back.iter().filter(|is_back| **is_back).count();
+    Ok((moved, count))
+}
+
+/// Each round takes in a ring more; ten rings around a needle hold whatever it did.
+const MOST_ROUNDS: usize = 10;
