@@ -8,6 +8,7 @@
 mod camera;
 mod color_bar;
 mod color_scale;
+mod curvature;
 mod heat;
 mod image;
 mod raster;
@@ -19,6 +20,7 @@ use cotan::halfedge::{FaceId, HalfedgeMesh, VertexId, VertexMap};
 use cotan_io::ProcessingMesh;
 
 pub(crate) use color_scale::ColorScale;
+pub(crate) use curvature::curvature_picture;
 pub(crate) use heat::{HeatMap, Panel, Quantity, Views};
 pub(crate) use image::{Depth, png};
 

@@ -81,6 +81,9 @@ pub(crate) struct KeepArgs {
     /// Write a report (JSON)
     #[arg(long, value_name = "R.json")]
     pub(crate) report: Option<PathBuf>,
+    /// Draw the mesh before and after, coloured by its mean curvature (PNG)
+    #[arg(long, value_name = "P.png")]
+    pub(crate) picture: Option<PathBuf>,
     /// A mesh with the same vertices and faces to compare the result with
     #[arg(long, value_name = "CLEAN")]
     pub(crate) truth: Option<PathBuf>,

@@ -20,6 +20,7 @@ use crate::console::Console;
 use crate::edit::{self, positions_of};
 use crate::error::{CliError, in_file_numbers};
 use crate::files;
+use crate::picture::curvature_picture;
 use crate::prepare::{self, Prepared};
 use crate::report::{Seconds, Table, counted, json_text, number};
 
@@ -108,7 +109,7 @@ fn job(
 ) -> Result<SmoothReport, CliError> {
     let clock = Instant::now();
     let format = files::check_mesh_path(&mesh.output)?;
-    if let Some(path) = &keep.report {
+    for path in [&keep.report, &keep.picture].into_iter().flatten() {
         files::check_writable(path)?;
     }
     let mut seconds = Seconds::default();
@@ -118,7 +119,8 @@ fn job(
         processing,
         file_vertices,
         changes,
-    } = prepare::prepare(&input, &mut seconds, console)?;
+        ..
+    } = prepare::prepare(&input.source(), &mut seconds, console)?;
     let refuse = |error: cotan::Error| CliError::Mesh {
         path: mesh.mesh.clone(),
         source: in_file_numbers(error, &processing, file_vertices.as_ref()),
@@ -161,6 +163,10 @@ fn job(
     }
     if let Some(path) = &keep.report {
         files::write(path, json_text(report)?.as_bytes())?;
+    }
+    if let Some(path) = &keep.picture {
+        let picture = curvature_picture(processing.mesh(), processing.positions(), &written);
+        files::write(path, &picture)?;
     }
     Ok(report.clone())
 }

@@ -45,7 +45,6 @@ pub(crate) enum Quantity<'a> {
     /// A number for every face, which is of one colour.
     Faces(&'a FaceMap<f64>),
     /// A number for every vertex; colours run from one to the next.
-    #[allow(dead_code, reason = "curvatures and moves are shown by it")]
     Vertices(&'a VertexMap<f64>),
 }
 
@@ -53,7 +52,6 @@ pub(crate) enum Quantity<'a> {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Views {
     /// By one camera: sizes and places can be compared.
-    #[allow(dead_code, reason = "for before and after")]
     OneCamera,
     /// From the same direction, each as large as its panel allows.
     OneDirection,

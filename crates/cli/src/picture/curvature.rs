@@ -1,0 +1,37 @@
+//! A mesh before and after, coloured by its mean curvature.
+
+use cotan::geometry::{Positions, Surface};
+use cotan::halfedge::HalfedgeMesh;
+use cotan::smooth::mean_curvatures;
+
+use super::color_scale::ColorScale;
+use super::heat::{HeatMap, Panel, Quantity, Views};
+
+/// The bar's title; the unit is that of the file.
+const TITLE: &str = "mean curvature, 1 / unit of length, positive where convex";
+
+/// Two panels by one camera, on a common scale that is symmetric about 0.
+pub(crate) fn curvature_picture(
+    mesh: &HalfedgeMesh,
+    before: &Positions<f64>,
+    after: &Positions<f64>,
+) -> Vec<u8> {
+    let curvatures = [before, after].map(|x| mean_curvatures(&Surface::assume_checked(mesh, x)));
+    // Noise would leave no colour for the rest: the scale is that of what comes out.
+    let scale = ColorScale::signed(TITLE, curvatures[1].values().copied());
+    let panel = |positions, quantity, caption| Panel {
+        mesh,
+        positions,
+        quantity: Quantity::Vertices(quantity),
+        caption,
+    };
+    HeatMap {
+        panels: &[
+            panel(before, &curvatures[0], "before"),
+            panel(after, &curvatures[1], "after"),
+        ],
+        scale: &scale,
+        views: Views::OneCamera,
+    }
+    .png()
+}
