@@ -79,6 +79,18 @@ fn distance_up_to_rotation(a: &Positions<f64>, b: &Positions<f64>) -> f64 {
         .fold(0.0, f64::max)
 }
 
+/// Inside out, the same map but for a reflection.
+#[test]
+fn an_inside_out_mesh_is_mapped_as_well() {
+    let shape = creature::<f64>(48);
+    let done = checked(&shape.mesh, &shape.positions, &options());
+    let reflected = shape.positions.map(|p| -p);
+    let inside_out = checked(&shape.mesh, &reflected, &options());
+    assert_eq!(inside_out.report, done.report);
+    let far = distance_up_to_rotation(done.map.positions(), inside_out.map.positions());
+    assert!(far < 1e-9, "{far}");
+}
+
 /// A square seen from both sides: closed, of genus 0, and without volume.
 #[test]
 fn a_surface_without_volume_is_mapped_too() {

@@ -103,15 +103,13 @@ impl PreparedSystem {
             operator.symmetry() == Symmetry::Symmetric,
         );
         let direct = if grounded::serves(operator, handles, membrane) {
-            // A matrix that is not positive definite is left to the normal equations.
-            Cholesky::factor(&grounded::assemble(
-                &rings,
-                &weights,
-                &free,
-                &free_index,
-                None,
-            ))
-            .ok()
+            let matrix = grounded::assemble(&rings, &weights, &free, &free_index, None);
+            match Cholesky::factor(&matrix) {
+                Ok(cholesky) => Some(cholesky),
+                Err(error @ LinearError::OutOfMemory { .. }) => return Err(error),
+                // A matrix that is not positive definite is left to the normal equations.
+                Err(_) => None,
+            }
         } else {
             None
         };

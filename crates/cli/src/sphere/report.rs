@@ -3,7 +3,7 @@
 use cotan::flow::StopReason;
 use cotan::geometry::Scalar;
 use cotan::sphere::{
-    AngleErrors, SphereMethod, SphereOptions, SphereQuality, SphereReport, Spread,
+    AngleErrors, SphereMethod, SphereOptions, SphereQuality, SphereReport, Spread, Stage,
 };
 use serde::Serialize;
 
@@ -190,6 +190,16 @@ pub(crate) fn warn(report: &SphereReport, options: &SphereOptions, console: &Con
             "--method {} keeps angles: --authalic is for --method robust",
             options.method.name()
         ));
+    }
+    if options.authalic > 0.0 && options.scheme != SphereOptions::default().scheme {
+        console.warn("--scheme is for the conformal map: with --authalic it says nothing");
+    }
+    if options.authalic == 0.0 && report.stages.contains(&Stage::Hierarchy) {
+        console.warn(
+            "the conformal map of this mesh cannot be had in these numbers, so that another was made \
+             vertex by vertex, between angles and areas; no triangle is flipped",
+        );
+        return;
     }
     let iterations = counted(report.iterations, "iteration");
     let change = report.change;

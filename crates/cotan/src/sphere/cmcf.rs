@@ -10,7 +10,7 @@ use cotan_linear::ScreenedSystem;
 use nalgebra::{Point3, Vector3};
 
 use super::error::SphereError;
-use super::iterate::{Iterated, Observer};
+use super::iterate::{Iterated, Observer, symmetric};
 use super::options::SphereOptions;
 use super::round::{normalized, sphere_centre};
 use super::sums;
@@ -39,7 +39,7 @@ pub(crate) fn cmcf(
     options: &SphereOptions,
     observer: Observer<'_>,
 ) -> Result<Iterated, SphereError> {
-    let scheme = options.scheme.scheme::<f64>();
+    let scheme = symmetric(options.scheme);
     let size = bounding_box(&Surface::new(mesh, source)?).longest_side();
     let mut x = source.map(|p| p / size);
     normalise(mesh, &mut x);

@@ -62,7 +62,7 @@ pub enum SphereError {
     },
     /// Flipped triangles that no stage could cure.
     #[error(
-        "{count} triangle(s) are flipped or degenerate on the sphere, the first is face {first}; try --method robust with --authalic 0.5 or f64 precision"
+        "{count} triangle(s) are flipped or degenerate on the sphere, the first is face {first}; --method robust mends that"
     )]
     Flipped {
         /// How many.
@@ -123,11 +123,6 @@ pub(crate) fn check_topology(mesh: &HalfedgeMesh) -> Result<(), SphereError> {
             components: found.zip(components.sizes().iter().copied()).collect(),
         });
     }
-    if mesh.num_faces() < 4 {
-        return Err(SphereError::TooFewFaces {
-            faces: mesh.num_faces(),
-        });
-    }
     if let Some(face) = mesh.faces().find(|&f| mesh.degree(f) != 3) {
         return Err(SurfaceError::NotTriangles {
             face: face.index(),
@@ -140,6 +135,11 @@ pub(crate) fn check_topology(mesh: &HalfedgeMesh) -> Result<(), SphereError> {
         return Err(SphereError::NotClosed {
             loops: loops.len(),
             vertex: mesh.origin(h),
+        });
+    }
+    if mesh.num_faces() < 4 {
+        return Err(SphereError::TooFewFaces {
+            faces: mesh.num_faces(),
         });
     }
     // Of one closed component: χ = 2 − 2 genus.

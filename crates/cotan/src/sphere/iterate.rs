@@ -111,7 +111,7 @@ fn one_handle(positions: &Positions<f64>) -> (Handle, Point3<f64>) {
 }
 
 /// Tutte's weights in their symmetric form, which have the same fixed points and behave far better.
-fn symmetric(scheme: SchemeKind) -> Box<dyn LaplacianScheme<f64>> {
+pub(super) fn symmetric(scheme: SchemeKind) -> Box<dyn LaplacianScheme<f64>> {
     match scheme {
         SchemeKind::Tutte => Box::new(Uniform),
         other => other.scheme(),

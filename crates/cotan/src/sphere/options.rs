@@ -25,7 +25,7 @@ named!(
     /// Whether a Möbius map centres the result.
     Centering, "centring", {
         /// The images of the vertices, weighted by the areas around them on the *source* mesh,
-        /// average zero.
+        /// average zero, where that can be rounded without a flip.
         #[default]
         SourceAreas = "on",
         /// The result stays where the iteration left it. The robust method is centred all the same
@@ -37,11 +37,13 @@ named!(
 /// The settings of [`crate::spherical()`].
 #[derive(Clone, PartialEq, Debug)]
 pub struct SphereOptions {
-    /// Who chooses the weights.
+    /// Who chooses the weights of the iteration. Tutte's are taken in their symmetric form but for
+    /// the paper's method.
     pub scheme: SchemeKind,
     /// How the mesh is mapped.
     pub method: SphereMethod,
-    /// From 0, angles are kept (conformal), to 1, areas are kept (authalic).
+    /// From 0, angles are kept (conformal), to 1, areas are kept (authalic). Above 0 the robust method
+    /// is the hierarchy and not the iteration, whose settings then say nothing.
     pub authalic: f64,
     /// Whether a Möbius map centres the result.
     pub centering: Centering,

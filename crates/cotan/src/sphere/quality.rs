@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::map::SphereMap;
+use super::spherical::unit_sized;
 
 /// Mean, 99th percentile and greatest value over the faces that have an area.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
@@ -27,7 +28,8 @@ pub struct AngleErrors {
     pub max: f64,
 }
 
-/// Measures of a sphere map. Source triangles without area have no distortion and are left out.
+/// Measures of a sphere map. Source triangles without area have no distortion and are left out; 0
+/// where none has an area.
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[non_exhaustive]
 pub struct SphereQuality {
@@ -52,8 +54,11 @@ impl SphereQuality {
     /// # Panics
     /// If the surface has another number of vertices than the map's mesh.
     pub fn measure<T: Scalar>(source: &Surface<'_, T>, map: &SphereMap<'_, T>) -> Self {
-        let areas = face_areas(source).map(|a| a.as_f64());
-        let ratios = area_log_ratios(source, map);
+        // Huge or tiny coordinates would leave their squares no digits.
+        let positions = unit_sized(source.positions());
+        let source = &Surface::assume_checked(source.mesh(), &positions);
+        let areas = face_areas(source);
+        let ratios = log_ratios(source, map);
         let faces: Vec<Face> = (0..areas.len())
             .into_par_iter()
             .with_min_len(1 << 11)
@@ -87,7 +92,12 @@ impl SphereQuality {
 ///
 /// **Shapes**: one entry a face. **Units**: none.
 pub fn area_log_ratios<T: Scalar>(source: &Surface<'_, T>, map: &SphereMap<'_, T>) -> FaceMap<f64> {
-    let areas = face_areas(source).map(|a| a.as_f64());
+    let positions = unit_sized(source.positions());
+    log_ratios(&Surface::assume_checked(source.mesh(), &positions), map)
+}
+
+fn log_ratios<T: Scalar>(source: &Surface<'_, f64>, map: &SphereMap<'_, T>) -> FaceMap<f64> {
+    let areas = face_areas(source);
     let total: f64 = areas.values().sum();
     let whole = 4.0 * std::f64::consts::PI;
     let ratios: Vec<f64> = (0..areas.len())
@@ -114,9 +124,9 @@ struct Face {
 }
 
 impl Face {
-    fn measure<T: Scalar>(source: &Surface<'_, T>, map: &SphereMap<'_, T>, face: FaceId) -> Self {
+    fn measure<T: Scalar>(source: &Surface<'_, f64>, map: &SphereMap<'_, T>, face: FaceId) -> Self {
         let vertices = map.mesh().triangle(face);
-        let corners = vertices.map(|v| source.position(v).coords.map(T::as_f64));
+        let corners = vertices.map(|v| source.position(v).coords);
         let images = vertices.map(|v| map.positions()[v].coords.map(T::as_f64));
         let (before, after) = (Triangle::new(corners), Triangle::new(images));
         let errors = [0, 1, 2].map(|k| (before.angle(k) - after.angle(k)).abs().to_degrees());
@@ -170,7 +180,8 @@ fn spread(values: impl Iterator<Item = (f64, f64)>) -> Spread {
     let mut sorted: Vec<(f64, f64)> = values.collect();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
     let total: f64 = sorted.iter().map(|(_, w)| w).sum();
-    let mean = sorted.iter().map(|(x, w)| x * w).sum::<f64>() / total;
+    let sum: f64 = sorted.iter().map(|(x, w)| x * w).sum();
+    let mean = if total > 0.0 { sum / total } else { 0.0 };
     // Linear between the two nearest ranks.
     let rank = 0.99 * sorted.len().saturating_sub(1) as f64;
     let value = |k: usize| sorted.get(k).or(sorted.last()).map_or(0.0, |(x, _)| *x);

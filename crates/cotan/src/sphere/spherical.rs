@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use cotan_flow::{FlowError, StepReport};
-use cotan_geometry::{Positions, Scalar, Surface};
+use cotan_geometry::{Positions, Scalar, Surface, volume};
 use cotan_halfedge::{FaceId, HalfedgeMesh};
 use nalgebra::{Point3, Vector3};
 
@@ -32,9 +32,11 @@ pub struct Spherical<'m, T: Scalar> {
 ///
 /// The result was checked triangle by triangle with exact predicates ([`SphereMap::new`]). It is
 /// conformal up to discretisation by default, evens out areas as [`SphereOptions::authalic`] says,
-/// and is centred so that the source areas balance on the sphere. It is unique up to a rotation.
+/// and is centred so that the source areas balance on the sphere (where that can be rounded without
+/// a flip). The conformal map is unique up to a rotation; what the hierarchy makes, for areas or as
+/// the last resort, also depends on how the mesh lies and is numbered.
 ///
-/// **Shapes**: one position a vertex. Zero-area faces are allowed.
+/// **Shapes**: one position a vertex. Zero-area faces are allowed, and inside-out meshes.
 ///
 /// # Errors
 /// [`SphereError`] for a mesh that is not closed, connected, of genus 0 and of triangles, for a
@@ -58,7 +60,8 @@ pub fn spherical<'m, T: Scalar>(
     spherical_observed(mesh, positions, options, |_| ControlFlow::Continue(()))
 }
 
-/// As [`spherical`]; the observer sees every step and may stop the round.
+/// As [`spherical`]; the observer sees every step of an iteration and may stop it. Repairs and the
+/// hierarchy ([`SphereOptions::authalic`] above 0) are not iterations.
 ///
 /// # Errors
 /// As [`spherical`].
@@ -72,7 +75,7 @@ pub fn spherical_observed<'m, T: Scalar>(
     check_topology(mesh)?;
     Surface::new(mesh, positions)?;
     // On the way everything is in double precision: limbs shrink exponentially.
-    let source = unit_sized(positions);
+    let source = outward(mesh, unit_sized(positions));
     let mut run = Run::new(mesh, &source, options);
     let observer = &mut observer;
     let map = match options.method {
@@ -101,11 +104,20 @@ pub fn spherical_observed<'m, T: Scalar>(
 }
 
 /// The positions with their greatest coordinate scaled to 1: areas neither overflow nor vanish.
-fn unit_sized<T: Scalar>(positions: &Positions<T>) -> Positions<f64> {
+pub(super) fn unit_sized<T: Scalar>(positions: &Positions<T>) -> Positions<f64> {
     let all = positions.values().map(|p| p.coords.amax().as_f64());
     let size = all.fold(0.0, f64::max);
     let size = if size > 0.0 { size } else { 1.0 };
     positions.map(|p| p.map(|x| x.as_f64() / size))
+}
+
+/// The same surface with its faces turned outwards: an inside-out mesh is reflected in the origin.
+fn outward(mesh: &HalfedgeMesh, positions: Positions<f64>) -> Positions<f64> {
+    if volume(&Surface::assume_checked(mesh, &positions)) < 0.0 {
+        positions.map(|p| -p)
+    } else {
+        positions
+    }
 }
 
 /// A map in the making.
