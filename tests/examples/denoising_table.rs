@@ -45,7 +45,7 @@ fn main() {
 
 /// One line: degrees, and the volume over that of the noisy mesh.
 fn row(name: &str, clean: &Surface<'_, f64>, noisy: &Positions<f64>) {
-    let error = |x| NormalError::measure(clean, &clean.with_positions(x)).mean;
+    let error = |x: &Positions<f64>| NormalError::measure(clean, &clean.with_positions(x)).mean;
     print!("| {name} | {:.2} |", error(noisy));
     let before = volume(&clean.with_positions(noisy));
     for (_, method, iterations) in COLUMNS {

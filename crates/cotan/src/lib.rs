@@ -25,6 +25,7 @@
 //!
 //! - [`deform()`] moves handles once; a [`Session`] stays alive while they move.
 //! - [`reconstruct()`] rebuilds a shape from its two scalar fields alone.
+//! - [`smooth`] smooths without shrinking, and edits the curvature field.
 //! - [`Quality`] measures what a deformation did.
 //! - The crates underneath are re-exported: [`halfedge`], [`geometry`], [`laplacian`], [`linear`],
 //!   [`flow`]. A [`flow::Flow`] takes any [`laplacian::LaplacianScheme`],
