@@ -260,7 +260,7 @@ fn the_noisy_fandisk_is_cleaned() {
     let smoothed =
         smooth(clean.mesh(), noisy.positions(), &Handles::new(), &options).expect("smooths");
     assert_eq!(smoothed.method, SmoothMethod::Feature);
-    let error = |x| NormalError::measure(&rest, &rest.with_positions(x)).mean;
+    let error = |x: &Positions<f64>| NormalError::measure(&rest, &rest.with_positions(x)).mean;
     assert!((error(noisy.positions()) - 28.4).abs() < 0.1);
     assert!(
         error(&smoothed.positions) <= 3.0,

@@ -27,6 +27,7 @@
 //! - [`reconstruct()`] rebuilds a shape from its two scalar fields alone.
 //! - [`spherical()`] maps a closed mesh onto the unit sphere without a flipped triangle; [`sphere`] has
 //!   what one does with such a map.
+//! - [`smooth`] smooths without shrinking, and edits the curvature field.
 //! - [`Quality`] measures what a deformation did.
 //! - The crates underneath are re-exported: [`halfedge`], [`geometry`], [`laplacian`], [`linear`],
 //!   [`flow`]. A [`flow::Flow`] takes any [`laplacian::LaplacianScheme`],
