@@ -5,9 +5,10 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use cotan::DeformOptions;
-use cotan::geometry::Region;
+use cotan::geometry::{Region, Shape, mean_edge_length};
 use cotan::shapes::{CREATURE_RESOLUTION, creature, creature_regions};
+use cotan::smooth::{SmoothOptions, smooth, with_normal_noise};
+use cotan::{DeformOptions, Handles};
 use cotan_io::Document;
 
 use crate::args::{DemoArgs, InputArgs, Precision, RunArgs};
@@ -15,6 +16,7 @@ use crate::commands::deform::{AtLimit, Job, Loose};
 use crate::console::Console;
 use crate::error::CliError;
 use crate::files;
+use crate::picture::curvature_picture;
 
 pub(crate) fn run(args: &DemoArgs, console: &Console) -> Result<(), CliError> {
     let folder = args.output.as_path();
@@ -52,19 +54,48 @@ pub(crate) fn run(args: &DemoArgs, console: &Console) -> Result<(), CliError> {
         loose: Loose::Refuse,
     };
     let report = job.run(console)?;
+    smoothing(&model, folder)?;
     if console.is_quiet() {
         return Ok(());
     }
     console.print(&format!("{}{}", report.table(), where_to_look(folder)))
 }
 
+/// The model with noise, and smoothed: meshes and a picture of their curvature.
+fn smoothing(model: &Shape<f64>, folder: &Path) -> Result<(), CliError> {
+    let surface = model.surface();
+    let noisy = with_normal_noise(&surface, NOISE * mean_edge_length(&surface), 1);
+    let smoothed = smooth(
+        &model.mesh,
+        &noisy,
+        &Handles::new(),
+        &SmoothOptions::default(),
+    )
+    .map_err(|source| CliError::Mesh {
+        path: folder.join("noisy.obj"),
+        source,
+    })?;
+    for (name, positions) in [("noisy.obj", &noisy), ("smoothed.obj", &smoothed.positions)] {
+        let document = Document::from_mesh(&model.mesh, positions)?;
+        cotan_io::save(&document, folder.join(name))?;
+    }
+    let picture = curvature_picture(&model.mesh, &noisy, &smoothed.positions);
+    files::write(&folder.join("smoothing.png"), &picture)
+}
+
+/// Of the noisy model, in mean edge lengths.
+const NOISE: f64 = 0.15;
+
 fn where_to_look(folder: &Path) -> String {
     let file = |name: &str| folder.join(name).display().to_string();
     format!(
-        "\npicture   {}\nmeshes    {}, {}\nhandles   {}\nreport    {}\n",
+        "\npictures  {}, {}\nmeshes    {}, {}, {}, {}\nhandles   {}\nreport    {}\n",
         file("demo.png"),
+        file("smoothing.png"),
         file("before.obj"),
         file("after.obj"),
+        file("noisy.obj"),
+        file("smoothed.obj"),
         file("handles.json"),
         file("report.json"),
     )

@@ -18,9 +18,20 @@ fn the_demo_writes_what_it_says_and_can_be_repeated_by_hand() {
     }
     assert_eq!(outcome.stderr, "");
     assert!(sandbox.read("out/demo/demo.png").starts_with(b"\x89PNG"));
+    assert!(
+        sandbox
+            .read("out/demo/smoothing.png")
+            .starts_with(b"\x89PNG")
+    );
     let report = sandbox.json("out/demo/report.json");
     assert_eq!(report["stop_reason"], "converged");
     assert_eq!(report["flipped_faces"], 0);
+
+    sandbox.cotan_ok("smooth out/demo/noisy.obj -o smoothed.obj --picture smoothing.png");
+    assert_eq!(
+        sandbox.read("smoothed.obj"),
+        sandbox.read("out/demo/smoothed.obj")
+    );
 
     sandbox.cotan_ok(
         "deform out/demo/before.obj --handles out/demo/handles.json -o again.obj --picture again.png",

@@ -7,5 +7,6 @@ mod refusals;
 mod repair;
 mod sandbox;
 mod shared;
+mod smooth;
 mod sphere;
 mod sphere_uses;
