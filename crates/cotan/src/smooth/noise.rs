@@ -53,7 +53,7 @@ impl NoiseEstimate {
         let heights = moments(mesh, &rings, &normals, |v, k| {
             positions[v][k].as_f64() / length
         });
-        let white: VertexMap<f64> = GaussianNoise::new(7).take(mesh.num_vertices()).collect();
+        let white = white_noise(positions);
         let gains = moments(mesh, &rings, &normals, |v, k| white[v] * normals[v][k]);
         let ratio = |q: usize| {
             if gains[q] > 0.0 {
@@ -72,6 +72,21 @@ impl NoiseEstimate {
             detail: detail.sqrt(),
         }
     }
+}
+
+/// A number a vertex, dealt out by the distances from the centre: neither the numbers of the vertices
+/// nor the place of the mesh change it (but for vertices at the same distance).
+fn white_noise<T: Scalar>(positions: &Positions<T>) -> VertexMap<f64> {
+    let at = |v: usize| positions.as_slice()[v].coords.map(T::as_f64);
+    let n = positions.len();
+    let centre = (0..n).map(at).sum::<Vector3<f64>>() / n.max(1) as f64;
+    let mut order: Vec<(f64, usize)> = (0..n).map(|v| ((at(v) - centre).norm(), v)).collect();
+    order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let mut white = VertexMap::filled(n, 0.0);
+    for ((_, v), noise) in order.into_iter().zip(GaussianNoise::new(7)) {
+        white.as_mut_slice()[v] = noise;
+    }
+    white
 }
 
 /// Detail that is presumed where noise drowns it, over the bend.

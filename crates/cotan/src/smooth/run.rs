@@ -86,18 +86,22 @@ pub fn smooth<T: Scalar>(
     let mut smoothed = run.by(method, noise)?;
     smoothed.reason = decision.map(|d| d.reason);
     if smoothed.iterations > 0 {
+        let correct = |smoothed: &Positions<T>, held: &[bool]| {
+            let correction = Correction {
+                mesh,
+                original: positions,
+                held,
+                preserve: options.preserve,
+                bound: options.max_displacement,
+            };
+            correction.apply(smoothed)
+        };
         if options.folds == NewFolds::Prevent && !is_for_comparison(method) {
             (smoothed.positions, smoothed.kept_vertices) =
-                without_new_folds(&surface, smoothed.positions, &run.held)?;
+                without_new_folds(&surface, smoothed.positions, &run.held, correct)?;
+        } else {
+            smoothed.positions = correct(&smoothed.positions, &run.held)?;
         }
-        let correction = Correction {
-            mesh,
-            original: positions,
-            held: &run.held,
-            preserve: options.preserve,
-            bound: options.max_displacement,
-        };
-        smoothed.positions = correction.apply(&smoothed.positions)?;
     }
     Ok(smoothed)
 }
@@ -383,12 +387,20 @@ mod tests {
         for (v, p) in x.iter() {
             y[VertexId::new(number(v.index()))] = *p;
         }
-        let options = by(SmoothMethod::Anchored);
-        let after = run(&shape, &x, &options);
-        let other = smooth(&mesh, &y, &Handles::new(), &options).unwrap();
-        for (v, p) in after.iter() {
-            let q = other.positions[VertexId::new(number(v.index()))];
-            assert!((p - q).norm() < 1e-9);
+        for method in [
+            SmoothMethod::Anchored,
+            SmoothMethod::Curvature,
+            SmoothMethod::Feature,
+            SmoothMethod::FeatureEdges,
+        ] {
+            let options = by(method);
+            let after = run(&shape, &x, &options);
+            let other = smooth(&mesh, &y, &Handles::new(), &options).unwrap();
+            let far = after
+                .iter()
+                .map(|(v, p)| (p - other.positions[VertexId::new(number(v.index()))]).norm())
+                .fold(0.0, f64::max);
+            assert!(far < 1e-9, "{} {far:e}", method.name());
         }
     }
 

@@ -4,20 +4,25 @@ use cotan_geometry::{Positions, Scalar, Surface, folded_faces};
 
 use crate::error::Error;
 
-/// Puts the vertices of faces that point against their neighbours, and did not before, back to where
-/// they were; from the second round on with their neighbours, until no such face is left.
+/// Corrects smoothed positions, and puts the vertices of faces that then point against their
+/// neighbours, and did not before, back to where they were; from the second round on with their
+/// neighbours, until no such face is left.
 ///
-/// Needles are where this happens: their cotangents are huge and their normals chance. Held vertices
-/// stay at their targets. Returns the positions, and how many vertices were put back.
+/// Needles are where this happens: their cotangents are huge and their normals chance. `correct` gets
+/// the positions and the vertices that it must leave alone: held ones, which stay at their targets, and
+/// those that were put back. Returns the positions, and how many vertices were put back.
 pub(crate) fn without_new_folds<T: Scalar>(
     surface: &Surface<'_, T>,
     mut moved: Positions<T>,
     held: &[bool],
+    correct: impl Fn(&Positions<T>, &[bool]) -> Result<Positions<T>, Error>,
 ) -> Result<(Positions<T>, usize), Error> {
     let mesh = surface.mesh();
+    let mut still = held.to_vec();
     let mut is_back = vec![false; moved.len()];
+    let mut corrected = correct(&moved, &still)?;
     for round in 0..MOST_ROUNDS {
-        let folded = folded_faces(surface, &moved)?;
+        let folded = folded_faces(surface, &corrected)?;
         if folded.is_empty() {
             break;
         }
@@ -30,11 +35,13 @@ pub(crate) fn without_new_folds<T: Scalar>(
         for v in mesh.vertices() {
             if is_back[v.index()] && !held[v.index()] {
                 moved[v] = surface.position(v);
+                still[v.index()] = true;
             }
         }
+        corrected = correct(&moved, &still)?;
     }
     let count = is_back.iter().filter(|is_back| **is_back).count();
-    Ok((moved, count))
+    Ok((corrected, count))
 }
 
 /// Each round takes in a ring more; ten rings around a needle hold whatever it did.
