@@ -281,7 +281,7 @@ fn what_has_no_sphere_map_is_refused_in_the_numbers_of_the_file() {
     );
     let tent = format!("v 9 9 9\n{}", tetrahedron(1, 0));
     let tent = tent.rsplit_once("f ").unwrap().0;
-    refused(tent, &["3 faces", "at least four"]);
+    refused(tent, &["1 hole", "--fill-holes"]);
     refused(
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 3 2 1\n",
         &["2 faces", "at least four"],
