@@ -4,6 +4,8 @@
 //! mode has open reports of silently wrong results, faer-rs issue 273), the lower triangle only,
 //! and one check solve after every factorization.
 
+use std::sync::Arc;
+
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::LltRegularization;
 use faer::sparse::linalg::cholesky::{
@@ -13,17 +15,21 @@ use faer::sparse::linalg::cholesky::{
 use faer::sparse::{FaerError, SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side, Spec};
 
+use nalgebra::Vector3;
+
 use crate::error::LinearError;
 use crate::normal::LowerTriangle;
 
 /// Right-hand sides that a solve takes at once: x, y and z.
-pub(crate) const COLUMNS: usize = 3;
+const COLUMNS: usize = 3;
 
 /// A factorized symmetric positive definite matrix and the memory that its solves need.
 pub(crate) struct Cholesky {
-    symbolic: SymbolicCholesky<usize>,
+    symbolic: Arc<SymbolicCholesky<usize>>,
     values: Vec<f64>,
     scratch: MemBuffer,
+    /// Three columns one after the other.
+    columns: Vec<f64>,
 }
 
 impl Cholesky {
@@ -45,7 +51,20 @@ impl Cholesky {
                     FaerError::OutOfMemory => out_of_memory(0),
                     _ => LinearError::NotPositiveDefinite { unknowns: n },
                 })?;
+        Self::of_pattern(Arc::new(symbolic), matrix)
+    }
 
+    /// Factorizes another matrix of the same pattern beside this one; the analysis is shared.
+    pub(crate) fn factor_like(&self, matrix: &LowerTriangle) -> Result<Self, LinearError> {
+        Self::of_pattern(self.symbolic.clone(), matrix)
+    }
+
+    fn of_pattern(
+        symbolic: Arc<SymbolicCholesky<usize>>,
+        matrix: &LowerTriangle,
+    ) -> Result<Self, LinearError> {
+        let n = matrix.offsets.len() - 1;
+        let out_of_memory = |bytes| LinearError::OutOfMemory { unknowns: n, bytes };
         let len = symbolic.len_val();
         let bytes = len.saturating_mul(size_of::<f64>());
         let mut values = Vec::new();
@@ -59,6 +78,7 @@ impl Cholesky {
             symbolic,
             values,
             scratch,
+            columns: vec![0.0; COLUMNS * n],
         };
         cholesky.refactor(matrix)?;
         Ok(cholesky)
@@ -99,15 +119,23 @@ impl Cholesky {
         self.values.len()
     }
 
-    /// Overwrites `rhs`, three columns one after the other, by the solution.
-    pub(crate) fn solve_in_place(&mut self, rhs: &mut [f64]) {
+    /// Overwrites right-hand sides by their solutions: x, y and z are three systems.
+    pub(crate) fn solve(&mut self, rhs: &mut [Vector3<f64>]) {
         let n = self.symbolic.nrows();
+        for (i, b) in rhs.iter().enumerate() {
+            for axis in 0..COLUMNS {
+                self.columns[axis * n + i] = b[axis];
+            }
+        }
         LltRef::new(&self.symbolic, &self.values).solve_in_place_with_conj(
             Conj::No,
-            MatMut::from_column_major_slice_mut(rhs, n, COLUMNS),
+            MatMut::from_column_major_slice_mut(&mut self.columns, n, COLUMNS),
             Par::Seq,
             MemStack::new(&mut self.scratch),
         );
+        for (i, x) in rhs.iter_mut().enumerate() {
+            *x = Vector3::from_fn(|axis, _| self.columns[axis * n + i]);
+        }
     }
 
     /// Solves one right-hand side and measures the backward error |Mx − b| / (|M||x| + |b|).
@@ -120,17 +148,17 @@ impl Cholesky {
         let b: Vec<f64> = (0..n)
             .map(|i| (i as f64 * 0.618_033_988_749_895).fract() - 0.5)
             .collect();
-        let mut x = vec![0.0; COLUMNS * n];
-        x[..n].copy_from_slice(&b);
-        self.solve_in_place(&mut x);
+        let mut solution: Vec<_> = b.iter().map(|&b| Vector3::new(b, 0.0, 0.0)).collect();
+        self.solve(&mut solution);
+        let x: Vec<f64> = solution.iter().map(|x| x.x).collect();
         let mut product = vec![0.0; n];
-        matrix.multiply(&x[..n], &mut product);
+        matrix.multiply(&x, &mut product);
         let max_norm = |v: &[f64]| v.iter().fold(0.0f64, |m, a| m.max(a.abs()));
         let error = product
             .iter()
             .zip(&b)
             .fold(0.0f64, |m, (p, b)| m.max((p - b).abs()));
-        let residual = error / (matrix.norm() * max_norm(&x[..n]) + max_norm(&b));
+        let residual = error / (matrix.norm() * max_norm(&x) + max_norm(&b));
         if n > 0 && !(residual <= WORST && x.iter().all(|v| v.is_finite())) {
             return Err(LinearError::Inaccurate {
                 unknowns: n,
@@ -173,13 +201,21 @@ mod tests {
         };
         let n = matrix.offsets.len() - 1;
         let mut cholesky = Cholesky::factor_by(matrix, params).unwrap();
-        let mut columns: Vec<f64> = (0..COLUMNS * n).map(|i| (i as f64).sin()).collect();
-        let rhs = columns.clone();
-        cholesky.solve_in_place(&mut columns);
-        for (x, b) in columns.chunks(n).zip(rhs.chunks(n)) {
+        let rhs: Vec<Vector3<f64>> = (0..n)
+            .map(|i| Vector3::new(i as f64, 2.0 * i as f64, 0.5 - i as f64).map(f64::sin))
+            .collect();
+        let mut solution = rhs.clone();
+        cholesky.solve(&mut solution);
+        for axis in 0..COLUMNS {
+            let x: Vec<f64> = solution.iter().map(|x| x[axis]).collect();
             let mut product = vec![0.0; n];
-            matrix.multiply(x, &mut product);
-            assert!(product.iter().zip(b).all(|(p, b)| (p - b).abs() < 1e-10));
+            matrix.multiply(&x, &mut product);
+            assert!(
+                product
+                    .iter()
+                    .zip(&rhs)
+                    .all(|(p, b)| (p - b[axis]).abs() < 1e-10)
+            );
         }
     }
 

@@ -7,7 +7,7 @@ use cotan_halfedge::VertexMap;
 use cotan_laplacian::{OneRings, Operator, Symmetry};
 use nalgebra::Vector3;
 
-use crate::cholesky::{COLUMNS, Cholesky};
+use crate::cholesky::Cholesky;
 use crate::error::LinearError;
 use crate::grounded;
 use crate::normal::Weights;
@@ -20,7 +20,6 @@ pub struct ScreenedSystem {
     all: Vec<usize>,
     index: Vec<Option<usize>>,
     cholesky: Cholesky,
-    columns: Vec<f64>,
 }
 
 impl std::fmt::Debug for ScreenedSystem {
@@ -64,7 +63,6 @@ impl ScreenedSystem {
             all,
             index,
             cholesky,
-            columns: vec![0.0; COLUMNS * n],
         })
     }
 
@@ -96,17 +94,8 @@ impl ScreenedSystem {
     /// # Panics
     /// If `rhs` has not one entry a vertex.
     pub fn solve(&mut self, rhs: &mut VertexMap<Vector3<f64>>) {
-        let n = self.all.len();
-        assert_eq!(rhs.len(), n, "one entry a vertex");
-        for (i, b) in rhs.values().enumerate() {
-            for axis in 0..COLUMNS {
-                self.columns[axis * n + i] = b[axis];
-            }
-        }
-        self.cholesky.solve_in_place(&mut self.columns);
-        for (i, x) in rhs.values_mut().enumerate() {
-            *x = Vector3::from_fn(|axis, _| self.columns[axis * n + i]);
-        }
+        assert_eq!(rhs.len(), self.all.len(), "one entry a vertex");
+        self.cholesky.solve(rhs.as_mut_slice());
     }
 }
 

@@ -8,7 +8,7 @@ use cotan_laplacian::{OneRings, Operator, Symmetry};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use crate::cholesky::{COLUMNS, Cholesky};
+use crate::cholesky::Cholesky;
 use crate::error::LinearError;
 use crate::grounded;
 use crate::handles::{self, Handle, Hold};
@@ -42,8 +42,8 @@ pub struct PreparedSystem {
     free: Vec<usize>,
     matrix: Factored,
     cholesky: Cholesky,
-    /// Three columns over the free vertices.
-    columns: Vec<f64>,
+    /// A vector over the free vertices.
+    unknowns: Vec<Vector3<f64>>,
 }
 
 /// Which matrix was factorized.
@@ -127,7 +127,7 @@ impl PreparedSystem {
             factor_entries = cholesky.num_entries(),
             "factorized"
         );
-        let columns = vec![0.0; COLUMNS * free.len()];
+        let unknowns = vec![Vector3::zeros(); free.len()];
         if springs.iter().all(|&s| s == 0.0) {
             springs.clear();
         }
@@ -139,7 +139,7 @@ impl PreparedSystem {
             free,
             matrix,
             cholesky,
-            columns,
+            unknowns,
         })
     }
 
@@ -257,19 +257,13 @@ impl PreparedSystem {
 
     /// Replaces a right-hand side by the solution with the factor at hand.
     fn solve_in_place(&mut self, correction: &mut VertexMap<Vector3<f64>>) {
-        let m = self.free.len();
-        let (x, rest) = self.columns.split_at_mut(m);
-        let (y, z) = rest.split_at_mut(m);
-        for (unknown, &i) in self.free.iter().enumerate() {
-            let r = correction.as_slice()[i];
-            (x[unknown], y[unknown], z[unknown]) = (r.x, r.y, r.z);
+        for (x, &i) in self.unknowns.iter_mut().zip(&self.free) {
+            *x = correction.as_slice()[i];
         }
-        self.cholesky.solve_in_place(&mut self.columns);
-        let (x, rest) = self.columns.split_at(m);
-        let (y, z) = rest.split_at(m);
+        self.cholesky.solve(&mut self.unknowns);
         correction.values_mut().for_each(|d| *d = Vector3::zeros());
-        for (unknown, &i) in self.free.iter().enumerate() {
-            correction.as_mut_slice()[i] = Vector3::new(x[unknown], y[unknown], z[unknown]);
+        for (x, &i) in self.unknowns.iter().zip(&self.free) {
+            correction.as_mut_slice()[i] = *x;
         }
     }
 
