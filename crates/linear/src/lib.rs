@@ -23,6 +23,7 @@ mod grounded;
 mod handles;
 mod normal;
 mod screened;
+mod sparse;
 mod system;
 
 pub use error::LinearError;
