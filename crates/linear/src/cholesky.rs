@@ -108,7 +108,7 @@ fn refusal(error: FactorError, matrix: &LowerTriangle, bytes: usize) -> LinearEr
     }
 }
 
-fn order(matrix: &LowerTriangle) -> Vec<u32> {
+pub(crate) fn order(matrix: &LowerTriangle) -> Vec<u32> {
     let n = matrix.offsets.len() - 1;
     let mut offsets = vec![0usize; n + 2];
     for j in 0..n {

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::dense::{NotPositive, eliminate};
+use super::packed;
 use super::symbolic::{ROOT, Symbolic};
 
 /// How the values of a factor are stored. All arithmetic is in double precision.
@@ -33,33 +34,37 @@ pub(super) enum Values {
 
 /// A number of a factor as it is stored.
 pub(super) trait Value: Copy + Default + Send + Sync + Into<f64> {
-    /// Fills the panel of one front, starting from zeros.
-    fn fill<R>(panel: &mut [Self], scratch: &mut Vec<f64>, work: impl FnOnce(&mut [f64]) -> R)
-    -> R;
+    fn of(value: f64) -> Self;
+
+    /// Values in double precision: as they are, or converted into `scratch`.
+    fn widen<'a>(values: &'a [Self], scratch: &'a mut [f64]) -> &'a [f64];
 }
 
 impl Value for f64 {
     #[inline(always)]
-    fn fill<R>(panel: &mut [Self], _: &mut Vec<f64>, work: impl FnOnce(&mut [f64]) -> R) -> R {
-        panel.fill(0.0);
-        work(panel)
+    fn of(value: f64) -> Self {
+        value
+    }
+
+    #[inline(always)]
+    fn widen<'a>(values: &'a [Self], _: &'a mut [f64]) -> &'a [f64] {
+        values
     }
 }
 
 impl Value for f32 {
     #[inline(always)]
-    fn fill<R>(
-        panel: &mut [Self],
-        scratch: &mut Vec<f64>,
-        work: impl FnOnce(&mut [f64]) -> R,
-    ) -> R {
-        scratch.clear();
-        scratch.resize(panel.len(), 0.0);
-        let result = work(scratch);
-        for (value, x) in panel.iter_mut().zip(scratch) {
-            *value = *x as f32;
+    fn of(value: f64) -> Self {
+        value as Self
+    }
+
+    #[inline(always)]
+    fn widen<'a>(values: &'a [Self], scratch: &'a mut [f64]) -> &'a [f64] {
+        let wide = &mut scratch[..values.len()];
+        for (x, &value) in wide.iter_mut().zip(values) {
+            *x = f64::from(value);
         }
-        result
+        wide
     }
 }
 
@@ -158,11 +163,12 @@ fn factorize<V: Value>(
             && (s as usize) < range.start
         {
             next_top.next();
-            let (panel, rest) = stored.split_at_mut(symbolic.panel_len(s as usize..s as usize + 1));
+            let (panel, rest) =
+                stored.split_at_mut(symbolic.values_len(s as usize..s as usize + 1));
             top.push((s as usize, panel));
             stored = rest;
         }
-        let (panels, rest) = stored.split_at_mut(symbolic.panel_len(range.clone()));
+        let (panels, rest) = stored.split_at_mut(symbolic.values_len(range.clone()));
         stored = rest;
         groups.push((range, panels));
     }
@@ -170,10 +176,12 @@ fn factorize<V: Value>(
         .into_par_iter()
         .with_max_len(1)
         .map(|(range, panels)| {
-            pulp::Arch::new().dispatch(
-                #[inline(always)]
-                || factorize_group(symbolic, matrix, range, panels),
-            )
+            pulp::Arch::new().dispatch(Group {
+                symbolic,
+                matrix,
+                range,
+                panels,
+            })
         })
         .collect::<Result<_, _>>()?;
     let mut pending: HashMap<u32, Vec<Update>> = HashMap::new();
@@ -205,6 +213,23 @@ fn factorize<V: Value>(
     Ok(())
 }
 
+/// The work of one group, compiled for the vector instructions that the machine has.
+struct Group<'a, V> {
+    symbolic: &'a Symbolic,
+    matrix: &'a [f64],
+    range: Range<usize>,
+    panels: &'a mut [V],
+}
+
+impl<V: Value> pulp::NullaryFnOnce for Group<'_, V> {
+    type Output = Result<Vec<Update>, NotPositive>;
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        factorize_group(self.symbolic, self.matrix, self.range, self.panels)
+    }
+}
+
 /// Works through a range of supernodes; returns what goes to the supernodes above.
 #[inline(always)]
 fn factorize_group<V: Value>(
@@ -220,7 +245,7 @@ fn factorize_group<V: Value>(
     let mut waiting: Vec<(u32, usize)> = Vec::new();
     for s in range.clone() {
         let below = symbolic.supernode(s).2.len();
-        let (panel, rest) = panels.split_at_mut(symbolic.panel_len(s..s + 1));
+        let (panel, rest) = panels.split_at_mut(symbolic.values_len(s..s + 1));
         panels = rest;
         let is_child = |&&(c, _): &&(u32, usize)| symbolic.parents[c as usize] == s as u32;
         let num_children = waiting.iter().rev().take_while(is_child).count();
@@ -265,7 +290,8 @@ struct Front {
     places: Vec<u32>,
     /// Places of a child's rows.
     relative: Vec<u32>,
-    scratch: Vec<f64>,
+    /// The front's first columns.
+    panel: Vec<f64>,
 }
 
 impl Front {
@@ -273,7 +299,7 @@ impl Front {
         Self {
             places: vec![0; num_unknowns],
             relative: Vec::new(),
-            scratch: Vec::new(),
+            panel: Vec::new(),
         }
     }
 
@@ -284,7 +310,7 @@ impl Front {
         symbolic: &Symbolic,
         matrix: &[f64],
         s: usize,
-        panel: &mut [V],
+        stored: &mut [V],
         update: &mut [f64],
         children: impl Iterator<Item = (u32, &'a [f64])>,
     ) -> Result<(), NotPositive> {
@@ -293,7 +319,7 @@ impl Front {
         let Self {
             places,
             relative,
-            scratch,
+            panel,
         } = self;
         for (k, place) in places[start..start + width].iter_mut().enumerate() {
             *place = k as u32;
@@ -301,34 +327,36 @@ impl Front {
         for (k, &row) in rows.iter().enumerate() {
             places[row as usize] = (width + k) as u32;
         }
-        V::fill(panel, scratch, |panel| {
-            let columns = &symbolic.columns;
-            for (k, column) in panel.chunks_exact_mut(height).enumerate() {
-                let entries = columns.offsets[start + k]..columns.offsets[start + k + 1];
-                let rows = &columns.rows[entries.clone()];
-                for (&row, &source) in rows.iter().zip(&columns.sources[entries]) {
-                    column[places[row as usize] as usize] += matrix[source as usize];
+        panel.clear();
+        panel.resize(height * width, 0.0);
+        let columns = &symbolic.columns;
+        for (k, column) in panel.chunks_exact_mut(height).enumerate() {
+            let entries = columns.offsets[start + k]..columns.offsets[start + k + 1];
+            let rows = &columns.rows[entries.clone()];
+            for (&row, &source) in rows.iter().zip(&columns.sources[entries]) {
+                column[places[row as usize] as usize] += matrix[source as usize];
+            }
+        }
+        for (child, values) in children {
+            let rows = symbolic.supernode(child as usize).2;
+            relative.clear();
+            relative.extend(rows.iter().map(|&row| places[row as usize]));
+            let side = rows.len();
+            for (b, column) in values.chunks_exact(side.max(1)).enumerate() {
+                let place = relative[b] as usize;
+                let (target, shift) = if place < width {
+                    (&mut panel[place * height..(place + 1) * height], 0)
+                } else {
+                    let column = place - width;
+                    (&mut update[column * below..(column + 1) * below], width)
+                };
+                for (x, &row) in column[b..].iter().zip(&relative[b..]) {
+                    target[row as usize - shift] += x;
                 }
             }
-            for (child, values) in children {
-                let rows = symbolic.supernode(child as usize).2;
-                relative.clear();
-                relative.extend(rows.iter().map(|&row| places[row as usize]));
-                let side = rows.len();
-                for (b, column) in values.chunks_exact(side.max(1)).enumerate() {
-                    let place = relative[b] as usize;
-                    let target = if place < width {
-                        &mut panel[place * height..(place + 1) * height]
-                    } else {
-                        &mut update[(place - width) * below..(place - width + 1) * below]
-                    };
-                    let shift = if place < width { 0 } else { width };
-                    for (x, &row) in column[b..].iter().zip(&relative[b..]) {
-                        target[row as usize - shift] += x;
-                    }
-                }
-            }
-            eliminate(panel, height, width, update)
-        })
+        }
+        eliminate(panel, height, width, update)?;
+        packed::pack(panel, height, width, stored);
+        Ok(())
     }
 }

@@ -3,9 +3,11 @@
 use std::ops::Range;
 
 use nalgebra::Vector3;
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::numeric::{Factor, Value, Values};
+use super::packed;
 use super::symbolic::Symbolic;
 
 /// The memory of a solve, allocated once.
@@ -36,7 +38,7 @@ impl Buffers {
             .iter()
             .map(|range| tallest(range.clone()))
             .chain(std::iter::once(of_top.unwrap_or(0)))
-            .map(|height| vec![0.0; 3 * height])
+            .map(|height| vec![0.0; 7 * axis_len(height)])
             .collect();
         Self {
             vectors: vec![[0.0; 3]; tasks.lengths.iter().sum()],
@@ -89,15 +91,14 @@ fn solve<V: Value>(
         .zip(&tasks.subtrees)
         .with_max_len(1)
         .for_each(|((vectors, front), range)| {
-            pulp::Arch::new().dispatch(
-                #[inline(always)]
-                || {
-                    let mut column = 0;
-                    for s in range.clone() {
-                        column += forward(symbolic, values, s, column, vectors, front);
-                    }
-                },
-            );
+            pulp::Arch::new().dispatch(Sweep {
+                symbolic,
+                values,
+                vectors,
+                front,
+                direction: Direction::Forward,
+                supernodes: range.clone(),
+            });
         });
     for (group, vectors) in groups.iter().enumerate() {
         let columns = symbolic.num_columns(tasks.subtrees[group].clone());
@@ -108,19 +109,16 @@ fn solve<V: Value>(
             }
         }
     }
-    pulp::Arch::new().dispatch(
-        #[inline(always)]
-        || {
-            let mut column = 0;
-            for &s in &tasks.top {
-                column += forward(symbolic, values, s as usize, column, top, top_front);
-            }
-            for &s in tasks.top.iter().rev() {
-                column -= symbolic.supernode(s as usize).1;
-                backward(symbolic, values, s as usize, column, top, top_front);
-            }
-        },
-    );
+    for direction in [Direction::Forward, Direction::Backward] {
+        pulp::Arch::new().dispatch(Sweep {
+            symbolic,
+            values,
+            vectors: &mut *top,
+            front: top_front,
+            direction,
+            supernodes: tasks.top.iter().map(|&s| s as usize),
+        });
+    }
     let top = &*top;
     groups
         .par_iter_mut()
@@ -128,21 +126,19 @@ fn solve<V: Value>(
         .enumerate()
         .with_max_len(1)
         .for_each(|(group, (vectors, front))| {
-            pulp::Arch::new().dispatch(
-                #[inline(always)]
-                || {
-                    let range = tasks.subtrees[group].clone();
-                    let mut column = symbolic.num_columns(range.clone());
-                    let tail = vectors[column..].iter_mut().zip(tasks.tail(group));
-                    for (x, &place) in tail {
-                        *x = top[place as usize];
-                    }
-                    for s in range.rev() {
-                        column -= symbolic.supernode(s).1;
-                        backward(symbolic, values, s, column, vectors, front);
-                    }
-                },
-            );
+            let range = tasks.subtrees[group].clone();
+            let columns = symbolic.num_columns(range.clone());
+            for (x, &place) in vectors[columns..].iter_mut().zip(tasks.tail(group)) {
+                *x = top[place as usize];
+            }
+            pulp::Arch::new().dispatch(Sweep {
+                symbolic,
+                values,
+                vectors,
+                front,
+                direction: Direction::Backward,
+                supernodes: range,
+            });
         });
     drop(groups);
     let vectors = &*vectors;
@@ -166,86 +162,94 @@ fn parts<'a>(
     (groups, vectors)
 }
 
-/// One front of L y = b. Returns its number of columns.
-#[inline(always)]
-fn forward<V: Value>(
-    symbolic: &Symbolic,
-    values: &[V],
-    s: usize,
-    column: usize,
-    vectors: &mut [[f64; 3]],
-    front: &mut [f64],
-) -> usize {
-    let (_, width, rows) = symbolic.supernode(s);
-    let height = width + rows.len();
-    let panel = &values[symbolic.value_offsets[s]..symbolic.value_offsets[s + 1]];
-    let (fx, rest) = front.split_at_mut(height);
-    let (fy, rest) = rest.split_at_mut(height);
-    let fz = &mut rest[..height];
-    for (k, v) in vectors[column..column + width].iter().enumerate() {
-        (fx[k], fy[k], fz[k]) = (v[0], v[1], v[2]);
-    }
-    fx[width..].fill(0.0);
-    fy[width..].fill(0.0);
-    fz[width..].fill(0.0);
-    let mut j = 0;
-    while j + 4 <= width {
-        let l = |k: usize| &panel[(j + k) * height..(j + k + 1) * height];
-        let (l0, l1, l2, l3) = (l(0), l(1), l(2), l(3));
-        for f in [&mut *fx, &mut *fy, &mut *fz] {
-            let a = f[j] / l0[j].into();
-            let b = (f[j + 1] - l0[j + 1].into() * a) / l1[j + 1].into();
-            let c = (f[j + 2] - l0[j + 2].into() * a - l1[j + 2].into() * b) / l2[j + 2].into();
-            let d = (f[j + 3] - l0[j + 3].into() * a - l1[j + 3].into() * b - l2[j + 3].into() * c)
-                / l3[j + 3].into();
-            (f[j], f[j + 1], f[j + 2], f[j + 3]) = (a, b, c, d);
-        }
-        let x = [fx[j], fx[j + 1], fx[j + 2], fx[j + 3]];
-        let y = [fy[j], fy[j + 1], fy[j + 2], fy[j + 3]];
-        let z = [fz[j], fz[j + 1], fz[j + 2], fz[j + 3]];
-        j += 4;
-        let m = height - j;
-        let (l0, l1, l2, l3) = (&l0[j..][..m], &l1[j..][..m], &l2[j..][..m], &l3[j..][..m]);
-        let (fx, fy, fz) = (&mut fx[j..][..m], &mut fy[j..][..m], &mut fz[j..][..m]);
-        for i in 0..m {
-            let (a, b, c, d): (f64, f64, f64, f64) =
-                (l0[i].into(), l1[i].into(), l2[i].into(), l3[i].into());
-            fx[i] -= (a * x[0] + b * x[1]) + (c * x[2] + d * x[3]);
-            fy[i] -= (a * y[0] + b * y[1]) + (c * y[2] + d * y[3]);
-            fz[i] -= (a * z[0] + b * z[1]) + (c * z[2] + d * z[3]);
-        }
-    }
-    while j < width {
-        let l = &panel[j * height..(j + 1) * height];
-        let inverse = 1.0 / l[j].into();
-        let (x, y, z) = (fx[j] * inverse, fy[j] * inverse, fz[j] * inverse);
-        (fx[j], fy[j], fz[j]) = (x, y, z);
-        j += 1;
-        let m = height - j;
-        let l = &l[j..][..m];
-        let (fx, fy, fz) = (&mut fx[j..][..m], &mut fy[j..][..m], &mut fz[j..][..m]);
-        for i in 0..m {
-            let a: f64 = l[i].into();
-            fx[i] -= a * x;
-            fy[i] -= a * y;
-            fz[i] -= a * z;
-        }
-    }
-    for (k, v) in vectors[column..column + width].iter_mut().enumerate() {
-        *v = [fx[k], fy[k], fz[k]];
-    }
-    let slots = symbolic.slots(s);
-    let (fx, fy, fz) = (&fx[width..], &fy[width..], &fz[width..]);
-    for (((&slot, x), y), z) in slots.iter().zip(fx).zip(fy).zip(fz) {
-        let v = &mut vectors[slot as usize];
-        *v = [v[0] + x, v[1] + y, v[2] + z];
-    }
-    width
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Direction {
+    Forward,
+    Backward,
 }
 
-/// One front of Lᵀ x = y.
+/// One way through some supernodes, compiled for the vector instructions that the machine has.
+struct Sweep<'a, V, I> {
+    symbolic: &'a Symbolic,
+    values: &'a [V],
+    vectors: &'a mut [[f64; 3]],
+    front: &'a mut [f64],
+    direction: Direction,
+    supernodes: I,
+}
+
+impl<V: Value, I: DoubleEndedIterator<Item = usize> + Clone> WithSimd for Sweep<'_, V, I> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self {
+            symbolic,
+            values,
+            vectors,
+            front,
+            direction,
+            supernodes,
+        } = self;
+        match direction {
+            Direction::Forward => {
+                let mut column = 0;
+                for s in supernodes {
+                    forward(simd, symbolic, values, s, column, vectors, front);
+                    column += symbolic.supernode(s).1;
+                }
+            }
+            Direction::Backward => {
+                let width = |s: usize| symbolic.supernode(s).1;
+                let mut column: usize = supernodes.clone().map(width).sum();
+                for s in supernodes.rev() {
+                    column -= width(s);
+                    backward(simd, symbolic, values, s, column, vectors, front);
+                }
+            }
+        }
+    }
+}
+
+/// The unknowns of a front, axis by axis, each filled up to whole tiles.
+struct Axes<'a> {
+    x: &'a mut [f64],
+    y: &'a mut [f64],
+    z: &'a mut [f64],
+    /// Room for the values of a block.
+    scratch: &'a mut [f64],
+}
+
+impl<'a> Axes<'a> {
+    #[inline(always)]
+    fn new(front: &'a mut [f64], height: usize) -> Self {
+        let stride = axis_len(height);
+        let (x, rest) = front.split_at_mut(stride);
+        let (y, rest) = rest.split_at_mut(stride);
+        let (z, scratch) = rest.split_at_mut(stride);
+        Self { x, y, z, scratch }
+    }
+
+    #[inline(always)]
+    fn set(&mut self, k: usize, v: [f64; 3]) {
+        (self.x[k], self.y[k], self.z[k]) = (v[0], v[1], v[2]);
+    }
+
+    #[inline(always)]
+    fn get(&self, k: usize) -> [f64; 3] {
+        [self.x[k], self.y[k], self.z[k]]
+    }
+}
+
+/// Length of an axis: whole tiles behind every column.
+fn axis_len(height: usize) -> usize {
+    height + packed::TILE
+}
+
+/// One front of L y = b.
 #[inline(always)]
-fn backward<V: Value>(
+fn forward<S: Simd, V: Value>(
+    simd: S,
     symbolic: &Symbolic,
     values: &[V],
     s: usize,
@@ -254,91 +258,173 @@ fn backward<V: Value>(
     front: &mut [f64],
 ) {
     let (_, width, rows) = symbolic.supernode(s);
-    let height = width + rows.len();
-    let panel = &values[symbolic.value_offsets[s]..symbolic.value_offsets[s + 1]];
-    let (fx, rest) = front.split_at_mut(height);
-    let (fy, rest) = rest.split_at_mut(height);
-    let fz = &mut rest[..height];
+    let mut stored = symbolic.values_of(s, values);
+    let mut axes = Axes::new(front, width + rows.len());
     for (k, v) in vectors[column..column + width].iter().enumerate() {
-        (fx[k], fy[k], fz[k]) = (v[0], v[1], v[2]);
+        axes.set(k, *v);
     }
-    for (k, &slot) in symbolic.slots(s).iter().enumerate() {
-        let v = vectors[slot as usize];
-        (fx[width + k], fy[width + k], fz[width + k]) = (v[0], v[1], v[2]);
+    for axis in [&mut *axes.x, &mut *axes.y, &mut *axes.z] {
+        axis[width..].fill(0.0);
     }
-    let mut j = width;
-    while j >= 2 {
-        j -= 2;
-        let l0 = &panel[j * height..(j + 1) * height];
-        let l1 = &panel[(j + 1) * height..(j + 2) * height];
-        let i = j + 2;
-        let m = height - i;
-        let [a, b] = dots(
-            &l0[i..][..m],
-            &l1[i..][..m],
-            &fx[i..][..m],
-            &fy[i..][..m],
-            &fz[i..][..m],
-        );
-        let (d0, l10, d1): (f64, f64, f64) = (l0[j].into(), l0[j + 1].into(), l1[j + 1].into());
-        for (axis, f) in [&mut *fx, &mut *fy, &mut *fz].into_iter().enumerate() {
-            let second = (f[j + 1] - b[axis]) / d1;
-            f[j + 1] = second;
-            f[j] = (f[j] - a[axis] - l10 * second) / d0;
-        }
+    let height = width + rows.len();
+    let mut begin = 0;
+    while begin + 4 <= width {
+        stored = forward_block::<S, V, 4>(simd, stored, begin, height, &mut axes);
+        begin += 4;
     }
-    if j == 1 {
-        let l = &panel[..height];
-        let m = height - 1;
-        let [a, _] = dots(
-            &l[1..][..m],
-            &l[1..][..m],
-            &fx[1..][..m],
-            &fy[1..][..m],
-            &fz[1..][..m],
-        );
-        let d: f64 = l[0].into();
-        (fx[0], fy[0], fz[0]) = ((fx[0] - a[0]) / d, (fy[0] - a[1]) / d, (fz[0] - a[2]) / d);
+    if begin + 2 <= width {
+        stored = forward_block::<S, V, 2>(simd, stored, begin, height, &mut axes);
+        begin += 2;
+    }
+    if begin < width {
+        forward_block::<S, V, 1>(simd, stored, begin, height, &mut axes);
     }
     for (k, v) in vectors[column..column + width].iter_mut().enumerate() {
-        *v = [fx[k], fy[k], fz[k]];
+        *v = axes.get(k);
+    }
+    for (k, &slot) in symbolic.slots(s).iter().enumerate() {
+        let v = &mut vectors[slot as usize];
+        let sum = axes.get(width + k);
+        *v = [v[0] + sum[0], v[1] + sum[1], v[2] + sum[2]];
     }
 }
 
-/// Products of two columns with the three right-hand sides.
+/// One block of columns; returns the values behind it.
 #[inline(always)]
-fn dots<V: Value>(l0: &[V], l1: &[V], fx: &[f64], fy: &[f64], fz: &[f64]) -> [[f64; 3]; 2] {
-    const LANES: usize = 4;
-    let m = l0.len();
-    let (mut ax, mut ay, mut az) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
-    let (mut bx, mut by, mut bz) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
-    let whole = m - m % LANES;
-    let chunks = l0[..whole]
-        .chunks_exact(LANES)
-        .zip(l1[..whole].chunks_exact(LANES))
-        .zip(fx[..whole].chunks_exact(LANES))
-        .zip(fy[..whole].chunks_exact(LANES))
-        .zip(fz[..whole].chunks_exact(LANES));
-    for ((((a, b), x), y), z) in chunks {
-        for k in 0..LANES {
-            let (a, b): (f64, f64) = (a[k].into(), b[k].into());
-            ax[k] += a * x[k];
-            ay[k] += a * y[k];
-            az[k] += a * z[k];
-            bx[k] += b * x[k];
-            by[k] += b * y[k];
-            bz[k] += b * z[k];
+fn forward_block<'v, S: Simd, V: Value, const B: usize>(
+    simd: S,
+    stored: &'v [V],
+    column: usize,
+    height: usize,
+    axes: &mut Axes<'_>,
+) -> &'v [V] {
+    let below = column + B;
+    let (square, rest) = stored.split_at(B * B);
+    let (tiles, rest) = rest.split_at(B * (height - below).next_multiple_of(packed::TILE));
+    let x = forward_square::<V, B>(square, &mut axes.x[column..]);
+    let y = forward_square::<V, B>(square, &mut axes.y[column..]);
+    let z = forward_square::<V, B>(square, &mut axes.z[column..]);
+    let padded = tiles.len() / B;
+    let tiles = S::as_simd_f64s(V::widen(tiles, axes.scratch)).0;
+    let ax = S::as_mut_simd_f64s(&mut axes.x[below..][..padded]).0;
+    let ay = S::as_mut_simd_f64s(&mut axes.y[below..][..padded]).0;
+    let az = S::as_mut_simd_f64s(&mut axes.z[below..][..padded]).0;
+    // Vectors in the height of a tile: 1 where a vector has four lanes.
+    let step = packed::TILE / S::F64_LANES;
+    let minus = |x: [f64; B]| x.map(|x| simd.splat_f64s(-x));
+    let (x, y, z) = (minus(x), minus(y), minus(z));
+    let rows = ax.iter_mut().zip(ay).zip(az).enumerate();
+    for (i, ((ax, ay), az)) in rows {
+        let tile = &tiles[i / step * step * B + i % step..];
+        for k in 0..B {
+            let l = tile[k * step];
+            *ax = simd.mul_add_f64s(l, x[k], *ax);
+            *ay = simd.mul_add_f64s(l, y[k], *ay);
+            *az = simd.mul_add_f64s(l, z[k], *az);
         }
     }
-    let sum = |v: [f64; LANES]| (v[0] + v[1]) + (v[2] + v[3]);
-    let mut out = [[sum(ax), sum(ay), sum(az)], [sum(bx), sum(by), sum(bz)]];
-    for i in whole..m {
-        let (a, b): (f64, f64) = (l0[i].into(), l1[i].into());
-        for (out, l) in out.iter_mut().zip([a, b]) {
-            out[0] += l * fx[i];
-            out[1] += l * fy[i];
-            out[2] += l * fz[i];
+    rest
+}
+
+#[inline(always)]
+fn forward_square<V: Value, const B: usize>(square: &[V], axis: &mut [f64]) -> [f64; B] {
+    let mut x = [0.0; B];
+    for k in 0..B {
+        let mut sum = axis[k];
+        for j in 0..k {
+            sum -= square[j * B + k].into() * x[j];
+        }
+        x[k] = sum * square[k * B + k].into();
+        axis[k] = x[k];
+    }
+    x
+}
+
+/// One front of Lᵀ x = y.
+#[inline(always)]
+fn backward<S: Simd, V: Value>(
+    simd: S,
+    symbolic: &Symbolic,
+    values: &[V],
+    s: usize,
+    column: usize,
+    vectors: &mut [[f64; 3]],
+    front: &mut [f64],
+) {
+    let (_, width, rows) = symbolic.supernode(s);
+    let mut stored = symbolic.values_of(s, values);
+    let height = width + rows.len();
+    let mut axes = Axes::new(front, height);
+    for (k, v) in vectors[column..column + width].iter().enumerate() {
+        axes.set(k, *v);
+    }
+    for (k, &slot) in symbolic.slots(s).iter().enumerate() {
+        axes.set(width + k, vectors[slot as usize]);
+    }
+    for axis in [&mut *axes.x, &mut *axes.y, &mut *axes.z] {
+        axis[height..].fill(0.0);
+    }
+    // The blocks from the last to the first: one of one, one of two, then those of four.
+    let mut column_end = width;
+    if width % 2 == 1 {
+        column_end -= 1;
+        stored = backward_block::<S, V, 1>(simd, stored, column_end, height, &mut axes);
+    }
+    if width % 4 >= 2 {
+        column_end -= 2;
+        stored = backward_block::<S, V, 2>(simd, stored, column_end, height, &mut axes);
+    }
+    while column_end > 0 {
+        column_end -= 4;
+        stored = backward_block::<S, V, 4>(simd, stored, column_end, height, &mut axes);
+    }
+    for (k, v) in vectors[column..column + width].iter_mut().enumerate() {
+        *v = axes.get(k);
+    }
+}
+
+/// One block of columns, the last of `stored`; returns the values before it.
+#[inline(always)]
+fn backward_block<'v, S: Simd, V: Value, const B: usize>(
+    simd: S,
+    stored: &'v [V],
+    column: usize,
+    height: usize,
+    axes: &mut Axes<'_>,
+) -> &'v [V] {
+    let below = column + B;
+    let tiles_len = B * (height - below).next_multiple_of(packed::TILE);
+    let (rest, block) = stored.split_at(stored.len() - B * B - tiles_len);
+    let (square, tiles) = block.split_at(B * B);
+    let padded = tiles.len() / B;
+    let tiles = S::as_simd_f64s(V::widen(tiles, axes.scratch)).0;
+    let ax = S::as_simd_f64s(&axes.x[below..][..padded]).0;
+    let ay = S::as_simd_f64s(&axes.y[below..][..padded]).0;
+    let az = S::as_simd_f64s(&axes.z[below..][..padded]).0;
+    let step = packed::TILE / S::F64_LANES;
+    let mut sums = [[simd.splat_f64s(0.0); 3]; B];
+    // From the end: the factor is read as one descending stream.
+    for (i, ((x, y), z)) in ax.iter().zip(ay).zip(az).enumerate().rev() {
+        let tile = &tiles[i / step * step * B + i % step..];
+        for k in 0..B {
+            let l = tile[k * step];
+            sums[k][0] = simd.mul_add_f64s(l, *x, sums[k][0]);
+            sums[k][1] = simd.mul_add_f64s(l, *y, sums[k][1]);
+            sums[k][2] = simd.mul_add_f64s(l, *z, sums[k][2]);
         }
     }
-    out
+    let sums = sums.map(|axes| axes.map(|sum| simd.reduce_sum_f64s(sum)));
+    for (axis, values) in [&mut *axes.x, &mut *axes.y, &mut *axes.z]
+        .into_iter()
+        .enumerate()
+    {
+        for k in (0..B).rev() {
+            let mut sum = values[column + k] - sums[k][axis];
+            for j in k + 1..B {
+                sum -= square[k * B + j].into() * values[column + j];
+            }
+            values[column + k] = sum * square[k * B + k].into();
+        }
+    }
+    rest
 }

@@ -3,6 +3,7 @@
 //! Elimination tree (Liu 1986), post-ordering, column counts (Gilbert, Ng, Peyton 1994), supernodes
 //! with relaxed amalgamation (Ashcraft, Grimes 1989), and the subtrees that run side by side.
 
+use super::packed;
 use crate::normal::LowerTriangle;
 
 /// No parent: a root of the elimination forest.
@@ -22,7 +23,7 @@ pub(crate) struct Symbolic {
     pub(super) rows: Vec<u32>,
     /// Parent of every supernode, or [`ROOT`]. Supernodes are post-ordered.
     pub(super) parents: Vec<u32>,
-    /// Where the panel of supernode s begins among the factor's values, column-major.
+    /// Where the values of supernode s begin among the factor's: see `packed`.
     pub(super) value_offsets: Vec<usize>,
     pub(super) tasks: super::tasks::Tasks,
     flops: f64,
@@ -106,7 +107,7 @@ impl Symbolic {
             rows[begin..].sort_unstable();
             row_offsets.push(rows.len());
             let (width, below) = (end - start, rows.len() - begin);
-            num_values += width * (width + below);
+            num_values += packed::len(width, width + below);
             value_offsets.push(num_values);
             for k in 0..width {
                 flops += ((width + below - k) as f64).powi(2);
@@ -139,7 +140,7 @@ impl Symbolic {
         self.order.len()
     }
 
-    /// Number of values that a factor stores, those above the diagonal of its blocks among them.
+    /// Number of values that a factor stores, with the zeros between.
     pub(crate) fn num_entries(&self) -> usize {
         self.value_offsets.last().copied().unwrap_or(0)
     }
@@ -149,9 +150,14 @@ impl Symbolic {
         self.flops
     }
 
-    /// Number of values in the panels of some supernodes.
-    pub(super) fn panel_len(&self, range: std::ops::Range<usize>) -> usize {
+    /// Number of values stored for some supernodes.
+    pub(super) fn values_len(&self, range: std::ops::Range<usize>) -> usize {
         self.value_offsets[range.end] - self.value_offsets[range.start]
+    }
+
+    /// The values stored for a supernode.
+    pub(super) fn values_of<'v, V>(&self, s: usize, values: &'v [V]) -> &'v [V] {
+        &values[self.value_offsets[s]..self.value_offsets[s + 1]]
     }
 
     /// Number of columns of some supernodes.

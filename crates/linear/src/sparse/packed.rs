@@ -1,0 +1,66 @@
+//! How the panel of a supernode is stored: in the order in which a solve reads it.
+//!
+//! Columns go in blocks of four, then of two and one. A block is its diagonal square by columns, the
+//! inverses of the pivots on its diagonal, then what is below it in tiles of four rows, column by
+//! column within a tile, the last tile filled up with zeros. So a solve reads one stream, in whole
+//! vectors.
+
+use super::numeric::Value;
+
+/// Rows of a tile.
+pub(super) const TILE: usize = 4;
+
+/// Number of values stored for a panel.
+pub(super) fn len(width: usize, height: usize) -> usize {
+    let (mut len, mut column) = (0, 0);
+    while column < width {
+        let block = block(width - column);
+        len += block * block + block * (height - column - block).next_multiple_of(TILE);
+        column += block;
+    }
+    len
+}
+
+/// Width of the next block, with so many columns left.
+#[inline(always)]
+fn block(left: usize) -> usize {
+    match left {
+        4.. => 4,
+        2.. => 2,
+        _ => 1,
+    }
+}
+
+/// Stores a factorized panel, given column by column.
+#[inline(always)]
+pub(super) fn pack<V: Value>(panel: &[f64], height: usize, width: usize, stored: &mut [V]) {
+    let mut rest = stored;
+    let mut column = 0;
+    while column < width {
+        let block = block(width - column);
+        let below = column + block;
+        let (square, after) = std::mem::take(&mut rest).split_at_mut(block * block);
+        let (tiles, after) = after.split_at_mut(block * (height - below).next_multiple_of(TILE));
+        rest = after;
+        for k in 0..block {
+            let values = &panel[(column + k) * height..(column + k + 1) * height];
+            for i in 0..block {
+                square[k * block + i] = match i.cmp(&k) {
+                    std::cmp::Ordering::Less => V::default(),
+                    std::cmp::Ordering::Equal => V::of(1.0 / values[column + i]),
+                    std::cmp::Ordering::Greater => V::of(values[column + i]),
+                };
+            }
+            let tile = block * TILE;
+            for (target, rows) in tiles
+                .chunks_exact_mut(tile)
+                .zip(values[below..].chunks(TILE))
+            {
+                for i in 0..TILE {
+                    target[k * TILE + i] = rows.get(i).map_or(V::default(), |&x| V::of(x));
+                }
+            }
+        }
+        column += block;
+    }
+}
