@@ -21,6 +21,7 @@ mod cholesky;
 mod error;
 mod grounded;
 mod handles;
+mod multigrid;
 mod normal;
 mod screened;
 mod sparse;

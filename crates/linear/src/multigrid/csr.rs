@@ -1,0 +1,172 @@
+//! Sparse matrices by rows.
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use crate::normal::LowerTriangle;
+
+/// A sparse matrix by rows.
+pub(super) struct Csr {
+    pub(super) offsets: Vec<usize>,
+    pub(super) columns: Vec<u32>,
+    pub(super) values: Vec<f64>,
+}
+
+const CHUNK: usize = 2048;
+
+impl Csr {
+    /// Both triangles of a symmetric matrix.
+    pub(super) fn from_lower(lower: &LowerTriangle) -> Self {
+        let n = lower.offsets.len() - 1;
+        let mut offsets = vec![0usize; n + 1];
+        let each = |mut entry: Box<dyn FnMut(usize, usize, f64) + '_>| {
+            for j in 0..n {
+                for k in lower.offsets[j]..lower.offsets[j + 1] {
+                    let i = lower.rows[k];
+                    // Rows get their entries in the order of the columns: lower ones first.
+                    entry(i, j, lower.values[k]);
+                    if i != j {
+                        entry(j, i, lower.values[k]);
+                    }
+                }
+            }
+        };
+        each(Box::new(|i, _, _| offsets[i + 1] += 1));
+        for i in 0..n {
+            offsets[i + 1] += offsets[i];
+        }
+        let mut next = offsets.clone();
+        let len = offsets[n];
+        let (mut columns, mut values) = (vec![0u32; len], vec![0.0; len]);
+        each(Box::new(|i, j, value| {
+            columns[next[i]] = j as u32;
+            values[next[i]] = value;
+            next[i] += 1;
+        }));
+        Self {
+            offsets,
+            columns,
+            values,
+        }
+    }
+
+    /// The lower triangle of a symmetric matrix, by columns.
+    pub(super) fn to_lower(&self) -> LowerTriangle {
+        let mut lower = LowerTriangle {
+            offsets: vec![0],
+            rows: Vec::new(),
+            values: Vec::new(),
+        };
+        for j in 0..self.num_rows() {
+            // Column j of a symmetric matrix is its row j.
+            let mut entries: Vec<(usize, f64)> = self
+                .row(j)
+                .map(|(i, value)| (i, value))
+                .filter(|&(i, _)| i >= j)
+                .collect();
+            entries.sort_unstable_by_key(|&(i, _)| i);
+            for (i, value) in entries {
+                lower.rows.push(i);
+                lower.values.push(value);
+            }
+            lower.offsets.push(lower.rows.len());
+        }
+        lower
+    }
+
+    pub(super) fn num_rows(&self) -> usize {
+        self.offsets.len() - 1
+    }
+
+    pub(super) fn row(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let range = self.offsets[i]..self.offsets[i + 1];
+        let columns = self.columns[range.clone()].iter();
+        columns
+            .map(|&j| j as usize)
+            .zip(self.values[range].iter().copied())
+    }
+
+    /// (A x)_i.
+    pub(super) fn product(&self, i: usize, x: &[Vector3<f64>]) -> Vector3<f64> {
+        let mut sum = Vector3::zeros();
+        for (j, value) in self.row(i) {
+            sum += x[j] * value;
+        }
+        sum
+    }
+
+    /// out = A x.
+    pub(super) fn multiply(&self, x: &[Vector3<f64>], out: &mut [Vector3<f64>]) {
+        out.par_iter_mut()
+            .enumerate()
+            .with_min_len(CHUNK)
+            .for_each(|(i, out)| *out = self.product(i, x));
+    }
+
+    pub(super) fn transpose(&self, num_columns: usize) -> Self {
+        let mut offsets = vec![0usize; num_columns + 1];
+        for &j in &self.columns {
+            offsets[j as usize + 1] += 1;
+        }
+        for j in 0..num_columns {
+            offsets[j + 1] += offsets[j];
+        }
+        let mut next = offsets.clone();
+        let mut columns = vec![0u32; self.columns.len()];
+        let mut values = vec![0.0; self.values.len()];
+        for i in 0..self.num_rows() {
+            for (j, value) in self.row(i) {
+                columns[next[j]] = i as u32;
+                values[next[j]] = value;
+                next[j] += 1;
+            }
+        }
+        Self {
+            offsets,
+            columns,
+            values,
+        }
+    }
+
+    /// A B, row by row in parallel.
+    pub(super) fn times(&self, other: &Self, num_columns: usize) -> Self {
+        let rows: Vec<usize> = (0..self.num_rows()).collect();
+        let blocks: Vec<(Vec<usize>, Vec<u32>, Vec<f64>)> = rows
+            .par_chunks(1 << 15)
+            .map(|rows| {
+                // Where in the row at hand each column stands: at least `begin` if it is there.
+                let mut places = vec![usize::MAX; num_columns];
+                let (mut ends, mut columns, mut values) = (Vec::new(), Vec::new(), Vec::new());
+                for &i in rows {
+                    let begin = columns.len();
+                    for (k, a) in self.row(i) {
+                        for (j, b) in other.row(k) {
+                            let place = places[j];
+                            if place != usize::MAX && place >= begin {
+                                values[place] += a * b;
+                            } else {
+                                places[j] = columns.len();
+                                columns.push(j as u32);
+                                values.push(a * b);
+                            }
+                        }
+                    }
+                    ends.push(columns.len());
+                }
+                (ends, columns, values)
+            })
+            .collect();
+        let mut product = Self {
+            offsets: vec![0],
+            columns: Vec::new(),
+            values: Vec::new(),
+        };
+        for (ends, columns, values) in blocks {
+            let begin = product.columns.len();
+            product.offsets.extend(ends.iter().map(|end| begin + end));
+            product.columns.extend(columns);
+            product.values.extend(values);
+        }
+        product
+    }
+}
