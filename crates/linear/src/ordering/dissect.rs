@@ -1,0 +1,270 @@
+//! The tree of separators, from the coarsest level to the finest.
+
+use std::sync::atomic::AtomicU32;
+
+use rayon::prelude::*;
+
+use super::bisect::{Bisector, LEFT, RIGHT, SEPARATOR};
+use super::coarsen::{Coarsening, coarsen};
+use super::leaf::order_leaf;
+use super::level::{Level, NONE, get, put, shared};
+use super::refine::{Labelled, Nodes, Workspace, refine};
+use super::tree::Tree;
+
+/// A permutation of low fill: entry k is the vertex that is eliminated k-th.
+pub(super) fn dissect(finest: Level) -> Vec<u32> {
+    let mut levels = vec![finest];
+    let mut maps = Vec::new();
+    while levels[levels.len() - 1].num_vertices() > COARSEST {
+        let Some(Coarsening { level, cluster_of }) = coarsen(&levels[levels.len() - 1]) else {
+            break;
+        };
+        levels.push(level);
+        maps.push(cluster_of);
+    }
+    let mut tree = Tree::leaf();
+    let mut labels = Vec::new();
+    while let Some(level) = levels.pop() {
+        let slots = shared(level.num_vertices(), NONE);
+        let finest = levels.is_empty();
+        if labels.is_empty() {
+            labels = shared(level.num_vertices(), 0);
+        } else {
+            if let Some(cluster_of) = maps.pop() {
+                labels = project(&cluster_of, &labels);
+            }
+            refine_all(
+                &level,
+                &tree,
+                &labels,
+                &slots,
+                if finest { FINEST_PATIENCE } else { PATIENCE },
+            );
+        }
+        let largest = if finest { FINEST_LEAF } else { LEAF };
+        tree = split_leaves(&level, tree, &labels, &slots, largest);
+        if finest {
+            return assemble(&level, &tree, &labels, &slots);
+        }
+    }
+    Vec::new()
+}
+
+/// Every vertex gets the label of its cluster.
+fn project(cluster_of: &[u32], labels: &[AtomicU32]) -> Vec<AtomicU32> {
+    let label = |&c: &u32| AtomicU32::new(get(labels, c));
+    cluster_of.iter().map(label).collect()
+}
+
+/// The vertices of each node, ascending.
+fn vertices_of_nodes(labels: &[AtomicU32], num_nodes: usize) -> (Vec<u32>, Vec<u32>) {
+    let mut starts = vec![0u32; num_nodes + 1];
+    for v in 0..labels.len() as u32 {
+        starts[get(labels, v) as usize + 1] += 1;
+    }
+    for t in 0..num_nodes {
+        starts[t + 1] += starts[t];
+    }
+    let mut next = starts.clone();
+    let mut vertices = vec![0; labels.len()];
+    for v in 0..labels.len() as u32 {
+        let next = &mut next[get(labels, v) as usize];
+        vertices[*next as usize] = v;
+        *next += 1;
+    }
+    (starts, vertices)
+}
+
+/// Refines all separators, parents before children.
+fn refine_all(
+    level: &Level,
+    tree: &Tree,
+    labels: &[AtomicU32],
+    slots: &[AtomicU32],
+    patience: f64,
+) {
+    let mut weights = vec![0u64; tree.len()];
+    let mut members = vec![Vec::new(); tree.len()];
+    for v in 0..level.num_vertices() as u32 {
+        let t = get(labels, v);
+        weights[t as usize] += u64::from(level.weight(v));
+        if !tree.is_leaf(t) {
+            members[t as usize].push(v);
+        }
+    }
+    let labelled = Labelled {
+        level,
+        tree,
+        patience,
+        labels,
+        slots,
+    };
+    let nodes = Nodes {
+        weights: &mut weights,
+        members: &mut members,
+    };
+    refine_below(&labelled, 0, nodes, &mut Workspace::default());
+}
+
+fn refine_below(graph: &Labelled<'_>, t: u32, mut nodes: Nodes<'_>, space: &mut Workspace) {
+    if graph.tree.is_leaf(t) {
+        return;
+    }
+    refine(graph, t, &mut nodes, space);
+    let right = graph.tree.right(t);
+    let split = (right - t) as usize;
+    let (weights, right_weights) = nodes.weights.split_at_mut(split);
+    let (members, right_members) = nodes.members.split_at_mut(split);
+    let left_nodes = Nodes {
+        weights: &mut weights[1..],
+        members: &mut members[1..],
+    };
+    let right_nodes = Nodes {
+        weights: right_weights,
+        members: right_members,
+    };
+    if graph.tree.end(t) - t > PARALLEL_NODES {
+        rayon::join(
+            || refine_below(graph, t + 1, left_nodes, space),
+            || refine_below(graph, right, right_nodes, &mut Workspace::default()),
+        );
+    } else {
+        refine_below(graph, t + 1, left_nodes, space);
+        refine_below(graph, right, right_nodes, space);
+    }
+}
+
+/// Splits all leaves with more than `largest` vertices.
+fn split_leaves(
+    level: &Level,
+    tree: Tree,
+    labels: &[AtomicU32],
+    slots: &[AtomicU32],
+    largest: usize,
+) -> Tree {
+    let (starts, vertices) = vertices_of_nodes(labels, tree.len());
+    let of_node = |t: u32| &vertices[starts[t as usize] as usize..starts[t as usize + 1] as usize];
+    let leaves: Vec<u32> = (0..tree.len() as u32)
+        .filter(|&t| tree.is_leaf(t))
+        .collect();
+    let total = level.total_weight();
+    let split: Vec<(Tree, Vec<u32>)> = leaves
+        .par_iter()
+        .map_init(
+            || Bisector::new(total),
+            |bisector, &t| {
+                let vertices = of_node(t);
+                if vertices.len() <= largest {
+                    return (Tree::leaf(), Vec::new());
+                }
+                let part = level.part(vertices, t, labels, slots);
+                split(&part, largest, bisector)
+            },
+        )
+        .collect();
+    let (trees, inner): (Vec<_>, Vec<_>) = split.into_iter().unzip();
+    let (tree, numbers) = tree.replace_leaves(&trees);
+    labels.par_iter().for_each(|label| {
+        use std::sync::atomic::Ordering::Relaxed;
+        label.store(numbers[label.load(Relaxed) as usize], Relaxed);
+    });
+    for (&t, inner) in leaves.iter().zip(&inner) {
+        for (&v, label) in of_node(t).iter().zip(inner) {
+            put(labels, v, numbers[t as usize] + label);
+        }
+    }
+    for slot in slots.iter() {
+        slot.store(NONE, std::sync::atomic::Ordering::Relaxed);
+    }
+    tree
+}
+
+/// Splits a part until no piece has more than `largest` vertices, or cannot be split. Returns the
+/// tree and the label of every vertex, none if the part stays whole.
+fn split(part: &Level, largest: usize, bisector: &mut Bisector) -> (Tree, Vec<u32>) {
+    if part.num_vertices() <= largest {
+        return (Tree::leaf(), Vec::new());
+    }
+    let Some(sides) = bisector.bisect(part) else {
+        return (Tree::leaf(), Vec::new());
+    };
+    let shared_sides: Vec<AtomicU32> = sides.iter().map(|&s| AtomicU32::new(s)).collect();
+    let slots = shared(part.num_vertices(), NONE);
+    let of_side = |side: u32| -> Vec<u32> {
+        let all = 0..sides.len() as u32;
+        all.filter(|&v| sides[v as usize] == side).collect()
+    };
+    let [left, right] = [LEFT, RIGHT].map(of_side);
+    let half = |vertices: &[u32], side| part.part(vertices, side, &shared_sides, &slots);
+    let (left_part, right_part) = (half(&left, LEFT), half(&right, RIGHT));
+    let (left_split, right_split) = if part.num_vertices() > PARALLEL_VERTICES {
+        let mut second = bisector.another();
+        rayon::join(
+            || split(&left_part, largest, bisector),
+            || split(&right_part, largest, &mut second),
+        )
+    } else {
+        let left_split = split(&left_part, largest, bisector);
+        (left_split, split(&right_part, largest, bisector))
+    };
+    let tree = Tree::above(&left_split.0, &right_split.0);
+    let mut labels = vec![SEPARATOR; part.num_vertices()];
+    for (vertices, root, inner) in [
+        (&left, 1, &left_split.1),
+        (&right, tree.right(0), &right_split.1),
+    ] {
+        for (i, &v) in vertices.iter().enumerate() {
+            labels[v as usize] = root + inner.get(i).copied().unwrap_or(0);
+        }
+    }
+    (tree, labels)
+}
+
+/// Orders the leaves and puts every separator after what it separates.
+fn assemble(level: &Level, tree: &Tree, labels: &[AtomicU32], slots: &[AtomicU32]) -> Vec<u32> {
+    let (starts, mut vertices) = vertices_of_nodes(labels, tree.len());
+    for t in (0..tree.len() as u32).filter(|&t| tree.is_leaf(t)) {
+        let leaf = &vertices[starts[t as usize] as usize..starts[t as usize + 1] as usize];
+        for (i, &v) in leaf.iter().enumerate() {
+            put(slots, v, i as u32);
+        }
+    }
+    let mut rest = &mut vertices[..];
+    let mut pieces = Vec::with_capacity(tree.len());
+    for t in 0..tree.len() {
+        let (piece, tail) = rest.split_at_mut((starts[t + 1] - starts[t]) as usize);
+        rest = tail;
+        pieces.push(piece);
+    }
+    pieces.par_iter_mut().enumerate().for_each(|(t, piece)| {
+        if tree.is_leaf(t as u32) {
+            order_leaf(level, piece, t as u32, labels, slots);
+        }
+    });
+    let mut order = Vec::with_capacity(labels.len());
+    emit(tree, 0, &pieces, &mut order);
+    order
+}
+
+/// Both sides, then the separator.
+fn emit(tree: &Tree, t: u32, pieces: &[&mut [u32]], order: &mut Vec<u32>) {
+    if !tree.is_leaf(t) {
+        emit(tree, t + 1, pieces, order);
+        emit(tree, tree.right(t), pieces, order);
+    }
+    order.extend_from_slice(pieces[t as usize]);
+}
+
+/// The hierarchy ends at a level of at most this size.
+const COARSEST: usize = 150;
+/// Parts are split while they have more vertices of the level at hand than this.
+const LEAF: usize = 60;
+/// The same on the finest level, where parts are then ordered by minimum degree.
+const FINEST_LEAF: usize = 200;
+/// See [`Labelled::patience`]. On coarse levels patience is cheap.
+const PATIENCE: f64 = 3.0;
+const FINEST_PATIENCE: f64 = 1.5;
+/// Trees with more nodes than this are refined by two threads.
+const PARALLEL_NODES: u32 = 64;
+/// Parts with more vertices than this are split by two threads.
+const PARALLEL_VERTICES: usize = 4096;
