@@ -7,7 +7,7 @@
 use std::sync::atomic::AtomicU32;
 
 use super::level::{Level, get, put, shared};
-use super::refine::{Labelled, Nodes, Workspace, badness, refine};
+use super::refine::{Effort, Labelled, Nodes, Workspace, badness, refine};
 use super::tree::Tree;
 
 /// Labels of a part that was split: the separator and its two sides.
@@ -46,26 +46,30 @@ impl Bisector {
         if first.order.len() < part.num_vertices() {
             return self.bisect_components(part);
         }
-        let (badness, labels) = self.bisect_connected(part, &first)?;
+        let (badness, labels) = self.bisect_connected(part, first)?;
         let total = part.total_weight() as f64;
         (badness < WORST_SEPARATOR * total).then_some(labels)
     }
 
     /// Bisects a connected part as well as a few tries can.
-    fn bisect_connected(&mut self, part: &Level, first: &Distances) -> Option<(f64, Vec<u32>)> {
+    fn bisect_connected(&mut self, part: &Level, first: Distances) -> Option<(f64, Vec<u32>)> {
         let slots = shared(part.num_vertices(), super::level::NONE);
         let n = part.num_vertices();
         let share = part.total_weight() as f64 / self.total as f64;
         let tries = if share > LARGE_SHARE { 6 } else { 1 };
+        let first = if share > LARGE_SHARE {
+            distances(part, first.farthest())
+        } else {
+            first
+        };
         let mut best: Option<(f64, Vec<u32>)> = None;
+        let mut from_a = first;
         for k in 0..tries {
-            // The first start is an end of the part, the others lie anywhere.
-            let start = if k == 0 {
-                first.farthest()
-            } else {
-                first.order[n * k / tries]
-            };
-            let from_a = distances(part, start);
+            // The first start is the first vertex, which by its breadth-first number lies at an
+            // end of the part; the others lie anywhere.
+            if k > 0 {
+                from_a = distances(part, from_a.order[n * k / tries]);
+            }
             let from_b = distances(part, from_a.farthest());
             if let Some((found, labels)) = self.cut(part, &from_a, &from_b, &slots)
                 && best.as_ref().is_none_or(|(b, _)| found < *b)
@@ -86,7 +90,9 @@ impl Bisector {
     ) -> Option<(f64, Vec<u32>)> {
         let n = part.num_vertices();
         let shift = n as u32;
-        let key = |v: u32| a.of[v as usize] + shift - b.of[v as usize];
+        let ends = a.of.iter().zip(&b.of);
+        let keys: Vec<u32> = ends.map(|(a, b)| a + shift - b).collect();
+        let key = |v: u32| keys[v as usize];
         let mut low = u32::MAX;
         let mut high = 0;
         for v in 0..n as u32 {
@@ -142,7 +148,7 @@ impl Bisector {
         let labelled = Labelled {
             level: part,
             tree: &self.tree,
-            patience: PATIENCE,
+            effort: EFFORT,
             labels: &labels,
             slots,
         };
@@ -176,7 +182,7 @@ impl Bisector {
             let slots = shared(part.num_vertices(), 0);
             let inner = part.part(largest, 0, &all_labels, &slots);
             let first = distances(&inner, 0);
-            let (_, inner_labels) = self.bisect_connected(&inner, &first)?;
+            let (_, inner_labels) = self.bisect_connected(&inner, first)?;
             for (i, &v) in largest.iter().enumerate() {
                 labels[v as usize] = inner_labels[i];
                 match inner_labels[i] {
@@ -251,9 +257,12 @@ fn components(part: &Level) -> Vec<Vec<u32>> {
 
 /// Parts with more than this share of the whole graph are worth a few tries.
 const LARGE_SHARE: f64 = 0.05;
-/// See [`Labelled::patience`]. A separator found here is refined again on the finer levels.
-const PATIENCE: f64 = 0.5;
+/// A separator found here is refined again on the finer levels.
+const EFFORT: Effort = Effort {
+    patience: 0.5,
+    passes: 4,
+};
 /// A separator with more than this share of its part is not worth it.
-const WORST_SEPARATOR: f64 = 0.3;
+const WORST_SEPARATOR: f64 = 0.4;
 /// A component with more than this share of its part is split.
 const LARGE_COMPONENT: f64 = 0.75;

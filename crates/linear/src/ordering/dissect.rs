@@ -8,7 +8,7 @@ use super::bisect::{Bisector, LEFT, RIGHT, SEPARATOR};
 use super::coarsen::{Coarsening, coarsen};
 use super::leaf::order_leaf;
 use super::level::{Level, NONE, get, put, shared};
-use super::refine::{Labelled, Nodes, Workspace, refine};
+use super::refine::{Effort, Labelled, Nodes, Workspace, refine};
 use super::tree::Tree;
 
 /// A permutation of low fill: entry k is the vertex that is eliminated k-th.
@@ -38,7 +38,7 @@ pub(super) fn dissect(finest: Level) -> Vec<u32> {
                 &tree,
                 &labels,
                 &slots,
-                if finest { FINEST_PATIENCE } else { PATIENCE },
+                if finest { FINEST_EFFORT } else { EFFORT },
             );
         }
         let largest = if finest { FINEST_LEAF } else { LEAF };
@@ -81,7 +81,7 @@ fn refine_all(
     tree: &Tree,
     labels: &[AtomicU32],
     slots: &[AtomicU32],
-    patience: f64,
+    effort: Effort,
 ) {
     let mut weights = vec![0u64; tree.len()];
     let mut members = vec![Vec::new(); tree.len()];
@@ -95,7 +95,7 @@ fn refine_all(
     let labelled = Labelled {
         level,
         tree,
-        patience,
+        effort,
         labels,
         slots,
     };
@@ -261,9 +261,15 @@ const COARSEST: usize = 150;
 const LEAF: usize = 60;
 /// The same on the finest level, where parts are then ordered by minimum degree.
 const FINEST_LEAF: usize = 200;
-/// See [`Labelled::patience`]. On coarse levels patience is cheap.
-const PATIENCE: f64 = 3.0;
-const FINEST_PATIENCE: f64 = 1.5;
+/// Hard work is cheap on coarse levels.
+const EFFORT: Effort = Effort {
+    patience: 3.0,
+    passes: 6,
+};
+const FINEST_EFFORT: Effort = Effort {
+    patience: 1.5,
+    passes: 3,
+};
 /// Trees with more nodes than this are refined by two threads.
 const PARALLEL_NODES: u32 = 64;
 /// Parts with more vertices than this are split by two threads.

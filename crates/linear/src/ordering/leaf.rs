@@ -89,11 +89,10 @@ impl BitGraph {
     /// Eliminates a vertex of least degree until none is left; the first of equals.
     fn minimum_degree(mut self) -> Vec<u32> {
         let mut degrees: Vec<u32> = (0..self.num_inner).map(|i| self.degree(i)).collect();
+        let mut queue = Queue::new(&degrees, self.words * 64);
         let mut order = Vec::with_capacity(self.num_inner);
         let mut pivot = vec![0u64; self.words];
-        for _ in 0..self.num_inner {
-            let least = degrees.iter().copied().min().unwrap_or(GONE);
-            let p = degrees.iter().position(|&d| d == least).unwrap_or(0);
+        while let Some(p) = queue.pop() {
             degrees[p] = GONE;
             order.push(p as u32);
             pivot.copy_from_slice(self.row(p));
@@ -103,7 +102,10 @@ impl BitGraph {
                     let i = word * 64 + bits.trailing_zeros() as usize;
                     bits &= bits - 1;
                     if i < self.num_inner && degrees[i] != GONE {
-                        degrees[i] = (degrees[i] + self.absorb(i, &pivot, p)).saturating_sub(1);
+                        let added = self.absorb(i, &pivot, p);
+                        let degree = (degrees[i] + added).saturating_sub(1);
+                        queue.change(i, degrees[i], degree);
+                        degrees[i] = degree;
                     }
                 }
             }
@@ -128,6 +130,53 @@ impl BitGraph {
         }
         row[i / 64] &= !(1 << (i % 64));
         added
+    }
+}
+
+/// Vertices by degree: a set of bits for every degree.
+struct Queue {
+    words: usize,
+    sets: Vec<u64>,
+    /// No vertex has a lower degree.
+    least: usize,
+}
+
+impl Queue {
+    /// For degrees up to `bound`.
+    fn new(degrees: &[u32], bound: usize) -> Self {
+        let words = degrees.len().div_ceil(64);
+        let mut queue = Self {
+            words,
+            sets: vec![0; words * (bound + 1)],
+            least: bound,
+        };
+        for (i, &degree) in degrees.iter().enumerate() {
+            queue.insert(i, degree);
+        }
+        queue
+    }
+
+    fn insert(&mut self, i: usize, degree: u32) {
+        self.sets[degree as usize * self.words + i / 64] |= 1 << (i % 64);
+        self.least = self.least.min(degree as usize);
+    }
+
+    fn change(&mut self, i: usize, from: u32, to: u32) {
+        if from != to {
+            self.sets[from as usize * self.words + i / 64] &= !(1 << (i % 64));
+            self.insert(i, to);
+        }
+    }
+
+    /// Takes the first vertex of the least degree.
+    fn pop(&mut self) -> Option<usize> {
+        let start = self.least * self.words;
+        let found = self.sets[start..].iter().position(|&set| set != 0)?;
+        let set = &mut self.sets[start + found];
+        let bit = set.trailing_zeros() as usize;
+        *set &= *set - 1;
+        self.least = (start + found) / self.words;
+        Some((start + found) % self.words * 64 + bit)
     }
 }
 

@@ -23,12 +23,20 @@ pub(super) fn badness(separator: u64, left: u64, right: u64) -> f64 {
     separator as f64 * (1.0 + 100.0 * excess * excess) + 0.1 * unevenness
 }
 
+/// How hard a refinement tries.
+#[derive(Clone, Copy)]
+pub(super) struct Effort {
+    /// How many moves without success a pass may make, as a part of the separator's size.
+    pub(super) patience: f64,
+    /// Passes over one separator at most.
+    pub(super) passes: usize,
+}
+
 /// The graph with its labels: what the refinement of all separators shares.
 pub(super) struct Labelled<'a> {
     pub(super) level: &'a Level,
     pub(super) tree: &'a Tree,
-    /// How many moves without success a pass may make, as a part of the separator's size.
-    pub(super) patience: f64,
+    pub(super) effort: Effort,
     /// The node of each vertex.
     pub(super) labels: &'a [AtomicU32],
     /// Working memory: `NONE` everywhere between calls.
@@ -67,7 +75,7 @@ pub(super) fn refine(
     let mut search = Search::new(labelled, t, nodes, space);
     let mut badness = search.badness();
     let mut failures = 0;
-    for _ in 0..MAX_PASSES {
+    for _ in 0..labelled.effort.passes {
         search.pass();
         search.side = 1 - search.side;
         let after = search.badness();
@@ -139,7 +147,8 @@ impl<'a, 'b> Search<'a, 'b> {
         }
         self.start();
         let size = self.space.vertices.len();
-        let patience = 3.0 + self.graph.patience * size as f64 * (size as f64 / 40.0).min(1.0);
+        let patience =
+            3.0 + self.graph.effort.patience * size as f64 * (size as f64 / 40.0).min(1.0);
         let patience = patience.min(MAX_PATIENCE) as usize;
         let mut best = (self.badness(), 0);
         let mut moves_since_best = 0;
@@ -232,10 +241,13 @@ impl<'a, 'b> Search<'a, 'b> {
         let graph = self.graph;
         let ring = graph.level.ring(v);
         let (near, far) = (self.near.clone(), self.far.clone());
-        let around = ring.iter().map(|&u| get(graph.labels, u));
-        let home = graph
-            .tree
-            .home(near.start, around.filter(|label| near.contains(label)));
+        let home = if graph.tree.is_leaf(near.start) {
+            near.start
+        } else {
+            let around = ring.iter().map(|&u| get(graph.labels, u));
+            let inside = around.filter(|label| near.contains(label));
+            graph.tree.home(near.start, inside)
+        };
         self.space.log.push((v, self.t, home));
         self.relabel(v, self.t, home);
         let mut pulled = std::mem::take(&mut self.space.pulled);
@@ -320,8 +332,6 @@ fn pack(gain: i64, slot: u32) -> u64 {
     (gain as u64) << 32 | u64::from(slot)
 }
 
-/// Passes over one separator; most find nothing after the second.
-const MAX_PASSES: usize = 4;
 /// Moves without a better state that a pass makes at most.
 const MAX_PATIENCE: f64 = 300.0;
 /// Sides of 65 : 35 are as good as even ones.
