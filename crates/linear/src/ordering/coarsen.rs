@@ -11,9 +11,18 @@ pub(super) struct Coarsening {
     pub(super) cluster_of: Vec<u32>,
 }
 
+/// How clusters are made.
+#[derive(Clone, Copy)]
+pub(super) struct Clustering {
+    /// A vertex starts a cluster if it has this many free neighbours.
+    pub(super) enough: usize,
+    /// Clusters take free neighbours up to this many times the mean weight.
+    pub(super) full: f64,
+}
+
 /// Clusters a level; `None` if that would not make it much smaller.
-pub(super) fn coarsen(level: &Level) -> Option<Coarsening> {
-    let (cluster_of, num_clusters) = clusters(level);
+pub(super) fn coarsen(level: &Level, clustering: Clustering) -> Option<Coarsening> {
+    let (cluster_of, num_clusters) = clusters(level, clustering);
     if num_clusters as f64 > WORST_RATIO * level.num_vertices() as f64 {
         return None;
     }
@@ -23,10 +32,10 @@ pub(super) fn coarsen(level: &Level) -> Option<Coarsening> {
 
 /// Every vertex in turn that has enough free neighbours takes them; those that are left join the
 /// cluster that most of their neighbours are in.
-fn clusters(level: &Level) -> (Vec<u32>, usize) {
+fn clusters(level: &Level, clustering: Clustering) -> (Vec<u32>, usize) {
     let n = level.num_vertices();
     let mean = level.total_weight() as f64 / n.max(1) as f64;
-    let full = (FULL * mean) as u32;
+    let full = (clustering.full * mean) as u32;
     let mut clusters = Clusters {
         of: vec![NONE; n],
         weights: Vec::with_capacity(n / 3),
@@ -34,12 +43,12 @@ fn clusters(level: &Level) -> (Vec<u32>, usize) {
     for v in 0..n as u32 {
         if clusters.is_free(v) {
             let free = level.ring(v).iter().filter(|&&u| clusters.is_free(u));
-            if free.count() >= ENOUGH {
+            if free.count() >= clustering.enough {
                 clusters.open(level, v, full);
             }
         }
     }
-    let crowded = (CROWDED * mean) as u32;
+    let crowded = (CROWDED * clustering.full * mean) as u32;
     let mut lonely = None;
     for v in 0..n as u32 {
         if !clusters.is_free(v) {
@@ -188,9 +197,5 @@ fn extend_distinct(list: &mut Vec<u32>, items: impl Iterator<Item = u32>) {
 
 /// A level that keeps more than this part of its vertices is not worth its work.
 const WORST_RATIO: f64 = 0.8;
-/// A vertex starts a cluster if it has this many free neighbours.
-const ENOUGH: usize = 5;
-/// Clusters are full at this many times the mean weight.
-const FULL: f64 = 5.0;
-/// Left-over vertices join clusters up to this many times the mean weight.
-const CROWDED: f64 = 7.0;
+/// Left-over vertices join clusters up to this many times the full weight.
+const CROWDED: f64 = 1.4;

@@ -1,20 +1,21 @@
-//! What an ordering costs: entries of the factor and flops, by walking over the row subtrees of
-//! the elimination tree (Liu 1990).
+//! What an ordering costs, by walking over the row subtrees of the elimination tree (Liu 1990).
 
-use super::Graph;
+use super::level::{Level, NONE};
 
-/// The size of a Cholesky factor.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub(crate) struct Cost {
-    /// Entries of the factor, diagonal included.
-    pub(crate) entries: u64,
-    /// The sum of the squares of the column lengths.
-    pub(crate) flops: f64,
+/// The flops of a Cholesky factorization: the sum of the squares of the column lengths, with
+/// every vertex standing for as many rows as it has weight.
+///
+/// Takes time proportional to the entries of the factor.
+pub(super) fn flops(level: &Level, order: &[u32]) -> f64 {
+    let lengths = column_lengths(level, order);
+    let columns = order.iter().zip(&lengths);
+    columns
+        .map(|(&v, &length)| f64::from(level.weight(v)) * (length as f64).powi(2))
+        .sum()
 }
 
-/// Takes time proportional to the entries of the factor.
-pub(crate) fn cost(graph: &Graph<'_>, order: &[u32]) -> Cost {
-    const NONE: u32 = u32::MAX;
+/// The length of every column of the factor, in the order of elimination, diagonal included.
+pub(super) fn column_lengths(level: &Level, order: &[u32]) -> Vec<u64> {
     let n = order.len();
     let mut place = vec![0u32; n];
     for (k, &v) in order.iter().enumerate() {
@@ -22,16 +23,17 @@ pub(crate) fn cost(graph: &Graph<'_>, order: &[u32]) -> Cost {
     }
     let mut parent = vec![NONE; n];
     let mut last_row = vec![NONE; n];
-    let mut lengths = vec![1u64; n];
-    for (i, &v) in order.iter().enumerate() {
+    let weigh = |&v: &u32| u64::from(level.weight(v));
+    let mut lengths: Vec<u64> = order.iter().map(weigh).collect();
+    for (i, v) in order.iter().enumerate() {
+        let weight = weigh(v);
         let i = i as u32;
         last_row[i as usize] = i;
-        let ring = graph.offsets[v as usize] as usize..graph.offsets[v as usize + 1] as usize;
-        for &u in &graph.neighbours[ring] {
+        for &u in level.ring(*v) {
             let mut j = place[u as usize];
             while j < i && last_row[j as usize] != i {
                 last_row[j as usize] = i;
-                lengths[j as usize] += 1;
+                lengths[j as usize] += weight;
                 if parent[j as usize] == NONE {
                     parent[j as usize] = i;
                 }
@@ -39,8 +41,5 @@ pub(crate) fn cost(graph: &Graph<'_>, order: &[u32]) -> Cost {
             }
         }
     }
-    Cost {
-        entries: lengths.iter().sum(),
-        flops: lengths.iter().map(|&c| (c * c) as f64).sum(),
-    }
+    lengths
 }

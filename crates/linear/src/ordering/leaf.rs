@@ -180,22 +180,30 @@ impl Queue {
     }
 }
 
-/// For parts that have no good separator.
-fn approximate_minimum_degree(part: &Level) -> Vec<u32> {
+/// For parts that have no good separators.
+pub(super) fn approximate_minimum_degree(part: &Level) -> Vec<u32> {
     let n = part.num_vertices();
     let natural = || (0..n as u32).collect();
-    let offsets: Vec<usize> = part.offsets.iter().map(|&o| o as usize).collect();
-    let mut rows: Vec<usize> = part.neighbours.iter().map(|&v| v as usize).collect();
-    for v in 0..n {
-        rows[offsets[v]..offsets[v + 1]].sort_unstable();
+    // The pattern wants rows ascending and without repetitions.
+    let mut offsets = Vec::with_capacity(n + 1);
+    let mut rows: Vec<u32> = Vec::with_capacity(part.neighbours.len());
+    let mut ring = Vec::new();
+    offsets.push(0u32);
+    for v in 0..n as u32 {
+        ring.clear();
+        ring.extend_from_slice(part.ring(v));
+        ring.sort_unstable();
+        ring.dedup();
+        rows.extend_from_slice(&ring);
+        offsets.push(rows.len() as u32);
     }
     let pattern = SymbolicSparseColMatRef::new_checked(n, n, &offsets, None, &rows);
-    let request = amd::order_scratch::<usize>(n, rows.len());
+    let request = amd::order_scratch::<u32>(n, rows.len());
     let Ok(mut memory) = MemBuffer::try_new(request) else {
         return natural();
     };
-    let mut order = vec![0usize; n];
-    let mut inverse = vec![0usize; n];
+    let mut order = vec![0u32; n];
+    let mut inverse = vec![0u32; n];
     let done = amd::order(
         &mut order,
         &mut inverse,
@@ -204,7 +212,7 @@ fn approximate_minimum_degree(part: &Level) -> Vec<u32> {
         MemStack::new(&mut memory),
     );
     match done {
-        Ok(_) => order.iter().map(|&v| v as u32).collect(),
+        Ok(_) => order,
         Err(_) => natural(),
     }
 }

@@ -17,7 +17,6 @@
 
 mod bisect;
 mod coarsen;
-#[cfg(test)]
 mod count;
 mod dissect;
 mod leaf;
@@ -49,7 +48,7 @@ pub(crate) fn order(graph: &Graph<'_>) -> Vec<u32> {
         dense,
         level,
     } = Relabelled::new(graph);
-    let nested = dissect(level);
+    let nested = dissect(&level);
     let mut order = isolated;
     order.extend(nested.iter().map(|&v| connected[v as usize]));
     order.extend(dense);

@@ -148,7 +148,7 @@ impl<'a, 'b> Search<'a, 'b> {
         self.start();
         let size = self.space.vertices.len();
         let patience =
-            3.0 + self.graph.effort.patience * size as f64 * (size as f64 / 40.0).min(1.0);
+            3.0 + self.graph.effort.patience * size as f64 * (size as f64 / 40.0).min(2.0);
         let patience = patience.min(MAX_PATIENCE) as usize;
         let mut best = (self.badness(), 0);
         let mut moves_since_best = 0;
