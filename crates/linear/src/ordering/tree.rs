@@ -1,0 +1,107 @@
+//! The tree of separators, in preorder.
+
+/// Nodes are separators (with two children) or parts that were not split (leaves). The nodes
+/// below t are t + 1 … `end[t]`: first those of the left child, which is t + 1, then those of the
+/// right child. A vertex carries the number of its node as its label, so that comparing labels
+/// tells on which side of a separator it lies.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Tree {
+    end: Vec<u32>,
+}
+
+impl Tree {
+    pub(super) fn leaf() -> Self {
+        Self { end: vec![1] }
+    }
+
+    /// A separator above two trees.
+    pub(super) fn above(left: &Self, right: &Self) -> Self {
+        let mut tree = Self { end: vec![0] };
+        tree.append(left);
+        tree.append(right);
+        tree.end[0] = tree.end.len() as u32;
+        tree
+    }
+
+    /// Puts other trees in place of the leaves, given in the order of the leaves. Returns the new
+    /// number of each old node; the node of a leaf becomes the root of what replaces it.
+    pub(super) fn replace_leaves(&self, parts: &[Self]) -> (Self, Vec<u32>) {
+        let mut parts = parts.iter();
+        let mut tree = Self { end: Vec::new() };
+        let mut numbers = Vec::with_capacity(self.len());
+        for t in 0..self.len() as u32 {
+            numbers.push(tree.end.len() as u32);
+            let part = if self.is_leaf(t) { parts.next() } else { None };
+            match part {
+                Some(part) => tree.append(part),
+                None => tree.end.push(0),
+            }
+        }
+        let len = tree.end.len() as u32;
+        for t in (0..self.len()).filter(|&t| !self.is_leaf(t as u32)) {
+            let end = numbers.get(self.end[t] as usize).copied().unwrap_or(len);
+            tree.end[numbers[t] as usize] = end;
+        }
+        (tree, numbers)
+    }
+
+    fn append(&mut self, other: &Self) {
+        let start = self.end.len() as u32;
+        self.end.extend(other.end.iter().map(|end| start + end));
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.end.len()
+    }
+
+    pub(super) fn is_leaf(&self, t: u32) -> bool {
+        self.end[t as usize] == t + 1
+    }
+
+    /// One past the last node below t.
+    pub(super) fn end(&self, t: u32) -> u32 {
+        self.end[t as usize]
+    }
+
+    /// The right child of a separator; its left child is t + 1.
+    pub(super) fn right(&self, t: u32) -> u32 {
+        self.end(t + 1)
+    }
+
+    /// Whether t is `above` or lies below it.
+    fn is_below(&self, t: u32, above: u32) -> bool {
+        above <= t && t < self.end(above)
+    }
+
+    /// Where a vertex may live whose neighbours have these labels: the deepest node at or below
+    /// `root` that is an ancestor or a descendant of every one of them.
+    pub(super) fn home(&self, root: u32, labels: impl Iterator<Item = u32>) -> u32 {
+        let mut home = root;
+        let mut forked = false;
+        for label in labels {
+            if self.is_below(label, home) {
+                if !forked {
+                    home = label;
+                }
+            } else if !self.is_below(home, label) {
+                home = self.meet(root, home, label);
+                forked = true;
+            }
+        }
+        home
+    }
+
+    /// The lowest node that is above both a and b, which are below `root`.
+    fn meet(&self, root: u32, a: u32, b: u32) -> u32 {
+        let mut meet = root;
+        loop {
+            let child = [meet + 1, self.right(meet)]
+                .into_iter()
+                .find(|&child| self.is_below(a, child) && self.is_below(b, child));
+            match child {
+                Some(child) => meet = child,
+                None => return meet,
+            }
+        }
+    }
+}
