@@ -2,13 +2,11 @@
 
 use std::sync::Arc;
 
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::sparse::SymbolicSparseColMatRef;
-use faer::sparse::linalg::amd;
 use nalgebra::Vector3;
 
 use crate::error::LinearError;
 use crate::normal::LowerTriangle;
+use crate::ordering::{self, Graph};
 use crate::sparse::{Buffers, Factor, FactorError, Precision, Symbolic};
 
 /// A factorized symmetric positive definite matrix and the memory that its solves need.
@@ -108,41 +106,35 @@ fn refusal(error: FactorError, matrix: &LowerTriangle, bytes: usize) -> LinearEr
     }
 }
 
+/// A fill-reducing order for the matrix.
 pub(crate) fn order(matrix: &LowerTriangle) -> Vec<u32> {
     let n = matrix.offsets.len() - 1;
-    let mut offsets = vec![0usize; n + 2];
-    for j in 0..n {
-        for k in matrix.offsets[j]..matrix.offsets[j + 1] {
-            if matrix.rows[k] != j {
-                offsets[matrix.rows[k] + 2] += 1;
-            }
-        }
+    let entries = || {
+        (0..n).flat_map(|j| {
+            let rows = &matrix.rows[matrix.offsets[j]..matrix.offsets[j + 1]];
+            rows.iter().filter(move |&&i| i != j).map(move |&i| (i, j))
+        })
+    };
+    let mut offsets = vec![0u32; n + 1];
+    for (i, j) in entries() {
+        offsets[i + 1] += 1;
+        offsets[j + 1] += 1;
     }
-    for k in 0..=n {
+    for k in 0..n {
         offsets[k + 1] += offsets[k];
     }
-    let mut rows = vec![0usize; offsets[n + 1]];
-    for j in 0..n {
-        for k in matrix.offsets[j]..matrix.offsets[j + 1] {
-            if matrix.rows[k] != j {
-                let slot = &mut offsets[matrix.rows[k] + 1];
-                rows[*slot] = j;
-                *slot += 1;
-            }
+    let mut next = offsets.clone();
+    let mut neighbours = vec![0u32; offsets[n] as usize];
+    for (i, j) in entries() {
+        for (from, to) in [(i, j), (j, i)] {
+            neighbours[next[from] as usize] = to as u32;
+            next[from] += 1;
         }
     }
-    let upper = SymbolicSparseColMatRef::new_checked(n, n, &offsets[..=n], None, &rows);
-    let (mut order, mut inverse) = (vec![0; n], vec![0; n]);
-    let mut memory = MemBuffer::new(amd::order_scratch::<usize>(n, rows.len()));
-    amd::order(
-        &mut order,
-        &mut inverse,
-        upper,
-        amd::Control::default(),
-        MemStack::new(&mut memory),
-    )
-    .unwrap();
-    order.into_iter().map(|k| k as u32).collect()
+    ordering::order(&Graph {
+        offsets: &offsets,
+        neighbours: &neighbours,
+    })
 }
 
 #[cfg(test)]

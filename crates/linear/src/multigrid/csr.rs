@@ -19,30 +19,29 @@ impl Csr {
     pub(super) fn from_lower(lower: &LowerTriangle) -> Self {
         let n = lower.offsets.len() - 1;
         let mut offsets = vec![0usize; n + 1];
-        let each = |mut entry: Box<dyn FnMut(usize, usize, f64) + '_>| {
-            for j in 0..n {
-                for k in lower.offsets[j]..lower.offsets[j + 1] {
-                    let i = lower.rows[k];
-                    // Rows get their entries in the order of the columns: lower ones first.
-                    entry(i, j, lower.values[k]);
-                    if i != j {
-                        entry(j, i, lower.values[k]);
-                    }
-                }
-            }
-        };
-        each(Box::new(|i, _, _| offsets[i + 1] += 1));
+        // Rows get their entries in the order of the columns: lower ones first.
+        let entries =
+            || (0..n).flat_map(|j| (lower.offsets[j]..lower.offsets[j + 1]).map(move |k| (j, k)));
+        for (j, k) in entries() {
+            offsets[lower.rows[k] + 1] += 1;
+            offsets[j + 1] += usize::from(lower.rows[k] != j);
+        }
         for i in 0..n {
             offsets[i + 1] += offsets[i];
         }
         let mut next = offsets.clone();
-        let len = offsets[n];
-        let (mut columns, mut values) = (vec![0u32; len], vec![0.0; len]);
-        each(Box::new(|i, j, value| {
+        let (mut columns, mut values) = (vec![0u32; offsets[n]], vec![0.0; offsets[n]]);
+        let mut put = |i: usize, j: usize, value: f64| {
             columns[next[i]] = j as u32;
             values[next[i]] = value;
             next[i] += 1;
-        }));
+        };
+        for (j, k) in entries() {
+            put(lower.rows[k], j, lower.values[k]);
+            if lower.rows[k] != j {
+                put(j, lower.rows[k], lower.values[k]);
+            }
+        }
         Self {
             offsets,
             columns,
@@ -59,11 +58,7 @@ impl Csr {
         };
         for j in 0..self.num_rows() {
             // Column j of a symmetric matrix is its row j.
-            let mut entries: Vec<(usize, f64)> = self
-                .row(j)
-                .map(|(i, value)| (i, value))
-                .filter(|&(i, _)| i >= j)
-                .collect();
+            let mut entries: Vec<(usize, f64)> = self.row(j).filter(|&(i, _)| i >= j).collect();
             entries.sort_unstable_by_key(|&(i, _)| i);
             for (i, value) in entries {
                 lower.rows.push(i);
