@@ -18,14 +18,25 @@
 //! Laplacian's, and `f32` fails silently from some ten thousand vertices on.
 
 mod cholesky;
+mod column_store;
+mod columns;
+mod components;
+mod cost;
 mod error;
-mod grounded;
 mod handles;
+mod multipliers;
 mod normal;
+mod one_ring;
+mod problem;
+mod pseudo_inverse;
 mod screened;
+mod strategy;
 mod system;
+mod weights;
 
 pub use error::LinearError;
 pub use handles::{Handle, Hold};
+pub use problem::Membrane;
 pub use screened::ScreenedSystem;
-pub use system::{Membrane, PreparedSystem};
+pub use strategy::{Choice, Reason, Strategy, SystemOptions};
+pub use system::PreparedSystem;
