@@ -92,7 +92,7 @@ impl Factor {
             entries,
             analysis: analysis_per_vertex * n * (n / 1e5).max(0.01).powf(0.25),
             numeric: 0.16 * (entries / 5.4e6).powf(1.335),
-            solve: 1.9e-7 * n + 3.3e-9 * entries,
+            solve: 1e-7 * n + 4.3e-9 * entries,
         }
     }
 }
