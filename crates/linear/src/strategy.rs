@@ -116,38 +116,38 @@ pub struct SystemOptions {
 
 impl Default for SystemOptions {
     fn default() -> Self {
-        Self {
-            strategy: Strategy::default(),
-            max_memory: None,
-            expected_solves: 20,
-        }
+        Self::new()
     }
 }
 
 impl SystemOptions {
     /// The defaults.
     #[must_use]
-    pub fn new() -> Self {
-        Self::default()
+    pub const fn new() -> Self {
+        Self {
+            strategy: Strategy::Auto,
+            max_memory: None,
+            expected_solves: 20,
+        }
     }
 
     /// Sets [`Self::strategy`].
     #[must_use]
-    pub fn strategy(mut self, strategy: Strategy) -> Self {
+    pub const fn strategy(mut self, strategy: Strategy) -> Self {
         self.strategy = strategy;
         self
     }
 
     /// Sets [`Self::max_memory`].
     #[must_use]
-    pub fn max_memory(mut self, bytes: u64) -> Self {
+    pub const fn max_memory(mut self, bytes: u64) -> Self {
         self.max_memory = Some(bytes);
         self
     }
 
     /// Sets [`Self::expected_solves`].
     #[must_use]
-    pub fn expected_solves(mut self, solves: usize) -> Self {
+    pub const fn expected_solves(mut self, solves: usize) -> Self {
         self.expected_solves = solves;
         self
     }

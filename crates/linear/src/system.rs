@@ -189,7 +189,8 @@ impl PreparedSystem {
     ///
     /// **Shapes**: n entries each. `mismatch` is ℓ − Lx; `tension` is half the negative gradient of
     /// the membrane's energy, without μ: the sum over the neighbours of the stiffness times the edge
-    /// vector x_j − x_i less the wanted one; `pull` is u − x at
+    /// vector x_j − x_i less the wanted one, which has no sum over a component, as no shift of it
+    /// changes its energy; `pull` is u − x at
     /// the soft handles (other entries are ignored).
     ///
     /// # Panics
