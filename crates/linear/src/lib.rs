@@ -14,6 +14,17 @@
 //! the shape is from fulfilling each term. A shape that fulfils them all is then left alone exactly,
 //! a mesh far from the origin loses no digit, and every solve refines the one before.
 //!
+//! There are two ways to the solution, and [`Strategy::Auto`] takes the one that is predicted to be
+//! the faster:
+//!
+//! - the **normal equations** LᵀL + μK + D of the free vertices ([`Strategy::Normal`]), for every
+//!   operator and any number of handles;
+//! - **columns** of the inverse, one a handle, from factors of the one-ring matrix
+//!   ([`Strategy::Columns`]): factorized once for every set of handles.
+//!
+//! Handles can be exchanged ([`PreparedSystem::set_handles`]) and weights renewed
+//! ([`PreparedSystem::refactor`]) without starting over.
+//!
 //! The factorization is always in `f64`: the condition number of the system is the square of the
 //! Laplacian's, and `f32` fails silently from some ten thousand vertices on.
 

@@ -2,7 +2,7 @@
 //! however the handles came to be.
 
 use cotan_geometry::testing::surfaces;
-use cotan_geometry::{Positions, Surface, shapes};
+use cotan_geometry::{Positions, Scalar, Surface, shapes};
 use cotan_halfedge::{EdgeMap, HalfedgeMesh, VertexId, VertexMap};
 use cotan_laplacian::{
     ClampedCotangent, Cotangent, EdgeLength, LaplacianScheme, Operator, Tutte, Uniform,
@@ -90,9 +90,9 @@ fn field(n: usize, phase: f64) -> VertexMap<Vector3<f64>> {
 }
 
 /// Residual and correction for a right-hand side without structure.
-fn corrected(
+fn corrected<T: Scalar>(
     system: &mut PreparedSystem,
-    operator: &Operator<f64>,
+    operator: &Operator<T>,
 ) -> [VertexMap<Vector3<f64>>; 2] {
     let n = operator.num_vertices();
     let shift = field(n, 1.1);
@@ -223,6 +223,43 @@ proptest! {
         let [_, expected] = corrected(&mut new, &second);
         let [_, correction] = corrected(&mut system, &second);
         prop_assert!(apart(&expected, &correction) <= 1e-9);
+    }
+}
+
+/// Weights that were computed in single precision are symmetric, row-scaled and proportional to their
+/// membrane within its rounding.
+#[test]
+fn single_precision_takes_columns_too() {
+    let double = shapes::creature::<f64>(16);
+    let positions = double.positions.map(|p| p.map(|x| x as f32));
+    let surface = Surface::new(&double.mesh, &positions).unwrap();
+    let held = handles(positions.len(), 1, 5, true, 1);
+    let stiffness = half_weights(
+        &Operator::assemble(&Cotangent::default(), &double.surface()).unwrap(),
+        &double.mesh,
+    );
+    let membrane = Membrane {
+        weight: 0.3,
+        stiffness: &stiffness,
+    };
+    let by = |scheme: &dyn LaplacianScheme<f32>, membrane, options| {
+        let operator = Operator::assemble(scheme, &surface).unwrap();
+        let mut system =
+            PreparedSystem::prepare_with(&operator, &held, membrane, &options).unwrap();
+        let [_, correction] = corrected(&mut system, &operator);
+        correction
+    };
+    let cotangent = Cotangent::default();
+    for (scheme, membrane) in [
+        (&cotangent as &dyn LaplacianScheme<f32>, Some(membrane)),
+        (&cotangent, None),
+        (&Tutte, None),
+    ] {
+        let apart = apart(
+            &by(scheme, membrane, NORMAL),
+            &by(scheme, membrane, COLUMNS),
+        );
+        assert!(apart < 1e-3, "{apart}");
     }
 }
 
