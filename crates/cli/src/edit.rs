@@ -90,6 +90,7 @@ impl Edit<'_> {
             .map(|p| Point3::from((p - origin).map(T::of_f64)));
         let mut session = Session::new(mesh, &positions, &handles, self.options).map_err(refuse)?;
         seconds.factor = clock.elapsed().as_secs_f64();
+        tracing::info!("system solved by {}", session.flow().system().choice());
 
         progress.phase("iterate");
         let clock = Instant::now();

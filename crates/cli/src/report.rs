@@ -32,6 +32,9 @@ pub(crate) struct Report {
     pub(crate) quality: QualityFields,
     pub(crate) scheme: &'static str,
     pub(crate) orientation: &'static str,
+    /// How the linear system was solved, and why so.
+    pub(crate) strategy: Option<&'static str>,
+    pub(crate) strategy_reason: Option<&'static str>,
     pub(crate) precision: &'static str,
     pub(crate) seconds: Seconds,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -134,6 +137,8 @@ impl Report {
             quality: QualityFields::from(&edited.quality),
             scheme: setting.options.scheme.name(),
             orientation: setting.options.orientation.name(),
+            strategy: flow.solver.map(|choice| choice.strategy.name()),
+            strategy_reason: flow.solver.map(|choice| choice.reason.as_str()),
             precision: setting.precision.name(),
             seconds: setting.seconds,
             history: edited.history.clone(),
@@ -157,6 +162,9 @@ impl Report {
             "iterations",
             format!("{} ({})", self.iterations, self.stop_reason),
         );
+        if let (Some(strategy), Some(reason)) = (self.strategy, self.strategy_reason) {
+            table.row("system solved by", format!("{strategy} ({reason})"));
+        }
         table.quality(&self.quality);
         let s = &self.seconds;
         table.row(

@@ -47,6 +47,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         );
     }
 
+    // One more vertex is taken hold of where it is by now, and pushed in: what was solved and factorized
+    // for the others is kept.
+    let middle = shape
+        .surface()
+        .vertices_where(|p| p.z.abs() < 0.05 && p.x > 0.29);
+    let place = session.positions()[middle[0]] - Vector3::x() * 0.1;
+    session.add_handle([middle[0]], Motion::To(vec![place]))?;
+
     // The hand lets go: there is time to finish.
     let report = session.run()?;
     println!(

@@ -7,6 +7,7 @@ use cotan_flow::{
 };
 use cotan_geometry::Scalar;
 use cotan_laplacian::{ClampedCotangent, Cotangent, EdgeLength, LaplacianScheme, Tutte, Uniform};
+use cotan_linear::SystemOptions;
 use thiserror::Error;
 
 /// A name that no built-in has.
@@ -125,6 +126,8 @@ pub struct DeformOptions {
     pub tolerance: f64,
     /// The most iterations of a run.
     pub iteration_limit: usize,
+    /// How the linear system is solved, and what memory it may take.
+    pub system: SystemOptions,
 }
 
 impl Default for DeformOptions {
@@ -139,6 +142,7 @@ impl Default for DeformOptions {
             schedule: Schedule::default(),
             tolerance: DEFAULT_TOLERANCE,
             iteration_limit: DEFAULT_ITERATION_LIMIT,
+            system: SystemOptions::default(),
         }
     }
 }

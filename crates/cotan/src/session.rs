@@ -4,14 +4,15 @@ use std::ops::ControlFlow;
 
 use cotan_flow::{Flow, Report, StepReport};
 use cotan_geometry::{Positions, Scalar};
-use cotan_halfedge::HalfedgeMesh;
+use cotan_halfedge::{HalfedgeMesh, VertexId};
 use nalgebra::{Matrix4, Point3};
 
 use crate::error::Error;
 use crate::handles::{Handles, Motion};
 use crate::options::DeformOptions;
 
-/// A mesh held by its handles: factorized once, then moved and stepped as often as you like.
+/// A mesh held by its handles: factorized once, then moved and stepped as often as you like. Handles
+/// can be added and let go of on the way.
 ///
 /// ```
 /// use cotan::prelude::*;
@@ -61,6 +62,7 @@ impl<'m, T: Scalar> Session<'m, T> {
             .schedule(options.schedule)
             .tolerance(options.tolerance)
             .iteration_limit(options.iteration_limit)
+            .system(options.system)
             .build()?;
         Ok(Self {
             flow,
@@ -109,6 +111,51 @@ impl<'m, T: Scalar> Session<'m, T> {
     /// As [`Self::move_handle`].
     pub fn transform_handle(&mut self, group: usize, matrix: Matrix4<T>) -> Result<(), Error> {
         self.move_handle(group, &Motion::Transform(matrix))
+    }
+
+    /// Puts other handles in the place of all at hand. The shape is kept and follows in the next steps.
+    ///
+    /// Few handles on a mesh whose system is solved by columns
+    /// ([`cotan_linear::Strategy::Columns`]) cost a solve or two for every three new vertices, and
+    /// vertices that are held already cost nothing; else the system is factorized again.
+    ///
+    /// # Errors
+    /// As [`Self::new`]; nothing has changed then.
+    pub fn set_handles(&mut self, handles: &Handles<T>) -> Result<(), Error> {
+        self.flow.set_handles(&handles.resolve(self.original)?)?;
+        self.handles = handles.clone();
+        Ok(())
+    }
+
+    /// Adds a group of vertices with its motion, held exactly; returns its number.
+    ///
+    /// # Errors
+    /// As [`Self::set_handles`].
+    pub fn add_handle(
+        &mut self,
+        vertices: impl IntoIterator<Item = VertexId>,
+        motion: Motion<T>,
+    ) -> Result<usize, Error> {
+        let group = self.handles.len();
+        self.set_handles(&self.handles.clone().add(vertices, motion))?;
+        Ok(group)
+    }
+
+    /// Lets go of handle number `group`; those after it move up by one number.
+    ///
+    /// # Errors
+    /// [`Error`] if there is no such handle, or a component of the mesh would be left free; nothing has
+    /// changed then.
+    pub fn remove_handle(&mut self, group: usize) -> Result<(), Error> {
+        let mut handles = self.handles.clone();
+        if group >= handles.len() {
+            return Err(Error::NoSuchHandle {
+                group,
+                num_groups: handles.len(),
+            });
+        }
+        handles.groups.remove(group);
+        self.set_handles(&handles)
     }
 
     /// One iteration.

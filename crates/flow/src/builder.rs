@@ -1,9 +1,9 @@
 //! Settings of a flow.
 
 use cotan_geometry::{Positions, Scalar, Surface};
-use cotan_halfedge::{HalfedgeMesh, VertexMap};
+use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
 use cotan_laplacian::{Cotangent, LaplacianScheme, Operator};
-use cotan_linear::{Handle, Membrane, PreparedSystem};
+use cotan_linear::{Handle, Membrane, PreparedSystem, SystemOptions};
 use nalgebra::Point3;
 
 use crate::error::FlowError;
@@ -66,6 +66,8 @@ pub struct FlowBuilder<'m, T: Scalar> {
     projection: Option<Box<dyn Projection<T> + 'm>>,
     first_shape: Option<Positions<T>>,
     handles: Vec<(Handle, Point3<T>)>,
+    region: Option<Vec<VertexId>>,
+    system: SystemOptions,
     pub(crate) settings: Settings<T>,
 }
 
@@ -114,6 +116,8 @@ impl<'m, T: Scalar> FlowBuilder<'m, T> {
             projection: None,
             first_shape: None,
             handles: Vec::new(),
+            region: None,
+            system: SystemOptions::default(),
             settings: Settings::default(),
         }
     }
@@ -160,6 +164,22 @@ impl<'m, T: Scalar> FlowBuilder<'m, T> {
     #[must_use]
     pub fn handles(mut self, handles: impl IntoIterator<Item = (Handle, Point3<T>)>) -> Self {
         self.handles = handles.into_iter().collect();
+        self
+    }
+
+    /// Edits these vertices only: all others stay where they are, and only these are factorized.
+    /// Handles may be inside and outside; a component without a vertex of the region needs none.
+    /// Default: the whole mesh.
+    #[must_use]
+    pub fn region(mut self, vertices: impl IntoIterator<Item = VertexId>) -> Self {
+        self.region = Some(vertices.into_iter().collect());
+        self
+    }
+
+    /// How the system is solved, and what memory it may take. Default: [`SystemOptions::default`].
+    #[must_use]
+    pub fn system(mut self, options: SystemOptions) -> Self {
+        self.system = options;
         self
     }
 
@@ -218,6 +238,8 @@ impl<'m, T: Scalar> FlowBuilder<'m, T> {
         for (handle, target) in &self.handles {
             check_target(&frame, handle.vertex, target)?;
         }
+        let region = self.region.map(|vertices| is_within(self.mesh, &vertices));
+        let region = region.transpose()?;
         let positions = frame.to_box_all(self.positions);
         let operator = Operator::assemble(&*self.scheme, &Surface::new(self.mesh, &positions)?)?;
         let rest = Rest::new(self.mesh, positions, operator, frame.diagonal())?;
@@ -227,7 +249,8 @@ impl<'m, T: Scalar> FlowBuilder<'m, T> {
             weight,
             stiffness: rest.stiffness(),
         });
-        let system = PreparedSystem::prepare(rest.operator(), &handles, membrane)?;
+        let held = with_outside(&handles, region.as_ref());
+        let system = PreparedSystem::prepare_with(rest.operator(), &held, membrane, &self.system)?;
         let user_targets: Vec<_> = self.handles.iter().map(|(_, target)| *target).collect();
         let targets = user_targets
             .iter()
@@ -244,6 +267,7 @@ impl<'m, T: Scalar> FlowBuilder<'m, T> {
                 projection: self.projection,
                 system,
                 has_membrane: weight != 0.0,
+                region,
                 handles,
                 user_targets,
                 targets,
@@ -289,4 +313,37 @@ impl<'m, T: Scalar> FlowBuilder<'m, T> {
         }
         Ok(())
     }
+}
+
+/// Whether each vertex is one of these.
+fn is_within(mesh: &HalfedgeMesh, vertices: &[VertexId]) -> Result<VertexMap<bool>, FlowError> {
+    let num_vertices = mesh.num_vertices();
+    let mut is_inside = VertexMap::filled(num_vertices, false);
+    for &vertex in vertices {
+        if vertex.index() >= num_vertices {
+            return Err(FlowError::RegionOutOfRange {
+                vertex,
+                num_vertices,
+            });
+        }
+        is_inside[vertex] = true;
+    }
+    Ok(is_inside)
+}
+
+/// The handles, and hard ones at all other vertices outside of the region.
+pub(crate) fn with_outside(handles: &[Handle], region: Option<&VertexMap<bool>>) -> Vec<Handle> {
+    let mut held = handles.to_vec();
+    if let Some(region) = region {
+        let mut is_free = region.clone();
+        for handle in handles {
+            // One that does not exist is refused by the system.
+            if let Some(free) = is_free.as_mut_slice().get_mut(handle.vertex.index()) {
+                *free = true;
+            }
+        }
+        let outside = is_free.iter().filter(|(_, free)| !**free);
+        held.extend(outside.map(|(vertex, _)| Handle::hard(vertex)));
+    }
+    held
 }

@@ -46,6 +46,16 @@ pub enum FlowError {
         /// The handle vertex.
         vertex: VertexId,
     },
+    /// A vertex of the region that the mesh does not have.
+    #[error(
+        "vertex {vertex} of the region does not exist: the mesh has {num_vertices} vertices, numbered from 0"
+    )]
+    RegionOutOfRange {
+        /// The vertex number that was given.
+        vertex: VertexId,
+        /// How many vertices there are.
+        num_vertices: usize,
+    },
     /// A vertex that is not a handle was addressed as one.
     #[error("vertex {vertex} is not a handle of this session")]
     NotAHandle {

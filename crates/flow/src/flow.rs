@@ -9,7 +9,7 @@ use cotan_linear::{Handle, Hold, PreparedSystem};
 use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
 
 use crate::anderson::Anderson;
-use crate::builder::{Acceleration, FlowBuilder, Settings, Start};
+use crate::builder::{Acceleration, FlowBuilder, Settings, Start, with_outside};
 use crate::error::FlowError;
 use crate::lbfgs::Lbfgs;
 use crate::orientation::Orientation;
@@ -74,6 +74,8 @@ pub(crate) struct Parts<'m, T: Scalar> {
     pub(crate) system: PreparedSystem,
     /// Whether the orientation asked for a membrane.
     pub(crate) has_membrane: bool,
+    /// Whether each vertex may move, if not all may.
+    pub(crate) region: Option<VertexMap<bool>>,
     pub(crate) handles: Vec<Handle>,
     /// Where the handles are to be, in the units of the input and in box units.
     pub(crate) user_targets: Vec<Point3<T>>,
@@ -141,12 +143,8 @@ impl<'m, T: Scalar> Flow<'m, T> {
     pub(crate) fn assemble(parts: Parts<'m, T>, settings: Settings<T>) -> Self {
         let rest = &parts.rest;
         let zeros = || VertexMap::filled(rest.positions().len(), Vector3::zeros());
-        let mut handle_of = VertexMap::filled(rest.positions().len(), None);
-        for (index, handle) in parts.handles.iter().enumerate() {
-            handle_of[handle.vertex] = Some(index as u32);
-        }
         Self {
-            handle_of,
+            handle_of: numbers(&parts.handles, rest.positions().len()),
             measured: Measured::new(rest),
             positions: rest.positions().clone(),
             field: rest.magnitudes().clone(),
@@ -349,6 +347,36 @@ impl<'m, T: Scalar> Flow<'m, T> {
         Ok(())
     }
 
+    /// Puts other handles in the place of all handles at hand, each with its target. The shape is kept and
+    /// follows in the next steps; schedule and acceleration start over. A handle that was hard and is
+    /// none any more lets go of its vertex where it is.
+    ///
+    /// Whether anything is factorized depends on how the system is solved: see
+    /// [`cotan_linear::Strategy`].
+    ///
+    /// # Errors
+    /// [`FlowError`] as from [`FlowBuilder::build`]; nothing has changed then.
+    pub fn set_handles(&mut self, handles: &[(Handle, Point3<T>)]) -> Result<(), FlowError> {
+        for (handle, target) in handles {
+            check_target(&self.parts.frame, handle.vertex, target)?;
+        }
+        let (handles, user_targets): (Vec<Handle>, Vec<Point3<T>>) =
+            handles.iter().copied().unzip();
+        let parts = &mut self.parts;
+        if parts.handles != handles {
+            let held = with_outside(&handles, parts.region.as_ref());
+            parts.system.set_handles(&held)?;
+            self.handle_of = numbers(&handles, self.positions.len());
+            parts.targets = user_targets.clone();
+            parts.handles = handles;
+        } else if parts.user_targets == user_targets {
+            return Ok(());
+        }
+        parts.user_targets = user_targets;
+        self.targets_moved();
+        Ok(())
+    }
+
     fn targets_moved(&mut self) {
         let Parts {
             targets,
@@ -402,6 +430,7 @@ impl<'m, T: Scalar> Flow<'m, T> {
     ) -> Result<Report, FlowError> {
         let mut report = Report {
             energy: self.energy,
+            solver: Some(self.parts.system.choice()),
             ..Report::default()
         };
         while report.iterations < self.settings.iteration_limit {
@@ -432,6 +461,15 @@ impl<'m, T: Scalar> Flow<'m, T> {
         );
         Ok(report)
     }
+}
+
+/// Per vertex the number of its handle.
+fn numbers(handles: &[Handle], num_vertices: usize) -> VertexMap<Option<u32>> {
+    let mut handle_of = VertexMap::filled(num_vertices, None);
+    for (index, handle) in handles.iter().enumerate() {
+        handle_of[handle.vertex] = Some(index as u32);
+    }
+    handle_of
 }
 
 /// Refuses targets that are not finite, or so far away that the mesh would vanish beside them.

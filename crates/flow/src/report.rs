@@ -1,5 +1,7 @@
 //! What a step and a whole run tell.
 
+use cotan_linear::Choice;
+
 /// What one iteration did.
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[non_exhaustive]
@@ -86,6 +88,8 @@ pub struct Report {
     pub residual: f64,
     /// The last energy, for an orientation that has one.
     pub energy: Option<f64>,
+    /// How the linear system was solved, and why so.
+    pub solver: Option<Choice>,
 }
 
 impl Default for Report {
@@ -97,6 +101,7 @@ impl Default for Report {
             change: f64::INFINITY,
             residual: f64::INFINITY,
             energy: None,
+            solver: None,
         }
     }
 }

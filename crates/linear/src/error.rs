@@ -3,6 +3,8 @@
 use cotan_halfedge::VertexId;
 use thiserror::Error;
 
+use crate::strategy::{Reason, Strategy};
+
 /// Why a system could not be prepared.
 #[derive(Clone, PartialEq, Debug, Error)]
 #[non_exhaustive]
@@ -75,4 +77,41 @@ pub enum LinearError {
         /// Size of the factor, 0 if the analysis did not get that far.
         bytes: usize,
     },
+    /// A strategy was asked for that cannot serve.
+    #[error(
+        "the strategy \"{strategy}\" cannot solve this system because {reason}; take \"auto\" or \"normal\""
+    )]
+    StrategyUnsuitable {
+        /// What was asked for.
+        strategy: Strategy,
+        /// Why it cannot serve.
+        reason: Reason,
+    },
+    /// Handles whose columns are the same within rounding.
+    #[error(
+        "the {handles} handles are too close together to be held by columns of the inverse; take the strategy \"auto\" or \"normal\""
+    )]
+    IllConditioned {
+        /// Number of handles that need a column.
+        handles: usize,
+    },
+    /// More memory is predicted than is allowed.
+    #[error(
+        "the system is predicted to take {} by the strategy \"{strategy}\", but only {} are allowed; raise the limit, hold more of the mesh still, or simplify it", megabytes(*predicted), megabytes(*permitted)
+    )]
+    MemoryLimit {
+        /// What would be used.
+        strategy: Strategy,
+        /// Bytes of factors and columns.
+        predicted: u64,
+        /// Bytes that are allowed.
+        permitted: u64,
+    },
+    /// Weights of another mesh.
+    #[error("the operator belongs to another mesh than the system; prepare a new system")]
+    DifferentMesh,
+}
+
+fn megabytes(bytes: u64) -> String {
+    format!("{:.1} MB", bytes as f64 / 1e6)
 }

@@ -1,8 +1,8 @@
 //! Which vertices are held, and how firmly.
 
 use cotan_halfedge::VertexId;
-use cotan_laplacian::OneRings;
 
+use crate::components::Components;
 use crate::error::LinearError;
 
 /// How a handle vertex is held at its target.
@@ -46,12 +46,13 @@ impl Handle {
 }
 
 /// Checks that the handles exist, differ, have usable weights, and hold every component.
-pub(crate) fn check(handles: &[Handle], rings: &OneRings) -> Result<(), LinearError> {
-    let n = rings.num_vertices();
+pub(crate) fn check(handles: &[Handle], components: &Components) -> Result<(), LinearError> {
+    let n = components.num_vertices();
     if handles.is_empty() {
         return Err(LinearError::NoHandles);
     }
     let mut held = vec![false; n];
+    let mut is_held = vec![false; components.len()];
     for handle in handles {
         let vertex = handle.vertex;
         let Some(seen) = held.get_mut(vertex.index()) else {
@@ -64,44 +65,25 @@ pub(crate) fn check(handles: &[Handle], rings: &OneRings) -> Result<(), LinearEr
             return Err(LinearError::DuplicateHandle { vertex });
         }
         *seen = true;
+        is_held[components.of(vertex.index())] = true;
         if let Hold::Soft(weight) = handle.hold
             && !(weight > 0.0 && weight <= HEAVIEST)
         {
             return Err(LinearError::HandleWeight { vertex, weight });
         }
     }
-    check_components(&held, rings)
+    match is_held.iter().position(|held| !held) {
+        None => Ok(()),
+        Some(component) => {
+            let members = components.members(component);
+            Err(LinearError::ComponentWithoutHandle {
+                vertex: VertexId::new(members[0] as usize),
+                num_vertices: members.len(),
+            })
+        }
+    }
 }
 
 /// The greatest weight of a soft handle. At 1e6 handles are met to 1e-16 of the box already; far
 /// beyond it the squares would drown the rest of the system.
 const HEAVIEST: f64 = 1e9;
-
-fn check_components(held: &[bool], rings: &OneRings) -> Result<(), LinearError> {
-    let mut reached = vec![false; held.len()];
-    let mut stack = Vec::new();
-    for start in 0..held.len() {
-        if reached[start] {
-            continue;
-        }
-        reached[start] = true;
-        stack.push(start);
-        let (mut num_vertices, mut is_held) = (0, false);
-        while let Some(i) = stack.pop() {
-            num_vertices += 1;
-            is_held |= held[i];
-            for (j, _) in rings.ring(i) {
-                if !std::mem::replace(&mut reached[j.index()], true) {
-                    stack.push(j.index());
-                }
-            }
-        }
-        if !is_held {
-            return Err(LinearError::ComponentWithoutHandle {
-                vertex: VertexId::new(start),
-                num_vertices,
-            });
-        }
-    }
-    Ok(())
-}

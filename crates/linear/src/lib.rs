@@ -14,23 +14,43 @@
 //! the shape is from fulfilling each term. A shape that fulfils them all is then left alone exactly,
 //! a mesh far from the origin loses no digit, and every solve refines the one before.
 //!
+//! There are two ways to the solution, and [`Strategy::Auto`] takes the one that is predicted to be
+//! the faster:
+//!
+//! - the **normal equations** LᵀL + μK + D of the free vertices ([`Strategy::Normal`]), for every
+//!   operator and any number of handles;
+//! - **columns** of the inverse, one a handle, from factors of the one-ring matrix
+//!   ([`Strategy::Columns`]): factorized once for every set of handles.
+//!
+//! Handles can be exchanged ([`PreparedSystem::set_handles`]) and weights renewed
+//! ([`PreparedSystem::refactor`]) without starting over.
+//!
 //! The factorization is always in `f64`: the condition number of the system is the square of the
 //! Laplacian's, and `f32` fails silently from some ten thousand vertices on.
 
 mod cholesky;
+mod column_store;
+mod columns;
+mod components;
+mod cost;
 mod error;
-mod grounded;
 mod handles;
 mod multigrid;
+mod multipliers;
 mod normal;
-// Until the factorization calls it.
-#[allow(dead_code)]
+mod one_ring;
 mod ordering;
+mod problem;
+mod pseudo_inverse;
 mod screened;
 mod sparse;
+mod strategy;
 mod system;
+mod weights;
 
 pub use error::LinearError;
 pub use handles::{Handle, Hold};
+pub use problem::Membrane;
 pub use screened::ScreenedSystem;
-pub use system::{Membrane, PreparedSystem};
+pub use strategy::{Choice, Reason, Strategy, SystemOptions};
+pub use system::PreparedSystem;

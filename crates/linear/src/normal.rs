@@ -1,73 +1,76 @@
-//! The normal equations: LᵀL + μK + D on the free vertices, lower triangle, compressed columns.
+//! The normal equations: LᵀL + μK + D on the free vertices, factorized.
 
-use cotan_halfedge::HalfedgeMap;
 use cotan_laplacian::OneRings;
+use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use crate::system::Membrane;
+use crate::cholesky::Cholesky;
+use crate::error::LinearError;
+use crate::handles::Hold;
+use crate::problem::{Problem, Sheet, Stiffness};
+use crate::weights::Weights;
 
-/// The weights in ring order, and products with L and Lᵀ in difference form.
-pub(crate) struct Weights {
-    /// w_ij for every neighbour j of every i, in the order of the rings.
-    outgoing: Vec<f64>,
-    /// w_ji in the same order; empty if the scheme is symmetric.
-    incoming: Vec<f64>,
+/// The strategy that serves every operator and every set of handles: hard handles are eliminated,
+/// soft ones are springs on the diagonal. Its matrix reaches over two rings, and is another one for
+/// other handles.
+pub(crate) struct NormalEquations {
+    free: Vec<usize>,
+    cholesky: Cholesky,
+    /// A vector over the free vertices.
+    unknowns: Vec<Vector3<f64>>,
 }
 
-impl Weights {
-    pub(crate) fn new(rings: &OneRings, weights: &HalfedgeMap<f64>, symmetric: bool) -> Self {
-        let outgoing = rings.halfedges().iter().map(|&h| weights[h]).collect();
-        let incoming = if symmetric {
-            Vec::new()
-        } else {
-            rings
-                .halfedges()
-                .iter()
-                .map(|h| weights[h.twin()])
-                .collect()
-        };
-        Self { outgoing, incoming }
+impl NormalEquations {
+    pub(crate) fn factor(problem: &Problem) -> Result<Self, LinearError> {
+        let (free, matrix) = assemble_free(problem);
+        Ok(Self {
+            unknowns: vec![Vector3::zeros(); free.len()],
+            free,
+            cholesky: Cholesky::factor(&matrix)?,
+        })
     }
 
-    fn outgoing(&self, k: usize) -> f64 {
-        self.outgoing[k]
+    /// For other weights and the same handles: the analysis is shared.
+    pub(crate) fn refactor(&self, problem: &Problem) -> Result<Self, LinearError> {
+        let (free, matrix) = assemble_free(problem);
+        Ok(Self {
+            unknowns: vec![Vector3::zeros(); free.len()],
+            free,
+            cholesky: self.cholesky.factor_like(&matrix)?,
+        })
     }
 
-    /// Weight of the same edge in the other direction.
-    pub(crate) fn incoming(&self, k: usize) -> f64 {
-        if self.incoming.is_empty() {
-            self.outgoing[k]
-        } else {
-            self.incoming[k]
+    pub(crate) fn num_entries(&self) -> usize {
+        self.cholesky.num_entries()
+    }
+
+    /// δ = (LᵀL + μK + D)⁻¹ r on the free vertices, 0 at hard handles.
+    pub(crate) fn correct(&mut self, residual: &[Vector3<f64>], correction: &mut [Vector3<f64>]) {
+        for (x, &i) in self.unknowns.iter_mut().zip(&self.free) {
+            *x = residual[i];
+        }
+        self.cholesky.solve(&mut self.unknowns);
+        correction.fill(Vector3::zeros());
+        for (x, &i) in self.unknowns.iter().zip(&self.free) {
+            correction[i] = *x;
         }
     }
+}
 
-    /// (Lᵀ y)_i = Σ_j (w_ji y_j − w_ij y_i), with L the operator as the paper signs it.
-    pub(crate) fn transpose_product(
-        &self,
-        rings: &OneRings,
-        i: usize,
-        y: &[nalgebra::Vector3<f64>],
-    ) -> nalgebra::Vector3<f64> {
-        let mut sum = nalgebra::Vector3::zeros();
-        for k in rings.range(i) {
-            let j = rings.neighbours()[k].index();
-            sum += y[j] * self.incoming(k) - y[i] * self.outgoing(k);
+fn assemble_free(problem: &Problem) -> (Vec<usize>, LowerTriangle) {
+    let mut is_free = vec![true; problem.num_vertices()];
+    for handle in &problem.held.handles {
+        if handle.hold == Hold::Hard {
+            is_free[handle.vertex.index()] = false;
         }
-        sum
     }
-
-    /// Row i of L with its diagonal: pairs (column, entry), diagonal first.
-    pub(crate) fn row<'a>(
-        &'a self,
-        rings: &'a OneRings,
-        i: usize,
-    ) -> impl Iterator<Item = (usize, f64)> + 'a {
-        let range = rings.range(i);
-        let diagonal = -self.outgoing[range.clone()].iter().sum::<f64>();
-        std::iter::once((i, diagonal))
-            .chain(range.map(|k| (rings.neighbours()[k].index(), self.outgoing[k])))
+    let free: Vec<usize> = (0..is_free.len()).filter(|&i| is_free[i]).collect();
+    let mut free_index = vec![None; is_free.len()];
+    for (unknown, &i) in free.iter().enumerate() {
+        free_index[i] = Some(unknown);
     }
+    let matrix = assemble(problem, &free, &free_index);
+    (free, matrix)
 }
 
 /// A symmetric sparse matrix: its lower triangle by columns, rows ascending.
@@ -108,19 +111,19 @@ impl LowerTriangle {
     }
 }
 
-/// Assembles LᵀL + μK + diag(d) restricted to the free vertices.
+/// Assembles LᵀL + μK + D restricted to the free vertices.
 ///
 /// `free_index[i]` is the unknown of vertex i or `None`; `free` is its inverse. Column by column
 /// in parallel: column i of LᵀL gathers the rows k of L that have an entry in column i, that is i
 /// itself and its neighbours. The order of the sums depends on the mesh alone.
-pub(crate) fn assemble(
-    rings: &OneRings,
-    weights: &Weights,
-    free: &[usize],
-    free_index: &[Option<usize>],
-    membrane: Option<Membrane<'_>>,
-    diagonal: &[f64],
-) -> LowerTriangle {
+fn assemble(problem: &Problem, free: &[usize], free_index: &[Option<usize>]) -> LowerTriangle {
+    let Problem {
+        rings,
+        weights,
+        membrane,
+        held,
+        ..
+    } = problem;
     const CHUNK: usize = 2048;
     let blocks: Vec<(Vec<usize>, Vec<usize>, Vec<f64>)> = free
         .par_chunks(CHUNK)
@@ -129,8 +132,8 @@ pub(crate) fn assemble(
             |column, vertices| {
                 let (mut lengths, mut rows, mut values) = (Vec::new(), Vec::new(), Vec::new());
                 for &i in vertices {
-                    column.gather(rings, weights, i, membrane);
-                    column.values[i] += diagonal[i];
+                    column.gather(rings, weights, i, membrane.as_ref());
+                    column.values[i] += held.spring(i);
                     column.emit(
                         free_index,
                         free_index[i],
@@ -185,13 +188,7 @@ impl Column {
         self.values[row] += value;
     }
 
-    fn gather(
-        &mut self,
-        rings: &OneRings,
-        weights: &Weights,
-        i: usize,
-        membrane: Option<Membrane<'_>>,
-    ) {
+    fn gather(&mut self, rings: &OneRings, weights: &Weights, i: usize, membrane: Option<&Sheet>) {
         let diagonal = weights.row(rings, i).next().map_or(0.0, |(_, d)| d);
         for (j, entry) in weights.row(rings, i) {
             self.add(j, diagonal * entry);
@@ -203,11 +200,15 @@ impl Column {
                 self.add(j, entry_in_column * entry);
             }
         }
-        if let Some(Membrane { weight, stiffness }) = membrane {
-            for (j, h) in rings.ring(i) {
-                let s = weight * stiffness[h.edge()];
+        if let Some(Sheet { weight, stiffness }) = membrane {
+            for k in rings.range(i) {
+                let s = weight
+                    * match stiffness {
+                        Stiffness::OfWeights(c) => c * weights.outgoing(k),
+                        Stiffness::PerEdge(each) => each[rings.halfedges()[k].edge()],
+                    };
                 self.add(i, s);
-                self.add(j.index(), -s);
+                self.add(rings.neighbours()[k].index(), -s);
             }
         }
     }

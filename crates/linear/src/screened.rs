@@ -9,23 +9,22 @@ use nalgebra::Vector3;
 
 use crate::cholesky::Cholesky;
 use crate::error::LinearError;
-use crate::grounded;
-use crate::normal::Weights;
+use crate::normal::LowerTriangle;
+use crate::one_ring;
+use crate::weights::Weights;
 
 /// The matrix D − L, factorized: L a symmetric operator, D a positive diagonal (masses over a time
 /// step). What implicit flows solve; its numbers can be renewed without analysing it again.
 pub struct ScreenedSystem {
     rings: Arc<OneRings>,
     weights: Weights,
-    all: Vec<usize>,
-    index: Vec<Option<usize>>,
     cholesky: Cholesky,
 }
 
 impl std::fmt::Debug for ScreenedSystem {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("ScreenedSystem")
-            .field("unknowns", &self.all.len())
+            .field("unknowns", &self.rings.num_vertices())
             .field("factor_entries", &self.cholesky.num_entries())
             .finish_non_exhaustive()
     }
@@ -52,16 +51,12 @@ impl ScreenedSystem {
             return Err(LinearError::NotPositiveDefinite { unknowns: n });
         }
         assert_eq!(diagonal.len(), n, "one entry of the diagonal a vertex");
-        let weights = Weights::new(&rings, operator.weights(), true);
-        let all: Vec<usize> = (0..n).collect();
-        let index: Vec<Option<usize>> = (0..n).map(Some).collect();
-        let matrix = grounded::assemble(&rings, &weights, &all, &index, Some(diagonal));
+        let weights = Weights::new(operator);
+        let matrix = screen(&rings, &weights, diagonal);
         let cholesky = Cholesky::factor(&matrix)?;
         Ok(Self {
             rings,
             weights,
-            all,
-            index,
             cholesky,
         })
     }
@@ -76,16 +71,10 @@ impl ScreenedSystem {
     pub fn refactor(&mut self, diagonal: &[f64]) -> Result<(), LinearError> {
         assert_eq!(
             diagonal.len(),
-            self.all.len(),
+            self.rings.num_vertices(),
             "one entry of the diagonal a vertex"
         );
-        let matrix = grounded::assemble(
-            &self.rings,
-            &self.weights,
-            &self.all,
-            &self.index,
-            Some(diagonal),
-        );
+        let matrix = screen(&self.rings, &self.weights, diagonal);
         self.cholesky.refactor(&matrix)
     }
 
@@ -94,9 +83,14 @@ impl ScreenedSystem {
     /// # Panics
     /// If `rhs` has not one entry a vertex.
     pub fn solve(&mut self, rhs: &mut VertexMap<Vector3<f64>>) {
-        assert_eq!(rhs.len(), self.all.len(), "one entry a vertex");
+        assert_eq!(rhs.len(), self.rings.num_vertices(), "one entry a vertex");
         self.cholesky.solve(rhs.as_mut_slice());
     }
+}
+
+/// D − L.
+fn screen(rings: &OneRings, weights: &Weights, diagonal: &[f64]) -> LowerTriangle {
+    one_ring::assemble(rings, weights, |_| false, |i, sum| sum + diagonal[i])
 }
 
 #[cfg(test)]

@@ -1,27 +1,16 @@
 //! The system itself.
 
-use std::sync::Arc;
-
 use cotan_geometry::Scalar;
-use cotan_halfedge::{EdgeMap, VertexId, VertexMap};
-use cotan_laplacian::{OneRings, Operator, Symmetry};
+use cotan_halfedge::{VertexId, VertexMap};
+use cotan_laplacian::Operator;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
-use crate::cholesky::Cholesky;
+use crate::columns::Columns;
 use crate::error::LinearError;
-use crate::grounded;
-use crate::handles::{self, Handle, Hold};
-use crate::normal::{self, Weights};
-
-/// A term μ x·Kx beside the Laplacian one, K the graph Laplacian with a stiffness per edge.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Membrane<'a> {
-    /// μ, no unit.
-    pub weight: f64,
-    /// The stiffness of each edge: half its cotangent weight makes K = L/2 for that scheme.
-    pub stiffness: &'a EdgeMap<f64>,
-}
+use crate::handles::Handle;
+use crate::normal::NormalEquations;
+use crate::problem::{Membrane, Problem};
+use crate::strategy::{Choice, Plan, Solver, Strategy, SystemOptions};
 
 /// A least-squares system with handles, factorized.
 ///
@@ -32,40 +21,31 @@ pub struct Membrane<'a> {
 /// |L(x + δ) − ℓ|² + μ (membrane) + Σ_soft k²|x + δ − u|²,    δ = 0 at hard handles?
 /// ```
 ///
+/// There is more than one way to that answer: see [`Strategy`]. The handles may be exchanged
+/// ([`Self::set_handles`]), and so may the weights ([`Self::refactor`]).
+///
 /// **Source**: paper, equations 3 and 8, as a correction (see the crate's docs).
 pub struct PreparedSystem {
-    rings: Arc<OneRings>,
-    weights: Weights,
-    membrane: f64,
-    /// (k · mean |L_ii|)² of soft handles, 0 elsewhere; empty if there is none.
-    springs: Vec<f64>,
-    free: Vec<usize>,
-    matrix: Factored,
-    cholesky: Cholesky,
-    /// A vector over the free vertices.
-    unknowns: Vec<Vector3<f64>>,
-}
-
-/// Which matrix was factorized.
-enum Factored {
-    /// The normal equations LᵀL + μK + D.
-    Normal,
-    /// The one-ring matrix itself, with the handle as ground: see [`grounded`].
-    Grounded,
+    problem: Problem,
+    options: SystemOptions,
+    solver: Solver,
+    choice: Choice,
 }
 
 impl std::fmt::Debug for PreparedSystem {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("PreparedSystem")
-            .field("unknowns", &self.free.len())
-            .field("membrane", &self.membrane)
-            .field("factor_entries", &self.cholesky.num_entries())
+            .field("unknowns", &self.num_unknowns())
+            .field("membrane", &self.problem.membrane_weight())
+            .field("choice", &self.choice)
+            .field("factor_entries", &self.factor_entries())
             .finish_non_exhaustive()
     }
 }
 
 impl PreparedSystem {
-    /// Assembles and factorizes the system of `operator` with `handles`.
+    /// Assembles and factorizes the system of `operator` with `handles`, by the strategy that is
+    /// predicted to be the fastest.
     ///
     /// # Errors
     /// [`LinearError`]: no handle, a component without one, a handle that does not exist or is
@@ -75,87 +55,130 @@ impl PreparedSystem {
         handles: &[Handle],
         membrane: Option<Membrane<'_>>,
     ) -> Result<Self, LinearError> {
-        let rings = operator.rings().clone();
-        handles::check(handles, &rings)?;
-        if let Some(Membrane { weight, .. }) = membrane
-            && !(weight.is_finite() && weight >= 0.0)
+        Self::prepare_with(operator, handles, membrane, &SystemOptions::default())
+    }
+
+    /// As [`Self::prepare`], with a strategy or a limit of memory of one's own.
+    ///
+    /// # Errors
+    /// As [`Self::prepare`]; [`LinearError::StrategyUnsuitable`] and [`LinearError::IllConditioned`]
+    /// for a strategy that was asked for and cannot serve; [`LinearError::MemoryLimit`] before
+    /// anything is factorized.
+    pub fn prepare_with<T: Scalar>(
+        operator: &Operator<T>,
+        handles: &[Handle],
+        membrane: Option<Membrane<'_>>,
+        options: &SystemOptions,
+    ) -> Result<Self, LinearError> {
+        let problem = Problem::new(operator, handles, membrane)?;
+        let plan = Plan::new(&problem, &problem.held, options, None)?;
+        let (solver, choice) = plan.carry_out(
+            options,
+            || factor_columns(&problem),
+            || factor_normal(&problem),
+        )?;
+        let system = Self {
+            problem,
+            options: *options,
+            solver,
+            choice,
+        };
+        system.log("prepared");
+        Ok(system)
+    }
+
+    /// Holds other vertices, or the same ones otherwise. By [`Strategy::Columns`] nothing is factorized:
+    /// vertices that stay handles keep their columns, and three new ones cost two solves.
+    /// [`Strategy::Normal`] factorizes again; with [`Strategy::Auto`] whatever is predicted to be
+    /// the faster from here on is done.
+    ///
+    /// # Errors
+    /// As [`Self::prepare_with`]; the system is then what it was.
+    pub fn set_handles(&mut self, handles: &[Handle]) -> Result<(), LinearError> {
+        let held = self.problem.hold(handles)?;
+        let mut plan = Plan::new(&self.problem, &held, &self.options, Some(&self.solver))?;
+        if let (Strategy::Columns, Solver::Columns(columns)) =
+            (plan.choice.strategy, &mut self.solver)
         {
-            return Err(LinearError::MembraneWeight(weight));
-        }
-        let n = rings.num_vertices();
-        let unit = operator.mean_diagonal();
-        let mut is_free = vec![true; n];
-        let mut springs = vec![0.0; n];
-        for handle in handles {
-            match handle.hold {
-                Hold::Hard => is_free[handle.vertex.index()] = false,
-                Hold::Soft(k) => springs[handle.vertex.index()] = (k * unit).powi(2),
+            match columns.set_handles(&self.problem, &held) {
+                Ok(()) => {
+                    self.problem.held = held;
+                    self.log("handles exchanged");
+                    return Ok(());
+                }
+                Err(error) => plan = plan.without_columns(error, &self.options)?,
             }
         }
-        let free: Vec<usize> = (0..n).filter(|&i| is_free[i]).collect();
-        let mut free_index = vec![None; n];
-        for (unknown, &i) in free.iter().enumerate() {
-            free_index[i] = Some(unknown);
-        }
-        let weights = Weights::new(
-            &rings,
-            operator.weights(),
-            operator.symmetry() == Symmetry::Symmetric,
-        );
-        let direct = if grounded::serves(operator, handles, membrane) {
-            let matrix = grounded::assemble(&rings, &weights, &free, &free_index, None);
-            match Cholesky::factor(&matrix) {
-                Ok(cholesky) => Some(cholesky),
-                Err(error @ LinearError::OutOfMemory { .. }) => return Err(error),
-                // A matrix that is not positive definite is left to the normal equations.
-                Err(_) => None,
+        let before = std::mem::replace(&mut self.problem.held, held);
+        let problem = &self.problem;
+        match plan.carry_out(
+            &self.options,
+            || factor_columns(problem),
+            || factor_normal(problem),
+        ) {
+            Ok((solver, choice)) => {
+                (self.solver, self.choice) = (solver, choice);
+                self.log("prepared again");
+                Ok(())
             }
-        } else {
-            None
-        };
-        let (matrix, cholesky) = match direct {
-            Some(cholesky) => (Factored::Grounded, cholesky),
-            None => {
-                let normal =
-                    normal::assemble(&rings, &weights, &free, &free_index, membrane, &springs);
-                (Factored::Normal, Cholesky::factor(&normal)?)
+            Err(error) => {
+                self.problem.held = before;
+                Err(error)
             }
-        };
-        tracing::debug!(
-            unknowns = free.len(),
-            is_grounded = matches!(matrix, Factored::Grounded),
-            factor_entries = cholesky.num_entries(),
-            "factorized"
-        );
-        let unknowns = vec![Vector3::zeros(); free.len()];
-        if springs.iter().all(|&s| s == 0.0) {
-            springs.clear();
         }
-        Ok(Self {
-            rings,
-            weights,
-            membrane: membrane.map_or(0.0, |m| m.weight),
-            springs,
-            free,
-            matrix,
-            cholesky,
-            unknowns,
-        })
     }
 
-    /// Number of vertices that are solved for.
+    /// Takes other weights on the same mesh, and another membrane: new numbers in the same pattern,
+    /// which is not analysed again, and new columns.
+    ///
+    /// # Errors
+    /// As [`Self::prepare_with`], and [`LinearError::DifferentMesh`]; the system is then what it was.
+    pub fn refactor<T: Scalar>(
+        &mut self,
+        operator: &Operator<T>,
+        membrane: Option<Membrane<'_>>,
+    ) -> Result<(), LinearError> {
+        let problem = self.problem.reweighted(operator, membrane)?;
+        let plan = Plan::new(&problem, &problem.held, &self.options, Some(&self.solver))?;
+        (self.solver, self.choice) = plan.carry_out(
+            &self.options,
+            || match &self.solver {
+                Solver::Columns(columns) => {
+                    Ok(Solver::Columns(Box::new(columns.refactor(&problem)?)))
+                }
+                Solver::Normal(_) => factor_columns(&problem),
+            },
+            || match &self.solver {
+                Solver::Normal(normal) => Ok(Solver::Normal(Box::new(normal.refactor(&problem)?))),
+                Solver::Columns(_) => factor_normal(&problem),
+            },
+        )?;
+        self.problem = problem;
+        self.log("refactorized");
+        Ok(())
+    }
+
+    /// How the system is solved, and why so.
+    pub fn choice(&self) -> Choice {
+        self.choice
+    }
+
+    /// Number of vertices that are not held exactly.
     pub fn num_unknowns(&self) -> usize {
-        self.free.len()
+        self.problem.num_vertices() - self.problem.held.num_hard
     }
 
-    /// Number of values in the factor, eight bytes each.
+    /// Number of values in the factors, eight bytes each.
     pub fn factor_entries(&self) -> usize {
-        self.cholesky.num_entries()
+        match &self.solver {
+            Solver::Normal(normal) => normal.num_entries(),
+            Solver::Columns(columns) => columns.num_entries(),
+        }
     }
 
     /// Stiffness of the spring that holds a vertex, (k · mean |L_ii|)²: 0 for all but soft handles.
     pub fn spring(&self, vertex: VertexId) -> f64 {
-        self.springs.get(vertex.index()).copied().unwrap_or(0.0)
+        self.problem.held.spring(vertex.index())
     }
 
     /// The right-hand side of a correction: half the negative gradient of the energy,
@@ -166,7 +189,8 @@ impl PreparedSystem {
     ///
     /// **Shapes**: n entries each. `mismatch` is ℓ − Lx; `tension` is half the negative gradient of
     /// the membrane's energy, without μ: the sum over the neighbours of the stiffness times the edge
-    /// vector x_j − x_i less the wanted one; `pull` is u − x at
+    /// vector x_j − x_i less the wanted one, which has no sum over a component, as no shift of it
+    /// changes its energy; `pull` is u − x at
     /// the soft handles (other entries are ignored).
     ///
     /// # Panics
@@ -178,41 +202,11 @@ impl PreparedSystem {
         pull: &VertexMap<Vector3<f64>>,
         out: &mut VertexMap<Vector3<f64>>,
     ) {
-        let n = self.rings.num_vertices();
-        assert!(
-            [
-                mismatch.len(),
-                pull.len(),
-                out.len(),
-                tension.map_or(n, VertexMap::len)
-            ]
-            .iter()
-            .all(|&len| len == n),
-            "one entry a vertex"
-        );
-        out.values_mut().for_each(|r| *r = Vector3::zeros());
-        let y = mismatch.as_slice();
-        let row = |i: usize| {
-            let mut r = self.weights.transpose_product(&self.rings, i, y);
-            if let Some(tension) = tension {
-                r += tension.as_slice()[i] * self.membrane;
-            }
-            if let Some(&spring) = self.springs.get(i) {
-                r += pull.as_slice()[i] * spring;
-            }
-            r
-        };
-        // Hard handles are few or in large blocks: rows are computed for all, then cleared.
-        out.as_mut_slice()
-            .par_iter_mut()
-            .enumerate()
-            .with_min_len(1 << 11)
-            .for_each(|(i, r)| *r = row(i));
-        self.clear_hard(out);
+        self.problem.residual(mismatch, tension, pull, out);
     }
 
     /// The correction δ from the terms that the shape at hand does not fulfil, and its right-hand
-    /// side: one solve, 0 at hard handles. Allocates nothing.
+    /// side; 0 at hard handles. Allocates nothing of the size of the mesh.
     ///
     /// **Shapes**: as [`Self::residual`], which fills `residual`.
     ///
@@ -226,67 +220,58 @@ impl PreparedSystem {
         residual: &mut VertexMap<Vector3<f64>>,
         correction: &mut VertexMap<Vector3<f64>>,
     ) {
+        assert_eq!(
+            correction.len(),
+            self.problem.num_vertices(),
+            "one entry a vertex"
+        );
         self.residual(mismatch, tension, pull, residual);
-        match self.matrix {
-            Factored::Normal => self.solve(residual, correction),
-            Factored::Grounded => {
-                // What no shape can fulfil, the mean, is left; the matrix is −L.
-                let mean = grounded::mean(mismatch.as_slice());
-                correction
-                    .as_mut_slice()
-                    .par_iter_mut()
-                    .with_min_len(1 << 12)
-                    .zip(mismatch.as_slice())
-                    .for_each(|(out, y)| *out = mean - y);
-                self.solve_in_place(correction);
+        match &mut self.solver {
+            Solver::Normal(normal) => {
+                normal.correct(residual.as_slice(), correction.as_mut_slice());
+            }
+            Solver::Columns(columns) => {
+                let weight = self.problem.membrane_weight();
+                columns.correct(
+                    mismatch.as_slice(),
+                    tension.map(|t| (weight, t.as_slice())),
+                    pull.as_slice(),
+                    &self.problem,
+                    correction.as_mut_slice(),
+                );
             }
         }
     }
 
-    /// δ = (LᵀL + μK + D)⁻¹ r on the free vertices, 0 at hard handles.
-    fn solve(
-        &mut self,
-        residual: &VertexMap<Vector3<f64>>,
-        correction: &mut VertexMap<Vector3<f64>>,
-    ) {
-        correction
-            .as_mut_slice()
-            .copy_from_slice(residual.as_slice());
-        self.solve_in_place(correction);
+    fn log(&self, event: &str) {
+        tracing::debug!(
+            unknowns = self.num_unknowns(),
+            strategy = self.choice.strategy.name(),
+            reason = self.choice.reason.as_str(),
+            factor_entries = self.factor_entries(),
+            "{event}"
+        );
     }
+}
 
-    /// Replaces a right-hand side by the solution with the factor at hand.
-    fn solve_in_place(&mut self, correction: &mut VertexMap<Vector3<f64>>) {
-        for (x, &i) in self.unknowns.iter_mut().zip(&self.free) {
-            *x = correction.as_slice()[i];
-        }
-        self.cholesky.solve(&mut self.unknowns);
-        correction.values_mut().for_each(|d| *d = Vector3::zeros());
-        for (x, &i) in self.unknowns.iter().zip(&self.free) {
-            correction.as_mut_slice()[i] = *x;
-        }
-    }
+fn factor_columns(problem: &Problem) -> Result<Solver, LinearError> {
+    Ok(Solver::Columns(Box::new(Columns::factor(problem)?)))
+}
 
-    fn clear_hard(&self, out: &mut VertexMap<Vector3<f64>>) {
-        let mut next = self.free.iter().copied().peekable();
-        for (i, r) in out.values_mut().enumerate() {
-            if next.peek() == Some(&i) {
-                next.next();
-            } else {
-                *r = Vector3::zeros();
-            }
-        }
-    }
+fn factor_normal(problem: &Problem) -> Result<Solver, LinearError> {
+    Ok(Solver::Normal(Box::new(NormalEquations::factor(problem)?)))
 }
 
 #[cfg(test)]
 mod tests {
     use cotan_geometry::testing::surfaces;
+    use cotan_halfedge::EdgeMap;
     use cotan_laplacian::{Cotangent, LaplacianScheme, Tutte};
     use nalgebra::{DMatrix, DVector};
     use proptest::prelude::*;
 
     use super::*;
+    use crate::{Hold, Strategy};
 
     /// The correction by dense normal equations, for one coordinate.
     fn dense(
@@ -383,7 +368,7 @@ mod tests {
         let operator = Operator::assemble(&Cotangent::default(), &shape.surface()).unwrap();
         let handle = Handle::hard(VertexId::new(7));
         let mut system = PreparedSystem::prepare(&operator, &[handle], None).unwrap();
-        assert!(matches!(system.matrix, Factored::Grounded));
+        assert_eq!(system.choice().strategy, Strategy::Columns);
         let mismatch = VertexMap::from_fn(n, |v: VertexId| {
             let t = v.index() as f64;
             Vector3::new(t.sin(), (1.3 * t).cos(), (0.7 * t).sin())

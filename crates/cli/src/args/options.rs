@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use cotan::flow::{Acceleration, Schedule, Start};
+use cotan::linear::Strategy;
 use cotan::{DeformOptions, DetailSize, OrientationKind, SchemeKind};
 
 use cotan_io::{Repair, Weld};
@@ -124,6 +125,14 @@ pub(crate) struct MethodArgs {
     /// relative to the size of the mesh [default: 0.0175]
     #[arg(long, value_name = "X", value_parser = values::positive)]
     bending_length: Option<f64>,
+    /// How the linear system is solved: by the normal equations, or by columns of the inverse, one a
+    /// handle vertex; the report tells what auto chose
+    #[arg(long, value_name = "NAME", value_parser = values::strategy(), default_value = "auto")]
+    strategy: Strategy,
+    /// Refuse to factorize what is predicted to take more memory, in bytes or with K, M or G behind
+    /// the number
+    #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
+    max_memory: Option<u64>,
 }
 
 /// How a run is carried out and what it leaves behind.
@@ -191,7 +200,10 @@ impl MethodArgs {
     /// The settings; what is not named here has the library's default.
     fn options(&self) -> DeformOptions {
         let default = DeformOptions::default();
+        let mut system = default.system.strategy(self.strategy);
+        system.max_memory = self.max_memory;
         DeformOptions {
+            system,
             scheme: self.scheme,
             orientation: self.orientation,
             bending_length: self.bending_length.unwrap_or(default.bending_length),

@@ -3,6 +3,7 @@
 use clap::ValueEnum;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use cotan::flow::{Acceleration, Schedule, Start};
+use cotan::linear::Strategy;
 use cotan::smooth::SmoothMethod;
 use cotan::sphere::{Centering, SphereMethod};
 use cotan::{OrientationKind, SchemeKind};
@@ -48,6 +49,30 @@ pub(super) fn centering() -> impl TypedValueParser<Value = Centering> {
 pub(super) fn orientation() -> impl TypedValueParser<Value = OrientationKind> {
     PossibleValuesParser::new(OrientationKind::ALL.iter().map(|kind| kind.name()))
         .try_map(|name| name.parse::<OrientationKind>())
+}
+
+/// The library's names of ways to solve a system.
+pub(super) fn strategy() -> impl TypedValueParser<Value = Strategy> {
+    PossibleValuesParser::new(Strategy::ALL.iter().map(|strategy| strategy.name())).map(|name| {
+        let named = |strategy: &&Strategy| strategy.name() == name;
+        Strategy::ALL
+            .iter()
+            .find(named)
+            .copied()
+            .unwrap_or_default()
+    })
+}
+
+/// A number of bytes, with or without K, M or G (powers of 1000).
+pub(super) fn bytes(text: &str) -> Result<u64, String> {
+    let (number, unit) = match text.char_indices().last() {
+        Some((end, 'K' | 'k')) => (&text[..end], 1_000),
+        Some((end, 'M' | 'm')) => (&text[..end], 1_000_000),
+        Some((end, 'G' | 'g')) => (&text[..end], 1_000_000_000),
+        _ => (text, 1),
+    };
+    let number = number.parse::<u64>().ok().and_then(|n| n.checked_mul(unit));
+    number.ok_or_else(|| "give a number of bytes, such as 500M or 4G".to_owned())
 }
 
 /// The library's names of smoothing methods.
@@ -152,6 +177,16 @@ mod tests {
         assert_eq!(acceleration("5"), Ok(Acceleration::Memory(5)));
         assert!(acceleration("many").is_err() && acceleration("-1").is_err());
         assert!(acceleration("1000000000").is_err());
+    }
+
+    #[test]
+    fn bytes_have_a_unit_or_none() {
+        assert_eq!(bytes("1024"), Ok(1024));
+        assert_eq!(bytes("4G"), Ok(4_000_000_000));
+        assert_eq!(bytes("500m"), Ok(500_000_000));
+        for bad in ["", "G", "-1", "1.5G", "99999999999G", "4GB"] {
+            assert!(bytes(bad).is_err(), "{bad}");
+        }
     }
 
     #[test]

@@ -32,6 +32,27 @@ fn handles_meet_their_targets_and_the_rest_follows() {
 }
 
 #[test]
+fn the_strategy_is_chosen_told_and_limited() {
+    let sandbox = with_handles();
+    let mut ends = Vec::new();
+    for strategy in ["normal", "columns", "auto"] {
+        sandbox.cotan_ok(&format!(
+            "deform bar.obj --handles bar.json -o {strategy}.obj --strategy {strategy} --report r.json"
+        ));
+        let report = sandbox.json("r.json");
+        assert!(strategy == "auto" || report["strategy"] == strategy);
+        ends.push(sandbox.positions(&format!("{strategy}.obj")));
+    }
+    let apart = ends[0].iter().zip(&ends[1]).map(|(a, b)| (a - b).norm());
+    assert!(apart.fold(0.0, f64::max) < 1e-6);
+    assert!(ends[2] == ends[0] || ends[2] == ends[1]);
+    sandbox.refused(
+        "deform bar.obj --handles bar.json -o no.obj --max-memory 10K",
+        &["only 0.0 MB are allowed"],
+    );
+}
+
+#[test]
 fn all_kinds_of_handles_files_give_the_same_result() {
     let sandbox = with_handles();
     sandbox.write("bar.txt", text_handles());

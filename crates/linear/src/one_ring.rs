@@ -1,0 +1,49 @@
+//! Matrices with the pattern of L: a vertex and its one-ring.
+
+use cotan_laplacian::OneRings;
+
+use crate::normal::LowerTriangle;
+use crate::weights::Weights;
+
+/// Assembles W + diag(d) over all vertices.
+///
+/// Ground vertices are cut off: their entries beside the diagonal are zeros that stay in the
+/// pattern, so that every matrix of a mesh has the same analysis. `diagonal` is given the vertex and
+/// Σ_j W_ij and returns the diagonal entry.
+pub(crate) fn assemble(
+    rings: &OneRings,
+    weights: &Weights,
+    is_ground: impl Fn(usize) -> bool,
+    diagonal: impl Fn(usize, f64) -> f64,
+) -> LowerTriangle {
+    let n = rings.num_vertices();
+    let entries = rings.halfedges().len() / 2 + n;
+    let mut matrix = LowerTriangle {
+        offsets: Vec::with_capacity(n + 1),
+        rows: Vec::with_capacity(entries),
+        values: Vec::with_capacity(entries),
+    };
+    matrix.offsets.push(0);
+    for i in 0..n {
+        let place = matrix.values.len();
+        matrix.rows.push(i);
+        matrix.values.push(0.0);
+        let mut sum = 0.0;
+        for k in rings.range(i) {
+            let (j, w) = (
+                rings.neighbours()[k].index(),
+                weights.symmetric(rings, i, k),
+            );
+            sum += w;
+            // The rings are sorted.
+            if j > i {
+                let is_cut = is_ground(i) || is_ground(j);
+                matrix.rows.push(j);
+                matrix.values.push(if is_cut { 0.0 } else { -w });
+            }
+        }
+        matrix.values[place] = diagonal(i, sum);
+        matrix.offsets.push(matrix.rows.len());
+    }
+    matrix
+}

@@ -1,0 +1,235 @@
+//! The least-squares problem, whatever solves it.
+
+use std::sync::Arc;
+
+use cotan_geometry::Scalar;
+use cotan_halfedge::{EdgeMap, VertexMap};
+use cotan_laplacian::{OneRings, Operator};
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use crate::components::Components;
+use crate::error::LinearError;
+use crate::handles::{self, Handle, Hold};
+use crate::weights::{Form, Weights};
+
+/// A term μ x·Kx beside the Laplacian one, K the graph Laplacian with a stiffness per edge.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Membrane<'a> {
+    /// μ, no unit.
+    pub weight: f64,
+    /// The stiffness of each edge: half its cotangent weight makes K = L/2 for that scheme.
+    pub stiffness: &'a EdgeMap<f64>,
+}
+
+/// Operator, membrane and handles.
+pub(crate) struct Problem {
+    pub(crate) rings: Arc<OneRings>,
+    pub(crate) weights: Weights,
+    pub(crate) components: Arc<Components>,
+    pub(crate) membrane: Option<Sheet>,
+    /// Mean |L_ii|, to which the weights of soft handles are relative.
+    unit: f64,
+    pub(crate) held: Held,
+}
+
+/// A membrane that the system keeps.
+pub(crate) struct Sheet {
+    /// μ, above 0.
+    pub(crate) weight: f64,
+    pub(crate) stiffness: Stiffness,
+}
+
+/// The stiffness of the edges.
+pub(crate) enum Stiffness {
+    /// This multiple of their symmetric weights: K is that multiple of −L.
+    OfWeights(f64),
+    /// Any other.
+    PerEdge(EdgeMap<f64>),
+}
+
+/// The handles, and what follows from them.
+pub(crate) struct Held {
+    pub(crate) handles: Vec<Handle>,
+    /// (k · mean |L_ii|)² of soft handles, 0 elsewhere; empty if there is none.
+    springs: Vec<f64>,
+    pub(crate) num_hard: usize,
+}
+
+impl Held {
+    /// k² of a vertex.
+    pub(crate) fn spring(&self, i: usize) -> f64 {
+        self.springs.get(i).copied().unwrap_or(0.0)
+    }
+}
+
+impl Problem {
+    pub(crate) fn new<T: Scalar>(
+        operator: &Operator<T>,
+        handles: &[Handle],
+        membrane: Option<Membrane<'_>>,
+    ) -> Result<Self, LinearError> {
+        let rings = operator.rings().clone();
+        let components = Arc::new(Components::new(&rings));
+        let unit = operator.mean_diagonal();
+        let held = hold(handles, &components, unit)?;
+        let (weights, membrane) = weigh(operator, membrane)?;
+        Ok(Self {
+            rings,
+            weights,
+            components,
+            membrane,
+            unit,
+            held,
+        })
+    }
+
+    /// The same handles on an operator of other weights.
+    pub(crate) fn reweighted<T: Scalar>(
+        &self,
+        operator: &Operator<T>,
+        membrane: Option<Membrane<'_>>,
+    ) -> Result<Self, LinearError> {
+        if !Arc::ptr_eq(&self.rings, operator.rings()) && *self.rings != **operator.rings() {
+            return Err(LinearError::DifferentMesh);
+        }
+        let unit = operator.mean_diagonal();
+        let (weights, membrane) = weigh(operator, membrane)?;
+        Ok(Self {
+            rings: self.rings.clone(),
+            weights,
+            components: self.components.clone(),
+            membrane,
+            unit,
+            held: hold(&self.held.handles, &self.components, unit)?,
+        })
+    }
+
+    /// What other handles mean for this problem.
+    pub(crate) fn hold(&self, handles: &[Handle]) -> Result<Held, LinearError> {
+        hold(handles, &self.components, self.unit)
+    }
+
+    pub(crate) fn num_vertices(&self) -> usize {
+        self.rings.num_vertices()
+    }
+
+    /// μ, 0 without a membrane.
+    pub(crate) fn membrane_weight(&self) -> f64 {
+        self.membrane.as_ref().map_or(0.0, |m| m.weight)
+    }
+
+    /// r = Lᵀ mismatch + μ tension + k² pull, 0 at hard handles.
+    pub(crate) fn residual(
+        &self,
+        mismatch: &VertexMap<Vector3<f64>>,
+        tension: Option<&VertexMap<Vector3<f64>>>,
+        pull: &VertexMap<Vector3<f64>>,
+        out: &mut VertexMap<Vector3<f64>>,
+    ) {
+        let n = self.num_vertices();
+        assert!(
+            [
+                mismatch.len(),
+                pull.len(),
+                out.len(),
+                tension.map_or(n, VertexMap::len)
+            ]
+            .iter()
+            .all(|&len| len == n),
+            "one entry a vertex"
+        );
+        let y = mismatch.as_slice();
+        let weight = self.membrane_weight();
+        out.as_mut_slice()
+            .par_iter_mut()
+            .enumerate()
+            .with_min_len(1 << 11)
+            .for_each(|(i, r)| {
+                *r = self.weights.transpose_product(&self.rings, i, y);
+                if let Some(tension) = tension {
+                    *r += tension.as_slice()[i] * weight;
+                }
+            });
+        for handle in &self.held.handles {
+            match handle.hold {
+                Hold::Hard => out[handle.vertex] = Vector3::zeros(),
+                Hold::Soft(_) => {
+                    out[handle.vertex] +=
+                        pull[handle.vertex] * self.held.spring(handle.vertex.index());
+                }
+            }
+        }
+    }
+}
+
+fn hold(handles: &[Handle], components: &Components, unit: f64) -> Result<Held, LinearError> {
+    handles::check(handles, components)?;
+    let mut springs = Vec::new();
+    let mut num_hard = 0;
+    for handle in handles {
+        match handle.hold {
+            Hold::Hard => num_hard += 1,
+            Hold::Soft(k) => {
+                springs.resize(components.num_vertices(), 0.0);
+                springs[handle.vertex.index()] = (k * unit).powi(2);
+            }
+        }
+    }
+    Ok(Held {
+        handles: handles.to_vec(),
+        springs,
+        num_hard,
+    })
+}
+
+/// The weights, and the membrane in the form that says most about it.
+fn weigh<T: Scalar>(
+    operator: &Operator<T>,
+    membrane: Option<Membrane<'_>>,
+) -> Result<(Weights, Option<Sheet>), LinearError> {
+    let weights = Weights::new(operator);
+    let Some(Membrane { weight, stiffness }) = membrane else {
+        return Ok((weights, None));
+    };
+    if !(weight.is_finite() && weight >= 0.0) {
+        return Err(LinearError::MembraneWeight(weight));
+    }
+    let tolerance = 1e3 * T::default_epsilon().as_f64();
+    let sheet = (weight > 0.0).then(|| Sheet {
+        weight,
+        stiffness: multiple(operator.rings(), &weights, stiffness, tolerance).map_or_else(
+            || Stiffness::PerEdge(stiffness.clone()),
+            Stiffness::OfWeights,
+        ),
+    });
+    Ok((weights, sheet))
+}
+
+/// c, if the stiffness of every edge is c > 0 times its weight, within `tolerance` of the sizes of
+/// the weights around it: what is left of both where they cancel is rounding.
+fn multiple(
+    rings: &OneRings,
+    weights: &Weights,
+    stiffness: &EdgeMap<f64>,
+    tolerance: f64,
+) -> Option<f64> {
+    if !matches!(weights.form(), Form::Symmetric) {
+        return None;
+    }
+    let largest = (0..rings.halfedges().len()).max_by(|&a, &b| {
+        weights
+            .outgoing(a)
+            .abs()
+            .total_cmp(&weights.outgoing(b).abs())
+    })?;
+    let c = stiffness[rings.halfedges()[largest].edge()] / weights.outgoing(largest);
+    let agrees = |i: usize| {
+        let size: f64 = rings.range(i).map(|k| weights.outgoing(k).abs()).sum();
+        rings.range(i).all(|k| {
+            let s = stiffness[rings.halfedges()[k].edge()];
+            (s - c * weights.outgoing(k)).abs() <= tolerance * c * size
+        })
+    };
+    (c.is_normal() && c > 0.0 && (0..rings.num_vertices()).into_par_iter().all(agrees)).then_some(c)
+}

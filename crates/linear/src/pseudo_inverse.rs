@@ -1,0 +1,244 @@
+//! M⁺ for M = LᵀL + μK without handles, by factors of one-ring matrices.
+//!
+//! With L = −D⁻¹W, W symmetric and K = (σ/μ) W,
+//!
+//! ```text
+//! M = W D⁻² W            without a membrane
+//! M = W (W + σ)          with one, for D = 1
+//! ```
+//!
+//! W is singular: constants on every component. One vertex a component is its *ground*: the entries
+//! beside its diagonal are cut, and its right-hand side is set to 0. A right-hand side whose sum
+//! over the component is zero is then solved exactly, up to a constant. The mean of what goes in and
+//! of what comes out is subtracted, which makes M⁺ symmetric.
+
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use crate::cholesky::Cholesky;
+use crate::components::Components;
+use crate::error::LinearError;
+use crate::normal::LowerTriangle;
+use crate::one_ring;
+use crate::problem::{Problem, Sheet, Stiffness};
+use crate::strategy::Reason;
+use crate::weights::Form;
+
+pub(crate) struct PseudoInverse {
+    components: Arc<Components>,
+    /// D; empty if it is 1.
+    scale: Vec<f64>,
+    /// Σ D² of every component.
+    squares: Vec<f64>,
+    /// The ground of every component.
+    grounds: Vec<usize>,
+    /// W with the grounds cut off.
+    grounded: Cholesky,
+    /// W + σ, if there is a membrane.
+    shifted: Option<Cholesky>,
+    partial: Vec<Vector3<f64>>,
+    sums: Vec<Vector3<f64>>,
+}
+
+/// Why these matrices cannot stand for the problem, if they cannot.
+pub(crate) fn obstacle(problem: &Problem) -> Option<Reason> {
+    match (problem.weights.form(), &problem.membrane) {
+        (Form::General, _) => Some(Reason::GeneralWeights),
+        (Form::RowScaled(_), Some(_)) => Some(Reason::OtherMembrane),
+        (
+            Form::Symmetric,
+            Some(Sheet {
+                stiffness: Stiffness::PerEdge(_),
+                ..
+            }),
+        ) => Some(Reason::OtherMembrane),
+        _ => None,
+    }
+}
+
+impl PseudoInverse {
+    /// Factorizes; the ground of a component is its handle with the lowest number.
+    pub(crate) fn factor(problem: &Problem) -> Result<Self, LinearError> {
+        let components = &problem.components;
+        let mut grounds = vec![usize::MAX; components.len()];
+        for handle in &problem.held.handles {
+            let i = handle.vertex.index();
+            let ground = &mut grounds[components.of(i)];
+            *ground = (*ground).min(i);
+        }
+        Self::assemble(problem, grounds, Cholesky::factor, |first, matrix| {
+            first.factor_like(matrix)
+        })
+    }
+
+    /// For other weights: the analysis is shared.
+    pub(crate) fn refactor(&self, problem: &Problem) -> Result<Self, LinearError> {
+        let like = |matrix: &LowerTriangle| self.grounded.factor_like(matrix);
+        Self::assemble(problem, self.grounds.clone(), like, |_, matrix| {
+            like(matrix)
+        })
+    }
+
+    fn assemble(
+        problem: &Problem,
+        grounds: Vec<usize>,
+        first: impl Fn(&LowerTriangle) -> Result<Cholesky, LinearError>,
+        second: impl Fn(&Cholesky, &LowerTriangle) -> Result<Cholesky, LinearError>,
+    ) -> Result<Self, LinearError> {
+        let (rings, weights) = (&problem.rings, &problem.weights);
+        let components = problem.components.clone();
+        let scale = match weights.form() {
+            Form::RowScaled(scale) => scale.clone(),
+            Form::Symmetric | Form::General => Vec::new(),
+        };
+        let square = |i: &u32| scale.get(*i as usize).map_or(1.0, |d| d * d);
+        let squares = (0..components.len())
+            .map(|c| components.members(c).iter().map(square).sum())
+            .collect();
+        let is_ground = |i: usize| grounds[components.of(i)] == i;
+        // What is cut off keeps a diagonal of the usual size, so that norms stay what they were.
+        let usual = |sum: f64| if sum > 0.0 { sum } else { 1.0 };
+        let cut = |i: usize, sum: f64| if is_ground(i) { usual(sum) } else { sum };
+        let grounded = first(&one_ring::assemble(rings, weights, is_ground, cut))?;
+        let shifted = match &problem.membrane {
+            Some(Sheet {
+                weight,
+                stiffness: Stiffness::OfWeights(c),
+            }) => {
+                let shifted = |_, sum| sum + weight * c;
+                let matrix = one_ring::assemble(rings, weights, |_| false, shifted);
+                Some(second(&grounded, &matrix)?)
+            }
+            _ => None,
+        };
+        Ok(Self {
+            scale,
+            squares,
+            grounds,
+            grounded,
+            shifted,
+            partial: components.partial_sums(),
+            sums: vec![Vector3::zeros(); components.len()],
+            components,
+        })
+    }
+
+    pub(crate) fn num_entries(&self) -> usize {
+        let shifted = self.shifted.as_ref();
+        self.grounded.num_entries() + shifted.map_or(0, Cholesky::num_entries)
+    }
+
+    /// δ₀ = M⁺(Lᵀy + μt), up to a constant a component: the correction that nothing holds.
+    ///
+    /// Without a membrane W δ₀ = −D y + a D², a such that the sums vanish: what no shape can fulfil
+    /// of y is left. With one, (W + σ) δ₀ = W⁺μt − y less its mean.
+    pub(crate) fn free_correction(
+        &mut self,
+        mismatch: &[Vector3<f64>],
+        tension: Option<(f64, &[Vector3<f64>])>,
+        out: &mut [Vector3<f64>],
+    ) {
+        if self.shifted.is_none() {
+            fill(out, |i| mismatch[i] * -self.scale(i));
+            self.balance(out);
+            self.solve_grounded(out);
+            return;
+        }
+        match tension {
+            Some((weight, tension)) => {
+                fill(out, |i| tension[i] * weight);
+                self.center(out);
+                self.solve_grounded(out);
+            }
+            None => out.fill(Vector3::zeros()),
+        }
+        change(out, |i, x| *x -= mismatch[i]);
+        self.center(out);
+        if let Some(shifted) = &mut self.shifted {
+            shifted.solve(out);
+        }
+    }
+
+    /// M⁺e of up to three vertices at once, each in its own coordinate.
+    pub(crate) fn columns(&mut self, vertices: &[usize], out: &mut [Vector3<f64>]) {
+        out.fill(Vector3::zeros());
+        for (lane, &vertex) in vertices.iter().enumerate() {
+            out[vertex][lane] = 1.0;
+        }
+        self.center(out);
+        self.solve_grounded(out);
+        match &mut self.shifted {
+            Some(_) => {
+                self.center(out);
+                if let Some(shifted) = &mut self.shifted {
+                    shifted.solve(out);
+                }
+            }
+            None => {
+                if !self.scale.is_empty() {
+                    let scale = &self.scale;
+                    change(out, |i, x| *x *= scale[i] * scale[i]);
+                }
+                self.balance(out);
+                self.solve_grounded(out);
+            }
+        }
+        self.center(out);
+    }
+
+    fn scale(&self, i: usize) -> f64 {
+        self.scale.get(i).copied().unwrap_or(1.0)
+    }
+
+    /// x with W x = the right-hand side, whose sums are 0, and x = 0 at the grounds.
+    fn solve_grounded(&mut self, rhs: &mut [Vector3<f64>]) {
+        for &ground in &self.grounds {
+            rhs[ground] = Vector3::zeros();
+        }
+        self.grounded.solve(rhs);
+    }
+
+    /// Subtracts a multiple of D² so that the sum over every component is 0.
+    fn balance(&mut self, x: &mut [Vector3<f64>]) {
+        if self.scale.is_empty() {
+            return self.center(x);
+        }
+        self.components
+            .sum(|i| x[i], &mut self.partial, &mut self.sums);
+        let Self {
+            components,
+            scale,
+            squares,
+            sums,
+            ..
+        } = self;
+        change(x, |i, x| {
+            let c = components.of(i);
+            *x -= sums[c] * (scale[i] * scale[i] / squares[c]);
+        });
+    }
+
+    /// Subtracts the mean over every component.
+    fn center(&mut self, x: &mut [Vector3<f64>]) {
+        self.components
+            .sum(|i| x[i], &mut self.partial, &mut self.sums);
+        for (c, sum) in self.sums.iter_mut().enumerate() {
+            *sum /= self.components.members(c).len() as f64;
+        }
+        let (components, means) = (&self.components, &self.sums);
+        change(x, |i, x| *x -= means[components.of(i)]);
+    }
+}
+
+fn fill(out: &mut [Vector3<f64>], value: impl Fn(usize) -> Vector3<f64> + Sync + Send) {
+    change(out, |i, x| *x = value(i));
+}
+
+fn change(out: &mut [Vector3<f64>], each: impl Fn(usize, &mut Vector3<f64>) + Sync + Send) {
+    out.par_iter_mut()
+        .enumerate()
+        .with_min_len(1 << 12)
+        .for_each(|(i, x)| each(i, x));
+}

@@ -1,0 +1,190 @@
+//! The weights in ring order, products with them, and the forms that a factorization can use.
+
+use std::collections::VecDeque;
+
+use cotan_geometry::Scalar;
+use cotan_laplacian::{OneRings, Operator, Symmetry};
+use nalgebra::Vector3;
+
+/// The weights in ring order, and products with L and Lᵀ in difference form.
+pub(crate) struct Weights {
+    /// w_ij for every neighbour j of every i, in the order of the rings.
+    outgoing: Vec<f64>,
+    /// w_ji in the same order; empty if the scheme is symmetric.
+    incoming: Vec<f64>,
+    form: Form,
+}
+
+/// How far from symmetric the weights are: L = −D⁻¹W with a symmetric W.
+pub(crate) enum Form {
+    /// D = 1.
+    Symmetric,
+    /// D, one positive number a vertex: row-normalised weights, such as Tutte's.
+    RowScaled(Vec<f64>),
+    /// There is no such D.
+    General,
+}
+
+impl Weights {
+    pub(crate) fn new<T: Scalar>(operator: &Operator<T>) -> Self {
+        let (rings, weights) = (operator.rings(), operator.weights());
+        let outgoing: Vec<f64> = rings.halfedges().iter().map(|&h| weights[h]).collect();
+        if operator.symmetry() == Symmetry::Symmetric {
+            return Self {
+                outgoing,
+                incoming: Vec::new(),
+                form: Form::Symmetric,
+            };
+        }
+        let incoming: Vec<f64> = rings
+            .halfedges()
+            .iter()
+            .map(|h| weights[h.twin()])
+            .collect();
+        let tolerance = 1e3 * T::default_epsilon().as_f64();
+        let form = row_scale(rings, &outgoing, &incoming, tolerance)
+            .map_or(Form::General, Form::RowScaled);
+        Self {
+            outgoing,
+            incoming,
+            form,
+        }
+    }
+
+    pub(crate) fn form(&self) -> &Form {
+        &self.form
+    }
+
+    /// w_ij of ring entry number `k`.
+    pub(crate) fn outgoing(&self, k: usize) -> f64 {
+        self.outgoing[k]
+    }
+
+    /// Weight of the same edge in the other direction.
+    pub(crate) fn incoming(&self, k: usize) -> f64 {
+        if self.incoming.is_empty() {
+            self.outgoing[k]
+        } else {
+            self.incoming[k]
+        }
+    }
+
+    /// W_ij of ring entry number `k` at vertex `i`: the same from both ends, to the last bit.
+    pub(crate) fn symmetric(&self, rings: &OneRings, i: usize, k: usize) -> f64 {
+        match &self.form {
+            Form::RowScaled(scale) => {
+                let j = rings.neighbours()[k].index();
+                0.5 * (scale[i] * self.outgoing[k] + scale[j] * self.incoming[k])
+            }
+            Form::Symmetric | Form::General => self.outgoing[k],
+        }
+    }
+
+    /// (Lᵀ y)_i = Σ_j (w_ji y_j − w_ij y_i), with L the operator as the paper signs it.
+    pub(crate) fn transpose_product(
+        &self,
+        rings: &OneRings,
+        i: usize,
+        y: &[Vector3<f64>],
+    ) -> Vector3<f64> {
+        let mut sum = Vector3::zeros();
+        for k in rings.range(i) {
+            let j = rings.neighbours()[k].index();
+            sum += y[j] * self.incoming(k) - y[i] * self.outgoing(k);
+        }
+        sum
+    }
+
+    /// Row i of L with its diagonal: pairs (column, entry), diagonal first.
+    pub(crate) fn row<'a>(
+        &'a self,
+        rings: &'a OneRings,
+        i: usize,
+    ) -> impl Iterator<Item = (usize, f64)> + 'a {
+        let range = rings.range(i);
+        let diagonal = -self.outgoing[range.clone()].iter().sum::<f64>();
+        std::iter::once((i, diagonal))
+            .chain(range.map(|k| (rings.neighbours()[k].index(), self.outgoing[k])))
+    }
+}
+
+/// D with D_i w_ij = D_j w_ji for every edge within `tolerance`, if there is one: spread from the
+/// first vertex of every component and then checked (Kolmogorov's criterion for a reversible chain).
+fn row_scale(
+    rings: &OneRings,
+    outgoing: &[f64],
+    incoming: &[f64],
+    tolerance: f64,
+) -> Option<Vec<f64>> {
+    let n = rings.num_vertices();
+    let mut scale = vec![0.0; n];
+    let mut queue = VecDeque::new();
+    for start in 0..n {
+        if scale[start] != 0.0 {
+            continue;
+        }
+        scale[start] = 1.0;
+        queue.push_back(start);
+        // In breadth, so that few roundings add up on the way to a vertex.
+        while let Some(i) = queue.pop_front() {
+            for k in rings.range(i) {
+                let j = rings.neighbours()[k].index();
+                let next = scale[i] * outgoing[k] / incoming[k];
+                if scale[j] == 0.0 && next.is_normal() && next > 0.0 {
+                    scale[j] = next;
+                    queue.push_back(j);
+                }
+            }
+        }
+    }
+    let agrees = |i: usize| {
+        rings.range(i).all(|k| {
+            let j = rings.neighbours()[k].index();
+            let (there, back) = (scale[i] * outgoing[k], scale[j] * incoming[k]);
+            (there - back).abs() <= tolerance * there.abs().max(back.abs())
+        })
+    };
+    (0..n).all(agrees).then_some(scale)
+}
+
+#[cfg(test)]
+mod tests {
+    use cotan_geometry::testing::surfaces;
+    use cotan_laplacian::Tutte;
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn the_row_scale_of_tutte_is_the_valence(shape in surfaces()) {
+            let operator = Operator::assemble(&Tutte, &shape.surface())?;
+            let weights = Weights::new(&operator);
+            let Form::RowScaled(scale) = weights.form() else { panic!("not found") };
+            let rings = operator.rings();
+            let ratio = scale[0] / rings.range(0).len() as f64;
+            for (i, d) in scale.iter().enumerate() {
+                prop_assert!((d - ratio * rings.range(i).len() as f64).abs() < 1e-12 * d);
+            }
+        }
+    }
+
+    #[test]
+    fn weights_without_a_row_scale_are_general() {
+        let shape = cotan_geometry::shapes::tetrahedron::<f64>();
+        let rings = OneRings::new(&shape.mesh);
+        let forward = |k: usize, i: usize| {
+            if rings.neighbours()[k].index() > i {
+                2.0
+            } else {
+                1.0
+            }
+        };
+        let ones: Vec<f64> = (0..4)
+            .flat_map(|i| rings.range(i).map(move |k| (k, i)))
+            .map(|(k, i)| forward(k, i))
+            .collect();
+        let back: Vec<f64> = ones.iter().map(|w| 3.0 - w).collect();
+        assert!(row_scale(&rings, &ones, &back, 1e-12).is_none());
+    }
+}
