@@ -226,6 +226,38 @@ proptest! {
     }
 }
 
+/// Columns of neighbours are nearly the same; what tells them apart is still there.
+#[test]
+fn a_patch_of_handles_is_told_apart() {
+    let shape = shapes::creature::<f64>(40);
+    let operator = Operator::assemble(&Cotangent::default(), &shape.surface()).unwrap();
+    let mut patch = vec![VertexId::new(17)];
+    for at in 0..20 {
+        for (neighbour, _) in operator.rings().ring(patch[at].index()) {
+            if !patch.contains(&neighbour) {
+                patch.push(neighbour);
+            }
+        }
+    }
+    let held: Vec<Handle> = patch.into_iter().map(Handle::hard).collect();
+    let stiffness = half_weights(&operator, &shape.mesh);
+    let membrane = Membrane {
+        weight: 0.1,
+        stiffness: &stiffness,
+    };
+    for membrane in [None, Some(membrane)] {
+        let by = |options| {
+            let mut system =
+                PreparedSystem::prepare_with(&operator, &held, membrane, &options).unwrap();
+            let [_, correction] = corrected(&mut system, &operator);
+            correction
+        };
+        let apart = apart(&by(NORMAL), &by(COLUMNS));
+        println!("{} handles: {apart:.1e}", held.len());
+        assert!(apart < 1e-7, "{apart}");
+    }
+}
+
 /// Weights that were computed in single precision are symmetric, row-scaled and proportional to their
 /// membrane within its rounding.
 #[test]
