@@ -3,37 +3,105 @@
 use std::sync::Arc;
 
 use nalgebra::Vector3;
+use rayon::prelude::*;
 
+use crate::csr::Csr;
 use crate::error::LinearError;
-use crate::normal::LowerTriangle;
+use crate::lower::LowerTriangle;
 use crate::ordering::{self, Graph};
 use crate::sparse::{Buffers, Factor, FactorError, Precision, Symbolic};
+use crate::strategy::Strategy;
+
+/// What a factor may take, and how it is stored.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Storage {
+    pub(crate) precision: Precision,
+    /// The most bytes that factors of this pattern may take together, with the memory that the
+    /// strategy takes beside them: known exactly once the pattern is analysed.
+    pub(crate) limit: Option<Limit>,
+}
+
+/// A limit of memory.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Limit {
+    pub(crate) strategy: Strategy,
+    /// How many factors there will be, and bytes that are taken beside them.
+    pub(crate) factors: u64,
+    pub(crate) beside: u64,
+    pub(crate) permitted: u64,
+}
 
 /// A factorized symmetric positive definite matrix and the memory that its solves need.
 pub(crate) struct Cholesky {
     factor: Factor,
     buffers: Buffers,
+    /// For a factor in single precision: what is needed to refine its solutions.
+    refinement: Option<Refinement>,
+}
+
+/// The matrix, a right-hand side and what a solution leaves of it.
+struct Refinement {
+    matrix: Csr,
+    rhs: Vec<Vector3<f64>>,
+    residual: Vec<Vector3<f64>>,
 }
 
 impl Cholesky {
     /// Orders, analyses and factorizes a matrix.
     pub(crate) fn factor(matrix: &LowerTriangle) -> Result<Self, LinearError> {
+        Self::factor_with(matrix, &Storage::default())
+    }
+
+    /// As [`Self::factor`], within a limit of memory.
+    pub(crate) fn factor_with(
+        matrix: &LowerTriangle,
+        storage: &Storage,
+    ) -> Result<Self, LinearError> {
         let symbolic = Symbolic::analyse(matrix, order(matrix));
-        Self::with_analysis(Arc::new(symbolic), matrix)
+        if let Some(limit) = storage.limit {
+            let each = symbolic.num_entries() as u64 * storage.precision.bytes()
+                + storage.precision.bytes_beside(matrix);
+            let predicted = limit.factors * each + limit.beside;
+            if predicted > limit.permitted {
+                return Err(LinearError::MemoryLimit {
+                    strategy: limit.strategy,
+                    predicted,
+                    permitted: limit.permitted,
+                });
+            }
+        }
+        Self::with_analysis(Arc::new(symbolic), matrix, storage.precision)
     }
 
     /// Factorizes another matrix of the same pattern beside this one; the analysis is shared.
     pub(crate) fn factor_like(&self, matrix: &LowerTriangle) -> Result<Self, LinearError> {
-        Self::with_analysis(self.factor.symbolic().clone(), matrix)
+        let precision = self.factor.precision();
+        Self::with_analysis(self.factor.symbolic().clone(), matrix, precision)
     }
 
-    fn with_analysis(symbolic: Arc<Symbolic>, matrix: &LowerTriangle) -> Result<Self, LinearError> {
+    fn with_analysis(
+        symbolic: Arc<Symbolic>,
+        matrix: &LowerTriangle,
+        precision: Precision,
+    ) -> Result<Self, LinearError> {
         check_finite(matrix)?;
-        let bytes = symbolic.num_entries().saturating_mul(size_of::<f64>());
+        let unknowns = symbolic.num_unknowns();
+        let bytes = symbolic.num_entries() as u64 * precision.bytes();
         let buffers = Buffers::new(&symbolic);
-        let factor = Factor::new(symbolic, &matrix.values, Precision::Double)
-            .map_err(|error| refusal(error, matrix, bytes))?;
-        let mut cholesky = Self { factor, buffers };
+        let factor = Factor::new(symbolic, &matrix.values, precision).map_err(|e| match e {
+            FactorError::NotPositive => LinearError::NotPositiveDefinite { unknowns },
+            FactorError::OutOfMemory => LinearError::OutOfMemory { unknowns, bytes },
+        })?;
+        let refinement = (precision == Precision::Single).then(|| Refinement {
+            matrix: Csr::from_lower(matrix),
+            rhs: vec![Vector3::zeros(); unknowns],
+            residual: vec![Vector3::zeros(); unknowns],
+        });
+        let mut cholesky = Self {
+            factor,
+            buffers,
+            refinement,
+        };
         cholesky.check(matrix)?;
         Ok(cholesky)
     }
@@ -41,10 +109,14 @@ impl Cholesky {
     /// Factorizes another matrix of the same pattern in place of this one.
     pub(crate) fn refactor(&mut self, matrix: &LowerTriangle) -> Result<(), LinearError> {
         check_finite(matrix)?;
-        let bytes = self.factor.bytes();
         self.factor
             .refactor(&matrix.values)
-            .map_err(|error| refusal(error, matrix, bytes))?;
+            .map_err(|_| LinearError::NotPositiveDefinite {
+                unknowns: matrix.offsets.len() - 1,
+            })?;
+        if let Some(refinement) = &mut self.refinement {
+            refinement.matrix = Csr::from_lower(matrix);
+        }
         self.check(matrix)
     }
 
@@ -54,8 +126,34 @@ impl Cholesky {
     }
 
     /// Overwrites right-hand sides by their solutions: x, y and z are three systems.
+    ///
+    /// A factor in single precision is asked twice: its first answer leaves a residual, which it
+    /// answers too.
     pub(crate) fn solve(&mut self, rhs: &mut [Vector3<f64>]) {
-        self.factor.solve(rhs, &mut self.buffers);
+        let Self {
+            factor,
+            buffers,
+            refinement,
+        } = self;
+        let Some(refinement) = refinement else {
+            factor.solve(rhs, buffers);
+            return;
+        };
+        let Refinement {
+            matrix,
+            rhs: wanted,
+            residual,
+        } = refinement;
+        wanted.copy_from_slice(rhs);
+        let x = rhs;
+        factor.solve(x, buffers);
+        residual
+            .par_iter_mut()
+            .enumerate()
+            .with_min_len(1 << 11)
+            .for_each(|(i, r)| *r = wanted[i] - matrix.product(i, x));
+        factor.solve(residual, buffers);
+        x.iter_mut().zip(&*residual).for_each(|(x, r)| *x += r);
     }
 
     /// Solves one right-hand side and measures the backward error |Mx − b| / (|M||x| + |b|).
@@ -98,21 +196,15 @@ fn check_finite(matrix: &LowerTriangle) -> Result<(), LinearError> {
     Ok(())
 }
 
-fn refusal(error: FactorError, matrix: &LowerTriangle, bytes: usize) -> LinearError {
-    let unknowns = matrix.offsets.len() - 1;
-    match error {
-        FactorError::NotPositive => LinearError::NotPositiveDefinite { unknowns },
-        FactorError::OutOfMemory => LinearError::OutOfMemory { unknowns, bytes },
-    }
-}
-
 /// A fill-reducing order for the matrix.
 pub(crate) fn order(matrix: &LowerTriangle) -> Vec<u32> {
     let n = matrix.offsets.len() - 1;
     let entries = || {
         (0..n).flat_map(|j| {
             let rows = &matrix.rows[matrix.offsets[j]..matrix.offsets[j + 1]];
-            rows.iter().filter(move |&&i| i != j).map(move |&i| (i, j))
+            rows.iter()
+                .map(move |&i| (i as usize, j))
+                .filter(|&(i, j)| i != j)
         })
     };
     let mut offsets = vec![0u32; n + 1];
@@ -149,10 +241,10 @@ mod tests {
             values: vec![],
         };
         for j in 0..n {
-            matrix.rows.push(j);
+            matrix.rows.push(j as u32);
             matrix.values.push(2.001);
             if j + 1 < n {
-                matrix.rows.push(j + 1);
+                matrix.rows.push(j as u32 + 1);
                 matrix.values.push(-1.0);
             }
             matrix.offsets.push(matrix.rows.len());

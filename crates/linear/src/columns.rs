@@ -24,7 +24,7 @@ use crate::error::LinearError;
 use crate::handles::{Handle, Hold};
 use crate::multipliers::Multipliers;
 use crate::problem::{Held, Problem};
-use crate::pseudo_inverse::PseudoInverse;
+use crate::pseudo_inverse::{Means, PseudoInverse};
 
 pub(crate) struct Columns {
     inverse: PseudoInverse,
@@ -53,8 +53,8 @@ struct Pulling {
 }
 
 impl Columns {
-    pub(crate) fn factor(problem: &Problem) -> Result<Self, LinearError> {
-        Self::with_columns(PseudoInverse::factor(problem)?, problem)
+    pub(crate) fn factor(problem: &Problem, means: &Means) -> Result<Self, LinearError> {
+        Self::with_columns(PseudoInverse::factor(problem, means)?, problem)
     }
 
     /// For other weights and the same handles: the analysis is shared.

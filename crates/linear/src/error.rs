@@ -74,8 +74,8 @@ pub enum LinearError {
     OutOfMemory {
         /// Number of free vertices.
         unknowns: usize,
-        /// Size of the factor, 0 if the analysis did not get that far.
-        bytes: usize,
+        /// Size of the factor.
+        bytes: u64,
     },
     /// A strategy was asked for that cannot serve.
     #[error(

@@ -4,9 +4,10 @@ use cotan_laplacian::OneRings;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use crate::cholesky::Cholesky;
+use crate::cholesky::{Cholesky, Storage};
 use crate::error::LinearError;
 use crate::handles::Hold;
+use crate::lower::LowerTriangle;
 use crate::problem::{Problem, Sheet, Stiffness};
 use crate::weights::Weights;
 
@@ -21,12 +22,12 @@ pub(crate) struct NormalEquations {
 }
 
 impl NormalEquations {
-    pub(crate) fn factor(problem: &Problem) -> Result<Self, LinearError> {
+    pub(crate) fn factor(problem: &Problem, storage: &Storage) -> Result<Self, LinearError> {
         let (free, matrix) = assemble_free(problem);
         Ok(Self {
             unknowns: vec![Vector3::zeros(); free.len()],
             free,
-            cholesky: Cholesky::factor(&matrix)?,
+            cholesky: Cholesky::factor_with(&matrix, storage)?,
         })
     }
 
@@ -73,44 +74,6 @@ fn assemble_free(problem: &Problem) -> (Vec<usize>, LowerTriangle) {
     (free, matrix)
 }
 
-/// A symmetric sparse matrix: its lower triangle by columns, rows ascending.
-pub(crate) struct LowerTriangle {
-    pub(crate) offsets: Vec<usize>,
-    pub(crate) rows: Vec<usize>,
-    pub(crate) values: Vec<f64>,
-}
-
-impl LowerTriangle {
-    /// out = M x for one vector.
-    pub(crate) fn multiply(&self, x: &[f64], out: &mut [f64]) {
-        out.fill(0.0);
-        for j in 0..x.len() {
-            for k in self.offsets[j]..self.offsets[j + 1] {
-                let i = self.rows[k];
-                out[i] += self.values[k] * x[j];
-                if i != j {
-                    out[j] += self.values[k] * x[i];
-                }
-            }
-        }
-    }
-
-    /// Greatest sum of the absolute entries of a row.
-    pub(crate) fn norm(&self) -> f64 {
-        let mut sums = vec![0.0; self.offsets.len() - 1];
-        for j in 0..sums.len() {
-            for k in self.offsets[j]..self.offsets[j + 1] {
-                let i = self.rows[k];
-                sums[i] += self.values[k].abs();
-                if i != j {
-                    sums[j] += self.values[k].abs();
-                }
-            }
-        }
-        sums.into_iter().fold(0.0, f64::max)
-    }
-}
-
 /// Assembles LᵀL + μK + D restricted to the free vertices.
 ///
 /// `free_index[i]` is the unknown of vertex i or `None`; `free` is its inverse. Column by column
@@ -125,7 +88,7 @@ fn assemble(problem: &Problem, free: &[usize], free_index: &[Option<usize>]) -> 
         ..
     } = problem;
     const CHUNK: usize = 2048;
-    let blocks: Vec<(Vec<usize>, Vec<usize>, Vec<f64>)> = free
+    let blocks: Vec<(Vec<usize>, Vec<u32>, Vec<f64>)> = free
         .par_chunks(CHUNK)
         .map_init(
             || Column::new(free_index.len()),
@@ -219,7 +182,7 @@ impl Column {
         free_index: &[Option<usize>],
         column: Option<usize>,
         lengths: &mut Vec<usize>,
-        rows: &mut Vec<usize>,
+        rows: &mut Vec<u32>,
         values: &mut Vec<f64>,
     ) {
         let start = rows.len();
@@ -231,7 +194,7 @@ impl Column {
             if let Some(row) = free_index[vertex]
                 && Some(row) >= column
             {
-                rows.push(row);
+                rows.push(row as u32);
                 values.push(value);
             }
         }

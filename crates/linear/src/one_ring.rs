@@ -2,7 +2,7 @@
 
 use cotan_laplacian::OneRings;
 
-use crate::normal::LowerTriangle;
+use crate::lower::LowerTriangle;
 use crate::weights::Weights;
 
 /// Assembles W + diag(d) over all vertices.
@@ -26,7 +26,7 @@ pub(crate) fn assemble(
     matrix.offsets.push(0);
     for i in 0..n {
         let place = matrix.values.len();
-        matrix.rows.push(i);
+        matrix.rows.push(i as u32);
         matrix.values.push(0.0);
         let mut sum = 0.0;
         for k in rings.range(i) {
@@ -38,7 +38,7 @@ pub(crate) fn assemble(
             // The rings are sorted.
             if j > i {
                 let is_cut = is_ground(i) || is_ground(j);
-                matrix.rows.push(j);
+                matrix.rows.push(j as u32);
                 matrix.values.push(if is_cut { 0.0 } else { -w });
             }
         }

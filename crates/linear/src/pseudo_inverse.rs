@@ -17,10 +17,11 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use crate::cholesky::Cholesky;
+use crate::cholesky::{Cholesky, Storage};
 use crate::components::Components;
 use crate::error::LinearError;
-use crate::normal::LowerTriangle;
+use crate::lower::LowerTriangle;
+use crate::multigrid::Multigrid;
 use crate::one_ring;
 use crate::problem::{Problem, Sheet, Stiffness};
 use crate::strategy::Reason;
@@ -35,11 +36,54 @@ pub(crate) struct PseudoInverse {
     /// The ground of every component.
     grounds: Vec<usize>,
     /// W with the grounds cut off.
-    grounded: Cholesky,
+    grounded: Inverse,
     /// W + σ, if there is a membrane.
-    shifted: Option<Cholesky>,
+    shifted: Option<Inverse>,
     partial: Vec<Vector3<f64>>,
     sums: Vec<Vector3<f64>>,
+}
+
+/// The inverse of a one-ring matrix.
+enum Inverse {
+    Factor(Cholesky),
+    Iteration(Box<Multigrid>),
+}
+
+impl Inverse {
+    fn solve(&mut self, rhs: &mut [Vector3<f64>]) {
+        match self {
+            Self::Factor(cholesky) => cholesky.solve(rhs),
+            Self::Iteration(multigrid) => {
+                multigrid.solve(rhs);
+            }
+        }
+    }
+
+    /// The inverse of a matrix of the same pattern, of the same kind.
+    fn like(&self, matrix: &LowerTriangle) -> Result<Self, LinearError> {
+        Ok(match self {
+            Self::Factor(cholesky) => Self::Factor(cholesky.factor_like(matrix)?),
+            Self::Iteration(_) => Self::iteration(matrix)?,
+        })
+    }
+
+    fn iteration(matrix: &LowerTriangle) -> Result<Self, LinearError> {
+        Ok(Self::Iteration(Box::new(Multigrid::new(matrix)?)))
+    }
+
+    fn num_entries(&self) -> usize {
+        match self {
+            Self::Factor(cholesky) => cholesky.num_entries(),
+            Self::Iteration(multigrid) => multigrid.num_entries(),
+        }
+    }
+}
+
+/// How the one-ring matrices are inverted.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Means {
+    Factor(Storage),
+    Iteration,
 }
 
 /// Why these matrices cannot stand for the problem, if they cannot.
@@ -60,7 +104,7 @@ pub(crate) fn obstacle(problem: &Problem) -> Option<Reason> {
 
 impl PseudoInverse {
     /// Factorizes; the ground of a component is its handle with the lowest number.
-    pub(crate) fn factor(problem: &Problem) -> Result<Self, LinearError> {
+    pub(crate) fn factor(problem: &Problem, means: &Means) -> Result<Self, LinearError> {
         let components = &problem.components;
         let mut grounds = vec![usize::MAX; components.len()];
         for handle in &problem.held.handles {
@@ -68,24 +112,23 @@ impl PseudoInverse {
             let ground = &mut grounds[components.of(i)];
             *ground = (*ground).min(i);
         }
-        Self::assemble(problem, grounds, Cholesky::factor, |first, matrix| {
-            first.factor_like(matrix)
+        Self::assemble(problem, grounds, |matrix| match means {
+            Means::Factor(storage) => Cholesky::factor_with(matrix, storage).map(Inverse::Factor),
+            Means::Iteration => Inverse::iteration(matrix),
         })
     }
 
     /// For other weights: the analysis is shared.
     pub(crate) fn refactor(&self, problem: &Problem) -> Result<Self, LinearError> {
-        let like = |matrix: &LowerTriangle| self.grounded.factor_like(matrix);
-        Self::assemble(problem, self.grounds.clone(), like, |_, matrix| {
-            like(matrix)
+        Self::assemble(problem, self.grounds.clone(), |matrix| {
+            self.grounded.like(matrix)
         })
     }
 
     fn assemble(
         problem: &Problem,
         grounds: Vec<usize>,
-        first: impl Fn(&LowerTriangle) -> Result<Cholesky, LinearError>,
-        second: impl Fn(&Cholesky, &LowerTriangle) -> Result<Cholesky, LinearError>,
+        first: impl Fn(&LowerTriangle) -> Result<Inverse, LinearError>,
     ) -> Result<Self, LinearError> {
         let (rings, weights) = (&problem.rings, &problem.weights);
         let components = problem.components.clone();
@@ -109,7 +152,7 @@ impl PseudoInverse {
             }) => {
                 let shifted = |_, sum| sum + weight * c;
                 let matrix = one_ring::assemble(rings, weights, |_| false, shifted);
-                Some(second(&grounded, &matrix)?)
+                Some(grounded.like(&matrix)?)
             }
             _ => None,
         };
@@ -127,7 +170,7 @@ impl PseudoInverse {
 
     pub(crate) fn num_entries(&self) -> usize {
         let shifted = self.shifted.as_ref();
-        self.grounded.num_entries() + shifted.map_or(0, Cholesky::num_entries)
+        self.grounded.num_entries() + shifted.map_or(0, Inverse::num_entries)
     }
 
     /// δ₀ = M⁺(Lᵀy + μt), up to a constant a component: the correction that nothing holds.

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 
 use crate::cholesky::Cholesky;
 use crate::error::LinearError;
-use crate::normal::LowerTriangle;
+use crate::lower::LowerTriangle;
 use crate::one_ring;
 use crate::weights::Weights;
 

@@ -1,11 +1,13 @@
 //! How a system is solved, and who decides it.
 
+use crate::cholesky::{Limit, Storage};
 use crate::columns::{self, Columns};
 use crate::cost::{self, Estimate};
 use crate::error::LinearError;
 use crate::normal::NormalEquations;
 use crate::problem::{Held, Problem};
-use crate::pseudo_inverse;
+use crate::pseudo_inverse::{self, Means};
+use crate::sparse::Precision;
 
 /// How a system is solved.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -21,11 +23,15 @@ pub enum Strategy {
     /// for each handle: for few handles, weights that are symmetric (or are when each row is scaled, as
     /// Tutte's), and no membrane or one that is proportional to the operator.
     Columns,
+    /// As [`Self::Columns`], but the one-ring matrices are not factorized: each solve is an iteration,
+    /// conjugate gradients preconditioned by multigrid. Memory grows in proportion to the mesh; a solve
+    /// takes some ten times as long. Where no factor fits into memory.
+    Iterative,
 }
 
 impl Strategy {
     /// All of them.
-    pub const ALL: &[Self] = &[Self::Auto, Self::Normal, Self::Columns];
+    pub const ALL: &[Self] = &[Self::Auto, Self::Normal, Self::Columns, Self::Iterative];
 
     /// Its name, for options and reports.
     pub fn name(self) -> &'static str {
@@ -33,6 +39,7 @@ impl Strategy {
             Self::Auto => "auto",
             Self::Normal => "normal",
             Self::Columns => "columns",
+            Self::Iterative => "iterative",
         }
     }
 }
@@ -106,9 +113,12 @@ impl std::fmt::Display for Choice {
 pub struct SystemOptions {
     /// How to solve it.
     pub strategy: Strategy,
-    /// The most memory that factors and columns may take, in bytes. What they take is predicted
-    /// before anything is factorized, by a rule of growth: it may be off by a factor of two.
+    /// The most memory that factors and columns may take, in bytes. A rule of growth, which may be off
+    /// by a factor of two, chooses the strategy; what is refused is refused by the analysis of the
+    /// matrix, which knows the size of its factor, before anything is factorized.
     pub max_memory: Option<u64>,
+    /// How factors are stored.
+    pub precision: Precision,
     /// How many corrections are going to be asked for, roughly: what decides whether a costly
     /// factorization with cheap solves pays. Default: 20.
     pub expected_solves: usize,
@@ -127,6 +137,7 @@ impl SystemOptions {
         Self {
             strategy: Strategy::Auto,
             max_memory: None,
+            precision: Precision::Double,
             expected_solves: 20,
         }
     }
@@ -142,6 +153,13 @@ impl SystemOptions {
     #[must_use]
     pub const fn max_memory(mut self, bytes: u64) -> Self {
         self.max_memory = Some(bytes);
+        self
+    }
+
+    /// Sets [`Self::precision`].
+    #[must_use]
+    pub const fn precision(mut self, precision: Precision) -> Self {
+        self.precision = precision;
         self
     }
 
@@ -165,6 +183,14 @@ pub(crate) struct Plan {
     /// What to try first, and why.
     pub(crate) choice: Choice,
     normal: Estimate,
+    columns: Estimate,
+    iterative: Estimate,
+    /// Whether the one-ring matrices can stand for the problem.
+    has_columns: bool,
+    /// Factors and bytes beside them, by columns.
+    num_factors: u64,
+    column_bytes: u64,
+    options: SystemOptions,
 }
 
 impl Plan {
@@ -174,110 +200,171 @@ impl Plan {
         problem: &Problem,
         held: &Held,
         options: &SystemOptions,
-        at_hand: Option<&Solver>,
+        at_hand: Option<(&Solver, Strategy)>,
     ) -> Result<Self, LinearError> {
         let n = problem.num_vertices();
-        let normal = cost::normal(n - held.num_hard, options.expected_solves);
-        let (factors, missing) = match at_hand {
-            Some(Solver::Columns(columns)) => (0, columns.num_missing(problem, held)),
-            _ => (
-                1 + usize::from(problem.membrane.is_some()),
-                columns::num_columns(problem, held),
-            ),
+        let solves = 1 + usize::from(problem.membrane.is_some());
+        let num_columns = columns::num_columns(problem, held);
+        let estimate = |strategy: Strategy| {
+            let (new_factors, new_columns) = match at_hand {
+                Some((Solver::Columns(columns), other)) if other == strategy => {
+                    (0, columns.num_missing(problem, held))
+                }
+                _ => (solves, num_columns),
+            };
+            let plan = cost::ColumnsPlan {
+                num_vertices: n,
+                new_factors,
+                solves,
+                new_columns,
+                columns: num_columns,
+                corrections: options.expected_solves,
+                precision: options.precision,
+            };
+            match strategy {
+                Strategy::Iterative => cost::iterative(&plan),
+                _ => cost::columns(&plan),
+            }
         };
-        let columns = cost::columns(&cost::ColumnsPlan {
-            num_vertices: n,
-            new_factors: factors,
-            solves: 1 + usize::from(problem.membrane.is_some()),
-            new_columns: missing,
-            columns: columns::num_columns(problem, held),
-            corrections: options.expected_solves,
-        });
         let obstacle = pseudo_inverse::obstacle(problem);
-        let fits = |estimate: &Estimate| options.max_memory.is_none_or(|max| estimate.bytes <= max);
-        let choice = |strategy, reason| Choice { strategy, reason };
-        let choice = match (options.strategy, obstacle) {
-            (Strategy::Normal, _) => choice(Strategy::Normal, Reason::Requested),
-            (Strategy::Columns, None) => choice(Strategy::Columns, Reason::Requested),
-            (Strategy::Columns, Some(reason)) => {
+        let mut plan = Self {
+            choice: Choice {
+                strategy: options.strategy,
+                reason: Reason::Requested,
+            },
+            normal: cost::normal(n - held.num_hard, options.expected_solves),
+            columns: estimate(Strategy::Columns),
+            iterative: estimate(Strategy::Iterative),
+            has_columns: obstacle.is_none(),
+            num_factors: solves as u64,
+            column_bytes: cost::column_bytes(n, num_columns),
+            options: *options,
+        };
+        match (options.strategy, obstacle) {
+            (Strategy::Columns | Strategy::Iterative, Some(reason)) => {
                 return Err(LinearError::StrategyUnsuitable {
-                    strategy: Strategy::Columns,
+                    strategy: options.strategy,
                     reason,
                 });
             }
-            (Strategy::Auto, Some(reason)) => choice(Strategy::Normal, reason),
-            (Strategy::Auto, None) => match (columns.seconds <= normal.seconds, fits(&columns)) {
-                (true, true) => choice(Strategy::Columns, Reason::Fastest),
-                (true, false) => choice(Strategy::Normal, Reason::Memory),
-                (false, true) if !fits(&normal) => choice(Strategy::Columns, Reason::Memory),
-                (false, _) => choice(Strategy::Normal, Reason::Fastest),
-            },
-        };
-        let plan = Self { choice, normal };
-        plan.check_memory(
-            if choice.strategy == Strategy::Columns {
-                &columns
-            } else {
-                &normal
-            },
-            options,
-        )?;
+            (Strategy::Auto, Some(reason)) => {
+                plan.choice = Choice {
+                    strategy: Strategy::Normal,
+                    reason,
+                };
+            }
+            (Strategy::Auto, None) => {
+                plan.choice =
+                    plan.fastest(&[Strategy::Columns, Strategy::Normal, Strategy::Iterative]);
+            }
+            _ => {}
+        }
         Ok(plan)
     }
 
-    fn check_memory(
-        &self,
-        estimate: &Estimate,
-        options: &SystemOptions,
-    ) -> Result<(), LinearError> {
-        match options.max_memory {
-            Some(permitted) if estimate.bytes > permitted => Err(LinearError::MemoryLimit {
+    fn estimate(&self, strategy: Strategy) -> &Estimate {
+        match strategy {
+            Strategy::Columns => &self.columns,
+            Strategy::Iterative => &self.iterative,
+            Strategy::Auto | Strategy::Normal => &self.normal,
+        }
+    }
+
+    /// The fastest that fits, or the fastest of all if none does. The iteration is for what does not
+    /// fit: its speed depends on the mesh too much to be predicted.
+    fn fastest(&self, strategies: &[Strategy]) -> Choice {
+        let fits = |s: &Strategy| {
+            let bytes = self.estimate(*s).bytes;
+            self.options.max_memory.is_none_or(|max| bytes <= max)
+        };
+        let rank = |a: &&Strategy, b: &&Strategy| {
+            let key = |s: &Strategy| (*s == Strategy::Iterative, self.estimate(*s).seconds);
+            let (a, b) = (key(a), key(b));
+            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+        };
+        let first = strategies.iter().min_by(rank);
+        let fitting = strategies.iter().filter(|s| fits(s)).min_by(rank);
+        let strategy = *fitting.or(first).unwrap_or(&Strategy::Normal);
+        let reason = if Some(&strategy) == first {
+            Reason::Fastest
+        } else {
+            Reason::Memory
+        };
+        Choice { strategy, reason }
+    }
+
+    /// Does what was planned. Where it turns out not to serve, or not to fit, the next does, unless it
+    /// was asked for.
+    pub(crate) fn carry_out(
+        mut self,
+        columns: impl Fn(&Means) -> Result<Solver, LinearError>,
+        normal: impl Fn(&Storage) -> Result<Solver, LinearError>,
+    ) -> Result<(Solver, Choice), LinearError> {
+        loop {
+            let result = match self.choice.strategy {
+                Strategy::Columns => columns(&Means::Factor(self.storage())),
+                Strategy::Iterative => self
+                    .check_iterative()
+                    .and_then(|()| columns(&Means::Iteration)),
+                Strategy::Auto | Strategy::Normal => normal(&self.storage()),
+            };
+            match result {
+                Ok(solver) => return Ok((solver, self.choice)),
+                Err(error) => self = self.after(error)?,
+            }
+        }
+    }
+
+    /// What remains after the chosen strategy has failed.
+    pub(crate) fn after(self, error: LinearError) -> Result<Self, LinearError> {
+        if self.options.strategy != Strategy::Auto {
+            return Err(error);
+        }
+        let too_large = matches!(error, LinearError::MemoryLimit { .. });
+        let next = match (self.choice.strategy, too_large) {
+            // Where the normal equations are the fastest there are many handles: their columns would
+            // be larger still.
+            (Strategy::Columns, true) if self.has_columns => Strategy::Iterative,
+            (Strategy::Columns | Strategy::Iterative, false) => Strategy::Normal,
+            _ => return Err(error),
+        };
+        let reason = match error {
+            LinearError::OutOfMemory { .. } => return Err(error),
+            LinearError::MemoryLimit { .. } => Reason::Memory,
+            LinearError::IllConditioned { .. } => Reason::IllConditioned,
+            _ => Reason::Indefinite,
+        };
+        Ok(Self {
+            choice: Choice {
+                strategy: next,
+                reason,
+            },
+            ..self
+        })
+    }
+
+    fn storage(&self) -> Storage {
+        let by_columns = self.choice.strategy == Strategy::Columns;
+        Storage {
+            precision: self.options.precision,
+            limit: self.options.max_memory.map(|permitted| Limit {
                 strategy: self.choice.strategy,
-                predicted: estimate.bytes,
+                factors: if by_columns { self.num_factors } else { 1 },
+                beside: if by_columns { self.column_bytes } else { 0 },
+                permitted,
+            }),
+        }
+    }
+
+    fn check_iterative(&self) -> Result<(), LinearError> {
+        let predicted = self.iterative.bytes;
+        match self.options.max_memory {
+            Some(permitted) if predicted > permitted => Err(LinearError::MemoryLimit {
+                strategy: Strategy::Iterative,
+                predicted,
                 permitted,
             }),
             _ => Ok(()),
         }
-    }
-
-    /// Does what was planned. Where the columns turn out not to serve, the normal equations do, unless
-    /// the columns were asked for.
-    pub(crate) fn carry_out(
-        self,
-        options: &SystemOptions,
-        columns: impl FnOnce() -> Result<Solver, LinearError>,
-        normal: impl FnOnce() -> Result<Solver, LinearError>,
-    ) -> Result<(Solver, Choice), LinearError> {
-        if self.choice.strategy != Strategy::Columns {
-            return Ok((normal()?, self.choice));
-        }
-        match columns() {
-            Ok(solver) => Ok((solver, self.choice)),
-            Err(error) => {
-                let plan = self.without_columns(error, options)?;
-                Ok((normal()?, plan.choice))
-            }
-        }
-    }
-
-    /// What remains after the columns have failed.
-    pub(crate) fn without_columns(
-        self,
-        error: LinearError,
-        options: &SystemOptions,
-    ) -> Result<Self, LinearError> {
-        let reason = match error {
-            LinearError::OutOfMemory { .. } => return Err(error),
-            _ if options.strategy == Strategy::Columns => return Err(error),
-            LinearError::IllConditioned { .. } => Reason::IllConditioned,
-            _ => Reason::Indefinite,
-        };
-        let choice = Choice {
-            strategy: Strategy::Normal,
-            reason,
-        };
-        let plan = Self { choice, ..self };
-        plan.check_memory(&self.normal, options)?;
-        Ok(plan)
     }
 }

@@ -5,12 +5,14 @@ use cotan_halfedge::{VertexId, VertexMap};
 use cotan_laplacian::Operator;
 use nalgebra::Vector3;
 
+use crate::cholesky::Storage;
 use crate::columns::Columns;
 use crate::error::LinearError;
 use crate::handles::Handle;
 use crate::normal::NormalEquations;
 use crate::problem::{Membrane, Problem};
-use crate::strategy::{Choice, Plan, Solver, Strategy, SystemOptions};
+use crate::pseudo_inverse::Means;
+use crate::strategy::{Choice, Plan, Solver, SystemOptions};
 
 /// A least-squares system with handles, factorized.
 ///
@@ -73,9 +75,8 @@ impl PreparedSystem {
         let problem = Problem::new(operator, handles, membrane)?;
         let plan = Plan::new(&problem, &problem.held, options, None)?;
         let (solver, choice) = plan.carry_out(
-            options,
-            || factor_columns(&problem),
-            || factor_normal(&problem),
+            |means| factor_columns(&problem, means),
+            |storage| factor_normal(&problem, storage),
         )?;
         let system = Self {
             problem,
@@ -96,25 +97,24 @@ impl PreparedSystem {
     /// As [`Self::prepare_with`]; the system is then what it was.
     pub fn set_handles(&mut self, handles: &[Handle]) -> Result<(), LinearError> {
         let held = self.problem.hold(handles)?;
-        let mut plan = Plan::new(&self.problem, &held, &self.options, Some(&self.solver))?;
-        if let (Strategy::Columns, Solver::Columns(columns)) =
-            (plan.choice.strategy, &mut self.solver)
-        {
+        let at_hand = Some((&self.solver, self.choice.strategy));
+        let mut plan = Plan::new(&self.problem, &held, &self.options, at_hand)?;
+        let is_same = plan.choice.strategy == self.choice.strategy;
+        if let (true, Solver::Columns(columns)) = (is_same, &mut self.solver) {
             match columns.set_handles(&self.problem, &held) {
                 Ok(()) => {
                     self.problem.held = held;
                     self.log("handles exchanged");
                     return Ok(());
                 }
-                Err(error) => plan = plan.without_columns(error, &self.options)?,
+                Err(error) => plan = plan.after(error)?,
             }
         }
         let before = std::mem::replace(&mut self.problem.held, held);
         let problem = &self.problem;
         match plan.carry_out(
-            &self.options,
-            || factor_columns(problem),
-            || factor_normal(problem),
+            |means| factor_columns(problem, means),
+            |storage| factor_normal(problem, storage),
         ) {
             Ok((solver, choice)) => {
                 (self.solver, self.choice) = (solver, choice);
@@ -139,18 +139,19 @@ impl PreparedSystem {
         membrane: Option<Membrane<'_>>,
     ) -> Result<(), LinearError> {
         let problem = self.problem.reweighted(operator, membrane)?;
-        let plan = Plan::new(&problem, &problem.held, &self.options, Some(&self.solver))?;
+        let at_hand = Some((&self.solver, self.choice.strategy));
+        let plan = Plan::new(&problem, &problem.held, &self.options, at_hand)?;
+        let is_same = plan.choice.strategy == self.choice.strategy;
         (self.solver, self.choice) = plan.carry_out(
-            &self.options,
-            || match &self.solver {
-                Solver::Columns(columns) => {
+            |means| match &self.solver {
+                Solver::Columns(columns) if is_same => {
                     Ok(Solver::Columns(Box::new(columns.refactor(&problem)?)))
                 }
-                Solver::Normal(_) => factor_columns(&problem),
+                _ => factor_columns(&problem, means),
             },
-            || match &self.solver {
+            |storage| match &self.solver {
                 Solver::Normal(normal) => Ok(Solver::Normal(Box::new(normal.refactor(&problem)?))),
-                Solver::Columns(_) => factor_normal(&problem),
+                Solver::Columns(_) => factor_normal(&problem, storage),
             },
         )?;
         self.problem = problem;
@@ -254,12 +255,13 @@ impl PreparedSystem {
     }
 }
 
-fn factor_columns(problem: &Problem) -> Result<Solver, LinearError> {
-    Ok(Solver::Columns(Box::new(Columns::factor(problem)?)))
+fn factor_columns(problem: &Problem, means: &Means) -> Result<Solver, LinearError> {
+    Ok(Solver::Columns(Box::new(Columns::factor(problem, means)?)))
 }
 
-fn factor_normal(problem: &Problem) -> Result<Solver, LinearError> {
-    Ok(Solver::Normal(Box::new(NormalEquations::factor(problem)?)))
+fn factor_normal(problem: &Problem, storage: &Storage) -> Result<Solver, LinearError> {
+    let normal = NormalEquations::factor(problem, storage)?;
+    Ok(Solver::Normal(Box::new(normal)))
 }
 
 #[cfg(test)]

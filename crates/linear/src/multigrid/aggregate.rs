@@ -1,6 +1,6 @@
 //! Groups of neighbouring unknowns that become one unknown of the next level.
 
-use super::csr::Csr;
+use crate::csr::Csr;
 
 const NONE: u32 = u32::MAX;
 

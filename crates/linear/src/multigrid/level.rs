@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::aggregate::aggregate;
-use super::csr::Csr;
+use crate::csr::Csr;
 
 /// A matrix, how it is smoothed, and the way to the next coarser level.
 pub(super) struct Level {
@@ -54,6 +54,11 @@ impl Level {
 
     pub(super) fn matrix(&self) -> &Csr {
         &self.matrix
+    }
+
+    /// Number of values of the matrix and of the ways to the next level.
+    pub(super) fn num_entries(&self) -> usize {
+        self.matrix.values.len() + 2 * self.prolongation.values.len()
     }
 
     /// Improves x by a Chebyshev polynomial in D⁻¹A that damps the upper part of the spectrum.

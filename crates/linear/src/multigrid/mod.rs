@@ -6,16 +6,15 @@
 //! The coarsest level is factorized.
 
 mod aggregate;
-mod csr;
 mod level;
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use crate::cholesky::Cholesky;
+use crate::csr::Csr;
 use crate::error::LinearError;
-use crate::normal::LowerTriangle;
-use csr::Csr;
+use crate::lower::LowerTriangle;
 use level::Level;
 
 /// Unknowns from which a level is coarsened further.
@@ -67,6 +66,12 @@ impl Multigrid {
         };
         multigrid.check()?;
         Ok(multigrid)
+    }
+
+    /// Number of values of all levels and of the coarsest one's factor.
+    pub(crate) fn num_entries(&self) -> usize {
+        let levels: usize = self.levels.iter().map(Level::num_entries).sum();
+        levels + self.coarsest.num_entries()
     }
 
     /// Solves one system and looks whether it converged.
@@ -208,12 +213,12 @@ mod tests {
         // Vertex 0 is the ground.
         for i in 1..rings.num_vertices() {
             let weights = || rings.ring(i).map(|(j, h)| (j, operator.weights()[h]));
-            matrix.rows.push(i - 1);
+            matrix.rows.push(i as u32 - 1);
             matrix
                 .values
                 .push(shift + weights().map(|(_, w)| w).sum::<f64>());
             for (j, w) in weights().filter(|(j, _)| j.index() > i) {
-                matrix.rows.push(j.index() - 1);
+                matrix.rows.push(j.index() as u32 - 1);
                 matrix.values.push(-w);
             }
             matrix.offsets.push(matrix.rows.len());

@@ -12,7 +12,8 @@ mod solve;
 mod symbolic;
 mod tasks;
 
-pub(crate) use numeric::{Factor, FactorError, Precision};
+pub use numeric::Precision;
+pub(crate) use numeric::{Factor, FactorError};
 pub(crate) use solve::Buffers;
 pub(crate) use symbolic::Symbolic;
 

@@ -4,7 +4,7 @@
 //! with relaxed amalgamation (Ashcraft, Grimes 1989), and the subtrees that run side by side.
 
 use super::packed;
-use crate::normal::LowerTriangle;
+use crate::lower::LowerTriangle;
 
 /// No parent: a root of the elimination forest.
 pub(super) const ROOT: u32 = u32::MAX;
@@ -197,7 +197,7 @@ fn permute(matrix: &LowerTriangle, order: &[u32]) -> Columns {
         })
     };
     let place = |c: usize, e: usize| {
-        let (a, b) = (position[c], position[matrix.rows[e]]);
+        let (a, b) = (position[c], position[matrix.rows[e] as usize]);
         (a.min(b), a.max(b))
     };
     let mut offsets = vec![0usize; n + 1];

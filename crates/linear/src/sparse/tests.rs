@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use proptest::prelude::*;
 
 use super::*;
-use crate::normal::LowerTriangle;
+use crate::lower::LowerTriangle;
 
 /// A diagonally dominant matrix with the given couplings.
 fn matrix(n: usize, couplings: &[(usize, usize)]) -> LowerTriangle {
@@ -28,10 +28,10 @@ fn matrix(n: usize, couplings: &[(usize, usize)]) -> LowerTriangle {
         values: vec![],
     };
     for (j, column) in entries.iter().enumerate() {
-        lower.rows.push(j);
+        lower.rows.push(j as u32);
         lower.values.push(diagonal[j]);
         for (&i, &value) in column {
-            lower.rows.push(i);
+            lower.rows.push(i as u32);
             lower.values.push(value);
         }
         lower.offsets.push(lower.rows.len());
@@ -44,8 +44,8 @@ fn dense(lower: &LowerTriangle) -> DMatrix<f64> {
     let mut dense = DMatrix::zeros(n, n);
     for j in 0..n {
         for k in lower.offsets[j]..lower.offsets[j + 1] {
-            dense[(lower.rows[k], j)] = lower.values[k];
-            dense[(j, lower.rows[k])] = lower.values[k];
+            dense[(lower.rows[k] as usize, j)] = lower.values[k];
+            dense[(j, lower.rows[k] as usize)] = lower.values[k];
         }
     }
     dense

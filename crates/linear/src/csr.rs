@@ -3,28 +3,28 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use crate::normal::LowerTriangle;
+use crate::lower::LowerTriangle;
 
 /// A sparse matrix by rows.
-pub(super) struct Csr {
-    pub(super) offsets: Vec<usize>,
-    pub(super) columns: Vec<u32>,
-    pub(super) values: Vec<f64>,
+pub(crate) struct Csr {
+    pub(crate) offsets: Vec<usize>,
+    pub(crate) columns: Vec<u32>,
+    pub(crate) values: Vec<f64>,
 }
 
 const CHUNK: usize = 2048;
 
 impl Csr {
     /// Both triangles of a symmetric matrix.
-    pub(super) fn from_lower(lower: &LowerTriangle) -> Self {
+    pub(crate) fn from_lower(lower: &LowerTriangle) -> Self {
         let n = lower.offsets.len() - 1;
         let mut offsets = vec![0usize; n + 1];
         // Rows get their entries in the order of the columns: lower ones first.
         let entries =
             || (0..n).flat_map(|j| (lower.offsets[j]..lower.offsets[j + 1]).map(move |k| (j, k)));
         for (j, k) in entries() {
-            offsets[lower.rows[k] + 1] += 1;
-            offsets[j + 1] += usize::from(lower.rows[k] != j);
+            offsets[lower.rows[k] as usize + 1] += 1;
+            offsets[j + 1] += usize::from(lower.rows[k] as usize != j);
         }
         for i in 0..n {
             offsets[i + 1] += offsets[i];
@@ -37,9 +37,10 @@ impl Csr {
             next[i] += 1;
         };
         for (j, k) in entries() {
-            put(lower.rows[k], j, lower.values[k]);
-            if lower.rows[k] != j {
-                put(j, lower.rows[k], lower.values[k]);
+            let (i, value) = (lower.rows[k] as usize, lower.values[k]);
+            put(i, j, value);
+            if i != j {
+                put(j, i, value);
             }
         }
         Self {
@@ -50,7 +51,7 @@ impl Csr {
     }
 
     /// The lower triangle of a symmetric matrix, by columns.
-    pub(super) fn to_lower(&self) -> LowerTriangle {
+    pub(crate) fn to_lower(&self) -> LowerTriangle {
         let mut lower = LowerTriangle {
             offsets: vec![0],
             rows: Vec::new(),
@@ -61,7 +62,7 @@ impl Csr {
             let mut entries: Vec<(usize, f64)> = self.row(j).filter(|&(i, _)| i >= j).collect();
             entries.sort_unstable_by_key(|&(i, _)| i);
             for (i, value) in entries {
-                lower.rows.push(i);
+                lower.rows.push(i as u32);
                 lower.values.push(value);
             }
             lower.offsets.push(lower.rows.len());
@@ -69,11 +70,11 @@ impl Csr {
         lower
     }
 
-    pub(super) fn num_rows(&self) -> usize {
+    pub(crate) fn num_rows(&self) -> usize {
         self.offsets.len() - 1
     }
 
-    pub(super) fn row(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+    pub(crate) fn row(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let range = self.offsets[i]..self.offsets[i + 1];
         let columns = self.columns[range.clone()].iter();
         columns
@@ -82,7 +83,7 @@ impl Csr {
     }
 
     /// (A x)_i.
-    pub(super) fn product(&self, i: usize, x: &[Vector3<f64>]) -> Vector3<f64> {
+    pub(crate) fn product(&self, i: usize, x: &[Vector3<f64>]) -> Vector3<f64> {
         let mut sum = Vector3::zeros();
         for (j, value) in self.row(i) {
             sum += x[j] * value;
@@ -91,14 +92,14 @@ impl Csr {
     }
 
     /// out = A x.
-    pub(super) fn multiply(&self, x: &[Vector3<f64>], out: &mut [Vector3<f64>]) {
+    pub(crate) fn multiply(&self, x: &[Vector3<f64>], out: &mut [Vector3<f64>]) {
         out.par_iter_mut()
             .enumerate()
             .with_min_len(CHUNK)
             .for_each(|(i, out)| *out = self.product(i, x));
     }
 
-    pub(super) fn transpose(&self, num_columns: usize) -> Self {
+    pub(crate) fn transpose(&self, num_columns: usize) -> Self {
         let mut offsets = vec![0usize; num_columns + 1];
         for &j in &self.columns {
             offsets[j as usize + 1] += 1;
@@ -124,7 +125,7 @@ impl Csr {
     }
 
     /// A B, row by row in parallel.
-    pub(super) fn times(&self, other: &Self, num_columns: usize) -> Self {
+    pub(crate) fn times(&self, other: &Self, num_columns: usize) -> Self {
         let rows: Vec<usize> = (0..self.num_rows()).collect();
         let blocks: Vec<(Vec<usize>, Vec<u32>, Vec<f64>)> = rows
             .par_chunks(1 << 15)
