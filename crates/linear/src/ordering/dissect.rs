@@ -12,15 +12,11 @@ use super::level::{Level, NONE, get, put, shared};
 use super::refine::{Effort, Labelled, Nodes, Workspace, refine};
 use super::tree::Tree;
 
-/// A permutation of low fill: entry k is the vertex that is eliminated k-th.
-pub(super) fn dissect(finest: &Level) -> Vec<u32> {
-    if finest.num_vertices() == 0 {
-        return Vec::new();
-    }
-    match Dissection::new(finest, 0, VARIANTS[0]) {
-        Some(dissection) => dissection.order(finest),
-        None => approximate_minimum_degree(finest),
-    }
+/// A permutation of low fill: entry k is the vertex that is eliminated k-th. `None` if minimum
+/// degree promises less fill.
+pub(super) fn dissect(finest: &Level) -> Option<Vec<u32>> {
+    let dissection = Dissection::new(finest, 0, VARIANTS[0])?;
+    Some(dissection.order(finest))
 }
 
 /// A level with its tree of separators.
@@ -77,7 +73,7 @@ impl Dissection {
             .collect();
         let (least, best) = tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
         if level.num_vertices() >= TELLING {
-            let other = flops(level, &approximate_minimum_degree(level));
+            let other = flops(level, &approximate_minimum_degree(&level.graph()));
             if other < CLEARLY_LESS * least {
                 return None;
             }

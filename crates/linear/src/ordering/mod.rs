@@ -28,6 +28,7 @@ mod tests;
 mod tree;
 
 use dissect::dissect;
+use leaf::approximate_minimum_degree;
 use relabel::Relabelled;
 
 /// Adjacency without diagonal, symmetric, both directions stored, in compressed rows.
@@ -36,6 +37,13 @@ pub(crate) struct Graph<'a> {
     pub(crate) offsets: &'a [u32],
     /// The neighbours, vertex after vertex.
     pub(crate) neighbours: &'a [u32],
+}
+
+impl<'a> Graph<'a> {
+    fn ring(&self, v: u32) -> &'a [u32] {
+        let v = v as usize;
+        &self.neighbours[self.offsets[v] as usize..self.offsets[v + 1] as usize]
+    }
 }
 
 /// A permutation of low fill: entry k is the vertex that is eliminated k-th.
@@ -48,7 +56,9 @@ pub(crate) fn order(graph: &Graph<'_>) -> Vec<u32> {
         dense,
         level,
     } = Relabelled::new(graph);
-    let nested = dissect(&level);
+    let Some(nested) = dissect(&level) else {
+        return approximate_minimum_degree(graph);
+    };
     let mut order = isolated;
     order.extend(nested.iter().map(|&v| connected[v as usize]));
     order.extend(dense);

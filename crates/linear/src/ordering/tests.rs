@@ -179,6 +179,12 @@ fn unusual_graphs_are_ordered() {
         10_000,
         (1..10_000).map(|v| (v, if v < 100 { v - 1 } else { v % 100 })),
     );
+    // The same, large, and a caterpillar whose body grows thicker.
+    assert_ordered(
+        200_000,
+        (1..200_000).map(|v| (v, if v < 200 { v - 1 } else { v % 200 })),
+    );
+    assert_ordered(50_000, (1..50_000u32).map(|v| (v, v - v.isqrt())));
     // A complete bipartite graph, and two grids of which one is small.
     assert_ordered(
         1200,
@@ -198,7 +204,7 @@ fn a_graph_without_good_separators_is_ordered() {
     let owned = Owned::of_edges(n, edges);
     assert_permutation(&order(&owned.graph()), n);
     let (own, amd) = (owned.own_cost(), owned.amd_cost());
-    assert!(own.flops < 1.8 * amd.flops, "{own:?} {amd:?}");
+    assert!(own.flops < 1.05 * amd.flops, "{own:?} {amd:?}");
 }
 
 #[test]
@@ -219,10 +225,10 @@ fn round_meshes_take_far_less_than_with_minimum_degree() {
 fn limbed_meshes_take_no_more_than_with_minimum_degree() {
     let creature = Owned::of_mesh(&shapes::creature::<f64>(96).mesh);
     let (own, amd) = (creature.own_cost(), creature.amd_cost());
-    assert!(own.flops < 1.1 * amd.flops, "{own:?} {amd:?}");
+    assert!(own.flops < 1.05 * amd.flops, "{own:?} {amd:?}");
     let squared = creature.squared();
     let (own, amd) = (squared.own_cost(), squared.amd_cost());
-    assert!(own.flops < 1.2 * amd.flops, "{own:?} {amd:?}");
+    assert!(own.flops < 1.05 * amd.flops, "{own:?} {amd:?}");
 }
 
 #[test]
