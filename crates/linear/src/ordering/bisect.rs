@@ -135,7 +135,8 @@ impl Bisector {
         for v in 0..n as u32 {
             let label = if key(v) >= cut {
                 RIGHT
-            } else if part.ring(v).iter().any(|&u| key(u) >= cut) {
+            } else if key(v) + 2 >= cut && part.ring(v).iter().any(|&u| key(u) >= cut) {
+                // Keys of neighbours differ by no more than 2.
                 members[0].push(v);
                 SEPARATOR
             } else {

@@ -34,7 +34,7 @@ fn cost(graph: &Graph<'_>, order: &[u32]) -> Cost {
 }
 
 /// A graph that owns its arrays.
-struct Owned {
+pub(super) struct Owned {
     offsets: Vec<u32>,
     neighbours: Vec<u32>,
 }
@@ -88,7 +88,7 @@ impl Owned {
         Self::of_edges(n, edges)
     }
 
-    fn graph(&self) -> Graph<'_> {
+    pub(super) fn graph(&self) -> Graph<'_> {
         Graph {
             offsets: &self.offsets,
             neighbours: &self.neighbours,
@@ -131,7 +131,7 @@ impl Random {
 
 /// An icosphere of 10 · 4^k + 2 vertices with random flips, a third as many as vertices, which
 /// leave valences from 3 on.
-fn irregular_sphere(subdivisions: u32) -> Owned {
+pub(super) fn irregular_sphere(subdivisions: u32) -> Owned {
     let mut mesh = shapes::icosphere::<f64>(subdivisions).mesh;
     let edges: Vec<_> = mesh.edges().collect();
     let mut random = Random(1);
