@@ -46,9 +46,8 @@ impl Bisector {
         if first.order.len() < part.num_vertices() {
             return self.bisect_components(part);
         }
-        let (badness, labels) = self.bisect_connected(part, first)?;
-        let total = part.total_weight() as f64;
-        (badness < WORST_SEPARATOR * total).then_some(labels)
+        let (_, labels) = self.bisect_connected(part, first)?;
+        Some(labels)
     }
 
     /// Bisects a connected part as well as a few tries can.
@@ -77,7 +76,7 @@ impl Bisector {
                 best = Some((found, labels));
             }
         }
-        best
+        best.filter(|(_, labels)| is_worth_it(part, labels))
     }
 
     /// Cuts between the two ends and refines the separator.
@@ -136,7 +135,8 @@ impl Bisector {
         for v in 0..n as u32 {
             let label = if key(v) >= cut {
                 RIGHT
-            } else if part.ring(v).iter().any(|&u| key(u) >= cut) {
+            } else if key(v) + 2 >= cut && part.ring(v).iter().any(|&u| key(u) >= cut) {
+                // Keys of neighbours differ by no more than 2.
                 members[0].push(v);
                 SEPARATOR
             } else {
@@ -203,6 +203,18 @@ impl Bisector {
     }
 }
 
+/// Whether a separator is narrow, and both sides are large enough for a recursion over them to
+/// end soon.
+fn is_worth_it(part: &Level, labels: &[u32]) -> bool {
+    let mut weights = [0u64; 3];
+    for (&label, &weight) in labels.iter().zip(&part.weights) {
+        weights[label as usize] += u64::from(weight);
+    }
+    let total = part.total_weight() as f64;
+    let [separator, left, right] = weights.map(|weight| weight as f64 / total);
+    separator < WORST_SEPARATOR && left.min(right) > SMALLEST_SIDE
+}
+
 /// Breadth-first distances from one vertex.
 struct Distances {
     /// Number of edges to each vertex that is reached.
@@ -264,5 +276,7 @@ const EFFORT: Effort = Effort {
 };
 /// A separator with more than this share of its part is not worth it.
 const WORST_SEPARATOR: f64 = 0.4;
+/// A side with less than this share of its part is none.
+const SMALLEST_SIDE: f64 = 0.05;
 /// A component with more than this share of its part is split.
 const LARGE_COMPONENT: f64 = 0.75;

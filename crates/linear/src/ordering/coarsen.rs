@@ -199,3 +199,31 @@ fn extend_distinct(list: &mut Vec<u32>, items: impl Iterator<Item = u32>) {
 const WORST_RATIO: f64 = 0.8;
 /// Left-over vertices join clusters up to this many times the full weight.
 const CROWDED: f64 = 1.4;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ordering::relabel::Relabelled;
+    use crate::ordering::tests::irregular_sphere;
+
+    #[test]
+    fn clusters_keep_weight_and_edges() {
+        let sphere = irregular_sphere(4);
+        let fine = Relabelled::new(&sphere.graph()).level;
+        let clustering = Clustering {
+            enough: 5,
+            full: 5.0,
+        };
+        let Coarsening { level, cluster_of } = coarsen(&fine, clustering).unwrap();
+        assert_eq!(level.total_weight(), fine.total_weight());
+        assert!(level.num_vertices() * 3 < fine.num_vertices());
+        for v in 0..fine.num_vertices() as u32 {
+            let own = cluster_of[v as usize];
+            for &u in fine.ring(v) {
+                let other = cluster_of[u as usize];
+                let joined = level.ring(own).iter().filter(|&&c| c == other).count();
+                assert_eq!(joined, usize::from(own != other));
+            }
+        }
+    }
+}

@@ -43,3 +43,20 @@ pub(super) fn column_lengths(level: &Level, order: &[u32]) -> Vec<u64> {
     }
     lengths
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_hub_fills_in_everything_if_it_goes_first() {
+        let star = Level {
+            offsets: vec![0, 3, 4, 5, 6],
+            neighbours: vec![1, 2, 3, 0, 0, 0],
+            weights: vec![1; 4],
+        };
+        assert_eq!(column_lengths(&star, &[0, 1, 2, 3]), [4, 3, 2, 1]);
+        assert_eq!(column_lengths(&star, &[1, 2, 3, 0]), [2, 2, 2, 1]);
+        assert_eq!(flops(&star, &[1, 2, 3, 0]), 13.0);
+    }
+}

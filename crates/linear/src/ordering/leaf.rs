@@ -11,6 +11,7 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::SymbolicSparseColMatRef;
 use faer::sparse::linalg::amd;
 
+use super::Graph;
 use super::level::{Level, get};
 
 /// Puts the vertices of the leaf t into the order of elimination. `slots` has the place of each
@@ -25,10 +26,13 @@ pub(super) fn order_leaf(
     if vertices.len() <= 2 {
         return;
     }
-    let order = if vertices.len() <= LARGEST {
-        BitGraph::new(level, vertices, t, labels, slots).minimum_degree()
+    let bits = (vertices.len() <= LARGEST)
+        .then(|| BitGraph::new(level, vertices, t, labels, slots))
+        .flatten();
+    let order = if let Some(bits) = bits {
+        bits.minimum_degree()
     } else {
-        approximate_minimum_degree(&level.part(vertices, t, labels, slots))
+        approximate_minimum_degree(&level.part(vertices, t, labels, slots).graph())
     };
     let sorted: Vec<u32> = order.iter().map(|&i| vertices[i as usize]).collect();
     vertices.copy_from_slice(&sorted);
@@ -44,13 +48,14 @@ struct BitGraph {
 }
 
 impl BitGraph {
+    /// `None` if the halo is too large.
     fn new(
         level: &Level,
         vertices: &[u32],
         t: u32,
         labels: &[AtomicU32],
         slots: &[AtomicU32],
-    ) -> Self {
+    ) -> Option<Self> {
         let mut halo = Vec::new();
         for &v in vertices {
             let outside = level.ring(v).iter().filter(|&&u| get(labels, u) != t);
@@ -60,6 +65,9 @@ impl BitGraph {
         halo.dedup();
         let num_inner = vertices.len();
         let words = (num_inner + halo.len()).div_ceil(64);
+        if words > MOST_WORDS {
+            return None;
+        }
         let mut rows = vec![0u64; num_inner * words];
         for (i, &v) in vertices.iter().enumerate() {
             for &u in level.ring(v) {
@@ -71,11 +79,11 @@ impl BitGraph {
                 rows[i * words + bit / 64] |= 1 << (bit % 64);
             }
         }
-        Self {
+        Some(Self {
             num_inner,
             words,
             rows,
-        }
+        })
     }
 
     fn row(&self, i: usize) -> &[u64] {
@@ -181,17 +189,17 @@ impl Queue {
 }
 
 /// For parts that have no good separators.
-pub(super) fn approximate_minimum_degree(part: &Level) -> Vec<u32> {
-    let n = part.num_vertices();
+pub(super) fn approximate_minimum_degree(graph: &Graph<'_>) -> Vec<u32> {
+    let n = graph.offsets.len().saturating_sub(1);
     let natural = || (0..n as u32).collect();
     // The pattern wants rows ascending and without repetitions.
     let mut offsets = Vec::with_capacity(n + 1);
-    let mut rows: Vec<u32> = Vec::with_capacity(part.neighbours.len());
+    let mut rows: Vec<u32> = Vec::with_capacity(graph.neighbours.len());
     let mut ring = Vec::new();
     offsets.push(0u32);
     for v in 0..n as u32 {
         ring.clear();
-        ring.extend_from_slice(part.ring(v));
+        ring.extend(graph.ring(v).iter().filter(|&&u| u != v));
         ring.sort_unstable();
         ring.dedup();
         rows.extend_from_slice(&ring);
@@ -219,5 +227,7 @@ pub(super) fn approximate_minimum_degree(part: &Level) -> Vec<u32> {
 
 /// Parts up to this size are ordered on bit sets.
 const LARGEST: usize = 1024;
+/// Rows are no longer than this.
+const MOST_WORDS: usize = 64;
 /// The degree of a vertex that is eliminated.
 const GONE: u32 = u32::MAX;

@@ -2,6 +2,8 @@
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use super::Graph;
+
 /// A symmetric graph whose vertices stand for one or more vertices of the graph to be ordered.
 pub(super) struct Level {
     pub(super) offsets: Vec<u32>,
@@ -11,6 +13,13 @@ pub(super) struct Level {
 }
 
 impl Level {
+    pub(super) fn graph(&self) -> Graph<'_> {
+        Graph {
+            offsets: &self.offsets,
+            neighbours: &self.neighbours,
+        }
+    }
+
     pub(super) fn num_vertices(&self) -> usize {
         self.weights.len()
     }

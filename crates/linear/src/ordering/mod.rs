@@ -3,12 +3,18 @@
 //! A vertex separator splits a graph in two halves that do not touch; ordered last, it keeps the
 //! elimination of either half from filling in the other (George 1973). The separators come from
 //! a multilevel scheme as in METIS (Karypis and Kumar 1998), with one difference that makes it
-//! ten times as fast: the graph is coarsened *once*, not once for every part. The whole tree of
+//! about four times as fast: the graph is coarsened *once*, not once for every part. The whole tree of
 //! separators goes up the hierarchy together. On every level each separator is made narrower by
 //! the moves of Fiduccia and Mattheyses (1982), parents before children, and parts that have
 //! become large enough are split further. The parts that are left at the end are small enough for
 //! the exact minimum degree algorithm on bit sets, in which the separators around a part count as
 //! neighbours that are never eliminated (Pellegrini, Roman and Amestoy 2000).
+//!
+//! Surfaces with thin limbs are better served by approximate minimum degree. A coarse level tells:
+//! it is ordered in both ways, and if minimum degree takes fewer flops there, it gets the graph.
+//!
+//! Measured on meshes of 11,000 to 655,000 vertices against METIS 5.1 (one-ring graphs): .18 to .40
+//! of its time, .96 to 1.31 of its flops.
 //!
 //! Vertices of very high degree go last, as in AMD (Amestoy, Davis and Duff 1996).
 //!
@@ -28,6 +34,7 @@ mod tests;
 mod tree;
 
 use dissect::dissect;
+use leaf::approximate_minimum_degree;
 use relabel::Relabelled;
 
 /// Adjacency without diagonal, symmetric, both directions stored, in compressed rows.
@@ -38,19 +45,40 @@ pub(crate) struct Graph<'a> {
     pub(crate) neighbours: &'a [u32],
 }
 
+impl<'a> Graph<'a> {
+    fn ring(&self, v: u32) -> &'a [u32] {
+        let v = v as usize;
+        &self.neighbours[self.offsets[v] as usize..self.offsets[v + 1] as usize]
+    }
+}
+
 /// A permutation of low fill: entry k is the vertex that is eliminated k-th.
 ///
 /// The symbolic analysis should put it in postorder.
 pub(crate) fn order(graph: &Graph<'_>) -> Vec<u32> {
+    if graph.offsets.len() <= SMALL {
+        return approximate_minimum_degree(graph);
+    }
+    dissection_order(graph)
+}
+
+/// Dissection, unless a coarse level speaks for minimum degree.
+fn dissection_order(graph: &Graph<'_>) -> Vec<u32> {
     let Relabelled {
         isolated,
         connected,
         dense,
         level,
     } = Relabelled::new(graph);
-    let nested = dissect(&level);
+    let Some(nested) = dissect(&level) else {
+        return approximate_minimum_degree(graph);
+    };
     let mut order = isolated;
     order.extend(nested.iter().map(|&v| connected[v as usize]));
     order.extend(dense);
     order
 }
+
+/// With up to about this many vertices, dissection takes longer than it saves in one
+/// factorization: at 14,000 it takes 13 ms more than minimum degree and saves some 10.
+const SMALL: usize = 10_000;

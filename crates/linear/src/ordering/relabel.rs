@@ -28,7 +28,7 @@ impl Relabelled {
         let mut numbers = vec![NONE; n];
         let mut dense = Vec::new();
         for v in 0..n {
-            if ring(graph, v as u32).len() > bound {
+            if graph.ring(v as u32).len() > bound {
                 numbers[v] = DENSE;
                 dense.push(v as u32);
             }
@@ -45,11 +45,6 @@ impl Relabelled {
     }
 }
 
-fn ring<'a>(graph: &Graph<'a>, v: u32) -> &'a [u32] {
-    let v = v as usize;
-    &graph.neighbours[graph.offsets[v] as usize..graph.offsets[v + 1] as usize]
-}
-
 /// Breadth-first over all components; a vertex that reaches no other is isolated.
 fn search(graph: &Graph<'_>, numbers: &mut [u32], isolated: &mut Vec<u32>) -> Vec<u32> {
     let mut found: Vec<u32> = Vec::with_capacity(numbers.len());
@@ -62,7 +57,7 @@ fn search(graph: &Graph<'_>, numbers: &mut [u32], isolated: &mut Vec<u32>) -> Ve
         numbers[start] = next as u32;
         found.push(start as u32);
         while next < found.len() {
-            for &u in ring(graph, found[next]) {
+            for &u in graph.ring(found[next]) {
                 if numbers[u as usize] == NONE {
                     numbers[u as usize] = found.len() as u32;
                     found.push(u);
@@ -94,7 +89,7 @@ fn renumber(graph: &Graph<'_>, connected: &[u32], numbers: &[u32]) -> Level {
             let mut neighbours = Vec::with_capacity(vertices.len() * 6);
             for (i, &v) in vertices.iter().enumerate() {
                 let own = (block * BLOCK + i) as u32;
-                let ring = ring(graph, v).iter();
+                let ring = graph.ring(v).iter();
                 neighbours.extend(ring.filter_map(|&u| kept(u)).filter(|&u| u != own));
                 ends.push(neighbours.len() as u32);
             }

@@ -11,7 +11,7 @@ use proptest::prelude::*;
 
 use super::count::column_lengths;
 use super::level::Level;
-use super::{Graph, order};
+use super::{Graph, dissection_order, order};
 
 /// The size of a Cholesky factor.
 #[derive(Debug)]
@@ -34,7 +34,7 @@ fn cost(graph: &Graph<'_>, order: &[u32]) -> Cost {
 }
 
 /// A graph that owns its arrays.
-struct Owned {
+pub(super) struct Owned {
     offsets: Vec<u32>,
     neighbours: Vec<u32>,
 }
@@ -88,7 +88,7 @@ impl Owned {
         Self::of_edges(n, edges)
     }
 
-    fn graph(&self) -> Graph<'_> {
+    pub(super) fn graph(&self) -> Graph<'_> {
         Graph {
             offsets: &self.offsets,
             neighbours: &self.neighbours,
@@ -96,7 +96,7 @@ impl Owned {
     }
 
     fn own_cost(&self) -> Cost {
-        cost(&self.graph(), &order(&self.graph()))
+        cost(&self.graph(), &dissection_order(&self.graph()))
     }
 
     fn amd_cost(&self) -> Cost {
@@ -131,7 +131,7 @@ impl Random {
 
 /// An icosphere of 10 · 4^k + 2 vertices with random flips, a third as many as vertices, which
 /// leave valences from 3 on.
-fn irregular_sphere(subdivisions: u32) -> Owned {
+pub(super) fn irregular_sphere(subdivisions: u32) -> Owned {
     let mut mesh = shapes::icosphere::<f64>(subdivisions).mesh;
     let edges: Vec<_> = mesh.edges().collect();
     let mut random = Random(1);
@@ -148,9 +148,15 @@ fn assert_permutation(order: &[u32], n: usize) {
     assert!(sorted.into_iter().eq(0..n as u32), "no permutation");
 }
 
+/// Small graphs are not dissected, but this must not be what dissection relies on.
+fn assert_both_order(owned: &Owned, n: usize) {
+    assert_permutation(&order(&owned.graph()), n);
+    assert_permutation(&dissection_order(&owned.graph()), n);
+}
+
 fn assert_ordered(n: usize, edges: impl IntoIterator<Item = (u32, u32)>) {
     let owned = Owned::of_edges(n, edges);
-    assert_permutation(&order(&owned.graph()), n);
+    assert_both_order(&owned, n);
 }
 
 fn grid(width: u32, height: u32) -> impl Iterator<Item = (u32, u32)> {
@@ -179,6 +185,12 @@ fn unusual_graphs_are_ordered() {
         10_000,
         (1..10_000).map(|v| (v, if v < 100 { v - 1 } else { v % 100 })),
     );
+    // The same, large, and a caterpillar whose body grows thicker.
+    assert_ordered(
+        200_000,
+        (1..200_000).map(|v| (v, if v < 200 { v - 1 } else { v % 200 })),
+    );
+    assert_ordered(50_000, (1..50_000u32).map(|v| (v, v - v.isqrt())));
     // A complete bipartite graph, and two grids of which one is small.
     assert_ordered(
         1200,
@@ -196,9 +208,9 @@ fn a_graph_without_good_separators_is_ordered() {
         .map(|_| (random.below(n) as u32, random.below(n) as u32))
         .collect();
     let owned = Owned::of_edges(n, edges);
-    assert_permutation(&order(&owned.graph()), n);
+    assert_both_order(&owned, n);
     let (own, amd) = (owned.own_cost(), owned.amd_cost());
-    assert!(own.flops < 1.8 * amd.flops, "{own:?} {amd:?}");
+    assert!(own.flops < 1.05 * amd.flops, "{own:?} {amd:?}");
 }
 
 #[test]
@@ -219,10 +231,10 @@ fn round_meshes_take_far_less_than_with_minimum_degree() {
 fn limbed_meshes_take_no_more_than_with_minimum_degree() {
     let creature = Owned::of_mesh(&shapes::creature::<f64>(96).mesh);
     let (own, amd) = (creature.own_cost(), creature.amd_cost());
-    assert!(own.flops < 1.1 * amd.flops, "{own:?} {amd:?}");
+    assert!(own.flops < 1.05 * amd.flops, "{own:?} {amd:?}");
     let squared = creature.squared();
     let (own, amd) = (squared.own_cost(), squared.amd_cost());
-    assert!(own.flops < 1.2 * amd.flops, "{own:?} {amd:?}");
+    assert!(own.flops < 1.05 * amd.flops, "{own:?} {amd:?}");
 }
 
 #[test]
@@ -255,7 +267,7 @@ proptest! {
             edges.extend((0..n as u32).filter(|v| v % 2 == 0).map(|v| (hub, v)));
         }
         let owned = Owned::of_edges(n, edges);
-        assert_permutation(&order(&owned.graph()), n);
+        assert_both_order(&owned, n);
     }
 
     /// Local edges only: such graphs are dissected to the end.
@@ -269,6 +281,6 @@ proptest! {
             })
             .collect();
         let owned = Owned::of_edges(n, edges);
-        assert_permutation(&order(&owned.graph()), n);
+        assert_both_order(&owned, n);
     }
 }

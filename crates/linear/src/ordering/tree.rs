@@ -69,7 +69,7 @@ impl Tree {
     }
 
     /// Whether t is `above` or lies below it.
-    fn is_below(&self, t: u32, above: u32) -> bool {
+    pub(super) fn is_below(&self, t: u32, above: u32) -> bool {
         above <= t && t < self.end(above)
     }
 
@@ -103,5 +103,36 @@ impl Tree {
                 None => return meet,
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Separator 0 above separator 1 (leaves 2 and 3) and leaf 4.
+    fn lopsided() -> Tree {
+        let pair = Tree::above(&Tree::leaf(), &Tree::leaf());
+        Tree::above(&pair, &Tree::leaf())
+    }
+
+    #[test]
+    fn a_vertex_lives_as_deep_as_its_neighbours_allow() {
+        let tree = lopsided();
+        let home = |labels: &[u32]| tree.home(1, labels.iter().copied());
+        assert_eq!(home(&[]), 1);
+        assert_eq!(home(&[2, 2]), 2);
+        assert_eq!(home(&[1, 3]), 3);
+        assert_eq!(home(&[3, 1, 2, 3]), 1);
+        assert_eq!(tree.home(0, [2, 4].into_iter()), 0);
+    }
+
+    #[test]
+    fn leaves_grow_into_trees() {
+        let pair = Tree::above(&Tree::leaf(), &Tree::leaf());
+        let (tree, numbers) = lopsided().replace_leaves(&[Tree::leaf(), pair, Tree::leaf()]);
+        assert_eq!(numbers, [0, 1, 2, 3, 6]);
+        assert_eq!(tree.end, [7, 6, 3, 6, 5, 6, 7]);
+        assert_eq!((tree.right(0), tree.right(1), tree.right(3)), (6, 3, 5));
     }
 }
