@@ -57,8 +57,7 @@ impl Net {
             (_, 0, j) => self.on_edge(corners, a, c, j),
             (k, l, m) => {
                 let [k, l, m] = [k, l, m].map(|x| x as f64);
-                let p =
-                    corners[a].coords * k + corners[b].coords * l + corners[c].coords * m;
+                let p = corners[a].coords * k + corners[b].coords * l + corners[c].coords * m;
                 self.push(p)
             }
         }

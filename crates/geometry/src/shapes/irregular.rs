@@ -35,7 +35,9 @@ pub enum Numbering {
 /// ```
 #[must_use]
 pub fn irregular<T: Scalar>(num_vertices: usize, numbering: Numbering, seed: u64) -> Shape<T> {
-    let frequency = (num_vertices.saturating_sub(2) as f64 / 10.0).sqrt().round();
+    let frequency = (num_vertices.saturating_sub(2) as f64 / 10.0)
+        .sqrt()
+        .round();
     let (mut points, faces) = geodesic((frequency as usize).clamp(1, MAX_FREQUENCY));
     let chance = Chance(seed);
     let spacing = (4.0 * PI / points.len() as f64).sqrt();
@@ -236,7 +238,10 @@ mod tests {
         let blob = |seed| irregular::<f32>(300, Numbering::Random, seed);
         assert_eq!(blob(5), blob(5));
         assert_ne!(blob(5), blob(6));
-        assert_eq!(irregular::<f32>(0, Numbering::Natural, 0).positions.len(), 12);
+        assert_eq!(
+            irregular::<f32>(0, Numbering::Natural, 0).positions.len(),
+            12
+        );
     }
 
     #[test]
