@@ -13,7 +13,6 @@ use cotan::prelude::*;
 use crate::job::{Job, Moves};
 use crate::measured::Phases;
 
-
 /// The first word of a child's command line.
 pub(crate) const MODE: &str = "--ours";
 
