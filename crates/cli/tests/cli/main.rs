@@ -3,6 +3,7 @@
 mod commands;
 mod deform;
 mod demo;
+mod numbering;
 mod refusals;
 mod repair;
 mod sandbox;
