@@ -78,17 +78,17 @@ fn positions_go_back_to_their_own_vertices() {
 #[test]
 fn defects_are_those_of_the_document() {
     let shape = scattered();
-    let mut faces: Vec<Vec<u32>> = shape
+    let mut faces: Vec<[u32; 3]> = shape
         .mesh
         .faces()
-        .map(|f| shape.mesh.triangle(f).map(|v| v.index() as u32).to_vec())
+        .map(|f| shape.mesh.triangle(f).map(|v| v.index() as u32))
         .collect();
     // Two faces turned over: each gives three edges that run the same way twice.
     for face in [4_000, 70] {
         faces[face].swap(0, 1);
     }
     let points = shape.positions.as_slice().to_vec();
-    let broken = Document::new(points, faces).expect("a document");
+    let broken = Document::new(points, faces.into_iter().collect()).expect("a document");
     let error = |numbering| {
         let built = broken.surface_numbered(Weld::AsFormat, numbering);
         built.expect_err("not oriented").to_string()
