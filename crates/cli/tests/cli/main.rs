@@ -1,5 +1,6 @@
 //! The built command, run as a person runs it.
 
+mod bench;
 mod commands;
 mod deform;
 mod demo;
