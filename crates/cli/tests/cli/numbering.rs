@@ -5,6 +5,7 @@ use cotan_io::Document;
 use nalgebra::Point3;
 
 use crate::sandbox::Sandbox;
+use crate::sphere_uses::check_texture;
 
 /// One blob as `natural.obj` and, with other numbers and faces in another order, as `random.obj`;
 /// and the number in the second file of each vertex of the first.
@@ -95,6 +96,9 @@ fn texture_coordinates_belong_to_their_corners() {
         sandbox.cotan_ok(&format!(
             "sphere {name}.obj -o {name}-map.obj --uv --orient principal"
         ));
+    }
+    for name in ["natural-map.obj", "random-map.obj"] {
+        check_texture(&cotan_io::load(sandbox.path(name)).expect("a mesh"));
     }
     let [a, b] = ["natural-map.obj", "random-map.obj"].map(|name| sandbox.positions(name));
     // Two maps of one shape agree as far as they have converged.
