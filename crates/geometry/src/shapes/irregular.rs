@@ -47,7 +47,7 @@ pub fn irregular<T: Scalar>(num_vertices: usize, numbering: Numbering, seed: u64
     }
     let mut mesh = connect(points.len(), &faces);
     drop(faces);
-    let mut valences = mesh.vertices().map(|v| mesh.valence(v) as u8).collect();
+    let mut valences: Vec<u8> = mesh.vertices().map(|v| mesh.valence(v) as u8).collect();
     for _ in 0..DELAUNAY_PASSES {
         flip(&mut mesh, &points, &mut valences, |_, weight| weight < 0.0);
     }
@@ -64,7 +64,7 @@ pub fn irregular<T: Scalar>(num_vertices: usize, numbering: Numbering, seed: u64
 fn flip(
     mesh: &mut HalfedgeMesh,
     points: &[Vector3<f64>],
-    valences: &mut Vec<u8>,
+    valences: &mut [u8],
     wanted: impl Fn(EdgeId, f64) -> bool,
 ) {
     let place = |v: VertexId| Point3::from(points[v.index()]);
