@@ -93,7 +93,7 @@ fn texture_coordinates_are_longitude_and_latitude() {
 
 /// Every corner of a sphere has the longitude and latitude of its vertex.
 pub(crate) fn check_texture(document: &Document) {
-    let attributes = document.attributes().unwrap();
+    let attributes = document.attributes().expect("attributes");
     let uv = attributes
         .corners
         .iter()
