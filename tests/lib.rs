@@ -8,7 +8,7 @@ pub mod fuzzing;
 use std::path::PathBuf;
 
 use cotan::prelude::*;
-use cotan_io::ProcessingMesh;
+use cotan_io::{Numbering, ProcessingMesh, Weld};
 use serde_json::Value;
 
 /// A file of the folder `shared`, or `None` (with a word on standard output) if it is not there.
@@ -28,7 +28,8 @@ pub fn model(name: &str) -> Option<ProcessingMesh> {
     let document = cotan_io::load(&path).expect("a model of shared/meshes loads");
     Some(
         document
-            .surface()
+            // Reference results name vertices of the file.
+            .surface_numbered(Weld::AsFormat, Numbering::Document)
             .expect("a model of shared/meshes is a manifold"),
     )
 }

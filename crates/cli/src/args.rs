@@ -1,5 +1,6 @@
 //! The command line: commands, options, and the words in `--help`.
 
+mod bench;
 mod options;
 mod repair;
 mod smooth;
@@ -10,6 +11,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
+pub(crate) use bench::BenchArgs;
 pub(crate) use options::{DeformArgs, InputArgs, ReconstructArgs, RunArgs};
 pub(crate) use repair::RepairArgs;
 pub(crate) use smooth::{DetailArgs, KeepArgs, MeshArgs, SmoothArgs};
@@ -35,6 +37,7 @@ Examples:
   cotan sphere brain.ply -o sphere.ply           onto the unit sphere, no triangle flipped
   cotan smooth scan.ply -o smooth.ply --preserve-volume
   cotan compare bar.obj bent.obj                 how far the two are from each other
+  cotan bench scan.ply                           how long this machine takes for this mesh
 
 Exit codes: 0 done, 1 an input is bad or a file cannot be written, 2 wrong usage.";
 
@@ -89,6 +92,9 @@ pub(crate) enum Command {
     /// Write a mesh in another format (.obj, .ply, .off, .stl, .gltf, .glb)
     #[command(after_help = CONVERT_EXAMPLE)]
     Convert(ConvertArgs),
+    /// Measure how fast this machine edits a mesh
+    #[command(after_help = bench::BENCH_EXAMPLE)]
+    Bench(BenchArgs),
     /// Print a completion script for a shell
     #[command(after_help = COMPLETIONS_EXAMPLE)]
     Completions(CompletionsArgs),

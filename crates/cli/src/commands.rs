@@ -1,5 +1,6 @@
 //! The commands, one file each.
 
+mod bench;
 mod compare;
 mod completions;
 mod convert;
@@ -32,6 +33,7 @@ pub(crate) fn run(command: &Command, console: &Console) -> Result<(), CliError> 
         Command::Detail(args) => smooth::run_detail(args, console),
         Command::Compare(args) => compare::run(args, console),
         Command::Convert(args) => convert::run(args, console),
+        Command::Bench(args) => bench::run(args, console),
         Command::Completions(args) => completions::run(args, console),
     }
 }

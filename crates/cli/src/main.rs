@@ -1,6 +1,7 @@
 //! The command `cotan`: arguments to a command, its outcome to an exit code.
 
 mod args;
+mod bench;
 mod commands;
 mod console;
 mod edit;

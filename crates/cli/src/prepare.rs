@@ -145,12 +145,17 @@ pub(crate) fn hold_loose(
     {
         is_held[components.of(v)] = true;
     }
-    let loose: Vec<_> = processing
-        .mesh()
-        .vertices()
+    let vertices = processing.mesh().vertices();
+    let mut loose: Vec<usize> = vertices
         .filter(|&v| !is_held[components.of(v)])
-        .map(|v| Constraint {
-            vertex: processing.document_vertex(v),
+        .map(|v| processing.document_vertex(v))
+        .collect();
+    // The mesh may have numbers of its own.
+    loose.sort_unstable();
+    let loose: Vec<_> = loose
+        .into_iter()
+        .map(|vertex| Constraint {
+            vertex,
             goal: Goal::Stay,
             weight: None,
             place: Place::Loose,

@@ -32,6 +32,7 @@ mod normals;
 mod parallel;
 mod scalar;
 pub mod shapes;
+mod spatial_order;
 mod surface;
 #[cfg(feature = "testing")]
 pub mod testing;
@@ -65,5 +66,6 @@ pub use shapes::{
     CREATURE_RESOLUTION, Region, Shape, bar, bumpy_plane, creature, creature_regions, cylinder,
     icosphere, tetrahedron, torus,
 };
+pub use spatial_order::SpatialOrder;
 pub use surface::{Positions, Surface, SurfaceError};
 pub use volume::{surface_centroid, volume, volume_centroid};

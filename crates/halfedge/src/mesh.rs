@@ -68,6 +68,12 @@ impl HalfedgeMesh {
         self.face_halfedge.len()
     }
 
+    /// Bytes that the connectivity takes: 16 a halfedge, 4 a vertex and 4 a face.
+    pub fn num_bytes(&self) -> usize {
+        let handles = self.vertex_halfedge.len() + self.face_halfedge.len();
+        size_of::<HalfedgeId>() * (handles + 4 * self.target.len())
+    }
+
     /// All vertices in ascending order.
     pub fn vertices(
         &self,

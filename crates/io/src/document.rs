@@ -13,7 +13,7 @@ use crate::error::{IoError, Warning};
 use crate::faces::FaceList;
 use crate::format::Format;
 use crate::normals::Normals;
-use crate::processing::ProcessingMesh;
+use crate::processing::{Numbering, ProcessingMesh};
 use crate::remap::Remap;
 use crate::source::{Mesh, Moves, SourceFile};
 use crate::weld::{self, Weld};
@@ -284,7 +284,20 @@ impl Document {
     /// [`IoError::NoFaces`] if there is nothing to build from, [`IoError::NotManifold`] if the
     /// faces do not form an oriented manifold.
     pub fn surface_with(&self, weld: Weld) -> Result<ProcessingMesh, IoError> {
-        ProcessingMesh::build(&self.positions, &self.faces, &self.places(weld)?)
+        self.surface_numbered(weld, Numbering::Auto)
+    }
+
+    /// [`Document::surface_with`], its vertices and triangles numbered as asked for.
+    ///
+    /// # Errors
+    /// As [`Document::surface_with`].
+    pub fn surface_numbered(
+        &self,
+        weld: Weld,
+        numbering: Numbering,
+    ) -> Result<ProcessingMesh, IoError> {
+        let places = self.places(weld)?;
+        ProcessingMesh::build(&self.positions, &self.faces, &places, numbering)
     }
 
     /// For each vertex the first one that it is welded to; empty if there is nothing to weld.

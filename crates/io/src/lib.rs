@@ -66,7 +66,7 @@ pub use faces::FaceList;
 pub use file::{load, load_with, read, read_with, save};
 pub use format::Format;
 pub use limits::Limits;
-pub use processing::ProcessingMesh;
+pub use processing::{Numbering, ProcessingMesh};
 pub use repair::{Change, Repair, Repaired};
 pub use resolve::{Folder, NoFiles, Resolve};
 pub use weld::Weld;

@@ -1,6 +1,6 @@
 //! The triangulated half-edge mesh that is worked on, and the way back to the document.
 
-use cotan_geometry::Positions;
+use cotan_geometry::{Positions, SpatialOrder};
 use cotan_halfedge::{BuildError, FaceId, FaceMap, HalfedgeMesh, VertexId, VertexMap};
 use nalgebra::Point3;
 
@@ -11,7 +11,8 @@ use crate::triangulate::Triangulator;
 /// A mesh of triangles built from a [`Document`](crate::Document), with maps both ways.
 ///
 /// Vertices come in the order of the document without those that no face uses, triangles in the
-/// order of the document's faces.
+/// order of the document's faces; or both in the order of their places, if the document's is so
+/// bad that the mesh would be slow: see [`Numbering`]. The maps hold in any case.
 #[derive(Clone, Debug)]
 pub struct ProcessingMesh {
     mesh: HalfedgeMesh,
@@ -19,6 +20,22 @@ pub struct ProcessingMesh {
     document_vertices: VertexMap<u32>,
     vertices: Vec<Option<VertexId>>,
     document_faces: FaceMap<u32>,
+    is_renumbered: bool,
+}
+
+/// How the vertices and triangles of a [`ProcessingMesh`] are numbered.
+///
+/// Where neighbours have far numbers, each pass over a large mesh waits for memory: several times
+/// as long as where they have near ones.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum Numbering {
+    /// As the document has them, unless its numbers are scattered ([`SpatialOrder::is_scattered`]).
+    #[default]
+    Auto,
+    /// As the document has them.
+    Document,
+    /// Along a curve through space ([`SpatialOrder`]).
+    Spatial,
 }
 
 impl ProcessingMesh {
@@ -27,6 +44,7 @@ impl ProcessingMesh {
         positions: &[Point3<f64>],
         faces: &FaceList,
         places: &[u32],
+        numbering: Numbering,
     ) -> Result<Self, IoError> {
         if faces.is_empty() {
             return Err(IoError::NoFaces {
@@ -79,16 +97,27 @@ impl ProcessingMesh {
             });
         }
         let document_faces = FaceMap::from_vec(document_faces);
-        let mesh = HalfedgeMesh::from_faces(document_vertices.len(), &triangles)
-            .map_err(|error| in_document(error, &document_vertices, &document_faces))?;
         let positions = document_vertices.map(|&v| positions[v as usize]);
-        Ok(Self {
-            mesh,
+        let is_renumbered = match numbering {
+            Numbering::Document => false,
+            Numbering::Spatial => true,
+            Numbering::Auto => SpatialOrder::is_scattered(positions.len(), &triangles),
+        };
+        let mut numbered = Numbered {
+            triangles,
             positions,
             document_vertices,
             vertices,
             document_faces,
-        })
+        };
+        if is_renumbered {
+            numbered = match numbered.in_space() {
+                Ok(built) => return Ok(built),
+                // The first defect is to be that of the document.
+                Err(numbered) => *numbered,
+            };
+        }
+        numbered.build()
     }
 
     /// The connectivity: triangles only.
@@ -124,9 +153,72 @@ impl ProcessingMesh {
         self.document_faces[face] as usize
     }
 
+    /// Whether vertices and triangles have other numbers than the order of the document gives them.
+    pub fn is_renumbered(&self) -> bool {
+        self.is_renumbered
+    }
+
     /// Number of vertices of the document, with those that no face uses.
     pub fn num_document_vertices(&self) -> usize {
         self.vertices.len()
+    }
+}
+
+/// Everything that a mesh is built from.
+struct Numbered {
+    triangles: Vec<[u32; 3]>,
+    positions: Positions<f64>,
+    document_vertices: VertexMap<u32>,
+    vertices: Vec<Option<VertexId>>,
+    document_faces: FaceMap<u32>,
+}
+
+impl Numbered {
+    fn build(self) -> Result<ProcessingMesh, IoError> {
+        let mesh = HalfedgeMesh::from_faces(self.positions.len(), &self.triangles);
+        match mesh {
+            Ok(mesh) => Ok(self.with(mesh)),
+            Err(error) => Err(in_document(
+                error,
+                &self.document_vertices,
+                &self.document_faces,
+            )),
+        }
+    }
+
+    /// Builds with other numbers, or gives itself back.
+    fn in_space(self) -> Result<ProcessingMesh, Box<Self>> {
+        let order = SpatialOrder::of(&self.positions);
+        let (triangles, old_faces) = order.faces(&self.triangles);
+        let Ok(mesh) = HalfedgeMesh::from_faces(self.positions.len(), &triangles) else {
+            return Err(Box::new(self));
+        };
+        let document_faces = old_faces.iter().map(|&f| self.document_faces[f]).collect();
+        let mut vertices = self.vertices;
+        for vertex in vertices.iter_mut().flatten() {
+            *vertex = order.new_id(*vertex);
+        }
+        let renumbered = Self {
+            triangles,
+            positions: order.gather(&self.positions),
+            document_vertices: order.gather(&self.document_vertices),
+            vertices,
+            document_faces,
+        };
+        let mut built = renumbered.with(mesh);
+        built.is_renumbered = true;
+        Ok(built)
+    }
+
+    fn with(self, mesh: HalfedgeMesh) -> ProcessingMesh {
+        ProcessingMesh {
+            mesh,
+            positions: self.positions,
+            document_vertices: self.document_vertices,
+            vertices: self.vertices,
+            document_faces: self.document_faces,
+            is_renumbered: false,
+        }
     }
 }
 

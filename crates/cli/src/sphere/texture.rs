@@ -33,20 +33,23 @@ fn corners<T: Scalar>(
 ) -> CornerProperty {
     let mesh = processing.mesh();
     let (table, of_triangles) = uvs.indexed(&mapped.map);
-    // The triangles that each face was cut into stand together, in the order of the faces.
+    // The triangles that each face was cut into, together and in the order of the faces.
+    let mut triangles: Vec<FaceId> = mesh.faces().collect();
+    triangles.sort_by_key(|&f| processing.document_face(f));
     let mut triangle = 0;
     let mut indices = Vec::with_capacity(document.faces().num_corners());
     for (face, polygon) in document.faces().iter().enumerate() {
         let start = triangle;
-        while triangle < mesh.num_faces() && processing.document_face(FaceId::new(triangle)) == face
-        {
-            triangle += 1;
-        }
+        let is_of_face = |&f: &FaceId| processing.document_face(f) == face;
+        triangle += triangles[start..]
+            .iter()
+            .take_while(|f| is_of_face(f))
+            .count();
         let corner = |&vertex: &u32| {
             let v = processing.vertex(vertex as usize)?;
-            (start..triangle).find_map(|t| {
-                let place = mesh.triangle(FaceId::new(t)).iter().position(|&w| w == v)?;
-                Some(of_triangles[t][place])
+            triangles[start..triangle].iter().find_map(|&t| {
+                let place = mesh.triangle(t).iter().position(|&w| w == v)?;
+                Some(of_triangles[t.index()][place])
             })
         };
         indices.extend(polygon.iter().map(|v| corner(v).unwrap_or(NONE)));

@@ -1,8 +1,10 @@
 //! The built command, run as a person runs it.
 
+mod bench;
 mod commands;
 mod deform;
 mod demo;
+mod numbering;
 mod refusals;
 mod repair;
 mod sandbox;

@@ -88,8 +88,12 @@ fn landmarks_that_are_none() {
 fn texture_coordinates_are_longitude_and_latitude() {
     let sandbox = with_creature();
     sandbox.cotan_ok("sphere creature.obj -o s.obj --uv");
-    let document: Document = cotan_io::load(sandbox.path("s.obj")).unwrap();
-    let attributes = document.attributes().unwrap();
+    check_texture(&cotan_io::load(sandbox.path("s.obj")).unwrap());
+}
+
+/// Every corner of a sphere has the longitude and latitude of its vertex.
+pub(crate) fn check_texture(document: &Document) {
+    let attributes = document.attributes().expect("attributes");
     let uv = attributes
         .corners
         .iter()

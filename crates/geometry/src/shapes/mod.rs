@@ -7,6 +7,8 @@
 mod bar;
 mod creature;
 mod cylinder;
+mod geodesic;
+mod irregular;
 mod plane;
 mod sphere;
 mod torus;
@@ -20,6 +22,7 @@ use crate::surface::{Positions, Surface};
 pub use bar::bar;
 pub use creature::{CREATURE_RESOLUTION, Region, creature, creature_regions};
 pub use cylinder::cylinder;
+pub use irregular::{Numbering, irregular};
 pub use plane::bumpy_plane;
 pub use sphere::{icosphere, tetrahedron};
 pub use torus::torus;

@@ -61,7 +61,7 @@ fn split_in_four(mesh: &HalfedgeMesh) -> Vec<[u32; 3]> {
     faces
 }
 
-fn icosahedron_points() -> Vec<Point3<f64>> {
+pub(super) fn icosahedron_points() -> Vec<Point3<f64>> {
     let golden = (1.0 + 5.0_f64.sqrt()) / 2.0;
     let mut points = Vec::with_capacity(12);
     for (k, sign) in [
@@ -83,7 +83,7 @@ fn icosahedron_points() -> Vec<Point3<f64>> {
 }
 
 /// Corners as [`icosahedron_points`] numbers them: 2 k + … along +x, +y, +z, then −x, −y, −z.
-const ICOSAHEDRON_FACES: [[u32; 3]; 20] = [
+pub(super) const ICOSAHEDRON_FACES: [[u32; 3]; 20] = [
     [0, 4, 1],
     [0, 1, 10],
     [0, 3, 2],

@@ -1,0 +1,75 @@
+//! How many instructions each kernel takes: a regression shows on the noisiest machine.
+//!
+//! `scripts/instructions.sh` runs it, and skips it where valgrind or the runner is absent.
+
+use std::hint::black_box;
+
+use cotan::flow::{Flow, StepReport};
+use cotan::geometry::vertex_normals;
+use cotan::laplacian::{Cotangent, OneRings, Operator};
+use cotan::linear::PreparedSystem;
+use cotan::prelude::*;
+use cotan::shapes::Shape;
+use cotan_instructions::{
+    Solve, faces, hybrid_flow, operator, prepare, rotation_flow, shape, solve_setup,
+};
+use gungraun::{LibraryBenchmarkConfig, library_benchmark, library_benchmark_group, main};
+
+#[library_benchmark]
+#[bench::irregular(faces())]
+fn halfedge_build((num_vertices, faces): (usize, Vec<[u32; 3]>)) -> HalfedgeMesh {
+    HalfedgeMesh::from_faces(num_vertices, black_box(&faces)).expect("a closed mesh")
+}
+
+#[library_benchmark]
+#[bench::irregular(shape())]
+fn one_rings(shape: Shape<f64>) -> OneRings {
+    OneRings::new(black_box(&shape.mesh))
+}
+
+#[library_benchmark]
+#[bench::irregular(shape())]
+fn weights_and_assembly(shape: Shape<f64>) -> Operator<f64> {
+    let surface = shape.surface();
+    Operator::assemble(&Cotangent::default(), black_box(&surface)).expect("finite weights")
+}
+
+#[library_benchmark]
+#[bench::irregular(shape())]
+fn normals(shape: Shape<f64>) -> VertexMap<Vector3<f64>> {
+    vertex_normals(black_box(&shape.surface()))
+}
+
+#[library_benchmark]
+#[bench::handles(operator())]
+fn prepare_system(operator: Operator<f64>) -> PreparedSystem {
+    prepare(black_box(&operator))
+}
+
+#[library_benchmark]
+#[bench::handles(solve_setup())]
+fn solve(solve: Solve) -> Solve {
+    black_box(solve).run()
+}
+
+#[library_benchmark]
+#[bench::rotation(rotation_flow())]
+#[bench::hybrid(hybrid_flow())]
+fn step(mut flow: Flow<'static, f64>) -> (Flow<'static, f64>, StepReport) {
+    let report = flow.step().expect("built-in updaters do not fail");
+    (flow, report)
+}
+
+library_benchmark_group!(
+    name = mesh;
+    benchmarks = halfedge_build, one_rings, weights_and_assembly, normals
+);
+library_benchmark_group!(
+    name = system;
+    benchmarks = prepare_system, solve, step
+);
+main!(
+    // One thread: how rayon shares work out would change the counts.
+    config = LibraryBenchmarkConfig::default().env("RAYON_NUM_THREADS", "1");
+    library_benchmark_groups = mesh, system
+);

@@ -1,0 +1,106 @@
+//! What the counted kernels start from: a closed irregular mesh of 2,562 vertices, 32 of them held.
+
+use cotan::flow::{BestRotation, Flow, Hybrid, Orientation};
+use cotan::laplacian::{Cotangent, Operator};
+use cotan::linear::{Handle, Membrane, PreparedSystem};
+use cotan::prelude::*;
+use cotan::shapes::{Numbering, Shape, irregular};
+
+/// The mesh, its numbers at random: caches hold it in any order.
+pub fn shape() -> Shape<f64> {
+    irregular(2_562, Numbering::Random, 1)
+}
+
+/// Number of vertices and faces.
+pub fn faces() -> (usize, Vec<[u32; 3]>) {
+    let shape = shape();
+    let corners = |f| shape.mesh.triangle(f).map(|v| v.index() as u32);
+    (
+        shape.positions.len(),
+        shape.mesh.faces().map(corners).collect(),
+    )
+}
+
+/// A flow whose handles have moved and that has made two steps.
+pub fn flow(orientation: impl Orientation<f64> + 'static) -> Flow<'static, f64> {
+    // A benchmark's process ends soon.
+    let shape: &'static Shape<f64> = Box::leak(Box::new(shape()));
+    let held = handles().map(|h| (h, shape.positions[h.vertex]));
+    let mut flow = Flow::builder(&shape.mesh, &shape.positions)
+        .handles(held)
+        .orientation(orientation)
+        .tolerance(0.0)
+        .build()
+        .expect("a closed surface with handles");
+    let moved: Vec<_> = handles()
+        .map(|h| (h.vertex, shape.positions[h.vertex] * 1.1))
+        .collect();
+    flow.move_handles(&moved).expect("these are handles");
+    for _ in 0..2 {
+        flow.step().expect("built-in updaters do not fail");
+    }
+    flow
+}
+
+/// The flow of the paper's linear system alone, and of the default.
+pub fn rotation_flow() -> Flow<'static, f64> {
+    flow(BestRotation)
+}
+
+/// The default flow.
+pub fn hybrid_flow() -> Flow<'static, f64> {
+    flow(Hybrid::default())
+}
+
+/// Everything that one solve takes.
+pub struct Solve {
+    system: PreparedSystem,
+    mismatch: VertexMap<Vector3<f64>>,
+    still: VertexMap<Vector3<f64>>,
+    residual: VertexMap<Vector3<f64>>,
+    correction: VertexMap<Vector3<f64>>,
+}
+
+/// The operator of the mesh.
+pub fn operator() -> Operator<f64> {
+    Operator::assemble(&Cotangent::default(), &shape().surface()).expect("finite weights")
+}
+
+/// Analysis and factorization, without a membrane.
+pub fn prepare(operator: &Operator<f64>) -> PreparedSystem {
+    let handles: Vec<Handle> = handles().collect();
+    PreparedSystem::prepare(operator, &handles, None::<Membrane<'_>>).expect("held")
+}
+
+/// A prepared solve.
+pub fn solve_setup() -> Solve {
+    let operator = operator();
+    let still = VertexMap::filled(operator.num_vertices(), Vector3::zeros());
+    let mut mismatch = still.clone();
+    operator.apply(&shape().positions, &mut mismatch);
+    Solve {
+        system: prepare(&operator),
+        mismatch,
+        residual: still.clone(),
+        correction: still.clone(),
+        still,
+    }
+}
+
+impl Solve {
+    /// One correction.
+    pub fn run(mut self) -> Self {
+        self.system.correct(
+            &self.mismatch,
+            None,
+            &self.still,
+            &mut self.residual,
+            &mut self.correction,
+        );
+        self
+    }
+}
+
+fn handles() -> impl Iterator<Item = Handle> {
+    (0..32).map(|k| Handle::hard(VertexId::new(80 * k)))
+}

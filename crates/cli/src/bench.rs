@@ -1,0 +1,322 @@
+//! What a mesh costs on this machine, phase by phase.
+
+use std::hint::black_box;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use cotan::flow::{Flow, Orientation, Rest};
+use cotan::geometry::{BoundingBox, Surface, bounding_box};
+use cotan::laplacian::{Cotangent, Operator};
+use cotan::linear::{Handle, Membrane, PreparedSystem};
+use cotan::prelude::{
+    DeformOptions, Isometry3, OrientationKind, Point3, Vector3, VertexId, VertexMap,
+};
+use cotan_io::{Folder, IoError, Limits, ProcessingMesh, Weld, load_with};
+use serde::Serialize;
+
+use crate::console::Console;
+use crate::error::{CliError, Cure, in_file_numbers};
+use crate::files;
+
+/// What is to be measured.
+pub(crate) struct Plan<'a> {
+    pub(crate) path: &'a Path,
+    pub(crate) weld: Weld,
+    pub(crate) orientation: OrientationKind,
+    /// How often each phase is run, at most.
+    pub(crate) rounds: u32,
+}
+
+/// What came out; the fields are those of the JSON.
+#[derive(Debug, Serialize)]
+pub(crate) struct Measured {
+    pub(crate) mesh: String,
+    pub(crate) vertices: usize,
+    pub(crate) faces: usize,
+    pub(crate) handles: usize,
+    pub(crate) threads: usize,
+    pub(crate) orientation: &'static str,
+    /// Whether the file's order was so bad that the mesh has another.
+    pub(crate) is_renumbered: bool,
+    pub(crate) seconds: PhaseSeconds,
+    pub(crate) bytes: Bytes,
+    pub(crate) job: Drag,
+}
+
+/// Medians, in seconds.
+#[derive(Debug, Serialize)]
+pub(crate) struct PhaseSeconds {
+    pub(crate) load: f64,
+    pub(crate) build: f64,
+    pub(crate) assemble: f64,
+    pub(crate) factor: f64,
+    pub(crate) add_handle: f64,
+    pub(crate) solve: f64,
+    pub(crate) iteration: f64,
+    /// An iteration less one solve.
+    pub(crate) iteration_rest: f64,
+}
+
+#[derive(Debug, Serialize)]
+pub(crate) struct Bytes {
+    pub(crate) file: u64,
+    pub(crate) mesh: u64,
+    pub(crate) factor: u64,
+}
+
+/// The standard drag, from a built mesh to convergence.
+#[derive(Debug, Serialize)]
+pub(crate) struct Drag {
+    pub(crate) seconds: f64,
+    pub(crate) iterations: usize,
+    pub(crate) stop_reason: &'static str,
+    pub(crate) tolerance: f64,
+}
+
+type Moves = Vec<(VertexId, Point3<f64>)>;
+
+impl Plan<'_> {
+    pub(crate) fn measure(&self, console: &Console) -> Result<Measured, CliError> {
+        let document = files::load(self.path, console)?;
+        let load = self.median(|| {
+            load_with(self.path, &Limits::default(), &Folder::of(self.path)).map(drop)
+        })?;
+        let build_once = || document.surface_with(self.weld);
+        let refuse = |error: IoError| CliError::surface(self.path, error, Cure::Command, self.weld);
+        let processing = build_once().map_err(refuse)?;
+        let build = self.median(|| build_once().map(drop))?;
+        drop(document);
+        self.on_mesh(&processing, load, build)
+            .map_err(|error| CliError::Mesh {
+                path: self.path.to_owned(),
+                source: in_file_numbers(error, &processing, None),
+            })
+    }
+
+    fn on_mesh(
+        &self,
+        processing: &ProcessingMesh,
+        load: f64,
+        build: f64,
+    ) -> Result<Measured, cotan::Error> {
+        let (mesh, positions) = (processing.mesh(), processing.positions());
+        let surface = Surface::new(mesh, positions)?;
+        let assemble =
+            self.median(|| Operator::assemble(&Cotangent::default(), &surface).map(drop));
+        let assemble = assemble.map_err(cotan::flow::FlowError::from)?;
+
+        let moves = standard_drag(&surface);
+        let options = DeformOptions {
+            orientation: self.orientation,
+            ..DeformOptions::default()
+        };
+        let (job, mut flow) = self.drag(&surface, &moves, &options)?;
+        let system = self.system(&flow, &options)?;
+        let iteration = self.iterations(&mut flow, &moves)?;
+        Ok(Measured {
+            mesh: String::new(),
+            vertices: mesh.num_vertices(),
+            faces: mesh.num_faces(),
+            handles: moves.len(),
+            threads: rayon::current_num_threads(),
+            orientation: self.orientation.name(),
+            is_renumbered: processing.is_renumbered(),
+            seconds: PhaseSeconds {
+                load,
+                build,
+                assemble,
+                factor: system.factor,
+                add_handle: system.add_handle,
+                solve: system.solve,
+                iteration,
+                iteration_rest: (iteration - system.solve).max(0.0),
+            },
+            bytes: Bytes {
+                file: std::fs::metadata(self.path).map_or(0, |m| m.len()),
+                mesh: (mesh.num_bytes() + size_of_val(positions.as_slice())) as u64,
+                factor: system.factor_bytes,
+            },
+            job,
+        })
+    }
+
+    /// The whole drag, and a flow that has its handles but has not moved.
+    fn drag<'m>(
+        &self,
+        surface: &Surface<'m, f64>,
+        moves: &Moves,
+        options: &DeformOptions,
+    ) -> Result<(Drag, Flow<'m, f64>), cotan::Error> {
+        let (mesh, positions) = (surface.mesh(), surface.positions());
+        let build = |targets: Moves, tolerance: f64| {
+            Flow::builder(mesh, positions)
+                .handles(targets.into_iter().map(|(v, p)| (Handle::hard(v), p)))
+                .orientation(options.orientation())
+                .updater(options.updater())
+                .tolerance(tolerance)
+                .iteration_limit(options.iteration_limit)
+                .build()
+        };
+        let mut last = None;
+        let seconds = self.median(|| {
+            last = Some(build(moves.clone(), options.tolerance)?.run_to_end()?);
+            Ok::<_, cotan::flow::FlowError>(())
+        })?;
+        let at_rest = moves.iter().map(|&(v, _)| (v, positions[v])).collect();
+        // No step may take the short cut of a converged one.
+        let flow = build(at_rest, 0.0)?;
+        Ok((
+            Drag {
+                seconds,
+                iterations: last.as_ref().map_or(0, |report| report.iterations),
+                stop_reason: last.as_ref().map_or("", |report| report.stop.as_str()),
+                tolerance: options.tolerance,
+            },
+            flow,
+        ))
+    }
+
+    /// The linear system of a flow, made and used once more.
+    fn system(
+        &self,
+        flow: &Flow<'_, f64>,
+        options: &DeformOptions,
+    ) -> Result<SystemSeconds, cotan::flow::FlowError> {
+        let rest = flow.rest();
+        let mut orientation = options.orientation();
+        let mut system = prepare(rest, &mut *orientation, flow.handles())?;
+        let factor = self.median(|| {
+            system = prepare(rest, &mut *orientation, flow.handles())?;
+            Ok::<_, cotan::flow::FlowError>(())
+        })?;
+        let factor_bytes = 8 * system.factor_entries() as u64;
+
+        let n = rest.positions().len();
+        let still = VertexMap::filled(n, Vector3::zeros());
+        let mismatch = rest.laplacian().clone();
+        let (mut residual, mut correction) = (still.clone(), still.clone());
+        let solve = self.median(|| {
+            let tension = Some(&still);
+            system.correct(
+                black_box(&mismatch),
+                tension,
+                &still,
+                &mut residual,
+                &mut correction,
+            );
+            Ok::<_, cotan::flow::FlowError>(())
+        })?;
+        drop(system);
+        Ok(SystemSeconds {
+            factor,
+            add_handle: self.add_handle(flow, &mut *orientation)?,
+            solve,
+            factor_bytes,
+        })
+    }
+
+    /// One handle more: the system is prepared anew, as long as it takes no handles afterwards.
+    fn add_handle(
+        &self,
+        flow: &Flow<'_, f64>,
+        orientation: &mut dyn Orientation<f64>,
+    ) -> Result<f64, cotan::flow::FlowError> {
+        let rest = flow.rest();
+        let mut is_held = vec![false; rest.positions().len()];
+        let mut handles = flow.handles().to_vec();
+        handles
+            .iter()
+            .for_each(|h| is_held[h.vertex.index()] = true);
+        let free = rest.mesh().vertices().find(|v| !is_held[v.index()]);
+        handles.extend(free.map(Handle::hard));
+        self.median(|| prepare(rest, orientation, &handles).map(drop))
+    }
+
+    fn iterations(
+        &self,
+        flow: &mut Flow<'_, f64>,
+        moves: &Moves,
+    ) -> Result<f64, cotan::flow::FlowError> {
+        flow.move_handles(moves)?;
+        // The first two answer to the move alone.
+        flow.step()?;
+        flow.step()?;
+        self.median(|| flow.step().map(drop))
+    }
+
+    /// The median of at most so many runs as were asked for, fewer where they take long.
+    fn median<E>(&self, mut work: impl FnMut() -> Result<(), E>) -> Result<f64, E> {
+        let start = Instant::now();
+        let mut runs = Vec::new();
+        for _ in 0..self.rounds {
+            let clock = Instant::now();
+            work()?;
+            runs.push(clock.elapsed().as_secs_f64());
+            if start.elapsed() > ENOUGH {
+                break;
+            }
+        }
+        runs.sort_by(f64::total_cmp);
+        Ok(runs.get(runs.len() / 2).copied().unwrap_or(0.0))
+    }
+}
+
+struct SystemSeconds {
+    factor: f64,
+    add_handle: f64,
+    solve: f64,
+    factor_bytes: u64,
+}
+
+/// The system of a flow: what `FlowBuilder::build` does in the end.
+fn prepare(
+    rest: &Rest<'_, f64>,
+    orientation: &mut dyn Orientation<f64>,
+    handles: &[Handle],
+) -> Result<PreparedSystem, cotan::flow::FlowError> {
+    let membrane = Membrane {
+        weight: orientation.prepare(rest),
+        stiffness: rest.stiffness(),
+    };
+    Ok(PreparedSystem::prepare(
+        rest.operator(),
+        handles,
+        Some(membrane),
+    )?)
+}
+
+/// A tenth of the vertices at each end along the longest side of the box, the lower held, the
+/// upper turned and lifted; and components that have no part in it, held still.
+fn standard_drag(surface: &Surface<'_, f64>) -> Moves {
+    let (mesh, positions) = (surface.mesh(), surface.positions());
+    let bounds = bounding_box(surface);
+    let axis = bounds.extents().imax();
+    let mut along: Vec<VertexId> = mesh.vertices().collect();
+    along.sort_by(|&a, &b| positions[a][axis].total_cmp(&positions[b][axis]));
+    let count = (along.len() / 10).max(1);
+    let motion = lift(&bounds, axis);
+    let mut moves: Moves = along[..count].iter().map(|&v| (v, positions[v])).collect();
+    let upper = along[along.len() - count..].iter();
+    moves.extend(upper.map(|&v| (v, motion * positions[v])));
+
+    let components = mesh.components();
+    let mut is_held = vec![false; components.count()];
+    moves
+        .iter()
+        .for_each(|&(v, _)| is_held[components.of(v)] = true);
+    let loose = mesh.vertices().filter(|&v| !is_held[components.of(v)]);
+    moves.extend(loose.map(|v| (v, positions[v])));
+    moves
+}
+
+/// 45° about an axis across the longest side, and a quarter of that side aside.
+fn lift(bounds: &BoundingBox<f64>, axis: usize) -> Isometry3<f64> {
+    let across = Vector3::ith((axis + 1) % 3, 1.0);
+    let aside = Vector3::ith((axis + 2) % 3, 0.25 * bounds.longest_side());
+    let center = bounds.center().coords;
+    let turn = Isometry3::rotation(across * std::f64::consts::FRAC_PI_4);
+    Isometry3::from(center + aside) * turn * Isometry3::from(-center)
+}
+
+/// A phase is not repeated beyond this.
+const ENOUGH: Duration = Duration::from_secs(20);

@@ -1,0 +1,253 @@
+//! Closed meshes of any size with no grid behind them: what is measured on them holds elsewhere.
+
+use std::f64::consts::{PI, TAU};
+
+use cotan_halfedge::{EdgeId, HalfedgeMesh, VertexId};
+use nalgebra::{Point3, Vector3};
+
+use super::Shape;
+use super::geodesic::geodesic;
+use crate::angles::triangle_cotangents;
+use crate::scalar::Scalar;
+
+/// How the vertices and faces of [`irregular`] are numbered.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum Numbering {
+    /// At random: what scanners and converters may leave behind, and the slowest.
+    #[default]
+    Random,
+    /// Row by row, so that neighbours have near numbers.
+    Natural,
+}
+
+/// A blob whose vertices lie irregularly: a closed surface of genus 0 with valences from 3 to 12,
+/// for measurements.
+///
+/// It has 10·f² + 2 vertices, as many as come nearest to `num_vertices` (from 12 to 16 million). The
+/// points of a geodesic sphere are moved about on it, edges flipped towards Delaunay triangles and then
+/// some more of them at random; the radius swells by a few long waves. The same `seed` gives the
+/// same mesh.
+///
+/// ```
+/// use cotan_geometry::shapes::{Numbering, irregular};
+/// let shape = irregular::<f64>(1_000, Numbering::Random, 7);
+/// assert_eq!(shape.mesh.num_vertices(), 1_002);
+/// ```
+#[must_use]
+pub fn irregular<T: Scalar>(num_vertices: usize, numbering: Numbering, seed: u64) -> Shape<T> {
+    let frequency = (num_vertices.saturating_sub(2) as f64 / 10.0)
+        .sqrt()
+        .round();
+    let (mut points, faces) = geodesic((frequency as usize).clamp(1, MAX_FREQUENCY));
+    let chance = Chance(seed);
+    let spacing = (4.0 * PI / points.len() as f64).sqrt();
+    for (i, p) in points.iter_mut().enumerate() {
+        let step = Vector3::from_fn(|k, _| chance.unit(i as u64, k as u64) - 0.5);
+        *p = (*p + step * (JITTER * spacing)).normalize();
+    }
+    let mut mesh = connect(points.len(), &faces);
+    drop(faces);
+    let mut valences: Vec<u8> = mesh.vertices().map(|v| mesh.valence(v) as u8).collect();
+    for _ in 0..DELAUNAY_PASSES {
+        flip(&mut mesh, &points, &mut valences, |_, weight| weight < 0.0);
+    }
+    flip(&mut mesh, &points, &mut valences, |e, weight| {
+        weight < HEAVIEST && chance.unit(e.index() as u64, 3) < RANDOM_FLIPS
+    });
+    drop(valences);
+    swell(&mut points, chance);
+    number(mesh, points, numbering, chance)
+}
+
+/// Flips every edge for which `wanted` says so, given the edge's cotangent weight, if both new
+/// triangles face outwards, have no needle's angles, and the valences stay within bounds.
+fn flip(
+    mesh: &mut HalfedgeMesh,
+    points: &[Vector3<f64>],
+    valences: &mut [u8],
+    wanted: impl Fn(EdgeId, f64) -> bool,
+) {
+    let place = |v: VertexId| Point3::from(points[v.index()]);
+    for e in (0..mesh.num_edges()).map(EdgeId::new) {
+        let [h, twin] = e.halfedges();
+        let corners = [
+            mesh.origin(h),
+            mesh.target(h),
+            mesh.target(mesh.next(h)),
+            mesh.target(mesh.next(twin)),
+        ];
+        let [u, v, c, d] = corners;
+        let [at_u, at_v, at_c, at_d] = corners.map(place);
+        let weight = triangle_cotangents(&at_c, &at_u, &at_v)[0]
+            + triangle_cotangents(&at_d, &at_v, &at_u)[0];
+        let valence = |v: VertexId| valences[v.index()];
+        let is_open = valence(u) > FEWEST && valence(v) > FEWEST;
+        if !wanted(e, weight) || !is_open || valence(c) >= MOST || valence(d) >= MOST {
+            continue;
+        }
+        let is_good = |a: &Point3<f64>, b: &Point3<f64>, c: &Point3<f64>| {
+            let outwards = (b - a).cross(&(c - a)).dot(&a.coords) > 0.0;
+            outwards && triangle_cotangents(a, b, c).iter().all(|&x| x < SHARPEST)
+        };
+        let is_fine = is_good(&at_c, &at_u, &at_d) && is_good(&at_d, &at_v, &at_c);
+        if is_fine && mesh.flip_edge(e).is_ok() {
+            [u, v].iter().for_each(|v| valences[v.index()] -= 1);
+            [c, d].iter().for_each(|v| valences[v.index()] += 1);
+        }
+    }
+}
+
+/// Scales every point by 1 + a few waves.
+fn swell(points: &mut [Vector3<f64>], chance: Chance) {
+    let waves: Vec<(Vector3<f64>, f64)> = (0..WAVES)
+        .map(|w| {
+            let direction = Vector3::from_fn(|k, _| 2.0 * chance.unit(w, 4 + k as u64) - 1.0);
+            (direction * SHORTEST_WAVE, TAU * chance.unit(w, 7))
+        })
+        .collect();
+    for p in points {
+        let wave = |(k, phase): &(Vector3<f64>, f64)| (k.dot(p) + phase).sin();
+        *p *= 1.0 + WAVE_HEIGHT * waves.iter().map(wave).sum::<f64>();
+    }
+}
+
+/// The shape with its final numbers.
+fn number<T: Scalar>(
+    mesh: HalfedgeMesh,
+    points: Vec<Vector3<f64>>,
+    numbering: Numbering,
+    chance: Chance,
+) -> Shape<T> {
+    let round = |p: &Vector3<f64>| Point3::from(p.map(T::of_f64));
+    if numbering == Numbering::Natural {
+        let positions = points.iter().map(round).collect();
+        return Shape { mesh, positions };
+    }
+    let old = chance.permutation(points.len(), 8);
+    let mut new = vec![0; points.len()];
+    for (k, &v) in old.iter().enumerate() {
+        new[v as usize] = k as u32;
+    }
+    let faces: Vec<[u32; 3]> = chance
+        .permutation(mesh.num_faces(), 9)
+        .into_iter()
+        .map(|f| mesh.triangle(cotan_halfedge::FaceId::new(f as usize)))
+        .map(|corners| corners.map(|v| new[v.index()]))
+        .collect();
+    drop((mesh, new));
+    Shape {
+        mesh: connect(points.len(), &faces),
+        positions: old.iter().map(|&v| round(&points[v as usize])).collect(),
+    }
+}
+
+fn connect(num_vertices: usize, faces: &[[u32; 3]]) -> HalfedgeMesh {
+    match HalfedgeMesh::from_faces(num_vertices, faces) {
+        Ok(mesh) => mesh,
+        // The faces are our own: a broken invariant of this file.
+        Err(error) => panic!("a sample shape is no manifold: {error}"),
+    }
+}
+
+/// Random numbers by place and purpose, the same in any order of asking (SplitMix64).
+#[derive(Clone, Copy)]
+struct Chance(u64);
+
+impl Chance {
+    fn bits(self, place: u64, purpose: u64) -> u64 {
+        let mut z = self
+            .0
+            .wrapping_mul(0xd134_2543_de82_ef95)
+            .wrapping_add(place.wrapping_mul(0x9e37_79b9_7f4a_7c15))
+            .wrapping_add(purpose << 56);
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// In [0, 1).
+    fn unit(self, place: u64, purpose: u64) -> f64 {
+        (self.bits(place, purpose) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// The numbers below `len`, shuffled (Fisher and Yates).
+    fn permutation(self, len: usize, purpose: u64) -> Vec<u32> {
+        let mut numbers: Vec<u32> = (0..len as u32).collect();
+        for last in (1..len).rev() {
+            let other = self.bits(last as u64, purpose) % (last as u64 + 1);
+            numbers.swap(last, other as usize);
+        }
+        numbers
+    }
+}
+
+/// 16,000,002 vertices.
+const MAX_FREQUENCY: usize = 1265;
+
+/// Side of the cube in which a point moves, over the mean distance of points: far enough that the
+/// grid is gone.
+const JITTER: f64 = 0.9;
+
+/// After three passes hardly a flip is left.
+const DELAUNAY_PASSES: usize = 3;
+
+/// Of the edges that may be flipped at random, those flipped.
+const RANDOM_FLIPS: f64 = 0.2;
+
+/// The cotangent weight up to which an edge may be flipped at random.
+const HEAVIEST: f64 = 0.5;
+
+/// Cotangent of the smallest angle that a flip may make, 7°.
+const SHARPEST: f64 = 8.0;
+
+const FEWEST: u8 = 3;
+const MOST: u8 = 12;
+
+const WAVES: u64 = 6;
+/// Wave number; the height times it stays below 1, so that the surface is star-shaped and smooth.
+const SHORTEST_WAVE: f64 = 4.0;
+const WAVE_HEIGHT: f64 = 0.06;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{negative_cotangent_share, volume};
+
+    #[test]
+    fn it_is_a_closed_irregular_blob() {
+        for numbering in [Numbering::Random, Numbering::Natural] {
+            let shape = irregular::<f64>(4_000, numbering, 1);
+            let mesh = &shape.mesh;
+            assert_eq!(mesh.num_vertices(), 10 * 20 * 20 + 2);
+            assert_eq!(mesh.num_faces(), 2 * mesh.num_vertices() - 4);
+            assert!(mesh.halfedges().all(|h| !mesh.is_boundary_halfedge(h)));
+            let valences: Vec<usize> = mesh.vertices().map(|v| mesh.valence(v)).collect();
+            let (least, most) = (valences.iter().min(), valences.iter().max());
+            assert!(least >= Some(&3) && most <= Some(&12), "{least:?} {most:?}");
+            let is_six = valences.iter().filter(|&&v| v == 6).count();
+            assert!(2 * is_six < mesh.num_vertices(), "{is_six}");
+            let surface = shape.surface();
+            assert!(volume(&surface) > 3.0);
+            let share = negative_cotangent_share(&surface);
+            assert!(share > 0.0 && share < 0.2, "{share}");
+        }
+    }
+
+    #[test]
+    fn the_seed_says_it_all() {
+        let blob = |seed| irregular::<f32>(300, Numbering::Random, seed);
+        assert_eq!(blob(5), blob(5));
+        assert_ne!(blob(5), blob(6));
+        assert_eq!(
+            irregular::<f32>(0, Numbering::Natural, 0).positions.len(),
+            12
+        );
+    }
+
+    #[test]
+    fn both_numberings_are_of_one_surface() {
+        let volume_of = |numbering| volume(&irregular::<f64>(1_000, numbering, 3).surface());
+        let [random, natural] = [Numbering::Random, Numbering::Natural].map(volume_of);
+        assert!((random / natural - 1.0).abs() < 1e-12);
+    }
+}

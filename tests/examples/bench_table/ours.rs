@@ -1,0 +1,208 @@
+//! What is measured of ours, in a process of its own: the only file here that knows how our
+//! crates are called.
+
+use std::error::Error;
+use std::hint::black_box;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use cotan::flow::Orientation;
+use cotan::linear::{Membrane, PreparedSystem};
+use cotan::prelude::*;
+
+use crate::job::{Job, Moves};
+use crate::measured::Phases;
+
+/// The first word of a child's command line.
+pub(crate) const MODE: &str = "--ours";
+
+/// The orientations that are compared: one with a single solve an iteration, and the default.
+pub(crate) const ORIENTATIONS: [&str; 2] = ["rotation", "hybrid"];
+
+pub(crate) fn run(path: &Path, orientation: &str) -> Result<(), Box<dyn Error>> {
+    let job = Job::read(path)?;
+    let options = DeformOptions {
+        orientation: orientation.parse()?,
+        ..DeformOptions::default()
+    };
+    let mut phases = Phases::default();
+    whole_job(&job, &options, &mut phases)?;
+    let mesh = HalfedgeMesh::from_faces(job.positions.len(), &job.faces)?;
+    let mut flow = flow(&mesh, &job, &options)?;
+    system(&flow, &options, &mut phases)?;
+    iterations(&mut flow, &job.moves, &mut phases)?;
+    phases.number("bandwidth", bandwidth());
+    println!("{}", phases.to_json());
+    Ok(())
+}
+
+/// From faces and positions to the deformed mesh, and the memory that takes.
+fn whole_job(
+    job: &Job,
+    options: &DeformOptions,
+    phases: &mut Phases,
+) -> Result<(), Box<dyn Error>> {
+    let before = peak_megabytes();
+    let handles = handles(&job.moves);
+    let mut report = None;
+    repeat(|| {
+        report = Some(phases.time("job", || {
+            let mesh = HalfedgeMesh::from_faces(job.positions.len(), &job.faces)?;
+            let deformed = deform(&mesh, &job.positions, &handles, options)?;
+            Ok::<_, Box<dyn Error>>(deformed.report)
+        }));
+    });
+    if let Some(report) = report.transpose()? {
+        phases.number("num_iterations", report.iterations as f64);
+        let is_converged = report.stop == StopReason::Converged;
+        phases.number("converged", f64::from(u8::from(is_converged)));
+    }
+    phases.number("megabytes", peak_megabytes() - before);
+    repeat(|| {
+        black_box(phases.time("connectivity", || {
+            HalfedgeMesh::from_faces(job.positions.len(), &job.faces)
+        }))
+        .ok();
+    });
+    Ok(())
+}
+
+fn handles(moves: &Moves) -> Handles<f64> {
+    moves
+        .iter()
+        .fold(Handles::new(), |handles, &(v, p)| handles.move_to(v, p))
+}
+
+fn flow<'m>(
+    mesh: &'m HalfedgeMesh,
+    job: &'m Job,
+    options: &DeformOptions,
+) -> Result<Flow<'m, f64>, Box<dyn Error>> {
+    let held = job.moves.iter();
+    let at_rest = held.map(|&(v, _)| (Handle::hard(v), job.positions[v]));
+    Ok(Flow::builder(mesh, &job.positions)
+        .handles(at_rest)
+        .orientation(options.orientation())
+        .updater(options.updater())
+        // No step may take the short cut of a converged one.
+        .tolerance(0.0)
+        .build()?)
+}
+
+/// Factorization, solve, and a change of handles, with faer's own beside them.
+fn system(
+    flow: &Flow<'_, f64>,
+    options: &DeformOptions,
+    phases: &mut Phases,
+) -> Result<(), Box<dyn Error>> {
+    let rest = flow.rest();
+    let orientation: Box<dyn Orientation<f64>> = options.orientation();
+    let prepare = |orientation: &mut dyn Orientation<f64>, handles: &[Handle]| {
+        let membrane = Membrane {
+            weight: orientation.prepare(rest),
+            stiffness: rest.stiffness(),
+        };
+        PreparedSystem::prepare(rest.operator(), handles, Some(membrane))
+    };
+    let mut orientation = orientation;
+    let mut system = prepare(&mut *orientation, flow.handles())?;
+    repeat(|| {
+        if let Ok(fresh) = phases.time("prepare", || prepare(&mut *orientation, flow.handles())) {
+            system = fresh;
+        }
+    });
+    // One handle exchanged for a neighbour: there is no other way yet than to prepare again.
+    let mut changed = flow.handles().to_vec();
+    if let Some(handle) = changed.last_mut() {
+        let is_free = |v: &VertexId| flow.handles().iter().all(|h| h.vertex != *v);
+        let mut ring = rest.mesh().one_ring(handle.vertex);
+        handle.vertex = ring.find(is_free).unwrap_or(handle.vertex);
+    }
+    black_box(phases.time("change a handle", || prepare(&mut *orientation, &changed))?);
+
+    let n = rest.positions().len();
+    let mismatch = rest.laplacian().clone();
+    let still = VertexMap::filled(n, Vector3::zeros());
+    let (mut residual, mut correction) = (still.clone(), still.clone());
+    repeat(|| {
+        phases.time("solve", || {
+            let tension = Some(&still);
+            system.correct(
+                black_box(&mismatch),
+                tension,
+                &still,
+                &mut residual,
+                &mut correction,
+            );
+        });
+    });
+    phases.number("factor_bytes", 8.0 * system.factor_entries() as f64);
+    drop(system);
+    let matrix = rest.operator().matrix();
+    crate::faer_peer::measure(&matrix, phases);
+    Ok(())
+}
+
+/// Single iterations after the handles moved.
+fn iterations(
+    flow: &mut Flow<'_, f64>,
+    moves: &Moves,
+    phases: &mut Phases,
+) -> Result<(), Box<dyn Error>> {
+    flow.move_handles(moves)?;
+    // The first two answer to the move alone.
+    for _ in 0..2 {
+        flow.step()?;
+    }
+    for _ in 0..10 {
+        phases.time("iteration", || flow.step())?;
+    }
+    Ok(())
+}
+
+/// At least once, and again for a while.
+pub(crate) fn repeat(mut work: impl FnMut()) {
+    let start = Instant::now();
+    for _ in 0..MOST_RUNS {
+        work();
+        if start.elapsed() > ENOUGH {
+            break;
+        }
+    }
+}
+
+/// Bytes a second that one thread reads.
+fn bandwidth() -> f64 {
+    const LEN: usize = 1 << 25;
+    let data = vec![1.0f64; LEN];
+    let mut best = f64::INFINITY;
+    for _ in 0..5 {
+        let start = Instant::now();
+        let mut sums = [0.0; 32];
+        for chunk in black_box(&data).chunks_exact(32) {
+            for (sum, x) in sums.iter_mut().zip(chunk) {
+                *sum += x;
+            }
+        }
+        black_box(sums);
+        best = best.min(start.elapsed().as_secs_f64());
+    }
+    (8 * LEN) as f64 / best
+}
+
+/// The most memory so far, where the system tells.
+fn peak_megabytes() -> f64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let kilobytes = line.and_then(|rest| {
+        rest.trim()
+            .trim_end_matches("kB")
+            .trim()
+            .parse::<f64>()
+            .ok()
+    });
+    kilobytes.unwrap_or(f64::NAN) / 1024.0
+}
+
+const MOST_RUNS: usize = 11;
+const ENOUGH: Duration = Duration::from_millis(600);
