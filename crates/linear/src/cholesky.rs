@@ -13,9 +13,11 @@ use crate::sparse::{Buffers, Factor, FactorError, Precision, Symbolic};
 use crate::strategy::Strategy;
 
 /// What a factor may take, and how it is stored.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Default)]
 pub(crate) struct Storage {
     pub(crate) precision: Precision,
+    /// The analysis of the pattern, if it is known.
+    pub(crate) analysis: Option<Arc<Symbolic>>,
     /// The most bytes that factors of this pattern may take together, with the memory that the
     /// strategy takes beside them: known exactly once the pattern is analysed.
     pub(crate) limit: Option<Limit>,
@@ -57,7 +59,10 @@ impl Cholesky {
         matrix: &LowerTriangle,
         storage: &Storage,
     ) -> Result<Self, LinearError> {
-        let symbolic = Symbolic::analyse(matrix, order(matrix));
+        let symbolic = match &storage.analysis {
+            Some(analysis) => analysis.clone(),
+            None => analyse(matrix),
+        };
         if let Some(limit) = storage.limit {
             let each = symbolic.num_entries() as u64 * storage.precision.bytes()
                 + storage.precision.bytes_beside(matrix);
@@ -70,7 +75,7 @@ impl Cholesky {
                 });
             }
         }
-        Self::with_analysis(Arc::new(symbolic), matrix, storage.precision)
+        Self::with_analysis(symbolic, matrix, storage.precision)
     }
 
     /// Factorizes another matrix of the same pattern beside this one; the analysis is shared.
@@ -194,6 +199,11 @@ fn check_finite(matrix: &LowerTriangle) -> Result<(), LinearError> {
         });
     }
     Ok(())
+}
+
+/// Orders and analyses a matrix.
+pub(crate) fn analyse(matrix: &LowerTriangle) -> Arc<Symbolic> {
+    Arc::new(Symbolic::analyse(matrix, order(matrix)))
 }
 
 /// A fill-reducing order for the matrix.

@@ -31,11 +31,14 @@ pub(crate) struct ColumnsPlan {
     pub(crate) corrections: usize,
     /// How factors are stored.
     pub(crate) precision: Precision,
+    /// Entries of the factor over those of the rule of growth.
+    pub(crate) size: f64,
 }
 
-/// The normal equations with this many unknowns.
-pub(crate) fn normal(unknowns: usize, corrections: usize) -> Estimate {
-    let factor = Factor::two_rings(unknowns as f64);
+/// The normal equations with this many unknowns. `size` is that of the one-ring factor, see
+/// [`ColumnsPlan::size`]: both factors grow on the same meshes.
+pub(crate) fn normal(unknowns: usize, corrections: usize, size: f64) -> Estimate {
+    let factor = Factor::two_rings(unknowns as f64, size);
     let seconds = factor.analysis + factor.numeric + corrections as f64 * factor.solve;
     Estimate {
         seconds,
@@ -46,7 +49,7 @@ pub(crate) fn normal(unknowns: usize, corrections: usize) -> Estimate {
 /// Factors of the one-ring matrix and columns.
 pub(crate) fn columns(plan: &ColumnsPlan) -> Estimate {
     let n = plan.num_vertices as f64;
-    let factor = Factor::one_ring(n);
+    let factor = Factor::one_ring(n, plan.size);
     let factors = match plan.new_factors {
         0 => 0.0,
         count => factor.analysis + count as f64 * factor.numeric,
@@ -86,6 +89,11 @@ pub(crate) fn column_bytes(num_vertices: usize, columns: usize) -> u64 {
     bytes(3.0 * (m / 3.0).ceil() * n + 2.0 * m * m)
 }
 
+/// Entries of the factor of a one-ring matrix by the rule of growth.
+pub(crate) fn one_ring_entries(num_vertices: usize) -> f64 {
+    Factor::one_ring(num_vertices as f64, 1.0).entries
+}
+
 /// Entries and seconds of one factor.
 struct Factor {
     entries: f64,
@@ -97,14 +105,14 @@ struct Factor {
 impl Factor {
     /// Of L: 5.4 and 48.3 million entries, analysis .20 and 2.3 s, numeric .15 and 2.8 s, solve
     /// .037 and .28 s.
-    fn one_ring(n: f64) -> Self {
-        Self::of(n, 54.0 * n * (n / 1e5).powf(0.166), 2.0e-6)
+    fn one_ring(n: f64, size: f64) -> Self {
+        Self::of(n, size * 54.0 * n * (n / 1e5).powf(0.166), 2.0e-6)
     }
 
     /// Of LᵀL: 22.6 and 197 million entries, analysis .37 and 3.7 s, numeric 1.23 and 21.8 s, solve
     /// .098 and .73 s.
-    fn two_rings(n: f64) -> Self {
-        Self::of(n, 226.0 * n * (n / 1e5).powf(0.152), 3.7e-6)
+    fn two_rings(n: f64, size: f64) -> Self {
+        Self::of(n, size * 226.0 * n * (n / 1e5).powf(0.152), 3.7e-6)
     }
 
     /// Both kinds follow one law in the entries, within a fifth.
@@ -151,15 +159,16 @@ mod tests {
             columns: m,
             corrections: 20,
             precision: Precision::Double,
+            size: 1.0,
         })
     }
 
     #[test]
     fn points_take_columns_and_regions_the_normal_equations() {
         for n in [10_000, 100_000, 1_000_000, 10_000_000] {
-            assert!(point_handles(n, 32).seconds < normal(n - 32, 20).seconds);
+            assert!(point_handles(n, 32).seconds < normal(n - 32, 20, 1.0).seconds);
             let region = n / 50;
-            assert!(point_handles(n, region).seconds > normal(n - region, 20).seconds);
+            assert!(point_handles(n, region).seconds > normal(n - region, 20, 1.0).seconds);
         }
     }
 
@@ -170,7 +179,10 @@ mod tests {
             (1e5, [5.4e6, 0.20, 0.15, 0.037], [22.6e6, 0.37, 1.23, 0.098]),
             (6.55e5, [48.3e6, 2.3, 2.8, 0.28], [197e6, 3.7, 21.8, 0.73]),
         ] {
-            for (factor, measured) in [(Factor::one_ring(n), l), (Factor::two_rings(n), normal)] {
+            for (factor, measured) in [
+                (Factor::one_ring(n, 1.0), l),
+                (Factor::two_rings(n, 1.0), normal),
+            ] {
                 near(factor.entries, measured[0]);
                 near(factor.analysis, measured[1]);
                 near(factor.numeric, measured[2]);

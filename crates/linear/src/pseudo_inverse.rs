@@ -17,13 +17,14 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use crate::cholesky::{Cholesky, Storage};
+use crate::cholesky::{self, Cholesky, Storage};
 use crate::components::Components;
 use crate::error::LinearError;
 use crate::lower::LowerTriangle;
 use crate::multigrid::Multigrid;
 use crate::one_ring;
 use crate::problem::{Problem, Sheet, Stiffness};
+use crate::sparse::Symbolic;
 use crate::strategy::Reason;
 use crate::weights::Form;
 
@@ -80,10 +81,19 @@ impl Inverse {
 }
 
 /// How the one-ring matrices are inverted.
-#[derive(Clone, Copy, Debug)]
 pub(crate) enum Means {
     Factor(Storage),
     Iteration,
+}
+
+/// The analysis that all one-ring matrices of a problem share.
+pub(crate) fn analyse(problem: &Problem) -> Arc<Symbolic> {
+    cholesky::analyse(&one_ring::assemble(
+        &problem.rings,
+        &problem.weights,
+        |_| false,
+        |_, sum| sum,
+    ))
 }
 
 /// Why these matrices cannot stand for the problem, if they cannot.

@@ -1,5 +1,7 @@
 //! How a system is solved, and who decides it.
 
+use std::sync::Arc;
+
 use crate::cholesky::{Limit, Storage};
 use crate::columns::{self, Columns};
 use crate::cost::{self, Estimate};
@@ -7,7 +9,7 @@ use crate::error::LinearError;
 use crate::normal::NormalEquations;
 use crate::problem::{Held, Problem};
 use crate::pseudo_inverse::{self, Means};
-use crate::sparse::Precision;
+use crate::sparse::{Precision, Symbolic};
 
 /// How a system is solved.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -178,7 +180,7 @@ pub(crate) enum Solver {
 }
 
 /// What is known before anything is factorized.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone)]
 pub(crate) struct Plan {
     /// What to try first, and why.
     pub(crate) choice: Choice,
@@ -190,6 +192,8 @@ pub(crate) struct Plan {
     /// Factors and bytes beside them, by columns.
     num_factors: u64,
     column_bytes: u64,
+    /// The analysis of the one-ring matrices, where it was needed to decide.
+    analysis: Option<Arc<Symbolic>>,
     options: SystemOptions,
 }
 
@@ -205,7 +209,7 @@ impl Plan {
         let n = problem.num_vertices();
         let solves = 1 + usize::from(problem.membrane.is_some());
         let num_columns = columns::num_columns(problem, held);
-        let estimate = |strategy: Strategy| {
+        let estimate = |strategy: Strategy, size: f64| {
             let (new_factors, new_columns) = match at_hand {
                 Some((Solver::Columns(columns), other)) if other == strategy => {
                     (0, columns.num_missing(problem, held))
@@ -220,6 +224,7 @@ impl Plan {
                 columns: num_columns,
                 corrections: options.expected_solves,
                 precision: options.precision,
+                size,
             };
             match strategy {
                 Strategy::Iterative => cost::iterative(&plan),
@@ -232,12 +237,13 @@ impl Plan {
                 strategy: options.strategy,
                 reason: Reason::Requested,
             },
-            normal: cost::normal(n - held.num_hard, options.expected_solves),
-            columns: estimate(Strategy::Columns),
-            iterative: estimate(Strategy::Iterative),
+            normal: cost::normal(n - held.num_hard, options.expected_solves, 1.0),
+            columns: estimate(Strategy::Columns, 1.0),
+            iterative: estimate(Strategy::Iterative, 1.0),
             has_columns: obstacle.is_none(),
             num_factors: solves as u64,
             column_bytes: cost::column_bytes(n, num_columns),
+            analysis: None,
             options: *options,
         };
         match (options.strategy, obstacle) {
@@ -254,12 +260,31 @@ impl Plan {
                 };
             }
             (Strategy::Auto, None) => {
+                if at_hand.is_none() && plan.is_close() {
+                    // The size of the factor decides: the analysis tells it.
+                    let analysis = pseudo_inverse::analyse(problem);
+                    let size = analysis.num_entries() as f64 / cost::one_ring_entries(n);
+                    plan.normal = cost::normal(n - held.num_hard, options.expected_solves, size);
+                    plan.columns = estimate(Strategy::Columns, size);
+                    plan.analysis = Some(analysis);
+                }
                 plan.choice =
                     plan.fastest(&[Strategy::Columns, Strategy::Normal, Strategy::Iterative]);
             }
             _ => {}
         }
         Ok(plan)
+    }
+
+    /// Whether the rules of growth leave the decision open.
+    fn is_close(&self) -> bool {
+        const CLEAR: f64 = 4.0;
+        let ratio = self.columns.seconds / self.normal.seconds;
+        let is_tight = self.options.max_memory.is_some_and(|max| {
+            let bytes = self.columns.bytes.min(self.normal.bytes);
+            bytes > max / 4
+        });
+        is_tight || (1.0 / CLEAR..CLEAR).contains(&ratio)
     }
 
     fn estimate(&self, strategy: Strategy) -> &Estimate {
@@ -347,6 +372,7 @@ impl Plan {
         let by_columns = self.choice.strategy == Strategy::Columns;
         Storage {
             precision: self.options.precision,
+            analysis: self.analysis.clone().filter(|_| by_columns),
             limit: self.options.max_memory.map(|permitted| Limit {
                 strategy: self.choice.strategy,
                 factors: if by_columns { self.num_factors } else { 1 },

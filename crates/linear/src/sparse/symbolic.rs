@@ -26,7 +26,6 @@ pub(crate) struct Symbolic {
     /// Where the values of supernode s begin among the factor's: see `packed`.
     pub(super) value_offsets: Vec<usize>,
     pub(super) tasks: super::tasks::Tasks,
-    flops: f64,
 }
 
 /// A permuted lower triangle.
@@ -80,7 +79,7 @@ impl Symbolic {
         let mut marked_for = vec![ROOT; order.len()];
         let mut first_child = vec![ROOT; num];
         let mut next_sibling = vec![ROOT; num];
-        let (mut num_values, mut flops) = (0usize, 0.0);
+        let mut num_values = 0usize;
         row_offsets.push(0);
         value_offsets.push(0);
         for s in 0..num {
@@ -109,9 +108,6 @@ impl Symbolic {
             let (width, below) = (end - start, rows.len() - begin);
             num_values += packed::len(width, width + below);
             value_offsets.push(num_values);
-            for k in 0..width {
-                flops += ((width + below - k) as f64).powi(2);
-            }
             let parent = parents[end - 1];
             if parent != ROOT {
                 let p = supernode_of[parent as usize] as usize;
@@ -131,7 +127,6 @@ impl Symbolic {
             parents: super_parents,
             value_offsets,
             tasks,
-            flops,
         }
     }
 
@@ -143,11 +138,6 @@ impl Symbolic {
     /// Number of values that a factor stores, with the zeros between.
     pub(crate) fn num_entries(&self) -> usize {
         self.value_offsets.last().copied().unwrap_or(0)
-    }
-
-    /// Multiplications of a factorization, about as many additions.
-    pub(crate) fn flops(&self) -> f64 {
-        self.flops
     }
 
     /// Number of values stored for some supernodes.
