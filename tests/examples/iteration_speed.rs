@@ -57,7 +57,7 @@ fn table(name: &str, mesh: &HalfedgeMesh, positions: &Positions<f64>) {
     };
     row("hybrid", hybrid(), Box::new(KeepMagnitude));
     row("limited", limited(), Box::new(KeepMagnitude));
-    row("rotation", Box::new(BestRotation), Box::new(KeepMagnitude));
+    row("rotation", Box::new(BestRotation::new()), Box::new(KeepMagnitude));
     row("reflect", Box::new(Reflect::new()), Box::new(KeepMagnitude));
     row("reflect first", reflect_first, Box::new(KeepMagnitude));
     row("hybrid, rescaled", hybrid(), Box::new(RescaleByArea));

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use cotan_geometry::{
     Positions, Scalar, Surface, one_ring_areas, surface_centroid, vertex_normals,
 };
-use cotan_halfedge::{EdgeId, EdgeMap, HalfedgeMap, HalfedgeMesh, VertexMap};
+use cotan_halfedge::{EdgeId, EdgeMap, HalfedgeId, HalfedgeMap, HalfedgeMesh, VertexMap};
 use cotan_laplacian::{Cotangent, OneRings, Operator};
 use nalgebra::Vector3;
 
@@ -24,6 +24,8 @@ pub struct Rest<'m, T: Scalar> {
     cotangents: HalfedgeMap<f64>,
     /// Half the cotangent weight of each edge: the membrane's stiffness.
     stiffness: EdgeMap<f64>,
+    /// Twice that, in the order of the rings; `None` where they are the operator's own weights.
+    row_cotangents: Option<Vec<f64>>,
     diagonal: T,
 }
 
@@ -44,10 +46,20 @@ impl<'m, T: Scalar> Rest<'m, T> {
         let mut cotangents = HalfedgeMap::filled(mesh.num_halfedges(), T::zero());
         Cotangent::default().opposite_cotangents(&surface, &mut cotangents);
         let cotangents = cotangents.map(|c| c.as_f64());
-        let stiffness = EdgeMap::from_fn(mesh.num_edges(), |e: EdgeId| {
+        let mut stiffness = EdgeMap::from_fn(mesh.num_edges(), |e: EdgeId| {
             let [h, twin] = e.halfedges();
             0.5 * (cotangents[h] + cotangents[twin])
         });
+        let row_cotangents = if weighs_by_cotangents(&operator, &cotangents) {
+            // The same to the last digit, so that K is L/2 and one array serves both.
+            stiffness = EdgeMap::from_fn(mesh.num_edges(), |e: EdgeId| {
+                0.5 * operator.weights()[e.halfedges()[0]]
+            });
+            None
+        } else {
+            let of_row = |h: &HalfedgeId| 2.0 * stiffness[h.edge()];
+            Some(operator.rings().halfedges().iter().map(of_row).collect())
+        };
         Ok(Self {
             mesh,
             operator,
@@ -58,6 +70,7 @@ impl<'m, T: Scalar> Rest<'m, T> {
             areas,
             cotangents,
             stiffness,
+            row_cotangents,
             diagonal,
         })
     }
@@ -122,6 +135,38 @@ impl<'m, T: Scalar> Rest<'m, T> {
         &self.stiffness
     }
 
+    /// Twice [`Self::stiffness`], row after row: entry k belongs to the halfedge at place k of
+    /// [`OneRings::halfedges`].
+    pub(crate) fn row_cotangents(&self) -> &[f64] {
+        let own = self.row_cotangents.as_deref();
+        own.unwrap_or_else(|| self.operator.row_weights())
+    }
+
+    /// Σ_j w_ij (x_j − x_i) and Σ_j s_ij (x_j − x_i) at vertex number `i`: the Laplacian coordinate,
+    /// and by how much the membrane's edges pull.
+    #[inline]
+    pub(crate) fn laplacian_and_pull(
+        &self,
+        positions: &Positions<T>,
+        i: usize,
+    ) -> [Vector3<f64>; 2] {
+        let x = positions.as_slice();
+        let row = self.rings().range(i);
+        let weights = &self.operator.row_weights()[row.clone()];
+        let cotangents = &self.row_cotangents()[row.clone()];
+        let mut sums = [Vector3::zeros(); 2];
+        for ((j, w), c) in self.rings().neighbours()[row]
+            .iter()
+            .zip(weights)
+            .zip(cotangents)
+        {
+            let edge = (x[j.index()] - x[i]).map(T::as_f64);
+            sums[0] += edge * *w;
+            sums[1] += edge * *c;
+        }
+        [sums[0], sums[1] * 0.5]
+    }
+
     /// Twice the greatest distance of a vertex from the surface's centroid: a length of about the
     /// box's longest side that does not change when the mesh is turned.
     pub(crate) fn extent(&self) -> f64 {
@@ -143,4 +188,22 @@ impl<'m, T: Scalar> Rest<'m, T> {
         };
         (0..n).map(|i| ring(i).sum::<f64>().abs()).sum::<f64>() / n as f64
     }
+}
+
+/// Whether the weights are the cotangent weights but for rounding.
+fn weighs_by_cotangents<T: Scalar>(operator: &Operator<T>, cotangents: &HalfedgeMap<f64>) -> bool {
+    let rings = operator.rings();
+    let size = |i: usize| -> f64 {
+        let of_edge = |h: HalfedgeId| cotangents[h].abs() + cotangents[h.twin()].abs();
+        rings.ring(i).map(|(_, h)| of_edge(h)).sum()
+    };
+    // The operator rounds a weight by the size of both ends of its edge.
+    let sizes: Vec<f64> = (0..rings.num_vertices()).map(size).collect();
+    let rounding = 16.0 * T::default_epsilon().as_f64();
+    (0..rings.num_vertices()).all(|i| {
+        rings.ring(i).all(|(j, h)| {
+            let difference = operator.weights()[h] - cotangents[h] - cotangents[h.twin()];
+            difference.abs() <= rounding * sizes[i].max(sizes[j.index()])
+        })
+    })
 }

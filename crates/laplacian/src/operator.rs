@@ -24,6 +24,8 @@ pub struct Operator<T: Scalar> {
     /// In double precision whatever T is: beside the huge weight of one needle those of its
     /// neighbours would lose their digits.
     weights: HalfedgeMap<f64>,
+    /// The same weights in the order of the rings, for sums that run every iteration.
+    rows: Vec<f64>,
     symmetry: Symmetry,
     number: PhantomData<fn(T) -> T>,
 }
@@ -65,9 +67,11 @@ impl<T: Scalar> Operator<T> {
                 vertices: [mesh.origin(h), mesh.target(h)],
             });
         }
+        let rows = rings.halfedges().iter().map(|&h| weights[h]).collect();
         Ok(Self {
             rings,
             weights,
+            rows,
             symmetry: scheme.symmetry(),
             number: PhantomData,
         })
@@ -76,6 +80,12 @@ impl<T: Scalar> Operator<T> {
     /// The weight w_ij of every halfedge i→j.
     pub fn weights(&self) -> &HalfedgeMap<f64> {
         &self.weights
+    }
+
+    /// The weights row after row: entry k belongs to the halfedge at place k of
+    /// [`OneRings::halfedges`].
+    pub fn row_weights(&self) -> &[f64] {
+        &self.rows
     }
 
     /// The sparsity pattern.
@@ -97,7 +107,8 @@ impl<T: Scalar> Operator<T> {
     /// soft handles are relative.
     pub fn mean_diagonal(&self) -> f64 {
         let n = self.num_vertices();
-        let sums = (0..n).map(|i| row_sum(&self.rings, &self.weights, i).abs());
+        let row_sum = |i| self.rows[self.rings.range(i)].iter().sum::<f64>();
+        let sums = (0..n).map(|i| row_sum(i).abs());
         sums.sum::<f64>() / n.max(1) as f64
     }
 
@@ -130,8 +141,12 @@ impl<T: Scalar> Operator<T> {
     pub fn apply_at(&self, positions: &Positions<T>, i: usize) -> Vector3<f64> {
         let x = positions.as_slice();
         let mut sum = Vector3::zeros();
-        for (j, h) in self.rings.ring(i) {
-            sum += (x[j.index()] - x[i]).map(T::as_f64) * self.weights[h];
+        let row = self.rings.range(i);
+        for (j, w) in self.rings.neighbours()[row.clone()]
+            .iter()
+            .zip(&self.rows[row])
+        {
+            sum += (x[j.index()] - x[i]).map(T::as_f64) * *w;
         }
         sum
     }
@@ -203,13 +218,6 @@ impl<T: Scalar> Operator<T> {
         }
         values[start + place] = sum;
     }
-}
-
-/// Σ_j w_ij.
-fn row_sum<T: Scalar>(rings: &OneRings, weights: &HalfedgeMap<T>, i: usize) -> T {
-    rings
-        .ring(i)
-        .fold(T::zero(), |sum, (_, h)| sum + weights[h])
 }
 
 /// A scheme that says that it is symmetric must be, within rounding.
