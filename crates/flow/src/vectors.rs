@@ -148,8 +148,3 @@ pub(crate) fn longest(n: usize, length: impl Fn(usize) -> f64 + Sync) -> f64 {
     let chunks = (0..n.div_ceil(CHUNK)).into_par_iter().map(of_chunk);
     chunks.reduce(|| 0.0, greater)
 }
-
-/// The longest vector.
-pub(crate) fn max_norm(a: &[Vector3<f64>]) -> f64 {
-    longest(a.len(), |i| a[i].norm_squared()).sqrt()
-}

@@ -33,7 +33,7 @@ pub struct Energy {
     /// What is left; never negative.
     pub value: f64,
     /// The sum of the sizes of the terms. The value is exact but for a few units in the last place
-    /// of this.
+    /// of this, in double precision.
     pub size: f64,
 }
 
