@@ -11,7 +11,9 @@
 
 mod anderson;
 mod builder;
+mod descent;
 mod error;
+mod fans;
 mod flow;
 mod lbfgs;
 mod orientation;

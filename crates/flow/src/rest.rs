@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
-use cotan_geometry::{
-    Positions, Scalar, Surface, one_ring_areas, surface_centroid, vertex_normals,
-};
+use cotan_geometry::{Positions, Scalar, Surface, surface_centroid};
 use cotan_halfedge::{EdgeId, EdgeMap, HalfedgeId, HalfedgeMap, HalfedgeMesh, VertexMap};
 use cotan_laplacian::{Cotangent, OneRings, Operator};
 use nalgebra::Vector3;
+
+use crate::fans::{Fans, Output};
+use crate::state::Quantities;
 
 /// The original mesh in box units (its bounding box has its lower corner at 0 and longest side 1),
 /// and its Laplacian coordinates split into what the orientations need.
@@ -15,6 +16,7 @@ use nalgebra::Vector3;
 pub struct Rest<'m, T: Scalar> {
     mesh: &'m HalfedgeMesh,
     operator: Operator<T>,
+    fans: Fans,
     positions: Positions<T>,
     laplacian: VertexMap<Vector3<T>>,
     magnitudes: VertexMap<T>,
@@ -41,8 +43,26 @@ impl<'m, T: Scalar> Rest<'m, T> {
         let mut laplacian = VertexMap::filled(n, Vector3::zeros());
         operator.apply(&positions, &mut laplacian);
         let magnitudes = laplacian.map(|ell| ell.norm());
-        let normals = vertex_normals(&surface);
-        let areas = one_ring_areas(&surface);
+        // As the current mesh is measured, to the last digit: a shape at rest shows no change.
+        let fans = Fans::new(mesh, operator.rings());
+        let zeros = || VertexMap::filled(n, Vector3::zeros());
+        let (mut normals, mut areas) = (zeros(), VertexMap::filled(n, T::zero()));
+        fans.measure(
+            operator.rings(),
+            &positions,
+            Quantities {
+                normals: true,
+                areas: true,
+                ..Quantities::NONE
+            },
+            T::zero(),
+            Output {
+                laplacian: &mut zeros(),
+                normals: &mut normals,
+                areas: &mut areas,
+                area_vectors: &mut zeros(),
+            },
+        );
         let mut cotangents = HalfedgeMap::filled(mesh.num_halfedges(), T::zero());
         Cotangent::default().opposite_cotangents(&surface, &mut cotangents);
         let cotangents = cotangents.map(|c| c.as_f64());
@@ -63,6 +83,7 @@ impl<'m, T: Scalar> Rest<'m, T> {
         Ok(Self {
             mesh,
             operator,
+            fans,
             positions,
             laplacian,
             magnitudes,
@@ -93,6 +114,11 @@ impl<'m, T: Scalar> Rest<'m, T> {
     /// The one-rings, for sums over neighbours.
     pub fn rings(&self) -> &Arc<OneRings> {
         self.operator.rings()
+    }
+
+    /// The triangles around each vertex.
+    pub(crate) fn fans(&self) -> &Fans {
+        &self.fans
     }
 
     /// The original positions, in box units.

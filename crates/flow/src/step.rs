@@ -6,26 +6,19 @@ use cotan_linear::{Handle, Hold};
 use nalgebra::{Point3, Vector3};
 
 use crate::anderson::Proposal;
+use crate::descent::Descent;
 use crate::error::FlowError;
 use crate::flow::{Accelerator, Flow, Parts};
-use crate::lbfgs::Lbfgs;
 use crate::orientation::Energy;
 use crate::report::StepReport;
 use crate::state::FlowState;
-use crate::vectors::{dot, fill, longest, update, update_both};
+use crate::vectors::{fill, longest, update, update_both};
 
 /// Whether the scalar field follows the positions.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Field {
+pub(crate) enum Field {
     Updated,
     Kept,
-}
-
-/// Whether a descent found a lower energy.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Descent {
-    Went,
-    Stalled,
 }
 
 impl<T: Scalar> Flow<'_, T> {
@@ -91,7 +84,7 @@ impl<T: Scalar> Flow<'_, T> {
     }
 
     /// Computes the correction that a full plain step would make.
-    fn solve(&mut self) {
+    pub(crate) fn solve(&mut self) {
         let has_membrane = self.parts.has_membrane;
         let Self {
             parts,
@@ -132,7 +125,7 @@ impl<T: Scalar> Flow<'_, T> {
     }
 
     /// x ← x + s δ.
-    fn move_by_correction(&mut self, ratio: f64) {
+    pub(crate) fn move_by_correction(&mut self, ratio: f64) {
         let ratios = self.settings.ratios.as_ref();
         let correction = self.terms.correction.as_slice();
         update(self.positions.as_mut_slice(), |v, p| {
@@ -147,7 +140,7 @@ impl<T: Scalar> Flow<'_, T> {
     }
 
     /// Updates Laplacian coordinates and energy, and the field if so asked.
-    fn refresh(&mut self, field: Field) -> Result<(), FlowError> {
+    pub(crate) fn refresh(&mut self, field: Field) -> Result<(), FlowError> {
         let Parts {
             rest,
             scheme,
@@ -247,80 +240,6 @@ impl<T: Scalar> Flow<'_, T> {
         result
     }
 
-    /// One line search along the direction of the quasi-Newton model; the plain step where that
-    /// fails. No step that raises the energy beyond rounding is accepted, the energy being that of
-    /// the scalar field before the step.
-    fn descend(&mut self, lbfgs: &mut Lbfgs) -> Result<Descent, FlowError> {
-        /// Fraction of the predicted decrease that is asked for (Armijo).
-        const SUFFICIENT: f64 = 1e-4;
-        const MOST_TRIALS: usize = 10;
-        let Energy { value, size } = self.energy.unwrap_or_default();
-        // Two sums that differ by less are the same: near the minimum every step is such a step.
-        let rounding = 32.0 * (T::default_epsilon().as_f64() * value + f64::EPSILON * size);
-        let terms = &mut self.terms;
-        // Half the energy falls at this rate along the direction.
-        let mut rate = lbfgs.direction(&terms.residual, &terms.correction, &mut terms.direction);
-        if !(rate > 0.0) {
-            lbfgs.reset();
-            let (residual, correction) = (terms.residual.as_slice(), terms.correction.as_slice());
-            terms.direction.as_mut_slice().copy_from_slice(correction);
-            rate = dot(residual, correction);
-        }
-
-        let mut length = 1.0;
-        for _ in 0..MOST_TRIALS {
-            self.move_along(length);
-            self.refresh(Field::Kept)?;
-            let rise = 0.5 * (self.energy.unwrap_or_default().value - value);
-            if rise <= rounding - SUFFICIENT * length * rate {
-                let (now, start) = (self.positions.as_slice(), self.start.as_slice());
-                lbfgs.stepped(
-                    |step| fill(step, |i| (now[i] - start[i]).map(T::as_f64)),
-                    &mut self.terms.residual,
-                    &mut self.terms.correction,
-                );
-                self.follow_field()?;
-                return Ok(Descent::Went);
-            }
-            // Minimum of the parabola through value, slope and the new value.
-            let parabola = rate * length * length / (2.0 * (rise + length * rate));
-            length = if parabola.is_finite() {
-                parabola.clamp(0.1 * length, 0.5 * length)
-            } else {
-                0.1 * length
-            };
-        }
-        lbfgs.reset();
-        let start = self.start.as_slice();
-        self.positions.as_mut_slice().copy_from_slice(start);
-        self.move_by_correction(1.0);
-        self.refresh(Field::Kept)?;
-        if self.energy.unwrap_or_default().value <= value + rounding {
-            self.follow_field()?;
-            return Ok(Descent::Went);
-        }
-        let start = self.start.as_slice();
-        self.positions.as_mut_slice().copy_from_slice(start);
-        self.refresh(Field::Kept)?;
-        Ok(Descent::Stalled)
-    }
-
-    /// After a step that was judged with the field kept: lets the field follow.
-    fn follow_field(&mut self) -> Result<(), FlowError> {
-        if self.parts.updater.is_constant() {
-            return Ok(());
-        }
-        self.update()
-    }
-
-    /// x ← start + length · direction.
-    fn move_along(&mut self, length: f64) {
-        let (start, direction) = (self.start.as_slice(), self.terms.direction.as_slice());
-        fill(self.positions.as_mut_slice(), |i| {
-            start[i] + (direction[i] * length).map(T::of_f64)
-        });
-    }
-
     /// By how much the step moved the vertex that it moved most.
     fn longest_move(&self) -> f64 {
         let (now, start) = (self.positions.as_slice(), self.start.as_slice());
@@ -330,7 +249,7 @@ impl<T: Scalar> Flow<'_, T> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use std::ops::ControlFlow;
 
     use cotan_geometry::shapes::icosphere;
@@ -341,7 +260,7 @@ mod tests {
     use crate::{Acceleration, Limited, ScalarFieldUpdater, Schedule, Start, StopReason};
 
     /// The lowest vertices held, the highest pulled by half a radius.
-    fn handles(shape: &Shape<f64>) -> Vec<(Handle, Point3<f64>)> {
+    pub(crate) fn handles(shape: &Shape<f64>) -> Vec<(Handle, Point3<f64>)> {
         let surface = shape.surface();
         let low = surface.vertices_where(|p| p.z < -0.8);
         let high = surface.vertices_where(|p| p.z > 0.9);
@@ -357,72 +276,12 @@ mod tests {
             .collect()
     }
 
-    fn farthest(a: &Positions<f64>, b: &Positions<f64>) -> f64 {
+    pub(crate) fn farthest(a: &Positions<f64>, b: &Positions<f64>) -> f64 {
         longest(a.len(), |i| (a.as_slice()[i] - b.as_slice()[i]).norm())
     }
 
-    fn build<'a>(shape: &'a Shape<f64>) -> crate::FlowBuilder<'a, f64> {
+    pub(crate) fn build<'a>(shape: &'a Shape<f64>) -> crate::FlowBuilder<'a, f64> {
         Flow::builder(&shape.mesh, &shape.positions).handles(handles(shape))
-    }
-
-    /// Half the energy's derivative along a direction is minus the residual's product with it.
-    #[test]
-    fn the_residual_is_half_the_negative_gradient() {
-        let shape = icosphere::<f64>(2);
-        let mut held = handles(&shape);
-        let last = held.len() - 1;
-        held[last].0.hold = Hold::Soft(0.3);
-        let mut flow = build(&shape)
-            .handles(held)
-            .acceleration(Acceleration::Off)
-            .build()
-            .unwrap();
-        for _ in 0..3 {
-            flow.step().unwrap();
-        }
-        flow.solve();
-        let residual = flow.terms.residual.clone();
-        flow.start = flow.positions.clone();
-        let mut direction = VertexMap::from_fn(flow.start.len(), |v: VertexId| {
-            let i = v.index() as f64;
-            Vector3::new(i.sin(), (2.0 * i).cos(), 0.3)
-        });
-        for handle in flow.handles().iter().filter(|h| h.hold == Hold::Hard) {
-            direction[handle.vertex] = Vector3::zeros();
-        }
-        flow.terms.direction = direction.clone();
-        let step = 1e-4;
-        let mut energy_at = |length: f64| {
-            flow.move_along(length);
-            flow.update().unwrap();
-            flow.energy().unwrap()
-        };
-        let slope = (energy_at(step) - energy_at(-step)) / (2.0 * step);
-        let expected = -2.0 * dot(residual.as_slice(), direction.as_slice());
-        assert!(
-            (slope - expected).abs() < 1e-6 * expected.abs(),
-            "{slope} {expected}"
-        );
-    }
-
-    #[test]
-    fn plain_and_accelerated_descents_meet() {
-        let shape = icosphere::<f64>(3);
-        let run = |acceleration| {
-            let mut flow = build(&shape)
-                .acceleration(acceleration)
-                .tolerance(1e-9)
-                .iteration_limit(5000)
-                .build()
-                .unwrap();
-            let report = flow.run(|_, _| ControlFlow::Continue(())).unwrap();
-            assert_eq!(report.stop, StopReason::Converged);
-            (flow.positions(), report.iterations)
-        };
-        let (plain, many) = run(Acceleration::Off);
-        let (accelerated, few) = run(Acceleration::default());
-        assert!(2 * few < many, "{few} {many}");
-        assert!(farthest(&plain, &accelerated) < 1e-5);
     }
 
     #[test]

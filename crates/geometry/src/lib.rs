@@ -39,9 +39,9 @@ mod volume;
 
 pub use angles::{
     AngleStatistics, angle_between, angle_statistics, corner_angle, corner_angles, cotangent,
-    halfedge_corner_angle, negative_cotangent_share, opposite_cotangent, opposite_cotangents,
-    opposite_cotangents_into, opposite_cotangents_with_floor_into, triangle_cotangents,
-    triangle_cotangents_with_floor,
+    far_cotangents, halfedge_corner_angle, negative_cotangent_share, opposite_cotangent,
+    opposite_cotangents, opposite_cotangents_into, opposite_cotangents_with_floor_into,
+    triangle_cotangents, triangle_cotangents_with_floor,
 };
 pub use areas::{
     dual_areas, dual_areas_into, face_area_vector, face_area_vectors, face_area_vectors_into,
