@@ -66,20 +66,20 @@ impl<'m, T: Scalar> Rest<'m, T> {
         let mut cotangents = HalfedgeMap::filled(mesh.num_halfedges(), T::zero());
         Cotangent::default().opposite_cotangents(&surface, &mut cotangents);
         let cotangents = cotangents.map(|c| c.as_f64());
-        let mut stiffness = EdgeMap::from_fn(mesh.num_edges(), |e: EdgeId| {
+        // With the weights of the same cotangents K is L/2 to the last digit, and one array serves both.
+        let is_cotangent = operator.cotangent_floor() == Some(Cotangent::default().area_floor);
+        let stiffness = EdgeMap::from_fn(mesh.num_edges(), |e: EdgeId| {
             let [h, twin] = e.halfedges();
-            0.5 * (cotangents[h] + cotangents[twin])
+            if is_cotangent {
+                0.5 * operator.weights()[h]
+            } else {
+                0.5 * (cotangents[h] + cotangents[twin])
+            }
         });
-        let row_cotangents = if weighs_by_cotangents(&operator, &cotangents) {
-            // The same to the last digit, so that K is L/2 and one array serves both.
-            stiffness = EdgeMap::from_fn(mesh.num_edges(), |e: EdgeId| {
-                0.5 * operator.weights()[e.halfedges()[0]]
-            });
-            None
-        } else {
+        let row_cotangents = (!is_cotangent).then(|| {
             let of_row = |h: &HalfedgeId| 2.0 * stiffness[h.edge()];
-            Some(operator.rings().halfedges().iter().map(of_row).collect())
-        };
+            operator.rings().halfedges().iter().map(of_row).collect()
+        });
         Ok(Self {
             mesh,
             operator,
@@ -214,22 +214,4 @@ impl<'m, T: Scalar> Rest<'m, T> {
         };
         (0..n).map(|i| ring(i).sum::<f64>().abs()).sum::<f64>() / n as f64
     }
-}
-
-/// Whether the weights are the cotangent weights but for rounding.
-fn weighs_by_cotangents<T: Scalar>(operator: &Operator<T>, cotangents: &HalfedgeMap<f64>) -> bool {
-    let rings = operator.rings();
-    let size = |i: usize| -> f64 {
-        let of_edge = |h: HalfedgeId| cotangents[h].abs() + cotangents[h.twin()].abs();
-        rings.ring(i).map(|(_, h)| of_edge(h)).sum()
-    };
-    // The operator rounds a weight by the size of both ends of its edge.
-    let sizes: Vec<f64> = (0..rings.num_vertices()).map(size).collect();
-    let rounding = 16.0 * T::default_epsilon().as_f64();
-    (0..rings.num_vertices()).all(|i| {
-        rings.ring(i).all(|(j, h)| {
-            let difference = operator.weights()[h] - cotangents[h] - cotangents[h.twin()];
-            difference.abs() <= rounding * sizes[i].max(sizes[j.index()])
-        })
-    })
 }

@@ -310,12 +310,14 @@ mod tests {
         let points = [[0.3, 0.1, 0.0], [1.0, 0.2, 0.1], [0.3, 0.9, -0.4]].map(Point3::from);
         for scale in [1e-200, 1e-3, 1.0, 1e200] {
             for [i, j, k] in [[0, 1, 2], [1, 2, 0], [0, 1, 1], [0, 0, 1], [0, 0, 0]] {
-                let [a, b, c] = [i, j, k].map(|corner: usize| points[corner] * scale);
+                let corners: [Point3<f64>; 3] =
+                    [i, j, k].map(|corner: usize| points[corner] * scale);
+                let [a, b, c] = corners;
                 let [_, at_b, at_c] = triangle_cotangents(&a, &b, &c);
                 let (left, right) = (b - a, c - a);
                 let doubled_area = left.cross(&right).norm();
                 let ours = far_cotangents(&left, &right, doubled_area, cotangent_floor());
-                for (ours, expected) in ours.iter().zip([at_b, at_c]) {
+                for (ours, expected) in ours.into_iter().zip::<[f64; 2]>([at_b, at_c]) {
                     assert!((ours - expected).abs() <= 1e-12 * (1.0 + expected.abs()));
                 }
             }

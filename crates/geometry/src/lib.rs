@@ -57,8 +57,8 @@ pub use distortion::{
 };
 pub use lengths::{edge_length, edge_lengths, edge_lengths_into, mean_edge_length};
 pub use normals::{
-    face_normal, face_normals, face_normals_into, normals_and_areas_into, unit_or_zero,
-    vertex_area_vectors, vertex_area_vectors_into, vertex_normals, vertex_normals_into,
+    face_normal, face_normals, face_normals_into, unit_or_zero, vertex_area_vectors,
+    vertex_area_vectors_into, vertex_normals, vertex_normals_into,
 };
 pub use scalar::{Scalar, scalar};
 pub use shapes::{

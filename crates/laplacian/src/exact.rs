@@ -40,7 +40,7 @@ pub(crate) fn exact_units<T: Scalar>(rings: &OneRings, weights: &HalfedgeMap<T>)
             .ring(i)
             .fold(T::zero(), |sum, (_, h)| sum + weights[h].abs());
         if size > T::zero() {
-            eps * scalar(size.as_f64().log2().ceil().exp2() * 4.0)
+            eps * scalar(4.0 * power_above(size.as_f64()))
         } else {
             T::zero()
         }
@@ -52,11 +52,58 @@ pub(crate) fn exact_units<T: Scalar>(rings: &OneRings, weights: &HalfedgeMap<T>)
         .collect()
 }
 
-/// The nearest multiple of `unit`; the weight itself where that is 0.
+/// The least power of two that is not below a positive number; the number itself where it is so
+/// small that it has no exponent of its own.
+fn power_above(size: f64) -> f64 {
+    const EXPONENT: u64 = 0x7ff << 52;
+    let power = f64::from_bits(size.to_bits() & EXPONENT);
+    if power == size {
+        power
+    } else if power > 0.0 {
+        2.0 * power
+    } else {
+        size
+    }
+}
+
+/// The nearest multiple of `unit`, of which `weight` is less than 1/ε; the weight itself where that
+/// is 0.
 pub(crate) fn round_to<T: Scalar>(weight: T, unit: T) -> T {
     if unit > T::zero() {
-        (weight / unit).round() * unit
+        // Numbers of this size are multiples of the unit, and so the sum is rounded to one.
+        let grid = unit * (scalar::<T>(1.5) / T::default_epsilon());
+        (weight + grid) - grid
     } else {
         weight
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn powers_of_two_are_found_without_logarithms() {
+        for size in [1.0, 1.1, 1.999, 2.0, 3.7e-9, 6.02e23, f64::MIN_POSITIVE] {
+            let expected = size.log2().ceil().exp2();
+            assert_eq!(power_above(size), expected, "{size}");
+        }
+        assert_eq!(power_above(f64::INFINITY), f64::INFINITY);
+        assert!(power_above(1e-320) > 0.0);
+    }
+
+    #[test]
+    fn rounds_to_the_nearest_multiple() {
+        let unit = 2.0f64.powi(-30);
+        for weight in [0.0, 0.3, -0.7, 1e-10, 1e5] {
+            let expected = (weight / unit).round_ties_even() * unit;
+            assert_eq!(round_to(weight, unit), expected, "{weight}");
+        }
+        let (weight, unit) = (0.3f32, 2.0f32.powi(-20));
+        assert_eq!(
+            round_to(weight, unit),
+            (weight / unit).round_ties_even() * unit
+        );
+        assert_eq!(round_to(0.3, 0.0), 0.3);
     }
 }

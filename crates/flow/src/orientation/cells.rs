@@ -1,7 +1,7 @@
 //! Cells of triangles, and averages over one-rings, for the orientations that fit rotations.
 
 use cotan_geometry::Scalar;
-use cotan_halfedge::HalfedgeId;
+use cotan_halfedge::{HalfedgeId, HalfedgeMap};
 use cotan_laplacian::OneRings;
 use nalgebra::Vector3;
 
@@ -13,7 +13,7 @@ pub(crate) fn as_f64<T: Scalar>(v: Vector3<T>) -> Vector3<f64> {
     v.map(T::as_f64)
 }
 
-/// factor · g_ij for the halfedges i→j that `side` gives for each halfedge in the order of the rings,
+/// g_ij of every halfedge i→j:
 ///
 /// ```text
 /// g_ij = − Σ_{T at the edge ij} (cot_ij (x⁰_j − x⁰_i) + cot_ik (x⁰_k − x⁰_i))
@@ -30,15 +30,13 @@ pub(crate) fn as_f64<T: Scalar>(v: Vector3<T>) -> Vector3<f64> {
 /// The sum of cot_e |e|² over a triangle is its Dirichlet energy, never negative, whatever the
 /// signs of the cotangents: a fit by these sums is safe where one by single edges with negative
 /// weights is not.
-pub(crate) fn edge_gradients<T: Scalar>(
-    rest: &Rest<'_, T>,
-    side: impl Fn(HalfedgeId) -> HalfedgeId + Sync,
-    factor: f64,
-) -> Vec<[f64; 3]> {
+pub(crate) fn edge_gradients<T: Scalar>(rest: &Rest<'_, T>) -> HalfedgeMap<Vector3<f64>> {
     let (mesh, cotangents, x) = (rest.mesh(), rest.cotangents(), rest.positions());
     let edge = |h: HalfedgeId| as_f64(x[mesh.target(h)] - x[mesh.origin(h)]) * cotangents[h];
-    // A boundary halfedge has no triangle, and cotangent 0.
-    let gradient = |h: HalfedgeId| {
+    let mut out = HalfedgeMap::filled(mesh.num_halfedges(), Vector3::zeros());
+    fill(out.as_mut_slice(), |i| {
+        // A boundary halfedge has no triangle, and cotangent 0.
+        let h = HalfedgeId::new(i);
         let twin = h.twin();
         let mut sum = edge(twin) - edge(h);
         if !mesh.is_boundary_halfedge(h) {
@@ -47,11 +45,21 @@ pub(crate) fn edge_gradients<T: Scalar>(
         if !mesh.is_boundary_halfedge(twin) {
             sum -= edge(mesh.next(twin));
         }
-        sum * factor
-    };
-    let halfedges = rest.rings().halfedges();
+        sum
+    });
+    out
+}
+
+/// In the order of the rings, for every halfedge h the value of `of(h)`, times a factor.
+pub(crate) fn in_rows(
+    rings: &OneRings,
+    values: &HalfedgeMap<Vector3<f64>>,
+    factor: f64,
+    of: impl Fn(HalfedgeId) -> HalfedgeId + Sync,
+) -> Vec<[f64; 3]> {
+    let halfedges = rings.halfedges();
     let mut out = vec![[0.0; 3]; halfedges.len()];
-    fill(&mut out, |k| gradient(side(halfedges[k])).into());
+    fill(&mut out, |k| (values[of(halfedges[k])] * factor).into());
     out
 }
 

@@ -5,7 +5,7 @@ use cotan_halfedge::VertexMap;
 use cotan_laplacian::OneRings;
 use nalgebra::{Matrix3, Vector3};
 
-use super::cells::{add_outer, as_f64, cell_share, cell_sum, edge_gradients, turned};
+use super::cells::{add_outer, as_f64, cell_share, cell_sum, edge_gradients, in_rows, turned};
 use super::{Energy, Orientation, field_scale};
 use crate::error::FlowError;
 use crate::polar::{IDENTITY, Mat3, flat, nearest_rotation_from};
@@ -40,7 +40,8 @@ pub struct Hybrid {
     bending_length: f64,
     /// μ, once the mesh is known.
     weight: f64,
-    /// What turns edges into covariances and means into tensions: see [`edge_gradients`].
+    /// What turns edges into covariances and means into tensions, row after row: μ/6 g_ji and
+    /// −g_ij/6 of [`edge_gradients`].
     fit_gradients: Vec<[f64; 3]>,
     pull_gradients: Vec<[f64; 3]>,
     /// The membrane's terms of the energy that depend on the original alone.
@@ -156,8 +157,9 @@ impl<T: Scalar> Orientation<T> for Hybrid {
         let scale = rest.operator().mean_diagonal() / rest.mean_cotangent_diagonal();
         let length = self.bending_length * rest.extent();
         self.weight = 4.0 * vertex_area * (scale / length).powi(2);
-        self.fit_gradients = edge_gradients(rest, |h| h.twin(), self.weight / 6.0);
-        self.pull_gradients = edge_gradients(rest, |h| h, -1.0 / 6.0);
+        let gradients = edge_gradients(rest);
+        self.fit_gradients = in_rows(rest.rings(), &gradients, self.weight / 6.0, |h| h.twin());
+        self.pull_gradients = in_rows(rest.rings(), &gradients, -1.0 / 6.0, |h| h);
         self.rotations = vec![IDENTITY; n];
         self.means = self.rotations.clone();
         self.scratch = self.rotations.clone();

@@ -4,7 +4,7 @@ use cotan_geometry::Scalar;
 use cotan_halfedge::VertexMap;
 use nalgebra::{Matrix3, Vector3};
 
-use super::cells::{add_outer, as_f64, edge_gradients, turned};
+use super::cells::{add_outer, as_f64, edge_gradients, in_rows, turned};
 use super::{Orientation, field_scale};
 use crate::error::FlowError;
 use crate::polar::{IDENTITY, Mat3, flat, nearest_rotation_from};
@@ -68,7 +68,7 @@ impl<T: Scalar> Orientation<T> for BestRotation {
     }
 
     fn prepare(&mut self, rest: &Rest<'_, T>) -> f64 {
-        self.gradients = edge_gradients(rest, |h| h.twin(), 1.0);
+        self.gradients = in_rows(rest.rings(), &edge_gradients(rest), 1.0, |h| h.twin());
         self.rotations = vec![IDENTITY; rest.positions().len()];
         0.0
     }
