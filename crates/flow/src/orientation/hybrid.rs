@@ -1,6 +1,6 @@
 //! Curvature flow and as-rigid-as-possible editing in one energy, over wide cells.
 
-use cotan_geometry::{Positions, Scalar, surface_area};
+use cotan_geometry::{Scalar, surface_area};
 use cotan_halfedge::VertexMap;
 use cotan_laplacian::OneRings;
 use nalgebra::{Matrix3, Vector3};
@@ -94,7 +94,8 @@ impl Hybrid {
             gradients: fit_gradients,
             membrane: 0.25 * *weight,
         };
-        // Ωᵀ is a sum of shares: the first share is taken where the value is written.
+        // Ωᵀ twice: a vertex hands a share to its neighbours, taken where its value is written. The means
+        // of the last fit are no longer needed.
         let [value, size] = update_summing(scratch, |i, out| cells.covariance(i, out));
         fill(spread, |i| {
             scaled(cell_sum(rings, scratch, i), cell_share(rings, i))
@@ -104,8 +105,10 @@ impl Hybrid {
             *rotation = nearest_rotation_from(&covariance, rotation);
             [rotation.iter().zip(&covariance).map(|(r, c)| r * c).sum()]
         });
+        let left = value + self.rest_energy.value - 2.0 * cross;
         self.energy = Energy {
-            value: (value + self.rest_energy.value - 2.0 * cross).max(0.0),
+            // Not `max`, which drops a NaN: that must not pass for a low energy.
+            value: if left < 0.0 { 0.0 } else { left },
             size: size + self.rest_energy.size,
         };
     }
@@ -163,10 +166,13 @@ impl<T: Scalar> Orientation<T> for Hybrid {
         self.rotations = vec![IDENTITY; n];
         self.means = self.rotations.clone();
         self.scratch = self.rotations.clone();
-        let [value, size] = update_summing(&mut self.scratch, |i, _| {
-            stretch(rest, rest.positions(), i).map(|s| 0.25 * self.weight * s)
+        self.rest_energy = (0..n).fold(Energy::default(), |sum, i| {
+            let [value, size] = stretch(rest, i).map(|s| 0.25 * self.weight * s);
+            Energy {
+                value: sum.value + value,
+                size: sum.size + size,
+            }
         });
-        self.rest_energy = Energy { value, size };
         self.weight
     }
 
@@ -251,20 +257,17 @@ fn wanted<T: Scalar>(rest: &Rest<'_, T>, field: &VertexMap<T>, i: usize) -> Vect
     as_f64(rest.laplacian().as_slice()[i] * scale)
 }
 
-/// Σ_j c_ij |x_j − x_i|² with c the cotangent weights, and the same of their sizes.
-fn stretch<T: Scalar>(rest: &Rest<'_, T>, positions: &Positions<T>, i: usize) -> [f64; 2] {
-    let x = positions.as_slice();
+/// Σ_j c_ij |x⁰_j − x⁰_i|² with c the cotangent weights, and the same of their sizes.
+fn stretch<T: Scalar>(rest: &Rest<'_, T>, i: usize) -> [f64; 2] {
+    let x = rest.positions().as_slice();
     let row = rest.rings().range(i);
-    let mut sums = [0.0; 2];
-    for (j, c) in rest.rings().neighbours()[row.clone()]
-        .iter()
+    let neighbours = rest.rings().neighbours()[row.clone()].iter();
+    neighbours
         .zip(&rest.row_cotangents()[row])
-    {
-        let term = c * as_f64(x[j.index()] - x[i]).norm_squared();
-        sums[0] += term;
-        sums[1] += term.abs();
-    }
-    sums
+        .fold([0.0; 2], |[value, size], (j, c)| {
+            let term = c * as_f64(x[j.index()] - x[i]).norm_squared();
+            [value + term, size + term.abs()]
+        })
 }
 
 /// (Ω a)_i.
