@@ -44,7 +44,10 @@ fn main() {
 
 fn table(name: &str, mesh: &HalfedgeMesh, positions: &Positions<f64>) {
     let per_face = assembly(mesh, positions) / mesh.num_faces() as f64 * 1e9;
-    println!("\n{name}: {} vertices, assembly {per_face:.0} ns a face\n", positions.len());
+    println!(
+        "\n{name}: {} vertices, assembly {per_face:.0} ns a face\n",
+        positions.len()
+    );
     println!("| orientation | step | solve | rest of the step |");
     println!("|---|---|---|---|");
     let hybrid = || Box::new(Hybrid::default());
@@ -57,7 +60,11 @@ fn table(name: &str, mesh: &HalfedgeMesh, positions: &Positions<f64>) {
     };
     row("hybrid", hybrid(), Box::new(KeepMagnitude));
     row("limited", limited(), Box::new(KeepMagnitude));
-    row("rotation", Box::new(BestRotation::new()), Box::new(KeepMagnitude));
+    row(
+        "rotation",
+        Box::new(BestRotation::new()),
+        Box::new(KeepMagnitude),
+    );
     row("reflect", Box::new(Reflect::new()), Box::new(KeepMagnitude));
     row("reflect first", reflect_first, Box::new(KeepMagnitude));
     row("hybrid, rescaled", hybrid(), Box::new(RescaleByArea));

@@ -5,7 +5,6 @@ use cotan_geometry::Scalar;
 use crate::error::FlowError;
 use crate::flow::Flow;
 use crate::lbfgs::Lbfgs;
-use crate::orientation::Energy;
 use crate::step::Field;
 use crate::vectors::{dot, fill};
 
@@ -24,9 +23,9 @@ impl<T: Scalar> Flow<'_, T> {
         /// Fraction of the predicted decrease that is asked for (Armijo).
         const SUFFICIENT: f64 = 1e-4;
         const MOST_TRIALS: usize = 10;
-        let Energy { value, size } = self.energy.unwrap_or_default();
-        // Two sums that differ by less are the same: near the minimum every step is such a step.
-        let rounding = 32.0 * (T::default_epsilon().as_f64() * value + f64::EPSILON * size);
+        let before = self.energy.unwrap_or_default();
+        // Near the minimum every step is one within rounding.
+        let (value, rounding) = (before.value, before.rounding::<T>());
         let terms = &mut self.terms;
         // Half the energy falls at this rate along the direction.
         let mut rate = lbfgs.direction(&terms.residual, &terms.correction, &mut terms.direction);
@@ -42,7 +41,7 @@ impl<T: Scalar> Flow<'_, T> {
             self.move_along(length);
             self.refresh(Field::Kept)?;
             let rise = 0.5 * (self.energy.unwrap_or_default().value - value);
-            if rise <= rounding - SUFFICIENT * length * rate {
+            if rise <= 0.5 * rounding - SUFFICIENT * length * rate {
                 let (now, start) = (self.positions.as_slice(), self.start.as_slice());
                 lbfgs.stepped(
                     |step| fill(step, |i| (now[i] - start[i]).map(T::as_f64)),

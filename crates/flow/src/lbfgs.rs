@@ -229,7 +229,7 @@ mod tests {
         let h = [1.0, 0.3, 0.1, 0.03];
         let goal = Vector3::new(1.0, 1.0, 1.0);
         let zeros = VertexMap::filled(4, Vector3::zeros());
-        let mut x = vec![Vector3::zeros(); 4];
+        let mut x = [Vector3::zeros(); 4];
         let mut lbfgs = Lbfgs::new(8);
         for _ in 0..15 {
             let mut r: Field =

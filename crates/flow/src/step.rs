@@ -37,6 +37,7 @@ impl<T: Scalar> Flow<'_, T> {
             change: f64::NAN,
             residual,
             energy: self.energy(),
+            energy_rounding: self.energy.map_or(0.0, |energy| energy.rounding::<T>()),
             converged: false,
             stalled: false,
         };

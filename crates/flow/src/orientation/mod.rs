@@ -37,6 +37,13 @@ pub struct Energy {
     pub size: f64,
 }
 
+impl Energy {
+    /// Energies of positions of this precision that differ by less are the same but for rounding.
+    pub fn rounding<T: Scalar>(&self) -> f64 {
+        64.0 * (T::default_epsilon().as_f64() * self.value + f64::EPSILON * self.size)
+    }
+}
+
 /// Turns the prescribed magnitudes into Laplacian coordinates on the current mesh.
 ///
 /// Dyn-compatible, and forwarded through `Box<O>`. One that wraps another must forward all methods,
