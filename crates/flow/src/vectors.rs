@@ -80,18 +80,18 @@ pub(crate) fn dots<const N: usize>(a: &[f64], others: [&[f64]; N]) -> [f64; N] {
     /// Partial sums that do not wait for each other.
     const LANES: usize = 4;
     let mut sums = [[0.0; LANES]; N];
-    let others = others.map(|b| &b[..a.len()]);
-    let whole = a.len() / LANES * LANES;
-    for at in (0..whole).step_by(LANES) {
-        for (sum, b) in sums.iter_mut().zip(&others) {
+    let (whole, last) = a.as_chunks::<LANES>();
+    let others = others.map(|b| b[..a.len()].as_chunks::<LANES>());
+    for (at, a) in whole.iter().enumerate() {
+        for (sum, (b, _)) in sums.iter_mut().zip(&others) {
             for k in 0..LANES {
-                sum[k] += a[at + k] * b[at + k];
+                sum[k] += a[k] * b[at][k];
             }
         }
     }
-    for at in whole..a.len() {
-        for (sum, b) in sums.iter_mut().zip(&others) {
-            sum[0] += a[at] * b[at];
+    for (sum, (_, b)) in sums.iter_mut().zip(&others) {
+        for (a, b) in last.iter().zip(*b) {
+            sum[0] += a * b;
         }
     }
     sums.map(|sum| sum.iter().sum())
