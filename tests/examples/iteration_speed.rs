@@ -5,9 +5,9 @@
 //! RAYON_NUM_THREADS=1 cargo run --release -p cotan-tests --example iteration_speed [-- part of a mesh's name ...]
 //! ```
 //!
-//! Medians over the steps of one drag, on a machine that does nothing else. The solve is timed on a system of its own, prepared alike.
-//! Real models are skipped where they are not beside the project. Before the table: what it takes to
-//! build all but the system, in nanoseconds a face.
+//! Medians over the steps of one drag, on a machine that does nothing else. The solve is timed on a
+//! system of its own, prepared alike. Real models are skipped where they are not beside the project.
+//! Before the table: what it takes to assemble the operator, in nanoseconds a face.
 
 use std::time::Instant;
 
