@@ -106,7 +106,8 @@ fn print_row(
     );
 }
 
-/// The lowest vertex and three others held, the highest moved sideways.
+/// The lowest vertex and three others held, the highest moved sideways: by so little that a line
+/// search accepts its first trial. Every other trial costs one more update of the rotations.
 fn drag(positions: &Positions<f64>) -> Vec<(Handle, Point3<f64>)> {
     let mut by_height: Vec<VertexId> = positions.iter().map(|(v, _)| v).collect();
     by_height.sort_by(|a, b| positions[*a].z.total_cmp(&positions[*b].z));
@@ -117,7 +118,7 @@ fn drag(positions: &Positions<f64>) -> Vec<(Handle, Point3<f64>)> {
         .map(|v| (Handle::hard(v), positions[v]))
         .to_vec();
     let top = by_height[last];
-    let sideways = Vector3::new(0.2 * size, 0.0, 0.0);
+    let sideways = Vector3::new(0.02 * size, 0.0, 0.0);
     handles.push((Handle::hard(top), positions[top] + sideways));
     handles
 }
