@@ -70,7 +70,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 stiffness: &stiffness,
             })
             // The default orientation has a membrane, which knows the shape but not the material.
-            .orientation(BestRotation)
+            .orientation(BestRotation::new())
             .handles(targets.iter().copied())
             .build()?;
         let report = flow.run(|_, _| ControlFlow::Continue(()))?;

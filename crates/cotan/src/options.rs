@@ -192,7 +192,7 @@ impl DeformOptions {
     pub fn orientation<T: Scalar>(&self) -> Box<dyn Orientation<T>> {
         match self.orientation {
             OrientationKind::Hybrid => Box::new(Hybrid::new(self.bending_length)),
-            OrientationKind::Rotation => Box::new(BestRotation),
+            OrientationKind::Rotation => Box::new(BestRotation::new()),
             OrientationKind::Limited => Box::new(Limited::new()),
             OrientationKind::LimitedMagnitude => Box::new(Limited::exact_magnitude()),
             OrientationKind::Reflect => Box::new(Reflect::new()),

@@ -2,12 +2,13 @@
 
 use std::collections::VecDeque;
 
+use cotan_halfedge::VertexMap;
 use nalgebra::{DMatrix, DVector, Vector3};
+use rayon::prelude::*;
 
-use crate::vectors::{add_scaled, dot};
+use crate::vectors::{CHUNK, add_products, dots, flat, flat_mut, subtract, total};
 
-/// Two vectors over all vertices that belong together.
-type Pair = (Vec<Vector3<f64>>, Vec<Vector3<f64>>);
+type Field = VertexMap<Vector3<f64>>;
 
 /// What was proposed as the next iterate.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -18,16 +19,28 @@ pub(crate) enum Proposal {
     Accelerated,
 }
 
-/// Keeps the last differences of iterates and of residuals f = g(u) − u, and proposes the
+/// What changed over one step.
+#[derive(Debug, Default)]
+struct Difference {
+    /// Δg.
+    image: Field,
+    /// Δf.
+    residual: Field,
+    /// Products of Δf with those of all older differences and with itself, oldest first.
+    products: Vec<f64>,
+}
+
+/// Keeps the last differences of images g(u) and of residuals f = g(u) − u, and proposes the
 /// combination whose linearised residual is least.
 #[derive(Debug)]
 pub(crate) struct Anderson {
     memory: usize,
-    /// Pairs (Δu + Δf, Δf), oldest first.
-    history: VecDeque<Pair>,
-    /// u and f of the step before.
-    previous: Option<Pair>,
-    last_image: Option<Vec<Vector3<f64>>>,
+    /// Oldest first.
+    history: VecDeque<Difference>,
+    /// g and f of the step before, in place of their differences.
+    last: Option<Difference>,
+    /// One that is no longer used, for its memory.
+    spare: Difference,
     last_norm: f64,
     steps: usize,
 }
@@ -45,8 +58,8 @@ impl Anderson {
         Self {
             memory,
             history: VecDeque::new(),
-            previous: None,
-            last_image: None,
+            last: None,
+            spare: Difference::default(),
             last_norm: f64::INFINITY,
             steps: 0,
         }
@@ -60,88 +73,134 @@ impl Anderson {
 
     fn clear(&mut self) {
         self.history.clear();
-        self.previous = None;
-        self.last_image = None;
+        self.last = None;
         self.last_norm = f64::INFINITY;
     }
 
+    /// Whether it still looks at what it is shown, and proposes anything but the image.
+    pub(crate) fn is_active(&self) -> bool {
+        self.steps < Self::MOST_STEPS
+    }
+
     /// Replaces `u`, whose image is `image`, by the next iterate. `plainly` asks for the image.
-    pub(crate) fn propose(
-        &mut self,
-        u: &mut Vec<Vector3<f64>>,
-        image: Vec<Vector3<f64>>,
-        plainly: bool,
-    ) -> Proposal {
-        self.steps += 1;
-        if self.steps > Self::MOST_STEPS {
-            *u = image;
+    pub(crate) fn propose(&mut self, u: &mut Field, image: &Field, plainly: bool) -> Proposal {
+        if !self.is_active() {
+            u.as_mut_slice().copy_from_slice(image.as_slice());
             return Proposal::Plain;
         }
-        let f: Vec<_> = image.iter().zip(&*u).map(|(g, u)| g - u).collect();
-        let norm = dot(&f, &f).sqrt();
+        self.steps += 1;
+        let mut now = std::mem::take(&mut self.spare);
+        for field in [&mut now.image, &mut now.residual] {
+            if field.len() != u.len() {
+                *field = VertexMap::filled(u.len(), Vector3::zeros());
+            }
+        }
+        let norm = look(u, image, &mut now);
         if norm > Self::GUARD * self.last_norm
-            && let Some(last) = self.last_image.take()
+            && let Some(last) = self.last.take()
         {
-            *u = last;
+            *u = last.image;
+            self.spare = now;
             self.clear();
             return Proposal::Accelerated;
         }
         self.last_norm = norm;
-        self.remember(u, &f);
-        self.last_image = Some(image.clone());
+        let products = self.remember(&now);
+        u.as_mut_slice().copy_from_slice(image.as_slice());
+        self.last = Some(now);
         if self.history.is_empty() || plainly {
-            *u = image;
             return Proposal::Plain;
         }
-        *u = image;
-        self.extrapolate(u, &f);
+        self.extrapolate(u, &products);
         Proposal::Accelerated
     }
 
-    fn remember(&mut self, u: &[Vector3<f64>], f: &[Vector3<f64>]) {
-        if let Some((u_before, f_before)) = self.previous.replace((u.to_vec(), f.to_vec())) {
-            let df: Vec<_> = f.iter().zip(f_before).map(|(f, b)| f - b).collect();
-            let dg = u
-                .iter()
-                .zip(u_before)
-                .zip(&df)
-                .map(|((u, b), df)| u - b + df)
-                .collect();
-            self.history.push_back((dg, df));
-            if self.history.len() > self.memory {
-                self.history.pop_front();
+    /// Completes the difference to the last step. Returns Δf_k·f for the whole history.
+    fn remember(&mut self, now: &Difference) -> Vec<f64> {
+        let Some(mut new) = self.last.take() else {
+            return Vec::new();
+        };
+        let (f, g) = (flat(now.residual.as_slice()), flat(now.image.as_slice()));
+        let history = &self.history;
+        let sums: Vec<Vec<f64>> = flat_mut(new.residual.as_mut_slice())
+            .par_chunks_mut(CHUNK)
+            .zip(flat_mut(new.image.as_mut_slice()).par_chunks_mut(CHUNK))
+            .enumerate()
+            .map(|(chunk, (df, dg))| {
+                let at = chunk * CHUNK..chunk * CHUNK + df.len();
+                let f = &f[at.clone()];
+                // The other way round, −Δ: signs cancel in all that is made of them.
+                subtract(df, f);
+                subtract(dg, &g[at.clone()]);
+                let of_old =
+                    |old: &Difference| dots(&flat(old.residual.as_slice())[at.clone()], [df, f]);
+                let old = history.iter().flat_map(of_old);
+                old.chain(dots(df, [df, f])).collect()
+            })
+            .collect();
+        let sums = total(sums);
+        new.products = sums.iter().step_by(2).copied().collect();
+        self.history.push_back(new);
+        let mut with_f: Vec<f64> = sums.iter().skip(1).step_by(2).copied().collect();
+        if self.history.len() > self.memory {
+            self.spare = self.history.pop_front().unwrap_or_default();
+            with_f.remove(0);
+            for difference in &mut self.history {
+                difference.products.remove(0);
             }
         }
+        with_f
     }
 
     /// image −= ΔG γ with γ = argmin |f − ΔF γ|.
-    fn extrapolate(&self, image: &mut [Vector3<f64>], f: &[Vector3<f64>]) {
+    fn extrapolate(&self, image: &mut Field, products: &[f64]) {
         let m = self.history.len();
-        let lengths: Vec<f64> = self
-            .history
-            .iter()
-            .map(|(_, df)| dot(df, df).sqrt().max(f64::MIN_POSITIVE))
+        let product = |a: usize, b: usize| self.history[a].products[b];
+        let lengths: Vec<f64> = (0..m)
+            .map(|a| product(a, a).sqrt().max(f64::MIN_POSITIVE))
             .collect();
-        let gram = DMatrix::from_fn(m, m, |a, b| {
-            if a < b {
-                return 0.0;
+        let gram = DMatrix::from_fn(m, m, |a, b| match a.cmp(&b) {
+            std::cmp::Ordering::Less => 0.0,
+            std::cmp::Ordering::Equal => {
+                product(a, a) / (lengths[a] * lengths[a]) + Self::REGULARIZATION
             }
-            let entry = dot(&self.history[a].1, &self.history[b].1) / (lengths[a] * lengths[b]);
-            if a == b {
-                entry + Self::REGULARIZATION
-            } else {
-                entry
-            }
+            std::cmp::Ordering::Greater => product(a, b) / (lengths[a] * lengths[b]),
         });
-        let rhs = DVector::from_fn(m, |a, _| dot(&self.history[a].1, f) / lengths[a]);
+        let rhs = DVector::from_fn(m, |a, _| products[a] / lengths[a]);
         // Only the lower triangle is read.
-        if let Some(factor) = gram.cholesky() {
-            let gamma = factor.solve(&rhs);
-            for (a, (dg, _)) in self.history.iter().enumerate() {
-                add_scaled(image, -gamma[a] / lengths[a], dg);
-            }
-        }
+        let Some(factor) = gram.cholesky() else {
+            return;
+        };
+        let gamma = factor.solve(&rhs);
+        flat_mut(image.as_mut_slice())
+            .par_chunks_mut(CHUNK)
+            .enumerate()
+            .for_each(|(chunk, image)| {
+                let at = chunk * CHUNK..chunk * CHUNK + image.len();
+                for (a, difference) in self.history.iter().enumerate() {
+                    let dg = &flat(difference.image.as_slice())[at.clone()];
+                    add_products(image, [(-gamma[a] / lengths[a], dg)]);
+                }
+            });
     }
+}
+
+/// Notes g and f = g − u. Returns |f|.
+fn look(u: &Field, image: &Field, out: &mut Difference) -> f64 {
+    let (u, g) = (flat(u.as_slice()), flat(image.as_slice()));
+    let squares: Vec<f64> = flat_mut(out.residual.as_mut_slice())
+        .par_chunks_mut(CHUNK)
+        .zip(flat_mut(out.image.as_mut_slice()).par_chunks_mut(CHUNK))
+        .enumerate()
+        .map(|(chunk, (f, noted))| {
+            let at = chunk * CHUNK..chunk * CHUNK + f.len();
+            noted.copy_from_slice(&g[at.clone()]);
+            f.copy_from_slice(&g[at.clone()]);
+            subtract(f, &u[at]);
+            dots(f, [f])[0]
+        })
+        .collect();
+    squares.into_iter().sum::<f64>().sqrt()
 }
 
 #[cfg(test)]
@@ -153,17 +212,17 @@ mod tests {
     fn solves_a_linear_problem_in_few_steps() {
         let rates: Vec<f64> = (0..5).map(|i| 0.55 + 0.1 * f64::from(i)).collect();
         let fixed = Vector3::new(1.0, -2.0, 3.0);
-        let mut u = vec![Vector3::zeros(); 5];
+        let mut u = VertexMap::filled(5, Vector3::zeros());
         let mut anderson = Anderson::new(5);
         for _ in 0..20 {
             let image = u
-                .iter()
+                .values()
                 .zip(&rates)
                 .map(|(u, rate)| fixed + (u - fixed) * *rate)
                 .collect();
-            anderson.propose(&mut u, image, false);
+            anderson.propose(&mut u, &image, false);
         }
-        let error = u.iter().map(|u| (u - fixed).norm()).fold(0.0, f64::max);
+        let error = u.values().map(|u| (u - fixed).norm()).fold(0.0, f64::max);
         assert!(error < 1e-6, "{error}");
         assert!(
             0.95f64.powi(20) > 0.3,
@@ -174,15 +233,12 @@ mod tests {
     #[test]
     fn a_growing_residual_returns_to_the_last_plain_image() {
         let mut anderson = Anderson::new(3);
-        let mut u = vec![Vector3::zeros()];
-        let image = vec![Vector3::x()];
-        assert_eq!(
-            anderson.propose(&mut u, image.clone(), false),
-            Proposal::Plain
-        );
+        let mut u = VertexMap::filled(1, Vector3::zeros());
+        let image = VertexMap::filled(1, Vector3::x());
+        assert_eq!(anderson.propose(&mut u, &image, false), Proposal::Plain);
         assert_eq!(u, image);
-        let far = vec![Vector3::x() * 100.0];
-        assert_eq!(anderson.propose(&mut u, far, false), Proposal::Accelerated);
+        let far = VertexMap::filled(1, Vector3::x() * 100.0);
+        assert_eq!(anderson.propose(&mut u, &far, false), Proposal::Accelerated);
         assert_eq!(u, image);
     }
 }

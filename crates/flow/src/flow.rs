@@ -12,7 +12,7 @@ use crate::anderson::Anderson;
 use crate::builder::{Acceleration, FlowBuilder, Settings, Start, with_outside};
 use crate::error::FlowError;
 use crate::lbfgs::Lbfgs;
-use crate::orientation::Orientation;
+use crate::orientation::{Energy, Orientation};
 use crate::projection::Projection;
 use crate::report::{Report, StepReport, StopReason};
 use crate::rest::Rest;
@@ -93,6 +93,8 @@ pub struct Flow<'m, T: Scalar> {
     pub(crate) measured: Measured<T>,
     /// Current positions, in box units.
     pub(crate) positions: Positions<T>,
+    /// The positions before the step at hand.
+    pub(crate) start: Positions<T>,
     /// Scalar field d, and the Laplacian coordinates that the next solve aims at.
     pub(crate) field: VertexMap<T>,
     pub(crate) laplacian: VertexMap<Vector3<T>>,
@@ -100,7 +102,7 @@ pub struct Flow<'m, T: Scalar> {
     pub(crate) accelerator: Accelerator,
     /// Per vertex the number of its handle.
     handle_of: VertexMap<Option<u32>>,
-    pub(crate) energy: Option<f64>,
+    pub(crate) energy: Option<Energy>,
     pub(crate) iteration: usize,
     /// Iterations since a handle moved: 0 right after.
     pub(crate) since_move: usize,
@@ -115,6 +117,8 @@ pub(crate) struct Terms {
     pub(crate) pull: VertexMap<Vector3<f64>>,
     pub(crate) residual: VertexMap<Vector3<f64>>,
     pub(crate) correction: VertexMap<Vector3<f64>>,
+    /// Where a descent searches.
+    pub(crate) direction: VertexMap<Vector3<f64>>,
 }
 
 pub(crate) enum Accelerator {
@@ -147,6 +151,7 @@ impl<'m, T: Scalar> Flow<'m, T> {
             handle_of: numbers(&parts.handles, rest.positions().len()),
             measured: Measured::new(rest),
             positions: rest.positions().clone(),
+            start: rest.positions().clone(),
             field: rest.magnitudes().clone(),
             laplacian: rest.laplacian().clone(),
             terms: Terms {
@@ -155,6 +160,7 @@ impl<'m, T: Scalar> Flow<'m, T> {
                 pull: zeros(),
                 residual: zeros(),
                 correction: zeros(),
+                direction: zeros(),
             },
             accelerator: Accelerator::Off,
             energy: None,
@@ -272,7 +278,7 @@ impl<'m, T: Scalar> Flow<'m, T> {
     /// The energy of the current shape, for an orientation that has one: after the first step since
     /// the flow was built or a handle moved.
     pub fn energy(&self) -> Option<f64> {
-        self.energy
+        self.energy.map(|energy| energy.value)
     }
 
     /// The current positions, in the units of the input. Hard handles are exactly at their targets
@@ -429,7 +435,7 @@ impl<'m, T: Scalar> Flow<'m, T> {
         mut observer: impl FnMut(&Self, &StepReport) -> ControlFlow<()>,
     ) -> Result<Report, FlowError> {
         let mut report = Report {
-            energy: self.energy,
+            energy: self.energy(),
             solver: Some(self.parts.system.choice()),
             ..Report::default()
         };

@@ -11,7 +11,9 @@
 
 mod anderson;
 mod builder;
+mod descent;
 mod error;
+mod fans;
 mod flow;
 mod lbfgs;
 mod orientation;
@@ -30,7 +32,7 @@ pub use builder::{Acceleration, DEFAULT_ITERATION_LIMIT, DEFAULT_TOLERANCE, Flow
 pub use error::FlowError;
 pub use flow::Flow;
 pub use orientation::{
-    AlongNormal, BestRotation, Hybrid, Limited, Orientation, Reflect, ReflectFirst,
+    AlongNormal, BestRotation, Energy, Hybrid, Limited, Orientation, Reflect, ReflectFirst,
 };
 pub use polar::nearest_rotation;
 pub use projection::Projection;

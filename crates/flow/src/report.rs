@@ -17,6 +17,8 @@ pub struct StepReport {
     pub residual: f64,
     /// The energy after the step, for an orientation that has one.
     pub energy: Option<f64>,
+    /// Energies that differ by less are the same but for rounding; 0 without an energy.
+    pub energy_rounding: f64,
     /// Whether the step was a plain one and shorter than the tolerance.
     pub converged: bool,
     /// Whether no step lowers the energy any further, within rounding.
@@ -32,6 +34,7 @@ impl StepReport {
             change,
             residual: change,
             energy: None,
+            energy_rounding: 0.0,
             converged: false,
             stalled: false,
         }

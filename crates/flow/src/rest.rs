@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
-use cotan_geometry::{
-    Positions, Scalar, Surface, one_ring_areas, surface_centroid, vertex_normals,
-};
-use cotan_halfedge::{EdgeId, EdgeMap, HalfedgeMap, HalfedgeMesh, VertexMap};
+use cotan_geometry::{Positions, Scalar, Surface, surface_centroid};
+use cotan_halfedge::{EdgeId, EdgeMap, HalfedgeId, HalfedgeMap, HalfedgeMesh, VertexMap};
 use cotan_laplacian::{Cotangent, OneRings, Operator};
 use nalgebra::Vector3;
+
+use crate::fans::{Fans, Output};
+use crate::state::Quantities;
 
 /// The original mesh in box units (its bounding box has its lower corner at 0 and longest side 1),
 /// and its Laplacian coordinates split into what the orientations need.
@@ -15,6 +16,7 @@ use nalgebra::Vector3;
 pub struct Rest<'m, T: Scalar> {
     mesh: &'m HalfedgeMesh,
     operator: Operator<T>,
+    fans: Fans,
     positions: Positions<T>,
     laplacian: VertexMap<Vector3<T>>,
     magnitudes: VertexMap<T>,
@@ -24,6 +26,8 @@ pub struct Rest<'m, T: Scalar> {
     cotangents: HalfedgeMap<f64>,
     /// Half the cotangent weight of each edge: the membrane's stiffness.
     stiffness: EdgeMap<f64>,
+    /// Twice that, in the order of the rings; `None` where they are the operator's own weights.
+    row_cotangents: Option<Vec<f64>>,
     diagonal: T,
 }
 
@@ -39,18 +43,47 @@ impl<'m, T: Scalar> Rest<'m, T> {
         let mut laplacian = VertexMap::filled(n, Vector3::zeros());
         operator.apply(&positions, &mut laplacian);
         let magnitudes = laplacian.map(|ell| ell.norm());
-        let normals = vertex_normals(&surface);
-        let areas = one_ring_areas(&surface);
+        // As the current mesh is measured, to the last digit: a shape at rest shows no change.
+        let fans = Fans::new(mesh, operator.rings());
+        let zeros = || VertexMap::filled(n, Vector3::zeros());
+        let (mut normals, mut areas) = (zeros(), VertexMap::filled(n, T::zero()));
+        fans.measure(
+            operator.rings(),
+            &positions,
+            Quantities {
+                normals: true,
+                areas: true,
+                ..Quantities::NONE
+            },
+            T::zero(),
+            Output {
+                laplacian: &mut zeros(),
+                normals: &mut normals,
+                areas: &mut areas,
+                area_vectors: &mut zeros(),
+            },
+        );
         let mut cotangents = HalfedgeMap::filled(mesh.num_halfedges(), T::zero());
         Cotangent::default().opposite_cotangents(&surface, &mut cotangents);
         let cotangents = cotangents.map(|c| c.as_f64());
+        // With the weights of the same cotangents K is L/2 to the last digit, and one array serves both.
+        let is_cotangent = operator.cotangent_floor() == Some(Cotangent::default().area_floor);
         let stiffness = EdgeMap::from_fn(mesh.num_edges(), |e: EdgeId| {
             let [h, twin] = e.halfedges();
-            0.5 * (cotangents[h] + cotangents[twin])
+            if is_cotangent {
+                0.5 * operator.weights()[h]
+            } else {
+                0.5 * (cotangents[h] + cotangents[twin])
+            }
+        });
+        let row_cotangents = (!is_cotangent).then(|| {
+            let of_row = |h: &HalfedgeId| 2.0 * stiffness[h.edge()];
+            operator.rings().halfedges().iter().map(of_row).collect()
         });
         Ok(Self {
             mesh,
             operator,
+            fans,
             positions,
             laplacian,
             magnitudes,
@@ -58,6 +91,7 @@ impl<'m, T: Scalar> Rest<'m, T> {
             areas,
             cotangents,
             stiffness,
+            row_cotangents,
             diagonal,
         })
     }
@@ -80,6 +114,11 @@ impl<'m, T: Scalar> Rest<'m, T> {
     /// The one-rings, for sums over neighbours.
     pub fn rings(&self) -> &Arc<OneRings> {
         self.operator.rings()
+    }
+
+    /// The triangles around each vertex.
+    pub(crate) fn fans(&self) -> &Fans {
+        &self.fans
     }
 
     /// The original positions, in box units.
@@ -120,6 +159,38 @@ impl<'m, T: Scalar> Rest<'m, T> {
     /// Half the cotangent weight of each edge, whatever the scheme: the stiffness of the membrane.
     pub fn stiffness(&self) -> &EdgeMap<f64> {
         &self.stiffness
+    }
+
+    /// Twice [`Self::stiffness`], row after row: entry k belongs to the halfedge at place k of
+    /// [`OneRings::halfedges`].
+    pub(crate) fn row_cotangents(&self) -> &[f64] {
+        let own = self.row_cotangents.as_deref();
+        own.unwrap_or_else(|| self.operator.row_weights())
+    }
+
+    /// Σ_j w_ij (x_j − x_i) and Σ_j s_ij (x_j − x_i) at vertex number `i`: the Laplacian coordinate,
+    /// and by how much the membrane's edges pull.
+    #[inline]
+    pub(crate) fn laplacian_and_pull(
+        &self,
+        positions: &Positions<T>,
+        i: usize,
+    ) -> [Vector3<f64>; 2] {
+        let x = positions.as_slice();
+        let row = self.rings().range(i);
+        let weights = &self.operator.row_weights()[row.clone()];
+        let cotangents = &self.row_cotangents()[row.clone()];
+        let mut sums = [Vector3::zeros(); 2];
+        for ((j, w), c) in self.rings().neighbours()[row]
+            .iter()
+            .zip(weights)
+            .zip(cotangents)
+        {
+            let edge = (x[j.index()] - x[i]).map(T::as_f64);
+            sums[0] += edge * *w;
+            sums[1] += edge * *c;
+        }
+        [sums[0], sums[1] * 0.5]
     }
 
     /// Twice the greatest distance of a vertex from the surface's centroid: a length of about the

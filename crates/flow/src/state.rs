@@ -1,14 +1,12 @@
 //! What an updater and an orientation see of the current mesh.
 
-use cotan_geometry::{
-    Positions, Scalar, Surface, normals_and_areas_into, one_ring_areas_into, unit_or_zero,
-    vertex_area_vectors_into, vertex_normals_into,
-};
+use cotan_geometry::{Positions, Scalar, Surface, scalar};
 use cotan_halfedge::{HalfedgeMap, VertexMap};
 use cotan_laplacian::{LaplacianScheme, apply_weights};
 use nalgebra::Vector3;
 
 use crate::error::FlowError;
+use crate::fans::Output;
 use crate::rest::Rest;
 
 /// Which quantities of the current mesh are computed in every iteration.
@@ -116,6 +114,7 @@ impl<'a, T: Scalar> FlowState<'a, T> {
 /// Buffers for the quantities of the current mesh.
 #[derive(Debug)]
 pub(crate) struct Measured<T: Scalar> {
+    /// Of schemes that have to be asked.
     weights: HalfedgeMap<T>,
     laplacian: VertexMap<Vector3<T>>,
     normals: VertexMap<Vector3<T>>,
@@ -126,11 +125,11 @@ pub(crate) struct Measured<T: Scalar> {
 impl<T: Scalar> Measured<T> {
     pub(crate) fn new(rest: &Rest<'_, T>) -> Self {
         Self {
-            weights: rest.operator().weights().map(|w| T::of_f64(*w)),
+            weights: HalfedgeMap::default(),
             laplacian: rest.laplacian().clone(),
             normals: rest.normals().clone(),
             areas: rest.areas().clone(),
-            area_vectors: VertexMap::default(),
+            area_vectors: VertexMap::filled(rest.positions().len(), Vector3::zeros()),
         }
     }
 
@@ -141,26 +140,32 @@ impl<T: Scalar> Measured<T> {
         positions: &Positions<T>,
         wanted: Quantities,
     ) -> Result<(), FlowError> {
-        let surface = Surface::assume_checked(rest.mesh(), positions);
-        if wanted.laplacian {
+        let floor = scheme.cotangent_floor();
+        if wanted.laplacian && floor.is_none() {
+            let surface = Surface::assume_checked(rest.mesh(), positions);
+            if self.weights.is_empty() {
+                self.weights = HalfedgeMap::filled(rest.mesh().num_halfedges(), T::zero());
+            }
             scheme.weights(&surface, &mut self.weights)?;
             apply_weights(rest.rings(), &self.weights, positions, &mut self.laplacian);
         }
-        if wanted.area_vectors {
-            vertex_area_vectors_into(&surface, &mut self.area_vectors);
-        }
-        match (wanted.normals, wanted.areas) {
-            (true, false) if wanted.area_vectors => {
-                for (normal, vector) in self.normals.values_mut().zip(self.area_vectors.values()) {
-                    *normal = unit_or_zero(vector);
-                }
-            }
-            (true, true) => {
-                normals_and_areas_into(&surface, &mut self.normals, &mut self.areas);
-            }
-            (true, false) => vertex_normals_into(&surface, &mut self.normals),
-            (false, true) => one_ring_areas_into(&surface, &mut self.areas),
-            (false, false) => {}
+        let wanted = Quantities {
+            laplacian: wanted.laplacian && floor.is_some(),
+            ..wanted
+        };
+        if wanted != Quantities::NONE {
+            rest.fans().measure(
+                rest.rings(),
+                positions,
+                wanted,
+                scalar(floor.unwrap_or(0.0)),
+                Output {
+                    laplacian: &mut self.laplacian,
+                    normals: &mut self.normals,
+                    areas: &mut self.areas,
+                    area_vectors: &mut self.area_vectors,
+                },
+            );
         }
         Ok(())
     }

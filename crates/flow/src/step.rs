@@ -1,31 +1,24 @@
 //! One iteration of a flow.
 
-use cotan_geometry::{Positions, Scalar};
+use cotan_geometry::Scalar;
 use cotan_halfedge::VertexMap;
 use cotan_linear::{Handle, Hold};
 use nalgebra::{Point3, Vector3};
-use rayon::prelude::*;
 
 use crate::anderson::Proposal;
+use crate::descent::Descent;
 use crate::error::FlowError;
 use crate::flow::{Accelerator, Flow, Parts};
-use crate::lbfgs::Lbfgs;
+use crate::orientation::Energy;
 use crate::report::StepReport;
 use crate::state::FlowState;
-use crate::vectors::{dot, max_norm};
+use crate::vectors::{fill, longest, update, update_both};
 
 /// Whether the scalar field follows the positions.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Field {
+pub(crate) enum Field {
     Updated,
     Kept,
-}
-
-/// Whether a descent found a lower energy.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Descent {
-    Went,
-    Stalled,
 }
 
 impl<T: Scalar> Flow<'_, T> {
@@ -43,7 +36,8 @@ impl<T: Scalar> Flow<'_, T> {
             iteration: self.iteration,
             change: f64::NAN,
             residual,
-            energy: self.energy,
+            energy: self.energy(),
+            energy_rounding: self.energy.map_or(0.0, |energy| energy.rounding::<T>()),
             converged: false,
             stalled: false,
         };
@@ -57,7 +51,8 @@ impl<T: Scalar> Flow<'_, T> {
         report.converged = is_short && self.is_plain && !is_first;
         self.since_move += 1;
 
-        let before = self.positions.clone();
+        let start = self.start.as_mut_slice();
+        start.copy_from_slice(self.positions.as_slice());
         let descends = matches!(self.accelerator, Accelerator::Lbfgs(_));
         let is_projected = self.parts.projection.is_some();
         if (self.parts.has_membrane || descends)
@@ -74,22 +69,23 @@ impl<T: Scalar> Flow<'_, T> {
             }
             self.move_by_correction(ratio);
             if let Some(projection) = &mut self.parts.projection {
-                let change = projection.project(&self.parts.rest, &before, &mut self.positions)?;
+                let change =
+                    projection.project(&self.parts.rest, &self.start, &mut self.positions)?;
                 report.change = change;
                 report.converged = change < self.settings.tolerance;
                 self.update()?;
-                report.energy = self.energy;
+                report.energy = self.energy();
                 return Ok(report);
             }
             self.step_laplacian(is_short, ratio)?;
         }
-        report.change = self.longest_move(&before) / diagonal;
-        report.energy = self.energy;
+        report.change = self.longest_move() / diagonal;
+        report.energy = self.energy();
         Ok(report)
     }
 
     /// Computes the correction that a full plain step would make.
-    fn solve(&mut self) {
+    pub(crate) fn solve(&mut self) {
         let has_membrane = self.parts.has_membrane;
         let Self {
             parts,
@@ -99,21 +95,21 @@ impl<T: Scalar> Flow<'_, T> {
             ..
         } = self;
         let rest = &parts.rest;
+        let missed = |i: usize, now| laplacian.as_slice()[i].map(T::as_f64) - now;
+        let mismatch = terms.mismatch.as_mut_slice();
         if has_membrane {
-            parts
-                .orientation
-                .tension(rest, positions, &mut terms.tension);
-        }
-        terms
-            .mismatch
-            .as_mut_slice()
-            .par_iter_mut()
-            .enumerate()
-            .with_min_len(1 << 11)
-            .for_each(|(i, y)| {
-                *y =
-                    laplacian.as_slice()[i].map(T::as_f64) - rest.operator().apply_at(positions, i);
+            parts.orientation.wanted_tension(rest, &mut terms.tension);
+            let tension = terms.tension.as_mut_slice();
+            update_both(mismatch, tension, |i, mismatch, tension| {
+                let [now, pull] = rest.laplacian_and_pull(positions, i);
+                *mismatch = missed(i, now);
+                *tension = pull - *tension;
             });
+        } else {
+            fill(mismatch, |i| {
+                missed(i, rest.operator().apply_at(positions, i))
+            });
+        }
         for (handle, target) in parts.handles.iter().zip(&parts.targets) {
             if handle.hold != Hold::Hard {
                 terms.pull[handle.vertex] = (target - positions[handle.vertex]).map(T::as_f64);
@@ -130,12 +126,13 @@ impl<T: Scalar> Flow<'_, T> {
     }
 
     /// x ← x + s δ.
-    fn move_by_correction(&mut self, ratio: f64) {
+    pub(crate) fn move_by_correction(&mut self, ratio: f64) {
         let ratios = self.settings.ratios.as_ref();
-        for (v, p) in self.positions.values_mut().enumerate() {
+        let correction = self.terms.correction.as_slice();
+        update(self.positions.as_mut_slice(), |v, p| {
             let own = ratios.map_or(1.0, |r| r.as_slice()[v].as_f64());
-            *p += (self.terms.correction.as_slice()[v] * (ratio * own)).map(T::of_f64);
-        }
+            *p += (correction[v] * (ratio * own)).map(T::of_f64);
+        });
     }
 
     /// Updates field, Laplacian coordinates and energy from the current positions.
@@ -144,7 +141,7 @@ impl<T: Scalar> Flow<'_, T> {
     }
 
     /// Updates Laplacian coordinates and energy, and the field if so asked.
-    fn refresh(&mut self, field: Field) -> Result<(), FlowError> {
+    pub(crate) fn refresh(&mut self, field: Field) -> Result<(), FlowError> {
         let Parts {
             rest,
             scheme,
@@ -163,9 +160,13 @@ impl<T: Scalar> Flow<'_, T> {
             updater.update(&state, &mut self.field)?;
         }
         orientation.orient(&state, &self.field, &mut self.laplacian)?;
-        self.energy = orientation
-            .energy()
-            .map(|energy| energy + self.spring_energy());
+        self.energy = orientation.energy().map(|energy| {
+            let springs = self.spring_energy();
+            Energy {
+                value: energy.value + springs,
+                size: energy.size + springs,
+            }
+        });
         Ok(())
     }
 
@@ -189,33 +190,39 @@ impl<T: Scalar> Flow<'_, T> {
 
     /// The longest correction, each vertex by its own ratio.
     fn longest_correction(&self) -> f64 {
-        match &self.settings.ratios {
-            None => max_norm(self.terms.correction.as_slice()),
-            Some(ratios) => {
-                let scaled = self.terms.correction.values().zip(ratios.values());
-                max_norm(&scaled.map(|(d, r)| d * r.as_f64()).collect::<Vec<_>>())
-            }
-        }
+        let correction = self.terms.correction.as_slice();
+        let ratios = self.settings.ratios.as_ref();
+        let length = |v: usize| {
+            let own = ratios.map_or(1.0, |r| r.as_slice()[v].as_f64());
+            (correction[v] * own).norm_squared()
+        };
+        longest(correction.len(), length).sqrt()
     }
 
     /// After a plain step: the new Laplacian coordinates, extrapolated where the orientation works
     /// on them alone. `is_short` asks for a plain step next, to check convergence by.
     fn step_laplacian(&mut self, is_short: bool, ratio: f64) -> Result<(), FlowError> {
-        let extrapolates = matches!(self.accelerator, Accelerator::Anderson(_))
-            && !self.parts.has_membrane
-            && ratio == 1.0;
+        let extrapolates = !self.parts.has_membrane
+            && ratio == 1.0
+            && matches!(&self.accelerator, Accelerator::Anderson(a) if a.is_active());
         if !extrapolates {
+            self.is_plain = true;
             return self.update();
         }
-        let mut u = as_vectors(&self.laplacian);
+        // What the solve has used is free until the next.
+        let as_f64 = |from: &VertexMap<Vector3<T>>, to: &mut VertexMap<Vector3<f64>>| {
+            let from = from.as_slice();
+            fill(to.as_mut_slice(), |i| from[i].map(T::as_f64));
+        };
+        as_f64(&self.laplacian, &mut self.terms.mismatch);
         self.update()?;
-        let image = as_vectors(&self.laplacian);
+        as_f64(&self.laplacian, &mut self.terms.residual);
+        let (u, image) = (&mut self.terms.mismatch, &self.terms.residual);
         if let Accelerator::Anderson(anderson) = &mut self.accelerator {
-            self.is_plain = anderson.propose(&mut u, image, is_short) == Proposal::Plain;
+            self.is_plain = anderson.propose(u, image, is_short) == Proposal::Plain;
         }
-        for (ell, u) in self.laplacian.values_mut().zip(&u) {
-            *ell = u.map(T::of_f64);
-        }
+        let u = u.as_slice();
+        fill(self.laplacian.as_mut_slice(), |i| u[i].map(T::of_f64));
         Ok(())
     }
 
@@ -234,109 +241,27 @@ impl<T: Scalar> Flow<'_, T> {
         result
     }
 
-    /// One line search along the direction of the quasi-Newton model; the plain step where that
-    /// fails. No step that raises the energy beyond rounding is accepted, the energy being that of
-    /// the scalar field before the step.
-    fn descend(&mut self, lbfgs: &mut Lbfgs) -> Result<Descent, FlowError> {
-        /// Fraction of the predicted decrease that is asked for (Armijo).
-        const SUFFICIENT: f64 = 1e-4;
-        const MOST_TRIALS: usize = 10;
-        let start = self.positions.clone();
-        let energy = self.energy.unwrap_or(0.0);
-        // Two sums that differ by less are the same: near the minimum every step is such a step.
-        let rounding = 32.0 * T::default_epsilon().as_f64() * energy;
-        let residual = self.terms.residual.as_slice();
-        let correction = self.terms.correction.as_slice();
-        let mut direction = lbfgs.direction(residual, correction);
-        // Half the energy falls at this rate along the direction.
-        let mut rate = dot(residual, &direction);
-        if !(rate > 0.0) {
-            lbfgs.reset();
-            direction = correction.to_vec();
-            rate = dot(residual, &direction);
-        }
-        let (residual, correction) = (residual.to_vec(), correction.to_vec());
-
-        let mut length = 1.0;
-        for _ in 0..MOST_TRIALS {
-            self.move_from(&start, &direction, length);
-            self.refresh(Field::Kept)?;
-            let rise = 0.5 * (self.energy.unwrap_or(0.0) - energy);
-            if rise <= rounding - SUFFICIENT * length * rate {
-                lbfgs.stepped(difference(&self.positions, &start), residual, correction);
-                self.follow_field()?;
-                return Ok(Descent::Went);
-            }
-            // Minimum of the parabola through value, slope and the new value.
-            let parabola = rate * length * length / (2.0 * (rise + length * rate));
-            length = if parabola.is_finite() {
-                parabola.clamp(0.1 * length, 0.5 * length)
-            } else {
-                0.1 * length
-            };
-        }
-        lbfgs.reset();
-        self.move_from(&start, &correction, 1.0);
-        self.refresh(Field::Kept)?;
-        if self.energy.unwrap_or(0.0) <= energy + rounding {
-            self.follow_field()?;
-            return Ok(Descent::Went);
-        }
-        self.positions = start;
-        self.refresh(Field::Kept)?;
-        Ok(Descent::Stalled)
+    /// By how much the step moved the vertex that it moved most.
+    fn longest_move(&self) -> f64 {
+        let (now, start) = (self.positions.as_slice(), self.start.as_slice());
+        let length = |i: usize| (now[i] - start[i]).map(T::as_f64).norm_squared();
+        longest(now.len(), length).sqrt()
     }
-
-    /// After a step that was judged with the field kept: lets the field follow.
-    fn follow_field(&mut self) -> Result<(), FlowError> {
-        if self.parts.updater.is_constant() {
-            return Ok(());
-        }
-        self.update()
-    }
-
-    /// x ← start + length · direction.
-    fn move_from(&mut self, start: &Positions<T>, direction: &[Vector3<f64>], length: f64) {
-        for ((p, start), d) in self
-            .positions
-            .values_mut()
-            .zip(start.values())
-            .zip(direction)
-        {
-            *p = start + (d * length).map(T::of_f64);
-        }
-    }
-
-    fn longest_move(&self, before: &Positions<T>) -> f64 {
-        max_norm(&difference(&self.positions, before))
-    }
-}
-
-/// a − b in double precision.
-fn difference<T: Scalar>(a: &Positions<T>, b: &Positions<T>) -> Vec<Vector3<f64>> {
-    a.values()
-        .zip(b.values())
-        .map(|(a, b)| (a - b).map(T::as_f64))
-        .collect()
-}
-
-fn as_vectors<T: Scalar>(map: &VertexMap<Vector3<T>>) -> Vec<Vector3<f64>> {
-    map.values().map(|v| v.map(T::as_f64)).collect()
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use std::ops::ControlFlow;
 
     use cotan_geometry::shapes::icosphere;
-    use cotan_geometry::{Shape, volume};
+    use cotan_geometry::{Positions, Shape, volume};
     use cotan_halfedge::VertexId;
 
     use super::*;
     use crate::{Acceleration, Limited, ScalarFieldUpdater, Schedule, Start, StopReason};
 
     /// The lowest vertices held, the highest pulled by half a radius.
-    fn handles(shape: &Shape<f64>) -> Vec<(Handle, Point3<f64>)> {
+    pub(crate) fn handles(shape: &Shape<f64>) -> Vec<(Handle, Point3<f64>)> {
         let surface = shape.surface();
         let low = surface.vertices_where(|p| p.z < -0.8);
         let high = surface.vertices_where(|p| p.z > 0.9);
@@ -352,66 +277,12 @@ mod tests {
             .collect()
     }
 
-    fn build<'a>(shape: &'a Shape<f64>) -> crate::FlowBuilder<'a, f64> {
+    pub(crate) fn farthest(a: &Positions<f64>, b: &Positions<f64>) -> f64 {
+        longest(a.len(), |i| (a.as_slice()[i] - b.as_slice()[i]).norm())
+    }
+
+    pub(crate) fn build<'a>(shape: &'a Shape<f64>) -> crate::FlowBuilder<'a, f64> {
         Flow::builder(&shape.mesh, &shape.positions).handles(handles(shape))
-    }
-
-    /// Half the energy's derivative along a direction is minus the residual's product with it.
-    #[test]
-    fn the_residual_is_half_the_negative_gradient() {
-        let shape = icosphere::<f64>(2);
-        let mut held = handles(&shape);
-        let last = held.len() - 1;
-        held[last].0.hold = Hold::Soft(0.3);
-        let mut flow = build(&shape)
-            .handles(held)
-            .acceleration(Acceleration::Off)
-            .build()
-            .unwrap();
-        for _ in 0..3 {
-            flow.step().unwrap();
-        }
-        flow.solve();
-        let residual = flow.terms.residual.clone();
-        let start = flow.positions.clone();
-        let mut direction: Vec<Vector3<f64>> = (0..start.len())
-            .map(|i| Vector3::new((i as f64).sin(), (2.0 * i as f64).cos(), 0.3))
-            .collect();
-        for handle in flow.handles().iter().filter(|h| h.hold == Hold::Hard) {
-            direction[handle.vertex.index()] = Vector3::zeros();
-        }
-        let step = 1e-5;
-        let mut energy_at = |length: f64| {
-            flow.move_from(&start, &direction, length);
-            flow.update().unwrap();
-            flow.energy.unwrap()
-        };
-        let slope = (energy_at(step) - energy_at(-step)) / (2.0 * step);
-        let expected = -2.0 * dot(residual.as_slice(), &direction);
-        assert!(
-            (slope - expected).abs() < 1e-6 * expected.abs(),
-            "{slope} {expected}"
-        );
-    }
-
-    #[test]
-    fn plain_and_accelerated_descents_meet() {
-        let shape = icosphere::<f64>(3);
-        let run = |acceleration| {
-            let mut flow = build(&shape)
-                .acceleration(acceleration)
-                .tolerance(1e-9)
-                .iteration_limit(5000)
-                .build()
-                .unwrap();
-            let report = flow.run(|_, _| ControlFlow::Continue(())).unwrap();
-            assert_eq!(report.stop, StopReason::Converged);
-            (flow.positions(), report.iterations)
-        };
-        let (plain, many) = run(Acceleration::Off);
-        let (accelerated, few) = run(Acceleration::default());
-        assert!(2 * few < many, "{few} {many}");
-        assert!(max_norm(&difference(&plain, &accelerated)) < 1e-5);
     }
 
     #[test]
@@ -456,7 +327,7 @@ mod tests {
         assert_eq!(report.stop, StopReason::Converged);
         let now = flow.positions();
         assert!(still.iter().all(|v| now[*v] == shape.positions[*v]));
-        assert!(max_norm(&difference(&now, &shape.positions)) > 0.1);
+        assert!(farthest(&now, &shape.positions) > 0.1);
     }
 
     #[test]
@@ -489,7 +360,7 @@ mod tests {
         let report = flow.run(|_, _| ControlFlow::Continue(())).unwrap();
         assert_eq!(report.stop, StopReason::Converged);
         assert_eq!(flow.system().factor_entries(), entries);
-        assert!(max_norm(&difference(&flow.positions(), &shape.positions)) < 5e-3);
+        assert!(farthest(&flow.positions(), &shape.positions) < 5e-3);
 
         let free = shape.surface().vertices_where(|p| p.z.abs() < 0.05)[0];
         let error = flow.move_handles(&[(free, Point3::origin())]).unwrap_err();
@@ -517,7 +388,7 @@ mod tests {
         assert!(first.change > 0.05, "the first solve collapses the shape");
         let report = flow.run(|_, _| ControlFlow::Continue(())).unwrap();
         assert_eq!(report.stop, StopReason::Converged);
-        assert!(max_norm(&difference(&flow.positions(), &shape.positions)) < 1e-4);
+        assert!(farthest(&flow.positions(), &shape.positions) < 1e-4);
     }
 
     /// A field that is no longer that of the original is obeyed.

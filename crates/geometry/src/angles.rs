@@ -56,6 +56,28 @@ pub fn triangle_cotangents_with_floor<T: Scalar>(
     }
 }
 
+/// [`triangle_cotangents_with_floor`] of the two corners that are not the apex, at the ends of `left`
+/// and of `right`, for sums around the apex that have the edges from it and twice the area at hand.
+#[inline]
+pub fn far_cotangents<T: Scalar>(
+    left: &Vector3<T>,
+    right: &Vector3<T>,
+    doubled_area: T,
+    floor: T,
+) -> [T; 2] {
+    let across = right - left;
+    let squares = sum_of_squares(&[*left, *right, across]);
+    let (low, high) = direct_squares();
+    if squares > low && squares < high {
+        let over = T::one() / doubled_area.max(floor * squares);
+        [-left.dot(&across) * over, right.dot(&across) * over]
+    } else {
+        let [_, at_left, at_right] =
+            scaled_cotangents(&Point3::origin(), &(*left).into(), &(*right).into(), floor);
+        [at_left, at_right]
+    }
+}
+
 /// Angle at corner `apex` of a triangle, in 0 … π.
 ///
 /// **Units**: radians. Zero if one of the edges at the apex has no length.
@@ -280,6 +302,25 @@ mod tests {
                 "{angle}: {cot}"
             );
             assert!((corner_angle(&apex, &left, &right) - angle).abs() < 1e-11);
+        }
+    }
+
+    #[test]
+    fn far_cotangents_are_those_of_the_triangle() {
+        let points = [[0.3, 0.1, 0.0], [1.0, 0.2, 0.1], [0.3, 0.9, -0.4]].map(Point3::from);
+        for scale in [1e-200, 1e-3, 1.0, 1e200] {
+            for [i, j, k] in [[0, 1, 2], [1, 2, 0], [0, 1, 1], [0, 0, 1], [0, 0, 0]] {
+                let corners: [Point3<f64>; 3] =
+                    [i, j, k].map(|corner: usize| points[corner] * scale);
+                let [a, b, c] = corners;
+                let [_, at_b, at_c] = triangle_cotangents(&a, &b, &c);
+                let (left, right) = (b - a, c - a);
+                let doubled_area = left.cross(&right).norm();
+                let ours = far_cotangents(&left, &right, doubled_area, cotangent_floor());
+                for (ours, expected) in ours.into_iter().zip::<[f64; 2]>([at_b, at_c]) {
+                    assert!((ours - expected).abs() <= 1e-12 * (1.0 + expected.abs()));
+                }
+            }
         }
     }
 

@@ -40,9 +40,9 @@ mod volume;
 
 pub use angles::{
     AngleStatistics, angle_between, angle_statistics, corner_angle, corner_angles, cotangent,
-    halfedge_corner_angle, negative_cotangent_share, opposite_cotangent, opposite_cotangents,
-    opposite_cotangents_into, opposite_cotangents_with_floor_into, triangle_cotangents,
-    triangle_cotangents_with_floor,
+    far_cotangents, halfedge_corner_angle, negative_cotangent_share, opposite_cotangent,
+    opposite_cotangents, opposite_cotangents_into, opposite_cotangents_with_floor_into,
+    triangle_cotangents, triangle_cotangents_with_floor,
 };
 pub use areas::{
     dual_areas, dual_areas_into, face_area_vector, face_area_vectors, face_area_vectors_into,
@@ -58,8 +58,8 @@ pub use distortion::{
 };
 pub use lengths::{edge_length, edge_lengths, edge_lengths_into, mean_edge_length};
 pub use normals::{
-    face_normal, face_normals, face_normals_into, normals_and_areas_into, unit_or_zero,
-    vertex_area_vectors, vertex_area_vectors_into, vertex_normals, vertex_normals_into,
+    face_normal, face_normals, face_normals_into, unit_or_zero, vertex_area_vectors,
+    vertex_area_vectors_into, vertex_normals, vertex_normals_into,
 };
 pub use scalar::{Scalar, scalar};
 pub use shapes::{

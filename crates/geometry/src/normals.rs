@@ -73,31 +73,10 @@ pub fn vertex_normals<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<Vector3<
 /// [`vertex_normals`] into a map that is kept (and replaced if it has another length).
 ///
 /// On one thread, on purpose: adding each face's vector to its corners reads memory in order, and
-/// takes a sixth of the time of gathering the faces around each vertex.
+/// takes a sixth of the time of walking around each vertex.
 pub fn vertex_normals_into<T: Scalar>(surface: &Surface<'_, T>, out: &mut VertexMap<Vector3<T>>) {
     vertex_area_vectors_into(surface, out);
     out.values_mut().for_each(|n| *n = unit_or_zero(n));
-}
-
-/// [`vertex_normals_into`] and [`one_ring_areas_into`](crate::one_ring_areas_into) in one pass:
-/// what a step of the flow asks for.
-pub fn normals_and_areas_into<T: Scalar>(
-    surface: &Surface<'_, T>,
-    normals: &mut VertexMap<Vector3<T>>,
-    one_ring_areas: &mut VertexMap<T>,
-) {
-    let mesh = surface.mesh();
-    parallel::clear(normals, mesh.num_vertices());
-    parallel::clear(one_ring_areas, mesh.num_vertices());
-    for f in mesh.faces() {
-        let vector = face_area_vector(surface, f);
-        let area = vector.norm();
-        for v in mesh.triangle(f) {
-            normals[v] += vector;
-            one_ring_areas[v] += area;
-        }
-    }
-    normals.values_mut().for_each(|n| *n = unit_or_zero(n));
 }
 
 /// The sum of the area vectors of the faces around each vertex (on a closed surface they sum to
@@ -190,18 +169,6 @@ mod tests {
             .map(|_| nalgebra::Point3::new(1.0, 2.0, 3.0));
         let normals = vertex_normals(&shape.surface().with_positions(&collapsed));
         assert!(normals.values().all(|n| *n == Vector3::zeros()));
-    }
-
-    #[test]
-    fn one_pass_gives_the_same_normals_and_areas() {
-        let shape = torus::<f64>(1.0, 0.4, 20, 10);
-        let surface = shape.surface();
-        let (mut normals, mut areas) = (VertexMap::default(), VertexMap::default());
-        for _ in 0..2 {
-            normals_and_areas_into(&surface, &mut normals, &mut areas);
-            assert_eq!(normals, vertex_normals(&surface));
-            assert_eq!(areas, crate::one_ring_areas(&surface));
-        }
     }
 
     #[test]

@@ -15,6 +15,7 @@
 //!
 //! Source: Au, Tai, Fu, Liu, "Mesh Editing with Curvature Flow Laplacian Operator", 2005.
 
+mod exact;
 mod operator;
 mod rings;
 mod scheme;

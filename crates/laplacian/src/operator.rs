@@ -4,11 +4,12 @@ use std::marker::PhantomData;
 use std::sync::Arc;
 
 use cotan_geometry::{Positions, Scalar, Surface, scalar};
-use cotan_halfedge::{EdgeId, HalfedgeMap, HalfedgeMesh, VertexMap};
+use cotan_halfedge::{HalfedgeMap, VertexMap};
 use nalgebra::Vector3;
 use nalgebra_sparse::CsrMatrix;
 use rayon::prelude::*;
 
+use crate::exact::{exact_units, round_to, round_to_exact_sums};
 use crate::rings::OneRings;
 use crate::scheme::{LaplacianScheme, SchemeError, Symmetry};
 
@@ -24,7 +25,10 @@ pub struct Operator<T: Scalar> {
     /// In double precision whatever T is: beside the huge weight of one needle those of its
     /// neighbours would lose their digits.
     weights: HalfedgeMap<f64>,
+    /// The same weights in the order of the rings, for sums that run every iteration.
+    rows: Vec<f64>,
     symmetry: Symmetry,
+    cotangent_floor: Option<f64>,
     number: PhantomData<fn(T) -> T>,
 }
 
@@ -65,10 +69,13 @@ impl<T: Scalar> Operator<T> {
                 vertices: [mesh.origin(h), mesh.target(h)],
             });
         }
+        let rows = rings.halfedges().iter().map(|&h| weights[h]).collect();
         Ok(Self {
             rings,
             weights,
+            rows,
             symmetry: scheme.symmetry(),
+            cotangent_floor: scheme.cotangent_floor(),
             number: PhantomData,
         })
     }
@@ -76,6 +83,12 @@ impl<T: Scalar> Operator<T> {
     /// The weight w_ij of every halfedge i→j.
     pub fn weights(&self) -> &HalfedgeMap<f64> {
         &self.weights
+    }
+
+    /// The weights row after row: entry k belongs to the halfedge at place k of
+    /// [`OneRings::halfedges`].
+    pub fn row_weights(&self) -> &[f64] {
+        &self.rows
     }
 
     /// The sparsity pattern.
@@ -88,6 +101,11 @@ impl<T: Scalar> Operator<T> {
         self.symmetry
     }
 
+    /// [`LaplacianScheme::cotangent_floor`] of the scheme that chose the weights.
+    pub fn cotangent_floor(&self) -> Option<f64> {
+        self.cotangent_floor
+    }
+
     /// Number of vertices: of rows and of columns.
     pub fn num_vertices(&self) -> usize {
         self.rings.num_vertices()
@@ -97,7 +115,8 @@ impl<T: Scalar> Operator<T> {
     /// soft handles are relative.
     pub fn mean_diagonal(&self) -> f64 {
         let n = self.num_vertices();
-        let sums = (0..n).map(|i| row_sum(&self.rings, &self.weights, i).abs());
+        let row_sum = |i| self.rows[self.rings.range(i)].iter().sum::<f64>();
+        let sums = (0..n).map(|i| row_sum(i).abs());
         sums.sum::<f64>() / n.max(1) as f64
     }
 
@@ -130,8 +149,12 @@ impl<T: Scalar> Operator<T> {
     pub fn apply_at(&self, positions: &Positions<T>, i: usize) -> Vector3<f64> {
         let x = positions.as_slice();
         let mut sum = Vector3::zeros();
-        for (j, h) in self.rings.ring(i) {
-            sum += (x[j.index()] - x[i]).map(T::as_f64) * self.weights[h];
+        let row = self.rings.range(i);
+        for (j, w) in self.rings.neighbours()[row.clone()]
+            .iter()
+            .zip(&self.rows[row])
+        {
+            sum += (x[j.index()] - x[i]).map(T::as_f64) * *w;
         }
         sum
     }
@@ -205,13 +228,6 @@ impl<T: Scalar> Operator<T> {
     }
 }
 
-/// Σ_j w_ij.
-fn row_sum<T: Scalar>(rings: &OneRings, weights: &HalfedgeMap<T>, i: usize) -> T {
-    rings
-        .ring(i)
-        .fold(T::zero(), |sum, (_, h)| sum + weights[h])
-}
-
 /// A scheme that says that it is symmetric must be, within rounding.
 fn check_symmetry<T: Scalar, S: LaplacianScheme<T> + ?Sized>(
     scheme: &S,
@@ -276,61 +292,6 @@ pub fn apply_weights<T: Scalar>(
             }
             *ell = sum;
         });
-}
-
-/// Rounds every weight to a multiple of a power of two that is coarse enough for all sums around
-/// its two ends to be exact in T.
-///
-/// With q_i = 2^k the unit in the last place of 4 Σ_j |w_ij|, every partial sum of multiples of
-/// q_i that stays below 2 Σ |w_ij| is representable. An edge takes the coarser unit of its ends,
-/// which keeps symmetric weights symmetric. What is lost is of the order of the rounding error of
-/// the row's sum.
-fn round_to_exact_sums<T: Scalar>(
-    rings: &OneRings,
-    mesh: &HalfedgeMesh,
-    weights: &mut HalfedgeMap<T>,
-) {
-    let units = exact_units(rings, weights);
-    weights
-        .as_mut_slice()
-        .par_chunks_exact_mut(2)
-        .enumerate()
-        .with_min_len(1 << 12)
-        .for_each(|(edge, pair)| {
-            let [a, b] = mesh
-                .edge_vertices(EdgeId::new(edge))
-                .map(|v| units[v.index()]);
-            pair.iter_mut().for_each(|w| *w = round_to(*w, a.max(b)));
-        });
-}
-
-/// q_i of every vertex, 0 where all weights are.
-fn exact_units<T: Scalar>(rings: &OneRings, weights: &HalfedgeMap<T>) -> Vec<T> {
-    let eps = T::default_epsilon();
-    let unit = |i| {
-        let size = rings
-            .ring(i)
-            .fold(T::zero(), |sum, (_, h)| sum + weights[h].abs());
-        if size > T::zero() {
-            eps * scalar(size.as_f64().log2().ceil().exp2() * 4.0)
-        } else {
-            T::zero()
-        }
-    };
-    (0..rings.num_vertices())
-        .into_par_iter()
-        .with_min_len(1 << 11)
-        .map(unit)
-        .collect()
-}
-
-/// The nearest multiple of `unit`; the weight itself where that is 0.
-fn round_to<T: Scalar>(weight: T, unit: T) -> T {
-    if unit > T::zero() {
-        (weight / unit).round() * unit
-    } else {
-        weight
-    }
 }
 
 #[cfg(test)]

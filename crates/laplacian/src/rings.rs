@@ -16,18 +16,25 @@ pub struct OneRings {
 impl OneRings {
     /// Gathers the one-rings of `mesh`.
     pub fn new(mesh: &HalfedgeMesh) -> Self {
-        let mut offsets = Vec::with_capacity(mesh.num_vertices() + 1);
-        let mut neighbours = Vec::with_capacity(mesh.num_halfedges());
-        let mut halfedges = Vec::with_capacity(mesh.num_halfedges());
-        let mut ring = Vec::new();
-        offsets.push(0);
+        let n = mesh.num_vertices();
+        let mut offsets = vec![0; n + 1];
+        for h in mesh.halfedges() {
+            offsets[mesh.origin(h).index() + 1] += 1;
+        }
+        for i in 0..n {
+            offsets[i + 1] += offsets[i];
+        }
+        // Whoever comes in ascending order to the rings of all its neighbours leaves them sorted.
+        let mut ends = offsets.clone();
+        let mut neighbours = vec![VertexId::new(0); mesh.num_halfedges()];
+        let mut halfedges = vec![HalfedgeId::new(0); mesh.num_halfedges()];
         for vertex in mesh.vertices() {
-            ring.clear();
-            ring.extend(mesh.outgoing_halfedges(vertex).map(|h| (mesh.target(h), h)));
-            ring.sort_unstable();
-            neighbours.extend(ring.iter().map(|&(v, _)| v));
-            halfedges.extend(ring.iter().map(|&(_, h)| h));
-            offsets.push(neighbours.len() as u32);
+            for h in mesh.outgoing_halfedges(vertex) {
+                let end = &mut ends[mesh.target(h).index()];
+                neighbours[*end as usize] = vertex;
+                halfedges[*end as usize] = h.twin();
+                *end += 1;
+            }
         }
         Self {
             offsets,

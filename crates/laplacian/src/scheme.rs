@@ -82,6 +82,12 @@ pub trait LaplacianScheme<T: Scalar>: Send + Sync {
     /// Whether w_ij = w_ji for every edge.
     fn symmetry(&self) -> Symmetry;
 
+    /// The floor of [`crate::Cotangent`] if the weights are plainly its: then sums over a ring can be
+    /// taken triangle by triangle, without weights.
+    fn cotangent_floor(&self) -> Option<f64> {
+        None
+    }
+
     /// A name for messages.
     fn name(&self) -> &str {
         "custom"
@@ -101,6 +107,10 @@ macro_rules! forward {
 
             fn symmetry(&self) -> Symmetry {
                 (**self).symmetry()
+            }
+
+            fn cotangent_floor(&self) -> Option<f64> {
+                (**self).cotangent_floor()
             }
 
             fn name(&self) -> &str {

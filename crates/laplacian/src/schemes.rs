@@ -93,6 +93,10 @@ impl<T: Scalar> LaplacianScheme<T> for Cotangent {
         Symmetry::Symmetric
     }
 
+    fn cotangent_floor(&self) -> Option<f64> {
+        Some(self.area_floor)
+    }
+
     fn name(&self) -> &str {
         "cotangent"
     }

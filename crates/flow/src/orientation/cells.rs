@@ -1,164 +1,103 @@
 //! Cells of triangles, and averages over one-rings, for the orientations that fit rotations.
 
-use std::ops::{AddAssign, Mul};
-
-use cotan_geometry::{Positions, Scalar};
-use cotan_halfedge::{FaceId, FaceMap, HalfedgeId, HalfedgeMesh, VertexId, VertexMap};
+use cotan_geometry::Scalar;
+use cotan_halfedge::{HalfedgeId, HalfedgeMap};
 use cotan_laplacian::OneRings;
-use nalgebra::{Matrix3, Vector3};
-use rayon::prelude::*;
+use nalgebra::Vector3;
 
+use crate::polar::Mat3;
 use crate::rest::Rest;
+use crate::vectors::fill;
 
 pub(crate) fn as_f64<T: Scalar>(v: Vector3<T>) -> Vector3<f64> {
     v.map(T::as_f64)
 }
 
-/// The three halfedges of a triangle.
-pub(crate) fn triangle_halfedges(mesh: &HalfedgeMesh, face: FaceId) -> [HalfedgeId; 3] {
-    let h = mesh.face_halfedge(face);
-    [h, mesh.next(h), mesh.prev(h)]
-}
-
-/// Current and original vector along a halfedge.
-pub(crate) fn edge_pair<T: Scalar>(
-    rest: &Rest<'_, T>,
-    positions: &Positions<T>,
-    h: HalfedgeId,
-) -> (Vector3<f64>, Vector3<f64>) {
-    let (from, to) = (rest.mesh().origin(h), rest.mesh().target(h));
-    (
-        as_f64(positions[to] - positions[from]),
-        as_f64(rest.positions()[to] - rest.positions()[from]),
-    )
-}
-
-/// Σ_e cot_e e e⁰ᵀ over the three edges of every triangle.
+/// g_ij of every halfedge i→j:
+///
+/// ```text
+/// g_ij = − Σ_{T at the edge ij} (cot_ij (x⁰_j − x⁰_i) + cot_ik (x⁰_k − x⁰_i))
+/// ```
+///
+/// with k the third corner of T and cot the cotangent of the angle opposite an edge in T: the gradient
+/// at i of the energy of the two triangles at the edge. With them sums over triangles are sums over
+/// neighbours:
+///
+/// ```text
+/// Σ_{T at i} Σ_{e in T} cot_e e e⁰ᵀ = Σ_j (x_j − x_i) g_jiᵀ
+/// ```
 ///
 /// The sum of cot_e |e|² over a triangle is its Dirichlet energy, never negative, whatever the
 /// signs of the cotangents: a fit by these sums is safe where one by single edges with negative
 /// weights is not.
-pub(crate) fn face_covariances<T: Scalar>(
-    rest: &Rest<'_, T>,
-    positions: &Positions<T>,
-) -> FaceMap<Matrix3<f64>> {
-    let mesh = rest.mesh();
-    let covariance = |f: usize| {
-        let mut sum = Matrix3::zeros();
-        for h in triangle_halfedges(mesh, FaceId::new(f)) {
-            let (e, e0) = edge_pair(rest, positions, h);
-            sum += e * (e0 * rest.cotangents()[h]).transpose();
+pub(crate) fn edge_gradients<T: Scalar>(rest: &Rest<'_, T>) -> HalfedgeMap<Vector3<f64>> {
+    let (mesh, cotangents, x) = (rest.mesh(), rest.cotangents(), rest.positions());
+    let edge = |h: HalfedgeId| as_f64(x[mesh.target(h)] - x[mesh.origin(h)]) * cotangents[h];
+    let mut out = HalfedgeMap::filled(mesh.num_halfedges(), Vector3::zeros());
+    fill(out.as_mut_slice(), |i| {
+        // A boundary halfedge has no triangle, and cotangent 0.
+        let h = HalfedgeId::new(i);
+        let twin = h.twin();
+        let mut sum = edge(twin) - edge(h);
+        if !mesh.is_boundary_halfedge(h) {
+            sum += edge(mesh.prev(h));
+        }
+        if !mesh.is_boundary_halfedge(twin) {
+            sum -= edge(mesh.next(twin));
         }
         sum
-    };
-    FaceMap::from_vec(
-        (0..mesh.num_faces())
-            .into_par_iter()
-            .with_min_len(1 << 10)
-            .map(covariance)
-            .collect(),
+    });
+    out
+}
+
+/// In the order of the rings, for every halfedge h the value of `of(h)`, times a factor.
+pub(crate) fn in_rows(
+    rings: &OneRings,
+    values: &HalfedgeMap<Vector3<f64>>,
+    factor: f64,
+    of: impl Fn(HalfedgeId) -> HalfedgeId + Sync,
+) -> Vec<[f64; 3]> {
+    let halfedges = rings.halfedges();
+    let mut out = vec![[0.0; 3]; halfedges.len()];
+    fill(&mut out, |k| (values[of(halfedges[k])] * factor).into());
+    out
+}
+
+/// m += a bᵀ.
+#[inline]
+pub(crate) fn add_outer(m: &mut Mat3, a: &Vector3<f64>, b: &[f64; 3]) {
+    for c in 0..3 {
+        for r in 0..3 {
+            m[3 * c + r] += a[r] * b[c];
+        }
+    }
+}
+
+/// m v.
+#[inline]
+pub(crate) fn turned(m: &Mat3, v: &Vector3<f64>) -> Vector3<f64> {
+    Vector3::new(
+        m[0] * v.x + m[3] * v.y + m[6] * v.z,
+        m[1] * v.x + m[4] * v.y + m[7] * v.z,
+        m[2] * v.x + m[5] * v.y + m[8] * v.z,
     )
 }
 
-/// Sum over the triangles around a vertex.
-pub(crate) fn ring_covariance(
-    mesh: &HalfedgeMesh,
-    faces: &FaceMap<Matrix3<f64>>,
-    vertex: VertexId,
-) -> Matrix3<f64> {
-    mesh.vertex_faces(vertex).map(|f| faces[f]).sum()
-}
-
-/// (Ω a)_j = mean of a over j and its neighbours, `times` times.
-pub(crate) fn average<A>(rings: &OneRings, values: &VertexMap<A>, times: usize) -> VertexMap<A>
-where
-    A: Copy + Send + Sync + AddAssign + Mul<f64, Output = A>,
-{
-    repeat(rings, values, times, |values, i| {
-        let mut sum = values[i];
-        for (j, _) in rings.ring(i) {
-            sum += values[j.index()];
+/// Sum of `values` over i and its neighbours.
+#[inline]
+pub(crate) fn cell_sum(rings: &OneRings, values: &[Mat3], i: usize) -> Mat3 {
+    let mut sum = values[i];
+    for j in &rings.neighbours()[rings.range(i)] {
+        let value = &values[j.index()];
+        for k in 0..9 {
+            sum[k] += value[k];
         }
-        sum * cell_share(rings, i)
-    })
-}
-
-/// (Ωᵀ a)_i = Σ_j a_j / (1 + valence j) over i and its neighbours, `times` times: the adjoint of
-/// [`average`].
-pub(crate) fn spread<A>(rings: &OneRings, values: &VertexMap<A>, times: usize) -> VertexMap<A>
-where
-    A: Copy + Send + Sync + AddAssign + Mul<f64, Output = A>,
-{
-    repeat(rings, values, times, |values, i| {
-        let mut sum = values[i] * cell_share(rings, i);
-        for (j, _) in rings.ring(i) {
-            sum += values[j.index()] * cell_share(rings, j.index());
-        }
-        sum
-    })
+    }
+    sum
 }
 
 /// One part in the vertex and its neighbours.
+#[inline]
 pub(crate) fn cell_share(rings: &OneRings, i: usize) -> f64 {
     1.0 / (1 + rings.range(i).len()) as f64
-}
-
-fn repeat<A: Copy + Send + Sync>(
-    rings: &OneRings,
-    values: &VertexMap<A>,
-    times: usize,
-    row: impl Fn(&[A], usize) -> A + Sync + Send,
-) -> VertexMap<A> {
-    let once = |values: &VertexMap<A>| {
-        (0..rings.num_vertices())
-            .into_par_iter()
-            .with_min_len(1 << 10)
-            .map(|i| row(values.as_slice(), i))
-            .collect()
-    };
-    if times == 0 {
-        return values.clone();
-    }
-    let mut result = VertexMap::from_vec(once(values));
-    for _ in 1..times {
-        result = VertexMap::from_vec(once(&result));
-    }
-    result
-}
-
-#[cfg(test)]
-mod tests {
-    use cotan_geometry::shapes::icosphere;
-
-    use super::*;
-
-    fn values(n: usize, phase: f64) -> VertexMap<f64> {
-        VertexMap::from_vec((0..n).map(|i| (1.7 * i as f64 + phase).sin()).collect())
-    }
-
-    #[test]
-    fn spreading_is_the_adjoint_of_averaging() {
-        let shape = icosphere::<f64>(2);
-        let rings = OneRings::new(&shape.mesh);
-        let (a, b) = (
-            values(shape.positions.len(), 0.2),
-            values(shape.positions.len(), 1.3),
-        );
-        let dot = |a: &VertexMap<f64>, b: &VertexMap<f64>| -> f64 {
-            a.values().zip(b.values()).map(|(a, b)| a * b).sum()
-        };
-        for times in 0..3 {
-            let left = dot(&average(&rings, &a, times), &b);
-            let right = dot(&a, &spread(&rings, &b, times));
-            assert!((left - right).abs() < 1e-12, "{left} {right}");
-        }
-    }
-
-    #[test]
-    fn the_mean_of_a_constant_is_the_constant() {
-        let shape = icosphere::<f64>(1);
-        let rings = OneRings::new(&shape.mesh);
-        let mean = average(&rings, &VertexMap::filled(shape.positions.len(), 2.5), 2);
-        assert!(mean.values().all(|m| (m - 2.5).abs() < 1e-14));
-    }
 }

@@ -1,21 +1,17 @@
 //! Curvature flow and as-rigid-as-possible editing in one energy, over wide cells.
 
-use cotan_geometry::{Positions, Scalar, surface_area};
-use cotan_halfedge::{FaceId, VertexId, VertexMap};
+use cotan_geometry::{Scalar, surface_area};
+use cotan_halfedge::VertexMap;
 use cotan_laplacian::OneRings;
 use nalgebra::{Matrix3, Vector3};
-use rayon::prelude::*;
 
-use super::cells::{
-    as_f64, average, cell_share, edge_pair, face_covariances, ring_covariance, spread,
-    triangle_halfedges,
-};
-use super::{Orientation, field_scale};
+use super::cells::{add_outer, as_f64, cell_share, cell_sum, edge_gradients, in_rows, turned};
+use super::{Energy, Orientation, field_scale};
 use crate::error::FlowError;
-use crate::polar::nearest_rotation_from;
+use crate::polar::{IDENTITY, Mat3, flat, nearest_rotation_from};
 use crate::rest::Rest;
 use crate::state::{FlowState, Quantities};
-use crate::vectors::sum;
+use crate::vectors::{fill, update_both, update_summing};
 
 /// Laplacian coordinates turn with rotations that minimise, together with the positions,
 ///
@@ -44,55 +40,77 @@ pub struct Hybrid {
     bending_length: f64,
     /// μ, once the mesh is known.
     weight: f64,
+    /// What turns edges into covariances and means into tensions, row after row: μ/6 g_ji and
+    /// −g_ij/6 of [`edge_gradients`].
+    fit_gradients: Vec<[f64; 3]>,
+    pull_gradients: Vec<[f64; 3]>,
+    /// The membrane's terms of the energy that depend on the original alone.
+    rest_energy: Energy,
     /// The rotations of the last fit, from which the next one starts.
-    rotations: VertexMap<Matrix3<f64>>,
+    rotations: Vec<Mat3>,
     /// R̄ = P R: the mean of the rotations that serve each vertex.
-    means: VertexMap<Matrix3<f64>>,
-    energy: f64,
+    means: Vec<Mat3>,
+    scratch: Vec<Mat3>,
+    energy: Energy,
 }
 
 impl Hybrid {
     /// The bending length that was found best over the reference cases.
     pub const DEFAULT_BENDING_LENGTH: f64 = 0.0175;
 
-    /// How often the one-ring mean is applied.
-    const WIDTH: usize = 2;
-
     /// With bending length λ = `bending_length`, relative to the size of the mesh.
     pub fn new(bending_length: f64) -> Self {
         Self {
             bending_length,
             weight: 0.0,
-            rotations: VertexMap::default(),
-            means: VertexMap::default(),
-            energy: 0.0,
+            fit_gradients: Vec::new(),
+            pull_gradients: Vec::new(),
+            rest_energy: Energy::default(),
+            rotations: Vec::new(),
+            means: Vec::new(),
+            scratch: Vec::new(),
+            energy: Energy::default(),
         }
     }
 
-    /// The rotations of the current state, and their means and variances.
-    fn fit<T: Scalar>(&mut self, state: &FlowState<'_, T>, wanted: &[Vector3<f64>]) {
-        let mu = self.weight;
-        let (rest, rings) = (state.rest(), state.rest().rings());
-        let faces = face_covariances(rest, state.positions());
-        let now: Vec<Vector3<f64>> = (0..wanted.len())
-            .into_par_iter()
-            .with_min_len(1 << 10)
-            .map(|i| rest.operator().apply_at(state.positions(), i))
-            .collect();
-        let covariance = |i: usize| {
-            now[i] * wanted[i].transpose()
-                + ring_covariance(rest.mesh(), &faces, VertexId::new(i)) * (mu / 6.0)
+    /// The rotations of the current state, and the energy with them.
+    ///
+    /// Multiplied out, E is the sum of the squares of what is and of what is wanted, less
+    /// 2 Σ_i R_i : C_i, with C = Pᵀ (covariances) the sums that the fit is made by: P has rows of
+    /// sum 1. So the energy costs no pass of its own.
+    fn fit<T: Scalar>(&mut self, state: &FlowState<'_, T>, field: &VertexMap<T>) {
+        let rings = state.rest().rings();
+        let Self {
+            weight,
+            fit_gradients,
+            rotations,
+            means: spread,
+            scratch,
+            ..
+        } = self;
+        let cells = CellsAt {
+            state,
+            field,
+            gradients: fit_gradients,
+            membrane: 0.25 * *weight,
         };
-        let covariances = per_vertex(wanted.len(), covariance);
-        let covariances = spread(rings, &covariances, Self::WIDTH);
-        let last = self.rotations.as_slice();
-        self.rotations = per_vertex(wanted.len(), |i| {
-            let guess = last.get(i).copied().unwrap_or_else(Matrix3::identity);
-            nearest_rotation_from(&covariances.as_slice()[i], &guess)
+        // Ωᵀ twice: a vertex hands a share to its neighbours, taken where its value is written. The means
+        // of the last fit are no longer needed.
+        let [value, size] = update_summing(scratch, |i, out| cells.covariance(i, out));
+        fill(spread, |i| {
+            scaled(cell_sum(rings, scratch, i), cell_share(rings, i))
         });
-        let (means, variances) = means_and_variances(rings, &self.rotations);
-        self.energy = energy(state, &now, wanted, &means, &variances, mu);
-        self.means = means;
+        let [cross] = update_summing(rotations, |i, rotation| {
+            let covariance = cell_sum(rings, spread, i);
+            *rotation = nearest_rotation_from(&covariance, rotation);
+            [rotation.iter().zip(&covariance).map(|(r, c)| r * c).sum()]
+        });
+        let left = value + self.rest_energy.value - 2.0 * cross;
+        self.energy = Energy {
+            // Not `max`, which drops a NaN: that must not pass for a low energy.
+            value: if left < 0.0 { 0.0 } else { left },
+            size: size + self.rest_energy.size,
+        };
     }
 }
 
@@ -109,16 +127,14 @@ impl<T: Scalar> Orientation<T> for Hybrid {
         field: &VertexMap<T>,
         out: &mut VertexMap<Vector3<T>>,
     ) -> Result<(), FlowError> {
-        let rest = state.rest();
-        let wanted: Vec<Vector3<f64>> = rest
-            .laplacian()
-            .iter()
-            .map(|(v, ell)| as_f64(*ell * field_scale(field[v], rest.magnitudes()[v])))
-            .collect();
-        self.fit(state, &wanted);
-        for ((ell, wanted), mean) in out.values_mut().zip(&wanted).zip(self.means.values()) {
-            *ell = (mean * wanted).map(T::of_f64);
-        }
+        self.fit(state, field);
+        let (rest, rings) = (state.rest(), state.rest().rings());
+        let (scratch, rotations) = (&mut self.scratch, &self.rotations);
+        fill(scratch, |i| mean(rings, rotations, i));
+        update_both(&mut self.means, out.as_mut_slice(), |i, means, ell| {
+            *means = mean(rings, scratch, i);
+            *ell = turned(means, &wanted(rest, field, i)).map(T::of_f64);
+        });
         Ok(())
     }
 
@@ -138,173 +154,197 @@ impl<T: Scalar> Orientation<T> for Hybrid {
     }
 
     fn prepare(&mut self, rest: &Rest<'_, T>) -> f64 {
-        let vertex_area = surface_area(&rest.surface()).as_f64() / rest.positions().len() as f64;
+        let n = rest.positions().len();
+        let vertex_area = surface_area(&rest.surface()).as_f64() / n as f64;
         // Of the size of L², whatever the scheme: 1 for cotangent weights.
         let scale = rest.operator().mean_diagonal() / rest.mean_cotangent_diagonal();
         let length = self.bending_length * rest.extent();
-        self.rotations = VertexMap::filled(rest.positions().len(), Matrix3::identity());
-        self.means = self.rotations.clone();
         self.weight = 4.0 * vertex_area * (scale / length).powi(2);
+        let gradients = edge_gradients(rest);
+        self.fit_gradients = in_rows(rest.rings(), &gradients, self.weight / 6.0, |h| h.twin());
+        self.pull_gradients = in_rows(rest.rings(), &gradients, -1.0 / 6.0, |h| h);
+        self.rotations = vec![IDENTITY; n];
+        self.means = self.rotations.clone();
+        self.scratch = self.rotations.clone();
+        self.rest_energy = (0..n).fold(Energy::default(), |sum, i| {
+            let [value, size] = stretch(rest, i).map(|s| 0.25 * self.weight * s);
+            Energy {
+                value: sum.value + value,
+                size: sum.size + size,
+            }
+        });
         self.weight
     }
 
-    fn tension(
-        &self,
-        rest: &Rest<'_, T>,
-        positions: &Positions<T>,
-        out: &mut VertexMap<Vector3<f64>>,
-    ) {
-        let mesh = rest.mesh();
-        // Per triangle and edge: ½ cot_e (e − R̄_T e⁰), R̄_T the mean of its corners' means.
-        let pulls: Vec<[Vector3<f64>; 3]> = (0..mesh.num_faces())
-            .into_par_iter()
-            .with_min_len(1 << 10)
-            .map(|f| {
-                let face = FaceId::new(f);
-                let mean = mesh
-                    .triangle(face)
-                    .map(|v| self.means[v])
-                    .iter()
-                    .sum::<Matrix3<f64>>()
-                    / 3.0;
-                triangle_halfedges(mesh, face).map(|h| {
-                    let (e, e0) = edge_pair(rest, positions, h);
-                    (e - mean * e0) * (0.5 * rest.cotangents()[h])
-                })
-            })
-            .collect();
-        out.as_mut_slice()
-            .par_iter_mut()
-            .enumerate()
-            .with_min_len(1 << 10)
-            .for_each(|(i, t)| {
-                *t = Vector3::zeros();
-                for h in mesh.outgoing_halfedges(VertexId::new(i)) {
-                    let Some(face) = mesh.face(h) else { continue };
-                    let first = triangle_halfedges(mesh, face)
-                        .iter()
-                        .position(|&other| other == h)
-                        .unwrap_or(0);
-                    // The edge that leaves the vertex pulls it forward, the one that arrives back.
-                    *t += pulls[face.index()][first] - pulls[face.index()][(first + 2) % 3];
-                }
-            });
+    fn wanted_tension(&self, rest: &Rest<'_, T>, out: &mut VertexMap<Vector3<f64>>) {
+        // Every triangle wants its original edges turned by the mean of its corners' means. Gathered
+        // at a vertex: a third of each neighbour's for the two triangles at their edge, and of its
+        // own for all triangles, each of which lies at two edges.
+        let rings = rest.rings();
+        fill(out.as_mut_slice(), |i| {
+            let row = rings.range(i);
+            let (mut tension, mut own) = (Vector3::zeros(), Vector3::zeros());
+            for (j, g) in rings.neighbours()[row.clone()]
+                .iter()
+                .zip(&self.pull_gradients[row])
+            {
+                let g = Vector3::from(*g);
+                tension += turned(&self.means[j.index()], &g);
+                own += g;
+            }
+            tension + turned(&self.means[i], &own) * 0.5
+        });
     }
 
     fn start_from(&mut self, rotations: &VertexMap<Matrix3<f64>>) {
-        self.rotations = rotations.clone();
-        self.means = rotations.clone();
+        self.rotations = rotations.values().map(flat).collect();
+        self.means.clone_from(&self.rotations);
     }
 
-    fn energy(&self) -> Option<f64> {
+    fn energy(&self) -> Option<Energy> {
         Some(self.energy)
     }
 }
 
-fn per_vertex<A: Send>(n: usize, value: impl Fn(usize) -> A + Sync + Send) -> VertexMap<A> {
-    VertexMap::from_vec(
-        (0..n)
-            .into_par_iter()
-            .with_min_len(1 << 9)
-            .map(value)
-            .collect(),
-    )
+/// What the first pass of a fit reads.
+struct CellsAt<'a, T: Scalar> {
+    state: &'a FlowState<'a, T>,
+    field: &'a VertexMap<T>,
+    gradients: &'a [[f64; 3]],
+    /// μ/4, the weight of both halves of every edge.
+    membrane: f64,
 }
 
-/// R̄ = P R and V_j = Σ_i P_ji (R_i − R̄_j)ᵀ(R_i − R̄_j), from differences only so that nothing
-/// cancels: the variance about a mean of means is the mean variance plus the variance of the means.
-fn means_and_variances(
-    rings: &OneRings,
-    rotations: &VertexMap<Matrix3<f64>>,
-) -> (VertexMap<Matrix3<f64>>, VertexMap<Matrix3<f64>>) {
-    let n = rotations.len();
-    let mut values = rotations.clone();
-    let mut variances = VertexMap::filled(n, Matrix3::zeros());
-    for _ in 0..Hybrid::WIDTH {
-        let means = average(rings, &values, 1);
-        variances = per_vertex(n, |j| {
-            let about = |i: usize| {
-                let difference = values.as_slice()[i] - means.as_slice()[j];
-                variances.as_slice()[i] + difference.transpose() * difference
-            };
-            let mut sum = about(j);
-            for (i, _) in rings.ring(j) {
-                sum += about(i.index());
-            }
-            sum * cell_share(rings, j)
-        });
-        values = means;
+impl<T: Scalar> CellsAt<'_, T> {
+    /// Writes the covariance of the triangles around vertex `i` times its share.
+    /// Returns the squares that belong to the vertex: as they enter the energy, and their sizes.
+    #[inline]
+    fn covariance(&self, i: usize, out: &mut Mat3) -> [f64; 2] {
+        let rest = self.state.rest();
+        let rings = rest.rings();
+        let row = rings.range(i);
+        let x = self.state.positions().as_slice();
+        let mut sum = [0.0; 9];
+        let mut now = Vector3::zeros();
+        let [mut stretch, mut size] = [0.0; 2];
+        let weights = &rest.operator().row_weights()[row.clone()];
+        let cotangents = &rest.row_cotangents()[row.clone()];
+        for (((j, g), w), c) in rings.neighbours()[row.clone()]
+            .iter()
+            .zip(&self.gradients[row])
+            .zip(weights)
+            .zip(cotangents)
+        {
+            let edge = as_f64(x[j.index()] - x[i]);
+            add_outer(&mut sum, &edge, g);
+            now += edge * *w;
+            let term = c * edge.norm_squared();
+            stretch += term;
+            size += term.abs();
+        }
+        let wanted = wanted(rest, self.field, i);
+        add_outer(&mut sum, &now, &wanted.into());
+        *out = scaled(sum, cell_share(rings, i));
+        let flow = now.norm_squared() + wanted.norm_squared();
+        [flow + self.membrane * stretch, flow + self.membrane * size]
     }
-    (values, variances)
 }
 
-/// E at its minimum over the rotations, given their means and variances:
-/// Σ_i P_ji |a − R_i b|² = |a − R̄_j b|² + b·V_j b.
-fn energy<T: Scalar>(
-    state: &FlowState<'_, T>,
-    now: &[Vector3<f64>],
-    wanted: &[Vector3<f64>],
-    means: &VertexMap<Matrix3<f64>>,
-    variances: &VertexMap<Matrix3<f64>>,
-    mu: f64,
-) -> f64 {
-    let rest = state.rest();
-    let mesh = rest.mesh();
-    let misfit = |v: VertexId, a: &Vector3<f64>, b: &Vector3<f64>| {
-        (a - means[v] * b).norm_squared() + b.dot(&(variances[v] * b))
-    };
-    let of_vertices: Vec<f64> = (0..now.len())
-        .into_par_iter()
-        .with_min_len(1 << 10)
-        .map(|i| misfit(VertexId::new(i), &now[i], &wanted[i]))
-        .collect();
-    let of_faces: Vec<f64> = (0..mesh.num_faces())
-        .into_par_iter()
-        .with_min_len(1 << 10)
-        .map(|f| {
-            let face = FaceId::new(f);
-            let mut sum = 0.0;
-            for h in triangle_halfedges(mesh, face) {
-                let (e, e0) = edge_pair(rest, state.positions(), h);
-                let misfits: f64 = mesh.triangle(face).map(|v| misfit(v, &e, &e0)).iter().sum();
-                sum += rest.cotangents()[h] * misfits;
-            }
-            sum
+/// ℓ⁰ of vertex `i`, of the size that the field prescribes.
+#[inline]
+fn wanted<T: Scalar>(rest: &Rest<'_, T>, field: &VertexMap<T>, i: usize) -> Vector3<f64> {
+    let scale = field_scale(field.as_slice()[i], rest.magnitudes().as_slice()[i]);
+    as_f64(rest.laplacian().as_slice()[i] * scale)
+}
+
+/// Σ_j c_ij |x⁰_j − x⁰_i|² with c the cotangent weights, and the same of their sizes.
+fn stretch<T: Scalar>(rest: &Rest<'_, T>, i: usize) -> [f64; 2] {
+    let x = rest.positions().as_slice();
+    let row = rest.rings().range(i);
+    let neighbours = rest.rings().neighbours()[row.clone()].iter();
+    neighbours
+        .zip(&rest.row_cotangents()[row])
+        .fold([0.0; 2], |[value, size], (j, c)| {
+            let term = c * as_f64(x[j.index()] - x[i]).norm_squared();
+            [value + term, size + term.abs()]
         })
-        .collect();
-    sum(&of_vertices) + mu / 6.0 * sum(&of_faces)
+}
+
+/// (Ω a)_i.
+#[inline]
+fn mean(rings: &OneRings, values: &[Mat3], i: usize) -> Mat3 {
+    scaled(cell_sum(rings, values, i), cell_share(rings, i))
+}
+
+#[inline]
+fn scaled(m: Mat3, factor: f64) -> Mat3 {
+    m.map(|x| x * factor)
 }
 
 #[cfg(test)]
 mod tests {
     use cotan_geometry::shapes::torus;
-    use nalgebra::Rotation3;
+    use cotan_laplacian::{Cotangent, LaplacianScheme, Operator, Tutte};
 
     use super::*;
+    use crate::state::Measured;
 
-    /// P = Ω² written out: mean and variance of the rotations that serve a vertex.
+    /// The energy as it is defined, P = Ω² written out, whatever the scheme.
     #[test]
-    fn means_and_variances_are_those_of_the_wide_cells() {
+    fn the_energy_is_that_of_the_wide_cells() {
         let shape = torus::<f64>(1.0, 0.4, 12, 7);
-        let rings = OneRings::new(&shape.mesh);
         let n = shape.positions.len();
-        let turn = |i: usize| Rotation3::new(Vector3::new((i as f64).sin(), 0.3, 0.1 * i as f64));
-        let rotations = per_vertex(n, |i| turn(i).into_inner());
-        let omega = |j: usize, i: usize| {
-            let is_near = i == j || rings.ring(j).any(|(k, _)| k.index() == i);
-            if is_near { cell_share(&rings, j) } else { 0.0 }
-        };
-        let (means, variances) = means_and_variances(&rings, &rotations);
-        for j in [0, 17, n - 1] {
-            let share = |i: usize| (0..n).map(|m| omega(j, m) * omega(m, i)).sum::<f64>();
-            let mean: Matrix3<f64> = (0..n).map(|i| rotations.as_slice()[i] * share(i)).sum();
-            let variance: Matrix3<f64> = (0..n)
-                .map(|i| rotations.as_slice()[i] - mean)
-                .enumerate()
-                .map(|(i, d)| d.transpose() * d * share(i))
+        let schemes: [&dyn LaplacianScheme<f64>; 2] = [&Cotangent::default(), &Tutte];
+        for scheme in schemes {
+            let operator = Operator::assemble(scheme, &shape.surface()).unwrap();
+            let rest = Rest::new(&shape.mesh, shape.positions.clone(), operator, 1.0).unwrap();
+            let mut hybrid = Hybrid::new(0.3);
+            let mu = hybrid.prepare(&rest);
+            let bend = |p: &nalgebra::Point3<f64>| {
+                nalgebra::Point3::new(p.x + p.y * p.z, p.y - 0.3 * p.x * p.x, 1.2 * p.z)
+            };
+            let positions = shape.positions.map(bend);
+            let measured = Measured::new(&rest);
+            let state = FlowState::new(&rest, &positions, &measured, 1);
+            let mut out = rest.laplacian().clone();
+            let field = rest.magnitudes().map(|d| 1.1 * d);
+            hybrid.orient(&state, &field, &mut out).unwrap();
+
+            let rotation = |i: usize| Matrix3::from_column_slice(&hybrid.rotations[i]);
+            let rings = rest.rings();
+            let omega = |j: usize, i: usize| {
+                let is_near = i == j || rings.ring(j).any(|(k, _)| k.index() == i);
+                if is_near { cell_share(rings, j) } else { 0.0 }
+            };
+            let mesh = &shape.mesh;
+            let of_vertex = |j: usize, r: Matrix3<f64>| {
+                let now = rest.operator().apply_at(&positions, j);
+                let mut sum = (now - r * wanted(&rest, &field, j)).norm_squared();
+                for face in mesh.vertex_faces(cotan_halfedge::VertexId::new(j)) {
+                    for h in mesh.face_halfedges(face) {
+                        let [from, to] = [mesh.origin(h), mesh.target(h)];
+                        let edge = positions[to] - positions[from];
+                        let original = rest.positions()[to] - rest.positions()[from];
+                        let miss = (edge - r * original).norm_squared();
+                        sum += mu / 6.0 * rest.cotangents()[h] * miss;
+                    }
+                }
+                sum
+            };
+            let mut expected = 0.0;
+            for j in 0..n {
+                for i in 0..n {
+                    let share: f64 = (0..n).map(|m| omega(j, m) * omega(m, i)).sum();
+                    if share > 0.0 {
+                        expected += share * of_vertex(j, rotation(i));
+                    }
+                }
+            }
+            assert!((hybrid.energy.value - expected).abs() < 1e-12 * hybrid.energy.size);
+            let mean: Matrix3<f64> = (0..n)
+                .map(|i| rotation(i) * (0..n).map(|m| omega(5, m) * omega(m, i)).sum::<f64>())
                 .sum();
-            assert!((means.as_slice()[j] - mean).norm() < 1e-13);
-            assert!((variances.as_slice()[j] - variance).norm() < 1e-13);
+            assert!((mean - Matrix3::from_column_slice(&hybrid.means[5])).norm() < 1e-13);
         }
     }
 }

@@ -12,10 +12,9 @@ mod normal;
 mod reflect;
 mod rotation;
 
-use cotan_geometry::{Positions, Scalar};
+use cotan_geometry::Scalar;
 use cotan_halfedge::{VertexId, VertexMap};
 use nalgebra::{Matrix3, Vector3};
-use rayon::prelude::*;
 
 pub use hybrid::Hybrid;
 pub use limited::Limited;
@@ -26,6 +25,24 @@ pub use rotation::BestRotation;
 use crate::error::FlowError;
 use crate::rest::Rest;
 use crate::state::{FlowState, Quantities};
+use crate::vectors::fill;
+
+/// An energy, as a sum in which terms cancel.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Energy {
+    /// What is left; never negative.
+    pub value: f64,
+    /// The sum of the sizes of the terms. The value is exact but for a few units in the last place
+    /// of this, in double precision.
+    pub size: f64,
+}
+
+impl Energy {
+    /// Energies of positions of this precision that differ by less are the same but for rounding.
+    pub fn rounding<T: Scalar>(&self) -> f64 {
+        64.0 * (T::default_epsilon().as_f64() * self.value + f64::EPSILON * self.size)
+    }
+}
 
 /// Turns the prescribed magnitudes into Laplacian coordinates on the current mesh.
 ///
@@ -65,15 +82,11 @@ pub trait Orientation<T: Scalar>: Send {
         0.0
     }
 
-    /// Half the negative gradient of the membrane's energy at `positions`, without μ, for the edges
-    /// that the last [`Self::orient`] or [`Self::start_from`] wants. Called only where
-    /// [`Self::prepare`] asked for a membrane.
-    fn tension(
-        &self,
-        _rest: &Rest<'_, T>,
-        _positions: &Positions<T>,
-        out: &mut VertexMap<Vector3<f64>>,
-    ) {
+    /// Writes Σ_j s_ij (x_j − x_i) over the edges as the last [`Self::orient`] or [`Self::start_from`]
+    /// wants them, s being [`Rest::stiffness`]: what the membrane's edges pull beyond it is half the
+    /// negative gradient of its energy, without μ. Called only where [`Self::prepare`] asked for a
+    /// membrane.
+    fn wanted_tension(&self, _rest: &Rest<'_, T>, out: &mut VertexMap<Vector3<f64>>) {
         out.values_mut().for_each(|t| *t = Vector3::zeros());
     }
 
@@ -83,7 +96,7 @@ pub trait Orientation<T: Scalar>: Send {
     /// The energy at the last state, if `orient` minimises one over its rotations that the solve
     /// minimises over the positions. An accelerated flow then descends, and never accepts a step that
     /// raises it (with the springs of soft handles, and for the scalar field before the step).
-    fn energy(&self) -> Option<f64> {
+    fn energy(&self) -> Option<Energy> {
         None
     }
 }
@@ -110,20 +123,15 @@ impl<T: Scalar, O: Orientation<T> + ?Sized> Orientation<T> for Box<O> {
         (**self).prepare(rest)
     }
 
-    fn tension(
-        &self,
-        rest: &Rest<'_, T>,
-        positions: &Positions<T>,
-        out: &mut VertexMap<Vector3<f64>>,
-    ) {
-        (**self).tension(rest, positions, out);
+    fn wanted_tension(&self, rest: &Rest<'_, T>, out: &mut VertexMap<Vector3<f64>>) {
+        (**self).wanted_tension(rest, out);
     }
 
     fn start_from(&mut self, rotations: &VertexMap<Matrix3<f64>>) {
         (**self).start_from(rotations);
     }
 
-    fn energy(&self) -> Option<f64> {
+    fn energy(&self) -> Option<Energy> {
         (**self).energy()
     }
 }
@@ -133,11 +141,7 @@ pub(crate) fn write_each<T: Scalar>(
     out: &mut VertexMap<Vector3<T>>,
     ell: impl Fn(VertexId) -> Vector3<T> + Sync,
 ) {
-    out.as_mut_slice()
-        .par_iter_mut()
-        .enumerate()
-        .with_min_len(1 << 9)
-        .for_each(|(i, out)| *out = ell(VertexId::new(i)));
+    fill(out.as_mut_slice(), |i| ell(VertexId::new(i)));
 }
 
 /// field_i / |ℓ⁰_i|: by how much the scalar field scales the original; 0 where ℓ⁰ = 0.

@@ -1,0 +1,109 @@
+//! Weights whose sums are exact, so that L·1 = 0.
+
+use cotan_geometry::{Scalar, scalar};
+use cotan_halfedge::{EdgeId, HalfedgeMap, HalfedgeMesh};
+use rayon::prelude::*;
+
+use crate::rings::OneRings;
+
+/// Rounds every weight to a multiple of a power of two that is coarse enough for all sums around
+/// its two ends to be exact in T.
+///
+/// With q_i = 2^k the unit in the last place of 4 Σ_j |w_ij|, every partial sum of multiples of
+/// q_i that stays below 2 Σ |w_ij| is representable. An edge takes the coarser unit of its ends,
+/// which keeps symmetric weights symmetric. What is lost is of the order of the rounding error of
+/// the row's sum.
+pub(crate) fn round_to_exact_sums<T: Scalar>(
+    rings: &OneRings,
+    mesh: &HalfedgeMesh,
+    weights: &mut HalfedgeMap<T>,
+) {
+    let units = exact_units(rings, weights);
+    weights
+        .as_mut_slice()
+        .par_chunks_exact_mut(2)
+        .enumerate()
+        .with_min_len(1 << 12)
+        .for_each(|(edge, pair)| {
+            let [a, b] = mesh
+                .edge_vertices(EdgeId::new(edge))
+                .map(|v| units[v.index()]);
+            pair.iter_mut().for_each(|w| *w = round_to(*w, a.max(b)));
+        });
+}
+
+/// q_i of every vertex, 0 where all weights are.
+pub(crate) fn exact_units<T: Scalar>(rings: &OneRings, weights: &HalfedgeMap<T>) -> Vec<T> {
+    let eps = T::default_epsilon();
+    let unit = |i| {
+        let size = rings
+            .ring(i)
+            .fold(T::zero(), |sum, (_, h)| sum + weights[h].abs());
+        if size > T::zero() {
+            eps * scalar(4.0 * power_above(size.as_f64()))
+        } else {
+            T::zero()
+        }
+    };
+    (0..rings.num_vertices())
+        .into_par_iter()
+        .with_min_len(1 << 11)
+        .map(unit)
+        .collect()
+}
+
+/// The least power of two that is not below a positive number; the number itself where it is so
+/// small that it has no exponent of its own.
+fn power_above(size: f64) -> f64 {
+    const EXPONENT: u64 = 0x7ff << 52;
+    let power = f64::from_bits(size.to_bits() & EXPONENT);
+    if power == size {
+        power
+    } else if power > 0.0 {
+        2.0 * power
+    } else {
+        size
+    }
+}
+
+/// The nearest multiple of `unit`, of which `weight` is less than 1/ε; the weight itself where that
+/// is 0.
+pub(crate) fn round_to<T: Scalar>(weight: T, unit: T) -> T {
+    if unit > T::zero() {
+        // Numbers of this size are multiples of the unit, and so the sum is rounded to one.
+        let grid = unit * (scalar::<T>(1.5) / T::default_epsilon());
+        (weight + grid) - grid
+    } else {
+        weight
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn powers_of_two_are_found_without_logarithms() {
+        for size in [1.0, 1.1, 1.999, 2.0, 3.7e-9, 6.02e23, f64::MIN_POSITIVE] {
+            let expected = size.log2().ceil().exp2();
+            assert_eq!(power_above(size), expected, "{size}");
+        }
+        assert_eq!(power_above(f64::INFINITY), f64::INFINITY);
+        assert!(power_above(1e-320) > 0.0);
+    }
+
+    #[test]
+    fn rounds_to_the_nearest_multiple() {
+        let unit = 2.0f64.powi(-30);
+        for weight in [0.0, 0.3, -0.7, 1e-10, 1e5] {
+            let expected = (weight / unit).round_ties_even() * unit;
+            assert_eq!(round_to(weight, unit), expected, "{weight}");
+        }
+        let (weight, unit) = (0.3f32, 2.0f32.powi(-20));
+        assert_eq!(
+            round_to(weight, unit),
+            (weight / unit).round_ties_even() * unit
+        );
+        assert_eq!(round_to(0.3, 0.0), 0.3);
+    }
+}

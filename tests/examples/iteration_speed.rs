@@ -1,0 +1,156 @@
+//! Prints what an iteration costs, in nanoseconds a vertex: the whole step, its solve, and the
+//! rest, for every orientation.
+//!
+//! ```text
+//! RAYON_NUM_THREADS=1 cargo run --release -p cotan-tests --example iteration_speed [-- part of a mesh's name ...]
+//! ```
+//!
+//! Medians over the steps of one drag, on a machine that does nothing else. The solve is timed on a
+//! system of its own, prepared alike. Real models are skipped where they are not beside the project.
+//! Before the table: what it takes to assemble the operator, in nanoseconds a face.
+
+use std::time::Instant;
+
+use cotan::flow::{
+    BestRotation, Flow, Hybrid, KeepMagnitude, Limited, Orientation, Reflect, ReflectFirst,
+    RescaleByArea, ScalarFieldUpdater,
+};
+use cotan::linear::{Membrane, PreparedSystem};
+use cotan::prelude::*;
+use cotan_geometry::shapes::icosphere;
+use cotan_laplacian::{Cotangent, Operator};
+
+const STEPS: usize = 21;
+
+fn main() {
+    let wanted: Vec<String> = std::env::args().skip(1).collect();
+    let is_wanted =
+        |name: &str| wanted.is_empty() || wanted.iter().any(|w| name.contains(w.as_str()));
+    for name in ["dinosaur.obj", "igea.ply", "armadillo.ply"] {
+        if is_wanted(name)
+            && let Some(mesh) = cotan_tests::model(name)
+        {
+            table(name, mesh.mesh(), mesh.positions());
+        }
+    }
+    for level in [6, 7] {
+        let name = format!("icosphere {level}");
+        if is_wanted(&name) {
+            let shape = icosphere::<f64>(level);
+            table(&name, &shape.mesh, &shape.positions);
+        }
+    }
+}
+
+fn table(name: &str, mesh: &HalfedgeMesh, positions: &Positions<f64>) {
+    let per_face = assembly(mesh, positions) / mesh.num_faces() as f64 * 1e9;
+    println!(
+        "\n{name}: {} vertices, assembly {per_face:.0} ns a face\n",
+        positions.len()
+    );
+    println!("| orientation | step | solve | rest of the step |");
+    println!("|---|---|---|---|");
+    let hybrid = || Box::new(Hybrid::default());
+    let limited = || Box::new(Limited::new());
+    let reflect_first = Box::new(ReflectFirst::new(10));
+    let row = |method: &str,
+               orientation: Box<dyn Orientation<f64>>,
+               updater: Box<dyn ScalarFieldUpdater<f64>>| {
+        print_row(mesh, positions, method, orientation, updater);
+    };
+    row("hybrid", hybrid(), Box::new(KeepMagnitude));
+    row("limited", limited(), Box::new(KeepMagnitude));
+    row(
+        "rotation",
+        Box::new(BestRotation::new()),
+        Box::new(KeepMagnitude),
+    );
+    row("reflect", Box::new(Reflect::new()), Box::new(KeepMagnitude));
+    row("reflect first", reflect_first, Box::new(KeepMagnitude));
+    row("hybrid, rescaled", hybrid(), Box::new(RescaleByArea));
+    row("limited, rescaled", limited(), Box::new(RescaleByArea));
+}
+
+/// Seconds for the operator: weights, one-rings, rounding.
+fn assembly(mesh: &HalfedgeMesh, positions: &Positions<f64>) -> f64 {
+    let surface = Surface::new(mesh, positions).expect("a surface");
+    median(9, || {
+        Operator::assemble(&Cotangent::default(), &surface).expect("an operator");
+    })
+}
+
+fn print_row(
+    mesh: &HalfedgeMesh,
+    positions: &Positions<f64>,
+    method: &str,
+    orientation: Box<dyn Orientation<f64>>,
+    updater: Box<dyn ScalarFieldUpdater<f64>>,
+) {
+    let mut flow = Flow::builder(mesh, positions)
+        .orientation(orientation)
+        .updater(updater)
+        .handles(drag(positions))
+        .tolerance(0.0)
+        .build()
+        .expect("a flow");
+    let step = median(STEPS, || {
+        flow.step().expect("a step");
+    });
+    let solve = solve(&flow, method.starts_with("hybrid"));
+    let per_vertex = |seconds: f64| seconds / positions.len() as f64 * 1e9;
+    println!(
+        "| {method} | {:.0} | {:.0} | {:.0} |",
+        per_vertex(step),
+        per_vertex(solve),
+        per_vertex(step - solve),
+    );
+}
+
+/// The lowest vertex and three others held, the highest moved sideways: by so little that a line
+/// search accepts its first trial. Every other trial costs one more update of the rotations.
+fn drag(positions: &Positions<f64>) -> Vec<(Handle, Point3<f64>)> {
+    let mut by_height: Vec<VertexId> = positions.iter().map(|(v, _)| v).collect();
+    by_height.sort_by(|a, b| positions[*a].z.total_cmp(&positions[*b].z));
+    let last = by_height.len() - 1;
+    let size = positions[by_height[last]].z - positions[by_height[0]].z;
+    let mut handles: Vec<_> = [0, last / 8, last / 4, last / 2]
+        .map(|place| by_height[place])
+        .map(|v| (Handle::hard(v), positions[v]))
+        .to_vec();
+    let top = by_height[last];
+    let sideways = Vector3::new(0.02 * size, 0.0, 0.0);
+    handles.push((Handle::hard(top), positions[top] + sideways));
+    handles
+}
+
+/// Seconds for one correction of a system like the flow's.
+fn solve(flow: &Flow<'_, f64>, has_membrane: bool) -> f64 {
+    let rest = flow.rest();
+    let n = rest.positions().len();
+    let membrane = has_membrane.then(|| Membrane {
+        weight: Hybrid::default().prepare(rest),
+        stiffness: rest.stiffness(),
+    });
+    let mut system =
+        PreparedSystem::prepare(rest.operator(), flow.handles(), membrane).expect("a system");
+    let mismatch = rest.laplacian();
+    let zeros = VertexMap::filled(n, Vector3::zeros());
+    let (mut residual, mut correction) = (zeros.clone(), zeros.clone());
+    median(STEPS, || {
+        let tension = has_membrane.then_some(&zeros);
+        system.correct(mismatch, tension, &zeros, &mut residual, &mut correction);
+    })
+}
+
+/// The median of some measurements, in seconds.
+fn median(repetitions: usize, mut run: impl FnMut()) -> f64 {
+    let mut times: Vec<f64> = (0..repetitions)
+        .map(|_| {
+            let start = Instant::now();
+            run();
+            start.elapsed().as_secs_f64()
+        })
+        .collect();
+    times.sort_by(f64::total_cmp);
+    times[times.len() / 2]
+}
