@@ -69,7 +69,7 @@ fn report(name: &str, document: &Document) -> Result<(), Box<dyn Error>> {
         let at = |v: VertexId| (Handle::hard(v), built.positions()[v]);
         let mut flow = Flow::builder(built.mesh(), built.positions())
             .handles([at(fixed), at(moved)])
-            .orientation(BestRotation)
+            .orientation(BestRotation::new())
             .tolerance(0.0)
             .build()?;
         flow.move_handles(&[(moved, built.positions()[moved] * 1.2)])?;

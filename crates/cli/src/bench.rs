@@ -206,20 +206,19 @@ impl Plan<'_> {
             );
             Ok::<_, cotan::flow::FlowError>(())
         })?;
-        drop(system);
         Ok(SystemSeconds {
             factor,
-            add_handle: self.add_handle(flow, &mut *orientation)?,
+            add_handle: self.add_handle(flow, &mut system)?,
             solve,
             factor_bytes,
         })
     }
 
-    /// One handle more: the system is prepared anew, as long as it takes no handles afterwards.
+    /// One handle more.
     fn add_handle(
         &self,
         flow: &Flow<'_, f64>,
-        orientation: &mut dyn Orientation<f64>,
+        system: &mut PreparedSystem,
     ) -> Result<f64, cotan::flow::FlowError> {
         let rest = flow.rest();
         let mut is_held = vec![false; rest.positions().len()];
@@ -227,9 +226,13 @@ impl Plan<'_> {
         handles
             .iter()
             .for_each(|h| is_held[h.vertex.index()] = true);
-        let free = rest.mesh().vertices().find(|v| !is_held[v.index()]);
-        handles.extend(free.map(Handle::hard));
-        self.median(|| prepare(rest, orientation, &handles).map(drop))
+        let mut free = rest.mesh().vertices().filter(|v| !is_held[v.index()]);
+        // Every run adds one more to those before.
+        self.median(|| {
+            handles.extend(free.next().map(Handle::hard));
+            system.set_handles(&handles)?;
+            Ok(())
+        })
     }
 
     fn iterations(
