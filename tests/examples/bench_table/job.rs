@@ -36,6 +36,7 @@ impl Jobs {
 pub(crate) type Moves = Vec<(VertexId, Point3<f64>)>;
 
 /// What a file holds.
+#[derive(Clone)]
 pub(crate) struct Job {
     pub(crate) positions: Positions<f64>,
     pub(crate) faces: Vec<[u32; 3]>,
