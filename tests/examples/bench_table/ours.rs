@@ -80,7 +80,11 @@ fn in_order(job: &Job) -> Job {
     Job {
         positions: order.gather(&job.positions),
         faces: order.faces(&job.faces).0,
-        moves: job.moves.iter().map(|&(v, p)| (order.new_id(v), p)).collect(),
+        moves: job
+            .moves
+            .iter()
+            .map(|&(v, p)| (order.new_id(v), p))
+            .collect(),
     }
 }
 

@@ -59,6 +59,8 @@ pub(super) enum Values {
 pub(super) trait Value: Copy + Default + Send + Sync + Into<f64> {
     fn of(value: f64) -> Self;
 
+    fn zeros(len: usize) -> Vec<Self>;
+
     /// Values in double precision: as they are, or converted into `scratch`.
     fn widen<'a>(values: &'a [Self], scratch: &'a mut [f64]) -> &'a [f64];
 }
@@ -67,6 +69,10 @@ impl Value for f64 {
     #[inline(always)]
     fn of(value: f64) -> Self {
         value
+    }
+
+    fn zeros(len: usize) -> Vec<Self> {
+        vec![0.0; len]
     }
 
     #[inline(always)]
@@ -79,6 +85,10 @@ impl Value for f32 {
     #[inline(always)]
     fn of(value: f64) -> Self {
         value as Self
+    }
+
+    fn zeros(len: usize) -> Vec<Self> {
+        vec![0.0; len]
     }
 
     #[inline(always)]
@@ -148,13 +158,13 @@ impl Factor {
     }
 }
 
+/// Zeros that the system hands out untouched, so that they are written once; an error where there
+/// is no room for them.
 fn zeros<V: Value>(len: usize) -> Result<Vec<V>, FactorError> {
-    let mut values = Vec::new();
-    values
+    Vec::<V>::new()
         .try_reserve_exact(len)
         .map_err(|_| FactorError::OutOfMemory)?;
-    values.resize(len, V::default());
-    Ok(values)
+    Ok(V::zeros(len))
 }
 
 /// What a front leaves to its parent: the square below its columns, column-major.

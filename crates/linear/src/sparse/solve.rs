@@ -311,8 +311,7 @@ fn forward_block<'v, S: Simd, V: Value, const B: usize>(
     let az = S::as_mut_simd_f64s(&mut axes.z[below..][..padded]).0;
     // Vectors in the height of a tile: 1 where a vector has four lanes.
     let step = packed::TILE / S::F64_LANES;
-    let minus = |x: [f64; B]| x.map(|x| simd.splat_f64s(-x));
-    let (x, y, z) = (minus(x), minus(y), minus(z));
+    let (x, y, z) = (minus(simd, &x), minus(simd, &y), minus(simd, &z));
     let rows = ax.iter_mut().zip(ay).zip(az).enumerate();
     for (i, ((ax, ay), az)) in rows {
         let tile = &tiles[i / step * step * B + i % step..];
@@ -324,6 +323,16 @@ fn forward_block<'v, S: Simd, V: Value, const B: usize>(
         }
     }
     rest
+}
+
+/// −x, each in a whole vector.
+#[inline(always)]
+fn minus<S: Simd, const B: usize>(simd: S, x: &[f64; B]) -> [S::f64s; B] {
+    let mut out = [simd.splat_f64s(0.0); B];
+    for k in 0..B {
+        out[k] = simd.splat_f64s(-x[k]);
+    }
+    out
 }
 
 #[inline(always)]
@@ -413,13 +422,12 @@ fn backward_block<'v, S: Simd, V: Value, const B: usize>(
             sums[k][2] = simd.mul_add_f64s(l, *z, sums[k][2]);
         }
     }
-    let sums = sums.map(|axes| axes.map(|sum| simd.reduce_sum_f64s(sum)));
     for (axis, values) in [&mut *axes.x, &mut *axes.y, &mut *axes.z]
         .into_iter()
         .enumerate()
     {
         for k in (0..B).rev() {
-            let mut sum = values[column + k] - sums[k][axis];
+            let mut sum = values[column + k] - simd.reduce_sum_f64s(sums[k][axis]);
             for j in k + 1..B {
                 sum -= square[k * B + j].into() * values[column + j];
             }
