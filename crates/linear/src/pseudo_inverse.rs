@@ -46,7 +46,7 @@ pub(crate) struct PseudoInverse {
 
 /// The inverse of a one-ring matrix.
 enum Inverse {
-    Factor(Cholesky),
+    Factor(Box<Cholesky>),
     Iteration(Box<Multigrid>),
 }
 
@@ -63,7 +63,7 @@ impl Inverse {
     /// The inverse of a matrix of the same pattern, of the same kind.
     fn like(&self, matrix: &LowerTriangle) -> Result<Self, LinearError> {
         Ok(match self {
-            Self::Factor(cholesky) => Self::Factor(cholesky.factor_like(matrix)?),
+            Self::Factor(cholesky) => Self::Factor(Box::new(cholesky.factor_like(matrix)?)),
             Self::Iteration(_) => Self::iteration(matrix)?,
         })
     }
@@ -123,7 +123,8 @@ impl PseudoInverse {
             *ground = (*ground).min(i);
         }
         Self::assemble(problem, grounds, |matrix| match means {
-            Means::Factor(storage) => Cholesky::factor_with(matrix, storage).map(Inverse::Factor),
+            Means::Factor(storage) => Cholesky::factor_with(matrix, storage)
+                .map(|cholesky| Inverse::Factor(Box::new(cholesky))),
             Means::Iteration => Inverse::iteration(matrix),
         })
     }
