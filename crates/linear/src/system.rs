@@ -23,7 +23,7 @@ use crate::strategy::{Choice, Plan, Solver, SystemOptions};
 /// |L(x + δ) − ℓ|² + μ (membrane) + Σ_soft k²|x + δ − u|²,    δ = 0 at hard handles?
 /// ```
 ///
-/// There is more than one way to that answer: see [`Strategy`]. The handles may be exchanged
+/// There is more than one way to that answer: see [`crate::Strategy`]. The handles may be exchanged
 /// ([`Self::set_handles`]), and so may the weights ([`Self::refactor`]).
 ///
 /// **Source**: paper, equations 3 and 8, as a correction (see the crate's docs).
@@ -88,9 +88,9 @@ impl PreparedSystem {
         Ok(system)
     }
 
-    /// Holds other vertices, or the same ones otherwise. By [`Strategy::Columns`] nothing is factorized:
+    /// Holds other vertices, or the same ones otherwise. By [`crate::Strategy::Columns`] nothing is factorized:
     /// vertices that stay handles keep their columns, and three new ones cost two solves.
-    /// [`Strategy::Normal`] factorizes again; with [`Strategy::Auto`] whatever is predicted to be
+    /// [`crate::Strategy::Normal`] factorizes again; with [`crate::Strategy::Auto`] whatever is predicted to be
     /// the faster from here on is done.
     ///
     /// # Errors

@@ -8,7 +8,7 @@ use cotan_laplacian::{
     ClampedCotangent, Cotangent, EdgeLength, LaplacianScheme, Operator, Tutte, Uniform,
 };
 use cotan_linear::{
-    Handle, LinearError, Membrane, PreparedSystem, Reason, Strategy, SystemOptions,
+    Handle, LinearError, Membrane, Precision, PreparedSystem, Reason, Strategy, SystemOptions,
 };
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::{any, prop_assert, prop_assert_eq, prop_assume, proptest};
@@ -175,7 +175,7 @@ proptest! {
     fn exchanged_handles_are_as_good_as_new_ones(
         shape in surfaces(), kind in 0usize..2, components in 1usize..3,
         steps in proptest::collection::vec((1usize..10, any::<bool>(), 0usize..50), 1..6),
-        with_membrane in any::<bool>(), strategy in 0usize..3,
+        with_membrane in any::<bool>(), strategy in 0usize..4,
     ) {
         let (mesh, positions) = copies(&shape.mesh, &shape.positions, components);
         let n = positions.len();
@@ -204,7 +204,7 @@ proptest! {
     /// New weights are those of a new system.
     #[test]
     fn refactored_weights_are_as_good_as_new_ones(
-        shape in surfaces(), strategy in 0usize..3, before in any::<bool>(), after in any::<bool>(),
+        shape in surfaces(), strategy in 0usize..4, before in any::<bool>(), after in any::<bool>(),
     ) {
         let n = shape.positions.len();
         let surface = shape.surface();
@@ -385,4 +385,59 @@ fn every_vertex_may_be_a_handle() {
         correction
     };
     assert!(apart(&by(NORMAL), &by(COLUMNS)) < 1e-12);
+}
+
+/// On a mesh that is large enough for more than one level: iteration, and factors in single
+/// precision, give what the normal equations give.
+#[test]
+fn iteration_and_single_precision_agree_with_the_normal_equations() {
+    let shape = shapes::creature::<f64>(110);
+    let n = shape.positions.len();
+    let operator = Operator::assemble(&Cotangent::default(), &shape.surface()).unwrap();
+    let stiffness = half_weights(&operator, &shape.mesh);
+    for (weight, soft) in [(0.0, true), (0.05, false)] {
+        let membrane = Some(Membrane {
+            weight,
+            stiffness: &stiffness,
+        });
+        let held = handles(n, 1, 6, soft, 3);
+        let by = |options: &SystemOptions| {
+            let prepared = PreparedSystem::prepare_with(&operator, &held, membrane, options);
+            corrected(&mut prepared.unwrap(), &operator)[1].clone()
+        };
+        let expected = by(&NORMAL);
+        for options in [
+            options(Strategy::Iterative),
+            COLUMNS.precision(Precision::Single),
+        ] {
+            let apart = apart(&expected, &by(&options));
+            assert!(apart < 1e-6, "{apart} by {options:?}");
+        }
+    }
+}
+
+/// Under a limit of memory what fits is taken, and what cannot fit is refused before it is factorized.
+#[test]
+fn a_limit_of_memory_chooses_and_refuses() {
+    let shape = shapes::creature::<f64>(110);
+    let operator = Operator::assemble(&Cotangent::default(), &shape.surface()).unwrap();
+    let held = handles(shape.positions.len(), 1, 3, false, 1);
+    let with = |options: SystemOptions| {
+        PreparedSystem::prepare_with(&operator, &held, None, &options).map(|s| s.choice())
+    };
+    let all = SystemOptions::new();
+    assert_eq!(with(all).unwrap().strategy, Strategy::Columns);
+    for strategy in [Strategy::Normal, Strategy::Columns, Strategy::Iterative] {
+        assert!(matches!(
+            with(options(strategy).max_memory(1000)),
+            Err(LinearError::MemoryLimit {
+                permitted: 1000,
+                ..
+            })
+        ));
+    }
+    assert!(matches!(
+        with(all.max_memory(1000)),
+        Err(LinearError::MemoryLimit { .. })
+    ));
 }
