@@ -17,6 +17,7 @@ mod fans;
 mod flow;
 mod lbfgs;
 mod orientation;
+mod passes;
 mod polar;
 mod projection;
 mod report;

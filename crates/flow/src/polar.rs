@@ -2,6 +2,8 @@
 
 use nalgebra::{Matrix3, Matrix4, Quaternion, UnitQuaternion, Vector3};
 
+use crate::passes::Four;
+
 /// The rotation R (determinant +1) that maximises tr(Rᵀ S), for S = Σ w e e⁰ᵀ: the rotation that
 /// turns the e⁰ onto the e best in the least-squares sense.
 ///
@@ -45,8 +47,11 @@ pub(crate) fn flat(matrix: &Matrix3<f64>) -> Mat3 {
     std::array::from_fn(|k| matrix[k])
 }
 
-/// As [`nearest_rotation`], from a guess that is a rotation: a few Newton steps where it is a good
-/// one, at a hundredth of the cost.
+/// Four matrices, entry by entry.
+type FourMatrices = [Four; 9];
+
+/// As [`nearest_rotation`] for four matrices side by side, from guesses that are rotations: a few
+/// Newton steps where they are good ones, at a small part of the cost.
 ///
 /// With A = Rᵀ S, the rotation R exp(ω) is to first order the best for (tr(A) − sym A) ω = axial A.
 /// A stationary R is the global maximum exactly where that matrix is positive semi-definite, so a
@@ -54,63 +59,120 @@ pub(crate) fn flat(matrix: &Matrix3<f64>) -> Mat3 {
 ///
 /// About the axis ω the best angle is atan |ω|: its sine and cosine need no trigonometry, and the
 /// step never goes too far.
-#[inline]
-pub(crate) fn nearest_rotation_from(s: &Mat3, guess: &Mat3) -> Mat3 {
+///
+/// Each of the four comes out as it would alone: it takes no further part once it is found.
+#[inline(always)]
+pub(crate) fn nearest_rotations_from(matrices: &[Mat3; 4], rotations: &mut [Mat3; 4]) {
     const MOST_STEPS: usize = 6;
     /// Radians. The terms of third order are as small as the axial vector is, so that convergence is
     /// cubic: the step after one of this size is below rounding.
     const LAST_STEP: f64 = 1e-5;
     const LONGEST_STEP: f64 = 0.5;
-    let least_pivot = 1e-6 * s.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let mut rotation = *guess;
+    let s = side_by_side(matrices);
+    let least_pivot = Four::all(1e-6) * sum_of_squares(&s).sqrt();
+    let mut r = side_by_side(rotations);
+    let (mut is_open, mut is_found) = ([true; 4], [false; 4]);
     for _ in 0..MOST_STEPS {
         // Where two rotations are nearly as good as each other a Newton step is not to be trusted.
-        let Some(step) = newton_step(&transpose_product(&rotation, s), least_pivot) else {
-            break;
-        };
-        let squared: f64 = step.iter().map(|x| x * x).sum();
-        if !(squared < LONGEST_STEP * LONGEST_STEP) {
-            break;
+        let (step, is_safe) = newton_step(&transpose_product(&r, &s), least_pivot);
+        let squared = step[0] * step[0] + step[1] * step[1] + step[2] * step[2];
+        let next = product(&r, &turn(&step, squared));
+        for lane in 0..4 {
+            let is_short = squared.0[lane] < LONGEST_STEP * LONGEST_STEP;
+            is_open[lane] &= is_safe[lane] & is_short;
         }
-        rotation = product(&rotation, &turn(&step, squared));
-        if squared < LAST_STEP * LAST_STEP {
-            return orthonormalized(&rotation);
+        for k in 0..9 {
+            for lane in 0..4 {
+                r[k].0[lane] = if is_open[lane] {
+                    next[k].0[lane]
+                } else {
+                    r[k].0[lane]
+                };
+            }
+        }
+        for lane in 0..4 {
+            let is_last = is_open[lane] & (squared.0[lane] < LAST_STEP * LAST_STEP);
+            is_found[lane] |= is_last;
+            is_open[lane] &= !is_last;
+        }
+        if !(is_open[0] | is_open[1] | is_open[2] | is_open[3]) {
+            break;
         }
     }
+    let r = orthonormalized(&r);
+    for lane in 0..4 {
+        if is_found[lane] {
+            for k in 0..9 {
+                rotations[lane][k] = r[k].0[lane];
+            }
+        } else {
+            rotations[lane] = from_scratch(&matrices[lane]);
+        }
+    }
+}
+
+#[cold]
+#[inline(never)]
+fn from_scratch(s: &Mat3) -> Mat3 {
     flat(&nearest_rotation(&Matrix3::from_column_slice(s)))
 }
 
-/// (tr(A) − sym A)⁻¹ axial A by cofactors; `None` where a pivot is below the least.
-#[inline]
-fn newton_step(a: &Mat3, least_pivot: f64) -> Option<[f64; 3]> {
+#[inline(always)]
+fn side_by_side(m: &[Mat3; 4]) -> FourMatrices {
+    let mut out = [Four::ZERO; 9];
+    for k in 0..9 {
+        out[k] = Four([m[0][k], m[1][k], m[2][k], m[3][k]]);
+    }
+    out
+}
+
+#[inline(always)]
+fn sum_of_squares(m: &FourMatrices) -> Four {
+    let mut sum = Four::ZERO;
+    for k in 0..9 {
+        sum += m[k] * m[k];
+    }
+    sum
+}
+
+/// (tr(A) − sym A)⁻¹ axial A by cofactors; not safe where a pivot is below the least.
+#[inline(always)]
+fn newton_step(a: &FourMatrices, least_pivot: Four) -> ([Four; 3], [bool; 4]) {
+    let half = Four::all(-0.5);
     let axial = [a[5] - a[7], a[6] - a[2], a[1] - a[3]];
     let (xx, yy, zz) = (a[4] + a[8], a[0] + a[8], a[0] + a[4]);
     let (xy, yz, zx) = (
-        -0.5 * (a[1] + a[3]),
-        -0.5 * (a[5] + a[7]),
-        -0.5 * (a[2] + a[6]),
+        half * (a[1] + a[3]),
+        half * (a[5] + a[7]),
+        half * (a[2] + a[6]),
     );
-    let cofactors = [
-        [yy * zz - yz * yz, zx * yz - xy * zz, xy * yz - zx * yy],
-        [zx * yz - xy * zz, xx * zz - zx * zx, xy * zx - xx * yz],
-        [xy * yz - zx * yy, xy * zx - xx * yz, xx * yy - xy * xy],
+    let (c_xx, c_yy, c_zz) = (yy * zz - yz * yz, xx * zz - zx * zx, xx * yy - xy * xy);
+    let (c_xy, c_zx, c_yz) = (zx * yz - xy * zz, xy * yz - zx * yy, xy * zx - xx * yz);
+    let determinant = xx * c_xx + xy * c_xy + zx * c_zx;
+    // The pivots are xx, minor / xx and determinant / minor, the minor being that of x and y.
+    let least = [least_pivot, least_pivot * xx, least_pivot * c_zz];
+    let mut is_safe = [false; 4];
+    for lane in 0..4 {
+        is_safe[lane] = (xx.0[lane] > 0.0)
+            & (xx.0[lane] >= least[0].0[lane])
+            & (c_zz.0[lane] >= least[1].0[lane])
+            & (determinant.0[lane] >= least[2].0[lane]);
+    }
+    let over = Four::all(1.0).over(determinant);
+    let step = [
+        (c_xx * axial[0] + c_xy * axial[1] + c_zx * axial[2]) * over,
+        (c_xy * axial[0] + c_yy * axial[1] + c_yz * axial[2]) * over,
+        (c_zx * axial[0] + c_yz * axial[1] + c_zz * axial[2]) * over,
     ];
-    let minor = cofactors[2][2];
-    let determinant = xx * cofactors[0][0] + xy * cofactors[0][1] + zx * cofactors[0][2];
-    // The pivots are xx, minor / xx and determinant / minor.
-    let is_safe = xx > 0.0
-        && xx >= least_pivot
-        && minor >= least_pivot * xx
-        && determinant >= least_pivot * minor;
-    let over = 1.0 / determinant;
-    is_safe.then(|| cofactors.map(|[x, y, z]| (x * axial[0] + y * axial[1] + z * axial[2]) * over))
+    (step, is_safe)
 }
 
 /// The rotation about ω by atan |ω|.
-#[inline]
-fn turn(omega: &[f64; 3], squared: f64) -> Mat3 {
-    let cosine = 1.0 / (1.0 + squared).sqrt();
-    let b = cosine * cosine / (1.0 + cosine);
+#[inline(always)]
+fn turn(omega: &[Four; 3], squared: Four) -> FourMatrices {
+    let one = Four::all(1.0);
+    let cosine = one.over((one + squared).sqrt());
+    let b = (cosine * cosine).over(one + cosine);
     let [x, y, z] = *omega;
     let (cx, cy, cz) = (cosine * x, cosine * y, cosine * z);
     let (bxy, byz, bzx) = (b * x * y, b * y * z, b * z * x);
@@ -128,19 +190,22 @@ fn turn(omega: &[f64; 3], squared: f64) -> Mat3 {
 }
 
 /// Products of rotations drift: one step back to orthogonality, ½ R (3 − RᵀR).
-#[inline]
-fn orthonormalized(rotation: &Mat3) -> Mat3 {
-    let mut correction = transpose_product(rotation, rotation).map(|x| -0.5 * x);
+#[inline(always)]
+fn orthonormalized(rotation: &FourMatrices) -> FourMatrices {
+    let mut correction = transpose_product(rotation, rotation);
+    for entry in &mut correction {
+        *entry = *entry * Four::all(-0.5);
+    }
     for k in [0, 4, 8] {
-        correction[k] += 1.5;
+        correction[k] += Four::all(1.5);
     }
     product(rotation, &correction)
 }
 
 /// A B.
-#[inline]
-fn product(a: &Mat3, b: &Mat3) -> Mat3 {
-    let mut out = [0.0; 9];
+#[inline(always)]
+fn product(a: &FourMatrices, b: &FourMatrices) -> FourMatrices {
+    let mut out = [Four::ZERO; 9];
     for c in 0..3 {
         for r in 0..3 {
             out[3 * c + r] = a[r] * b[3 * c] + a[3 + r] * b[3 * c + 1] + a[6 + r] * b[3 * c + 2];
@@ -150,9 +215,9 @@ fn product(a: &Mat3, b: &Mat3) -> Mat3 {
 }
 
 /// Aᵀ B.
-#[inline]
-fn transpose_product(a: &Mat3, b: &Mat3) -> Mat3 {
-    let mut out = [0.0; 9];
+#[inline(always)]
+fn transpose_product(a: &FourMatrices, b: &FourMatrices) -> FourMatrices {
+    let mut out = [Four::ZERO; 9];
     for c in 0..3 {
         for r in 0..3 {
             out[3 * c + r] =
@@ -249,8 +314,11 @@ mod tests {
             let best = nearest_rotation(&s);
             let turn = Vector3::from(axis) * 10f64.powf(scale);
             let guess = best * Rotation3::new(turn).into_inner();
-            let found = nearest_rotation_from(&flat(&s), &flat(&guess));
-            let found = Matrix3::from_column_slice(&found);
+            // Beside others that are found at once, or not from their guess.
+            let mut found = [IDENTITY, flat(&guess), flat(&best), flat(&-guess)];
+            nearest_rotations_from(&[IDENTITY, flat(&s), flat(&s), flat(&s)], &mut found);
+            prop_assert_eq!(found[0], IDENTITY);
+            let found = Matrix3::from_column_slice(&found[1]);
             prop_assert!((found.transpose() * found - Matrix3::identity()).norm() < 1e-14);
             let gap = (best.transpose() * s).trace() - (found.transpose() * s).trace();
             prop_assert!(gap.abs() <= 1e-13, "{gap:e}");

@@ -87,11 +87,13 @@ impl<T: Scalar> Operator<T> {
 
     /// The weights row after row: entry k belongs to the halfedge at place k of
     /// [`OneRings::halfedges`].
+    #[inline]
     pub fn row_weights(&self) -> &[f64] {
         &self.rows
     }
 
     /// The sparsity pattern.
+    #[inline]
     pub fn rings(&self) -> &Arc<OneRings> {
         &self.rings
     }
@@ -146,6 +148,7 @@ impl<T: Scalar> Operator<T> {
     ///
     /// # Panics
     /// If there is no such vertex, or fewer positions than vertices.
+    #[inline]
     pub fn apply_at(&self, positions: &Positions<T>, i: usize) -> Vector3<f64> {
         let x = positions.as_slice();
         let mut sum = Vector3::zeros();

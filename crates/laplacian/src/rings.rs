@@ -59,12 +59,13 @@ impl OneRings {
     }
 
     /// Where row `i` lies in [`Self::neighbours`] and [`Self::halfedges`].
-    #[inline]
+    #[inline(always)]
     pub fn range(&self, i: usize) -> std::ops::Range<usize> {
         self.offsets[i] as usize..self.offsets[i + 1] as usize
     }
 
     /// The neighbours of all vertices, row after row.
+    #[inline(always)]
     pub fn neighbours(&self) -> &[VertexId] {
         &self.neighbours
     }

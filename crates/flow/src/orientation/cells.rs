@@ -5,6 +5,7 @@ use cotan_halfedge::{HalfedgeId, HalfedgeMap};
 use cotan_laplacian::OneRings;
 use nalgebra::Vector3;
 
+use crate::passes::{Four, Pass};
 use crate::polar::Mat3;
 use crate::rest::Rest;
 use crate::vectors::fill;
@@ -63,41 +64,69 @@ pub(crate) fn in_rows(
     out
 }
 
-/// m += a bᵀ.
-#[inline]
-pub(crate) fn add_outer(m: &mut Mat3, a: &Vector3<f64>, b: &[f64; 3]) {
-    for c in 0..3 {
-        for r in 0..3 {
-            m[3 * c + r] += a[r] * b[c];
+/// (Ω a)_i for Ω the mean over a vertex and its neighbours, and (Ωᵀ a)_i where `a` holds shares.
+pub(crate) struct Means<'a> {
+    pub(crate) rings: &'a OneRings,
+    pub(crate) values: &'a [Mat3],
+}
+
+impl Means<'_> {
+    /// The sum of the values of vertex `i` and its neighbours, times a factor.
+    #[inline(always)]
+    pub(crate) fn sum(&self, i: usize, factor: f64) -> Mat3 {
+        let own = &self.values[i];
+        let (mut a, mut b, mut c) = (Four::of_entries(own, 0), Four::of_entries(own, 4), own[8]);
+        for j in &self.rings.neighbours()[self.rings.range(i)] {
+            let value = &self.values[j.index()];
+            a += Four::of_entries(value, 0);
+            b += Four::of_entries(value, 4);
+            c += value[8];
         }
+        let (a, b) = (a * Four::all(factor), b * Four::all(factor));
+        [
+            a.0[0],
+            a.0[1],
+            a.0[2],
+            a.0[3],
+            b.0[0],
+            b.0[1],
+            b.0[2],
+            b.0[3],
+            c * factor,
+        ]
+    }
+
+    /// The mean of the values of vertex `i` and its neighbours.
+    #[inline(always)]
+    pub(crate) fn mean(&self, i: usize) -> Mat3 {
+        self.sum(i, cell_share(self.rings, i))
     }
 }
 
-/// m v.
-#[inline]
-pub(crate) fn turned(m: &Mat3, v: &Vector3<f64>) -> Vector3<f64> {
-    Vector3::new(
-        m[0] * v.x + m[3] * v.y + m[6] * v.z,
-        m[1] * v.x + m[4] * v.y + m[7] * v.z,
-        m[2] * v.x + m[5] * v.y + m[8] * v.z,
-    )
-}
-
-/// Sum of `values` over i and its neighbours.
-#[inline]
-pub(crate) fn cell_sum(rings: &OneRings, values: &[Mat3], i: usize) -> Mat3 {
-    let mut sum = values[i];
-    for j in &rings.neighbours()[rings.range(i)] {
-        let value = &values[j.index()];
-        for k in 0..9 {
-            sum[k] += value[k];
+impl Pass<Mat3, 0> for Means<'_> {
+    #[inline(always)]
+    fn on(&self, first: usize, entries: &mut [Mat3]) -> [f64; 0] {
+        for (k, entry) in entries.iter_mut().enumerate() {
+            *entry = self.mean(first + k);
         }
+        []
     }
-    sum
 }
 
 /// One part in the vertex and its neighbours.
-#[inline]
+#[inline(always)]
 pub(crate) fn cell_share(rings: &OneRings, i: usize) -> f64 {
     1.0 / (1 + rings.range(i).len()) as f64
+}
+
+/// The four entries from `at` on; the last again where there are fewer.
+#[inline(always)]
+pub(crate) fn four_of(entries: &[Mat3], at: usize) -> [Mat3; 4] {
+    let last = entries.len() - 1;
+    [
+        entries[at.min(last)],
+        entries[(at + 1).min(last)],
+        entries[(at + 2).min(last)],
+        entries[(at + 3).min(last)],
+    ]
 }

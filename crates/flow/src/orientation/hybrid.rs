@@ -3,15 +3,15 @@
 use cotan_geometry::{Scalar, surface_area};
 use cotan_halfedge::VertexMap;
 use cotan_laplacian::OneRings;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Point3, Vector3};
 
-use super::cells::{add_outer, as_f64, cell_share, cell_sum, edge_gradients, in_rows, turned};
+use super::cells::{Means, as_f64, cell_share, edge_gradients, four_of, in_rows};
 use super::{Energy, Orientation, field_scale};
 use crate::error::FlowError;
-use crate::polar::{IDENTITY, Mat3, flat, nearest_rotation_from};
+use crate::passes::{Columns, Four, Pass, PassOfTwo, run, run_both, turned};
+use crate::polar::{IDENTITY, Mat3, flat, nearest_rotations_from};
 use crate::rest::Rest;
 use crate::state::{FlowState, Quantities};
-use crate::vectors::{fill, update_both, update_summing};
 
 /// Laplacian coordinates turn with rotations that minimise, together with the positions,
 ///
@@ -89,22 +89,20 @@ impl Hybrid {
             ..
         } = self;
         let cells = CellsAt {
-            state,
-            field,
+            rest: state.rest(),
+            rings,
+            positions: state.positions().as_slice(),
+            field: field.as_slice(),
             gradients: fit_gradients,
             membrane: 0.25 * *weight,
         };
         // Ωᵀ twice: a vertex hands a share to its neighbours, taken where its value is written. The means
         // of the last fit are no longer needed.
-        let [value, size] = update_summing(scratch, |i, out| cells.covariance(i, out));
-        fill(spread, |i| {
-            scaled(cell_sum(rings, scratch, i), cell_share(rings, i))
-        });
-        let [cross] = update_summing(rotations, |i, rotation| {
-            let covariance = cell_sum(rings, spread, i);
-            *rotation = nearest_rotation_from(&covariance, rotation);
-            [rotation.iter().zip(&covariance).map(|(r, c)| r * c).sum()]
-        });
+        let [value, size] = run(&cells, scratch);
+        let values = &*scratch;
+        let [] = run(&Means { rings, values }, spread);
+        let values = &*spread;
+        let [cross] = run(&Fits(Means { rings, values }), rotations);
         let left = value + self.rest_energy.value - 2.0 * cross;
         self.energy = Energy {
             // Not `max`, which drops a NaN: that must not pass for a low energy.
@@ -129,12 +127,17 @@ impl<T: Scalar> Orientation<T> for Hybrid {
     ) -> Result<(), FlowError> {
         self.fit(state, field);
         let (rest, rings) = (state.rest(), state.rest().rings());
-        let (scratch, rotations) = (&mut self.scratch, &self.rotations);
-        fill(scratch, |i| mean(rings, rotations, i));
-        update_both(&mut self.means, out.as_mut_slice(), |i, means, ell| {
-            *means = mean(rings, scratch, i);
-            *ell = turned(means, &wanted(rest, field, i)).map(T::of_f64);
-        });
+        let values = &self.rotations;
+        let [] = run(&Means { rings, values }, &mut self.scratch);
+        let turning = Turning {
+            means: Means {
+                rings,
+                values: &self.scratch,
+            },
+            rest,
+            field: field.as_slice(),
+        };
+        run_both(&turning, &mut self.means, out.as_mut_slice());
         Ok(())
     }
 
@@ -180,20 +183,12 @@ impl<T: Scalar> Orientation<T> for Hybrid {
         // Every triangle wants its original edges turned by the mean of its corners' means. Gathered
         // at a vertex: a third of each neighbour's for the two triangles at their edge, and of its
         // own for all triangles, each of which lies at two edges.
-        let rings = rest.rings();
-        fill(out.as_mut_slice(), |i| {
-            let row = rings.range(i);
-            let (mut tension, mut own) = (Vector3::zeros(), Vector3::zeros());
-            for (j, g) in rings.neighbours()[row.clone()]
-                .iter()
-                .zip(&self.pull_gradients[row])
-            {
-                let g = Vector3::from(*g);
-                tension += turned(&self.means[j.index()], &g);
-                own += g;
-            }
-            tension + turned(&self.means[i], &own) * 0.5
-        });
+        let tensions = Tensions {
+            rings: rest.rings(),
+            gradients: &self.pull_gradients,
+            means: &self.means,
+        };
+        let [] = run(&tensions, out.as_mut_slice());
     }
 
     fn start_from(&mut self, rotations: &VertexMap<Matrix3<f64>>) {
@@ -208,53 +203,138 @@ impl<T: Scalar> Orientation<T> for Hybrid {
 
 /// What the first pass of a fit reads.
 struct CellsAt<'a, T: Scalar> {
-    state: &'a FlowState<'a, T>,
-    field: &'a VertexMap<T>,
+    rest: &'a Rest<'a, T>,
+    rings: &'a OneRings,
+    positions: &'a [Point3<T>],
+    field: &'a [T],
     gradients: &'a [[f64; 3]],
     /// μ/4, the weight of both halves of every edge.
     membrane: f64,
 }
 
-impl<T: Scalar> CellsAt<'_, T> {
-    /// Writes the covariance of the triangles around vertex `i` times its share.
-    /// Returns the squares that belong to the vertex: as they enter the energy, and their sizes.
-    #[inline]
-    fn covariance(&self, i: usize, out: &mut Mat3) -> [f64; 2] {
-        let rest = self.state.rest();
-        let rings = rest.rings();
-        let row = rings.range(i);
-        let x = self.state.positions().as_slice();
-        let mut sum = [0.0; 9];
-        let mut now = Vector3::zeros();
-        let [mut stretch, mut size] = [0.0; 2];
-        let weights = &rest.operator().row_weights()[row.clone()];
-        let cotangents = &rest.row_cotangents()[row.clone()];
-        for (((j, g), w), c) in rings.neighbours()[row.clone()]
-            .iter()
-            .zip(&self.gradients[row])
-            .zip(weights)
-            .zip(cotangents)
-        {
-            let edge = as_f64(x[j.index()] - x[i]);
-            add_outer(&mut sum, &edge, g);
-            now += edge * *w;
-            let term = c * edge.norm_squared();
-            stretch += term;
-            size += term.abs();
+/// Writes the covariances of the triangles around the vertices times their shares. Returns the
+/// squares: as they enter the energy, and their sizes.
+impl<T: Scalar> Pass<Mat3, 2> for CellsAt<'_, T> {
+    #[inline(always)]
+    fn on(&self, first: usize, entries: &mut [Mat3]) -> [f64; 2] {
+        let (neighbours, x) = (self.rings.neighbours(), self.positions);
+        let weights = self.rest.operator().row_weights();
+        let cotangents = self.rest.row_cotangents();
+        let [mut flow, mut stretch, mut size] = [0.0; 3];
+        for (k, entry) in entries.iter_mut().enumerate() {
+            let i = first + k;
+            let row = self.rings.range(i);
+            let own = Four::of_point(&x[i]);
+            let mut sum = Columns::ZERO;
+            let [mut now, mut squares, mut sizes] = [Four::ZERO; 3];
+            for (((j, g), w), c) in neighbours[row.clone()]
+                .iter()
+                .zip(&self.gradients[row.clone()])
+                .zip(&weights[row.clone()])
+                .zip(&cotangents[row])
+            {
+                let edge = Four::of_point(&x[j.index()]) - own;
+                sum.add_outer(edge, g);
+                now += edge * Four::all(*w);
+                let terms = edge * edge;
+                squares += terms * Four::all(*c);
+                sizes += terms * Four::all(c.abs());
+            }
+            let wanted = wanted(self.rest, self.field, i);
+            sum.add_outer(now, &wanted);
+            *entry = sum.times(cell_share(self.rings, i));
+            let wanted = Four::of_vector(&wanted);
+            flow += (now * now + wanted * wanted).sum();
+            stretch += squares.sum();
+            size += sizes.sum();
         }
-        let wanted = wanted(rest, self.field, i);
-        add_outer(&mut sum, &now, &wanted.into());
-        *out = scaled(sum, cell_share(rings, i));
-        let flow = now.norm_squared() + wanted.norm_squared();
         [flow + self.membrane * stretch, flow + self.membrane * size]
     }
 }
 
+/// Fits the rotations. Returns the sum of R_i : C_i.
+struct Fits<'a>(Means<'a>);
+
+impl Pass<Mat3, 1> for Fits<'_> {
+    #[inline(always)]
+    fn on(&self, first: usize, rotations: &mut [Mat3]) -> [f64; 1] {
+        let n = rotations.len();
+        let mut cross = 0.0;
+        for at in (0..n).step_by(4) {
+            let mut covariances = [IDENTITY; 4];
+            for lane in 0..4 {
+                covariances[lane] = self.0.sum(first + (at + lane).min(n - 1), 1.0);
+            }
+            let mut found = four_of(rotations, at);
+            nearest_rotations_from(&covariances, &mut found);
+            for lane in 0..4.min(n - at) {
+                let (r, c) = (&found[lane], &covariances[lane]);
+                let products = Four::of_entries(r, 0) * Four::of_entries(c, 0)
+                    + Four::of_entries(r, 4) * Four::of_entries(c, 4);
+                cross += products.sum() + r[8] * c[8];
+                rotations[at + lane] = *r;
+            }
+        }
+        [cross]
+    }
+}
+
+/// Writes the means of the rotations, and the Laplacian coordinates that they turn.
+struct Turning<'a, T: Scalar> {
+    means: Means<'a>,
+    rest: &'a Rest<'a, T>,
+    field: &'a [T],
+}
+
+impl<T: Scalar> PassOfTwo<Mat3, Vector3<T>> for Turning<'_, T> {
+    #[inline(always)]
+    fn on(&self, first: usize, means: &mut [Mat3], ell: &mut [Vector3<T>]) {
+        for (k, (mean, ell)) in means.iter_mut().zip(ell).enumerate() {
+            *mean = self.means.mean(first + k);
+            let [x, y, z] = turned(mean, &wanted(self.rest, self.field, first + k)).vector();
+            *ell = Vector3::new(T::of_f64(x), T::of_f64(y), T::of_f64(z));
+        }
+    }
+}
+
+/// Writes what the membrane's edges are wanted to pull.
+struct Tensions<'a> {
+    rings: &'a OneRings,
+    gradients: &'a [[f64; 3]],
+    means: &'a [Mat3],
+}
+
+impl Pass<Vector3<f64>, 0> for Tensions<'_> {
+    #[inline(always)]
+    fn on(&self, first: usize, entries: &mut [Vector3<f64>]) -> [f64; 0] {
+        for (k, entry) in entries.iter_mut().enumerate() {
+            let row = self.rings.range(first + k);
+            let [mut tension, mut own] = [Four::ZERO; 2];
+            for (j, g) in self.rings.neighbours()[row.clone()]
+                .iter()
+                .zip(&self.gradients[row])
+            {
+                tension += turned(&self.means[j.index()], g);
+                own += Four::of_vector(g);
+            }
+            let half = own * Four::all(0.5);
+            tension += turned(&self.means[first + k], &half.vector());
+            *entry = tension.vector().into();
+        }
+        []
+    }
+}
+
 /// ℓ⁰ of vertex `i`, of the size that the field prescribes.
-#[inline]
-fn wanted<T: Scalar>(rest: &Rest<'_, T>, field: &VertexMap<T>, i: usize) -> Vector3<f64> {
-    let scale = field_scale(field.as_slice()[i], rest.magnitudes().as_slice()[i]);
-    as_f64(rest.laplacian().as_slice()[i] * scale)
+#[inline(always)]
+fn wanted<T: Scalar>(rest: &Rest<'_, T>, field: &[T], i: usize) -> [f64; 3] {
+    let scale = field_scale(field[i], rest.magnitudes().as_slice()[i]);
+    let ell = &rest.laplacian().as_slice()[i];
+    [
+        (ell.x * scale).as_f64(),
+        (ell.y * scale).as_f64(),
+        (ell.z * scale).as_f64(),
+    ]
 }
 
 /// Σ_j c_ij |x⁰_j − x⁰_i|² with c the cotangent weights, and the same of their sizes.
@@ -268,17 +348,6 @@ fn stretch<T: Scalar>(rest: &Rest<'_, T>, i: usize) -> [f64; 2] {
             let term = c * as_f64(x[j.index()] - x[i]).norm_squared();
             [value + term, size + term.abs()]
         })
-}
-
-/// (Ω a)_i.
-#[inline]
-fn mean(rings: &OneRings, values: &[Mat3], i: usize) -> Mat3 {
-    scaled(cell_sum(rings, values, i), cell_share(rings, i))
-}
-
-#[inline]
-fn scaled(m: Mat3, factor: f64) -> Mat3 {
-    m.map(|x| x * factor)
 }
 
 #[cfg(test)]
@@ -319,7 +388,8 @@ mod tests {
             let mesh = &shape.mesh;
             let of_vertex = |j: usize, r: Matrix3<f64>| {
                 let now = rest.operator().apply_at(&positions, j);
-                let mut sum = (now - r * wanted(&rest, &field, j)).norm_squared();
+                let mut sum =
+                    (now - r * Vector3::from(wanted(&rest, field.as_slice(), j))).norm_squared();
                 for face in mesh.vertex_faces(cotan_halfedge::VertexId::new(j)) {
                     for h in mesh.face_halfedges(face) {
                         let [from, to] = [mesh.origin(h), mesh.target(h)];

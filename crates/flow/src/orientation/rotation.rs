@@ -2,15 +2,16 @@
 
 use cotan_geometry::Scalar;
 use cotan_halfedge::VertexMap;
-use nalgebra::{Matrix3, Vector3};
+use cotan_laplacian::OneRings;
+use nalgebra::{Matrix3, Point3, Vector3};
 
-use super::cells::{add_outer, as_f64, edge_gradients, in_rows, turned};
+use super::cells::{as_f64, edge_gradients, four_of, in_rows};
 use super::{Orientation, field_scale};
 use crate::error::FlowError;
-use crate::polar::{IDENTITY, Mat3, flat, nearest_rotation_from};
+use crate::passes::{Columns, Four, PassOfTwo, run_both, turned};
+use crate::polar::{IDENTITY, Mat3, flat, nearest_rotations_from};
 use crate::rest::Rest;
 use crate::state::{FlowState, Quantities};
-use crate::vectors::update_both;
 
 /// ℓ_i = (d_i/|ℓ⁰_i|) R_i ℓ⁰_i with R_i the rotation that fits the triangles around i best, weighted
 /// by cotangents as in as-rigid-as-possible editing ("spokes and rims", Chao et al. 2010). Boundary
@@ -42,24 +43,14 @@ impl<T: Scalar> Orientation<T> for BestRotation {
         out: &mut VertexMap<Vector3<T>>,
     ) -> Result<(), FlowError> {
         let rest = state.rest();
-        let rings = rest.rings();
-        let x = state.positions().as_slice();
-        let gradients = &self.gradients;
-        update_both(
-            &mut self.rotations,
-            out.as_mut_slice(),
-            |i, rotation, ell| {
-                let row = rings.range(i);
-                let mut covariance = [0.0; 9];
-                for (j, g) in rings.neighbours()[row.clone()].iter().zip(&gradients[row]) {
-                    add_outer(&mut covariance, &as_f64(x[j.index()] - x[i]), g);
-                }
-                *rotation = nearest_rotation_from(&covariance, rotation);
-                let scale = field_scale(field.as_slice()[i], rest.magnitudes().as_slice()[i]);
-                let original = as_f64(rest.laplacian().as_slice()[i]);
-                *ell = turned(rotation, &original).map(T::of_f64) * scale;
-            },
-        );
+        let turning = Turning {
+            rings: rest.rings(),
+            positions: state.positions().as_slice(),
+            gradients: &self.gradients,
+            rest,
+            field: field.as_slice(),
+        };
+        run_both(&turning, &mut self.rotations, out.as_mut_slice());
         Ok(())
     }
 
@@ -75,5 +66,54 @@ impl<T: Scalar> Orientation<T> for BestRotation {
 
     fn start_from(&mut self, rotations: &VertexMap<Matrix3<f64>>) {
         self.rotations = rotations.values().map(flat).collect();
+    }
+}
+
+/// The fits, and the turned Laplacian coordinates.
+struct Turning<'a, T: Scalar> {
+    rings: &'a OneRings,
+    positions: &'a [Point3<T>],
+    gradients: &'a [[f64; 3]],
+    rest: &'a Rest<'a, T>,
+    field: &'a [T],
+}
+
+impl<T: Scalar> Turning<'_, T> {
+    #[inline(always)]
+    fn covariance(&self, i: usize) -> Mat3 {
+        let row = self.rings.range(i);
+        let own = Four::of_point(&self.positions[i]);
+        let mut sum = Columns::ZERO;
+        for (j, g) in self.rings.neighbours()[row.clone()]
+            .iter()
+            .zip(&self.gradients[row])
+        {
+            sum.add_outer(Four::of_point(&self.positions[j.index()]) - own, g);
+        }
+        sum.times(1.0)
+    }
+}
+
+impl<T: Scalar> PassOfTwo<Mat3, Vector3<T>> for Turning<'_, T> {
+    #[inline(always)]
+    fn on(&self, first: usize, rotations: &mut [Mat3], ell: &mut [Vector3<T>]) {
+        let magnitudes = self.rest.magnitudes().as_slice();
+        let original = self.rest.laplacian().as_slice();
+        let n = rotations.len();
+        for at in (0..n).step_by(4) {
+            let mut covariances = [IDENTITY; 4];
+            for lane in 0..4 {
+                covariances[lane] = self.covariance(first + (at + lane).min(n - 1));
+            }
+            let mut found = four_of(rotations, at);
+            nearest_rotations_from(&covariances, &mut found);
+            for lane in 0..4.min(n - at) {
+                let i = first + at + lane;
+                rotations[at + lane] = found[lane];
+                let scale = field_scale(self.field[i], magnitudes[i]);
+                let [x, y, z] = turned(&found[lane], &as_f64(original[i]).into()).vector();
+                ell[at + lane] = Vector3::new(T::of_f64(x), T::of_f64(y), T::of_f64(z)) * scale;
+            }
+        }
     }
 }
