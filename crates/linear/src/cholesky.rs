@@ -59,6 +59,13 @@ impl Cholesky {
         matrix: &LowerTriangle,
         storage: &Storage,
     ) -> Result<Self, LinearError> {
+        // Entries are counted in 32 bits, in both triangles.
+        if matrix.rows.len() > u32::MAX as usize / 2 {
+            return Err(LinearError::OutOfMemory {
+                unknowns: matrix.offsets.len() - 1,
+                bytes: 8 * matrix.rows.len() as u64,
+            });
+        }
         let symbolic = match &storage.analysis {
             Some(analysis) => analysis.clone(),
             None => analyse(matrix),
