@@ -230,6 +230,22 @@ impl<'a> Axes<'a> {
         Self { x, y, z, scratch }
     }
 
+    /// Takes the front's columns.
+    #[inline(always)]
+    fn load(&mut self, columns: &[[f64; 3]]) {
+        for (k, v) in columns.iter().enumerate() {
+            self.set(k, *v);
+        }
+    }
+
+    /// Gives them back.
+    #[inline(always)]
+    fn store(&self, columns: &mut [[f64; 3]]) {
+        for (k, v) in columns.iter_mut().enumerate() {
+            *v = self.get(k);
+        }
+    }
+
     #[inline(always)]
     fn set(&mut self, k: usize, v: [f64; 3]) {
         (self.x[k], self.y[k], self.z[k]) = (v[0], v[1], v[2]);
@@ -260,9 +276,7 @@ fn forward<S: Simd, V: Value>(
     let (_, width, rows) = symbolic.supernode(s);
     let mut stored = symbolic.values_of(s, values);
     let mut axes = Axes::new(front, width + rows.len());
-    for (k, v) in vectors[column..column + width].iter().enumerate() {
-        axes.set(k, *v);
-    }
+    axes.load(&vectors[column..column + width]);
     for axis in [&mut *axes.x, &mut *axes.y, &mut *axes.z] {
         axis[width..].fill(0.0);
     }
@@ -279,9 +293,7 @@ fn forward<S: Simd, V: Value>(
     if begin < width {
         forward_block::<S, V, 1>(simd, stored, begin, height, &mut axes);
     }
-    for (k, v) in vectors[column..column + width].iter_mut().enumerate() {
-        *v = axes.get(k);
-    }
+    axes.store(&mut vectors[column..column + width]);
     for (k, &slot) in symbolic.slots(s).iter().enumerate() {
         let v = &mut vectors[slot as usize];
         let sum = axes.get(width + k);
@@ -364,9 +376,7 @@ fn backward<S: Simd, V: Value>(
     let mut stored = symbolic.values_of(s, values);
     let height = width + rows.len();
     let mut axes = Axes::new(front, height);
-    for (k, v) in vectors[column..column + width].iter().enumerate() {
-        axes.set(k, *v);
-    }
+    axes.load(&vectors[column..column + width]);
     for (k, &slot) in symbolic.slots(s).iter().enumerate() {
         axes.set(width + k, vectors[slot as usize]);
     }
@@ -387,9 +397,7 @@ fn backward<S: Simd, V: Value>(
         column_end -= 4;
         stored = backward_block::<S, V, 4>(simd, stored, column_end, height, &mut axes);
     }
-    for (k, v) in vectors[column..column + width].iter_mut().enumerate() {
-        *v = axes.get(k);
-    }
+    axes.store(&mut vectors[column..column + width]);
 }
 
 /// One block of columns, the last of `stored`; returns the values before it.
