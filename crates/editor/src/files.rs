@@ -1,0 +1,1 @@
+//! Opening, saving and autosaving, without a window.

@@ -1,0 +1,7 @@
+//! The interactive editor: a window on a mesh, its handles, and the solver beside it.
+//!
+//! Nothing of mesh editing is computed here: all three jobs are those of the crate [`cotan`].
+
+pub mod files;
+pub mod solver;
+pub mod view;

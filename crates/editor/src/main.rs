@@ -1,0 +1,3 @@
+//! The program `cotan-editor`.
+
+fn main() {}

@@ -1,0 +1,6 @@
+//! The 3D view: camera, picture, picking and selecting. It knows nothing of handles or jobs.
+
+pub mod camera;
+pub mod pick;
+pub mod render;
+pub mod select;

@@ -1,0 +1,1 @@
+//! What the programs of cotan share: the command line and the editor.
