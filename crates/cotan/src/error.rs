@@ -64,6 +64,9 @@ pub enum Error {
         /// How many there are.
         num_groups: usize,
     },
+    /// An observer stopped a job before there was a result.
+    #[error("stopped on request")]
+    Cancelled,
     /// A smoothing whose positions ran away.
     #[error(
         "smoothing ran away after {iterations} iterations; hold the mesh with more handles, or use an anchored method"

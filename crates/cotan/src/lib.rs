@@ -42,6 +42,7 @@ pub use cotan_linear as linear;
 
 pub mod sphere;
 
+mod comparison;
 mod deform;
 mod error;
 mod handles;
@@ -51,6 +52,7 @@ mod reconstruct;
 mod session;
 pub mod smooth;
 
+pub use comparison::{ErrorFields, ShapeComparison};
 pub use deform::{Deformed, deform};
 pub use error::Error;
 pub use handles::{Handles, Motion};

@@ -1,16 +1,15 @@
 //! What a deformation did to a mesh.
 
-use std::sync::Arc;
-
 use cotan_flow::nearest_rotation;
 use cotan_geometry::{
-    Scalar, Surface, area_distortion, bounding_box, degenerate_faces, edge_distortion_rms,
-    face_normals, folded_faces, scalar, surface_area, volume,
+    Scalar, Surface, area_distortion, degenerate_faces, edge_distortion_rms, face_normals,
+    folded_faces, scalar, surface_area, volume,
 };
-use cotan_halfedge::{HalfedgeMap, VertexMap};
-use cotan_laplacian::{Cotangent, LaplacianScheme, OneRings, apply_weights};
-use nalgebra::{Matrix3, Vector3};
+use cotan_halfedge::HalfedgeMap;
+use cotan_laplacian::{Cotangent, LaplacianScheme};
+use nalgebra::Matrix3;
 
+use crate::comparison::ShapeComparison;
 use crate::error::Error;
 
 /// The paper's two errors.
@@ -35,38 +34,8 @@ impl ShapeErrors {
         original: &Surface<'_, T>,
         deformed: &Surface<'_, T>,
     ) -> Result<Self, Error> {
-        let rings = Arc::new(OneRings::new(original.mesh()));
-        let measure = |surface: &Surface<'_, T>| -> Result<_, Error> {
-            let mut weights = HalfedgeMap::filled(surface.mesh().num_halfedges(), T::zero());
-            Cotangent::default().weights(surface, &mut weights)?;
-            let mut ell = VertexMap::filled(surface.mesh().num_vertices(), Vector3::zeros());
-            apply_weights(&rings, &weights, surface.positions(), &mut ell);
-            Ok((weights, ell))
-        };
         check_same_mesh(original, deformed)?;
-        // From here on halfedge numbers are those of one mesh.
-        let deformed = &original.with_positions(deformed.positions());
-        let (weights_before, before) = measure(original)?;
-        let (weights_after, after) = measure(deformed)?;
-        let n = before.len() as f64;
-        let parameterization: f64 = weights_before
-            .values()
-            .zip(weights_after.values())
-            .map(|(a, b)| (a.as_f64() - b.as_f64()).powi(2))
-            .sum();
-        // A mesh at one point has Laplacian coordinates of zero: any size serves.
-        let size = bounding_box(original).longest_side().as_f64();
-        let size = if size > 0.0 { size } else { 1.0 };
-        let geometry: f64 = before
-            .values()
-            .zip(after.values())
-            .map(|(a, b)| ((a.norm() - b.norm()).as_f64() / size).powi(2))
-            .sum();
-        Ok(Self {
-            parameterization: (parameterization / n).sqrt(),
-            geometry: geometry.sqrt(),
-            geometry_rms: (geometry / n).sqrt(),
-        })
+        ShapeComparison::new(original)?.errors(deformed.positions())
     }
 }
 

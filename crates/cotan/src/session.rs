@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use cotan_flow::{Flow, Report, StepReport};
+use cotan_flow::{Flow, Report, Schedule, StepReport};
 use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::{HalfedgeMesh, VertexId};
 use nalgebra::{Matrix4, Point3};
@@ -158,6 +158,23 @@ impl<'m, T: Scalar> Session<'m, T> {
         self.set_handles(&handles)
     }
 
+    /// Puts another shape in the place of the one at hand (an earlier one, say, to which its owner has
+    /// gone back); hard handles stay at their targets. Nothing is factorized.
+    ///
+    /// # Errors
+    /// [`Error`] for a shape of another mesh or with a position that is not finite.
+    pub fn set_shape(&mut self, shape: &Positions<T>) -> Result<(), Error> {
+        Ok(self.flow.set_shape(shape)?)
+    }
+
+    /// Changes the schedule of the steps from here on; see [`Flow::set_schedule`].
+    ///
+    /// # Errors
+    /// [`Error`] for ratios out of range.
+    pub fn set_schedule(&mut self, schedule: Schedule) -> Result<(), Error> {
+        Ok(self.flow.set_schedule(schedule)?)
+    }
+
     /// One iteration.
     ///
     /// # Errors
@@ -193,5 +210,51 @@ impl<'m, T: Scalar> Session<'m, T> {
     /// The flow underneath.
     pub fn flow(&self) -> &Flow<'m, T> {
         &self.flow
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use cotan_geometry::shapes::bar;
+    use nalgebra::{Isometry3, Vector3};
+
+    use super::*;
+
+    /// Gone back to an earlier shape and its handles, a session ends where it had ended then.
+    #[test]
+    fn an_earlier_shape_is_taken_up_again() {
+        let shape = bar::<f64>([4.0, 1.0, 1.0], [16, 4, 4]);
+        let left = shape.surface().vertices_where(|p| p.x < -1.99);
+        let right = shape.surface().vertices_where(|p| p.x > 1.99);
+        let turned = |angle: f64| {
+            let motion = Isometry3::new(Vector3::new(0.0, 0.5, 0.0), Vector3::z() * angle);
+            motion.to_homogeneous()
+        };
+        let handles = Handles::new().fix(left).transform(right, turned(0.3));
+        let options = DeformOptions {
+            tolerance: 1e-8,
+            ..DeformOptions::default()
+        };
+        let mut session =
+            Session::new(&shape.mesh, &shape.positions, &handles, &options).expect("a session");
+        let _ = session.run().expect("a run");
+        let first = session.positions();
+
+        session.transform_handle(1, turned(1.2)).expect("a move");
+        let _ = session.run().expect("a run");
+        session.transform_handle(1, turned(0.3)).expect("a move");
+        session.set_shape(&first).expect("the shape");
+        let farthest = |a: &Positions<f64>| {
+            let pairs = a.values().zip(first.values());
+            pairs.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+        };
+        assert!(farthest(&session.positions()) < 1e-14);
+        let report = session.run().expect("a run");
+        assert_eq!(report.stop, cotan_flow::StopReason::Converged);
+        assert!(report.iterations < 10, "{}", report.iterations);
+        assert!(farthest(&session.positions()) < 1e-6);
+
+        let short: Positions<f64> = first.values().copied().take(3).collect();
+        assert!(session.set_shape(&short).is_err());
     }
 }

@@ -3,5 +3,6 @@
 //! Nothing of mesh editing is computed here: all three jobs are those of the crate [`cotan`].
 
 pub mod files;
+pub mod scene;
 pub mod solver;
 pub mod view;

@@ -1,1 +1,562 @@
 //! The thread that solves beside the drawing.
+//!
+//! The window posts [`Goal`]s, of which only the newest counts, and takes [`Update`]s, of which it only
+//! ever sees the newest. Neither waits for the other.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::Instant;
+
+use cotan::flow::{Schedule, StepReport};
+use cotan::geometry::{Positions, Surface, vertex_normals};
+use cotan::halfedge::{VertexId, VertexMap};
+use cotan::{DeformOptions, Session};
+use cotan_io::ProcessingMesh;
+use nalgebra::Vector3;
+
+use crate::scene::{HandleGroup, Scene};
+
+/// Where the shape is to go.
+#[derive(Clone, Debug)]
+pub struct Goal {
+    /// Grows with every goal; comes back in the updates.
+    pub tag: u64,
+    /// The mesh.
+    pub mesh: Arc<ProcessingMesh>,
+    /// The shape that the deformation keeps to.
+    pub rest: Arc<Positions<f64>>,
+    /// Who holds it, and where.
+    pub handles: Arc<Vec<HandleGroup>>,
+    /// How it follows.
+    pub options: DeformOptions,
+    /// The shape to go on from, if not the solver's own.
+    pub shape: Option<Arc<Positions<f64>>>,
+    /// Whether there is anything to do.
+    pub pace: Pace,
+    /// When the pointer said so.
+    pub posted: Instant,
+}
+
+/// What the solver does about a goal.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Pace {
+    /// A handle is held: whole steps (an updating ratio of 1).
+    Held,
+    /// It has been let go of: to rest, by the schedule and acceleration of the options.
+    Settle,
+    /// Nothing: the shape is exactly what it is to be, until the next goal.
+    Still,
+}
+
+/// What the solver has come to.
+#[derive(Clone, Debug)]
+pub struct Update {
+    /// The tag of the goal that this answers.
+    pub tag: u64,
+    /// The shape.
+    pub shape: Arc<Positions<f64>>,
+    /// Its normals, for the picture.
+    pub normals: Arc<VertexMap<Vector3<f64>>>,
+    /// Whether more will come without a new goal.
+    pub state: State,
+    /// When the goal was posted, when the solver took it up, and when it was done.
+    pub times: [Instant; 3],
+}
+
+/// What the solver is doing.
+#[derive(Clone, PartialEq, Debug)]
+pub enum State {
+    /// There are no handles, or nothing was asked for.
+    Idle,
+    /// The system is being factorized.
+    Preparing,
+    /// It steps.
+    Running,
+    /// The shape has settled within the tolerance, or to rounding.
+    Settled,
+    /// It cannot go on: why.
+    Failed(String),
+}
+
+/// One step, for the numbers and the plot.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Sample {
+    /// Iterations since the handles were set up.
+    pub iteration: usize,
+    /// The longest move of the step, relative to the diagonal.
+    pub change: f64,
+    /// What a whole plain step would move.
+    pub residual: f64,
+    /// The energy, for orientations that have one.
+    pub energy: Option<f64>,
+    /// What the step took, all but the making of this picture.
+    pub milliseconds: f64,
+}
+
+/// The thread, and what it shares with the window.
+#[derive(Debug)]
+pub struct Solver {
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+}
+
+struct Shared {
+    mailbox: Mutex<Mailbox>,
+    wake: Condvar,
+    latest: Mutex<Option<Update>>,
+    state: Mutex<(State, String)>,
+    samples: Mutex<Vec<Sample>>,
+    /// Tells the window that there is something new.
+    notify: Box<dyn Fn() + Send + Sync>,
+    /// For tests of what a panic leaves behind.
+    panics: AtomicBool,
+}
+
+impl std::fmt::Debug for Shared {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Shared").finish_non_exhaustive()
+    }
+}
+
+#[derive(Default)]
+struct Mailbox {
+    goal: Option<Goal>,
+    is_closed: bool,
+}
+
+/// The data behind a lock, also after a thread has panicked: every value is whole at all times.
+pub fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Solver {
+    /// Starts the thread; `notify` is called from it whenever there is something new.
+    ///
+    /// # Errors
+    /// If the system has no thread for it.
+    pub fn start(notify: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
+        let shared = Arc::new(Shared {
+            mailbox: Mutex::default(),
+            wake: Condvar::new(),
+            latest: Mutex::default(),
+            state: Mutex::new((State::Idle, String::new())),
+            samples: Mutex::default(),
+            notify: Box::new(notify),
+            panics: AtomicBool::new(false),
+        });
+        let own = Arc::clone(&shared);
+        let thread = std::thread::Builder::new()
+            .name("solver".to_owned())
+            .spawn(move || serve(&own))?;
+        Ok(Self {
+            shared,
+            thread: Some(thread),
+        })
+    }
+
+    /// Gives the solver a new goal in the place of any that it has not taken up yet.
+    pub fn post(&self, mut goal: Goal) {
+        let mut mailbox = lock(&self.shared.mailbox);
+        if let Some(unseen) = mailbox.goal.take()
+            && goal.shape.is_none()
+            && Arc::ptr_eq(&unseen.mesh, &goal.mesh)
+            && Arc::ptr_eq(&unseen.rest, &goal.rest)
+        {
+            // A shape to begin from is not lost because the pointer went on.
+            goal.shape = unseen.shape;
+        }
+        mailbox.goal = Some(goal);
+        drop(mailbox);
+        self.shared.wake.notify_one();
+    }
+
+    /// The newest shape, if there is one that was not taken yet.
+    pub fn take(&self) -> Option<Update> {
+        lock(&self.shared.latest).take()
+    }
+
+    /// What the solver is doing, and by what strategy it solves.
+    pub fn state(&self) -> (State, String) {
+        lock(&self.shared.state).clone()
+    }
+
+    /// The steps since the handles last changed; see [`Self::clear_samples`].
+    pub fn samples(&self) -> Vec<Sample> {
+        lock(&self.shared.samples).clone()
+    }
+
+    /// Forgets the steps so far.
+    pub fn clear_samples(&self) {
+        lock(&self.shared.samples).clear();
+    }
+
+    /// Makes the thread panic at its next step: for tests of what that leaves behind.
+    pub fn provoke_panic(&self) {
+        self.shared.panics.store(true, Ordering::Relaxed);
+        self.shared.wake.notify_one();
+    }
+}
+
+impl Drop for Solver {
+    fn drop(&mut self) {
+        lock(&self.shared.mailbox).is_closed = true;
+        self.shared.wake.notify_one();
+        if let Some(thread) = self.thread.take() {
+            // It ends after the step at hand; that it panicked was told when it happened.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// What becomes of a goal when the next is looked at.
+enum Next {
+    Goal(Box<Goal>),
+    Closed,
+}
+
+fn serve(shared: &Shared) {
+    let mut next = shared.wait();
+    while let Next::Goal(goal) = next {
+        let tag = goal.tag;
+        next = match catch_unwind(AssertUnwindSafe(|| follow(shared, *goal))) {
+            Ok(next) => next,
+            Err(_) => {
+                shared.tell(State::Failed(format!(
+                    "the solver broke down at goal {tag}, which is a fault of this program; your mesh is \
+                     as it was before, and the solver starts afresh with the next edit"
+                )));
+                shared.wait()
+            }
+        };
+    }
+}
+
+/// Follows goals on one mesh and rest shape, with one factorization for all it can; returns the first
+/// goal that asks for another.
+fn follow(shared: &Shared, first: Goal) -> Next {
+    let mesh = Arc::clone(&first.mesh);
+    let rest = Arc::clone(&first.rest);
+    let mut goal = first;
+    while goal.handles.is_empty() || goal.pace == Pace::Still {
+        shared.tell(State::Idle);
+        match shared.wait() {
+            Next::Goal(next) if next.has_system_of(&goal) => {
+                let shape = next.shape.clone().or(goal.shape.take());
+                goal = Goal { shape, ..*next };
+            }
+            other => return other,
+        }
+    }
+    shared.tell(State::Preparing);
+    let taken = Instant::now();
+    let components = mesh.mesh().components();
+    let jobs = |goal: &Goal| {
+        let loose = loose_vertices(&mesh, &components, &goal.handles);
+        Scene::job_handles(&goal.handles, &loose)
+    };
+    let session = Session::new(mesh.mesh(), &rest, &jobs(&goal), &goal.options);
+    let mut session = match session {
+        Ok(session) => session,
+        Err(error) => {
+            shared.tell(State::Failed(error.to_string()));
+            return shared.wait();
+        }
+    };
+    shared.describe(session.flow().system().choice().to_string());
+    let mut tracker = Tracker {
+        shared,
+        mesh: &mesh,
+        taken,
+    };
+    let mut is_new = true;
+    loop {
+        if is_new {
+            is_new = false;
+            if let Err(error) = take_up(&mut session, &goal) {
+                shared.tell(State::Failed(error.to_string()));
+                return shared.wait();
+            }
+        }
+        let end = match goal.pace {
+            Pace::Still => Some(State::Idle),
+            Pace::Held | Pace::Settle => tracker.step(&mut session, &goal),
+        };
+        let next = match end {
+            Some(state) => {
+                shared.tell(state);
+                Some(shared.wait())
+            }
+            None => shared.peek(),
+        };
+        match next {
+            None => {}
+            Some(Next::Goal(next)) if next.has_system_of(&goal) && !next.handles.is_empty() => {
+                tracker.taken = Instant::now();
+                if let Err(error) = session.set_handles(&jobs(&next)) {
+                    shared.tell(State::Failed(error.to_string()));
+                    // The handles at hand stay; the next goal may be sound.
+                    goal.pace = Pace::Still;
+                    goal.tag = next.tag;
+                    continue;
+                }
+                shared.describe(session.flow().system().choice().to_string());
+                goal = *next;
+                is_new = true;
+            }
+            Some(other) => return other,
+        }
+    }
+}
+
+/// Brings shape and schedule of a goal into a session that has its handles.
+fn take_up(session: &mut Session<'_, f64>, goal: &Goal) -> Result<(), cotan::Error> {
+    if let Some(shape) = &goal.shape {
+        session.set_shape(shape)?;
+    }
+    session.set_schedule(match goal.pace {
+        Pace::Held => Schedule::Constant(1.0),
+        Pace::Settle | Pace::Still => goal.options.schedule,
+    })
+}
+
+/// The vertices of connected parts that no handle holds.
+fn loose_vertices(
+    mesh: &ProcessingMesh,
+    components: &cotan::halfedge::Components,
+    handles: &[HandleGroup],
+) -> Vec<VertexId> {
+    let mut is_held = vec![false; components.count()];
+    for &v in handles.iter().flat_map(|group| &group.vertices) {
+        is_held[components.of(v)] = true;
+    }
+    let all = mesh.mesh().vertices();
+    all.filter(|&v| !is_held[components.of(v)]).collect()
+}
+
+impl Goal {
+    /// Whether the factorization for another goal may serve.
+    fn has_system_of(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.mesh, &other.mesh)
+            && Arc::ptr_eq(&self.rest, &other.rest)
+            && self.options == other.options
+    }
+}
+
+impl Shared {
+    /// Waits for a goal.
+    fn wait(&self) -> Next {
+        let mut mailbox = lock(&self.mailbox);
+        loop {
+            if mailbox.is_closed {
+                return Next::Closed;
+            }
+            if let Some(goal) = mailbox.goal.take() {
+                return Next::Goal(Box::new(goal));
+            }
+            mailbox = self
+                .wake
+                .wait(mailbox)
+                .unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+
+    /// A new goal, if there is one.
+    fn peek(&self) -> Option<Next> {
+        let mut mailbox = lock(&self.mailbox);
+        if mailbox.is_closed {
+            return Some(Next::Closed);
+        }
+        mailbox.goal.take().map(|goal| Next::Goal(Box::new(goal)))
+    }
+
+    fn tell(&self, state: State) {
+        lock(&self.state).0 = state;
+        (self.notify)();
+    }
+
+    fn describe(&self, choice: String) {
+        lock(&self.state).1 = choice;
+    }
+}
+
+/// Makes steps and shows them.
+struct Tracker<'a> {
+    shared: &'a Shared,
+    mesh: &'a ProcessingMesh,
+    /// When the goal at hand was taken up.
+    taken: Instant,
+}
+
+impl Tracker<'_> {
+    /// One step; returns the state in which the goal has ended, if it has.
+    fn step(&mut self, session: &mut Session<'_, f64>, goal: &Goal) -> Option<State> {
+        assert!(
+            !self.shared.panics.swap(false, Ordering::Relaxed),
+            "provoked by a test"
+        );
+        let clock = Instant::now();
+        let step = match session.step() {
+            Ok(step) => step,
+            Err(error) => return Some(State::Failed(error.to_string())),
+        };
+        let milliseconds = 1e3 * clock.elapsed().as_secs_f64();
+        if !step.residual.is_finite() {
+            return Some(State::Failed(
+                "the shape ran away; move the handle back, or choose another orientation or scheme"
+                    .to_owned(),
+            ));
+        }
+        let state = if step.converged || step.stalled {
+            State::Settled
+        } else {
+            State::Running
+        };
+        self.publish(session, goal, &state);
+        lock(&self.shared.samples).push(sample(&step, milliseconds));
+        if state == State::Settled {
+            return Some(state);
+        }
+        self.shared.tell(state);
+        None
+    }
+
+    fn publish(&self, session: &Session<'_, f64>, goal: &Goal, state: &State) {
+        let shape = session.positions();
+        let normals = match Surface::new(self.mesh.mesh(), &shape) {
+            Ok(surface) => vertex_normals(&surface),
+            // A step to a shape that is none was told of above.
+            Err(_) => return,
+        };
+        *lock(&self.shared.latest) = Some(Update {
+            tag: goal.tag,
+            shape: Arc::new(shape),
+            normals: Arc::new(normals),
+            state: state.clone(),
+            times: [goal.posted, self.taken, Instant::now()],
+        });
+    }
+}
+
+fn sample(step: &StepReport, milliseconds: f64) -> Sample {
+    Sample {
+        iteration: step.iteration,
+        change: step.change,
+        residual: step.residual,
+        energy: step.energy,
+        milliseconds,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use cotan_io::Document;
+    use nalgebra::{Matrix4, Vector3};
+
+    use super::*;
+    use crate::scene::{Role, editor_options};
+
+    fn mesh() -> Arc<ProcessingMesh> {
+        let shape = cotan::shapes::bar::<f64>([4.0, 1.0, 1.0], [16, 4, 4]);
+        let document = Document::from_mesh(&shape.mesh, &shape.positions).unwrap();
+        Arc::new(document.surface().unwrap())
+    }
+
+    fn goal(mesh: &Arc<ProcessingMesh>, tag: u64, lift: f64, pace: Pace) -> Goal {
+        let rest = mesh.positions().clone();
+        let at = |side: f64| -> Vec<VertexId> {
+            let all = rest.iter().filter(|(_, p)| p.x * side > 1.99);
+            all.map(|(v, _)| v).collect()
+        };
+        let group = |vertices, role| HandleGroup::new(String::new(), vertices, role, &rest, &rest);
+        let mut moved = group(at(1.0), Role::Movable);
+        moved.matrix = Matrix4::new_translation(&Vector3::new(0.0, 0.0, lift));
+        Goal {
+            tag,
+            mesh: Arc::clone(mesh),
+            rest: Arc::new(rest.clone()),
+            handles: Arc::new(vec![group(at(-1.0), Role::Fixed), moved]),
+            options: editor_options(),
+            shape: None,
+            pace,
+            posted: Instant::now(),
+        }
+    }
+
+    /// The last update once the solver has nothing more to do about `tag`.
+    fn settled(solver: &Solver, tag: u64) -> Update {
+        let deadline = Instant::now() + Duration::from_secs(60);
+        let mut last: Option<Update> = None;
+        loop {
+            assert!(Instant::now() < deadline, "{:?}", solver.state());
+            if let Some(update) = solver.take() {
+                assert!(last.is_none_or(|l| l.tag <= update.tag));
+                last = Some(update);
+            }
+            if let Some(update) = &last
+                && update.tag == tag
+                && update.state == State::Settled
+            {
+                return update.clone();
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    #[test]
+    fn the_newest_goal_wins_and_its_shape_is_that_of_a_job() {
+        let mesh = mesh();
+        let solver = Solver::start(|| {}).unwrap();
+        let mut first = goal(&mesh, 0, 0.0, Pace::Held);
+        let rest = Arc::clone(&first.rest);
+        solver.post(first.clone());
+        for tag in 1..=50 {
+            first = goal(&mesh, tag, 0.02 * tag as f64, Pace::Held);
+            first.rest = Arc::clone(&rest);
+            solver.post(first.clone());
+            std::thread::sleep(Duration::from_micros(300));
+        }
+        first.pace = Pace::Settle;
+        first.tag = 51;
+        solver.post(first.clone());
+        let update = settled(&solver, 51);
+        let handles = Scene::job_handles(&first.handles, &[]);
+        let job = cotan::deform(mesh.mesh(), &rest, &handles, &first.options).unwrap();
+        let pairs = update.shape.values().zip(job.positions.values());
+        let farthest = pairs.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+        assert!(farthest < 4e-6, "{farthest:e}");
+        assert!(!solver.samples().is_empty());
+    }
+
+    #[test]
+    fn a_still_goal_touches_nothing_and_a_panic_is_survived() {
+        let mesh = mesh();
+        let solver = Solver::start(|| {}).unwrap();
+        solver.post(goal(&mesh, 1, 0.5, Pace::Settle));
+        let _ = settled(&solver, 1);
+        let still = goal(&mesh, 2, 0.1, Pace::Still);
+        solver.post(still.clone());
+        std::thread::sleep(Duration::from_millis(100));
+        assert!(solver.take().is_none());
+        solver.provoke_panic();
+        solver.post(Goal {
+            tag: 3,
+            pace: Pace::Settle,
+            ..still.clone()
+        });
+        let deadline = Instant::now() + Duration::from_secs(20);
+        while !matches!(solver.state().0, State::Failed(_)) {
+            assert!(Instant::now() < deadline);
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        solver.post(Goal {
+            tag: 4,
+            pace: Pace::Settle,
+            ..still
+        });
+        let _ = settled(&solver, 4);
+    }
+}

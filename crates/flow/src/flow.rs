@@ -16,6 +16,7 @@ use crate::orientation::{Energy, Orientation};
 use crate::projection::Projection;
 use crate::report::{Report, StepReport, StopReason};
 use crate::rest::Rest;
+use crate::schedule::Schedule;
 use crate::start::handle_rotations;
 use crate::state::Measured;
 use crate::updater::ScalarFieldUpdater;
@@ -381,6 +382,36 @@ impl<'m, T: Scalar> Flow<'m, T> {
         parts.user_targets = user_targets;
         self.targets_moved();
         Ok(())
+    }
+
+    /// Changes the schedule of the steps from here on: 1 while a handle is held, say, and a falling one
+    /// when it is let go of.
+    ///
+    /// # Errors
+    /// [`FlowError`] for ratios out of range.
+    pub fn set_schedule(&mut self, schedule: Schedule) -> Result<(), FlowError> {
+        schedule.check()?;
+        if self.settings.schedule != schedule {
+            self.settings.schedule = schedule;
+            // Its first ratio comes next; that handles have moved is answered to already, or not.
+            self.since_move = self.since_move.min(1);
+        }
+        Ok(())
+    }
+
+    /// Puts another shape in the place of the one at hand, in the units of the input; hard handles stay
+    /// at their targets. The next steps go on from there; schedule and acceleration start over.
+    ///
+    /// **Shapes**: one position a vertex.
+    ///
+    /// # Errors
+    /// [`FlowError`] for a shape of another mesh or with a position that is not finite (nothing has
+    /// changed then), and what updater and orientation report.
+    pub fn set_shape(&mut self, shape: &Positions<T>) -> Result<(), FlowError> {
+        Surface::new(self.parts.rest.mesh(), shape)?;
+        self.positions = self.parts.frame.to_box_all(shape);
+        self.targets_moved();
+        self.update()
     }
 
     fn targets_moved(&mut self) {

@@ -1,6 +1,8 @@
 //! The anchored system: every vertex held weakly where it was.
 
-use cotan_flow::{Acceleration, Flow, Orientation, ScalarFieldUpdater, Start};
+use std::ops::ControlFlow;
+
+use cotan_flow::{Acceleration, Flow, Orientation, ScalarFieldUpdater, Start, StopReason};
 use cotan_geometry::{Positions, Scalar, Surface};
 use cotan_halfedge::{HalfedgeMap, HalfedgeMesh};
 use cotan_laplacian::{Cotangent, LaplacianScheme, Operator, SchemeError, Symmetry};
@@ -118,7 +120,11 @@ pub(crate) struct Anchored<'a, T: Scalar> {
     pub(crate) boundary: Boundary,
     pub(crate) handles: &'a Handles<T>,
     pub(crate) iterations: usize,
+    pub(crate) observer: Observer<'a>,
 }
+
+/// Sees the number of every iteration as it ends, and may stop the job.
+pub(crate) type Observer<'a> = &'a (dyn Fn(usize) -> ControlFlow<()> + Sync);
 
 impl<T: Scalar> Anchored<'_, T> {
     /// Runs `iterations` updates, each with one solve, and returns the positions in the units of the
@@ -141,7 +147,10 @@ impl<T: Scalar> Anchored<'_, T> {
             // The first solve of a flow only says where its original mesh is.
             .iteration_limit(self.iterations + 1)
             .build()?;
-        let report = flow.run_to_end()?;
+        let report = flow.run(|_, step| (self.observer)(step.iteration.saturating_sub(1)))?;
+        if report.stop == StopReason::Cancelled {
+            return Err(Error::Cancelled);
+        }
         if report.residual.is_finite() {
             Ok(flow.positions())
         } else {

@@ -39,6 +39,7 @@ pub use decide::Decision;
 pub use detail::{
     BandPass, Blend, CurvatureEdit, CurvatureField, CurvatureUpdater, DetailOptions,
     ScaledCurvature, Sequence, Sum, TargetCurvature, TransferredCurvature, edit_detail,
+    edit_detail_observed,
 };
 pub use feature::FeaturePreserving;
 pub use filtered_normals::FilteredNormals;
@@ -48,5 +49,5 @@ pub use noise::{GaussianNoise, NoiseEstimate, with_normal_noise};
 pub use normal_filter::NormalFilter;
 pub use options::{NewFolds, SmoothMethod, SmoothOptions};
 pub use preserve::Preserve;
-pub use run::{Smoothed, smooth};
+pub use run::{Smoothed, smooth, smooth_observed};
 pub use taubin::Taubin;

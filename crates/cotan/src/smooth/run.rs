@@ -1,10 +1,12 @@
 //! Smoothing in one call.
 
+use std::ops::ControlFlow;
+
 use cotan_flow::{FlowError, KeepMagnitude};
 use cotan_geometry::{Positions, Scalar, Surface};
 use cotan_halfedge::HalfedgeMesh;
 
-use super::anchored::{Anchored, InteriorCotangent, InteriorUmbrella, held};
+use super::anchored::{Anchored, InteriorCotangent, InteriorUmbrella, Observer, held};
 use super::curvature::{AlongCurvature, Direction, Order, SmoothedCurvature};
 use super::decide::Decision;
 use super::feature::FeaturePreserving;
@@ -69,12 +71,28 @@ pub fn smooth<T: Scalar>(
     handles: &Handles<T>,
     options: &SmoothOptions,
 ) -> Result<Smoothed<T>, Error> {
+    let observer = |_| ControlFlow::Continue(());
+    smooth_observed(mesh, positions, handles, options, &observer)
+}
+
+/// As [`smooth`]; the observer sees the number of every iteration as it ends, and may stop the job.
+///
+/// # Errors
+/// As [`smooth`], and [`Error::Cancelled`] if the observer stopped it.
+pub fn smooth_observed<T: Scalar>(
+    mesh: &HalfedgeMesh,
+    positions: &Positions<T>,
+    handles: &Handles<T>,
+    options: &SmoothOptions,
+    observer: &(dyn Fn(usize) -> ControlFlow<()> + Sync),
+) -> Result<Smoothed<T>, Error> {
     check(options)?;
     let surface = Surface::new(mesh, positions)?;
     let run = Run {
         surface,
         handles,
         options,
+        observer,
         held: held(mesh, positions, options.boundary, handles)?,
     };
     let decision = match options.method {
@@ -140,6 +158,7 @@ struct Run<'a, T: Scalar> {
     surface: Surface<'a, T>,
     handles: &'a Handles<T>,
     options: &'a SmoothOptions,
+    observer: Observer<'a>,
     held: Vec<bool>,
 }
 
@@ -165,12 +184,18 @@ impl<T: Scalar> Run<'_, T> {
         match method {
             SmoothMethod::Taubin => {
                 smoothed.positions = Taubin::default().run(mesh, positions, iterations, &self.held);
+                self.observe(iterations)?;
             }
             SmoothMethod::Implicit => {
                 let flow = ImplicitFlow {
                     time: self.options.step * ImplicitFlow::default().time,
                 };
-                smoothed.positions = flow.run(mesh, positions, iterations, &self.held)?;
+                let mut x = positions.clone();
+                for iteration in 1..=iterations {
+                    x = flow.run(mesh, &x, 1, &self.held)?;
+                    self.observe(iteration)?;
+                }
+                smoothed.positions = x;
             }
             SmoothMethod::Paper => self.paper(&mut smoothed)?,
             SmoothMethod::Anchored => self.anchored(&mut smoothed)?,
@@ -179,6 +204,13 @@ impl<T: Scalar> Run<'_, T> {
             SmoothMethod::Curvature | SmoothMethod::Auto => self.curvature(&mut smoothed)?,
         }
         Ok(smoothed)
+    }
+
+    fn observe(&self, iteration: usize) -> Result<(), Error> {
+        match (self.observer)(iteration) {
+            ControlFlow::Continue(()) => Ok(()),
+            ControlFlow::Break(()) => Err(Error::Cancelled),
+        }
     }
 
     /// The anchored system on these positions, with the anchor asked for or `anchor`, which is noted.
@@ -192,6 +224,7 @@ impl<T: Scalar> Run<'_, T> {
             boundary: self.options.boundary,
             handles: self.handles,
             iterations: smoothed.iterations,
+            observer: self.observer,
         }
     }
 

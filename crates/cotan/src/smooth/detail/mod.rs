@@ -18,7 +18,7 @@ use cotan_laplacian::OneRings;
 
 pub use band_pass::BandPass;
 pub use compose::{Blend, Sequence, Sum};
-pub use run::{DetailOptions, edit_detail};
+pub use run::{DetailOptions, edit_detail, edit_detail_observed};
 pub use scaled::ScaledCurvature;
 pub use target::TargetCurvature;
 pub use transferred::TransferredCurvature;

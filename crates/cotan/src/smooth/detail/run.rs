@@ -1,5 +1,7 @@
 //! Edits of the curvature in one call.
 
+use std::ops::ControlFlow;
+
 use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::HalfedgeMesh;
 
@@ -59,6 +61,22 @@ pub fn edit_detail<T: Scalar>(
     edit: &impl CurvatureEdit,
     options: &DetailOptions,
 ) -> Result<Positions<T>, Error> {
+    let observer = |_| ControlFlow::Continue(());
+    edit_detail_observed(mesh, positions, handles, edit, options, &observer)
+}
+
+/// As [`edit_detail`]; the observer sees the number of every iteration as it ends, and may stop the job.
+///
+/// # Errors
+/// As [`edit_detail`], and [`Error::Cancelled`] if the observer stopped it.
+pub fn edit_detail_observed<T: Scalar>(
+    mesh: &HalfedgeMesh,
+    positions: &Positions<T>,
+    handles: &Handles<T>,
+    edit: &impl CurvatureEdit,
+    options: &DetailOptions,
+    observer: &(dyn Fn(usize) -> ControlFlow<()> + Sync),
+) -> Result<Positions<T>, Error> {
     edit.check(mesh.num_vertices())?;
     let held = held(mesh, positions, options.boundary, handles)?;
     if options.iterations == 0 {
@@ -72,6 +90,7 @@ pub fn edit_detail<T: Scalar>(
         boundary: options.boundary,
         handles,
         iterations: options.iterations,
+        observer,
     };
     let direction = options.direction;
     let updater = CurvatureUpdater { edit, direction };

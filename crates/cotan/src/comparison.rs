@@ -1,0 +1,148 @@
+//! The paper's two errors of many shapes against one.
+
+use std::sync::Arc;
+
+use cotan_geometry::{Positions, Scalar, Surface, bounding_box};
+use cotan_halfedge::{HalfedgeMap, HalfedgeMesh, VertexMap};
+use cotan_laplacian::{Cotangent, LaplacianScheme, OneRings, apply_weights};
+use nalgebra::Vector3;
+
+use crate::error::Error;
+use crate::quality::ShapeErrors;
+
+/// A mesh to compare shapes with: what is measured on it once serves all comparisons.
+///
+/// **Source**: paper, section 3.5.
+#[derive(Clone, Debug)]
+pub struct ShapeComparison<'m, T: Scalar> {
+    mesh: &'m HalfedgeMesh,
+    rings: Arc<OneRings>,
+    weights: HalfedgeMap<T>,
+    laplacian: VertexMap<Vector3<T>>,
+    /// The longest side of the original's box.
+    size: f64,
+}
+
+/// How much each vertex adds to the two errors; see [`ShapeErrors`].
+#[derive(Clone, PartialEq, Debug)]
+pub struct ErrorFields {
+    /// √(Σ_j (w⁰_ij − w_ij)²), the root mean square of which is E_p. No unit.
+    pub parameterization: VertexMap<f64>,
+    /// | |ℓ⁰_i| − |ℓ_i| |, the root of whose sum of squares is E_g, with the original mesh scaled to a
+    /// box of longest side 1.
+    pub geometry: VertexMap<f64>,
+}
+
+impl<'m, T: Scalar> ShapeComparison<'m, T> {
+    /// Measures the original.
+    ///
+    /// # Errors
+    /// [`Error`] if it cannot be weighted.
+    pub fn new(original: &Surface<'m, T>) -> Result<Self, Error> {
+        let mesh = original.mesh();
+        let rings = Arc::new(OneRings::new(mesh));
+        let (weights, laplacian) = measure(original, &rings)?;
+        let size = bounding_box(original).longest_side().as_f64();
+        Ok(Self {
+            mesh,
+            rings,
+            weights,
+            laplacian,
+            // A mesh at one point has Laplacian coordinates of zero: any size serves.
+            size: if size > 0.0 { size } else { 1.0 },
+        })
+    }
+
+    /// What each vertex of another shape of the mesh adds to the errors.
+    ///
+    /// # Errors
+    /// [`Error`] for positions that are not those of the mesh, or not finite.
+    pub fn fields(&self, positions: &Positions<T>) -> Result<ErrorFields, Error> {
+        let surface = Surface::new(self.mesh, positions)?;
+        let (weights, laplacian) = measure(&surface, &self.rings)?;
+        let squares = |i: usize| -> f64 {
+            let ring = self.rings.ring(i);
+            ring.map(|(_, h)| (self.weights[h].as_f64() - weights[h].as_f64()).powi(2))
+                .sum()
+        };
+        let pairs = self.laplacian.values().zip(laplacian.values());
+        Ok(ErrorFields {
+            parameterization: (0..positions.len()).map(|i| squares(i).sqrt()).collect(),
+            geometry: pairs
+                .map(|(a, b)| (a.norm() - b.norm()).as_f64().abs() / self.size)
+                .collect(),
+        })
+    }
+
+    /// The errors of another shape of the mesh.
+    ///
+    /// # Errors
+    /// As [`Self::fields`].
+    pub fn errors(&self, positions: &Positions<T>) -> Result<ShapeErrors, Error> {
+        Ok(self.fields(positions)?.errors())
+    }
+}
+
+impl ErrorFields {
+    /// The errors of the whole.
+    pub fn errors(&self) -> ShapeErrors {
+        let n = self.geometry.len() as f64;
+        let squares = |field: &VertexMap<f64>| field.values().map(|e| e * e).sum::<f64>();
+        let geometry = squares(&self.geometry);
+        ShapeErrors {
+            parameterization: (squares(&self.parameterization) / n).sqrt(),
+            geometry: geometry.sqrt(),
+            geometry_rms: (geometry / n).sqrt(),
+        }
+    }
+}
+
+type Measured<T> = (HalfedgeMap<T>, VertexMap<Vector3<T>>);
+
+fn measure<T: Scalar>(
+    surface: &Surface<'_, T>,
+    rings: &Arc<OneRings>,
+) -> Result<Measured<T>, Error> {
+    let mesh = surface.mesh();
+    let mut weights = HalfedgeMap::filled(mesh.num_halfedges(), T::zero());
+    Cotangent::default().weights(surface, &mut weights)?;
+    let mut laplacian = VertexMap::filled(mesh.num_vertices(), Vector3::zeros());
+    apply_weights(rings, &weights, surface.positions(), &mut laplacian);
+    Ok((weights, laplacian))
+}
+
+#[cfg(test)]
+mod tests {
+    use cotan_geometry::shapes::bar;
+    use nalgebra::Vector3;
+
+    use super::*;
+
+    #[test]
+    fn a_moved_mesh_has_no_errors_and_a_dent_has_them_where_it_is() {
+        let shape = bar::<f64>([4.0, 1.0, 1.0], [16, 4, 4]);
+        let comparison = ShapeComparison::new(&shape.surface()).unwrap();
+        let shifted = shape.positions.map(|p| p + Vector3::new(1.0, 2.0, 3.0));
+        let same = comparison.fields(&shifted).unwrap().errors();
+        assert!(
+            same.parameterization < 1e-10 && same.geometry < 1e-12,
+            "{same:?}"
+        );
+
+        let dent = cotan_halfedge::VertexId::new(40);
+        let mut dented = shape.positions.clone();
+        dented[dent] += Vector3::new(0.1, 0.05, 0.02);
+        let fields = comparison.fields(&dented).unwrap();
+        for v in shape.mesh.vertices() {
+            let is_near = v == dent
+                || shape
+                    .mesh
+                    .outgoing_halfedges(v)
+                    .any(|h| shape.mesh.target(h) == dent);
+            assert_eq!(fields.geometry[v] > 0.0, is_near, "{v}");
+        }
+        let whole =
+            ShapeErrors::measure(&shape.surface(), &shape.surface().with_positions(&dented));
+        assert_eq!(fields.errors(), whole.unwrap());
+    }
+}
