@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use cotan_geometry::{Positions, Scalar, Surface, bounding_box};
+use cotan_geometry::{Positions, Scalar, Surface, bounding_box, dual_areas};
 use cotan_halfedge::{HalfedgeMap, HalfedgeMesh, VertexMap};
 use cotan_laplacian::{Cotangent, LaplacianScheme, OneRings, apply_weights};
 use nalgebra::Vector3;
@@ -19,6 +19,8 @@ pub struct ShapeComparison<'m, T: Scalar> {
     rings: Arc<OneRings>,
     weights: HalfedgeMap<T>,
     laplacian: VertexMap<Vector3<T>>,
+    /// The areas around the vertices.
+    areas: VertexMap<T>,
     /// The longest side of the original's box.
     size: f64,
 }
@@ -48,6 +50,7 @@ impl<'m, T: Scalar> ShapeComparison<'m, T> {
             rings,
             weights,
             laplacian,
+            areas: dual_areas(original),
             // A mesh at one point has Laplacian coordinates of zero: any size serves.
             size: if size > 0.0 { size } else { 1.0 },
         })
@@ -80,6 +83,20 @@ impl<'m, T: Scalar> ShapeComparison<'m, T> {
     /// As [`Self::fields`].
     pub fn errors(&self, positions: &Positions<T>) -> Result<ShapeErrors, Error> {
         Ok(self.fields(positions)?.errors())
+    }
+
+    /// ln (area / area before) around every vertex of another shape of the mesh: positive where it has
+    /// grown; 0 where there is no area.
+    ///
+    /// # Errors
+    /// As [`Self::fields`].
+    pub fn area_log_ratios(&self, positions: &Positions<T>) -> Result<VertexMap<f64>, Error> {
+        let areas = dual_areas(&Surface::new(self.mesh, positions)?);
+        let ratios = areas.values().zip(self.areas.values()).map(|(now, before)| {
+            let ratio = (now.as_f64() / before.as_f64()).ln();
+            if ratio.is_finite() { ratio } else { 0.0 }
+        });
+        Ok(ratios.collect())
     }
 }
 

@@ -1,0 +1,236 @@
+//! Measures the shape that is seen, beside the window: errors, and a field to colour the mesh by.
+//!
+//! Only the newest shape counts: what comes while one is being measured waits, and is replaced by what
+//! comes next.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::thread::JoinHandle;
+
+use cotan::geometry::{Positions, Surface};
+use cotan::halfedge::VertexMap;
+use cotan::smooth::mean_curvatures;
+use cotan::{ShapeComparison, ShapeErrors};
+use cotan_io::ProcessingMesh;
+use cotan_tool::ColorScale;
+
+use crate::solver::lock;
+
+/// What the mesh is coloured by.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum Field {
+    /// One colour.
+    #[default]
+    Plain,
+    /// The mean curvature.
+    Curvature,
+    /// What every vertex adds to E_p.
+    Parameterization,
+    /// What every vertex adds to E_g.
+    Geometry,
+    /// How the area around every vertex has grown.
+    Area,
+}
+
+impl Field {
+    /// All of them, in the order of the list.
+    pub const ALL: [Self; 5] = [
+        Self::Plain,
+        Self::Curvature,
+        Self::Parameterization,
+        Self::Geometry,
+        Self::Area,
+    ];
+
+    /// What the list calls it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Plain => "Plain",
+            Self::Curvature => "Mean curvature",
+            Self::Parameterization => "E_p: angles",
+            Self::Geometry => "E_g: details",
+            Self::Area => "Area distortion",
+        }
+    }
+
+    fn title(self) -> &'static str {
+        match self {
+            Self::Plain => "",
+            Self::Curvature => "mean curvature, 1 / box",
+            Self::Parameterization => "E_p per vertex",
+            Self::Geometry => "E_g per vertex, box",
+            Self::Area => "ln (area / area before)",
+        }
+    }
+}
+
+/// A shape to measure.
+#[derive(Clone, Debug)]
+pub struct Subject {
+    /// The mesh.
+    pub mesh: Arc<ProcessingMesh>,
+    /// What it is compared with.
+    pub rest: Arc<Positions<f64>>,
+    /// The shape.
+    pub shape: Arc<Positions<f64>>,
+    /// What the colours are to show.
+    pub field: Field,
+}
+
+/// What was measured.
+#[derive(Clone, Debug)]
+pub struct Reading {
+    /// Of which shape.
+    pub shape: Arc<Positions<f64>>,
+    /// E_p and E_g; `None` where they cannot be measured.
+    pub errors: Option<ShapeErrors>,
+    /// Scale and colours of the field, one a vertex.
+    pub colors: Option<(Field, ColorScale, Vec<[u8; 3]>)>,
+}
+
+/// The thread that measures.
+#[derive(Debug)]
+pub struct Meter {
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+}
+
+struct Shared {
+    inbox: Mutex<Inbox>,
+    wake: Condvar,
+    reading: Mutex<Option<Reading>>,
+    notify: Box<dyn Fn() + Send + Sync>,
+}
+
+#[derive(Default)]
+struct Inbox {
+    subject: Option<Subject>,
+    is_closed: bool,
+}
+
+impl std::fmt::Debug for Shared {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Shared").finish_non_exhaustive()
+    }
+}
+
+impl Meter {
+    /// Starts the thread; `notify` is called from it when there is a reading.
+    ///
+    /// # Errors
+    /// If the system has no thread for it.
+    pub fn start(notify: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
+        let shared = Arc::new(Shared {
+            inbox: Mutex::default(),
+            wake: Condvar::new(),
+            reading: Mutex::default(),
+            notify: Box::new(notify),
+        });
+        let own = Arc::clone(&shared);
+        let thread = std::thread::Builder::new()
+            .name("meter".to_owned())
+            .spawn(move || {
+                let mut next = own.wait();
+                while let Some(subject) = next {
+                    // A shape that cannot be measured has no reading; that is all there is to lose.
+                    let measured = catch_unwind(AssertUnwindSafe(|| own.measure(subject)));
+                    next = measured.unwrap_or_else(|_| own.wait());
+                }
+            })?;
+        Ok(Self {
+            shared,
+            thread: Some(thread),
+        })
+    }
+
+    /// Asks for a reading.
+    pub fn post(&self, subject: Subject) {
+        lock(&self.shared.inbox).subject = Some(subject);
+        self.shared.wake.notify_one();
+    }
+
+    /// The newest reading, if it was not taken yet.
+    pub fn take(&self) -> Option<Reading> {
+        lock(&self.shared.reading).take()
+    }
+}
+
+impl Drop for Meter {
+    fn drop(&mut self) {
+        lock(&self.shared.inbox).is_closed = true;
+        self.shared.wake.notify_one();
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+impl Shared {
+    fn wait(&self) -> Option<Subject> {
+        let mut inbox = lock(&self.inbox);
+        loop {
+            if inbox.is_closed {
+                return None;
+            }
+            if let Some(subject) = inbox.subject.take() {
+                return Some(subject);
+            }
+            inbox = self
+                .wake
+                .wait(inbox)
+                .unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+
+    /// Measures shapes as long as they are compared with the same one; returns the first other.
+    fn measure(&self, first: Subject) -> Option<Subject> {
+        let mesh = Arc::clone(&first.mesh);
+        let rest = Arc::clone(&first.rest);
+        let original = Surface::new(mesh.mesh(), &rest).ok();
+        let comparison = original.and_then(|s| ShapeComparison::new(&s).ok());
+        let mut subject = first;
+        loop {
+            let reading = read(&subject, comparison.as_ref());
+            *lock(&self.reading) = Some(reading);
+            (self.notify)();
+            let next = self.wait()?;
+            if !Arc::ptr_eq(&next.mesh, &mesh) || !Arc::ptr_eq(&next.rest, &rest) {
+                return Some(next);
+            }
+            subject = next;
+        }
+    }
+}
+
+fn read(subject: &Subject, comparison: Option<&ShapeComparison<'_, f64>>) -> Reading {
+    let fields = comparison.and_then(|c| c.fields(&subject.shape).ok());
+    let colors = |values: &VertexMap<f64>, scale: ColorScale| {
+        let colors = values.values().map(|&x| match scale.share(x) {
+            Some(share) => scale.color_at(share),
+            None => [128; 3],
+        });
+        (subject.field, scale.clone(), colors.collect())
+    };
+    let title = subject.field.title();
+    let signed =
+        |x: &VertexMap<f64>| colors(x, ColorScale::signed(title, x.values().copied()));
+    let size = |x: &VertexMap<f64>| colors(x, ColorScale::size(title, x.values().copied()));
+    let surface = Surface::new(subject.mesh.mesh(), &subject.shape).ok();
+    let colors = match subject.field {
+        Field::Plain => None,
+        Field::Curvature => surface.map(|surface| {
+            let size = cotan::geometry::bounding_box(&surface).longest_side();
+            signed(&mean_curvatures(&surface).map(|h| h * size))
+        }),
+        Field::Parameterization => fields.as_ref().map(|f| size(&f.parameterization)),
+        Field::Geometry => fields.as_ref().map(|f| size(&f.geometry)),
+        Field::Area => {
+            comparison.and_then(|c| Some(signed(&c.area_log_ratios(&subject.shape).ok()?)))
+        }
+    };
+    Reading {
+        shape: Arc::clone(&subject.shape),
+        errors: fields.map(|fields| fields.errors()),
+        colors,
+    }
+}
