@@ -7,7 +7,6 @@ mod console;
 mod edit;
 mod error;
 mod files;
-mod handles_file;
 mod inspect;
 mod picture;
 mod prepare;
