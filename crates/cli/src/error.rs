@@ -75,6 +75,19 @@ pub(crate) enum CliError {
     /// Standard output.
     #[error("cannot write to standard output: {0}")]
     Output(#[source] io::Error),
+    /// The editor is another package, which may not be there.
+    #[error(
+        "the program `cotan-editor` is neither beside this one nor on the PATH; install it with \
+         `cargo install cotan-editor`, or build it in a checkout with `cargo build -p cotan-editor`"
+    )]
+    NoEditor,
+    /// A program that is there and does not start.
+    #[error("{}: cannot start: {source}", program.display())]
+    Start {
+        program: PathBuf,
+        #[source]
+        source: io::Error,
+    },
     /// The thread pool.
     #[error("cannot start {threads} threads: {problem}; ask for fewer with --threads")]
     Threads { threads: usize, problem: String },
