@@ -34,6 +34,7 @@ Examples:
   cotan info bunny.ply                           what the mesh is and whether it can be edited
   cotan repair scan.ply -o sound.ply             orient, split bow-ties, drop duplicate faces
   cotan deform bar.obj --handles bar.json -o bent.obj --picture bent.png
+  cotan edit bar.obj                             the same by hand, in a window
   cotan sphere brain.ply -o sphere.ply           onto the unit sphere, no triangle flipped
   cotan smooth scan.ply -o smooth.ply --preserve-volume
   cotan compare bar.obj bent.obj                 how far the two are from each other
@@ -62,6 +63,9 @@ pub(crate) enum Command {
     /// Tell what a mesh file holds: counts, topology, shape, defects
     #[command(after_help = INFO_EXAMPLE)]
     Info(InfoArgs),
+    /// Open a mesh in the editor: drag handles and see the surface follow
+    #[command(after_help = EDIT_EXAMPLE)]
+    Edit(EditArgs),
     /// Repair a mesh without guessing a shape, and tell each change
     #[command(after_help = repair::REPAIR_EXAMPLE)]
     Repair(RepairArgs),
@@ -112,6 +116,13 @@ Meshes that are not manifold are described too; their defects are listed with th
 JSON lists --limit of each kind. `cotan repair` cures what can be cured without guessing a shape.
 Vertices and faces have the numbers of the file, counted from 0.";
 
+const EDIT_EXAMPLE: &str = "\
+Example:
+  cotan edit bar.obj --handles bar.json
+
+Starts the program cotan-editor, which lies beside this one or on the PATH; its exit code is passed
+on. `cotan edit bar.obj --help` shows the editor's own options.";
+
 const COMPARE_EXAMPLE: &str = "\
 Example:
   cotan compare before.obj after.obj
@@ -151,6 +162,19 @@ pub(crate) struct InfoArgs {
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct EditArgs {
+    /// Mesh file (.obj, .ply, .off, .stl, .gltf, .glb; also with .gz)
+    pub(crate) mesh: PathBuf,
+    /// Options of the editor, passed on as they are; a `--` before them is left out
+    #[arg(
+        value_name = "OPTIONS",
+        trailing_var_arg = true,
+        allow_hyphen_values = true
+    )]
+    pub(crate) options: Vec<std::ffi::OsString>,
 }
 
 #[derive(Debug, Args)]

@@ -15,8 +15,9 @@ use cotan_io::{Folder, IoError, Limits, ProcessingMesh, Weld, load_with};
 use serde::Serialize;
 
 use crate::console::Console;
-use crate::error::{CliError, Cure, in_file_numbers};
+use crate::error::{CliError, Cure};
 use crate::files;
+use cotan_tool::numbers::in_file_numbers;
 
 /// What is to be measured.
 pub(crate) struct Plan<'a> {

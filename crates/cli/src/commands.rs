@@ -6,6 +6,7 @@ mod completions;
 mod convert;
 mod deform;
 mod demo;
+mod edit;
 mod info;
 mod morph;
 mod reconstruct;
@@ -14,15 +15,18 @@ mod resample;
 mod smooth;
 mod sphere;
 
+use std::process::ExitCode;
+
 use crate::args::Command;
 use crate::console::Console;
 use crate::error::CliError;
 
-/// Runs a command.
-pub(crate) fn run(command: &Command, console: &Console) -> Result<(), CliError> {
+/// Runs a command; gives the exit code.
+pub(crate) fn run(command: &Command, console: &Console) -> Result<ExitCode, CliError> {
     match command {
         Command::Demo(args) => demo::run(args, console),
         Command::Info(args) => info::run(args, console),
+        Command::Edit(args) => return edit::run(args),
         Command::Repair(args) => repair::run(args, console),
         Command::Deform(args) => deform::run(args, console),
         Command::Reconstruct(args) => reconstruct::run(args, console),
@@ -35,5 +39,6 @@ pub(crate) fn run(command: &Command, console: &Console) -> Result<(), CliError> 
         Command::Convert(args) => convert::run(args, console),
         Command::Bench(args) => bench::run(args, console),
         Command::Completions(args) => completions::run(args, console),
-    }
+    }?;
+    Ok(ExitCode::SUCCESS)
 }

@@ -13,9 +13,10 @@ use nalgebra::Point3;
 
 use crate::args::Precision;
 use crate::console::{Console, Progress};
-use crate::error::{CliError, Cure, in_file_numbers};
-use crate::handles_file::{Constraint, FileVertices, to_handles};
+use crate::error::{CliError, Cure};
 use crate::report::{HistoryEntry, Seconds};
+use cotan_tool::handles_file::{Constraint, FileVertices, to_handles};
+use cotan_tool::numbers::in_file_numbers;
 
 /// What is to be done to a document.
 #[derive(Debug)]

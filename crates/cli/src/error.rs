@@ -3,13 +3,13 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use cotan::halfedge::{BuildError, VertexId};
+use cotan::halfedge::BuildError;
 use cotan::sphere::SphereError;
-use cotan_io::{IoError, Repaired, Weld};
+use cotan_io::{IoError, Weld};
+use cotan_tool::ToolError;
 use thiserror::Error;
 
 use crate::files;
-use crate::handles_file::{FileVertices, HandlesError};
 use crate::inspect::weld_option;
 use crate::sphere::LandmarksError;
 
@@ -19,19 +19,15 @@ pub(crate) enum CliError {
     /// A mesh file that cannot be read, built from, or written.
     #[error(transparent)]
     Io(#[from] IoError),
+    /// A handles file, or an output that cannot be written.
+    #[error(transparent)]
+    Tool(#[from] ToolError),
     /// A mesh from which no surface can be built, and what to do about it.
     #[error("{}: {source}; {remedy}", path.display())]
     Unsound {
         path: PathBuf,
         source: Box<BuildError>,
         remedy: String,
-    },
-    /// A handles file.
-    #[error("{}: {source}", path.display())]
-    Handles {
-        path: PathBuf,
-        #[source]
-        source: HandlesError,
     },
     /// A mesh that cannot be edited or measured.
     #[error("{}: {source}", path.display())]
@@ -76,12 +72,22 @@ pub(crate) enum CliError {
         #[source]
         source: io::Error,
     },
-    /// An output whose folder is not there.
-    #[error("{}: the folder {} does not exist; make it first", path.display(), folder.display())]
-    NoFolder { path: PathBuf, folder: PathBuf },
     /// Standard output.
     #[error("cannot write to standard output: {0}")]
     Output(#[source] io::Error),
+    /// The editor is another package, which may not be there.
+    #[error(
+        "the program `cotan-editor` is neither beside this one nor on the PATH; install it with \
+         `cargo install cotan-editor`, or build it in a checkout with `cargo build -p cotan-editor`"
+    )]
+    NoEditor,
+    /// A program that is there and does not start.
+    #[error("{}: cannot start: {source}", program.display())]
+    Start {
+        program: PathBuf,
+        #[source]
+        source: io::Error,
+    },
     /// The thread pool.
     #[error("cannot start {threads} threads: {problem}; ask for fewer with --threads")]
     Threads { threads: usize, problem: String },
@@ -136,89 +142,4 @@ impl CliError {
             remedy,
         }
     }
-}
-
-/// The same error with vertices as the file numbers them.
-pub(crate) fn in_file_numbers(
-    error: cotan::Error,
-    processing: &cotan_io::ProcessingMesh,
-    file_vertices: Option<&FileVertices>,
-) -> cotan::Error {
-    use cotan::Error;
-    use cotan::flow::FlowError;
-    use cotan::geometry::SurfaceError;
-    use cotan::laplacian::SchemeError;
-    use cotan::linear::LinearError;
-
-    let file = |v: VertexId| {
-        if v.index() < processing.mesh().num_vertices() {
-            let vertex = processing.document_vertex(v);
-            VertexId::new(file_vertices.map_or(vertex, |file| file.vertex(vertex)))
-        } else {
-            v
-        }
-    };
-    let linear = |error| match error {
-        LinearError::ComponentWithoutHandle {
-            vertex,
-            num_vertices,
-        } => LinearError::ComponentWithoutHandle {
-            vertex: file(vertex),
-            num_vertices,
-        },
-        LinearError::DuplicateHandle { vertex } => LinearError::DuplicateHandle {
-            vertex: file(vertex),
-        },
-        LinearError::HandleWeight { vertex, weight } => LinearError::HandleWeight {
-            vertex: file(vertex),
-            weight,
-        },
-        other => other,
-    };
-    let surface = |error| match error {
-        SurfaceError::NonFinite { vertex } => SurfaceError::NonFinite {
-            vertex: file(vertex),
-        },
-        other => other,
-    };
-    let scheme = |error| match error {
-        SchemeError::NonFiniteWeight { scheme, vertices } => SchemeError::NonFiniteWeight {
-            scheme,
-            vertices: vertices.map(file),
-        },
-        other => other,
-    };
-    match error {
-        Error::Contradiction { groups, vertex } => Error::Contradiction {
-            groups,
-            vertex: file(vertex),
-        },
-        Error::Surface(error) => Error::Surface(surface(error)),
-        Error::Scheme(error) => Error::Scheme(scheme(error)),
-        Error::Flow(FlowError::Scheme(error)) => Error::Flow(FlowError::Scheme(scheme(error))),
-        Error::Flow(FlowError::Surface(error)) => Error::Flow(FlowError::Surface(surface(error))),
-        Error::Flow(FlowError::Linear(error)) => Error::Flow(FlowError::Linear(linear(error))),
-        Error::Flow(FlowError::NonFiniteTarget { vertex }) => {
-            Error::Flow(FlowError::NonFiniteTarget {
-                vertex: file(vertex),
-            })
-        }
-        other => other,
-    }
-}
-
-/// The same error with vertices and faces as the file had them before a repair.
-pub(crate) fn before_repair(error: IoError, repaired: &Repaired) -> IoError {
-    let vertex = |v: VertexId| {
-        let source = repaired.vertex_sources.get(v.index());
-        source.map_or(v, |&source| VertexId::new(source))
-    };
-    let face = |f: usize| {
-        let source = repaired.face_sources.get(f).copied().flatten();
-        source.unwrap_or(f)
-    };
-    let IoError::NotManifold(error) = error else {
-        return error;
-    };
-    IoError::NotManifold(error.renumbered(vertex, face))
 }

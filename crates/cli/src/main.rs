@@ -7,7 +7,6 @@ mod console;
 mod edit;
 mod error;
 mod files;
-mod handles_file;
 mod inspect;
 mod picture;
 mod prepare;
@@ -33,7 +32,7 @@ fn main() -> ExitCode {
     };
     let console = Console::new(&arguments.messages);
     match commands::run(&arguments.command, &console) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(code) => code,
         Err(error) => {
             console::print_error(&error);
             ExitCode::from(1)

@@ -7,7 +7,6 @@
 
 mod camera;
 mod color_bar;
-mod color_scale;
 mod curvature;
 mod heat;
 mod image;
@@ -19,7 +18,7 @@ use cotan::geometry::Positions;
 use cotan::halfedge::{FaceId, HalfedgeMesh, VertexId, VertexMap};
 use cotan_io::ProcessingMesh;
 
-pub(crate) use color_scale::ColorScale;
+pub(crate) use cotan_tool::ColorScale;
 pub(crate) use curvature::curvature_picture;
 pub(crate) use heat::{HeatMap, Panel, Quantity, Views};
 pub(crate) use image::{Depth, png};
@@ -29,7 +28,7 @@ use image::Image;
 use raster::{Canvas, Light};
 use scene::Scene;
 
-use crate::handles_file::Constraint;
+use cotan_tool::handles_file::Constraint;
 
 /// What a vertex is to the picture.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

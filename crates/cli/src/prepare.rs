@@ -6,10 +6,11 @@ use std::time::Instant;
 use cotan_io::{Change, Document, ProcessingMesh, Repair, Weld};
 
 use crate::console::Console;
-use crate::error::{CliError, Cure, before_repair};
+use crate::error::{CliError, Cure};
 use crate::files;
-use crate::handles_file::{Constraint, FileVertices, Goal, Place};
 use crate::report::{Seconds, counted};
+use cotan_tool::handles_file::FileVertices;
+use cotan_tool::numbers::before_repair;
 
 /// Where the mesh of a job comes from.
 #[derive(Clone, Debug)]
@@ -128,48 +129,4 @@ fn tell_repairs(source: &Source<'_>, changes: &[Change], console: &Console) -> R
         counted(count, "change")
     ));
     Repairs::Some
-}
-
-/// Handles that hold still what no handle holds, told in a warning.
-pub(crate) fn hold_loose(
-    constraints: &[Constraint],
-    processing: &ProcessingMesh,
-    file_vertices: Option<&FileVertices>,
-    console: &Console,
-) -> Vec<Constraint> {
-    let components = processing.mesh().components();
-    let mut is_held = vec![false; components.count()];
-    for v in constraints
-        .iter()
-        .filter_map(|c| processing.vertex(c.vertex))
-    {
-        is_held[components.of(v)] = true;
-    }
-    let vertices = processing.mesh().vertices();
-    let mut loose: Vec<usize> = vertices
-        .filter(|&v| !is_held[components.of(v)])
-        .map(|v| processing.document_vertex(v))
-        .collect();
-    // The mesh may have numbers of its own.
-    loose.sort_unstable();
-    let loose: Vec<_> = loose
-        .into_iter()
-        .map(|vertex| Constraint {
-            vertex,
-            goal: Goal::Stay,
-            weight: None,
-            place: Place::Loose,
-        })
-        .collect();
-    if let Some(first) = loose.first() {
-        let parts = is_held.iter().filter(|is_held| !**is_held).count();
-        let verb = if parts == 1 { "has" } else { "have" };
-        console.warn(format_args!(
-            "{} without a handle ({} vertices, from vertex {}) {verb} been held still",
-            counted(parts, "component"),
-            loose.len(),
-            file_vertices.map_or(first.vertex, |file| file.vertex(first.vertex))
-        ));
-    }
-    loose
 }

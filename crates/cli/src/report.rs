@@ -147,7 +147,7 @@ impl Report {
 
     /// Writes the report as JSON.
     pub(crate) fn write(&self, path: &Path) -> Result<(), CliError> {
-        files::write(path, to_json(self, path)?.as_bytes())
+        Ok(files::write(path, to_json(self, path)?.as_bytes())?)
     }
 
     /// The report as a short table.

@@ -147,12 +147,20 @@ pub fn save(document: &Document, path: impl AsRef<Path>) -> Result<(), IoError> 
         if gzip::is_gzip_path(path) {
             bytes = gzip::compress(&bytes);
         }
-        replace(path, &bytes).map_err(IoError::Write)
+        replace_file(path, &bytes).map_err(IoError::Write)
     };
     write().map_err(|source| in_file(path, source))
 }
 
-fn replace(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+/// Writes a file in one step: beside the old one, then in its place, so that a reader sees the old
+/// file or the new one, and after a failure the old one is whole.
+///
+/// A link is followed; permissions stay.
+///
+/// # Errors
+/// What the system says; [`ErrorKind::PermissionDenied`] for a file that is marked read-only,
+/// [`ErrorKind::InvalidInput`] for what is no regular file.
+pub fn replace_file(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     // A link is followed, so that the file that it leads to is replaced and not the link.
     let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
     let folder = match target.parent() {

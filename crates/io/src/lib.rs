@@ -63,7 +63,7 @@ pub use defects::{Component, Defect, DefectKind, Inspection};
 pub use document::{Document, Part};
 pub use error::{Element, IoError, Place, Warning};
 pub use faces::FaceList;
-pub use file::{load, load_with, read, read_with, save};
+pub use file::{load, load_with, read, read_with, replace_file, save};
 pub use format::Format;
 pub use limits::Limits;
 pub use processing::{Numbering, ProcessingMesh};

@@ -10,9 +10,10 @@ use serde::Serialize;
 use crate::args::CompareArgs;
 use crate::console::Console;
 use crate::edit::{self, positions_of};
-use crate::error::{CliError, in_file_numbers};
+use crate::error::CliError;
 use crate::files;
 use crate::report::{QualityFields, Seconds, Table, json_text, number};
+use cotan_tool::numbers::in_file_numbers;
 
 /// What `compare` prints.
 #[derive(Debug, Serialize)]

@@ -4,6 +4,8 @@ use std::time::Instant;
 
 use cotan::DeformOptions;
 use cotan::flow::StopReason;
+use cotan_io::ProcessingMesh;
+use cotan_tool::handles_file::{self, Constraint, FileVertices, HandlesFile};
 
 use crate::args::{DeformArgs, InputArgs, RunArgs};
 use crate::commands::repair::forgotten;
@@ -11,7 +13,6 @@ use crate::console::Console;
 use crate::edit::{self, Edit, Edited, History};
 use crate::error::CliError;
 use crate::files;
-use crate::handles_file::HandlesFile;
 use crate::picture::{BeforeAfter, marks};
 use crate::prepare::{self, Prepared};
 use crate::report::{Report, Seconds, Setting, counted};
@@ -83,9 +84,7 @@ impl Job<'_> {
         };
         let constraints = handles.read(&document, &processing, file_vertices.as_ref())?;
         let held = match self.loose {
-            Loose::Hold => {
-                prepare::hold_loose(&constraints, &processing, file_vertices.as_ref(), console)
-            }
+            Loose::Hold => held_still(&constraints, &processing, file_vertices.as_ref(), console),
             Loose::Refuse => Vec::new(),
         };
         let all = [constraints.as_slice(), &held].concat();
@@ -165,5 +164,21 @@ impl Job<'_> {
                 counted(flipped, "face")
             ));
         }
+    }
+}
+
+/// Handles that hold still what no handle holds, told in a warning.
+fn held_still(
+    constraints: &[Constraint],
+    processing: &ProcessingMesh,
+    file_vertices: Option<&FileVertices>,
+    console: &Console,
+) -> Vec<Constraint> {
+    match handles_file::Loose::of(constraints, processing, file_vertices) {
+        Some(loose) => {
+            console.warn(&loose);
+            loose.constraints
+        }
+        None => Vec::new(),
     }
 }

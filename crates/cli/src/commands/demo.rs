@@ -80,7 +80,8 @@ fn smoothing(model: &Shape<f64>, folder: &Path) -> Result<(), CliError> {
         cotan_io::save(&document, folder.join(name))?;
     }
     let picture = curvature_picture(&model.mesh, &noisy, &smoothed.positions);
-    files::write(&folder.join("smoothing.png"), &picture)
+    files::write(&folder.join("smoothing.png"), &picture)?;
+    Ok(())
 }
 
 /// Of the noisy model, in mean edge lengths.

@@ -18,11 +18,12 @@ use crate::commands::compare::check_same_faces;
 use crate::commands::repair::forgotten;
 use crate::console::Console;
 use crate::edit::{self, positions_of};
-use crate::error::{CliError, in_file_numbers};
+use crate::error::CliError;
 use crate::files;
 use crate::picture::curvature_picture;
 use crate::prepare::{self, Prepared};
 use crate::report::{Seconds, Table, counted, json_text, number};
+use cotan_tool::numbers::in_file_numbers;
 
 /// What smoothing did, for programs.
 #[derive(Clone, Debug, Default, Serialize)]

@@ -1,6 +1,7 @@
 //! The legend of a heat map: title, colours, numbers.
 
-use super::color_scale::{ColorScale, Overflow};
+use cotan_tool::{ColorScale, Overflow};
+
 use super::image::Image;
 use super::text::{self, INK, LINE};
 

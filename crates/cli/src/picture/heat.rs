@@ -15,11 +15,11 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::camera::{Camera, Frame, view_of};
 use super::color_bar;
-use super::color_scale::ColorScale;
 use super::image::Image;
 use super::raster::{BOTTOM, Canvas, Light, TOP, encode};
 use super::scene::Scene;
 use super::text::{self, LINE};
+use cotan_tool::ColorScale;
 
 /// Surfaces side by side, coloured by the same scale.
 #[derive(Clone, Copy, Debug)]

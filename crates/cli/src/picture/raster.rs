@@ -152,14 +152,10 @@ fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// Linear to eight bits, by a square root: near enough to sRGB, and the same on every machine.
+/// Linear to eight bits, by a square root, the inverse of the scale's
+/// [`decode`](cotan_tool::color_scale::decode): near enough to sRGB, and the same on every machine.
 pub(super) fn encode(linear: [f32; 3]) -> [u8; 3] {
     linear.map(|c| (c.clamp(0.0, 1.0).sqrt() * 255.0).round() as u8)
-}
-
-/// The linear colour of eight bits.
-pub(super) fn decode(encoded: [u8; 3]) -> [f32; 3] {
-    encoded.map(|c| (f32::from(c) / 255.0).powi(2))
 }
 
 /// Unit vectors to the lights: one from above on the left, one from below on the right.

@@ -4,6 +4,7 @@ mod bench;
 mod commands;
 mod deform;
 mod demo;
+mod edit;
 mod numbering;
 mod refusals;
 mod repair;

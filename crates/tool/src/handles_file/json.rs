@@ -2,21 +2,28 @@
 
 use std::fmt;
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Matrix4, Point3, Vector3};
 use serde::de::{Error as _, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
-use super::Vertices;
 use super::constraint::{Constraint, Goal};
 use super::error::{HandlesError, Place};
 use super::selection::Selection;
 use super::transform::{Rotate, Transform, apply};
+use super::vertices::Vertices;
 
-pub(super) fn read(contents: &str, mesh: &Vertices<'_>) -> Result<Vec<Constraint>, HandlesError> {
+/// `matrices` gets the maps of those handles that have one.
+pub(super) fn read(
+    contents: &str,
+    mesh: &Vertices<'_>,
+    matrices: &mut Vec<(Place, Matrix4<f64>)>,
+) -> Result<Vec<Constraint>, HandlesError> {
     let file: File = serde_json::from_str(contents).map_err(HandlesError::Json)?;
     let mut constraints = Vec::new();
     for (index, handle) in file.handles.0.iter().enumerate() {
-        handle.constrain(Place::Handle(index), mesh, &mut constraints)?;
+        let place = Place::Handle(index);
+        let matrix = handle.constrain(place, mesh, &mut constraints)?;
+        matrices.extend(matrix.map(|matrix| (place, matrix)));
     }
     Ok(constraints)
 }
@@ -85,12 +92,14 @@ impl Triple {
 }
 
 impl HandleEntry {
+    /// Adds the handle's vertices and where they go; gives the map that moves them, if one does.
     fn constrain(
         &self,
         place: Place,
         mesh: &Vertices<'_>,
         constraints: &mut Vec<Constraint>,
-    ) -> Result<(), HandlesError> {
+    ) -> Result<Option<Matrix4<f64>>, HandlesError> {
+        let mut map = None;
         let invalid = |problem: String| HandlesError::Invalid { place, problem };
         if let Some(weight) = self.weight.filter(|w| !(*w > 0.0)) {
             return Err(invalid(format!(
@@ -122,6 +131,7 @@ impl HandleEntry {
                     .transform()
                     .matrix(centroid(&positions))
                     .map_err(invalid)?;
+                map = Some(matrix);
                 positions
                     .iter()
                     .map(|&p| Goal::To(apply(&matrix, p)))
@@ -148,7 +158,7 @@ impl HandleEntry {
             weight,
             place,
         }));
-        Ok(())
+        Ok(map)
     }
 }
 

@@ -5,31 +5,34 @@ use cotan::{Handles, Motion};
 use cotan_io::ProcessingMesh;
 use nalgebra::Point3;
 
-use super::Vertices;
 use super::error::{HandlesError, Place};
+use super::vertices::Vertices;
 
 /// A vertex of the mesh file and where it is to be.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(crate) struct Constraint {
+pub struct Constraint {
     /// The vertex, as the mesh file numbers it, from 0.
-    pub(crate) vertex: usize,
-    pub(crate) goal: Goal,
+    pub vertex: usize,
+    /// Where it is to be.
+    pub goal: Goal,
     /// The weight of its spring, where the file gives one.
-    pub(crate) weight: Option<f64>,
+    pub weight: Option<f64>,
     /// Where the handles file says so.
-    pub(crate) place: Place,
+    pub place: Place,
 }
 
 /// Where a held vertex goes.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(crate) enum Goal {
+pub enum Goal {
+    /// Where it is.
     Stay,
+    /// To this point, in the units of the mesh file.
     To(Point3<f64>),
 }
 
 impl Constraint {
     /// Whether the vertex is to leave its place.
-    pub(crate) fn moves(&self, from: Point3<f64>) -> bool {
+    pub fn moves(&self, from: Point3<f64>) -> bool {
         matches!(self.goal, Goal::To(target) if target != from)
     }
 }
@@ -70,8 +73,8 @@ pub(super) fn check(constraints: &[Constraint], mesh: &Vertices<'_>) -> Result<(
 
 /// The handles as the library takes them, relative to `origin`. Targets are rounded to `T` once.
 ///
-/// A vertex that some face uses is expected, which [`check`] has seen to.
-pub(crate) fn to_handles<T: Scalar>(
+/// A vertex that some face uses is expected, which every file is checked for.
+pub fn to_handles<T: Scalar>(
     constraints: &[Constraint],
     processing: &ProcessingMesh,
     origin: Point3<f64>,

@@ -5,11 +5,11 @@
 
 use nalgebra::{Matrix4, Point3};
 
-use super::Vertices;
 use super::constraint::{Constraint, Goal};
 use super::error::{HandlesError, Place};
 use super::text::{finite, rows};
 use super::transform;
+use super::vertices::Vertices;
 
 /// The vertices of a `.sel` file that are held.
 pub(super) struct Statuses {

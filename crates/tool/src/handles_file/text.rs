@@ -2,9 +2,9 @@
 
 use nalgebra::Point3;
 
-use super::Vertices;
 use super::constraint::{Constraint, Goal};
 use super::error::{HandlesError, Place};
+use super::vertices::Vertices;
 
 pub(super) fn read(contents: &str, mesh: &Vertices<'_>) -> Result<Vec<Constraint>, HandlesError> {
     let mut constraints = Vec::new();

@@ -2,15 +2,13 @@
 
 use colorous::Gradient;
 
-use super::raster::decode;
-
 /// What a number looks like, and what the numbers are.
 ///
 /// The range leaves out the outermost hundredth of the values, so that a few extreme faces do not
 /// take the colours away from all others; what lies beyond gets the colour of the end, which the
 /// bar shows by an arrow.
 #[derive(Clone, Debug)]
-pub(crate) struct ColorScale {
+pub struct ColorScale {
     title: String,
     gradient: Gradient,
     low: f64,
@@ -21,15 +19,17 @@ pub(crate) struct ColorScale {
 
 /// Whether there are values beyond an end of the range.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Overflow {
+pub enum Overflow {
+    /// There are none.
     None,
+    /// There are some, which have the colour of the end.
     Some,
 }
 
 impl ColorScale {
     /// For values of both signs whose zero means something: white at 0, blue below, red above, as
     /// far on either side. `title` names the quantity and its unit.
-    pub(crate) fn signed(title: &str, values: impl IntoIterator<Item = f64>) -> Self {
+    pub fn signed(title: &str, values: impl IntoIterator<Item = f64>) -> Self {
         let values = sorted(values);
         let sizes = sorted(values.iter().map(|x| x.abs()));
         let most = nice_end(sizes.as_slice());
@@ -37,8 +37,7 @@ impl ColorScale {
     }
 
     /// For sizes, which are never below 0: dark at 0, bright at the largest.
-    #[allow(dead_code, reason = "moves and errors are shown by it")]
-    pub(crate) fn size(title: &str, values: impl IntoIterator<Item = f64>) -> Self {
+    pub fn size(title: &str, values: impl IntoIterator<Item = f64>) -> Self {
         let values = sorted(values);
         let most = nice_end(values.as_slice());
         Self::new(title, [0.0, most], &values, colorous::VIRIDIS)
@@ -61,22 +60,29 @@ impl ColorScale {
         }
     }
 
-    pub(super) fn title(&self) -> &str {
+    /// What the numbers are.
+    pub fn title(&self) -> &str {
         &self.title
     }
 
-    pub(super) fn overflows(&self) -> [Overflow; 2] {
+    /// The numbers at the two ends.
+    pub fn range(&self) -> [f64; 2] {
+        [self.low, self.high]
+    }
+
+    /// Whether values lie below the low end, and above the high one.
+    pub fn overflows(&self) -> [Overflow; 2] {
         self.overflows
     }
 
     /// Where a value is between the ends of the scale, from 0 to 1; `None` for what is no number.
-    pub(super) fn share(&self, value: f64) -> Option<f64> {
+    pub fn share(&self, value: f64) -> Option<f64> {
         let share = (value - self.low) / (self.high - self.low);
         (!value.is_nan()).then(|| share.clamp(0.0, 1.0))
     }
 
     /// The colour at a share of the scale, in eight bits.
-    pub(super) fn color_at(&self, share: f64) -> [u8; 3] {
+    pub fn color_at(&self, share: f64) -> [u8; 3] {
         // The gradient runs from red to blue.
         let along = match self.low < 0.0 {
             true => 1.0 - share,
@@ -86,14 +92,14 @@ impl ColorScale {
     }
 
     /// The linear colour of a value; grey for what is no number.
-    pub(super) fn color(&self, value: f64) -> [f32; 3] {
+    pub fn color(&self, value: f64) -> [f32; 3] {
         self.share(value)
             .map_or(NO_VALUE, |share| decode(self.color_at(share)))
     }
 
     /// How far a value is from the middle of a signed scale or the low end of the other, from 0 to
     /// 1; 0 for what is no number.
-    pub(super) fn strength(&self, value: f64) -> f64 {
+    pub fn strength(&self, value: f64) -> f64 {
         let share = self.share(value);
         match self.low < 0.0 {
             true => share.map_or(0.0, |share| (2.0 * share - 1.0).abs()),
@@ -102,7 +108,7 @@ impl ColorScale {
     }
 
     /// Round numbers along the scale, with the text of each.
-    pub(super) fn ticks(&self) -> Vec<(f64, String)> {
+    pub fn ticks(&self) -> Vec<(f64, String)> {
         let step = round_step((self.high - self.low) / MOST_TICKS);
         let count = |end: f64| (end / step * (1.0 + 1e-9)).trunc() as i64;
         let digits = (-step.log10().floor()).clamp(0.0, 12.0) as usize;
@@ -116,6 +122,12 @@ impl ColorScale {
             .map(|k| (k as f64 * step, label(k as f64 * step)))
             .collect()
     }
+}
+
+/// The linear colour of eight bits: their square, near enough to sRGB, and the same on every
+/// machine.
+pub fn decode(encoded: [u8; 3]) -> [f32; 3] {
+    encoded.map(|c| (f32::from(c) / 255.0).powi(2))
 }
 
 /// Of no value, linear.

@@ -7,9 +7,9 @@ use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
-use super::Vertices;
 use super::error::{HandlesError, Place};
 use super::json::Triple;
+use super::vertices::Vertices;
 
 /// The member `vertices` of a handle.
 #[derive(Clone, PartialEq, Debug)]

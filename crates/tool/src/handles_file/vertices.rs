@@ -1,0 +1,111 @@
+//! The vertices that the handles of a file are on: of the file, of the document, of the surface.
+
+use std::collections::HashSet;
+
+use cotan_io::{Document, ProcessingMesh};
+use nalgebra::Point3;
+
+use super::constraint::{Constraint, Goal};
+use super::error::{HandlesError, Place};
+use super::{FileVertices, Kind};
+
+/// The vertices that handles refer to.
+pub(super) struct Vertices<'a> {
+    pub(super) document: &'a Document,
+    pub(super) processing: &'a ProcessingMesh,
+    pub(super) file_vertices: Option<&'a FileVertices>,
+}
+
+impl Vertices<'_> {
+    /// Number of vertices of the file.
+    pub(super) fn len(&self) -> usize {
+        match self.file_vertices {
+            Some(file) => file.num_vertices(),
+            None => self.document.positions().len(),
+        }
+    }
+
+    /// The document's vertices that a vertex of the file is.
+    fn copies(&self, vertex: usize) -> impl Iterator<Item = usize> {
+        let copies = self.file_vertices.map(|file| file.copies(vertex));
+        let own = copies.is_none().then_some(vertex);
+        own.into_iter()
+            .chain(copies.into_iter().flatten().map(|&(_, v)| v))
+    }
+
+    /// The constraints in the numbers of the document, with what was welded held once: where several
+    /// vertices of one handle are one of the surface, the first says where it goes.
+    pub(super) fn on_surface(&self, constraints: &[Constraint], kind: Kind) -> Vec<Constraint> {
+        let positions = self.document.positions();
+        let mut seen = HashSet::new();
+        let mut held = Vec::with_capacity(constraints.len());
+        for constraint in constraints {
+            for copy in self.copies(constraint.vertex) {
+                let Some(id) = self.processing.vertex(copy) else {
+                    continue;
+                };
+                // All that a .sel file moves is one handle, and so is all that it fixes.
+                let handle = match kind {
+                    Kind::Sel => None,
+                    Kind::Json | Kind::Text => Some(constraint.place),
+                };
+                let is_fixed = constraint.goal == Goal::Stay;
+                if !seen.insert((handle, is_fixed, id)) {
+                    continue;
+                }
+                let vertex = self.processing.document_vertex(id);
+                let goal = match (constraint.goal, positions.get(copy), positions.get(vertex)) {
+                    (Goal::To(target), Some(own), Some(first)) if target == *own => {
+                        Goal::To(*first)
+                    }
+                    // A vertex keeps its distance to the one that it is welded to.
+                    (Goal::To(target), Some(own), Some(first)) if own != first => {
+                        Goal::To(target - (own - first))
+                    }
+                    (goal, ..) => goal,
+                };
+                held.push(Constraint {
+                    vertex,
+                    goal,
+                    ..*constraint
+                });
+            }
+        }
+        held
+    }
+
+    /// The position of a vertex of the file that a face uses.
+    pub(super) fn position(
+        &self,
+        vertex: usize,
+        place: Place,
+    ) -> Result<Point3<f64>, HandlesError> {
+        let first = self.copies(vertex).next();
+        let Some(position) = first.and_then(|v| self.document.positions().get(v)) else {
+            return Err(HandlesError::OutOfRange {
+                place,
+                vertex,
+                num_vertices: self.len(),
+            });
+        };
+        match self.is_used(vertex) {
+            true => Ok(*position),
+            false => Err(HandlesError::Unreferenced { place, vertex }),
+        }
+    }
+
+    fn is_used(&self, vertex: usize) -> bool {
+        self.copies(vertex)
+            .any(|v| self.processing.vertex(v).is_some())
+    }
+
+    /// The vertices of the file that some face uses, in order.
+    pub(super) fn used(&self) -> impl Iterator<Item = (usize, Point3<f64>)> {
+        (0..self.len())
+            .filter(|&vertex| self.is_used(vertex))
+            .filter_map(|vertex| {
+                let first = self.copies(vertex).next()?;
+                Some((vertex, *self.document.positions().get(first)?))
+            })
+    }
+}

@@ -1,0 +1,138 @@
+//! Handles as a file: the JSON that is read.
+
+use std::collections::{HashMap, HashSet};
+
+use cotan_io::{Document, ProcessingMesh};
+use nalgebra::{Matrix4, Point3};
+use serde::Serialize;
+
+use super::{FileVertices, Goal, Group, GroupMotion, HandlesError};
+
+/// Groups as a handles file, a handle a line; their vertices are those of the mesh file.
+///
+/// Numbers are written so that they read back bit for bit. Groups without a vertex are left out. A
+/// number that is not finite becomes `null`, which is refused when it is read.
+pub fn to_json(groups: &[Group]) -> String {
+    let entries = groups.iter().filter(|group| !group.vertices.is_empty());
+    let lines: Vec<String> = entries
+        // Strings for keys and numbers for values: nothing that could fail.
+        .filter_map(|group| serde_json::to_string(&Entry::of(group)).ok())
+        .map(|line| format!("\n  {line}"))
+        .collect();
+    format!("{{\"handles\": [{}\n]}}\n", lines.join(","))
+}
+
+/// The same groups with the vertices of the file in the place of those of the document that was
+/// repaired from it; copies that a repair made of a vertex become one.
+///
+/// # Errors
+/// [`HandlesError::Copies`] if the copies of a vertex are not all held, and alike: a handle on the
+/// vertex holds all of them.
+pub fn groups_in_file(
+    groups: &[Group],
+    document: &Document,
+    processing: &ProcessingMesh,
+    file_vertices: &FileVertices,
+) -> Result<Vec<Group>, HandlesError> {
+    let rest = document.positions();
+    // Where each vertex of the surface goes, and by which group.
+    let mut goals: HashMap<usize, (usize, [u64; 4])> = HashMap::new();
+    for (index, group) in groups.iter().enumerate() {
+        for (vertex, goal) in group.goals(rest) {
+            goals.insert(vertex, (index, bits(goal)));
+        }
+    }
+    let on_surface = |copy| {
+        processing
+            .vertex(copy)
+            .map(|v| processing.document_vertex(v))
+    };
+    let mut renumbered = Vec::with_capacity(groups.len());
+    for group in groups {
+        let mut written: HashSet<usize> = HashSet::new();
+        let mut kept = Vec::new();
+        for (place, &vertex) in group.vertices.iter().enumerate() {
+            let file = file_vertices.vertex(vertex);
+            let goal = goals.get(&vertex);
+            let copies = file_vertices.in_document(file).filter_map(on_surface);
+            for copy in copies {
+                if goals.get(&copy) != goal {
+                    return Err(HandlesError::Copies { vertex: file });
+                }
+            }
+            if written.insert(file) {
+                kept.push((place, file));
+            }
+        }
+        let motion = match &group.motion {
+            GroupMotion::To(points) => GroupMotion::To(
+                kept.iter()
+                    .filter_map(|&(place, _)| points.get(place).copied())
+                    .collect(),
+            ),
+            other => other.clone(),
+        };
+        renumbered.push(Group {
+            vertices: kept.into_iter().map(|(_, file)| file).collect(),
+            motion,
+            weight: group.weight,
+        });
+    }
+    Ok(renumbered)
+}
+
+fn bits(goal: Goal) -> [u64; 4] {
+    match goal {
+        Goal::Stay => [0; 4],
+        Goal::To(point) => [1, point.x.to_bits(), point.y.to_bits(), point.z.to_bits()],
+    }
+}
+
+/// A handle as it is written, the counterpart of what `json` reads.
+#[derive(Serialize)]
+struct Entry<'a> {
+    vertices: &'a [usize],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fixed: Option<bool>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    transform: Option<Transform>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    to: Option<Vec<[f64; 3]>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    weight: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct Transform {
+    matrix: [[f64; 4]; 4],
+}
+
+impl<'a> Entry<'a> {
+    fn of(group: &'a Group) -> Self {
+        let mut entry = Self {
+            vertices: &group.vertices,
+            fixed: None,
+            transform: None,
+            to: None,
+            weight: group.weight,
+        };
+        match &group.motion {
+            GroupMotion::Fixed => entry.fixed = Some(true),
+            GroupMotion::Matrix(matrix) => {
+                entry.transform = Some(Transform {
+                    matrix: rows(matrix),
+                });
+            }
+            GroupMotion::To(points) => entry.to = Some(points.iter().map(triple).collect()),
+        }
+        entry
+    }
+}
+
+fn rows(matrix: &Matrix4<f64>) -> [[f64; 4]; 4] {
+    [0, 1, 2, 3].map(|i| [0, 1, 2, 3].map(|j| matrix[(i, j)]))
+}
+
+fn triple(point: &Point3<f64>) -> [f64; 3] {
+    [point.x, point.y, point.z]
+}
