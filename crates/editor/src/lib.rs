@@ -2,7 +2,11 @@
 //!
 //! Nothing of mesh editing is computed here: all three jobs are those of the crate [`cotan`].
 
+pub mod app;
 pub mod files;
+pub mod meter;
+pub mod rescue;
 pub mod scene;
 pub mod solver;
+pub mod task;
 pub mod view;

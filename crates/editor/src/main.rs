@@ -1,3 +1,95 @@
 //! The program `cotan-editor`.
 
-fn main() {}
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Parser;
+use cotan_editor::app::{Editor, Startup, Trace};
+use cotan_editor::rescue;
+use eframe::egui;
+
+/// Edit a triangle mesh by hand: drag a handle, and the surface follows with its details turned and
+/// scaled.
+#[derive(Debug, Parser)]
+#[command(version)]
+struct Arguments {
+    /// The mesh: .obj, .ply, .off, .stl, .gltf or .glb, also with .gz behind; a sample without one.
+    mesh: Option<PathBuf>,
+    /// Handles to begin with, as `cotan deform` takes them.
+    #[arg(long, value_name = "FILE", requires = "mesh")]
+    handles: Option<PathBuf>,
+    /// Begin in a window of this size, in points.
+    #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = size, default_value = "1280x800")]
+    size: [f32; 2],
+    /// Write a line of JSON a frame: where things are and what took how long. For tests.
+    #[arg(long, value_name = "FILE", hide = true)]
+    trace: Option<PathBuf>,
+    /// Let Ctrl Shift F11 and F12 break the program. For tests.
+    #[arg(long, hide = true)]
+    breakable: bool,
+}
+
+fn size(text: &str) -> Result<[f32; 2], String> {
+    let problem = || format!("\"{text}\" is no size like 1280x800");
+    let (width, height) = text.split_once('x').ok_or_else(problem)?;
+    let side = |text: &str| {
+        let side = text.parse::<u16>().ok().filter(|side| *side >= 100);
+        side.map(f32::from).ok_or_else(problem)
+    };
+    Ok([side(width)?, side(height)?])
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    rescue::install();
+    // What a missing system library makes of starting a window is no concern of a person's.
+    let outcome = catch_unwind(AssertUnwindSafe(|| run(arguments)));
+    match outcome {
+        Ok(Ok(())) => ExitCode::SUCCESS,
+        Ok(Err(problem)) => {
+            eprintln!("error: {problem}");
+            ExitCode::FAILURE
+        }
+        Err(_) => {
+            eprintln!(
+                "error: the editor broke down; what was not saved is offered when it starts next"
+            );
+            ExitCode::from(101)
+        }
+    }
+}
+
+fn run(arguments: Arguments) -> Result<(), String> {
+    let trace = match &arguments.trace {
+        Some(path) => {
+            Some(Trace::create(path).map_err(|e| format!("{}: {e}", path.display()))?)
+        }
+        None => None,
+    };
+    let startup = Startup {
+        mesh: arguments.mesh,
+        handles: arguments.handles,
+        trace,
+        breakable: arguments.breakable,
+    };
+    let options = eframe::NativeOptions {
+        viewport: egui::ViewportBuilder::default()
+            .with_title("cotan")
+            .with_app_id("cotan-editor")
+            .with_inner_size(arguments.size)
+            .with_drag_and_drop(true),
+        depth_buffer: 24,
+        ..eframe::NativeOptions::default()
+    };
+    let made = Box::new(|cc: &eframe::CreationContext<'_>| {
+        let editor = Editor::new(cc, startup)?;
+        Ok(Box::new(editor) as Box<dyn eframe::App>)
+    });
+    eframe::run_native("cotan", options, made).map_err(|error| {
+        format!(
+            "there is no window to be had: {error}. The editor needs a display (X11 or Wayland) and \
+             OpenGL 3.3 or later; Mesa's software renderer will do"
+        )
+    })
+}

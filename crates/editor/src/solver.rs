@@ -239,7 +239,7 @@ fn follow(shared: &Shared, first: Goal) -> Next {
     let mesh = Arc::clone(&first.mesh);
     let rest = Arc::clone(&first.rest);
     let mut goal = first;
-    while goal.handles.is_empty() || goal.pace == Pace::Still {
+    while goal.handles.is_empty() {
         shared.tell(State::Idle);
         match shared.wait() {
             Next::Goal(next) if next.has_system_of(&goal) => {

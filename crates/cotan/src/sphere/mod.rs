@@ -65,7 +65,7 @@ pub use interpolate::Attribute;
 pub use locate::{Located, PointLocation};
 pub use longitude_latitude::CornerUvs;
 pub use map::SphereMap;
-pub use morph::Morph;
+pub use morph::{Morph, towards_sphere};
 pub use options::{Centering, SphereMethod, SphereOptions, SphereReport, Stage};
 pub use predicate::{flipped_faces, is_upright};
 pub use quality::{AngleErrors, SphereQuality, Spread, area_log_ratios};

@@ -104,6 +104,35 @@ impl<T: Scalar> Morph<T> {
     }
 }
 
+/// The straight way from a shape (at 0) to its map (at 1), vertex by vertex: for pictures. The sphere
+/// has the middle of the shape's box, and the radius of the mean distance from there.
+///
+/// **Shapes**: one position a vertex in both; `map` is on the unit sphere.
+pub fn towards_sphere<T: Scalar>(
+    shape: &Positions<T>,
+    map: &Positions<T>,
+    share: T,
+) -> Positions<T> {
+    let mut corners: Option<[Point3<T>; 2]> = None;
+    for p in shape.values() {
+        let [low, high] = corners.get_or_insert([*p, *p]);
+        *low = low.inf(p);
+        *high = high.sup(p);
+    }
+    let [low, high] = corners.unwrap_or([Point3::origin(); 2]);
+    let center = low + (high - low) * scalar::<T>(0.5);
+    let count = scalar::<T>(shape.len().max(1) as f64);
+    let distances = shape.values().map(|p| (p - center).norm() / count);
+    let radius = distances.fold(T::zero(), |sum, d| sum + d);
+    let pairs = shape.values().zip(map.values());
+    pairs
+        .map(|(from, on_sphere)| {
+            let to = center + on_sphere.coords * radius;
+            from + (to - from) * share
+        })
+        .collect()
+}
+
 #[cfg(test)]
 mod tests {
     use cotan_geometry::icosphere;

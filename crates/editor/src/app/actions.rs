@@ -1,0 +1,533 @@
+//! Edits of the scene: handles, settings, jobs, undo.
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+use cotan::geometry::{Positions, Surface};
+use cotan::halfedge::VertexId;
+use cotan::linear::Hold;
+use cotan::smooth::{DetailOptions, ScaledCurvature, edit_detail_observed, smooth_observed};
+use cotan::sphere::{SphereQuality, spherical_observed};
+use cotan::{DeformOptions, Handles};
+use eframe::egui;
+
+use super::dialogs::Message;
+use super::{Editor, JobBase, SphereView};
+use crate::files::OpenedMesh;
+use crate::scene::{HandleGroup, Role, Scene};
+use crate::solver::Pace;
+use crate::task::{Task, TaskError};
+
+/// Whether a mesh is repaired before it is opened.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Repairs {
+    No,
+    Safe,
+}
+
+/// What a task has come to.
+pub(super) enum TaskResult {
+    /// A mesh was read.
+    Opened(Box<OpenedMesh>),
+    /// A mesh was not read: why, and whether repairs would help.
+    NotOpened(String, Option<std::path::PathBuf>),
+    /// A shape was made from the shape that was seen.
+    Shape {
+        name: &'static str,
+        positions: Positions<f64>,
+        note: Option<String>,
+    },
+    /// A shape was mapped to the sphere.
+    Mapped {
+        source: Arc<Positions<f64>>,
+        map: Positions<f64>,
+        report: String,
+    },
+}
+
+impl Editor {
+    /// Pushes a scene that the handles of the present one lead to.
+    fn edit_handles(&mut self, label: String, edit: impl FnOnce(&mut Vec<HandleGroup>)) {
+        let Some(open) = &mut self.open else {
+            return;
+        };
+        let mut scene = open.history.present().clone();
+        let mut handles = Vec::clone(&scene.handles);
+        edit(&mut handles);
+        handles.retain(|group| !group.vertices.is_empty());
+        if *scene.handles == handles {
+            return;
+        }
+        scene.handles = Arc::new(handles);
+        scene.label = label;
+        open.history.push(scene);
+        self.jobs.base = None;
+    }
+
+    /// Makes a handle of the selection.
+    pub(super) fn make_handle(&mut self, role: Role) {
+        let vertices = std::mem::take(&mut self.selection);
+        self.tint();
+        self.hold(vertices, role, None);
+    }
+
+    /// Holds vertices where they are; other handles let go of them.
+    fn hold(&mut self, vertices: Vec<VertexId>, role: Role, name: Option<&str>) {
+        let Some(scene) = self.scene().filter(|_| !vertices.is_empty()) else {
+            return;
+        };
+        let (rest, shape) = (Arc::clone(&scene.rest), Arc::clone(&scene.shape));
+        let is_settled = scene.is_settled;
+        let name = name.map_or_else(|| free_name(&scene.handles, role), str::to_owned);
+        let label = match role {
+            Role::Fixed => format!("Fix {name}"),
+            Role::Movable => format!("Add handle {name}"),
+        };
+        self.edit_handles(label, |handles| {
+            for group in handles.iter_mut() {
+                let_go(group, &vertices);
+            }
+            handles.push(HandleGroup::new(name, vertices, role, &rest, &shape));
+        });
+        if role == Role::Movable {
+            self.active = self.scene().map(|s| s.handles.len().saturating_sub(1));
+        }
+        self.tint();
+        // Held where it has come to rest, a shape stays: there is nothing to solve.
+        self.post(if is_settled { Pace::Still } else { Pace::Settle });
+    }
+
+    /// Lets go of a handle.
+    pub(super) fn remove_handle(&mut self, index: usize) {
+        let Some(name) = self.scene().and_then(|s| Some(s.handles.get(index)?.name.clone()))
+        else {
+            return;
+        };
+        self.edit_handles(format!("Remove {name}"), |handles| {
+            handles.remove(index);
+        });
+        self.active = None;
+        self.tint();
+        self.settle();
+    }
+
+    /// Holds a handle exactly, or by springs.
+    pub(super) fn set_hold(&mut self, index: usize, hold: Hold) {
+        self.edit_handles("Change a weight".to_owned(), |handles| {
+            if let Some(group) = handles.get_mut(index) {
+                group.hold = hold;
+            }
+        });
+        self.settle();
+    }
+
+    /// The name of the handle that holds the open boundary.
+    pub(super) const BOUNDARY: &'static str = "Boundary";
+
+    /// Fixes the open boundary, or lets go of it.
+    pub(super) fn fix_boundary(&mut self, is_fixed: bool) {
+        let Some(open) = &self.open else {
+            return;
+        };
+        if is_fixed {
+            let mesh = open.mesh.processing.mesh();
+            let all = mesh.vertices().filter(|&v| mesh.is_boundary_vertex(v));
+            let held = &open.history.present().handles;
+            let is_free = |v: &VertexId| {
+                held.iter().all(|group| group.vertices.binary_search(v).is_err())
+            };
+            let rim: Vec<VertexId> = all.filter(is_free).collect();
+            self.hold(rim, Role::Fixed, Some(Self::BOUNDARY));
+        } else if let Some(index) = self.boundary_handle() {
+            self.remove_handle(index);
+        }
+    }
+
+    /// Which handle holds the open boundary.
+    pub(super) fn boundary_handle(&self) -> Option<usize> {
+        let handles = &self.scene()?.handles;
+        handles.iter().position(|group| group.name == Self::BOUNDARY)
+    }
+
+    /// Other settings of the deformation.
+    pub(super) fn set_options(&mut self, label: &str, options: DeformOptions) {
+        let Some(open) = &mut self.open else {
+            return;
+        };
+        let mut scene = open.history.present().clone();
+        scene.options = options;
+        scene.label = label.to_owned();
+        open.history.push(scene);
+        self.settle();
+    }
+
+    /// Puts other handles in the place of all.
+    pub(super) fn set_handles(&mut self, label: &str, new: Vec<HandleGroup>) {
+        self.edit_handles(label.to_owned(), |handles| *handles = new);
+        self.active = None;
+        self.tint();
+        self.settle();
+    }
+
+    /// Brings the shape to rest with the handles and settings as they are.
+    pub(super) fn settle(&mut self) {
+        let Some(open) = &mut self.open else {
+            return;
+        };
+        let scene = open.history.present_mut();
+        if scene.handles.is_empty() {
+            self.post(Pace::Still);
+            return;
+        }
+        scene.is_settled = false;
+        self.solver.clear_samples();
+        self.post(Pace::Settle);
+    }
+
+    /// Leaves the shape where it is.
+    pub(super) fn stop(&mut self) {
+        self.show_as_is();
+    }
+
+    /// Back to the rest shape, handles and all where they were.
+    pub(super) fn reset_shape(&mut self) {
+        let Some(open) = &mut self.open else {
+            return;
+        };
+        let mut scene = open.history.present().clone();
+        let handles = scene.handles.iter().map(|group| HandleGroup {
+            hold: group.hold,
+            ..HandleGroup::new(
+                group.name.clone(),
+                group.vertices.clone(),
+                group.role,
+                &scene.rest,
+                &scene.rest,
+            )
+        });
+        scene.handles = Arc::new(handles.collect());
+        scene.shape = Arc::clone(&scene.rest);
+        scene.is_settled = true;
+        scene.label = "Back to the rest shape".to_owned();
+        open.history.push(scene);
+        self.show_as_is();
+    }
+
+    pub(super) fn undo(&mut self) {
+        self.travel(super::History::undo);
+    }
+
+    pub(super) fn redo(&mut self) {
+        self.travel(super::History::redo);
+    }
+
+    fn travel(&mut self, go: fn(&mut super::History) -> bool) {
+        self.cancel_drag();
+        self.cancel_task();
+        self.jobs.map = None;
+        self.jobs.base = None;
+        let Some(open) = &mut self.open else {
+            return;
+        };
+        if go(&mut open.history) {
+            let count = open.history.present().handles.len();
+            self.active = self.active.filter(|&a| a < count);
+            self.tint();
+            self.show_as_is();
+        }
+    }
+
+    /// Marks what is selected and held in the picture.
+    pub(super) fn tint(&mut self) {
+        let Some(open) = &self.open else {
+            return;
+        };
+        let mut tints = vec![0_u8; open.mesh.processing.mesh().num_vertices()];
+        for (index, group) in open.history.present().handles.iter().enumerate() {
+            let tint = match group.role {
+                _ if self.active == Some(index) => tint::ACTIVE,
+                Role::Fixed => tint::FIXED,
+                Role::Movable => tint::MOVABLE,
+            };
+            group.vertices.iter().for_each(|v| tints[v.index()] = tint);
+        }
+        self.selection.iter().for_each(|v| tints[v.index()] = tint::SELECTED);
+        crate::solver::lock(&self.renderer).set_tints(&tints);
+    }
+
+    // Jobs.
+
+    /// Stops the job that runs.
+    pub(super) fn cancel_task(&mut self) {
+        if let Some(task) = &self.task {
+            task.cancel();
+        }
+    }
+
+    pub(super) fn start_task(
+        &mut self,
+        ctx: &egui::Context,
+        name: &str,
+        work: impl FnOnce(&crate::task::Control) -> Result<TaskResult, TaskError> + Send + 'static,
+    ) {
+        self.cancel_task();
+        let ctx = ctx.clone();
+        match Task::start(name, move || ctx.request_repaint(), work) {
+            Ok(task) => self.task = Some(task),
+            Err(error) => self.tell(Message::error(format!("cannot start a thread: {error}"))),
+        }
+    }
+
+    /// What a slider's job goes on from: what was seen before the slider was touched.
+    fn job_scene(&mut self, name: &'static str) -> Option<Scene> {
+        let open = self.open.as_ref()?;
+        let position = open.history.position();
+        if let Some(base) = &self.jobs.base
+            && base.name == name
+            && base.position == position
+        {
+            return Some(base.scene.clone());
+        }
+        let scene = open.history.present().clone();
+        self.jobs.base = Some(JobBase {
+            name,
+            scene: scene.clone(),
+            position,
+        });
+        Some(scene)
+    }
+
+    /// Smooths what is seen.
+    pub(super) fn smooth(&mut self, ctx: &egui::Context) {
+        let Some((scene, open)) = self.job_scene("Smooth").zip(self.open.as_ref()) else {
+            return;
+        };
+        let mesh = Arc::clone(&open.mesh.processing);
+        let options = self.jobs.smooth;
+        self.start_task(ctx, "Smoothing", move |control| {
+            let of = options
+                .iterations
+                .unwrap_or_else(|| options.method.default_iterations());
+            let observer = |done| control.advance(done, of);
+            let smoothed = smooth_observed(
+                mesh.mesh(),
+                &scene.shape,
+                &Handles::new(),
+                &options,
+                &observer,
+            )
+            .map_err(refusal)?;
+            let note = smoothed.reason.map(|r| format!("{}: {r}", smoothed.method.name()));
+            Ok(TaskResult::Shape {
+                name: "Smooth",
+                positions: smoothed.positions,
+                note,
+            })
+        });
+    }
+
+    /// Scales the details of what is seen.
+    pub(super) fn scale_details(&mut self, ctx: &egui::Context) {
+        let Some((scene, open)) = self.job_scene("Details").zip(self.open.as_ref()) else {
+            return;
+        };
+        let mesh = Arc::clone(&open.mesh.processing);
+        let edit = ScaledCurvature::by(self.jobs.detail);
+        self.start_task(ctx, "Scaling details", move |control| {
+            let options = DetailOptions::default();
+            let observer = |done| control.advance(done, options.iterations);
+            let positions = edit_detail_observed(
+                mesh.mesh(),
+                &scene.shape,
+                &Handles::new(),
+                &edit,
+                &options,
+                &observer,
+            );
+            Ok(TaskResult::Shape {
+                name: "Details",
+                positions: positions.map_err(refusal)?,
+                note: None,
+            })
+        });
+    }
+
+    /// Maps what is seen to the sphere.
+    pub(super) fn map_to_sphere(&mut self, ctx: &egui::Context) {
+        let Some(open) = &self.open else {
+            return;
+        };
+        let mesh = Arc::clone(&open.mesh.processing);
+        let source = Arc::clone(&open.history.present().shape);
+        let options = self.jobs.sphere.clone();
+        self.start_task(ctx, "Mapping to the sphere", move |control| {
+            let observer = |step: &cotan::flow::StepReport| {
+                control.advance(step.iteration.min(options.iteration_limit), 0)
+            };
+            let made = spherical_observed(mesh.mesh(), &source, &options, observer)
+                .map_err(|e| TaskError::Failed(e.to_string()))?;
+            if control.advance(0, 0) == ControlFlow::Break(()) {
+                return Err(TaskError::Cancelled);
+            }
+            let surface = Surface::new(mesh.mesh(), &source)
+                .map_err(|e| TaskError::Failed(e.to_string()))?;
+            let quality = SphereQuality::measure(&surface, &made.map);
+            let report = format!(
+                "no flipped triangle; angles off by {:.2}° on average, areas by a factor of {:.2}",
+                quality.angles.mean,
+                quality.area_distortion.mean.exp()
+            );
+            Ok(TaskResult::Mapped {
+                source,
+                map: made.map.into_positions(),
+                report,
+            })
+        });
+    }
+
+    /// How far the picture goes from the shape to its map.
+    pub(super) fn set_morph(&mut self, share: f64) {
+        let Some(view) = &mut self.jobs.map else {
+            return;
+        };
+        view.share = share;
+        view.blend = Arc::new(cotan::sphere::towards_sphere(&view.source, &view.map, share));
+    }
+
+    /// Makes what the slider shows the shape itself.
+    pub(super) fn keep_morph(&mut self) {
+        let Some(view) = self.jobs.map.take() else {
+            return;
+        };
+        let label = format!("Morph {:.0} % to the sphere", 100.0 * view.share);
+        self.push_shape(label, Arc::clone(&view.blend));
+    }
+
+    /// A new rest shape; the handles hold their vertices where they are in it.
+    fn push_shape(&mut self, label: String, shape: Arc<Positions<f64>>) {
+        let Some(open) = &mut self.open else {
+            return;
+        };
+        let scene = reshaped(open.history.present(), label, shape);
+        open.history.push(scene);
+        self.show_as_is();
+    }
+
+    /// Takes the result of the task, if it has one.
+    pub(super) fn take_task(&mut self, ctx: &egui::Context) {
+        let Some(result) = self.task.as_ref().and_then(Task::poll) else {
+            return;
+        };
+        self.task = None;
+        match result {
+            Err(TaskError::Cancelled) => {}
+            Err(error) => self.tell(Message::error(error.to_string())),
+            Ok(TaskResult::Opened(mesh)) => self.opened(ctx, *mesh),
+            Ok(TaskResult::NotOpened(problem, repairable)) => {
+                self.not_opened(problem, repairable);
+            }
+            Ok(TaskResult::Shape {
+                name,
+                positions,
+                note,
+            }) => self.take_shape(name, Arc::new(positions), note),
+            Ok(TaskResult::Mapped {
+                source,
+                map,
+                report,
+            }) => {
+                let map = Arc::new(map);
+                self.jobs.map = Some(SphereView {
+                    blend: Arc::clone(&source),
+                    source,
+                    map,
+                    share: 0.0,
+                    report,
+                });
+                self.set_morph(1.0);
+            }
+        }
+    }
+
+    /// The result of a slider's job takes the place of its last one.
+    fn take_shape(&mut self, name: &'static str, shape: Arc<Positions<f64>>, note: Option<String>) {
+        let (Some(open), Some(base)) = (&mut self.open, &mut self.jobs.base) else {
+            return;
+        };
+        if base.name != name || base.position != open.history.position() {
+            return;
+        }
+        let scene = reshaped(&base.scene, name.to_owned(), shape);
+        if open.history.present().label == name && open.history.present().is_of_job {
+            *open.history.present_mut() = scene;
+        } else {
+            open.history.push(scene);
+            base.position = open.history.position();
+        }
+        self.dialogs.note = note;
+        self.show_as_is();
+    }
+}
+
+/// The tints of the picture, as numbers of the style's palette.
+mod tint {
+    pub(super) const SELECTED: u8 = 1;
+    pub(super) const FIXED: u8 = 5;
+    pub(super) const MOVABLE: u8 = 3;
+    pub(super) const ACTIVE: u8 = 6;
+}
+
+fn reshaped(scene: &Scene, label: String, shape: Arc<Positions<f64>>) -> Scene {
+    let handles = scene.handles.iter().map(|group| HandleGroup {
+        hold: group.hold,
+        ..HandleGroup::new(
+            group.name.clone(),
+            group.vertices.clone(),
+            group.role,
+            &shape,
+            &shape,
+        )
+    });
+    Scene {
+        label,
+        handles: Arc::new(handles.collect()),
+        rest: Arc::clone(&shape),
+        shape,
+        is_settled: true,
+        is_of_job: true,
+        options: scene.options.clone(),
+    }
+}
+
+fn let_go(group: &mut HandleGroup, vertices: &[VertexId]) {
+    let is_kept: Vec<bool> = group
+        .vertices
+        .iter()
+        .map(|v| vertices.binary_search(v).is_err())
+        .collect();
+    let mut kept = is_kept.iter();
+    group.vertices.retain(|_| kept.next() == Some(&true));
+    if let crate::scene::Origin::Places(places) = &mut group.origin {
+        let mut kept = is_kept.iter();
+        places.retain(|_| kept.next() == Some(&true));
+    }
+}
+
+fn free_name(handles: &[HandleGroup], role: Role) -> String {
+    let is_free = |name: &String| handles.iter().all(|group| group.name != *name);
+    let mut names: Box<dyn Iterator<Item = String>> = match role {
+        Role::Fixed => Box::new((1..).map(|k| format!("Fixed {k}"))),
+        Role::Movable => {
+            let letters = ('A'..='Z').map(String::from);
+            Box::new(letters.chain((1..).map(|k| format!("Handle {k}"))))
+        }
+    };
+    names.find(is_free).unwrap_or_default()
+}
+
+fn refusal(error: cotan::Error) -> TaskError {
+    match error {
+        cotan::Error::Cancelled => TaskError::Cancelled,
+        error => TaskError::Failed(error.to_string()),
+    }
+}

@@ -1,0 +1,177 @@
+//! What the window does, frame by frame, for tests and measurements: one line of JSON a frame.
+//!
+//! Nothing can be steered by it. A test moves the real pointer and presses real keys; here it reads where
+//! things are, and what has been drawn by when.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
+
+use eframe::egui::{self, Pos2, Rect};
+use serde_json::json;
+
+use super::Editor;
+use crate::solver::State;
+
+/// The file that is written.
+#[derive(Debug)]
+pub struct Trace {
+    file: BufWriter<File>,
+    /// Seconds since 1970 at which the clock below was read.
+    epoch: f64,
+    clock: Instant,
+    frame: u64,
+    widgets: BTreeMap<String, [f32; 4]>,
+    /// Where the pointer was for each goal of a drag.
+    pointers: BTreeMap<u64, Pos2>,
+    /// The goal whose shape came in with this frame, and the times of it.
+    taken: Option<(u64, [f64; 3])>,
+}
+
+impl Trace {
+    /// Starts a new file.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn create(path: &Path) -> std::io::Result<Self> {
+        let since = SystemTime::now().duration_since(UNIX_EPOCH);
+        Ok(Self {
+            file: BufWriter::new(File::create(path)?),
+            epoch: since.map_or(0.0, |since| since.as_secs_f64()),
+            clock: Instant::now(),
+            frame: 0,
+            widgets: BTreeMap::new(),
+            pointers: BTreeMap::new(),
+            taken: None,
+        })
+    }
+
+    /// Seconds since 1970.
+    fn at(&self, instant: Instant) -> f64 {
+        self.epoch + instant.saturating_duration_since(self.clock).as_secs_f64()
+    }
+
+    /// A shape came in.
+    pub(super) fn taken(&mut self, tag: u64, times: [Instant; 3]) {
+        self.taken = Some((tag, times.map(|t| self.at(t))));
+    }
+}
+
+impl Editor {
+    /// Notes where something is on the screen.
+    pub(super) fn mark(&mut self, name: &str, rect: Rect) {
+        if let Some(trace) = &mut self.trace {
+            let sides = [rect.left(), rect.top(), rect.right(), rect.bottom()];
+            trace.widgets.insert(name.to_owned(), sides);
+        }
+    }
+
+    /// Notes where the pointer was when a goal was posted.
+    pub(super) fn note_pointer(&mut self, ctx: &egui::Context) {
+        let tag = self.tag;
+        if let Some(trace) = &mut self.trace
+            && let Some(pos) = ctx.input(|i| i.pointer.latest_pos())
+        {
+            trace.pointers.entry(tag).or_insert(pos);
+        }
+    }
+
+    /// Writes the line of this frame, which began at `begin`.
+    pub(super) fn write_trace(&mut self, ctx: &egui::Context, begin: Instant) {
+        if self.trace.is_none() {
+            return;
+        }
+        self.note_pointer(ctx);
+        let (state, choice) = self.solver.state();
+        let scene = self.scene();
+        let handles: Vec<_> = scene
+            .map(|scene| {
+                let marks = scene.handles.iter().map(|group| {
+                    let center = group.center(&scene.rest);
+                    json!({ "name": group.name, "vertices": group.vertices.len(), "at": center.coords.as_slice() })
+                });
+                marks.collect()
+            })
+            .unwrap_or_default();
+        let is_settled = scene.is_some_and(|scene| scene.is_settled);
+        let label = scene.map(|scene| scene.label.clone());
+        let viewport = self.trace.as_ref().and_then(|t| t.widgets.get("viewport").copied());
+        let view = viewport.map(|[left, top, right, bottom]| {
+            let rect = Rect::from_min_max(egui::pos2(left, top), egui::pos2(right, bottom));
+            let matrix = self.camera.view_projection(rect);
+            // Row by row.
+            matrix.transpose().as_slice().to_vec()
+        });
+        let timing = crate::solver::lock(&self.renderer).timing();
+        let selection: Vec<usize> = self
+            .selection
+            .iter()
+            .take(8)
+            .filter_map(|&v| {
+                let open = self.open.as_ref()?;
+                Some(open.mesh.processing.document_vertex(v))
+            })
+            .collect();
+        let samples = self.solver.samples();
+        let last = samples.last().map(|s| (s.iteration, s.residual, s.milliseconds));
+        let path = self.open.as_ref().map(|open| open.mesh.path.clone());
+        let line = json!({
+            "path": path,
+            "tag": self.tag,
+            "state": match &state {
+                State::Idle => "idle",
+                State::Preparing => "preparing",
+                State::Running => "running",
+                State::Settled => "settled",
+                State::Failed(_) => "failed",
+            },
+            "problem": match &state { State::Failed(text) => Some(text), _ => None },
+            "strategy": choice,
+            "is_settled": is_settled,
+            "is_changed": self.is_changed(),
+            "is_dragging": self.drag.is_some(),
+            "label": label,
+            "undo": self.open.as_ref().and_then(|open| open.history.undo_label()),
+            "dialog": self.dialogs.name(),
+            "task": self.task.as_ref().map(|task| task.name.clone()),
+            "handles": handles,
+            "active": self.active,
+            "selected": self.selection.len(),
+            "selection": selection,
+            "last_step": last,
+            "errors": self.reading.as_ref().and_then(|r| r.errors).map(|e| [e.parameterization, e.geometry]),
+            "morph": self.jobs.map.as_ref().map(|view| view.share),
+            "view": view,
+            "pixels_per_point": ctx.pixels_per_point(),
+            "upload_ms": 1e3 * timing.upload.as_secs_f64(),
+            "draw_ms": 1e3 * timing.draw.as_secs_f64(),
+        });
+        if let Some(trace) = &mut self.trace {
+            trace.write(line, begin);
+        }
+    }
+}
+
+impl Trace {
+    fn write(&mut self, mut line: serde_json::Value, begin: Instant) {
+        self.frame += 1;
+        if let Some(fields) = line.as_object_mut() {
+            fields.insert("frame".to_owned(), json!(self.frame));
+            // When this frame began: by then the one before was on the screen.
+            fields.insert("begin".to_owned(), json!(self.at(begin)));
+            fields.insert("end".to_owned(), json!(self.at(Instant::now())));
+            fields.insert("widgets".to_owned(), json!(self.widgets));
+            if let Some((tag, times)) = self.taken.take() {
+                fields.insert("taken".to_owned(), json!({ "tag": tag, "times": times }));
+                let pointer = self.pointers.get(&tag).map(|p| [p.x, p.y]);
+                fields.insert("pointer_of_taken".to_owned(), json!(pointer));
+                self.pointers.retain(|&t, _| t >= tag);
+            }
+        }
+        self.widgets.clear();
+        // A trace that cannot be written must not end the work.
+        let _ = writeln!(self.file, "{line}").and_then(|()| self.file.flush());
+    }
+}

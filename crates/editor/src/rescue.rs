@@ -1,0 +1,74 @@
+//! What is put aside while the program breaks down.
+//!
+//! The window hands over its work with every frame (a few pointers); a panic anywhere writes it to the
+//! autosave, before anything else happens.
+
+use std::panic::PanicHookInfo;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, TryLockError};
+
+use cotan::geometry::Positions;
+use cotan_io::ProcessingMesh;
+
+use crate::app::file_actions::{groups_of, record, state_of};
+use crate::files::{Autosave, AutosaveError, Fingerprint};
+use crate::scene::HandleGroup;
+
+/// A person's work, as it is seen.
+#[derive(Clone, Debug)]
+pub(crate) struct Work {
+    pub(crate) mesh: PathBuf,
+    pub(crate) fingerprint: Fingerprint,
+    pub(crate) processing: Arc<ProcessingMesh>,
+    pub(crate) handles: Arc<Vec<HandleGroup>>,
+    pub(crate) rest: Arc<Positions<f64>>,
+    pub(crate) shape: Arc<Positions<f64>>,
+    pub(crate) has_file: bool,
+}
+
+impl Work {
+    /// Puts it aside.
+    pub(crate) fn write(&self, autosave: &Autosave) -> Result<(), AutosaveError> {
+        let groups = groups_of(&self.handles, &self.processing);
+        let is_reshaped = *self.rest != *self.processing.positions();
+        autosave.write(&record(self, &groups, &state_of(self.has_file, is_reshaped)))
+    }
+}
+
+/// The work at hand, and where it goes.
+static AT_HAND: Mutex<Option<(Arc<Autosave>, Work)>> = Mutex::new(None);
+
+/// Hands over the work that a panic must not take.
+pub(crate) fn keep(autosave: &Arc<Autosave>, work: Work) {
+    *crate::solver::lock(&AT_HAND) = Some((Arc::clone(autosave), work));
+}
+
+/// There is nothing to lose.
+pub(crate) fn forget() {
+    *crate::solver::lock(&AT_HAND) = None;
+}
+
+/// From now on every panic, in any thread, puts the work aside before it is told.
+pub fn install() {
+    let tell = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |info: &PanicHookInfo<'_>| {
+        // A panic within this very lock would wait for itself.
+        let at_hand = match AT_HAND.try_lock() {
+            Ok(guard) => guard,
+            Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
+            Err(TryLockError::WouldBlock) => return tell(info),
+        };
+        if let Some((autosave, work)) = &*at_hand {
+            match work.write(autosave) {
+                Ok(()) => eprintln!("your work was put aside in {}", shown(autosave.path())),
+                Err(error) => eprintln!("your work could not be put aside: {error}"),
+            }
+        }
+        drop(at_hand);
+        tell(info);
+    }));
+}
+
+fn shown(path: &Path) -> std::path::Display<'_> {
+    path.display()
+}
