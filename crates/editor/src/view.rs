@@ -4,3 +4,8 @@ pub mod camera;
 pub mod pick;
 pub mod render;
 pub mod select;
+pub mod snapshot;
+
+pub use camera::{Camera, StandardView, UpAxis};
+pub use render::{Renderer, Shading, Style};
+pub use snapshot::{CameraSnapshot, Ray};
