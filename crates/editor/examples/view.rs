@@ -106,7 +106,7 @@ impl Viewer {
             self.camera.pan(response.drag_delta(), rect);
         }
         if let Some(pos) = response.hover_pos() {
-            let scroll = ui.input(|input| input.smooth_scroll_delta().y);
+            let scroll = ui.input(|input| input.smooth_scroll_delta.y);
             if scroll != 0.0 {
                 self.camera.zoom((f64::from(scroll) * 0.005).exp(), pos, rect);
             }

@@ -6,6 +6,10 @@ pub mod render;
 pub mod select;
 pub mod snapshot;
 
+mod tree;
+
 pub use camera::{Camera, StandardView, UpAxis};
-pub use render::{Renderer, Shading, Style};
+pub use pick::{Hit, Picker};
+pub use render::{Line, Mark, Renderer, Shading, Style};
+pub use select::{Reach, brush, lasso};
 pub use snapshot::{CameraSnapshot, Ray};

@@ -10,6 +10,8 @@
 //! fragment's distance to the triangle's sides.
 
 mod frame;
+mod marks;
+mod pulled;
 mod shaders;
 mod style;
 mod surface;
@@ -24,16 +26,20 @@ use eframe::glow;
 use nalgebra::Vector3;
 use three_d::{ClearState, Context, RenderTarget, ScissorBox, Viewport};
 
+pub use marks::{Line, Mark};
 pub use style::{Palette, Shading, Style};
 
 use crate::view::snapshot::CameraSnapshot;
 use frame::{DrawFrame, LocalFrame};
+use marks::{LinePass, MarkPass};
 use surface::SurfacePass;
 
 /// What draws the mesh.
 pub struct Renderer {
     context: Context,
     surface: SurfacePass,
+    marks: MarkPass,
+    lines: LinePass,
     frame: LocalFrame,
     timing: Timing,
 }
@@ -57,6 +63,8 @@ impl Renderer {
         let context = Context::from_gl_context(gl.clone()).map_err(|e| e.to_string())?;
         Ok(Self {
             surface: SurfacePass::new(&context)?,
+            marks: MarkPass::new(&context)?,
+            lines: LinePass::new(&context)?,
             context,
             frame: LocalFrame::default(),
             timing: Timing::default(),
@@ -71,7 +79,10 @@ impl Renderer {
 
     /// The positions and unit normals of the mesh's vertices.
     pub fn set_shape(&mut self, positions: &Positions<f64>, normals: &VertexMap<Vector3<f64>>) {
-        self.frame.follow(positions);
+        if self.frame.follow(positions) {
+            self.marks.mark_stale();
+        }
+        self.lines.mark_stale();
         self.surface.set_shape(&self.frame, positions, normals);
     }
 
@@ -86,11 +97,23 @@ impl Renderer {
         self.surface.set_tints(tints);
     }
 
+    /// Balls of constant size on the screen, instead of those before.
+    pub fn set_marks(&mut self, marks: Vec<Mark>) {
+        self.marks.set(marks);
+    }
+
+    /// Lines of constant width on the screen, instead of those before.
+    pub fn set_lines(&mut self, lines: Vec<Line>) {
+        self.lines.set(lines);
+    }
+
     /// Draws a frame; to be called from within egui's paint callback. Only the callback's part of
     /// the window is touched, and egui itself sets up its state again afterwards.
     pub fn draw(&mut self, info: &PaintCallbackInfo, camera: &CameraSnapshot, style: &Style) {
         let start = Instant::now();
-        self.surface.upload(&self.context);
+        self.surface.upload(&self.context, style);
+        self.marks.upload(&self.frame);
+        self.lines.upload(&self.frame, self.surface.data(), style);
         let uploaded = Instant::now();
         let (viewport, scissor) = pixels(info);
         if viewport.width > 0 && viewport.height > 0 && scissor.width > 0 && scissor.height > 0 {
@@ -102,6 +125,8 @@ impl Renderer {
                 ClearState::color_and_depth(red, green, blue, 1.0, 1.0),
             );
             self.surface.draw(&frame, style);
+            self.lines.draw(&frame, style);
+            self.marks.draw(&frame, style);
         }
         self.timing = Timing {
             upload: uploaded - start,

@@ -183,6 +183,23 @@ impl CameraSnapshot {
         self.depth(point).max(self.lens.near) / self.lens.focal
     }
 
+    /// Whether a ball may show within `radius` points of the pointer: always if it does, and
+    /// sometimes if it only comes near.
+    #[must_use]
+    pub fn may_touch(&self, center: Point3<f64>, ball: f64, pos: Pos2, radius: f32) -> bool {
+        let deepest = self.depth(center) + ball;
+        if deepest < self.lens.near {
+            return false;
+        }
+        let axis = self.direction(pos);
+        let to_center = center - self.eye;
+        let length = to_center.dot(&axis) / axis.norm_squared();
+        let aside = (to_center - axis * length).norm();
+        // What shows within the radius is that near to the axis in its own plane of depth, and
+        // nearer yet to the axis as a whole.
+        aside <= ball + f64::from(radius) * deepest / self.lens.focal
+    }
+
     /// From the eye through the pointer, to depth 1.
     fn direction(&self, pos: Pos2) -> Vector3<f64> {
         let center = self.rect.center();

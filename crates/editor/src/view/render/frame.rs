@@ -26,19 +26,21 @@ impl Default for LocalFrame {
 }
 
 impl LocalFrame {
-    /// Moves to the shape if it has left.
-    pub(super) fn follow(&mut self, positions: &Positions<f64>) {
+    /// Moves to the shape if it has left, and tells if so.
+    pub(super) fn follow(&mut self, positions: &Positions<f64>) -> bool {
         let Some(bounds) = BoundingBox::of(positions.values()) else {
-            return;
+            return false;
         };
         let (center, size) = (bounds.center(), 0.5 * bounds.longest_side());
         let fits = (center - self.center).amax() <= self.size
             && size <= 2.0 * self.size
             && size >= 0.25 * self.size;
-        if !fits && size.is_finite() {
+        let moves = !fits && size.is_finite();
+        if moves {
             self.center = center;
             self.size = if size > 0.0 { size } else { 1.0 };
         }
+        moves
     }
 
     pub(super) fn point(&self, p: &Point3<f64>) -> [f32; 3] {
@@ -101,5 +103,12 @@ impl DrawFrame {
         program.use_uniform("pivot_seen", self.pivot_seen);
         program.use_uniform("turn", self.turn);
         program.use_uniform("projection", self.projection);
+    }
+
+    /// Tells a program of the screen, where it draws things of constant size.
+    pub(super) fn send_screen(&self, program: &Program) {
+        program.use_uniform("size", self.size);
+        program.use_uniform("focal", self.focal);
+        program.use_uniform("pixels_per_point", self.pixels_per_point);
     }
 }

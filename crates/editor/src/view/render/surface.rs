@@ -4,73 +4,85 @@ use cotan::geometry::Positions;
 use cotan::halfedge::{HalfedgeMesh, VertexMap};
 use nalgebra::Vector3;
 use three_d::{
-    Context, Cull, DepthTest, ElementBuffer, Program, RenderStates, Vec3, VertexBuffer,
+    Blend, Context, Cull, DepthTest, ElementBuffer, Program, RenderStates, Vec3, VertexBuffer,
+    WriteMask,
 };
 
 use super::frame::{DrawFrame, LocalFrame};
+use super::pulled::Pulled;
 use super::shaders;
 use super::style::{Shading, Style};
 
 /// Draws the surface, with or without its edges.
 pub(super) struct SurfacePass {
-    program: Program,
-    triangles: Vec<[u32; 3]>,
-    positions: Vec<[f32; 3]>,
-    normals: Vec<[f32; 3]>,
-    /// Colour, and in the last place the tint.
-    paints: Vec<[u8; 4]>,
+    plain: Program,
+    with_edges: Program,
+    data: Data,
     has_colors: bool,
-    stale: Stale,
-    buffers: Option<Buffers>,
+    shared: Option<Shared>,
+    pulled: Option<Pulled>,
+}
+
+/// What there is to draw.
+#[derive(Default)]
+pub(super) struct Data {
+    pub(super) triangles: Vec<[u32; 3]>,
+    pub(super) positions: Vec<[f32; 3]>,
+    pub(super) normals: Vec<[f32; 3]>,
+    /// Colour, and in the last place the tint.
+    pub(super) paints: Vec<[u8; 4]>,
 }
 
 /// What the card does not have yet.
 #[derive(Clone, Copy, Default)]
-struct Stale {
-    triangles: bool,
-    shape: bool,
-    paints: bool,
+pub(super) struct Stale {
+    pub(super) triangles: bool,
+    pub(super) shape: bool,
+    pub(super) paints: bool,
 }
 
-struct Buffers {
+impl Stale {
+    pub(super) const ALL: Self = Self {
+        triangles: true,
+        shape: true,
+        paints: true,
+    };
+}
+
+/// The mesh on the card with one entry a vertex: the fast way, without a wireframe.
+struct Shared {
     elements: ElementBuffer<u32>,
     positions: VertexBuffer<[f32; 3]>,
     normals: VertexBuffer<[f32; 3]>,
     paints: VertexBuffer<[u8; 4]>,
+    stale: Stale,
 }
 
 impl SurfacePass {
     pub(super) fn new(context: &Context) -> Result<Self, String> {
-        let [vertex, fragment] = shaders::surface();
-        let program =
-            Program::from_source(context, &vertex, &fragment).map_err(|e| e.to_string())?;
         Ok(Self {
-            program,
-            triangles: Vec::new(),
-            positions: Vec::new(),
-            normals: Vec::new(),
-            paints: Vec::new(),
+            plain: shaders::program(context, &shaders::surface())?,
+            with_edges: shaders::program(context, &shaders::surface_with_edges())?,
+            data: Data::default(),
             has_colors: false,
-            stale: Stale::default(),
-            buffers: None,
+            shared: None,
+            pulled: None,
         })
     }
 
+    pub(super) fn data(&self) -> &Data {
+        &self.data
+    }
+
     pub(super) fn set_mesh(&mut self, mesh: &HalfedgeMesh) {
-        self.triangles.clear();
-        for face in mesh.faces() {
-            self.triangles
-                .push(mesh.triangle(face).map(|v| v.index() as u32));
-        }
-        self.positions.clear();
-        self.normals.clear();
-        self.paints = vec![[0; 4]; mesh.num_vertices()];
-        self.has_colors = false;
-        self.stale = Stale {
-            triangles: true,
-            shape: false,
-            paints: true,
+        let triangle = |f| mesh.triangle(f).map(|v| v.index() as u32);
+        self.data = Data {
+            triangles: mesh.faces().map(triangle).collect(),
+            paints: vec![[0; 4]; mesh.num_vertices()],
+            ..Data::default()
         };
+        self.has_colors = false;
+        self.mark_stale(Stale::ALL);
     }
 
     pub(super) fn set_shape(
@@ -79,72 +91,92 @@ impl SurfacePass {
         positions: &Positions<f64>,
         normals: &VertexMap<Vector3<f64>>,
     ) {
+        let data = &mut self.data;
         // A shape of another mesh would be read beyond its end by the card.
-        if positions.len() != self.paints.len() || normals.len() != self.paints.len() {
+        if positions.len() != data.paints.len() || normals.len() != data.paints.len() {
             return;
         }
-        self.positions.clear();
-        self.positions
+        data.positions.clear();
+        data.positions
             .extend(positions.values().map(|p| frame.point(p)));
-        self.normals.clear();
-        self.normals
+        data.normals.clear();
+        data.normals
             .extend(normals.values().map(|n| [n.x as f32, n.y as f32, n.z as f32]));
-        self.stale.shape = true;
+        self.mark_stale(Stale {
+            shape: true,
+            ..Stale::default()
+        });
     }
 
     pub(super) fn set_colors(&mut self, colors: Option<&[[u8; 3]]>) {
-        self.has_colors = colors.is_some_and(|colors| colors.len() == self.paints.len());
-        if let (true, Some(colors)) = (self.has_colors, colors) {
-            for (paint, color) in self.paints.iter_mut().zip(colors) {
-                paint[..3].copy_from_slice(color);
-            }
-            self.stale.paints = true;
+        let colors = colors.filter(|colors| colors.len() == self.data.paints.len());
+        self.has_colors = colors.is_some();
+        for (paint, color) in self.data.paints.iter_mut().zip(colors.unwrap_or_default()) {
+            paint[..3].copy_from_slice(color);
         }
+        self.mark_stale_paints();
     }
 
     pub(super) fn set_tints(&mut self, tints: &[u8]) {
         let tints = tints.iter().copied().chain(std::iter::repeat(0));
-        for (paint, tint) in self.paints.iter_mut().zip(tints) {
+        for (paint, tint) in self.data.paints.iter_mut().zip(tints) {
             paint[3] = tint;
         }
-        self.stale.paints = true;
+        self.mark_stale_paints();
     }
 
-    /// Hands over what has changed.
-    pub(super) fn upload(&mut self, context: &Context) {
-        if self.positions.is_empty() {
+    /// Hands over what has changed of what this style draws.
+    pub(super) fn upload(&mut self, context: &Context, style: &Style) {
+        let num_vertices = self.data.positions.len();
+        if num_vertices == 0 {
             return;
         }
-        let buffers = self.buffers.get_or_insert_with(|| Buffers {
-            elements: ElementBuffer::new(context),
-            positions: VertexBuffer::new(context),
-            normals: VertexBuffer::new(context),
-            paints: VertexBuffer::new(context),
-        });
-        if self.stale.triangles {
-            buffers.elements.fill(self.triangles.as_flattened());
+        if style.wireframe.is_some() {
+            self.pulled
+                .take_if(|pulled| !pulled.fits(num_vertices));
+            self.pulled
+                .get_or_insert_with(|| Pulled::new(context, num_vertices))
+                .upload(&self.data);
+        } else {
+            self.shared
+                .get_or_insert_with(|| Shared::new(context))
+                .upload(&self.data);
         }
-        if self.stale.shape {
-            buffers.positions.fill(&self.positions);
-            buffers.normals.fill(&self.normals);
-        }
-        if self.stale.paints {
-            buffers.paints.fill(&self.paints);
-        }
-        self.stale = Stale::default();
     }
 
     pub(super) fn draw(&self, frame: &DrawFrame, style: &Style) {
-        let Some(buffers) = self.buffers.as_ref().filter(|_| !self.positions.is_empty()) else {
+        if self.data.positions.is_empty() {
             return;
-        };
-        let program = &self.program;
-        frame.send(program);
-        self.send_style(program, style);
-        program.use_vertex_attribute("position", &buffers.positions);
-        program.use_vertex_attribute("normal", &buffers.normals);
-        program.use_vertex_attribute("paint", &buffers.paints);
-        program.draw_elements(OPAQUE, frame.viewport, &buffers.elements);
+        }
+        if let (Some(lines), Some(pulled)) = (style.wireframe, &self.pulled) {
+            let program = &self.with_edges;
+            frame.send(program);
+            self.send_style(program, style);
+            program.use_uniform("line_color", color(lines));
+            program.use_uniform("line_width", frame.pixels_per_point);
+            pulled.draw(program, OPAQUE, frame.viewport);
+        } else if let Some(shared) = &self.shared {
+            frame.send(&self.plain);
+            self.send_style(&self.plain, style);
+            shared.draw(&self.plain, frame);
+        }
+    }
+
+    fn mark_stale(&mut self, more: Stale) {
+        let shared = self.shared.iter_mut().map(|s| &mut s.stale);
+        let pulled = self.pulled.iter_mut().map(|p| &mut p.stale);
+        for stale in shared.chain(pulled) {
+            stale.triangles |= more.triangles;
+            stale.shape |= more.shape;
+            stale.paints |= more.paints;
+        }
+    }
+
+    fn mark_stale_paints(&mut self) {
+        self.mark_stale(Stale {
+            paints: true,
+            ..Stale::default()
+        });
     }
 
     fn send_style(&self, program: &Program, style: &Style) {
@@ -164,6 +196,39 @@ impl SurfacePass {
     }
 }
 
+impl Shared {
+    fn new(context: &Context) -> Self {
+        Self {
+            elements: ElementBuffer::new(context),
+            positions: VertexBuffer::new(context),
+            normals: VertexBuffer::new(context),
+            paints: VertexBuffer::new(context),
+            stale: Stale::ALL,
+        }
+    }
+
+    fn upload(&mut self, data: &Data) {
+        if self.stale.triangles {
+            self.elements.fill(data.triangles.as_flattened());
+        }
+        if self.stale.shape {
+            self.positions.fill(&data.positions);
+            self.normals.fill(&data.normals);
+        }
+        if self.stale.paints {
+            self.paints.fill(&data.paints);
+        }
+        self.stale = Stale::default();
+    }
+
+    fn draw(&self, program: &Program, frame: &DrawFrame) {
+        program.use_vertex_attribute("position", &self.positions);
+        program.use_vertex_attribute("normal", &self.normals);
+        program.use_vertex_attribute("paint", &self.paints);
+        program.draw_elements(OPAQUE, frame.viewport, &self.elements);
+    }
+}
+
 /// From bytes to shares.
 pub(super) fn color(bytes: [u8; 3]) -> Vec3 {
     bytes.map(|c| f32::from(c) / 255.0).into()
@@ -171,7 +236,7 @@ pub(super) fn color(bytes: [u8; 3]) -> Vec3 {
 
 const OPAQUE: RenderStates = RenderStates {
     depth_test: DepthTest::LessOrEqual,
-    write_mask: three_d::WriteMask::COLOR_AND_DEPTH,
-    blend: three_d::Blend::Disabled,
+    write_mask: WriteMask::COLOR_AND_DEPTH,
+    blend: Blend::Disabled,
     cull: Cull::None,
 };
