@@ -1,1 +1,346 @@
-//! TBD
+//! The camera: a turntable around a target, with perspective.
+//!
+//! All of it is `f64`, and every computation goes through differences to the eye or the target, so
+//! that a mesh far from the origin is seen and picked as well as one around it.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use cotan::geometry::BoundingBox;
+use eframe::egui::{Pos2, Rect, Vec2};
+use nalgebra::{Matrix4, Point3, UnitQuaternion, Vector3};
+use transform_gizmo_egui::GizmoConfig;
+use transform_gizmo_egui::math::DMat4;
+
+use crate::view::snapshot::{CameraSnapshot, Lens, Ray};
+
+/// A camera that turns around a target.
+#[derive(Clone, Debug)]
+pub struct Camera {
+    pose: Pose,
+    /// What [`Camera::advance`] moves towards; the pose itself while nothing is animated.
+    goal: Pose,
+    scene: Sphere,
+    up: UpAxis,
+}
+
+/// The axis of the model that points up on the screen.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum UpAxis {
+    /// As in most files of computer graphics.
+    #[default]
+    Y,
+    /// As in most files of engineering.
+    Z,
+}
+
+/// The views that every editor has.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum StandardView {
+    /// From the front: against the third axis if Y is up.
+    Front,
+    /// From behind.
+    Back,
+    /// From the model's right.
+    Right,
+    /// From the model's left.
+    Left,
+    /// From above.
+    Top,
+    /// From below.
+    Bottom,
+    /// From the front, a little from the right and from above.
+    Oblique,
+}
+
+impl Camera {
+    /// A camera that looks at all of `bounds` from obliquely in front.
+    #[must_use]
+    pub fn new(bounds: &BoundingBox<f64>) -> Self {
+        let scene = Sphere::around(bounds);
+        let (yaw, pitch) = StandardView::Oblique.angles();
+        let pose = Pose {
+            target: scene.center,
+            distance: scene.fitting_distance(),
+            yaw,
+            pitch,
+        };
+        Self {
+            pose,
+            goal: pose,
+            scene,
+            up: UpAxis::default(),
+        }
+    }
+
+    /// Tells what there is to see, without moving: the planes of depth and how far one may zoom
+    /// depend on it. To be called when the shape has changed.
+    pub fn set_scene(&mut self, bounds: &BoundingBox<f64>) {
+        self.scene = Sphere::around(bounds);
+    }
+
+    /// Which axis of the model points up.
+    pub fn set_up(&mut self, up: UpAxis) {
+        self.up = up;
+    }
+
+    /// Turns around the target as the pointer drags the model by `delta` points.
+    pub fn orbit(&mut self, delta: Vec2) {
+        self.pose.yaw = (self.pose.yaw - f64::from(delta.x) * TURN_PER_POINT).rem_euclid(TAU);
+        self.pose.pitch = (self.pose.pitch + f64::from(delta.y) * TURN_PER_POINT)
+            .clamp(-FRAC_PI_2, FRAC_PI_2);
+        self.goal = self.pose;
+    }
+
+    /// Shifts the view so that the plane through the target follows the pointer by `delta` points.
+    pub fn pan(&mut self, delta: Vec2, rect: Rect) {
+        let snapshot = self.at(rect);
+        let step = self.pose.distance / snapshot.lens().focal;
+        let shift = Vector3::new(-f64::from(delta.x), f64::from(delta.y), 0.0) * step;
+        self.pose.target += self.rotation().inverse() * shift;
+        self.goal = self.pose;
+    }
+
+    /// Comes nearer by `factor` (above 1 is nearer), keeping what is under the pointer there in
+    /// the plane through the target. With a surface under the pointer see [`Camera::zoom_about`].
+    pub fn zoom(&mut self, factor: f64, pos: Pos2, rect: Rect) {
+        let anchor = self.unproject_at_depth_of(self.pose.target, pos, rect);
+        self.zoom_about(factor, anchor);
+    }
+
+    /// Comes nearer to `anchor` by `factor` (above 1 is nearer); the anchor stays where it is on
+    /// the screen, and near it one can go on for as long as `f64` and the picture allow.
+    pub fn zoom_about(&mut self, factor: f64, anchor: Point3<f64>) {
+        if !(factor > 0.0 && factor.is_finite()) {
+            return;
+        }
+        let nearest = self.scene.radius * NEAREST;
+        let farthest = self.scene.radius * FARTHEST;
+        let distance = (self.pose.distance / factor).clamp(nearest, farthest);
+        // Eye and target shrink towards the anchor alike: its direction from the eye stays.
+        let shrink = distance / self.pose.distance;
+        self.pose.target = anchor + (self.pose.target - anchor) * shrink;
+        self.pose.distance = distance;
+        self.goal = self.pose;
+    }
+
+    /// Starts to move to where all of `bounds` is seen, from the same side.
+    pub fn fit(&mut self, bounds: &BoundingBox<f64>) {
+        let sphere = Sphere::around(bounds);
+        self.goal.target = sphere.center;
+        self.goal.distance = sphere
+            .fitting_distance()
+            .max(self.scene.radius * NEAREST);
+    }
+
+    /// Starts to move to a standard view of the same target.
+    pub fn look_from(&mut self, view: StandardView) {
+        (self.goal.yaw, self.goal.pitch) = view.angles();
+    }
+
+    /// Starts to move so that `point` becomes the target, from the same side and distance.
+    pub fn look_at(&mut self, point: Point3<f64>) {
+        self.goal.target = point;
+    }
+
+    /// Moves on for `seconds` of an animation; whether there is more of it to come.
+    pub fn advance(&mut self, seconds: f64) -> bool {
+        if self.pose == self.goal {
+            return false;
+        }
+        let share = 1.0 - (-seconds.max(0.0) / SMOOTHING).exp();
+        self.pose = self.pose.towards(&self.goal, share);
+        if self.pose.is_near(&self.goal) {
+            self.pose = self.goal;
+        }
+        self.pose != self.goal
+    }
+
+    /// Ends an animation at once.
+    pub fn jump(&mut self) {
+        self.pose = self.goal;
+    }
+
+    /// The point that the camera turns around.
+    #[must_use]
+    pub fn target(&self) -> Point3<f64> {
+        self.pose.target
+    }
+
+    /// The place of the eye.
+    #[must_use]
+    pub fn eye(&self) -> Point3<f64> {
+        self.pose.target + self.rotation().inverse() * Vector3::z() * self.pose.distance
+    }
+
+    /// The camera as it looks into a rectangle of the screen, which projects and unprojects.
+    #[must_use]
+    pub fn at(&self, rect: Rect) -> CameraSnapshot {
+        let rotation = self.rotation().to_rotation_matrix();
+        let eye = self.eye();
+        let middle = -(rotation * (self.scene.center - eye)).z;
+        let reach = self.scene.radius * MARGIN;
+        let near = (middle - reach).max(self.pose.distance * NEAR_SHARE);
+        let far = (middle + reach).max(near * 2.0);
+        let side = f64::from(rect.width().min(rect.height())).max(1.0);
+        let lens = Lens {
+            focal: 0.5 * side / (0.5 * FIELD_OF_VIEW).tan(),
+            near,
+            far,
+        };
+        CameraSnapshot::new(rect, rotation, eye, self.pose.target, lens)
+    }
+
+    /// The matrix from the model's coordinates to the cube from −1 to 1.
+    #[must_use]
+    pub fn view_projection(&self, rect: Rect) -> Matrix4<f64> {
+        let snapshot = self.at(rect);
+        snapshot.projection() * snapshot.view()
+    }
+
+    /// Where a point is on the screen; `None` if it is nearer than the near plane.
+    #[must_use]
+    pub fn project(&self, point: Point3<f64>, rect: Rect) -> Option<Pos2> {
+        self.at(rect).project(point)
+    }
+
+    /// What is under the pointer.
+    #[must_use]
+    pub fn ray(&self, pos: Pos2, rect: Rect) -> Ray {
+        self.at(rect).ray(pos)
+    }
+
+    /// The point under the pointer in the plane parallel to the screen through `point`.
+    #[must_use]
+    pub fn unproject_at_depth_of(&self, point: Point3<f64>, pos: Pos2, rect: Rect) -> Point3<f64> {
+        self.at(rect).unproject_at_depth_of(point, pos)
+    }
+
+    /// What a `transform_gizmo_egui` gizmo must know of the camera; the rest at its defaults.
+    #[must_use]
+    pub fn gizmo_config(&self, rect: Rect, pixels_per_point: f32) -> GizmoConfig {
+        let snapshot = self.at(rect);
+        let columns = |m: Matrix4<f64>| DMat4::from_cols_array_2d(&m.into());
+        GizmoConfig {
+            view_matrix: columns(snapshot.view()).into(),
+            projection_matrix: columns(snapshot.projection()).into(),
+            viewport: rect,
+            pixels_per_point,
+            ..GizmoConfig::default()
+        }
+    }
+
+    /// From the model's axes to the screen's: right, up, towards the viewer.
+    fn rotation(&self) -> UnitQuaternion<f64> {
+        let up = match self.up {
+            UpAxis::Y => UnitQuaternion::identity(),
+            UpAxis::Z => UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -FRAC_PI_2),
+        };
+        UnitQuaternion::from_axis_angle(&Vector3::x_axis(), self.pose.pitch)
+            * UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -self.pose.yaw)
+            * up
+    }
+}
+
+impl StandardView {
+    /// Yaw and pitch of the eye, seen from the target.
+    fn angles(self) -> (f64, f64) {
+        match self {
+            Self::Front => (0.0, 0.0),
+            Self::Back => (PI, 0.0),
+            Self::Right => (FRAC_PI_2, 0.0),
+            Self::Left => (3.0 * FRAC_PI_2, 0.0),
+            Self::Top => (0.0, FRAC_PI_2),
+            Self::Bottom => (0.0, -FRAC_PI_2),
+            Self::Oblique => (0.5, 0.35),
+        }
+    }
+}
+
+#[derive(Clone, Copy, PartialEq, Debug)]
+struct Pose {
+    target: Point3<f64>,
+    distance: f64,
+    /// Angle around the up axis, from 0 to 2π.
+    yaw: f64,
+    /// Angle above the horizon, from −π/2 to π/2.
+    pitch: f64,
+}
+
+impl Pose {
+    /// The pose a `share` of the way to another: distances in proportion, yaw the short way round.
+    fn towards(&self, goal: &Self, share: f64) -> Self {
+        Self {
+            target: self.target + (goal.target - self.target) * share,
+            distance: self.distance * (goal.distance / self.distance).powf(share),
+            yaw: (self.yaw + short_turn(self.yaw, goal.yaw) * share).rem_euclid(TAU),
+            pitch: self.pitch + (goal.pitch - self.pitch) * share,
+        }
+    }
+
+    /// Whether nobody would see the difference.
+    fn is_near(&self, goal: &Self) -> bool {
+        (self.target - goal.target).norm() < UNSEEN * goal.distance
+            && (self.distance / goal.distance - 1.0).abs() < UNSEEN
+            && short_turn(self.yaw, goal.yaw).abs() < UNSEEN
+            && (self.pitch - goal.pitch).abs() < UNSEEN
+    }
+}
+
+/// The angle from `start` to `end`, at most half a turn.
+fn short_turn(start: f64, end: f64) -> f64 {
+    (end - start + PI).rem_euclid(TAU) - PI
+}
+
+#[derive(Clone, Copy, PartialEq, Debug)]
+struct Sphere {
+    center: Point3<f64>,
+    radius: f64,
+}
+
+impl Sphere {
+    fn around(bounds: &BoundingBox<f64>) -> Self {
+        let center = bounds.center();
+        // One point alone has no size: any will do that `f64` can tell from the point.
+        let least = center.coords.amax().max(1.0) * 1e-9;
+        let radius = 0.5 * bounds.diagonal();
+        Self {
+            center,
+            radius: if radius > least { radius } else { least },
+        }
+    }
+
+    /// From where the sphere just fills the shorter side of the picture.
+    fn fitting_distance(&self) -> f64 {
+        self.radius / (0.5 * FIELD_OF_VIEW).sin()
+    }
+}
+
+/// Of the shorter side of the picture. Wider ones distort what is near the border.
+const FIELD_OF_VIEW: f64 = 35.0 * PI / 180.0;
+
+/// Half a turn for a drag over some 400 points: across the middle of a usual window.
+const TURN_PER_POINT: f64 = PI / 400.0;
+
+/// Nearest distance from eye to target, of the scene's radius: the `f32` of the graphics card then
+/// places a vertex within half a pixel.
+const NEAREST: f64 = 2e-4;
+
+/// Farthest distance from eye to target, of the scene's radius: the model is a dot.
+const FARTHEST: f64 = 200.0;
+
+/// The near plane is at least at this share of the distance to the target. 24 bits of depth then
+/// tell steps of 6e-6 of that distance apart, a hundredth of a pixel's width.
+const NEAR_SHARE: f64 = 0.01;
+
+/// How far beyond the scene the planes of depth lie: marks and normals stand out of the surface.
+const MARGIN: f64 = 1.2;
+
+/// Seconds after which an animation has e⁻¹ of its way before it.
+const SMOOTHING: f64 = 0.07;
+
+/// Below this, of a radian or of the distance, a difference moves nothing by a pixel.
+const UNSEEN: f64 = 3e-4;
+
+#[cfg(test)]
+#[path = "camera_tests.rs"]
+mod tests;

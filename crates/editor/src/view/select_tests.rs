@@ -1,0 +1,111 @@
+use cotan::geometry::bounding_box;
+use cotan::shapes::{Shape, icosphere, torus};
+use eframe::egui::{pos2, vec2};
+
+use super::*;
+use crate::view::camera::{Camera, StandardView};
+
+const RECT: Rect = Rect {
+    min: Pos2::new(0.0, 0.0),
+    max: Pos2::new(800.0, 600.0),
+};
+
+fn seen(shape: &Shape<f64>, view: StandardView) -> (Picker, CameraSnapshot) {
+    let mut camera = Camera::new(&bounding_box(&shape.surface()));
+    camera.look_from(view);
+    camera.jump();
+    (
+        Picker::new(&shape.mesh, &shape.positions),
+        camera.at(RECT),
+    )
+}
+
+#[test]
+fn a_brush_paints_what_it_covers_of_the_front() {
+    let shape = icosphere::<f64>(4);
+    let (picker, camera) = seen(&shape, StandardView::Front);
+    for (pos, radius) in [(pos2(400.0, 300.0), 60.0), (pos2(500.0, 250.0), 25.0)] {
+        let painted = brush(&shape.mesh, &picker, &camera, pos, radius);
+        let expected: Vec<VertexId> = shape
+            .mesh
+            .vertices()
+            .filter(|v| {
+                let place = camera.project(shape.positions[*v]).unwrap();
+                place.distance(pos) <= radius && shape.positions[*v].z > 0.0
+            })
+            .collect();
+        assert!(expected.len() > 5);
+        assert_eq!(painted, expected);
+    }
+}
+
+#[test]
+fn a_brush_does_not_leap_over_a_gap() {
+    // From the side the front of the ring stands before its back, with the hole between.
+    let shape = torus::<f64>(1.0, 0.25, 96, 24);
+    let (picker, camera) = seen(&shape, StandardView::Oblique);
+    let on = camera.project(nalgebra::Point3::new(0.0, -0.75, 0.0)).unwrap();
+    let Some(hit) = picker.hit(&camera.ray(on)) else {
+        return;
+    };
+    let painted = brush(&shape.mesh, &picker, &camera, on, 200.0);
+    assert!(painted.len() > 10);
+    assert!(painted.iter().all(|v| picker.visible(*v, &camera)));
+    assert!(painted.contains(&hit.vertex));
+}
+
+#[test]
+fn a_brush_beside_the_shape_paints_nothing() {
+    let shape = icosphere::<f64>(3);
+    let (picker, camera) = seen(&shape, StandardView::Front);
+    let painted = brush(&shape.mesh, &picker, &camera, pos2(5.0, 5.0), 900.0);
+    assert_eq!(painted, []);
+}
+
+#[test]
+fn a_lasso_around_all_takes_all_or_the_front() {
+    let shape = icosphere::<f64>(3);
+    let (picker, camera) = seen(&shape, StandardView::Right);
+    let [min, max] = [RECT.min, RECT.max];
+    let polygon = [min, pos2(max.x, min.y), max, pos2(min.x, max.y)];
+    let through = lasso(&picker, &camera, &polygon, Reach::Through);
+    assert_eq!(through, shape.mesh.vertices().collect::<Vec<_>>());
+    let visible = lasso(&picker, &camera, &polygon, Reach::Visible);
+    // What the eye sees of a ball: the cap where the line of sight comes from outside.
+    let cap = |v: &VertexId| {
+        let p = shape.positions[*v];
+        (camera.eye() - p).dot(&p.coords) > 0.0
+    };
+    let (seen, hidden): (Vec<_>, Vec<_>) = through.iter().copied().partition(cap);
+    // At the rim the polyhedron and the ball differ.
+    assert!(visible.iter().filter(|v| hidden.contains(v)).count() < 20);
+    assert!(seen.iter().filter(|v| !visible.contains(v)).count() < 20);
+    assert!(visible.len() > 200);
+}
+
+#[test]
+fn a_lasso_takes_what_it_winds_around() {
+    // A pentagram, whose middle a rule of odd and even crossings would leave out.
+    let star: Vec<Pos2> = (0..5)
+        .map(|i| {
+            let angle = f32::from(i as u8) * 0.8 * std::f32::consts::PI;
+            pos2(100.0, 100.0) + vec2(angle.sin(), -angle.cos()) * 50.0
+        })
+        .collect();
+    assert_ne!(winding(&star, pos2(100.0, 100.0)), 0);
+    assert_ne!(winding(&star, pos2(100.0, 60.0)), 0);
+    assert_eq!(winding(&star, pos2(70.0, 140.0 - 90.0)), 0);
+    assert_eq!(winding(&[], pos2(0.0, 0.0)), 0);
+}
+
+#[test]
+fn a_triangle_touches_a_disc_by_corner_side_or_inside() {
+    let triangle = [vec2(10.0, 0.0), vec2(20.0, -30.0), vec2(20.0, 30.0)];
+    assert!(touches(triangle, 10.5));
+    assert!(!touches(triangle, 9.5));
+    let around = [vec2(-90.0, -90.0), vec2(90.0, -90.0), vec2(0.0, 90.0)];
+    assert!(touches(around, 1.0));
+    let flat_side = [vec2(-90.0, 5.0), vec2(90.0, 5.0), vec2(0.0, 90.0)];
+    assert!(touches(flat_side, 6.0));
+    assert!(!touches(flat_side, 4.0));
+}

@@ -1,0 +1,255 @@
+//! The tree of boxes over the triangles: what a ray hits, what is near a line of sight.
+//!
+//! The crate `bvh` builds it, well and in parallel. It is walked here, nearest box first, so that a
+//! ray stops at the first thing it meets; and when the shape moves, its boxes are fitted anew
+//! without another tree, which takes a fraction of the time.
+
+use bvh::aabb::{Aabb, Bounded};
+use bvh::bounding_hierarchy::BHShape;
+use bvh::bvh::{Bvh, BvhNode};
+use cotan::geometry::Positions;
+use nalgebra::{Point3, Vector3};
+
+use crate::view::snapshot::Ray;
+
+type Box3 = Aabb<f64, 3>;
+
+/// A tree of boxes over triangles.
+pub(super) struct Tree {
+    bvh: Bvh<f64, 3>,
+    triangles: Vec<[u32; 3]>,
+}
+
+/// Where a ray meets a triangle.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Meeting {
+    pub(super) triangle: usize,
+    pub(super) distance: f64,
+}
+
+impl Tree {
+    pub(super) fn build(triangles: Vec<[u32; 3]>, positions: &Positions<f64>) -> Self {
+        let mut leaves: Vec<Leaf> = triangles
+            .iter()
+            .map(|t| Leaf {
+                bounds: bounds(*t, positions),
+                node: 0,
+            })
+            .collect();
+        Self {
+            bvh: Bvh::build_par(&mut leaves),
+            triangles,
+        }
+    }
+
+    pub(super) fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// Fits the boxes to moved vertices. The tree stays right; it becomes slow if what was near is
+    /// near no more.
+    pub(super) fn refit(&mut self, positions: &Positions<f64>) {
+        let mut boxes = vec![Box3::empty(); self.bvh.nodes.len()];
+        // `bvh` stores a node before its children.
+        for i in (0..self.bvh.nodes.len()).rev() {
+            boxes[i] = match &mut self.bvh.nodes[i] {
+                BvhNode::Leaf { shape_index, .. } => bounds(self.triangles[*shape_index], positions),
+                BvhNode::Node {
+                    child_l_index,
+                    child_l_aabb,
+                    child_r_index,
+                    child_r_aabb,
+                    ..
+                } => {
+                    *child_l_aabb = boxes[*child_l_index];
+                    *child_r_aabb = boxes[*child_r_index];
+                    child_l_aabb.join(child_r_aabb)
+                }
+            };
+        }
+    }
+
+    /// The first triangle on the ray nearer than `limit`, of those that are `wanted`.
+    pub(super) fn first(
+        &self,
+        ray: &Ray,
+        limit: f64,
+        positions: &Positions<f64>,
+        wanted: impl Fn([u32; 3]) -> bool,
+    ) -> Option<Meeting> {
+        let line = Line::new(ray);
+        let mut best: Option<Meeting> = None;
+        let mut nearest = limit;
+        let mut stack = vec![(0, 0.0)];
+        while let Some((index, entry)) = stack.pop() {
+            if entry > nearest {
+                continue;
+            }
+            match self.bvh.nodes.get(index) {
+                None => {}
+                Some(&BvhNode::Leaf { shape_index, .. }) => {
+                    let triangle = self.triangles[shape_index];
+                    let met = intersect(ray, corners(triangle, positions));
+                    if let Some(distance) = met.filter(|d| *d < nearest && wanted(triangle)) {
+                        nearest = distance;
+                        best = Some(Meeting {
+                            triangle: shape_index,
+                            distance,
+                        });
+                    }
+                }
+                Some(BvhNode::Node {
+                    child_l_index,
+                    child_l_aabb,
+                    child_r_index,
+                    child_r_aabb,
+                    ..
+                }) => {
+                    let left = line.entry(child_l_aabb, nearest);
+                    let right = line.entry(child_r_aabb, nearest);
+                    let (left, right) = (
+                        left.map(|entry| (*child_l_index, entry)),
+                        right.map(|entry| (*child_r_index, entry)),
+                    );
+                    // The nearer child goes on the stack last: it is taken first.
+                    match (left, right) {
+                        (Some(l), Some(r)) if l.1 <= r.1 => stack.extend([r, l]),
+                        (l, r) => stack.extend(l.into_iter().chain(r)),
+                    }
+                }
+            }
+        }
+        best
+    }
+
+    /// Calls `each` with the triangles whose boxes, seen as balls, pass `wanted(centre, radius)`.
+    pub(super) fn each_near(
+        &self,
+        wanted: impl Fn(Point3<f64>, f64) -> bool,
+        mut each: impl FnMut([u32; 3]),
+    ) {
+        let mut stack = vec![0];
+        while let Some(index) = stack.pop() {
+            match self.bvh.nodes.get(index) {
+                None => {}
+                Some(&BvhNode::Leaf { shape_index, .. }) => each(self.triangles[shape_index]),
+                Some(BvhNode::Node {
+                    child_l_index,
+                    child_l_aabb,
+                    child_r_index,
+                    child_r_aabb,
+                    ..
+                }) => {
+                    for (child, bounds) in
+                        [(child_l_index, child_l_aabb), (child_r_index, child_r_aabb)]
+                    {
+                        let (center, radius) = ball(bounds);
+                        if wanted(center, radius) {
+                            stack.push(*child);
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The corners of a triangle.
+pub(super) fn corners(triangle: [u32; 3], positions: &Positions<f64>) -> [Point3<f64>; 3] {
+    let points = positions.as_slice();
+    triangle.map(|v| points[v as usize])
+}
+
+/// The distance along a ray at which it meets a triangle, from either side.
+///
+/// **Source**: Möller and Trumbore 1997, Fast, minimum storage ray/triangle intersection. The
+/// borders belong to the triangle, with a tolerance: a ray through an edge must not slip between.
+pub(super) fn intersect(ray: &Ray, [a, b, c]: [Point3<f64>; 3]) -> Option<f64> {
+    let (ab, ac) = (b - a, c - a);
+    let p = ray.direction.cross(&ac);
+    let determinant = ab.dot(&p);
+    if determinant == 0.0 {
+        return None;
+    }
+    let from_a = ray.origin - a;
+    let u = from_a.dot(&p) / determinant;
+    let q = from_a.cross(&ab);
+    let v = ray.direction.dot(&q) / determinant;
+    let distance = ac.dot(&q) / determinant;
+    let is_inside = u >= -TOLERANCE && v >= -TOLERANCE && u + v <= 1.0 + TOLERANCE;
+    (is_inside && distance >= 0.0).then_some(distance)
+}
+
+/// A ray made ready for boxes.
+struct Line {
+    origin: Point3<f64>,
+    inverse: Vector3<f64>,
+}
+
+impl Line {
+    fn new(ray: &Ray) -> Self {
+        Self {
+            origin: ray.origin,
+            inverse: ray.direction.map(|d| 1.0 / d),
+        }
+    }
+
+    /// The distance at which the ray enters a box before `limit`.
+    #[inline]
+    fn entry(&self, bounds: &Box3, limit: f64) -> Option<f64> {
+        let (mut enter, mut leave) = (0.0_f64, limit);
+        for k in 0..3 {
+            let low = (bounds.min[k] - self.origin[k]) * self.inverse[k];
+            let high = (bounds.max[k] - self.origin[k]) * self.inverse[k];
+            // `max` and `min` pass over a NaN: a ray within a side's plane is not shut out by it.
+            enter = enter.max(low.min(high));
+            leave = leave.min(low.max(high));
+        }
+        // A flat box is entered and left at once, up to rounding.
+        (enter <= leave * (1.0 + 1e-12)).then_some(enter)
+    }
+}
+
+struct Leaf {
+    bounds: Box3,
+    node: usize,
+}
+
+impl Bounded<f64, 3> for Leaf {
+    fn aabb(&self) -> Box3 {
+        self.bounds
+    }
+}
+
+impl BHShape<f64, 3> for Leaf {
+    fn set_bh_node_index(&mut self, index: usize) {
+        self.node = index;
+    }
+
+    fn bh_node_index(&self) -> usize {
+        self.node
+    }
+}
+
+fn bounds(triangle: [u32; 3], positions: &Positions<f64>) -> Box3 {
+    let [a, b, c] = corners(triangle, positions);
+    let (min, max) = (a.inf(&b).inf(&c), a.sup(&b).sup(&c));
+    // `bvh` has another version of nalgebra: numbers alone go over.
+    let array = |p: Point3<f64>| <[f64; 3]>::from(p);
+    Box3::with_bounds(array(min).into(), array(max).into())
+}
+
+/// The ball around a box.
+fn ball(bounds: &Box3) -> (Point3<f64>, f64) {
+    let (min, max) = (bounds.min, bounds.max);
+    let center = Point3::new(
+        0.5 * (min[0] + max[0]),
+        0.5 * (min[1] + max[1]),
+        0.5 * (min[2] + max[2]),
+    );
+    let corner = Point3::new(max[0], max[1], max[2]);
+    (center, (corner - center).norm())
+}
+
+/// How far outside a triangle, of its sides, a ray still hits it.
+const TOLERANCE: f64 = 1e-12;
