@@ -27,6 +27,7 @@ pub use constraint::{Constraint, Goal, to_handles};
 pub use error::{HandlesError, Place};
 pub use file_vertices::FileVertices;
 pub use group::{Group, GroupMotion, constraints};
+pub use json::from_json;
 pub use loose::Loose;
 pub use write::{groups_in_file, to_json};
 

@@ -8,8 +8,9 @@ use serde::{Deserialize, Deserializer};
 
 use super::constraint::{Constraint, Goal};
 use super::error::{HandlesError, Place};
+use super::group::{Group, GroupMotion};
 use super::selection::Selection;
-use super::transform::{Rotate, Transform, apply};
+use super::transform::{Rotate, Transform, apply, from_rows};
 use super::vertices::Vertices;
 
 /// `matrices` gets the maps of those handles that have one.
@@ -26,6 +27,21 @@ pub(super) fn read(
         matrices.extend(matrix.map(|matrix| (place, matrix)));
     }
     Ok(constraints)
+}
+
+/// The groups that [`to_json`](super::to_json) wrote, read without a mesh: their vertices are listed
+/// by number and move by a matrix, to points, or not at all. Whether there are such vertices is for
+/// the caller to see.
+///
+/// # Errors
+/// [`HandlesError`] with the handle, and what is wrong; also for a box, a sphere or a transform by
+/// parts, which need the mesh.
+pub fn from_json(contents: &str) -> Result<Vec<Group>, HandlesError> {
+    let file: File = serde_json::from_str(contents).map_err(HandlesError::Json)?;
+    let entries = file.handles.0.into_iter().enumerate();
+    entries
+        .map(|(index, entry)| entry.group(Place::Handle(index)))
+        .collect()
 }
 
 #[derive(Debug, Deserialize)]
@@ -101,11 +117,7 @@ impl HandleEntry {
     ) -> Result<Option<Matrix4<f64>>, HandlesError> {
         let mut map = None;
         let invalid = |problem: String| HandlesError::Invalid { place, problem };
-        if let Some(weight) = self.weight.filter(|w| !(*w > 0.0)) {
-            return Err(invalid(format!(
-                "has the weight {weight}; give a number above 0"
-            )));
-        }
+        self.check_weight(place)?;
         let vertices = self.vertices.vertices(mesh, place)?;
         let goals = match (&self.to, &self.transform, self.fixed) {
             (Some(targets), None, None) => {
@@ -159,6 +171,53 @@ impl HandleEntry {
             place,
         }));
         Ok(map)
+    }
+
+    fn check_weight(&self, place: Place) -> Result<(), HandlesError> {
+        match self.weight.filter(|w| !(*w > 0.0)) {
+            Some(weight) => Err(HandlesError::Invalid {
+                place,
+                problem: format!("has the weight {weight}; give a number above 0"),
+            }),
+            None => Ok(()),
+        }
+    }
+
+    fn group(self, place: Place) -> Result<Group, HandlesError> {
+        let invalid = |problem: String| HandlesError::Invalid { place, problem };
+        self.check_weight(place)?;
+        let Selection::Numbers(vertices) = self.vertices else {
+            return Err(invalid("has no list of vertices".into()));
+        };
+        let matrix = self.transform.map(|transform| transform.matrix);
+        let motion = match (self.to, matrix, self.fixed) {
+            (Some(targets), None, None) if targets.len() == vertices.len() => {
+                GroupMotion::To(targets.into_iter().map(Triple::point).collect())
+            }
+            (Some(targets), None, None) => {
+                let (vertices, targets) = (vertices.len(), targets.len());
+                return Err(HandlesError::TargetCount {
+                    place,
+                    vertices,
+                    targets,
+                });
+            }
+            (None, Some(Some(rows)), None) => {
+                let matrix = from_rows(&rows);
+                let with_place = |problem| invalid(format!("has a matrix that {problem}"));
+                GroupMotion::Matrix(matrix.map_err(with_place)?)
+            }
+            (None, None, Some(true)) => GroupMotion::Fixed,
+            _ => {
+                let problem = "needs one of \"to\", a matrix and \"fixed\": true";
+                return Err(invalid(problem.into()));
+            }
+        };
+        Ok(Group {
+            vertices,
+            motion,
+            weight: self.weight,
+        })
     }
 }
 

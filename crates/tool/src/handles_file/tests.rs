@@ -113,6 +113,8 @@ proptest! {
         prop_assert_eq!(bits(&flat), bits(&bench.constraints(&groups)));
         prop_assert_eq!(bits(&flat), bits(&bench.constraints(&read)));
         prop_assert_eq!(to_json(&read), to_json(&groups));
+        let without_mesh = from_json(&to_json(&groups)).unwrap();
+        prop_assert_eq!(to_json(&without_mesh), to_json(&groups));
     }
 }
 
@@ -218,6 +220,31 @@ fn copies_of_a_repair_become_the_vertex_of_the_file() {
         in_file(&together).unwrap()[0].motion,
         GroupMotion::To(vec![at(1.0)])
     );
+}
+
+#[test]
+fn what_needs_a_mesh_is_not_read_without_one() {
+    for (handle, word) in [
+        (
+            r#""vertices": {"box": {"min": [0,0,0], "max": [1,1,1]}}, "fixed": true"#,
+            "list",
+        ),
+        (r#""vertices": [1], "transform": {"scale": 2}"#, "a matrix"),
+        (r#""vertices": [1], "to": []"#, "1 vertices but 0"),
+        (
+            r#""vertices": [1], "transform": {"matrix": [[1, 2]]}"#,
+            "1 rows",
+        ),
+        (
+            r#""vertices": [1], "fixed": true, "weight": -1"#,
+            "weight -1",
+        ),
+        (r#""vertices": [-1], "fixed": true"#, "handle 0"),
+    ] {
+        let error = from_json(&format!("{{\"handles\": [{{{handle}}}]}}"));
+        let error = error.unwrap_err().to_string();
+        assert!(error.contains(word), "{handle}: {error}");
+    }
 }
 
 #[test]
