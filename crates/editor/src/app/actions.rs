@@ -374,7 +374,7 @@ impl Editor {
             let quality = SphereQuality::measure(&surface, &made.map);
             let report = format!(
                 "no flipped triangle; angles off by {:.2}° on average, areas by a factor of {:.2}",
-                quality.angles.mean,
+                quality.angle_error_degrees.mean,
                 quality.area_distortion.mean.exp()
             );
             Ok(TaskResult::Mapped {
