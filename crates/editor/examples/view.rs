@@ -11,10 +11,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use cotan::geometry::{BoundingBox, Positions, Surface, vertex_normals};
-use cotan::halfedge::HalfedgeMesh;
-use cotan_editor::view::{Camera, Renderer, Shading, StandardView, Style};
+use cotan::halfedge::{HalfedgeMesh, VertexMap};
+use cotan_editor::view::{
+    Camera, Mark, Picker, Renderer, Shading, StandardView, Style, brush,
+};
 use eframe::egui::{self, Key, PointerButton};
 use eframe::egui_glow::CallbackFn;
+use nalgebra::{Rotation3, Vector3};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let (mesh, positions) = match std::env::args_os().nth(1) {
@@ -44,10 +47,16 @@ struct Viewer {
     mesh: HalfedgeMesh,
     positions: Positions<f64>,
     bounds: BoundingBox<f64>,
+    picker: Picker,
     camera: Camera,
     style: Style,
     renderer: Arc<Mutex<Renderer>>,
     times: Arc<Mutex<Times>>,
+    marks: Vec<Mark>,
+    tints: Vec<u8>,
+    has_heat: bool,
+    /// Since when the shape swings, if it does.
+    swings: Option<Instant>,
 }
 
 impl Viewer {
@@ -57,20 +66,35 @@ impl Viewer {
         positions: Positions<f64>,
     ) -> Result<Self, String> {
         let surface = Surface::new(&mesh, &positions).map_err(|e| e.to_string())?;
-        let normals = vertex_normals(&surface);
         let bounds = cotan::geometry::bounding_box(&surface);
         let mut renderer = Renderer::new(gl)?;
         renderer.set_mesh(&mesh);
-        renderer.set_shape(&positions, &normals);
+        renderer.set_shape(&positions, &vertex_normals(&surface));
+        let start = Instant::now();
+        let picker = Picker::new(&mesh, &positions);
+        println!(
+            "{} vertices, picker built in {:.1} ms",
+            mesh.num_vertices(),
+            milliseconds(start)
+        );
         Ok(Self {
             camera: Camera::new(&bounds),
             bounds,
+            picker,
             style: Style::light(),
             renderer: Arc::new(Mutex::new(renderer)),
             times: Arc::default(),
+            marks: Vec::new(),
+            tints: vec![0; mesh.num_vertices()],
+            has_heat: false,
+            swings: None,
             mesh,
             positions,
         })
+    }
+
+    fn draw_by(&self, change: impl FnOnce(&mut Renderer)) {
+        change(&mut self.renderer.lock().unwrap_or_else(PoisonError::into_inner));
     }
 
     fn keys(&mut self, ui: &egui::Ui) {
@@ -79,6 +103,31 @@ impl Viewer {
             self.style.shading = match self.style.shading {
                 Shading::Smooth => Shading::Flat,
                 Shading::Flat => Shading::Smooth,
+            };
+        }
+        if pressed(Key::W) {
+            self.style.wireframe = toggled(self.style.wireframe, [30, 34, 40]);
+        }
+        if pressed(Key::N) {
+            self.style.normals = toggled(self.style.normals, [30, 90, 200]);
+        }
+        if pressed(Key::T) {
+            let (background, theme) = (self.style.background, Style::dark().background);
+            self.style.background = match background == theme {
+                true => Style::light().background,
+                false => theme,
+            };
+        }
+        if pressed(Key::H) {
+            self.has_heat = !self.has_heat;
+            let colors = heat(&self.positions, &self.bounds);
+            let colors = self.has_heat.then_some(colors.as_slice());
+            self.draw_by(|renderer| renderer.set_colors(colors));
+        }
+        if pressed(Key::D) {
+            self.swings = match self.swings {
+                Some(_) => None,
+                None => Some(Instant::now()),
             };
         }
         if pressed(Key::F) {
@@ -97,20 +146,78 @@ impl Viewer {
 
     fn pointer(&mut self, ui: &egui::Ui, response: &egui::Response) {
         let rect = response.rect;
+        let is_shifted = ui.input(|input| input.modifiers.shift);
         if response.dragged_by(PointerButton::Primary) {
-            self.camera.orbit(response.drag_delta());
+            match response.interact_pointer_pos() {
+                Some(pos) if is_shifted => self.brush(pos, rect),
+                _ => self.camera.orbit(response.drag_delta()),
+            }
         }
         if response.dragged_by(PointerButton::Secondary)
             || response.dragged_by(PointerButton::Middle)
         {
             self.camera.pan(response.drag_delta(), rect);
         }
+        if response.clicked()
+            && let Some(pos) = response.interact_pointer_pos()
+        {
+            self.pick(pos, rect);
+        }
         if let Some(pos) = response.hover_pos() {
-            let scroll = ui.input(|input| input.smooth_scroll_delta.y);
+            let scroll = f64::from(ui.input(|input| input.smooth_scroll_delta().y));
             if scroll != 0.0 {
-                self.camera.zoom((f64::from(scroll) * 0.005).exp(), pos, rect);
+                let factor = (scroll * 0.005).exp();
+                match self.picker.hit(&self.camera.ray(pos, rect)) {
+                    Some(hit) => self.camera.zoom_about(factor, hit.point),
+                    None => self.camera.zoom(factor, pos, rect),
+                }
             }
         }
+    }
+
+    fn pick(&mut self, pos: egui::Pos2, rect: egui::Rect) {
+        let start = Instant::now();
+        let picked = self.picker.pick_vertex(&self.camera.at(rect), pos, 12.0);
+        println!("picked {picked:?} in {:.2} ms", milliseconds(start));
+        let Some(vertex) = picked else {
+            return;
+        };
+        self.marks.push(Mark {
+            position: self.positions[vertex],
+            color: [220, 40, 40],
+            size: 12.0,
+        });
+        let marks = self.marks.clone();
+        self.draw_by(|renderer| renderer.set_marks(marks));
+    }
+
+    fn brush(&mut self, pos: egui::Pos2, rect: egui::Rect) {
+        let start = Instant::now();
+        let camera = self.camera.at(rect);
+        let painted = brush(&self.mesh, &self.picker, &camera, pos, 30.0);
+        println!("{} painted in {:.2} ms", painted.len(), milliseconds(start));
+        for vertex in painted {
+            self.tints[vertex.index()] = 1;
+        }
+        self.draw_by(|renderer| renderer.set_tints(&self.tints));
+    }
+
+    /// Twists the shape to and fro, as a solver would: all that changes each frame is measured.
+    fn swing(&self, seconds: f64) -> Option<()> {
+        let (center, size) = (self.bounds.center(), self.bounds.longest_side());
+        let twisted = |p: &nalgebra::Point3<f64>| {
+            let angle = seconds.sin() * (p.y - center.y) / size;
+            center + Rotation3::from_axis_angle(&Vector3::y_axis(), angle) * (p - center)
+        };
+        let moved: Positions<f64> = self.positions.map(twisted);
+        let start = Instant::now();
+        let normals = vertex_normals(&Surface::new(&self.mesh, &moved).ok()?);
+        let normals_took = milliseconds(start);
+        let start = Instant::now();
+        self.draw_by(|renderer| renderer.set_shape(&moved, &normals));
+        let mut times = self.times.lock().unwrap_or_else(PoisonError::into_inner);
+        times.shape = [normals_took, milliseconds(start)];
+        Some(())
     }
 
     fn paint(&self, ui: &egui::Ui, rect: egui::Rect) {
@@ -138,6 +245,10 @@ impl eframe::App for Viewer {
                 ui.allocate_exact_size(ui.available_size(), egui::Sense::click_and_drag());
             self.keys(ui);
             self.pointer(ui, &response);
+            if let Some(start) = self.swings {
+                self.swing(start.elapsed().as_secs_f64());
+                ui.ctx().request_repaint();
+            }
             let seconds = ui.input(|input| input.stable_dt);
             if self.camera.advance(f64::from(seconds)) {
                 ui.ctx().request_repaint();
@@ -147,12 +258,40 @@ impl eframe::App for Viewer {
     }
 }
 
+/// The height of each vertex as a colour, from blue over grey to red.
+fn heat(positions: &Positions<f64>, bounds: &BoundingBox<f64>) -> Vec<[u8; 3]> {
+    let heights: VertexMap<f64> =
+        positions.map(|p| (p.y - bounds.min.y) / bounds.extents().y.max(f64::MIN_POSITIVE));
+    let [cold, middle, hot] = [[59.0, 76.0, 192.0], [221.0, 221.0, 221.0], [180.0, 4.0, 38.0]];
+    let color = |t: &f64| {
+        let (from, to, share) = match *t < 0.5 {
+            true => (cold, middle, 2.0 * t),
+            false => (middle, hot, 2.0 * t - 1.0),
+        };
+        [0, 1, 2].map(|k| (from[k] + (to[k] - from[k]) * share) as u8)
+    };
+    heights.values().map(color).collect()
+}
+
+fn toggled(color: Option<[u8; 3]>, on: [u8; 3]) -> Option<[u8; 3]> {
+    match color {
+        Some(_) => None,
+        None => Some(on),
+    }
+}
+
+fn milliseconds(start: Instant) -> f64 {
+    start.elapsed().as_secs_f64() * 1e3
+}
+
 /// Milliseconds of the frames of the last second.
 #[derive(Default)]
 struct Times {
     uploads: Vec<Duration>,
     frames: Vec<Duration>,
     printed: Option<Instant>,
+    /// Computing normals, and giving the shape to the renderer.
+    shape: [f64; 2],
 }
 
 impl Times {
@@ -162,8 +301,10 @@ impl Times {
         let printed = *self.printed.get_or_insert_with(Instant::now);
         if printed.elapsed() > Duration::from_secs(1) {
             let (upload, frame) = (median(&mut self.uploads), median(&mut self.frames));
+            let [normals, shape] = self.shape;
             println!(
-                "{} frames: upload {upload:.2} ms, all {frame:.2} ms",
+                "{} frames: normals {normals:.2} ms, to f32 {shape:.2} ms, upload {upload:.2} ms, \
+                 upload and draw {frame:.2} ms",
                 self.frames.len()
             );
             *self = Self::default();

@@ -5,7 +5,7 @@
 //! without another tree, which takes a fraction of the time.
 
 use bvh::aabb::{Aabb, Bounded};
-use bvh::bounding_hierarchy::BHShape;
+use bvh::bounding_hierarchy::{BHShape, BoundingHierarchy};
 use bvh::bvh::{Bvh, BvhNode};
 use cotan::geometry::Positions;
 use nalgebra::{Point3, Vector3};
