@@ -12,9 +12,7 @@ use std::time::{Duration, Instant};
 
 use cotan::geometry::{BoundingBox, Positions, Surface, vertex_normals};
 use cotan::halfedge::{HalfedgeMesh, VertexMap};
-use cotan_editor::view::{
-    Camera, Mark, Picker, Renderer, Shading, StandardView, Style, brush,
-};
+use cotan_editor::view::{Camera, Mark, Picker, Renderer, Shading, StandardView, Style, brush};
 use eframe::egui::{self, Key, PointerButton};
 use eframe::egui_glow::CallbackFn;
 use nalgebra::{Rotation3, Vector3};
@@ -262,7 +260,11 @@ impl eframe::App for Viewer {
 fn heat(positions: &Positions<f64>, bounds: &BoundingBox<f64>) -> Vec<[u8; 3]> {
     let heights: VertexMap<f64> =
         positions.map(|p| (p.y - bounds.min.y) / bounds.extents().y.max(f64::MIN_POSITIVE));
-    let [cold, middle, hot] = [[59.0, 76.0, 192.0], [221.0, 221.0, 221.0], [180.0, 4.0, 38.0]];
+    let [cold, middle, hot] = [
+        [59.0, 76.0, 192.0],
+        [221.0, 221.0, 221.0],
+        [180.0, 4.0, 38.0],
+    ];
     let color = |t: &f64| {
         let (from, to, share) = match *t < 0.5 {
             true => (cold, middle, 2.0 * t),

@@ -93,6 +93,8 @@ pub struct Editor {
     trace: Option<Trace>,
     startup: Startup,
     is_closing: bool,
+    /// What the window's bar says: told only when it changes, as telling draws a frame.
+    shown_title: String,
 }
 
 /// How the mesh is shown.
@@ -102,7 +104,6 @@ struct Looks {
     has_wireframe: bool,
     has_normals: bool,
     field: Field,
-    has_help: bool,
 }
 
 /// The settings of the jobs in the side panel, and what they have come to.
@@ -196,6 +197,7 @@ impl Editor {
             trace: startup.trace.take(),
             startup,
             is_closing: false,
+            shown_title: String::new(),
         };
         editor.start_autosave();
         match editor.startup.mesh.clone() {
@@ -272,7 +274,10 @@ impl Editor {
             }
         }
         if let Some(reading) = self.meter.take() {
-            let colors = reading.colors.as_ref().map(|(.., colors)| colors.as_slice());
+            let colors = reading
+                .colors
+                .as_ref()
+                .map(|(.., colors)| colors.as_slice());
             crate::solver::lock(&self.renderer).set_colors(colors);
             self.reading = Some(reading);
         }
@@ -288,9 +293,7 @@ impl Editor {
         let is_drawn = self.drawn.as_ref().is_some_and(|s| Arc::ptr_eq(s, &shape));
         let mesh = Arc::clone(&open.mesh.processing);
         let rest = Arc::clone(&open.history.present().rest);
-        if !is_drawn
-            && let Ok(surface) = Surface::new(mesh.mesh(), &shape)
-        {
+        if !is_drawn && let Ok(surface) = Surface::new(mesh.mesh(), &shape) {
             let normals = vertex_normals(&surface);
             self.give_renderer(&shape, &normals);
         }
@@ -310,11 +313,7 @@ impl Editor {
         }
     }
 
-    fn give_renderer(
-        &mut self,
-        shape: &Arc<Positions<f64>>,
-        normals: &VertexMap<Vector3<f64>>,
-    ) {
+    fn give_renderer(&mut self, shape: &Arc<Positions<f64>>, normals: &VertexMap<Vector3<f64>>) {
         crate::solver::lock(&self.renderer).set_shape(shape, normals);
         self.drawn = Some(Arc::clone(shape));
     }
@@ -351,7 +350,11 @@ impl eframe::App for Editor {
         self.show_dialogs(&ctx);
         self.autosave_if_due();
         self.close_if_asked(&ctx);
-        ctx.send_viewport_cmd(egui::ViewportCommand::Title(self.title()));
+        let title = self.title();
+        if title != self.shown_title {
+            ctx.send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));
+            self.shown_title = title;
+        }
         if self.task.is_some() {
             ctx.request_repaint_after(Duration::from_millis(100));
         }

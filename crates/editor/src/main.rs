@@ -62,9 +62,7 @@ fn main() -> ExitCode {
 
 fn run(arguments: Arguments) -> Result<(), String> {
     let trace = match &arguments.trace {
-        Some(path) => {
-            Some(Trace::create(path).map_err(|e| format!("{}: {e}", path.display()))?)
-        }
+        Some(path) => Some(Trace::create(path).map_err(|e| format!("{}: {e}", path.display()))?),
         None => None,
     };
     let startup = Startup {

@@ -212,8 +212,7 @@ fn read(subject: &Subject, comparison: Option<&ShapeComparison<'_, f64>>) -> Rea
         (subject.field, scale.clone(), colors.collect())
     };
     let title = subject.field.title();
-    let signed =
-        |x: &VertexMap<f64>| colors(x, ColorScale::signed(title, x.values().copied()));
+    let signed = |x: &VertexMap<f64>| colors(x, ColorScale::signed(title, x.values().copied()));
     let size = |x: &VertexMap<f64>| colors(x, ColorScale::size(title, x.values().copied()));
     let surface = Surface::new(subject.mesh.mesh(), &subject.shape).ok();
     let colors = match subject.field {

@@ -31,7 +31,11 @@ impl Work {
     pub(crate) fn write(&self, autosave: &Autosave) -> Result<(), AutosaveError> {
         let groups = groups_of(&self.handles, &self.processing);
         let is_reshaped = *self.rest != *self.processing.positions();
-        autosave.write(&record(self, &groups, &state_of(self.has_file, is_reshaped)))
+        autosave.write(&record(
+            self,
+            &groups,
+            &state_of(self.has_file, is_reshaped),
+        ))
     }
 }
 

@@ -121,20 +121,28 @@ mod tests {
 
     #[test]
     fn jobs_end_are_cancelled_or_break_down() {
-        let task = Task::start("count", || {}, |control| {
-            let _ = control.advance(3, 4);
-            Ok(7)
-        });
+        let task = Task::start(
+            "count",
+            || {},
+            |control| {
+                let _ = control.advance(3, 4);
+                Ok(7)
+            },
+        );
         let task = task.unwrap();
         assert_eq!(wait(&task), Ok(7));
         assert_eq!(task.progress(), Some(0.75));
 
-        let task = Task::start("turn", || {}, |control| {
-            while control.advance(0, 0).is_continue() {
-                std::thread::sleep(Duration::from_millis(1));
-            }
-            Ok(1)
-        });
+        let task = Task::start(
+            "turn",
+            || {},
+            |control| {
+                while control.advance(0, 0).is_continue() {
+                    std::thread::sleep(Duration::from_millis(1));
+                }
+                Ok(1)
+            },
+        );
         let task = task.unwrap();
         task.cancel();
         assert_eq!(wait(&task), Err(TaskError::Cancelled));

@@ -94,12 +94,18 @@ impl Editor {
         }
         self.tint();
         // Held where it has come to rest, a shape stays: there is nothing to solve.
-        self.post(if is_settled { Pace::Still } else { Pace::Settle });
+        self.post(if is_settled {
+            Pace::Still
+        } else {
+            Pace::Settle
+        });
     }
 
     /// Lets go of a handle.
     pub(super) fn remove_handle(&mut self, index: usize) {
-        let Some(name) = self.scene().and_then(|s| Some(s.handles.get(index)?.name.clone()))
+        let Some(name) = self
+            .scene()
+            .and_then(|s| Some(s.handles.get(index)?.name.clone()))
         else {
             return;
         };
@@ -134,7 +140,8 @@ impl Editor {
             let all = mesh.vertices().filter(|&v| mesh.is_boundary_vertex(v));
             let held = &open.history.present().handles;
             let is_free = |v: &VertexId| {
-                held.iter().all(|group| group.vertices.binary_search(v).is_err())
+                held.iter()
+                    .all(|group| group.vertices.binary_search(v).is_err())
             };
             let rim: Vec<VertexId> = all.filter(is_free).collect();
             self.hold(rim, Role::Fixed, Some(Self::BOUNDARY));
@@ -146,7 +153,9 @@ impl Editor {
     /// Which handle holds the open boundary.
     pub(super) fn boundary_handle(&self) -> Option<usize> {
         let handles = &self.scene()?.handles;
-        handles.iter().position(|group| group.name == Self::BOUNDARY)
+        handles
+            .iter()
+            .position(|group| group.name == Self::BOUNDARY)
     }
 
     /// Other settings of the deformation.
@@ -251,7 +260,9 @@ impl Editor {
             };
             group.vertices.iter().for_each(|v| tints[v.index()] = tint);
         }
-        self.selection.iter().for_each(|v| tints[v.index()] = tint::SELECTED);
+        self.selection
+            .iter()
+            .for_each(|v| tints[v.index()] = tint::SELECTED);
         crate::solver::lock(&self.renderer).set_tints(&tints);
     }
 
@@ -317,7 +328,9 @@ impl Editor {
                 &observer,
             )
             .map_err(refusal)?;
-            let note = smoothed.reason.map(|r| format!("{}: {r}", smoothed.method.name()));
+            let note = smoothed
+                .reason
+                .map(|r| format!("{}: {r}", smoothed.method.name()));
             Ok(TaskResult::Shape {
                 name: "Smooth",
                 positions: smoothed.positions,
@@ -369,8 +382,8 @@ impl Editor {
             if control.advance(0, 0) == ControlFlow::Break(()) {
                 return Err(TaskError::Cancelled);
             }
-            let surface = Surface::new(mesh.mesh(), &source)
-                .map_err(|e| TaskError::Failed(e.to_string()))?;
+            let surface =
+                Surface::new(mesh.mesh(), &source).map_err(|e| TaskError::Failed(e.to_string()))?;
             let quality = SphereQuality::measure(&surface, &made.map);
             let report = format!(
                 "no flipped triangle; angles off by {:.2}° on average, areas by a factor of {:.2}",
@@ -391,7 +404,11 @@ impl Editor {
             return;
         };
         view.share = share;
-        view.blend = Arc::new(cotan::sphere::towards_sphere(&view.source, &view.map, share));
+        view.blend = Arc::new(cotan::sphere::towards_sphere(
+            &view.source,
+            &view.map,
+            share,
+        ));
     }
 
     /// Makes what the slider shows the shape itself.

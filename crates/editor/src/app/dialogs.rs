@@ -211,12 +211,16 @@ impl Editor {
                 "The mesh was changed since it was last saved.".to_owned(),
                 ["Save", "Discard", "Cancel"],
             ),
-            Question::Replace(text, _) => {
-                ("Replace the file?", text.clone(), ["Replace", "Save as…", "Cancel"])
-            }
-            Question::Repair(text, _) => {
-                ("Open it repaired?", text.clone(), ["Open repaired", "", "Cancel"])
-            }
+            Question::Replace(text, _) => (
+                "Replace the file?",
+                text.clone(),
+                ["Replace", "Save as…", "Cancel"],
+            ),
+            Question::Repair(text, _) => (
+                "Open it repaired?",
+                text.clone(),
+                ["Open repaired", "", "Cancel"],
+            ),
             Question::Recover(left) => {
                 let one = left.first().map(|l| l.mesh.display().to_string());
                 let more = match left.len() {
@@ -227,7 +231,11 @@ impl Editor {
                     "The editor ended before your work on {}{more} was saved.",
                     one.unwrap_or_default()
                 );
-                ("Go on where you were?", text, ["Recover", "Throw away", "Later"])
+                (
+                    "Go on where you were?",
+                    text,
+                    ["Recover", "Throw away", "Later"],
+                )
             }
         };
         let mut answer = None;
@@ -286,13 +294,16 @@ impl Editor {
         let modal = egui::Modal::new(egui::Id::new("help")).show(ctx, |ui| {
             ui.heading("Keys and pointer");
             ui.add_space(6.0);
-            egui::Grid::new("keys").num_columns(2).striped(true).show(ui, |ui| {
-                for (keys, what) in super::keys::HELP {
-                    ui.label(egui::RichText::new(*keys).strong());
-                    ui.label(*what);
-                    ui.end_row();
-                }
-            });
+            egui::Grid::new("keys")
+                .num_columns(2)
+                .striped(true)
+                .show(ui, |ui| {
+                    for (keys, what) in super::keys::HELP {
+                        ui.label(egui::RichText::new(*keys).strong());
+                        ui.label(*what);
+                        ui.end_row();
+                    }
+                });
             ui.add_space(6.0);
             ui.label("A held handle pulls the shape along; let go of, the shape comes to rest.");
         });

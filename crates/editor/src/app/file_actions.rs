@@ -252,7 +252,11 @@ impl Editor {
         };
         let mesh = &open.mesh;
         let file = HandlesFile { path, def: None };
-        let read = file.read_groups(&mesh.document, &mesh.processing, mesh.file_vertices.as_ref());
+        let read = file.read_groups(
+            &mesh.document,
+            &mesh.processing,
+            mesh.file_vertices.as_ref(),
+        );
         match read {
             Ok(groups) => {
                 let rest = &open.history.present().rest;
@@ -290,9 +294,7 @@ impl Editor {
         let part = image.region(&rect, Some(ctx.pixels_per_point()));
         let written = png_of(&part)
             .map_err(|e| e.to_string())
-            .and_then(|bytes| {
-                cotan_tool::files::write(&path, &bytes).map_err(|e| e.to_string())
-            });
+            .and_then(|bytes| cotan_tool::files::write(&path, &bytes).map_err(|e| e.to_string()));
         if let Err(problem) = written {
             self.tell(Message::error(problem));
         }
@@ -392,7 +394,10 @@ impl Editor {
         let shape: Positions<f64> = found.positions.iter().copied().collect();
         let shape = Arc::new(shape);
         // Without the rest shape of a mesh that was smoothed, the shape itself is what one goes on from.
-        let is_reshaped = found.state.get("reshaped").and_then(serde_json::Value::as_bool);
+        let is_reshaped = found
+            .state
+            .get("reshaped")
+            .and_then(serde_json::Value::as_bool);
         let rest = match is_reshaped {
             Some(true) => Arc::clone(&shape),
             _ => Arc::clone(&open.history.present().rest),
@@ -403,7 +408,10 @@ impl Editor {
         scene.shape = shape;
         scene.label = "Recovered".to_owned();
         open.history.push(scene);
-        let has_file = found.state.get("has_file").and_then(serde_json::Value::as_bool);
+        let has_file = found
+            .state
+            .get("has_file")
+            .and_then(serde_json::Value::as_bool);
         open.has_file = has_file != Some(false);
         self.tint();
         self.show_as_is();
@@ -437,7 +445,10 @@ pub(crate) fn groups_of(handles: &[HandleGroup], processing: &ProcessingMesh) ->
             cotan::Motion::Transform(matrix) => GroupMotion::Matrix(matrix),
             cotan::Motion::To(places) => GroupMotion::To(places),
         };
-        let vertices = handle.vertices.iter().map(|&v| processing.document_vertex(v));
+        let vertices = handle
+            .vertices
+            .iter()
+            .map(|&v| processing.document_vertex(v));
         Group {
             vertices: vertices.collect(),
             motion,

@@ -2,9 +2,9 @@
 
 use eframe::egui::{self, Key, Modifiers};
 
+use super::Editor;
 use super::dialogs::{Purpose, Then};
 use super::viewport::{GizmoTool, Tool};
-use super::Editor;
 use crate::scene::Role;
 use crate::view::{Shading, StandardView};
 

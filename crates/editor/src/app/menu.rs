@@ -109,7 +109,11 @@ impl Editor {
         ui.checkbox(&mut self.looks.has_wireframe, "Wireframe   Z");
         let mut is_flat = self.looks.shading == Shading::Flat;
         if ui.checkbox(&mut is_flat, "Flat shading   S").changed() {
-            self.looks.shading = if is_flat { Shading::Flat } else { Shading::Smooth };
+            self.looks.shading = if is_flat {
+                Shading::Flat
+            } else {
+                Shading::Smooth
+            };
         }
         ui.checkbox(&mut self.looks.has_normals, "Normals   N");
         ui.separator();
@@ -129,7 +133,9 @@ impl Editor {
                     }
                     State::Running => ui.label("following"),
                     State::Settled => ui.label("at rest"),
-                    State::Failed(problem) => ui.colored_label(ui.visuals().error_fg_color, problem),
+                    State::Failed(problem) => {
+                        ui.colored_label(ui.visuals().error_fg_color, problem)
+                    }
                 };
                 ui.separator();
                 if let Some(open) = &self.open {

@@ -1,9 +1,9 @@
 //! The side panel: tools, handles, jobs and numbers.
 
+use cotan::flow::{Acceleration, Schedule};
 use cotan::linear::Hold;
 use cotan::smooth::SmoothMethod;
 use cotan::{DetailSize, OrientationKind, SchemeKind};
-use cotan::flow::{Acceleration, Schedule};
 use eframe::egui::{self, Slider};
 use egui_plot::{Line, Plot, PlotPoints};
 
@@ -14,7 +14,9 @@ use crate::scene::Role;
 
 impl Editor {
     pub(super) fn panels(&mut self, ui: &mut egui::Ui) {
-        let panel = egui::Panel::left("jobs").default_size(270.0).resizable(true);
+        let panel = egui::Panel::left("jobs")
+            .default_size(270.0)
+            .resizable(true);
         panel.show_inside(ui, |ui| {
             egui::ScrollArea::vertical().show(ui, |ui| {
                 ui.add_space(4.0);
@@ -69,7 +71,11 @@ impl Editor {
         match self.tool {
             Tool::Brush => {
                 let radius = self.pick.brush_radius_mut();
-                ui.add(Slider::new(radius, 4.0..=200.0).text("brush, points").logarithmic(true));
+                ui.add(
+                    Slider::new(radius, 4.0..=200.0)
+                        .text("brush, points")
+                        .logarithmic(true),
+                );
             }
             Tool::Lasso => {
                 ui.checkbox(&mut self.pick.is_through, "through the surface");
@@ -129,14 +135,24 @@ impl Editor {
                     Role::Movable => "●",
                 };
                 let text = format!("{kind} {} ({})", group.name, group.vertices.len());
-                if ui.selectable_label(self.active == Some(index), text).clicked() {
+                if ui
+                    .selectable_label(self.active == Some(index), text)
+                    .clicked()
+                {
                     self.active = Some(index);
                     self.tint();
                 }
                 let mut is_soft = group.hold != Hold::Hard;
                 if ui.checkbox(&mut is_soft, "soft").changed() {
                     let weight = self.jobs.soft_weight;
-                    self.set_hold(index, if is_soft { Hold::Soft(weight) } else { Hold::Hard });
+                    self.set_hold(
+                        index,
+                        if is_soft {
+                            Hold::Soft(weight)
+                        } else {
+                            Hold::Hard
+                        },
+                    );
                 }
                 if ui.small_button("✖").on_hover_text("let go").clicked() {
                     self.remove_handle(index);
@@ -145,7 +161,9 @@ impl Editor {
             if let Hold::Soft(mut weight) = group.hold
                 && self.active == Some(index)
             {
-                let slider = Slider::new(&mut weight, 0.01..=1e4).logarithmic(true).text("weight");
+                let slider = Slider::new(&mut weight, 0.01..=1e4)
+                    .logarithmic(true)
+                    .text("weight");
                 let response = ui.add(slider);
                 if response.drag_stopped() || (response.changed() && !response.dragged()) {
                     self.jobs.soft_weight = weight;
@@ -162,8 +180,16 @@ impl Editor {
         let before = scene.options.clone();
         let mut options = before.clone();
         ui.collapsing("How it follows", |ui| {
-            choice(ui, "Orientation", &mut options.orientation, OrientationKind::ALL, |k| k.name());
-            choice(ui, "Weights", &mut options.scheme, SchemeKind::ALL, |k| k.name());
+            choice(
+                ui,
+                "Orientation",
+                &mut options.orientation,
+                OrientationKind::ALL,
+                |k| k.name(),
+            );
+            choice(ui, "Weights", &mut options.scheme, SchemeKind::ALL, |k| {
+                k.name()
+            });
             let mut is_rescaled = options.detail_size == DetailSize::Rescale;
             ui.checkbox(&mut is_rescaled, "details grow with the area");
             options.detail_size = match is_rescaled {
@@ -171,7 +197,10 @@ impl Editor {
                 false => DetailSize::Keep,
             };
             let mut is_paper = options.schedule == Schedule::PAPER;
-            if ui.checkbox(&mut is_paper, "the paper's way to rest").changed() {
+            if ui
+                .checkbox(&mut is_paper, "the paper's way to rest")
+                .changed()
+            {
                 let usual = crate::scene::editor_options();
                 (options.schedule, options.acceleration) = match is_paper {
                     true => (Schedule::PAPER, Acceleration::Off),
@@ -195,7 +224,13 @@ impl Editor {
     fn smooth_page(&mut self, ui: &mut egui::Ui) {
         let ctx = ui.ctx().clone();
         let before = (self.jobs.smooth, self.jobs.strength);
-        choice(ui, "Method", &mut self.jobs.smooth.method, SmoothMethod::ALL, |k| k.name());
+        choice(
+            ui,
+            "Method",
+            &mut self.jobs.smooth.method,
+            SmoothMethod::ALL,
+            |k| k.name(),
+        );
         let method = self.jobs.smooth.method;
         let mut iterations = self
             .jobs
@@ -211,7 +246,9 @@ impl Editor {
             self.jobs.smooth.iterations = None;
         }
         let slider = ui.add(Slider::new(&mut self.jobs.strength, 0.0..=1.0).text("strength"));
-        slider.clone().on_hover_text("0.5: as firmly anchored as the noise of the mesh allows");
+        slider
+            .clone()
+            .on_hover_text("0.5: as firmly anchored as the noise of the mesh allows");
         // The anchors from firm to loose; in the middle what the method takes by itself.
         self.jobs.smooth.anchor = match self.jobs.strength {
             s if (s - 0.5).abs() < 0.01 => None,
@@ -220,7 +257,10 @@ impl Editor {
         let run = ui.button("Smooth");
         self.mark("smooth", run.rect);
         let is_live = before != (self.jobs.smooth, self.jobs.strength) && self.jobs.base.is_some();
-        if run.clicked() || (is_live && !ui.input(|i| i.pointer.any_down())) || slider.drag_stopped() {
+        if run.clicked()
+            || (is_live && !ui.input(|i| i.pointer.any_down()))
+            || slider.drag_stopped()
+        {
             self.smooth(&ctx);
         }
         ui.separator();
@@ -287,7 +327,10 @@ impl Editor {
             row("E_g (details)", number(errors.map(|e| e.geometry)));
             row("change / diagonal", number(last.map(|s| s.change)));
             let milliseconds = last.map(|s| format!("{:.2}", s.milliseconds));
-            row("ms per iteration", milliseconds.unwrap_or_else(|| "–".to_owned()));
+            row(
+                "ms per iteration",
+                milliseconds.unwrap_or_else(|| "–".to_owned()),
+            );
             row("iterations", samples.len().to_string());
         });
         if samples.len() < 2 {

@@ -97,7 +97,10 @@ impl Editor {
             .unwrap_or_default();
         let is_settled = scene.is_some_and(|scene| scene.is_settled);
         let label = scene.map(|scene| scene.label.clone());
-        let viewport = self.trace.as_ref().and_then(|t| t.widgets.get("viewport").copied());
+        let viewport = self
+            .trace
+            .as_ref()
+            .and_then(|t| t.widgets.get("viewport").copied());
         let view = viewport.map(|[left, top, right, bottom]| {
             let rect = Rect::from_min_max(egui::pos2(left, top), egui::pos2(right, bottom));
             let matrix = self.camera.view_projection(rect);
@@ -115,7 +118,9 @@ impl Editor {
             })
             .collect();
         let samples = self.solver.samples();
-        let last = samples.last().map(|s| (s.iteration, s.residual, s.milliseconds));
+        let last = samples
+            .last()
+            .map(|s| (s.iteration, s.residual, s.milliseconds));
         let path = self.open.as_ref().map(|open| open.mesh.path.clone());
         let line = json!({
             "path": path,

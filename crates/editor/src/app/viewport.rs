@@ -158,8 +158,8 @@ impl Editor {
                 }
             }
             Tool::Brush => {
-                let is_down = response.is_pointer_button_down_on()
-                    && ui.input(|i| i.pointer.primary_down());
+                let is_down =
+                    response.is_pointer_button_down_on() && ui.input(|i| i.pointer.primary_down());
                 if is_down && !alt {
                     self.paint_region(pos, rect, combine);
                 }
@@ -214,7 +214,8 @@ impl Editor {
                 let distance = at.distance(pos);
                 (distance <= MARK + 4.0).then_some((distance, index))
             });
-        near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, index)| index)
+        near.min_by(|a, b| a.0.total_cmp(&b.0))
+            .map(|(_, index)| index)
     }
 
     /// The picker of the shape on the screen, made when it is first asked for.
@@ -336,8 +337,7 @@ impl Editor {
         };
         self.gizmo.update_config(config);
         let cursor = ui.input(|i| i.pointer.latest_pos()).unwrap_or_default();
-        let (pressed, down) =
-            ui.input(|i| (i.pointer.primary_pressed(), i.pointer.primary_down()));
+        let (pressed, down) = ui.input(|i| (i.pointer.primary_pressed(), i.pointer.primary_down()));
         let is_open = self.dialogs.is_open();
         let interaction = GizmoInteraction {
             cursor_pos: (cursor.x, cursor.y),

@@ -100,8 +100,11 @@ impl SurfacePass {
         data.positions
             .extend(positions.values().map(|p| frame.point(p)));
         data.normals.clear();
-        data.normals
-            .extend(normals.values().map(|n| [n.x as f32, n.y as f32, n.z as f32]));
+        data.normals.extend(
+            normals
+                .values()
+                .map(|n| [n.x as f32, n.y as f32, n.z as f32]),
+        );
         self.mark_stale(Stale {
             shape: true,
             ..Stale::default()
@@ -132,8 +135,7 @@ impl SurfacePass {
             return;
         }
         if style.wireframe.is_some() {
-            self.pulled
-                .take_if(|pulled| !pulled.fits(num_vertices));
+            self.pulled.take_if(|pulled| !pulled.fits(num_vertices));
             self.pulled
                 .get_or_insert_with(|| Pulled::new(context, num_vertices))
                 .upload(&self.data);
