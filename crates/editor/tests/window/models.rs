@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use cotan::geometry::Positions;
+use cotan::geometry::{Positions, Surface, bounding_box};
 use cotan_io::{Document, ProcessingMesh};
+use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
 use tempfile::TempDir;
 
 use crate::say;
@@ -57,22 +58,48 @@ impl Place {
         self.folder.path()
     }
 
-    /// The autosaves in it.
-    pub(crate) fn autosaves(&self) -> Vec<PathBuf> {
-        autosaves(self.path())
-    }
-
-    /// How far the mesh in a file is from a shape at most, over the diagonal of the bounding box.
-    pub(crate) fn distance(&self, file: &Path, shape: &Positions<f64>) -> f64 {
+    /// How far the mesh in a file is from a shape at most, over the diagonal of the bounding box; turned
+    /// about an axis beforehand, if there is one about which it may turn.
+    pub(crate) fn distance(
+        &self,
+        file: &Path,
+        shape: &Positions<f64>,
+        axis: Option<[Point3<f64>; 2]>,
+    ) -> f64 {
         let mut expected = self.document.clone();
         expected.set_positions(&self.surface, shape).unwrap();
         let found = cotan_io::load(file).unwrap();
         assert_eq!(found.positions().len(), expected.positions().len());
-        let pairs = found.positions().iter().zip(expected.positions());
-        let farthest = pairs.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
-        let rest = cotan::geometry::Surface::new(self.surface.mesh(), self.surface.positions());
-        farthest / cotan::geometry::bounding_box(&rest.unwrap()).diagonal()
+        let pairs = || found.positions().iter().zip(expected.positions());
+        let turn = match axis {
+            Some([a, b]) => best_turn(pairs(), a, Unit::new_normalize(b - a)),
+            None => Isometry3::identity(),
+        };
+        let distances = pairs().map(|(p, q)| (turn * p - q).norm());
+        let rest = Surface::new(self.surface.mesh(), self.surface.positions());
+        distances.fold(0.0, f64::max) / bounding_box(&rest.unwrap()).diagonal()
     }
+}
+
+/// The turn about an axis that brings the first of each pair nearest to the second.
+fn best_turn<'a>(
+    pairs: impl Iterator<Item = (&'a Point3<f64>, &'a Point3<f64>)>,
+    on: Point3<f64>,
+    axis: Unit<Vector3<f64>>,
+) -> Isometry3<f64> {
+    let across = |p: &Point3<f64>| {
+        let way = p - on;
+        way - axis.into_inner() * axis.dot(&way)
+    };
+    let (mut sine, mut cosine) = (0.0, 0.0);
+    for (p, q) in pairs {
+        let (p, q) = (across(p), across(q));
+        sine += axis.dot(&p.cross(&q));
+        cosine += p.dot(&q);
+    }
+    let turn = UnitQuaternion::from_axis_angle(&axis, sine.atan2(cosine));
+    let shift = on - turn * on;
+    Isometry3::from_parts(shift.into(), turn)
 }
 
 /// The autosaves below a folder that was given as `COTAN_EDITOR_DATA`.

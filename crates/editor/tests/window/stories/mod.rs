@@ -54,19 +54,28 @@ fn select(window: &mut Window<'_>, place: &Place, rank: impl Fn([f64; 3]) -> f64
     panic!("no vertex lets itself be selected: {}", window.now());
 }
 
-/// Fixes a vertex at the lower end of the picture and makes a handle at the upper one; returns both.
-fn hold_two(window: &mut Window<'_>, place: &Place) -> [usize; 2] {
-    let fixed = select(window, place, |[_, y, _]| -y);
-    window.key("x");
-    window.wait("a fixed vertex", |line| {
-        line["handles"].as_array().is_some_and(|h| h.len() == 1)
-    });
-    let held = select(window, place, |[_, y, _]| y);
-    window.key("h");
+/// Fixes as many vertices as asked for, each on its own, and makes a handle at the upper end of the
+/// picture; returns their numbers in the file, the handle's last.
+///
+/// The first is at the lower end, the next at the left and the right.
+fn hold(window: &mut Window<'_>, place: &Place, fixed: usize) -> Vec<usize> {
+    let ranks: [fn([f64; 3]) -> f64; 3] = [|[_, y, _]| -y, |[x, ..]| x, |[x, ..]| -x];
+    let mut held = Vec::new();
+    for rank in ranks.into_iter().take(fixed) {
+        held.push(select(window, place, rank));
+        press_and_count(window, "x", held.len());
+    }
+    held.push(select(window, place, |[_, y, _]| y));
+    press_and_count(window, "h", held.len());
+    held
+}
+
+/// Presses a key that makes a handle, which is then the last of so many.
+fn press_and_count(window: &mut Window<'_>, key: &str, count: usize) {
+    window.key(key);
     window.wait("a handle", |line| {
-        line["handles"].as_array().is_some_and(|h| h.len() == 2)
+        line["handles"].as_array().is_some_and(|h| h.len() == count)
     });
-    [fixed, held]
 }
 
 /// Where a handle is.
