@@ -294,7 +294,9 @@ impl Editor {
             self.set_morph(share);
         }
         ui.horizontal(|ui| {
-            if ui.button("Keep this shape").clicked() {
+            let keep = ui.button("Keep this shape");
+            self.mark("keep-morph", keep.rect);
+            if keep.clicked() {
                 self.keep_morph();
             }
             if ui.button("Back to the mesh").clicked() {

@@ -122,8 +122,13 @@ impl Editor {
             .last()
             .map(|s| (s.iteration, s.residual, s.milliseconds));
         let path = self.open.as_ref().map(|open| open.mesh.path.clone());
+        let size = self.open.as_ref().map(|open| {
+            let mesh = open.mesh.processing.mesh();
+            [mesh.num_vertices(), mesh.num_faces()]
+        });
         let line = json!({
             "path": path,
+            "size": size,
             "tag": self.tag,
             "state": match &state {
                 State::Idle => "idle",

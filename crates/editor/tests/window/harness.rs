@@ -9,6 +9,7 @@ use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
+use x11rb::protocol::xproto::{ClientMessageEvent, ConnectionExt, EventMask};
 
 /// How long anything may take on a busy machine before it counts as never happening.
 pub(crate) const DEADLINE: Duration = Duration::from_secs(60);
@@ -167,11 +168,6 @@ impl<'d> Window<'d> {
         window
     }
 
-    /// The process.
-    pub(crate) fn pid(&self) -> u32 {
-        self.child.id()
-    }
-
     /// What the program has written to stderr.
     pub(crate) fn errors(&self) -> String {
         std::fs::read_to_string(&self.errors).unwrap_or_default()
@@ -307,6 +303,20 @@ impl<'d> Window<'d> {
         self.display.order(&format!("key {keys}"));
     }
 
+    /// Asks the window to close, as the cross in a frame does.
+    pub(crate) fn ask_to_close(&mut self) {
+        ask_to_close(self.display.name(), self.id.parse().expect("a number"))
+            .expect("the X server listens");
+    }
+
+    /// The most memory that the program has had, in bytes; where the system tells.
+    pub(crate) fn peak_memory(&self) -> Option<u64> {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", self.child.id())).ok()?;
+        let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
+        let kilobytes: u64 = line.split_whitespace().nth(1)?.parse().ok()?;
+        Some(kilobytes << 10)
+    }
+
     /// Waits for the end of the program.
     pub(crate) fn wait_for_end(&mut self) -> ExitStatus {
         let deadline = Instant::now() + DEADLINE;
@@ -334,6 +344,20 @@ impl Drop for Window<'_> {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
+}
+
+/// Sends what a window manager sends.
+fn ask_to_close(display: &str, window: u32) -> Result<(), Box<dyn std::error::Error>> {
+    let (connection, _) = x11rb::connect(Some(display))?;
+    let atom = |name: &str| connection.intern_atom(false, name.as_bytes());
+    let protocols = atom("WM_PROTOCOLS")?;
+    let delete = atom("WM_DELETE_WINDOW")?;
+    let data = [delete.reply()?.atom, x11rb::CURRENT_TIME, 0, 0, 0];
+    let message = ClientMessageEvent::new(32, window, protocols.reply()?.atom, data);
+    connection
+        .send_event(false, window, EventMask::NO_EVENT, message)?
+        .check()?;
+    Ok(())
 }
 
 /// The program with the environment of a test: software OpenGL, no other display, data of its own.

@@ -2,6 +2,7 @@
 //!
 //! Each story needs the processor for itself, so they take turns.
 
+#[allow(dead_code, reason = "the examples drive the window by it, too")]
 mod harness;
 mod models;
 mod stories;

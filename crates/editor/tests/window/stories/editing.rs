@@ -25,7 +25,10 @@ fn a_handle_is_dragged(place: &Place, count: usize) {
     assert!(way.norm() > 0.0);
     let handles = Handles::new()
         .fix(fixed.iter().map(|&v| surface_vertex(place, v)))
-        .transform([surface_vertex(place, held)], Matrix4::new_translation(&way));
+        .transform(
+            [surface_vertex(place, held)],
+            Matrix4::new_translation(&way),
+        );
     let mesh = place.surface.mesh();
     let job = deform(mesh, place.surface.positions(), &handles, &editor_options()).unwrap();
     // Two points hold no shape: it may turn about the line through them, and how far it has, depends on

@@ -1,6 +1,10 @@
 //! What a person does, and what must come of it.
 
+mod crashes;
+mod display;
 mod editing;
+mod files;
+mod jobs;
 
 use std::time::{Duration, Instant};
 
@@ -110,6 +114,13 @@ fn drag(window: &mut Window<'_>, handle: usize, by: [f64; 2], steps: u32) {
 /// The vertex of the surface that a vertex of the file is.
 fn surface_vertex(place: &Place, vertex: usize) -> VertexId {
     place.surface.vertex(vertex).expect("it is of the surface")
+}
+
+/// Bends the mesh a little, by a handle and three fixed vertices, until it has come to rest.
+fn bend(window: &mut Window<'_>, place: &Place) {
+    hold(window, place, 3);
+    drag(window, 3, [60.0, 50.0], 20);
+    window.wait_for_rest();
 }
 
 /// Undoes all there is.
