@@ -42,7 +42,7 @@ fn smoothing_and_the_sphere_are_the_librarys_and_are_undone() {
         let share = line["morph"].as_f64();
         share.is_some_and(|share| share > 0.0 && share < 1.0)
     });
-    window.move_to(left - 9.0, y);
+    window.move_to(left + 1.0, y);
     window.wait("the mesh", |line| line["morph"] == 0.0);
     window.release();
 
