@@ -151,6 +151,7 @@ impl Editor {
             "selected": self.selection.len(),
             "selection": selection,
             "last_step": last,
+            "steps": samples.len(),
             "errors": self.reading.as_ref().and_then(|r| r.errors).map(|e| [e.parameterization, e.geometry]),
             "morph": self.jobs.map.as_ref().map(|view| view.share),
             "view": view,

@@ -8,8 +8,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
+use nalgebra::Point3;
 use serde_json::Value;
-use x11rb::protocol::xproto::{ClientMessageEvent, ConnectionExt, EventMask};
+use x11rb::protocol::xproto::{ClientMessageEvent, ConnectionExt, EventMask, ImageFormat};
 
 /// How long anything may take on a busy machine before it counts as never happening.
 pub(crate) const DEADLINE: Duration = Duration::from_secs(60);
@@ -309,6 +310,12 @@ impl<'d> Window<'d> {
             .expect("the X server listens");
     }
 
+    /// What the window shows: width, height, and red, green and blue of every pixel.
+    pub(crate) fn picture(&self) -> (u32, u32, Vec<u8>) {
+        let window = self.id.parse().expect("a number");
+        picture(self.display.name(), window).expect("the X server listens")
+    }
+
     /// The most memory that the program has had, in bytes; where the system tells.
     pub(crate) fn peak_memory(&self) -> Option<u64> {
         let status = std::fs::read_to_string(format!("/proc/{}/status", self.child.id())).ok()?;
@@ -337,6 +344,92 @@ impl<'d> Window<'d> {
         self.child.kill().expect("it runs");
         self.child.wait().expect("it is a child");
     }
+
+    /// Clicks visible vertices until one of them is selected, those first that `rank` puts lowest by where
+    /// they are in the window; returns its number in the file.
+    pub(crate) fn select(
+        &mut self,
+        positions: &[Point3<f64>],
+        rank: impl Fn([f64; 3]) -> f64,
+    ) -> usize {
+        let line = self.now();
+        let all = positions.iter().enumerate();
+        let mut seen: Vec<(usize, [f64; 3])> = all
+            .filter_map(|(v, p)| Some((v, project(&line, [p.x, p.y, p.z])?)))
+            .collect();
+        seen.sort_by(|a, b| rank(a.1).total_cmp(&rank(b.1)));
+        for (vertex, [x, y, _]) in seen.into_iter().step_by(7).take(60) {
+            if self.now()["selected"] != 0 {
+                self.key("Escape");
+                self.wait("nothing selected", |line| line["selected"] == 0);
+            }
+            self.click(x.round(), y.round());
+            let patience = Instant::now() + Duration::from_secs(2);
+            while Instant::now() < patience {
+                let selection = numbers(&self.now()["selection"]).unwrap_or_default();
+                match selection.as_slice() {
+                    [] => std::thread::sleep(Duration::from_millis(4)),
+                    [one] if *one == vertex as f64 => return vertex,
+                    // It is behind the surface, or another is nearer to the pointer.
+                    _ => break,
+                }
+            }
+        }
+        panic!("no vertex lets itself be selected: {}", self.now());
+    }
+
+    /// Fixes as many vertices as asked for, each on its own, and makes a handle at the upper end of the
+    /// picture; returns their numbers in the file, the handle's last.
+    ///
+    /// The first is at the lower end, the next at the left and the right.
+    pub(crate) fn hold(&mut self, positions: &[Point3<f64>], fixed: usize) -> Vec<usize> {
+        let ranks: [fn([f64; 3]) -> f64; 3] = [|[_, y, _]| -y, |[x, ..]| x, |[x, ..]| -x];
+        let mut held = Vec::new();
+        for rank in ranks.into_iter().take(fixed) {
+            held.push(self.select(positions, rank));
+            self.press_and_count("x", held.len());
+        }
+        held.push(self.select(positions, |[_, y, _]| y));
+        self.press_and_count("h", held.len());
+        held
+    }
+
+    /// Presses a key that makes a handle, which is then the last of so many.
+    fn press_and_count(&mut self, key: &str, count: usize) {
+        self.key(key);
+        self.wait("a handle", |line| {
+            line["handles"].as_array().is_some_and(|h| h.len() == count)
+        });
+    }
+
+    /// Where a handle is.
+    pub(crate) fn handle_at(&mut self, handle: usize) -> [f64; 3] {
+        let at = numbers(&self.now()["handles"][handle]["at"]);
+        let at = at.unwrap_or_else(|| panic!("there is no handle {handle}"));
+        [at[0], at[1], at[2]]
+    }
+
+    /// Drags a handle by its mark, in `steps` events, to a place that is `by` points away; and lets go.
+    pub(crate) fn drag(&mut self, handle: usize, by: [f64; 2], steps: u32) {
+        let at = self.handle_at(handle);
+        let [x, y, _] = project(&self.now(), at).expect("the handle is seen");
+        self.move_to(x, y);
+        self.press();
+        for k in 1..=steps {
+            let share = f64::from(k) / f64::from(steps);
+            // Not straight: the way must not matter.
+            let swing = 30.0 * (share * std::f64::consts::PI).sin();
+            self.move_to(x + share * by[0] + swing, y + share * by[1]);
+            std::thread::sleep(Duration::from_millis(16));
+        }
+        self.wait("the handle to have followed", |line| {
+            line["is_dragging"] == true && line["handles"][handle]["at"][0].as_f64() != Some(at[0])
+        });
+        self.release();
+        self.wait("the handle to be let go of", |line| {
+            line["is_dragging"] == false
+        });
+    }
 }
 
 impl Drop for Window<'_> {
@@ -358,6 +451,19 @@ fn ask_to_close(display: &str, window: u32) -> Result<(), Box<dyn std::error::Er
         .send_event(false, window, EventMask::NO_EVENT, message)?
         .check()?;
     Ok(())
+}
+
+fn picture(display: &str, window: u32) -> Result<(u32, u32, Vec<u8>), Box<dyn std::error::Error>> {
+    let (connection, _) = x11rb::connect(Some(display))?;
+    let size = connection.get_geometry(window)?.reply()?;
+    let (width, height) = (size.width, size.height);
+    let image = connection
+        .get_image(ImageFormat::Z_PIXMAP, window, 0, 0, width, height, u32::MAX)?
+        .reply()?;
+    // 24 bits a pixel in four bytes, the least first, on a server of one's own.
+    let pixels = image.data.chunks_exact(4);
+    let colors = pixels.flat_map(|pixel| [pixel[2], pixel[1], pixel[0]]);
+    Ok((width.into(), height.into(), colors.collect()))
 }
 
 /// The program with the environment of a test: software OpenGL, no other display, data of its own.

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use super::{bend, drag, open, save, start};
+use super::{bend, open, save, start};
 use crate::harness::{DEADLINE, Display, Window, bytes};
 use crate::models::{Place, autosaves};
 
@@ -134,7 +134,7 @@ fn the_window_outlives_a_solver_that_breaks_down() {
     window.wait("the breakdown", |line| line["state"] == "failed");
     let told = window.now()["problem"].as_str().map(str::to_owned);
     assert!(told.is_some_and(|text| text.contains("starts afresh")));
-    drag(&mut window, 3, [-40.0, 30.0], 20);
+    window.drag(3, [-40.0, 30.0], 20);
     window.wait_for_rest();
     let before = bytes(&place.mesh);
     save(&mut window);

@@ -4,7 +4,7 @@ use cotan::{Handles, deform};
 use cotan_editor::scene::editor_options;
 use nalgebra::{Matrix4, Point3};
 
-use super::{drag, handle_at, hold, open, save, surface_vertex, undo_all};
+use super::{open, save, surface_vertex, undo_all};
 use crate::harness::{Display, bytes};
 use crate::models::Place;
 
@@ -13,11 +13,11 @@ fn a_handle_is_dragged(place: &Place, count: usize) {
     let first = bytes(&place.mesh);
     let mut display = Display::start();
     let mut window = open(&mut display, place);
-    let all = hold(&mut window, place, count);
+    let all = window.hold(place.document.positions(), count);
     let (held, fixed) = (all[count], &all[..count]);
-    drag(&mut window, count, [70.0, 60.0], 25);
+    window.drag(count, [70.0, 60.0], 25);
     window.wait_for_rest();
-    let at = Point3::from(handle_at(&mut window, count));
+    let at = Point3::from(window.handle_at(count));
     save(&mut window);
     assert_ne!(bytes(&place.mesh), first);
 
