@@ -181,12 +181,13 @@ impl Editor {
 
     fn press(&mut self, pos: Pos2, rect: Rect, combine: Combine) {
         self.pick.is_orbiting = false;
-        if self.gizmo_is_under(pos) {
-            return;
-        }
+        // The mark before the gizmo, whose arrows begin in it.
         if let Some(handle) = self.handle_at(pos, rect) {
             self.grab(handle, pos, rect);
             self.tint();
+            return;
+        }
+        if self.gizmo_is_under(pos) {
             return;
         }
         if combine == Combine::Replace && self.tool == Tool::Brush {

@@ -423,7 +423,8 @@ impl<'d> Window<'d> {
             std::thread::sleep(Duration::from_millis(16));
         }
         self.wait("the handle to have followed", |line| {
-            line["is_dragging"] == true && line["handles"][handle]["at"][0].as_f64() != Some(at[0])
+            line["is_dragging"] == true
+                && numbers(&line["handles"][handle]["at"]) != Some(at.to_vec())
         });
         self.release();
         self.wait("the handle to be let go of", |line| {
