@@ -52,6 +52,8 @@ pub struct Startup {
 pub(crate) struct Open {
     pub(crate) mesh: OpenedMesh,
     pub(crate) history: History,
+    /// The shape as it was opened.
+    original: Arc<Positions<f64>>,
     /// The history's position and the shape when the file was last written or read.
     saved: (u64, Arc<Positions<f64>>),
     /// Whether `mesh.path` names a file that is there.
@@ -292,7 +294,8 @@ impl Editor {
         };
         let is_drawn = self.drawn.as_ref().is_some_and(|s| Arc::ptr_eq(s, &shape));
         let mesh = Arc::clone(&open.mesh.processing);
-        let rest = Arc::clone(&open.history.present().rest);
+        // Everything is compared with the mesh as it was opened, whatever a job has made of it since.
+        let original = Arc::clone(&open.original);
         if !is_drawn && let Ok(surface) = Surface::new(mesh.mesh(), &shape) {
             let normals = vertex_normals(&surface);
             self.give_renderer(&shape, &normals);
@@ -306,7 +309,7 @@ impl Editor {
             self.measured = Some((Arc::clone(&shape), field));
             self.meter.post(Subject {
                 mesh,
-                rest,
+                original,
                 shape,
                 field,
             });

@@ -414,7 +414,12 @@ impl Tracker<'_> {
             State::Running
         };
         self.publish(session, goal, &state);
-        lock(&self.shared.samples).push(sample(&step, milliseconds));
+        let mut samples = lock(&self.shared.samples);
+        if samples.len() == MOST_SAMPLES {
+            samples.drain(..MOST_SAMPLES / 2);
+        }
+        samples.push(sample(&step, milliseconds));
+        drop(samples);
         if state == State::Settled {
             return Some(state);
         }
@@ -438,6 +443,9 @@ impl Tracker<'_> {
         });
     }
 }
+
+/// The plot shows no more, and a handle may be held for hours.
+const MOST_SAMPLES: usize = 4000;
 
 fn sample(step: &StepReport, milliseconds: f64) -> Sample {
     Sample {

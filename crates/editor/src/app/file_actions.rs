@@ -141,6 +141,7 @@ impl Editor {
         self.jobs.base = None;
         self.pick.forget();
         self.open = Some(Open {
+            original: Arc::clone(&positions),
             saved: (0, Arc::clone(&positions)),
             history: History::new(Scene::new(positions)),
             mesh,

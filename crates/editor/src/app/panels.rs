@@ -132,7 +132,7 @@ impl Editor {
             ui.horizontal(|ui| {
                 let kind = match group.role {
                     Role::Fixed => "■",
-                    Role::Movable => "●",
+                    Role::Movable => "•",
                 };
                 let text = format!("{kind} {} ({})", group.name, group.vertices.len());
                 if ui
