@@ -161,7 +161,7 @@ impl Editor {
                 }
                 if let Some(note) = &self.dialogs.note {
                     ui.separator();
-                    ui.label(note);
+                    ui.add(egui::Label::new(note.as_str()).truncate());
                 }
             });
         });
