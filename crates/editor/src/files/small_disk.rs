@@ -1,0 +1,42 @@
+//! A disk that is soon full, for tests.
+
+use std::path::Path;
+use std::process::Command;
+
+/// A file system of its own, unmounted when it is dropped.
+pub(super) struct SmallDisk(tempfile::TempDir);
+
+/// A disk of a few pages; `None`, with a note, where that takes more rights than the test has.
+pub(super) fn small_disk() -> Option<SmallDisk> {
+    let folder = tempfile::tempdir().unwrap();
+    let mount = Command::new("mount")
+        .args(["-t", "tmpfs", "-o", "size=64k", "none"])
+        .arg(folder.path())
+        .output();
+    match mount {
+        Ok(output) if output.status.success() => Some(SmallDisk(folder)),
+        _ => {
+            println!("skipped: no small disk can be mounted here");
+            None
+        }
+    }
+}
+
+impl SmallDisk {
+    pub(super) fn path(&self) -> &Path {
+        self.0.path()
+    }
+
+    /// Takes all room that is left.
+    pub(super) fn fill(&self) {
+        use std::io::Write;
+        let mut file = std::fs::File::create(self.path().join("filler")).unwrap();
+        while file.write_all(&[0; 4096]).is_ok() {}
+    }
+}
+
+impl Drop for SmallDisk {
+    fn drop(&mut self) {
+        let _ = Command::new("umount").arg(self.0.path()).status();
+    }
+}
