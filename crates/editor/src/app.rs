@@ -258,7 +258,7 @@ impl Editor {
     }
 
     /// Takes what the threads have come to.
-    fn collect(&mut self, ctx: &egui::Context) {
+    fn collect(&mut self) {
         if let Some(update) = self.solver.take()
             && update.tag >= self.accepted_from
             && let Some(open) = &mut self.open
@@ -283,7 +283,7 @@ impl Editor {
             crate::solver::lock(&self.renderer).set_colors(colors);
             self.reading = Some(reading);
         }
-        self.take_task(ctx);
+        self.take_task();
         self.refresh();
     }
 
@@ -344,7 +344,7 @@ impl eframe::App for Editor {
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
         let begin = Instant::now();
         let ctx = ui.ctx().clone();
-        self.collect(&ctx);
+        self.collect();
         self.keys(&ctx);
         self.menu(ui);
         self.status(ui);

@@ -17,6 +17,7 @@ use crate::files::OpenedMesh;
 use crate::scene::{HandleGroup, Role, Scene};
 use crate::solver::Pace;
 use crate::task::{Task, TaskError};
+use crate::view::Picker;
 
 /// Whether a mesh is repaired before it is opened.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -27,8 +28,8 @@ pub(super) enum Repairs {
 
 /// What a task has come to.
 pub(super) enum TaskResult {
-    /// A mesh was read.
-    Opened(Box<OpenedMesh>),
+    /// A mesh was read, and prepared for the pointer.
+    Opened(Box<OpenedMesh>, Box<Picker>),
     /// A mesh was not read: why, and whether repairs would help.
     NotOpened(String, Option<std::path::PathBuf>),
     /// A shape was made from the shape that was seen.
@@ -431,7 +432,7 @@ impl Editor {
     }
 
     /// Takes the result of the task, if it has one.
-    pub(super) fn take_task(&mut self, ctx: &egui::Context) {
+    pub(super) fn take_task(&mut self) {
         let Some(result) = self.task.as_ref().and_then(Task::poll) else {
             return;
         };
@@ -439,7 +440,7 @@ impl Editor {
         match result {
             Err(TaskError::Cancelled) => {}
             Err(error) => self.tell(Message::error(error.to_string())),
-            Ok(TaskResult::Opened(mesh)) => self.opened(ctx, *mesh),
+            Ok(TaskResult::Opened(mesh, picker)) => self.opened(*mesh, *picker),
             Ok(TaskResult::NotOpened(problem, repairable)) => {
                 self.not_opened(problem, repairable);
             }

@@ -329,7 +329,7 @@ mod tests {
 
     fn points() -> Vec<Point3<f64>> {
         let number = |k: u64| f64::from_bits(k.wrapping_mul(0x9e37_79b9_7f4a_7c15));
-        let point = |k| Point3::new(number(3 * k), number(3 * k + 1), number(3 * k + 2));
+        let point = |k: u64| Point3::new(number(3 * k), number(3 * k + 1), number(3 * k + 2));
         (0..50).map(point).collect()
     }
 
