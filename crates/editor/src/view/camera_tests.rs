@@ -79,11 +79,13 @@ fn zooming_keeps_what_is_under_the_pointer() {
 }
 
 #[test]
-fn all_of_the_scene_is_seen_and_lies_between_the_planes() {
+fn all_that_fits_is_seen_and_lies_between_the_planes() {
     for bounds in scenes() {
         let mut camera = Camera::new(&bounds);
         for turn in 0..20 {
             camera.orbit(vec2(37.0, if turn < 10 { 20.0 } else { -40.0 }));
+            camera.fit(&bounds);
+            camera.jump();
             let snapshot = camera.at(RECT);
             for i in 0..8 {
                 let side = |k: usize| [bounds.min[k], bounds.max[k]][i >> k & 1];

@@ -199,11 +199,15 @@ impl Line {
     fn entry(&self, bounds: &Box3, limit: f64) -> Option<f64> {
         let (mut enter, mut leave) = (0.0_f64, limit);
         for k in 0..3 {
-            let low = (bounds.min[k] - self.origin[k]) * self.inverse[k];
-            let high = (bounds.max[k] - self.origin[k]) * self.inverse[k];
-            // `max` and `min` pass over a NaN: a ray within a side's plane is not shut out by it.
-            enter = enter.max(low.min(high));
-            leave = leave.min(low.max(high));
+            let inverse = self.inverse[k];
+            let (front, back) = if inverse >= 0.0 {
+                (bounds.min[k], bounds.max[k])
+            } else {
+                (bounds.max[k], bounds.min[k])
+            };
+            // A ray within a side's plane gives 0·∞, no number: `max` and `min` pass over it.
+            enter = enter.max((front - self.origin[k]) * inverse);
+            leave = leave.min((back - self.origin[k]) * inverse);
         }
         // A flat box is entered and left at once, up to rounding.
         (enter <= leave * (1.0 + 1e-12)).then_some(enter)

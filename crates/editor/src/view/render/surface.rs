@@ -1,5 +1,7 @@
 //! The triangles.
 
+use std::collections::VecDeque;
+
 use cotan::geometry::Positions;
 use cotan::halfedge::{HalfedgeMesh, VertexMap};
 use nalgebra::Vector3;
@@ -75,9 +77,8 @@ impl SurfacePass {
     }
 
     pub(super) fn set_mesh(&mut self, mesh: &HalfedgeMesh) {
-        let triangle = |f| mesh.triangle(f).map(|v| v.index() as u32);
         self.data = Data {
-            triangles: mesh.faces().map(triangle).collect(),
+            triangles: triangles_in_strips(mesh),
             paints: vec![[0; 4]; mesh.num_vertices()],
             ..Data::default()
         };
@@ -227,6 +228,26 @@ impl Shared {
         program.use_vertex_attribute("paint", &self.paints);
         program.draw_elements(OPAQUE, frame.viewport, &self.elements);
     }
+}
+
+/// The triangles, each after one that it shares an edge with wherever there is one: the card
+/// computes a vertex once for triangles that follow each other, and again for those far apart.
+fn triangles_in_strips(mesh: &HalfedgeMesh) -> Vec<[u32; 3]> {
+    let mut is_taken = vec![false; mesh.num_faces()];
+    let mut triangles = Vec::with_capacity(mesh.num_faces());
+    let mut queue = VecDeque::new();
+    for start in mesh.faces() {
+        queue.push_back(start);
+        while let Some(face) = queue.pop_front() {
+            if std::mem::replace(&mut is_taken[face.index()], true) {
+                continue;
+            }
+            triangles.push(mesh.triangle(face).map(|v| v.index() as u32));
+            let across = mesh.face_halfedges(face).filter_map(|h| mesh.face(h.twin()));
+            queue.extend(across.filter(|f| !is_taken[f.index()]));
+        }
+    }
+    triangles
 }
 
 /// From bytes to shares.
