@@ -1,7 +1,5 @@
 //! The triangles.
 
-use std::collections::VecDeque;
-
 use cotan::geometry::Positions;
 use cotan::halfedge::{HalfedgeMesh, VertexMap};
 use nalgebra::Vector3;
@@ -235,16 +233,16 @@ impl Shared {
 fn triangles_in_strips(mesh: &HalfedgeMesh) -> Vec<[u32; 3]> {
     let mut is_taken = vec![false; mesh.num_faces()];
     let mut triangles = Vec::with_capacity(mesh.num_faces());
-    let mut queue = VecDeque::new();
+    let mut stack = Vec::new();
     for start in mesh.faces() {
-        queue.push_back(start);
-        while let Some(face) = queue.pop_front() {
+        stack.push(start);
+        while let Some(face) = stack.pop() {
             if std::mem::replace(&mut is_taken[face.index()], true) {
                 continue;
             }
             triangles.push(mesh.triangle(face).map(|v| v.index() as u32));
             let across = mesh.face_halfedges(face).filter_map(|h| mesh.face(h.twin()));
-            queue.extend(across.filter(|f| !is_taken[f.index()]));
+            stack.extend(across.filter(|f| !is_taken[f.index()]));
         }
     }
     triangles
