@@ -1,6 +1,8 @@
 //! A window on a mesh, with nothing but the editor's 3D view.
 //!
-//! `cargo run --release -p cotan-editor --example view -- mesh.obj`
+//! `cargo run --release -p cotan-editor --example view -- mesh.obj [offset]`
+//!
+//! The offset is added to all coordinates: one looks at a mesh far from the origin.
 //!
 //! Left drag turns, right or middle drag shifts, the wheel zooms to the pointer; a click marks a
 //! vertex, a drag with Shift paints. Keys: W wireframe, S shading, H heat map, N normals, T theme,
@@ -12,15 +14,14 @@ use std::time::{Duration, Instant};
 
 use cotan::geometry::{BoundingBox, Positions, Surface, vertex_normals};
 use cotan::halfedge::{HalfedgeMesh, VertexMap};
-use cotan_editor::view::{
-    Camera, Mark, Picker, Renderer, Shading, StandardView, Style, brush,
-};
+use cotan_editor::view::{Camera, Mark, Picker, Renderer, Shading, StandardView, Style, brush};
 use eframe::egui::{self, Key, PointerButton};
 use eframe::egui_glow::CallbackFn;
 use nalgebra::{Rotation3, Vector3};
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let (mesh, positions) = match std::env::args_os().nth(1) {
+    let mut arguments = std::env::args().skip(1);
+    let (mesh, positions) = match arguments.next() {
         Some(path) => {
             let processing = cotan_io::load(path)?.surface()?;
             (processing.mesh().clone(), processing.positions().clone())
@@ -30,6 +31,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             (shape.mesh, shape.positions)
         }
     };
+    let offset: f64 = arguments.next().map_or(Ok(0.0), |text| text.parse())?;
+    let positions = positions.map(|p| p + Vector3::repeat(offset));
     let options = eframe::NativeOptions {
         depth_buffer: 24,
         viewport: egui::ViewportBuilder::default().with_inner_size([1280.0, 800.0]),
@@ -240,6 +243,7 @@ impl Viewer {
 
 impl eframe::App for Viewer {
     fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
+        egui::Panel::bottom("keys").show_inside(ui, |ui| ui.label(KEYS));
         egui::CentralPanel::no_frame().show_inside(ui, |ui| {
             let (rect, response) =
                 ui.allocate_exact_size(ui.available_size(), egui::Sense::click_and_drag());
@@ -258,11 +262,18 @@ impl eframe::App for Viewer {
     }
 }
 
+const KEYS: &str = "W wireframe   S shading   H heat   N normals   T theme   F fit   1 2 3 views   \
+                    D swing   click: mark a vertex   Shift and drag: paint";
+
 /// The height of each vertex as a colour, from blue over grey to red.
 fn heat(positions: &Positions<f64>, bounds: &BoundingBox<f64>) -> Vec<[u8; 3]> {
     let heights: VertexMap<f64> =
         positions.map(|p| (p.y - bounds.min.y) / bounds.extents().y.max(f64::MIN_POSITIVE));
-    let [cold, middle, hot] = [[59.0, 76.0, 192.0], [221.0, 221.0, 221.0], [180.0, 4.0, 38.0]];
+    let [cold, middle, hot] = [
+        [59.0, 76.0, 192.0],
+        [221.0, 221.0, 221.0],
+        [180.0, 4.0, 38.0],
+    ];
     let color = |t: &f64| {
         let (from, to, share) = match *t < 0.5 {
             true => (cold, middle, 2.0 * t),

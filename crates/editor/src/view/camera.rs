@@ -89,8 +89,8 @@ impl Camera {
     /// Turns around the target as the pointer drags the model by `delta` points.
     pub fn orbit(&mut self, delta: Vec2) {
         self.pose.yaw = (self.pose.yaw - f64::from(delta.x) * TURN_PER_POINT).rem_euclid(TAU);
-        self.pose.pitch = (self.pose.pitch + f64::from(delta.y) * TURN_PER_POINT)
-            .clamp(-FRAC_PI_2, FRAC_PI_2);
+        self.pose.pitch =
+            (self.pose.pitch + f64::from(delta.y) * TURN_PER_POINT).clamp(-FRAC_PI_2, FRAC_PI_2);
         self.goal = self.pose;
     }
 

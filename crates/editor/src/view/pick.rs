@@ -95,15 +95,13 @@ impl Picker {
     /// there is none but a triangle is under the pointer, that triangle's corner nearest on the
     /// screen.
     #[must_use]
-    pub fn pick_vertex(
-        &self,
-        camera: &CameraSnapshot,
-        pos: Pos2,
-        radius: f32,
-    ) -> Option<VertexId> {
+    pub fn pick_vertex(&self, camera: &CameraSnapshot, pos: Pos2, radius: f32) -> Option<VertexId> {
         let mut near = self.vertices_near(camera, pos, radius);
         near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let visible = near.iter().map(|(_, v)| *v).find(|v| self.visible(*v, camera));
+        let visible = near
+            .iter()
+            .map(|(_, v)| *v)
+            .find(|v| self.visible(*v, camera));
         visible.or_else(|| self.corner_under(camera, pos))
     }
 
@@ -119,9 +117,7 @@ impl Picker {
             |center, ball| camera.may_touch(center, ball, pos, radius),
             |triangle| {
                 for v in triangle.map(|v| VertexId::new(v as usize)) {
-                    let away = camera
-                        .project(self.positions[v])
-                        .map(|p| p.distance(pos));
+                    let away = camera.project(self.positions[v]).map(|p| p.distance(pos));
                     near.extend(away.filter(|d| *d <= radius).map(|d| (d, v)));
                 }
             },

@@ -158,7 +158,11 @@ fn rays_do_not_slip_through_edges_and_vertices() {
 fn a_ray_along_an_axis_and_the_sides_of_boxes_hits() {
     let shape = icosphere::<f64>(3);
     let picker = Picker::new(&shape.mesh, &shape.positions);
-    for axis in [nalgebra::Vector3::x(), nalgebra::Vector3::y(), nalgebra::Vector3::z()] {
+    for axis in [
+        nalgebra::Vector3::x(),
+        nalgebra::Vector3::y(),
+        nalgebra::Vector3::z(),
+    ] {
         for direction in [axis, -axis] {
             let ray = Ray {
                 origin: Point3::origin() - direction * 3.0,

@@ -14,10 +14,7 @@ fn seen(shape: &Shape<f64>, view: StandardView) -> (Picker, CameraSnapshot) {
     let mut camera = Camera::new(&bounding_box(&shape.surface()));
     camera.look_from(view);
     camera.jump();
-    (
-        Picker::new(&shape.mesh, &shape.positions),
-        camera.at(RECT),
-    )
+    (Picker::new(&shape.mesh, &shape.positions), camera.at(RECT))
 }
 
 #[test]
@@ -44,7 +41,9 @@ fn a_brush_does_not_leap_over_a_gap() {
     // From the side the front of the ring stands before its back, with the hole between.
     let shape = torus::<f64>(1.0, 0.25, 96, 24);
     let (picker, camera) = seen(&shape, StandardView::Oblique);
-    let on = camera.project(nalgebra::Point3::new(0.0, -0.75, 0.0)).unwrap();
+    let on = camera
+        .project(nalgebra::Point3::new(0.0, -0.75, 0.0))
+        .unwrap();
     let Some(hit) = picker.hit(&camera.ray(on)) else {
         return;
     };

@@ -53,7 +53,9 @@ impl Tree {
         // `bvh` stores a node before its children.
         for i in (0..self.bvh.nodes.len()).rev() {
             boxes[i] = match &mut self.bvh.nodes[i] {
-                BvhNode::Leaf { shape_index, .. } => bounds(self.triangles[*shape_index], positions),
+                BvhNode::Leaf { shape_index, .. } => {
+                    bounds(self.triangles[*shape_index], positions)
+                }
                 BvhNode::Node {
                     child_l_index,
                     child_l_aabb,

@@ -1,9 +1,7 @@
 //! Small balls and thin lines of constant size on the screen, a little before the surface.
 
 use nalgebra::Point3;
-use three_d::{
-    Blend, Context, Cull, DepthTest, InstanceBuffer, Program, RenderStates, WriteMask,
-};
+use three_d::{Blend, Context, Cull, DepthTest, InstanceBuffer, Program, RenderStates, WriteMask};
 
 use super::frame::{DrawFrame, LocalFrame};
 use super::shaders;
@@ -152,9 +150,7 @@ impl LinePass {
             && std::mem::take(&mut self.are_normals_stale)
         {
             let length = NORMAL_LENGTH * mean_edge_length(data);
-            let tip = |(p, n): (&[f32; 3], &[f32; 3])| {
-                [0, 1, 2].map(|k| p[k] + length * n[k])
-            };
+            let tip = |(p, n): (&[f32; 3], &[f32; 3])| [0, 1, 2].map(|k| p[k] + length * n[k]);
             let tips: Vec<_> = data.positions.iter().zip(&data.normals).map(tip).collect();
             let tints = vec![opaque(color); tips.len()];
             self.normals.fill(&data.positions, &tips, &tints);

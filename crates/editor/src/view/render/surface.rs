@@ -99,8 +99,11 @@ impl SurfacePass {
         data.positions
             .extend(positions.values().map(|p| frame.point(p)));
         data.normals.clear();
-        data.normals
-            .extend(normals.values().map(|n| [n.x as f32, n.y as f32, n.z as f32]));
+        data.normals.extend(
+            normals
+                .values()
+                .map(|n| [n.x as f32, n.y as f32, n.z as f32]),
+        );
         self.mark_stale(Stale {
             shape: true,
             ..Stale::default()
@@ -131,8 +134,7 @@ impl SurfacePass {
             return;
         }
         if style.wireframe.is_some() {
-            self.pulled
-                .take_if(|pulled| !pulled.fits(num_vertices));
+            self.pulled.take_if(|pulled| !pulled.fits(num_vertices));
             self.pulled
                 .get_or_insert_with(|| Pulled::new(context, num_vertices))
                 .upload(&self.data);
@@ -241,7 +243,9 @@ fn triangles_in_strips(mesh: &HalfedgeMesh) -> Vec<[u32; 3]> {
                 continue;
             }
             triangles.push(mesh.triangle(face).map(|v| v.index() as u32));
-            let across = mesh.face_halfedges(face).filter_map(|h| mesh.face(h.twin()));
+            let across = mesh
+                .face_halfedges(face)
+                .filter_map(|h| mesh.face(h.twin()));
             stack.extend(across.filter(|f| !is_taken[f.index()]));
         }
     }
