@@ -158,3 +158,17 @@ fn what_is_behind_the_eye_has_no_place() {
     assert_eq!(camera.project(eye + (eye - camera.target()), RECT), None);
     assert_eq!(camera.project(eye, RECT), None);
 }
+
+#[test]
+fn a_gizmo_gets_the_same_matrices() {
+    let camera = Camera::new(&scenes()[3]);
+    let config = camera.gizmo_config(RECT, 1.5);
+    let snapshot = camera.at(RECT);
+    let [view, projection] = [snapshot.view(), snapshot.projection()];
+    // Rows stay rows.
+    assert_eq!(config.view_matrix.z.w, view[(2, 3)]);
+    assert_eq!(config.view_matrix.x.y, view[(0, 1)]);
+    assert_eq!(config.projection_matrix.z.w, projection[(2, 3)]);
+    assert_eq!(config.projection_matrix.w.z, -1.0);
+    assert_eq!(config.viewport, RECT);
+}
