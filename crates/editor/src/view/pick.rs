@@ -61,9 +61,7 @@ impl Picker {
     /// Where a ray meets the surface first, from either side.
     #[must_use]
     pub fn hit(&self, ray: &Ray) -> Option<Hit> {
-        let meeting = self
-            .tree
-            .first(ray, f64::INFINITY, &self.positions, |_| true)?;
+        let meeting = self.tree.first(ray, &self.positions)?;
         let point = ray.at(meeting.distance);
         let triangle = self.tree.triangles()[meeting.triangle];
         let squares = corners(triangle, &self.positions).map(|p| (p - point).norm_squared());
@@ -85,10 +83,9 @@ impl Picker {
         };
         // Another vertex at the same place is not in front.
         let limit = distance - 1e-9 * (distance + camera.lens().near);
-        let hider = self.tree.first(&ray, limit, &self.positions, |triangle| {
-            !triangle.contains(&own)
-        });
-        hider.is_none()
+        !self
+            .tree
+            .meets_any(&ray, limit, &self.positions, |t| !t.contains(&own))
     }
 
     /// The visible vertex nearest to the pointer on the screen, within `radius` points; where
