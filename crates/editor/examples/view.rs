@@ -6,7 +6,8 @@
 //!
 //! Left drag turns, right or middle drag shifts, the wheel zooms to the pointer; a click marks a
 //! vertex, a drag with Shift paints. Keys: W wireframe, S shading, H heat map, N normals, T theme,
-//! F fit, 1 2 3 front, right and top, D deform on and on, P measure picking. Milliseconds are printed each second.
+//! F fit, 1 2 3 front, right and top, D deform on and on, P measure picking, Q quit. Milliseconds
+//! are printed each second.
 
 use std::error::Error;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -134,6 +135,9 @@ impl Viewer {
                 Some(_) => None,
                 None => Some(Instant::now()),
             };
+        }
+        if pressed(Key::Q) {
+            ui.ctx().send_viewport_cmd(egui::ViewportCommand::Close);
         }
         if pressed(Key::P) {
             self.measure_picking(rect);
@@ -293,7 +297,7 @@ impl eframe::App for Viewer {
 }
 
 const KEYS: &str = "W wireframe   S shading   H heat   N normals   T theme   F fit   1 2 3 views   \
-                    D swing   P measure picking   click: mark a vertex   Shift and drag: paint";
+                    D swing   P measure picking   Q quit   click: mark a vertex   Shift and drag: paint";
 
 /// The height of each vertex as a colour, from blue over grey to red.
 fn heat(positions: &Positions<f64>, bounds: &BoundingBox<f64>) -> Vec<[u8; 3]> {
