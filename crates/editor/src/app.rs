@@ -73,8 +73,8 @@ pub struct Editor {
     solver_shape: Option<Arc<Positions<f64>>>,
     times: Option<[Instant; 3]>,
     reading: Option<Reading>,
-    /// What the reading was asked for.
-    measured: Option<(Arc<Positions<f64>>, Field)>,
+    /// What the reading was asked for, and when.
+    measured: Option<(Arc<Positions<f64>>, Field, Instant)>,
     camera: Camera,
     renderer: Arc<Mutex<Renderer>>,
     /// The shape that the renderer was given last.
@@ -258,7 +258,7 @@ impl Editor {
     }
 
     /// Takes what the threads have come to.
-    fn collect(&mut self) {
+    fn collect(&mut self, ctx: &egui::Context) {
         if let Some(update) = self.solver.take()
             && update.tag >= self.accepted_from
             && let Some(open) = &mut self.open
@@ -284,11 +284,11 @@ impl Editor {
             self.reading = Some(reading);
         }
         self.take_task();
-        self.refresh();
+        self.refresh(ctx);
     }
 
     /// Brings picture and meter up to date with the shape on the screen.
-    fn refresh(&mut self) {
+    fn refresh(&mut self, ctx: &egui::Context) {
         let (Some(shape), Some(open)) = (self.displayed(), &self.open) else {
             return;
         };
@@ -304,9 +304,14 @@ impl Editor {
         let is_measured = self
             .measured
             .as_ref()
-            .is_some_and(|(s, f)| Arc::ptr_eq(s, &shape) && *f == field);
-        if !is_measured {
-            self.measured = Some((Arc::clone(&shape), field));
+            .is_some_and(|(s, f, _)| Arc::ptr_eq(s, &shape) && *f == field);
+        // Two numbers need not change with every frame while the solver has better use for the processor.
+        let may_wait = field == Field::Plain && self.solver.state().0 == State::Running;
+        let is_recent = |(.., when): &(_, _, Instant)| when.elapsed() < NUMBERS_EVERY;
+        if !is_measured && may_wait && self.measured.as_ref().is_some_and(is_recent) {
+            ctx.request_repaint_after(NUMBERS_EVERY);
+        } else if !is_measured {
+            self.measured = Some((Arc::clone(&shape), field, Instant::now()));
             self.meter.post(Subject {
                 mesh,
                 original,
@@ -340,11 +345,14 @@ impl Editor {
     }
 }
 
+/// How often the errors are measured while the shape moves and no colours show them.
+const NUMBERS_EVERY: Duration = Duration::from_millis(250);
+
 impl eframe::App for Editor {
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
         let begin = Instant::now();
         let ctx = ui.ctx().clone();
-        self.collect();
+        self.collect(&ctx);
         self.keys(&ctx);
         self.menu(ui);
         self.status(ui);
