@@ -81,7 +81,7 @@ impl Editor {
         let is_settled = scene.is_settled;
         let name = name.map_or_else(|| free_name(&scene.handles, role), str::to_owned);
         let label = match role {
-            Role::Fixed => format!("Fix {name}"),
+            Role::Fixed => format!("Fix a region: {name}"),
             Role::Movable => format!("Add handle {name}"),
         };
         self.edit_handles(label, |handles| {
