@@ -126,8 +126,10 @@ struct Jobs {
 struct JobBase {
     name: &'static str,
     scene: Scene,
-    /// The history's position when its result was last taken in.
+    /// The history's position at which it is seen.
     position: u64,
+    /// Whether that is a result of the job, in whose place the next one comes.
+    has_result: bool,
 }
 
 /// A map of the shape to the sphere, and how far the picture has gone towards it.
@@ -274,6 +276,10 @@ impl Editor {
             if let Some(trace) = &mut self.trace {
                 trace.taken(update.tag, update.times);
             }
+        }
+        if matches!(self.solver.state().0, State::Failed(_)) {
+            // It begins anew, and must be told from where.
+            self.solver_shape = None;
         }
         if let Some(reading) = self.meter.take() {
             let colors = reading

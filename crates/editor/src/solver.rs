@@ -265,6 +265,14 @@ fn follow(shared: &Shared, first: Goal) -> Next {
         }
     };
     shared.describe(session.flow().system().choice().to_string());
+    if goal
+        .shape
+        .as_ref()
+        .is_some_and(|shape| Arc::ptr_eq(shape, &rest))
+    {
+        // From its rest shape a session starts better by itself: with the rotations of the handles.
+        goal.shape = None;
+    }
     let mut tracker = Tracker {
         shared,
         mesh: &mesh,

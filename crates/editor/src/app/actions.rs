@@ -171,9 +171,28 @@ impl Editor {
         self.settle();
     }
 
-    /// Puts other handles in the place of all.
-    pub(super) fn set_handles(&mut self, label: &str, new: Vec<HandleGroup>) {
-        self.edit_handles(label.to_owned(), |handles| *handles = new);
+    /// Puts other handles in the place of all, on the rest shape: as `cotan deform` begins.
+    pub(super) fn load_groups(&mut self, new: Vec<HandleGroup>) {
+        let Some(open) = &mut self.open else {
+            return;
+        };
+        let mut scene = open.history.present().clone();
+        // Another rest shape for the solver, though the same: it starts afresh, and not from where the
+        // handles of before had brought it.
+        scene.rest = Arc::new(Positions::clone(&scene.rest));
+        scene.shape = Arc::clone(&scene.rest);
+        scene.handles = Arc::new(new);
+        scene.label = "Load handles".to_owned();
+        open.history.push(scene);
+        self.jobs.base = None;
+        self.active = None;
+        self.tint();
+        self.settle();
+    }
+
+    /// Lets go of everything.
+    pub(super) fn remove_all_handles(&mut self) {
+        self.edit_handles("Let go of all handles".to_owned(), Vec::clear);
         self.active = None;
         self.tint();
         self.settle();
@@ -305,6 +324,7 @@ impl Editor {
             name,
             scene: scene.clone(),
             position,
+            has_result: false,
         });
         Some(scene)
     }
@@ -476,11 +496,12 @@ impl Editor {
             return;
         }
         let scene = reshaped(&base.scene, name.to_owned(), shape);
-        if open.history.present().label == name && open.history.present().is_of_job {
+        if base.has_result {
             *open.history.present_mut() = scene;
         } else {
             open.history.push(scene);
             base.position = open.history.position();
+            base.has_result = true;
         }
         self.dialogs.note = note;
         self.show_as_is();
@@ -512,7 +533,6 @@ fn reshaped(scene: &Scene, label: String, shape: Arc<Positions<f64>>) -> Scene {
         rest: Arc::clone(&shape),
         shape,
         is_settled: true,
-        is_of_job: true,
         options: scene.options.clone(),
     }
 }

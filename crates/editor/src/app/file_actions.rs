@@ -174,12 +174,11 @@ impl Editor {
     }
 
     pub(super) fn save_mesh(&mut self, path: PathBuf, expect: Option<Expect>) {
-        let Some(shape) = self.displayed() else {
-            return;
-        };
         let Some(open) = &mut self.open else {
             return;
         };
+        // The shape itself, also while the picture shows it on its way to the sphere.
+        let shape = Arc::clone(&open.history.present().shape);
         let expect = expect.unwrap_or(match path == open.mesh.path && open.has_file {
             true => Expect::Unchanged(open.mesh.fingerprint),
             false => Expect::Absent,
@@ -269,7 +268,7 @@ impl Editor {
             Ok(groups) => {
                 let rest = &open.history.present().rest;
                 let handles = handles_of(&groups, &mesh.processing, rest);
-                self.set_handles("Load handles", handles);
+                self.load_groups(handles);
             }
             Err(error) => self.tell(Message::error(error.to_string())),
         }
