@@ -23,7 +23,7 @@ use nalgebra::Vector3;
 
 use crate::files::{Autosave, OpenedMesh};
 use crate::meter::{Field, Meter, Reading, Subject};
-use crate::scene::{History, Scene};
+use crate::scene::{HandleGroup, History, Scene};
 use crate::solver::{Goal, Pace, Solver, State};
 use crate::task::Task;
 use crate::view::{Camera, Renderer, Shading};
@@ -90,14 +90,17 @@ pub struct Editor {
     jobs: Jobs,
     dialogs: Dialogs,
     autosave: Option<Arc<Autosave>>,
-    /// When the last was written, and of which state.
-    autosaved: (Instant, u64),
+    /// When the last was written, and of what, if it is still there.
+    autosaved: (Instant, Option<Aside>),
     trace: Option<Trace>,
     startup: Startup,
     is_closing: bool,
     /// What the window's bar says: told only when it changes, as telling draws a frame.
     shown_title: String,
 }
+
+/// The shape and the handles that an autosave holds.
+type Aside = (Arc<Positions<f64>>, Arc<Vec<HandleGroup>>);
 
 /// How the mesh is shown.
 #[derive(Clone, Copy, Debug, Default)]
@@ -197,7 +200,7 @@ impl Editor {
             },
             dialogs,
             autosave: None,
-            autosaved: (Instant::now(), 0),
+            autosaved: (Instant::now(), None),
             trace: startup.trace.take(),
             startup,
             is_closing: false,
@@ -365,7 +368,10 @@ impl eframe::App for Editor {
         self.panels(ui);
         self.viewport(ui);
         self.show_dialogs(&ctx);
-        self.autosave_if_due();
+        if let Some(wait) = self.autosave_if_due() {
+            // Nothing else may happen until then.
+            ctx.request_repaint_after(wait);
+        }
         self.close_if_asked(&ctx);
         let title = self.title();
         if title != self.shown_title {

@@ -163,7 +163,7 @@ pub fn editor_options() -> DeformOptions {
 }
 
 /// Of the diagonal: what is left is far below a pixel, and 1e-6 of the box is safely met.
-const SETTLED: f64 = 1e-8;
+const SETTLED: f64 = 1e-9;
 
 /// Scenes in the order in which they were made, and which of them is seen.
 #[derive(Debug)]

@@ -197,6 +197,7 @@ impl Editor {
                 if let Some(autosave) = &self.autosave {
                     // Saved: what was put aside is older. A leftover is offered, no more.
                     let _ = autosave.remove();
+                    self.autosaved.1 = None;
                 }
                 if !told.is_empty() {
                     self.tell(Message::note(told.join("\n")));
@@ -221,6 +222,7 @@ impl Editor {
         }
         if let Some(autosave) = &self.autosave {
             let _ = autosave.remove();
+            self.autosaved.1 = None;
         }
     }
 
@@ -330,13 +332,17 @@ impl Editor {
         }
     }
 
-    /// Puts the work aside when it has changed and some time has passed; and hands it to the rescue, which
-    /// puts it aside if the program breaks down in between.
-    pub(super) fn autosave_if_due(&mut self) {
+    /// Puts the work aside when it has changed and some time has passed, or tells how long that is still
+    /// to be; and hands it to the rescue, which puts it aside if the program breaks down in between.
+    pub(super) fn autosave_if_due(&mut self) -> Option<Duration> {
         let is_changed = self.is_changed();
         let (Some(open), Some(autosave)) = (&self.open, &self.autosave) else {
-            return;
+            return None;
         };
+        if !is_changed {
+            rescue::forget();
+            return None;
+        }
         let scene = open.history.present();
         let work = rescue::Work {
             mesh: open.mesh.path.clone(),
@@ -347,19 +353,24 @@ impl Editor {
             shape: Arc::clone(&scene.shape),
             has_file: open.has_file,
         };
-        if !is_changed {
-            return rescue::forget();
-        }
         rescue::keep(autosave, work.clone());
-        let (last, position) = self.autosaved;
-        let is_other = position != open.history.position() || !scene.is_settled;
-        if self.drag.is_some() || !is_other || last.elapsed() < AUTOSAVE_EVERY {
-            return;
+        let (last, aside) = &self.autosaved;
+        // The same edit may come to rest later, and another take its place in the history.
+        let is_aside = aside.as_ref().is_some_and(|(shape, handles)| {
+            Arc::ptr_eq(shape, &work.shape) && Arc::ptr_eq(handles, &work.handles)
+        });
+        if self.drag.is_some() || is_aside {
+            return None;
         }
-        self.autosaved = (Instant::now(), open.history.position());
+        let wait = AUTOSAVE_EVERY.saturating_sub(last.elapsed());
+        if !wait.is_zero() {
+            return Some(wait);
+        }
         if let Err(error) = work.write(autosave) {
             self.dialogs.note = Some(error.to_string());
         }
+        self.autosaved = (Instant::now(), Some((work.shape, work.handles)));
+        None
     }
 
     /// Goes on with work that was left behind, the newest first.
@@ -380,7 +391,8 @@ impl Editor {
                     )));
                 }
                 // Put aside anew before the old is let go of.
-                self.autosaved = (Instant::now() - AUTOSAVE_EVERY, u64::MAX);
+                let due = Instant::now().checked_sub(AUTOSAVE_EVERY);
+                self.autosaved = (due.unwrap_or_else(Instant::now), None);
                 self.autosave_if_due();
                 if let Err(error) = first.remove() {
                     self.tell(Message::note(error.to_string()));

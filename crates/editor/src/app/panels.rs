@@ -308,7 +308,9 @@ impl Editor {
             self.set_morph(share);
         }
         ui.horizontal(|ui| {
-            if ui.button("Keep this shape").clicked() {
+            let keep = ui.button("Keep this shape");
+            self.mark("keep-morph", keep.rect);
+            if keep.clicked() {
                 self.keep_morph();
             }
             if ui.button("Back to the mesh").clicked() {
@@ -320,13 +322,15 @@ impl Editor {
     /// Colours, live numbers and the plot.
     fn numbers(&mut self, ui: &mut egui::Ui) {
         let before = self.looks.field;
-        egui::ComboBox::from_label("Colours")
+        let list = egui::ComboBox::from_label("Colours")
             .selected_text(before.name())
             .show_ui(ui, |ui| {
-                for field in Field::ALL {
-                    ui.selectable_value(&mut self.looks.field, field, field.name());
+                for (index, field) in Field::ALL.into_iter().enumerate() {
+                    let choice = ui.selectable_value(&mut self.looks.field, field, field.name());
+                    self.mark(&format!("colours-{index}"), choice.rect);
                 }
             });
+        self.mark("colours", list.response.rect);
         let errors = self.reading.as_ref().and_then(|r| r.errors);
         let samples = self.solver.samples();
         let last = samples.last();

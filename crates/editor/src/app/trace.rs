@@ -122,8 +122,13 @@ impl Editor {
             .last()
             .map(|s| (s.iteration, s.residual, s.milliseconds));
         let path = self.open.as_ref().map(|open| open.mesh.path.clone());
+        let size = self.open.as_ref().map(|open| {
+            let mesh = open.mesh.processing.mesh();
+            [mesh.num_vertices(), mesh.num_faces()]
+        });
         let line = json!({
             "path": path,
+            "size": size,
             "tag": self.tag,
             "state": match &state {
                 State::Idle => "idle",
@@ -146,6 +151,7 @@ impl Editor {
             "selected": self.selection.len(),
             "selection": selection,
             "last_step": last,
+            "steps": samples.len(),
             "errors": self.reading.as_ref().and_then(|r| r.errors).map(|e| [e.parameterization, e.geometry]),
             "morph": self.jobs.map.as_ref().map(|view| view.share),
             "view": view,
