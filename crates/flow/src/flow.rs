@@ -108,6 +108,8 @@ pub struct Flow<'m, T: Scalar> {
     pub(crate) since_move: usize,
     /// Whether the Laplacian coordinates at hand are a plain image, not an extrapolation.
     pub(crate) is_plain: bool,
+    /// Whether the orientation has seen the current positions.
+    pub(crate) is_seen: bool,
 }
 
 /// The vectors of one solve; allocated once.
@@ -167,6 +169,7 @@ impl<'m, T: Scalar> Flow<'m, T> {
             iteration: 0,
             since_move: 0,
             is_plain: true,
+            is_seen: false,
             parts,
             settings,
         }
@@ -174,6 +177,7 @@ impl<'m, T: Scalar> Flow<'m, T> {
 
     /// Sets the first Laplacian coordinates and membrane edges, and the handles in place.
     pub(crate) fn begin(&mut self, first_shape: Option<Positions<T>>) -> Result<(), FlowError> {
+        self.is_seen = false;
         if let Some(shape) = first_shape {
             self.positions = shape;
         }
@@ -408,6 +412,7 @@ impl<'m, T: Scalar> Flow<'m, T> {
 
     /// Puts the hard handles on their targets.
     fn pin(&mut self) {
+        self.is_seen = false;
         for (handle, target) in self.parts.handles.iter().zip(&self.parts.targets) {
             if handle.hold == Hold::Hard {
                 self.positions[handle.vertex] = *target;

@@ -12,7 +12,7 @@ use crate::flow::{Accelerator, Flow, Parts};
 use crate::orientation::Energy;
 use crate::report::StepReport;
 use crate::state::FlowState;
-use crate::vectors::{fill, longest, update, update_both};
+use crate::vectors::{fill, longest, update_both};
 
 /// Whether the scalar field follows the positions.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -51,8 +51,8 @@ impl<T: Scalar> Flow<'_, T> {
         report.converged = is_short && self.is_plain && !is_first;
         self.since_move += 1;
 
-        let start = self.start.as_mut_slice();
-        start.copy_from_slice(self.positions.as_slice());
+        // Every way on writes all positions, from those at the start.
+        std::mem::swap(&mut self.start, &mut self.positions);
         let descends = matches!(self.accelerator, Accelerator::Lbfgs(_));
         let is_projected = self.parts.projection.is_some();
         if (self.parts.has_membrane || descends)
@@ -86,7 +86,7 @@ impl<T: Scalar> Flow<'_, T> {
 
     /// Computes the correction that a full plain step would make.
     pub(crate) fn solve(&mut self) {
-        let has_membrane = self.parts.has_membrane;
+        let (has_membrane, is_seen) = (self.parts.has_membrane, self.is_seen);
         let Self {
             parts,
             terms,
@@ -97,14 +97,25 @@ impl<T: Scalar> Flow<'_, T> {
         let rest = &parts.rest;
         let missed = |i: usize, now| laplacian.as_slice()[i].map(T::as_f64) - now;
         let mismatch = terms.mismatch.as_mut_slice();
+        let seen = is_seen.then(|| parts.orientation.seen_laplacian()).flatten();
         if has_membrane {
             parts.orientation.wanted_tension(rest, &mut terms.tension);
             let tension = terms.tension.as_mut_slice();
-            update_both(mismatch, tension, |i, mismatch, tension| {
-                let [now, pull] = rest.laplacian_and_pull(positions, i);
-                *mismatch = missed(i, now);
-                *tension = pull - *tension;
-            });
+            let of_seen = seen.filter(|_| rest.has_own_cotangents());
+            if let Some(seen) = of_seen {
+                update_both(mismatch, tension, |i, mismatch, tension| {
+                    *mismatch = missed(i, seen[i]);
+                    *tension = seen[i] * 0.5 - *tension;
+                });
+            } else {
+                update_both(mismatch, tension, |i, mismatch, tension| {
+                    let [now, pull] = rest.laplacian_and_pull(positions, i);
+                    *mismatch = missed(i, now);
+                    *tension = pull - *tension;
+                });
+            }
+        } else if let Some(seen) = seen {
+            fill(mismatch, |i| missed(i, seen[i]));
         } else {
             fill(mismatch, |i| {
                 missed(i, rest.operator().apply_at(positions, i))
@@ -125,13 +136,14 @@ impl<T: Scalar> Flow<'_, T> {
         );
     }
 
-    /// x ← x + s δ.
+    /// x ← start + s δ.
     pub(crate) fn move_by_correction(&mut self, ratio: f64) {
+        self.is_seen = false;
         let ratios = self.settings.ratios.as_ref();
-        let correction = self.terms.correction.as_slice();
-        update(self.positions.as_mut_slice(), |v, p| {
+        let (start, correction) = (self.start.as_slice(), self.terms.correction.as_slice());
+        fill(self.positions.as_mut_slice(), |v| {
             let own = ratios.map_or(1.0, |r| r.as_slice()[v].as_f64());
-            *p += (correction[v] * (ratio * own)).map(T::of_f64);
+            start[v] + (correction[v] * (ratio * own)).map(T::of_f64)
         });
     }
 
@@ -153,6 +165,7 @@ impl<T: Scalar> Flow<'_, T> {
             Field::Updated => updater.needs().or(orientation.needs()),
             Field::Kept => orientation.needs(),
         };
+        self.is_seen = false;
         self.measured
             .update(rest, &**scheme, &self.positions, wanted)?;
         let state = FlowState::new(rest, &self.positions, &self.measured, self.iteration);
@@ -160,6 +173,7 @@ impl<T: Scalar> Flow<'_, T> {
             updater.update(&state, &mut self.field)?;
         }
         orientation.orient(&state, &self.field, &mut self.laplacian)?;
+        self.is_seen = true;
         self.energy = orientation.energy().map(|energy| {
             let springs = self.spring_energy();
             Energy {
