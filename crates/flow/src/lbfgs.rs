@@ -173,7 +173,12 @@ impl Lbfgs {
                     };
                     let (r, new) = (&r[at.clone()], Some(new));
                     let first = at.start;
-                    pulp::Arch::new().dispatch(Products { pairs, new, r, first })
+                    pulp::Arch::new().dispatch(Products {
+                        pairs,
+                        new,
+                        r,
+                        first,
+                    })
                 })
                 .collect()
         } else {
@@ -182,7 +187,12 @@ impl Lbfgs {
                 .map(|(chunk, r)| {
                     let first = chunk * CHUNK;
                     let new = None;
-                    pulp::Arch::new().dispatch(Products { pairs, new, r, first })
+                    pulp::Arch::new().dispatch(Products {
+                        pairs,
+                        new,
+                        r,
+                        first,
+                    })
                 })
                 .collect()
         };
@@ -273,7 +283,12 @@ impl WithSimd for Products<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Vec<f64> {
-        let Self { pairs, new, r, first } = self;
+        let Self {
+            pairs,
+            new,
+            r,
+            first,
+        } = self;
         let mut sums = Vec::with_capacity(OWN + 2 * pairs.len());
         if let Some(new) = new {
             sums.extend(complete(new, r));
@@ -408,7 +423,9 @@ mod tests {
             lbfgs.direction(&r, &d, &mut p);
             x.iter_mut().zip(p.values()).for_each(|(x, p)| *x += p);
             let write = |s: &mut [Vector3<f32>]| {
-                s.iter_mut().zip(p.values()).for_each(|(s, p)| *s = p.map(|x| x as f32));
+                s.iter_mut()
+                    .zip(p.values())
+                    .for_each(|(s, p)| *s = p.map(|x| x as f32));
             };
             lbfgs.stepped(write, &mut r, &mut d);
         }

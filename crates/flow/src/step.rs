@@ -2,7 +2,7 @@
 
 use cotan_geometry::Scalar;
 use cotan_halfedge::VertexMap;
-use cotan_linear::{Handle, Hold};
+use cotan_linear::{Handle, Hold, PreparedSystem};
 use nalgebra::{Point3, Vector3};
 
 use crate::anderson::Proposal;
@@ -92,12 +92,15 @@ impl<T: Scalar> Flow<'_, T> {
             terms,
             positions,
             laplacian,
+            accelerator,
             ..
         } = self;
         let rest = &parts.rest;
         let missed = |i: usize, now| laplacian.as_slice()[i].map(T::as_f64) - now;
         let mismatch = terms.mismatch.as_mut_slice();
-        let seen = is_seen.then(|| parts.orientation.seen_laplacian()).flatten();
+        let seen = is_seen
+            .then(|| parts.orientation.seen_laplacian())
+            .flatten();
         if has_membrane {
             parts.orientation.wanted_tension(rest, &mut terms.tension);
             let tension = terms.tension.as_mut_slice();
@@ -127,7 +130,15 @@ impl<T: Scalar> Flow<'_, T> {
             }
         }
         let tension = has_membrane.then_some(&terms.tension);
-        parts.system.correct(
+        // The right-hand side is for those who descend.
+        let descends = has_membrane || matches!(accelerator, Accelerator::Lbfgs(_));
+        let correct = if descends {
+            PreparedSystem::correct
+        } else {
+            PreparedSystem::correct_only
+        };
+        correct(
+            &mut parts.system,
             &terms.mismatch,
             tension,
             &terms.pull,

@@ -142,13 +142,23 @@ impl Cholesky {
     /// A factor in single precision is asked twice: its first answer leaves a residual, which it
     /// answers too.
     pub(crate) fn solve(&mut self, rhs: &mut [Vector3<f64>]) {
+        self.solve_between(rhs, |_, b| *b, |_, x| x);
+    }
+
+    /// As [`Self::solve`], with passes over the vectors before and after: see [`Factor::solve_between`].
+    pub(crate) fn solve_between(
+        &mut self,
+        rhs: &mut [Vector3<f64>],
+        before: impl Fn(usize, &Vector3<f64>) -> Vector3<f64> + Sync,
+        after: impl Fn(usize, Vector3<f64>) -> Vector3<f64> + Sync,
+    ) {
         let Self {
             factor,
             buffers,
             refinement,
         } = self;
         let Some(refinement) = refinement else {
-            factor.solve(rhs, buffers);
+            factor.solve_between(rhs, before, after, buffers);
             return;
         };
         let Refinement {
@@ -156,8 +166,11 @@ impl Cholesky {
             rhs: wanted,
             residual,
         } = refinement;
-        wanted.copy_from_slice(rhs);
         let x = rhs;
+        for (i, (wanted, x)) in wanted.iter_mut().zip(&mut *x).enumerate() {
+            *x = before(i, x);
+            *wanted = *x;
+        }
         factor.solve(x, buffers);
         residual
             .par_iter_mut()
@@ -165,7 +178,9 @@ impl Cholesky {
             .with_min_len(1 << 11)
             .for_each(|(i, r)| *r = wanted[i] - matrix.product(i, x));
         factor.solve(residual, buffers);
-        x.iter_mut().zip(&*residual).for_each(|(x, r)| *x += r);
+        for (i, (x, r)) in x.iter_mut().zip(&*residual).enumerate() {
+            *x = after(i, *x + r);
+        }
     }
 
     /// Solves one right-hand side and measures the backward error |Mx − b| / (|M||x| + |b|).

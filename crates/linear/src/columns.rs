@@ -17,7 +17,6 @@
 
 use cotan_halfedge::VertexId;
 use nalgebra::{DMatrix, Vector3};
-use rayon::prelude::*;
 
 use crate::column_store::{ColumnStore, LANES, Slot};
 use crate::error::LinearError;
@@ -157,13 +156,8 @@ impl Columns {
         for (component, handle) in lone {
             constants[*component] = wanted(handle) - x[handle.vertex.index()];
         }
-        store.subtract_from(correction);
         let (components, constants) = (&problem.components, &*constants);
-        correction
-            .par_iter_mut()
-            .enumerate()
-            .with_min_len(1 << 12)
-            .for_each(|(i, x)| *x += constants[components.of(i)]);
+        store.subtract_from(correction, |i| constants[components.of(i)]);
         for handle in &problem.held.handles {
             if handle.hold == Hold::Hard {
                 correction[handle.vertex.index()] = Vector3::zeros();

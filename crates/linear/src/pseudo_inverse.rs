@@ -51,11 +51,19 @@ enum Inverse {
 }
 
 impl Inverse {
-    fn solve(&mut self, rhs: &mut [Vector3<f64>]) {
+    /// Overwrites x by what `after` makes of the solution for what `before` makes of x.
+    fn solve_between(
+        &mut self,
+        x: &mut [Vector3<f64>],
+        before: impl Fn(usize, &Vector3<f64>) -> Vector3<f64> + Sync + Send,
+        after: impl Fn(usize, Vector3<f64>) -> Vector3<f64> + Sync + Send,
+    ) {
         match self {
-            Self::Factor(cholesky) => cholesky.solve(rhs),
+            Self::Factor(cholesky) => cholesky.solve_between(x, before, after),
             Self::Iteration(multigrid) => {
-                multigrid.solve(rhs);
+                change(x, |i, x| *x = before(i, x));
+                multigrid.solve(x);
+                change(x, |i, x| *x = after(i, *x));
             }
         }
     }
@@ -195,24 +203,26 @@ impl PseudoInverse {
         out: &mut [Vector3<f64>],
     ) {
         if self.shifted.is_none() {
-            fill(out, |i| mismatch[i] * -self.scale(i));
-            self.balance(out);
-            self.solve_grounded(out);
+            if self.scale.is_empty() {
+                self.solve_grounded(out, |i, _| -mismatch[i], |_, x| x);
+            } else {
+                let scale = std::mem::take(&mut self.scale);
+                self.solve_balanced(&scale, out, |i, _| mismatch[i] * -scale[i]);
+                self.scale = scale;
+            }
             return;
         }
         match tension {
             Some((weight, tension)) => {
-                fill(out, |i| tension[i] * weight);
-                self.center(out);
-                self.solve_grounded(out);
+                let (of_tension, less) = (
+                    |i: usize, _: &Vector3<f64>| tension[i] * weight,
+                    |i: usize, x: Vector3<f64>| x - mismatch[i],
+                );
+                self.solve_grounded(out, of_tension, less);
             }
-            None => out.fill(Vector3::zeros()),
+            None => change(out, |i, x| *x = -mismatch[i]),
         }
-        change(out, |i, x| *x -= mismatch[i]);
-        self.center(out);
-        if let Some(shifted) = &mut self.shifted {
-            shifted.solve(out);
-        }
+        self.solve_shifted(out);
     }
 
     /// M⁺e of up to three vertices at once, each in its own coordinate.
@@ -221,73 +231,97 @@ impl PseudoInverse {
         for (lane, &vertex) in vertices.iter().enumerate() {
             out[vertex][lane] = 1.0;
         }
-        self.center(out);
-        self.solve_grounded(out);
-        match &mut self.shifted {
-            Some(_) => {
-                self.center(out);
-                if let Some(shifted) = &mut self.shifted {
-                    shifted.solve(out);
-                }
-            }
-            None => {
-                if !self.scale.is_empty() {
-                    let scale = &self.scale;
-                    change(out, |i, x| *x *= scale[i] * scale[i]);
-                }
-                self.balance(out);
-                self.solve_grounded(out);
-            }
+        self.solve_grounded(out, |_, x| *x, |_, x| x);
+        if self.shifted.is_some() {
+            self.solve_shifted(out);
+        } else if self.scale.is_empty() {
+            self.solve_grounded(out, |_, x| *x, |_, x| x);
+        } else {
+            let scale = std::mem::take(&mut self.scale);
+            self.solve_balanced(&scale, out, |i, x| x * (scale[i] * scale[i]));
+            self.scale = scale;
         }
         self.center(out);
     }
 
-    fn scale(&self, i: usize) -> f64 {
-        self.scale.get(i).copied().unwrap_or(1.0)
-    }
-
-    /// x with W x = the right-hand side, whose sums are 0, and x = 0 at the grounds.
-    fn solve_grounded(&mut self, rhs: &mut [Vector3<f64>]) {
-        for &ground in &self.grounds {
-            rhs[ground] = Vector3::zeros();
-        }
-        self.grounded.solve(rhs);
-    }
-
-    /// Subtracts a multiple of D² so that the sum over every component is 0.
-    fn balance(&mut self, x: &mut [Vector3<f64>]) {
-        if self.scale.is_empty() {
-            return self.center(x);
-        }
-        self.components
-            .sum(|i| x[i], &mut self.partial, &mut self.sums);
+    /// x with W x = what `of` makes of x less its mean over every component, and x = 0 at the grounds;
+    /// then what `after` makes of it.
+    fn solve_grounded(
+        &mut self,
+        x: &mut [Vector3<f64>],
+        of: impl Fn(usize, &Vector3<f64>) -> Vector3<f64> + Sync + Send,
+        after: impl Fn(usize, Vector3<f64>) -> Vector3<f64> + Sync + Send,
+    ) {
+        self.means(|i| of(i, &x[i]));
         let Self {
             components,
-            scale,
-            squares,
+            grounds,
+            grounded,
             sums,
             ..
         } = self;
-        change(x, |i, x| {
+        let before = |i: usize, x: &Vector3<f64>| {
             let c = components.of(i);
-            *x -= sums[c] * (scale[i] * scale[i] / squares[c]);
-        });
+            if grounds[c] == i {
+                Vector3::zeros()
+            } else {
+                of(i, x) - sums[c]
+            }
+        };
+        grounded.solve_between(x, before, after);
+    }
+
+    /// As [`Self::solve_grounded`], less a multiple of D² such that the sum over every component is 0.
+    fn solve_balanced(
+        &mut self,
+        scale: &[f64],
+        x: &mut [Vector3<f64>],
+        of: impl Fn(usize, &Vector3<f64>) -> Vector3<f64> + Sync + Send,
+    ) {
+        self.components
+            .sum(|i| of(i, &x[i]), &mut self.partial, &mut self.sums);
+        let Self {
+            components,
+            squares,
+            grounds,
+            grounded,
+            sums,
+            ..
+        } = self;
+        let before = |i: usize, x: &Vector3<f64>| {
+            let c = components.of(i);
+            if grounds[c] == i {
+                Vector3::zeros()
+            } else {
+                of(i, x) - sums[c] * (scale[i] * scale[i] / squares[c])
+            }
+        };
+        grounded.solve_between(x, before, |_, x| x);
+    }
+
+    /// (W + σ)⁻¹ of x less its mean over every component.
+    fn solve_shifted(&mut self, x: &mut [Vector3<f64>]) {
+        self.means(|i| x[i]);
+        let (components, means) = (&self.components, &self.sums);
+        if let Some(shifted) = &mut self.shifted {
+            shifted.solve_between(x, |i, x| x - means[components.of(i)], |_, x| x);
+        }
     }
 
     /// Subtracts the mean over every component.
     fn center(&mut self, x: &mut [Vector3<f64>]) {
-        self.components
-            .sum(|i| x[i], &mut self.partial, &mut self.sums);
-        for (c, sum) in self.sums.iter_mut().enumerate() {
-            *sum /= self.components.members(c).len() as f64;
-        }
+        self.means(|i| x[i]);
         let (components, means) = (&self.components, &self.sums);
         change(x, |i, x| *x -= means[components.of(i)]);
     }
-}
 
-fn fill(out: &mut [Vector3<f64>], value: impl Fn(usize) -> Vector3<f64> + Sync + Send) {
-    change(out, |i, x| *x = value(i));
+    /// Leaves the mean of a term over every component in `sums`.
+    fn means(&mut self, term: impl Fn(usize) -> Vector3<f64> + Sync) {
+        self.components.sum(term, &mut self.partial, &mut self.sums);
+        for (c, sum) in self.sums.iter_mut().enumerate() {
+            *sum /= self.components.members(c).len() as f64;
+        }
+    }
 }
 
 fn change(out: &mut [Vector3<f64>], each: impl Fn(usize, &mut Vector3<f64>) + Sync + Send) {

@@ -16,6 +16,8 @@ pub(crate) struct Buffers {
     vectors: Vec<[f64; 3]>,
     /// For every unknown its place there.
     places: Vec<u32>,
+    /// The unknowns at the top, in their order there.
+    top: Vec<u32>,
     /// Per group, and for the top: the unknowns of one front, axis by axis.
     fronts: Vec<Vec<f64>>,
 }
@@ -40,9 +42,14 @@ impl Buffers {
             .chain(std::iter::once(of_top.unwrap_or(0)))
             .map(|height| vec![0.0; 7 * axis_len(height)])
             .collect();
+        let top_columns = tasks.top.iter().flat_map(|&s| {
+            let (start, width, _) = symbolic.supernode(s as usize);
+            &symbolic.order[start..start + width]
+        });
         Self {
             vectors: vec![[0.0; 3]; tasks.lengths.iter().sum()],
             places,
+            top: top_columns.copied().collect(),
             fronts,
         }
     }
@@ -51,9 +58,26 @@ impl Buffers {
 impl Factor {
     /// Overwrites right-hand sides by their solutions.
     pub(crate) fn solve(&self, rhs: &mut [Vector3<f64>], buffers: &mut Buffers) {
+        self.solve_between(rhs, |_, b| *b, |_, x| x, buffers);
+    }
+
+    /// As [`Self::solve`]: the right-hand side is what `before` makes of the number and the value of every
+    /// entry, and what is written is what `after` makes of the solution. So passes over the vectors are
+    /// saved.
+    pub(crate) fn solve_between(
+        &self,
+        x: &mut [Vector3<f64>],
+        before: impl Fn(usize, &Vector3<f64>) -> Vector3<f64> + Sync,
+        after: impl Fn(usize, Vector3<f64>) -> Vector3<f64> + Sync,
+        buffers: &mut Buffers,
+    ) {
         match &self.values {
-            Values::Double(values) => solve(&self.symbolic, values, rhs, buffers),
-            Values::Single(values) => solve(&self.symbolic, values, rhs, buffers),
+            Values::Double(values) => {
+                solve(&self.symbolic, values, x, &before, &after, buffers);
+            }
+            Values::Single(values) => {
+                solve(&self.symbolic, values, x, &before, &after, buffers);
+            }
         }
     }
 }
@@ -61,7 +85,9 @@ impl Factor {
 fn solve<V: Value>(
     symbolic: &Symbolic,
     values: &[V],
-    rhs: &mut [Vector3<f64>],
+    x: &mut [Vector3<f64>],
+    before: &(impl Fn(usize, &Vector3<f64>) -> Vector3<f64> + Sync),
+    after: &(impl Fn(usize, Vector3<f64>) -> Vector3<f64> + Sync),
     buffers: &mut Buffers,
 ) {
     const CHUNK: usize = 1 << 13;
@@ -69,28 +95,30 @@ fn solve<V: Value>(
     let Buffers {
         vectors,
         places,
+        top: top_columns,
         fronts,
     } = buffers;
-    // The tails gather sums: they start from zero.
-    let mut at = 0;
-    for (range, &length) in tasks.subtrees.iter().zip(&tasks.lengths) {
-        let columns = symbolic.num_columns(range.clone());
-        vectors[at + columns..at + length].fill([0.0; 3]);
-        at += length;
-    }
-    for (b, &place) in rhs.iter().zip(&*places) {
-        vectors[place as usize] = [b.x, b.y, b.z];
-    }
     let (mut groups, top) = parts(tasks.lengths.as_slice(), vectors);
     let (group_fronts, top_front) = fronts.split_at_mut(tasks.subtrees.len());
     let top_front = &mut top_front[0];
 
+    let rhs = &*x;
+    let take = |vectors: &mut [[f64; 3]], unknowns: &[u32]| {
+        for (vector, &unknown) in vectors.iter_mut().zip(unknowns) {
+            let unknown = unknown as usize;
+            *vector = before(unknown, &rhs[unknown]).into();
+        }
+    };
     groups
         .par_iter_mut()
         .zip(&mut *group_fronts)
         .zip(&tasks.subtrees)
         .with_max_len(1)
         .for_each(|((vectors, front), range)| {
+            let columns = symbolic.columns_of(range.clone());
+            // The tail gathers sums: it starts from zero.
+            vectors[columns.len()..].fill([0.0; 3]);
+            take(vectors, &symbolic.order[columns]);
             pulp::Arch::new().dispatch(Sweep {
                 symbolic,
                 values,
@@ -100,6 +128,7 @@ fn solve<V: Value>(
                 supernodes: range.clone(),
             });
         });
+    take(top, top_columns);
     for (group, vectors) in groups.iter().enumerate() {
         let columns = symbolic.num_columns(tasks.subtrees[group].clone());
         for (x, &place) in vectors[columns..].iter().zip(tasks.tail(group)) {
@@ -142,10 +171,11 @@ fn solve<V: Value>(
         });
     drop(groups);
     let vectors = &*vectors;
-    rhs.par_iter_mut()
+    x.par_iter_mut()
         .zip(&*places)
+        .enumerate()
         .with_min_len(CHUNK)
-        .for_each(|(x, &place)| *x = Vector3::from(vectors[place as usize]));
+        .for_each(|(i, (x, &place))| *x = after(i, Vector3::from(vectors[place as usize])));
 }
 
 /// The buffers of the groups and that of the top.
