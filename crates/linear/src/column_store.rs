@@ -49,6 +49,16 @@ impl ColumnStore {
         slots
     }
 
+    /// Takes up one column.
+    pub(crate) fn insert_one(&mut self, column: &[f64]) -> Slot {
+        let slot = self.vacant(1, column.len())[0];
+        let values = &mut self.blocks[slot.block].values;
+        for (value, entry) in values.iter_mut().zip(column) {
+            value[slot.lane] = *entry;
+        }
+        slot
+    }
+
     /// Gives up columns; blocks at the end that hold none are dropped.
     pub(crate) fn remove(&mut self, slots: impl IntoIterator<Item = Slot>) {
         for slot in slots {

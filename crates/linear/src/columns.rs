@@ -96,8 +96,16 @@ impl Columns {
             .collect();
         missing.sort_unstable();
         let mut added = Vec::with_capacity(missing.len());
-        let mut work = vec![Vector3::zeros(); problem.num_vertices()];
+        let n = problem.num_vertices();
+        let (mut work, mut number) = (Vec::new(), Vec::new());
         for vertices in missing.chunks(LANES) {
+            if let [vertex] = *vertices {
+                number.resize(n, 0.0);
+                self.inverse.column(vertex.index(), &mut number);
+                added.push((vertex, self.store.insert_one(&number)));
+                continue;
+            }
+            work.resize(n, Vector3::zeros());
             let rows: Vec<usize> = vertices.iter().map(|v| v.index()).collect();
             self.inverse.columns(&rows, &mut work);
             let slots = self.store.insert(&work, vertices.len());

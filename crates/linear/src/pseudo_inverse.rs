@@ -68,6 +68,17 @@ impl Inverse {
         }
     }
 
+    fn solve_one(&mut self, x: &mut [f64]) {
+        match self {
+            Self::Factor(cholesky) => cholesky.solve_one(x),
+            Self::Iteration(multigrid) => {
+                let mut vectors: Vec<_> = x.iter().map(|&x| Vector3::new(x, 0.0, 0.0)).collect();
+                multigrid.solve(&mut vectors);
+                x.iter_mut().zip(&vectors).for_each(|(x, v)| *x = v.x);
+            }
+        }
+    }
+
     /// The inverse of a matrix of the same pattern, of the same kind.
     fn like(&self, matrix: &LowerTriangle) -> Result<Self, LinearError> {
         Ok(match self {
@@ -130,24 +141,32 @@ impl PseudoInverse {
             let ground = &mut grounds[components.of(i)];
             *ground = (*ground).min(i);
         }
-        Self::assemble(problem, grounds, |matrix| match means {
-            Means::Factor(storage) => Cholesky::factor_with(matrix, storage)
-                .map(|cholesky| Inverse::Factor(Box::new(cholesky))),
-            Means::Iteration => Inverse::iteration(matrix),
+        Self::assemble(problem, grounds, |matrices| match means {
+            Means::Factor(storage) => {
+                let storage = Storage {
+                    analysis: Some(Cholesky::analysed(&matrices[0], storage)?),
+                    ..storage.clone()
+                };
+                side_by_side(matrices, |matrix| {
+                    Cholesky::factor_with(matrix, &storage)
+                        .map(|cholesky| Inverse::Factor(Box::new(cholesky)))
+                })
+            }
+            Means::Iteration => side_by_side(matrices, Inverse::iteration),
         })
     }
 
     /// For other weights: the analysis is shared.
     pub(crate) fn refactor(&self, problem: &Problem) -> Result<Self, LinearError> {
-        Self::assemble(problem, self.grounds.clone(), |matrix| {
-            self.grounded.like(matrix)
+        Self::assemble(problem, self.grounds.clone(), |matrices| {
+            side_by_side(matrices, |matrix| self.grounded.like(matrix))
         })
     }
 
     fn assemble(
         problem: &Problem,
         grounds: Vec<usize>,
-        first: impl Fn(&LowerTriangle) -> Result<Inverse, LinearError>,
+        invert: impl Fn(&[LowerTriangle]) -> Result<Vec<Inverse>, LinearError>,
     ) -> Result<Self, LinearError> {
         let (rings, weights) = (&problem.rings, &problem.weights);
         let components = problem.components.clone();
@@ -163,18 +182,18 @@ impl PseudoInverse {
         // What is cut off keeps a diagonal of the usual size, so that norms stay what they were.
         let usual = |sum: f64| if sum > 0.0 { sum } else { 1.0 };
         let cut = |i: usize, sum: f64| if is_ground(i) { usual(sum) } else { sum };
-        let grounded = first(&one_ring::assemble(rings, weights, is_ground, cut))?;
-        let shifted = match &problem.membrane {
-            Some(Sheet {
-                weight,
-                stiffness: Stiffness::OfWeights(c),
-            }) => {
-                let shifted = |_, sum| sum + weight * c;
-                let matrix = one_ring::assemble(rings, weights, |_| false, shifted);
-                Some(grounded.like(&matrix)?)
-            }
-            _ => None,
-        };
+        let mut matrices = vec![one_ring::assemble(rings, weights, is_ground, cut)];
+        if let Some(Sheet {
+            weight,
+            stiffness: Stiffness::OfWeights(c),
+        }) = &problem.membrane
+        {
+            let shifted = |_, sum| sum + weight * c;
+            matrices.push(one_ring::assemble(rings, weights, |_| false, shifted));
+        }
+        let mut inverses = invert(&matrices)?;
+        let shifted = (inverses.len() > 1).then(|| inverses.pop()).flatten();
+        let grounded = inverses.remove(0);
         Ok(Self {
             scale,
             squares,
@@ -242,6 +261,47 @@ impl PseudoInverse {
             self.scale = scale;
         }
         self.center(out);
+    }
+
+    /// M⁺e of one vertex: as [`Self::columns`], by solves of one right-hand side.
+    pub(crate) fn column(&mut self, vertex: usize, out: &mut [f64]) {
+        let Self {
+            components,
+            scale,
+            squares,
+            grounds,
+            grounded,
+            shifted,
+            ..
+        } = self;
+        let c = components.of(vertex);
+        let (members, ground) = (components.members(c), grounds[c]);
+        let each = || members.iter().map(|&i| i as usize);
+        let center = |x: &mut [f64]| {
+            let mean = each().map(|i| x[i]).sum::<f64>() / members.len() as f64;
+            each().for_each(|i| x[i] -= mean);
+        };
+        // Other components are left alone: there all stays 0.
+        out.fill(0.0);
+        out[vertex] = 1.0;
+        center(out);
+        out[ground] = 0.0;
+        grounded.solve_one(out);
+        if let Some(shifted) = shifted {
+            center(out);
+            shifted.solve_one(out);
+        } else {
+            if scale.is_empty() {
+                center(out);
+            } else {
+                each().for_each(|i| out[i] *= scale[i] * scale[i]);
+                let share = each().map(|i| out[i]).sum::<f64>() / squares[c];
+                each().for_each(|i| out[i] -= share * (scale[i] * scale[i]));
+            }
+            out[ground] = 0.0;
+            grounded.solve_one(out);
+        }
+        center(out);
     }
 
     /// x with W x = what `of` makes of x less its mean over every component, and x = 0 at the grounds;
@@ -322,6 +382,16 @@ impl PseudoInverse {
             *sum /= self.components.members(c).len() as f64;
         }
     }
+}
+
+/// The inverses of some matrices.
+fn side_by_side(
+    matrices: &[LowerTriangle],
+    invert: impl Fn(&LowerTriangle) -> Result<Inverse, LinearError> + Sync + Send,
+) -> Result<Vec<Inverse>, LinearError> {
+    // In a list first: of two errors the first counts, whichever comes first.
+    let inverses: Vec<_> = matrices.par_iter().with_max_len(1).map(invert).collect();
+    inverses.into_iter().collect()
 }
 
 fn change(out: &mut [Vector3<f64>], each: impl Fn(usize, &mut Vector3<f64>) + Sync + Send) {
