@@ -98,6 +98,8 @@ pub struct Flow<'m, T: Scalar> {
     /// Scalar field d, and the Laplacian coordinates that the next solve aims at.
     pub(crate) field: VertexMap<T>,
     pub(crate) laplacian: VertexMap<Vector3<T>>,
+    /// The Laplacian coordinates before the update at hand.
+    pub(crate) before: VertexMap<Vector3<T>>,
     pub(crate) terms: Terms,
     pub(crate) accelerator: Accelerator,
     /// Per vertex the number of its handle.
@@ -156,6 +158,7 @@ impl<'m, T: Scalar> Flow<'m, T> {
             start: rest.positions().clone(),
             field: rest.magnitudes().clone(),
             laplacian: rest.laplacian().clone(),
+            before: rest.laplacian().clone(),
             terms: Terms {
                 mismatch: zeros(),
                 tension: zeros(),

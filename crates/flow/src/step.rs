@@ -1,9 +1,8 @@
 //! One iteration of a flow.
 
 use cotan_geometry::Scalar;
-use cotan_halfedge::VertexMap;
 use cotan_linear::{Handle, Hold, PreparedSystem};
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 
 use crate::anderson::Proposal;
 use crate::descent::Descent;
@@ -234,20 +233,13 @@ impl<T: Scalar> Flow<'_, T> {
             self.is_plain = true;
             return self.update();
         }
-        // What the solve has used is free until the next.
-        let as_f64 = |from: &VertexMap<Vector3<T>>, to: &mut VertexMap<Vector3<f64>>| {
-            let from = from.as_slice();
-            fill(to.as_mut_slice(), |i| from[i].map(T::as_f64));
-        };
-        as_f64(&self.laplacian, &mut self.terms.mismatch);
+        // All of it is written anew.
+        std::mem::swap(&mut self.laplacian, &mut self.before);
         self.update()?;
-        as_f64(&self.laplacian, &mut self.terms.residual);
-        let (u, image) = (&mut self.terms.mismatch, &self.terms.residual);
         if let Accelerator::Anderson(anderson) = &mut self.accelerator {
-            self.is_plain = anderson.propose(u, image, is_short) == Proposal::Plain;
+            let proposal = anderson.propose(&self.before, &mut self.laplacian, is_short);
+            self.is_plain = proposal == Proposal::Plain;
         }
-        let u = u.as_slice();
-        fill(self.laplacian.as_mut_slice(), |i| u[i].map(T::of_f64));
         Ok(())
     }
 
@@ -280,7 +272,8 @@ pub(crate) mod tests {
 
     use cotan_geometry::shapes::icosphere;
     use cotan_geometry::{Positions, Shape, volume};
-    use cotan_halfedge::VertexId;
+    use cotan_halfedge::{VertexId, VertexMap};
+    use nalgebra::Vector3;
 
     use super::*;
     use crate::{Acceleration, Limited, ScalarFieldUpdater, Schedule, Start, StopReason};
