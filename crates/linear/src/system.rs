@@ -221,12 +221,41 @@ impl PreparedSystem {
         residual: &mut VertexMap<Vector3<f64>>,
         correction: &mut VertexMap<Vector3<f64>>,
     ) {
-        assert_eq!(
-            correction.len(),
-            self.problem.num_vertices(),
-            "one entry a vertex"
-        );
         self.residual(mismatch, tension, pull, residual);
+        self.finish(mismatch, tension, pull, residual, correction);
+    }
+
+    /// As [`Self::correct`], for callers that do not need the right-hand side: it is computed only where
+    /// the strategy does. `scratch` holds it then, and what it held before otherwise.
+    ///
+    /// # Panics
+    /// If a map has not one entry a vertex.
+    pub fn correct_only(
+        &mut self,
+        mismatch: &VertexMap<Vector3<f64>>,
+        tension: Option<&VertexMap<Vector3<f64>>>,
+        pull: &VertexMap<Vector3<f64>>,
+        scratch: &mut VertexMap<Vector3<f64>>,
+        correction: &mut VertexMap<Vector3<f64>>,
+    ) {
+        if let Solver::Normal(_) = self.solver {
+            self.residual(mismatch, tension, pull, scratch);
+        }
+        self.finish(mismatch, tension, pull, scratch, correction);
+    }
+
+    fn finish(
+        &mut self,
+        mismatch: &VertexMap<Vector3<f64>>,
+        tension: Option<&VertexMap<Vector3<f64>>>,
+        pull: &VertexMap<Vector3<f64>>,
+        residual: &VertexMap<Vector3<f64>>,
+        correction: &mut VertexMap<Vector3<f64>>,
+    ) {
+        let n = self.problem.num_vertices();
+        let lengths = [mismatch.len(), pull.len(), correction.len()];
+        let of_tension = tension.map_or(n, VertexMap::len);
+        assert!(lengths == [n; 3] && of_tension == n, "one entry a vertex");
         match &mut self.solver {
             Solver::Normal(normal) => {
                 normal.correct(residual.as_slice(), correction.as_mut_slice());
