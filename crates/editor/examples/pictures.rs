@@ -28,20 +28,30 @@ fn main() -> Result<(), Box<dyn Error>> {
     let program = beside.map(|beside| beside.join("cotan-editor"));
     let program = program.filter(|program| program.is_file());
     let program = program.ok_or("build the program beside this: --bins")?;
-    let data = tempfile::tempdir()?;
+    bend(&program, &folder)?;
+    smooth_and_map(&program, &folder)
+}
+
+/// The window on the sample, which fills it.
+fn open<'d>(display: &'d mut Display, program: &Path, data: &Path) -> Window<'d> {
     let start = Start {
-        program: &program,
-        data: data.path(),
+        program,
+        data,
         arguments: Vec::new(),
     };
-    let mut display = Display::start();
-    let mut window = Window::open(&mut display, &start);
+    let mut window = Window::open(display, &start);
     window.wait_for_mesh();
     let [left, top, right, bottom] = window.rect("viewport");
     window.move_to(0.5 * (left + right), 0.5 * (top + bottom) + 40.0);
     window.display.order("click 4");
     at_rest(&mut window);
+    window
+}
 
+fn bend(program: &Path, folder: &Path) -> Result<(), Box<dyn Error>> {
+    let data = tempfile::tempdir()?;
+    let mut display = Display::start();
+    let mut window = open(&mut display, program, data.path());
     let feet = [
         "front left foot",
         "front right foot",
@@ -55,14 +65,20 @@ fn main() -> Result<(), Box<dyn Error>> {
     paint(&mut window, &["tail tip"])?;
     hold(&mut window, "h", 3);
     window.key("q");
-    window.drag(2, [120.0, -110.0], 40);
+    window.drag(2, [190.0, -70.0], 40);
     window.wait_for_rest();
-    window.drag(1, [-150.0, -50.0], 40);
+    window.drag(1, [-270.0, 10.0], 40);
     window.wait_for_rest();
-    at_rest(&mut window);
+    choose_colours(&mut window, 2);
     save(&window, &folder.join("editor-deform.png"))?;
 
-    window.key("Escape");
+    Ok(())
+}
+
+fn smooth_and_map(program: &Path, folder: &Path) -> Result<(), Box<dyn Error>> {
+    let data = tempfile::tempdir()?;
+    let mut display = Display::start();
+    let mut window = open(&mut display, program, data.path());
     choose_colours(&mut window, 1);
     window.click_on("tab-smooth");
     window.click_on("smooth");

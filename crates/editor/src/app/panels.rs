@@ -132,7 +132,8 @@ impl Editor {
             ui.horizontal(|ui| {
                 let kind = match group.role {
                     Role::Fixed => "■",
-                    Role::Movable => "•",
+                    // The round one that the font has.
+                    Role::Movable => "⏺",
                 };
                 let text = format!("{kind} {} ({})", group.name, group.vertices.len());
                 if ui

@@ -341,8 +341,14 @@ impl Editor {
             ..self.camera.gizmo_config(rect, ui.ctx().pixels_per_point())
         };
         self.gizmo.update_config(config);
-        let cursor = ui.input(|i| i.pointer.latest_pos()).unwrap_or_default();
         let (pressed, down) = ui.input(|i| (i.pointer.primary_pressed(), i.pointer.primary_down()));
+        // In a slow frame the pointer is on from where it went down: there is what it holds.
+        let origin = ui.input(|i| i.pointer.press_origin().filter(|_| pressed));
+        let latest = ui.input(|i| i.pointer.latest_pos());
+        if origin.is_some() && origin != latest {
+            ui.ctx().request_repaint();
+        }
+        let cursor = origin.or(latest).unwrap_or_default();
         let is_open = self.dialogs.is_open();
         let interaction = GizmoInteraction {
             cursor_pos: (cursor.x, cursor.y),

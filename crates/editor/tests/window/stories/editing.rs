@@ -5,7 +5,7 @@ use cotan_editor::scene::editor_options;
 use nalgebra::{Matrix4, Point3};
 
 use super::{open, save, surface_vertex, undo_all};
-use crate::harness::{Display, bytes};
+use crate::harness::{Display, bytes, numbers, project};
 use crate::models::Place;
 
 /// What is saved is the shape that the library makes of the same handles; undone, it is the file of old.
@@ -52,5 +52,34 @@ fn a_dragged_handle_saves_what_the_library_makes_and_undo_brings_the_file_back()
     if let Some(place) = Place::with_shared("spot.obj") {
         a_handle_is_dragged(&place, 1);
         a_handle_is_dragged(&place, 3);
+    }
+}
+
+/// However many events one frame takes in: what went down on a mark holds its handle, and the handle is
+/// under the pointer in the end.
+#[test]
+fn a_handle_is_where_the_pointer_let_go_of_it() {
+    let Some(_turn) = crate::turn() else {
+        return;
+    };
+    let place = Place::with_creature();
+    let mut display = Display::start();
+    let mut window = open(&mut display, &place);
+    window.hold(place.document.positions(), 3);
+    for [dx, dy] in [[60.0, 40.0], [-50.0, -20.0], [40.0, -30.0]] {
+        let at = window.handle_at(3);
+        let [x, y, _] = project(&window.now(), at).unwrap();
+        let [x, y] = [x.round(), y.round()];
+        window.move_to(x, y);
+        window.press();
+        window.move_to(x + 0.5 * dx, y + dy);
+        window.move_to(x + dx, y + dy);
+        window.wait("the handle under the pointer", |line| {
+            let at = numbers(&line["handles"][3]["at"]).unwrap();
+            let [now_x, now_y, _] = project(line, [at[0], at[1], at[2]]).unwrap();
+            (now_x - x - dx).hypot(now_y - y - dy) < 2.0
+        });
+        window.release();
+        window.wait_for_rest();
     }
 }
