@@ -51,7 +51,7 @@ pub enum Acceleration {
 
 impl Default for Acceleration {
     fn default() -> Self {
-        // Between 4 and 20 steps were found alike, and every one costs a pass over the mesh.
+        // Between 5 and 20 steps were found alike, and every one is read in every iteration.
         Self::Memory(5)
     }
 }
