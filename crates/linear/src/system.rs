@@ -364,7 +364,19 @@ mod tests {
                 Vector3::new((t + phase).sin(), (2.0 * t - phase).cos(), (3.0 * t * phase).sin())
             };
             let map = |phase: f64| VertexMap::from_vec((0..n).map(|i| vector(i, phase)).collect());
-            let (mismatch, tension, pull) = (map(0.3), map(1.1), map(2.7));
+            let (mismatch, pull) = (map(0.3), map(2.7));
+            // As any that comes of an energy: without a sum over a component.
+            let components = shape.mesh.components();
+            let mut sums = vec![(Vector3::zeros(), 0.0); components.count()];
+            for (v, t) in map(1.1).iter() {
+                let (sum, count) = &mut sums[components.of(v)];
+                *sum += t;
+                *count += 1.0;
+            }
+            let tension = VertexMap::from_fn(n, |v: VertexId| {
+                let (sum, count) = sums[components.of(v)];
+                vector(v.index(), 1.1) - sum / count
+            });
             let mut residual = VertexMap::filled(n, Vector3::zeros());
             let mut correction = residual.clone();
             system.correct(&mismatch, Some(&tension), &pull, &mut residual, &mut correction);
