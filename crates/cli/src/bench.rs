@@ -12,12 +12,12 @@ use cotan::prelude::{
     DeformOptions, Isometry3, OrientationKind, Point3, Vector3, VertexId, VertexMap,
 };
 use cotan_io::{Folder, IoError, Limits, ProcessingMesh, Weld, load_with};
+use cotan_tool::numbers::in_file_numbers;
 use serde::Serialize;
 
 use crate::console::Console;
 use crate::error::{CliError, Cure};
 use crate::files;
-use cotan_tool::numbers::in_file_numbers;
 
 /// What is to be measured.
 pub(crate) struct Plan<'a> {

@@ -9,14 +9,14 @@ use cotan::geometry::{Positions, Scalar, Surface, bounding_box};
 use cotan::linear::Hold;
 use cotan::{DeformOptions, Quality, Session, ShapeErrors};
 use cotan_io::{Document, ProcessingMesh, Weld};
+use cotan_tool::handles_file::{Constraint, FileVertices, to_handles};
+use cotan_tool::numbers::in_file_numbers;
 use nalgebra::Point3;
 
 use crate::args::Precision;
 use crate::console::{Console, Progress};
 use crate::error::{CliError, Cure};
 use crate::report::{HistoryEntry, Seconds};
-use cotan_tool::handles_file::{Constraint, FileVertices, to_handles};
-use cotan_tool::numbers::in_file_numbers;
 
 /// What is to be done to a document.
 #[derive(Debug)]

@@ -4,13 +4,13 @@ use std::path::Path;
 use std::time::Instant;
 
 use cotan_io::{Change, Document, ProcessingMesh, Repair, Weld};
+use cotan_tool::handles_file::FileVertices;
+use cotan_tool::numbers::before_repair;
 
 use crate::console::Console;
 use crate::error::{CliError, Cure};
 use crate::files;
 use crate::report::{Seconds, counted};
-use cotan_tool::handles_file::FileVertices;
-use cotan_tool::numbers::before_repair;
 
 /// Where the mesh of a job comes from.
 #[derive(Clone, Debug)]

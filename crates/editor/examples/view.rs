@@ -1,10 +1,13 @@
 //! A window on a mesh, with nothing but the editor's 3D view.
 //!
-//! `cargo run --release -p cotan-editor --example view -- mesh.obj`
+//! `cargo run --release -p cotan-editor --example view -- mesh.obj [offset]`
+//!
+//! The offset is added to all coordinates: one looks at a mesh far from the origin.
 //!
 //! Left drag turns, right or middle drag shifts, the wheel zooms to the pointer; a click marks a
 //! vertex, a drag with Shift paints. Keys: W wireframe, S shading, H heat map, N normals, T theme,
-//! F fit, 1 2 3 front, right and top, D deform on and on. Milliseconds are printed each second.
+//! F fit, 1 2 3 front, right and top, D deform on and on, P measure picking, Q quit. Milliseconds
+//! are printed each second.
 
 use std::error::Error;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -12,13 +15,16 @@ use std::time::{Duration, Instant};
 
 use cotan::geometry::{BoundingBox, Positions, Surface, vertex_normals};
 use cotan::halfedge::{HalfedgeMesh, VertexMap};
-use cotan_editor::view::{Camera, Mark, Picker, Renderer, Shading, StandardView, Style, brush};
+use cotan_editor::view::{
+    Camera, Mark, Picker, Reach, Renderer, Shading, StandardView, Style, brush, lasso,
+};
 use eframe::egui::{self, Key, PointerButton};
 use eframe::egui_glow::CallbackFn;
 use nalgebra::{Rotation3, Vector3};
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let (mesh, positions) = match std::env::args_os().nth(1) {
+    let mut arguments = std::env::args().skip(1);
+    let (mesh, positions) = match arguments.next() {
         Some(path) => {
             let processing = cotan_io::load(path)?.surface()?;
             (processing.mesh().clone(), processing.positions().clone())
@@ -28,6 +34,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             (shape.mesh, shape.positions)
         }
     };
+    let offset: f64 = arguments.next().map_or(Ok(0.0), |text| text.parse())?;
+    let positions = positions.map(|p| p + Vector3::repeat(offset));
     let options = eframe::NativeOptions {
         depth_buffer: 24,
         viewport: egui::ViewportBuilder::default().with_inner_size([1280.0, 800.0]),
@@ -95,7 +103,7 @@ impl Viewer {
         change(&mut self.renderer.lock().unwrap_or_else(PoisonError::into_inner));
     }
 
-    fn keys(&mut self, ui: &egui::Ui) {
+    fn keys(&mut self, ui: &egui::Ui, rect: egui::Rect) {
         let pressed = |key| ui.input(|input| input.key_pressed(key));
         if pressed(Key::S) {
             self.style.shading = match self.style.shading {
@@ -127,6 +135,12 @@ impl Viewer {
                 Some(_) => None,
                 None => Some(Instant::now()),
             };
+        }
+        if pressed(Key::Q) {
+            ui.ctx().send_viewport_cmd(egui::ViewportCommand::Close);
+        }
+        if pressed(Key::P) {
+            self.measure_picking(rect);
         }
         if pressed(Key::F) {
             self.camera.fit(&self.bounds);
@@ -200,6 +214,31 @@ impl Viewer {
         self.draw_by(|renderer| renderer.set_tints(&self.tints));
     }
 
+    fn measure_picking(&mut self, rect: egui::Rect) {
+        let camera = self.camera.at(rect);
+        let start = Instant::now();
+        let mut picker = Picker::new(&self.mesh, &self.positions);
+        let built = milliseconds(start);
+        let start = Instant::now();
+        picker.refit(&self.positions);
+        let refitted = milliseconds(start);
+        let start = Instant::now();
+        let share = |i: u32, prime: u32| (i * prime % 1000) as f32 / 1000.0;
+        let place = |i| rect.min + rect.size() * egui::vec2(share(i, 137), share(i, 71));
+        let hits = (0..1000).filter(|i| picker.hit(&camera.ray(place(*i))).is_some());
+        let hits = hits.count();
+        let shot = milliseconds(start);
+        let start = Instant::now();
+        let [min, max] = [rect.min, rect.max];
+        let polygon = [min, egui::pos2(max.x, min.y), max, egui::pos2(min.x, max.y)];
+        let seen = lasso(&picker, &camera, &polygon, Reach::Visible).len();
+        println!(
+            "picker built in {built:.1} ms, refitted in {refitted:.1} ms; a ray {shot:.1} µs \
+             ({hits} of 1000 hit); lasso around all in {:.1} ms ({seen} visible)",
+            milliseconds(start)
+        );
+    }
+
     /// Twists the shape to and fro, as a solver would: all that changes each frame is measured.
     fn swing(&self, seconds: f64) -> Option<()> {
         let (center, size) = (self.bounds.center(), self.bounds.longest_side());
@@ -238,10 +277,11 @@ impl Viewer {
 
 impl eframe::App for Viewer {
     fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
+        egui::Panel::bottom("keys").show_inside(ui, |ui| ui.label(KEYS));
         egui::CentralPanel::no_frame().show_inside(ui, |ui| {
             let (rect, response) =
                 ui.allocate_exact_size(ui.available_size(), egui::Sense::click_and_drag());
-            self.keys(ui);
+            self.keys(ui, rect);
             self.pointer(ui, &response);
             if let Some(start) = self.swings {
                 self.swing(start.elapsed().as_secs_f64());
@@ -255,6 +295,9 @@ impl eframe::App for Viewer {
         });
     }
 }
+
+const KEYS: &str = "W wireframe   S shading   H heat   N normals   T theme   F fit   1 2 3 views   \
+                    D swing   P measure picking   Q quit   click: mark a vertex   Shift and drag: paint";
 
 /// The height of each vertex as a colour, from blue over grey to red.
 fn heat(positions: &Positions<f64>, bounds: &BoundingBox<f64>) -> Vec<[u8; 3]> {

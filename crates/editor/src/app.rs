@@ -52,6 +52,8 @@ pub struct Startup {
 pub(crate) struct Open {
     pub(crate) mesh: OpenedMesh,
     pub(crate) history: History,
+    /// The shape as it was opened.
+    original: Arc<Positions<f64>>,
     /// The history's position and the shape when the file was last written or read.
     saved: (u64, Arc<Positions<f64>>),
     /// Whether `mesh.path` names a file that is there.
@@ -71,8 +73,8 @@ pub struct Editor {
     solver_shape: Option<Arc<Positions<f64>>>,
     times: Option<[Instant; 3]>,
     reading: Option<Reading>,
-    /// What the reading was asked for.
-    measured: Option<(Arc<Positions<f64>>, Field)>,
+    /// What the reading was asked for, and when.
+    measured: Option<(Arc<Positions<f64>>, Field, Instant)>,
     camera: Camera,
     renderer: Arc<Mutex<Renderer>>,
     /// The shape that the renderer was given last.
@@ -127,8 +129,10 @@ struct Jobs {
 struct JobBase {
     name: &'static str,
     scene: Scene,
-    /// The history's position when its result was last taken in.
+    /// The history's position at which it is seen.
     position: u64,
+    /// Whether that is a result of the job, in whose place the next one comes.
+    has_result: bool,
 }
 
 /// A map of the shape to the sphere, and how far the picture has gone towards it.
@@ -276,6 +280,10 @@ impl Editor {
                 trace.taken(update.tag, update.times);
             }
         }
+        if matches!(self.solver.state().0, State::Failed(_)) {
+            // It begins anew, and must be told from where.
+            self.solver_shape = None;
+        }
         if let Some(reading) = self.meter.take() {
             let colors = reading
                 .colors
@@ -284,18 +292,19 @@ impl Editor {
             crate::solver::lock(&self.renderer).set_colors(colors);
             self.reading = Some(reading);
         }
-        self.take_task(ctx);
-        self.refresh();
+        self.take_task();
+        self.refresh(ctx);
     }
 
     /// Brings picture and meter up to date with the shape on the screen.
-    fn refresh(&mut self) {
+    fn refresh(&mut self, ctx: &egui::Context) {
         let (Some(shape), Some(open)) = (self.displayed(), &self.open) else {
             return;
         };
         let is_drawn = self.drawn.as_ref().is_some_and(|s| Arc::ptr_eq(s, &shape));
         let mesh = Arc::clone(&open.mesh.processing);
-        let rest = Arc::clone(&open.history.present().rest);
+        // Everything is compared with the mesh as it was opened, whatever a job has made of it since.
+        let original = Arc::clone(&open.original);
         if !is_drawn && let Ok(surface) = Surface::new(mesh.mesh(), &shape) {
             let normals = vertex_normals(&surface);
             self.give_renderer(&shape, &normals);
@@ -304,12 +313,17 @@ impl Editor {
         let is_measured = self
             .measured
             .as_ref()
-            .is_some_and(|(s, f)| Arc::ptr_eq(s, &shape) && *f == field);
-        if !is_measured {
-            self.measured = Some((Arc::clone(&shape), field));
+            .is_some_and(|(s, f, _)| Arc::ptr_eq(s, &shape) && *f == field);
+        // Two numbers need not change with every frame while the solver has better use for the processor.
+        let may_wait = field == Field::Plain && self.solver.state().0 == State::Running;
+        let is_recent = |(.., when): &(_, _, Instant)| when.elapsed() < NUMBERS_EVERY;
+        if !is_measured && may_wait && self.measured.as_ref().is_some_and(is_recent) {
+            ctx.request_repaint_after(NUMBERS_EVERY);
+        } else if !is_measured {
+            self.measured = Some((Arc::clone(&shape), field, Instant::now()));
             self.meter.post(Subject {
                 mesh,
-                rest,
+                original,
                 shape,
                 field,
             });
@@ -339,6 +353,9 @@ impl Editor {
         format!("{}{mark} – cotan", name.to_string_lossy())
     }
 }
+
+/// How often the errors are measured while the shape moves and no colours show them.
+const NUMBERS_EVERY: Duration = Duration::from_millis(250);
 
 impl eframe::App for Editor {
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {

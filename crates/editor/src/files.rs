@@ -9,7 +9,8 @@ mod autosave;
 mod fingerprint;
 mod open;
 mod save;
-#[cfg(all(test, target_os = "linux"))]
+#[cfg(test)]
+#[cfg(target_os = "linux")]
 mod small_disk;
 
 pub use autosave::{Autosave, AutosaveError, LeftBehind, Listing, Record, Recovered, folder, list};

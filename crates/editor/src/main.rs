@@ -84,10 +84,21 @@ fn run(arguments: Arguments) -> Result<(), String> {
         let editor = Editor::new(cc, startup)?;
         Ok(Box::new(editor) as Box<dyn eframe::App>)
     });
-    eframe::run_native("cotan", options, made).map_err(|error| {
-        format!(
-            "there is no window to be had: {error}. The editor needs a display (X11 or Wayland) and \
-             OpenGL 3.3 or later; Mesa's software renderer will do"
-        )
-    })
+    eframe::run_native("cotan", options, made).map_err(|error| no_window(&error))
+}
+
+/// Why there is no window, without where in its libraries the system's answer was found.
+fn no_window(error: &eframe::Error) -> String {
+    let problem = match error {
+        eframe::Error::AppCreation(problem) => problem.to_string(),
+        eframe::Error::Winit(_) | eframe::Error::WinitEventLoop(_) => {
+            "no X11 or Wayland display answers (is DISPLAY or WAYLAND_DISPLAY set, and libX11 there?)"
+                .to_owned()
+        }
+        other => other.to_string(),
+    };
+    format!(
+        "there is no window to be had: {problem}. The editor needs a display (X11 or Wayland) and OpenGL \
+         3.3 or later; Mesa's software renderer will do"
+    )
 }

@@ -70,7 +70,7 @@ pub struct Subject {
     /// The mesh.
     pub mesh: Arc<ProcessingMesh>,
     /// What it is compared with.
-    pub rest: Arc<Positions<f64>>,
+    pub original: Arc<Positions<f64>>,
     /// The shape.
     pub shape: Arc<Positions<f64>>,
     /// What the colours are to show.
@@ -185,16 +185,16 @@ impl Shared {
     /// Measures shapes as long as they are compared with the same one; returns the first other.
     fn measure(&self, first: Subject) -> Option<Subject> {
         let mesh = Arc::clone(&first.mesh);
-        let rest = Arc::clone(&first.rest);
-        let original = Surface::new(mesh.mesh(), &rest).ok();
-        let comparison = original.and_then(|s| ShapeComparison::new(&s).ok());
+        let original = Arc::clone(&first.original);
+        let surface = Surface::new(mesh.mesh(), &original).ok();
+        let comparison = surface.and_then(|s| ShapeComparison::new(&s).ok());
         let mut subject = first;
         loop {
             let reading = read(&subject, comparison.as_ref());
             *lock(&self.reading) = Some(reading);
             (self.notify)();
             let next = self.wait()?;
-            if !Arc::ptr_eq(&next.mesh, &mesh) || !Arc::ptr_eq(&next.rest, &rest) {
+            if !Arc::ptr_eq(&next.mesh, &mesh) || !Arc::ptr_eq(&next.original, &original) {
                 return Some(next);
             }
             subject = next;

@@ -118,8 +118,6 @@ pub struct Scene {
     pub shape: Arc<Positions<f64>>,
     /// Whether the shape follows its handles to the end, as far as the tolerance asks.
     pub is_settled: bool,
-    /// Whether a job of a slider made it, whose next result takes its place.
-    pub is_of_job: bool,
     /// Who holds the mesh.
     pub handles: Arc<Vec<HandleGroup>>,
     /// How it follows.
@@ -134,7 +132,6 @@ impl Scene {
             rest: Arc::clone(&positions),
             shape: positions,
             is_settled: true,
-            is_of_job: false,
             handles: Arc::default(),
             options: editor_options(),
         }

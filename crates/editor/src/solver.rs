@@ -265,6 +265,14 @@ fn follow(shared: &Shared, first: Goal) -> Next {
         }
     };
     shared.describe(session.flow().system().choice().to_string());
+    if goal
+        .shape
+        .as_ref()
+        .is_some_and(|shape| Arc::ptr_eq(shape, &rest))
+    {
+        // From its rest shape a session starts better by itself: with the rotations of the handles.
+        goal.shape = None;
+    }
     let mut tracker = Tracker {
         shared,
         mesh: &mesh,
@@ -414,7 +422,12 @@ impl Tracker<'_> {
             State::Running
         };
         self.publish(session, goal, &state);
-        lock(&self.shared.samples).push(sample(&step, milliseconds));
+        let mut samples = lock(&self.shared.samples);
+        if samples.len() == MOST_SAMPLES {
+            samples.drain(..MOST_SAMPLES / 2);
+        }
+        samples.push(sample(&step, milliseconds));
+        drop(samples);
         if state == State::Settled {
             return Some(state);
         }
@@ -438,6 +451,9 @@ impl Tracker<'_> {
         });
     }
 }
+
+/// The plot shows no more, and a handle may be held for hours.
+const MOST_SAMPLES: usize = 4000;
 
 fn sample(step: &StepReport, milliseconds: f64) -> Sample {
     Sample {

@@ -1,4 +1,8 @@
 //! The 3D view: camera, picture, picking and selecting. It knows nothing of handles or jobs.
+//!
+//! Each frame a [`Camera`] looks into the rectangle that egui has for the picture, which gives a
+//! [`CameraSnapshot`]. The [`Renderer`] draws by it, from within a paint callback; the [`Picker`]
+//! tells by it what is under the pointer. `examples/view.rs` has all of it in one file.
 
 pub mod camera;
 pub mod pick;

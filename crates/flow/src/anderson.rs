@@ -2,11 +2,12 @@
 
 use std::collections::VecDeque;
 
+use cotan_geometry::Scalar;
 use cotan_halfedge::VertexMap;
 use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::prelude::*;
 
-use crate::vectors::{CHUNK, add_products, dots, flat, flat_mut, subtract, total};
+use crate::vectors::{CHUNK, dots, flat, total, update};
 
 type Field = VertexMap<Vector3<f64>>;
 
@@ -22,12 +23,21 @@ pub(crate) enum Proposal {
 /// What changed over one step.
 #[derive(Debug, Default)]
 struct Difference {
-    /// Δg.
-    image: Field,
     /// Δf.
     residual: Field,
+    /// Δg, in single precision: it is only added to an image, and grows as small as Δf.
+    image: Vec<Vector3<f32>>,
     /// Products of Δf with those of all older differences and with itself, oldest first.
     products: Vec<f64>,
+    /// Δf·f with the latest f.
+    with_f: f64,
+}
+
+/// The last step.
+#[derive(Debug, Default)]
+struct Last {
+    image: Field,
+    residual: Field,
 }
 
 /// Keeps the last differences of images g(u) and of residuals f = g(u) − u, and proposes the
@@ -37,11 +47,13 @@ pub(crate) struct Anderson {
     memory: usize,
     /// Oldest first.
     history: VecDeque<Difference>,
-    /// g and f of the step before, in place of their differences.
-    last: Option<Difference>,
-    /// One that is no longer used, for its memory.
-    spare: Difference,
+    /// g and f of the step before; of no meaning if there was none.
+    last: Last,
+    has_last: bool,
     last_norm: f64,
+    /// What is no longer used, for its memory.
+    spare: Difference,
+    next: Last,
     steps: usize,
 }
 
@@ -58,9 +70,11 @@ impl Anderson {
         Self {
             memory,
             history: VecDeque::new(),
-            last: None,
-            spare: Difference::default(),
+            last: Last::default(),
+            has_last: false,
             last_norm: f64::INFINITY,
+            spare: Difference::default(),
+            next: Last::default(),
             steps: 0,
         }
     }
@@ -73,7 +87,7 @@ impl Anderson {
 
     fn clear(&mut self) {
         self.history.clear();
-        self.last = None;
+        self.has_last = false;
         self.last_norm = f64::INFINITY;
     }
 
@@ -82,78 +96,124 @@ impl Anderson {
         self.steps < Self::MOST_STEPS
     }
 
-    /// Replaces `u`, whose image is `image`, by the next iterate. `plainly` asks for the image.
-    pub(crate) fn propose(&mut self, u: &mut Field, image: &Field, plainly: bool) -> Proposal {
+    /// Replaces `image`, that of `u`, by the next iterate. `plainly` asks for the image.
+    pub(crate) fn propose<T: Scalar>(
+        &mut self,
+        u: &VertexMap<Vector3<T>>,
+        image: &mut VertexMap<Vector3<T>>,
+        plainly: bool,
+    ) -> Proposal {
         if !self.is_active() {
-            u.as_mut_slice().copy_from_slice(image.as_slice());
             return Proposal::Plain;
         }
         self.steps += 1;
-        let mut now = std::mem::take(&mut self.spare);
-        for field in [&mut now.image, &mut now.residual] {
-            if field.len() != u.len() {
-                *field = VertexMap::filled(u.len(), Vector3::zeros());
-            }
-        }
-        let norm = look(u, image, &mut now);
-        if norm > Self::GUARD * self.last_norm
-            && let Some(last) = self.last.take()
-        {
-            *u = last.image;
-            self.spare = now;
+        let sums = self.look(u, image);
+        let norm = sums[0].sqrt();
+        if norm > Self::GUARD * self.last_norm && self.has_last {
+            let last = self.last.image.as_slice();
+            update(image.as_mut_slice(), |i, g| *g = last[i].map(T::of_f64));
             self.clear();
             return Proposal::Accelerated;
         }
         self.last_norm = norm;
-        let products = self.remember(&now);
-        u.as_mut_slice().copy_from_slice(image.as_slice());
-        self.last = Some(now);
+        if std::mem::replace(&mut self.has_last, true) {
+            self.remember(&sums);
+        }
+        std::mem::swap(&mut self.last, &mut self.next);
         if self.history.is_empty() || plainly {
             return Proposal::Plain;
         }
-        self.extrapolate(u, &products);
+        self.extrapolate(image);
         Proposal::Accelerated
     }
 
-    /// Completes the difference to the last step. Returns Δf_k·f for the whole history.
-    fn remember(&mut self, now: &Difference) -> Vec<f64> {
-        let Some(mut new) = self.last.take() else {
-            return Vec::new();
-        };
-        let (f, g) = (flat(now.residual.as_slice()), flat(now.image.as_slice()));
-        let history = &self.history;
-        let sums: Vec<Vec<f64>> = flat_mut(new.residual.as_mut_slice())
+    /// Notes g and f = g − u in `next`, and the differences to the last step, if there is one, in
+    /// `spare`. Returns |f|², Δf·Δf, Δf·f and Δf_k·f of the history.
+    fn look<T: Scalar>(
+        &mut self,
+        u: &VertexMap<Vector3<T>>,
+        image: &VertexMap<Vector3<T>>,
+    ) -> Vec<f64> {
+        let n = u.len();
+        let Self {
+            history,
+            last,
+            has_last,
+            spare,
+            next,
+            ..
+        } = self;
+        for field in [
+            &mut last.image,
+            &mut last.residual,
+            &mut next.image,
+            &mut next.residual,
+            &mut spare.residual,
+        ] {
+            if field.len() != n {
+                *field = VertexMap::filled(n, Vector3::zeros());
+            }
+        }
+        spare.image.resize(n, Vector3::zeros());
+        let (u, image, has_last) = (u.as_slice(), image.as_slice(), *has_last);
+        let (last_g, last_f) = (last.image.as_slice(), last.residual.as_slice());
+        let sums: Vec<Vec<f64>> = next
+            .image
+            .as_mut_slice()
             .par_chunks_mut(CHUNK)
-            .zip(flat_mut(new.image.as_mut_slice()).par_chunks_mut(CHUNK))
+            .zip(next.residual.as_mut_slice().par_chunks_mut(CHUNK))
+            .zip(spare.residual.as_mut_slice().par_chunks_mut(CHUNK))
+            .zip(spare.image.par_chunks_mut(CHUNK))
             .enumerate()
-            .map(|(chunk, (df, dg))| {
-                let at = chunk * CHUNK..chunk * CHUNK + df.len();
-                let f = &f[at.clone()];
-                // The other way round, −Δ: signs cancel in all that is made of them.
-                subtract(df, f);
-                subtract(dg, &g[at.clone()]);
-                let of_old =
-                    |old: &Difference| dots(&flat(old.residual.as_slice())[at.clone()], [df, f]);
-                let old = history.iter().flat_map(of_old);
-                old.chain(dots(df, [df, f])).collect()
+            .map(|(chunk, (((g, f), df), dg))| {
+                let first = chunk * CHUNK;
+                for k in 0..g.len() {
+                    let now = image[first + k].map(T::as_f64);
+                    (g[k], f[k]) = (now, now - u[first + k].map(T::as_f64));
+                }
+                if has_last {
+                    for k in 0..g.len() {
+                        // The other way round, −Δ: signs cancel in all that is made of them.
+                        df[k] = last_f[first + k] - f[k];
+                        dg[k] = (last_g[first + k] - g[k]).map(|x| x as f32);
+                    }
+                }
+                let at = 3 * first..3 * (first + f.len());
+                let (f, df) = (bytemuck::cast_slice(f), bytemuck::cast_slice(df));
+                let mut sums = Vec::with_capacity(3 + history.len());
+                sums.extend(dots(f, [f]));
+                sums.extend(dots(df, [df, f]));
+                for old in &*history {
+                    sums.extend(dots(&flat(old.residual.as_slice())[at.clone()], [f]));
+                }
+                sums
             })
             .collect();
-        let sums = total(sums);
-        new.products = sums.iter().step_by(2).copied().collect();
+        total(sums)
+    }
+
+    /// Takes the differences in `spare` into the history.
+    fn remember(&mut self, sums: &[f64]) {
+        let mut new = std::mem::take(&mut self.spare);
+        new.products.clear();
+        for (old, &with_f) in self.history.iter_mut().zip(&sums[3..]) {
+            // With −Δf = f before − f now.
+            new.products.push(old.with_f - with_f);
+            old.with_f = with_f;
+        }
+        new.products.push(sums[1]);
+        new.with_f = sums[2];
         self.history.push_back(new);
-        let mut with_f: Vec<f64> = sums.iter().skip(1).step_by(2).copied().collect();
         if self.history.len() > self.memory {
             self.spare = self.history.pop_front().unwrap_or_default();
-            with_f.remove(0);
             for difference in &mut self.history {
                 difference.products.remove(0);
             }
         }
-        with_f
     }
 
     /// image −= ΔG γ with γ = argmin |f − ΔF γ|.
-    fn extrapolate(&self, image: &mut Field, products: &[f64]) {
+    fn extrapolate<T: Scalar>(&self, image: &mut VertexMap<Vector3<T>>) {
         let m = self.history.len();
         let product = |a: usize, b: usize| self.history[a].products[b];
         let lengths: Vec<f64> = (0..m)
@@ -166,41 +226,31 @@ impl Anderson {
             }
             std::cmp::Ordering::Greater => product(a, b) / (lengths[a] * lengths[b]),
         });
-        let rhs = DVector::from_fn(m, |a, _| products[a] / lengths[a]);
+        let rhs = DVector::from_fn(m, |a, _| self.history[a].with_f / lengths[a]);
         // Only the lower triangle is read.
         let Some(factor) = gram.cholesky() else {
             return;
         };
         let gamma = factor.solve(&rhs);
-        flat_mut(image.as_mut_slice())
+        image
+            .as_mut_slice()
             .par_chunks_mut(CHUNK)
             .enumerate()
             .for_each(|(chunk, image)| {
-                let at = chunk * CHUNK..chunk * CHUNK + image.len();
+                let first = chunk * CHUNK;
+                let mut sums = [Vector3::zeros(); CHUNK];
                 for (a, difference) in self.history.iter().enumerate() {
-                    let dg = &flat(difference.image.as_slice())[at.clone()];
-                    add_products(image, [(-gamma[a] / lengths[a], dg)]);
+                    let factor = gamma[a] / lengths[a];
+                    let dg = &difference.image[first..first + image.len()];
+                    for (sum, dg) in sums.iter_mut().zip(dg) {
+                        *sum += dg.map(f64::from) * factor;
+                    }
+                }
+                for (image, sum) in image.iter_mut().zip(&sums) {
+                    *image = (image.map(T::as_f64) - sum).map(T::of_f64);
                 }
             });
     }
-}
-
-/// Notes g and f = g − u. Returns |f|.
-fn look(u: &Field, image: &Field, out: &mut Difference) -> f64 {
-    let (u, g) = (flat(u.as_slice()), flat(image.as_slice()));
-    let squares: Vec<f64> = flat_mut(out.residual.as_mut_slice())
-        .par_chunks_mut(CHUNK)
-        .zip(flat_mut(out.image.as_mut_slice()).par_chunks_mut(CHUNK))
-        .enumerate()
-        .map(|(chunk, (f, noted))| {
-            let at = chunk * CHUNK..chunk * CHUNK + f.len();
-            noted.copy_from_slice(&g[at.clone()]);
-            f.copy_from_slice(&g[at.clone()]);
-            subtract(f, &u[at]);
-            dots(f, [f])[0]
-        })
-        .collect();
-    squares.into_iter().sum::<f64>().sqrt()
 }
 
 #[cfg(test)]
@@ -215,12 +265,13 @@ mod tests {
         let mut u = VertexMap::filled(5, Vector3::zeros());
         let mut anderson = Anderson::new(5);
         for _ in 0..20 {
-            let image = u
+            let mut image = u
                 .values()
                 .zip(&rates)
                 .map(|(u, rate)| fixed + (u - fixed) * *rate)
                 .collect();
-            anderson.propose(&mut u, &image, false);
+            anderson.propose(&u, &mut image, false);
+            u = image;
         }
         let error = u.values().map(|u| (u - fixed).norm()).fold(0.0, f64::max);
         assert!(error < 1e-6, "{error}");
@@ -233,12 +284,13 @@ mod tests {
     #[test]
     fn a_growing_residual_returns_to_the_last_plain_image() {
         let mut anderson = Anderson::new(3);
-        let mut u = VertexMap::filled(1, Vector3::zeros());
-        let image = VertexMap::filled(1, Vector3::x());
-        assert_eq!(anderson.propose(&mut u, &image, false), Proposal::Plain);
-        assert_eq!(u, image);
-        let far = VertexMap::filled(1, Vector3::x() * 100.0);
-        assert_eq!(anderson.propose(&mut u, &far, false), Proposal::Accelerated);
-        assert_eq!(u, image);
+        let zero = VertexMap::filled(1, Vector3::<f64>::zeros());
+        let first = VertexMap::filled(1, Vector3::x());
+        let mut u = first.clone();
+        assert_eq!(anderson.propose(&zero, &mut u, false), Proposal::Plain);
+        assert_eq!(u, first);
+        let mut far = VertexMap::filled(1, Vector3::x() * 100.0);
+        let proposal = anderson.propose(&u, &mut far, false);
+        assert_eq!((proposal, far), (Proposal::Accelerated, first));
     }
 }

@@ -44,7 +44,7 @@ impl<T: Scalar> Flow<'_, T> {
             if rise <= 0.5 * rounding - SUFFICIENT * length * rate {
                 let (now, start) = (self.positions.as_slice(), self.start.as_slice());
                 lbfgs.stepped(
-                    |step| fill(step, |i| (now[i] - start[i]).map(T::as_f64)),
+                    |step| fill(step, |i| (now[i] - start[i]).map(|x| x.as_f64() as f32)),
                     &mut self.terms.residual,
                     &mut self.terms.correction,
                 );
@@ -60,8 +60,6 @@ impl<T: Scalar> Flow<'_, T> {
             };
         }
         lbfgs.reset();
-        let start = self.start.as_slice();
-        self.positions.as_mut_slice().copy_from_slice(start);
         self.move_by_correction(1.0);
         self.refresh(Field::Kept)?;
         if self.energy.unwrap_or_default().value <= value + rounding {
@@ -84,6 +82,7 @@ impl<T: Scalar> Flow<'_, T> {
 
     /// x ← start + length · direction.
     fn move_along(&mut self, length: f64) {
+        self.is_seen = false;
         let (start, direction) = (self.start.as_slice(), self.terms.direction.as_slice());
         fill(self.positions.as_mut_slice(), |i| {
             start[i] + (direction[i] * length).map(T::of_f64)

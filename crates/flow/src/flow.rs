@@ -99,6 +99,8 @@ pub struct Flow<'m, T: Scalar> {
     /// Scalar field d, and the Laplacian coordinates that the next solve aims at.
     pub(crate) field: VertexMap<T>,
     pub(crate) laplacian: VertexMap<Vector3<T>>,
+    /// The Laplacian coordinates before the update at hand.
+    pub(crate) before: VertexMap<Vector3<T>>,
     pub(crate) terms: Terms,
     pub(crate) accelerator: Accelerator,
     /// Per vertex the number of its handle.
@@ -109,6 +111,8 @@ pub struct Flow<'m, T: Scalar> {
     pub(crate) since_move: usize,
     /// Whether the Laplacian coordinates at hand are a plain image, not an extrapolation.
     pub(crate) is_plain: bool,
+    /// Whether the orientation has seen the current positions.
+    pub(crate) is_seen: bool,
 }
 
 /// The vectors of one solve; allocated once.
@@ -155,6 +159,7 @@ impl<'m, T: Scalar> Flow<'m, T> {
             start: rest.positions().clone(),
             field: rest.magnitudes().clone(),
             laplacian: rest.laplacian().clone(),
+            before: rest.laplacian().clone(),
             terms: Terms {
                 mismatch: zeros(),
                 tension: zeros(),
@@ -168,6 +173,7 @@ impl<'m, T: Scalar> Flow<'m, T> {
             iteration: 0,
             since_move: 0,
             is_plain: true,
+            is_seen: false,
             parts,
             settings,
         }
@@ -175,6 +181,7 @@ impl<'m, T: Scalar> Flow<'m, T> {
 
     /// Sets the first Laplacian coordinates and membrane edges, and the handles in place.
     pub(crate) fn begin(&mut self, first_shape: Option<Positions<T>>) -> Result<(), FlowError> {
+        self.is_seen = false;
         if let Some(shape) = first_shape {
             self.positions = shape;
         }
@@ -439,6 +446,7 @@ impl<'m, T: Scalar> Flow<'m, T> {
 
     /// Puts the hard handles on their targets.
     fn pin(&mut self) {
+        self.is_seen = false;
         for (handle, target) in self.parts.handles.iter().zip(&self.parts.targets) {
             if handle.hold == Hold::Hard {
                 self.positions[handle.vertex] = *target;

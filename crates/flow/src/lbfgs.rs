@@ -7,7 +7,11 @@
 //! true residual) is known at every iterate.
 //!
 //! The recursion is run on inner products, so that all vectors of the history are read twice an
-//! iteration and none is written: once for their products with what is new, once to combine them.
+//! iteration and none is written: once for their products with r, once to combine them. A⁻¹ is
+//! symmetric, so products with the changes of d are products with r, and those with the change of r
+//! are differences of products with r before and after: one product a vector is enough. The history
+//! is kept in single precision, half the memory to read: it only says where to search, and what is
+//! found there is judged in double precision.
 //!
 //! Source: the recursion is Nocedal's (1980); the factor as initial Hessian is that of Liu,
 //! Bouaziz, Kavan, "Quasi-Newton methods for real-time simulation of hyperelastic materials",
@@ -17,9 +21,10 @@ use std::collections::VecDeque;
 
 use cotan_halfedge::VertexMap;
 use nalgebra::Vector3;
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
-use crate::vectors::{CHUNK, add_products, dots, flat, flat_mut, subtract, total};
+use crate::vectors::{CHUNK, flat, flat_mut, total};
 
 type Field = VertexMap<Vector3<f64>>;
 
@@ -27,17 +32,24 @@ type Field = VertexMap<Vector3<f64>>;
 #[derive(Debug, Default)]
 struct Pair {
     /// Step x' − x.
-    s: Field,
-    /// Change of the gradient, g' − g.
-    y: Field,
-    /// A⁻¹ y.
-    z: Field,
+    s: Vec<Vector3<f32>>,
+    /// A⁻¹ y, y being the change of the gradient, g' − g: that of the plain step, d − d'.
+    z: Vec<Vector3<f32>>,
     /// 1 / (s·y).
     rho: f64,
     /// y·z.
     own: f64,
-    /// (s_k·y, y_k·z) with the s_k and y_k of all older pairs, oldest first.
+    /// (s_k·y, z_k·y) with the s_k and z_k of all older pairs, oldest first.
     with_older: Vec<[f64; 2]>,
+    /// (s·r, z·r) with the latest r.
+    with_r: [f64; 2],
+}
+
+/// Where the last step started.
+#[derive(Debug, Default)]
+struct Start {
+    r: Field,
+    d: Field,
 }
 
 /// The history of a descent and the directions that it proposes.
@@ -48,8 +60,9 @@ pub(crate) struct Lbfgs {
     pairs: VecDeque<Pair>,
     /// Scale of the initial inverse Hessian γA⁻¹.
     gamma: f64,
-    /// The pair of the last step, with r and d from where it started in place of y and z.
+    /// The pair of the last step, of which only s is known yet.
     last: Option<Pair>,
+    start: Start,
     /// A pair that is no longer used, for its memory.
     spare: Option<Pair>,
 }
@@ -61,6 +74,7 @@ impl Lbfgs {
             pairs: VecDeque::new(),
             gamma: 1.0,
             last: None,
+            start: Start::default(),
             spare: None,
         }
     }
@@ -78,109 +92,143 @@ impl Lbfgs {
     /// next iterate.
     pub(crate) fn stepped(
         &mut self,
-        step: impl FnOnce(&mut [Vector3<f64>]),
+        step: impl FnOnce(&mut [Vector3<f32>]),
         r: &mut Field,
         d: &mut Field,
     ) {
+        let n = r.len();
         let mut pair = self.spare.take().unwrap_or_default();
-        for field in [&mut pair.s, &mut pair.y, &mut pair.z] {
-            if field.len() != r.len() {
-                *field = VertexMap::filled(r.len(), Vector3::zeros());
+        for field in [&mut pair.s, &mut pair.z] {
+            field.resize(n, Vector3::zeros());
+        }
+        for field in [&mut self.start.r, &mut self.start.d] {
+            if field.len() != n {
+                *field = VertexMap::filled(n, Vector3::zeros());
             }
         }
-        step(pair.s.as_mut_slice());
-        std::mem::swap(&mut pair.y, r);
-        std::mem::swap(&mut pair.z, d);
+        step(&mut pair.s);
+        std::mem::swap(&mut self.start.r, r);
+        std::mem::swap(&mut self.start.d, d);
         self.last = Some(pair);
     }
 
-    /// Completes the pair of the last step, and multiplies what is new with the history: s_k·r and
-    /// y_k·d of all pairs.
-    fn remember(&mut self, r: &[f64], d: &[f64]) -> Vec<[f64; 2]> {
-        let pairs = &self.pairs;
+    /// Completes the pair of the last step, and multiplies all pairs with r.
+    fn remember(&mut self, r: &[f64], d: &[f64]) {
         let Some(mut new) = self.last.take() else {
-            return products(pairs, r, d);
+            let sums = self.products(None, r, d);
+            for (pair, with_r) in self.pairs.iter_mut().zip(sums.as_chunks().0) {
+                pair.with_r = *with_r;
+            }
+            return;
         };
-        /// Of the new pair: s·y, s·s, s·r, y·y, y·z, y·d.
-        const OWN: usize = 6;
-        let s = flat(new.s.as_slice());
-        let sums = flat_mut(new.y.as_mut_slice())
-            .par_chunks_mut(CHUNK)
-            .zip(flat_mut(new.z.as_mut_slice()).par_chunks_mut(CHUNK))
-            .enumerate()
-            .map(|(chunk, (y, z))| {
-                let at = chunk * CHUNK..chunk * CHUNK + y.len();
-                let (r, d, s) = (&r[at.clone()], &d[at.clone()], &s[at.clone()]);
-                subtract(y, r);
-                subtract(z, d);
-                let mut sums = Vec::with_capacity(OWN + 4 * pairs.len());
-                sums.extend(dots(s, [y, s, r]));
-                sums.extend(dots(y, [y, z, d]));
-                for pair in pairs {
-                    sums.extend(dots(&flat(pair.s.as_slice())[at.clone()], [r, y]));
-                    sums.extend(dots(&flat(pair.y.as_slice())[at.clone()], [d, z]));
-                }
-                sums
-            })
-            .collect::<Vec<_>>();
-        let sums = total(sums);
+        let sums = self.products(Some(&mut new), r, d);
         let (own, old) = sums.split_at(OWN);
-        let &[sy, ss, sr, yy, yz, yd] = own else {
-            return Vec::new();
+        let mut with_older = Vec::with_capacity(self.memory);
+        for (pair, with_r) in self.pairs.iter_mut().zip(old.as_chunks().0) {
+            let [s, z] = pair.with_r;
+            with_older.push([s - with_r[0], z - with_r[1]]);
+            pair.with_r = *with_r;
+        }
+        let &[sy, ss, sr, yy, zy, zr] = own else {
+            return;
         };
-        let mut at_hand: Vec<[f64; 2]> = old.chunks(4).map(|p| [p[0], p[2]]).collect();
         // Skip pairs without positive curvature beyond rounding.
         if !(sy > 1e-12 * (ss * yy).sqrt()) {
             self.spare = Some(new);
-            return at_hand;
+            return;
         }
-        if yz > 0.0 {
-            self.gamma = sy / yz;
+        if zy > 0.0 {
+            self.gamma = sy / zy;
         }
-        (new.rho, new.own) = (1.0 / sy, yz);
-        new.with_older = old.chunks(4).map(|p| [p[1], p[3]]).collect();
-        at_hand.push([sr, yd]);
+        (new.rho, new.own) = (1.0 / sy, zy);
+        new.with_older = with_older;
+        new.with_r = [sr, zr];
         self.pairs.push_back(new);
         if self.pairs.len() > self.memory {
             self.spare = self.pairs.pop_front();
-            at_hand.remove(0);
             for pair in &mut self.pairs {
                 pair.with_older.remove(0);
             }
         }
-        at_hand
+    }
+
+    /// The products of a new pair, if there is one, whose z is written; then s·r and z·r of all others.
+    fn products(&self, new: Option<&mut Pair>, r: &[f64], d: &[f64]) -> Vec<f64> {
+        let pairs = &self.pairs;
+        let lists: Vec<Vec<f64>> = if let Some(new) = new {
+            let (r_start, d_start) = (&self.start.r, &self.start.d);
+            let (r_start, d_start) = (flat(r_start.as_slice()), flat(d_start.as_slice()));
+            let s = bytemuck::cast_slice(&new.s);
+            bytemuck::cast_slice_mut(&mut new.z)
+                .par_chunks_mut(CHUNK)
+                .enumerate()
+                .map(|(chunk, z)| {
+                    let at = chunk * CHUNK..chunk * CHUNK + z.len();
+                    let new = NewPair {
+                        s: &s[at.clone()],
+                        z,
+                        d: &d[at.clone()],
+                        r_start: &r_start[at.clone()],
+                        d_start: &d_start[at.clone()],
+                    };
+                    let (r, new) = (&r[at.clone()], Some(new));
+                    let first = at.start;
+                    pulp::Arch::new().dispatch(Products {
+                        pairs,
+                        new,
+                        r,
+                        first,
+                    })
+                })
+                .collect()
+        } else {
+            r.par_chunks(CHUNK)
+                .enumerate()
+                .map(|(chunk, r)| {
+                    let first = chunk * CHUNK;
+                    let new = None;
+                    pulp::Arch::new().dispatch(Products {
+                        pairs,
+                        new,
+                        r,
+                        first,
+                    })
+                })
+                .collect()
+        };
+        total(lists)
     }
 
     /// Writes the direction to go from where half the negative gradient is `r` and the plain step
     /// `d`. Returns its product with `r`: the rate at which half the energy falls along it.
     pub(crate) fn direction(&mut self, r: &Field, d: &Field, out: &mut Field) -> f64 {
         let (r, d) = (flat(r.as_slice()), flat(d.as_slice()));
-        let at_hand = self.remember(r, d);
-        let [of_steps, of_changes] = self.coefficients(&at_hand);
+        self.remember(r, d);
+        let [of_steps, of_changes] = self.coefficients();
         let partial: Vec<f64> = flat_mut(out.as_mut_slice())
             .par_chunks_mut(CHUNK)
             .enumerate()
             .map(|(chunk, out)| {
                 let at = chunk * CHUNK..chunk * CHUNK + out.len();
-                for (out, d) in out.iter_mut().zip(&d[at.clone()]) {
-                    *out = self.gamma * d;
-                }
-                for ((pair, s), z) in self.pairs.iter().zip(&of_steps).zip(&of_changes) {
-                    let step = &flat(pair.s.as_slice())[at.clone()];
-                    let change = &flat(pair.z.as_slice())[at.clone()];
-                    add_products(out, [(*s, step), (*z, change)]);
-                }
-                let [rate] = dots(&r[at], [out]);
-                rate
+                pulp::Arch::new().dispatch(Combination {
+                    pairs: &self.pairs,
+                    of_steps: &of_steps,
+                    of_changes: &of_changes,
+                    gamma: self.gamma,
+                    r: &r[at.clone()],
+                    d: &d[at.clone()],
+                    first: at.start,
+                    out,
+                })
             })
             .collect();
         partial.into_iter().sum()
     }
 
     /// The recursion: the factors of all s and z in the direction γd + Σ a_k s_k + Σ b_k z_k.
-    fn coefficients(&self, at_hand: &[[f64; 2]]) -> [Vec<f64>; 2] {
+    fn coefficients(&self) -> [Vec<f64>; 2] {
         let m = self.pairs.len();
-        // s_k·y_j and y_k·z_j of pairs k before j.
+        // s_k·y_j and y_k·z_j = z_k·y_j of pairs k before j.
         let sy = |k: usize, j: usize| self.pairs[j].with_older[k][0];
         let yz = |k: usize, j: usize| match k.cmp(&j) {
             std::cmp::Ordering::Less => self.pairs[j].with_older[k][1],
@@ -191,12 +239,13 @@ impl Lbfgs {
         let mut alphas = vec![0.0; m];
         for k in (0..m).rev() {
             let newer: f64 = (k + 1..m).map(|j| alphas[j] * sy(k, j)).sum();
-            alphas[k] = self.pairs[k].rho * (at_hand[k][0] - newer);
+            alphas[k] = self.pairs[k].rho * (self.pairs[k].with_r[0] - newer);
         }
         let of_changes: Vec<f64> = alphas.iter().map(|alpha| -self.gamma * alpha).collect();
         let mut of_steps = vec![0.0; m];
         for k in 0..m {
-            let mut product = self.gamma * at_hand[k][1];
+            // y_k·d = z_k·r.
+            let mut product = self.gamma * self.pairs[k].with_r[1];
             product += (0..m).map(|j| of_changes[j] * yz(k, j)).sum::<f64>();
             product += (0..k).map(|j| of_steps[j] * sy(j, k)).sum::<f64>();
             of_steps[k] = alphas[k] - self.pairs[k].rho * product;
@@ -205,18 +254,154 @@ impl Lbfgs {
     }
 }
 
-/// s_k·r and y_k·d of all pairs.
-fn products(pairs: &VecDeque<Pair>, r: &[f64], d: &[f64]) -> Vec<[f64; 2]> {
-    let dot = |a: &Field, b: &[f64]| {
-        let of_chunk = |(a, b): (&[f64], &[f64])| dots(a, [b])[0];
-        let chunks = flat(a.as_slice()).par_chunks(CHUNK);
-        let partial: Vec<f64> = chunks.zip(b.par_chunks(CHUNK)).map(of_chunk).collect();
-        partial.into_iter().sum()
+/// Products of a new pair with itself and with r: s·y, s·s, s·r, y·y, z·y, z·r.
+const OWN: usize = 6;
+
+/// Numbers that are added up side by side.
+const LANES: usize = 8;
+
+/// One chunk of a pair that is being completed.
+struct NewPair<'a> {
+    s: &'a [f32],
+    z: &'a mut [f32],
+    d: &'a [f64],
+    r_start: &'a [f64],
+    d_start: &'a [f64],
+}
+
+/// The products of one chunk: see [`Lbfgs::products`].
+struct Products<'a> {
+    pairs: &'a VecDeque<Pair>,
+    new: Option<NewPair<'a>>,
+    r: &'a [f64],
+    /// Number of the chunk's first coordinate.
+    first: usize,
+}
+
+impl WithSimd for Products<'_> {
+    type Output = Vec<f64>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Vec<f64> {
+        let Self {
+            pairs,
+            new,
+            r,
+            first,
+        } = self;
+        let mut sums = Vec::with_capacity(OWN + 2 * pairs.len());
+        if let Some(new) = new {
+            sums.extend(complete(new, r));
+        }
+        let at = first..first + r.len();
+        for pair in pairs {
+            let s = &bytemuck::cast_slice::<_, f32>(&pair.s)[at.clone()];
+            let z = &bytemuck::cast_slice::<_, f32>(&pair.z)[at.clone()];
+            sums.extend(products_with(s, z, r));
+        }
+        sums
+    }
+}
+
+/// Writes z. Returns the products of the new pair.
+#[inline(always)]
+fn complete(new: NewPair<'_>, r: &[f64]) -> [f64; OWN] {
+    let NewPair {
+        s,
+        z,
+        d,
+        r_start,
+        d_start,
+    } = new;
+    let mut sums = [[0.0; LANES]; OWN];
+    let mut add = |lane: usize, s: f32, z: &mut f32, r: f64, d: f64, r_start: f64, d_start: f64| {
+        let y = r_start - r;
+        *z = (d_start - d) as f32;
+        let (s, z) = (f64::from(s), f64::from(*z));
+        let terms = [s * y, s * s, s * r, y * y, z * y, z * r];
+        for (sum, term) in sums.iter_mut().zip(terms) {
+            sum[lane] += term;
+        }
     };
-    pairs
-        .iter()
-        .map(|pair| [dot(&pair.s, r), dot(&pair.y, d)])
-        .collect()
+    let whole = r.len() / LANES * LANES;
+    for start in (0..whole).step_by(LANES) {
+        let (s, z) = (&s[start..start + LANES], &mut z[start..start + LANES]);
+        let (r, d) = (&r[start..start + LANES], &d[start..start + LANES]);
+        let r_start = &r_start[start..start + LANES];
+        let d_start = &d_start[start..start + LANES];
+        for k in 0..LANES {
+            add(k, s[k], &mut z[k], r[k], d[k], r_start[k], d_start[k]);
+        }
+    }
+    for k in whole..r.len() {
+        add(0, s[k], &mut z[k], r[k], d[k], r_start[k], d_start[k]);
+    }
+    sums.map(|sum| sum.iter().sum())
+}
+
+/// s·r and z·r.
+#[inline(always)]
+fn products_with(s: &[f32], z: &[f32], r: &[f64]) -> [f64; 2] {
+    let mut sums = [[0.0; LANES]; 2];
+    let (s, s_left) = s.as_chunks::<LANES>();
+    let (z, z_left) = z.as_chunks::<LANES>();
+    let (r, r_left) = r.as_chunks::<LANES>();
+    for ((s, z), r) in s.iter().zip(z).zip(r) {
+        for k in 0..LANES {
+            sums[0][k] += f64::from(s[k]) * r[k];
+            sums[1][k] += f64::from(z[k]) * r[k];
+        }
+    }
+    for ((s, z), r) in s_left.iter().zip(z_left).zip(r_left) {
+        sums[0][0] += f64::from(*s) * r;
+        sums[1][0] += f64::from(*z) * r;
+    }
+    sums.map(|sum| sum.iter().sum())
+}
+
+/// Writes one chunk of a direction: see [`Lbfgs::direction`].
+struct Combination<'a> {
+    pairs: &'a VecDeque<Pair>,
+    of_steps: &'a [f64],
+    of_changes: &'a [f64],
+    gamma: f64,
+    r: &'a [f64],
+    d: &'a [f64],
+    first: usize,
+    out: &'a mut [f64],
+}
+
+impl WithSimd for Combination<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> f64 {
+        let Self { out, r, d, .. } = self;
+        for (out, d) in out.iter_mut().zip(d) {
+            *out = self.gamma * d;
+        }
+        let at = self.first..self.first + out.len();
+        let factors = self.of_steps.iter().zip(self.of_changes);
+        for (pair, (a, b)) in self.pairs.iter().zip(factors) {
+            let s = &bytemuck::cast_slice::<_, f32>(&pair.s)[at.clone()];
+            let z = &bytemuck::cast_slice::<_, f32>(&pair.z)[at.clone()];
+            for ((out, s), z) in out.iter_mut().zip(s).zip(z) {
+                *out += a * f64::from(*s) + b * f64::from(*z);
+            }
+        }
+        let mut sums = [0.0; LANES];
+        let (whole, left) = out.as_chunks::<LANES>();
+        let (r, r_left) = r.as_chunks::<LANES>();
+        for (out, r) in whole.iter().zip(r) {
+            for k in 0..LANES {
+                sums[k] += out[k] * r[k];
+            }
+        }
+        for (out, r) in left.iter().zip(r_left) {
+            sums[0] += out * r;
+        }
+        sums.iter().sum()
+    }
 }
 
 #[cfg(test)]
@@ -237,7 +422,12 @@ mod tests {
             let (mut d, mut p) = (r.clone(), zeros.clone());
             lbfgs.direction(&r, &d, &mut p);
             x.iter_mut().zip(p.values()).for_each(|(x, p)| *x += p);
-            lbfgs.stepped(|s| s.copy_from_slice(p.as_slice()), &mut r, &mut d);
+            let write = |s: &mut [Vector3<f32>]| {
+                s.iter_mut()
+                    .zip(p.values())
+                    .for_each(|(s, p)| *s = p.map(|x| x as f32));
+            };
+            lbfgs.stepped(write, &mut r, &mut d);
         }
         let error = x.iter().map(|x| (x - goal).norm()).fold(0.0, f64::max);
         assert!(error < 1e-8, "{error}");

@@ -18,9 +18,15 @@ pub(crate) trait Pass<A, const N: usize>: Sync {
 }
 
 /// As [`Pass`], for two slices of one length.
-pub(crate) trait PassOfTwo<A, B>: Sync {
+pub(crate) trait PassOfTwo<A, B, const N: usize>: Sync {
     /// Works on the entries of both slices from number `first` on.
-    fn on(&self, first: usize, a: &mut [A], b: &mut [B]);
+    fn on(&self, first: usize, a: &mut [A], b: &mut [B]) -> [f64; N];
+}
+
+/// As [`Pass`], for three slices of one length, without sums.
+pub(crate) trait PassOfThree<A, B, C>: Sync {
+    /// Works on the entries of all slices from number `first` on.
+    fn on(&self, first: usize, a: &mut [A], b: &mut [B], c: &mut [C]);
 }
 
 /// Runs a pass over all entries. Returns its sums.
@@ -36,28 +42,61 @@ pub(crate) fn run<A: Send, const N: usize>(pass: &impl Pass<A, N>, out: &mut [A]
             })
         })
         .collect();
-    let mut sums = [0.0; N];
-    for part in &partial {
-        for (sum, term) in sums.iter_mut().zip(part) {
-            *sum += term;
-        }
-    }
-    sums
+    total(&partial)
 }
 
-/// Runs a pass over two slices.
-pub(crate) fn run_both<A: Send, B: Send>(pass: &impl PassOfTwo<A, B>, a: &mut [A], b: &mut [B]) {
-    a.par_chunks_mut(CHUNK)
+/// Runs a pass over two slices. Returns its sums.
+pub(crate) fn run_both<A: Send, B: Send, const N: usize>(
+    pass: &impl PassOfTwo<A, B, N>,
+    a: &mut [A],
+    b: &mut [B],
+) -> [f64; N] {
+    let partial: Vec<[f64; N]> = a
+        .par_chunks_mut(CHUNK)
         .zip(b.par_chunks_mut(CHUNK))
         .enumerate()
-        .for_each(|(chunk, (a, b))| {
+        .map(|(chunk, (a, b))| {
             pulp::Arch::new().dispatch(Both {
                 pass,
                 first: chunk * CHUNK,
                 a,
                 b,
+            })
+        })
+        .collect();
+    total(&partial)
+}
+
+/// Runs a pass over three slices.
+pub(crate) fn run_three<A: Send, B: Send, C: Send>(
+    pass: &impl PassOfThree<A, B, C>,
+    a: &mut [A],
+    b: &mut [B],
+    c: &mut [C],
+) {
+    a.par_chunks_mut(CHUNK)
+        .zip(b.par_chunks_mut(CHUNK))
+        .zip(c.par_chunks_mut(CHUNK))
+        .enumerate()
+        .for_each(|(chunk, ((a, b), c))| {
+            pulp::Arch::new().dispatch(Three {
+                pass,
+                first: chunk * CHUNK,
+                a,
+                b,
+                c,
             });
         });
+}
+
+fn total<const N: usize>(partial: &[[f64; N]]) -> [f64; N] {
+    let mut sums = [0.0; N];
+    for part in partial {
+        for (sum, term) in sums.iter_mut().zip(part) {
+            *sum += term;
+        }
+    }
+    sums
 }
 
 struct One<'a, P, A, const N: usize> {
@@ -75,19 +114,36 @@ impl<A, P: Pass<A, N>, const N: usize> WithSimd for One<'_, P, A, N> {
     }
 }
 
-struct Both<'a, P, A, B> {
+struct Both<'a, P, A, B, const N: usize> {
     pass: &'a P,
     first: usize,
     a: &'a mut [A],
     b: &'a mut [B],
 }
 
-impl<A, B, P: PassOfTwo<A, B>> WithSimd for Both<'_, P, A, B> {
+impl<A, B, P: PassOfTwo<A, B, N>, const N: usize> WithSimd for Both<'_, P, A, B, N> {
+    type Output = [f64; N];
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> [f64; N] {
+        self.pass.on(self.first, self.a, self.b)
+    }
+}
+
+struct Three<'a, P, A, B, C> {
+    pass: &'a P,
+    first: usize,
+    a: &'a mut [A],
+    b: &'a mut [B],
+    c: &'a mut [C],
+}
+
+impl<A, B, C, P: PassOfThree<A, B, C>> WithSimd for Three<'_, P, A, B, C> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        self.pass.on(self.first, self.a, self.b);
+        self.pass.on(self.first, self.a, self.b, self.c);
     }
 }
 

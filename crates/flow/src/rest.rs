@@ -168,6 +168,12 @@ impl<'m, T: Scalar> Rest<'m, T> {
         own.unwrap_or_else(|| self.operator.row_weights())
     }
 
+    /// Whether the operator's weights are the cotangents, so that the membrane's edges pull by half
+    /// of L⁰x.
+    pub(crate) fn has_own_cotangents(&self) -> bool {
+        self.row_cotangents.is_none()
+    }
+
     /// Σ_j w_ij (x_j − x_i) and Σ_j s_ij (x_j − x_i) at vertex number `i`: the Laplacian coordinate,
     /// and by how much the membrane's edges pull.
     #[inline]

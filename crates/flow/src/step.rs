@@ -1,9 +1,8 @@
 //! One iteration of a flow.
 
 use cotan_geometry::Scalar;
-use cotan_halfedge::VertexMap;
-use cotan_linear::{Handle, Hold};
-use nalgebra::{Point3, Vector3};
+use cotan_linear::{Handle, Hold, PreparedSystem};
+use nalgebra::Point3;
 
 use crate::anderson::Proposal;
 use crate::descent::Descent;
@@ -12,7 +11,7 @@ use crate::flow::{Accelerator, Flow, Parts};
 use crate::orientation::Energy;
 use crate::report::StepReport;
 use crate::state::FlowState;
-use crate::vectors::{fill, longest, update, update_both};
+use crate::vectors::{fill, longest, update_both};
 
 /// Whether the scalar field follows the positions.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -51,8 +50,8 @@ impl<T: Scalar> Flow<'_, T> {
         report.converged = is_short && self.is_plain && !is_first;
         self.since_move += 1;
 
-        let start = self.start.as_mut_slice();
-        start.copy_from_slice(self.positions.as_slice());
+        // Every way on writes all positions, from those at the start.
+        std::mem::swap(&mut self.start, &mut self.positions);
         let descends = matches!(self.accelerator, Accelerator::Lbfgs(_));
         let is_projected = self.parts.projection.is_some();
         if (self.parts.has_membrane || descends)
@@ -86,25 +85,39 @@ impl<T: Scalar> Flow<'_, T> {
 
     /// Computes the correction that a full plain step would make.
     pub(crate) fn solve(&mut self) {
-        let has_membrane = self.parts.has_membrane;
+        let (has_membrane, is_seen) = (self.parts.has_membrane, self.is_seen);
         let Self {
             parts,
             terms,
             positions,
             laplacian,
+            accelerator,
             ..
         } = self;
         let rest = &parts.rest;
         let missed = |i: usize, now| laplacian.as_slice()[i].map(T::as_f64) - now;
         let mismatch = terms.mismatch.as_mut_slice();
+        let seen = is_seen
+            .then(|| parts.orientation.seen_laplacian())
+            .flatten();
         if has_membrane {
             parts.orientation.wanted_tension(rest, &mut terms.tension);
             let tension = terms.tension.as_mut_slice();
-            update_both(mismatch, tension, |i, mismatch, tension| {
-                let [now, pull] = rest.laplacian_and_pull(positions, i);
-                *mismatch = missed(i, now);
-                *tension = pull - *tension;
-            });
+            let of_seen = seen.filter(|_| rest.has_own_cotangents());
+            if let Some(seen) = of_seen {
+                update_both(mismatch, tension, |i, mismatch, tension| {
+                    *mismatch = missed(i, seen[i]);
+                    *tension = seen[i] * 0.5 - *tension;
+                });
+            } else {
+                update_both(mismatch, tension, |i, mismatch, tension| {
+                    let [now, pull] = rest.laplacian_and_pull(positions, i);
+                    *mismatch = missed(i, now);
+                    *tension = pull - *tension;
+                });
+            }
+        } else if let Some(seen) = seen {
+            fill(mismatch, |i| missed(i, seen[i]));
         } else {
             fill(mismatch, |i| {
                 missed(i, rest.operator().apply_at(positions, i))
@@ -116,7 +129,15 @@ impl<T: Scalar> Flow<'_, T> {
             }
         }
         let tension = has_membrane.then_some(&terms.tension);
-        parts.system.correct(
+        // The right-hand side is for those who descend.
+        let descends = has_membrane || matches!(accelerator, Accelerator::Lbfgs(_));
+        let correct = if descends {
+            PreparedSystem::correct
+        } else {
+            PreparedSystem::correct_only
+        };
+        correct(
+            &mut parts.system,
             &terms.mismatch,
             tension,
             &terms.pull,
@@ -125,13 +146,14 @@ impl<T: Scalar> Flow<'_, T> {
         );
     }
 
-    /// x ← x + s δ.
+    /// x ← start + s δ.
     pub(crate) fn move_by_correction(&mut self, ratio: f64) {
+        self.is_seen = false;
         let ratios = self.settings.ratios.as_ref();
-        let correction = self.terms.correction.as_slice();
-        update(self.positions.as_mut_slice(), |v, p| {
+        let (start, correction) = (self.start.as_slice(), self.terms.correction.as_slice());
+        fill(self.positions.as_mut_slice(), |v| {
             let own = ratios.map_or(1.0, |r| r.as_slice()[v].as_f64());
-            *p += (correction[v] * (ratio * own)).map(T::of_f64);
+            start[v] + (correction[v] * (ratio * own)).map(T::of_f64)
         });
     }
 
@@ -153,6 +175,7 @@ impl<T: Scalar> Flow<'_, T> {
             Field::Updated => updater.needs().or(orientation.needs()),
             Field::Kept => orientation.needs(),
         };
+        self.is_seen = false;
         self.measured
             .update(rest, &**scheme, &self.positions, wanted)?;
         let state = FlowState::new(rest, &self.positions, &self.measured, self.iteration);
@@ -160,6 +183,7 @@ impl<T: Scalar> Flow<'_, T> {
             updater.update(&state, &mut self.field)?;
         }
         orientation.orient(&state, &self.field, &mut self.laplacian)?;
+        self.is_seen = true;
         self.energy = orientation.energy().map(|energy| {
             let springs = self.spring_energy();
             Energy {
@@ -209,20 +233,13 @@ impl<T: Scalar> Flow<'_, T> {
             self.is_plain = true;
             return self.update();
         }
-        // What the solve has used is free until the next.
-        let as_f64 = |from: &VertexMap<Vector3<T>>, to: &mut VertexMap<Vector3<f64>>| {
-            let from = from.as_slice();
-            fill(to.as_mut_slice(), |i| from[i].map(T::as_f64));
-        };
-        as_f64(&self.laplacian, &mut self.terms.mismatch);
+        // All of it is written anew.
+        std::mem::swap(&mut self.laplacian, &mut self.before);
         self.update()?;
-        as_f64(&self.laplacian, &mut self.terms.residual);
-        let (u, image) = (&mut self.terms.mismatch, &self.terms.residual);
         if let Accelerator::Anderson(anderson) = &mut self.accelerator {
-            self.is_plain = anderson.propose(u, image, is_short) == Proposal::Plain;
+            let proposal = anderson.propose(&self.before, &mut self.laplacian, is_short);
+            self.is_plain = proposal == Proposal::Plain;
         }
-        let u = u.as_slice();
-        fill(self.laplacian.as_mut_slice(), |i| u[i].map(T::of_f64));
         Ok(())
     }
 
@@ -255,7 +272,8 @@ pub(crate) mod tests {
 
     use cotan_geometry::shapes::icosphere;
     use cotan_geometry::{Positions, Shape, volume};
-    use cotan_halfedge::VertexId;
+    use cotan_halfedge::{VertexId, VertexMap};
+    use nalgebra::Vector3;
 
     use super::*;
     use crate::{Acceleration, Limited, ScalarFieldUpdater, Schedule, Start, StopReason};

@@ -108,23 +108,6 @@ pub(crate) fn total(lists: Vec<Vec<f64>>) -> Vec<f64> {
         .unwrap_or_default()
 }
 
-/// a ← a − b.
-pub(crate) fn subtract(a: &mut [f64], b: &[f64]) {
-    a.iter_mut().zip(b).for_each(|(a, b)| *a -= b);
-}
-
-/// out ← out + Σ factor · vector.
-#[inline]
-pub(crate) fn add_products<const N: usize>(out: &mut [f64], terms: [(f64, &[f64]); N]) {
-    let terms = terms.map(|(factor, vector)| (factor, &vector[..out.len()]));
-    for k in 0..out.len() {
-        out[k] += terms
-            .iter()
-            .map(|(factor, vector)| factor * vector[k])
-            .sum::<f64>();
-    }
-}
-
 /// Σ a_i · b_i.
 pub(crate) fn dot(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
     let chunks = flat(a).par_chunks(CHUNK).zip(flat(b).par_chunks(CHUNK));

@@ -59,17 +59,7 @@ impl Cholesky {
         matrix: &LowerTriangle,
         storage: &Storage,
     ) -> Result<Self, LinearError> {
-        // Entries are counted in 32 bits, in both triangles.
-        if matrix.rows.len() > u32::MAX as usize / 2 {
-            return Err(LinearError::OutOfMemory {
-                unknowns: matrix.offsets.len() - 1,
-                bytes: 8 * matrix.rows.len() as u64,
-            });
-        }
-        let symbolic = match &storage.analysis {
-            Some(analysis) => analysis.clone(),
-            None => analyse(matrix),
-        };
+        let symbolic = Self::analysed(matrix, storage)?;
         if let Some(limit) = storage.limit {
             let each = symbolic.num_entries() as u64 * storage.precision.bytes()
                 + storage.precision.bytes_beside(matrix);
@@ -83,6 +73,22 @@ impl Cholesky {
             }
         }
         Self::with_analysis(symbolic, matrix, storage.precision)
+    }
+
+    /// The analysis of a matrix, unless it is at hand.
+    pub(crate) fn analysed(
+        matrix: &LowerTriangle,
+        storage: &Storage,
+    ) -> Result<Arc<Symbolic>, LinearError> {
+        // Entries are counted in 32 bits, in both triangles.
+        if matrix.rows.len() > u32::MAX as usize / 2 {
+            return Err(LinearError::OutOfMemory {
+                unknowns: matrix.offsets.len() - 1,
+                bytes: 8 * matrix.rows.len() as u64,
+            });
+        }
+        let at_hand = storage.analysis.clone();
+        Ok(at_hand.unwrap_or_else(|| analyse(matrix)))
     }
 
     /// Factorizes another matrix of the same pattern beside this one; the analysis is shared.
@@ -142,13 +148,23 @@ impl Cholesky {
     /// A factor in single precision is asked twice: its first answer leaves a residual, which it
     /// answers too.
     pub(crate) fn solve(&mut self, rhs: &mut [Vector3<f64>]) {
+        self.solve_between(rhs, |_, b| *b, |_, x| x);
+    }
+
+    /// As [`Self::solve`], with passes over the vectors before and after: see [`Factor::solve_between`].
+    pub(crate) fn solve_between(
+        &mut self,
+        rhs: &mut [Vector3<f64>],
+        before: impl Fn(usize, &Vector3<f64>) -> Vector3<f64> + Sync,
+        after: impl Fn(usize, Vector3<f64>) -> Vector3<f64> + Sync,
+    ) {
         let Self {
             factor,
             buffers,
             refinement,
         } = self;
         let Some(refinement) = refinement else {
-            factor.solve(rhs, buffers);
+            factor.solve_between(rhs, before, after, buffers);
             return;
         };
         let Refinement {
@@ -156,8 +172,11 @@ impl Cholesky {
             rhs: wanted,
             residual,
         } = refinement;
-        wanted.copy_from_slice(rhs);
         let x = rhs;
+        for (i, (wanted, x)) in wanted.iter_mut().zip(&mut *x).enumerate() {
+            *x = before(i, x);
+            *wanted = *x;
+        }
         factor.solve(x, buffers);
         residual
             .par_iter_mut()
@@ -165,7 +184,19 @@ impl Cholesky {
             .with_min_len(1 << 11)
             .for_each(|(i, r)| *r = wanted[i] - matrix.product(i, x));
         factor.solve(residual, buffers);
-        x.iter_mut().zip(&*residual).for_each(|(x, r)| *x += r);
+        for (i, (x, r)) in x.iter_mut().zip(&*residual).enumerate() {
+            *x = after(i, *x + r);
+        }
+    }
+
+    /// Overwrites one right-hand side by its solution.
+    pub(crate) fn solve_one(&mut self, x: &mut [f64]) {
+        if self.refinement.is_none() {
+            return self.factor.solve_one(x, &mut self.buffers);
+        }
+        let mut vectors: Vec<_> = x.iter().map(|&x| Vector3::new(x, 0.0, 0.0)).collect();
+        self.solve(&mut vectors);
+        x.iter_mut().zip(&vectors).for_each(|(x, v)| *x = v.x);
     }
 
     /// Solves one right-hand side and measures the backward error |Mx − b| / (|M||x| + |b|).
@@ -178,9 +209,8 @@ impl Cholesky {
         let b: Vec<f64> = (0..n)
             .map(|i| (i as f64 * 0.618_033_988_749_895).fract() - 0.5)
             .collect();
-        let mut solution: Vec<_> = b.iter().map(|&b| Vector3::new(b, 0.0, 0.0)).collect();
-        self.solve(&mut solution);
-        let x: Vec<f64> = solution.iter().map(|x| x.x).collect();
+        let mut x = b.clone();
+        self.solve_one(&mut x);
         let mut product = vec![0.0; n];
         matrix.multiply(&x, &mut product);
         let max_norm = |v: &[f64]| v.iter().fold(0.0f64, |m, a| m.max(a.abs()));

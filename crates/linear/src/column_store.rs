@@ -49,6 +49,16 @@ impl ColumnStore {
         slots
     }
 
+    /// Takes up one column.
+    pub(crate) fn insert_one(&mut self, column: &[f64]) -> Slot {
+        let slot = self.vacant(1, column.len())[0];
+        let values = &mut self.blocks[slot.block].values;
+        for (value, entry) in values.iter_mut().zip(column) {
+            value[slot.lane] = *entry;
+        }
+        slot
+    }
+
     /// Gives up columns; blocks at the end that hold none are dropped.
     pub(crate) fn remove(&mut self, slots: impl IntoIterator<Item = Slot>) {
         for slot in slots {
@@ -79,12 +89,19 @@ impl ColumnStore {
         self.forces.fill(Matrix3::zeros());
     }
 
-    /// x ← x − Qλ.
-    pub(crate) fn subtract_from(&self, x: &mut [Vector3<f64>]) {
+    /// x ← x − Qλ + the shift of each vertex.
+    pub(crate) fn subtract_from(
+        &self,
+        x: &mut [Vector3<f64>],
+        shift: impl Fn(usize) -> Vector3<f64> + Sync,
+    ) {
         /// Vertices whose sums stay in the first-level cache while the blocks pass.
         const CHUNK: usize = 512;
         x.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, x)| {
             let start = chunk * CHUNK;
+            for (k, x) in x.iter_mut().enumerate() {
+                *x += shift(start + k);
+            }
             for (block, force) in self.blocks.iter().zip(&self.forces) {
                 let rows = &block.values[start..start + x.len()];
                 for (x, row) in x.iter_mut().zip(rows) {

@@ -17,7 +17,6 @@
 
 use cotan_halfedge::VertexId;
 use nalgebra::{DMatrix, Vector3};
-use rayon::prelude::*;
 
 use crate::column_store::{ColumnStore, LANES, Slot};
 use crate::error::LinearError;
@@ -97,8 +96,16 @@ impl Columns {
             .collect();
         missing.sort_unstable();
         let mut added = Vec::with_capacity(missing.len());
-        let mut work = vec![Vector3::zeros(); problem.num_vertices()];
+        let n = problem.num_vertices();
+        let (mut work, mut number) = (Vec::new(), Vec::new());
         for vertices in missing.chunks(LANES) {
+            if let [vertex] = *vertices {
+                number.resize(n, 0.0);
+                self.inverse.column(vertex.index(), &mut number);
+                added.push((vertex, self.store.insert_one(&number)));
+                continue;
+            }
+            work.resize(n, Vector3::zeros());
             let rows: Vec<usize> = vertices.iter().map(|v| v.index()).collect();
             self.inverse.columns(&rows, &mut work);
             let slots = self.store.insert(&work, vertices.len());
@@ -157,13 +164,8 @@ impl Columns {
         for (component, handle) in lone {
             constants[*component] = wanted(handle) - x[handle.vertex.index()];
         }
-        store.subtract_from(correction);
         let (components, constants) = (&problem.components, &*constants);
-        correction
-            .par_iter_mut()
-            .enumerate()
-            .with_min_len(1 << 12)
-            .for_each(|(i, x)| *x += constants[components.of(i)]);
+        store.subtract_from(correction, |i| constants[components.of(i)]);
         for handle in &problem.held.handles {
             if handle.hold == Hold::Hard {
                 correction[handle.vertex.index()] = Vector3::zeros();

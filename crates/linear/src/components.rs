@@ -80,7 +80,12 @@ impl Components {
 
     /// The component of vertex `i`.
     pub(crate) fn of(&self, i: usize) -> usize {
-        self.labels[i] as usize
+        // Most meshes have one, and need not be looked up.
+        if self.len() == 1 {
+            0
+        } else {
+            self.labels[i] as usize
+        }
     }
 
     /// The vertices of a component, ascending.

@@ -51,11 +51,30 @@ enum Inverse {
 }
 
 impl Inverse {
-    fn solve(&mut self, rhs: &mut [Vector3<f64>]) {
+    /// Overwrites x by what `after` makes of the solution for what `before` makes of x.
+    fn solve_between(
+        &mut self,
+        x: &mut [Vector3<f64>],
+        before: impl Fn(usize, &Vector3<f64>) -> Vector3<f64> + Sync + Send,
+        after: impl Fn(usize, Vector3<f64>) -> Vector3<f64> + Sync + Send,
+    ) {
         match self {
-            Self::Factor(cholesky) => cholesky.solve(rhs),
+            Self::Factor(cholesky) => cholesky.solve_between(x, before, after),
             Self::Iteration(multigrid) => {
-                multigrid.solve(rhs);
+                change(x, |i, x| *x = before(i, x));
+                multigrid.solve(x);
+                change(x, |i, x| *x = after(i, *x));
+            }
+        }
+    }
+
+    fn solve_one(&mut self, x: &mut [f64]) {
+        match self {
+            Self::Factor(cholesky) => cholesky.solve_one(x),
+            Self::Iteration(multigrid) => {
+                let mut vectors: Vec<_> = x.iter().map(|&x| Vector3::new(x, 0.0, 0.0)).collect();
+                multigrid.solve(&mut vectors);
+                x.iter_mut().zip(&vectors).for_each(|(x, v)| *x = v.x);
             }
         }
     }
@@ -122,24 +141,32 @@ impl PseudoInverse {
             let ground = &mut grounds[components.of(i)];
             *ground = (*ground).min(i);
         }
-        Self::assemble(problem, grounds, |matrix| match means {
-            Means::Factor(storage) => Cholesky::factor_with(matrix, storage)
-                .map(|cholesky| Inverse::Factor(Box::new(cholesky))),
-            Means::Iteration => Inverse::iteration(matrix),
+        Self::assemble(problem, grounds, |matrices| match means {
+            Means::Factor(storage) => {
+                let storage = Storage {
+                    analysis: Some(Cholesky::analysed(&matrices[0], storage)?),
+                    ..storage.clone()
+                };
+                side_by_side(matrices, |matrix| {
+                    Cholesky::factor_with(matrix, &storage)
+                        .map(|cholesky| Inverse::Factor(Box::new(cholesky)))
+                })
+            }
+            Means::Iteration => side_by_side(matrices, Inverse::iteration),
         })
     }
 
     /// For other weights: the analysis is shared.
     pub(crate) fn refactor(&self, problem: &Problem) -> Result<Self, LinearError> {
-        Self::assemble(problem, self.grounds.clone(), |matrix| {
-            self.grounded.like(matrix)
+        Self::assemble(problem, self.grounds.clone(), |matrices| {
+            side_by_side(matrices, |matrix| self.grounded.like(matrix))
         })
     }
 
     fn assemble(
         problem: &Problem,
         grounds: Vec<usize>,
-        first: impl Fn(&LowerTriangle) -> Result<Inverse, LinearError>,
+        invert: impl Fn(&[LowerTriangle]) -> Result<Vec<Inverse>, LinearError>,
     ) -> Result<Self, LinearError> {
         let (rings, weights) = (&problem.rings, &problem.weights);
         let components = problem.components.clone();
@@ -155,18 +182,18 @@ impl PseudoInverse {
         // What is cut off keeps a diagonal of the usual size, so that norms stay what they were.
         let usual = |sum: f64| if sum > 0.0 { sum } else { 1.0 };
         let cut = |i: usize, sum: f64| if is_ground(i) { usual(sum) } else { sum };
-        let grounded = first(&one_ring::assemble(rings, weights, is_ground, cut))?;
-        let shifted = match &problem.membrane {
-            Some(Sheet {
-                weight,
-                stiffness: Stiffness::OfWeights(c),
-            }) => {
-                let shifted = |_, sum| sum + weight * c;
-                let matrix = one_ring::assemble(rings, weights, |_| false, shifted);
-                Some(grounded.like(&matrix)?)
-            }
-            _ => None,
-        };
+        let mut matrices = vec![one_ring::assemble(rings, weights, is_ground, cut)];
+        if let Some(Sheet {
+            weight,
+            stiffness: Stiffness::OfWeights(c),
+        }) = &problem.membrane
+        {
+            let shifted = |_, sum| sum + weight * c;
+            matrices.push(one_ring::assemble(rings, weights, |_| false, shifted));
+        }
+        let mut inverses = invert(&matrices)?;
+        let shifted = (inverses.len() > 1).then(|| inverses.pop()).flatten();
+        let grounded = inverses.remove(0);
         Ok(Self {
             scale,
             squares,
@@ -195,24 +222,26 @@ impl PseudoInverse {
         out: &mut [Vector3<f64>],
     ) {
         if self.shifted.is_none() {
-            fill(out, |i| mismatch[i] * -self.scale(i));
-            self.balance(out);
-            self.solve_grounded(out);
+            if self.scale.is_empty() {
+                self.solve_grounded(out, |i, _| -mismatch[i], |_, x| x);
+            } else {
+                let scale = std::mem::take(&mut self.scale);
+                self.solve_balanced(&scale, out, |i, _| mismatch[i] * -scale[i]);
+                self.scale = scale;
+            }
             return;
         }
         match tension {
             Some((weight, tension)) => {
-                fill(out, |i| tension[i] * weight);
-                self.center(out);
-                self.solve_grounded(out);
+                let (of_tension, less) = (
+                    |i: usize, _: &Vector3<f64>| tension[i] * weight,
+                    |i: usize, x: Vector3<f64>| x - mismatch[i],
+                );
+                self.solve_grounded(out, of_tension, less);
             }
-            None => out.fill(Vector3::zeros()),
+            None => change(out, |i, x| *x = -mismatch[i]),
         }
-        change(out, |i, x| *x -= mismatch[i]);
-        self.center(out);
-        if let Some(shifted) = &mut self.shifted {
-            shifted.solve(out);
-        }
+        self.solve_shifted(out);
     }
 
     /// M⁺e of up to three vertices at once, each in its own coordinate.
@@ -221,73 +250,148 @@ impl PseudoInverse {
         for (lane, &vertex) in vertices.iter().enumerate() {
             out[vertex][lane] = 1.0;
         }
-        self.center(out);
-        self.solve_grounded(out);
-        match &mut self.shifted {
-            Some(_) => {
-                self.center(out);
-                if let Some(shifted) = &mut self.shifted {
-                    shifted.solve(out);
-                }
-            }
-            None => {
-                if !self.scale.is_empty() {
-                    let scale = &self.scale;
-                    change(out, |i, x| *x *= scale[i] * scale[i]);
-                }
-                self.balance(out);
-                self.solve_grounded(out);
-            }
+        self.solve_grounded(out, |_, x| *x, |_, x| x);
+        if self.shifted.is_some() {
+            self.solve_shifted(out);
+        } else if self.scale.is_empty() {
+            self.solve_grounded(out, |_, x| *x, |_, x| x);
+        } else {
+            let scale = std::mem::take(&mut self.scale);
+            self.solve_balanced(&scale, out, |i, x| x * (scale[i] * scale[i]));
+            self.scale = scale;
         }
         self.center(out);
     }
 
-    fn scale(&self, i: usize) -> f64 {
-        self.scale.get(i).copied().unwrap_or(1.0)
-    }
-
-    /// x with W x = the right-hand side, whose sums are 0, and x = 0 at the grounds.
-    fn solve_grounded(&mut self, rhs: &mut [Vector3<f64>]) {
-        for &ground in &self.grounds {
-            rhs[ground] = Vector3::zeros();
-        }
-        self.grounded.solve(rhs);
-    }
-
-    /// Subtracts a multiple of D² so that the sum over every component is 0.
-    fn balance(&mut self, x: &mut [Vector3<f64>]) {
-        if self.scale.is_empty() {
-            return self.center(x);
-        }
-        self.components
-            .sum(|i| x[i], &mut self.partial, &mut self.sums);
+    /// M⁺e of one vertex: as [`Self::columns`], by solves of one right-hand side.
+    pub(crate) fn column(&mut self, vertex: usize, out: &mut [f64]) {
         let Self {
             components,
             scale,
             squares,
+            grounds,
+            grounded,
+            shifted,
+            ..
+        } = self;
+        let c = components.of(vertex);
+        let (members, ground) = (components.members(c), grounds[c]);
+        let each = || members.iter().map(|&i| i as usize);
+        let center = |x: &mut [f64]| {
+            let mean = each().map(|i| x[i]).sum::<f64>() / members.len() as f64;
+            each().for_each(|i| x[i] -= mean);
+        };
+        // Other components are left alone: there all stays 0.
+        out.fill(0.0);
+        out[vertex] = 1.0;
+        center(out);
+        out[ground] = 0.0;
+        grounded.solve_one(out);
+        if let Some(shifted) = shifted {
+            center(out);
+            shifted.solve_one(out);
+        } else {
+            if scale.is_empty() {
+                center(out);
+            } else {
+                each().for_each(|i| out[i] *= scale[i] * scale[i]);
+                let share = each().map(|i| out[i]).sum::<f64>() / squares[c];
+                each().for_each(|i| out[i] -= share * (scale[i] * scale[i]));
+            }
+            out[ground] = 0.0;
+            grounded.solve_one(out);
+        }
+        center(out);
+    }
+
+    /// x with W x = what `of` makes of x less its mean over every component, and x = 0 at the grounds;
+    /// then what `after` makes of it.
+    fn solve_grounded(
+        &mut self,
+        x: &mut [Vector3<f64>],
+        of: impl Fn(usize, &Vector3<f64>) -> Vector3<f64> + Sync + Send,
+        after: impl Fn(usize, Vector3<f64>) -> Vector3<f64> + Sync + Send,
+    ) {
+        self.means(|i| of(i, &x[i]));
+        let Self {
+            components,
+            grounds,
+            grounded,
             sums,
             ..
         } = self;
-        change(x, |i, x| {
+        let before = |i: usize, x: &Vector3<f64>| {
             let c = components.of(i);
-            *x -= sums[c] * (scale[i] * scale[i] / squares[c]);
-        });
+            if grounds[c] == i {
+                Vector3::zeros()
+            } else {
+                of(i, x) - sums[c]
+            }
+        };
+        grounded.solve_between(x, before, after);
+    }
+
+    /// As [`Self::solve_grounded`], less a multiple of D² such that the sum over every component is 0.
+    fn solve_balanced(
+        &mut self,
+        scale: &[f64],
+        x: &mut [Vector3<f64>],
+        of: impl Fn(usize, &Vector3<f64>) -> Vector3<f64> + Sync + Send,
+    ) {
+        self.components
+            .sum(|i| of(i, &x[i]), &mut self.partial, &mut self.sums);
+        let Self {
+            components,
+            squares,
+            grounds,
+            grounded,
+            sums,
+            ..
+        } = self;
+        let before = |i: usize, x: &Vector3<f64>| {
+            let c = components.of(i);
+            if grounds[c] == i {
+                Vector3::zeros()
+            } else {
+                of(i, x) - sums[c] * (scale[i] * scale[i] / squares[c])
+            }
+        };
+        grounded.solve_between(x, before, |_, x| x);
+    }
+
+    /// (W + σ)⁻¹ of x less its mean over every component.
+    fn solve_shifted(&mut self, x: &mut [Vector3<f64>]) {
+        self.means(|i| x[i]);
+        let (components, means) = (&self.components, &self.sums);
+        if let Some(shifted) = &mut self.shifted {
+            shifted.solve_between(x, |i, x| x - means[components.of(i)], |_, x| x);
+        }
     }
 
     /// Subtracts the mean over every component.
     fn center(&mut self, x: &mut [Vector3<f64>]) {
-        self.components
-            .sum(|i| x[i], &mut self.partial, &mut self.sums);
-        for (c, sum) in self.sums.iter_mut().enumerate() {
-            *sum /= self.components.members(c).len() as f64;
-        }
+        self.means(|i| x[i]);
         let (components, means) = (&self.components, &self.sums);
         change(x, |i, x| *x -= means[components.of(i)]);
     }
+
+    /// Leaves the mean of a term over every component in `sums`.
+    fn means(&mut self, term: impl Fn(usize) -> Vector3<f64> + Sync) {
+        self.components.sum(term, &mut self.partial, &mut self.sums);
+        for (c, sum) in self.sums.iter_mut().enumerate() {
+            *sum /= self.components.members(c).len() as f64;
+        }
+    }
 }
 
-fn fill(out: &mut [Vector3<f64>], value: impl Fn(usize) -> Vector3<f64> + Sync + Send) {
-    change(out, |i, x| *x = value(i));
+/// The inverses of some matrices.
+fn side_by_side(
+    matrices: &[LowerTriangle],
+    invert: impl Fn(&LowerTriangle) -> Result<Inverse, LinearError> + Sync + Send,
+) -> Result<Vec<Inverse>, LinearError> {
+    // In a list first: of two errors the first counts, whichever comes first.
+    let inverses: Vec<_> = matrices.par_iter().with_max_len(1).map(invert).collect();
+    inverses.into_iter().collect()
 }
 
 fn change(out: &mut [Vector3<f64>], each: impl Fn(usize, &mut Vector3<f64>) + Sync + Send) {

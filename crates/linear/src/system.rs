@@ -221,12 +221,41 @@ impl PreparedSystem {
         residual: &mut VertexMap<Vector3<f64>>,
         correction: &mut VertexMap<Vector3<f64>>,
     ) {
-        assert_eq!(
-            correction.len(),
-            self.problem.num_vertices(),
-            "one entry a vertex"
-        );
         self.residual(mismatch, tension, pull, residual);
+        self.finish(mismatch, tension, pull, residual, correction);
+    }
+
+    /// As [`Self::correct`], for callers that do not need the right-hand side: it is computed only where
+    /// the strategy does. `scratch` holds it then, and what it held before otherwise.
+    ///
+    /// # Panics
+    /// If a map has not one entry a vertex.
+    pub fn correct_only(
+        &mut self,
+        mismatch: &VertexMap<Vector3<f64>>,
+        tension: Option<&VertexMap<Vector3<f64>>>,
+        pull: &VertexMap<Vector3<f64>>,
+        scratch: &mut VertexMap<Vector3<f64>>,
+        correction: &mut VertexMap<Vector3<f64>>,
+    ) {
+        if let Solver::Normal(_) = self.solver {
+            self.residual(mismatch, tension, pull, scratch);
+        }
+        self.finish(mismatch, tension, pull, scratch, correction);
+    }
+
+    fn finish(
+        &mut self,
+        mismatch: &VertexMap<Vector3<f64>>,
+        tension: Option<&VertexMap<Vector3<f64>>>,
+        pull: &VertexMap<Vector3<f64>>,
+        residual: &VertexMap<Vector3<f64>>,
+        correction: &mut VertexMap<Vector3<f64>>,
+    ) {
+        let n = self.problem.num_vertices();
+        let lengths = [mismatch.len(), pull.len(), correction.len()];
+        let of_tension = tension.map_or(n, VertexMap::len);
+        assert!(lengths == [n; 3] && of_tension == n, "one entry a vertex");
         match &mut self.solver {
             Solver::Normal(normal) => {
                 normal.correct(residual.as_slice(), correction.as_mut_slice());
@@ -335,7 +364,19 @@ mod tests {
                 Vector3::new((t + phase).sin(), (2.0 * t - phase).cos(), (3.0 * t * phase).sin())
             };
             let map = |phase: f64| VertexMap::from_vec((0..n).map(|i| vector(i, phase)).collect());
-            let (mismatch, tension, pull) = (map(0.3), map(1.1), map(2.7));
+            let (mismatch, pull) = (map(0.3), map(2.7));
+            // As any that comes of an energy: without a sum over a component.
+            let components = shape.mesh.components();
+            let mut sums = vec![(Vector3::zeros(), 0.0); components.count()];
+            for (v, t) in map(1.1).iter() {
+                let (sum, count) = &mut sums[components.of(v)];
+                *sum += t;
+                *count += 1.0;
+            }
+            let tension = VertexMap::from_fn(n, |v: VertexId| {
+                let (sum, count) = sums[components.of(v)];
+                vector(v.index(), 1.1) - sum / count
+            });
             let mut residual = VertexMap::filled(n, Vector3::zeros());
             let mut correction = residual.clone();
             system.correct(&mismatch, Some(&tension), &pull, &mut residual, &mut correction);

@@ -5,6 +5,7 @@ use std::path::Path;
 use cotan::Quality;
 use cotan::geometry::{Surface, bounding_box};
 use cotan_io::Document;
+use cotan_tool::numbers::in_file_numbers;
 use serde::Serialize;
 
 use crate::args::CompareArgs;
@@ -13,7 +14,6 @@ use crate::edit::{self, positions_of};
 use crate::error::CliError;
 use crate::files;
 use crate::report::{QualityFields, Seconds, Table, json_text, number};
-use cotan_tool::numbers::in_file_numbers;
 
 /// What `compare` prints.
 #[derive(Debug, Serialize)]

@@ -11,6 +11,7 @@ use cotan::smooth::{
 };
 use cotan::{Handles, smooth::Smoothed};
 use cotan_io::{Document, ProcessingMesh};
+use cotan_tool::numbers::in_file_numbers;
 use serde::Serialize;
 
 use crate::args::{DetailArgs, KeepArgs, MeshArgs, SmoothArgs};
@@ -23,7 +24,6 @@ use crate::files;
 use crate::picture::curvature_picture;
 use crate::prepare::{self, Prepared};
 use crate::report::{Seconds, Table, counted, json_text, number};
-use cotan_tool::numbers::in_file_numbers;
 
 /// What smoothing did, for programs.
 #[derive(Clone, Debug, Default, Serialize)]

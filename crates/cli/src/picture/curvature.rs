@@ -3,9 +3,9 @@
 use cotan::geometry::{Positions, Surface};
 use cotan::halfedge::HalfedgeMesh;
 use cotan::smooth::mean_curvatures;
+use cotan_tool::ColorScale;
 
 use super::heat::{HeatMap, Panel, Quantity, Views};
-use cotan_tool::ColorScale;
 
 /// The bar's title; the unit is that of the file.
 const TITLE: &str = "mean curvature, 1 / unit of length, positive where convex";

@@ -11,6 +11,7 @@
 
 use cotan::geometry::{Positions, Surface, face_area_vectors};
 use cotan::halfedge::{FaceId, FaceMap, HalfedgeMesh, VertexId, VertexMap};
+use cotan_tool::ColorScale;
 use nalgebra::{Matrix3, Vector3};
 
 use super::camera::{Camera, Frame, view_of};
@@ -19,7 +20,6 @@ use super::image::Image;
 use super::raster::{BOTTOM, Canvas, Light, TOP, encode};
 use super::scene::Scene;
 use super::text::{self, LINE};
-use cotan_tool::ColorScale;
 
 /// Surfaces side by side, coloured by the same scale.
 #[derive(Clone, Copy, Debug)]

@@ -2,10 +2,10 @@
 
 use cotan::halfedge::{FaceId, VertexId};
 use cotan::sphere::SphereError;
+use cotan_tool::numbers::in_file_numbers;
 
 use crate::error::CliError;
 use crate::prepare::{Holes, Prepared, Source};
-use cotan_tool::numbers::in_file_numbers;
 
 /// Turns the library's errors into those of a command.
 #[derive(Clone, Copy, Debug)]

@@ -17,6 +17,7 @@ use crate::files::OpenedMesh;
 use crate::scene::{HandleGroup, Role, Scene};
 use crate::solver::Pace;
 use crate::task::{Task, TaskError};
+use crate::view::Picker;
 
 /// Whether a mesh is repaired before it is opened.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -27,8 +28,8 @@ pub(super) enum Repairs {
 
 /// What a task has come to.
 pub(super) enum TaskResult {
-    /// A mesh was read.
-    Opened(Box<OpenedMesh>),
+    /// A mesh was read, and prepared for the pointer.
+    Opened(Box<OpenedMesh>, Box<Picker>),
     /// A mesh was not read: why, and whether repairs would help.
     NotOpened(String, Option<std::path::PathBuf>),
     /// A shape was made from the shape that was seen.
@@ -80,7 +81,7 @@ impl Editor {
         let is_settled = scene.is_settled;
         let name = name.map_or_else(|| free_name(&scene.handles, role), str::to_owned);
         let label = match role {
-            Role::Fixed => format!("Fix {name}"),
+            Role::Fixed => format!("Fix a region: {name}"),
             Role::Movable => format!("Add handle {name}"),
         };
         self.edit_handles(label, |handles| {
@@ -170,9 +171,28 @@ impl Editor {
         self.settle();
     }
 
-    /// Puts other handles in the place of all.
-    pub(super) fn set_handles(&mut self, label: &str, new: Vec<HandleGroup>) {
-        self.edit_handles(label.to_owned(), |handles| *handles = new);
+    /// Puts other handles in the place of all, on the rest shape: as `cotan deform` begins.
+    pub(super) fn load_groups(&mut self, new: Vec<HandleGroup>) {
+        let Some(open) = &mut self.open else {
+            return;
+        };
+        let mut scene = open.history.present().clone();
+        // Another rest shape for the solver, though the same: it starts afresh, and not from where the
+        // handles of before had brought it.
+        scene.rest = Arc::new(Positions::clone(&scene.rest));
+        scene.shape = Arc::clone(&scene.rest);
+        scene.handles = Arc::new(new);
+        scene.label = "Load handles".to_owned();
+        open.history.push(scene);
+        self.jobs.base = None;
+        self.active = None;
+        self.tint();
+        self.settle();
+    }
+
+    /// Lets go of everything.
+    pub(super) fn remove_all_handles(&mut self) {
+        self.edit_handles("Let go of all handles".to_owned(), Vec::clear);
         self.active = None;
         self.tint();
         self.settle();
@@ -304,6 +324,7 @@ impl Editor {
             name,
             scene: scene.clone(),
             position,
+            has_result: false,
         });
         Some(scene)
     }
@@ -431,7 +452,7 @@ impl Editor {
     }
 
     /// Takes the result of the task, if it has one.
-    pub(super) fn take_task(&mut self, ctx: &egui::Context) {
+    pub(super) fn take_task(&mut self) {
         let Some(result) = self.task.as_ref().and_then(Task::poll) else {
             return;
         };
@@ -439,7 +460,7 @@ impl Editor {
         match result {
             Err(TaskError::Cancelled) => {}
             Err(error) => self.tell(Message::error(error.to_string())),
-            Ok(TaskResult::Opened(mesh)) => self.opened(ctx, *mesh),
+            Ok(TaskResult::Opened(mesh, picker)) => self.opened(*mesh, *picker),
             Ok(TaskResult::NotOpened(problem, repairable)) => {
                 self.not_opened(problem, repairable);
             }
@@ -475,11 +496,12 @@ impl Editor {
             return;
         }
         let scene = reshaped(&base.scene, name.to_owned(), shape);
-        if open.history.present().label == name && open.history.present().is_of_job {
+        if base.has_result {
             *open.history.present_mut() = scene;
         } else {
             open.history.push(scene);
             base.position = open.history.position();
+            base.has_result = true;
         }
         self.dialogs.note = note;
         self.show_as_is();
@@ -511,7 +533,6 @@ fn reshaped(scene: &Scene, label: String, shape: Arc<Positions<f64>>) -> Scene {
         rest: Arc::clone(&shape),
         shape,
         is_settled: true,
-        is_of_job: true,
         options: scene.options.clone(),
     }
 }

@@ -20,7 +20,7 @@ use crate::files::{
 };
 use crate::rescue;
 use crate::scene::{HandleGroup, History, Origin, Role, Scene};
-use crate::view::Camera;
+use crate::view::{Camera, Picker};
 
 impl Editor {
     pub(super) fn has_file(&self) -> bool {
@@ -68,7 +68,11 @@ impl Editor {
                 Repairs::Safe => files::open_repaired(&path),
             };
             Ok(match opened {
-                Ok(mesh) => TaskResult::Opened(Box::new(mesh)),
+                Ok(mesh) => {
+                    let surface = &mesh.processing;
+                    let picker = Picker::new(surface.mesh(), surface.positions());
+                    TaskResult::Opened(Box::new(mesh), Box::new(picker))
+                }
                 Err(error) => {
                     let repairable = error.is_repairable().then(|| path.clone());
                     TaskResult::NotOpened(error.to_string(), repairable)
@@ -110,7 +114,7 @@ impl Editor {
         }
     }
 
-    pub(super) fn opened(&mut self, _ctx: &egui::Context, mesh: OpenedMesh) {
+    pub(super) fn opened(&mut self, mesh: OpenedMesh, picker: Picker) {
         let mut told: Vec<String> = mesh.warnings.iter().take(MOST_TOLD).cloned().collect();
         let changes = mesh.changes.iter().map(ToString::to_string);
         told.extend(changes.take(MOST_TOLD));
@@ -118,6 +122,9 @@ impl Editor {
             self.tell(Message::note(told.join("\n")));
         }
         self.show_mesh(mesh);
+        if let Some(shape) = self.displayed() {
+            self.pick.know(shape, picker);
+        }
         if let Some(handles) = self.startup.handles.take() {
             self.load_handles(&handles);
         }
@@ -141,6 +148,7 @@ impl Editor {
         self.jobs.base = None;
         self.pick.forget();
         self.open = Some(Open {
+            original: Arc::clone(&positions),
             saved: (0, Arc::clone(&positions)),
             history: History::new(Scene::new(positions)),
             mesh,
@@ -166,12 +174,11 @@ impl Editor {
     }
 
     pub(super) fn save_mesh(&mut self, path: PathBuf, expect: Option<Expect>) {
-        let Some(shape) = self.displayed() else {
-            return;
-        };
         let Some(open) = &mut self.open else {
             return;
         };
+        // The shape itself, also while the picture shows it on its way to the sphere.
+        let shape = Arc::clone(&open.history.present().shape);
         let expect = expect.unwrap_or(match path == open.mesh.path && open.has_file {
             true => Expect::Unchanged(open.mesh.fingerprint),
             false => Expect::Absent,
@@ -263,7 +270,7 @@ impl Editor {
             Ok(groups) => {
                 let rest = &open.history.present().rest;
                 let handles = handles_of(&groups, &mesh.processing, rest);
-                self.set_handles("Load handles", handles);
+                self.load_groups(handles);
             }
             Err(error) => self.tell(Message::error(error.to_string())),
         }

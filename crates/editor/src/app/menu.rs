@@ -79,7 +79,7 @@ impl Editor {
             self.make_handle(Role::Fixed);
         }
         if ui.button("Let go of all handles").clicked() {
-            self.set_handles("Let go of all handles", Vec::new());
+            self.remove_all_handles();
         }
         if ui.button("Back to the rest shape").clicked() {
             self.reset_shape();
@@ -161,7 +161,7 @@ impl Editor {
                 }
                 if let Some(note) = &self.dialogs.note {
                     ui.separator();
-                    ui.label(note);
+                    ui.add(egui::Label::new(note.as_str()).truncate());
                 }
             });
         });

@@ -224,7 +224,7 @@ impl Editor {
 
     fn smooth_page(&mut self, ui: &mut egui::Ui) {
         let ctx = ui.ctx().clone();
-        let before = (self.jobs.smooth, self.jobs.strength);
+        let before = self.jobs.smooth.method;
         choice(
             ui,
             "Method",
@@ -233,23 +233,24 @@ impl Editor {
             |k| k.name(),
         );
         let method = self.jobs.smooth.method;
+        if method != before {
+            self.jobs.smooth.iterations = None;
+        }
         let mut iterations = self
             .jobs
             .smooth
             .iterations
             .unwrap_or_else(|| method.default_iterations());
-        let slider = ui.add(Slider::new(&mut iterations, 0..=100).text("iterations"));
-        self.mark("smooth-iterations", slider.rect);
-        if slider.changed() {
+        let often = ui.add(Slider::new(&mut iterations, 0..=100).text("iterations"));
+        self.mark("smooth-iterations", often.rect);
+        if often.changed() {
             self.jobs.smooth.iterations = Some(iterations);
         }
-        if method != self.jobs.smooth.method {
-            self.jobs.smooth.iterations = None;
-        }
-        let slider = ui.add(Slider::new(&mut self.jobs.strength, 0.0..=1.0).text("strength"));
-        slider
-            .clone()
-            .on_hover_text("0.5: as firmly anchored as the noise of the mesh allows");
+        let slider = Slider::new(&mut self.jobs.strength, 0.0..=1.0).text("strength");
+        let strong = ui.add(slider);
+        let strong =
+            strong.on_hover_text("0.5: as firmly anchored as the noise of the mesh allows");
+        self.mark("smooth-strength", strong.rect);
         // The anchors from firm to loose; in the middle what the method takes by itself.
         self.jobs.smooth.anchor = match self.jobs.strength {
             s if (s - 0.5).abs() < 0.01 => None,
@@ -257,10 +258,16 @@ impl Editor {
         };
         let run = ui.button("Smooth");
         self.mark("smooth", run.rect);
-        let is_live = before != (self.jobs.smooth, self.jobs.strength) && self.jobs.base.is_some();
-        if run.clicked()
-            || (is_live && !ui.input(|i| i.pointer.any_down()))
-            || slider.drag_stopped()
+        if run.clicked() {
+            // Once more, and not again from where the last began.
+            self.jobs.base = None;
+            self.smooth(&ctx);
+        } else if self
+            .jobs
+            .base
+            .as_ref()
+            .is_some_and(|base| base.name == "Smooth")
+            && (method != before || self.is_moved(&often) || self.is_moved(&strong))
         {
             self.smooth(&ctx);
         }
@@ -269,10 +276,17 @@ impl Editor {
         let slider = Slider::new(&mut self.jobs.detail, 0.0..=3.0).text("times their size");
         let slider = ui.add(slider);
         self.mark("detail", slider.rect);
-        if slider.drag_stopped() || (slider.changed() && !slider.dragged()) {
+        if self.is_moved(&slider) {
             self.scale_details(&ctx);
         }
         ui.weak("What a slider does goes on from the shape before it; undo brings that back.");
+    }
+
+    /// Whether a slider asks for its job: while it moves, as often as the job is done with the last
+    /// place; and where it is let go of.
+    fn is_moved(&self, slider: &egui::Response) -> bool {
+        let is_let_go = slider.drag_stopped() || (slider.changed() && !slider.dragged());
+        is_let_go || (slider.changed() && self.task.is_none())
     }
 
     fn sphere_page(&mut self, ui: &mut egui::Ui) {

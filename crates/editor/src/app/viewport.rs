@@ -53,6 +53,11 @@ impl PickState {
         self.polygon.clear();
     }
 
+    /// What was prepared beside the window.
+    pub(super) fn know(&mut self, shape: Arc<Positions<f64>>, picker: Picker) {
+        self.picker = Some((shape, picker));
+    }
+
     /// In points.
     pub(super) fn brush_radius_mut(&mut self) -> &mut f32 {
         if self.brush_radius == 0.0 {

@@ -60,16 +60,19 @@ impl Camera {
         let (yaw, pitch) = StandardView::Oblique.angles();
         let pose = Pose {
             target: scene.center,
-            distance: scene.fitting_distance(),
+            distance: scene.radius,
             yaw,
             pitch,
         };
-        Self {
+        let mut camera = Self {
             pose,
             goal: pose,
             scene,
             up: UpAxis::default(),
-        }
+        };
+        camera.fit(bounds);
+        camera.jump();
+        camera
     }
 
     /// Tells what there is to see, without moving: the planes of depth and how far one may zoom
@@ -125,9 +128,18 @@ impl Camera {
 
     /// Starts to move to where all of `bounds` is seen, from the same side.
     pub fn fit(&mut self, bounds: &BoundingBox<f64>) {
-        let sphere = Sphere::around(bounds);
-        self.goal.target = sphere.center;
-        self.goal.distance = sphere.fitting_distance().max(self.scene.radius * NEAREST);
+        let center = bounds.center();
+        let rotation = self.rotation_of(&self.goal);
+        let spread = (0.5 * FIELD_OF_VIEW).tan();
+        // From where a corner is at the border of the circle within the picture.
+        let distance = |corner: usize| {
+            let side = |k: usize| [bounds.min[k], bounds.max[k]][corner >> k & 1];
+            let offset = rotation * (Point3::new(side(0), side(1), side(2)) - center);
+            offset.z + offset.xy().norm() / spread
+        };
+        let farthest = (0..8).map(distance).fold(0.0, f64::max);
+        self.goal.target = center;
+        self.goal.distance = (farthest * FIT_MARGIN).max(self.scene.radius * NEAREST);
     }
 
     /// Starts to move to a standard view of the same target.
@@ -227,14 +239,18 @@ impl Camera {
         }
     }
 
-    /// From the model's axes to the screen's: right, up, towards the viewer.
     fn rotation(&self) -> UnitQuaternion<f64> {
+        self.rotation_of(&self.pose)
+    }
+
+    /// From the model's axes to the screen's: right, up, towards the viewer.
+    fn rotation_of(&self, pose: &Pose) -> UnitQuaternion<f64> {
         let up = match self.up {
             UpAxis::Y => UnitQuaternion::identity(),
             UpAxis::Z => UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -FRAC_PI_2),
         };
-        UnitQuaternion::from_axis_angle(&Vector3::x_axis(), self.pose.pitch)
-            * UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -self.pose.yaw)
+        UnitQuaternion::from_axis_angle(&Vector3::x_axis(), pose.pitch)
+            * UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -pose.yaw)
             * up
     }
 }
@@ -306,15 +322,13 @@ impl Sphere {
             radius: if radius > least { radius } else { least },
         }
     }
-
-    /// From where the sphere just fills the shorter side of the picture.
-    fn fitting_distance(&self) -> f64 {
-        self.radius / (0.5 * FIELD_OF_VIEW).sin()
-    }
 }
 
 /// Of the shorter side of the picture. Wider ones distort what is near the border.
 const FIELD_OF_VIEW: f64 = 35.0 * PI / 180.0;
+
+/// How much farther off than need be all is seen from: there is air around it.
+const FIT_MARGIN: f64 = 1.05;
 
 /// Half a turn for a drag over some 400 points: across the middle of a usual window.
 const TURN_PER_POINT: f64 = PI / 400.0;

@@ -79,11 +79,13 @@ fn zooming_keeps_what_is_under_the_pointer() {
 }
 
 #[test]
-fn all_of_the_scene_is_seen_and_lies_between_the_planes() {
+fn all_that_fits_is_seen_and_lies_between_the_planes() {
     for bounds in scenes() {
         let mut camera = Camera::new(&bounds);
         for turn in 0..20 {
             camera.orbit(vec2(37.0, if turn < 10 { 20.0 } else { -40.0 }));
+            camera.fit(&bounds);
+            camera.jump();
             let snapshot = camera.at(RECT);
             for i in 0..8 {
                 let side = |k: usize| [bounds.min[k], bounds.max[k]][i >> k & 1];
@@ -155,4 +157,18 @@ fn what_is_behind_the_eye_has_no_place() {
     let eye = camera.eye();
     assert_eq!(camera.project(eye + (eye - camera.target()), RECT), None);
     assert_eq!(camera.project(eye, RECT), None);
+}
+
+#[test]
+fn a_gizmo_gets_the_same_matrices() {
+    let camera = Camera::new(&scenes()[3]);
+    let config = camera.gizmo_config(RECT, 1.5);
+    let snapshot = camera.at(RECT);
+    let [view, projection] = [snapshot.view(), snapshot.projection()];
+    // Rows stay rows.
+    assert_eq!(config.view_matrix.z.w, view[(2, 3)]);
+    assert_eq!(config.view_matrix.x.y, view[(0, 1)]);
+    assert_eq!(config.projection_matrix.z.w, projection[(2, 3)]);
+    assert_eq!(config.projection_matrix.w.z, -1.0);
+    assert_eq!(config.viewport, RECT);
 }

@@ -1,5 +1,8 @@
 //! What is under the pointer, and what is hidden behind something.
 
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
 use cotan::geometry::Positions;
 use cotan::halfedge::{FaceId, HalfedgeMesh, VertexId};
 use eframe::egui::Pos2;
@@ -28,7 +31,7 @@ pub struct Hit {
 }
 
 impl Picker {
-    /// Prepares for rays; some 0.1 µs a triangle and core.
+    /// Prepares for rays: about a microsecond a triangle on two busy cores.
     ///
     /// **Panics** if there are fewer positions than vertices.
     #[must_use]
@@ -41,7 +44,7 @@ impl Picker {
         }
     }
 
-    /// Follows a shape that has moved, in a fraction of the time that [`Picker::new`] takes. After
+    /// Follows a shape that has moved, in a tenth of the time that [`Picker::new`] takes. After
     /// a change of the whole pose a new picker answers faster.
     ///
     /// **Panics** if the number of positions has changed.
@@ -61,9 +64,7 @@ impl Picker {
     /// Where a ray meets the surface first, from either side.
     #[must_use]
     pub fn hit(&self, ray: &Ray) -> Option<Hit> {
-        let meeting = self
-            .tree
-            .first(ray, f64::INFINITY, &self.positions, |_| true)?;
+        let meeting = self.tree.first(ray, &self.positions)?;
         let point = ray.at(meeting.distance);
         let triangle = self.tree.triangles()[meeting.triangle];
         let squares = corners(triangle, &self.positions).map(|p| (p - point).norm_squared());
@@ -85,10 +86,9 @@ impl Picker {
         };
         // Another vertex at the same place is not in front.
         let limit = distance - 1e-9 * (distance + camera.lens().near);
-        let hider = self.tree.first(&ray, limit, &self.positions, |triangle| {
-            !triangle.contains(&own)
-        });
-        hider.is_none()
+        !self
+            .tree
+            .meets_any(&ray, limit, &self.positions, |t| !t.contains(&own))
     }
 
     /// The visible vertex nearest to the pointer on the screen, within `radius` points; where
@@ -96,29 +96,35 @@ impl Picker {
     /// screen.
     #[must_use]
     pub fn pick_vertex(&self, camera: &CameraSnapshot, pos: Pos2, radius: f32) -> Option<VertexId> {
-        let mut near = self.vertices_near(camera, pos, radius);
-        near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let visible = near
-            .iter()
-            .map(|(_, v)| *v)
-            .find(|v| self.visible(*v, camera));
-        visible.or_else(|| self.corner_under(camera, pos))
+        // Of many vertices in a pixel only the nearest few are looked at: a heap need not sort
+        // the rest.
+        let mut near = BinaryHeap::from(self.vertices_near(camera, pos, radius));
+        let mut last = None;
+        while let Some(Reverse((_, vertex))) = near.pop() {
+            // A vertex comes once for each of its triangles.
+            if last.replace(vertex) != Some(vertex) && self.visible(vertex, camera) {
+                return Some(vertex);
+            }
+        }
+        self.corner_under(camera, pos)
     }
 
-    /// The vertices within `radius` points of the pointer, hidden ones too, and how far from it.
+    /// The vertices within `radius` points of the pointer, hidden ones too, with the bits of how
+    /// far from it: of what is not negative the bits are ordered as the numbers are.
     fn vertices_near(
         &self,
         camera: &CameraSnapshot,
         pos: Pos2,
         radius: f32,
-    ) -> Vec<(f32, VertexId)> {
+    ) -> Vec<Reverse<(u32, VertexId)>> {
         let mut near = Vec::new();
         self.tree.each_near(
             |center, ball| camera.may_touch(center, ball, pos, radius),
             |triangle| {
                 for v in triangle.map(|v| VertexId::new(v as usize)) {
                     let away = camera.project(self.positions[v]).map(|p| p.distance(pos));
-                    near.extend(away.filter(|d| *d <= radius).map(|d| (d, v)));
+                    let within = away.filter(|d| *d <= radius);
+                    near.extend(within.map(|d| Reverse((d.to_bits(), v))));
                 }
             },
         );

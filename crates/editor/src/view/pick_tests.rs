@@ -155,6 +155,26 @@ fn rays_do_not_slip_through_edges_and_vertices() {
 }
 
 #[test]
+fn a_ray_along_an_axis_and_the_sides_of_boxes_hits() {
+    let shape = icosphere::<f64>(3);
+    let picker = Picker::new(&shape.mesh, &shape.positions);
+    for axis in [
+        nalgebra::Vector3::x(),
+        nalgebra::Vector3::y(),
+        nalgebra::Vector3::z(),
+    ] {
+        for direction in [axis, -axis] {
+            let ray = Ray {
+                origin: Point3::origin() - direction * 3.0,
+                direction,
+            };
+            let hit = picker.hit(&ray);
+            assert!(hit.is_some_and(|h| (h.distance - 2.0).abs() < 0.02));
+        }
+    }
+}
+
+#[test]
 fn nothing_is_picked_beside_the_shape() {
     let shape = icosphere::<f64>(2);
     let picker = Picker::new(&shape.mesh, &shape.positions);

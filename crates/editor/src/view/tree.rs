@@ -4,6 +4,8 @@
 //! ray stops at the first thing it meets; and when the shape moves, its boxes are fitted anew
 //! without another tree, which takes a fraction of the time.
 
+use std::ops::ControlFlow;
+
 use bvh::aabb::{Aabb, Bounded};
 use bvh::bounding_hierarchy::{BHShape, BoundingHierarchy};
 use bvh::bvh::{Bvh, BvhNode};
@@ -71,33 +73,63 @@ impl Tree {
         }
     }
 
-    /// The first triangle on the ray nearer than `limit`, of those that are `wanted`.
-    pub(super) fn first(
+    /// The first triangle on the ray.
+    pub(super) fn first(&self, ray: &Ray, positions: &Positions<f64>) -> Option<Meeting> {
+        let mut best = None;
+        self.walk(ray, f64::INFINITY, positions, |meeting| {
+            best = Some(meeting);
+            ControlFlow::Continue(meeting.distance)
+        });
+        best
+    }
+
+    /// Whether the ray meets a triangle nearer than `limit`, of those that `counts`.
+    pub(super) fn meets_any(
         &self,
         ray: &Ray,
         limit: f64,
         positions: &Positions<f64>,
-        wanted: impl Fn([u32; 3]) -> bool,
-    ) -> Option<Meeting> {
+        counts: impl Fn([u32; 3]) -> bool,
+    ) -> bool {
+        let mut is_met = false;
+        self.walk(ray, limit, positions, |meeting| {
+            is_met = counts(self.triangles[meeting.triangle]);
+            if is_met {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(limit)
+            }
+        });
+        is_met
+    }
+
+    /// Calls `meets` with what the ray meets nearer than a limit, roughly in order; it answers
+    /// with the limit from there on, or ends the walk.
+    fn walk(
+        &self,
+        ray: &Ray,
+        mut limit: f64,
+        positions: &Positions<f64>,
+        mut meets: impl FnMut(Meeting) -> ControlFlow<(), f64>,
+    ) {
         let line = Line::new(ray);
-        let mut best: Option<Meeting> = None;
-        let mut nearest = limit;
-        let mut stack = vec![(0, 0.0)];
+        let mut stack = Vec::with_capacity(64);
+        stack.push((0, 0.0));
         while let Some((index, entry)) = stack.pop() {
-            if entry > nearest {
+            if entry > limit {
                 continue;
             }
             match self.bvh.nodes.get(index) {
                 None => {}
                 Some(&BvhNode::Leaf { shape_index, .. }) => {
-                    let triangle = self.triangles[shape_index];
-                    let met = intersect(ray, corners(triangle, positions));
-                    if let Some(distance) = met.filter(|d| *d < nearest && wanted(triangle)) {
-                        nearest = distance;
-                        best = Some(Meeting {
-                            triangle: shape_index,
-                            distance,
-                        });
+                    let met = intersect(ray, corners(self.triangles[shape_index], positions));
+                    let Some(distance) = met.filter(|d| *d < limit) else {
+                        continue;
+                    };
+                    let triangle = shape_index;
+                    match meets(Meeting { triangle, distance }) {
+                        ControlFlow::Continue(new) => limit = new,
+                        ControlFlow::Break(()) => return,
                     }
                 }
                 Some(BvhNode::Node {
@@ -107,12 +139,10 @@ impl Tree {
                     child_r_aabb,
                     ..
                 }) => {
-                    let left = line.entry(child_l_aabb, nearest);
-                    let right = line.entry(child_r_aabb, nearest);
-                    let (left, right) = (
-                        left.map(|entry| (*child_l_index, entry)),
-                        right.map(|entry| (*child_r_index, entry)),
-                    );
+                    let left = line.entry(child_l_aabb, limit);
+                    let right = line.entry(child_r_aabb, limit);
+                    let left = left.map(|entry| (*child_l_index, entry));
+                    let right = right.map(|entry| (*child_r_index, entry));
                     // The nearer child goes on the stack last: it is taken first.
                     match (left, right) {
                         (Some(l), Some(r)) if l.1 <= r.1 => stack.extend([r, l]),
@@ -121,7 +151,6 @@ impl Tree {
                 }
             }
         }
-        best
     }
 
     /// Calls `each` with the triangles whose boxes, seen as balls, pass `wanted(centre, radius)`.
@@ -201,11 +230,15 @@ impl Line {
     fn entry(&self, bounds: &Box3, limit: f64) -> Option<f64> {
         let (mut enter, mut leave) = (0.0_f64, limit);
         for k in 0..3 {
-            let low = (bounds.min[k] - self.origin[k]) * self.inverse[k];
-            let high = (bounds.max[k] - self.origin[k]) * self.inverse[k];
-            // `max` and `min` pass over a NaN: a ray within a side's plane is not shut out by it.
-            enter = enter.max(low.min(high));
-            leave = leave.min(low.max(high));
+            let inverse = self.inverse[k];
+            let (front, back) = if inverse >= 0.0 {
+                (bounds.min[k], bounds.max[k])
+            } else {
+                (bounds.max[k], bounds.min[k])
+            };
+            // A ray within a side's plane gives 0·∞, no number: `max` and `min` pass over it.
+            enter = enter.max((front - self.origin[k]) * inverse);
+            leave = leave.min((back - self.origin[k]) * inverse);
         }
         // A flat box is entered and left at once, up to rounding.
         (enter <= leave * (1.0 + 1e-12)).then_some(enter)

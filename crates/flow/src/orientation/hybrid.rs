@@ -51,6 +51,8 @@ pub struct Hybrid {
     /// R̄ = P R: the mean of the rotations that serve each vertex.
     means: Vec<Mat3>,
     scratch: Vec<Mat3>,
+    /// L⁰x of the last state.
+    laplacian: Vec<Vector3<f64>>,
     energy: Energy,
 }
 
@@ -69,6 +71,7 @@ impl Hybrid {
             rotations: Vec::new(),
             means: Vec::new(),
             scratch: Vec::new(),
+            laplacian: Vec::new(),
             energy: Energy::default(),
         }
     }
@@ -86,6 +89,7 @@ impl Hybrid {
             rotations,
             means: spread,
             scratch,
+            laplacian,
             ..
         } = self;
         let cells = CellsAt {
@@ -98,7 +102,7 @@ impl Hybrid {
         };
         // Ωᵀ twice: a vertex hands a share to its neighbours, taken where its value is written. The means
         // of the last fit are no longer needed.
-        let [value, size] = run(&cells, scratch);
+        let [value, size] = run_both(&cells, scratch, laplacian);
         let values = &*scratch;
         let [] = run(&Means { rings, values }, spread);
         let values = &*spread;
@@ -137,7 +141,7 @@ impl<T: Scalar> Orientation<T> for Hybrid {
             rest,
             field: field.as_slice(),
         };
-        run_both(&turning, &mut self.means, out.as_mut_slice());
+        let [] = run_both(&turning, &mut self.means, out.as_mut_slice());
         Ok(())
     }
 
@@ -169,6 +173,7 @@ impl<T: Scalar> Orientation<T> for Hybrid {
         self.rotations = vec![IDENTITY; n];
         self.means = self.rotations.clone();
         self.scratch = self.rotations.clone();
+        self.laplacian = vec![Vector3::zeros(); n];
         self.rest_energy = (0..n).fold(Energy::default(), |sum, i| {
             let [value, size] = stretch(rest, i).map(|s| 0.25 * self.weight * s);
             Energy {
@@ -199,6 +204,10 @@ impl<T: Scalar> Orientation<T> for Hybrid {
     fn energy(&self) -> Option<Energy> {
         Some(self.energy)
     }
+
+    fn seen_laplacian(&self) -> Option<&[Vector3<f64>]> {
+        Some(&self.laplacian)
+    }
 }
 
 /// What the first pass of a fit reads.
@@ -212,16 +221,16 @@ struct CellsAt<'a, T: Scalar> {
     membrane: f64,
 }
 
-/// Writes the covariances of the triangles around the vertices times their shares. Returns the
-/// squares: as they enter the energy, and their sizes.
-impl<T: Scalar> Pass<Mat3, 2> for CellsAt<'_, T> {
+/// Writes the covariances of the triangles around the vertices times their shares, and L⁰x. Returns
+/// the squares: as they enter the energy, and their sizes.
+impl<T: Scalar> PassOfTwo<Mat3, Vector3<f64>, 2> for CellsAt<'_, T> {
     #[inline(always)]
-    fn on(&self, first: usize, entries: &mut [Mat3]) -> [f64; 2] {
+    fn on(&self, first: usize, entries: &mut [Mat3], laplacian: &mut [Vector3<f64>]) -> [f64; 2] {
         let (neighbours, x) = (self.rings.neighbours(), self.positions);
         let weights = self.rest.operator().row_weights();
         let cotangents = self.rest.row_cotangents();
         let [mut flow, mut stretch, mut size] = [0.0; 3];
-        for (k, entry) in entries.iter_mut().enumerate() {
+        for (k, (entry, ell)) in entries.iter_mut().zip(laplacian).enumerate() {
             let i = first + k;
             let row = self.rings.range(i);
             let own = Four::of_point(&x[i]);
@@ -240,6 +249,7 @@ impl<T: Scalar> Pass<Mat3, 2> for CellsAt<'_, T> {
                 squares += terms * Four::all(*c);
                 sizes += terms * Four::all(c.abs());
             }
+            *ell = now.vector().into();
             let wanted = wanted(self.rest, self.field, i);
             sum.add_outer(now, &wanted);
             *entry = sum.times(cell_share(self.rings, i));
@@ -286,14 +296,15 @@ struct Turning<'a, T: Scalar> {
     field: &'a [T],
 }
 
-impl<T: Scalar> PassOfTwo<Mat3, Vector3<T>> for Turning<'_, T> {
+impl<T: Scalar> PassOfTwo<Mat3, Vector3<T>, 0> for Turning<'_, T> {
     #[inline(always)]
-    fn on(&self, first: usize, means: &mut [Mat3], ell: &mut [Vector3<T>]) {
+    fn on(&self, first: usize, means: &mut [Mat3], ell: &mut [Vector3<T>]) -> [f64; 0] {
         for (k, (mean, ell)) in means.iter_mut().zip(ell).enumerate() {
             *mean = self.means.mean(first + k);
             let [x, y, z] = turned(mean, &wanted(self.rest, self.field, first + k)).vector();
             *ell = Vector3::new(T::of_f64(x), T::of_f64(y), T::of_f64(z));
         }
+        []
     }
 }
 

@@ -99,6 +99,12 @@ pub trait Orientation<T: Scalar>: Send {
     fn energy(&self) -> Option<Energy> {
         None
     }
+
+    /// L⁰x at the positions that the last [`Self::orient`] saw, one entry a vertex, where the
+    /// orientation computes it: the next solve then need not. `None` unless overridden.
+    fn seen_laplacian(&self) -> Option<&[Vector3<f64>]> {
+        None
+    }
 }
 
 impl<T: Scalar, O: Orientation<T> + ?Sized> Orientation<T> for Box<O> {
@@ -133,6 +139,10 @@ impl<T: Scalar, O: Orientation<T> + ?Sized> Orientation<T> for Box<O> {
 
     fn energy(&self) -> Option<Energy> {
         (**self).energy()
+    }
+
+    fn seen_laplacian(&self) -> Option<&[Vector3<f64>]> {
+        (**self).seen_laplacian()
     }
 }
 

@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Point3, Vector3};
 use super::cells::{as_f64, edge_gradients, four_of, in_rows};
 use super::{Orientation, field_scale};
 use crate::error::FlowError;
-use crate::passes::{Columns, Four, PassOfTwo, run_both, turned};
+use crate::passes::{Columns, Four, PassOfThree, run_three, turned};
 use crate::polar::{IDENTITY, Mat3, flat, nearest_rotations_from};
 use crate::rest::Rest;
 use crate::state::{FlowState, Quantities};
@@ -26,6 +26,8 @@ pub struct BestRotation {
     gradients: Vec<[f64; 3]>,
     /// The rotations of the last step, from which the next fit starts.
     rotations: Vec<Mat3>,
+    /// L⁰x of the last state.
+    laplacian: Vec<Vector3<f64>>,
 }
 
 impl BestRotation {
@@ -50,7 +52,8 @@ impl<T: Scalar> Orientation<T> for BestRotation {
             rest,
             field: field.as_slice(),
         };
-        run_both(&turning, &mut self.rotations, out.as_mut_slice());
+        let (rotations, laplacian) = (&mut self.rotations, &mut self.laplacian);
+        run_three(&turning, rotations, laplacian, out.as_mut_slice());
         Ok(())
     }
 
@@ -61,7 +64,12 @@ impl<T: Scalar> Orientation<T> for BestRotation {
     fn prepare(&mut self, rest: &Rest<'_, T>) -> f64 {
         self.gradients = in_rows(rest.rings(), &edge_gradients(rest), 1.0, |h| h.twin());
         self.rotations = vec![IDENTITY; rest.positions().len()];
+        self.laplacian = vec![Vector3::zeros(); rest.positions().len()];
         0.0
+    }
+
+    fn seen_laplacian(&self) -> Option<&[Vector3<f64>]> {
+        Some(&self.laplacian)
     }
 
     fn start_from(&mut self, rotations: &VertexMap<Matrix3<f64>>) {
@@ -79,31 +87,44 @@ struct Turning<'a, T: Scalar> {
 }
 
 impl<T: Scalar> Turning<'_, T> {
+    /// The covariance of the triangles around a vertex, and L⁰x there.
     #[inline(always)]
-    fn covariance(&self, i: usize) -> Mat3 {
+    fn covariance(&self, i: usize) -> (Mat3, Four) {
         let row = self.rings.range(i);
         let own = Four::of_point(&self.positions[i]);
-        let mut sum = Columns::ZERO;
-        for (j, g) in self.rings.neighbours()[row.clone()]
+        let (mut sum, mut now) = (Columns::ZERO, Four::ZERO);
+        for ((j, g), w) in self.rings.neighbours()[row.clone()]
             .iter()
-            .zip(&self.gradients[row])
+            .zip(&self.gradients[row.clone()])
+            .zip(&self.rest.operator().row_weights()[row])
         {
-            sum.add_outer(Four::of_point(&self.positions[j.index()]) - own, g);
+            let edge = Four::of_point(&self.positions[j.index()]) - own;
+            sum.add_outer(edge, g);
+            now += edge * Four::all(*w);
         }
-        sum.times(1.0)
+        (sum.times(1.0), now)
     }
 }
 
-impl<T: Scalar> PassOfTwo<Mat3, Vector3<T>> for Turning<'_, T> {
+impl<T: Scalar> PassOfThree<Mat3, Vector3<f64>, Vector3<T>> for Turning<'_, T> {
     #[inline(always)]
-    fn on(&self, first: usize, rotations: &mut [Mat3], ell: &mut [Vector3<T>]) {
+    fn on(
+        &self,
+        first: usize,
+        rotations: &mut [Mat3],
+        laplacian: &mut [Vector3<f64>],
+        ell: &mut [Vector3<T>],
+    ) {
         let magnitudes = self.rest.magnitudes().as_slice();
         let original = self.rest.laplacian().as_slice();
         let n = rotations.len();
         for at in (0..n).step_by(4) {
             let mut covariances = [IDENTITY; 4];
             for lane in 0..4 {
-                covariances[lane] = self.covariance(first + (at + lane).min(n - 1));
+                let k = (at + lane).min(n - 1);
+                let (covariance, now) = self.covariance(first + k);
+                covariances[lane] = covariance;
+                laplacian[k] = now.vector().into();
             }
             let mut found = four_of(rotations, at);
             nearest_rotations_from(&covariances, &mut found);

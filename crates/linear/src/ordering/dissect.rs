@@ -31,10 +31,10 @@ impl Dissection {
     /// fill.
     fn new(level: &Level, depth: usize, clustering: Clustering) -> Option<Self> {
         let slots = shared(level.num_vertices(), NONE);
-        let (effort, largest) = if depth == 0 {
-            (FINEST_EFFORT, FINEST_LEAF)
-        } else {
-            (EFFORT, LEAF)
+        let (effort, largest) = match depth {
+            0 => (FINEST_EFFORT, FINEST_LEAF),
+            1 => (FINE_EFFORT, LEAF),
+            _ => (EFFORT, LEAF),
         };
         let coarsening = if level.num_vertices() > COARSEST {
             coarsen(level, clustering)
@@ -293,7 +293,7 @@ fn emit(tree: &Tree, t: u32, pieces: &[&mut [u32]], order: &mut Vec<u32>) {
 }
 
 /// Ways to cluster; the first for the finest levels.
-const VARIANTS: [Clustering; 4] = [
+const VARIANTS: [Clustering; 2] = [
     Clustering {
         enough: 5,
         full: 5.0,
@@ -301,14 +301,6 @@ const VARIANTS: [Clustering; 4] = [
     Clustering {
         enough: 4,
         full: 5.0,
-    },
-    Clustering {
-        enough: 3,
-        full: 5.0,
-    },
-    Clustering {
-        enough: 8,
-        full: 8.0,
     },
 ];
 /// The level from which on all variants are tried: about a twentieth of the vertices.
@@ -324,15 +316,21 @@ const COARSEST: usize = 150;
 /// Parts are split while they have more vertices of the level at hand than this.
 const LEAF: usize = 60;
 /// The same on the finest level, where parts are then ordered by minimum degree.
-const FINEST_LEAF: usize = 200;
+const FINEST_LEAF: usize = 250;
 /// Hard work is cheap on coarse levels.
 const EFFORT: Effort = Effort {
     patience: 2.0,
-    passes: 4,
+    passes: 3,
 };
+/// One level above the finest.
+const FINE_EFFORT: Effort = Effort {
+    patience: 1.0,
+    passes: 2,
+};
+/// A third pass narrows the separators by less than the clusters' accidents do.
 const FINEST_EFFORT: Effort = Effort {
     patience: 1.0,
-    passes: 3,
+    passes: 2,
 };
 /// Trees with more nodes than this are refined by two threads.
 const PARALLEL_NODES: u32 = 64;

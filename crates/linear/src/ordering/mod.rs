@@ -13,8 +13,8 @@
 //! Surfaces with thin limbs are better served by approximate minimum degree. A coarse level tells:
 //! it is ordered in both ways, and if minimum degree takes fewer flops there, it gets the graph.
 //!
-//! Measured on meshes of 11,000 to 655,000 vertices against METIS 5.1 (one-ring graphs): .18 to .40
-//! of its time, .96 to 1.31 of its flops.
+//! Measured on meshes of 11,000 to 655,000 vertices against METIS 5.1 (one-ring graphs): .15 to .40
+//! of its time, .96 to 1.36 of its flops.
 //!
 //! Vertices of very high degree go last, as in AMD (Amestoy, Davis and Duff 1996).
 //!
@@ -80,5 +80,5 @@ fn dissection_order(graph: &Graph<'_>) -> Vec<u32> {
 }
 
 /// With up to about this many vertices, dissection takes longer than it saves in one
-/// factorization: at 14,000 it takes 13 ms more than minimum degree and saves some 10.
+/// factorization.
 const SMALL: usize = 10_000;

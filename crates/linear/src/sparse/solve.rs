@@ -1,4 +1,4 @@
-//! Solves with a factor: three right-hand sides at once, the factor streamed twice.
+//! Solves with a factor: three right-hand sides at once, or one; the factor is streamed twice.
 
 use std::ops::Range;
 
@@ -14,10 +14,19 @@ use super::symbolic::Symbolic;
 pub(crate) struct Buffers {
     /// The unknowns, group by group: see `Tasks`.
     vectors: Vec<[f64; 3]>,
-    /// For every unknown its place there.
-    places: Vec<u32>,
+    /// The same for one right-hand side; empty until there is one.
+    numbers: Vec<[f64; 1]>,
+    places: Places,
     /// Per group, and for the top: the unknowns of one front, axis by axis.
     fronts: Vec<Vec<f64>>,
+}
+
+/// Where the unknowns are.
+struct Places {
+    /// For every unknown its place in the buffers.
+    of: Vec<u32>,
+    /// The unknowns at the top, in their order there.
+    top: Vec<u32>,
 }
 
 impl Buffers {
@@ -40,9 +49,17 @@ impl Buffers {
             .chain(std::iter::once(of_top.unwrap_or(0)))
             .map(|height| vec![0.0; 7 * axis_len(height)])
             .collect();
+        let top_columns = tasks.top.iter().flat_map(|&s| {
+            let (start, width, _) = symbolic.supernode(s as usize);
+            &symbolic.order[start..start + width]
+        });
         Self {
             vectors: vec![[0.0; 3]; tasks.lengths.iter().sum()],
-            places,
+            numbers: Vec::new(),
+            places: Places {
+                top: top_columns.copied().collect(),
+                of: places,
+            },
             fronts,
         }
     }
@@ -51,108 +68,178 @@ impl Buffers {
 impl Factor {
     /// Overwrites right-hand sides by their solutions.
     pub(crate) fn solve(&self, rhs: &mut [Vector3<f64>], buffers: &mut Buffers) {
+        self.solve_between(rhs, |_, b| *b, |_, x| x, buffers);
+    }
+
+    /// As [`Self::solve`]: the right-hand side is what `before` makes of the number and the value of every
+    /// entry, and what is written is what `after` makes of the solution. So passes over the vectors are
+    /// saved.
+    pub(crate) fn solve_between(
+        &self,
+        x: &mut [Vector3<f64>],
+        before: impl Fn(usize, &Vector3<f64>) -> Vector3<f64> + Sync,
+        after: impl Fn(usize, Vector3<f64>) -> Vector3<f64> + Sync,
+        buffers: &mut Buffers,
+    ) {
+        let Buffers {
+            vectors,
+            places,
+            fronts,
+            ..
+        } = buffers;
+        let before = |i: usize, b: &Vector3<f64>| before(i, b).into();
+        let after = |i: usize, x: [f64; 3]| after(i, x.into());
+        self.solve_for(x, &before, &after, vectors, places, fronts);
+    }
+
+    /// Overwrites one right-hand side by its solution.
+    pub(crate) fn solve_one(&self, x: &mut [f64], buffers: &mut Buffers) {
+        let Buffers {
+            vectors,
+            numbers,
+            places,
+            fronts,
+        } = buffers;
+        numbers.resize(vectors.len(), [0.0]);
+        self.solve_for(x, &|_, b| [*b], &|_, [x]| x, numbers, places, fronts);
+    }
+
+    fn solve_for<X: Send + Sync, const A: usize>(
+        &self,
+        x: &mut [X],
+        before: &(impl Fn(usize, &X) -> [f64; A] + Sync),
+        after: &(impl Fn(usize, [f64; A]) -> X + Sync),
+        vectors: &mut [[f64; A]],
+        places: &Places,
+        fronts: &mut [Vec<f64>],
+    ) {
         match &self.values {
-            Values::Double(values) => solve(&self.symbolic, values, rhs, buffers),
-            Values::Single(values) => solve(&self.symbolic, values, rhs, buffers),
+            Values::Double(values) => {
+                let job = Job {
+                    symbolic: &self.symbolic,
+                    values,
+                    places,
+                };
+                job.solve(x, before, after, vectors, fronts);
+            }
+            Values::Single(values) => {
+                let job = Job {
+                    symbolic: &self.symbolic,
+                    values,
+                    places,
+                };
+                job.solve(x, before, after, vectors, fronts);
+            }
         }
     }
 }
 
-fn solve<V: Value>(
-    symbolic: &Symbolic,
-    values: &[V],
-    rhs: &mut [Vector3<f64>],
-    buffers: &mut Buffers,
-) {
-    const CHUNK: usize = 1 << 13;
-    let tasks = &symbolic.tasks;
-    let Buffers {
-        vectors,
-        places,
-        fronts,
-    } = buffers;
-    // The tails gather sums: they start from zero.
-    let mut at = 0;
-    for (range, &length) in tasks.subtrees.iter().zip(&tasks.lengths) {
-        let columns = symbolic.num_columns(range.clone());
-        vectors[at + columns..at + length].fill([0.0; 3]);
-        at += length;
-    }
-    for (b, &place) in rhs.iter().zip(&*places) {
-        vectors[place as usize] = [b.x, b.y, b.z];
-    }
-    let (mut groups, top) = parts(tasks.lengths.as_slice(), vectors);
-    let (group_fronts, top_front) = fronts.split_at_mut(tasks.subtrees.len());
-    let top_front = &mut top_front[0];
+/// What a solve reads.
+struct Job<'a, V> {
+    symbolic: &'a Symbolic,
+    values: &'a [V],
+    places: &'a Places,
+}
 
-    groups
-        .par_iter_mut()
-        .zip(&mut *group_fronts)
-        .zip(&tasks.subtrees)
-        .with_max_len(1)
-        .for_each(|((vectors, front), range)| {
-            pulp::Arch::new().dispatch(Sweep {
-                symbolic,
-                values,
-                vectors,
-                front,
-                direction: Direction::Forward,
-                supernodes: range.clone(),
-            });
-        });
-    for (group, vectors) in groups.iter().enumerate() {
-        let columns = symbolic.num_columns(tasks.subtrees[group].clone());
-        for (x, &place) in vectors[columns..].iter().zip(tasks.tail(group)) {
-            let target = &mut top[place as usize];
-            for axis in 0..3 {
-                target[axis] += x[axis];
-            }
-        }
-    }
-    for direction in [Direction::Forward, Direction::Backward] {
-        pulp::Arch::new().dispatch(Sweep {
+impl<V: Value> Job<'_, V> {
+    fn solve<X: Send + Sync, const A: usize>(
+        &self,
+        x: &mut [X],
+        before: &(impl Fn(usize, &X) -> [f64; A] + Sync),
+        after: &(impl Fn(usize, [f64; A]) -> X + Sync),
+        vectors: &mut [[f64; A]],
+        fronts: &mut [Vec<f64>],
+    ) {
+        const CHUNK: usize = 1 << 13;
+        let Self {
             symbolic,
             values,
-            vectors: &mut *top,
-            front: top_front,
-            direction,
-            supernodes: tasks.top.iter().map(|&s| s as usize),
-        });
-    }
-    let top = &*top;
-    groups
-        .par_iter_mut()
-        .zip(group_fronts)
-        .enumerate()
-        .with_max_len(1)
-        .for_each(|(group, (vectors, front))| {
-            let range = tasks.subtrees[group].clone();
-            let columns = symbolic.num_columns(range.clone());
-            for (x, &place) in vectors[columns..].iter_mut().zip(tasks.tail(group)) {
-                *x = top[place as usize];
+            places,
+        } = *self;
+        let tasks = &symbolic.tasks;
+        let (mut groups, top) = parts(tasks.lengths.as_slice(), &mut *vectors);
+        let (group_fronts, top_front) = fronts.split_at_mut(tasks.subtrees.len());
+        let top_front = &mut top_front[0];
+
+        let rhs = &*x;
+        let take = |vectors: &mut [[f64; A]], unknowns: &[u32]| {
+            for (vector, &unknown) in vectors.iter_mut().zip(unknowns) {
+                let unknown = unknown as usize;
+                *vector = before(unknown, &rhs[unknown]);
             }
+        };
+        groups
+            .par_iter_mut()
+            .zip(&mut *group_fronts)
+            .zip(&tasks.subtrees)
+            .with_max_len(1)
+            .for_each(|((vectors, front), range)| {
+                let columns = symbolic.columns_of(range.clone());
+                // The tail gathers sums: it starts from zero.
+                vectors[columns.len()..].fill([0.0; A]);
+                take(vectors, &symbolic.order[columns]);
+                pulp::Arch::new().dispatch(Sweep {
+                    symbolic,
+                    values,
+                    vectors,
+                    front,
+                    direction: Direction::Forward,
+                    supernodes: range.clone(),
+                });
+            });
+        take(top, &places.top);
+        for (group, vectors) in groups.iter().enumerate() {
+            let columns = symbolic.num_columns(tasks.subtrees[group].clone());
+            for (x, &place) in vectors[columns..].iter().zip(tasks.tail(group)) {
+                let target = &mut top[place as usize];
+                for axis in 0..A {
+                    target[axis] += x[axis];
+                }
+            }
+        }
+        for direction in [Direction::Forward, Direction::Backward] {
             pulp::Arch::new().dispatch(Sweep {
                 symbolic,
                 values,
-                vectors,
-                front,
-                direction: Direction::Backward,
-                supernodes: range,
+                vectors: &mut *top,
+                front: top_front,
+                direction,
+                supernodes: tasks.top.iter().map(|&s| s as usize),
             });
-        });
-    drop(groups);
-    let vectors = &*vectors;
-    rhs.par_iter_mut()
-        .zip(&*places)
-        .with_min_len(CHUNK)
-        .for_each(|(x, &place)| *x = Vector3::from(vectors[place as usize]));
+        }
+        let top = &*top;
+        groups
+            .par_iter_mut()
+            .zip(group_fronts)
+            .enumerate()
+            .with_max_len(1)
+            .for_each(|(group, (vectors, front))| {
+                let range = tasks.subtrees[group].clone();
+                let columns = symbolic.num_columns(range.clone());
+                for (x, &place) in vectors[columns..].iter_mut().zip(tasks.tail(group)) {
+                    *x = top[place as usize];
+                }
+                pulp::Arch::new().dispatch(Sweep {
+                    symbolic,
+                    values,
+                    vectors,
+                    front,
+                    direction: Direction::Backward,
+                    supernodes: range,
+                });
+            });
+        drop(groups);
+        let vectors = &*vectors;
+        x.par_iter_mut()
+            .zip(&places.of)
+            .enumerate()
+            .with_min_len(CHUNK)
+            .for_each(|(i, (x, &place))| *x = after(i, vectors[place as usize]));
+    }
 }
 
 /// The buffers of the groups and that of the top.
-fn parts<'a>(
-    lengths: &[usize],
-    mut vectors: &'a mut [[f64; 3]],
-) -> (Vec<&'a mut [[f64; 3]]>, &'a mut [[f64; 3]]) {
+fn parts<'a, X>(lengths: &[usize], mut vectors: &'a mut [X]) -> (Vec<&'a mut [X]>, &'a mut [X]) {
     let mut groups = Vec::with_capacity(lengths.len());
     for &length in &lengths[..lengths.len() - 1] {
         let (group, rest) = vectors.split_at_mut(length);
@@ -169,16 +256,18 @@ enum Direction {
 }
 
 /// One way through some supernodes, compiled for the vector instructions that the machine has.
-struct Sweep<'a, V, I> {
+struct Sweep<'a, V, I, const A: usize> {
     symbolic: &'a Symbolic,
     values: &'a [V],
-    vectors: &'a mut [[f64; 3]],
+    vectors: &'a mut [[f64; A]],
     front: &'a mut [f64],
     direction: Direction,
     supernodes: I,
 }
 
-impl<V: Value, I: DoubleEndedIterator<Item = usize> + Clone> WithSimd for Sweep<'_, V, I> {
+impl<V: Value, I: DoubleEndedIterator<Item = usize> + Clone, const A: usize> WithSimd
+    for Sweep<'_, V, I, A>
+{
     type Output = ();
 
     #[inline(always)]
@@ -212,27 +301,30 @@ impl<V: Value, I: DoubleEndedIterator<Item = usize> + Clone> WithSimd for Sweep<
 }
 
 /// The unknowns of a front, axis by axis, each filled up to whole tiles.
-struct Axes<'a> {
-    x: &'a mut [f64],
-    y: &'a mut [f64],
-    z: &'a mut [f64],
+struct Axes<'a, const A: usize> {
+    axes: [&'a mut [f64]; A],
     /// Room for the values of a block.
     scratch: &'a mut [f64],
 }
 
-impl<'a> Axes<'a> {
+impl<'a, const A: usize> Axes<'a, A> {
     #[inline(always)]
     fn new(front: &'a mut [f64], height: usize) -> Self {
         let stride = axis_len(height);
-        let (x, rest) = front.split_at_mut(stride);
-        let (y, rest) = rest.split_at_mut(stride);
-        let (z, scratch) = rest.split_at_mut(stride);
-        Self { x, y, z, scratch }
+        let mut axes: [&mut [f64]; A] = std::array::from_fn(|_| Default::default());
+        let mut rest = front;
+        for axis in &mut axes {
+            (*axis, rest) = rest.split_at_mut(stride);
+        }
+        Self {
+            axes,
+            scratch: rest,
+        }
     }
 
     /// Takes the front's columns.
     #[inline(always)]
-    fn load(&mut self, columns: &[[f64; 3]]) {
+    fn load(&mut self, columns: &[[f64; A]]) {
         for (k, v) in columns.iter().enumerate() {
             self.set(k, *v);
         }
@@ -240,20 +332,33 @@ impl<'a> Axes<'a> {
 
     /// Gives them back.
     #[inline(always)]
-    fn store(&self, columns: &mut [[f64; 3]]) {
+    fn store(&self, columns: &mut [[f64; A]]) {
         for (k, v) in columns.iter_mut().enumerate() {
             *v = self.get(k);
         }
     }
 
     #[inline(always)]
-    fn set(&mut self, k: usize, v: [f64; 3]) {
-        (self.x[k], self.y[k], self.z[k]) = (v[0], v[1], v[2]);
+    fn set(&mut self, k: usize, v: [f64; A]) {
+        for a in 0..A {
+            self.axes[a][k] = v[a];
+        }
     }
 
     #[inline(always)]
-    fn get(&self, k: usize) -> [f64; 3] {
-        [self.x[k], self.y[k], self.z[k]]
+    fn get(&self, k: usize) -> [f64; A] {
+        let mut v = [0.0; A];
+        for a in 0..A {
+            v[a] = self.axes[a][k];
+        }
+        v
+    }
+
+    #[inline(always)]
+    fn clear_from(&mut self, k: usize) {
+        for axis in &mut self.axes {
+            axis[k..].fill(0.0);
+        }
     }
 }
 
@@ -264,74 +369,76 @@ fn axis_len(height: usize) -> usize {
 
 /// One front of L y = b.
 #[inline(always)]
-fn forward<S: Simd, V: Value>(
+fn forward<S: Simd, V: Value, const A: usize>(
     simd: S,
     symbolic: &Symbolic,
     values: &[V],
     s: usize,
     column: usize,
-    vectors: &mut [[f64; 3]],
+    vectors: &mut [[f64; A]],
     front: &mut [f64],
 ) {
     let (_, width, rows) = symbolic.supernode(s);
     let mut stored = symbolic.values_of(s, values);
     let mut axes = Axes::new(front, width + rows.len());
     axes.load(&vectors[column..column + width]);
-    for axis in [&mut *axes.x, &mut *axes.y, &mut *axes.z] {
-        axis[width..].fill(0.0);
-    }
+    axes.clear_from(width);
     let height = width + rows.len();
     let mut begin = 0;
     while begin + 4 <= width {
-        stored = forward_block::<S, V, 4>(simd, stored, begin, height, &mut axes);
+        stored = forward_block::<S, V, 4, A>(simd, stored, begin, height, &mut axes);
         begin += 4;
     }
     if begin + 2 <= width {
-        stored = forward_block::<S, V, 2>(simd, stored, begin, height, &mut axes);
+        stored = forward_block::<S, V, 2, A>(simd, stored, begin, height, &mut axes);
         begin += 2;
     }
     if begin < width {
-        forward_block::<S, V, 1>(simd, stored, begin, height, &mut axes);
+        forward_block::<S, V, 1, A>(simd, stored, begin, height, &mut axes);
     }
     axes.store(&mut vectors[column..column + width]);
     for (k, &slot) in symbolic.slots(s).iter().enumerate() {
         let v = &mut vectors[slot as usize];
         let sum = axes.get(width + k);
-        *v = [v[0] + sum[0], v[1] + sum[1], v[2] + sum[2]];
+        for a in 0..A {
+            v[a] += sum[a];
+        }
     }
 }
 
 /// One block of columns; returns the values behind it.
 #[inline(always)]
-fn forward_block<'v, S: Simd, V: Value, const B: usize>(
+fn forward_block<'v, S: Simd, V: Value, const B: usize, const A: usize>(
     simd: S,
     stored: &'v [V],
     column: usize,
     height: usize,
-    axes: &mut Axes<'_>,
+    axes: &mut Axes<'_, A>,
 ) -> &'v [V] {
     let below = column + B;
     let (square, rest) = stored.split_at(B * B);
     let (tiles, rest) = rest.split_at(B * (height - below).next_multiple_of(packed::TILE));
-    let x = forward_square::<V, B>(square, &mut axes.x[column..]);
-    let y = forward_square::<V, B>(square, &mut axes.y[column..]);
-    let z = forward_square::<V, B>(square, &mut axes.z[column..]);
+    let mut x = [[simd.splat_f64s(0.0); B]; A];
+    for (x, axis) in x.iter_mut().zip(&mut axes.axes) {
+        *x = minus(simd, &forward_square::<V, B>(square, &mut axis[column..]));
+    }
     let padded = tiles.len() / B;
     let tiles = S::as_simd_f64s(V::widen(tiles, axes.scratch)).0;
-    let ax = S::as_mut_simd_f64s(&mut axes.x[below..][..padded]).0;
-    let ay = S::as_mut_simd_f64s(&mut axes.y[below..][..padded]).0;
-    let az = S::as_mut_simd_f64s(&mut axes.z[below..][..padded]).0;
     // Vectors in the height of a tile: 1 where a vector has four lanes.
     let step = packed::TILE / S::F64_LANES;
-    let (x, y, z) = (minus(simd, &x), minus(simd, &y), minus(simd, &z));
-    let rows = ax.iter_mut().zip(ay).zip(az).enumerate();
-    for (i, ((ax, ay), az)) in rows {
+    let num = padded / S::F64_LANES;
+    // Not by `map`, which is left outside what is compiled for wider vectors.
+    let mut rows: [&mut [S::f64s]; A] = std::array::from_fn(|_| Default::default());
+    for (rows, axis) in rows.iter_mut().zip(&mut axes.axes) {
+        *rows = &mut S::as_mut_simd_f64s(&mut axis[below..][..padded]).0[..num];
+    }
+    for i in 0..num {
         let tile = &tiles[i / step * step * B + i % step..];
         for k in 0..B {
             let l = tile[k * step];
-            *ax = simd.mul_add_f64s(l, x[k], *ax);
-            *ay = simd.mul_add_f64s(l, y[k], *ay);
-            *az = simd.mul_add_f64s(l, z[k], *az);
+            for a in 0..A {
+                rows[a][i] = simd.mul_add_f64s(l, x[a][k], rows[a][i]);
+            }
         }
     }
     rest
@@ -363,13 +470,13 @@ fn forward_square<V: Value, const B: usize>(square: &[V], axis: &mut [f64]) -> [
 
 /// One front of Lᵀ x = y.
 #[inline(always)]
-fn backward<S: Simd, V: Value>(
+fn backward<S: Simd, V: Value, const A: usize>(
     simd: S,
     symbolic: &Symbolic,
     values: &[V],
     s: usize,
     column: usize,
-    vectors: &mut [[f64; 3]],
+    vectors: &mut [[f64; A]],
     front: &mut [f64],
 ) {
     let (_, width, rows) = symbolic.supernode(s);
@@ -380,34 +487,32 @@ fn backward<S: Simd, V: Value>(
     for (k, &slot) in symbolic.slots(s).iter().enumerate() {
         axes.set(width + k, vectors[slot as usize]);
     }
-    for axis in [&mut *axes.x, &mut *axes.y, &mut *axes.z] {
-        axis[height..].fill(0.0);
-    }
+    axes.clear_from(height);
     // The blocks from the last to the first: one of one, one of two, then those of four.
     let mut column_end = width;
     if width % 2 == 1 {
         column_end -= 1;
-        stored = backward_block::<S, V, 1>(simd, stored, column_end, height, &mut axes);
+        stored = backward_block::<S, V, 1, A>(simd, stored, column_end, height, &mut axes);
     }
     if width % 4 >= 2 {
         column_end -= 2;
-        stored = backward_block::<S, V, 2>(simd, stored, column_end, height, &mut axes);
+        stored = backward_block::<S, V, 2, A>(simd, stored, column_end, height, &mut axes);
     }
     while column_end > 0 {
         column_end -= 4;
-        stored = backward_block::<S, V, 4>(simd, stored, column_end, height, &mut axes);
+        stored = backward_block::<S, V, 4, A>(simd, stored, column_end, height, &mut axes);
     }
     axes.store(&mut vectors[column..column + width]);
 }
 
 /// One block of columns, the last of `stored`; returns the values before it.
 #[inline(always)]
-fn backward_block<'v, S: Simd, V: Value, const B: usize>(
+fn backward_block<'v, S: Simd, V: Value, const B: usize, const A: usize>(
     simd: S,
     stored: &'v [V],
     column: usize,
     height: usize,
-    axes: &mut Axes<'_>,
+    axes: &mut Axes<'_, A>,
 ) -> &'v [V] {
     let below = column + B;
     let tiles_len = B * (height - below).next_multiple_of(packed::TILE);
@@ -415,27 +520,26 @@ fn backward_block<'v, S: Simd, V: Value, const B: usize>(
     let (square, tiles) = block.split_at(B * B);
     let padded = tiles.len() / B;
     let tiles = S::as_simd_f64s(V::widen(tiles, axes.scratch)).0;
-    let ax = S::as_simd_f64s(&axes.x[below..][..padded]).0;
-    let ay = S::as_simd_f64s(&axes.y[below..][..padded]).0;
-    let az = S::as_simd_f64s(&axes.z[below..][..padded]).0;
     let step = packed::TILE / S::F64_LANES;
-    let mut sums = [[simd.splat_f64s(0.0); 3]; B];
+    let num = padded / S::F64_LANES;
+    let mut rows = [&[] as &[S::f64s]; A];
+    for a in 0..A {
+        rows[a] = &S::as_simd_f64s(&axes.axes[a][below..][..padded]).0[..num];
+    }
+    let mut sums = [[simd.splat_f64s(0.0); A]; B];
     // From the end: the factor is read as one descending stream.
-    for (i, ((x, y), z)) in ax.iter().zip(ay).zip(az).enumerate().rev() {
+    for i in (0..num).rev() {
         let tile = &tiles[i / step * step * B + i % step..];
         for k in 0..B {
             let l = tile[k * step];
-            sums[k][0] = simd.mul_add_f64s(l, *x, sums[k][0]);
-            sums[k][1] = simd.mul_add_f64s(l, *y, sums[k][1]);
-            sums[k][2] = simd.mul_add_f64s(l, *z, sums[k][2]);
+            for a in 0..A {
+                sums[k][a] = simd.mul_add_f64s(l, rows[a][i], sums[k][a]);
+            }
         }
     }
-    for (axis, values) in [&mut *axes.x, &mut *axes.y, &mut *axes.z]
-        .into_iter()
-        .enumerate()
-    {
+    for (a, values) in axes.axes.iter_mut().enumerate() {
         for k in (0..B).rev() {
-            let mut sum = values[column + k] - simd.reduce_sum_f64s(sums[k][axis]);
+            let mut sum = values[column + k] - simd.reduce_sum_f64s(sums[k][a]);
             for j in k + 1..B {
                 sum -= square[k * B + j].into() * values[column + j];
             }

@@ -152,7 +152,12 @@ impl Symbolic {
 
     /// Number of columns of some supernodes.
     pub(super) fn num_columns(&self, range: std::ops::Range<usize>) -> usize {
-        (self.starts[range.end] - self.starts[range.start]) as usize
+        self.columns_of(range).len()
+    }
+
+    /// The columns of some supernodes, as places in the order.
+    pub(super) fn columns_of(&self, range: std::ops::Range<usize>) -> std::ops::Range<usize> {
+        self.starts[range.start] as usize..self.starts[range.end] as usize
     }
 
     /// Where a solve finds the rows of a supernode: see `Tasks::slots`.

@@ -1,7 +1,7 @@
 use super::*;
 
 use cotan::shapes;
-use cotan_io::{Limits, Repair, Weld, read};
+use cotan_io::{Repair, Weld, read};
 use nalgebra::{Matrix4, Point3};
 use proptest::prelude::*;
 

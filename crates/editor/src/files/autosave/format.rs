@@ -96,6 +96,9 @@ const VERSION: u32 = 1;
 const START: u64 = 8 + 4 + 8 + 8;
 const CHECKSUM: u64 = 8;
 const POSITION: u64 = 3 * 8;
+/// The longest header: 128 MiB, room for ten million handle vertices. JSON takes up to sixteen times
+/// as much memory when it is read, which must not come of a file that somebody made up.
+const MOST_HEADER: u64 = 128 << 20;
 
 /// Writes a record with the time of writing.
 pub(super) fn encode(record: &Record<'_>, to: impl Write) -> io::Result<()> {
@@ -112,6 +115,9 @@ pub(super) fn encode(record: &Record<'_>, to: impl Write) -> io::Result<()> {
         state: raw(serde_json::to_string(record.state)?)?,
     };
     let header = serde_json::to_vec(&header)?;
+    if header.len() as u64 > MOST_HEADER {
+        return Err(io::ErrorKind::FileTooLarge.into());
+    }
     let mut to = Summed::new(to);
     to.write_all(&MAGIC)?;
     to.write_all(&VERSION.to_le_bytes())?;
@@ -216,6 +222,9 @@ fn start(from: &mut Summed<impl Read>, length: u64) -> Result<(Header, u64), For
         .and_then(|bytes| bytes.checked_add(START + CHECKSUM));
     if expected != Some(length) {
         return Err(corrupt("its lengths do not add up; it was cut short"));
+    }
+    if header_length > MOST_HEADER {
+        return Err(corrupt("its header is larger than 128 MiB"));
     }
     let mut header = Vec::new();
     let room = usize::try_from(header_length).unwrap_or(usize::MAX);
@@ -329,7 +338,7 @@ mod tests {
 
     fn points() -> Vec<Point3<f64>> {
         let number = |k: u64| f64::from_bits(k.wrapping_mul(0x9e37_79b9_7f4a_7c15));
-        let point = |k| Point3::new(number(3 * k), number(3 * k + 1), number(3 * k + 2));
+        let point = |k: u64| Point3::new(number(3 * k), number(3 * k + 1), number(3 * k + 2));
         (0..50).map(point).collect()
     }
 
@@ -404,6 +413,51 @@ mod tests {
         bytes[12..20].copy_from_slice(&rest.wrapping_sub(wrapped).to_le_bytes());
         bytes[20..28].copy_from_slice(&(u64::MAX / POSITION + 1).to_le_bytes());
         assert!(is_refused(&bytes));
+    }
+
+    #[test]
+    fn a_forged_file_ends_in_a_record_or_a_refusal() {
+        let bytes = encoded(&points());
+        let length = u64::from_le_bytes(bytes[12..20].try_into().unwrap());
+        let header = &bytes[START as usize..(START + length) as usize];
+        let header = String::from_utf8(header.to_vec()).unwrap();
+        let mut num_read = 0;
+        for (from, to) in [
+            ("", ""),
+            ("[0,2]", "[0]"),
+            ("[0,2]", "[0,-2]"),
+            ("[0,2]", "[0,18446744073709551616]"),
+            ("[0,2]", "[0,18446744073709551615]"),
+            ("0.3", "1e999"),
+            ("0.3", "-1"),
+            ("{\"camera\"", "{\"a\":[[[[[[]]]]]],\"camera\""),
+            ("\"fingerprint\"", "\"f\""),
+            ("\"saved\":", "\"saved\":18446744073709551615,\"x\":"),
+            ("/a/b c.obj", "\\u0000"),
+        ] {
+            let forged = header.replace(from, to);
+            assert!(from.is_empty() || forged != header, "{from}");
+            let forged = if from.is_empty() {
+                header.clone()
+            } else {
+                forged
+            };
+            let mut whole = bytes[..START as usize].to_vec();
+            whole[12..20].copy_from_slice(&(forged.len() as u64).to_le_bytes());
+            whole.extend(forged.as_bytes());
+            whole.extend(&bytes[START as usize + header.len()..bytes.len() - 8]);
+            let mut summed = Summed::new(io::sink());
+            summed.write_all(&whole).unwrap();
+            whole.extend(summed.sum.to_le_bytes());
+            let length = whole.len() as u64;
+            let is_listed = summary(whole.as_slice(), length).is_ok();
+            let is_read = decode(whole.as_slice(), length).is_ok();
+            assert!(is_listed || !is_read, "{to}");
+            num_read += usize::from(is_read);
+        }
+        // Unchanged, with a large number, with more state, with another time and another path; what
+        // does not fit the mesh is for `Recovered::check` to say.
+        assert_eq!(num_read, 5);
     }
 
     #[cfg(unix)]

@@ -51,16 +51,17 @@ pub fn list(folder: &Path) -> Listing {
         }
     };
     paths.sort();
-    for path in paths {
-        let extension = path.extension().and_then(|extension| extension.to_str());
-        match extension {
-            Some(DATA) => match LeftBehind::open(&path) {
-                Ok(left) => listing.left.extend(left),
-                Err(error) => listing.problems.push(error),
-            },
-            Some(LOCK) => remove_lone_lock(&path),
-            Some(PART) => remove_part(&path),
-            _ => {}
+    let with = |wanted: &'static str| {
+        let has = move |path: &&PathBuf| path.extension().is_some_and(|found| found == wanted);
+        paths.iter().filter(has)
+    };
+    // Before their locks are taken and kept.
+    with(PART).for_each(|path| remove_part(path));
+    with(LOCK).for_each(|path| remove_lone_lock(path));
+    for path in with(DATA) {
+        match LeftBehind::open(path) {
+            Ok(left) => listing.left.extend(left),
+            Err(error) => listing.problems.push(error),
         }
     }
     listing

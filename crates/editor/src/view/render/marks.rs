@@ -107,7 +107,8 @@ pub(super) struct LinePass {
     is_stale: bool,
     segments: Segments,
     normals: Segments,
-    are_normals_stale: bool,
+    /// The colour that the normals on the card have, if they are the shape's.
+    normals_color: Option<[u8; 3]>,
 }
 
 struct Segments {
@@ -124,7 +125,7 @@ impl LinePass {
             is_stale: false,
             segments: Segments::new(context),
             normals: Segments::new(context),
-            are_normals_stale: true,
+            normals_color: None,
         })
     }
 
@@ -136,7 +137,7 @@ impl LinePass {
     /// To be called when the shape or the local frame has changed.
     pub(super) fn mark_stale(&mut self) {
         self.is_stale = true;
-        self.are_normals_stale = true;
+        self.normals_color = None;
     }
 
     pub(super) fn upload(&mut self, frame: &LocalFrame, data: &Data, style: &Style) {
@@ -147,8 +148,9 @@ impl LinePass {
             self.segments.fill(&starts, &ends, &tints);
         }
         if let Some(color) = style.normals
-            && std::mem::take(&mut self.are_normals_stale)
+            && self.normals_color != Some(color)
         {
+            self.normals_color = Some(color);
             let length = NORMAL_LENGTH * mean_edge_length(data);
             let tip = |(p, n): (&[f32; 3], &[f32; 3])| [0, 1, 2].map(|k| p[k] + length * n[k]);
             let tips: Vec<_> = data.positions.iter().zip(&data.normals).map(tip).collect();

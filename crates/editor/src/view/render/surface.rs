@@ -75,9 +75,8 @@ impl SurfacePass {
     }
 
     pub(super) fn set_mesh(&mut self, mesh: &HalfedgeMesh) {
-        let triangle = |f| mesh.triangle(f).map(|v| v.index() as u32);
         self.data = Data {
-            triangles: mesh.faces().map(triangle).collect(),
+            triangles: triangles_in_strips(mesh),
             paints: vec![[0; 4]; mesh.num_vertices()],
             ..Data::default()
         };
@@ -229,6 +228,28 @@ impl Shared {
         program.use_vertex_attribute("paint", &self.paints);
         program.draw_elements(OPAQUE, frame.viewport, &self.elements);
     }
+}
+
+/// The triangles, each after one that it shares an edge with wherever there is one: the card
+/// computes a vertex once for triangles that follow each other, and again for those far apart.
+fn triangles_in_strips(mesh: &HalfedgeMesh) -> Vec<[u32; 3]> {
+    let mut is_taken = vec![false; mesh.num_faces()];
+    let mut triangles = Vec::with_capacity(mesh.num_faces());
+    let mut stack = Vec::new();
+    for start in mesh.faces() {
+        stack.push(start);
+        while let Some(face) = stack.pop() {
+            if std::mem::replace(&mut is_taken[face.index()], true) {
+                continue;
+            }
+            triangles.push(mesh.triangle(face).map(|v| v.index() as u32));
+            let across = mesh
+                .face_halfedges(face)
+                .filter_map(|h| mesh.face(h.twin()));
+            stack.extend(across.filter(|f| !is_taken[f.index()]));
+        }
+    }
+    triangles
 }
 
 /// From bytes to shares.
