@@ -289,7 +289,7 @@ impl Editor {
                 .colors
                 .as_ref()
                 .map(|(.., colors)| colors.as_slice());
-            crate::solver::lock(&self.renderer).set_colors(colors);
+            crate::newest::lock(&self.renderer).set_colors(colors);
             self.reading = Some(reading);
         }
         self.take_task();
@@ -331,7 +331,7 @@ impl Editor {
     }
 
     fn give_renderer(&mut self, shape: &Arc<Positions<f64>>, normals: &VertexMap<Vector3<f64>>) {
-        crate::solver::lock(&self.renderer).set_shape(shape, normals);
+        crate::newest::lock(&self.renderer).set_shape(shape, normals);
         self.drawn = Some(Arc::clone(shape));
     }
 

@@ -5,6 +5,7 @@
 pub mod app;
 pub mod files;
 pub mod meter;
+mod newest;
 pub mod rescue;
 pub mod scene;
 pub mod solver;

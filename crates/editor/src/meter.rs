@@ -4,7 +4,7 @@
 //! comes next.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 
 use cotan::geometry::{Positions, Surface};
@@ -14,7 +14,7 @@ use cotan::{ShapeComparison, ShapeErrors};
 use cotan_io::ProcessingMesh;
 use cotan_tool::ColorScale;
 
-use crate::solver::lock;
+use crate::newest::{Newest, lock};
 
 /// What the mesh is coloured by.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -96,16 +96,9 @@ pub struct Meter {
 }
 
 struct Shared {
-    inbox: Mutex<Inbox>,
-    wake: Condvar,
+    subjects: Newest<Subject>,
     reading: Mutex<Option<Reading>>,
     notify: Box<dyn Fn() + Send + Sync>,
-}
-
-#[derive(Default)]
-struct Inbox {
-    subject: Option<Subject>,
-    is_closed: bool,
 }
 
 impl std::fmt::Debug for Shared {
@@ -121,8 +114,7 @@ impl Meter {
     /// If the system has no thread for it.
     pub fn start(notify: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
         let shared = Arc::new(Shared {
-            inbox: Mutex::default(),
-            wake: Condvar::new(),
+            subjects: Newest::new(),
             reading: Mutex::default(),
             notify: Box::new(notify),
         });
@@ -130,11 +122,11 @@ impl Meter {
         let thread = std::thread::Builder::new()
             .name("meter".to_owned())
             .spawn(move || {
-                let mut next = own.wait();
+                let mut next = own.subjects.wait();
                 while let Some(subject) = next {
                     // A shape that cannot be measured has no reading; that is all there is to lose.
                     let measured = catch_unwind(AssertUnwindSafe(|| own.measure(subject)));
-                    next = measured.unwrap_or_else(|_| own.wait());
+                    next = measured.unwrap_or_else(|_| own.subjects.wait());
                 }
             })?;
         Ok(Self {
@@ -145,8 +137,7 @@ impl Meter {
 
     /// Asks for a reading.
     pub fn post(&self, subject: Subject) {
-        lock(&self.shared.inbox).subject = Some(subject);
-        self.shared.wake.notify_one();
+        self.shared.subjects.post(|_| subject);
     }
 
     /// The newest reading, if it was not taken yet.
@@ -157,8 +148,7 @@ impl Meter {
 
 impl Drop for Meter {
     fn drop(&mut self) {
-        lock(&self.shared.inbox).is_closed = true;
-        self.shared.wake.notify_one();
+        self.shared.subjects.close();
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
@@ -166,22 +156,6 @@ impl Drop for Meter {
 }
 
 impl Shared {
-    fn wait(&self) -> Option<Subject> {
-        let mut inbox = lock(&self.inbox);
-        loop {
-            if inbox.is_closed {
-                return None;
-            }
-            if let Some(subject) = inbox.subject.take() {
-                return Some(subject);
-            }
-            inbox = self
-                .wake
-                .wait(inbox)
-                .unwrap_or_else(PoisonError::into_inner);
-        }
-    }
-
     /// Measures shapes as long as they are compared with the same one; returns the first other.
     fn measure(&self, first: Subject) -> Option<Subject> {
         let mesh = Arc::clone(&first.mesh);
@@ -193,7 +167,7 @@ impl Shared {
             let reading = read(&subject, comparison.as_ref());
             *lock(&self.reading) = Some(reading);
             (self.notify)();
-            let next = self.wait()?;
+            let next = self.subjects.wait()?;
             if !Arc::ptr_eq(&next.mesh, &mesh) || !Arc::ptr_eq(&next.original, &original) {
                 return Some(next);
             }

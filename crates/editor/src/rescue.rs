@@ -44,12 +44,12 @@ static AT_HAND: Mutex<Option<(Arc<Autosave>, Work)>> = Mutex::new(None);
 
 /// Hands over the work that a panic must not take.
 pub(crate) fn keep(autosave: &Arc<Autosave>, work: Work) {
-    *crate::solver::lock(&AT_HAND) = Some((Arc::clone(autosave), work));
+    *crate::newest::lock(&AT_HAND) = Some((Arc::clone(autosave), work));
 }
 
 /// There is nothing to lose.
 pub(crate) fn forget() {
-    *crate::solver::lock(&AT_HAND) = None;
+    *crate::newest::lock(&AT_HAND) = None;
 }
 
 /// From now on every panic, in any thread, puts the work aside before it is told.

@@ -5,7 +5,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::Instant;
 
@@ -16,6 +16,7 @@ use cotan::{DeformOptions, Session};
 use cotan_io::ProcessingMesh;
 use nalgebra::Vector3;
 
+use crate::newest::{Look, Newest, lock};
 use crate::scene::{HandleGroup, Scene};
 
 /// Where the shape is to go.
@@ -103,8 +104,7 @@ pub struct Solver {
 }
 
 struct Shared {
-    mailbox: Mutex<Mailbox>,
-    wake: Condvar,
+    goals: Newest<Goal>,
     latest: Mutex<Option<Update>>,
     state: Mutex<(State, String)>,
     samples: Mutex<Vec<Sample>>,
@@ -120,17 +120,6 @@ impl std::fmt::Debug for Shared {
     }
 }
 
-#[derive(Default)]
-struct Mailbox {
-    goal: Option<Goal>,
-    is_closed: bool,
-}
-
-/// The data behind a lock, also after a thread has panicked: every value is whole at all times.
-pub fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
 impl Solver {
     /// Starts the thread; `notify` is called from it whenever there is something new.
     ///
@@ -138,8 +127,7 @@ impl Solver {
     /// If the system has no thread for it.
     pub fn start(notify: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
         let shared = Arc::new(Shared {
-            mailbox: Mutex::default(),
-            wake: Condvar::new(),
+            goals: Newest::new(),
             latest: Mutex::default(),
             state: Mutex::new((State::Idle, String::new())),
             samples: Mutex::default(),
@@ -158,18 +146,17 @@ impl Solver {
 
     /// Gives the solver a new goal in the place of any that it has not taken up yet.
     pub fn post(&self, mut goal: Goal) {
-        let mut mailbox = lock(&self.shared.mailbox);
-        if let Some(unseen) = mailbox.goal.take()
-            && goal.shape.is_none()
-            && Arc::ptr_eq(&unseen.mesh, &goal.mesh)
-            && Arc::ptr_eq(&unseen.rest, &goal.rest)
-        {
-            // A shape to begin from is not lost because the pointer went on.
-            goal.shape = unseen.shape;
-        }
-        mailbox.goal = Some(goal);
-        drop(mailbox);
-        self.shared.wake.notify_one();
+        self.shared.goals.post(|unseen| {
+            if let Some(unseen) = unseen
+                && goal.shape.is_none()
+                && Arc::ptr_eq(&unseen.mesh, &goal.mesh)
+                && Arc::ptr_eq(&unseen.rest, &goal.rest)
+            {
+                // A shape to begin from is not lost because the pointer went on.
+                goal.shape = unseen.shape;
+            }
+            goal
+        });
     }
 
     /// The newest shape, if there is one that was not taken yet.
@@ -195,14 +182,12 @@ impl Solver {
     /// Makes the thread panic at its next step: for tests of what that leaves behind.
     pub fn provoke_panic(&self) {
         self.shared.panics.store(true, Ordering::Relaxed);
-        self.shared.wake.notify_one();
     }
 }
 
 impl Drop for Solver {
     fn drop(&mut self) {
-        lock(&self.shared.mailbox).is_closed = true;
-        self.shared.wake.notify_one();
+        self.shared.goals.close();
         if let Some(thread) = self.thread.take() {
             // It ends after the step at hand; that it panicked was told when it happened.
             let _ = thread.join();
@@ -355,28 +340,19 @@ impl Goal {
 impl Shared {
     /// Waits for a goal.
     fn wait(&self) -> Next {
-        let mut mailbox = lock(&self.mailbox);
-        loop {
-            if mailbox.is_closed {
-                return Next::Closed;
-            }
-            if let Some(goal) = mailbox.goal.take() {
-                return Next::Goal(Box::new(goal));
-            }
-            mailbox = self
-                .wake
-                .wait(mailbox)
-                .unwrap_or_else(PoisonError::into_inner);
+        match self.goals.wait() {
+            Some(goal) => Next::Goal(Box::new(goal)),
+            None => Next::Closed,
         }
     }
 
     /// A new goal, if there is one.
     fn peek(&self) -> Option<Next> {
-        let mut mailbox = lock(&self.mailbox);
-        if mailbox.is_closed {
-            return Some(Next::Closed);
+        match self.goals.look() {
+            Look::Letter(goal) => Some(Next::Goal(Box::new(goal))),
+            Look::Nothing => None,
+            Look::Closed => Some(Next::Closed),
         }
-        mailbox.goal.take().map(|goal| Next::Goal(Box::new(goal)))
     }
 
     fn tell(&self, state: State) {

@@ -224,20 +224,8 @@ impl Editor {
             return;
         };
         let mut scene = open.history.present().clone();
-        let handles = scene.handles.iter().map(|group| HandleGroup {
-            hold: group.hold,
-            ..HandleGroup::new(
-                group.name.clone(),
-                group.vertices.clone(),
-                group.role,
-                &scene.rest,
-                &scene.rest,
-            )
-        });
-        scene.handles = Arc::new(handles.collect());
-        scene.shape = Arc::clone(&scene.rest);
-        scene.is_settled = true;
-        scene.label = "Back to the rest shape".to_owned();
+        let rest = Arc::clone(&scene.rest);
+        scene = reshaped(&scene, "Back to the rest shape".to_owned(), rest);
         open.history.push(scene);
         self.show_as_is();
     }
@@ -283,7 +271,7 @@ impl Editor {
         self.selection
             .iter()
             .for_each(|v| tints[v.index()] = tint::SELECTED);
-        crate::solver::lock(&self.renderer).set_tints(&tints);
+        crate::newest::lock(&self.renderer).set_tints(&tints);
     }
 
     // Jobs.

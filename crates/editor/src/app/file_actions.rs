@@ -136,7 +136,7 @@ impl Editor {
         let positions = Arc::new(mesh.processing.positions().clone());
         let surface = Surface::assume_checked(mesh.processing.mesh(), &positions);
         self.camera = Camera::new(&bounding_box(&surface));
-        crate::solver::lock(&self.renderer).set_mesh(mesh.processing.mesh());
+        crate::newest::lock(&self.renderer).set_mesh(mesh.processing.mesh());
         self.drawn = None;
         self.solver_shape = None;
         self.reading = None;

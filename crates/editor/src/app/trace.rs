@@ -107,7 +107,7 @@ impl Editor {
             // Row by row.
             matrix.transpose().as_slice().to_vec()
         });
-        let timing = crate::solver::lock(&self.renderer).timing();
+        let timing = crate::newest::lock(&self.renderer).timing();
         let selection: Vec<usize> = self
             .selection
             .iter()

@@ -9,8 +9,8 @@ use eframe::egui_glow;
 use transform_gizmo_egui::{EnumSet, GizmoConfig, GizmoInteraction, GizmoMode};
 
 use super::Editor;
+use crate::newest::lock;
 use crate::scene::Role;
-use crate::solver::lock;
 use crate::view::pick::Picker;
 use crate::view::select::{Reach, brush, lasso};
 use crate::view::{CameraSnapshot, Style};
