@@ -1,6 +1,7 @@
 //! The editor as a person has it: its window on a display, its pointer and its keys.
 //!
 //! Each story needs the processor for itself, so they take turns.
+#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
 #[allow(dead_code, reason = "the examples drive the window by it, too")]
 mod harness;
