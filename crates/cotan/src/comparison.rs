@@ -92,10 +92,13 @@ impl<'m, T: Scalar> ShapeComparison<'m, T> {
     /// As [`Self::fields`].
     pub fn area_log_ratios(&self, positions: &Positions<T>) -> Result<VertexMap<f64>, Error> {
         let areas = dual_areas(&Surface::new(self.mesh, positions)?);
-        let ratios = areas.values().zip(self.areas.values()).map(|(now, before)| {
-            let ratio = (now.as_f64() / before.as_f64()).ln();
-            if ratio.is_finite() { ratio } else { 0.0 }
-        });
+        let ratios = areas
+            .values()
+            .zip(self.areas.values())
+            .map(|(now, before)| {
+                let ratio = (now.as_f64() / before.as_f64()).ln();
+                if ratio.is_finite() { ratio } else { 0.0 }
+            });
         Ok(ratios.collect())
     }
 }
