@@ -116,7 +116,7 @@ pub(crate) struct MethodArgs {
         default_value = "hybrid")]
     orientation: OrientationKind,
     /// Accelerate from the last M steps, or off
-    #[arg(long, value_name = "M|off", value_parser = values::acceleration, default_value = "8")]
+    #[arg(long, value_name = "M|off", value_parser = values::acceleration, default_value = "5")]
     accelerate: Acceleration,
     /// Steps at full length, or the paper's falling ratio
     #[arg(long, value_name = "NAME", value_parser = values::schedule(), default_value = "full")]

@@ -566,3 +566,39 @@ const MOST_TOLD: usize = 10;
 
 /// How long a person's work stays in memory alone.
 const AUTOSAVE_EVERY: Duration = Duration::from_secs(5);
+
+#[cfg(test)]
+mod tests {
+    use cotan::halfedge::VertexId;
+    use cotan_tool::handles_file::from_json;
+    use nalgebra::{Isometry3, Vector3};
+
+    use super::*;
+
+    #[test]
+    fn handles_come_back_from_their_file_as_they_were() {
+        let shape = cotan::shapes::bar::<f64>([4.0, 1.0, 1.0], [16, 4, 4]);
+        let document = Document::from_mesh(&shape.mesh, &shape.positions).unwrap();
+        let processing = document.surface().unwrap();
+        let rest = processing.positions();
+        let bent = rest.map(|p| p + Vector3::new(0.0, 0.1 * p.x * p.x, 0.0));
+        let some = |from: usize| (from..from + 4).map(VertexId::new).collect::<Vec<_>>();
+        let named = |vertices, role, at| HandleGroup::new(String::new(), vertices, role, rest, at);
+        let mut turned = named(some(10), Role::Movable, rest);
+        turned.matrix = Isometry3::new(Vector3::new(0.1, 0.2, 0.3), Vector3::z()).to_homogeneous();
+        let mut pulled = named(some(20), Role::Movable, &bent);
+        pulled.matrix = nalgebra::Matrix4::new_translation(&Vector3::x());
+        pulled.hold = Hold::Soft(3.5);
+        let handles = [named(some(0), Role::Fixed, rest), turned, pulled];
+
+        let text = to_json(&groups_of(&handles, &processing));
+        let read = handles_of(&from_json(&text).unwrap(), &processing, rest);
+        assert_eq!(read.len(), handles.len());
+        for (read, handle) in read.iter().zip(&handles) {
+            assert_eq!(read.vertices, handle.vertices);
+            assert_eq!(read.hold, handle.hold);
+            assert_eq!(read.role, handle.role);
+            assert_eq!(read.job_motion(), handle.job_motion());
+        }
+    }
+}
