@@ -4,6 +4,7 @@
 
 pub mod app;
 pub mod files;
+mod handle_groups;
 pub mod meter;
 mod newest;
 pub mod rescue;

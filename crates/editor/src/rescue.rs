@@ -10,8 +10,9 @@ use std::sync::{Arc, Mutex, TryLockError};
 use cotan::geometry::Positions;
 use cotan_io::ProcessingMesh;
 
-use crate::app::file_actions::{groups_of, record, state_of};
+use crate::app::file_actions::{record, state_of};
 use crate::files::{Autosave, AutosaveError, Fingerprint};
+use crate::handle_groups::groups_of;
 use crate::scene::HandleGroup;
 
 /// A person's work, as it is seen.

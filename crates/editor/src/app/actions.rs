@@ -220,14 +220,9 @@ impl Editor {
 
     /// Back to the rest shape, handles and all where they were.
     pub(super) fn reset_shape(&mut self) {
-        let Some(open) = &mut self.open else {
-            return;
-        };
-        let mut scene = open.history.present().clone();
-        let rest = Arc::clone(&scene.rest);
-        scene = reshaped(&scene, "Back to the rest shape".to_owned(), rest);
-        open.history.push(scene);
-        self.show_as_is();
+        if let Some(rest) = self.scene().map(|scene| Arc::clone(&scene.rest)) {
+            self.push_shape("Back to the rest shape".to_owned(), rest);
+        }
     }
 
     pub(super) fn undo(&mut self) {
@@ -462,6 +457,12 @@ impl Editor {
                 map,
                 report,
             }) => {
+                let is_current = |scene: &Scene| Arc::ptr_eq(&scene.shape, &source);
+                if !self.scene().is_some_and(is_current) {
+                    let note = "the shape has changed since it was mapped: map it again";
+                    self.dialogs.note = Some(note.to_owned());
+                    return;
+                }
                 let map = Arc::new(map);
                 self.jobs.map = Some(SphereView {
                     blend: Arc::clone(&source),

@@ -107,18 +107,7 @@ impl OpenError {
 /// [`OpenError`], also if the faces are no surface.
 pub fn open(path: &Path) -> Result<OpenedMesh, OpenError> {
     let (document, fingerprint) = load(path)?;
-    let processing = document
-        .surface()
-        .map_err(|error| unsound(path, error, Tried::Nothing))?;
-    Ok(OpenedMesh {
-        path: path.to_owned(),
-        processing: Arc::new(processing),
-        warnings: warnings(&document),
-        document,
-        fingerprint,
-        file_vertices: None,
-        changes: Vec::new(),
-    })
+    as_it_is(path, document, fingerprint, Tried::Nothing)
 }
 
 /// Opens a mesh with the repairs that lose nothing, those of `--repair`: degenerate and duplicate
@@ -137,17 +126,7 @@ pub fn open_repaired(path: &Path) -> Result<OpenedMesh, OpenError> {
     done.changes
         .retain(|change| !matches!(change, Change::MergedVertex { .. }));
     if done.changes.is_empty() {
-        let processing = document.surface();
-        let processing = processing.map_err(|error| unsound(path, error, Tried::Repair))?;
-        return Ok(OpenedMesh {
-            path: path.to_owned(),
-            processing: Arc::new(processing),
-            warnings: warnings(&document),
-            document,
-            fingerprint,
-            file_vertices: None,
-            changes: Vec::new(),
-        });
+        return as_it_is(path, document, fingerprint, Tried::Repair);
     }
     let surface = done.document.surface();
     let processing =
@@ -161,6 +140,27 @@ pub fn open_repaired(path: &Path) -> Result<OpenedMesh, OpenError> {
         fingerprint,
         file_vertices: Some(FileVertices::new(num_vertices, done.vertex_sources)),
         changes: done.changes,
+    })
+}
+
+/// A document in which nothing was repaired.
+fn as_it_is(
+    path: &Path,
+    document: Document,
+    fingerprint: Fingerprint,
+    tried: Tried,
+) -> Result<OpenedMesh, OpenError> {
+    let processing = document
+        .surface()
+        .map_err(|error| unsound(path, error, tried))?;
+    Ok(OpenedMesh {
+        path: path.to_owned(),
+        processing: Arc::new(processing),
+        warnings: warnings(&document),
+        document,
+        fingerprint,
+        file_vertices: None,
+        changes: Vec::new(),
     })
 }
 
