@@ -48,6 +48,7 @@ mod processing;
 mod remap;
 mod repair;
 mod resolve;
+mod room;
 mod source;
 mod stl;
 mod text;
