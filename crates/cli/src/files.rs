@@ -2,16 +2,17 @@
 
 use std::path::Path;
 
-use cotan_io::{Document, Folder, Limits, load_with};
+use cotan_io::{Document, Folder, load_with};
 pub(crate) use cotan_tool::files::{check_mesh_path, check_writable, in_file, write};
 
 use crate::console::Console;
 use crate::error::CliError;
+use crate::memory;
 
 /// Reads a mesh file, and warns of what is odd about it; the buffers of a glTF may lie in the
 /// file's own folder.
 pub(crate) fn load(path: &Path, console: &Console) -> Result<Document, CliError> {
-    let document = load_with(path, &Limits::default(), &Folder::of(path))?;
+    let document = load_with(path, memory::limits(), &Folder::of(path))?;
     for warning in document.warnings().iter().take(MOST_WARNINGS) {
         console.warn(format_args!("{}: {warning}", path.display()));
     }

@@ -8,10 +8,12 @@ mod edit;
 mod error;
 mod files;
 mod inspect;
+mod memory;
 mod picture;
 mod prepare;
 mod report;
 mod sphere;
+mod threads;
 
 use std::process::ExitCode;
 
@@ -31,7 +33,9 @@ fn main() -> ExitCode {
         }
     };
     let console = Console::new(&arguments.messages);
-    match commands::run(&arguments.command, &console) {
+    memory::set(&arguments.limits);
+    let run = || commands::run(&arguments.command, &console);
+    match threads::within_pool(run).and_then(|outcome| outcome) {
         Ok(code) => code,
         Err(error) => {
             console::print_error(&error);

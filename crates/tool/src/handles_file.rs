@@ -184,11 +184,18 @@ fn read_bounded(path: &Path) -> std::io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let file = std::fs::File::open(path)?;
     file.take(most.saturating_add(1)).read_to_end(&mut bytes)?;
-    match bytes.len() as u64 > most {
-        true => Err(std::io::ErrorKind::FileTooLarge.into()),
-        false => Ok(bytes),
+    if bytes.len() as u64 > most {
+        return Err(std::io::ErrorKind::FileTooLarge.into());
+    }
+    // A number takes two bytes of a text, and what it becomes no more than this many times as many.
+    let parsed = bytes.len().saturating_mul(BYTES_PER_BYTE);
+    match Vec::<u8>::new().try_reserve_exact(parsed) {
+        Ok(()) => Ok(bytes),
+        Err(_) => Err(std::io::ErrorKind::OutOfMemory.into()),
     }
 }
+
+const BYTES_PER_BYTE: usize = 16;
 
 #[cfg(test)]
 mod tests;

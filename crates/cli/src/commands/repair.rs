@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use cotan_io::{Change, Document, Format, Weld};
+use cotan_tool::Work;
 use serde::Serialize;
 
 use crate::args::RepairArgs;
@@ -10,6 +11,7 @@ use crate::console::Console;
 use crate::error::CliError;
 use crate::files;
 use crate::inspect::{Defect, listed};
+use crate::memory;
 use crate::report::{Table, json_text};
 
 /// What was done, for programs.
@@ -36,6 +38,7 @@ pub(crate) fn run(args: &RepairArgs, console: &Console) -> Result<(), CliError> 
         files::check_writable(path)?;
     }
     let document = files::load(&args.input, console)?;
+    memory::check(Work::Repair, &args.input, &document)?;
     let in_file = |error| files::in_file(&args.input, error);
     let repaired = args.repair().apply(&document).map_err(in_file)?;
     cotan_io::save(&repaired.document, &args.output)?;
