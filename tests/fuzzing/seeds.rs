@@ -1,6 +1,8 @@
 //! Seeds for the fuzzers, made by our own code.
 
-use cotan::shapes::{bumpy_plane, icosphere, tetrahedron};
+use std::io::Write as _;
+
+use cotan::shapes::{bipyramid, bumpy_plane, icosphere, tetrahedron};
 use cotan_io::{
     Attributes, COLOR, CornerProperty, Document, Format, LabelKind, Labels, NORMAL, Property, UV,
     Values,
@@ -28,6 +30,9 @@ pub fn seeds() -> Vec<Seed> {
                 bytes,
             );
         }
+    }
+    for (name, text) in [("vertices.obj.gz", "v 0 0 0\n"), ("lines.obj.gz", "\n")] {
+        add_file(&mut seeds, name, Format::Obj, bomb(text));
     }
     for (name, format, text) in TEXTS {
         add_file(&mut seeds, name, format, text.as_bytes().to_vec());
@@ -66,10 +71,22 @@ fn add_file(seeds: &mut Vec<Seed>, name: &str, format: Format, bytes: Vec<u8>) {
     seeds.push((target, name.to_owned(), bytes));
 }
 
+/// A few kilobytes that unpack to four megabytes of one line.
+fn bomb(line: &str) -> Vec<u8> {
+    let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());
+    let text = line.repeat((4 << 20) / line.len());
+    let written = encoder.write_all(text.as_bytes());
+    written
+        .and_then(|()| encoder.finish())
+        .unwrap_or_else(|error| panic!("in memory: {error}"))
+}
+
 fn documents() -> Vec<(&'static str, Document)> {
     let sphere = icosphere::<f64>(1);
     let plane = bumpy_plane::<f64>([1.0, 2.0], [2, 3], 0.1);
     let pyramid = tetrahedron::<f64>();
+    // Of a valence at which rows are cut into pieces and fans are searched by their angle.
+    let hubs = bipyramid::<f64>(150);
     let of = |shape: &cotan::shapes::Shape<f64>| {
         Document::from_mesh(&shape.mesh, &shape.positions).unwrap_or_else(|error| panic!("{error}"))
     };
@@ -77,6 +94,7 @@ fn documents() -> Vec<(&'static str, Document)> {
         ("sphere", of(&sphere)),
         ("plane", of(&plane)),
         ("pyramid", of(&pyramid)),
+        ("hubs", of(&hubs)),
         ("rich", rich()),
     ]
 }

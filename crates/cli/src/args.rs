@@ -1,6 +1,7 @@
 //! The command line: commands, options, and the words in `--help`.
 
 mod bench;
+mod limits;
 mod options;
 mod paths;
 mod repair;
@@ -11,6 +12,7 @@ mod values;
 use clap::{Args, Parser, Subcommand};
 
 pub(crate) use bench::BenchArgs;
+pub(crate) use limits::LimitArgs;
 pub(crate) use options::{DeformArgs, InputArgs, ReconstructArgs, RunArgs};
 pub(crate) use paths::{InputPath, OutputFolder, OutputPath};
 pub(crate) use repair::RepairArgs;
@@ -24,6 +26,8 @@ pub(crate) use values::Precision;
 pub(crate) struct Arguments {
     #[command(flatten)]
     pub(crate) messages: Messages,
+    #[command(flatten)]
+    pub(crate) limits: LimitArgs,
     #[command(subcommand)]
     pub(crate) command: Command,
 }

@@ -6,11 +6,12 @@ use std::time::{Duration, Instant};
 use cotan::flow::{Flow, Orientation, Rest};
 use cotan::geometry::{BoundingBox, Surface, bounding_box};
 use cotan::laplacian::{Cotangent, Operator};
-use cotan::linear::{Handle, Membrane, PreparedSystem};
+use cotan::linear::{Handle, Membrane, PreparedSystem, SystemOptions};
 use cotan::prelude::{
     DeformOptions, Isometry3, OrientationKind, Point3, Vector3, VertexId, VertexMap,
 };
-use cotan_io::{Folder, IoError, Limits, ProcessingMesh, Weld, load_with};
+use cotan_io::{Folder, IoError, ProcessingMesh, Weld, load_with};
+use cotan_tool::Work;
 use cotan_tool::numbers::in_file_numbers;
 use serde::Serialize;
 
@@ -18,6 +19,7 @@ use crate::args::InputPath;
 use crate::console::Console;
 use crate::error::{CliError, Cure};
 use crate::files;
+use crate::memory;
 
 /// What is to be measured.
 pub(crate) struct Plan<'a> {
@@ -80,14 +82,15 @@ impl Plan<'_> {
     pub(crate) fn measure(&self, console: &Console) -> Result<Measured, CliError> {
         let document = files::load(self.path, console)?;
         let load = self.median(|| {
-            load_with(self.path, &Limits::default(), &Folder::of(self.path)).map(drop)
+            load_with(self.path, memory::limits(), &Folder::of(self.path)).map(drop)
         })?;
+        let max_memory = memory::check(Work::Bench, self.path, &document)?;
         let build_once = || document.surface_with(self.weld);
         let refuse = |error: IoError| CliError::surface(self.path, error, Cure::Command, self.weld);
         let processing = build_once().map_err(refuse)?;
         let build = self.median(|| build_once().map(drop))?;
         drop(document);
-        self.on_mesh(&processing, load, build)
+        self.on_mesh(&processing, max_memory, load, build)
             .map_err(|error| CliError::Mesh {
                 path: self.path.to_path_buf(),
                 source: in_file_numbers(error, &processing, None),
@@ -97,6 +100,7 @@ impl Plan<'_> {
     fn on_mesh(
         &self,
         processing: &ProcessingMesh,
+        max_memory: u64,
         load: f64,
         build: f64,
     ) -> Result<Measured, cotan::Error> {
@@ -109,6 +113,8 @@ impl Plan<'_> {
         let moves = standard_drag(&surface);
         let options = DeformOptions {
             orientation: self.orientation,
+            // A flow, and two systems beside it while one takes the place of the other.
+            system: SystemOptions::new().max_memory(max_memory / 3),
             ..DeformOptions::default()
         };
         let (job, mut flow) = self.drag(&surface, &moves, &options)?;
@@ -156,6 +162,7 @@ impl Plan<'_> {
                 .updater(options.updater())
                 .tolerance(tolerance)
                 .iteration_limit(options.iteration_limit)
+                .system(options.system)
                 .build()
         };
         let mut last = None;
@@ -185,9 +192,9 @@ impl Plan<'_> {
     ) -> Result<SystemSeconds, cotan::flow::FlowError> {
         let rest = flow.rest();
         let mut orientation = options.orientation();
-        let mut system = prepare(rest, &mut *orientation, flow.handles())?;
+        let mut system = prepare(rest, &mut *orientation, flow.handles(), &options.system)?;
         let factor = self.median(|| {
-            system = prepare(rest, &mut *orientation, flow.handles())?;
+            system = prepare(rest, &mut *orientation, flow.handles(), &options.system)?;
             Ok::<_, cotan::flow::FlowError>(())
         })?;
         let factor_bytes = 8 * system.factor_entries() as u64;
@@ -277,15 +284,17 @@ fn prepare(
     rest: &Rest<'_, f64>,
     orientation: &mut dyn Orientation<f64>,
     handles: &[Handle],
+    options: &SystemOptions,
 ) -> Result<PreparedSystem, cotan::flow::FlowError> {
     let membrane = Membrane {
         weight: orientation.prepare(rest),
         stiffness: rest.stiffness(),
     };
-    Ok(PreparedSystem::prepare(
+    Ok(PreparedSystem::prepare_with(
         rest.operator(),
         handles,
         Some(membrane),
+        options,
     )?)
 }
 

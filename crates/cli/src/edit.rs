@@ -224,6 +224,7 @@ pub(crate) fn load(
 ) -> Result<(Document, ProcessingMesh), CliError> {
     let clock = Instant::now();
     let document = crate::files::load(path, console)?;
+    crate::memory::check(cotan_tool::Work::Build, path, &document)?;
     seconds.load = clock.elapsed().as_secs_f64();
     let clock = Instant::now();
     let processing = document
@@ -231,20 +232,4 @@ pub(crate) fn load(
         .map_err(|error| CliError::surface(path, error, Cure::Command, Weld::AsFormat))?;
     seconds.build = clock.elapsed().as_secs_f64();
     Ok((document, processing))
-}
-
-/// Runs `work` in a pool of `threads` threads; in the default pool if none is asked for.
-pub(crate) fn with_threads<R: Send>(
-    threads: Option<std::num::NonZeroUsize>,
-    work: impl FnOnce() -> R + Send,
-) -> Result<R, CliError> {
-    let Some(threads) = threads.map(std::num::NonZeroUsize::get) else {
-        return Ok(work());
-    };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|e| CliError::Threads {
-        threads,
-        problem: e.to_string(),
-    })?;
-    Ok(pool.install(work))
 }

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use cotan::halfedge::BuildError;
 use cotan::sphere::SphereError;
 use cotan_io::{IoError, Weld};
-use cotan_tool::ToolError;
 use cotan_tool::paths::Conflict;
+use cotan_tool::{MemoryError, ToolError};
 use thiserror::Error;
 
 use crate::files;
@@ -48,6 +48,13 @@ pub(crate) enum CliError {
         source: SphereError,
         /// What else is to be said; may be empty.
         remedy: &'static str,
+    },
+    /// Work that would take too much memory.
+    #[error("{}: {source}", path.display())]
+    Memory {
+        path: PathBuf,
+        #[source]
+        source: MemoryError,
     },
     /// A file of landmarks.
     #[error("{}: {source}", path.display())]

@@ -1,18 +1,19 @@
 //! Mesh files, read with their warnings told, and outputs, which are [`OutputPath`]s.
 
-use cotan_io::{Document, Format, Limits, load_with};
+use cotan_io::{Document, Format, load_with};
 pub(crate) use cotan_tool::files::in_file;
 
 use crate::args::{InputPath, OutputPath};
 use crate::console::Console;
 use crate::error::CliError;
+use crate::memory;
 use crate::paths::Companions;
 
 /// Reads a mesh file, and warns of what is odd about it; the buffers of a glTF may lie in the
 /// file's own folder.
 pub(crate) fn load(path: &InputPath, console: &Console) -> Result<Document, CliError> {
     let companions = Companions::of(path);
-    let document = load_with(path, &Limits::default(), &companions)?;
+    let document = load_with(path, memory::limits(), &companions)?;
     companions.check()?;
     for warning in document.warnings().iter().take(MOST_WARNINGS) {
         console.warn(format_args!("{}: {warning}", path.display()));

@@ -8,12 +8,14 @@ mod edit;
 mod error;
 mod files;
 mod inspect;
+mod memory;
 mod paths;
 mod picture;
 mod prepare;
 mod report;
 mod sphere;
 mod text;
+mod threads;
 
 use std::process::ExitCode;
 
@@ -45,9 +47,12 @@ fn main() -> ExitCode {
             "a signal may leave a temporary file behind: {error}"
         ));
     }
-    let outcome = paths::check(&command, &matches, &console)
-        .and_then(|()| commands::run(&arguments.command, &console));
-    match outcome {
+    memory::set(&arguments.limits);
+    let run = || {
+        paths::check(&command, &matches, &console)?;
+        commands::run(&arguments.command, &console)
+    };
+    match threads::within_pool(run).and_then(|outcome| outcome) {
         Ok(code) => code,
         Err(error) => {
             console::print_error(&error);

@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use cotan_io::{Change, Document, ProcessingMesh, Repair, Weld};
+use cotan_tool::Work;
 use cotan_tool::handles_file::FileVertices;
 use cotan_tool::numbers::before_repair;
 
@@ -10,6 +11,7 @@ use crate::args::InputPath;
 use crate::console::Console;
 use crate::error::{CliError, Cure};
 use crate::files;
+use crate::memory;
 use crate::report::{Seconds, counted};
 
 /// Where the mesh of a job comes from.
@@ -55,6 +57,11 @@ pub(crate) fn prepare(
     let in_file = |error| files::in_file(path, error);
     let clock = Instant::now();
     let mut document = files::load(path, console)?;
+    let work = match source.repair {
+        Some(_) => Work::Repair,
+        None => Work::Build,
+    };
+    memory::check(work, path, &document)?;
     seconds.load = clock.elapsed().as_secs_f64();
     let clock = Instant::now();
     let mut repaired = None;

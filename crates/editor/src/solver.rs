@@ -14,6 +14,7 @@ use cotan::geometry::{Positions, Surface, vertex_normals};
 use cotan::halfedge::{VertexId, VertexMap};
 use cotan::{DeformOptions, Session};
 use cotan_io::ProcessingMesh;
+use cotan_tool::MemoryLimit;
 use nalgebra::Vector3;
 
 use crate::newest::{Look, Newest, lock};
@@ -241,7 +242,10 @@ fn follow(shared: &Shared, first: Goal) -> Next {
         let loose = loose_vertices(&mesh, &components, &goal.handles);
         Scene::job_handles(&goal.handles, &loose)
     };
-    let session = Session::new(mesh.mesh(), &rest, &jobs(&goal), &goal.options);
+    let mut options = goal.options.clone();
+    let limit = MemoryLimit::of_machine().bytes();
+    options.system.max_memory.get_or_insert(limit);
+    let session = Session::new(mesh.mesh(), &rest, &jobs(&goal), &options);
     let mut session = match session {
         Ok(session) => session,
         Err(error) => {

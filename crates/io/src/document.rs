@@ -210,6 +210,11 @@ impl Document {
         self.source.as_ref().map(|source| source.format())
     }
 
+    /// Bytes of the file that are kept, unpacked; 0 if the document was made in memory.
+    pub fn num_bytes(&self) -> usize {
+        self.source.as_ref().map_or(0, |source| source.num_bytes())
+    }
+
     /// What is odd about the file and was read nevertheless.
     pub fn warnings(&self) -> &[Warning] {
         &self.warnings

@@ -80,6 +80,12 @@ pub enum IoError {
         /// How many are allowed.
         limit: u64,
     },
+    /// The system does not give the memory that the file asks for.
+    #[error("not enough memory: {bytes} more bytes are needed for this file and cannot be had")]
+    OutOfMemory {
+        /// How many were asked for at once.
+        bytes: u64,
+    },
     /// The file holds no vertex at all: an empty mesh, or not a mesh file.
     #[error("no vertices: this is an empty mesh or not {format} at all")]
     NoVertices {

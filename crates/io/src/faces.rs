@@ -3,6 +3,9 @@
 use std::collections::TryReserveError;
 use std::ops::Range;
 
+use crate::error::IoError;
+use crate::room;
+
 /// A list of polygons of any degree, stored flat: all corners in one list, and where each polygon
 /// ends. A triangle takes 16 bytes.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
@@ -77,11 +80,11 @@ impl FaceList {
     }
 
     /// Triangles, given by their corners; there are fewer than 2^32.
-    pub(crate) fn from_triangles(corners: Vec<u32>) -> Self {
-        let ends = (1..=corners.len() as u32 / 3)
-            .map(|face| 3 * face)
-            .collect();
-        Self { corners, ends }
+    pub(crate) fn from_triangles(corners: Vec<u32>) -> Result<Self, IoError> {
+        let mut ends = Vec::new();
+        room::reserve_exact(&mut ends, corners.len() / 3)?;
+        ends.extend((1..=corners.len() as u32 / 3).map(|face| 3 * face));
+        Ok(Self { corners, ends })
     }
 
     /// Appends a corner to the face that is being built.
@@ -103,6 +106,13 @@ impl FaceList {
     pub(crate) fn reserve(&mut self, faces: usize, corners: usize) {
         self.ends.reserve(faces);
         self.corners.reserve(corners);
+    }
+
+    /// Makes room for more faces and corners, or says that there is none.
+    #[inline]
+    pub(crate) fn make_room(&mut self, faces: usize, corners: usize) -> Result<(), IoError> {
+        room::reserve(&mut self.ends, faces)?;
+        room::reserve(&mut self.corners, corners)
     }
 
     /// As [`FaceList::reserve`], where the counts are guesses.

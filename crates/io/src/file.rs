@@ -10,7 +10,7 @@ use crate::limits::Limits;
 use crate::regular::open_regular;
 use crate::replace::replace_file;
 use crate::resolve::{NoFiles, Resolve};
-use crate::{gltf, gzip, obj, off, ply, stl};
+use crate::{gltf, gzip, obj, off, ply, room, stl};
 
 /// Reads a document from bytes.
 ///
@@ -116,13 +116,9 @@ fn read_bytes(path: &Path, limits: &Limits) -> Result<Vec<u8>, IoError> {
     // Room for what the file is said to hold now; the reading itself is bounded too, since the
     // file may grow meanwhile.
     let mut bytes = Vec::new();
-    let room = usize::try_from(size).unwrap_or(usize::MAX);
-    bytes
-        .try_reserve_exact(room)
-        .map_err(|_| IoError::OverLimit {
-            what: "bytes (there is not enough memory)",
-            limit: limits.max_bytes,
-        })?;
+    let length = usize::try_from(size).unwrap_or(usize::MAX);
+    limits.check_memory(length, 0, 0)?;
+    room::reserve_exact(&mut bytes, length)?;
     file.take(limits.max_bytes.saturating_add(1))
         .read_to_end(&mut bytes)
         .map_err(IoError::Read)?;

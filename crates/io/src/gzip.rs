@@ -8,6 +8,7 @@ use flate2::{Compression, GzBuilder};
 
 use crate::error::{IoError, Place};
 use crate::limits::Limits;
+use crate::room;
 
 /// Whether the content starts as a gzip file does.
 pub(crate) fn is_gzip(bytes: &[u8]) -> bool {
@@ -41,12 +42,7 @@ pub(crate) fn decompress(bytes: &[u8], limits: &Limits) -> Result<Vec<u8>, IoErr
             let total = content.len() + length;
             limits.check_bytes(total as u64)?;
             limits.check_memory(bytes.len().saturating_add(total), 0, 0)?;
-            content
-                .try_reserve(length)
-                .map_err(|_| IoError::OverLimit {
-                    what: "bytes (there is not enough memory)",
-                    limit: limits.max_bytes,
-                })?;
+            room::reserve(&mut content, length)?;
             content.extend_from_slice(&chunk[..length]);
         }
         rest = member.into_inner();

@@ -51,6 +51,7 @@ mod remap;
 mod repair;
 mod replace;
 mod resolve;
+mod room;
 mod source;
 mod stl;
 mod text;

@@ -1,6 +1,7 @@
 //! How much of an untrusted file is read before it is refused.
 
 use crate::error::IoError;
+use crate::room;
 
 /// Upper bounds on what a reader accepts.
 ///
@@ -107,14 +108,30 @@ impl Limits {
         num_vertices: usize,
         num_corners: usize,
     ) -> Result<(), IoError> {
-        // A position and a place in the file; a corner and its share of the end of its face.
-        let (vertex, corner) = (32, 6);
         let memory = (num_bytes as u64)
-            .saturating_add((num_vertices as u64).saturating_mul(vertex))
-            .saturating_add((num_corners as u64).saturating_mul(corner));
+            .saturating_add((num_vertices as u64).saturating_mul(VERTEX))
+            .saturating_add((num_corners as u64).saturating_mul(CORNER));
         check("bytes of memory", memory, self.max_memory)
     }
 }
+
+impl Limits {
+    /// As [`Self::check_memory`], and whether the system has as much for the vertices and corners.
+    pub(crate) fn check_room(
+        &self,
+        num_bytes: usize,
+        num_vertices: usize,
+        num_corners: usize,
+    ) -> Result<(), IoError> {
+        self.check_memory(num_bytes, num_vertices, num_corners)?;
+        let bytes_of = |count: usize, each: u64| (count as u64).saturating_mul(each);
+        room::check(bytes_of(num_vertices, VERTEX).saturating_add(bytes_of(num_corners, CORNER)))
+    }
+}
+
+/// Bytes of a position and its place in the file; of a corner and its share of the end of its face.
+const VERTEX: u64 = 32;
+const CORNER: u64 = 6;
 
 fn check(what: &'static str, count: u64, limit: u64) -> Result<(), IoError> {
     if count > limit {

@@ -21,6 +21,9 @@ pub(crate) trait SourceFile: Debug + Send + Sync {
         format == self.format()
     }
 
+    /// Bytes of the file that it keeps.
+    fn num_bytes(&self) -> usize;
+
     /// What [`Attributes`] can hold of it, decoded, as the file has it.
     ///
     /// An error names the line or byte: what is only kept is not checked when the file is read.

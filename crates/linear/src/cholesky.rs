@@ -1,5 +1,6 @@
 //! Factorized matrices: analysed once, factorized and solved as often as asked, and checked.
 
+use std::collections::TryReserveError;
 use std::sync::Arc;
 
 use nalgebra::Vector3;
@@ -62,7 +63,8 @@ impl Cholesky {
         let symbolic = Self::analysed(matrix, storage)?;
         if let Some(limit) = storage.limit {
             let each = symbolic.num_entries() as u64 * storage.precision.bytes()
-                + storage.precision.bytes_beside(matrix);
+                + storage.precision.bytes_beside(matrix)
+                + symbolic.work_bytes();
             let predicted = limit.factors * each + limit.beside;
             if predicted > limit.permitted {
                 return Err(LinearError::MemoryLimit {
@@ -104,7 +106,8 @@ impl Cholesky {
     ) -> Result<Self, LinearError> {
         check_finite(matrix)?;
         let unknowns = symbolic.num_unknowns();
-        let bytes = symbolic.num_entries() as u64 * precision.bytes();
+        let bytes = symbolic.num_entries() as u64 * precision.bytes() + symbolic.work_bytes();
+        check_room(bytes).map_err(|_| LinearError::OutOfMemory { unknowns, bytes })?;
         let buffers = Buffers::new(&symbolic);
         let factor = Factor::new(symbolic, &matrix.values, precision).map_err(|e| match e {
             FactorError::NotPositive => LinearError::NotPositiveDefinite { unknowns },
@@ -227,6 +230,12 @@ impl Cholesky {
         }
         Ok(())
     }
+}
+
+/// Whether the system has so much memory to give.
+fn check_room(bytes: u64) -> Result<(), TryReserveError> {
+    let bytes = usize::try_from(bytes).unwrap_or(usize::MAX);
+    Vec::<u8>::new().try_reserve_exact(bytes)
 }
 
 fn check_finite(matrix: &LowerTriangle) -> Result<(), LinearError> {

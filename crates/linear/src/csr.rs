@@ -74,7 +74,7 @@ impl Csr {
         self.offsets.len() - 1
     }
 
-    pub(crate) fn row(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+    pub(crate) fn row(&self, i: usize) -> impl ExactSizeIterator<Item = (usize, f64)> + '_ {
         let range = self.offsets[i]..self.offsets[i + 1];
         let columns = self.columns[range.clone()].iter();
         columns

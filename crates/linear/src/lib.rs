@@ -47,6 +47,7 @@ mod pseudo_inverse;
 mod screened;
 mod sparse;
 mod strategy;
+mod stretched;
 mod system;
 mod weights;
 

@@ -9,23 +9,26 @@ use crate::error::LinearError;
 use crate::handles::Hold;
 use crate::lower::LowerTriangle;
 use crate::problem::{Problem, Sheet, Stiffness};
+use crate::strategy::Strategy;
+use crate::stretched::{Piece, Stretched};
 use crate::weights::Weights;
 
 /// The strategy that serves every operator and every set of handles: hard handles are eliminated,
 /// soft ones are springs on the diagonal. Its matrix reaches over two rings, and is another one for
-/// other handles.
+/// other handles. Rows of vertices of high valence are cut into pieces: see [`Stretched`].
 pub(crate) struct NormalEquations {
     free: Vec<usize>,
     cholesky: Cholesky,
-    /// A vector over the free vertices.
+    /// A vector over the free vertices, and zeros for the links between pieces.
     unknowns: Vec<Vector3<f64>>,
 }
 
 impl NormalEquations {
     pub(crate) fn factor(problem: &Problem, storage: &Storage) -> Result<Self, LinearError> {
+        check_product(problem, storage)?;
         let (free, matrix) = assemble_free(problem);
         Ok(Self {
-            unknowns: vec![Vector3::zeros(); free.len()],
+            unknowns: vec![Vector3::zeros(); matrix.offsets.len() - 1],
             free,
             cholesky: Cholesky::factor_with(&matrix, storage)?,
         })
@@ -35,7 +38,7 @@ impl NormalEquations {
     pub(crate) fn refactor(&self, problem: &Problem) -> Result<Self, LinearError> {
         let (free, matrix) = assemble_free(problem);
         Ok(Self {
-            unknowns: vec![Vector3::zeros(); free.len()],
+            unknowns: vec![Vector3::zeros(); matrix.offsets.len() - 1],
             free,
             cholesky: self.cholesky.factor_like(&matrix)?,
         })
@@ -50,12 +53,32 @@ impl NormalEquations {
         for (x, &i) in self.unknowns.iter_mut().zip(&self.free) {
             *x = residual[i];
         }
+        self.unknowns[self.free.len()..].fill(Vector3::zeros());
         self.cholesky.solve(&mut self.unknowns);
         correction.fill(Vector3::zeros());
         for (x, &i) in self.unknowns.iter().zip(&self.free) {
             correction[i] = *x;
         }
     }
+}
+
+/// Refuses a matrix that alone would take more memory than is allowed, before it is assembled.
+fn check_product(problem: &Problem, storage: &Storage) -> Result<(), LinearError> {
+    let Some(limit) = storage.limit else {
+        return Ok(());
+    };
+    // The blocks of columns and the matrix that they are joined to, then the graph that is ordered.
+    let bytes_per_entry = 2 * (size_of::<u32>() + size_of::<f64>()) as u64 + 16;
+    let bound = Stretched::new(&problem.rings).bound_of_product(&problem.rings);
+    let predicted = bound.saturating_mul(bytes_per_entry);
+    if predicted > limit.permitted {
+        return Err(LinearError::MemoryLimit {
+            strategy: Strategy::Normal,
+            predicted,
+            permitted: limit.permitted,
+        });
+    }
+    Ok(())
 }
 
 fn assemble_free(problem: &Problem) -> (Vec<usize>, LowerTriangle) {
@@ -70,16 +93,23 @@ fn assemble_free(problem: &Problem) -> (Vec<usize>, LowerTriangle) {
     for (unknown, &i) in free.iter().enumerate() {
         free_index[i] = Some(unknown);
     }
-    let matrix = assemble(problem, &free, &free_index);
+    let stretched = Stretched::new(&problem.rings);
+    free_index.extend((0..stretched.num_links()).map(|link| Some(free.len() + link)));
+    let matrix = assemble(problem, &stretched, &free, &free_index);
     (free, matrix)
 }
 
-/// Assembles LᵀL + μK + D restricted to the free vertices.
+/// Assembles LᵀL + μK + D restricted to the free vertices, and behind them the links of `stretched`.
 ///
 /// `free_index[i]` is the unknown of vertex i or `None`; `free` is its inverse. Column by column
 /// in parallel: column i of LᵀL gathers the rows k of L that have an entry in column i, that is i
 /// itself and its neighbours. The order of the sums depends on the mesh alone.
-fn assemble(problem: &Problem, free: &[usize], free_index: &[Option<usize>]) -> LowerTriangle {
+fn assemble(
+    problem: &Problem,
+    stretched: &Stretched,
+    free: &[usize],
+    free_index: &[Option<usize>],
+) -> LowerTriangle {
     let Problem {
         rings,
         weights,
@@ -95,7 +125,8 @@ fn assemble(problem: &Problem, free: &[usize], free_index: &[Option<usize>]) -> 
             |column, vertices| {
                 let (mut lengths, mut rows, mut values) = (Vec::new(), Vec::new(), Vec::new());
                 for &i in vertices {
-                    column.gather(rings, weights, i, membrane.as_ref());
+                    column.gather(rings, weights, stretched, i);
+                    column.add_membrane(rings, weights, i, membrane.as_ref());
                     column.values[i] += held.spring(i);
                     column.emit(
                         free_index,
@@ -124,6 +155,16 @@ fn assemble(problem: &Problem, free: &[usize], free_index: &[Option<usize>]) -> 
         matrix.rows.extend(rows);
         matrix.values.extend(values);
     }
+    for (link, (diagonal, below)) in stretched.link_columns(rings, weights).enumerate() {
+        let row = (free.len() + link) as u32;
+        matrix.rows.push(row);
+        matrix.values.push(diagonal);
+        if let Some(value) = below {
+            matrix.rows.push(row + 1);
+            matrix.values.push(value);
+        }
+        matrix.offsets.push(matrix.rows.len());
+    }
     matrix
 }
 
@@ -151,18 +192,58 @@ impl Column {
         self.values[row] += value;
     }
 
-    fn gather(&mut self, rings: &OneRings, weights: &Weights, i: usize, membrane: Option<&Sheet>) {
-        let diagonal = weights.row(rings, i).next().map_or(0.0, |(_, d)| d);
-        for (j, entry) in weights.row(rings, i) {
-            self.add(j, diagonal * entry);
+    /// Adds column `i` of LᵀL.
+    fn gather(&mut self, rings: &OneRings, weights: &Weights, stretched: &Stretched, i: usize) {
+        if stretched.is_cut(i) {
+            for piece in stretched.pieces(rings, weights, i) {
+                self.add_piece(rings, weights, &piece, piece.own);
+            }
+        } else {
+            let diagonal = weights.row(rings, i).next().map_or(0.0, |(_, d)| d);
+            for (j, entry) in weights.row(rings, i) {
+                self.add(j, diagonal * entry);
+            }
         }
         for k in rings.range(i) {
             let row = rings.neighbours()[k].index();
             let entry_in_column = weights.incoming(k);
+            if stretched.is_cut(row) {
+                if let Some(piece) = stretched.piece_with(rings, weights, row, i) {
+                    self.add_piece(rings, weights, &piece, entry_in_column);
+                }
+                continue;
+            }
             for (j, entry) in weights.row(rings, row) {
                 self.add(j, entry_in_column * entry);
             }
         }
+    }
+
+    /// Adds a piece of a row, times its weight and its entry in the column at hand. Links come behind
+    /// the vertices.
+    fn add_piece(&mut self, rings: &OneRings, weights: &Weights, piece: &Piece, entry: f64) {
+        let factor = piece.weight * entry;
+        let num_vertices = rings.num_vertices();
+        self.add(piece.hub, factor * piece.own);
+        for k in piece.range.clone() {
+            self.add(
+                rings.neighbours()[k].index(),
+                factor * weights.outgoing(k),
+            );
+        }
+        for (link, coefficient) in piece.links.into_iter().flatten() {
+            self.add(num_vertices + link, factor * coefficient);
+        }
+    }
+
+    /// Adds column `i` of μK.
+    fn add_membrane(
+        &mut self,
+        rings: &OneRings,
+        weights: &Weights,
+        i: usize,
+        membrane: Option<&Sheet>,
+    ) {
         if let Some(Sheet { weight, stiffness }) = membrane {
             for k in rings.range(i) {
                 let s = weight

@@ -7,10 +7,11 @@ use cotan_halfedge::VertexMap;
 use cotan_laplacian::{OneRings, Operator, Symmetry};
 use nalgebra::Vector3;
 
-use crate::cholesky::Cholesky;
+use crate::cholesky::{Cholesky, Limit, Storage};
 use crate::error::LinearError;
 use crate::lower::LowerTriangle;
 use crate::one_ring;
+use crate::strategy::Strategy;
 use crate::weights::Weights;
 
 /// The matrix D − L, factorized: L a symmetric operator, D a positive diagonal (masses over a time
@@ -45,6 +46,21 @@ impl ScreenedSystem {
         operator: &Operator<T>,
         diagonal: &[f64],
     ) -> Result<Self, LinearError> {
+        Self::factor_within(operator, diagonal, None)
+    }
+
+    /// As [`Self::factor`], within this many bytes of memory.
+    ///
+    /// # Errors
+    /// As [`Self::factor`], and [`LinearError::MemoryLimit`] before anything is factorized.
+    ///
+    /// # Panics
+    /// If `diagonal` has not one entry a vertex.
+    pub fn factor_within<T: Scalar>(
+        operator: &Operator<T>,
+        diagonal: &[f64],
+        max_memory: Option<u64>,
+    ) -> Result<Self, LinearError> {
         let rings = operator.rings().clone();
         let n = rings.num_vertices();
         if operator.symmetry() != Symmetry::Symmetric {
@@ -53,7 +69,16 @@ impl ScreenedSystem {
         assert_eq!(diagonal.len(), n, "one entry of the diagonal a vertex");
         let weights = Weights::new(operator);
         let matrix = screen(&rings, &weights, diagonal);
-        let cholesky = Cholesky::factor(&matrix)?;
+        let storage = Storage {
+            limit: max_memory.map(|permitted| Limit {
+                strategy: Strategy::Normal,
+                factors: 1,
+                beside: 0,
+                permitted,
+            }),
+            ..Storage::default()
+        };
+        let cholesky = Cholesky::factor_with(&matrix, &storage)?;
         Ok(Self {
             rings,
             weights,

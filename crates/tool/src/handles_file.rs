@@ -176,12 +176,24 @@ fn in_file(path: &Path) -> impl Fn(HandlesError) -> ToolError {
 
 fn read_text(path: &Path) -> Result<String, ToolError> {
     let most = Limits::default().max_bytes;
-    let bytes = read_regular(path, most).map_err(|e| in_file(path)(HandlesError::Read(e)))?;
+    let refused = |error| in_file(path)(HandlesError::Read(error));
+    let bytes = read_regular(path, most).map_err(refused)?;
+    check_room(&bytes).map_err(refused)?;
     let text = String::from_utf8(bytes).map_err(|_| in_file(path)(HandlesError::NotText))?;
     Ok(match text.strip_prefix('\u{feff}') {
         Some(text) => text.to_owned(),
         None => text,
     })
+}
+
+/// Room for what is parsed from these bytes: a number takes two bytes of a text, and what it becomes
+/// no more than this many times as many.
+fn check_room(bytes: &[u8]) -> std::io::Result<()> {
+    const BYTES_PER_BYTE: usize = 16;
+    let parsed = bytes.len().saturating_mul(BYTES_PER_BYTE);
+    Vec::<u8>::new()
+        .try_reserve_exact(parsed)
+        .map_err(|_| std::io::ErrorKind::OutOfMemory.into())
 }
 
 #[cfg(test)]

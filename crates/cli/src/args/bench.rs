@@ -34,7 +34,7 @@ pub(crate) struct BenchArgs {
     #[arg(long, value_name = "off|exact|X", value_parser = values::weld)]
     pub(crate) weld: Option<Weld>,
     /// Number of threads [default: one a core]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = values::threads)]
     pub(crate) threads: Option<NonZeroUsize>,
     /// Print JSON
     #[arg(long)]

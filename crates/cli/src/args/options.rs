@@ -129,10 +129,6 @@ pub(crate) struct MethodArgs {
     /// handle vertex; the report tells what auto chose
     #[arg(long, value_name = "NAME", value_parser = values::strategy(), default_value = "auto")]
     strategy: Strategy,
-    /// Refuse to factorize what is predicted to take more memory, in bytes or with K, M or G behind
-    /// the number
-    #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
-    max_memory: Option<u64>,
 }
 
 /// How a run is carried out and what it leaves behind.
@@ -142,7 +138,7 @@ pub(crate) struct RunArgs {
     #[arg(long, value_name = "TYPE", value_enum, default_value_t = Precision::F64)]
     pub(crate) precision: Precision,
     /// How many threads work; the result is the same, byte by byte [default: one a core]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = values::threads)]
     pub(crate) threads: Option<NonZeroUsize>,
     /// Write a report (JSON)
     #[arg(long, value_name = "R.json")]
@@ -200,10 +196,8 @@ impl MethodArgs {
     /// The settings; what is not named here has the library's default.
     fn options(&self) -> DeformOptions {
         let default = DeformOptions::default();
-        let mut system = default.system.strategy(self.strategy);
-        system.max_memory = self.max_memory;
         DeformOptions {
-            system,
+            system: default.system.strategy(self.strategy),
             scheme: self.scheme,
             orientation: self.orientation,
             bending_length: self.bending_length.unwrap_or(default.bending_length),

@@ -76,7 +76,7 @@ pub(crate) struct KeepArgs {
     #[arg(long)]
     free_boundary: bool,
     /// How many threads work; the result is the same, byte by byte [default: one a core]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = values::threads)]
     pub(crate) threads: Option<NonZeroUsize>,
     /// Write a report (JSON)
     #[arg(long, value_name = "R.json")]

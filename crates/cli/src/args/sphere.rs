@@ -107,7 +107,7 @@ pub(crate) struct MapRunArgs {
     #[arg(long, value_name = "TYPE", value_enum, default_value_t = Precision::F64)]
     pub(crate) precision: Precision,
     /// How many threads work; the result is the same, byte by byte [default: one a core]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = values::threads)]
     pub(crate) threads: Option<NonZeroUsize>,
     /// Write a report (JSON)
     #[arg(long, value_name = "R.json")]
@@ -222,7 +222,7 @@ pub(crate) struct MorphArgs {
     #[command(flatten)]
     pub(crate) map: MapArgs,
     /// How many threads work; the result is the same, byte by byte [default: one a core]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = values::threads)]
     pub(crate) threads: Option<NonZeroUsize>,
 }
 
@@ -281,6 +281,7 @@ impl MapArgs {
             iteration_limit: self
                 .iterations
                 .map_or(default.iteration_limit, NonZeroUsize::get),
+            ..default
         }
     }
 }

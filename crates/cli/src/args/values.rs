@@ -1,5 +1,7 @@
 //! Values of options: names and numbers, checked while the command line is read.
 
+use std::num::NonZeroUsize;
+
 use clap::ValueEnum;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use cotan::flow::{Acceleration, Schedule, Start};
@@ -74,6 +76,22 @@ pub(super) fn bytes(text: &str) -> Result<u64, String> {
     let number = number.parse::<u64>().ok().and_then(|n| n.checked_mul(unit));
     number.ok_or_else(|| "give a number of bytes, such as 500M or 4G".to_owned())
 }
+
+/// As [`bytes`], for what lies in memory.
+pub(super) fn length(text: &str) -> Result<usize, String> {
+    bytes(text).map(|bytes| usize::try_from(bytes).unwrap_or(usize::MAX))
+}
+
+/// A number of threads.
+pub(super) fn threads(text: &str) -> Result<NonZeroUsize, String> {
+    text.parse::<NonZeroUsize>()
+        .ok()
+        .filter(|threads| threads.get() <= MOST_THREADS)
+        .ok_or_else(|| format!("give a number of threads from 1 to {MOST_THREADS}"))
+}
+
+/// More than any machine has use for; each takes some megabytes of addresses.
+const MOST_THREADS: usize = 1024;
 
 /// The library's names of smoothing methods.
 pub(super) fn smooth_method() -> impl TypedValueParser<Value = SmoothMethod> {

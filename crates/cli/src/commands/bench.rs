@@ -6,11 +6,11 @@ use cotan_io::Document;
 use crate::args::{BenchArgs, InputPath, OutputPath};
 use crate::bench::{Measured, Plan};
 use crate::console::Console;
-use crate::edit;
 use crate::error::CliError;
 use crate::files;
 use crate::report::{Table, json_text, number};
 use crate::text::Text;
+use crate::threads;
 
 pub(crate) fn run(args: &BenchArgs, console: &Console) -> Result<(), CliError> {
     let folder;
@@ -29,7 +29,7 @@ pub(crate) fn run(args: &BenchArgs, console: &Console) -> Result<(), CliError> {
         orientation: args.orientation,
         rounds: args.rounds.get(),
     };
-    let mut measured = edit::with_threads(args.threads, || plan.measure(console))??;
+    let mut measured = threads::with_threads(args.threads, || plan.measure(console))??;
     measured.mesh = name;
     if args.json {
         return console.print(&json_text(&measured)?);

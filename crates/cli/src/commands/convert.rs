@@ -1,14 +1,18 @@
 //! `cotan convert`: the same mesh in another format.
 
+use cotan_tool::Work;
+
 use crate::args::ConvertArgs;
 use crate::console::Console;
 use crate::error::CliError;
 use crate::files;
+use crate::memory;
 use crate::text::Text;
 
 pub(crate) fn run(args: &ConvertArgs, console: &Console) -> Result<(), CliError> {
     let format = files::mesh_format(&args.output)?;
     let document = files::load(&args.input, console)?;
+    memory::check(Work::Convert, &args.input, &document)?;
     for loss in document.losses(format) {
         console.warn(format_args!("{}: {loss}", args.input.display()));
     }

@@ -5,18 +5,21 @@ use std::time::Instant;
 use cotan::DeformOptions;
 use cotan::flow::StopReason;
 use cotan_io::ProcessingMesh;
+use cotan_tool::Work;
 use cotan_tool::handles_file::{self, Constraint, FileVertices, HandlesFile};
 
 use crate::args::{DeformArgs, InputArgs, RunArgs};
 use crate::commands::repair::forgotten;
 use crate::console::Console;
-use crate::edit::{self, Edit, Edited, History};
+use crate::edit::{Edit, Edited, History};
 use crate::error::CliError;
 use crate::files;
+use crate::memory;
 use crate::paths;
 use crate::picture::{BeforeAfter, marks};
 use crate::prepare::{self, Prepared};
 use crate::report::{Report, Seconds, Setting, counted};
+use crate::threads;
 
 pub(crate) fn run(args: &DeformArgs, console: &Console) -> Result<(), CliError> {
     let job = Job {
@@ -27,7 +30,7 @@ pub(crate) fn run(args: &DeformArgs, console: &Console) -> Result<(), CliError> 
         at_limit: AtLimit::Warn,
         loose: Loose::Hold,
     };
-    let report = edit::with_threads(args.run.threads, || job.run(console))??;
+    let report = threads::with_threads(args.run.threads, || job.run(console))??;
     console.note(&report.table());
     Ok(())
 }
@@ -83,6 +86,9 @@ impl Job<'_> {
             changes,
             ..
         } = prepared;
+        let mut options = self.options.clone();
+        let left = memory::check(Work::Deform, &self.input.mesh, &document)?;
+        options.system.max_memory = Some(left);
         let constraints = handles.read(&document, &processing, file_vertices.as_ref())?;
         let held = match self.loose {
             Loose::Hold => held_still(&constraints, &processing, file_vertices.as_ref(), console),
@@ -92,7 +98,7 @@ impl Job<'_> {
         let edit = Edit {
             path: &self.input.mesh,
             constraints: &all,
-            options: &self.options,
+            options: &options,
             soft: self.soft,
             precision: self.run.precision,
             history: if self.run.history {

@@ -1,15 +1,19 @@
 //! `cotan info`: what a mesh file holds.
 
+use cotan_tool::Work;
+
 use crate::args::InfoArgs;
 use crate::console::Console;
 use crate::error::CliError;
 use crate::files;
 use crate::inspect::{Inspection, inspect};
+use crate::memory;
 use crate::report::{Table, json_text, number};
 use crate::text::Text;
 
 pub(crate) fn run(args: &InfoArgs, console: &Console) -> Result<(), CliError> {
     let document = files::load(&args.mesh, console)?;
+    memory::check(Work::Inspect, &args.mesh, &document)?;
     let name = args.mesh.display().to_string();
     let weld = args.weld.unwrap_or_default();
     let mut inspection = inspect(name, &document, weld, args.limit)

@@ -6,17 +6,17 @@ use cotan_io::Document;
 
 use crate::args::{Align, MorphArgs};
 use crate::console::Console;
-use crate::edit;
 use crate::error::CliError;
 use crate::files;
 use crate::prepare;
 use crate::report::Seconds;
 use crate::sphere::{self, Input, Mapped, Mapper, Turn};
 use crate::text::Text;
+use crate::threads;
 
 pub(crate) fn run(args: &MorphArgs, console: &Console) -> Result<(), CliError> {
     files::mesh_format(&args.output)?;
-    edit::with_threads(args.threads, || morph(args, console))?
+    threads::with_threads(args.threads, || morph(args, console))?
 }
 
 fn morph(args: &MorphArgs, console: &Console) -> Result<(), CliError> {

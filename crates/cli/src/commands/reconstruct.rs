@@ -3,8 +3,8 @@
 use crate::args::ReconstructArgs;
 use crate::commands::deform::{AtLimit, Job, Loose};
 use crate::console::Console;
-use crate::edit;
 use crate::error::CliError;
+use crate::threads;
 
 pub(crate) fn run(args: &ReconstructArgs, console: &Console) -> Result<(), CliError> {
     let options = args.options();
@@ -21,7 +21,7 @@ pub(crate) fn run(args: &ReconstructArgs, console: &Console) -> Result<(), CliEr
         at_limit,
         loose: Loose::Refuse,
     };
-    let report = edit::with_threads(args.run.threads, || job.run(console))??;
+    let report = threads::with_threads(args.run.threads, || job.run(console))??;
     console.note(&report.table());
     Ok(())
 }

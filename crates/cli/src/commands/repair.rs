@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use cotan_io::{Change, Document, Format, Weld};
+use cotan_tool::Work;
 use serde::Serialize;
 
 use crate::args::RepairArgs;
@@ -10,6 +11,7 @@ use crate::console::Console;
 use crate::error::CliError;
 use crate::files;
 use crate::inspect::{Defect, listed};
+use crate::memory;
 use crate::report::{Table, write_json};
 
 /// What was done, for programs.
@@ -33,6 +35,7 @@ struct ChangeEntry {
 pub(crate) fn run(args: &RepairArgs, console: &Console) -> Result<(), CliError> {
     let format = files::mesh_format(&args.output)?;
     let document = files::load(&args.input, console)?;
+    memory::check(Work::Repair, &args.input, &document)?;
     let in_file = |error| files::in_file(&args.input, error);
     let repaired = args.repair().apply(&document).map_err(in_file)?;
     files::save(&repaired.document, &args.output)?;

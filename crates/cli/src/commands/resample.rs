@@ -7,19 +7,19 @@ use cotan_io::Document;
 
 use crate::args::{Precision, ResampleArgs};
 use crate::console::Console;
-use crate::edit;
 use crate::error::CliError;
 use crate::files;
 use crate::prepare;
 use crate::report::{Seconds, write_json};
 use crate::sphere::{self, Input, Mapper, Phases, Resampled, SphereRun};
+use crate::threads;
 
 pub(crate) fn run(args: &ResampleArgs, console: &Console) -> Result<(), CliError> {
     let job = || match args.run.precision {
         Precision::F64 => run_as::<f64>(args, console),
         Precision::F32 => run_as::<f32>(args, console),
     };
-    let report = edit::with_threads(args.run.threads, job)??;
+    let report = threads::with_threads(args.run.threads, job)??;
     console.note(&report.table());
     Ok(())
 }

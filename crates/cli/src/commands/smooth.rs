@@ -18,13 +18,15 @@ use crate::args::{DetailArgs, InputPath, KeepArgs, MeshArgs, SmoothArgs};
 use crate::commands::compare::check_same_faces;
 use crate::commands::repair::forgotten;
 use crate::console::Console;
-use crate::edit::{self, positions_of};
+use crate::edit::positions_of;
 use crate::error::CliError;
 use crate::files;
+use crate::memory;
 use crate::picture::curvature_picture;
 use crate::prepare::{self, Prepared};
 use crate::report::{Seconds, Table, counted, number, write_json};
 use crate::text::Text;
+use crate::threads;
 
 /// What smoothing did, for programs.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -94,7 +96,7 @@ fn run(
     console: &Console,
 ) -> Result<(), CliError> {
     let job = || job(mesh, keep, work, console);
-    let report = edit::with_threads(keep.threads, job)??;
+    let report = threads::with_threads(keep.threads, job)??;
     if let Some(reason) = &report.reason {
         console.note(&Text::of(format_args!(
             "method {}: {reason}",
@@ -189,9 +191,15 @@ impl Work<'_> {
         refuse: &impl Fn(cotan::Error) -> CliError,
     ) -> Result<Outcome, CliError> {
         let (mesh, positions) = (processing.mesh(), processing.positions());
+        let max_memory = Some(memory::check(cotan_tool::Work::Smooth, path, document)?);
         match self {
             Self::Smooth(options) => {
-                let smoothed = smooth(mesh, positions, &Handles::new(), options).map_err(refuse)?;
+                let options = SmoothOptions {
+                    max_memory,
+                    ..*options
+                };
+                let smoothed =
+                    smooth(mesh, positions, &Handles::new(), &options).map_err(refuse)?;
                 Ok(Outcome::from(smoothed))
             }
             Self::Detail(args, options) => {
@@ -207,7 +215,11 @@ impl Work<'_> {
                     }
                     _ => Box::new(ScaledCurvature::by(args.scale.unwrap_or(1.0))),
                 };
-                let edited = edit_detail(mesh, positions, &Handles::new(), &edit, options)
+                let options = DetailOptions {
+                    max_memory,
+                    ..*options
+                };
+                let edited = edit_detail(mesh, positions, &Handles::new(), &edit, &options)
                     .map_err(refuse)?;
                 let report = SmoothReport {
                     method: "detail",

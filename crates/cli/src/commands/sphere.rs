@@ -7,19 +7,19 @@ use cotan::geometry::Scalar;
 use crate::args::{Precision, SphereArgs};
 use crate::commands::repair::forgotten;
 use crate::console::Console;
-use crate::edit;
 use crate::error::CliError;
 use crate::files;
 use crate::prepare::{self, Prepared};
 use crate::report::{Seconds, write_json};
 use crate::sphere::{self, Input, Mapped, Mapper, Phases, SphereRun};
+use crate::threads;
 
 pub(crate) fn run(args: &SphereArgs, console: &Console) -> Result<(), CliError> {
     let job = || match args.run.precision {
         Precision::F64 => run_as::<f64>(args, console),
         Precision::F32 => run_as::<f32>(args, console),
     };
-    let report = edit::with_threads(args.run.threads, job)??;
+    let report = threads::with_threads(args.run.threads, job)??;
     console.note(&report.table());
     Ok(())
 }

@@ -8,12 +8,14 @@ use cotan::geometry::{Positions, Scalar, Surface, bounding_box};
 use cotan::sphere::{
     SphereError, SphereMap, SphereOptions, SphereQuality, SphereReport, spherical_observed,
 };
+use cotan_tool::Work;
 use nalgebra::Point3;
 
 use super::landmarks;
 use super::refusal::Refusal;
 use crate::console::Progress;
 use crate::error::CliError;
+use crate::memory;
 use crate::prepare::{Prepared, Source};
 
 /// A mesh file that is on its way to the sphere.
@@ -75,8 +77,13 @@ impl<'a> Mapper<'a> {
         let positions = processing
             .positions()
             .map(|p| Point3::from((p - origin).map(T::of_f64)));
+        let Input { source, prepared } = self.input;
+        let options = SphereOptions {
+            max_memory: Some(memory::check(Work::Sphere, source.path, &prepared.document)?),
+            ..self.options.clone()
+        };
         let mut number = 0;
-        let done = spherical_observed(mesh, &positions, self.options, |step| {
+        let done = spherical_observed(mesh, &positions, &options, |step| {
             // Of all rounds.
             number += 1;
             progress.step(number, step.change);

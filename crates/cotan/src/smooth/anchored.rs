@@ -6,7 +6,7 @@ use cotan_flow::{Acceleration, Flow, Orientation, ScalarFieldUpdater, Start, Sto
 use cotan_geometry::{Positions, Scalar, Surface};
 use cotan_halfedge::{HalfedgeMap, HalfedgeMesh};
 use cotan_laplacian::{Cotangent, LaplacianScheme, Operator, SchemeError, Symmetry};
-use cotan_linear::{Handle, Hold};
+use cotan_linear::{Handle, Hold, SystemOptions};
 use nalgebra::Point3;
 
 use crate::error::Error;
@@ -120,6 +120,8 @@ pub(crate) struct Anchored<'a, T: Scalar> {
     pub(crate) boundary: Boundary,
     pub(crate) handles: &'a Handles<T>,
     pub(crate) iterations: usize,
+    /// The most bytes that the factorization may take.
+    pub(crate) max_memory: Option<u64>,
     pub(crate) observer: Observer<'a>,
 }
 
@@ -136,7 +138,10 @@ impl<T: Scalar> Anchored<'_, T> {
         orientation: impl Orientation<T>,
     ) -> Result<Positions<T>, Error> {
         let handles = self.anchors(scheme)?;
+        let mut system = SystemOptions::new();
+        system.max_memory = self.max_memory;
         let mut flow = Flow::builder(self.mesh, self.rest)
+            .system(system)
             .scheme(scheme)
             .updater(updater)
             .orientation(orientation)

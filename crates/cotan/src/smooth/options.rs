@@ -74,6 +74,8 @@ pub struct SmoothOptions {
     pub preserve: Preserve,
     /// No vertex moves farther than this, in the units of the mesh; handles excepted.
     pub max_displacement: Option<f64>,
+    /// The most bytes that the factorization may take; see [`cotan_linear::SystemOptions`].
+    pub max_memory: Option<u64>,
 }
 
 impl Default for SmoothOptions {
@@ -87,6 +89,7 @@ impl Default for SmoothOptions {
             folds: NewFolds::default(),
             preserve: Preserve::default(),
             max_displacement: None,
+            max_memory: None,
         }
     }
 }

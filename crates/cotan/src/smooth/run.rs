@@ -224,6 +224,7 @@ impl<T: Scalar> Run<'_, T> {
             boundary: self.options.boundary,
             handles: self.handles,
             iterations: smoothed.iterations,
+            max_memory: self.options.max_memory,
             observer: self.observer,
         }
     }

@@ -26,7 +26,11 @@ pub(crate) fn without_new_folds<T: Scalar>(
         if folded.is_empty() {
             break;
         }
-        for v in folded.into_iter().flat_map(|f| mesh.triangle(f)) {
+        // Each vertex once: the ring of one that many faces share may be as large as the mesh.
+        let mut corners: Vec<_> = folded.into_iter().flat_map(|f| mesh.triangle(f)).collect();
+        corners.sort_unstable();
+        corners.dedup();
+        for v in corners {
             is_back[v.index()] = true;
             if round > 0 {
                 mesh.one_ring(v).for_each(|j| is_back[j.index()] = true);

@@ -50,7 +50,13 @@ pub(crate) fn cmcf(
     while report.iterations < options.iteration_limit {
         let masses = masses(mesh, &x);
         match &mut system {
-            None => system = Some(ScreenedSystem::factor(&operator, &masses)?),
+            None => {
+                system = Some(ScreenedSystem::factor_within(
+                    &operator,
+                    &masses,
+                    options.max_memory,
+                )?);
+            }
             Some(system) => system.refactor(&masses)?,
         }
         let mut next = VertexMap::from_fn(x.len(), |v| x[v].coords * masses[v.index()]);

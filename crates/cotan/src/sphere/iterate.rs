@@ -7,7 +7,7 @@ use cotan_flow::{AlongNormal, Flow, FlowError, Report, Schedule, Start, StepRepo
 use cotan_geometry::{Positions, Surface};
 use cotan_halfedge::{HalfedgeMap, HalfedgeMesh, VertexId};
 use cotan_laplacian::{LaplacianScheme, SchemeError, Symmetry, Uniform};
-use cotan_linear::Handle;
+use cotan_linear::{Handle, SystemOptions};
 use nalgebra::Point3;
 
 use super::curvature::{AreaMeasure, ConstantCurvature};
@@ -50,6 +50,7 @@ pub(crate) fn paper(
         .start(Start::Updated)
         .tolerance(options.tolerance)
         .iteration_limit(options.iteration_limit)
+        .system(system(options))
         .build()?;
     let report = flow.run(|_, step| observer(step))?;
     let mut positions = flow.box_positions().clone();
@@ -86,7 +87,8 @@ pub(crate) fn robust(
         .handles([one_handle(positions)])
         .start(Start::Updated)
         .tolerance(options.tolerance)
-        .iteration_limit(options.iteration_limit);
+        .iteration_limit(options.iteration_limit)
+        .system(system(options));
     if let Some(first) = first {
         builder = builder.first_shape(first);
     }
@@ -101,6 +103,12 @@ pub(crate) fn robust(
         report,
         factorizations: 1,
     })
+}
+
+fn system(options: &SphereOptions) -> SystemOptions {
+    let mut system = SystemOptions::new();
+    system.max_memory = options.max_memory;
+    system
 }
 
 /// The point handle that says where the mesh is.

@@ -4,7 +4,7 @@
 //! det(a, b, d), det(b, c, d) and det(c, a, d) are not negative. Their signs are exact, and the
 //! triangles of a [`SphereMap`] cover the sphere once by signs that are exact as well, so that
 //! every direction has a face, however small or thin that is. A tree of boxes around the flat
-//! triangles finds the few candidates.
+//! triangles finds the few candidates; around vertices of high valence they are found by their angle.
 //!
 //! **Source**: Shewchuk's adaptive predicates (1997), by the `robust` crate.
 
@@ -18,6 +18,7 @@ use super::barycentric::barycentric;
 use super::error::SphereError;
 use super::map::SphereMap;
 use super::ray_tree::RayTree;
+use super::wedges::{Wedge, wedges};
 
 /// A point of a sphere map: a face, and where in its flat triangle the direction pierces it.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -34,17 +35,30 @@ pub struct Located<T: Scalar> {
 #[derive(Clone, Debug)]
 pub struct PointLocation<'a, T: Scalar> {
     map: &'a SphereMap<'a, T>,
+    /// Of `faces`, and behind them of `wedges`.
     tree: RayTree,
+    /// The faces that are in no wedge, ascending.
+    faces: Vec<FaceId>,
+    wedges: Vec<Wedge>,
 }
 
 impl<T: Scalar> SphereMap<'_, T> {
     /// Prepares to find the faces of directions: O(n log n) once, then about O(log n) for each.
     #[must_use]
     pub fn point_location(&self) -> PointLocation<'_, T> {
-        let boxes = |f: usize| self.corners(FaceId::new(f));
+        let (wedges, faces) = wedges(self);
+        let boxes = |i: usize| match faces.get(i) {
+            Some(&face) => self.corners(face),
+            None => {
+                let [low, high] = wedges[i - faces.len()].corners(self);
+                [low, high, high]
+            }
+        };
         PointLocation {
             map: self,
-            tree: RayTree::build(self.mesh().num_faces(), boxes),
+            tree: RayTree::build(faces.len() + wedges.len(), boxes),
+            faces,
+            wedges,
         }
     }
 
@@ -104,22 +118,28 @@ impl<T: Scalar> PointLocation<'_, T> {
 
     /// The face that a unit vector pierces.
     pub(crate) fn locate_unit(&self, d: &Vector3<f64>) -> Located<T> {
-        let mut found: Option<usize> = None;
-        self.tree.visit(d, |f| {
-            if found.is_some_and(|best| best < f) {
-                return Search::On;
-            }
-            match place(&self.map.corners(FaceId::new(f)), d) {
-                Place::Outside => return Search::On,
-                Place::Border => found = Some(f),
-                Place::Inside => {
-                    found = Some(f);
-                    return Search::Done;
+        let mut found: Option<FaceId> = None;
+        self.tree.visit(d, |i| {
+            let candidates = match self.faces.get(i) {
+                Some(&face) => [Some(face), None],
+                None => self.wedges[i - self.faces.len()].candidates(self.map, d),
+            };
+            for f in candidates.into_iter().flatten() {
+                if found.is_some_and(|best| best < f) {
+                    continue;
+                }
+                match place(&self.map.corners(f), d) {
+                    Place::Outside => {}
+                    Place::Border => found = Some(f),
+                    Place::Inside => {
+                        found = Some(f);
+                        return Search::Done;
+                    }
                 }
             }
             Search::On
         });
-        let face = found.map_or_else(|| self.nearest_face(d), FaceId::new);
+        let face = found.unwrap_or_else(|| self.nearest_face(d));
         let barycentric = barycentric(&self.map.corners(face), d);
         Located {
             face,
@@ -174,7 +194,7 @@ pub(crate) fn place([a, b, c]: &[Vector3<f64>; 3], d: &Vector3<f64>) -> Place {
 }
 
 /// A number with the exact sign of det(p, q, d).
-fn side(p: &Vector3<f64>, q: &Vector3<f64>, d: &Vector3<f64>) -> f64 {
+pub(super) fn side(p: &Vector3<f64>, q: &Vector3<f64>, d: &Vector3<f64>) -> f64 {
     let coord = |p: &Vector3<f64>| Coord3D {
         x: p.x,
         y: p.y,
@@ -307,6 +327,31 @@ mod tests {
         }
         // The middle of edge (0, 1) is the x axis, of faces 0 and 1.
         assert_eq!(location.locate(&Vector3::x()).unwrap().face, FaceId::new(0));
+    }
+
+    /// Around a vertex of high valence the faces are those that a search through all of them finds, at its
+    /// centre, on its arcs and between.
+    #[test]
+    fn faces_around_a_vertex_of_high_valence_are_those_of_a_full_search() {
+        for valence in [129, 200, 1_000] {
+            let shape = cotan_geometry::shapes::bipyramid::<f64>(valence);
+            let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
+            let location = map.point_location();
+            assert!(location.faces.len() < valence / 2);
+            let lowest = |d: &Vector3<f64>| {
+                let is_hit = |f: &FaceId| place(&map.corners(*f), d) != Place::Outside;
+                shape.mesh.faces().find(is_hit)
+            };
+            let ring = shape.positions.values().take(valence).step_by(7);
+            let halfway = ring.clone().flat_map(|p| {
+                [1.0, -0.3, 1e-9].map(|z| (p.coords + Vector3::new(0.0, 0.0, z)).normalize())
+            });
+            let off = ring.clone().map(|p| Vector3::new(p.x + 1e-3, p.y, 0.2).normalize());
+            let corners = ring.map(|p| p.coords);
+            for d in corners.chain(halfway).chain(off).chain([Vector3::z(), -Vector3::z()]) {
+                assert_eq!(Some(location.locate_unit(&d).face), lowest(&d), "{d}");
+            }
+        }
     }
 
     #[test]

@@ -55,6 +55,7 @@ mod sweep;
 #[cfg(test)]
 mod testing;
 mod untangle;
+mod wedges;
 
 pub use align::Aligned;
 pub use curvature::{AreaMeasure, ConstantCurvature};

@@ -51,6 +51,8 @@ pub struct SphereOptions {
     pub tolerance: f64,
     /// The most iterations of a round.
     pub iteration_limit: usize,
+    /// The most bytes that a factorization may take; see [`cotan_linear::SystemOptions`].
+    pub max_memory: Option<u64>,
 }
 
 impl Default for SphereOptions {
@@ -62,6 +64,7 @@ impl Default for SphereOptions {
             centering: Centering::SourceAreas,
             tolerance: 1e-4,
             iteration_limit: 100,
+            max_memory: None,
         }
     }
 }

@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use cotan_flow::{FlowError, StepReport};
 use cotan_geometry::{Positions, Scalar, Surface, volume};
 use cotan_halfedge::{FaceId, HalfedgeMesh};
+use cotan_linear::LinearError;
 use nalgebra::{Point3, Vector3};
 
 use super::cmcf;
@@ -82,6 +83,9 @@ pub fn spherical_observed<'m, T: Scalar>(
         SphereMethod::Robust if options.authalic > 0.0 => run.embed(options.authalic)?,
         SphereMethod::Robust => match run.robust(observer) {
             Ok(conformal) => run.cured(conformal)?,
+            Err(FlowError::Linear(
+                error @ (LinearError::MemoryLimit { .. } | LinearError::OutOfMemory { .. }),
+            )) => return Err(error.into()),
             // A surface without size or volume, or weights that are negative on the whole.
             Err(FlowError::Custom(_) | FlowError::Linear(_) | FlowError::NoExtent) => {
                 run.embed(FALLBACK_BALANCE)?
@@ -199,6 +203,9 @@ impl<'m, 'a> Run<'m, 'a> {
     /// Marks the corners of faces and the rings around them.
     fn mark(&self, faces: &[FaceId], marked: &mut [bool]) {
         let mut front: Vec<_> = faces.iter().flat_map(|&f| self.mesh.triangle(f)).collect();
+        // Each vertex once: the ring of one that many faces share may be as large as the mesh.
+        front.sort_unstable();
+        front.dedup();
         for ring in 0..=REPAIR_RINGS {
             front.iter().for_each(|v| marked[v.index()] = true);
             if ring < REPAIR_RINGS {

@@ -108,7 +108,10 @@ fn take_out_flipped(layout: &mut Layout, mut flipped: Vec<usize>) -> Option<(Hie
         let changed: Vec<usize> = layout.table.outgoing(u).map(face_of).collect();
         for f in changed {
             layout.reshape(f);
-            flipped.push(f);
+            // The others are looked at again when they change again.
+            if !layout.is_upright(f) {
+                flipped.push(f);
+            }
         }
         collapsed.push(halfedge);
     }

@@ -8,6 +8,7 @@ use cotan_io::{
     Change, Document, Folder, IoError, Limits, ProcessingMesh, Repair, Weld, load_with,
 };
 use cotan_tool::files::in_file;
+use cotan_tool::{MemoryError, MemoryLimit, Work};
 use cotan_tool::handles_file::FileVertices;
 use cotan_tool::numbers::before_repair;
 use thiserror::Error;
@@ -47,6 +48,15 @@ pub enum OpenError {
         path: PathBuf,
         /// What it is.
         what: &'static str,
+    },
+    /// A mesh that is too large for this machine.
+    #[error("{}: {source}", path.display())]
+    Memory {
+        /// The file.
+        path: PathBuf,
+        /// How much memory it would take.
+        #[source]
+        source: MemoryError,
     },
     /// Faces that are no surface.
     #[error("{}: {source}; {remedy}", path.display())]
@@ -183,7 +193,15 @@ fn load(path: &Path) -> Result<(Document, Fingerprint), OpenError> {
         return Err(OpenError::NotAFile { path, what });
     }
     let fingerprint = Fingerprint::from_metadata(&metadata);
-    let document = load_with(path, &Limits::default(), &Folder::of(path))?;
+    let memory = MemoryLimit::of_machine();
+    let limits = memory.reading(Limits::default());
+    let document = load_with(path, &limits, &Folder::of(path))?;
+    // What is opened will be edited.
+    let checked = memory.check(Work::Deform, &document);
+    checked.map_err(|source| OpenError::Memory {
+        path: path.to_owned(),
+        source,
+    })?;
     Ok((document, fingerprint))
 }
 

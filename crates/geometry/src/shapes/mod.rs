@@ -5,6 +5,7 @@
 //! would ask for many millions of vertices lowered (to 2048 unless a shape names another bound).
 
 mod bar;
+mod bipyramid;
 mod creature;
 mod cylinder;
 mod geodesic;
@@ -20,6 +21,7 @@ use crate::scalar::Scalar;
 use crate::surface::{Positions, Surface};
 
 pub use bar::bar;
+pub use bipyramid::bipyramid;
 pub use creature::{CREATURE_RESOLUTION, Region, creature, creature_regions};
 pub use cylinder::cylinder;
 pub use irregular::{Numbering, irregular};
@@ -101,6 +103,8 @@ mod tests {
             (tetrahedron(), 2),
             (icosphere(0), 2),
             (icosphere(3), 2),
+            (bipyramid(3), 2),
+            (bipyramid(200), 2),
             (torus(2.0, 0.5, 3, 3), 0),
             (torus(1.0, 0.4, 40, 16), 0),
             (cylinder(0.5, 2.0, 6, 1), 2),

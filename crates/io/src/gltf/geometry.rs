@@ -277,7 +277,7 @@ impl Reader<'_> {
                 ),
             ));
         }
-        self.limits.check_memory(
+        self.limits.check_room(
             self.buffers.num_bytes(),
             count,
             self.parsed.faces.num_corners(),
@@ -362,7 +362,7 @@ impl Reader<'_> {
             ));
         }
         self.limits
-            .check_memory(num_bytes, self.parsed.positions.len(), num_corners)?;
+            .check_room(num_bytes, self.parsed.positions.len(), num_corners)?;
         if mode == Mode::Triangles && count % 3 != 0 {
             self.leftover += 1;
         }

@@ -246,6 +246,10 @@ impl SourceFile for GltfFile {
         matches!(format, Format::Gltf | Format::Glb)
     }
 
+    fn num_bytes(&self) -> usize {
+        self.buffers.num_bytes()
+    }
+
     fn attributes(&self, mesh: Mesh<'_>) -> Result<Attributes, IoError> {
         attributes::decode(self, mesh)
     }

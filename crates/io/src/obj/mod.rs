@@ -59,6 +59,10 @@ impl SourceFile for ObjFile {
         Format::Obj
     }
 
+    fn num_bytes(&self) -> usize {
+        self.bytes.len()
+    }
+
     fn attributes(&self, mesh: Mesh<'_>) -> Result<Attributes, IoError> {
         decode::attributes(self, mesh)
     }

@@ -15,6 +15,7 @@ use crate::limits::Limits;
 use crate::number;
 use crate::obj::counts::Counts;
 use crate::obj::fast;
+use crate::room;
 use crate::obj::statement::{CORNER, Statement, Statements, is_continued};
 use crate::text::{self, Lines};
 
@@ -131,7 +132,7 @@ impl Batch {
             };
             piece.check(bytes, from, to, limits, above)?;
             largest = largest.max(piece.largest);
-            file.append(piece);
+            file.append(piece)?;
             let corners = file.faces.num_corners();
             limits.check_memory(bytes.len(), file.positions.len(), corners)?;
         }
@@ -150,8 +151,8 @@ impl Batch {
             return;
         };
         if last.1 == all {
-            file.positions.reserve_exact(vertices);
-            file.faces.reserve(faces, corners);
+            let _ = file.positions.try_reserve_exact(vertices);
+            let _ = file.faces.try_reserve(faces, corners);
         } else if vertices > 0 && corners > 0 {
             // Vertices and faces in turns: everything grows at the same pace.
             let times = 1.02 * all as f64 / (last.1 - first.0).max(1) as f64;
@@ -347,7 +348,9 @@ impl Piece {
 }
 
 impl Mesh {
-    fn append(&mut self, piece: &mut Piece) {
+    fn append(&mut self, piece: &mut Piece) -> Result<(), IoError> {
+        self.faces.make_room(piece.ends.len(), piece.corners.len())?;
+        room::reserve(&mut self.positions, piece.positions.len())?;
         let base = self.positions.len() as u32;
         for &(start, end) in &piece.relative {
             for vertex in &mut piece.corners[start..end] {
@@ -358,6 +361,7 @@ impl Mesh {
         self.faces.append(&piece.corners, &piece.ends);
         self.counts.append(&piece.counts, self.lines);
         self.lines += piece.lines;
+        Ok(())
     }
 }
 

@@ -33,6 +33,7 @@ use crate::error::{Element, IoError, Place, Warning, quote};
 use crate::faces::FaceList;
 use crate::format::Format;
 use crate::limits::Limits;
+use crate::room;
 use crate::number;
 use crate::remap::Remap;
 use crate::source::{Mesh, Moves, SourceFile, TextPatch};
@@ -201,8 +202,8 @@ impl Body {
         limits.check_memory(num_bytes, header.num_vertices, 0)?;
         let mut body = Self::default();
         // The header is bounded by the bytes of the file.
-        body.positions.reserve_exact(header.num_vertices);
-        body.layout.starts.reserve_exact(header.num_vertices);
+        room::reserve_exact(&mut body.positions, header.num_vertices)?;
+        room::reserve_exact(&mut body.layout.starts, header.num_vertices)?;
         body.layout.num_faces = header.num_faces;
         Ok(body)
     }
@@ -244,6 +245,7 @@ fn read_face<'a>(
         })?;
         limits.check_degree(found + 1)?;
         limits.check_corners(faces.num_corners() + 1)?;
+        faces.make_room(1, 1)?;
         let index =
             number::parse_integer(token.text).ok_or_else(|| bad(token.text, "a vertex number"))?;
         match u32::try_from(index) {
@@ -293,6 +295,10 @@ impl OffFile {
 impl SourceFile for OffFile {
     fn format(&self) -> Format {
         Format::Off
+    }
+
+    fn num_bytes(&self) -> usize {
+        self.bytes.len()
     }
 
     fn attributes(&self, _mesh: Mesh<'_>) -> Result<Attributes, IoError> {

@@ -94,7 +94,7 @@ impl<B: ByteOrder> Encoded for B {
         at: usize,
         element: &Element,
         body: &mut Body<'_>,
-    ) -> (usize, usize) {
+    ) -> Result<(usize, usize), IoError> {
         fast::read::<B>(bytes, at, element, body)
     }
 

@@ -5,7 +5,9 @@ use std::slice::ChunksExact;
 use nalgebra::Point3;
 
 use crate::attributes::Values;
+use crate::error::IoError;
 use crate::faces::FaceList;
+use crate::room;
 
 use super::binary::ByteOrder;
 use super::groups::Group;
@@ -18,18 +20,18 @@ pub(super) fn read<B: ByteOrder>(
     at: usize,
     element: &Element,
     body: &mut Body<'_>,
-) -> (usize, usize) {
+) -> Result<(usize, usize), IoError> {
     let rest = &bytes[at.min(bytes.len())..];
     let (size, num_rows) = match (element.kind, element.stride()) {
-        (ElementKind::Vertex, Some(size)) => (size, vertices::<B>(rest, element, size, body)),
-        (ElementKind::Face, _) => triangles::<B>(rest, element, body).unwrap_or((0, 0)),
+        (ElementKind::Vertex, Some(size)) => (size, vertices::<B>(rest, element, size, body)?),
+        (ElementKind::Face, _) => triangles::<B>(rest, element, body)?,
         (ElementKind::Edge | ElementKind::Other, Some(size)) => {
             let there = rest.len().checked_div(size).unwrap_or(0);
             (size, there.min(element.count))
         }
         _ => (0, 0),
     };
-    (num_rows, at + num_rows * size)
+    Ok((num_rows, at + num_rows * size))
 }
 
 /// Vertices of rows of one size up to the first that is not finite.
@@ -38,7 +40,7 @@ fn vertices<B: ByteOrder>(
     element: &Element,
     size: usize,
     body: &mut Body<'_>,
-) -> usize {
+) -> Result<usize, IoError> {
     let mut places = [(0, NumberType::F32); 3];
     let mut offset = 0;
     for property in &element.properties {
@@ -50,27 +52,26 @@ fn vertices<B: ByteOrder>(
     let offsets = places.map(|(offset, _)| offset);
     let types = places.map(|(_, number)| number);
     if size == 0 {
-        return 0;
+        return Ok(0);
     }
     let num_rows = (rest.len() / size).min(element.count);
     let rows = rest[..num_rows * size].chunks_exact(size);
-    body.positions = match types {
-        [NumberType::F32, NumberType::F32, NumberType::F32] => rows
-            .map(|row| {
-                offsets
-                    .map(|at| f64::from(f32::from_le_bytes(number::<B, 4>(row, at))))
-                    .into()
-            })
-            .collect(),
-        [NumberType::F64, NumberType::F64, NumberType::F64] => rows
-            .map(|row| {
-                offsets
-                    .map(|at| f64::from_le_bytes(number::<B, 8>(row, at)))
-                    .into()
-            })
-            .collect(),
-        _ => return 0,
-    };
+    body.positions.clear();
+    room::reserve_exact(&mut body.positions, num_rows)?;
+    match types {
+        [NumberType::F32, NumberType::F32, NumberType::F32] => {
+            body.positions.extend(rows.map(|row| {
+                let single = |at| f64::from(f32::from_le_bytes(number::<B, 4>(row, at)));
+                Point3::from(offsets.map(single))
+            }));
+        }
+        [NumberType::F64, NumberType::F64, NumberType::F64] => {
+            body.positions.extend(rows.map(|row| {
+                Point3::from(offsets.map(|at| f64::from_le_bytes(number::<B, 8>(row, at))))
+            }));
+        }
+        _ => return Ok(0),
+    }
     // Over all of them at once, which takes no branch a vertex.
     let is_finite = |p: &Point3<f64>| p.iter().fold(true, |all, x| all & x.is_finite());
     let num_finite = body
@@ -85,7 +86,7 @@ fn vertices<B: ByteOrder>(
     if let Some(num_finite) = num_finite {
         body.positions.truncate(num_finite);
     }
-    body.positions.len()
+    Ok(body.positions.len())
 }
 
 /// Leading triangles of rows that hold a list of corners and else only numbers: the size of a row
@@ -94,25 +95,21 @@ fn triangles<B: ByteOrder>(
     rest: &[u8],
     element: &Element,
     body: &mut Body<'_>,
-) -> Option<(usize, usize)> {
-    let (mut before, mut after) = (0, 0);
-    let mut has_corners = false;
-    for property in &element.properties {
-        match *property {
-            Property::Corners(
-                NumberType::U8 | NumberType::I8,
-                NumberType::I32 | NumberType::U32,
-            ) => has_corners = true,
-            other if has_corners => after += other.fixed_size()?,
-            other => before += other.fixed_size()?,
-        }
-    }
+) -> Result<(usize, usize), IoError> {
+    let Some((before, after)) = beside_corners(element) else {
+        return Ok((0, 0));
+    };
     let size = before + 13 + after;
     let num_rows = (rest.len() / size).min(element.count);
     // What the limits refuse is refused by the general walk, with the row that is too much.
-    body.check_corners(num_rows.checked_mul(3)?).ok()?;
-    body.limits.check_degree(3).ok()?;
-    let mut corners = vec![0u32; 3 * num_rows];
+    let is_within = body.check_corners(num_rows.saturating_mul(3)).is_ok()
+        && body.limits.check_degree(3).is_ok();
+    if !is_within {
+        return Ok((0, 0));
+    }
+    let mut corners: Vec<u32> = Vec::new();
+    room::reserve_exact(&mut corners, 3 * num_rows)?;
+    corners.resize(3 * num_rows, 0);
     let num_vertices = u32::try_from(body.num_vertices).unwrap_or(u32::MAX);
     let rows = rest[..num_rows * size].chunks_exact(size);
     let mut num_good = 0;
@@ -129,8 +126,25 @@ fn triangles<B: ByteOrder>(
         num_good += 1;
     }
     corners.truncate(3 * num_good);
-    body.faces = FaceList::from_triangles(corners);
-    Some((size, num_good))
+    body.faces = FaceList::from_triangles(corners)?;
+    Ok((size, num_good))
+}
+
+/// Bytes of the numbers before and behind the list of corners, if all of them have a fixed size.
+fn beside_corners(element: &Element) -> Option<(usize, usize)> {
+    let (mut before, mut after) = (0, 0);
+    let mut has_corners = false;
+    for property in &element.properties {
+        match *property {
+            Property::Corners(
+                NumberType::U8 | NumberType::I8,
+                NumberType::I32 | NumberType::U32,
+            ) => has_corners = true,
+            other if has_corners => after += other.fixed_size()?,
+            other => before += other.fixed_size()?,
+        }
+    }
+    Some((before, after))
 }
 
 /// The columns of rows of one size that start with `rows`.

@@ -43,6 +43,7 @@ use crate::document::{Document, Parsed};
 use crate::error::{IoError, quote};
 use crate::format::Format;
 use crate::limits::Limits;
+use crate::room;
 use crate::remap::Remap;
 use crate::source::{Mesh, Moves, SourceFile};
 
@@ -66,6 +67,8 @@ fn parse(bytes: Vec<u8>, limits: &Limits) -> Result<(Parsed, PlyFile), IoError> 
     limits.check_faces(layout.num_faces)?;
     limits.check_memory(bytes.len(), layout.num_vertices, 0)?;
     let mut body = Body::new(&layout, bytes.len(), limits);
+    // The layout is bounded by the bytes that are there.
+    room::reserve_exact(&mut body.positions, layout.num_vertices)?;
     with_encoding!(layout.encoding, read_rows(&bytes, &layout, &mut body))?;
     let Body {
         positions,
@@ -130,6 +133,10 @@ impl Starts {
 impl SourceFile for PlyFile {
     fn format(&self) -> Format {
         Format::Ply
+    }
+
+    fn num_bytes(&self) -> usize {
+        self.bytes.len()
     }
 
     fn attributes(&self, mesh: Mesh<'_>) -> Result<Attributes, IoError> {

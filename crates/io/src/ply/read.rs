@@ -5,6 +5,7 @@ use nalgebra::Point3;
 use crate::error::{IoError, quote};
 use crate::faces::FaceList;
 use crate::limits::Limits;
+use crate::room;
 
 use super::layout::{ElementKind, Layout, NumberType, Property};
 use super::rows::{Encoded, Number, RowName, real};
@@ -55,7 +56,7 @@ pub(super) fn read_rows<E: Encoded>(
     let mut at = layout.header_end[1];
     for element in &layout.elements {
         body.elements.push(at);
-        let (done, next) = E::read_fast(bytes, at, element, body);
+        let (done, next) = E::read_fast(bytes, at, element, body)?;
         at = next;
         for number in done..element.count {
             let row = Row {
@@ -112,6 +113,8 @@ impl Row<'_> {
                     }
                     let mut strip = Strip::default();
                     for _ in 0..count {
+                        // A corner, or a triangle of a strip.
+                        body.faces.make_room(1, 3)?;
                         let word = E::next(bytes, at, item).ok_or_else(too_short)?;
                         at = word.end;
                         let word = &bytes[word];
@@ -134,9 +137,9 @@ impl Row<'_> {
         match element.kind {
             ElementKind::Vertex => {
                 if E::IS_TEXT || element.stride().is_none() {
-                    body.starts.push(start);
+                    room::push(&mut body.starts, start)?;
                 }
-                body.positions.push(position);
+                room::push(&mut body.positions, position)?;
             }
             ElementKind::Face => self.end_face::<E>(body)?,
             _ => {}
@@ -209,6 +212,7 @@ impl Row<'_> {
 
     #[inline]
     fn end_face<E: Encoded>(&self, body: &mut Body<'_>) -> Result<(), IoError> {
+        body.faces.make_room(1, 0)?;
         let degree = body.faces.end_face();
         if degree < 3 {
             return Err(IoError::TooFewCorners {

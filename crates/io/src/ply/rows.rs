@@ -110,8 +110,8 @@ pub(super) trait Encoded {
         at: usize,
         _element: &Element,
         _body: &mut Body<'_>,
-    ) -> (usize, usize) {
-        (0, at)
+    ) -> Result<(usize, usize), IoError> {
+        Ok((0, at))
     }
 
     /// Where a property that starts at `at` stands as a whole, and how long it is if it is a list.

@@ -15,6 +15,7 @@ use crate::error::{Element, IoError, Place, Warning};
 use crate::format::Format;
 use crate::limits::Limits;
 use crate::remap::Remap;
+use crate::room;
 use crate::source::{Mesh, Moves, SourceFile};
 
 /// Bytes before the first facet.
@@ -129,6 +130,10 @@ impl SourceFile for BinaryStl {
         Format::Stl
     }
 
+    fn num_bytes(&self) -> usize {
+        self.bytes.len()
+    }
+
     fn attributes(&self, _mesh: Mesh<'_>) -> Result<Attributes, IoError> {
         let mut faces = Vec::new();
         if self.has_normals() {
@@ -199,13 +204,7 @@ impl SourceFile for BinaryStl {
         })?;
         let mut bytes = Vec::new();
         let length = length(promised).saturating_add(self.tail().len() as u64);
-        let room = usize::try_from(length).unwrap_or(usize::MAX);
-        bytes
-            .try_reserve_exact(room)
-            .map_err(|_| IoError::OverLimit {
-                what: "bytes (there is not enough memory)",
-                limit: length,
-            })?;
+        room::reserve_exact(&mut bytes, usize::try_from(length).unwrap_or(usize::MAX))?;
         bytes.extend_from_slice(self.bytes.get(..TITLE).unwrap_or(&[]));
         bytes.extend_from_slice(&promised.to_le_bytes());
         for face in 0..num_facets {

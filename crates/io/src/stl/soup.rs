@@ -10,6 +10,7 @@ use crate::document::Parsed;
 use crate::error::{IoError, Warning};
 use crate::faces::FaceList;
 use crate::limits::Limits;
+use crate::room;
 
 /// A mesh that grows by facets.
 ///
@@ -59,6 +60,10 @@ impl<'a, K: Hash + Eq> Soup<'a, K> {
         self.limits.check_corners(num_corners)?;
         self.limits
             .check_memory(self.held_bytes, self.positions.len() + 3, num_corners)?;
+        self.faces.make_room(1, 3)?;
+        room::reserve(&mut self.positions, 3)?;
+        let table = self.numbers.try_reserve(3);
+        table.map_err(|_| room::missing::<(K, u32)>(self.numbers.len()))?;
         for (place, position) in corners {
             let next = self.positions.len() as u32;
             let vertex = *self.numbers.entry(place).or_insert(next);

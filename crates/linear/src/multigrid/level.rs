@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::aggregate::aggregate;
 use crate::csr::Csr;
+use crate::stretched::HIGH_VALENCE;
 
 /// A matrix, how it is smoothed, and the way to the next coarser level.
 pub(super) struct Level {
@@ -152,7 +153,8 @@ fn radius(matrix: &Csr, inverse_diagonal: &[f64]) -> f64 {
     gershgorin.min(SAFETY * estimate)
 }
 
-/// P = (I − ω D⁻¹A) T, T the groups' indicators.
+/// P = (I − ω D⁻¹A) T, T the groups' indicators. Rows of vertices of high valence are those of T: all their
+/// groups would enter the row of every neighbour.
 fn smoothed(matrix: &Csr, inverse_diagonal: &[f64], groups: &[u32], omega: f64) -> Csr {
     let mut out = Csr {
         offsets: vec![0],
@@ -170,8 +172,10 @@ fn smoothed(matrix: &Csr, inverse_diagonal: &[f64], groups: &[u32], omega: f64) 
                 }
             };
         add(own, 1.0);
-        for (j, value) in matrix.row(i) {
-            add(groups[j], -omega * inverse_diagonal[i] * value);
+        if matrix.row(i).len() <= HIGH_VALENCE + 1 {
+            for (j, value) in matrix.row(i) {
+                add(groups[j], -omega * inverse_diagonal[i] * value);
+            }
         }
         out.offsets.push(out.columns.len());
     }

@@ -140,6 +140,44 @@ impl Symbolic {
         self.value_offsets.last().copied().unwrap_or(0)
     }
 
+    /// No less than the bytes that a factorization takes for a while beside the values: the squares that
+    /// wait for the supernodes above, were all groups at their peaks at once.
+    pub(crate) fn work_bytes(&self) -> u64 {
+        let tasks = &self.tasks;
+        let groups: u64 = tasks.subtrees.iter().map(|r| self.peak_of(r.clone())).sum();
+        let top = tasks.top.iter().map(|&s| self.square_below(s as usize));
+        let panel = (0..self.num_supernodes())
+            .map(|s| {
+                let (_, width, rows) = self.supernode(s);
+                width as u64 * (width + rows.len()) as u64
+            })
+            .max();
+        8 * (groups + top.sum::<u64>() + panel.unwrap_or(0) * tasks.subtrees.len() as u64)
+    }
+
+    /// The most values that wait in a group of subtrees.
+    fn peak_of(&self, range: std::ops::Range<usize>) -> u64 {
+        let (mut waiting, mut peak) = (0, 0);
+        let mut of_children = vec![0; range.len()];
+        for s in range.clone() {
+            let own = self.square_below(s);
+            waiting += own;
+            peak = peak.max(waiting);
+            waiting -= of_children[s - range.start];
+            let parent = self.parents[s] as usize;
+            if range.contains(&parent) {
+                of_children[parent - range.start] += own;
+            }
+        }
+        peak
+    }
+
+    /// Number of values that a supernode hands to its parent.
+    fn square_below(&self, s: usize) -> u64 {
+        let below = self.supernode(s).2.len() as u64;
+        below * below
+    }
+
     /// Number of values stored for some supernodes.
     pub(super) fn values_len(&self, range: std::ops::Range<usize>) -> usize {
         self.value_offsets[range.end] - self.value_offsets[range.start]

@@ -27,6 +27,8 @@ pub struct DetailOptions {
     pub preserve: Preserve,
     /// No vertex moves farther than this, in the units of the mesh; handles excepted.
     pub max_displacement: Option<f64>,
+    /// The most bytes that the factorization may take; see [`cotan_linear::SystemOptions`].
+    pub max_memory: Option<u64>,
 }
 
 impl Default for DetailOptions {
@@ -38,6 +40,7 @@ impl Default for DetailOptions {
             boundary: Boundary::default(),
             preserve: Preserve::default(),
             max_displacement: None,
+            max_memory: None,
         }
     }
 }
@@ -90,6 +93,7 @@ pub fn edit_detail_observed<T: Scalar>(
         boundary: options.boundary,
         handles,
         iterations: options.iterations,
+        max_memory: options.max_memory,
         observer,
     };
     let direction = options.direction;

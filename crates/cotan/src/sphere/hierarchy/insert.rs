@@ -97,12 +97,14 @@ fn first_place(layout: &Layout, halfedge: u32) -> Option<Vector3<f64>> {
 /// of one size.
 fn make_room(layout: &mut Layout, halfedge: u32, rings: usize) {
     let mut patch = vec![layout.table.target(halfedge)];
+    let mut is_in_patch = vec![false; layout.table.num_vertices()];
+    is_in_patch[patch[0] as usize] = true;
     let mut start = 0;
     for _ in 0..rings {
         let end = patch.len();
         for i in start..end {
-            for w in layout.table.ring(patch[i]).collect::<Vec<_>>() {
-                if !patch.contains(&w) {
+            for w in layout.table.ring(patch[i]) {
+                if !std::mem::replace(&mut is_in_patch[w as usize], true) {
                     patch.push(w);
                 }
             }

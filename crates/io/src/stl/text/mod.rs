@@ -134,6 +134,10 @@ impl SourceFile for TextStl {
         Format::Stl
     }
 
+    fn num_bytes(&self) -> usize {
+        self.bytes.len()
+    }
+
     fn attributes(&self, _mesh: Mesh<'_>) -> Result<Attributes, IoError> {
         let mut faces = Vec::new();
         if self.layout.has_normals {

@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::words::{Word, Words};
 use crate::error::{Element, IoError, Place, quote};
 use crate::limits::Limits;
+use crate::room;
 use crate::number;
 use crate::text as lines;
 
@@ -70,7 +71,7 @@ pub(super) fn scan<'a>(
             let number = layout.facets.len();
             let (has_normal, corners) = read_facet(bytes, &mut words, number)?;
             facet(&layout, corners)?;
-            layout.facets.push(word.start);
+            room::push(&mut layout.facets, word.start)?;
             layout.has_normals |= has_normal;
             body_end = words.at();
         }
@@ -80,14 +81,15 @@ pub(super) fn scan<'a>(
         }
         words.skip_line();
         let start = std::mem::replace(&mut end, words.at());
-        layout.solids.push(Solid {
+        let solid = Solid {
             start,
             name,
             body,
             body_end,
             end,
             facets: first..layout.facets.len(),
-        });
+        };
+        room::push(&mut layout.solids, solid)?;
         limits.check_memory(bytes.len().saturating_add(layout.num_bytes()), 0, 0)?;
     }
     limits.check_line(words.longest_line())?;

@@ -1,0 +1,44 @@
+//! The threads of a run.
+
+use std::num::NonZeroUsize;
+
+use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
+
+use crate::error::CliError;
+
+/// Runs `work` in a pool of `threads` threads; in the pool of the run if none is asked for.
+pub(crate) fn with_threads<R: Send>(
+    threads: Option<NonZeroUsize>,
+    work: impl FnOnce() -> R + Send,
+) -> Result<R, CliError> {
+    let Some(threads) = threads.map(NonZeroUsize::get) else {
+        return Ok(work());
+    };
+    let pool = pool(threads).map_err(|e| CliError::Threads {
+        threads,
+        problem: e.to_string(),
+    })?;
+    Ok(pool.install(work))
+}
+
+/// Runs `work` in a pool of one thread a core, or of as many as the system gives: it may have no memory for
+/// more stacks. The pool that rayon makes by itself would panic then.
+pub(crate) fn within_pool<R: Send>(work: impl FnOnce() -> R + Send) -> Result<R, CliError> {
+    let mut threads = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
+    loop {
+        match pool(threads) {
+            Ok(pool) => return Ok(pool.install(work)),
+            Err(_) if threads > 1 => threads /= 2,
+            Err(error) => {
+                return Err(CliError::Threads {
+                    threads,
+                    problem: error.to_string(),
+                });
+            }
+        }
+    }
+}
+
+fn pool(threads: usize) -> Result<ThreadPool, ThreadPoolBuildError> {
+    ThreadPoolBuilder::new().num_threads(threads).build()
+}

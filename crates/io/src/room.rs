@@ -1,0 +1,61 @@
+//! Room for what a file decides the size of: asked for before it is filled, so that a refusal of the system is
+//! an error and not the end of the program.
+
+use crate::error::IoError;
+
+/// Makes room for so many more elements. Few or many at a time: the room grows as that of a vector does.
+#[inline]
+pub(crate) fn reserve<T>(list: &mut Vec<T>, more: usize) -> Result<(), IoError> {
+    if list.capacity() - list.len() >= more {
+        return Ok(());
+    }
+    list.try_reserve(more).map_err(|_| missing::<T>(more))
+}
+
+/// As [`reserve`], with no room to spare.
+pub(crate) fn reserve_exact<T>(list: &mut Vec<T>, more: usize) -> Result<(), IoError> {
+    list.try_reserve_exact(more).map_err(|_| missing::<T>(more))
+}
+
+/// Appends an element.
+#[inline]
+pub(crate) fn push<T>(list: &mut Vec<T>, element: T) -> Result<(), IoError> {
+    reserve(list, 1)?;
+    list.push(element);
+    Ok(())
+}
+
+/// Whether the system has so many bytes to give. Nothing is written to them, so that it costs addresses only.
+pub(crate) fn check(bytes: u64) -> Result<(), IoError> {
+    let room = usize::try_from(bytes).unwrap_or(usize::MAX);
+    reserve_exact(&mut Vec::<u8>::new(), room)
+}
+
+/// The error of a refusal of so many elements.
+#[cold]
+pub(crate) fn missing<T>(more: usize) -> IoError {
+    IoError::OutOfMemory {
+        bytes: (more as u64).saturating_mul(size_of::<T>() as u64),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_no_system_has_is_an_error_with_its_bytes() {
+        let mut list = vec![0u64];
+        for refused in [
+            reserve(&mut list, usize::MAX / 16),
+            reserve_exact(&mut list, usize::MAX / 16),
+            check(u64::MAX / 2),
+        ] {
+            let text = refused.unwrap_err().to_string();
+            assert!(text.contains("9223372036854775"), "{text}");
+        }
+        push(&mut list, 7).unwrap();
+        assert_eq!(list, [0, 7]);
+        check(1).unwrap();
+    }
+}

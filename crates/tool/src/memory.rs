@@ -1,0 +1,229 @@
+//! The memory that a program may take, and what its work will take.
+//!
+//! Work is refused before it is begun if it will not fit. What depends on the sizes of the mesh alone is
+//! predicted here; what depends on its pattern (factors, products of matrices) is left to
+//! [`cotan::linear`], which is told how much remains.
+
+use cotan_io::{Document, Limits};
+use thiserror::Error;
+
+/// The most memory that a program may take, in bytes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct MemoryLimit {
+    bytes: u64,
+}
+
+/// More memory than is allowed, or than the system has.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Error)]
+#[non_exhaustive]
+pub enum MemoryError {
+    /// More is predicted than is allowed.
+    #[error(
+        "{work} this mesh is predicted to take {} of memory, but only {} are allowed; raise the limit (--max-memory), or simplify the mesh",
+        megabytes(*predicted), megabytes(*permitted)
+    )]
+    OverLimit {
+        /// What was to be done.
+        work: Work,
+        /// Bytes that it would take.
+        predicted: u64,
+        /// Bytes that are allowed.
+        permitted: u64,
+    },
+    /// The system does not give what is predicted.
+    #[error(
+        "{work} this mesh is predicted to take {} of memory, which the system does not give; simplify the mesh",
+        megabytes(*predicted)
+    )]
+    OutOfMemory {
+        /// What was to be done.
+        work: Work,
+        /// Bytes that it would take.
+        predicted: u64,
+    },
+}
+
+fn megabytes(bytes: u64) -> String {
+    format!("{:.1} MB ({bytes} bytes)", bytes as f64 / 1e6)
+}
+
+/// What a program does with a mesh.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
+pub enum Work {
+    /// Writes it in another format.
+    Convert,
+    /// Builds a surface and measures it.
+    Build,
+    /// Looks for defects.
+    Inspect,
+    /// Repairs it.
+    Repair,
+    /// Moves handles, without the factors.
+    Deform,
+    /// Smooths it or edits its details, without the factors.
+    Smooth,
+    /// Maps it to the sphere, without the factors.
+    Sphere,
+    /// Measures how fast it is edited.
+    Bench,
+}
+
+impl std::fmt::Display for Work {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Convert => "converting",
+            Self::Build => "building",
+            Self::Inspect => "inspecting",
+            Self::Repair => "repairing",
+            Self::Deform => "deforming",
+            Self::Smooth => "smoothing",
+            Self::Sphere => "mapping",
+            Self::Bench => "measuring",
+        })
+    }
+}
+
+impl Work {
+    /// Bytes per vertex and per triangle with the document itself: a quarter above what was measured on
+    /// closed meshes of 41,000 and 164,000 vertices.
+    const fn bytes(self) -> [u64; 2] {
+        match self {
+            Self::Convert => [160, 160],
+            Self::Build => [300, 300],
+            Self::Inspect => [500, 500],
+            Self::Repair => [350, 350],
+            Self::Deform => [1_000, 600],
+            Self::Smooth => [1_000, 600],
+            Self::Sphere => [1_000, 600],
+            Self::Bench => [3_000, 3_000],
+        }
+    }
+
+    /// Bytes that the work will take, the document and the program itself among them.
+    pub fn predict(self, document: &Document) -> u64 {
+        let faces = document.faces();
+        let triangles = faces.num_corners().saturating_sub(2 * faces.len()) as u64;
+        let vertices = document.positions().len() as u64;
+        let [per_vertex, per_triangle] = self.bytes();
+        // The bytes of the file are kept; a writer makes as many.
+        let file = document.num_bytes() as u64;
+        PROGRAM
+            .saturating_add(vertices.saturating_mul(per_vertex))
+            .saturating_add(triangles.saturating_mul(per_triangle))
+            .saturating_add(file.saturating_mul(2))
+    }
+}
+
+/// Bytes of the program itself.
+const PROGRAM: u64 = 10_000_000;
+
+impl MemoryLimit {
+    /// This many bytes.
+    pub const fn new(bytes: u64) -> Self {
+        Self { bytes }
+    }
+
+    /// Four fifths of what the machine has: of its memory, of what its control group may take, or of the
+    /// process's address space, whichever is least.
+    pub fn of_machine() -> Self {
+        let known = [physical_memory(), address_space()].into_iter().flatten();
+        let least = known.min().unwrap_or(u64::MAX);
+        Self::new(least / 5 * 4)
+    }
+
+    /// The bytes.
+    pub const fn bytes(self) -> u64 {
+        self.bytes
+    }
+
+    /// Limits of reading, none of which asks for more memory than this.
+    #[must_use]
+    pub fn reading(self, limits: Limits) -> Limits {
+        Limits {
+            max_memory: limits.max_memory.min(self.bytes),
+            ..limits
+        }
+    }
+
+    /// Whether the work fits; how many bytes it leaves for factors.
+    ///
+    /// # Errors
+    /// [`MemoryError`] if it does not, or if the system does not give as much.
+    pub fn check(self, work: Work, document: &Document) -> Result<u64, MemoryError> {
+        let predicted = work.predict(document);
+        if predicted > self.bytes {
+            return Err(MemoryError::OverLimit {
+                work,
+                predicted,
+                permitted: self.bytes,
+            });
+        }
+        let more = predicted.saturating_sub(PROGRAM + document.num_bytes() as u64);
+        let more = usize::try_from(more).unwrap_or(usize::MAX);
+        // Nothing is written to it, so nothing is taken but addresses.
+        Vec::<u8>::new()
+            .try_reserve_exact(more)
+            .map_err(|_| MemoryError::OutOfMemory { work, predicted })?;
+        Ok(self.bytes - predicted)
+    }
+}
+
+/// The memory of the machine, or of the control group if that is less.
+fn physical_memory() -> Option<u64> {
+    let mut system = sysinfo::System::new();
+    system.refresh_memory();
+    let machine = Some(system.total_memory()).filter(|&bytes| bytes > 0)?;
+    let group = system.cgroup_limits().map(|group| group.total_memory);
+    Some(group.map_or(machine, |group| group.min(machine)))
+}
+
+/// The limit of the address space, if there is one.
+#[cfg(unix)]
+fn address_space() -> Option<u64> {
+    rustix::process::getrlimit(rustix::process::Resource::As).current
+}
+
+#[cfg(not(unix))]
+fn address_space() -> Option<u64> {
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn document() -> Document {
+        let shape = cotan::shapes::icosphere::<f64>(3);
+        Document::from_mesh(&shape.mesh, &shape.positions).unwrap()
+    }
+
+    #[test]
+    fn the_machine_has_memory_and_no_more_than_a_machine_can() {
+        let bytes = MemoryLimit::of_machine().bytes();
+        assert!((64 << 20..u64::MAX / 2).contains(&bytes), "{bytes}");
+    }
+
+    #[test]
+    fn work_that_fits_leaves_the_rest_and_other_work_is_refused_with_its_bytes() {
+        let document = document();
+        for work in [Work::Convert, Work::Build, Work::Inspect, Work::Deform] {
+            let predicted = work.predict(&document);
+            assert_eq!(MemoryLimit::new(predicted + 7).check(work, &document), Ok(7));
+            let refused = MemoryLimit::new(predicted - 1).check(work, &document);
+            let text = refused.unwrap_err().to_string();
+            assert!(text.contains(&format!("{predicted} bytes")), "{text}");
+        }
+    }
+
+    #[test]
+    fn reading_is_bounded_by_the_limit_and_by_its_own() {
+        let limit = MemoryLimit::new(1_000);
+        assert_eq!(limit.reading(Limits::default()).max_memory, 1_000);
+        let own = Limits {
+            max_memory: 10,
+            ..Limits::default()
+        };
+        assert_eq!(limit.reading(own).max_memory, 10);
+    }
+}
