@@ -14,8 +14,10 @@ mod buffers;
 mod container;
 mod geometry;
 mod json;
+mod materials;
 mod model;
 mod new;
+mod new_materials;
 mod plan;
 mod private;
 mod rebuild;
@@ -330,13 +332,6 @@ fn extras(root: &Root<'_>, container: &Container) -> Vec<String> {
         (root.skins.len(), "skin", "skins"),
         (root.animations.len(), "animation", "animations"),
         (root.cameras.len(), "camera", "cameras"),
-        (
-            root.materials.len(),
-            "material but its name",
-            "materials but their names",
-        ),
-        (root.textures.len(), "texture", "textures"),
-        (root.images.len(), "image", "images"),
         (
             num_unshown,
             "primitive of points or lines",

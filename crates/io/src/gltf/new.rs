@@ -11,11 +11,13 @@ use nalgebra::{Point3, Vector3};
 
 use super::buffers::encode;
 use super::container::write_binary;
+use super::new_materials;
 use super::write::{array, limits};
 use crate::attributes::{Attributes, COLOR, LabelKind, Labels, NONE, NORMAL, Property, UV, Values};
 use crate::error::IoError;
 use crate::faces::FaceList;
 use crate::format::Format;
+use crate::material::{Material, Materials};
 use crate::triangulate::Triangulator;
 use crate::writer::{Contents, named};
 
@@ -66,11 +68,14 @@ pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
         losses.push("smoothing groups".to_owned());
     }
     losses.extend(counted(attributes.comments.len(), "comment", "comments"));
-    losses.extend(counted(
-        attributes.libraries.len(),
-        "reference to a material library",
-        "references to material libraries",
-    ));
+    if contents.materials.is_empty() {
+        losses.extend(counted(
+            attributes.libraries.len(),
+            "reference to a material library",
+            "references to material libraries",
+        ));
+    }
+    losses.extend(contents.materials.others.iter().cloned());
     losses
 }
 
@@ -98,17 +103,10 @@ pub(crate) fn write_new(contents: &Contents<'_>, format: Format) -> Result<Vec<u
     let split = Split::new(contents);
     let mut file = NewFile::default();
     let attributes = file.attributes(&split, positions)?;
-    let materials = contents.attributes.label(LabelKind::Material);
-    let primitives = file.primitives(&split, positions, materials, &attributes);
+    let labels = contents.attributes.label(LabelKind::Material);
+    let primitives = file.primitives(&split, positions, labels, &attributes);
+    let materials = file.materials(labels, &contents.materials)?;
     let name = object(&contents.attributes).map(|name| format!("\"name\":{},", quoted(name)));
-    let materials = materials.map(|labels| {
-        let names = labels
-            .names
-            .iter()
-            .map(|name| format!("{{\"name\":{}}}", quoted(name)));
-        format!(",\"materials\":[{}]", names.collect::<Vec<_>>().join(","))
-    });
-    let materials = materials.filter(|_| file.has_materials).unwrap_or_default();
     let uri = match format {
         Format::Glb => String::new(),
         _ => format!(",\"uri\":\"{}\"", encode(&file.data)),
@@ -335,10 +333,15 @@ impl NewFile {
     /// Ends a view that started at this byte.
     fn view(&mut self, start: usize, target: u32, stride: Option<usize>) -> usize {
         let stride = stride.map(|stride| format!(",\"byteStride\":{stride}"));
+        let stride = stride.unwrap_or_default();
+        self.end_view(start, &format!("{stride},\"target\":{target}"))
+    }
+
+    /// Ends a view that started at this byte and has these further members.
+    fn end_view(&mut self, start: usize, members: &str) -> usize {
         self.views.push(format!(
-            "{{\"buffer\":0,\"byteOffset\":{start},\"byteLength\":{}{},\"target\":{target}}}",
+            "{{\"buffer\":0,\"byteOffset\":{start},\"byteLength\":{}{members}}}",
             self.data.len() - start,
-            stride.unwrap_or_default()
         ));
         self.data.resize(self.data.len().next_multiple_of(4), 0);
         self.views.len() - 1
@@ -512,6 +515,34 @@ impl NewFile {
             ));
         }
         primitives
+    }
+}
+
+impl NewFile {
+    /// The materials, textures and images, as members of the root; the bytes of the images go
+    /// into the data.
+    fn materials(
+        &mut self,
+        labels: Option<&Labels>,
+        materials: &Materials,
+    ) -> Result<String, IoError> {
+        let names = labels.filter(|_| self.has_materials);
+        let names = names.map_or(&[][..], |labels| &labels.names);
+        let mut list = Cow::Borrowed(&materials.list);
+        if list.is_empty() {
+            // Of these only the names are known.
+            list = Cow::Owned(names.iter().map(Material::named).collect());
+        }
+        if list.is_empty() {
+            return Ok(String::new());
+        }
+        let mut views = Vec::with_capacity(materials.images.len());
+        for image in &materials.images {
+            let start = self.data.len();
+            self.data.extend_from_slice(image.bytes());
+            views.push(self.end_view(start, ""));
+        }
+        new_materials::members(&list, &materials.images, &views)
     }
 }
 
