@@ -12,7 +12,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 
 pub(crate) use bench::BenchArgs;
-pub(crate) use options::{DeformArgs, InputArgs, ReconstructArgs, RunArgs};
+pub(crate) use options::{DeformArgs, EmbedArgs, InputArgs, ReconstructArgs, RunArgs};
 pub(crate) use repair::RepairArgs;
 pub(crate) use smooth::{DetailArgs, KeepArgs, MeshArgs, SmoothArgs};
 pub(crate) use sphere::{Align, MorphArgs, ResampleArgs, SphereArgs};
@@ -198,6 +198,8 @@ pub(crate) struct ConvertArgs {
     /// Mesh file to write
     #[arg(value_name = "OUT")]
     pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) embed: EmbedArgs,
 }
 
 #[derive(Debug, Args)]

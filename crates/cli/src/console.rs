@@ -81,6 +81,13 @@ impl Console {
         }
     }
 
+    /// Something that the command did besides what it was asked for.
+    pub(crate) fn tell(&self, text: impl Display) {
+        if self.volume > Volume::Quiet {
+            say(&format!("note: {text}\n"));
+        }
+    }
+
     /// A summary, to standard error.
     pub(crate) fn note(&self, text: impl Display) {
         if self.wants_summary() {

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::ops::Range;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use cotan_geometry::{Positions, Scalar};
@@ -9,6 +10,7 @@ use cotan_halfedge::HalfedgeMesh;
 use nalgebra::Point3;
 
 use crate::attributes::{Attributes, NONE};
+use crate::companions::{Companions, References, WriteOptions, Written};
 use crate::error::{IoError, Warning};
 use crate::faces::FaceList;
 use crate::format::Format;
@@ -46,6 +48,8 @@ pub struct Document {
     source: Option<Arc<dyn SourceFile>>,
     /// The positions as the file has them; empty as long as no vertex was moved.
     original: Vec<Point3<f64>>,
+    /// The folder of the file, in which the files lie that it refers to; `None` without a path.
+    home: Option<PathBuf>,
 }
 
 /// Which vertices count as one where the document is welded as its format means it.
@@ -202,7 +206,18 @@ impl Document {
             attributes: Attributes::default(),
             source,
             original: Vec::new(),
+            home: None,
         }
+    }
+
+    /// The same document, read from a file in this folder.
+    pub(crate) fn at_home(self, home: Option<PathBuf>) -> Self {
+        Self { home, ..self }
+    }
+
+    /// The folder of the file.
+    pub(crate) fn home(&self) -> Option<&Path> {
+        self.home.as_deref()
     }
 
     /// The format of the file, or `None` if the document was made in memory.
@@ -377,6 +392,7 @@ impl Document {
                 [] => Vec::new(),
                 original => gather(original),
             },
+            home: self.home.clone(),
         })
     }
 
@@ -499,14 +515,42 @@ impl Document {
     /// get the shortest number that reads back to the same bits. Normals that cannot be read are
     /// left as they are.
     ///
+    /// What the file refers to has to lie beside it; [`Document::write_with`] says what that is.
+    ///
     /// # Errors
     /// [`IoError::DoesNotFit`] if the format's number type cannot hold a new coordinate;
     /// [`IoError`] with the place in the file if an attribute is wrong that another format needs.
     pub fn write(&self, format: Format) -> Result<Vec<u8>, IoError> {
         match &self.source {
             Some(source) if source.writes(format) => self.rewrite(source.as_ref(), format),
-            _ => writer::write(self, format),
+            _ => Ok(writer::write(self, format, &WriteOptions::default())?.bytes),
         }
+    }
+
+    /// [`Document::write`] together with the files that the file refers to: those of the file
+    /// that was read, and those that are made for a new one.
+    ///
+    /// # Errors
+    /// As [`Document::write`]; with [`Companions::Embedded`] also [`IoError::External`] for a file
+    /// that cannot be read.
+    pub fn write_with(
+        &self,
+        format: Format,
+        options: &WriteOptions<'_>,
+    ) -> Result<Written, IoError> {
+        let Some(source) = self.source.as_ref().filter(|source| source.writes(format)) else {
+            return writer::write(self, format, options);
+        };
+        let mut bytes = self.rewrite(source.as_ref(), format)?;
+        if options.companions == Companions::Embedded {
+            bytes = source.embedded(bytes)?;
+        }
+        let References { companions, left } = source.references(&bytes)?;
+        Ok(Written {
+            bytes,
+            companions,
+            left,
+        })
     }
 
     /// The normals that turned where vertices were moved; an error if the file's are wrong.

@@ -2,12 +2,16 @@
 
 use std::fs::{File, Permissions};
 use std::io::{Error, ErrorKind, Read, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use tempfile::NamedTempFile;
+
+use crate::companions::{Companions, Saved, WriteOptions, Written};
 use crate::document::Document;
 use crate::error::IoError;
 use crate::format::Format;
 use crate::limits::Limits;
+use crate::placement::Placement;
 use crate::resolve::{NoFiles, Resolve};
 use crate::{gltf, gzip, obj, off, ply, stl};
 
@@ -34,7 +38,7 @@ pub fn read(
     read_with(bytes, hint, limits, &NoFiles)
 }
 
-/// As [`read`]; external buffers of a glTF come from `resolver`.
+/// As [`read`]; the files that the content refers to come from `resolver`.
 ///
 /// # Errors
 /// As [`read`], and [`IoError::External`] for a buffer that the resolver refuses.
@@ -87,8 +91,8 @@ pub fn load(path: impl AsRef<Path>) -> Result<Document, IoError> {
 /// Reads a file within `limits`. The content decides the format, then the extension; what is
 /// compressed by gzip is read as what it holds.
 ///
-/// Only this path is opened, never one that the file names: the external buffers of a glTF come
-/// from `resolver`.
+/// Only this path is opened, never one that the file names: the buffers and images of a glTF
+/// that are files of their own come from `resolver`, now or when the document is saved.
 ///
 /// # Errors
 /// [`IoError::InFile`] with the path and what is wrong; [`IoError::UnknownFormat`] if neither
@@ -106,7 +110,8 @@ pub fn load_with(
             .ok_or(IoError::UnknownFormat)?;
         read_as(bytes, format, limits, resolver)
     };
-    read().map_err(|source| in_file(path, source))
+    let document = read().map_err(|source| in_file(path, source))?;
+    Ok(document.at_home(folder_of(path).canonicalize().ok()))
 }
 
 fn read_bytes(path: &Path, limits: &Limits) -> Result<Vec<u8>, IoError> {
@@ -134,22 +139,77 @@ fn read_bytes(path: &Path, limits: &Limits) -> Result<Vec<u8>, IoError> {
 /// is followed by `.gz`.
 ///
 /// See [`Document::write`] for what is kept. The new file is written beside the old one and takes
-/// its place in one step, so that after a failure the old file is whole.
+/// its place in one step, so that after a failure the old file is whole. Files that the document
+/// refers to are copied beside it first; see [`Companions::Beside`].
 ///
 /// # Errors
 /// [`IoError::InFile`] with the path and what is wrong; [`IoError::UnknownFormat`] if the
-/// extension is not known.
-pub fn save(document: &Document, path: impl AsRef<Path>) -> Result<(), IoError> {
+/// extension is not known; [`IoError::Companion`] if a file that belongs beside it cannot be
+/// there. Nothing has changed then.
+pub fn save(document: &Document, path: impl AsRef<Path>) -> Result<Saved, IoError> {
+    save_with(document, path, Companions::Beside)
+}
+
+/// As [`save`], with a choice of where the files go that the document refers to.
+///
+/// # Errors
+/// As [`save`].
+pub fn save_with(
+    document: &Document,
+    path: impl AsRef<Path>,
+    companions: Companions,
+) -> Result<Saved, IoError> {
     let path = path.as_ref();
     let write = || {
         let format = Format::from_path(path).ok_or(IoError::UnknownFormat)?;
-        let mut bytes = document.write(format)?;
+        let options = WriteOptions {
+            companions,
+            name: stem(path),
+        };
+        let mut written = document.write_with(format, &options)?;
         if gzip::is_gzip_path(path) {
-            bytes = gzip::compress(&bytes);
+            written.bytes = gzip::compress(&written.bytes);
         }
-        replace_file(path, &bytes).map_err(IoError::Write)
+        let Written {
+            bytes,
+            companions,
+            mut left,
+        } = written;
+        // Its files lie beside the file itself, not beside a link to it.
+        let target = match path.is_symlink() {
+            true => target_of(path),
+            false => path.to_owned(),
+        };
+        let home = document.home();
+        let placed = Placement::prepare(&companions, &target, home, &mut left)?.place()?;
+        replace_file(path, &bytes).map_err(IoError::Write)?;
+        Ok(Saved {
+            copied: placed.keep(),
+            left,
+        })
     };
     write().map_err(|source| in_file(path, source))
+}
+
+/// The name of a file without its extensions: `mesh` for `mesh.obj` and `mesh.obj.gz`.
+fn stem(path: &Path) -> &str {
+    let packed = path.file_stem().filter(|_| gzip::is_gzip_path(path));
+    let inner = packed.map_or(path, Path::new);
+    let stem = inner.file_stem().and_then(|stem| stem.to_str());
+    stem.unwrap_or("mesh")
+}
+
+/// The file that a path leads to by way of links.
+fn target_of(path: &Path) -> PathBuf {
+    path.canonicalize().unwrap_or_else(|_| path.to_owned())
+}
+
+/// The folder that a file lies in.
+pub(crate) fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
 }
 
 /// Writes a file in one step: beside the old one, then in its place, so that a reader sees the old
@@ -162,12 +222,20 @@ pub fn save(document: &Document, path: impl AsRef<Path>) -> Result<(), IoError> 
 /// [`ErrorKind::InvalidInput`] for what is no regular file.
 pub fn replace_file(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     // A link is followed, so that the file that it leads to is replaced and not the link.
-    let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
-    let folder = match target.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
+    let target = target_of(path);
     let old = old_permissions(&target)?;
+    let mut file = temporary_in(folder_of(&target))?;
+    file.write_all(bytes)?;
+    if let Some(old) = old {
+        file.as_file().set_permissions(old)?;
+    }
+    file.as_file().sync_all()?;
+    file.persist(&target).map_err(|error| error.error)?;
+    Ok(())
+}
+
+/// A new file in a folder that is to be renamed; until then it is removed when it is dropped.
+pub(crate) fn temporary_in(folder: &Path) -> std::io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".cotan-");
     #[cfg(unix)]
@@ -176,14 +244,7 @@ pub fn replace_file(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    let mut file = builder.tempfile_in(folder)?;
-    file.write_all(bytes)?;
-    if let Some(old) = old {
-        file.as_file().set_permissions(old)?;
-    }
-    file.as_file().sync_all()?;
-    file.persist(&target).map_err(|error| error.error)?;
-    Ok(())
+    builder.tempfile_in(folder)
 }
 
 /// The permissions of the file that will be replaced; refuses what must not be replaced, which

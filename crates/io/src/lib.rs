@@ -28,6 +28,7 @@
 //! ```
 
 mod attributes;
+mod companions;
 mod coordinate;
 mod cuts;
 mod defects;
@@ -43,6 +44,7 @@ mod normals;
 mod number;
 mod obj;
 mod off;
+mod placement;
 mod ply;
 mod processing;
 mod remap;
@@ -59,11 +61,12 @@ mod writer;
 pub use attributes::{
     Attributes, COLOR, CornerProperty, LabelKind, Labels, NONE, NORMAL, Property, UV, Values,
 };
+pub use companions::{Companion, Companions, Saved, WriteOptions, Written};
 pub use defects::{Component, Defect, DefectKind, Inspection};
 pub use document::{Document, Part};
 pub use error::{Element, IoError, Place, Warning};
 pub use faces::FaceList;
-pub use file::{load, load_with, read, read_with, replace_file, save};
+pub use file::{load, load_with, read, read_with, replace_file, save, save_with};
 pub use format::Format;
 pub use limits::Limits;
 pub use processing::{Numbering, ProcessingMesh};

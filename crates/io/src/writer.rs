@@ -6,6 +6,7 @@ use std::collections::HashSet;
 use nalgebra::Point3;
 
 use crate::attributes::{Attributes, CornerProperty, LabelKind, Property, Values};
+use crate::companions::{WriteOptions, Written};
 use crate::document::Document;
 use crate::error::IoError;
 use crate::faces::FaceList;
@@ -22,16 +23,21 @@ pub(crate) struct Contents<'a> {
     pub(crate) attributes: Cow<'a, Attributes>,
 }
 
-/// The document as a new file.
-pub(crate) fn write(document: &Document, format: Format) -> Result<Vec<u8>, IoError> {
+/// The document as a new file, with the files that it refers to.
+pub(crate) fn write(
+    document: &Document,
+    format: Format,
+    _options: &WriteOptions<'_>,
+) -> Result<Written, IoError> {
     let contents = contents(document)?;
-    match format {
+    let bytes = match format {
         Format::Obj => obj::write_new(&contents),
         Format::Off => off::write_new(&contents),
         Format::Ply => ply::write_new(&contents),
         Format::Stl => stl::write_new(&contents),
         Format::Gltf | Format::Glb => gltf::write_new(&contents, format),
-    }
+    };
+    Ok(Written::from(bytes?))
 }
 
 /// What a new file of this format cannot hold, in words.

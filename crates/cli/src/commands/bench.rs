@@ -40,7 +40,8 @@ pub(crate) fn run(args: &BenchArgs, console: &Console) -> Result<(), CliError> {
 fn write_model(path: &Path) -> Result<(), CliError> {
     let model = creature::<f64>(CREATURE_RESOLUTION);
     let document = Document::from_mesh(&model.mesh, &model.positions)?;
-    Ok(cotan_io::save(&document, path)?)
+    cotan_io::save(&document, path)?;
+    Ok(())
 }
 
 fn table(measured: &Measured) -> String {

@@ -6,12 +6,9 @@ use crate::error::CliError;
 use crate::files;
 
 pub(crate) fn run(args: &ConvertArgs, console: &Console) -> Result<(), CliError> {
-    let format = files::check_mesh_path(&args.output)?;
+    files::check_mesh_path(&args.output)?;
     let document = files::load(&args.input, console)?;
-    for loss in document.losses(format) {
-        console.warn(format_args!("{}: {loss}", args.input.display()));
-    }
-    cotan_io::save(&document, &args.output)?;
+    files::save(&document, &args.output, args.embed, console)?;
     console.note(format_args!(
         "{}: {} vertices, {} faces\n",
         args.output.display(),

@@ -11,7 +11,7 @@ use cotan::smooth::{SmoothOptions, smooth, with_normal_noise};
 use cotan::{DeformOptions, Handles};
 use cotan_io::Document;
 
-use crate::args::{DemoArgs, InputArgs, Precision, RunArgs};
+use crate::args::{DemoArgs, EmbedArgs, InputArgs, Precision, RunArgs};
 use crate::commands::deform::{AtLimit, Job, Loose};
 use crate::console::Console;
 use crate::error::CliError;
@@ -30,6 +30,7 @@ pub(crate) fn run(args: &DemoArgs, console: &Console) -> Result<(), CliError> {
         handles: folder.join("handles.json"),
         def: None,
         output: folder.join("after.obj"),
+        embed: EmbedArgs::default(),
         repair: false,
         weld: None,
     };

@@ -62,7 +62,6 @@ fn write(
     shape: &Shape<f64>,
     console: &Console,
 ) -> Result<(), CliError> {
-    let format = files::check_mesh_path(&args.output)?;
     let document = match args.level {
         Some(_) => Document::from_mesh(&shape.mesh, &shape.positions)?,
         None => {
@@ -72,10 +71,7 @@ fn write(
             document
         }
     };
-    cotan_io::save(&document, &args.output)?;
-    for lost in document.losses(format) {
-        console.warn(format_args!("{}: {lost}", args.output.display()));
-    }
+    files::save(&document, &args.output, args.embed, console)?;
     console.note(format_args!(
         "{}: {} vertices, {} faces\n",
         args.output.display(),
