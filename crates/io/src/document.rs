@@ -14,6 +14,7 @@ use crate::companions::{Companions, References, WriteOptions, Written};
 use crate::error::{IoError, Warning};
 use crate::faces::FaceList;
 use crate::format::Format;
+use crate::material::Materials;
 use crate::normals::Normals;
 use crate::processing::{Numbering, ProcessingMesh};
 use crate::remap::Remap;
@@ -46,6 +47,10 @@ pub struct Document {
     /// Of a document made in memory; what a file has is decoded on request.
     attributes: Attributes,
     source: Option<Arc<dyn SourceFile>>,
+    /// Of a document made in memory, unless they are those of `look`.
+    materials: Arc<Materials>,
+    /// The file that has the materials of a document which is no longer tied to it.
+    look: Option<Arc<dyn SourceFile>>,
     /// The positions as the file has them; empty as long as no vertex was moved.
     original: Vec<Point3<f64>>,
     /// The folder of the file, in which the files lie that it refers to; `None` without a path.
@@ -132,11 +137,32 @@ impl Document {
         if let Some(problem) = attributes.misfit(vertices, faces.len(), faces.num_corners()) {
             return Err(IoError::Attributes { problem });
         }
+        // Attributes come and go, the materials stay.
+        let look = self.look().filter(|look| look.has_materials()).cloned();
         Ok(Self {
             attributes,
             source: None,
+            look,
             original: Vec::new(),
             ..self
+        })
+    }
+
+    /// The same document with these materials; it is then no longer tied to a file.
+    ///
+    /// # Errors
+    /// [`IoError::Attributes`] if a number or an image does not fit, or if the labels of kind
+    /// [`Material`](crate::LabelKind::Material) have more names than there are materials;
+    /// [`IoError`] as [`Document::attributes`].
+    pub fn with_materials(self, materials: Materials) -> Result<Self, IoError> {
+        let attributes = self.attributes()?.into_owned();
+        if let Some(problem) = materials.misfit(&attributes) {
+            return Err(IoError::Attributes { problem });
+        }
+        Ok(Self {
+            materials: Arc::new(materials),
+            look: None,
+            ..self.with_attributes(attributes)?
         })
     }
 
@@ -205,6 +231,8 @@ impl Document {
             warnings,
             attributes: Attributes::default(),
             source,
+            materials: Arc::default(),
+            look: None,
             original: Vec::new(),
             home: None,
         }
@@ -278,6 +306,31 @@ impl Document {
             normals.apply(attributes.to_mut());
         }
         Ok(attributes)
+    }
+
+    /// The materials, and the images of their textures, in the order of the labels of kind
+    /// [`Material`](crate::LabelKind::Material).
+    ///
+    /// They are read from the file, and from the files that it refers to, every time that this is
+    /// called. What cannot be read is no error: [`Materials::others`] names it.
+    ///
+    /// # Errors
+    /// As [`Document::attributes`].
+    pub fn materials(&self) -> Result<Materials, IoError> {
+        Ok(self.materials_of(&*self.attributes()?))
+    }
+
+    /// [`Document::materials`], given the attributes.
+    pub(crate) fn materials_of(&self, attributes: &Attributes) -> Materials {
+        match self.look() {
+            Some(look) => look.materials(attributes),
+            None => Materials::clone(&self.materials),
+        }
+    }
+
+    /// The file that has the materials.
+    pub(crate) fn look(&self) -> Option<&Arc<dyn SourceFile>> {
+        self.source.as_ref().or(self.look.as_ref())
     }
 
     /// The triangulated half-edge mesh of this document, with maps both ways, welded as the format
@@ -388,6 +441,8 @@ impl Document {
             warnings: self.warnings.clone(),
             attributes: self.attributes.remapped(remap),
             source,
+            materials: Arc::clone(&self.materials),
+            look: self.look.clone(),
             original: match self.original.as_slice() {
                 [] => Vec::new(),
                 original => gather(original),

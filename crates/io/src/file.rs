@@ -72,7 +72,7 @@ fn read_as(
         return Err(IoError::EmptyFile);
     }
     match format {
-        Format::Obj => obj::read(bytes, limits),
+        Format::Obj => obj::read_with(bytes, limits, resolver),
         Format::Ply => ply::read(bytes, limits),
         Format::Off => off::read(bytes, limits),
         Format::Stl => stl::read(bytes, limits),

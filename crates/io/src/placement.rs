@@ -42,6 +42,10 @@ impl Placement {
         let folder = folder_of(out);
         let root = folder.canonicalize().map_err(IoError::Write)?;
         let is_home = home == Some(root.as_path());
+        if is_home {
+            // Every reference leads to where it led before.
+            left.clear();
+        }
         let mut placement = Self {
             waiting: Vec::new(),
             placed: Placed::default(),

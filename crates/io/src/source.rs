@@ -10,6 +10,7 @@ use crate::companions::References;
 use crate::error::IoError;
 use crate::faces::FaceList;
 use crate::format::Format;
+use crate::material::Materials;
 use crate::normals::Normals;
 use crate::remap::Remap;
 
@@ -32,6 +33,17 @@ pub(crate) trait SourceFile: Debug + Send + Sync {
 
     /// What the file has that [`Attributes`] cannot hold, in words: another format drops it.
     fn extras(&self) -> Vec<String>;
+
+    /// Whether [`SourceFile::materials`] may have something.
+    fn has_materials(&self) -> bool {
+        false
+    }
+
+    /// The materials of the labels of these attributes, in their order, and then all others. What
+    /// is wrong with them is no error but named among the others of the materials.
+    fn materials(&self, _attributes: &Attributes) -> Materials {
+        Materials::default()
+    }
 
     /// What no longer fits once vertices move and is not brought along, in words.
     fn stale(&self) -> Vec<String> {

@@ -5,8 +5,9 @@ use std::io::{Error, ErrorKind};
 use std::sync::Arc;
 
 use cotan_io::{
-    Alpha, Attributes, CornerProperty, Document, FaceList, Format, Image, LabelKind, Labels, Limits,
-    Material, Materials, NONE, Repair, Resolve, UV, Values, WriteOptions, read_with,
+    Alpha, Attributes, CornerProperty, Document, FaceList, Folder, Format, Image, LabelKind,
+    Labels, Limits, Material, Materials, NONE, Repair, Resolve, UV, Values, WriteOptions,
+    load_with, read_with, save,
 };
 use nalgebra::Point3;
 use proptest::prelude::*;
@@ -56,9 +57,19 @@ fn alpha() -> impl Strategy<Value = Alpha> {
 }
 
 fn image() -> impl Strategy<Value = Image> {
-    let name = prop_oneof![Just("wood"), Just(""), Just("../a b"), Just("Wood"), Just("#\n")];
+    let name = prop_oneof![
+        Just("wood"),
+        Just(""),
+        Just("../a b"),
+        Just("Wood"),
+        Just("#\n")
+    ];
     (name, any::<bool>(), any::<[u8; 3]>()).prop_map(|(name, is_png, rest)| {
-        let start: &[u8] = if is_png { b"\x89PNG\r\n\x1a\n" } else { b"\xff\xd8\xff" };
+        let start: &[u8] = if is_png {
+            b"\x89PNG\r\n\x1a\n"
+        } else {
+            b"\xff\xd8\xff"
+        };
         Image::new(name, [start, &rest].concat()).unwrap()
     })
 }
@@ -74,13 +85,21 @@ fn material(num_images: usize) -> impl Strategy<Value = Material> {
         Just("a\\"),
         Just("\u{e9}"),
     ];
-    let texture = move || prop::option::of(0..num_images.max(1)).prop_map(move |i| i.filter(|_| num_images > 0));
+    let texture = move || {
+        prop::option::of(0..num_images.max(1)).prop_map(move |i| i.filter(|_| num_images > 0))
+    };
     let emission = prop_oneof![
         Just([0.0; 3]),
         prop::array::uniform3(unit()),
         prop::array::uniform3(0.0f32..300.0)
     ];
-    let numbers = (prop::array::uniform3(unit()), unit(), unit(), unit(), emission);
+    let numbers = (
+        prop::array::uniform3(unit()),
+        unit(),
+        unit(),
+        unit(),
+        emission,
+    );
     let textures = (texture(), texture(), texture());
     (name, numbers, alpha(), any::<bool>(), textures).prop_map(
         |(name, numbers, alpha, is_double_sided, textures)| {
@@ -116,7 +135,8 @@ fn document() -> impl Strategy<Value = Document> {
             let positions: Vec<Point3<f64>> = (0..num_faces + 2)
                 .map(|i| Point3::new(i as f64 / 2.0, (i % 2) as f64, (i * i) as f64 / 8.0))
                 .collect();
-            let corner = |face: usize, k: usize| (face + if face % 2 == 1 { 2 - k } else { k }) as u32;
+            let corner =
+                |face: usize, k: usize| (face + if face % 2 == 1 { 2 - k } else { k }) as u32;
             let faces: FaceList = (0..num_faces)
                 .map(|face| [0, 1, 2].map(|k| corner(face, k)))
                 .collect();
@@ -140,7 +160,9 @@ fn document() -> impl Strategy<Value = Document> {
                 attributes.corners.push(CornerProperty {
                     name: UV.to_owned(),
                     components: 2,
-                    values: Values::F32((0..2 * (num_faces + 2)).map(|i| i as f32 / 64.0).collect()),
+                    values: Values::F32(
+                        (0..2 * (num_faces + 2)).map(|i| i as f32 / 64.0).collect(),
+                    ),
                     indices: faces.corners().to_vec(),
                 });
             }
@@ -240,22 +262,37 @@ fn check(before: &Document, after: &Document, losses: &[String], format: Format)
     }
     let (new_faces, new_unused) = looks(after);
     assert_eq!(new_faces.len(), faces.len());
-    let renamed = |look: Option<Look>| {
-        look.map(|(material, images)| expected((material, images), losses))
-    };
+    let renamed =
+        |look: Option<Look>| look.map(|(material, images)| expected((material, images), losses));
     for (places, look) in faces {
         let mut found = new_faces[&places].clone();
         if is_lost("names of materials") {
-            found = found.map(|(material, images)| (Material { name: String::new(), ..material }, images));
+            found = found.map(|(material, images)| {
+                (
+                    Material {
+                        name: String::new(),
+                        ..material
+                    },
+                    images,
+                )
+            });
         }
         assert_eq!(found, renamed(look), "{format}: {losses:?}");
     }
     let unused = unused.into_iter().map(|look| expected(look, losses));
     let new_unused = new_unused.into_iter().map(|(material, images)| {
-        let name = if is_lost("names of materials") { String::new() } else { material.name.clone() };
+        let name = if is_lost("names of materials") {
+            String::new()
+        } else {
+            material.name.clone()
+        };
         (Material { name, ..material }, images)
     });
-    assert_eq!(sorted(new_unused.collect()), sorted(unused.collect()), "{format}: {losses:?}");
+    assert_eq!(
+        sorted(new_unused.collect()),
+        sorted(unused.collect()),
+        "{format}: {losses:?}"
+    );
     // Texture coordinates where a texture lies, whatever else becomes of them.
     let has_uv = |document: &Document| {
         let attributes = document.attributes().unwrap();
@@ -308,4 +345,190 @@ proptest! {
             }
         }
     }
+}
+
+const PNG: &[u8] = b"\x89PNG\r\n\x1a\nimage";
+
+const MESH: &str = "mtllib my stuff.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0.25\nvt 1 0\nvt 0 1\n\
+    usemtl wood\nf 1/1 3/3 2/2\nusemtl red\nf 1/1 2/2 4/3\nf 2/1 3/2 4/3\nf 3/1 1/2 4/3\n";
+
+const LIBRARY: &str = "newmtl red\nKa 0 0 0\nKd 0.9 0.1 0\nd 0.5\nNs 250\n\
+    newmtl wood\nKd 1 1 1\nPm 0\nPr 0.75\nmap_Kd tex/oak plank.png\nmap_Bump ../outside.png\n";
+
+/// An OBJ with its library and an image in a folder below.
+fn put(folder: &std::path::Path) {
+    std::fs::create_dir_all(folder.join("tex")).unwrap();
+    std::fs::write(folder.join("a.obj"), MESH).unwrap();
+    std::fs::write(folder.join("my stuff.mtl"), LIBRARY).unwrap();
+    std::fs::write(folder.join("tex/oak plank.png"), PNG).unwrap();
+}
+
+fn open(path: std::path::PathBuf) -> Document {
+    load_with(&path, &Limits::default(), &Folder::of(&path)).unwrap()
+}
+
+fn names(folder: &std::path::Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let mut names: Vec<String> = entries
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort_unstable();
+    names
+}
+
+#[test]
+fn an_obj_takes_its_materials_into_a_glb_and_out_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    put(&at("in"));
+    let document = open(at("in/a.obj"));
+    let losses = document.losses(Format::Glb);
+    assert_eq!(
+        losses,
+        ["the MTL statements Ka and map_bump will be lost in GLB"]
+    );
+    save(&document, at("b.glb")).unwrap();
+    assert_eq!(names(folder.path()), ["b.glb", "in"]);
+
+    // A reader that is not ours sees the same.
+    let (glb, blob) = {
+        let gltf = gltf::Gltf::open(at("b.glb")).unwrap();
+        (gltf.document, gltf.blob.unwrap())
+    };
+    let materials: Vec<_> = glb.materials().collect();
+    let found: Vec<_> = materials
+        .iter()
+        .map(|m| {
+            (
+                m.name().unwrap(),
+                m.pbr_metallic_roughness().base_color_factor(),
+            )
+        })
+        .collect();
+    let expected = [("wood", [1.0; 4]), ("red", [0.9, 0.1, 0.0, 0.5])];
+    assert_eq!(found, expected);
+    let texture = materials[0].pbr_metallic_roughness().base_color_texture();
+    match texture.unwrap().texture().source().source() {
+        gltf::image::Source::View { view, mime_type } => {
+            assert_eq!(mime_type, "image/png");
+            assert_eq!(&blob[view.offset()..view.offset() + view.length()], PNG);
+        }
+        gltf::image::Source::Uri { .. } => panic!("the image is not in the file"),
+    }
+    let roughness = |m: &gltf::Material<'_>| m.pbr_metallic_roughness().roughness_factor();
+    assert_eq!(
+        materials.iter().map(roughness).collect::<Vec<_>>(),
+        [0.75, 0.5]
+    );
+    // Downward, as glTF has it.
+    let primitive = glb.meshes().next().unwrap().primitives().next().unwrap();
+    let reader = primitive.reader(|_| Some(blob.as_slice()));
+    let uvs: Vec<[f32; 2]> = reader.read_tex_coords(0).unwrap().into_f32().collect();
+    assert!(
+        uvs.contains(&[0.0, 0.75]) && !uvs.contains(&[0.0, 0.25]),
+        "{uvs:?}"
+    );
+
+    std::fs::create_dir(at("out")).unwrap();
+    let again = open(at("b.glb"));
+    let saved = save(&again, at("out/c d.obj")).unwrap();
+    assert_eq!(saved.left, Vec::<String>::new());
+    let expected = ["c d.obj", "c_d.mtl", "c_d_oak_plank.png"];
+    assert_eq!(names(&at("out")), expected);
+    let last = open(at("out/c d.obj"));
+    let lists = [&document, &again, &last].map(|document| document.materials().unwrap().list);
+    assert_eq!(lists[0], lists[1]);
+    assert_eq!(lists[0], lists[2]);
+    assert_eq!(std::fs::read(at("out/c_d_oak_plank.png")).unwrap(), PNG);
+    let text = std::fs::read_to_string(at("out/c d.obj")).unwrap();
+    assert!(
+        text.contains("mtllib c_d.mtl\n") && text.contains("vt 0 0.25\n"),
+        "{text}"
+    );
+}
+
+#[test]
+fn an_obj_that_stays_one_takes_its_library_along() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    put(&at("in"));
+    let document = open(at("in/a.obj"));
+    // In its own folder everything is in its place.
+    let saved = save(&document, at("in/b.obj")).unwrap();
+    assert_eq!((saved.copied.len(), saved.left.len()), (0, 0));
+    std::fs::create_dir(at("out")).unwrap();
+    let saved = save(&document, at("out/b.obj")).unwrap();
+    assert_eq!(names(&at("out")), ["b.obj", "my stuff.mtl", "tex"]);
+    assert_eq!(names(&at("out/tex")), ["oak plank.png"]);
+    assert_eq!(saved.copied.len(), 2);
+    assert_eq!(saved.left.len(), 1, "{:?}", saved.left);
+    assert!(saved.left[0].contains("../outside.png"), "{:?}", saved.left);
+    assert_eq!(std::fs::read_to_string(at("out/b.obj")).unwrap(), MESH);
+    assert_eq!(
+        open(at("out/b.obj")).materials().unwrap(),
+        document.materials().unwrap()
+    );
+
+    // Also with other attributes, which make a new file of it.
+    let attributes = document.attributes().unwrap().into_owned();
+    let made = document.clone().with_attributes(attributes).unwrap();
+    assert_eq!(made.losses(Format::Obj), Vec::<String>::new());
+    std::fs::create_dir(at("made")).unwrap();
+    save(&made, at("made/b.obj")).unwrap();
+    assert_eq!(names(&at("made")), ["b.obj", "my stuff.mtl", "tex"]);
+
+    // Never over another file.
+    std::fs::create_dir(at("taken")).unwrap();
+    std::fs::write(at("taken/my stuff.mtl"), "newmtl other").unwrap();
+    let error = save(&document, at("taken/b.obj")).unwrap_err().to_string();
+    assert!(error.contains("my stuff.mtl"), "{error}");
+    assert_eq!(names(&at("taken")), ["my stuff.mtl"]);
+    let glb = document.write(Format::Glb).unwrap();
+    std::fs::write(at("b.glb"), glb).unwrap();
+    std::fs::write(at("taken/b.mtl"), "newmtl other").unwrap();
+    save(&open(at("b.glb")), at("taken/b.obj")).unwrap_err();
+    assert_eq!(names(&at("taken")), ["b.mtl", "my stuff.mtl"]);
+}
+
+#[test]
+fn what_is_missing_is_named_and_no_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::create_dir(at("out")).unwrap();
+    std::fs::write(at("a.obj"), MESH).unwrap();
+    let document = open(at("a.obj"));
+    let losses = document.losses(Format::Glb);
+    assert_eq!(losses.len(), 1);
+    assert!(
+        losses[0].starts_with("the materials of `my stuff.mtl` ("),
+        "{losses:?}"
+    );
+    assert!(document.losses(Format::Obj).is_empty());
+    let saved = save(&document, at("out/a.obj")).unwrap();
+    assert!(
+        saved.left.len() == 1 && saved.left[0].contains("my stuff.mtl"),
+        "{:?}",
+        saved.left
+    );
+    save(&document, at("a.glb")).unwrap();
+    let names: Vec<String> = open(at("a.glb"))
+        .materials()
+        .unwrap()
+        .list
+        .into_iter()
+        .map(|m| m.name)
+        .collect();
+    assert_eq!(names, ["wood", "red"]);
+
+    // A library outside of the folder is not opened.
+    put(&at("in"));
+    let outside = MESH.replace("my stuff.mtl", "../in/my stuff.mtl");
+    std::fs::write(at("out/b.obj"), outside).unwrap();
+    let document = open(at("out/b.obj"));
+    assert!(document.materials().unwrap().list.is_empty());
+    assert!(document.losses(Format::Glb)[0].contains("only files in the folder of the mesh"));
+    // Without a resolver nothing is.
+    let document = cotan_io::load(at("in/a.obj")).unwrap();
+    assert!(document.materials().unwrap().list.is_empty());
+    assert_eq!(document.losses(Format::Glb).len(), 1);
 }

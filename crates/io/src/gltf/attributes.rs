@@ -246,7 +246,9 @@ pub(super) fn material_order(file: &GltfFile) -> Vec<usize> {
         let material = usize::try_from(file.primitive(piece)?.material?).ok()?;
         file.materials.get(material).map(|_| material)
     });
-    materials.filter(|&material| seen.insert(material)).collect()
+    materials
+        .filter(|&material| seen.insert(material))
+        .collect()
 }
 
 /// The names of materials and meshes.

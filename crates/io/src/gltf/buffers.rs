@@ -119,7 +119,7 @@ pub(super) fn data_of(uri: &str) -> Option<&str> {
 }
 
 /// The bytes of a data URI, given what stands behind `data:`.
-fn decode(uri: &str) -> Result<Vec<u8>, String> {
+pub(super) fn decode(uri: &str) -> Result<Vec<u8>, String> {
     let Some((head, data)) = uri.split_once(',') else {
         return Err("a data URI needs a comma before its data".to_owned());
     };

@@ -16,6 +16,7 @@ use serde_json::{Map, Value};
 
 use super::GltfFile;
 use super::attributes::material_order;
+use super::buffers::{data_of, decode};
 use super::new_materials::{EMISSIVE_STRENGTH, emission};
 use crate::attributes::Labels;
 use crate::error::quote;
@@ -127,7 +128,13 @@ impl Reader<'_> {
         let emission = emission(parsed.emissive_factor.0, strength.as_ref());
         material.emission = emission.map(|x| self.light(x));
         self.note(&extensions);
-        self.note(&pbr.extensions.as_ref().map(|e| &e.others).cloned().unwrap_or_default());
+        self.note(
+            &pbr.extensions
+                .as_ref()
+                .map(|e| &e.others)
+                .cloned()
+                .unwrap_or_default(),
+        );
         if parsed.extras.is_some() || pbr.extras.is_some() {
             self.other("application data (`extras`) of materials");
         }
@@ -137,15 +144,22 @@ impl Reader<'_> {
             if normal.scale != 1.0 {
                 self.other("the scales of normal textures");
             }
-            self.note(&normal.extensions.as_ref().map(|e| &e.others).cloned().unwrap_or_default());
+            self.note(
+                &normal
+                    .extensions
+                    .as_ref()
+                    .map(|e| &e.others)
+                    .cloned()
+                    .unwrap_or_default(),
+            );
             material.normal_texture = self.texture(normal.index, normal.tex_coord);
         }
         if let Some(texture) = &pbr.metallic_roughness_texture {
-            self.textures.insert(texture.index.value());
+            self.note_texture(texture.index);
             self.other("metallic-roughness textures");
         }
         if let Some(texture) = &parsed.occlusion_texture {
-            self.textures.insert(texture.index.value());
+            self.note_texture(texture.index);
             self.other("occlusion textures");
         }
         material
@@ -174,6 +188,12 @@ impl Reader<'_> {
         self.extensions.extend(names);
     }
 
+    fn note_texture(&mut self, index: Index<Texture>) {
+        if index.value() < self.look.textures.len() {
+            self.textures.insert(index.value());
+        }
+    }
+
     fn info(&mut self, info: Option<&Info>) -> Option<usize> {
         let info = info?;
         let extensions = info.extensions.as_ref().map(InfoExtensions::clone);
@@ -186,7 +206,7 @@ impl Reader<'_> {
 
     /// The image of a texture, if it lies on the first set of texture coordinates.
     fn texture(&mut self, index: Index<Texture>, set: u32) -> Option<usize> {
-        self.textures.insert(index.value());
+        self.note_texture(index);
         if set != 0 {
             self.other("textures on a further set of texture coordinates");
             return None;
@@ -260,15 +280,15 @@ impl Reader<'_> {
     fn copied(&mut self, number: usize) -> Result<Image, String> {
         let json = self.look.images.get(number);
         let json = json.ok_or("it is not there")?;
-        let image: JsonImage =
-            serde_json::from_str(json.get()).map_err(|error| quote(error.to_string().as_bytes()))?;
+        let image: JsonImage = serde_json::from_str(json.get())
+            .map_err(|error| quote(error.to_string().as_bytes()))?;
         self.note(&image.extensions.map(|e| e.others).unwrap_or_default());
         if image.extras.is_some() {
             self.other("application data (`extras`) of images");
         }
         let bytes = match (image.buffer_view, &image.uri) {
             (Some(view), _) => self.view(view.value())?,
-            (None, Some(uri)) => self.file.image_file(uri, self.budget)?,
+            (None, Some(uri)) => self.file_of(uri)?,
             (None, None) => return Err("it has no bytes".to_owned()),
         };
         let rest = self.budget.checked_sub(bytes.len() as u64);
@@ -278,6 +298,17 @@ impl Reader<'_> {
         let name = own.or_else(|| uri.map(|uri| stem(uri).to_owned()));
         let image = Image::new(name.unwrap_or_default(), bytes);
         image.ok_or_else(|| "it is neither a PNG nor a JPEG".to_owned())
+    }
+
+    /// The bytes of a data URI, or of a file beside this one.
+    fn file_of(&self, uri: &str) -> Result<Vec<u8>, String> {
+        if let Some(data) = data_of(uri) {
+            return decode(data);
+        }
+        let bytes = self.file.files.bytes(uri, self.budget);
+        let bytes = bytes.map_err(|error| error.to_string())?;
+        let bytes = bytes.ok_or_else(|| format!("`{}` is not there", quote(uri.as_bytes())))?;
+        Ok(bytes.to_vec())
     }
 
     /// The bytes of a buffer view.
@@ -306,16 +337,22 @@ impl Reader<'_> {
             materials.others.insert(text);
         }
         if self.textures.len() < self.look.textures.len() {
-            materials.others.insert("textures that no material shows".to_owned());
+            materials
+                .others
+                .insert("textures that no material shows".to_owned());
         }
         let num_shown = self.images.len();
         match self.look.images.len().saturating_sub(num_shown) {
             0 => {}
             1 => {
-                materials.others.insert("an image of other textures".to_owned());
+                materials
+                    .others
+                    .insert("an image of other textures".to_owned());
             }
             n => {
-                materials.others.insert(format!("{n} images of other textures"));
+                materials
+                    .others
+                    .insert(format!("{n} images of other textures"));
             }
         }
         materials

@@ -35,12 +35,13 @@ use self::container::Container;
 use self::external::External;
 use self::geometry::Geometry;
 use self::model::{Accessor, Mesh as JsonMesh, Root, View};
-use crate::attributes::Attributes;
+use crate::attributes::{Attributes, LabelKind};
 use crate::companions::References;
 use crate::document::{Document, Parsed};
 use crate::error::{IoError, Place, quote};
 use crate::format::Format;
 use crate::limits::Limits;
+use crate::material::Materials;
 use crate::remap::Remap;
 use crate::resolve::Resolve;
 use crate::source::{Mesh, Moves, SourceFile};
@@ -272,6 +273,15 @@ impl SourceFile for GltfFile {
             stale.push("further normals of vertices that primitives share".to_owned());
         }
         stale
+    }
+
+    fn has_materials(&self) -> bool {
+        !self.materials.is_empty()
+    }
+
+    fn materials(&self, attributes: &Attributes) -> Materials {
+        let labels = attributes.label(LabelKind::Material);
+        materials::materials(self, labels)
     }
 
     fn write(&self, format: Format, moves: &Moves<'_>) -> Result<Vec<u8>, IoError> {

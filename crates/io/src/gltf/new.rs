@@ -26,7 +26,7 @@ pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
     let attributes = &contents.attributes;
     let is_held = |name: &str, components: usize| match name {
         NORMAL => components == 3,
-        UV => components == 2,
+        UV => matches!(components, 2 | 3),
         COLOR => matches!(components, 3 | 4),
         _ => false,
     };
@@ -42,6 +42,9 @@ pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
     .into_iter()
     .flatten()
     .collect();
+    if has_third(attributes) {
+        losses.push("the third number of texture coordinates".to_owned());
+    }
     let is_single = |p: &Point3<f64>| p.map(|x| f64::from(x as f32)) == *p;
     if !contents.positions.iter().all(is_single) {
         losses.push("digits of coordinates beyond single precision".to_owned());
@@ -77,6 +80,22 @@ pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
     }
     losses.extend(contents.materials.others.iter().cloned());
     losses
+}
+
+/// Whether texture coordinates have a third number that says something.
+fn has_third(attributes: &Attributes) -> bool {
+    let says = |values: &Values, components: usize| {
+        components == 3
+            && (2..values.len())
+                .step_by(3)
+                .any(|i| values.get(i).is_some_and(|x| x != 0.0))
+    };
+    attributes
+        .corner(UV)
+        .is_some_and(|p| says(&p.values, p.components))
+        || attributes
+            .vertex(UV)
+            .is_some_and(|p| says(&p.values, p.components))
 }
 
 /// The one object that all faces belong to; its name becomes that of the mesh.

@@ -24,8 +24,8 @@ mod names;
 
 use std::collections::BTreeSet;
 
-pub use image::{Image, ImageKind};
 pub(crate) use image::stem;
+pub use image::{Image, ImageKind};
 pub(crate) use names::{file_stem, unique_names};
 
 use crate::attributes::{Attributes, LabelKind};

@@ -39,7 +39,7 @@ use crate::writer::Contents;
 pub(crate) use self::new::write_new;
 
 /// Reads an OBJ file.
-pub(crate) fn read(
+pub(crate) fn read_with(
     bytes: Vec<u8>,
     limits: &Limits,
     resolver: &dyn Resolve,
@@ -58,6 +58,12 @@ pub(crate) fn read(
     };
     let file = ObjFile::new(bytes, counts, resolver.shared(), *limits);
     Document::from_source(parsed, file)
+}
+
+/// Reads an OBJ file that stands alone.
+#[cfg(test)]
+fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError> {
+    read_with(bytes, limits, &crate::resolve::NoFiles)
 }
 
 /// An OBJ file as it was read. Where its vertices stand is found again when it is needed, since
@@ -151,7 +157,10 @@ impl SourceFile for ObjFile {
 
 /// What a new OBJ file cannot hold, in words.
 pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
-    write::losses(contents)
+    let mut losses = write::losses(&contents.attributes);
+    losses.extend(mtl::losses(&contents.materials));
+    losses.extend(contents.materials.others.iter().cloned());
+    losses
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ pub(crate) fn write_new(
     contents: &Contents<'_>,
     options: &WriteOptions<'_>,
 ) -> Result<Written, IoError> {
-    let materials = contents.materials.as_ref();
+    let materials = &contents.materials;
     if materials.list.is_empty() {
         return Ok(Written::from(write(contents, None).into_bytes()));
     }
@@ -41,7 +41,18 @@ fn image_files(materials: &Materials, name: &str) -> Vec<String> {
     let images = &materials.images;
     let stems: Vec<String> = images
         .iter()
-        .map(|image| format!("{name}_{}", file_stem(&image.name)))
+        .map(|image| {
+            let stem = file_stem(&image.name);
+            // It may have been named after the mesh before.
+            let is_named = stem
+                .strip_prefix(name)
+                .is_some_and(|rest| rest.starts_with('_'));
+            if is_named {
+                stem
+            } else {
+                format!("{name}_{stem}")
+            }
+        })
         .collect();
     let stems = unique_names(stems.iter().map(String::as_str), name, |name| {
         Some(name.to_lowercase())

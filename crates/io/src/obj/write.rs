@@ -14,7 +14,7 @@ use crate::attributes::{
 use crate::faces::FaceList;
 use crate::number;
 use crate::obj::decode::{KINDS, WEIGHT, no_name};
-use crate::obj::mtl::{self, material_names};
+use crate::obj::mtl::material_names;
 use crate::writer::{Contents, named};
 
 /// The file as text; its numbers count from 1. `library` is the file of its materials, if one is
@@ -63,8 +63,7 @@ pub(super) fn write(contents: &Contents<'_>, library: Option<&str>) -> String {
 }
 
 /// What a new OBJ file cannot hold, in words.
-pub(super) fn losses(contents: &Contents<'_>) -> Vec<String> {
-    let attributes = contents.attributes.as_ref();
+pub(super) fn losses(attributes: &Attributes) -> Vec<String> {
     let plan = Plan::new(attributes);
     let has_table = |name: &str, table: &Option<Table<'_>>| {
         attributes.corner(name).is_none() && table.is_some()
@@ -96,8 +95,6 @@ pub(super) fn losses(contents: &Contents<'_>) -> Vec<String> {
         0 => {}
         n => losses.push(format!("{n} further lists of names of faces")),
     }
-    losses.extend(mtl::losses(&contents.materials));
-    losses.extend(contents.materials.others.iter().cloned());
     losses
 }
 

@@ -20,8 +20,7 @@ fn tetrahedron(members: &Value, images: &[&[u8]]) -> Vec<u8> {
         .enumerate()
         .map(|(face, corners)| {
             let indices = made.indices(corners);
-            let mut primitive =
-                json!({"attributes": {"POSITION": positions}, "indices": indices});
+            let mut primitive = json!({"attributes": {"POSITION": positions}, "indices": indices});
             if num_materials > 0 {
                 // The last ones first, so that labels and materials have different numbers.
                 primitive["material"] = json!(num_materials - 1 - face % num_materials);
@@ -121,7 +120,10 @@ fn images_come_from_data_uris_and_files_too() {
     let found = open(&glb).unwrap().materials().unwrap();
     assert_eq!((found.list.len(), found.images.len()), (2, 1));
     let others: Vec<&str> = found.others().collect();
-    assert!(others.len() == 1 && others[0].starts_with("image 1 ("), "{others:?}");
+    assert!(
+        others.len() == 1 && others[0].starts_with("image 1 ("),
+        "{others:?}"
+    );
 }
 
 /// Something that OBJ cannot say, where it stands in the JSON, and how its loss is named.
@@ -129,7 +131,11 @@ type Feature = (&'static str, Value, &'static str);
 
 fn features() -> Vec<Feature> {
     vec![
-        ("/materials/0/occlusionTexture", json!({"index": 0}), "occlusion textures"),
+        (
+            "/materials/0/occlusionTexture",
+            json!({"index": 0}),
+            "occlusion textures",
+        ),
         (
             "/materials/0/pbrMetallicRoughness/metallicRoughnessTexture",
             json!({"index": 0}),
@@ -140,13 +146,21 @@ fn features() -> Vec<Feature> {
             json!({"index": 0, "scale": 0.5}),
             "the scales of normal textures",
         ),
-        ("/materials/1/doubleSided", json!(true), "the display of back faces (doubleSided)"),
+        (
+            "/materials/1/doubleSided",
+            json!(true),
+            "the display of back faces (doubleSided)",
+        ),
         (
             "/materials/1/alphaMode",
             json!("MASK"),
             "the alpha cutoffs of materials (alphaMode MASK)",
         ),
-        ("/materials/0/extras", json!({"a": [1]}), "application data (`extras`) of materials"),
+        (
+            "/materials/0/extras",
+            json!({"a": [1]}),
+            "application data (`extras`) of materials",
+        ),
         (
             "/materials/0/emissiveTexture",
             json!({"index": 0, "texCoord": 1}),
@@ -158,10 +172,26 @@ fn features() -> Vec<Feature> {
             "numbers of materials beyond 0 to 1",
         ),
         ("/textures/0/name", json!("a"), "names of textures"),
-        ("/textures/0/extras", json!(1), "application data (`extras`) of textures"),
-        ("/samplers/0/wrapS", json!(33071), "the wrapping of textures (samplers)"),
-        ("/samplers/0/minFilter", json!(9987), "the filters of textures (samplers)"),
-        ("/images/0/extras", json!({}), "application data (`extras`) of images"),
+        (
+            "/textures/0/extras",
+            json!(1),
+            "application data (`extras`) of textures",
+        ),
+        (
+            "/samplers/0/wrapS",
+            json!(33071),
+            "the wrapping of textures (samplers)",
+        ),
+        (
+            "/samplers/0/minFilter",
+            json!(9987),
+            "the filters of textures (samplers)",
+        ),
+        (
+            "/images/0/extras",
+            json!({}),
+            "application data (`extras`) of images",
+        ),
         (
             "/materials/1/emissiveTexture",
             json!({"index": 1}),

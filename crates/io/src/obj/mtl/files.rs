@@ -94,8 +94,9 @@ impl Libraries {
         let mut references = References::default();
         for (name, error) in &self.missing {
             references.left.push(format!(
-                "the material library `{}` was not copied ({error})",
-                quote(name.as_bytes())
+                "the material library `{}` was not copied ({})",
+                quote(name.as_bytes()),
+                reason(error)
             ));
         }
         let mut seen = BTreeSet::new();
@@ -182,6 +183,15 @@ fn split_at_extensions(line: &str) -> Vec<String> {
     names.push(name.trim().to_owned());
     names.retain(|name| !name.is_empty());
     names
+}
+
+/// Why a file is not available, in words that are the same on every system.
+pub(super) fn reason(error: &Error) -> String {
+    match error.kind() {
+        ErrorKind::NotFound => "there is no such file".to_owned(),
+        ErrorKind::FileTooLarge => "it is larger than the limit".to_owned(),
+        _ => error.to_string(),
+    }
 }
 
 pub(super) fn outside() -> Error {

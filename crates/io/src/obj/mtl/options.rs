@@ -44,12 +44,13 @@ pub(super) fn map(arguments: &[u8]) -> Option<Map> {
     let tokens: Vec<Token<'_>> = Tokens::new(arguments).collect();
     let mut options = Vec::new();
     let mut at = 0;
-    while let Some(&(name, expected)) = tokens.get(at).and_then(|token| {
+    // The last word is the path, whatever it looks like.
+    let words = tokens.split_last().map_or(&[][..], |(_, words)| words);
+    while let Some(&(name, expected)) = words.get(at).and_then(|token| {
         let word = token.text.to_ascii_lowercase();
         OPTIONS.iter().find(|(name, _)| name.as_bytes() == word)
     }) {
-        // The last word is the path, whatever it looks like.
-        let rest = tokens.get(at + 1..tokens.len() - 1).unwrap_or(&[]);
+        let rest = words.get(at + 1..).unwrap_or(&[]);
         let (count, has_effect) = effect(expected, rest);
         if has_effect && !options.contains(&name) {
             options.push(name);
@@ -84,7 +85,10 @@ fn effect(expected: Arguments, rest: &[Token<'_>]) -> (usize, bool) {
         }
         Arguments::Base => {
             let numbers: Vec<f64> = rest.iter().take(2).map_while(number).collect();
-            (numbers.len(), !matches!(numbers[..], [] | [0.0] | [0.0, 1.0]))
+            (
+                numbers.len(),
+                !matches!(numbers[..], [] | [0.0] | [0.0, 1.0]),
+            )
         }
     }
 }
@@ -104,7 +108,11 @@ mod tests {
             ("  my wood #2.png\t", "my wood #2.png", &[]),
             ("-s 1 1 1 wood.png", "wood.png", &[]),
             ("-S 2 wood.png", "wood.png", &["-s"]),
-            ("-o 0 0.5 -clamp on -bm 1.0 my wood.png", "my wood.png", &["-o", "-clamp"]),
+            (
+                "-o 0 0.5 -clamp on -bm 1.0 my wood.png",
+                "my wood.png",
+                &["-o", "-clamp"],
+            ),
             ("-s 1 1 1 2", "2", &[]),
             ("-s 1 1 2", "2", &[]),
             ("-mm 0 1 -blendu on a.png", "a.png", &[]),

@@ -1,13 +1,14 @@
 //! From the statements of an MTL to materials.
 //!
 //! `Ns` is the exponent of Phong's highlight; roughness is 1 − √(Ns / 1000) where there is no
-//! `Pr`, as Blender has it, and 1 without either. `d` goes before `Tr`. A `map_d` that is the
+//! `Pr`, as Blender has it, and 1 without either. `d` goes before `Tr`, and a `Tr` of 1 is taken for
+//! opaque, as MeshLab means it. A `map_d` that is the
 //! image of `map_Kd` means the alpha of that image; any other one has no place in the model.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::{Error, ErrorKind};
+use std::io::ErrorKind;
 
-use super::files::{Libraries, Library, outside};
+use super::files::{Libraries, Library, outside, reason};
 use crate::attributes::Labels;
 use crate::error::quote;
 use crate::limits::Limits;
@@ -45,7 +46,10 @@ pub(in crate::obj) fn materials(
     let mut materials = reader.finish(libraries);
     if !doubled.is_empty() {
         let names: Vec<String> = doubled.into_iter().collect();
-        let text = format!("all materials but the last of the same name {}", listed(&names));
+        let text = format!(
+            "all materials but the last of the same name {}",
+            listed(&names)
+        );
         materials.others.insert(text);
     }
     if libraries.found.is_empty() {
@@ -57,7 +61,9 @@ pub(in crate::obj) fn materials(
             .list
             .push(known.unwrap_or_else(|| Material::named(name)));
     }
-    let unused = order.iter().filter_map(|name| defined.get_mut(name)?.take());
+    let unused = order
+        .iter()
+        .filter_map(|name| defined.get_mut(name)?.take());
     materials.list.extend(unused);
     materials
 }
@@ -103,9 +109,12 @@ impl Reader<'_> {
         let mut material = Material::named(name);
         let number = |key: &str| parsed.unknown_param.get(key)?.parse::<f32>().ok();
         let path = |key: &str| parsed.unknown_param.get(key).map(String::as_str);
-        let [base, emission, normal] =
-            [parsed.diffuse_texture.as_deref(), path("map_Ke"), path("norm")]
-                .map(|path| path.and_then(|path| self.image(library, path)));
+        let [base, emission, normal] = [
+            parsed.diffuse_texture.as_deref(),
+            path("map_Ke"),
+            path("norm"),
+        ]
+        .map(|path| path.and_then(|path| self.image(library, path)));
         material.base_color_texture = base;
         material.emission_texture = emission;
         material.normal_texture = normal;
@@ -131,8 +140,14 @@ impl Reader<'_> {
             (None, Some(exponent)) => material.roughness = roughness(exponent),
             (None, None) => {}
         }
-        if let Some(opacity) = parsed.dissolve.or_else(|| number("Tr").map(|x| 1.0 - x)) {
+        let transparency = number("Tr");
+        if let Some(opacity) = parsed.dissolve {
             material.opacity = self.unit(opacity, "d");
+        } else if transparency.is_some_and(|x| x >= 1.0) {
+            // Some programs write the opacity here, and nobody means an invisible surface.
+            self.statements.insert("Tr".to_owned());
+        } else if let Some(transparency) = transparency {
+            material.opacity = self.unit(1.0 - transparency, "Tr");
         }
         if material.opacity < 1.0 {
             material.alpha = Alpha::Blend;
@@ -146,7 +161,10 @@ impl Reader<'_> {
             }
         }
         // Both have a highlight or none by their roughness.
-        if parsed.illumination_model.is_some_and(|model| !matches!(model, 1 | 2)) {
+        if parsed
+            .illumination_model
+            .is_some_and(|model| !matches!(model, 1 | 2))
+        {
             self.statements.insert("illum".to_owned());
         }
         material
@@ -179,7 +197,7 @@ impl Reader<'_> {
         for place in places {
             self.places.insert(place, None);
         }
-        self.miss(path, &problem.to_string());
+        self.miss(path, &reason(&problem));
         None
     }
 
@@ -187,7 +205,7 @@ impl Reader<'_> {
     fn take(&mut self, place: &str, bytes: Vec<u8>) -> Option<usize> {
         let Some(rest) = self.budget.checked_sub(bytes.len() as u64) else {
             self.places.insert(place.to_owned(), None);
-            self.miss(place, &Error::from(ErrorKind::FileTooLarge).to_string());
+            self.miss(place, &reason(&ErrorKind::FileTooLarge.into()));
             return None;
         };
         let Some(image) = Image::new(stem(place), bytes) else {
@@ -237,7 +255,7 @@ impl Reader<'_> {
         others.extend(some(options).map(|words| format!("the texture options {words}")));
         for (name, error) in &libraries.missing {
             let name = quote(name.as_bytes());
-            others.insert(format!("the materials of `{name}` ({error})"));
+            others.insert(format!("the materials of `{name}` ({})", reason(error)));
         }
         if !self.missing.is_empty() {
             others.insert(listed(&self.missing));

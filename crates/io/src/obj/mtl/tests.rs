@@ -106,6 +106,12 @@ fn highlights_and_transparency_have_their_usual_meaning() {
     assert_eq!((of(3).alpha, of(3).opacity), (Alpha::Blend, 1.0));
     assert_eq!((of(4).emission, of(4).base_color), ([1.0; 3], [0.5; 3]));
     assert_eq!(others(&found), Vec::<&str>::new());
+    let found = read(b"newmtl a\nTr 1\nmap_Kd wood.png\n");
+    assert_eq!(
+        (found.list[0].opacity, found.list[0].alpha),
+        (1.0, Alpha::Opaque)
+    );
+    assert_eq!(others(&found), ["the MTL statements Tr"]);
 }
 
 /// The parser behind ours panics on the first of these and refuses the library for the others.
@@ -134,8 +140,16 @@ fn wrong_statements_cost_nothing_but_themselves() {
     ] {
         let text = format!("newmtl a\n{wrong}\nPm 0.5\nnewmtl b\nKd 0 0 1\n");
         let found = read(text.as_bytes());
-        let numbers: Vec<_> = found.list.iter().map(|m| (m.metallic, m.base_color)).collect();
-        assert_eq!(numbers, [(0.5, [1.0; 3]), (0.0, [0.0, 0.0, 1.0])], "{wrong}");
+        let numbers: Vec<_> = found
+            .list
+            .iter()
+            .map(|m| (m.metallic, m.base_color))
+            .collect();
+        assert_eq!(
+            numbers,
+            [(0.5, [1.0; 3]), (0.0, [0.0, 0.0, 1.0])],
+            "{wrong}"
+        );
         let text = format!("line 2 of `a.mtl`, which is wrong (`{}`),", wrong.trim());
         assert_eq!(others(&found), [text], "{wrong}");
     }
@@ -158,7 +172,7 @@ fn what_is_not_carried_over_is_named_once() {
             "numbers of materials beyond 0 to 1 (Kd)",
             "the MTL statements Ka, Ks, Ns, illum, map_bump and map_d",
             "the image `../wood.png` (only files in the folder of the mesh are opened), the image \
-             `other.png` (entity not found) and the image `a.txt` (entity not found)",
+             `other.png` (there is no such file) and the image `a.txt` (there is no such file)",
             "the texture options -clamp and -o",
         ]
     );
@@ -184,7 +198,10 @@ fn libraries_are_found_by_every_way_of_naming_them() {
     let files = Files::new(&[
         ("a b.mtl", b"newmtl a\nKd 1 0 0"),
         ("c.mtl", b"newmtl c\nKd 0 0 1"),
-        ("sub/d.mtl", b"newmtl d\nmap_Kd wood.png\nmap_Ke ../top.png\nnorm top.png"),
+        (
+            "sub/d.mtl",
+            b"newmtl d\nmap_Kd wood.png\nmap_Ke ../top.png\nnorm top.png",
+        ),
         ("sub/wood.png", PNG),
         ("top.png", JPEG),
     ]);
@@ -208,16 +225,23 @@ fn libraries_are_found_by_every_way_of_naming_them() {
         others(&found),
         [
             "the materials of `../c.mtl` (only files in the folder of the mesh are opened)",
-            "the materials of `missing.mtl` (entity not found)",
+            "the materials of `missing.mtl` (there is no such file)",
         ]
     );
 }
 
 #[test]
 fn materials_stand_in_the_order_of_the_labels() {
-    let files = Files::new(&[("a.mtl", b"newmtl a\nPm 1\nnewmtl b\nPm 0.5\nnewmtl c\nPm 0.25")]);
+    let files = Files::new(&[(
+        "a.mtl",
+        b"newmtl a\nPm 1\nnewmtl b\nPm 0.5\nnewmtl c\nPm 0.25",
+    )]);
     let found = read_from(&["a.mtl"], &["c", "unknown", "a"], &files);
-    let found: Vec<_> = found.list.iter().map(|m| (m.name.as_str(), m.metallic)).collect();
+    let found: Vec<_> = found
+        .list
+        .iter()
+        .map(|m| (m.name.as_str(), m.metallic))
+        .collect();
     let expected = [("c", 0.25), ("unknown", 0.0), ("a", 1.0), ("b", 0.5)];
     assert_eq!(found, expected);
     assert!(read_from(&["b.mtl"], &["c"], &files).list.is_empty());
@@ -238,7 +262,10 @@ fn libraries_and_images_keep_within_the_limits() {
         ..limits
     };
     assert!(read(few).list.is_empty() && !read(few).others.is_empty());
-    let files_only = Files::new(&[("a.mtl", b"newmtl a\nmap_Kd big.png\n"), ("big.png", &PNG.repeat(9))]);
+    let files_only = Files::new(&[
+        ("a.mtl", b"newmtl a\nmap_Kd big.png\n"),
+        ("big.png", &PNG.repeat(9)),
+    ]);
     let limits = Limits {
         max_bytes: 40,
         ..limits
@@ -279,7 +306,11 @@ fn a_written_library_reads_back_the_same() {
     assert_eq!(losses(&written), Vec::<String>::new());
     let files = ["x_a.png".to_owned(), "x_b.png".to_owned()];
     let text = write(&written, &material_names(&written), &files);
-    let files = Files::new(&[("a.mtl", text.as_bytes()), ("x_a.png", PNG), ("x_b.png", PNG)]);
+    let files = Files::new(&[
+        ("a.mtl", text.as_bytes()),
+        ("x_a.png", PNG),
+        ("x_b.png", PNG),
+    ]);
     assert_eq!(read_from(&["a.mtl"], &[], &files), written);
 }
 
