@@ -7,6 +7,7 @@ mod differential;
 mod draw;
 mod files;
 mod halfedge;
+mod materials;
 mod pipeline;
 mod seeds;
 mod sphere;
@@ -14,6 +15,7 @@ mod sphere;
 pub use differential::obj_differential;
 pub use files::{document_roundtrip, read_as};
 pub use halfedge::{halfedge_build, halfedge_edits};
+pub use materials::materials;
 pub use pipeline::pipeline;
 pub use seeds::seeds;
 pub use sphere::sphere;
@@ -24,7 +26,7 @@ use cotan_io::Format;
 pub type Target = fn(&[u8]);
 
 /// All targets by name.
-pub const TARGETS: [(&str, Target); 11] = [
+pub const TARGETS: [(&str, Target); 12] = [
     ("obj", |data| read_as(data, Format::Obj)),
     ("ply", |data| read_as(data, Format::Ply)),
     ("gltf", |data| read_as(data, Format::Gltf)),
@@ -34,6 +36,7 @@ pub const TARGETS: [(&str, Target); 11] = [
     ("halfedge_build", halfedge_build),
     ("halfedge_edits", halfedge_edits),
     ("obj_differential", obj_differential),
+    ("materials", materials),
     ("pipeline", pipeline),
     ("sphere", sphere),
 ];

@@ -37,6 +37,9 @@ pub fn seeds() -> Vec<Seed> {
     for (name, format, text) in TEXTS {
         add_file(&mut seeds, name, format, text.as_bytes().to_vec());
     }
+    for (name, text) in LIBRARIES {
+        seeds.push(("materials", name.to_owned(), text.as_bytes().to_vec()));
+    }
     for (name, length, step) in [("short", 40, 1), ("long", 400, 7), ("wild", 300, 251)] {
         let bytes: Vec<u8> = (0..length).map(|i| (i * step % 256) as u8).collect();
         for target in [
@@ -157,6 +160,26 @@ fn rich() -> Document {
         .and_then(|document| document.with_attributes(attributes))
         .unwrap_or_else(|error| panic!("{error}"))
 }
+
+/// Libraries with statements of every kind, right and wrong.
+const LIBRARIES: [(&str, &str); 3] = [
+    (
+        "plain.mtl",
+        "newmtl a\nKa 0 0 0\nKd 0.8 0.7 0.6\nKs 0.5 0.5 0.5\nNs 96.078431\nNi 1.45\nd 0.5\n\
+         illum 2\nmap_Kd wood.png\n\nnewmtl b\nKd 1 0 0\nTr 0.25\n",
+    ),
+    (
+        "physical.mtl",
+        "newmtl a\r\nKd 0.1 0.2 0.3\r\nKe 0 12.5 0\r\nPr 0.25\r\nPm 1\r\nPc 0.5\r\n\
+         map_Kd -s 2 2 1 -clamp on tex\\my wood.png\r\nmap_d tex/my wood.png\r\nmap_Ke ./b.jpg\r\n\
+         norm -bm 0.5 n.png\r\nmap_Pr r.png\r\nnewmtl b # 2\r\nnewmtl b\r\n",
+    ),
+    (
+        "odd.mtl",
+        "\u{feff}Kd 1 1\nnewmtl\nKd\nKd 1 x\nNs nan\nillum 300\nmap_Kd\nmap_d ../a\nNewMtl a\n\
+         kd 0.5\nd -halo 1\nTr 1e99\nKe -1 2 1e38\nbump \\\n a.png\nmap_Ke C:\\a.png\nnewmtl a\\\nPr 2\n",
+    ),
+];
 
 const TEXTS: [(&str, Format, &str); 8] = [
     (

@@ -13,7 +13,7 @@ use clap::{Args, Parser, Subcommand};
 
 pub(crate) use bench::BenchArgs;
 pub(crate) use limits::LimitArgs;
-pub(crate) use options::{DeformArgs, InputArgs, ReconstructArgs, RunArgs};
+pub(crate) use options::{DeformArgs, EmbedArgs, InputArgs, ReconstructArgs, RunArgs};
 pub(crate) use paths::{InputPath, OutputFolder, OutputPath};
 pub(crate) use repair::RepairArgs;
 pub(crate) use smooth::{DetailArgs, KeepArgs, MeshArgs, SmoothArgs};
@@ -202,6 +202,8 @@ pub(crate) struct ConvertArgs {
     /// Mesh file to write
     #[arg(value_name = "OUT")]
     pub(crate) output: OutputPath,
+    #[command(flatten)]
+    pub(crate) embed: EmbedArgs,
 }
 
 #[derive(Debug, Args)]

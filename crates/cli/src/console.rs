@@ -93,6 +93,13 @@ impl Console {
         }
     }
 
+    /// Something that the command did besides what it was asked for.
+    pub(crate) fn tell(&self, text: impl Display) {
+        if self.volume > Volume::Quiet {
+            say(&Text::of(format_args!("note: {text}")));
+        }
+    }
+
     /// A summary, to standard error.
     pub(crate) fn note(&self, text: &Text) {
         if self.wants_summary() {

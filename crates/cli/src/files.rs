@@ -1,9 +1,9 @@
 //! Mesh files, read with their warnings told, and outputs, which are [`OutputPath`]s.
 
-use cotan_io::{Document, Format, load_with};
+use cotan_io::{Document, Format, IoError, load_with, save_with};
 pub(crate) use cotan_tool::files::in_file;
 
-use crate::args::{InputPath, OutputPath};
+use crate::args::{EmbedArgs, InputPath, OutputPath};
 use crate::console::Console;
 use crate::error::CliError;
 use crate::memory;
@@ -34,12 +34,30 @@ pub(crate) fn mesh_format(path: &OutputPath) -> Result<Format, CliError> {
     Ok(cotan_tool::files::mesh_format(path)?)
 }
 
-/// Writes a mesh file in the format of its extension, in one step.
+/// Writes a mesh file in the format of its extension, in one step; tells which files were copied
+/// beside it, and warns of what it lacks.
 ///
 /// # Errors
 /// [`CliError::Io`]; an older file is whole then.
-pub(crate) fn save(document: &Document, path: &OutputPath) -> Result<(), CliError> {
-    Ok(cotan_io::save(document, path)?)
+pub(crate) fn save(
+    document: &Document,
+    path: &OutputPath,
+    embed: EmbedArgs,
+    console: &Console,
+) -> Result<(), CliError> {
+    let format = Format::from_path(path).ok_or_else(|| in_file(path, IoError::UnknownFormat))?;
+    let saved = save_with(document, path, embed.companions())?;
+    for copied in &saved.copied {
+        console.tell(format_args!(
+            "{}: copied, since {} refers to it",
+            copied.display(),
+            path.display()
+        ));
+    }
+    for warning in saved.left.iter().chain(&document.losses(format)) {
+        console.warn(format_args!("{}: {warning}", path.display()));
+    }
+    Ok(())
 }
 
 /// Writes a report or a picture in one step.

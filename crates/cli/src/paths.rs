@@ -1,7 +1,7 @@
 //! The files of this run, found in the command line by their types.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock};
 
 use clap::{Arg, ArgMatches, Command};
 use cotan_io::{Folder, Resolve, check_replaceable, num_names};
@@ -118,6 +118,10 @@ impl Companions {
 }
 
 impl Resolve for Companions {
+    fn shared(&self) -> Arc<dyn Resolve> {
+        self.folder.shared()
+    }
+
     fn resolve(&self, uri: &str, max_bytes: u64) -> Result<Vec<u8>, std::io::Error> {
         let bytes = self.folder.resolve(uri, max_bytes)?;
         let mut found = self.found.lock().unwrap_or_else(|e| e.into_inner());

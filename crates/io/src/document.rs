@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::ops::Range;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use cotan_geometry::{Positions, Scalar};
@@ -9,9 +10,11 @@ use cotan_halfedge::HalfedgeMesh;
 use nalgebra::Point3;
 
 use crate::attributes::{Attributes, NONE};
+use crate::companions::{Companions, References, WriteOptions, Written};
 use crate::error::{IoError, Warning};
 use crate::faces::FaceList;
 use crate::format::Format;
+use crate::material::Materials;
 use crate::normals::Normals;
 use crate::processing::{Numbering, ProcessingMesh};
 use crate::remap::Remap;
@@ -44,8 +47,14 @@ pub struct Document {
     /// Of a document made in memory; what a file has is decoded on request.
     attributes: Attributes,
     source: Option<Arc<dyn SourceFile>>,
+    /// Of a document made in memory, unless they are those of `look`.
+    materials: Arc<Materials>,
+    /// The file that has the materials of a document which is no longer tied to it.
+    look: Option<Arc<dyn SourceFile>>,
     /// The positions as the file has them; empty as long as no vertex was moved.
     original: Vec<Point3<f64>>,
+    /// The folder of the file, in which the files lie that it refers to; `None` without a path.
+    home: Option<PathBuf>,
 }
 
 /// Which vertices count as one where the document is welded as its format means it.
@@ -128,11 +137,32 @@ impl Document {
         if let Some(problem) = attributes.misfit(vertices, faces.len(), faces.num_corners()) {
             return Err(IoError::Attributes { problem });
         }
+        // Attributes come and go, the materials stay.
+        let look = self.look().filter(|look| look.has_materials()).cloned();
         Ok(Self {
             attributes,
             source: None,
+            look,
             original: Vec::new(),
             ..self
+        })
+    }
+
+    /// The same document with these materials; it is then no longer tied to a file.
+    ///
+    /// # Errors
+    /// [`IoError::Attributes`] if a number or an image does not fit, or if the labels of kind
+    /// [`Material`](crate::LabelKind::Material) have more names than there are materials;
+    /// [`IoError`] as [`Document::attributes`].
+    pub fn with_materials(self, materials: Materials) -> Result<Self, IoError> {
+        let attributes = self.attributes()?.into_owned();
+        if let Some(problem) = materials.misfit(&attributes) {
+            return Err(IoError::Attributes { problem });
+        }
+        Ok(Self {
+            materials: Arc::new(materials),
+            look: None,
+            ..self.with_attributes(attributes)?
         })
     }
 
@@ -201,8 +231,21 @@ impl Document {
             warnings,
             attributes: Attributes::default(),
             source,
+            materials: Arc::default(),
+            look: None,
             original: Vec::new(),
+            home: None,
         }
+    }
+
+    /// The same document, read from a file in this folder.
+    pub(crate) fn at_home(self, home: Option<PathBuf>) -> Self {
+        Self { home, ..self }
+    }
+
+    /// The folder of the file.
+    pub(crate) fn home(&self) -> Option<&Path> {
+        self.home.as_deref()
     }
 
     /// The format of the file, or `None` if the document was made in memory.
@@ -268,6 +311,31 @@ impl Document {
             normals.apply(attributes.to_mut());
         }
         Ok(attributes)
+    }
+
+    /// The materials, and the images of their textures, in the order of the labels of kind
+    /// [`Material`](crate::LabelKind::Material).
+    ///
+    /// They are read from the file, and from the files that it refers to, every time that this is
+    /// called. What cannot be read is no error: [`Materials::others`] names it.
+    ///
+    /// # Errors
+    /// As [`Document::attributes`].
+    pub fn materials(&self) -> Result<Materials, IoError> {
+        Ok(self.materials_of(&*self.attributes()?))
+    }
+
+    /// [`Document::materials`], given the attributes.
+    pub(crate) fn materials_of(&self, attributes: &Attributes) -> Materials {
+        match self.look() {
+            Some(look) => look.materials(attributes),
+            None => Materials::clone(&self.materials),
+        }
+    }
+
+    /// The file that has the materials.
+    pub(crate) fn look(&self) -> Option<&Arc<dyn SourceFile>> {
+        self.source.as_ref().or(self.look.as_ref())
     }
 
     /// The triangulated half-edge mesh of this document, with maps both ways, welded as the format
@@ -378,10 +446,13 @@ impl Document {
             warnings: self.warnings.clone(),
             attributes: self.attributes.remapped(remap),
             source,
+            materials: Arc::clone(&self.materials),
+            look: self.look.clone(),
             original: match self.original.as_slice() {
                 [] => Vec::new(),
                 original => gather(original),
             },
+            home: self.home.clone(),
         })
     }
 
@@ -504,14 +575,42 @@ impl Document {
     /// get the shortest number that reads back to the same bits. Normals that cannot be read are
     /// left as they are.
     ///
+    /// What the file refers to has to lie beside it; [`Document::write_with`] says what that is.
+    ///
     /// # Errors
     /// [`IoError::DoesNotFit`] if the format's number type cannot hold a new coordinate;
     /// [`IoError`] with the place in the file if an attribute is wrong that another format needs.
     pub fn write(&self, format: Format) -> Result<Vec<u8>, IoError> {
         match &self.source {
             Some(source) if source.writes(format) => self.rewrite(source.as_ref(), format),
-            _ => writer::write(self, format),
+            _ => Ok(writer::write(self, format, &WriteOptions::default())?.bytes),
         }
+    }
+
+    /// [`Document::write`] together with the files that the file refers to: those of the file
+    /// that was read, and those that are made for a new one.
+    ///
+    /// # Errors
+    /// As [`Document::write`]; with [`Companions::Embedded`] also [`IoError::External`] for a file
+    /// that cannot be read.
+    pub fn write_with(
+        &self,
+        format: Format,
+        options: &WriteOptions<'_>,
+    ) -> Result<Written, IoError> {
+        let Some(source) = self.source.as_ref().filter(|source| source.writes(format)) else {
+            return writer::write(self, format, options);
+        };
+        let mut bytes = self.rewrite(source.as_ref(), format)?;
+        if options.companions == Companions::Embedded {
+            bytes = source.embedded(bytes)?;
+        }
+        let References { companions, left } = source.references(&bytes)?;
+        Ok(Written {
+            bytes,
+            companions,
+            left,
+        })
     }
 
     /// The normals that turned where vertices were moved; an error if the file's are wrong.

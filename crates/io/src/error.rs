@@ -138,6 +138,14 @@ pub enum IoError {
         /// Why not.
         problem: String,
     },
+    /// A file that the document refers to and that cannot lie beside the file to be written.
+    #[error("the mesh needs the file {} beside it: {problem}; nothing was written", path.display())]
+    Companion {
+        /// Where the file belongs.
+        path: PathBuf,
+        /// Why it cannot be there, and what to do.
+        problem: String,
+    },
     /// Something that is not a number where one is needed.
     #[error("{place}: {element} has `{text}` where {expected} is expected")]
     BadNumber {

@@ -3,12 +3,14 @@
 use std::io::Read;
 use std::path::Path;
 
+use crate::companions::{Companions, Saved, WriteOptions, Written};
 use crate::document::Document;
 use crate::error::IoError;
 use crate::format::Format;
 use crate::limits::Limits;
+use crate::placement::Placement;
 use crate::regular::open_regular;
-use crate::replace::replace_file;
+use crate::replace::{link_target, replace_file};
 use crate::resolve::{NoFiles, Resolve};
 use crate::{gltf, gzip, obj, off, ply, room, stl};
 
@@ -35,7 +37,7 @@ pub fn read(
     read_with(bytes, hint, limits, &NoFiles)
 }
 
-/// As [`read`]; external buffers of a glTF come from `resolver`.
+/// As [`read`]; the files that the content refers to come from `resolver`.
 ///
 /// # Errors
 /// As [`read`], and [`IoError::External`] for a buffer that the resolver refuses.
@@ -69,7 +71,7 @@ fn read_as(
         return Err(IoError::EmptyFile);
     }
     match format {
-        Format::Obj => obj::read(bytes, limits),
+        Format::Obj => obj::read_with(bytes, limits, resolver),
         Format::Ply => ply::read(bytes, limits),
         Format::Off => off::read(bytes, limits),
         Format::Stl => stl::read(bytes, limits),
@@ -88,8 +90,8 @@ pub fn load(path: impl AsRef<Path>) -> Result<Document, IoError> {
 /// Reads a file within `limits`. The content decides the format, then the extension; what is
 /// compressed by gzip is read as what it holds.
 ///
-/// Only this path is opened, never one that the file names: the external buffers of a glTF come
-/// from `resolver`.
+/// Only this path is opened, never one that the file names: the buffers and images of a glTF
+/// that are files of their own come from `resolver`, now or when the document is saved.
 ///
 /// # Errors
 /// [`IoError::InFile`] with the path and what is wrong; [`IoError::UnknownFormat`] if neither
@@ -107,7 +109,8 @@ pub fn load_with(
             .ok_or(IoError::UnknownFormat)?;
         read_as(bytes, format, limits, resolver)
     };
-    read().map_err(|source| in_file(path, source))
+    let document = read().map_err(|source| in_file(path, source))?;
+    Ok(document.at_home(folder_of(path).canonicalize().ok()))
 }
 
 fn read_bytes(path: &Path, limits: &Limits) -> Result<Vec<u8>, IoError> {
@@ -130,22 +133,69 @@ fn read_bytes(path: &Path, limits: &Limits) -> Result<Vec<u8>, IoError> {
 /// is followed by `.gz`.
 ///
 /// See [`Document::write`] for what is kept. The new file is written beside the old one and takes
-/// its place in one step, so that after a failure the old file is whole.
+/// its place in one step, so that after a failure the old file is whole. Files that the document
+/// refers to are copied beside it first; see [`Companions::Beside`].
 ///
 /// # Errors
 /// [`IoError::InFile`] with the path and what is wrong; [`IoError::UnknownFormat`] if the
-/// extension is not known.
-pub fn save(document: &Document, path: impl AsRef<Path>) -> Result<(), IoError> {
+/// extension is not known; [`IoError::Companion`] if a file that belongs beside it cannot be
+/// there. Nothing has changed then.
+pub fn save(document: &Document, path: impl AsRef<Path>) -> Result<Saved, IoError> {
+    save_with(document, path, Companions::Beside)
+}
+
+/// As [`save`], with a choice of where the files go that the document refers to.
+///
+/// # Errors
+/// As [`save`].
+pub fn save_with(
+    document: &Document,
+    path: impl AsRef<Path>,
+    companions: Companions,
+) -> Result<Saved, IoError> {
     let path = path.as_ref();
     let write = || {
         let format = Format::from_path(path).ok_or(IoError::UnknownFormat)?;
-        let mut bytes = document.write(format)?;
+        let options = WriteOptions {
+            companions,
+            name: stem(path),
+        };
+        let mut written = document.write_with(format, &options)?;
         if gzip::is_gzip_path(path) {
-            bytes = gzip::compress(&bytes);
+            written.bytes = gzip::compress(&written.bytes);
         }
-        replace_file(path, &bytes).map_err(IoError::Write)
+        let Written {
+            bytes,
+            companions,
+            mut left,
+        } = written;
+        // Its files lie beside the file itself, not beside a link to it.
+        let target = link_target(path).map_err(IoError::Write)?;
+        let home = document.home();
+        let placed = Placement::prepare(&companions, &target, home, &mut left)?.place()?;
+        replace_file(path, &bytes).map_err(IoError::Write)?;
+        Ok(Saved {
+            copied: placed.keep(),
+            left,
+        })
     };
     write().map_err(|source| in_file(path, source))
+}
+
+/// The name of a file without its extensions: `mesh` for `mesh.obj` and `mesh.obj.gz`.
+fn stem(path: &Path) -> &str {
+    let packed = path.file_stem().filter(|_| gzip::is_gzip_path(path));
+    let inner = packed.map_or(path, Path::new);
+    let stem = inner.file_stem().and_then(|stem| stem.to_str());
+    stem.unwrap_or("mesh")
+}
+
+/// The folder that a file lies in.
+pub(crate) fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
 }
 
 fn in_file(path: &Path, source: IoError) -> IoError {

@@ -28,6 +28,7 @@
 //! ```
 
 mod attributes;
+mod companions;
 mod coordinate;
 mod cuts;
 mod defects;
@@ -39,10 +40,12 @@ mod format;
 mod gltf;
 mod gzip;
 mod limits;
+mod material;
 mod normals;
 mod number;
 mod obj;
 mod off;
+mod placement;
 mod ply;
 mod printable;
 mod processing;
@@ -64,13 +67,15 @@ mod writer;
 pub use attributes::{
     Attributes, COLOR, CornerProperty, LabelKind, Labels, NONE, NORMAL, Property, UV, Values,
 };
+pub use companions::{Companion, Companions, Saved, WriteOptions, Written};
 pub use defects::{Component, Defect, DefectKind, Inspection};
 pub use document::{Document, Part};
 pub use error::{Element, IoError, Place, Warning};
 pub use faces::FaceList;
-pub use file::{load, load_with, read, read_with, save};
+pub use file::{load, load_with, read, read_with, save, save_with};
 pub use format::Format;
 pub use limits::Limits;
+pub use material::{Alpha, Image, ImageKind, Material, Materials};
 pub use printable::{Printable, printable, printable_json};
 pub use processing::{Numbering, ProcessingMesh};
 pub use regular::{open_regular, read_regular};

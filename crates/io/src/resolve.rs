@@ -1,21 +1,29 @@
 //! Files that a file refers to, opened only by whom the caller trusts with it.
 
+use std::fmt::Debug;
 use std::io::{Error, ErrorKind};
 use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
 
 use crate::regular::read_regular;
 
-/// Finds the external buffers of a glTF.
+/// Finds the files that a mesh file refers to, such as the buffers and images of a glTF.
 ///
 /// A reader never opens a path by itself; it asks the resolver that the caller gave it.
-pub trait Resolve {
+pub trait Resolve: Debug + Send + Sync {
     /// The bytes of the file that `uri` names, at most `max_bytes` of them.
     ///
     /// `uri` is what the file says, with percent escapes decoded.
     ///
     /// # Errors
-    /// Why the file cannot be had; [`ErrorKind::FileTooLarge`] if it is larger than `max_bytes`.
+    /// Why the file is not available: [`ErrorKind::NotFound`] if there is none,
+    /// [`ErrorKind::PermissionDenied`] if the resolver refuses to open it,
+    /// [`ErrorKind::FileTooLarge`] if it is larger than `max_bytes`.
     fn resolve(&self, uri: &str, max_bytes: u64) -> Result<Vec<u8>, Error>;
+
+    /// The same resolver for the document to keep: images are only read when the document is
+    /// saved to another folder.
+    fn shared(&self) -> Arc<dyn Resolve>;
 }
 
 /// The resolver that finds nothing.
@@ -28,6 +36,10 @@ impl Resolve for NoFiles {
             ErrorKind::Unsupported,
             "other files are not opened here; read the file with a resolver, such as its folder",
         ))
+    }
+
+    fn shared(&self) -> Arc<dyn Resolve> {
+        Arc::new(*self)
     }
 }
 
@@ -53,20 +65,35 @@ impl Folder {
     }
 }
 
+/// The path inside a folder that a reference (with percent escapes decoded) names, normalized;
+/// or why it names none.
+pub(crate) fn inside(uri: &str) -> Result<PathBuf, &'static str> {
+    // A colon makes a scheme, a drive or a stream of it; a backslash is a separator elsewhere.
+    if uri.contains([':', '\\', '\0']) || uri.starts_with('/') {
+        return Err("only files in the folder of the mesh are opened");
+    }
+    let mut path = PathBuf::new();
+    for part in Path::new(uri).components() {
+        match part {
+            Component::Normal(name) => path.push(name),
+            Component::CurDir => {}
+            _ => return Err("it leads out of the folder of the mesh"),
+        }
+    }
+    Ok(path)
+}
+
 impl Resolve for Folder {
+    fn shared(&self) -> Arc<dyn Resolve> {
+        Arc::new(self.clone())
+    }
+
     fn resolve(&self, uri: &str, max_bytes: u64) -> Result<Vec<u8>, Error> {
         let refuse = |problem| Err(Error::new(ErrorKind::PermissionDenied, problem));
-        // A colon makes a scheme, a drive or a stream of it; a backslash is a separator elsewhere.
-        if uri.contains([':', '\\', '\0']) || uri.starts_with('/') {
-            return refuse("only files in the folder of the mesh are opened");
-        }
-        let path = Path::new(uri);
-        if !path
-            .components()
-            .all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
-        {
-            return refuse("it leads out of the folder of the mesh");
-        }
+        let path = match inside(uri) {
+            Ok(path) => path,
+            Err(problem) => return refuse(problem),
+        };
         let root = self.root.canonicalize()?;
         let path = root.join(path).canonicalize()?;
         if !path.starts_with(&root) {

@@ -6,9 +6,11 @@ use std::sync::Arc;
 use nalgebra::Point3;
 
 use crate::attributes::Attributes;
+use crate::companions::References;
 use crate::error::IoError;
 use crate::faces::FaceList;
 use crate::format::Format;
+use crate::material::Materials;
 use crate::normals::Normals;
 use crate::remap::Remap;
 
@@ -35,6 +37,17 @@ pub(crate) trait SourceFile: Debug + Send + Sync {
     /// What the file has that [`Attributes`] cannot hold, in words: another format drops it.
     fn extras(&self) -> Vec<String>;
 
+    /// Whether [`SourceFile::materials`] may have something.
+    fn has_materials(&self) -> bool {
+        false
+    }
+
+    /// The materials of the labels of these attributes, in their order, and then all others. What
+    /// is wrong with them is no error but named among the others of the materials.
+    fn materials(&self, _attributes: &Attributes) -> Materials {
+        Materials::default()
+    }
+
     /// What no longer fits once vertices move and is not brought along, in words.
     fn stale(&self) -> Vec<String> {
         Vec::new()
@@ -43,6 +56,17 @@ pub(crate) trait SourceFile: Debug + Send + Sync {
     /// The file in `format` (one that it [writes](SourceFile::writes)), with the moved vertices
     /// and the turned normals replaced where they stand; without any, the bytes that were read.
     fn write(&self, format: Format, moves: &Moves<'_>) -> Result<Vec<u8>, IoError>;
+
+    /// The files beside it that a file from [`SourceFile::write`] refers to.
+    fn references(&self, _written: &[u8]) -> Result<References, IoError> {
+        Ok(References::default())
+    }
+
+    /// A file from [`SourceFile::write`] with the files in it that it refers to, as far as its
+    /// format can hold them.
+    fn embedded(&self, written: Vec<u8>) -> Result<Vec<u8>, IoError> {
+        Ok(written)
+    }
 
     /// The file of another mesh made of this one's vertices and faces, nothing moved; positions
     /// and faces are those of the old mesh.

@@ -10,11 +10,13 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
 use std::time::Duration;
 
+use tempfile::{NamedTempFile, PersistError};
+
 /// A file under a temporary name. Dropped before it is finished, it is removed.
 #[derive(Debug)]
 pub struct Unfinished {
     // Removed before it is taken from the list: fields are dropped in this order.
-    file: tempfile::NamedTempFile,
+    file: NamedTempFile,
     listed: Listed,
 }
 
@@ -79,11 +81,26 @@ impl Unfinished {
     /// # Errors
     /// What the system says; the older file is whole then.
     pub fn finish(self, target: &Path) -> std::io::Result<()> {
+        self.renamed(|file| file.persist(target))
+    }
+
+    /// As [`Self::finish`], where no file may be replaced.
+    ///
+    /// # Errors
+    /// What the system says, as that there is a file of that name.
+    pub fn finish_new(self, target: &Path) -> std::io::Result<()> {
+        self.renamed(|file| file.persist_noclobber(target))
+    }
+
+    fn renamed(
+        self,
+        rename: impl FnOnce(NamedTempFile) -> Result<File, PersistError>,
+    ) -> std::io::Result<()> {
         let Self { file, listed } = self;
         file.as_file().sync_all()?;
         // No signal comes between the removal of what is unfinished and the end of the process.
         let list = lock();
-        let renamed = file.persist(target);
+        let renamed = rename(file);
         drop(list);
         drop(listed);
         // If there is an error it holds the file, which is removed here.

@@ -6,10 +6,12 @@ use std::collections::HashSet;
 use nalgebra::Point3;
 
 use crate::attributes::{Attributes, CornerProperty, LabelKind, Property, Values};
+use crate::companions::{References, WriteOptions, Written};
 use crate::document::Document;
 use crate::error::IoError;
 use crate::faces::FaceList;
 use crate::format::Format;
+use crate::material::Materials;
 use crate::{gltf, obj, off, ply, stl};
 
 /// What a new file is made from.
@@ -20,36 +22,58 @@ pub(crate) struct Contents<'a> {
     pub(crate) positions: Cow<'a, [Point3<f64>]>,
     pub(crate) faces: Cow<'a, FaceList>,
     pub(crate) attributes: Cow<'a, Attributes>,
+    /// Those that the new file describes itself.
+    pub(crate) materials: Materials,
 }
 
-/// The document as a new file.
-pub(crate) fn write(document: &Document, format: Format) -> Result<Vec<u8>, IoError> {
-    let contents = contents(document)?;
-    match format {
-        Format::Obj => obj::write_new(&contents),
+/// The document as a new file, with the files that it refers to.
+pub(crate) fn write(
+    document: &Document,
+    format: Format,
+    options: &WriteOptions<'_>,
+) -> Result<Written, IoError> {
+    let contents = contents(document, format)?;
+    let bytes = match format {
+        Format::Obj => {
+            let mut written = obj::write_new(&contents, options)?;
+            if let Some(look) = document.look().filter(|look| look.writes(format)) {
+                // It names the libraries of the file that it comes from.
+                let References { companions, left } = look.references(&written.bytes)?;
+                written.companions.extend(companions);
+                written.left.extend(left);
+            }
+            return Ok(written);
+        }
         Format::Off => off::write_new(&contents),
         Format::Ply => ply::write_new(&contents),
         Format::Stl => stl::write_new(&contents),
         Format::Gltf | Format::Glb => gltf::write_new(&contents, format),
-    }
+    };
+    Ok(Written::from(bytes?))
 }
 
 /// What a new file of this format cannot hold, in words.
 pub(crate) fn losses(document: &Document, format: Format) -> Result<Vec<String>, IoError> {
-    let contents = contents(document)?;
-    let attributes = &contents.attributes;
+    let contents = contents(document, format)?;
     Ok(match format {
-        Format::Obj => obj::losses(attributes),
-        Format::Off => off::losses(attributes),
+        Format::Obj => obj::losses(&contents),
+        Format::Off => off::losses(&contents),
         Format::Ply => ply::losses(&contents),
         Format::Stl => stl::losses(&contents),
         Format::Gltf | Format::Glb => gltf::losses(&contents),
     })
 }
 
-fn contents(document: &Document) -> Result<Contents<'_>, IoError> {
+fn contents(document: &Document, format: Format) -> Result<Contents<'_>, IoError> {
     let places = document.places(crate::weld::Weld::AsFormat)?;
     let attributes = document.attributes()?;
+    // An OBJ keeps the libraries of the OBJ that it comes from.
+    let keeps = format == Format::Obj && document.look().is_some_and(|look| look.writes(format));
+    let materials = if keeps {
+        Materials::default()
+    } else {
+        document.materials_of(&attributes)
+    };
     let (positions, faces) = (document.positions(), document.faces());
     if places
         .iter()
@@ -60,6 +84,7 @@ fn contents(document: &Document) -> Result<Contents<'_>, IoError> {
             positions: Cow::Borrowed(positions),
             faces: Cow::Borrowed(faces),
             attributes,
+            materials,
         });
     }
     // A vertex that stands for its place keeps its turn among them.
@@ -101,6 +126,7 @@ fn contents(document: &Document) -> Result<Contents<'_>, IoError> {
         positions: kept.iter().map(|&v| positions[v]).collect(),
         faces: Cow::Owned(polygons),
         attributes: Cow::Owned(welded),
+        materials,
     })
 }
 

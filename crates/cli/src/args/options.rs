@@ -7,7 +7,7 @@ use cotan::flow::{Acceleration, Schedule, Start};
 use cotan::linear::Strategy;
 use cotan::{DeformOptions, DetailSize, OrientationKind, SchemeKind};
 
-use cotan_io::{Repair, Weld};
+use cotan_io::{Companions, Repair, Weld};
 
 use super::paths::{InputPath, OutputPath};
 use super::values::{self, Precision};
@@ -61,6 +61,25 @@ The first solve has Laplacian coordinates of zero: the shape must come from the 
 Laplacian coordinates and the weights alone. Three to six handles that stay where they are say where
 the shape is.";
 
+/// Where the files go that OUT refers to.
+#[derive(Clone, Copy, Debug, Default, Args)]
+pub(crate) struct EmbedArgs {
+    /// Write the buffers and images that a glTF refers to into OUT. By default they are copied
+    /// beside it if it lies in another folder, but never over another file
+    #[arg(long)]
+    embed: bool,
+}
+
+impl EmbedArgs {
+    /// Where the files go.
+    pub(crate) fn companions(self) -> Companions {
+        match self.embed {
+            true => Companions::Embedded,
+            false => Companions::Beside,
+        }
+    }
+}
+
 /// What is edited, by which handles, and where the result goes.
 #[derive(Debug, Args)]
 pub(crate) struct InputArgs {
@@ -75,6 +94,8 @@ pub(crate) struct InputArgs {
     /// Mesh file to write; its extension names the format
     #[arg(short, long, value_name = "OUT")]
     pub(crate) output: OutputPath,
+    #[command(flatten)]
+    pub(crate) embed: EmbedArgs,
     /// Repair the mesh first, as `cotan repair` without options does; handles have the numbers of
     /// the file as it was. With --weld, what that repair parts stays parted, and OUT keeps every
     /// vertex

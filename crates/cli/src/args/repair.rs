@@ -5,6 +5,7 @@ use std::num::NonZeroUsize;
 use clap::Args;
 use cotan_io::{Repair, Weld};
 
+use super::options::EmbedArgs;
 use super::paths::{InputPath, OutputPath};
 use super::values;
 
@@ -27,6 +28,8 @@ pub(crate) struct RepairArgs {
     /// Mesh file to write; its extension names the format
     #[arg(short, long, value_name = "OUT")]
     pub(crate) output: OutputPath,
+    #[command(flatten)]
+    pub(crate) embed: EmbedArgs,
     /// Turn faces round until neighbours agree, and closed parts look outward
     #[arg(long, help_heading = REPAIRS)]
     orient: bool,

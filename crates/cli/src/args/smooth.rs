@@ -6,7 +6,7 @@ use clap::{ArgGroup, Args};
 use cotan::smooth::{Boundary, DetailOptions, Preserve, SmoothMethod, SmoothOptions};
 use cotan_io::Weld;
 
-use super::options::InputArgs;
+use super::options::{EmbedArgs, InputArgs};
 use super::paths::{InputPath, OutputPath};
 use super::values;
 
@@ -37,6 +37,8 @@ pub(crate) struct MeshArgs {
     /// Mesh file to write; its extension names the format
     #[arg(short, long, value_name = "OUT")]
     pub(crate) output: OutputPath,
+    #[command(flatten)]
+    pub(crate) embed: EmbedArgs,
     /// Repair the mesh first, as `cotan repair` without options does
     #[arg(long)]
     repair: bool,
@@ -54,6 +56,7 @@ impl MeshArgs {
             handles: InputPath::default(),
             def: None,
             output: self.output.clone(),
+            embed: self.embed,
             repair: self.repair,
             weld: self.weld,
         }

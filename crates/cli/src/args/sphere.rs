@@ -7,6 +7,7 @@ use cotan::SchemeKind;
 use cotan::sphere::{Centering, SphereMethod, SphereOptions};
 use cotan_io::{Repair, Weld};
 
+use super::options::EmbedArgs;
 use super::paths::{InputPath, OutputPath};
 use super::values::{self, Precision};
 use crate::error::Cure;
@@ -122,6 +123,8 @@ pub(crate) struct SphereArgs {
     #[arg(short, long, value_name = "OUT")]
     pub(crate) output: OutputPath,
     #[command(flatten)]
+    pub(crate) embed: EmbedArgs,
+    #[command(flatten)]
     pub(crate) map: MapArgs,
     #[command(flatten)]
     pub(crate) run: MapRunArgs,
@@ -210,6 +213,8 @@ pub(crate) struct MorphArgs {
     /// Mesh file to write; its extension names the format
     #[arg(short, long, value_name = "OUT")]
     pub(crate) output: OutputPath,
+    #[command(flatten)]
+    pub(crate) embed: EmbedArgs,
     /// How B's sphere is turned to fit A's
     #[arg(long, value_name = "NAME", value_enum, default_value_t = Align::Pose)]
     pub(crate) align: Align,

@@ -40,7 +40,8 @@ pub(crate) fn run(args: &BenchArgs, console: &Console) -> Result<(), CliError> {
 fn write_model(path: &OutputPath) -> Result<(), CliError> {
     let model = creature::<f64>(CREATURE_RESOLUTION);
     let document = Document::from_mesh(&model.mesh, &model.positions)?;
-    files::save(&document, path)
+    cotan_io::save(&document, path)?;
+    Ok(())
 }
 
 fn table(measured: &Measured) -> Text {

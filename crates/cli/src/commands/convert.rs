@@ -10,13 +10,10 @@ use crate::memory;
 use crate::text::Text;
 
 pub(crate) fn run(args: &ConvertArgs, console: &Console) -> Result<(), CliError> {
-    let format = files::mesh_format(&args.output)?;
+    files::mesh_format(&args.output)?;
     let document = files::load(&args.input, console)?;
     memory::check(Work::Convert, &args.input, &document)?;
-    for loss in document.losses(format) {
-        console.warn(format_args!("{}: {loss}", args.input.display()));
-    }
-    files::save(&document, &args.output)?;
+    files::save(&document, &args.output, args.embed, console)?;
     console.note(&Text::of(format_args!(
         "{}: {} vertices, {} faces",
         args.output.display(),

@@ -111,10 +111,7 @@ impl Job<'_> {
         let edited = edit.run(&mut document, &processing, &mut seconds, &progress)?;
         drop(progress);
 
-        files::save(&document, &self.input.output)?;
-        for loss in document.losses(format) {
-            console.warn(format_args!("{}: {loss}", self.input.output.display()));
-        }
+        files::save(&document, &self.input.output, self.input.embed, console)?;
         for forgotten in forgotten(format, &changes) {
             console.warn(format_args!("{}: {forgotten}", self.input.output.display()));
         }

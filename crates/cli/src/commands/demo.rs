@@ -11,7 +11,7 @@ use cotan::{DeformOptions, Handles};
 use cotan_io::Document;
 use cotan_tool::paths::Paths;
 
-use crate::args::{DemoArgs, InputArgs, OutputFolder, Precision, RunArgs};
+use crate::args::{DemoArgs, EmbedArgs, InputArgs, OutputFolder, Precision, RunArgs};
 use crate::commands::deform::{AtLimit, Job, Loose};
 use crate::console::Console;
 use crate::error::CliError;
@@ -33,6 +33,7 @@ pub(crate) fn run(args: &DemoArgs, console: &Console) -> Result<(), CliError> {
         handles: handles_file.as_input(),
         def: None,
         output: folder.file("after.obj"),
+        embed: EmbedArgs::default(),
         repair: false,
         weld: None,
     };

@@ -63,7 +63,6 @@ fn write(
     shape: &Shape<f64>,
     console: &Console,
 ) -> Result<(), CliError> {
-    let format = files::mesh_format(&args.output)?;
     let document = match args.level {
         Some(_) => Document::from_mesh(&shape.mesh, &shape.positions)?,
         None => {
@@ -73,10 +72,7 @@ fn write(
             document
         }
     };
-    files::save(&document, &args.output)?;
-    for lost in document.losses(format) {
-        console.warn(format_args!("{}: {lost}", args.output.display()));
-    }
+    files::save(&document, &args.output, args.embed, console)?;
     console.note(&Text::of(format_args!(
         "{}: {} vertices, {} faces",
         args.output.display(),

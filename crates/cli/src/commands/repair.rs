@@ -38,10 +38,7 @@ pub(crate) fn run(args: &RepairArgs, console: &Console) -> Result<(), CliError> 
     memory::check(Work::Repair, &args.input, &document)?;
     let in_file = |error| files::in_file(&args.input, error);
     let repaired = args.repair().apply(&document).map_err(in_file)?;
-    files::save(&repaired.document, &args.output)?;
-    for loss in repaired.document.losses(format) {
-        console.warn(format_args!("{}: {loss}", args.output.display()));
-    }
+    files::save(&repaired.document, &args.output, args.embed, console)?;
     for forgotten in forgotten(format, &repaired.changes) {
         console.warn(format_args!("{}: {forgotten}", args.output.display()));
     }

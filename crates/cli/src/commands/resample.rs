@@ -5,7 +5,7 @@ use std::time::Instant;
 use cotan::geometry::Scalar;
 use cotan_io::Document;
 
-use crate::args::{Precision, ResampleArgs};
+use crate::args::{EmbedArgs, Precision, ResampleArgs};
 use crate::console::Console;
 use crate::error::CliError;
 use crate::files;
@@ -49,7 +49,7 @@ fn run_as<T: Scalar>(args: &ResampleArgs, console: &Console) -> Result<SphereRun
     drop(progress);
 
     let document = Document::from_mesh(&shape.mesh, &mapped.in_file(&shape.positions))?;
-    files::save(&document, &args.output)?;
+    files::save(&document, &args.output, EmbedArgs::default(), console)?;
     sphere::warn(&mapped.report, &options, console);
     let mut report = SphereRun::new(&mapped, &options, args.run.precision);
     report.phases = Phases {

@@ -139,10 +139,7 @@ fn job(
     document
         .set_positions(&processing, &report.positions)
         .map_err(|e| files::in_file(&mesh.mesh, e))?;
-    files::save(&document, &mesh.output)?;
-    for loss in document.losses(format) {
-        console.warn(format_args!("{}: {loss}", mesh.output.display()));
-    }
+    files::save(&document, &mesh.output, mesh.embed, console)?;
     for forgotten in forgotten(format, &changes) {
         console.warn(format_args!("{}: {forgotten}", mesh.output.display()));
     }

@@ -92,9 +92,8 @@ fn write_sphere<T: Scalar>(
     if args.uv {
         document = sphere::with_texture(document, mapped, processing).map_err(in_file)?;
     }
-    files::save(&document, &args.output)?;
-    let losses = document.losses(format).into_iter();
-    for lost in losses.chain(forgotten(format, changes)) {
+    files::save(&document, &args.output, args.embed, console)?;
+    for lost in forgotten(format, changes) {
         console.warn(format_args!("{}: {lost}", args.output.display()));
     }
     sphere::warn_of_short_numbers(&args.output, format, mapped, processing, console)

@@ -1,6 +1,6 @@
 //! Attributes of the vertices and names of the faces, decoded on request.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Vector3;
 
@@ -237,6 +237,18 @@ impl Column {
             values,
         })
     }
+}
+
+/// The materials that faces have, in the order of their labels.
+pub(super) fn material_order(file: &GltfFile) -> Vec<usize> {
+    let mut seen = BTreeSet::new();
+    let materials = file.geometry.pieces.iter().filter_map(|piece| {
+        let material = usize::try_from(file.primitive(piece)?.material?).ok()?;
+        file.materials.get(material).map(|_| material)
+    });
+    materials
+        .filter(|&material| seen.insert(material))
+        .collect()
 }
 
 /// The names of materials and meshes.

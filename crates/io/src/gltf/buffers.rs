@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::ops::Range;
+use std::sync::Arc;
 
 use base64::Engine;
 use base64::alphabet::STANDARD;
@@ -9,10 +10,10 @@ use base64::engine::general_purpose::GeneralPurpose;
 use base64::engine::{DecodePaddingMode, GeneralPurposeConfig};
 
 use super::container::Container;
+use super::external::External;
 use super::model::Root;
-use crate::error::{IoError, quote};
+use crate::error::IoError;
 use crate::limits::Limits;
-use crate::resolve::Resolve;
 
 /// The bytes of one buffer.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -40,7 +41,7 @@ pub(super) enum Kind {
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) enum Data {
     File(Range<usize>),
-    Own(Vec<u8>),
+    Own(Arc<Vec<u8>>),
 }
 
 impl Buffer {
@@ -54,44 +55,44 @@ impl Buffer {
     }
 }
 
-/// Finds the bytes of all buffers.
+/// Finds the bytes of all buffers; those of files of their own stay in `files`, each once.
 pub(super) fn load(
     root: &Root<'_>,
     container: &Container,
     file_length: usize,
     limits: &Limits,
-    resolver: &dyn Resolve,
+    files: &mut External,
 ) -> Result<Vec<Buffer>, IoError> {
     let mut buffers = Vec::new();
-    let mut taken = file_length as u64;
+    let mut embedded = file_length as u64;
     for (number, buffer) in root.buffers.iter().enumerate() {
         let chunk = container.bin.clone().filter(|_| number == 0);
         let path = |field: &str| format!("buffers[{number}].{field}");
         let (kind, data) = match (buffer.uri.as_deref(), chunk) {
-            (Some(uri), _) => match uri.get(..5) {
-                Some(scheme) if scheme.eq_ignore_ascii_case("data:") => {
-                    let bytes = decode(&uri[5..]).map_err(|problem| IoError::Gltf {
+            (Some(uri), _) => match data_of(uri) {
+                Some(data) => {
+                    let bytes = decode(data).map_err(|problem| IoError::Gltf {
                         path: path("uri"),
                         problem,
                     })?;
-                    (Kind::Embedded, Data::Own(bytes))
+                    embedded = embedded.saturating_add(bytes.len() as u64);
+                    (Kind::Embedded, Data::Own(Arc::new(bytes)))
                 }
-                _ => {
+                None => {
+                    let taken = embedded.saturating_add(files.num_bytes());
                     let rest = limits.max_bytes.saturating_sub(taken);
                     // As many bytes as the JSON promises would do, but a file may be longer.
-                    (Kind::External, Data::Own(external(uri, rest, resolver)?))
+                    (Kind::External, Data::Own(files.read(uri, rest)?))
                 }
             },
             (None, Some(chunk)) => (Kind::Chunk, Data::File(chunk)),
-            (None, None) => (Kind::Absent, Data::Own(Vec::new())),
+            (None, None) => (Kind::Absent, Data::Own(Arc::default())),
         };
         let found = match &data {
             Data::File(range) => range.len(),
-            Data::Own(bytes) => {
-                taken = taken.saturating_add(bytes.len() as u64);
-                bytes.len()
-            }
+            Data::Own(bytes) => bytes.len(),
         };
+        let taken = embedded.saturating_add(files.num_bytes());
         limits.check_bytes(taken)?;
         limits.check_memory(usize::try_from(taken).unwrap_or(usize::MAX), 0, 0)?;
         let length = match kind {
@@ -111,25 +112,14 @@ pub(super) fn load(
     Ok(buffers)
 }
 
-/// A file that the resolver finds.
-fn external(uri: &str, max_bytes: u64, resolver: &dyn Resolve) -> Result<Vec<u8>, IoError> {
-    let refused = |problem: String| IoError::External {
-        uri: quote(uri.as_bytes()),
-        problem,
-    };
-    let name = unescape(uri).map_err(refused)?;
-    let name = String::from_utf8(name.into_owned())
-        .map_err(|_| refused("its percent escapes are not UTF-8".to_owned()))?;
-    let bytes = resolver.resolve(&name, max_bytes);
-    let bytes = bytes.map_err(|error| refused(error.to_string()))?;
-    if bytes.len() as u64 > max_bytes {
-        return Err(refused("it is larger than the limit".to_owned()));
-    }
-    Ok(bytes)
+/// What stands behind `data:` in a data URI; `None` for a reference to a file.
+pub(super) fn data_of(uri: &str) -> Option<&str> {
+    let (scheme, data) = uri.split_at_checked(5)?;
+    scheme.eq_ignore_ascii_case("data:").then_some(data)
 }
 
 /// The bytes of a data URI, given what stands behind `data:`.
-fn decode(uri: &str) -> Result<Vec<u8>, String> {
+pub(super) fn decode(uri: &str) -> Result<Vec<u8>, String> {
     let Some((head, data)) = uri.split_once(',') else {
         return Err("a data URI needs a comma before its data".to_owned());
     };
@@ -151,7 +141,12 @@ fn decode(uri: &str) -> Result<Vec<u8>, String> {
 
 /// The data URI of these bytes.
 pub(super) fn encode(bytes: &[u8]) -> String {
-    let mut uri = "data:application/octet-stream;base64,".to_owned();
+    encode_as("application/octet-stream", bytes)
+}
+
+/// The data URI of bytes of a media type.
+pub(super) fn encode_as(media_type: &str, bytes: &[u8]) -> String {
+    let mut uri = format!("data:{media_type};base64,");
     engine().encode_string(bytes, &mut uri);
     uri
 }
@@ -164,7 +159,7 @@ fn engine() -> GeneralPurpose {
 }
 
 /// Without percent escapes.
-fn unescape(text: &str) -> Result<Cow<'_, [u8]>, String> {
+pub(super) fn unescape(text: &str) -> Result<Cow<'_, [u8]>, String> {
     if !text.contains('%') {
         return Ok(Cow::Borrowed(text.as_bytes()));
     }
@@ -215,18 +210,5 @@ mod tests {
                 .unwrap_err()
                 .starts_with("`%` is not followed")
         );
-    }
-
-    #[test]
-    fn escapes_that_are_not_text_are_refused() {
-        let error = external("%FF.bin", 10, &crate::resolve::NoFiles).unwrap_err();
-        assert!(
-            error
-                .to_string()
-                .contains("its percent escapes are not UTF-8"),
-            "{error}"
-        );
-        let error = external("a%zz.bin", 10, &crate::resolve::NoFiles).unwrap_err();
-        assert!(error.to_string().contains("hexadecimal"), "{error}");
     }
 }

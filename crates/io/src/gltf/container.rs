@@ -132,6 +132,24 @@ impl Container {
     }
 }
 
+impl Container {
+    /// The chunks of a GLB that are neither JSON nor data, and what stands behind its end.
+    pub(super) fn further<'a>(
+        &'a self,
+        file: &'a [u8],
+    ) -> (impl Iterator<Item = &'a [u8]> + Clone, &'a [u8]) {
+        // The end of the GLB as its header has it; every chunk lies before it.
+        let end = word(file, 8).map_or(0, |length| length as usize);
+        let is_chunk = move |range: &&Range<usize>| range.start < end;
+        let chunks = self.others.iter().filter(is_chunk);
+        let trailing = if self.is_binary { end } else { file.len() };
+        (
+            chunks.map(|range| &file[range.clone()]),
+            file.get(trailing..).unwrap_or(&[]),
+        )
+    }
+}
+
 /// A GLB of its parts; `others` are chunks with their headers.
 pub(super) fn write_binary<'a>(
     json: &str,

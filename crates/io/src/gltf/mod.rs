@@ -12,10 +12,14 @@ mod accessor;
 mod attributes;
 mod buffers;
 mod container;
+mod embed;
+mod external;
 mod geometry;
 mod json;
+mod materials;
 mod model;
 mod new;
+mod new_materials;
 mod plan;
 mod private;
 mod rebuild;
@@ -24,20 +28,20 @@ mod scene;
 mod tests;
 mod write;
 
-use std::cell::RefCell;
-use std::collections::VecDeque;
-use std::io::{Error, ErrorKind};
 use std::sync::Arc;
 
 use self::buffers::{Buffer, Kind};
 use self::container::Container;
+use self::external::External;
 use self::geometry::Geometry;
 use self::model::{Accessor, Mesh as JsonMesh, Root, View};
-use crate::attributes::Attributes;
+use crate::attributes::{Attributes, LabelKind};
+use crate::companions::References;
 use crate::document::{Document, Parsed};
 use crate::error::{IoError, Place, quote};
 use crate::format::Format;
 use crate::limits::Limits;
+use crate::material::Materials;
 use crate::remap::Remap;
 use crate::resolve::Resolve;
 use crate::source::{Mesh, Moves, SourceFile};
@@ -62,15 +66,18 @@ pub(crate) fn read(
             problem: "this is no glTF: a GLB starts with `glTF`, a .gltf is JSON".to_owned(),
         });
     }
-    let (file, parsed) = GltfFile::read(bytes, limits, resolver)?;
+    let files = External::new(resolver.shared());
+    let (file, parsed) = GltfFile::read(bytes, limits, files)?;
     Document::from_source(parsed, file)
 }
 
 /// The bytes of a file and of its buffers.
-#[derive(Clone, PartialEq, Eq, Debug)]
+#[derive(Debug)]
 struct Buffers {
     file: Vec<u8>,
     list: Vec<Buffer>,
+    /// The bytes of the files that buffers refer to, each once.
+    external: usize,
 }
 
 impl Buffers {
@@ -94,10 +101,7 @@ impl Buffers {
 
     /// The bytes of the file and of what it refers to, which bound all counts.
     fn num_bytes(&self) -> usize {
-        let external = self.list.iter().filter(|b| b.kind == Kind::External);
-        external
-            .map(|buffer| buffer.length)
-            .fold(self.file.len(), usize::saturating_add)
+        self.file.len().saturating_add(self.external)
     }
 }
 
@@ -105,6 +109,8 @@ impl Buffers {
 #[derive(Debug)]
 struct GltfFile {
     buffers: Buffers,
+    /// The files that it refers to.
+    files: External,
     container: Container,
     accessors: Vec<Accessor>,
     views: Vec<View>,
@@ -124,7 +130,7 @@ impl GltfFile {
     fn read(
         bytes: Vec<u8>,
         limits: &Limits,
-        resolver: &dyn Resolve,
+        mut files: External,
     ) -> Result<(Self, Parsed), IoError> {
         limits.check_bytes(bytes.len() as u64)?;
         let mut warnings = Vec::new();
@@ -138,7 +144,7 @@ impl GltfFile {
         })?;
         let root = Root::read(text, start, limits)?;
         check_extensions(&root)?;
-        let list = buffers::load(&root, &container, bytes.len(), limits, resolver)?;
+        let list = buffers::load(&root, &container, bytes.len(), limits, &mut files)?;
         let extras = extras(&root, &container);
         // The URIs borrow from the bytes, which are to be moved.
         let root = Root {
@@ -146,7 +152,12 @@ impl GltfFile {
             ..root
         };
         let root: Root<'static> = root;
-        let buffers = Buffers { file: bytes, list };
+        let external = usize::try_from(files.num_bytes()).unwrap_or(usize::MAX);
+        let buffers = Buffers {
+            file: bytes,
+            list,
+            external,
+        };
         let (geometry, mut parsed) = Geometry::read(&root, &buffers, limits, &mut warnings)?;
         parsed.warnings = warnings;
         let materials = root.materials.into_iter().enumerate();
@@ -163,6 +174,7 @@ impl GltfFile {
         let animated = samplers.flat_map(|sampler| [sampler.input, sampler.output]);
         let file = Self {
             buffers,
+            files,
             container,
             materials: materials.map(name).collect(),
             geometry,
@@ -186,21 +198,7 @@ impl GltfFile {
 
     /// The chunks of a GLB that are neither JSON nor data, and what stands behind its end.
     fn chunks(&self) -> (impl Iterator<Item = &[u8]> + Clone, &[u8]) {
-        let file = &self.buffers.file;
-        // The end of the GLB as its header has it; every chunk lies before it.
-        let length = file.get(8..).and_then(|b| b.first_chunk().copied());
-        let end = length.map_or(0, |b| u32::from_le_bytes(b) as usize);
-        let is_chunk = move |range: &&std::ops::Range<usize>| range.start < end;
-        let chunks = self.container.others.iter().filter(is_chunk);
-        let trailing = if self.container.is_binary {
-            end
-        } else {
-            file.len()
-        };
-        (
-            chunks.map(|range| &file[range.clone()]),
-            file.get(trailing..).unwrap_or(&[]),
-        )
+        self.container.further(&self.buffers.file)
     }
 
     /// The primitive that a piece was read from.
@@ -281,8 +279,25 @@ impl SourceFile for GltfFile {
         stale
     }
 
+    fn has_materials(&self) -> bool {
+        !self.materials.is_empty()
+    }
+
+    fn materials(&self, attributes: &Attributes) -> Materials {
+        let labels = attributes.label(LabelKind::Material);
+        materials::materials(self, labels)
+    }
+
     fn write(&self, format: Format, moves: &Moves<'_>) -> Result<Vec<u8>, IoError> {
         write::write(self, format, moves)
+    }
+
+    fn references(&self, written: &[u8]) -> Result<References, IoError> {
+        self.files.references(written, self.limits.max_bytes)
+    }
+
+    fn embedded(&self, written: Vec<u8>) -> Result<Vec<u8>, IoError> {
+        embed::embed(written, &self.files, &self.limits)
     }
 
     fn rebuild(&self, remap: &Remap, mesh: Mesh<'_>) -> Result<Arc<dyn SourceFile>, IoError> {
@@ -335,13 +350,6 @@ fn extras(root: &Root<'_>, container: &Container) -> Vec<String> {
         (root.animations.len(), "animation", "animations"),
         (root.cameras.len(), "camera", "cameras"),
         (
-            root.materials.len(),
-            "material but its name",
-            "materials but their names",
-        ),
-        (root.textures.len(), "texture", "textures"),
-        (root.images.len(), "image", "images"),
-        (
             num_unshown,
             "primitive of points or lines",
             "primitives of points or lines",
@@ -363,24 +371,4 @@ fn extras(root: &Root<'_>, container: &Container) -> Vec<String> {
         extras.push("data of extensions".to_owned());
     }
     extras
-}
-
-/// Hands out the external buffers of a file again, in their order.
-struct Kept(RefCell<VecDeque<Vec<u8>>>);
-
-impl Kept {
-    fn new(buffers: &Buffers) -> Self {
-        let list = buffers.list.iter().enumerate();
-        let external = list.filter(|(_, buffer)| buffer.kind == Kind::External);
-        Self(RefCell::new(
-            external.map(|(n, _)| buffers.bytes(n).to_vec()).collect(),
-        ))
-    }
-}
-
-impl Resolve for Kept {
-    fn resolve(&self, _uri: &str, _max_bytes: u64) -> Result<Vec<u8>, Error> {
-        let next = self.0.borrow_mut().pop_front();
-        next.ok_or_else(|| Error::from(ErrorKind::NotFound))
-    }
 }

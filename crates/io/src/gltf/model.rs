@@ -43,8 +43,6 @@ pub(super) struct Root<'a> {
     pub(super) animations: Vec<Animation>,
     #[serde(default)]
     pub(super) cameras: Vec<IgnoredAny>,
-    #[serde(default)]
-    pub(super) textures: Vec<IgnoredAny>,
     pub(super) extras: Option<IgnoredAny>,
     pub(super) extensions: Option<IgnoredAny>,
 }

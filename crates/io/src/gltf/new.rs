@@ -11,11 +11,13 @@ use nalgebra::{Point3, Vector3};
 
 use super::buffers::encode;
 use super::container::write_binary;
+use super::new_materials;
 use super::write::{array, limits};
 use crate::attributes::{Attributes, COLOR, LabelKind, Labels, NONE, NORMAL, Property, UV, Values};
 use crate::error::IoError;
 use crate::faces::FaceList;
 use crate::format::Format;
+use crate::material::{Material, Materials};
 use crate::triangulate::Triangulator;
 use crate::writer::{Contents, named};
 
@@ -24,7 +26,7 @@ pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
     let attributes = &contents.attributes;
     let is_held = |name: &str, components: usize| match name {
         NORMAL => components == 3,
-        UV => components == 2,
+        UV => matches!(components, 2 | 3),
         COLOR => matches!(components, 3 | 4),
         _ => false,
     };
@@ -40,6 +42,9 @@ pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
     .into_iter()
     .flatten()
     .collect();
+    if has_third(attributes) {
+        losses.push("the third number of texture coordinates".to_owned());
+    }
     let is_single = |p: &Point3<f64>| p.map(|x| f64::from(x as f32)) == *p;
     if !contents.positions.iter().all(is_single) {
         losses.push("digits of coordinates beyond single precision".to_owned());
@@ -66,12 +71,31 @@ pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
         losses.push("smoothing groups".to_owned());
     }
     losses.extend(counted(attributes.comments.len(), "comment", "comments"));
-    losses.extend(counted(
-        attributes.libraries.len(),
-        "reference to a material library",
-        "references to material libraries",
-    ));
+    if contents.materials.is_empty() {
+        losses.extend(counted(
+            attributes.libraries.len(),
+            "reference to a material library",
+            "references to material libraries",
+        ));
+    }
+    losses.extend(contents.materials.others.iter().cloned());
     losses
+}
+
+/// Whether texture coordinates have a third number that says something.
+fn has_third(attributes: &Attributes) -> bool {
+    let says = |values: &Values, components: usize| {
+        components == 3
+            && (2..values.len())
+                .step_by(3)
+                .any(|i| values.get(i).is_some_and(|x| x != 0.0))
+    };
+    attributes
+        .corner(UV)
+        .is_some_and(|p| says(&p.values, p.components))
+        || attributes
+            .vertex(UV)
+            .is_some_and(|p| says(&p.values, p.components))
 }
 
 /// The one object that all faces belong to; its name becomes that of the mesh.
@@ -98,17 +122,10 @@ pub(crate) fn write_new(contents: &Contents<'_>, format: Format) -> Result<Vec<u
     let split = Split::new(contents);
     let mut file = NewFile::default();
     let attributes = file.attributes(&split, positions)?;
-    let materials = contents.attributes.label(LabelKind::Material);
-    let primitives = file.primitives(&split, positions, materials, &attributes);
+    let labels = contents.attributes.label(LabelKind::Material);
+    let primitives = file.primitives(&split, positions, labels, &attributes);
+    let materials = file.materials(labels, &contents.materials)?;
     let name = object(&contents.attributes).map(|name| format!("\"name\":{},", quoted(name)));
-    let materials = materials.map(|labels| {
-        let names = labels
-            .names
-            .iter()
-            .map(|name| format!("{{\"name\":{}}}", quoted(name)));
-        format!(",\"materials\":[{}]", names.collect::<Vec<_>>().join(","))
-    });
-    let materials = materials.filter(|_| file.has_materials).unwrap_or_default();
     let uri = match format {
         Format::Glb => String::new(),
         _ => format!(",\"uri\":\"{}\"", encode(&file.data)),
@@ -335,10 +352,15 @@ impl NewFile {
     /// Ends a view that started at this byte.
     fn view(&mut self, start: usize, target: u32, stride: Option<usize>) -> usize {
         let stride = stride.map(|stride| format!(",\"byteStride\":{stride}"));
+        let stride = stride.unwrap_or_default();
+        self.end_view(start, &format!("{stride},\"target\":{target}"))
+    }
+
+    /// Ends a view that started at this byte and has these further members.
+    fn end_view(&mut self, start: usize, members: &str) -> usize {
         self.views.push(format!(
-            "{{\"buffer\":0,\"byteOffset\":{start},\"byteLength\":{}{},\"target\":{target}}}",
+            "{{\"buffer\":0,\"byteOffset\":{start},\"byteLength\":{}{members}}}",
             self.data.len() - start,
-            stride.unwrap_or_default()
         ));
         self.data.resize(self.data.len().next_multiple_of(4), 0);
         self.views.len() - 1
@@ -512,6 +534,34 @@ impl NewFile {
             ));
         }
         primitives
+    }
+}
+
+impl NewFile {
+    /// The materials, textures and images, as members of the root; the bytes of the images go
+    /// into the data.
+    fn materials(
+        &mut self,
+        labels: Option<&Labels>,
+        materials: &Materials,
+    ) -> Result<String, IoError> {
+        let names = labels.filter(|_| self.has_materials);
+        let names = names.map_or(&[][..], |labels| &labels.names);
+        let mut list = Cow::Borrowed(&materials.list);
+        if list.is_empty() {
+            // Of these only the names are known.
+            list = Cow::Owned(names.iter().map(Material::named).collect());
+        }
+        if list.is_empty() {
+            return Ok(String::new());
+        }
+        let mut views = Vec::with_capacity(materials.images.len());
+        for image in &materials.images {
+            let start = self.data.len();
+            self.data.extend_from_slice(image.bytes());
+            views.push(self.end_view(start, ""));
+        }
+        new_materials::members(&list, &materials.images, &views)
     }
 }
 

@@ -10,12 +10,12 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
 
+use super::GltfFile;
 use super::accessor::{Component, Layout};
 use super::geometry::Piece;
 use super::json::member;
 use super::plan::{Plan, unsupported};
 use super::write::{Rewrite, array, limits};
-use super::{GltfFile, Kept};
 use crate::error::IoError;
 use crate::limits::Limits;
 use crate::remap::Remap;
@@ -46,8 +46,7 @@ pub(super) fn rebuild(file: &GltfFile, remap: &Remap, mesh: Mesh<'_>) -> Result<
         max_depth: file.limits.max_depth,
         ..Limits::NONE
     };
-    let kept = Kept::new(&file.buffers);
-    let (mut new, parsed) = GltfFile::read(bytes, &unbounded, &kept)?;
+    let (mut new, parsed) = GltfFile::read(bytes, &unbounded, file.files.clone())?;
     new.limits = file.limits;
     let positions = remap
         .vertices

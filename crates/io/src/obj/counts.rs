@@ -7,6 +7,7 @@ use crate::error::{Place, Warning, quote};
 pub(super) struct Counts {
     textures: usize,
     normals: usize,
+    libraries: usize,
     /// In the order of [`EXTRAS`].
     extras: [usize; EXTRAS.len()],
     /// The line and the word of the first statement that is none of OBJ.
@@ -50,7 +51,8 @@ impl Counts {
         match keyword {
             b"vt" => self.textures += 1,
             b"vn" => self.normals += 1,
-            b"" | b"g" | b"o" | b"s" | b"usemtl" | b"mtllib" => {}
+            b"mtllib" => self.libraries += 1,
+            b"" | b"g" | b"o" | b"s" | b"usemtl" => {}
             word => {
                 let kind = EXTRAS
                     .iter()
@@ -79,6 +81,7 @@ impl Counts {
     pub(super) fn append(&mut self, piece: &Self, num_lines: usize) {
         self.textures += piece.textures;
         self.normals += piece.normals;
+        self.libraries += piece.libraries;
         for (sum, count) in self.extras.iter_mut().zip(piece.extras) {
             *sum += count;
         }
@@ -97,6 +100,11 @@ impl Counts {
     /// Number of `vn`.
     pub(super) fn normals(&self) -> usize {
         self.normals
+    }
+
+    /// Number of `mtllib`.
+    pub(super) fn libraries(&self) -> usize {
+        self.libraries
     }
 
     /// Whether there are lines or points.

@@ -51,6 +51,15 @@ pub(super) fn attributes(file: &ObjFile, mesh: Mesh<'_>) -> Result<Attributes, I
     Ok(decoder.finish())
 }
 
+/// What stands behind each `mtllib`.
+pub(super) fn libraries(file: &ObjFile) -> Vec<String> {
+    let start = text::after_bom(&file.bytes);
+    Statements::new(&file.bytes, start, 0)
+        .filter(|statement| statement.keyword() == b"mtllib")
+        .map(|statement| decode(statement.name()))
+        .collect()
+}
+
 /// The tables that corners refer to, and to which entry each does.
 pub(super) fn corner_references(
     file: &ObjFile,

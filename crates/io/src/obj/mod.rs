@@ -5,32 +5,45 @@
 //! with anything behind (a weight, a colour), `f` with corners `v`, `v/vt`, `v//vn`, `v/vt/vn`,
 //! negative indices counted from the latest vertex, references to vertices further down,
 //! lines continued by a backslash, comments, and every line end. Names may be UTF-8 or Latin-1.
-//! No library that the file names (`mtllib`) is opened. Source: Wavefront, "Object Files (.obj)",
+//! The libraries that the file names (`mtllib`) are found by the resolver of the document, when
+//! somebody asks for materials. Source: Wavefront, "Object Files (.obj)",
 //! Advanced Visualizer manual, appendix B1.
 
 mod counts;
 mod decode;
 mod fast;
+mod mtl;
+mod new;
 mod parse;
 mod patch;
 mod rebuild;
 mod statement;
 mod write;
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
-use crate::attributes::Attributes;
+use crate::attributes::{Attributes, LabelKind};
+use crate::companions::References;
 use crate::document::{Document, Parsed};
 use crate::error::IoError;
 use crate::format::Format;
 use crate::limits::Limits;
+use crate::material::Materials;
 use crate::obj::counts::Counts;
+use crate::obj::mtl::Libraries;
 use crate::remap::Remap;
+use crate::resolve::Resolve;
 use crate::source::{Mesh, Moves, SourceFile};
 use crate::writer::Contents;
 
+pub(crate) use self::new::write_new;
+
 /// Reads an OBJ file.
-pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError> {
+pub(crate) fn read_with(
+    bytes: Vec<u8>,
+    limits: &Limits,
+    resolver: &dyn Resolve,
+) -> Result<Document, IoError> {
     let parse::Mesh {
         positions,
         faces,
@@ -43,7 +56,14 @@ pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError>
         warnings: counts.warnings(),
         ..Parsed::default()
     };
-    Document::from_source(parsed, ObjFile { bytes, counts })
+    let file = ObjFile::new(bytes, counts, resolver.shared(), *limits);
+    Document::from_source(parsed, file)
+}
+
+/// Reads an OBJ file that stands alone.
+#[cfg(test)]
+fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError> {
+    read_with(bytes, limits, &crate::resolve::NoFiles)
 }
 
 /// An OBJ file as it was read. Where its vertices stand is found again when it is needed, since
@@ -52,6 +72,33 @@ pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError>
 struct ObjFile {
     bytes: Vec<u8>,
     counts: Counts,
+    /// Finds the material libraries and their images.
+    files: Arc<dyn Resolve>,
+    limits: Limits,
+    /// The material libraries, read when they are first asked for.
+    libraries: OnceLock<Libraries>,
+}
+
+impl ObjFile {
+    fn new(bytes: Vec<u8>, counts: Counts, files: Arc<dyn Resolve>, limits: Limits) -> Self {
+        Self {
+            bytes,
+            counts,
+            files,
+            limits,
+            libraries: OnceLock::new(),
+        }
+    }
+
+    fn libraries(&self) -> &Libraries {
+        self.libraries.get_or_init(|| {
+            if self.counts.libraries() == 0 {
+                return Libraries::default();
+            }
+            let names = decode::libraries(self);
+            Libraries::read(&names, self.files.as_ref(), &self.limits)
+        })
+    }
 }
 
 impl SourceFile for ObjFile {
@@ -75,6 +122,23 @@ impl SourceFile for ObjFile {
         self.counts.extras()
     }
 
+    fn has_materials(&self) -> bool {
+        self.counts.libraries() > 0
+    }
+
+    fn materials(&self, attributes: &Attributes) -> Materials {
+        if !self.has_materials() {
+            return Materials::default();
+        }
+        let labels = attributes.label(LabelKind::Material);
+        mtl::materials(self.libraries(), labels, self.files.as_ref(), &self.limits)
+    }
+
+    fn references(&self, _written: &[u8]) -> Result<References, IoError> {
+        let max = self.limits.max_bytes;
+        Ok(self.libraries().references(&self.files, max))
+    }
+
     fn write(&self, _format: Format, moves: &Moves<'_>) -> Result<Vec<u8>, IoError> {
         Ok(patch::rewrite(self, moves))
     }
@@ -90,21 +154,17 @@ impl SourceFile for ObjFile {
                 remedy: "convert the file to another format and repair that",
             });
         }
-        Ok(Arc::new(Self {
-            bytes,
-            counts: again.counts,
-        }))
+        let files = Arc::clone(&self.files);
+        Ok(Arc::new(Self::new(bytes, again.counts, files, self.limits)))
     }
 }
 
 /// What a new OBJ file cannot hold, in words.
-pub(crate) fn losses(attributes: &Attributes) -> Vec<String> {
-    write::losses(attributes)
-}
-
-/// A new OBJ file.
-pub(crate) fn write_new(contents: &Contents<'_>) -> Result<Vec<u8>, IoError> {
-    Ok(write::write(contents).into_bytes())
+pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
+    let mut losses = write::losses(&contents.attributes);
+    losses.extend(mtl::losses(&contents.materials));
+    losses.extend(contents.materials.others.iter().cloned());
+    losses
 }
 
 #[cfg(test)]

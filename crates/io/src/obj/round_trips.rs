@@ -302,7 +302,7 @@ proptest! {
 
     #[test]
     fn documents_come_back_from_a_new_file(document in document()) {
-        prop_assert!(losses(&document.attributes().unwrap()).is_empty());
+        prop_assert!(write::losses(&document.attributes().unwrap()).is_empty());
         let bytes = document.write(Format::Obj).unwrap();
         let again = parse(&bytes).unwrap();
         prop_assert_eq!(again.positions(), document.positions());

@@ -332,7 +332,7 @@ fn attributes_of_other_formats_are_written_or_named() {
         ..Attributes::default()
     };
     assert_eq!(
-        losses(&attributes),
+        write::losses(&attributes),
         [
             "the vertex properties weight, quality",
             "the face property color"

@@ -4,21 +4,25 @@
 //! weight); normals and texture coordinates of corners, or else of vertices, become `vn` and `vt`;
 //! names become `o`, `g`, `usemtl` and `s` before the faces that bear them, and a face without a
 //! name behind one that has one is preceded by `g` or `o` alone, `usemtl (null)` or `s off`.
+//! Materials that are known go into a library of their own.
 //! Numbers of 64 bits and of 32 bits are the shortest that read back to the same bits; integer
 //! colours become fractions of the type's largest.
 
 use crate::attributes::{
-    Attributes, COLOR, CornerProperty, Labels, NONE, NORMAL, Property, UV, Values,
+    Attributes, COLOR, CornerProperty, LabelKind, Labels, NONE, NORMAL, Property, UV, Values,
 };
 use crate::faces::FaceList;
 use crate::number;
 use crate::obj::decode::{KINDS, WEIGHT, no_name};
+use crate::obj::mtl::material_names;
 use crate::writer::{Contents, named};
 
-/// The file as text; its numbers count from 1.
-pub(super) fn write(contents: &Contents<'_>) -> String {
+/// The file as text; its numbers count from 1. `library` is the file of its materials, if one is
+/// made for it.
+pub(super) fn write(contents: &Contents<'_>, library: Option<&str>) -> String {
     let attributes = contents.attributes.as_ref();
-    let plan = Plan::new(attributes);
+    let mut plan = Plan::new(attributes);
+    plan.material_names = material_names(&contents.materials);
     let mut out = String::new();
     for comment in &attributes.comments {
         for line in comment.split(['\n', '\r']) {
@@ -27,8 +31,13 @@ pub(super) fn write(contents: &Contents<'_>) -> String {
             out.push('\n');
         }
     }
-    for library in &attributes.libraries {
-        statement(&mut out, "mtllib", library);
+    match library {
+        Some(library) => statement(&mut out, "mtllib", library),
+        None => {
+            for library in &attributes.libraries {
+                statement(&mut out, "mtllib", library);
+            }
+        }
     }
     for (vertex, p) in contents.positions.iter().enumerate() {
         out.push('v');
@@ -96,6 +105,8 @@ struct Plan<'a> {
     textures: Option<Table<'a>>,
     normals: Option<Table<'a>>,
     labels: Vec<State<'a>>,
+    /// Of the materials that are known, as they are in the library.
+    material_names: Vec<String>,
 }
 
 /// Values that corners refer to.
@@ -150,6 +161,7 @@ impl<'a> Plan<'a> {
             textures: table(UV, [1, 2, 3]),
             normals: table(NORMAL, [3; 3]),
             labels: labels.collect(),
+            material_names: Vec::new(),
         }
     }
 }
@@ -162,7 +174,11 @@ fn write_faces(out: &mut String, faces: &FaceList, plan: &Plan<'_>) {
             let label = state.labels.faces.get(face).copied().unwrap_or(NONE);
             if label != *current {
                 *current = label;
-                let name = state.labels.names.get(label as usize);
+                let known = match state.labels.kind {
+                    LabelKind::Material => plan.material_names.get(label as usize),
+                    _ => None,
+                };
+                let name = known.or_else(|| state.labels.names.get(label as usize));
                 let name = name.map_or(no_name(state.labels.kind), String::as_str);
                 statement(out, state.keyword, name);
             }

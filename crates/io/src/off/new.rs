@@ -9,7 +9,8 @@ use crate::number;
 use crate::writer::{Contents, labels_named, named};
 
 /// What a new OFF file cannot hold, in words.
-pub(crate) fn losses(attributes: &Attributes) -> Vec<String> {
+pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
+    let attributes = contents.attributes.as_ref();
     let kept = Kept::of(attributes);
     let is_lost = |p: &&Property| !kept.all().any(|kept| std::ptr::eq(kept, *p));
     let vertices = attributes.vertices.iter().filter(is_lost);
@@ -24,6 +25,7 @@ pub(crate) fn losses(attributes: &Attributes) -> Vec<String> {
     .flatten()
     .collect();
     losses.extend(labels_named(attributes));
+    losses.extend(contents.materials.lost_altogether(attributes));
     if !attributes.libraries.is_empty() {
         losses.push("the material libraries".to_owned());
     }

@@ -298,6 +298,7 @@ fn faces_without_texture_coordinates_lose_nothing() {
     let losses = |indices: Vec<u32>| {
         losses(&crate::writer::Contents {
             positions: vec![nalgebra::Point3::origin(); 3].into(),
+            materials: crate::material::Materials::default(),
             faces: std::borrow::Cow::Borrowed(&faces),
             attributes: std::borrow::Cow::Owned(Attributes {
                 corners: vec![CornerProperty {

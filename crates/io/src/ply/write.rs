@@ -39,6 +39,7 @@ pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
         }
     }
     losses.extend(labels_named(attributes));
+    losses.extend(contents.materials.lost_altogether(attributes));
     if !attributes.libraries.is_empty() {
         losses.push("material libraries".to_owned());
     }

@@ -41,6 +41,7 @@ pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
     let names = attributes.corners.iter().map(|p| p.name.as_str());
     losses.extend(named("corner", names));
     losses.extend(labels_named(attributes));
+    losses.extend(contents.materials.lost_altogether(attributes));
     match attributes.comments.len() {
         0 => {}
         1 => losses.push("a comment".to_owned()),

@@ -486,6 +486,7 @@ fn losses_name_the_attributes() {
     ];
     let faces: FaceList = [[0u32, 1, 2]].iter().collect();
     let contents = Contents {
+        materials: crate::material::Materials::default(),
         positions: positions.into(),
         faces: std::borrow::Cow::Owned(faces),
         attributes: std::borrow::Cow::Owned(attributes),

@@ -1,13 +1,16 @@
 //! Small files of every kind.
 
+use std::sync::Arc;
+
 use serde_json::{Value, json};
 
 use crate::document::Document;
 use crate::error::IoError;
 use crate::file::{read, read_with};
 use crate::gltf::container::write_binary;
+use crate::gltf::external::External;
 use crate::limits::Limits;
-use crate::resolve::Resolve;
+use crate::resolve::{NoFiles, Resolve};
 
 /// Data that grows, with a view for each piece.
 #[derive(Default)]
@@ -103,7 +106,13 @@ pub(super) fn volume(document: &Document) -> f64 {
     document.faces().iter().map(triple).sum::<f64>() / 6.0
 }
 
+/// The files of a glTF that has none.
+pub(super) fn no_files() -> External {
+    External::new(NoFiles.shared())
+}
+
 /// A resolver of one file.
+#[derive(Clone, Debug)]
 pub(super) struct One(pub(super) &'static str, pub(super) Vec<u8>);
 
 impl Resolve for One {
@@ -113,6 +122,10 @@ impl Resolve for One {
         } else {
             Err(std::io::ErrorKind::NotFound.into())
         }
+    }
+
+    fn shared(&self) -> Arc<dyn Resolve> {
+        Arc::new(self.clone())
     }
 }
 

@@ -2,13 +2,13 @@
 
 use serde_json::{Value, json};
 
+use super::made::no_files;
 use super::made::{CORNERS, FACES, Made, open, tetrahedron};
 use crate::attributes::{COLOR, UV, Values};
 use crate::format::Format;
 use crate::gltf::GltfFile;
 use crate::limits::Limits;
 use crate::remap::Remap;
-use crate::resolve::NoFiles;
 use crate::source::{Mesh, SourceFile};
 
 #[test]
@@ -58,7 +58,7 @@ fn what_has_no_colour_is_white() {
 
 #[test]
 fn vertices_taken_over_from_another_primitive_are_white() {
-    let (file, parsed) = GltfFile::read(half_coloured(), &Limits::default(), &NoFiles).unwrap();
+    let (file, parsed) = GltfFile::read(half_coloured(), &Limits::default(), no_files()).unwrap();
     let mesh = Mesh {
         positions: &parsed.positions,
         faces: &parsed.faces,
@@ -160,7 +160,7 @@ fn a_rebuild_may_exceed_the_limits_of_the_read() {
         ..Limits::default()
     };
     let glb = tetrahedron(&json!({"mesh": 0}));
-    let (file, parsed) = GltfFile::read(glb, &limits, &NoFiles).unwrap();
+    let (file, parsed) = GltfFile::read(glb, &limits, no_files()).unwrap();
     let mesh = Mesh {
         positions: &parsed.positions,
         faces: &parsed.faces,

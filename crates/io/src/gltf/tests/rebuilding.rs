@@ -1,6 +1,7 @@
 use proptest::prelude::*;
 use serde_json::json;
 
+use super::made::no_files;
 use super::made::{CORNERS, FACES, Made, json_of};
 use crate::attributes::NONE;
 use crate::document::Parsed;
@@ -11,7 +12,6 @@ use crate::gltf::GltfFile;
 use crate::limits::Limits;
 use crate::normals::Normals;
 use crate::remap::Remap;
-use crate::resolve::NoFiles;
 use crate::source::{Mesh, Moves, SourceFile};
 
 /// A mesh of two primitives with vertices of their own, a mirrored one, and one that shares the
@@ -50,7 +50,7 @@ fn several() -> Vec<u8> {
 }
 
 fn open(bytes: &[u8]) -> (GltfFile, Parsed) {
-    GltfFile::read(bytes.to_vec(), &Limits::default(), &NoFiles).unwrap()
+    GltfFile::read(bytes.to_vec(), &Limits::default(), no_files()).unwrap()
 }
 
 fn mesh(parsed: &Parsed) -> Mesh<'_> {

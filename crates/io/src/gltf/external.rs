@@ -1,0 +1,238 @@
+//! The files that a glTF refers to: its buffers, read with it, and all others, found when they
+//! are needed.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::{Error, ErrorKind};
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::buffers::{data_of, unescape};
+use super::container::Container;
+use crate::companions::{Companion, References};
+use crate::error::{IoError, quote};
+use crate::resolve::Resolve;
+
+/// The files of a glTF.
+#[derive(Clone, Debug)]
+pub(super) struct External {
+    /// Those that buffers refer to, by their name without escapes.
+    read: BTreeMap<String, Arc<Vec<u8>>>,
+    num_bytes: u64,
+    resolver: Arc<dyn Resolve>,
+}
+
+impl External {
+    /// The files that a resolver finds; none is read yet.
+    pub(super) fn new(resolver: Arc<dyn Resolve>) -> Self {
+        Self {
+            read: BTreeMap::new(),
+            num_bytes: 0,
+            resolver,
+        }
+    }
+
+    /// The bytes of the files that were read, each once however often it is referred to.
+    pub(super) fn num_bytes(&self) -> u64 {
+        self.num_bytes
+    }
+
+    /// The bytes of a file that a buffer refers to, read the first time.
+    pub(super) fn read(&mut self, uri: &str, max_bytes: u64) -> Result<Arc<Vec<u8>>, IoError> {
+        let name = name(uri)?;
+        if let Some(bytes) = self.read.get(&name) {
+            return Ok(Arc::clone(bytes));
+        }
+        let bytes = self.find(&name, max_bytes);
+        let bytes = Arc::new(bytes.map_err(|error| refused(uri, error.to_string()))?);
+        self.num_bytes = self.num_bytes.saturating_add(bytes.len() as u64);
+        self.read.insert(name, Arc::clone(&bytes));
+        Ok(bytes)
+    }
+
+    /// The bytes of any file, read anew unless a buffer refers to it; `None` if there is no such
+    /// file in the folder.
+    pub(super) fn bytes(&self, uri: &str, max_bytes: u64) -> Result<Option<Arc<Vec<u8>>>, IoError> {
+        if is_address(uri) {
+            return Ok(None);
+        }
+        let name = name(uri)?;
+        if let Some(bytes) = self.read.get(&name) {
+            return Ok(Some(Arc::clone(bytes)));
+        }
+        match self.find(&name, max_bytes) {
+            Ok(bytes) => Ok(Some(Arc::new(bytes))),
+            Err(error) => match error.kind() {
+                ErrorKind::NotFound | ErrorKind::PermissionDenied => Ok(None),
+                _ => Err(refused(&name, error.to_string())),
+            },
+        }
+    }
+
+    fn find(&self, name: &str, max_bytes: u64) -> Result<Vec<u8>, Error> {
+        let bytes = self.resolver.resolve(name, max_bytes)?;
+        if bytes.len() as u64 > max_bytes {
+            let problem = "it is larger than the limit";
+            return Err(Error::new(ErrorKind::FileTooLarge, problem));
+        }
+        Ok(bytes)
+    }
+
+    /// What a glTF or GLB refers to that was written from the file with these files.
+    pub(super) fn references(&self, written: &[u8], max: u64) -> Result<References, IoError> {
+        let container = Container::read(written, &mut Vec::new())?;
+        let text = str::from_utf8(written.get(container.json).unwrap_or(&[])).unwrap_or_default();
+        let mut references = References::default();
+        for uri in uris(text) {
+            let companion = name(&uri).and_then(|name| {
+                let companion = match self.read.get(&name) {
+                    Some(bytes) => Companion::new(&name, Arc::clone(bytes)),
+                    None => Companion::found(&name, Arc::clone(&self.resolver), max),
+                };
+                companion.map_err(|problem| refused(&uri, problem.to_owned()))
+            });
+            match companion {
+                Ok(companion) => references.companions.push(companion),
+                Err(_) if is_address(&uri) => {}
+                Err(_) => references.left.push(format!(
+                    "the reference to `{}` stays as it is; it leads out of the folder, and that \
+                     file was not copied",
+                    quote(uri.as_bytes())
+                )),
+            }
+        }
+        Ok(references)
+    }
+}
+
+/// Finds the buffers again that were read, and everything else where it was.
+impl Resolve for External {
+    fn resolve(&self, uri: &str, max_bytes: u64) -> Result<Vec<u8>, Error> {
+        match self.read.get(uri) {
+            Some(bytes) => Ok(bytes.to_vec()),
+            None => self.resolver.resolve(uri, max_bytes),
+        }
+    }
+
+    fn shared(&self) -> Arc<dyn Resolve> {
+        Arc::new(self.clone())
+    }
+}
+
+/// The name that a reference has without percent escapes.
+fn name(uri: &str) -> Result<String, IoError> {
+    let name = unescape(uri).map_err(|problem| refused(uri, problem))?;
+    String::from_utf8(name.into_owned())
+        .map_err(|_| refused(uri, "its percent escapes are not UTF-8".to_owned()))
+}
+
+fn refused(uri: &str, problem: String) -> IoError {
+    IoError::External {
+        uri: quote(uri.as_bytes()),
+        problem,
+    }
+}
+
+/// Whether a reference leads to a place that does not depend on the folder of the file.
+fn is_address(uri: &str) -> bool {
+    let scheme = uri.split_once("://").map(|(scheme, _)| scheme);
+    scheme.is_some_and(|s| !s.is_empty() && s.bytes().all(|b| b.is_ascii_alphanumeric()))
+}
+
+/// The references to other files in a JSON text that was parsed before: every `uri` that is no
+/// data URI, each once. Application data (`extras`) is not looked into.
+fn uris(text: &str) -> Vec<String> {
+    let mut uris: Vec<String> = Vec::new();
+    let mut seen = BTreeSet::new();
+    let (mut depth, mut at) = (0usize, 0);
+    // How deep application data lies that is being skipped.
+    let mut skipped = None;
+    let bytes = text.as_bytes();
+    while let Some(&byte) = bytes.get(at) {
+        match byte {
+            b'{' | b'[' => depth += 1,
+            b'}' | b']' => {
+                depth = depth.saturating_sub(1);
+                skipped = skipped.filter(|&outer| depth > outer);
+            }
+            b'"' => {
+                let end = string_end(bytes, at);
+                let value = value_of(bytes, end);
+                let key = value.and_then(|_| string(text, at..end));
+                at = end;
+                let Some(value) = value else { continue };
+                match key.as_deref() {
+                    Some("extras") if matches!(bytes.get(value), Some(b'{' | b'[')) => {
+                        skipped.get_or_insert(depth);
+                    }
+                    Some("uri") if skipped.is_none() && bytes.get(value) == Some(&b'"') => {
+                        at = string_end(bytes, value);
+                        let uri = string(text, value..at);
+                        let uri = uri.filter(|uri| data_of(uri).is_none());
+                        uris.extend(uri.filter(|uri| seen.insert(uri.clone())));
+                    }
+                    _ => {}
+                }
+                continue;
+            }
+            _ => {}
+        }
+        at += 1;
+    }
+    uris
+}
+
+/// The byte behind the string that starts here.
+fn string_end(bytes: &[u8], start: usize) -> usize {
+    let mut at = start + 1;
+    while let Some(&byte) = bytes.get(at) {
+        match byte {
+            b'"' => return at + 1,
+            b'\\' => at += 2,
+            _ => at += 1,
+        }
+    }
+    bytes.len()
+}
+
+/// Where the value starts if what ends here is the key of a member.
+fn value_of(bytes: &[u8], end: usize) -> Option<usize> {
+    let next = |from: usize| {
+        let rest = bytes.get(from..)?;
+        let space = rest.iter().take_while(|b| b.is_ascii_whitespace()).count();
+        Some(from + space)
+    };
+    let colon = next(end).filter(|&at| bytes.get(at) == Some(&b':'))?;
+    next(colon + 1)
+}
+
+/// The string that a literal stands for.
+fn string(text: &str, literal: Range<usize>) -> Option<String> {
+    serde_json::from_str(text.get(literal)?).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::resolve::NoFiles;
+
+    #[test]
+    fn escapes_that_are_not_text_are_refused() {
+        let mut files = External::new(NoFiles.shared());
+        let error = files.read("%FF.bin", 10).unwrap_err().to_string();
+        assert!(
+            error.contains("its percent escapes are not UTF-8"),
+            "{error}"
+        );
+        let error = files.read("a%zz.bin", 10).unwrap_err().to_string();
+        assert!(error.contains("hexadecimal"), "{error}");
+    }
+
+    #[test]
+    fn references_are_found_wherever_they_stand() {
+        let text = r#"{"buffers":[{"uri":"b\u002ebin"},{"uri":"data:,x"},{"byteLength":1}],
+            "extras":{"uri":"no"},"images":[{"uri":"t/a.png"},{"uri":"t/a.png"},{"uri":"a.png"}],
+            "extensions":{"X":{"lights":[{"uri":"l.ies","n":[1.5,-1,null,true]}]}},"uri":[1e999],
+            "x":{"extras":[[{"uri":"no"}]],"y":"\"uri\":\"no\"","uri" : "c d"}}"#;
+        assert_eq!(uris(text), ["b.bin", "t/a.png", "a.png", "l.ies", "c d"]);
+    }
+}

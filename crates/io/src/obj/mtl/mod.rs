@@ -1,0 +1,19 @@
+//! MTL, the material libraries of OBJ: read with the resolver of the document, and written.
+//!
+//! The text is checked statement by statement, parsed by tobj and translated to [`Materials`].
+//! Trouble with a library is never an error of the mesh: what cannot be read is named among the
+//! losses when the mesh is written in another format. Source: Wavefront, "Material Library File
+//! (.mtl)", Advanced Visualizer manual, appendix B2; for the physically based statements Clara.io,
+//! "Extending Wavefront MTL to support Physically-Based Rendering", 2014.
+
+mod check;
+mod files;
+mod options;
+mod read;
+#[cfg(test)]
+mod tests;
+mod write;
+
+pub(super) use files::Libraries;
+pub(super) use read::materials;
+pub(super) use write::{losses, material_names, write};

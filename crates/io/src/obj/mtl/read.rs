@@ -1,0 +1,265 @@
+//! From the statements of an MTL to materials.
+//!
+//! `Ns` is the exponent of Phong's highlight; roughness is 1 − √(Ns / 1000) where there is no
+//! `Pr`, as Blender has it, and 1 without either. `d` goes before `Tr`, and a `Tr` of 1 is taken for
+//! opaque, as MeshLab means it. A `map_d` that is the
+//! image of `map_Kd` means the alpha of that image; any other one has no place in the model.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::ErrorKind;
+
+use super::files::{Libraries, Library, outside, reason};
+use crate::attributes::Labels;
+use crate::error::quote;
+use crate::limits::Limits;
+use crate::material::{Alpha, Image, Material, Materials, listed, stem};
+use crate::resolve::Resolve;
+
+/// The materials of an OBJ: those of the labels first, in their order, then the others.
+pub(in crate::obj) fn materials(
+    libraries: &Libraries,
+    labels: Option<&Labels>,
+    files: &dyn Resolve,
+    limits: &Limits,
+) -> Materials {
+    let mut reader = Reader {
+        files,
+        budget: limits.max_bytes.min(limits.max_memory),
+        materials: Materials::default(),
+        places: BTreeMap::new(),
+        missing: Vec::new(),
+        statements: BTreeSet::new(),
+    };
+    let mut defined: BTreeMap<String, Option<Material>> = BTreeMap::new();
+    let mut order = Vec::new();
+    let mut doubled = BTreeSet::new();
+    for library in &libraries.found {
+        for (name, parsed) in reader.parse(library) {
+            let material = reader.material(library, &name, &parsed);
+            if defined.insert(name.clone(), Some(material)).is_some() {
+                doubled.insert(format!("`{}`", quote(name.as_bytes())));
+            } else {
+                order.push(name);
+            }
+        }
+    }
+    let mut materials = reader.finish(libraries);
+    if !doubled.is_empty() {
+        let names: Vec<String> = doubled.into_iter().collect();
+        let text = format!(
+            "all materials but the last of the same name {}",
+            listed(&names)
+        );
+        materials.others.insert(text);
+    }
+    if libraries.found.is_empty() {
+        return materials;
+    }
+    for name in labels.map_or(&[][..], |labels| &labels.names) {
+        let known = defined.get_mut(name).and_then(Option::take);
+        materials
+            .list
+            .push(known.unwrap_or_else(|| Material::named(name)));
+    }
+    let unused = order
+        .iter()
+        .filter_map(|name| defined.get_mut(name)?.take());
+    materials.list.extend(unused);
+    materials
+}
+
+/// The exponent that stands for a roughness where a reader does not know `Pr`.
+pub(super) fn exponent(roughness: f32) -> f32 {
+    1000.0 * (1.0 - roughness) * (1.0 - roughness)
+}
+
+fn roughness(exponent: f32) -> f32 {
+    1.0 - (exponent.clamp(0.0, 1000.0) / 1000.0).sqrt()
+}
+
+struct Reader<'a> {
+    files: &'a dyn Resolve,
+    /// How many bytes of images may still be read.
+    budget: u64,
+    materials: Materials,
+    /// The image of each place that was looked at.
+    places: BTreeMap<String, Option<usize>>,
+    /// Images that are not there, and why.
+    missing: Vec<String>,
+    /// Statements that the model has no place for.
+    statements: BTreeSet<String>,
+}
+
+impl Reader<'_> {
+    /// The materials of a library as tobj reads them, with their names.
+    fn parse(&mut self, library: &Library) -> Vec<(String, tobj::Material)> {
+        let checked = &library.checked;
+        match tobj::load_mtl_buf(&mut checked.text.as_bytes()) {
+            Ok((parsed, _)) => checked.names.iter().cloned().zip(parsed).collect(),
+            Err(error) => {
+                let name = quote(library.name.as_bytes());
+                let text = format!("the materials of `{name}` ({error})");
+                self.materials.others.insert(text);
+                Vec::new()
+            }
+        }
+    }
+
+    fn material(&mut self, library: &Library, name: &str, parsed: &tobj::Material) -> Material {
+        let mut material = Material::named(name);
+        let number = |key: &str| parsed.unknown_param.get(key)?.parse::<f32>().ok();
+        let path = |key: &str| parsed.unknown_param.get(key).map(String::as_str);
+        let [base, emission, normal] = [
+            parsed.diffuse_texture.as_deref(),
+            path("map_Ke"),
+            path("norm"),
+        ]
+        .map(|path| path.and_then(|path| self.image(library, path)));
+        material.base_color_texture = base;
+        material.emission_texture = emission;
+        material.normal_texture = normal;
+        if let Some(color) = parsed.diffuse {
+            material.base_color = color.map(|x| self.unit(x, "Kd"));
+        }
+        if let Some(color) = parsed.emissive {
+            material.emission = color.map(|x| if x < 0.0 { self.unit(x, "Ke") } else { x });
+        } else if emission.is_some() {
+            material.emission = [1.0; 3];
+        }
+        if let Some(metallic) = number("Pm") {
+            material.metallic = self.unit(metallic, "Pm");
+        }
+        match (number("Pr"), parsed.shininess) {
+            (Some(own), exponent) => {
+                material.roughness = self.unit(own, "Pr");
+                let expected = self::exponent(material.roughness);
+                if exponent.is_some_and(|x| (x - expected).abs() > 1e-3 * expected.max(1.0)) {
+                    self.statements.insert("Ns".to_owned());
+                }
+            }
+            (None, Some(exponent)) => material.roughness = roughness(exponent),
+            (None, None) => {}
+        }
+        let transparency = number("Tr");
+        if let Some(opacity) = parsed.dissolve {
+            material.opacity = self.unit(opacity, "d");
+        } else if transparency.is_some_and(|x| x >= 1.0) {
+            // Some programs write the opacity here, and nobody means an invisible surface.
+            self.statements.insert("Tr".to_owned());
+        } else if let Some(transparency) = transparency {
+            material.opacity = self.unit(1.0 - transparency, "Tr");
+        }
+        if material.opacity < 1.0 {
+            material.alpha = Alpha::Blend;
+        }
+        if let Some(path) = &parsed.dissolve_texture {
+            let image = self.image(library, path);
+            if image.is_some() && image == base {
+                material.alpha = Alpha::Blend;
+            } else {
+                self.statements.insert("map_d".to_owned());
+            }
+        }
+        // Both have a highlight or none by their roughness.
+        if parsed
+            .illumination_model
+            .is_some_and(|model| !matches!(model, 1 | 2))
+        {
+            self.statements.insert("illum".to_owned());
+        }
+        material
+    }
+
+    /// A number that must be from 0 to 1.
+    fn unit(&mut self, x: f32, keyword: &str) -> f32 {
+        if !(0.0..=1.0).contains(&x) {
+            let text = format!("numbers of materials beyond 0 to 1 ({keyword})");
+            self.materials.others.insert(text);
+        }
+        x.clamp(0.0, 1.0)
+    }
+
+    /// The image that a library names, read the first time.
+    fn image(&mut self, library: &Library, path: &str) -> Option<usize> {
+        let places = library.places(path);
+        let mut problem = outside();
+        for place in &places {
+            match self.places.get(place) {
+                Some(Some(image)) => return Some(*image),
+                Some(None) => return None,
+                None => {}
+            }
+            match self.files.resolve(place, self.budget) {
+                Ok(bytes) => return self.take(place, bytes),
+                Err(error) => problem = error,
+            }
+        }
+        for place in places {
+            self.places.insert(place, None);
+        }
+        self.miss(path, &reason(&problem));
+        None
+    }
+
+    /// Takes the bytes of an image.
+    fn take(&mut self, place: &str, bytes: Vec<u8>) -> Option<usize> {
+        let Some(rest) = self.budget.checked_sub(bytes.len() as u64) else {
+            self.places.insert(place.to_owned(), None);
+            self.miss(place, &reason(&ErrorKind::FileTooLarge.into()));
+            return None;
+        };
+        let Some(image) = Image::new(stem(place), bytes) else {
+            self.places.insert(place.to_owned(), None);
+            self.miss(place, "it is neither a PNG nor a JPEG");
+            return None;
+        };
+        self.budget = rest;
+        self.materials.images.push(image);
+        let index = self.materials.images.len() - 1;
+        self.places.insert(place.to_owned(), Some(index));
+        Some(index)
+    }
+
+    fn miss(&mut self, path: &str, problem: &str) {
+        let text = format!("the image `{}` ({problem})", quote(path.as_bytes()));
+        if !self.missing.contains(&text) {
+            self.missing.push(text);
+        }
+    }
+
+    /// The images, and everything that is not carried over.
+    fn finish(self, libraries: &Libraries) -> Materials {
+        let mut materials = self.materials;
+        let others = &mut materials.others;
+        let mut statements = self.statements;
+        let mut options = BTreeSet::new();
+        for library in &libraries.found {
+            let checked = &library.checked;
+            statements.extend(checked.statements.iter().cloned());
+            options.extend(checked.options.iter().map(|&option| option.to_owned()));
+            if let Some((line, text)) = &checked.first_wrong {
+                let name = quote(library.name.as_bytes());
+                others.insert(match checked.num_wrong {
+                    1 => format!("line {line} of `{name}`, which is wrong (`{text}`),"),
+                    n => format!(
+                        "{n} lines of `{name}` that are wrong, first line {line} (`{text}`),"
+                    ),
+                });
+            }
+        }
+        let some = |words: BTreeSet<String>| {
+            let words: Vec<String> = words.into_iter().collect();
+            (!words.is_empty()).then(|| listed(&words))
+        };
+        others.extend(some(statements).map(|words| format!("the MTL statements {words}")));
+        others.extend(some(options).map(|words| format!("the texture options {words}")));
+        for (name, error) in &libraries.missing {
+            let name = quote(name.as_bytes());
+            others.insert(format!("the materials of `{name}` ({})", reason(error)));
+        }
+        if !self.missing.is_empty() {
+            others.insert(listed(&self.missing));
+        }
+        materials
+    }
+}
