@@ -1,6 +1,7 @@
 //! The user's file in memory: what is worked on, and everything else, kept.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -14,7 +15,9 @@ use crate::companions::{Companions, References, WriteOptions, Written};
 use crate::error::{IoError, Warning};
 use crate::faces::FaceList;
 use crate::format::Format;
+use crate::instances::Expanded;
 use crate::normals::Normals;
+use crate::precision::Rounding;
 use crate::processing::{Numbering, ProcessingMesh};
 use crate::remap::Remap;
 use crate::source::{Mesh, Moves, SourceFile};
@@ -35,12 +38,17 @@ use crate::writer;
 /// or leave stale.
 ///
 /// The vertices of a glTF are those of its meshes, each once however many nodes show it, placed by
-/// the first node that does.
+/// the first node that does: an edit of a mesh shows at all of its places, as in the file, and
+/// formats without nodes get the mesh at each. Meshes that share an accessor have vertices of
+/// their own if they are placed differently or have a face in common, and so have primitives of
+/// one mesh with the same faces.
 #[derive(Clone, Debug)]
 pub struct Document {
     positions: Vec<Point3<f64>>,
     faces: FaceList,
     parts: Vec<Part>,
+    /// In the order of the vertices; the first starts at 0.
+    stretches: Vec<Stretch>,
     places: Places,
     warnings: Vec<Warning>,
     /// Of a document made in memory; what a file has is decoded on request.
@@ -63,6 +71,16 @@ enum Places {
     Given(Vec<u32>),
 }
 
+/// Vertices that may be one with those of their group, wherever these stand.
+///
+/// A group is a part, or a layer of one: the same faces once more, which are not to be welded to
+/// the others.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+struct Stretch {
+    start: usize,
+    group: u32,
+}
+
 /// A part of a document with vertices and faces of its own: a mesh of a glTF.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Part {
@@ -81,6 +99,8 @@ pub(crate) struct Parsed {
     pub(crate) faces: FaceList,
     /// Empty if the document is one part.
     pub(crate) parts: Vec<Part>,
+    /// Vertices of parts that are layers of these; see [`Stretch`].
+    pub(crate) layers: Vec<(Range<usize>, u32)>,
     /// Whether vertices at the same place in a part are one vertex of the surface.
     pub(crate) is_split: bool,
     pub(crate) warnings: Vec<Warning>,
@@ -186,6 +206,7 @@ impl Document {
             positions,
             faces,
             mut parts,
+            layers,
             is_split,
             warnings,
         } = parsed;
@@ -198,6 +219,7 @@ impl Document {
         }
         let places = if is_split { Places::Exact } else { Places::Own };
         Self {
+            stretches: stretches(&parts, &layers),
             positions,
             faces,
             parts,
@@ -317,7 +339,7 @@ impl Document {
 
     /// For each vertex the first one that it is welded to; empty if there is nothing to weld.
     pub(crate) fn places(&self, weld: Weld) -> Result<Cow<'_, [u32]>, IoError> {
-        let part = part_of(&self.parts);
+        let part = self.group_of();
         Ok(match weld {
             Weld::AsFormat => match &self.places {
                 Places::Own => Cow::Borrowed(&[]),
@@ -334,17 +356,41 @@ impl Document {
         })
     }
 
+    /// The mesh with every instance of it, welded as the format means it.
+    pub(crate) fn expanded(&self) -> Result<Expanded<'_>, IoError> {
+        let places = self.places(Weld::AsFormat)?;
+        Expanded::new(
+            self.source.as_deref(),
+            self.mesh(),
+            self.attributes()?,
+            places,
+        )
+    }
+
     /// The same document as one of a format that splits vertices, in these parts.
     #[cfg(test)]
     pub(crate) fn split_into(mut self, parts: Vec<Part>) -> Self {
         self.places = Places::Exact;
+        self.stretches = stretches(&parts, &[]);
         self.parts = parts;
         self
     }
 
-    /// The number of the part of each vertex.
-    pub(crate) fn part_of(&self) -> impl Fn(usize) -> u32 + use<> {
-        part_of(&self.parts)
+    /// The number of the stretch of vertices that a vertex belongs to: ascending, and the same for
+    /// vertices of a part that may be welded and stand together.
+    pub(crate) fn stretch_of(&self) -> impl Fn(usize) -> usize + use<> {
+        let starts: Vec<usize> = self.stretches.iter().map(|s| s.start).collect();
+        move |vertex| match starts.len() {
+            0 | 1 => 0,
+            _ => starts.partition_point(|&start| start <= vertex) - 1,
+        }
+    }
+
+    /// The number of the group of each vertex.
+    fn group_of(&self) -> impl Fn(usize) -> u32 + use<> {
+        let stretch = self.stretch_of();
+        let groups: Vec<u32> = self.stretches.iter().map(|s| s.group).collect();
+        move |vertex| groups.get(stretch(vertex)).copied().unwrap_or(0)
     }
 
     /// The document of another mesh made of this one's vertices and faces, with everything that
@@ -377,10 +423,20 @@ impl Document {
             part.faces = face..face + faces.count();
             face = part.faces.end;
         }
+        let mut stretches: Vec<Stretch> = Vec::new();
+        let stretch_of = self.stretch_of();
+        for (start, &old) in remap.vertices.iter().enumerate() {
+            let old = self.stretches.get(stretch_of(old as usize));
+            let group = old.map_or(0, |stretch| stretch.group);
+            if stretches.last().is_none_or(|last| last.group != group) {
+                stretches.push(Stretch { start, group });
+            }
+        }
         Ok(Self {
             positions: gather(&self.positions),
             faces: remap.faces.clone(),
             parts,
+            stretches,
             places: match places.is_empty() {
                 true => Places::Own,
                 false => Places::Given(places),
@@ -495,7 +551,8 @@ impl Document {
                 stale.push(format!("normals, which cannot be read ({error}),"));
             }
             let kept = |what: String| format!("{what} are kept as they were; vertices have moved");
-            return stale.into_iter().map(kept).collect();
+            let rounded = self.severe_rounding(source.as_ref());
+            return stale.into_iter().map(kept).chain(rounded).collect();
         }
         let mut losses = source.map_or_else(Vec::new, |source| source.extras());
         match writer::losses(self, format) {
@@ -504,6 +561,22 @@ impl Document {
         }
         let lost = |what: String| format!("{what} will be lost in {format}");
         losses.into_iter().map(lost).collect()
+    }
+
+    /// What the number type of the file does to the vertices that were moved, if that is more than
+    /// the last digits.
+    fn severe_rounding(&self, source: &dyn SourceFile) -> Option<String> {
+        let stored = |v: usize| match self.original[v] == self.positions[v] {
+            true => self.positions[v],
+            false => source.stored(v, self.positions[v]),
+        };
+        let rounding = Rounding::measure(&self.positions, &self.faces, stored)?;
+        rounding.is_severe().then(|| {
+            format!(
+                "the file has single precision, too little so far from its origin: {rounding}; \
+                 write it as OBJ or OFF, or move the mesh to the origin first"
+            )
+        })
     }
 
     /// The document as a file in `format`.
@@ -581,13 +654,36 @@ impl Document {
     }
 }
 
-/// The number of the part that a vertex belongs to.
-fn part_of(parts: &[Part]) -> impl Fn(usize) -> u32 + use<> {
-    let starts: Vec<usize> = parts.iter().map(|part| part.vertices.start).collect();
-    move |vertex| match starts.len() {
-        1 => 0,
-        _ => starts.partition_point(|&start| start <= vertex) as u32,
+/// The stretches of parts and layers.
+fn stretches(parts: &[Part], layers: &[(Range<usize>, u32)]) -> Vec<Stretch> {
+    let mut stretches: Vec<Stretch> = Vec::new();
+    let mut push = |start: usize, group: u32| {
+        if stretches.last().is_none_or(|last| last.group != group) {
+            stretches.push(Stretch { start, group });
+        }
+    };
+    let mut layers = layers.iter().peekable();
+    // The groups of layers have numbers behind those of the parts.
+    let mut next = parts.len() as u32;
+    for (number, part) in (0u32..).zip(parts) {
+        let mut groups = BTreeMap::new();
+        let mut at = part.vertices.start;
+        while let Some((range, layer)) = layers.next_if(|(l, _)| l.start < part.vertices.end) {
+            if at < range.start {
+                push(at, number);
+            }
+            let group = *groups.entry(*layer).or_insert_with(|| {
+                next += 1;
+                next - 1
+            });
+            push(range.start, group);
+            at = range.end;
+        }
+        if at < part.vertices.end {
+            push(at, number);
+        }
     }
+    stretches
 }
 
 fn is_finite(point: &Point3<f64>) -> bool {

@@ -11,6 +11,7 @@ use crate::document::Document;
 use crate::error::IoError;
 use crate::faces::FaceList;
 use crate::format::Format;
+use crate::instances::Expanded;
 use crate::{gltf, obj, off, ply, stl};
 
 /// What a new file is made from.
@@ -54,17 +55,20 @@ pub(crate) fn losses(document: &Document, format: Format) -> Result<Vec<String>,
 }
 
 fn contents(document: &Document) -> Result<Contents<'_>, IoError> {
-    let places = document.places(crate::weld::Weld::AsFormat)?;
-    let attributes = document.attributes()?;
-    let (positions, faces) = (document.positions(), document.faces());
+    let Expanded {
+        positions,
+        faces,
+        attributes,
+        places,
+    } = document.expanded()?;
     if places
         .iter()
         .enumerate()
         .all(|(v, &place)| v == place as usize)
     {
         return Ok(Contents {
-            positions: Cow::Borrowed(positions),
-            faces: Cow::Borrowed(faces),
+            positions,
+            faces,
             attributes,
         });
     }

@@ -11,11 +11,13 @@ use nalgebra::{Point3, Vector3};
 
 use super::buffers::encode;
 use super::container::write_binary;
+use super::origin;
 use super::write::{array, limits};
 use crate::attributes::{Attributes, COLOR, LabelKind, Labels, NONE, NORMAL, Property, UV, Values};
 use crate::error::IoError;
 use crate::faces::FaceList;
 use crate::format::Format;
+use crate::precision::Rounding;
 use crate::triangulate::Triangulator;
 use crate::writer::{Contents, named};
 
@@ -40,10 +42,10 @@ pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
     .into_iter()
     .flatten()
     .collect();
-    let is_single = |p: &Point3<f64>| p.map(|x| f64::from(x as f32)) == *p;
-    if !contents.positions.iter().all(is_single) {
-        losses.push("digits of coordinates beyond single precision".to_owned());
-    }
+    let (positions, faces) = (&contents.positions, &contents.faces);
+    let origin = origin::of(positions, faces);
+    let stored = |v: usize| origin::stored(positions[v], &origin);
+    losses.extend(Rounding::measure(positions, faces, stored).map(|rounding| rounding.loss()));
     let polygons = contents.faces.iter().filter(|f| f.len() > 3).count();
     let has = |kind: LabelKind| attributes.label(kind).is_some();
     let counted = |count: usize, one: &str, more: &str| match count {
@@ -97,7 +99,12 @@ pub(crate) fn write_new(contents: &Contents<'_>, format: Format) -> Result<Vec<u
     }
     let split = Split::new(contents);
     let mut file = NewFile::default();
-    let attributes = file.attributes(&split, positions)?;
+    let origin = origin::of(positions, faces);
+    let attributes = file.attributes(&split, positions, &origin)?;
+    let translation = match origin == Point3::origin() {
+        true => String::new(),
+        false => format!(",\"translation\":{}", array(origin.coords.as_slice())),
+    };
     let materials = contents.attributes.label(LabelKind::Material);
     let primitives = file.primitives(&split, positions, materials, &attributes);
     let name = object(&contents.attributes).map(|name| format!("\"name\":{},", quoted(name)));
@@ -115,7 +122,7 @@ pub(crate) fn write_new(contents: &Contents<'_>, format: Format) -> Result<Vec<u
     };
     let json = format!(
         "{{\"asset\":{{\"generator\":\"cotan\",\"version\":\"2.0\"}},\"scene\":0,\
-         \"scenes\":[{{\"nodes\":[0]}}],\"nodes\":[{{\"mesh\":0}}],\
+         \"scenes\":[{{\"nodes\":[0]}}],\"nodes\":[{{\"mesh\":0{translation}}}],\
          \"meshes\":[{{{}\"primitives\":[{}]}}]{materials},\
          \"accessors\":[{}],\"bufferViews\":[{}],\"buffers\":[{{\"byteLength\":{}{uri}}}]}}",
         name.unwrap_or_default(),
@@ -355,11 +362,12 @@ impl NewFile {
         &mut self,
         split: &Split<'_>,
         positions: &[Point3<f64>],
+        origin: &Point3<f64>,
     ) -> Result<String, IoError> {
         let count = split.vertices.len();
         let mut singles = Vec::with_capacity(count);
         for &(vertex, _) in &split.vertices {
-            let p = positions[vertex as usize];
+            let p = Point3::from(positions[vertex as usize] - origin);
             if let Some(&value) = p.iter().find(|&&x| !(x as f32).is_finite()) {
                 return Err(IoError::DoesNotFit {
                     vertex: vertex as usize,

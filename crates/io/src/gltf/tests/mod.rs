@@ -5,4 +5,5 @@ mod odd;
 mod reading;
 mod rebuilding;
 mod refusals;
+mod sharing;
 mod writing;
