@@ -1,7 +1,9 @@
 //! The user's file in memory: what is worked on, and everything else, kept.
 
+mod stretches;
+mod write;
+
 use std::borrow::Cow;
-use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -10,19 +12,17 @@ use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::HalfedgeMesh;
 use nalgebra::Point3;
 
+use self::stretches::Stretches;
 use crate::attributes::{Attributes, NONE};
-use crate::companions::{Companions, References, WriteOptions, Written};
 use crate::error::{IoError, Warning};
 use crate::faces::FaceList;
 use crate::format::Format;
 use crate::instances::Expanded;
 use crate::normals::Normals;
-use crate::precision::Rounding;
 use crate::processing::{Numbering, ProcessingMesh};
 use crate::remap::Remap;
-use crate::source::{Mesh, Moves, SourceFile};
+use crate::source::{Mesh, SourceFile};
 use crate::weld::{self, Weld};
-use crate::writer;
 
 /// A mesh file: positions, polygons, and everything else that it holds.
 ///
@@ -47,8 +47,7 @@ pub struct Document {
     positions: Vec<Point3<f64>>,
     faces: FaceList,
     parts: Vec<Part>,
-    /// In the order of the vertices; the first starts at 0.
-    stretches: Vec<Stretch>,
+    stretches: Stretches,
     places: Places,
     warnings: Vec<Warning>,
     /// Of a document made in memory; what a file has is decoded on request.
@@ -71,16 +70,6 @@ enum Places {
     Given(Vec<u32>),
 }
 
-/// Vertices that may be one with those of their group, wherever these stand.
-///
-/// A group is a part, or a layer of one: the same faces once more, which are not to be welded to
-/// the others.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-struct Stretch {
-    start: usize,
-    group: u32,
-}
-
 /// A part of a document with vertices and faces of its own: a mesh of a glTF.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Part {
@@ -99,7 +88,7 @@ pub(crate) struct Parsed {
     pub(crate) faces: FaceList,
     /// Empty if the document is one part.
     pub(crate) parts: Vec<Part>,
-    /// Vertices of parts that are layers of these; see [`Stretch`].
+    /// Vertices of parts that are layers of these; see [`Stretches`].
     pub(crate) layers: Vec<(Range<usize>, u32)>,
     /// Whether vertices at the same place in a part are one vertex of the surface.
     pub(crate) is_split: bool,
@@ -219,7 +208,7 @@ impl Document {
         }
         let places = if is_split { Places::Exact } else { Places::Own };
         Self {
-            stretches: stretches(&parts, &layers),
+            stretches: Stretches::new(&parts, &layers),
             positions,
             faces,
             parts,
@@ -339,7 +328,7 @@ impl Document {
 
     /// For each vertex the first one that it is welded to; empty if there is nothing to weld.
     pub(crate) fn places(&self, weld: Weld) -> Result<Cow<'_, [u32]>, IoError> {
-        let part = self.group_of();
+        let part = self.stretches.group_of();
         Ok(match weld {
             Weld::AsFormat => match &self.places {
                 Places::Own => Cow::Borrowed(&[]),
@@ -371,7 +360,7 @@ impl Document {
     #[cfg(test)]
     pub(crate) fn split_into(mut self, parts: Vec<Part>) -> Self {
         self.places = Places::Exact;
-        self.stretches = stretches(&parts, &[]);
+        self.stretches = Stretches::new(&parts, &[]);
         self.parts = parts;
         self
     }
@@ -379,18 +368,7 @@ impl Document {
     /// The number of the stretch of vertices that a vertex belongs to: ascending, and the same for
     /// vertices of a part that may be welded and stand together.
     pub(crate) fn stretch_of(&self) -> impl Fn(usize) -> usize + use<> {
-        let starts: Vec<usize> = self.stretches.iter().map(|s| s.start).collect();
-        move |vertex| match starts.len() {
-            0 | 1 => 0,
-            _ => starts.partition_point(|&start| start <= vertex) - 1,
-        }
-    }
-
-    /// The number of the group of each vertex.
-    fn group_of(&self) -> impl Fn(usize) -> u32 + use<> {
-        let stretch = self.stretch_of();
-        let groups: Vec<u32> = self.stretches.iter().map(|s| s.group).collect();
-        move |vertex| groups.get(stretch(vertex)).copied().unwrap_or(0)
+        self.stretches.stretch_of()
     }
 
     /// The document of another mesh made of this one's vertices and faces, with everything that
@@ -423,20 +401,11 @@ impl Document {
             part.faces = face..face + faces.count();
             face = part.faces.end;
         }
-        let mut stretches: Vec<Stretch> = Vec::new();
-        let stretch_of = self.stretch_of();
-        for (start, &old) in remap.vertices.iter().enumerate() {
-            let old = self.stretches.get(stretch_of(old as usize));
-            let group = old.map_or(0, |stretch| stretch.group);
-            if stretches.last().is_none_or(|last| last.group != group) {
-                stretches.push(Stretch { start, group });
-            }
-        }
         Ok(Self {
             positions: gather(&self.positions),
             faces: remap.faces.clone(),
             parts,
-            stretches,
+            stretches: self.stretches.remapped(&remap.vertices),
             places: match places.is_empty() {
                 true => Places::Own,
                 false => Places::Given(places),
@@ -536,154 +505,6 @@ impl Document {
             self.positions[vertex] = position;
         }
     }
-
-    /// What a write in `format` would drop or leave stale, one sentence each, for a warning.
-    ///
-    /// Empty if the file written has everything that the file read has.
-    pub fn losses(&self, format: Format) -> Vec<String> {
-        let source = self.source.as_ref();
-        if let Some(source) = source.filter(|source| source.writes(format)) {
-            if self.original.is_empty() {
-                return Vec::new();
-            }
-            let mut stale = source.stale();
-            if let Err(error) = self.turned_normals(source.as_ref()) {
-                stale.push(format!("normals, which cannot be read ({error}),"));
-            }
-            let kept = |what: String| format!("{what} are kept as they were; vertices have moved");
-            let rounded = self.severe_rounding(source.as_ref());
-            return stale.into_iter().map(kept).chain(rounded).collect();
-        }
-        let mut losses = source.map_or_else(Vec::new, |source| source.extras());
-        match writer::losses(self, format) {
-            Ok(lost) => losses.extend(lost),
-            Err(error) => return vec![format!("{format} cannot be written: {error}")],
-        }
-        let lost = |what: String| format!("{what} will be lost in {format}");
-        losses.into_iter().map(lost).collect()
-    }
-
-    /// What the number type of the file does to the vertices that were moved, if that is more than
-    /// the last digits.
-    fn severe_rounding(&self, source: &dyn SourceFile) -> Option<String> {
-        let stored = |v: usize| match self.original[v] == self.positions[v] {
-            true => self.positions[v],
-            false => source.stored(v, self.positions[v]),
-        };
-        let rounding = Rounding::measure(&self.positions, &self.faces, stored)?;
-        rounding.is_severe().then(|| {
-            format!(
-                "the file has single precision, too little so far from its origin: {rounding}; \
-                 write it as OBJ or OFF, or move the mesh to the origin first"
-            )
-        })
-    }
-
-    /// The document as a file in `format`.
-    ///
-    /// In the format that it was read from, only the coordinates of moved vertices and the normals
-    /// that turned with the surface are replaced, in the number types that the file has (a PLY with
-    /// `float` coordinates keeps them `float`); otherwise a new file is written with positions as
-    /// exact as the format allows, the faces, and what it can hold of the attributes. Text formats
-    /// get the shortest number that reads back to the same bits. Normals that cannot be read are
-    /// left as they are.
-    ///
-    /// What the file refers to has to lie beside it; [`Document::write_with`] says what that is.
-    ///
-    /// # Errors
-    /// [`IoError::DoesNotFit`] if the format's number type cannot hold a new coordinate;
-    /// [`IoError`] with the place in the file if an attribute is wrong that another format needs.
-    pub fn write(&self, format: Format) -> Result<Vec<u8>, IoError> {
-        match &self.source {
-            Some(source) if source.writes(format) => self.rewrite(source.as_ref(), format),
-            _ => Ok(writer::write(self, format, &WriteOptions::default())?.bytes),
-        }
-    }
-
-    /// [`Document::write`] together with the files that the file refers to: those of the file
-    /// that was read, and those that are made for a new one.
-    ///
-    /// # Errors
-    /// As [`Document::write`]; with [`Companions::Embedded`] also [`IoError::External`] for a file
-    /// that cannot be read.
-    pub fn write_with(
-        &self,
-        format: Format,
-        options: &WriteOptions<'_>,
-    ) -> Result<Written, IoError> {
-        let Some(source) = self.source.as_ref().filter(|source| source.writes(format)) else {
-            return writer::write(self, format, options);
-        };
-        let mut bytes = self.rewrite(source.as_ref(), format)?;
-        if options.companions == Companions::Embedded {
-            bytes = source.embedded(bytes)?;
-        }
-        let References { companions, left } = source.references(&bytes)?;
-        Ok(Written {
-            bytes,
-            companions,
-            left,
-        })
-    }
-
-    /// The normals that turned where vertices were moved; an error if the file's are wrong.
-    fn turned_normals(&self, source: &dyn SourceFile) -> Result<Normals, IoError> {
-        if self.original.is_empty() || self.original == self.positions || !source.has_normals() {
-            return Ok(Normals::default());
-        }
-        let attributes = source.attributes(self.mesh())?;
-        let (before, after) = (&self.original, &self.positions);
-        Ok(Normals::turned(&attributes, &self.faces, before, after))
-    }
-
-    fn rewrite(&self, source: &dyn SourceFile, format: Format) -> Result<Vec<u8>, IoError> {
-        let moved: Vec<bool> = self
-            .original
-            .iter()
-            .zip(&self.positions)
-            .map(|(before, after)| before != after)
-            .collect();
-        // An edit is not lost over a number that has nothing to do with it.
-        let normals = self.turned_normals(source).unwrap_or_default();
-        let moves = Moves {
-            mesh: self.mesh(),
-            moved: &moved,
-            normals: &normals,
-        };
-        source.write(format, &moves)
-    }
-}
-
-/// The stretches of parts and layers.
-fn stretches(parts: &[Part], layers: &[(Range<usize>, u32)]) -> Vec<Stretch> {
-    let mut stretches: Vec<Stretch> = Vec::new();
-    let mut push = |start: usize, group: u32| {
-        if stretches.last().is_none_or(|last| last.group != group) {
-            stretches.push(Stretch { start, group });
-        }
-    };
-    let mut layers = layers.iter().peekable();
-    // The groups of layers have numbers behind those of the parts.
-    let mut next = parts.len() as u32;
-    for (number, part) in (0u32..).zip(parts) {
-        let mut groups = BTreeMap::new();
-        let mut at = part.vertices.start;
-        while let Some((range, layer)) = layers.next_if(|(l, _)| l.start < part.vertices.end) {
-            if at < range.start {
-                push(at, number);
-            }
-            let group = *groups.entry(*layer).or_insert_with(|| {
-                next += 1;
-                next - 1
-            });
-            push(range.start, group);
-            at = range.end;
-        }
-        if at < part.vertices.end {
-            push(at, number);
-        }
-    }
-    stretches
 }
 
 fn is_finite(point: &Point3<f64>) -> bool {
