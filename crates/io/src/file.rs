@@ -3,12 +3,12 @@
 use std::io::Read;
 use std::path::Path;
 
+use crate::beside::Beside;
 use crate::companions::{Companions, Saved, WriteOptions, Written};
 use crate::document::Document;
 use crate::error::IoError;
 use crate::format::Format;
 use crate::limits::Limits;
-use crate::placement::Placement;
 use crate::regular::open_regular;
 use crate::replace::{link_target, replace_file};
 use crate::resolve::{NoFiles, Resolve};
@@ -172,7 +172,7 @@ pub fn save_with(
         // Its files lie beside the file itself, not beside a link to it.
         let target = link_target(path).map_err(IoError::Write)?;
         let home = document.home();
-        let placed = Placement::prepare(&companions, &target, home, &mut left)?.place()?;
+        let placed = Beside::prepare(&companions, &target, home, &mut left)?.place()?;
         replace_file(path, &bytes).map_err(IoError::Write)?;
         Ok(Saved {
             copied: placed.keep(),

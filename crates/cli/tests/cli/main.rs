@@ -5,6 +5,7 @@ mod commands;
 mod deform;
 mod demo;
 mod edit;
+mod gltf;
 mod memory;
 mod numbering;
 mod paths;
