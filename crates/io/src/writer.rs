@@ -10,7 +10,8 @@ use crate::document::Document;
 use crate::error::IoError;
 use crate::faces::FaceList;
 use crate::format::Format;
-use crate::{gltf, obj, off, ply, stl};
+use crate::recut::{Polygons, Recuts};
+use crate::{gltf, obj, off, ply, stl, weld};
 
 /// What a new file is made from.
 ///
@@ -20,6 +21,22 @@ pub(crate) struct Contents<'a> {
     pub(crate) positions: Cow<'a, [Point3<f64>]>,
     pub(crate) faces: Cow<'a, FaceList>,
     pub(crate) attributes: Cow<'a, Attributes>,
+}
+
+impl Contents<'_> {
+    /// How the polygons are cut for a format of triangles in which vertices at the same place are
+    /// one: the same cut as that of the surface, save where only this makes faces meet.
+    pub(crate) fn recuts(&self) -> Recuts {
+        if self.faces.iter().all(|polygon| polygon.len() <= 3) {
+            return Recuts::default();
+        }
+        let places = weld::exact(&self.positions, |_| 0);
+        Recuts::new(Polygons {
+            faces: &self.faces,
+            places: &places,
+            positions: &self.positions,
+        })
+    }
 }
 
 /// The document as a new file.
