@@ -140,7 +140,7 @@ fn rich() -> Document {
         .unwrap_or_else(|error| panic!("{error}"))
 }
 
-const TEXTS: [(&str, Format, &str); 8] = [
+const TEXTS: [(&str, Format, &str); 10] = [
     (
         "odd.obj",
         Format::Obj,
@@ -207,5 +207,17 @@ const TEXTS: [(&str, Format, &str); 8] = [
          \"values\":{\"bufferView\":1}}}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":2},\
          {\"buffer\":0,\"byteOffset\":4,\"byteLength\":12}],\"buffers\":[{\"byteLength\":16,\
          \"uri\":\"data:application/octet-stream;base64,AQAAAAAAgD8AAAAAAAAAAA==\"}]}",
+    ),
+    (
+        "doublets.obj",
+        Format::Obj,
+        "v 0 0 0\nv 0 0 2\nv 1 0 1\nv 0 1 1\nv -1 0 1\nv 0 -1 1\nv 5 0 0\nv 6 0 0\nv 7 1 0\n\
+         v 6 2 0\nv 5 2 0\nf 1 3 2 4\nf 1 4 2 5\nf 1 5 2 6\nf 6 2 3 1\nf 7 8 9 10 11\n\
+         f 11 10 9 8 7\n",
+    ),
+    (
+        "glued.off",
+        Format::Off,
+        "OFF4 2 5\n0 0 0\n1 0 0\n1 1 1\n0 1 0\n4 0 1 2 3\n4 3 2 1 0\n",
     ),
 ];

@@ -43,7 +43,7 @@ pub(crate) enum CliError {
         #[source]
         source: SphereError,
         /// What else is to be said; may be empty.
-        remedy: &'static str,
+        remedy: String,
     },
     /// A file of landmarks.
     #[error("{}: {source}", path.display())]

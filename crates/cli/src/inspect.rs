@@ -109,6 +109,9 @@ pub(crate) struct Inspection {
     /// Share of the edges with cot α + cot β < 0, where the mesh is manifold.
     pub(crate) negative_cotangent_share: Option<f64>,
     pub(crate) degenerate_faces: usize,
+    /// What welding would join, in words.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) weldable: Option<String>,
     /// Why no half-edge mesh can be built, if that is so.
     pub(crate) problem: Option<String>,
     /// How many defects of each kind there are.
@@ -197,6 +200,9 @@ pub(crate) fn inspect(
             .map(|[min, mean, max]| Lengths { min, mean, max }),
         negative_cotangent_share: None,
         degenerate_faces: degenerate.len(),
+        weldable: document
+            .weldable(weld)?
+            .map(|weldable| weldable.to_string()),
         problem,
         defect_counts,
         defects,

@@ -21,7 +21,7 @@ use args::Arguments;
 use console::Console;
 
 fn main() -> ExitCode {
-    let arguments = match Arguments::try_parse() {
+    let arguments = match Arguments::try_parse_from(args::joined(std::env::args_os())) {
         Ok(arguments) => arguments,
         Err(usage) => {
             // Help goes to standard output with 0, a usage error to standard error with 2. If the

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use cotan_io::{Change, Document, Format, Weld};
+use cotan_tool::repair::mend;
 use serde::Serialize;
 
 use crate::args::RepairArgs;
@@ -10,6 +11,7 @@ use crate::console::Console;
 use crate::error::CliError;
 use crate::files;
 use crate::inspect::{Defect, listed};
+use crate::prepare::warn_unfair;
 use crate::report::{Table, json_text};
 
 /// What was done, for programs.
@@ -37,7 +39,11 @@ pub(crate) fn run(args: &RepairArgs, console: &Console) -> Result<(), CliError> 
     }
     let document = files::load(&args.input, console)?;
     let in_file = |error| files::in_file(&args.input, error);
-    let repaired = args.repair().apply(&document).map_err(in_file)?;
+    let mended = mend(&args.repair(), &document).map_err(in_file)?;
+    if let Some(problem) = &mended.unfair {
+        warn_unfair(&args.input, problem, console);
+    }
+    let repaired = mended.repaired;
     cotan_io::save(&repaired.document, &args.output)?;
     for loss in repaired.document.losses(format) {
         console.warn(format_args!("{}: {loss}", args.output.display()));
