@@ -1,7 +1,7 @@
 //! What a mesh file holds, manifold or not.
 //!
 //! Topology and defects are those of [`Document::inspect`]. Areas and angles are measured on the
-//! same polygons with corners of their own, which always is a surface.
+//! surface of polygons, or on the same faces with corners of their own, which always is a surface.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -210,8 +210,15 @@ pub(crate) fn inspect(
     if let Ok(processing) = &processing {
         inspection.measure_manifold(processing, found.num_boundaries);
     }
-    if let Some(soup) = soup(document) {
-        inspection.measure_triangles(&soup);
+    let has_polygons = document.faces().num_triangles() > document.faces().len();
+    match processing {
+        // Cut with a view to each other, as they are worked on.
+        Ok(processing) if has_polygons => inspection.measure_triangles(&processing),
+        _ => {
+            if let Some(soup) = soup(document) {
+                inspection.measure_triangles(&soup);
+            }
+        }
     }
     Ok(inspection)
 }
