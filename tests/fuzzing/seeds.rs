@@ -181,7 +181,7 @@ const LIBRARIES: [(&str, &str); 3] = [
     ),
 ];
 
-const TEXTS: [(&str, Format, &str); 8] = [
+const TEXTS: [(&str, Format, &str); 13] = [
     (
         "odd.obj",
         Format::Obj,
@@ -294,5 +294,17 @@ const TEXTS: [(&str, Format, &str); 8] = [
          \"uri\":\"data:application/octet-stream;base64,\
          AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA\
          AAAAAAAAAAAAAIA/AAACAAEAAAABAAMAAAADAAIAAQACAAMA\"}]}",
+    ),
+    (
+        "doublets.obj",
+        Format::Obj,
+        "v 0 0 0\nv 0 0 2\nv 1 0 1\nv 0 1 1\nv -1 0 1\nv 0 -1 1\nv 5 0 0\nv 6 0 0\nv 7 1 0\n\
+         v 6 2 0\nv 5 2 0\nf 1 3 2 4\nf 1 4 2 5\nf 1 5 2 6\nf 6 2 3 1\nf 7 8 9 10 11\n\
+         f 11 10 9 8 7\n",
+    ),
+    (
+        "glued.off",
+        Format::Off,
+        "OFF4 2 5\n0 0 0\n1 0 0\n1 1 1\n0 1 0\n4 0 1 2 3\n4 3 2 1 0\n",
     ),
 ];

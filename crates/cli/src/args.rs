@@ -9,6 +9,8 @@ mod smooth;
 mod sphere;
 mod values;
 
+use std::ffi::OsString;
+
 use clap::{Args, Parser, Subcommand};
 
 pub(crate) use bench::BenchArgs;
@@ -30,6 +32,28 @@ pub(crate) struct Arguments {
     pub(crate) limits: LimitArgs,
     #[command(subcommand)]
     pub(crate) command: Command,
+}
+
+/// The arguments, with the word `smooth` behind `--fill-holes` joined to it.
+///
+/// The value of that option may be missing, so that any other word behind it is a file.
+pub(crate) fn joined(arguments: impl Iterator<Item = OsString>) -> Vec<OsString> {
+    let mut joined: Vec<OsString> = Vec::new();
+    let mut has_ended = false;
+    for argument in arguments {
+        has_ended |= argument == "--";
+        let is_value = argument
+            .to_str()
+            .is_some_and(|text| text == "smooth" || text.starts_with("smooth:"));
+        match joined.last_mut() {
+            Some(last) if is_value && !has_ended && *last == "--fill-holes" => {
+                last.push("=");
+                last.push(argument);
+            }
+            _ => joined.push(argument),
+        }
+    }
+    joined
 }
 
 const EXAMPLES: &str = "\

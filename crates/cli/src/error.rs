@@ -47,7 +47,7 @@ pub(crate) enum CliError {
         #[source]
         source: SphereError,
         /// What else is to be said; may be empty.
-        remedy: &'static str,
+        remedy: String,
     },
     /// Work that would take too much memory.
     #[error("{}: {source}", path.display())]

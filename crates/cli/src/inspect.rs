@@ -1,7 +1,7 @@
 //! What a mesh file holds, manifold or not.
 //!
 //! Topology and defects are those of [`Document::inspect`]. Areas and angles are measured on the
-//! same polygons with corners of their own, which always is a surface.
+//! surface of polygons, or on the same faces with corners of their own, which always is a surface.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -110,6 +110,9 @@ pub(crate) struct Inspection {
     /// Share of the edges with cot α + cot β < 0, where the mesh is manifold.
     pub(crate) negative_cotangent_share: Option<f64>,
     pub(crate) degenerate_faces: usize,
+    /// What welding would join, in words.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) weldable: Option<String>,
     /// Why no half-edge mesh can be built, if that is so.
     pub(crate) problem: Option<String>,
     /// How many defects of each kind there are.
@@ -198,6 +201,9 @@ pub(crate) fn inspect(
             .map(|[min, mean, max]| Lengths { min, mean, max }),
         negative_cotangent_share: None,
         degenerate_faces: degenerate.len(),
+        weldable: document
+            .weldable(weld)?
+            .map(|weldable| weldable.to_string()),
         problem,
         defect_counts,
         defects,
@@ -205,8 +211,15 @@ pub(crate) fn inspect(
     if let Ok(processing) = &processing {
         inspection.measure_manifold(processing, found.num_boundaries);
     }
-    if let Some(soup) = soup(document) {
-        inspection.measure_triangles(&soup);
+    let has_polygons = document.faces().num_triangles() > document.faces().len();
+    match processing {
+        // Cut with a view to each other, as they are worked on.
+        Ok(processing) if has_polygons => inspection.measure_triangles(&processing),
+        _ => {
+            if let Some(soup) = soup(document) {
+                inspection.measure_triangles(&soup);
+            }
+        }
     }
     Ok(inspection)
 }

@@ -27,7 +27,7 @@ use console::Console;
 fn main() -> ExitCode {
     console::tell_panics();
     let mut command = Arguments::command();
-    let parsed = command.try_get_matches_from_mut(std::env::args_os());
+    let parsed = command.try_get_matches_from_mut(args::joined(std::env::args_os()));
     let parsed = parsed.and_then(|matches| {
         let arguments = Arguments::from_arg_matches(&matches);
         Ok((arguments.map_err(|e| e.format(&mut command))?, matches))

@@ -2,10 +2,11 @@
 
 use std::time::Instant;
 
-use cotan_io::{Change, Document, ProcessingMesh, Repair, Weld};
+use cotan_io::{Change, Document, Filling, ProcessingMesh, Repair, Weld};
 use cotan_tool::Work;
 use cotan_tool::handles_file::FileVertices;
 use cotan_tool::numbers::before_repair;
+use cotan_tool::repair::mend;
 
 use crate::args::InputPath;
 use crate::console::Console;
@@ -20,18 +21,11 @@ pub(crate) struct Source<'a> {
     pub(crate) path: &'a InputPath,
     /// The repairs that are made first, if any; welding is said below.
     pub(crate) repair: Option<Repair>,
-    /// Whether these fill holes.
-    pub(crate) holes: Holes,
+    /// What these do about holes.
+    pub(crate) filling: Filling,
     pub(crate) weld: Weld,
     /// What can be said about repairs if no surface can be built.
     pub(crate) cure: Cure,
-}
-
-/// What a repair does about holes.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) enum Holes {
-    Keep,
-    Fill,
 }
 
 /// A mesh that can be worked on.
@@ -68,7 +62,11 @@ pub(crate) fn prepare(
     if let Some(repair) = &source.repair {
         // Welded before the repair and not after it: what was parted would be joined again.
         let repair = repair.clone().weld_in_place(source.weld);
-        let done = repair.apply(&document).map_err(in_file)?;
+        let mended = mend(&repair, &document).map_err(in_file)?;
+        if let Some(problem) = &mended.unfair {
+            warn_unfair(path, problem, console);
+        }
+        let done = mended.repaired;
         if tell_repairs(source, &done.changes, console) == Repairs::Some {
             repaired = Some(done);
         }
@@ -88,7 +86,8 @@ pub(crate) fn prepare(
         done.changes
             .retain(|change| !matches!(change, Change::MergedVertex { .. }));
         let num_vertices = document.positions().len();
-        file_vertices = Some(FileVertices::new(num_vertices, done.vertex_sources));
+        let sources = FileVertices::new(num_vertices, done.vertex_sources);
+        file_vertices = Some(sources.without(&done.added_vertices));
         file_faces = Some(done.face_sources);
         (document, changes) = (done.document, done.changes);
     }
@@ -100,6 +99,34 @@ pub(crate) fn prepare(
         file_faces,
         changes,
     })
+}
+
+/// Warns of patches that do not continue the surface.
+pub(crate) fn warn_unfair(path: &Path, problem: &str, console: &Console) {
+    console.warn(format_args!(
+        "{}: the holes were filled, but not smoothly: {problem}",
+        path.display()
+    ));
+}
+
+/// What welding would join, in words, unless it was told not to.
+pub(crate) fn weldable(document: &Document, weld: Weld) -> Option<String> {
+    if weld == Weld::Off {
+        return None;
+    }
+    // A tolerance that is no distance was refused before.
+    let found = document.weldable(weld).ok().flatten();
+    found.map(|weldable| weldable.to_string())
+}
+
+/// Warns where parts of a mesh that is in pieces will be held still, though welding would join them.
+pub(crate) fn warn_weldable(source: &Source<'_>, prepared: &Prepared, console: &Console) {
+    if prepared.processing.mesh().components().count() < 2 {
+        return;
+    }
+    if let Some(weldable) = weldable(&prepared.document, source.weld) {
+        console.warn(format_args!("{}: {weldable}", source.path.display()));
+    }
 }
 
 /// Whether a repair did something.
@@ -127,9 +154,10 @@ fn tell_repairs(source: &Source<'_>, changes: &[Change], console: &Console) -> R
         return Repairs::None;
     };
     let count = changes.iter().filter(is_repair).count();
-    let option = match source.holes {
-        Holes::Fill => " --fill-holes",
-        Holes::Keep => "",
+    let option = match source.filling {
+        Filling::Off => "",
+        Filling::Smooth { .. } => " --fill-holes smooth",
+        _ => " --fill-holes",
     };
     console.warn(format_args!(
         "{path}: repaired by {}, from \"{first}\"; `cotan repair{option}` lists them",

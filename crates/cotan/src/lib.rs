@@ -28,6 +28,7 @@
 //! - [`spherical()`] maps a closed mesh onto the unit sphere without a flipped triangle; [`sphere`] has
 //!   what one does with such a map.
 //! - [`smooth`] smooths without shrinking, and edits the curvature field.
+//! - [`fair()`] makes a part of a surface, such as what fills a hole, continue the rest.
 //! - [`Quality`] measures what a deformation did.
 //! - The crates underneath are re-exported: [`halfedge`], [`geometry`], [`laplacian`], [`linear`],
 //!   [`flow`]. A [`flow::Flow`] takes any [`laplacian::LaplacianScheme`],
@@ -45,6 +46,7 @@ pub mod sphere;
 mod comparison;
 mod deform;
 mod error;
+mod fair;
 mod handles;
 mod options;
 mod quality;
@@ -55,6 +57,7 @@ pub mod smooth;
 pub use comparison::{ErrorFields, ShapeComparison};
 pub use deform::{Deformed, deform};
 pub use error::Error;
+pub use fair::fair;
 pub use handles::{Handles, Motion};
 pub use options::{DeformOptions, DetailSize, OrientationKind, SchemeKind, UnknownName};
 pub use quality::{Quality, ShapeErrors};

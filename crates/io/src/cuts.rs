@@ -3,8 +3,9 @@
 use cotan_geometry::relative_height;
 use nalgebra::Point3;
 
+use crate::faces::FaceList;
+use crate::recut::{Cutter, Polygons, Recuts};
 use crate::topology::Topology;
-use crate::triangulate::Triangulator;
 
 /// A triangle has no area if its smallest height is at most this ratio of its longest edge.
 pub(crate) const FLAT: f64 = 1e-9;
@@ -38,17 +39,29 @@ impl Cuts {
         positions: &[Point3<f64>],
     ) -> Self {
         let mut cuts = Self::default();
-        let mut triangulator = Triangulator::new(positions, corners.len());
-        let (mut polygon, mut triangles) = (Vec::new(), Vec::new());
+        let mut outlines = FaceList::new();
+        for outline in topology.outlines.iter() {
+            let vertices = outline.iter().map(|&corner| corners[corner as usize]);
+            vertices.for_each(|v| outlines.push_corner(v));
+            outlines.end_face();
+        }
+        let recuts = Recuts::new(Polygons {
+            faces: &outlines,
+            places,
+            positions,
+        });
+        let mut cutter = Cutter::new(positions, corners.len(), &recuts);
+        let mut triangles = Vec::new();
         let (mut own, mut inner) = (Vec::new(), Vec::new());
         for (face, outline) in (0u32..).zip(topology.outlines.iter()) {
             if outline.is_empty() {
                 continue;
             }
-            polygon.clear();
-            polygon.extend(outline.iter().map(|&corner| corners[corner as usize]));
+            let polygon = outlines.get(face as usize).unwrap_or_default();
             triangles.clear();
-            triangulator.cut(&polygon, |t| triangles.push(t.map(|v| places[v as usize])));
+            cutter.cut(face, polygon, |t| {
+                triangles.push(t.map(|v| places[v as usize]))
+            });
             let is_flat = |t: &[u32; 3]| {
                 let [a, b, c] = t.map(|v| positions[v as usize]);
                 relative_height(&a, &b, &c) <= FLAT

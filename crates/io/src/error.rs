@@ -269,6 +269,17 @@ pub enum IoError {
         /// How many faces there are.
         num_faces: usize,
     },
+    /// All parts are too small to be kept.
+    #[error(
+        "every part has fewer than {least_faces} faces, the largest {num_faces}; nothing would be \
+         left, so ask for fewer"
+    )]
+    NoPartLeft {
+        /// How many faces a part was to have.
+        least_faces: usize,
+        /// How many the largest one has.
+        num_faces: usize,
+    },
     /// A tolerance for welding that is not a distance.
     #[error("{} is not a distance to weld within; it must be finite and not negative", Readable(*tolerance))]
     WeldTolerance {

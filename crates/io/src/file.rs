@@ -12,7 +12,7 @@ use crate::limits::Limits;
 use crate::regular::open_regular;
 use crate::replace::{link_target, replace_file};
 use crate::resolve::{NoFiles, Resolve};
-use crate::{gltf, gzip, obj, off, ply, room, stl};
+use crate::{gltf, gzip, obj, off, ply, room, stl, text};
 
 /// Reads a document from bytes.
 ///
@@ -48,6 +48,7 @@ pub fn read_with(
     resolver: &dyn Resolve,
 ) -> Result<Document, IoError> {
     let bytes = unpacked(bytes.into(), limits)?;
+    check_encoding(&bytes)?;
     let format = Format::from_content(&bytes).or(hint).unwrap_or(Format::Obj);
     read_as(bytes, format, limits, resolver)
 }
@@ -58,6 +59,17 @@ fn unpacked(bytes: Vec<u8>, limits: &Limits) -> Result<Vec<u8>, IoError> {
         gzip::decompress(&bytes, limits)
     } else {
         Ok(bytes)
+    }
+}
+
+/// Refuses text of which no line would make sense; a binary STL may begin with anything.
+fn check_encoding(bytes: &[u8]) -> Result<(), IoError> {
+    match text::wide_encoding(bytes) {
+        Some(encoding) if !stl::is_stl(bytes) => Err(IoError::Unsupported {
+            feature: format!("text in {encoding}"),
+            remedy: "save the file as UTF-8",
+        }),
+        _ => Ok(()),
     }
 }
 
@@ -104,6 +116,7 @@ pub fn load_with(
     let path = path.as_ref();
     let read = || {
         let bytes = unpacked(read_bytes(path, limits)?, limits)?;
+        check_encoding(&bytes)?;
         let format = Format::from_content(&bytes)
             .or_else(|| Format::from_path(path))
             .ok_or(IoError::UnknownFormat)?;
@@ -237,6 +250,41 @@ mod tests {
         );
         let error = load(folder.path()).unwrap_err();
         assert!(matches!(error, IoError::InFile { .. }), "{error}");
+    }
+
+    #[test]
+    fn text_in_utf_16_is_named_for_what_it_is() {
+        let off = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+        let ply = "ply\nformat ascii 1.0\nelement vertex 0\nend_header\n";
+        let folder = tempfile::tempdir().unwrap();
+        for (name, text) in [
+            ("a.obj", TRIANGLE),
+            ("a.off", off),
+            ("a.ply", ply),
+            ("a.stl", "solid a\nendsolid a\n"),
+            ("a.gltf", "{\"asset\": {\"version\": \"2.0\"}}"),
+        ] {
+            for mark in ["", "\u{feff}"] {
+                let text = format!("{mark}{text}");
+                for convert in [u16::to_le_bytes, u16::to_be_bytes] {
+                    let bytes: Vec<u8> = text.encode_utf16().flat_map(convert).collect();
+                    let path = folder.path().join(name);
+                    std::fs::write(&path, &bytes).unwrap();
+                    for error in [
+                        read(bytes, None, &Limits::default()).unwrap_err(),
+                        load(&path).unwrap_err(),
+                    ] {
+                        let error = error.to_string();
+                        assert!(
+                            error.ends_with(
+                                "text in UTF-16 is not supported; save the file as UTF-8"
+                            ),
+                            "{name}: {error}"
+                        );
+                    }
+                }
+            }
+        }
     }
 
     #[test]

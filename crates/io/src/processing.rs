@@ -1,12 +1,14 @@
 //! The triangulated half-edge mesh that is worked on, and the way back to the document.
 
+use std::borrow::Cow;
+
 use cotan_geometry::{Positions, SpatialOrder};
 use cotan_halfedge::{BuildError, FaceId, FaceMap, HalfedgeMesh, VertexId, VertexMap};
 use nalgebra::Point3;
 
 use crate::error::IoError;
 use crate::faces::FaceList;
-use crate::triangulate::Triangulator;
+use crate::recut::{Cutter, Polygons, Recuts};
 
 /// A mesh of triangles built from a [`Document`](crate::Document), with maps both ways.
 ///
@@ -46,6 +48,34 @@ impl ProcessingMesh {
         places: &[u32],
         numbering: Numbering,
     ) -> Result<Self, IoError> {
+        let alone = Self::build_cut(positions, faces, places, numbering, &Recuts::default());
+        // Where polygons are in each other's way there is no manifold, so that no time is lost on
+        // looking for that where there is one.
+        let Err(IoError::NotManifold(_)) = alone else {
+            return alone;
+        };
+        let uncollapsed = match places.is_empty() {
+            true => Cow::Borrowed(faces),
+            false => Cow::Owned(uncollapsed(faces, places)),
+        };
+        let recuts = Recuts::new(Polygons {
+            faces: &uncollapsed,
+            places,
+            positions,
+        });
+        match recuts.is_empty() {
+            true => alone,
+            false => Self::build_cut(positions, faces, places, numbering, &recuts),
+        }
+    }
+
+    fn build_cut(
+        positions: &[Point3<f64>],
+        faces: &FaceList,
+        places: &[u32],
+        numbering: Numbering,
+        recuts: &Recuts,
+    ) -> Result<Self, IoError> {
         if faces.is_empty() {
             return Err(IoError::NoFaces {
                 num_vertices: positions.len(),
@@ -82,11 +112,11 @@ impl ProcessingMesh {
         }
         let mut triangles = Vec::with_capacity(faces.num_triangles());
         let mut document_faces = Vec::with_capacity(faces.num_triangles());
-        let mut triangulator = Triangulator::new(positions, faces.num_corners());
+        let mut cutter = Cutter::new(positions, faces.num_corners(), recuts);
         // Every corner of a polygon that is cut is used, so it has a number.
         let number = |v: u32| vertices[v as usize].map_or(0, |id: VertexId| id.index() as u32);
         polygons.each(|face, polygon| {
-            triangulator.cut(polygon, |triangle| {
+            cutter.cut(face as u32, polygon, |triangle| {
                 triangles.push(triangle.map(number));
                 document_faces.push(face as u32);
             });
@@ -260,9 +290,30 @@ impl<'a> Uncollapsed<'a> {
     }
 }
 
+/// The corners that [`Uncollapsed`] gives of every face; none of a face that it leaves out.
+pub(crate) fn uncollapsed(faces: &FaceList, places: &[u32]) -> FaceList {
+    let mut list = FaceList::new();
+    Uncollapsed::new(faces, places).each(|face, polygon| {
+        while list.len() < face {
+            list.end_face();
+        }
+        polygon.iter().for_each(|&v| list.push_corner(v));
+        list.end_face();
+    });
+    while list.len() < faces.len() {
+        list.end_face();
+    }
+    list
+}
+
 /// The same error with the document's numbers of vertices and faces.
 fn in_document(error: BuildError, vertices: &VertexMap<u32>, faces: &FaceMap<u32>) -> IoError {
     let vertex = |v: VertexId| vertices.get(v).map_or(v, |&n| VertexId::new(n as usize));
     let face = |f: usize| faces.as_slice().get(f).map_or(f, |&n| n as usize);
-    IoError::NotManifold(error.renumbered(vertex, face))
+    let mut error = error.renumbered(vertex, face);
+    // An edge is named by its lower end first, here as in the list of defects.
+    if let BuildError::NonManifoldEdge { vertices, .. } = &mut error {
+        vertices.sort_unstable();
+    }
+    IoError::NotManifold(error)
 }

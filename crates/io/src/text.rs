@@ -9,6 +9,31 @@ pub(crate) fn after_bom(bytes: &[u8]) -> usize {
     }
 }
 
+/// The encoding of a text in which a character takes two or four bytes, if that is what it is.
+///
+/// With a byte order mark, or else by its zeros: in at least three of four pairs of the first bytes
+/// one is zero and the other, always in the same half, a character of ASCII.
+pub(crate) fn wide_encoding(bytes: &[u8]) -> Option<&'static str> {
+    if bytes.starts_with(b"\xff\xfe\0\0") || bytes.starts_with(b"\0\0\xfe\xff") {
+        return Some("UTF-32");
+    }
+    if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
+        return Some("UTF-16");
+    }
+    let start = &bytes[..bytes.len().min(64)];
+    let pairs = start.chunks_exact(2);
+    let num_pairs = pairs.len();
+    let is_text = |b: u8| matches!(b, b'\t' | b'\n' | b'\r' | b' '..=b'~');
+    let low_first = pairs
+        .clone()
+        .filter(|pair| is_text(pair[0]) && pair[1] == 0);
+    let high_first = pairs
+        .clone()
+        .filter(|pair| pair[0] == 0 && is_text(pair[1]));
+    let most = low_first.count().max(high_first.count());
+    (num_pairs >= 4 && most * 4 >= num_pairs * 3).then_some("UTF-16")
+}
+
 /// A name or comment of unknown encoding: UTF-8, or else Latin-1, in which every byte is a
 /// character.
 pub(crate) fn decode(bytes: &[u8]) -> String {
@@ -154,6 +179,27 @@ mod tests {
     fn text_is_utf_8_or_latin_1() {
         assert_eq!(decode("Wände".as_bytes()), "Wände");
         assert_eq!(decode(b"W\xe4nde"), "Wände");
+    }
+
+    #[test]
+    fn text_of_two_bytes_a_character_is_known_by_its_mark_or_its_zeros() {
+        let text = "# a\r\nv 0 0 0\nv 1 0 0\n";
+        let little: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
+        let big: Vec<u8> = text.encode_utf16().flat_map(u16::to_be_bytes).collect();
+        let wide: Vec<u8> = text
+            .chars()
+            .flat_map(|c| (c as u32).to_le_bytes())
+            .collect();
+        for (mark, bytes) in [(&b"\xff\xfe"[..], &little), (b"\xfe\xff", &big)] {
+            assert_eq!(wide_encoding(bytes), Some("UTF-16"));
+            assert_eq!(wide_encoding(&[mark, bytes].concat()), Some("UTF-16"));
+        }
+        let marked = [&b"\xff\xfe\0\0"[..], &wide].concat();
+        assert_eq!(wide_encoding(&marked), Some("UTF-32"));
+        assert_eq!(wide_encoding(text.as_bytes()), None);
+        assert_eq!(wide_encoding("# Wände ∆".as_bytes()), None);
+        assert_eq!(wide_encoding(&[0; 84]), None);
+        assert_eq!(wide_encoding(b""), None);
     }
 
     #[test]

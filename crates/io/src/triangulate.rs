@@ -5,6 +5,8 @@
 //! and whose triangle holds no other corner that does not (Meisters 1975, "Polygons have ears").
 //! Where no ear is left, in polygons that cross themselves or lie on a line, the rest becomes a
 //! fan, so every polygon of degree d gives d − 2 triangles that cover its corners in order.
+//!
+//! Each polygon is seen alone here; see [`Recuts`](crate::recut::Recuts) for its neighbours.
 
 use nalgebra::{Point2, Point3, Vector3};
 
@@ -38,10 +40,11 @@ impl<'a> Triangulator<'a> {
         }
     }
 
-    /// Cuts one polygon, given by numbers of positions.
-    pub(crate) fn cut(&mut self, polygon: &[u32], mut triangle: impl FnMut([u32; 3])) {
-        if let [a, b, c] = *polygon {
-            return triangle([a, b, c]);
+    /// Cuts one polygon, given by numbers of positions, into triangles of its corners, counted
+    /// from 0.
+    pub(crate) fn cut_corners(&mut self, polygon: &[u32], mut triangle: impl FnMut([usize; 3])) {
+        if polygon.len() == 3 {
+            return triangle([0, 1, 2]);
         }
         self.flatten(polygon);
         let n = polygon.len();
@@ -55,15 +58,37 @@ impl<'a> Triangulator<'a> {
         self.rest.clear();
         self.rest.extend(0..n);
         if !is_convex {
-            self.clip_ears(|ear| triangle(ear.map(|i| polygon[i])));
+            self.clip_ears(&mut triangle, |_, _| true);
         }
         for pair in self.rest.get(1..).unwrap_or(&[]).windows(2) {
-            triangle([polygon[self.rest[0]], polygon[pair[0]], polygon[pair[1]]]);
+            triangle([self.rest[0], pair[0], pair[1]]);
         }
     }
 
+    /// As [`Triangulator::cut_corners`], with those diagonals alone that are allowed; returns the
+    /// corners of the part for which no ear was found, which are at least three.
+    pub(crate) fn clip_allowed(
+        &mut self,
+        polygon: &[u32],
+        mut triangle: impl FnMut([usize; 3]),
+        is_allowed: impl Fn(usize, usize) -> bool,
+    ) -> &[usize] {
+        self.flatten(polygon);
+        self.rest.clear();
+        self.rest.extend(0..polygon.len());
+        self.clip_ears(&mut triangle, is_allowed);
+        &self.rest
+    }
+
+    /// Twice the signed area, in the plane of the polygon, of a triangle of the corners of the
+    /// polygon that was cut or flattened last.
+    pub(crate) fn area(&self, corners: [usize; 3]) -> f64 {
+        let [a, b, c] = corners.map(|i| self.flat[i]);
+        turn(a, b, c)
+    }
+
     /// Projects the polygon to the plane of its Newell normal.
-    fn flatten(&mut self, polygon: &[u32]) {
+    pub(crate) fn flatten(&mut self, polygon: &[u32]) {
         let p = |i: usize| self.positions[polygon[i % polygon.len()] as usize];
         let origin = p(0);
         let normal: Vector3<f64> = (0..polygon.len())
@@ -89,13 +114,17 @@ impl<'a> Triangulator<'a> {
     }
 
     /// Clips ears until three corners, no ear, or no budget is left.
-    fn clip_ears(&mut self, mut clip: impl FnMut([usize; 3])) {
+    fn clip_ears(
+        &mut self,
+        mut clip: impl FnMut([usize; 3]),
+        is_allowed: impl Fn(usize, usize) -> bool,
+    ) {
         let mut at = 0;
         let mut failures = 0;
         while self.rest.len() > 3 && failures < self.rest.len() && self.budget > 0 {
             let m = self.rest.len();
             let ear = [at + m - 1, at, at + 1].map(|i| self.rest[i % m]);
-            if self.is_ear(ear) {
+            if is_allowed(ear[0], ear[2]) && self.is_ear(ear) {
                 clip(ear);
                 self.rest.remove(at % m);
                 failures = 0;
@@ -137,7 +166,8 @@ mod tests {
     fn cut(points: &[Point3<f64>]) -> Vec<[u32; 3]> {
         let polygon: Vec<u32> = (0..points.len() as u32).collect();
         let mut triangles = Vec::new();
-        Triangulator::new(points, points.len()).cut(&polygon, |t| triangles.push(t));
+        let mut triangulator = Triangulator::new(points, points.len());
+        triangulator.cut_corners(&polygon, |t| triangles.push(t.map(|i| i as u32)));
         triangles
     }
 

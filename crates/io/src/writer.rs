@@ -13,7 +13,8 @@ use crate::faces::FaceList;
 use crate::format::Format;
 use crate::instances::Expanded;
 use crate::material::Materials;
-use crate::{gltf, obj, off, ply, stl};
+use crate::recut::{Polygons, Recuts};
+use crate::{gltf, obj, off, ply, stl, weld};
 
 /// What a new file is made from.
 ///
@@ -25,6 +26,22 @@ pub(crate) struct Contents<'a> {
     pub(crate) attributes: Cow<'a, Attributes>,
     /// Those that the new file describes itself.
     pub(crate) materials: Materials,
+}
+
+impl Contents<'_> {
+    /// How the polygons are cut for a format of triangles in which vertices at the same place are
+    /// one: the same cut as that of the surface, save where only this makes faces meet.
+    pub(crate) fn recuts(&self) -> Recuts {
+        if self.faces.iter().all(|polygon| polygon.len() <= 3) {
+            return Recuts::default();
+        }
+        let places = weld::exact(&self.positions, |_| 0);
+        Recuts::new(Polygons {
+            faces: &self.faces,
+            places: &places,
+            positions: &self.positions,
+        })
+    }
 }
 
 /// The document as a new file, with the files that it refers to.

@@ -3,8 +3,8 @@
 //! Files that name handles, read and written ([`handles_file`]); files that are written whole or not
 //! at all ([`files`]), and never over an input or each other ([`paths`]); temporary files removed when
 //! a signal ends the program ([`interrupt`]); from numbers to colours ([`color_scale`]); messages in
-//! the numbers of the user's file ([`numbers`]); and the memory that work takes ([`memory`]). Nothing
-//! here prints, and nothing here edits a mesh.
+//! the numbers of the user's file ([`numbers`]); the memory that work takes ([`memory`]); and
+//! repairs of `cotan_io` with holes that `cotan` makes smooth ([`repair`]). Nothing here prints.
 
 pub mod color_scale;
 pub mod error;
@@ -14,6 +14,7 @@ pub mod interrupt;
 pub mod memory;
 pub mod numbers;
 pub mod paths;
+pub mod repair;
 
 pub use color_scale::{ColorScale, Overflow};
 pub use error::ToolError;

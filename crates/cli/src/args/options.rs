@@ -7,12 +7,12 @@ use cotan::flow::{Acceleration, Schedule, Start};
 use cotan::linear::Strategy;
 use cotan::{DeformOptions, DetailSize, OrientationKind, SchemeKind};
 
-use cotan_io::{Companions, Repair, Weld};
+use cotan_io::{Companions, Filling, Repair, Weld};
 
 use super::paths::{InputPath, OutputPath};
 use super::values::{self, Precision};
 use crate::error::Cure;
-use crate::prepare::{Holes, Source};
+use crate::prepare::Source;
 
 pub(super) const DEFORM_EXAMPLE: &str = "\
 Example:
@@ -113,7 +113,7 @@ impl InputArgs {
         Source {
             path: &self.mesh,
             repair: self.repair.then(Repair::default),
-            holes: Holes::Keep,
+            filling: Filling::Off,
             weld: self.weld.unwrap_or_default(),
             cure: match self.repair {
                 true => Cure::Beyond,

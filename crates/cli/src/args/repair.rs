@@ -3,7 +3,7 @@
 use std::num::NonZeroUsize;
 
 use clap::Args;
-use cotan_io::{Repair, Weld};
+use cotan_io::{Filling, Repair, Weld};
 
 use super::options::EmbedArgs;
 use super::paths::{InputPath, OutputPath};
@@ -54,11 +54,19 @@ pub(crate) struct RepairArgs {
     /// Merge vertices at the same place, or this close
     #[arg(long, value_name = "exact|X", value_parser = values::merge, help_heading = REPAIRS)]
     weld: Option<Weld>,
-    /// Fill holes of at most N edges; without =N all of them
+    /// Keep the parts with the most faces: one, or =N; parts hang together by edges
     #[arg(long, value_name = "N", num_args = 0..=1, require_equals = true,
         help_heading = REPAIRS)]
-    fill_holes: Option<Option<NonZeroUsize>>,
-    /// All of these but --drop-zero-area, until a surface can be built
+    keep_largest: Option<Option<NonZeroUsize>>,
+    /// Drop parts with fewer faces than this, and their vertices
+    #[arg(long, value_name = "FACES", help_heading = REPAIRS)]
+    drop_parts_below: Option<NonZeroUsize>,
+    /// Fill holes of at most N edges (=N), or all; `smooth` or `smooth:N` adds vertices that make
+    /// the patch continue the surface
+    #[arg(long, value_name = "[smooth][:N]", num_args = 0..=1, require_equals = true,
+        value_parser = values::filling, help_heading = REPAIRS)]
+    fill_holes: Option<Option<Filling>>,
+    /// All of these but those that drop parts or faces without area, until a surface can be built
     #[arg(long, help_heading = REPAIRS)]
     all: bool,
     /// Write every change (JSON)
@@ -91,8 +99,14 @@ impl RepairArgs {
         if let Some(weld) = self.weld {
             repair = repair.weld(weld);
         }
-        if let Some(most_edges) = self.fill_holes {
-            repair = repair.fill_holes(most_edges.map_or(usize::MAX, NonZeroUsize::get));
+        if let Some(num_parts) = self.keep_largest {
+            repair = repair.keep_largest(num_parts.unwrap_or(NonZeroUsize::MIN));
+        }
+        if let Some(num_faces) = self.drop_parts_below {
+            repair = repair.drop_parts_below(num_faces.get());
+        }
+        if let Some(filling) = self.fill_holes {
+            repair = repair.fill_holes(filling.unwrap_or(Filling::PLAIN));
         }
         match repair == Repair::new() {
             true => Repair::default(),

@@ -5,13 +5,13 @@ use std::num::NonZeroUsize;
 use clap::{Args, ValueEnum};
 use cotan::SchemeKind;
 use cotan::sphere::{Centering, SphereMethod, SphereOptions};
-use cotan_io::{Repair, Weld};
+use cotan_io::{Filling, Repair, Weld};
 
 use super::options::EmbedArgs;
 use super::paths::{InputPath, OutputPath};
 use super::values::{self, Precision};
 use crate::error::Cure;
-use crate::prepare::{Holes, Source};
+use crate::prepare::Source;
 use crate::sphere::Turn;
 
 pub(super) const SPHERE_EXAMPLE: &str = "\
@@ -59,10 +59,11 @@ pub(crate) struct MendingArgs {
     /// Repair the mesh first, as `cotan repair` without options does
     #[arg(long, help_heading = MENDING)]
     repair: bool,
-    /// Fill holes of at most N edges with triangles first; without =N all of them
-    #[arg(long, value_name = "N", num_args = 0..=1, require_equals = true,
-        help_heading = MENDING)]
-    fill_holes: Option<Option<NonZeroUsize>>,
+    /// Fill holes of at most N edges (=N), or all, first; `smooth` or `smooth:N` adds vertices that
+    /// make the patch continue the surface
+    #[arg(long, value_name = "[smooth][:N]", num_args = 0..=1, require_equals = true,
+        value_parser = values::filling, help_heading = MENDING)]
+    fill_holes: Option<Option<Filling>>,
     /// Treat vertices as one that are at the same place (exact) or this close
     /// [default: exact for .stl, .gltf and .glb, otherwise off]
     #[arg(long, value_name = "off|exact|X", value_parser = values::weld, help_heading = MENDING)]
@@ -246,18 +247,18 @@ impl MendingArgs {
     /// The mesh at `path`, mended in this way.
     pub(crate) fn source<'a>(&self, path: &'a InputPath) -> Source<'a> {
         let mut repair = self.repair.then(Repair::default);
-        if let Some(most_edges) = self.fill_holes {
-            let most_edges = most_edges.map_or(usize::MAX, NonZeroUsize::get);
+        let filling = match self.fill_holes {
+            Some(filling) => filling.unwrap_or(Filling::PLAIN),
+            None => Filling::Off,
+        };
+        if filling != Filling::Off {
             let before = repair.unwrap_or_else(Repair::new);
-            repair = Some(before.fill_holes(most_edges));
+            repair = Some(before.fill_holes(filling));
         }
         Source {
             path,
             repair,
-            holes: match self.fill_holes {
-                Some(_) => Holes::Fill,
-                None => Holes::Keep,
-            },
+            filling,
             weld: self.weld.unwrap_or_default(),
             cure: match self.repair {
                 true => Cure::Beyond,

@@ -9,7 +9,7 @@ use cotan::linear::Strategy;
 use cotan::smooth::SmoothMethod;
 use cotan::sphere::{Centering, SphereMethod};
 use cotan::{OrientationKind, SchemeKind};
-use cotan_io::Weld;
+use cotan_io::{Filling, Weld};
 
 /// The number type that the iteration runs in.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
@@ -142,6 +142,20 @@ pub(super) fn merge(text: &str) -> Result<Weld, String> {
         .ok()
         .filter(|weld| *weld != Weld::Off)
         .ok_or_else(|| "give exact, or a distance of at least 0".to_owned())
+}
+
+/// How holes are filled: the most edges, `smooth`, or both as `smooth:N`.
+pub(super) fn filling(text: &str) -> Result<Filling, String> {
+    let most = |text: &str| text.parse::<NonZeroUsize>().ok();
+    let filling = match text.strip_prefix("smooth") {
+        Some("") => Some(Filling::SMOOTH),
+        Some(behind) => behind
+            .strip_prefix(':')
+            .and_then(most)
+            .map(|most_edges| Filling::Smooth { most_edges }),
+        None => most(text).map(|most_edges| Filling::Plain { most_edges }),
+    };
+    filling.ok_or_else(|| "give a number of edges from 1, smooth, or smooth:N".to_owned())
 }
 
 /// A tolerance: finite, at least 0.

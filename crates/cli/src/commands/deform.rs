@@ -78,7 +78,8 @@ impl Job<'_> {
         let progress = console.progress(self.options.iteration_limit);
         progress.phase("load");
         let mut seconds = Seconds::default();
-        let prepared = prepare::prepare(&self.input.source(), &mut seconds, console)?;
+        let source = self.input.source();
+        let prepared = prepare::prepare(&source, &mut seconds, console)?;
         let Prepared {
             mut document,
             processing,
@@ -94,6 +95,11 @@ impl Job<'_> {
             Loose::Hold => held_still(&constraints, &processing, file_vertices.as_ref(), console),
             Loose::Refuse => Vec::new(),
         };
+        if !held.is_empty()
+            && let Some(weldable) = prepare::weldable(&document, source.weld)
+        {
+            console.warn(format_args!("{}: {weldable}", source.path.display()));
+        }
         let all = [constraints.as_slice(), &held].concat();
         let edit = Edit {
             path: &self.input.mesh,

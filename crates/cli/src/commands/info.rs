@@ -70,6 +70,9 @@ fn table(info: &Inspection) -> Text {
     );
     table.row("diagonal", number(bounds.diagonal));
     shape(info, &mut table);
+    if let Some(weldable) = &info.weldable {
+        table.row("weldable", weldable);
+    }
     if let Some(problem) = &info.problem {
         table.row("problem", problem);
     }

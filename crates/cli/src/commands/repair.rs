@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use cotan_io::{Change, Document, Format, Weld};
 use cotan_tool::Work;
+use cotan_tool::repair::mend;
 use serde::Serialize;
 
 use crate::args::RepairArgs;
@@ -12,6 +13,7 @@ use crate::error::CliError;
 use crate::files;
 use crate::inspect::{Defect, listed};
 use crate::memory;
+use crate::prepare::warn_unfair;
 use crate::report::{Table, write_json};
 
 /// What was done, for programs.
@@ -37,7 +39,11 @@ pub(crate) fn run(args: &RepairArgs, console: &Console) -> Result<(), CliError> 
     let document = files::load(&args.input, console)?;
     memory::check(Work::Repair, &args.input, &document)?;
     let in_file = |error| files::in_file(&args.input, error);
-    let repaired = args.repair().apply(&document).map_err(in_file)?;
+    let mended = mend(&args.repair(), &document).map_err(in_file)?;
+    if let Some(problem) = &mended.unfair {
+        warn_unfair(&args.input, problem, console);
+    }
+    let repaired = mended.repaired;
     files::save(&repaired.document, &args.output, args.embed, console)?;
     for forgotten in forgotten(format, &repaired.changes) {
         console.warn(format_args!("{}: {forgotten}", args.output.display()));

@@ -118,13 +118,16 @@ fn job(
     let format = files::mesh_format(&mesh.output)?;
     let mut seconds = Seconds::default();
     let input = mesh.input();
+    let source = input.source();
+    let prepared = prepare::prepare(&source, &mut seconds, console)?;
+    prepare::warn_weldable(&source, &prepared, console);
     let Prepared {
         mut document,
         processing,
         file_vertices,
         changes,
         ..
-    } = prepare::prepare(&input.source(), &mut seconds, console)?;
+    } = prepared;
     let refuse = |error: cotan::Error| CliError::Mesh {
         path: mesh.mesh.to_path_buf(),
         source: in_file_numbers(error, &processing, file_vertices.as_ref()),

@@ -2,10 +2,11 @@
 
 use cotan::halfedge::{FaceId, VertexId};
 use cotan::sphere::SphereError;
+use cotan_io::Filling;
 use cotan_tool::numbers::in_file_numbers;
 
 use crate::error::CliError;
-use crate::prepare::{Holes, Prepared, Source};
+use crate::prepare::{Prepared, Source, weldable};
 
 /// Turns the library's errors into those of a command.
 #[derive(Clone, Copy, Debug)]
@@ -21,12 +22,21 @@ impl<'a> Refusal<'a> {
 
     /// The error with the file's name and numbers, and what is left to do.
     pub(crate) fn error(&self, error: SphereError) -> CliError {
-        let remedy = match (&error, self.source.holes) {
-            (SphereError::NotClosed { .. }, Holes::Fill) => {
-                " (what --fill-holes left open needs a larger =N, or has to be closed by hand)"
+        let mut remedy = String::new();
+        if let SphereError::NotClosed { .. } | SphereError::Components { .. } = &error
+            && let Some(weldable) = weldable(&self.prepared.document, self.source.weld)
+        {
+            remedy = format!("; {weldable}");
+        }
+        remedy.push_str(match (&error, self.source.filling) {
+            (SphereError::NotClosed { .. }, Filling::Plain { .. }) => {
+                " (what --fill-holes left open needs a larger =N, or --fill-holes smooth)"
+            }
+            (SphereError::NotClosed { .. }, Filling::Smooth { .. }) => {
+                " (what --fill-holes left open needs a larger N, or has to be closed by hand)"
             }
             _ => "",
-        };
+        });
         CliError::Sphere {
             path: self.source.path.to_path_buf(),
             source: self.in_file_numbers(error),
@@ -38,13 +48,10 @@ impl<'a> Refusal<'a> {
         match error {
             SphereError::NotClosed { loops, vertex } => SphereError::NotClosed {
                 loops,
-                vertex: self.vertex(vertex),
+                vertex: self.lowest_at_a_hole().unwrap_or(vertex),
             },
-            SphereError::Components { components } => SphereError::Components {
-                components: components
-                    .into_iter()
-                    .map(|(v, count)| (self.vertex(v), count))
-                    .collect(),
+            SphereError::Components { .. } => SphereError::Components {
+                components: self.components(),
             },
             SphereError::OffSphere { vertex, distance } => SphereError::OffSphere {
                 vertex: self.vertex(vertex),
@@ -70,6 +77,31 @@ impl<'a> Refusal<'a> {
             cotan::Error::Flow(error) => error.into(),
             other => SphereError::Mismatch(other.to_string()),
         }
+    }
+
+    /// The lowest vertex of the file at a hole, by which that hole is named everywhere.
+    fn lowest_at_a_hole(&self) -> Option<VertexId> {
+        let mesh = self.prepared.processing.mesh();
+        let at_holes = mesh.vertices().filter(|&v| mesh.is_boundary_vertex(v));
+        at_holes.map(|v| self.vertex(v)).min()
+    }
+
+    /// The lowest vertex of the file and the number of vertices of each component, in the order of
+    /// the file.
+    fn components(&self) -> Vec<(VertexId, usize)> {
+        let mesh = self.prepared.processing.mesh();
+        let components = mesh.components();
+        let mut lowest: Vec<Option<VertexId>> = vec![None; components.count()];
+        for v in mesh.vertices() {
+            let file = self.vertex(v);
+            let lowest = lowest[components.of(v)].get_or_insert(file);
+            *lowest = file.min(*lowest);
+        }
+        let sizes = components.sizes().iter().copied();
+        let found = lowest.into_iter().zip(sizes);
+        let mut found: Vec<_> = found.filter_map(|(v, size)| Some((v?, size))).collect();
+        found.sort_unstable();
+        found
     }
 
     fn vertex(&self, vertex: VertexId) -> VertexId {

@@ -7,6 +7,7 @@ mod demo;
 mod edit;
 mod gltf;
 mod memory;
+mod mending;
 mod numbering;
 mod paths;
 mod refusals;

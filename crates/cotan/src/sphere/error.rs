@@ -13,12 +13,12 @@ use thiserror::Error;
 pub enum SphereError {
     /// A mesh with holes.
     #[error(
-        "the mesh is not closed: it has {loops} hole(s), the first through vertex {vertex}; fill them (--fill-holes), since only a closed mesh covers the sphere"
+        "the mesh is not closed: it has {loops} hole(s), among them the one at vertex {vertex}; fill them (--fill-holes), since only a closed mesh covers the sphere"
     )]
     NotClosed {
         /// Number of boundary loops.
         loops: usize,
-        /// A vertex at the first.
+        /// The lowest vertex at a hole.
         vertex: VertexId,
     },
     /// A mesh with handles, like a torus.
@@ -31,7 +31,7 @@ pub enum SphereError {
     },
     /// Several components.
     #[error(
-        "the mesh has {} components ({}); a sphere map is of one: keep one of them", components.len(), list_components(components)
+        "the mesh has {} components ({}); a sphere map is of one: keep one of them (cotan repair --keep-largest)", components.len(), list_components(components)
     )]
     Components {
         /// The lowest vertex and the number of vertices of each component.
@@ -130,11 +130,10 @@ pub(crate) fn check_topology(mesh: &HalfedgeMesh) -> Result<(), SphereError> {
         }
         .into());
     }
-    let loops = mesh.boundary_loops();
-    if let Some(&h) = loops.first() {
+    if let Some(vertex) = mesh.vertices().find(|&v| mesh.is_boundary_vertex(v)) {
         return Err(SphereError::NotClosed {
-            loops: loops.len(),
-            vertex: mesh.origin(h),
+            loops: mesh.boundary_loops().len(),
+            vertex,
         });
     }
     if mesh.num_faces() < 4 {

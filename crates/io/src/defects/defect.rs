@@ -294,10 +294,11 @@ impl fmt::Display for Defect {
                 f,
                 "component {component} (from face {face}) is inside out: its faces look inward"
             ),
-            Self::Hole { vertices, length } => match vertices.first() {
+            // Each by its lowest vertex, wherever it is spoken of.
+            Self::Hole { vertices, length } => match vertices.iter().min() {
                 Some(vertex) => write!(
                     f,
-                    "the boundary through vertex {vertex} has {} edges, {} long",
+                    "the hole at vertex {vertex} has {} edges, {} long",
                     vertices.len(),
                     Readable(*length)
                 ),

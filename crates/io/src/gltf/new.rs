@@ -20,7 +20,7 @@ use crate::faces::FaceList;
 use crate::format::Format;
 use crate::material::{Material, Materials};
 use crate::precision::Rounding;
-use crate::triangulate::Triangulator;
+use crate::recut::{Cutter, Recuts};
 use crate::writer::{Contents, named};
 
 /// What a new glTF cannot hold, in words.
@@ -130,7 +130,8 @@ pub(crate) fn write_new(contents: &Contents<'_>, format: Format) -> Result<Vec<u
         false => format!(",\"translation\":{}", array(origin.coords.as_slice())),
     };
     let labels = contents.attributes.label(LabelKind::Material);
-    let primitives = file.primitives(&split, positions, labels, &attributes);
+    let recuts = contents.recuts();
+    let primitives = file.primitives(&split, positions, labels, &attributes, &recuts);
     let materials = file.materials(labels, &contents.materials)?;
     let name = object(&contents.attributes).map(|name| format!("\"name\":{},", quoted(name)));
     let uri = match format {
@@ -494,20 +495,21 @@ impl NewFile {
         positions: &[Point3<f64>],
         materials: Option<&Labels>,
         attributes: &str,
+        recuts: &Recuts,
     ) -> Vec<String> {
         let places: Vec<Point3<f64>> = split
             .vertices
             .iter()
             .map(|&(v, _)| positions[v as usize])
             .collect();
-        let mut triangulator = Triangulator::new(&places, split.faces.num_corners());
+        let mut cutter = Cutter::new(&places, split.faces.num_corners(), recuts);
         // The last list is that of the faces without a material.
         let num_materials = materials.map_or(0, |labels| labels.names.len());
         let mut lists: Vec<Vec<u32>> = vec![Vec::new(); num_materials + 1];
         for (face, polygon) in split.faces.iter().enumerate() {
             let label = materials.and_then(|labels| labels.faces.get(face).copied());
             let label = label.map_or(num_materials, |l| (l as usize).min(num_materials));
-            triangulator.cut(polygon, |triangle| {
+            cutter.cut(face as u32, polygon, |triangle| {
                 lists[label].extend_from_slice(&triangle)
             });
         }

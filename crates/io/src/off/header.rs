@@ -11,15 +11,26 @@ use crate::text::{self, Line, Tokens};
 
 /// Whether a word is the header of an OFF file, of any kind (also those that are refused).
 pub(crate) fn is_header_word(word: &[u8]) -> bool {
-    let Some(mut prefix) = word.strip_suffix(b"OFF") else {
-        return false;
-    };
+    prefix(word).is_some()
+}
+
+/// The letters before `OFF` in a header word; `None` if it is none.
+///
+/// The first count may stand directly behind, as in `OFF4 4 6`: many files of the ModelNet40
+/// collection lack the line end there.
+fn prefix(word: &[u8]) -> Option<&[u8]> {
+    let at = word.windows(3).position(|letters| letters == b"OFF")?;
+    let (prefix, behind) = (&word[..at], &word[at + 3..]);
+    if !behind.iter().all(u8::is_ascii_digit) {
+        return None;
+    }
     // Geomview writes the parts in this order, MeshLab in another one.
     let mut parts = vec![&b"ST"[..], b"C", b"N", b"4", b"n"];
-    while let Some(found) = parts.iter().position(|part| prefix.starts_with(part)) {
-        prefix = &prefix[parts.swap_remove(found).len()..];
+    let mut rest = prefix;
+    while let Some(found) = parts.iter().position(|part| rest.starts_with(part)) {
+        rest = &rest[parts.swap_remove(found).len()..];
     }
-    prefix.is_empty()
+    rest.is_empty().then_some(prefix)
 }
 
 #[derive(Debug)]
@@ -46,13 +57,14 @@ impl Header {
         let word = first.map_or(&b""[..], |token| token.text);
         let mut at = 0;
         let mut flags = &b""[..];
-        if is_header_word(word) {
-            flags = word.strip_suffix(b"OFF").unwrap_or(word);
+        if let Some(prefix) = prefix(word) {
+            flags = prefix;
             if flags.contains(&b'4') || flags.contains(&b'n') {
-                let text = "vertices of other than three dimensions are not read";
+                let text = "vertices of other than three dimensions are not read; \
+                            keep three coordinates, and the header word without `4` and `n`";
                 return Err(problem(row, text));
             }
-            at = first.map_or(0, |token| token.start + token.text.len());
+            at = first.map_or(0, |token| token.start + prefix.len() + b"OFF".len());
             let second = Tokens::new(&row.text[at..]).next();
             if second.is_some_and(|token| token.text == b"BINARY") {
                 let text = "binary OFF is not read; convert the file to text";

@@ -5,8 +5,8 @@
 //! coordinates; three or four further numbers are a colour also where the header says nothing.
 //! Behind the corners of a face stands its colour, or one number of a colour map (face property
 //! `color_index`, −1 for none). Colours are integers to 255 or real numbers to 1; what has none
-//! among others that have is white. The counts may stand on the line of the header word or behind
-//! it; the number of edges is not needed.
+//! among others that have is white. The counts may stand on the line of the header word, even
+//! without a blank between them, or behind it; the number of edges is not needed.
 //!
 //! A vertex or face is a line. Only where that does not fit are the numbers taken as they come,
 //! over line ends, as Geomview does. Rows behind the last face that the header promises are kept

@@ -24,6 +24,10 @@ fn headers_come_in_many_shapes() {
         "# c\nOFF # c\n\n# c\n4 1 4#c\n",
         "4 1 0\r\n",
         "\u{feff}COFF\r4 1 0\r",
+        "OFF4 1 0\n",
+        "# c\nOFF4\n1\n",
+        "COFF4 1 0\n",
+        "STNCOFF4# c\n1 0\n",
     ] {
         let document = parse(&format!("{header}{BODY}")).unwrap();
         assert_eq!(
@@ -38,6 +42,29 @@ fn headers_come_in_many_shapes() {
             "{header}"
         );
     }
+}
+
+#[test]
+fn a_header_with_a_glued_count_is_written_back() {
+    let text = format!("OFF4 1 0\n{BODY}");
+    let mut document = parse(&text).unwrap();
+    document
+        .set_position(1, Point3::new(2.0, 0.0, 0.0))
+        .unwrap();
+    let written = document.write(Format::Off).unwrap();
+    assert_eq!(
+        written,
+        text.replacen("1 0 0\n\n", "2 0 0\n\n", 1).into_bytes()
+    );
+    // A repair has fewer vertices and faces.
+    let document = parse("OFF5 2 0\n0 0 0\n1 0 0\n9 9 9\n1 1 0\n0 1 0\n3 0 0 1\n4 0 1 3 4\n");
+    let repair = crate::Repair::new().drop_degenerate().compact();
+    let repaired = repair.apply(&document.unwrap()).unwrap();
+    let written = repaired.document.write(Format::Off).unwrap();
+    let again = parse(std::str::from_utf8(&written).unwrap()).unwrap();
+    assert_eq!((again.positions().len(), again.faces().len()), (4, 1));
+    // What stands behind the letters is a count or no header.
+    assert!(!is_header_word(b"OFFx") && !is_header_word(b"4x") && !is_header_word(b"BOFF"));
 }
 
 #[test]

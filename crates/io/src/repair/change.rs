@@ -71,12 +71,21 @@ pub enum Change {
         /// How many places there are now.
         num_places: usize,
     },
+    /// All faces of a part were dropped, with the vertices that only these used.
+    DroppedPart {
+        /// Its first face.
+        face: usize,
+        /// How many faces it had.
+        num_faces: usize,
+    },
     /// A hole was filled.
     FilledHole {
         /// The vertices round it.
         vertices: Vec<usize>,
         /// How many faces fill it.
         num_faces: usize,
+        /// How many vertices were added to it.
+        num_added: usize,
     },
     /// A hole could not be filled and stays.
     KeptHole {
@@ -106,6 +115,7 @@ impl Change {
             Self::DetachedFace { .. } => "detached faces",
             Self::SplitVertex { .. } => "split vertices",
             Self::PartedPlace { .. } => "parted places",
+            Self::DroppedPart { .. } => "dropped parts",
             Self::FilledHole { .. } => "filled holes",
             Self::KeptHole { .. } => "holes that stay",
             Self::DroppedVertex { .. } => "dropped vertices",
@@ -165,24 +175,39 @@ impl fmt::Display for Change {
                     "parted the {num_places} fans of faces at vertex {vertex}"
                 )
             }
+            Self::DroppedPart { face, num_faces } => {
+                let s = if *num_faces == 1 { "" } else { "s" };
+                write!(f, "dropped the part from face {face} ({num_faces} face{s})")
+            }
             Self::FilledHole {
                 vertices,
                 num_faces,
-            } => write!(
-                f,
-                "filled the hole at vertex {} ({} edges) with {num_faces} faces",
-                vertices.first().copied().unwrap_or_default(),
-                vertices.len()
-            ),
-            Self::KeptHole { vertices, problem } => write!(
-                f,
-                "left the hole at vertex {} ({} edges) open: {problem}",
-                vertices.first().copied().unwrap_or_default(),
-                vertices.len()
-            ),
+                num_added,
+            } => {
+                let s = if *num_faces == 1 { "" } else { "s" };
+                write!(f, "filled {} with {num_faces} face{s}", Hole(vertices))?;
+                match num_added {
+                    0 => Ok(()),
+                    1 => f.write_str(" and a new vertex"),
+                    n => write!(f, " and {n} new vertices"),
+                }
+            }
+            Self::KeptHole { vertices, problem } => {
+                write!(f, "left {} open: {problem}", Hole(vertices))
+            }
             Self::DroppedVertex { vertex } => {
                 write!(f, "dropped vertex {vertex}: no face uses it")
             }
         }
+    }
+}
+
+/// A hole by the lowest of its vertices, as a [`Defect::Hole`](crate::Defect::Hole) is named, too.
+struct Hole<'a>(&'a [usize]);
+
+impl fmt::Display for Hole<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let lowest = self.0.iter().min().copied().unwrap_or_default();
+        write!(f, "the hole at vertex {lowest} ({} edges)", self.0.len())
     }
 }

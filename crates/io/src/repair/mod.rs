@@ -1,15 +1,21 @@
 //! Repairs that need no guess at a shape.
 
 mod change;
+mod filling;
 mod holes;
+mod parts;
 mod split;
 mod work;
 
+use std::num::NonZeroUsize;
+
 pub use change::Change;
+pub use filling::Filling;
 
 use crate::document::Document;
 use crate::error::IoError;
 use crate::weld::Weld;
+use parts::Kept;
 use work::Work;
 
 /// Which repairs are made; see [`Repair::apply`].
@@ -43,8 +49,8 @@ pub struct Repair {
     edges: Toggle,
     vertices: Toggle,
     compact: Toggle,
-    /// The most edges of a hole that is filled.
-    holes: usize,
+    kept: Kept,
+    filling: Filling,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -77,8 +83,11 @@ pub struct Repaired {
     pub document: Document,
     /// What was done, step by step; empty if nothing was to be done.
     pub changes: Vec<Change>,
-    /// For each vertex of the repaired document the vertex that it was or is a copy of.
+    /// For each vertex of the repaired document the vertex that it was or is a copy of; for one
+    /// that was [added](Repaired::added_vertices) a vertex of the hole that is near.
     pub vertex_sources: Vec<usize>,
+    /// The vertices of the repaired document that were added to fill holes, in ascending order.
+    pub added_vertices: Vec<usize>,
     /// For each face of the repaired document the face that it was; `None` if it fills a hole.
     pub face_sources: Vec<Option<usize>>,
 }
@@ -96,7 +105,8 @@ impl Repair {
             edges: Toggle::Off,
             vertices: Toggle::Off,
             compact: Toggle::Off,
-            holes: 0,
+            kept: Kept::ALL,
+            filling: Filling::Off,
         }
     }
 
@@ -108,7 +118,7 @@ impl Repair {
         Self::default()
             .weld(Weld::Exact)
             .split_edges()
-            .fill_holes(usize::MAX)
+            .fill_holes(Filling::PLAIN)
             .compact()
     }
 
@@ -178,12 +188,23 @@ impl Repair {
         self.split_vertices()
     }
 
-    /// Fills holes of at most so many edges with triangles between their vertices; the boundary of
-    /// an open surface is a hole as well.
-    ///
-    /// A hole stays where its triangles would need an edge that is there already.
-    pub fn fill_holes(mut self, most_edges: usize) -> Self {
-        self.holes = most_edges;
+    /// Keeps the parts with the most faces, so many of them, and drops the others with the vertices
+    /// that only these use. A part is a set of faces that hang together by edges.
+    pub fn keep_largest(mut self, num_parts: NonZeroUsize) -> Self {
+        self.kept.most_parts = num_parts.get();
+        self
+    }
+
+    /// Drops parts with fewer faces, and the vertices that only these use; see
+    /// [`Repair::keep_largest`].
+    pub fn drop_parts_below(mut self, num_faces: usize) -> Self {
+        self.kept.least_faces = num_faces;
+        self
+    }
+
+    /// Fills holes; the boundary of an open surface is a hole as well.
+    pub fn fill_holes(mut self, filling: Filling) -> Self {
+        self.filling = filling;
         self
     }
 
@@ -195,14 +216,15 @@ impl Repair {
     }
 
     /// Makes the repairs: vertices are welded, faces dropped, oriented, parted at edges and at
-    /// vertices, holes filled, vertices dropped, in this order.
+    /// vertices, parts dropped, holes filled, vertices dropped, in this order.
     ///
     /// Vertices keep their order, and copies follow behind those of their part; faces keep theirs,
     /// and what fills holes follows behind. Attributes go along.
     ///
     /// # Errors
-    /// [`IoError::WeldTolerance`] for a tolerance that is not a distance, and [`IoError`] with the
-    /// place in the file if what goes along is wrong there.
+    /// [`IoError::WeldTolerance`] for a tolerance that is not a distance, [`IoError::NoPartLeft`]
+    /// if every part is too small to stay, and [`IoError`] with the place in the file if what goes
+    /// along is wrong there.
     pub fn apply(&self, document: &Document) -> Result<Repaired, IoError> {
         let mut work = Work::new(document)?;
         if self.weld != Weld::AsFormat {
@@ -230,8 +252,11 @@ impl Repair {
         if self.edges.is_on() {
             work.untangle();
         }
-        if self.holes > 0 {
-            work.fill_holes(self.holes);
+        if self.kept != Kept::ALL {
+            work.keep_parts(self.kept)?;
+        }
+        if self.filling != Filling::Off {
+            work.fill_holes(self.filling);
         }
         work.finish(self.compact)
     }

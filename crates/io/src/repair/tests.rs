@@ -11,6 +11,12 @@ fn document(points: &[[f64; 3]], faces: &[&[u32]]) -> Document {
     Document::new(points, faces.iter().collect()).unwrap()
 }
 
+fn at_most(num_edges: usize) -> Filling {
+    Filling::Plain {
+        most_edges: NonZeroUsize::new(num_edges).unwrap(),
+    }
+}
+
 fn sentences(repaired: &Repaired) -> Vec<String> {
     repaired.changes.iter().map(Change::to_string).collect()
 }
@@ -170,16 +176,16 @@ fn holes_are_filled_up_to_a_size() {
     let open = document(&CORNERS[..4], &TETRAHEDRON[1..]);
     assert!(
         Repair::new()
-            .fill_holes(2)
+            .fill_holes(at_most(2))
             .apply(&open)
             .unwrap()
             .changes
             .is_empty()
     );
-    let repaired = Repair::new().fill_holes(3).apply(&open).unwrap();
+    let repaired = Repair::new().fill_holes(at_most(3)).apply(&open).unwrap();
     assert_eq!(
         sentences(&repaired),
-        ["filled the hole at vertex 0 (3 edges) with 1 faces"]
+        ["filled the hole at vertex 0 (3 edges) with 1 face"]
     );
     assert_eq!(repaired.face_sources[2..], [Some(2), None]);
     assert!(repaired.document.defects(Weld::Off).unwrap().is_empty());
@@ -187,12 +193,67 @@ fn holes_are_filled_up_to_a_size() {
     let lone = document(&CORNERS, &[&[0, 1, 2]]);
     assert!(
         Repair::new()
-            .fill_holes(9)
+            .fill_holes(at_most(9))
             .apply(&lone)
             .unwrap()
             .changes
             .is_empty()
     );
+}
+
+/// Three tetrahedra, each with a face more left out, and a lone triangle.
+fn four_parts() -> Document {
+    let points: Vec<[f64; 3]> = (0..15)
+        .map(|v| [f64::from(v * v % 7), f64::from(v % 4), f64::from(v)])
+        .collect();
+    let mut faces: Vec<Vec<u32>> = Vec::new();
+    for part in 0..3 {
+        let faces_of_part = TETRAHEDRON[part as usize..].iter();
+        faces.extend(faces_of_part.map(|f| f.iter().map(|v| v + 4 * part).collect()));
+    }
+    faces.push(vec![12, 13, 14]);
+    let faces: Vec<&[u32]> = faces.iter().rev().map(Vec::as_slice).collect();
+    document(&points, &faces)
+}
+
+#[test]
+fn specks_go_with_their_vertices() {
+    let document = four_parts();
+    let repaired = Repair::new().drop_parts_below(3).apply(&document).unwrap();
+    assert_eq!(
+        sentences(&repaired),
+        [
+            "dropped the part from face 0 (1 face)",
+            "dropped the part from face 1 (2 faces)"
+        ]
+    );
+    assert_eq!(repaired.vertex_sources, [0, 1, 2, 3, 4, 5, 6, 7]);
+    assert_eq!(repaired.document.faces().len(), 7);
+    let error = Repair::new()
+        .drop_parts_below(5)
+        .apply(&document)
+        .unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "every part has fewer than 5 faces, the largest 4; nothing would be left, so ask for fewer"
+    );
+}
+
+#[test]
+fn the_largest_parts_stay() {
+    let document = four_parts();
+    for (num_parts, faces) in [(1, 4), (2, 7), (3, 9), (4, 10), (9, 10)] {
+        let num_parts = NonZeroUsize::new(num_parts).unwrap();
+        let repaired = Repair::new().keep_largest(num_parts).apply(&document);
+        assert_eq!(repaired.unwrap().document.faces().len(), faces);
+    }
+    // A vertex that no face uses belongs to no part, and one that a part that stays uses stays.
+    let touching = self::document(&CORNERS, &[&[0, 1, 2], &[0, 1, 3], &[2, 3, 0]]);
+    let one = Repair::new()
+        .split_vertices()
+        .keep_largest(NonZeroUsize::MIN);
+    let repaired = one.apply(&touching).unwrap();
+    assert_eq!(repaired.vertex_sources, [0, 1, 2, 3, 4]);
 }
 
 #[test]
@@ -410,7 +471,7 @@ proptest! {
         for repair in [
             Repair::all(),
             Repair::all().weld(Weld::Within(1.0)),
-            Repair::all().weld(Weld::AsFormat).fill_holes(0),
+            Repair::all().weld(Weld::AsFormat).fill_holes(Filling::Off),
         ] {
             let repaired = repair.apply(&soup).unwrap();
             let document = &repaired.document;

@@ -20,14 +20,17 @@ pub(super) struct Work<'a> {
     is_split: bool,
     /// Whether vertices that were one no longer are.
     is_unwelded: bool,
-    /// The vertex of the document that each vertex is; copies follow behind.
+    /// The vertex of the document that each vertex is; copies follow behind, and then the vertices
+    /// that fill holes, with one beside the hole.
     pub(super) sources: Vec<u32>,
+    /// The positions of the vertices that fill holes, which are the last ones.
+    added: Vec<Point3<f64>>,
     /// For each vertex the first one at its place.
     pub(super) places: Vec<u32>,
     /// The place of each vertex of the document before faces were parted.
     welded: Vec<u32>,
-    /// Vertices of the document that became one with another.
-    is_merged: Vec<bool>,
+    /// Vertices of the document that became one with another, or went with their part.
+    is_gone: Vec<bool>,
     pub(super) faces: FaceList,
     /// The document's face that each face is; [`NONE`] if it fills a hole.
     pub(super) face_sources: Vec<u32>,
@@ -50,10 +53,11 @@ impl<'a> Work<'a> {
             document,
             is_split,
             is_unwelded: false,
-            is_merged: vec![false; places.len()],
+            is_gone: vec![false; places.len()],
             welded: places.clone(),
             places,
             sources: identity.vertices,
+            added: Vec::new(),
             is_turned: vec![false; identity.faces.len()],
             faces: identity.faces,
             face_sources: identity.face_sources,
@@ -70,10 +74,23 @@ impl<'a> Work<'a> {
 
     pub(super) fn points(&self) -> Vec<Point3<f64>> {
         let positions = self.document.positions();
-        self.sources
-            .iter()
-            .map(|&v| positions[v as usize])
-            .collect()
+        let old = self.sources[..self.first_added()].iter();
+        let old = old.map(|&v| positions[v as usize]);
+        old.chain(self.added.iter().copied()).collect()
+    }
+
+    /// The first vertex that fills a hole, if there is one.
+    fn first_added(&self) -> usize {
+        self.sources.len() - self.added.len()
+    }
+
+    /// Adds a vertex to a hole, which has what the file says of the one beside it, but its position.
+    pub(super) fn add_vertex(&mut self, beside: u32, position: Point3<f64>) -> u32 {
+        let vertex = self.sources.len() as u32;
+        self.sources.push(self.sources[beside as usize]);
+        self.places.push(vertex);
+        self.added.push(position);
+        vertex
     }
 
     /// A vertex as the document numbers it.
@@ -118,7 +135,7 @@ impl<'a> Work<'a> {
         for (vertex, &into) in places.iter().enumerate() {
             let was_alone = self.places[vertex] as usize == vertex;
             if was_alone && into as usize != vertex {
-                self.is_merged[vertex] = !self.is_split;
+                self.is_gone[vertex] = !self.is_split;
                 let into = into as usize;
                 self.changes.push(Change::MergedVertex { vertex, into });
             }
@@ -188,6 +205,19 @@ impl<'a> Work<'a> {
             let kept: FaceList = (0..self.faces.len()).map(corners).collect();
             self.select(&kept);
         }
+    }
+
+    /// Drops faces, and the vertices that no other face uses.
+    pub(super) fn drop_with_vertices(&mut self, is_dropped: &[bool]) {
+        let polygons = self.faces.iter().zip(is_dropped);
+        for (polygon, _) in polygons.filter(|(_, is_dropped)| **is_dropped) {
+            for &v in polygon {
+                if let Some(is_gone) = self.is_gone.get_mut(v as usize) {
+                    *is_gone = true;
+                }
+            }
+        }
+        self.drop(is_dropped);
     }
 
     /// Turns faces round, their first corner staying first.
@@ -262,8 +292,9 @@ impl<'a> Work<'a> {
         let drops_unused = compact.is_on() && !self.faces.is_empty();
         let num_old = self.document.positions().len();
         let is_kept = |v: usize| {
-            let is_merged = v < num_old && self.is_merged[v];
-            is_used[v] || !(drops_unused || is_merged)
+            // Copies are made for faces alone.
+            let is_gone = self.is_gone.get(v).is_none_or(|is_gone| *is_gone);
+            is_used[v] || !(drops_unused || is_gone)
         };
         let stretch = self.document.stretch_of();
         let mut order: Vec<u32> = (0..self.sources.len() as u32)
@@ -294,7 +325,7 @@ impl<'a> Work<'a> {
             true => self.final_places(&order),
             false => Vec::new(),
         };
-        let dropped = (0..num_old).filter(|&v| !self.is_merged[v] && numbers[v] == NONE);
+        let dropped = (0..num_old).filter(|&v| !self.is_gone[v] && numbers[v] == NONE);
         let dropped: Vec<_> = dropped
             .map(|vertex| Change::DroppedVertex { vertex })
             .collect();
@@ -309,14 +340,21 @@ impl<'a> Work<'a> {
             .changes
             .iter()
             .all(|change| matches!(change, Change::KeptHole { .. }));
-        let document = match is_same && !self.is_unwelded {
+        let mut document = match is_same && !self.is_unwelded {
             true => self.document.clone(),
             false => self.document.remapped(&remap, places)?,
         };
+        let added_numbers = numbers[self.first_added()..].iter();
+        let mut added_vertices: Vec<usize> = added_numbers.map(|&v| v as usize).collect();
+        for (&vertex, &position) in added_vertices.iter().zip(&self.added) {
+            document.set_position(vertex, position)?;
+        }
+        added_vertices.sort_unstable();
         Ok(Repaired {
             document,
             changes: self.changes,
             vertex_sources,
+            added_vertices,
             face_sources,
         })
     }
@@ -360,7 +398,8 @@ impl<'a> Work<'a> {
     }
 
     fn list_split(&mut self, numbers: &[u32], is_used: &[bool]) {
-        let mut copies: Vec<(u32, usize)> = (self.welded.len()..self.sources.len())
+        let mut copies: Vec<(u32, usize)> = (self.welded.len()..self.first_added())
+            .filter(|&v| numbers[v] != NONE)
             .map(|v| (self.sources[v], numbers[v] as usize))
             .collect();
         copies.sort_unstable();
@@ -373,7 +412,7 @@ impl<'a> Work<'a> {
         if !self.is_split {
             return;
         }
-        let used = (0..self.sources.len()).filter(|&v| is_used[v]);
+        let used = (0..self.first_added()).filter(|&v| is_used[v]);
         let mut parted: Vec<(u32, u32)> = used
             .map(|v| (self.welded[self.sources[v] as usize], self.places[v]))
             .collect();

@@ -7,7 +7,7 @@ use super::{ATTRIBUTE, rebuild};
 use crate::attributes::{NORMAL, Property, Values};
 use crate::error::IoError;
 use crate::precision::{Rounding, single};
-use crate::triangulate::Triangulator;
+use crate::recut::Cutter;
 use crate::writer::{Contents, labels_named, named};
 
 /// What a new STL file cannot hold of a document, in words.
@@ -90,14 +90,15 @@ pub(crate) fn write_new(contents: &Contents<'_>) -> Result<Vec<u8>, IoError> {
     bytes.extend_from_slice(TITLE_TEXT);
     bytes.resize(TITLE, 0);
     bytes.extend_from_slice(&count.to_le_bytes());
-    let mut triangulator = Triangulator::new(positions, faces.num_corners());
+    let recuts = contents.recuts();
+    let mut cutter = Cutter::new(positions, faces.num_corners(), &recuts);
     for (face, polygon) in faces.iter().enumerate() {
         let given = normals.and_then(|p| normal(p, face));
         let attribute = attributes.and_then(|p| p.values.get(face));
         // The cast is exact: the values are 16-bit integers.
         let attribute = attribute.map_or(0, |a| a as u16);
         let mut outcome = Ok(());
-        triangulator.cut(polygon, |triangle| {
+        cutter.cut(face as u32, polygon, |triangle| {
             if outcome.is_ok() {
                 outcome = push(&mut bytes, positions, triangle, given, attribute);
             }

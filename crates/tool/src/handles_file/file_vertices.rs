@@ -26,6 +26,14 @@ impl FileVertices {
         }
     }
 
+    /// The same without vertices of the document that are no copies of what they come from, as those
+    /// that fill holes.
+    #[must_use]
+    pub fn without(mut self, added: &[usize]) -> Self {
+        self.copies.retain(|(_, v)| added.binary_search(v).is_err());
+        self
+    }
+
     /// The vertex of the file that a vertex of the document comes from.
     pub fn vertex(&self, vertex: usize) -> usize {
         self.sources.get(vertex).copied().unwrap_or(vertex)

@@ -1,0 +1,85 @@
+//! A part of a surface made to continue the rest.
+
+use cotan_geometry::{Positions, Scalar, Surface};
+use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
+use cotan_laplacian::{Cotangent, LaplacianScheme, Operator, Uniform};
+use cotan_linear::{Handle, PreparedSystem};
+use nalgebra::Vector3;
+
+use crate::error::Error;
+
+/// Moves the free vertices to where the surface bends least, and no others:
+///
+/// ```text
+/// Σ_i |ℓ_i|² → min,        ℓ = Laplacian coordinates
+/// ```
+///
+/// over all vertices, which is the thin-plate energy of the patch. As the coordinates of the
+/// vertices round the patch count, too, it joins the rest without a crease.
+///
+/// The weights are cotangents of the positions given, or all equal where these are not finite
+/// (triangles without area). **Shapes**: a position for each vertex. Without a free vertex, or if a
+/// component has no other, nothing moves there.
+///
+/// # Errors
+/// [`Error::Surface`] for a mesh that is not one of triangles or has positions that are not finite,
+/// [`Error::Flow`] if the system cannot be solved.
+///
+/// **Source**: P. Liepa, "Filling holes in meshes", SGP 2003, section 5: second-order umbrella
+/// operator. He takes the scale-dependent or harmonic one per vertex; here they are not divided by
+/// areas, which makes no difference where triangles are of about the same size.
+pub fn fair<T: Scalar>(
+    mesh: &HalfedgeMesh,
+    positions: &Positions<T>,
+    free: &[VertexId],
+) -> Result<Positions<T>, Error> {
+    let surface = Surface::new(mesh, positions)?;
+    let mut is_free = vec![false; mesh.num_vertices()];
+    for v in free {
+        if let Some(is_free) = is_free.get_mut(v.index()) {
+            *is_free = true;
+        }
+    }
+    let components = mesh.components();
+    let mut is_anchored = vec![false; components.count()];
+    for v in mesh.vertices().filter(|v| !is_free[v.index()]) {
+        is_anchored[components.of(v)] = true;
+    }
+    let is_held = |v: &VertexId| !is_free[v.index()] || !is_anchored[components.of(*v)];
+    let handles: Vec<Handle> = mesh.vertices().filter(is_held).map(Handle::hard).collect();
+    if handles.len() == mesh.num_vertices() {
+        return Ok(positions.clone());
+    }
+    let solved = solve(&Cotangent::default(), &surface, &handles);
+    let correction = match solved {
+        Ok(correction) => correction,
+        Err(_) => solve(&Uniform, &surface, &handles)?,
+    };
+    Ok(positions
+        .iter()
+        .map(|(v, p)| match is_held(&v) {
+            true => *p,
+            false => p + correction[v].map(T::of_f64),
+        })
+        .collect())
+}
+
+/// The displacement of every vertex.
+fn solve<T: Scalar, S: LaplacianScheme<T>>(
+    scheme: &S,
+    surface: &Surface<'_, T>,
+    handles: &[Handle],
+) -> Result<VertexMap<Vector3<f64>>, Error> {
+    let operator = Operator::assemble(scheme, surface)?;
+    let mut system =
+        PreparedSystem::prepare(&operator, handles, None).map_err(cotan_flow::FlowError::from)?;
+    let mesh = surface.mesh();
+    let zero = || VertexMap::filled(mesh.num_vertices(), Vector3::zeros());
+    let mismatch = mesh
+        .vertices()
+        .map(|v| -operator.apply_at(surface.positions(), v.index()))
+        .collect();
+    let (mut scratch, mut correction) = (zero(), zero());
+    system.correct_only(&mismatch, None, &zero(), &mut scratch, &mut correction);
+    Ok(correction)
+}

@@ -1,0 +1,202 @@
+//! New vertices in the triangles that fill a hole, as dense as those round it.
+//!
+//! Each vertex has a scale, the mean length of the edges of the boundary there. A triangle is split
+//! at its centroid where the distances from there to its corners, times √2, are above the scales of
+//! both; then edges are flipped until the angles across each add up to at most π. Both are repeated
+//! until no triangle is split. Source: P. Liepa, "Filling holes in meshes", SGP 2003, section 4.
+//!
+//! The vertices lie in the triangles that were there; [fairing](super::super::Filling::Smooth) is
+//! another step.
+
+use cotan_halfedge::{EdgeId, FaceId, HalfedgeMesh};
+use nalgebra::{Point3, Vector3};
+
+/// The most vertices that are added to all holes of a mesh together.
+pub(super) const MOST_ADDED: usize = 100_000;
+
+/// How often all edges are looked at between two passes of splits; on a flat patch the flips end by
+/// themselves.
+const MOST_SWEEPS: usize = 20;
+
+/// Triangles between the vertices of a rim, which come first, and those that were added.
+pub(super) struct Patch {
+    pub(super) points: Vec<Point3<f64>>,
+    /// For each added vertex a vertex of the rim that is near.
+    pub(super) beside: Vec<usize>,
+    pub(super) triangles: Vec<[usize; 3]>,
+}
+
+impl Patch {
+    /// The triangles between the vertices of the rim alone.
+    pub(super) fn plain(points: Vec<Point3<f64>>, triangles: Vec<[usize; 3]>) -> Self {
+        Self {
+            points,
+            beside: Vec::new(),
+            triangles,
+        }
+    }
+
+    /// A fan about a new vertex in the middle of the rim.
+    pub(super) fn fan(mut points: Vec<Point3<f64>>) -> Self {
+        let n = points.len();
+        // Halves, so that no sum overflows.
+        let weight = 1.0 / n as f64;
+        let middle: Vector3<f64> = points.iter().map(|p| p.coords * weight).sum();
+        points.push(Point3::from(middle));
+        Self {
+            points,
+            beside: vec![0],
+            triangles: (0..n).map(|i| [i, (i + 1) % n, n]).collect(),
+        }
+    }
+
+    pub(super) fn num_rim(&self) -> usize {
+        self.points.len() - self.beside.len()
+    }
+
+    /// Adds vertices, at most so many; `is_free` tells for two vertices of the rim whether there is
+    /// no edge between them yet.
+    pub(super) fn refine(&mut self, most: usize, is_free: impl Fn(usize, usize) -> bool) {
+        let num_rim = self.num_rim();
+        let triangles: Vec<[u32; 3]> = self.triangles.iter().map(|t| t.map(|i| i as u32)).collect();
+        // Rims pass through every vertex once, so this is a disc.
+        let Ok(mesh) = HalfedgeMesh::from_faces(self.points.len(), &triangles) else {
+            return;
+        };
+        let most_vertices = self.points.len() + most;
+        let mut refinement = Refinement {
+            scales: scales(&self.points, num_rim, self.area(), most),
+            points: std::mem::take(&mut self.points),
+            beside: std::mem::take(&mut self.beside),
+            num_rim,
+            mesh,
+        };
+        loop {
+            let num_before = refinement.points.len();
+            refinement.split(most_vertices);
+            refinement.relax(&is_free);
+            if refinement.points.len() == num_before {
+                break;
+            }
+        }
+        let Refinement {
+            points,
+            beside,
+            mesh,
+            ..
+        } = refinement;
+        (self.points, self.beside) = (points, beside);
+        self.triangles = mesh
+            .faces()
+            .map(|face| mesh.triangle(face).map(|v| v.index()))
+            .collect();
+    }
+
+    fn area(&self) -> f64 {
+        let area = |&t: &[usize; 3]| {
+            let [a, b, c] = t.map(|i| self.points[i]);
+            (b - a).cross(&(c - a)).norm() / 2.0
+        };
+        self.triangles.iter().map(area).sum()
+    }
+}
+
+/// The scale of every vertex; larger than the edges round the hole where these would ask for more
+/// vertices than may be added.
+fn scales(points: &[Point3<f64>], num_rim: usize, area: f64, most: usize) -> Vec<f64> {
+    let length = |i: usize| (points[(i + 1) % num_rim] - points[i]).norm();
+    let mut scales: Vec<f64> = (0..num_rim)
+        .map(|i| (length(i) + length((i + num_rim - 1) % num_rim)) / 2.0)
+        .collect();
+    let mean = scales.iter().sum::<f64>() / num_rim as f64;
+    scales.resize(points.len(), mean);
+    // A vertex of a regular triangulation has the area √3/2 of the square of an edge.
+    let expected = area / (mean * mean * 3f64.sqrt() / 2.0);
+    let factor = (expected / most.max(1) as f64).sqrt();
+    if factor > 1.0 && factor.is_finite() {
+        scales.iter_mut().for_each(|scale| *scale *= factor);
+    }
+    scales
+}
+
+struct Refinement {
+    mesh: HalfedgeMesh,
+    points: Vec<Point3<f64>>,
+    scales: Vec<f64>,
+    beside: Vec<usize>,
+    num_rim: usize,
+}
+
+impl Refinement {
+    /// Splits all triangles that are too large once.
+    fn split(&mut self, most_vertices: usize) {
+        for face in 0..self.mesh.num_faces() {
+            if self.points.len() >= most_vertices {
+                return;
+            }
+            let face = FaceId::new(face);
+            let corners = self.mesh.triangle(face).map(|v| v.index());
+            let center: Vector3<f64> = corners.map(|i| self.points[i].coords / 3.0).iter().sum();
+            let center = Point3::from(center);
+            let scale = corners.map(|i| self.scales[i] / 3.0).iter().sum::<f64>();
+            let is_far = |&i: &usize| {
+                let distance = std::f64::consts::SQRT_2 * (self.points[i] - center).norm();
+                distance > scale && distance > self.scales[i]
+            };
+            if !corners.iter().all(is_far) || self.mesh.split_face(face).is_err() {
+                continue;
+            }
+            let distance = |i: &usize| (self.points[*i] - center).norm();
+            let nearest = corners
+                .into_iter()
+                .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+                .unwrap_or_default();
+            let beside = match nearest.checked_sub(self.num_rim) {
+                Some(added) => self.beside[added],
+                None => nearest,
+            };
+            self.points.push(center);
+            self.scales.push(scale);
+            self.beside.push(beside);
+        }
+    }
+
+    /// Flips edges as long as that makes the angles across them smaller.
+    fn relax(&mut self, is_free: impl Fn(usize, usize) -> bool) {
+        for _ in 0..MOST_SWEEPS {
+            let mut num_flips = 0;
+            for edge in 0..self.mesh.num_edges() {
+                let edge = EdgeId::new(edge);
+                if self.is_flip_good(edge, &is_free) && self.mesh.flip_edge(edge).is_ok() {
+                    num_flips += 1;
+                }
+            }
+            if num_flips == 0 {
+                return;
+            }
+        }
+    }
+
+    fn is_flip_good(&self, edge: EdgeId, is_free: impl Fn(usize, usize) -> bool) -> bool {
+        let mesh = &self.mesh;
+        let [one, other] = edge.halfedges();
+        if mesh.is_boundary_edge(edge) {
+            return false;
+        }
+        let apex = |halfedge| mesh.target(mesh.next(halfedge)).index();
+        let (c, d) = (apex(one), apex(other));
+        let is_of_rim = c < self.num_rim && d < self.num_rim;
+        if is_of_rim && !is_free(c, d) {
+            return false;
+        }
+        let (u, v) = (mesh.origin(one).index(), mesh.target(one).index());
+        let cotangent = |apex: usize| {
+            let [a, b] = [u, v].map(|i| self.points[i] - self.points[apex]);
+            a.dot(&b) / a.cross(&b).norm()
+        };
+        cotangent(c) + cotangent(d) < -SMALLEST
+    }
+}
+
+/// Angles that add up to π but for rounding stay.
+const SMALLEST: f64 = 1e-9;

@@ -1,0 +1,85 @@
+//! Parts that are dropped: specks, and all but the largest.
+
+use super::Change;
+use super::work::Work;
+use crate::attributes::NONE;
+use crate::error::IoError;
+use crate::topology::Topology;
+
+/// Which parts stay: those that pass both conditions.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) struct Kept {
+    /// The most parts.
+    pub(super) most_parts: usize,
+    /// The fewest faces of a part.
+    pub(super) least_faces: usize,
+}
+
+impl Kept {
+    pub(super) const ALL: Self = Self {
+        most_parts: usize::MAX,
+        least_faces: 0,
+    };
+}
+
+/// Faces that hang together by edges.
+#[derive(Clone, Copy)]
+struct Part {
+    first_face: u32,
+    num_faces: usize,
+}
+
+impl Work<'_> {
+    /// Drops all faces of the other parts, and the vertices that only these use.
+    ///
+    /// Of parts with as many faces, the one with the lower first face is the larger one. Faces that
+    /// enclose nothing are no part and stay.
+    ///
+    /// # Errors
+    /// [`IoError::NoPartLeft`] if no part would stay.
+    pub(super) fn keep_parts(&mut self, kept: Kept) -> Result<(), IoError> {
+        let at = self.at();
+        let topology = Topology::new(&self.faces, &at);
+        let mut sets = topology.components();
+        let mut numbers = vec![NONE; self.faces.len()];
+        let mut parts: Vec<Part> = Vec::new();
+        let mut part_of = vec![NONE; self.faces.len()];
+        for face in (0..self.faces.len()).filter(|&face| topology.is_face(face)) {
+            let root = sets.root(face as u32) as usize;
+            if numbers[root] == NONE {
+                numbers[root] = parts.len() as u32;
+                parts.push(Part {
+                    first_face: face as u32,
+                    num_faces: 0,
+                });
+            }
+            part_of[face] = numbers[root];
+            parts[numbers[root] as usize].num_faces += 1;
+        }
+        let mut order: Vec<usize> = (0..parts.len()).collect();
+        order.sort_by_key(|&part| (std::cmp::Reverse(parts[part].num_faces), part));
+        let mut is_kept = vec![false; parts.len()];
+        for &part in order.iter().take(kept.most_parts) {
+            is_kept[part] = parts[part].num_faces >= kept.least_faces;
+        }
+        if let Some(&largest) = order.first()
+            && !is_kept.contains(&true)
+        {
+            return Err(IoError::NoPartLeft {
+                least_faces: kept.least_faces,
+                num_faces: parts[largest].num_faces,
+            });
+        }
+        for (part, _) in parts.iter().zip(&is_kept).filter(|(_, is_kept)| !**is_kept) {
+            let face = self.face(part.first_face);
+            let num_faces = part.num_faces;
+            self.changes.push(Change::DroppedPart { face, num_faces });
+        }
+        let is_dropped: Vec<bool> = part_of
+            .iter()
+            .map(|&part| part != NONE && !is_kept[part as usize])
+            .collect();
+        self.drop_with_vertices(&is_dropped);
+        Ok(())
+    }
+}
