@@ -29,6 +29,7 @@
 
 mod attributes;
 mod coordinate;
+mod cut_faces;
 mod cuts;
 mod defects;
 mod document;
@@ -59,6 +60,7 @@ mod writer;
 pub use attributes::{
     Attributes, COLOR, CornerProperty, LabelKind, Labels, NONE, NORMAL, Property, UV, Values,
 };
+pub use cut_faces::CutDocument;
 pub use defects::{Component, Defect, DefectKind, Inspection};
 pub use document::{Document, Part};
 pub use error::{Element, IoError, Place, Warning};
