@@ -53,6 +53,7 @@ mod quality;
 mod reconstruct;
 mod session;
 pub mod smooth;
+mod unmoved;
 
 pub use comparison::{ErrorFields, ShapeComparison};
 pub use deform::{Deformed, deform};

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use cotan_flow::{Flow, Report, Schedule, StepReport};
+use cotan_flow::{Flow, Report, Schedule, Start, StepReport};
 use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::{HalfedgeMesh, VertexId};
 use nalgebra::{Matrix4, Point3};
@@ -10,6 +10,7 @@ use nalgebra::{Matrix4, Point3};
 use crate::error::Error;
 use crate::handles::{Handles, Motion};
 use crate::options::DeformOptions;
+use crate::unmoved::Unmoved;
 
 /// A mesh held by its handles: factorized once, then moved and stepped as often as you like. Handles
 /// can be added and let go of on the way.
@@ -37,6 +38,9 @@ pub struct Session<'m, T: Scalar> {
     flow: Flow<'m, T>,
     original: &'m Positions<T>,
     handles: Handles<T>,
+    /// What finds the components that nothing has moved; `None` for a run that does not start from the
+    /// original.
+    unmoved: Option<Unmoved<T>>,
 }
 
 impl<'m, T: Scalar> Session<'m, T> {
@@ -64,7 +68,9 @@ impl<'m, T: Scalar> Session<'m, T> {
             .iteration_limit(options.iteration_limit)
             .system(options.system)
             .build()?;
+        let starts_elsewhere = options.start == Start::Zero;
         Ok(Self {
+            unmoved: (!starts_elsewhere).then(|| Unmoved::new(mesh, flow.size())),
             flow,
             original: positions,
             handles: handles.clone(),
@@ -203,8 +209,16 @@ impl<'m, T: Scalar> Session<'m, T> {
     }
 
     /// The current positions, in the units of the input.
+    ///
+    /// A component whose handles are all at their original places has its original positions to the
+    /// last digit, unless it was left far from them: see [`Flow::positions`] for other vertices that
+    /// have not moved.
     pub fn positions(&self) -> Positions<T> {
-        self.flow.positions()
+        let mut positions = self.flow.positions();
+        if let Some(unmoved) = &self.unmoved {
+            unmoved.put_back(&self.flow, self.original, &mut positions);
+        }
+        positions
     }
 
     /// The flow underneath.

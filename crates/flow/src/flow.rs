@@ -289,17 +289,37 @@ impl<'m, T: Scalar> Flow<'m, T> {
         self.energy.map(|energy| energy.value)
     }
 
+    /// Where the handles are to be, in their order and in the units of the input.
+    pub fn targets(&self) -> &[Point3<T>] {
+        &self.parts.user_targets
+    }
+
+    /// The longest side of the original mesh's bounding box, in the units of the input.
+    pub fn size(&self) -> T {
+        self.parts.frame.size
+    }
+
     /// The current positions, in the units of the input. Hard handles are exactly at their targets
     /// (unless something projects the flow), and a vertex that has not moved has exactly its original
     /// position.
+    ///
+    /// Positions are computed as numbers up to 1, box units, and each step rounds them to the spacing ε
+    /// of such numbers: a vertex within 4 ε of its original place in each coordinate has not moved.
     pub fn positions(&self) -> Positions<T> {
         let size = self.parts.frame.size;
+        let rounding = T::default_epsilon() * T::of_f64(UNMOVED);
         let rest = self.parts.rest.positions().values();
         let original = self.parts.original.values();
         let mut positions: Positions<T> = original
             .zip(rest)
             .zip(self.positions.values())
-            .map(|((original, rest), now)| original + (now - rest) * size)
+            .map(|((original, rest), now)| {
+                let way = now - rest;
+                match way.iter().all(|x| x.abs() <= rounding) {
+                    true => *original,
+                    false => original + way * size,
+                }
+            })
             .collect();
         let is_held = self.parts.projection.is_none();
         for (handle, target) in self.parts.handles.iter().zip(&self.parts.user_targets) {
@@ -507,6 +527,9 @@ impl<'m, T: Scalar> Flow<'m, T> {
         Ok(report)
     }
 }
+
+/// A displacement of so many ε of the size is the rounding of a step or two.
+const UNMOVED: f64 = 4.0;
 
 /// Per vertex the number of its handle.
 fn numbers(handles: &[Handle], num_vertices: usize) -> VertexMap<Option<u32>> {

@@ -31,6 +31,7 @@ mod attributes;
 mod beside;
 mod companions;
 mod coordinate;
+mod cut_faces;
 mod cuts;
 mod defects;
 mod document;
@@ -75,6 +76,7 @@ pub use attributes::{
     Attributes, COLOR, CornerProperty, LabelKind, Labels, NONE, NORMAL, Property, UV, Values,
 };
 pub use companions::{Companion, Companions, Saved, WriteOptions, Written};
+pub use cut_faces::CutDocument;
 pub use defects::{Component, Defect, DefectKind, Inspection};
 pub use document::{Document, Part};
 pub use error::{Element, IoError, Place, Warning};

@@ -110,6 +110,12 @@ impl ProcessingMesh {
                 Some(_) => None,
             };
         }
+        // A vertex in no face that is welded to one in a face is that one.
+        if !places.is_empty() {
+            for (vertex, &place) in vertices.iter_mut().zip(places) {
+                *vertex = vertex.or(at_place[place as usize]);
+            }
+        }
         let mut triangles = Vec::with_capacity(faces.num_triangles());
         let mut document_faces = Vec::with_capacity(faces.num_triangles());
         let mut cutter = Cutter::new(positions, faces.num_corners(), recuts);
@@ -170,7 +176,7 @@ impl ProcessingMesh {
     }
 
     /// The vertex that stands for a vertex of the document, counted from 0, or `None` if no face
-    /// uses it or there is no such vertex.
+    /// uses it or one that it is welded to, or there is no such vertex.
     pub fn vertex(&self, document_vertex: usize) -> Option<VertexId> {
         *self.vertices.get(document_vertex)?
     }

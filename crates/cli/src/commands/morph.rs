@@ -44,7 +44,8 @@ fn morph(args: &MorphArgs, console: &Console) -> Result<(), CliError> {
     progress.phase("align");
     let end = aligned(args, &inputs, &mapped)?;
     let [a, b] = &mapped;
-    let shapes = ((&a.map, &a.positions), (&end, &b.positions));
+    let of_file = [a, b].map(|mapped| mapped.in_file(&mapped.positions));
+    let shapes = ((&a.map, &of_file[0]), (&end, &of_file[1]));
     let morph = match args.level {
         Some(level) => Morph::on_icosphere(shapes.0, shapes.1, level),
         None => Morph::on_first(shapes.0, shapes.1),

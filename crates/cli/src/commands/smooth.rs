@@ -1,5 +1,6 @@
 //! `cotan smooth` and `cotan detail`: the curvature filtered or edited.
 
+use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
 
@@ -7,7 +8,7 @@ use cotan::geometry::{Positions, Surface, folded_faces, surface_area, volume};
 use cotan::halfedge::VertexMap;
 use cotan::smooth::{
     DetailOptions, Displacement, NormalError, ScaledCurvature, SmoothOptions, TargetCurvature,
-    TransferredCurvature, edit_detail, mean_curvature_rms, smooth,
+    TransferredCurvature, edit_detail_observed, mean_curvature_rms, smooth,
 };
 use cotan::{Handles, smooth::Smoothed};
 use cotan_io::{Document, ProcessingMesh};
@@ -219,16 +220,25 @@ impl Work<'_> {
                     max_memory,
                     ..*options
                 };
-                let edited = edit_detail(mesh, positions, &Handles::new(), &edit, &options)
-                    .map_err(refuse)?;
+                let observer = |_| ControlFlow::Continue(());
+                let edited = edit_detail_observed(
+                    mesh,
+                    positions,
+                    &Handles::new(),
+                    &edit,
+                    &options,
+                    &observer,
+                )
+                .map_err(refuse)?;
                 let report = SmoothReport {
                     method: "detail",
                     iterations: options.iterations,
                     anchor: Some(options.anchor),
+                    kept_vertices: edited.kept_vertices,
                     ..SmoothReport::default()
                 };
                 Ok(Outcome {
-                    positions: edited,
+                    positions: edited.positions,
                     report,
                 })
             }

@@ -11,7 +11,7 @@ use crate::error::CliError;
 use crate::files;
 use crate::prepare::{self, Prepared};
 use crate::report::{Seconds, write_json};
-use crate::sphere::{self, Input, Mapped, Mapper, Phases, SphereRun};
+use crate::sphere::{self, Input, Mapped, Mapper, Phases, SphereRun, Upright, WrittenSphere};
 use crate::threads;
 
 pub(crate) fn run(args: &SphereArgs, console: &Console) -> Result<(), CliError> {
@@ -46,9 +46,9 @@ fn run_as<T: Scalar>(args: &SphereArgs, console: &Console) -> Result<SphereRun, 
     let mapped = mapper.run::<T>(&progress)?;
     drop(progress);
 
-    write_sphere(args, input, &mapped, console)?;
+    let written = write_sphere(args, input, &mapped, console)?;
     sphere::warn(&mapped.report, &options, console);
-    let mut report = SphereRun::new(&mapped, &options, args.run.precision);
+    let mut report = SphereRun::new(&mapped, &options, args.run.precision).written(&written);
     report.phases = Phases {
         load: seconds.load,
         build: seconds.build,
@@ -70,13 +70,14 @@ fn run_as<T: Scalar>(args: &SphereArgs, console: &Console) -> Result<SphereRun, 
     Ok(report)
 }
 
-/// Writes the document with its vertices on the sphere; warns of what that loses.
+/// Writes the document with all its vertices on the sphere and polygons that every reader cuts
+/// without a flip; warns of what is lost.
 fn write_sphere<T: Scalar>(
     args: &SphereArgs,
     input: Input<'_>,
     mapped: &Mapped<'_, T>,
     console: &Console,
-) -> Result<(), CliError> {
+) -> Result<WrittenSphere, CliError> {
     let format = files::mesh_format(&args.output)?;
     let Prepared {
         document,
@@ -85,16 +86,30 @@ fn write_sphere<T: Scalar>(
         ..
     } = input.prepared;
     let in_file = |error| files::in_file(&args.input.mesh, error);
+    let source = document.positions();
     let mut document = document.clone();
     document
         .set_positions(processing, mapped.map.positions())
         .map_err(in_file)?;
+    sphere::join_welded(&mut document, processing).map_err(in_file)?;
+    let unused_vertices =
+        sphere::place_unused(&mut document, source, mapped, processing).map_err(in_file)?;
+    let sphericity_error = sphere::sphericity_error(&document);
     if args.uv {
         document = sphere::with_texture(document, mapped, processing).map_err(in_file)?;
     }
+    let Upright {
+        document,
+        written_as_triangles,
+    } = sphere::upright(document, format, processing).map_err(in_file)?;
     files::save(&document, &args.output, args.embed, console)?;
     for lost in forgotten(format, changes) {
         console.warn(format_args!("{}: {lost}", args.output.display()));
     }
-    sphere::warn_of_short_numbers(&args.output, format, mapped, processing, console)
+    sphere::warn_of_short_numbers(&args.output, format, mapped, processing, console)?;
+    Ok(WrittenSphere {
+        unused_vertices,
+        written_as_triangles,
+        sphericity_error,
+    })
 }

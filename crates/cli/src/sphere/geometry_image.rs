@@ -27,7 +27,7 @@ pub(crate) fn geometry_image<T: Scalar>(
 ) -> Result<(Vec<u8>, GeometryImageFields), SphereError> {
     let image = mapped.map.geometry_image(&mapped.positions, size)?;
     let encoded = image.encode(BitDepth::Sixteen);
-    let corner = |p: nalgebra::Point3<T>| (mapped.origin + p.coords.map(T::as_f64)).into();
+    let corner = |p: nalgebra::Point3<T>| mapped.point_in_file(p).into();
     let fields = GeometryImageFields {
         size,
         min: corner(encoded.bounds.min),

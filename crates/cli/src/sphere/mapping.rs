@@ -47,11 +47,14 @@ pub(crate) enum Turn<'a> {
 /// A mesh on the sphere.
 #[derive(Clone, Debug)]
 pub(crate) struct Mapped<'m, T: Scalar> {
-    /// The source, seen from `origin`.
+    /// The source, seen from `origin` and in the unit `unit`.
     pub(crate) positions: Positions<T>,
     /// In single precision the middle of the source, so that one that lies far away keeps its
     /// digits.
     pub(crate) origin: Point3<f64>,
+    /// A power of two near the size of the source, so that areas neither overflow nor vanish and no
+    /// digit changes.
+    unit: f64,
     pub(crate) map: SphereMap<'m, T>,
     pub(crate) report: SphereReport,
     /// How long it took.
@@ -74,9 +77,10 @@ impl<'a> Mapper<'a> {
             true => bounding_box(&surface).center(),
             false => Point3::origin(),
         };
+        let unit = power_of_two(processing.positions(), &origin);
         let positions = processing
             .positions()
-            .map(|p| Point3::from((p - origin).map(T::of_f64)));
+            .map(|p| Point3::from(((p - origin) / unit).map(T::of_f64)));
         let Input { source, prepared } = self.input;
         let options = SphereOptions {
             max_memory: Some(memory::check(Work::Sphere, source.path, &prepared.document)?),
@@ -94,6 +98,7 @@ impl<'a> Mapper<'a> {
             map: self.turned(done.map, &positions)?,
             positions,
             origin,
+            unit,
             report: done.report,
             seconds: clock.elapsed().as_secs_f64(),
         })
@@ -133,6 +138,42 @@ impl<T: Scalar> Mapped<'_, T> {
 
     /// Positions of the source's space as the file has them.
     pub(crate) fn in_file(&self, positions: &Positions<T>) -> Positions<f64> {
-        positions.map(|p| self.origin + p.coords.map(T::as_f64))
+        positions.map(|p| self.point_in_file(*p))
+    }
+
+    /// A point of the source's space as the file has it.
+    pub(crate) fn point_in_file(&self, p: Point3<T>) -> Point3<f64> {
+        self.origin + p.coords.map(T::as_f64) * self.unit
+    }
+}
+
+/// The greatest power of two that is at most the greatest coordinate seen from `origin`; 1 where
+/// all are 0, and no subnormal number.
+fn power_of_two(positions: &Positions<f64>, origin: &Point3<f64>) -> f64 {
+    let sizes = positions.values().map(|p| (p - origin).amax());
+    let size = sizes.fold(0.0, f64::max);
+    // Without the bits of its fraction.
+    let power = f64::from_bits(size.to_bits() & !((1 << (f64::MANTISSA_DIGITS - 1)) - 1));
+    match size > 0.0 {
+        true => power.max(f64::MIN_POSITIVE),
+        false => 1.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_unit_is_a_power_of_two_at_most_twice_below_the_size() {
+        for size in [1.0, 1.5, 3.0, 1e300, 1e-300, 0.1, f64::MAX] {
+            let positions: Positions<f64> =
+                [Point3::new(0.0, -size, 0.5 * size)].into_iter().collect();
+            let unit = power_of_two(&positions, &Point3::origin());
+            assert!(unit <= size && size / unit < 2.0, "{size:e}: {unit:e}");
+            assert_eq!(unit.to_bits() & ((1 << 52) - 1), 0);
+        }
+        let none: Positions<f64> = [Point3::origin()].into_iter().collect();
+        assert_eq!(power_of_two(&none, &Point3::origin()), 1.0);
     }
 }

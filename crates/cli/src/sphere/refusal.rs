@@ -57,6 +57,9 @@ impl<'a> Refusal<'a> {
                 vertex: self.vertex(vertex),
                 distance,
             },
+            SphereError::Overflow { vertex } => SphereError::Overflow {
+                vertex: self.vertex(vertex),
+            },
             SphereError::Flipped { count, first } => SphereError::Flipped {
                 count,
                 first: self.face(first),

@@ -39,7 +39,7 @@ pub(crate) struct SphereRun {
     flips_by_round: Vec<usize>,
     /// By exact predicates.
     flipped_triangles: usize,
-    /// The greatest | |v − c| / r − 1 |.
+    /// The greatest | |v − c| / r − 1 | of all vertices of the document.
     sphericity_error: f64,
     /// σ1/σ2 of the map of each triangle: 1 where angles are kept.
     conformal_distortion: SpreadFields,
@@ -48,6 +48,9 @@ pub(crate) struct SphereRun {
     area_distortion: SpreadFields,
     /// How many times the triangles cover the sphere.
     degree: i64,
+    /// How the sphere was written, where it was.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    counts: Option<WrittenCounts>,
     /// From the start of the command to the written mesh.
     pub(crate) seconds: f64,
     pub(crate) phases: Phases,
@@ -56,6 +59,23 @@ pub(crate) struct SphereRun {
     /// The mesh that the shape was resampled to.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) resampled: Option<Resampled>,
+}
+
+/// What came of writing a sphere.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct WrittenSphere {
+    pub(crate) unused_vertices: usize,
+    pub(crate) written_as_triangles: usize,
+    /// Of all vertices, before they are rounded to the numbers of the format.
+    pub(crate) sphericity_error: f64,
+}
+
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+struct WrittenCounts {
+    /// Vertices that no face uses, which are on the sphere too.
+    unused_vertices: usize,
+    /// Polygons that a reader might have cut with a flip.
+    written_as_triangles: usize,
 }
 
 /// A mesh that a shape was resampled to.
@@ -135,10 +155,23 @@ impl SphereRun {
             angle_error_degrees: quality.angle_error_degrees.into(),
             area_distortion: quality.area_distortion.into(),
             degree: quality.degree,
+            counts: None,
             seconds: 0.0,
             phases: Phases::default(),
             geometry_image: None,
             resampled: None,
+        }
+    }
+
+    /// With what came of writing the sphere.
+    pub(crate) fn written(self, written: &WrittenSphere) -> Self {
+        Self {
+            sphericity_error: self.sphericity_error.max(written.sphericity_error),
+            counts: Some(WrittenCounts {
+                unused_vertices: written.unused_vertices,
+                written_as_triangles: written.written_as_triangles,
+            }),
+            ..self
         }
     }
 
@@ -159,6 +192,15 @@ impl SphereRun {
         );
         table.row("stages", self.stages.join(", "));
         table.row("flipped triangles", self.flipped_triangles);
+        if let Some(counts) = &self.counts {
+            if counts.written_as_triangles > 0 {
+                let polygons = counted(counts.written_as_triangles, "polygon");
+                table.row("written as triangles", polygons);
+            }
+            if counts.unused_vertices > 0 {
+                table.row("vertices in no face", counts.unused_vertices);
+            }
+        }
         table.row("degree", self.degree);
         table.row("sphericity error", number(self.sphericity_error));
         table.row("conformal distortion", spread(&self.conformal_distortion));
@@ -206,6 +248,20 @@ pub(crate) fn warn(report: &SphereReport, options: &SphereOptions, console: &Con
     let change = report.change;
     match report.stop {
         None | Some(StopReason::Converged) => {}
+        Some(StopReason::IterationLimit)
+            if !change.is_finite() && options.iteration_limit < USUAL_ITERATIONS =>
+        {
+            console.warn(format_args!(
+                "not near a sphere yet after {iterations}; no triangle is flipped, but raise \
+                 --iterations for less distortion"
+            ));
+        }
+        Some(_) if !change.is_finite() => console.warn(format_args!(
+            "the iteration did not come near a sphere: its steps overflow, as the last of \
+             {iterations} has no finite length; lengths in this mesh differ by orders of magnitude, \
+             which more iterations seldom mend; no triangle is flipped, but angles are distorted; \
+             --authalic 0.1 maps without iterations"
+        )),
         Some(StopReason::IterationLimit) => console.warn(format_args!(
             "not converged after {iterations} (the last moved a vertex by {change:.1e} of the \
              sphere's radius); no triangle is flipped, but raise --iterations for less distortion"
@@ -216,6 +272,9 @@ pub(crate) fn warn(report: &SphereReport, options: &SphereOptions, console: &Con
         )),
     }
 }
+
+/// Meshes whose lengths differ by less than orders of magnitude are near a sphere by then.
+const USUAL_ITERATIONS: usize = 100;
 
 /// The reason to stop of a map that was made without an iteration.
 const NOT_ITERATED: &str = "not iterated";

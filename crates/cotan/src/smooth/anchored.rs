@@ -99,7 +99,7 @@ impl<T: Scalar> LaplacianScheme<T> for InteriorUmbrella {
     }
 }
 
-fn clear_boundary_rows<T: Scalar>(mesh: &HalfedgeMesh, weights: &mut HalfedgeMap<T>) {
+pub(super) fn clear_boundary_rows<T: Scalar>(mesh: &HalfedgeMesh, weights: &mut HalfedgeMap<T>) {
     for h in mesh.halfedges() {
         if mesh.is_boundary_vertex(mesh.origin(h)) {
             weights[h] = T::zero();

@@ -2,10 +2,11 @@
 
 use cotan_flow::{FlowError, FlowState, Orientation, Quantities, Rest, ScalarFieldUpdater};
 use cotan_geometry::{Positions, Scalar};
-use cotan_halfedge::{VertexId, VertexMap};
+use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
 use cotan_laplacian::OneRings;
 use nalgebra::Vector3;
 
+use super::mollified::with_floor;
 use super::parallel::{fill_each, filled};
 
 /// What of a Laplacian coordinate the scalar field is the size of, and which way it points.
@@ -70,7 +71,7 @@ impl<T: Scalar> ScalarFieldUpdater<T> for SmoothedCurvature {
         state: &FlowState<'_, T>,
         field: &mut VertexMap<T>,
     ) -> Result<(), FlowError> {
-        let Curvature { values, areas } = Curvature::of(state, self.direction);
+        let Curvature { values, areas, .. } = Curvature::of(state, self.direction);
         let is_inner = |v| !state.rest().mesh().is_boundary_vertex(v);
         let mut bend = roughness(state.rest().rings(), &values, is_inner);
         let mut step = self.step;
@@ -143,6 +144,8 @@ pub(crate) struct Curvature {
     pub(crate) values: VertexMap<f64>,
     /// A_i, in box units squared.
     pub(crate) areas: VertexMap<f64>,
+    /// The signed size of ℓ_i: −4 A H, or 0 where H is.
+    pub(crate) sizes: VertexMap<f64>,
 }
 
 impl Curvature {
@@ -168,6 +171,20 @@ impl Curvature {
         )
     }
 
+    /// The same sizes over areas that have a floor: see [`with_floor`].
+    pub(crate) fn with_floor(self, mesh: &HalfedgeMesh) -> Self {
+        let areas = with_floor(mesh, &self.areas);
+        let share = |v: VertexId| match self.areas[v] < areas[v] {
+            true => -self.sizes[v] / (4.0 * areas[v]),
+            false => self.values[v],
+        };
+        Self {
+            values: filled(areas.len(), share),
+            areas,
+            sizes: self.sizes,
+        }
+    }
+
     fn at<T: Scalar>(
         rest: &Rest<'_, T>,
         positions: &Positions<T>,
@@ -181,19 +198,26 @@ impl Curvature {
             Direction::Normal => cell(rest, positions, v),
             Direction::Whole | Direction::NormalAlone => triangles[v].as_f64(),
         });
-        let values = filled(n, |v: VertexId| {
+        let sizes = filled(n, |v: VertexId| {
             if mesh.is_boundary_vertex(v) || !(areas[v] > 0.0) {
                 return 0.0;
             }
             let ell = rest.operator().apply_at(positions, v.index());
             let along = ell.dot(&normals[v].map(T::as_f64));
-            let size = match direction {
+            match direction {
                 Direction::Normal => along,
                 Direction::Whole | Direction::NormalAlone => sign(along) * ell.norm(),
-            };
-            -size / (4.0 * areas[v])
+            }
         });
-        Self { values, areas }
+        let values = filled(n, |v: VertexId| match areas[v] > 0.0 {
+            true => -sizes[v] / (4.0 * areas[v]),
+            false => 0.0,
+        });
+        Self {
+            values,
+            areas,
+            sizes,
+        }
     }
 }
 

@@ -8,6 +8,7 @@ use cotan_halfedge::{HalfedgeMap, VertexId, VertexMap};
 use cotan_laplacian::Cotangent;
 use nalgebra::Vector3;
 
+use super::mollified::{mollified_cotangents, with_floor};
 use super::parallel::filled;
 
 /// Mean over the faces of the angle between the normals of two embeddings of one mesh.
@@ -93,11 +94,28 @@ pub fn mean_curvature_rms<T: Scalar>(surface: &Surface<'_, T>) -> f64 {
 ///
 /// **Shapes**: one value a vertex. **Units**: one over a length.
 pub fn mean_curvatures<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<f64> {
-    let mesh = surface.mesh();
-    let mut cotangents = HalfedgeMap::filled(mesh.num_halfedges(), T::zero());
+    let mut cotangents = HalfedgeMap::filled(surface.mesh().num_halfedges(), T::zero());
     Cotangent::default().opposite_cotangents(surface, &mut cotangents);
+    let (sizes, areas) = sizes_and_areas(surface, &cotangents);
+    over_areas(&sizes, &areas)
+}
+
+/// [`mean_curvatures`] as edits of details see them: by mollified cotangents, over areas with a floor.
+pub(super) fn mollified_mean_curvatures<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<f64> {
+    let mut cotangents = HalfedgeMap::default();
+    mollified_cotangents(surface, &mut cotangents);
+    let (sizes, areas) = sizes_and_areas(surface, &cotangents);
+    over_areas(&sizes, &with_floor(surface.mesh(), &areas))
+}
+
+/// ℓ·n, 0 at boundary vertices, and A.
+fn sizes_and_areas<T: Scalar>(
+    surface: &Surface<'_, T>,
+    cotangents: &HalfedgeMap<T>,
+) -> (VertexMap<f64>, VertexMap<f64>) {
+    let mesh = surface.mesh();
     let normals = vertex_normals(surface);
-    filled(mesh.num_vertices(), |v: VertexId| {
+    let both = filled(mesh.num_vertices(), |v: VertexId| {
         let (mut ell, mut sum, mut size) = (Vector3::zeros(), 0.0, 0.0);
         for h in mesh.outgoing_halfedges(v) {
             let weight = (cotangents[h] + cotangents[h.twin()]).as_f64();
@@ -106,10 +124,22 @@ pub fn mean_curvatures<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<f64> {
             sum += weight * edge.norm_squared();
             size += (weight * edge.norm_squared()).abs();
         }
-        let cell = 0.125 * f64::max(sum, 0.5 * size);
-        if mesh.is_boundary_vertex(v) || !(cell > 0.0) {
-            return 0.0;
-        }
-        -ell.dot(&normals[v].map(T::as_f64)) / (4.0 * cell)
-    })
+        let along = match mesh.is_boundary_vertex(v) {
+            true => 0.0,
+            false => ell.dot(&normals[v].map(T::as_f64)),
+        };
+        (along, 0.125 * f64::max(sum, 0.5 * size))
+    });
+    (both.map(|b| b.0), both.map(|b| b.1))
+}
+
+/// −ℓ·n / 4A, 0 where there is no area.
+fn over_areas(sizes: &VertexMap<f64>, areas: &VertexMap<f64>) -> VertexMap<f64> {
+    let pairs = sizes.values().zip(areas.values());
+    pairs
+        .map(|(size, area)| match *area > 0.0 {
+            true => -size / (4.0 * area),
+            false => 0.0,
+        })
+        .collect()
 }

@@ -24,6 +24,7 @@ mod feature;
 mod filtered_normals;
 mod implicit;
 mod measure;
+mod mollified;
 mod noise;
 mod normal_filter;
 mod options;
@@ -37,7 +38,7 @@ pub use anchored::{Boundary, InteriorCotangent, InteriorUmbrella};
 pub use curvature::{AlongCurvature, Direction, Order, SmoothedCurvature};
 pub use decide::Decision;
 pub use detail::{
-    BandPass, Blend, CurvatureEdit, CurvatureField, CurvatureUpdater, DetailOptions,
+    BandPass, Blend, CurvatureEdit, CurvatureField, CurvatureUpdater, DetailOptions, Detailed,
     ScaledCurvature, Sequence, Sum, TargetCurvature, TransferredCurvature, edit_detail,
     edit_detail_observed,
 };
@@ -45,6 +46,7 @@ pub use feature::FeaturePreserving;
 pub use filtered_normals::FilteredNormals;
 pub use implicit::ImplicitFlow;
 pub use measure::{Displacement, NormalError, mean_curvature_rms, mean_curvatures};
+pub use mollified::MollifiedCotangent;
 pub use noise::{GaussianNoise, NoiseEstimate, with_normal_noise};
 pub use normal_filter::NormalFilter;
 pub use options::{NewFolds, SmoothMethod, SmoothOptions};

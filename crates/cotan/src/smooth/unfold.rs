@@ -6,7 +6,7 @@ use crate::error::Error;
 
 /// Corrects smoothed positions, and puts the vertices of faces that then point against their
 /// neighbours, and did not before, back to where they were; from the second round on with their
-/// neighbours, until no such face is left.
+/// neighbours, until no such face is left; after ten rounds with all of the component that it is in.
 ///
 /// Needles are where this happens: their cotangents are huge and their normals chance. `correct` gets
 /// the positions and the vertices that it must leave alone: held ones, which stay at their targets, and
@@ -21,19 +21,29 @@ pub(crate) fn without_new_folds<T: Scalar>(
     let mut still = held.to_vec();
     let mut is_back = vec![false; moved.len()];
     let mut corrected = correct(&moved, &still)?;
-    for round in 0..MOST_ROUNDS {
+    for round in 0..=MOST_ROUNDS {
         let folded = folded_faces(surface, &corrected)?;
         if folded.is_empty() {
             break;
         }
         // Each vertex once: the ring of one that many faces share may be as large as the mesh.
-        let mut corners: Vec<_> = folded.into_iter().flat_map(|f| mesh.triangle(f)).collect();
+        let mut corners: Vec<_> = folded.iter().flat_map(|&f| mesh.triangle(f)).collect();
         corners.sort_unstable();
         corners.dedup();
         for v in corners {
             is_back[v.index()] = true;
             if round > 0 {
                 mesh.one_ring(v).for_each(|j| is_back[j.index()] = true);
+            }
+        }
+        if round == MOST_ROUNDS {
+            let components = mesh.components();
+            let mut is_whole = vec![false; components.count()];
+            for &f in &folded {
+                is_whole[components.of(mesh.triangle(f)[0])] = true;
+            }
+            for v in mesh.vertices() {
+                is_back[v.index()] |= is_whole[components.of(v)];
             }
         }
         for v in mesh.vertices() {

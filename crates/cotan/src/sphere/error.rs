@@ -60,6 +60,14 @@ pub enum SphereError {
         /// | |v| − 1 |.
         distance: f64,
     },
+    /// A vertex whose image is no number.
+    #[error(
+        "vertex {vertex} has no finite place on the sphere, as a step overflowed: lengths in this mesh differ by too many orders of magnitude; --method robust maps it"
+    )]
+    Overflow {
+        /// The vertex.
+        vertex: VertexId,
+    },
     /// Flipped triangles that no stage could cure.
     #[error(
         "{count} triangle(s) are flipped or degenerate on the sphere, the first is face {first}; --method robust mends that"

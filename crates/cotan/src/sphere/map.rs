@@ -48,9 +48,10 @@ impl<'m, T: Scalar> SphereMap<'m, T> {
         let off = |p: &nalgebra::Point3<T>| (p.coords.map(T::as_f64).norm() - 1.0).abs();
         let allowed = 4.0 * T::default_epsilon().as_f64();
         if let Some((vertex, p)) = positions.iter().find(|(_, p)| !(off(p) <= allowed)) {
-            return Err(SphereError::OffSphere {
-                vertex,
-                distance: off(p),
+            let distance = off(p);
+            return Err(match distance.is_finite() {
+                true => SphereError::OffSphere { vertex, distance },
+                false => SphereError::Overflow { vertex },
             });
         }
         let flipped = flipped_faces(mesh, &positions);

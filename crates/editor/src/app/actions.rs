@@ -353,7 +353,7 @@ impl Editor {
         self.start_task(ctx, "Scaling details", move |control| {
             let options = DetailOptions::default();
             let observer = |done| control.advance(done, options.iterations);
-            let positions = edit_detail_observed(
+            let edited = edit_detail_observed(
                 mesh.mesh(),
                 &scene.shape,
                 &Handles::new(),
@@ -363,7 +363,7 @@ impl Editor {
             );
             Ok(TaskResult::Shape {
                 name: "Details",
-                positions: positions.map_err(refusal)?,
+                positions: edited.map_err(refusal)?.positions,
                 note: None,
             })
         });

@@ -108,10 +108,24 @@ impl Work<'_> {
             let first = &mut place[fan as usize];
             *first = (*first).min(*vertex);
         }
-        self.places = (0u32..)
+        let mut places: Vec<u32> = (0u32..)
             .zip(&owner)
             .map(|(v, &fan)| if fan == NONE { v } else { place[fan as usize] })
             .collect();
+        // A vertex that no face uses any more stays with what it was welded to.
+        let mut of_welded = vec![NONE; self.places.len()];
+        for (v, &welded) in self.places.iter().enumerate() {
+            if owner[v] != NONE {
+                let first = &mut of_welded[welded as usize];
+                *first = (*first).min(places[v]);
+            }
+        }
+        for (v, &welded) in self.places.iter().enumerate() {
+            if owner[v] == NONE && of_welded[welded as usize] != NONE {
+                places[v] = of_welded[welded as usize];
+            }
+        }
+        self.places = places;
         let polygon = |face| &corners[self.faces.corner_range(face)];
         self.faces = (0..self.faces.len()).map(polygon).collect();
     }

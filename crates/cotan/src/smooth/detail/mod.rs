@@ -18,13 +18,13 @@ use cotan_laplacian::OneRings;
 
 pub use band_pass::BandPass;
 pub use compose::{Blend, Sequence, Sum};
-pub use run::{DetailOptions, edit_detail, edit_detail_observed};
+pub use run::{DetailOptions, Detailed, edit_detail, edit_detail_observed};
 pub use scaled::ScaledCurvature;
 pub use target::TargetCurvature;
 pub use transferred::TransferredCurvature;
 
-use super::curvature::{Curvature, Direction, roughness};
-use super::parallel::fill_each;
+use super::curvature::{Curvature, Direction};
+use super::parallel::{fill_each, filled};
 use crate::error::Error;
 
 /// The mean curvatures of a mesh, and what an edit needs to know of it.
@@ -35,6 +35,7 @@ pub struct CurvatureField<'a> {
     pub values: VertexMap<f64>,
     rings: &'a OneRings,
     is_inner: &'a VertexMap<bool>,
+    areas: &'a VertexMap<f64>,
 }
 
 impl CurvatureField<'_> {
@@ -49,18 +50,46 @@ impl CurvatureField<'_> {
 
     /// The field after `passes` half steps of the umbrella, κ ← κ + ½ (mean of the neighbours − κ):
     /// its coarse part. Boundary vertices are left out.
+    ///
+    /// A neighbour j with less than half of the area of vertex i counts by 2 A_j / A_i: between slivers
+    /// curvatures are large and areas small, and such a curvature over the area of a large neighbour
+    /// would be a bend that is nowhere on the mesh.
     #[must_use]
     pub fn smoothed(&self, passes: usize) -> Self {
         let mut values = self.values.clone();
         for _ in 0..passes {
-            let bend = roughness(self.rings, &values, |v| self.is_inner[v]);
+            let bend = self.bend(&values);
             for (value, bend) in values.values_mut().zip(bend.values()) {
                 *value -= 0.5 * bend;
             }
         }
         self.with_values(values)
     }
+
+    /// By how much a field differs from the mean of its neighbours.
+    fn bend(&self, values: &VertexMap<f64>) -> VertexMap<f64> {
+        filled(values.len(), |v: VertexId| {
+            let (mut sum, mut count) = (0.0, 0.0);
+            if self.is_inner[v] {
+                for (j, _) in self.rings.ring(v.index()) {
+                    if self.is_inner[j] {
+                        // Where both areas are 0 the ratio is no number, and the share 1.
+                        let share = (LARGEST_RATIO * self.areas[j] / self.areas[v]).min(1.0);
+                        // As differences: a constant field has none, exactly.
+                        sum += share * (values[v] - values[j]);
+                        count += 1.0;
+                    }
+                }
+            }
+            if count > 0.0 { sum / count } else { 0.0 }
+        })
+    }
 }
+
+/// How many times as large as a neighbour's an area may be for the neighbour to count fully. On meshes
+/// without slivers it changes results by some 1e-4 of the size; on CAD models moves are 5 to 20 times
+/// smaller for it.
+const LARGEST_RATIO: f64 = 2.0;
 
 /// Says what becomes of a mesh's curvature.
 ///
@@ -130,16 +159,19 @@ impl<T: Scalar, E: CurvatureEdit> ScalarFieldUpdater<T> for CurvatureUpdater<E> 
     ) -> Result<(), FlowError> {
         let mesh = state.rest().mesh();
         let is_inner = VertexMap::from_fn(mesh.num_vertices(), |v| !mesh.is_boundary_vertex(v));
-        let Curvature { values, areas } = Curvature::of_rest(state.rest(), self.direction);
+        let rest = Curvature::of_rest(state.rest(), self.direction).with_floor(mesh);
         let original = CurvatureField {
-            values,
+            values: rest.values,
             rings: state.rest().rings(),
             is_inner: &is_inner,
+            areas: &rest.areas,
         };
         let wanted = self.edit.edit(&original);
         fill_each(field, |v: VertexId| {
             if is_inner[v] {
-                T::of_f64(-4.0 * areas[v] * wanted[v])
+                // As a difference: where nothing is to change the field is that of the input, exactly.
+                let change = wanted[v] - original.values[v];
+                T::of_f64(rest.sizes[v] - 4.0 * rest.areas[v] * change)
             } else {
                 T::zero()
             }

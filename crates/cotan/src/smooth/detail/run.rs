@@ -2,15 +2,17 @@
 
 use std::ops::ControlFlow;
 
-use cotan_geometry::{Positions, Scalar};
+use cotan_geometry::{Positions, Scalar, Surface, bounding_box};
 use cotan_halfedge::HalfedgeMesh;
 
 use super::{CurvatureEdit, CurvatureUpdater};
 use crate::error::Error;
 use crate::handles::Handles;
-use crate::smooth::anchored::{Anchored, Boundary, InteriorCotangent, held};
+use crate::smooth::anchored::{Anchored, Boundary, held};
 use crate::smooth::curvature::{AlongCurvature, Direction};
+use crate::smooth::mollified::MollifiedCotangent;
 use crate::smooth::preserve::{Correction, Preserve};
+use crate::smooth::unfold::without_new_folds;
 
 /// The settings of [`edit_detail`].
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -25,7 +27,8 @@ pub struct DetailOptions {
     pub boundary: Boundary,
     /// What is kept exactly.
     pub preserve: Preserve,
-    /// No vertex moves farther than this, in the units of the mesh; handles excepted.
+    /// No vertex moves farther than this, in the units of the mesh; handles excepted. By default a
+    /// quarter of the longest side of the bounding box, farther than any detail reaches.
     pub max_displacement: Option<f64>,
     /// The most bytes that the factorization may take; see [`cotan_linear::SystemOptions`].
     pub max_memory: Option<u64>,
@@ -45,10 +48,21 @@ impl Default for DetailOptions {
     }
 }
 
+/// A mesh with its details edited.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Detailed<T: Scalar> {
+    /// The new positions, in the units of the input.
+    pub positions: Positions<T>,
+    /// Vertices that stayed where they were, as faces around them would have turned over.
+    pub kept_vertices: usize,
+}
+
 /// Rebuilds a mesh from the mean curvatures that an edit wants.
 ///
-/// Target field and areas are those of the input; normals are those of the current surface. An edit that
-/// changes nothing leaves the mesh as it is, up to rounding.
+/// Target field and areas are those of the input; normals are those of the current surface. Slivers
+/// have the weights of [`MollifiedCotangent`], and no vertex a smaller area than a twentieth of the
+/// largest beside it. Where an edit changes nothing the mesh stays as it is, to the last digit in `f64`.
+/// Vertices of faces that would turn over against their neighbours stay where they are.
 ///
 /// **Shapes**: one position a vertex. `handles` may hold further vertices, or move some.
 ///
@@ -65,7 +79,8 @@ pub fn edit_detail<T: Scalar>(
     options: &DetailOptions,
 ) -> Result<Positions<T>, Error> {
     let observer = |_| ControlFlow::Continue(());
-    edit_detail_observed(mesh, positions, handles, edit, options, &observer)
+    let edited = edit_detail_observed(mesh, positions, handles, edit, options, &observer)?;
+    Ok(edited.positions)
 }
 
 /// As [`edit_detail`]; the observer sees the number of every iteration as it ends, and may stop the job.
@@ -79,11 +94,14 @@ pub fn edit_detail_observed<T: Scalar>(
     edit: &impl CurvatureEdit,
     options: &DetailOptions,
     observer: &(dyn Fn(usize) -> ControlFlow<()> + Sync),
-) -> Result<Positions<T>, Error> {
+) -> Result<Detailed<T>, Error> {
     edit.check(mesh.num_vertices())?;
     let held = held(mesh, positions, options.boundary, handles)?;
     if options.iterations == 0 {
-        return Ok(positions.clone());
+        return Ok(Detailed {
+            positions: positions.clone(),
+            kept_vertices: 0,
+        });
     }
     let system = Anchored {
         mesh,
@@ -99,25 +117,39 @@ pub fn edit_detail_observed<T: Scalar>(
     let direction = options.direction;
     let updater = CurvatureUpdater { edit, direction };
     let edited = system.run(
-        &InteriorCotangent::of(mesh),
+        &MollifiedCotangent::of(mesh),
         updater,
         AlongCurvature { direction },
     )?;
-    let correction = Correction {
-        mesh,
-        original: positions,
-        held: &held,
-        preserve: options.preserve,
-        bound: options.max_displacement,
+    let surface = Surface::new(mesh, positions)?;
+    let size = bounding_box(&surface).longest_side().as_f64();
+    let bound = options.max_displacement.unwrap_or(LONGEST_MOVE * size);
+    let correct = |edited: &Positions<T>, held: &[bool]| {
+        let correction = Correction {
+            mesh,
+            original: positions,
+            held,
+            preserve: options.preserve,
+            bound: Some(bound),
+        };
+        correction.apply(edited)
     };
-    correction.apply(&edited)
+    let (positions, kept_vertices) = without_new_folds(&surface, edited, &held, correct)?;
+    Ok(Detailed {
+        positions,
+        kept_vertices,
+    })
 }
+
+/// Of the longest side of the bounding box.
+const LONGEST_MOVE: f64 = 0.25;
 
 #[cfg(test)]
 mod tests {
-    use cotan_geometry::shapes::{bumpy_plane, icosphere, torus};
-    use cotan_geometry::{Shape, volume};
+    use cotan_geometry::shapes::{bar, bumpy_plane, icosphere, torus};
+    use cotan_geometry::{Shape, folded_faces, volume};
     use cotan_halfedge::VertexMap;
+    use nalgebra::Point3;
 
     use super::*;
     use crate::smooth::{
@@ -225,5 +257,141 @@ mod tests {
             &options,
         );
         assert!(matches!(result, Err(Error::FieldLength { len: 42, .. })));
+    }
+
+    /// A bar, one of whose triangles has a further vertex on a side, raised by `height`: the face that
+    /// closes the gap to the neighbour has next to no area.
+    fn bar_with_a_cap(height: f64) -> Shape<f64> {
+        let clean = bar::<f64>([4.0, 1.0, 1.0], [16, 4, 4]);
+        let mut faces: Vec<[usize; 3]> = clean
+            .mesh
+            .faces()
+            .map(|f| clean.mesh.triangle(f).map(|v| v.index()))
+            .collect();
+        let mut positions: Vec<Point3<f64>> = clean.positions.values().copied().collect();
+        let middle = faces.len() / 2;
+        let [a, b, c] = faces[middle];
+        let away = (positions[b] - positions[a]).cross(&(positions[c] - positions[a]));
+        let m = positions[a] + (positions[b] - positions[a]) * 0.37 + away.normalize() * height;
+        positions.push(m);
+        let m = positions.len() - 1;
+        faces[middle] = [a, m, c];
+        faces.extend([[m, b, c], [a, b, m]]);
+        let triangles: Vec<[u32; 3]> = faces.iter().map(|f| f.map(|v| v as u32)).collect();
+        Shape {
+            mesh: HalfedgeMesh::from_faces(positions.len(), &triangles).expect("a surface"),
+            positions: Positions::from_vec(positions),
+        }
+    }
+
+    /// The plate of a CAD program: an ellipse whose rim is cut into a fan from one of its vertices, with
+    /// angles up to 179.9 degrees, and the same below.
+    fn plate(n: u32) -> Shape<f64> {
+        let rim = |z: f64| {
+            (0..n).map(move |k| {
+                let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / f64::from(n)).sin_cos();
+                Point3::new(cos, 0.4 * sin, z)
+            })
+        };
+        let positions: Positions<f64> = rim(0.0).chain(rim(0.2)).collect();
+        let fan = (1..n - 1).flat_map(|k| [[0, k + 1, k], [n, n + k, n + k + 1]]);
+        let wall = (0..n).flat_map(|a| {
+            let b = (a + 1) % n;
+            [[a, b, n + b], [a, n + b, n + a]]
+        });
+        let triangles: Vec<[u32; 3]> = fan.chain(wall).collect();
+        Shape {
+            mesh: HalfedgeMesh::from_faces(2 * n as usize, &triangles).expect("a surface"),
+            positions,
+        }
+    }
+
+    fn all_edits(shape: &Shape<f64>) -> Vec<Box<dyn CurvatureEdit>> {
+        let surface = shape.surface();
+        let mut edits: Vec<Box<dyn CurvatureEdit>> = Vec::new();
+        for factor in [0.0, 1.5, 2.5] {
+            edits.push(Box::new(ScaledCurvature::by(factor)));
+        }
+        edits.push(Box::new(BandPass {
+            fine: 0.0,
+            middle: 1.5,
+            ..BandPass::default()
+        }));
+        edits.push(Box::new(TransferredCurvature::from(&surface)));
+        edits.push(Box::new(TargetCurvature::new(
+            &surface,
+            &mean_curvatures(&surface).map(|h| h.clamp(-5.0, 5.0)),
+        )));
+        edits
+    }
+
+    #[test]
+    fn a_face_without_area_changes_nothing_beyond_its_corners() {
+        let clean = bar::<f64>([4.0, 1.0, 1.0], [16, 4, 4]);
+        for height in [0.0, 1e-12, 1e-6] {
+            let capped = bar_with_a_cap(height);
+            for factor in [0.0, 1.5, 2.0] {
+                let [x, y] = [&clean, &capped].map(|s| edited(s, &ScaledCurvature::by(factor)));
+                let moved = |x: &Positions<f64>, s: &Shape<f64>| farthest(x, &s.positions);
+                let (of_clean, of_capped) = (moved(&x, &clean), moved(&y, &capped));
+                assert!(
+                    (of_capped / of_clean - 1.0).abs() < 0.05,
+                    "{height:e} {factor}: {of_clean} {of_capped}"
+                );
+                let surface = capped.surface();
+                assert!(
+                    folded_faces(&surface, &y)
+                        .expect("positions that fit")
+                        .is_empty()
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn slivers_move_nothing_far_and_turn_no_face() {
+        for shape in [
+            bar_with_a_cap(0.0),
+            bar_with_a_cap(1e-6),
+            plate(128),
+            plate(400),
+        ] {
+            for (k, edit) in all_edits(&shape).iter().enumerate() {
+                let x = edited(&shape, edit);
+                let moved = farthest(&x, &shape.positions);
+                // Of a length of 4 or 2.
+                assert!(moved < 0.25, "edit {k}: {moved}");
+                let folded = folded_faces(&shape.surface(), &x).expect("positions that fit");
+                assert!(folded.is_empty(), "edit {k}: {folded:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_scale_of_one_changes_no_digit() {
+        let odd = bumpy_plane::<f64>([2.0, 2.0], [20, 20], 0.1);
+        for shape in [
+            rough(),
+            odd,
+            bar_with_a_cap(0.0),
+            bar_with_a_cap(1e-6),
+            plate(128),
+        ] {
+            for preserve in [Preserve::Nothing, Preserve::Volume] {
+                let options = DetailOptions {
+                    preserve,
+                    ..DetailOptions::default()
+                };
+                let edits: [Box<dyn CurvatureEdit>; 2] = [
+                    Box::new(ScaledCurvature::by(1.0)),
+                    Box::new(BandPass::default()),
+                ];
+                for edit in edits {
+                    let none = Handles::new();
+                    let x = edit_detail(&shape.mesh, &shape.positions, &none, &edit, &options);
+                    assert_eq!(x.expect("an edit"), shape.positions);
+                }
+            }
+        }
     }
 }
