@@ -102,7 +102,7 @@ pub(crate) fn prepare(
 }
 
 /// Warns of patches that do not continue the surface.
-pub(crate) fn warn_unfair(path: &Path, problem: &str, console: &Console) {
+pub(crate) fn warn_unfair(path: &InputPath, problem: &str, console: &Console) {
     console.warn(format_args!(
         "{}: the holes were filled, but not smoothly: {problem}",
         path.display()

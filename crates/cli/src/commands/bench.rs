@@ -7,7 +7,6 @@ use crate::args::{BenchArgs, InputPath, OutputPath};
 use crate::bench::{Measured, Plan};
 use crate::console::Console;
 use crate::error::CliError;
-use crate::files;
 use crate::report::{Table, json_text, number};
 use crate::text::Text;
 use crate::threads;

@@ -45,7 +45,7 @@ pub(crate) fn run(args: &DemoArgs, console: &Console) -> Result<(), CliError> {
         picture: Some(folder.file("demo.png")),
     };
     let document = Document::from_mesh(&model.mesh, &model.positions)?;
-    files::save(&document, &before)?;
+    files::save(&document, &before, EmbedArgs::default(), console)?;
     files::write(&handles_file, handles().as_bytes())?;
     let job = Job {
         input: &input,
@@ -56,7 +56,7 @@ pub(crate) fn run(args: &DemoArgs, console: &Console) -> Result<(), CliError> {
         loose: Loose::Refuse,
     };
     let report = job.run(console)?;
-    smoothing(&model, folder)?;
+    smoothing(&model, folder, console)?;
     if console.is_quiet() {
         return Ok(());
     }
@@ -66,7 +66,11 @@ pub(crate) fn run(args: &DemoArgs, console: &Console) -> Result<(), CliError> {
 }
 
 /// The model with noise, and smoothed: meshes and a picture of their curvature.
-fn smoothing(model: &Shape<f64>, folder: &OutputFolder) -> Result<(), CliError> {
+fn smoothing(
+    model: &Shape<f64>,
+    folder: &OutputFolder,
+    console: &Console,
+) -> Result<(), CliError> {
     let surface = model.surface();
     let noisy = with_normal_noise(&surface, NOISE * mean_edge_length(&surface), 1);
     let smoothed = smooth(
@@ -81,7 +85,7 @@ fn smoothing(model: &Shape<f64>, folder: &OutputFolder) -> Result<(), CliError> 
     })?;
     for (name, positions) in [("noisy.obj", &noisy), ("smoothed.obj", &smoothed.positions)] {
         let document = Document::from_mesh(&model.mesh, positions)?;
-        files::save(&document, &folder.file(name))?;
+        files::save(&document, &folder.file(name), EmbedArgs::default(), console)?;
     }
     let picture = curvature_picture(&model.mesh, &noisy, &smoothed.positions);
     files::write(&folder.file("smoothing.png"), &picture)
