@@ -72,10 +72,14 @@ impl Stream {
 /// [`ToolError::Write`] for what is no regular file, a file that may not be written, or a folder in
 /// which nothing can be; [`ToolError::NoFolder`] for a file in none.
 pub fn check_writable(path: &Path) -> Result<(), ToolError> {
-    if Stream::of(path).is_some() {
-        return Ok(());
-    }
     let failed = |source| cannot_write(path, source);
+    if let Some(stream) = Stream::of(path) {
+        return match stream {
+            // Only of those that are open.
+            Stream::Descriptor(path) => std::fs::metadata(path).map(drop).map_err(failed),
+            _ => Ok(()),
+        };
+    }
     let target = link_target(path).map_err(failed)?;
     let folder = folder_of(&target);
     if !folder.is_dir() {

@@ -19,7 +19,8 @@ fn a_signal_leaves_the_old_file_or_the_new_one_and_nothing_else() {
     sandbox.cotan_ok("convert ball.obj new.ply");
     let new = sandbox.read("new.ply");
     let (mut num_ended, mut num_caught) = (0, 0);
-    for (signal, number) in [("INT", 2), ("TERM", 15), ("HUP", 1)].repeat(4) {
+    let tries = [("INT", 2), ("TERM", 15), ("HUP", 1)].repeat(4);
+    for (turn, (signal, number)) in tries.into_iter().enumerate() {
         sandbox.write("out.ply", "old");
         let mut child = Command::new(env!("CARGO_BIN_EXE_cotan"))
             .args(["convert", "ball.obj", "out.ply"])
@@ -28,10 +29,10 @@ fn a_signal_leaves_the_old_file_or_the_new_one_and_nothing_else() {
             .stderr(Stdio::null())
             .spawn()
             .expect("the command runs");
-        // As soon as something is written, or when it is over.
+        // At once, or as soon as something is written, or when it is over.
         let start = Instant::now();
         let is_writing = || unfinished(&sandbox) > 0;
-        while !is_writing() && child.try_wait().expect("a status").is_none() {
+        while turn % 2 == 0 && !is_writing() && child.try_wait().expect("a status").is_none() {
             assert!(start.elapsed() < Duration::from_secs(120), "it hangs");
         }
         num_caught += usize::from(is_writing());
@@ -53,7 +54,27 @@ fn a_signal_leaves_the_old_file_or_the_new_one_and_nothing_else() {
         let left = sandbox.read("out.ply");
         assert!(left == b"old" || left == new, "{} bytes", left.len());
     }
+    assert!(num_ended > 0);
     println!("{num_caught} of 12 were caught while writing, {num_ended} ended by the signal");
+}
+
+#[test]
+fn a_file_beyond_the_size_that_is_allowed_is_an_error() {
+    let sandbox = Sandbox::new();
+    let ball = shapes::icosphere::<f64>(4);
+    let ball = Document::from_mesh(&ball.mesh, &ball.positions).expect("a document");
+    cotan_io::save(&ball, sandbox.path("ball.obj")).expect("a mesh file");
+    sandbox.write("out.ply", "old");
+    let output = Command::new("sh")
+        .args(["-c", "ulimit -f 8; exec \"$0\" convert ball.obj out.ply"])
+        .arg(env!("CARGO_BIN_EXE_cotan"))
+        .current_dir(sandbox.path("."))
+        .stdin(Stdio::null())
+        .output()
+        .expect("the command runs");
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    assert_eq!(sandbox.read("out.ply"), b"old");
+    assert_eq!(unfinished(&sandbox), 0);
 }
 
 /// Temporary files that are there.
