@@ -140,7 +140,7 @@ fn rich() -> Document {
         .unwrap_or_else(|error| panic!("{error}"))
 }
 
-const TEXTS: [(&str, Format, &str); 8] = [
+const TEXTS: [(&str, Format, &str); 11] = [
     (
         "odd.obj",
         Format::Obj,
