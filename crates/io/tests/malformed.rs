@@ -142,7 +142,7 @@ const WORDS: &[(&str, &str)] = &[
     ),
     (
         "gltf_version_1.gltf",
-        "version 1.0 of glTF is not supported",
+        "glTF 1.0 is not supported",
     ),
     (
         "glb_truncated_chunk.glb",
