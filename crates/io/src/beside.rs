@@ -42,6 +42,10 @@ impl Beside {
         let folder = folder_of(out);
         let root = folder.canonicalize().map_err(IoError::Write)?;
         let is_home = home == Some(root.as_path());
+        if is_home {
+            // Every reference leads where it led before.
+            left.clear();
+        }
         let mut beside = Self {
             waiting: Vec::new(),
             placed: Placed::default(),
