@@ -161,6 +161,7 @@ fn rich() -> Document {
         .unwrap_or_else(|error| panic!("{error}"))
 }
 
+<<<<<<< HEAD
 /// Libraries with statements of every kind, right and wrong.
 const LIBRARIES: [(&str, &str); 3] = [
     (
@@ -182,6 +183,9 @@ const LIBRARIES: [(&str, &str); 3] = [
 ];
 
 const TEXTS: [(&str, Format, &str); 13] = [
+=======
+const TEXTS: [(&str, Format, &str); 11] = [
+>>>>>>> wip-gltf
     (
         "odd.obj",
         Format::Obj,

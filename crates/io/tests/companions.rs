@@ -212,6 +212,9 @@ fn references_out_of_the_folder_are_left_and_named() {
         assert_eq!(json["images"], images);
     }
     assert_eq!(folders.files("b"), ["faces.bin", "m.gltf", "points.bin"]);
+    // In the folder of the file they lead where they led before.
+    let saved = save(&document, folders.path("a/n.gltf")).unwrap();
+    assert_eq!(saved, cotan_io::Saved::default());
 }
 
 #[test]

@@ -140,10 +140,7 @@ const WORDS: &[(&str, &str)] = &[
         "gltf_bufferview_1e300/integer-out-of-bounds.gltf",
         "`1e+300`",
     ),
-    (
-        "gltf_version_1.gltf",
-        "version 1.0 of glTF is not supported",
-    ),
+    ("gltf_version_1.gltf", "glTF 1.0 is not supported"),
     (
         "glb_truncated_chunk.glb",
         "the header promises 48 bytes and the file has 47",

@@ -140,17 +140,22 @@ pub fn save(
     moved
         .set_positions(processing, positions)
         .map_err(of_document)?;
-    cotan_io::save(&moved, path).map_err(|error| match without_path(error) {
+    let saved = cotan_io::save(&moved, path).map_err(|error| match without_path(error) {
         IoError::Write(source) => write_error(path, source),
         source => of_document(source),
     })?;
     let fingerprint = Fingerprint::of(path).map_err(|source| write_error(path, source))?;
+<<<<<<< HEAD
     let mut losses = moved.losses(format);
     if other_names > 0 {
         losses.push(format!(
             "the file had {other_names} more names (hard links), which keep the old content"
         ));
     }
+=======
+    let mut losses = saved.left;
+    losses.extend(moved.losses(format));
+>>>>>>> wip-gltf
     Ok(Saved {
         fingerprint,
         losses,

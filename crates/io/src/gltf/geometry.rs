@@ -160,8 +160,8 @@ impl Geometry {
         let layered = layered.filter(|block| block.layer > 0).count();
         if layered > 0 {
             warnings.push(warning(format!(
-                "{layered} primitives have the faces of another one at the same place; they have \
-                 vertices of their own, behind those of the first"
+                "primitives that have the faces of another one at the same place: {layered}; each has \
+                 vertices of its own, behind those of the first"
             )));
         }
         let mut parsed = reader.parsed;

@@ -344,6 +344,7 @@ impl<'a> Rewrite<'a> {
             }
         }
         let mut bin = None;
+        let mut embedded = 0u64;
         for (number, buffer) in file.buffers.list.iter().enumerate() {
             let changed = self.buffers[number].take();
             let (Some(object), true) = (objects.get(number), buffer.kind != Kind::Absent) else {
@@ -368,6 +369,9 @@ impl<'a> Rewrite<'a> {
             let is_moved = file.container.is_binary != is_binary && buffer.kind != Kind::Embedded;
             if changed.is_some() || is_moved {
                 let bytes = changed.as_deref().unwrap_or(original);
+                // Many buffers may be one file, which is read once but written for each.
+                embedded = embedded.saturating_add((bytes.len() as u64).saturating_mul(4) / 3);
+                file.limits.check_bytes(embedded)?;
                 self.editor
                     .set(object, "uri", format!("\"{}\"", encode(bytes)))?;
             }
