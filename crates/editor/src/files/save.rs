@@ -139,14 +139,16 @@ pub fn save(
     moved
         .set_positions(processing, positions)
         .map_err(of_document)?;
-    cotan_io::save(&moved, path).map_err(|error| match without_path(error) {
+    let saved = cotan_io::save(&moved, path).map_err(|error| match without_path(error) {
         IoError::Write(source) => write_error(path, source),
         source => of_document(source),
     })?;
     let fingerprint = Fingerprint::of(path).map_err(|source| write_error(path, source))?;
+    let mut losses = moved.losses(format);
+    losses.extend(saved.left);
     Ok(Saved {
         fingerprint,
-        losses: moved.losses(format),
+        losses,
     })
 }
 

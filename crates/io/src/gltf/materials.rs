@@ -70,7 +70,7 @@ pub(super) fn materials(file: &GltfFile, labels: Option<&Labels>) -> Materials {
         materials.list.push(own);
     }
     materials.list.extend(list.into_iter().flatten());
-    materials
+    materials.with_images_in_order()
 }
 
 struct Reader<'a> {
