@@ -163,7 +163,7 @@ const LIBRARIES: [(&str, &str); 3] = [
     ),
 ];
 
-const TEXTS: [(&str, Format, &str); 8] = [
+const TEXTS: [(&str, Format, &str); 11] = [
     (
         "odd.obj",
         Format::Obj,
@@ -230,5 +230,51 @@ const TEXTS: [(&str, Format, &str); 8] = [
          \"values\":{\"bufferView\":1}}}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":2},\
          {\"buffer\":0,\"byteOffset\":4,\"byteLength\":12}],\"buffers\":[{\"byteLength\":16,\
          \"uri\":\"data:application/octet-stream;base64,AQAAAAAAgD8AAAAAAAAAAA==\"}]}",
+    ),
+    (
+        "shared.gltf",
+        Format::Gltf,
+        "{\"asset\":{\"version\":\"2.0\"},\
+         \"nodes\":[{\"mesh\":0},{\"mesh\":1,\"translation\":[3,0,0]}],\"meshes\":[{\"primitives\":[\
+         {\"attributes\":{\"POSITION\":0},\"indices\":1}]},{\"primitives\":[\
+         {\"attributes\":{\"POSITION\":0},\"indices\":1}]}],\
+         \"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"},\
+         {\"bufferView\":1,\"componentType\":5123,\"count\":12,\"type\":\"SCALAR\"}],\
+         \"bufferViews\":[{\"buffer\":0,\"byteLength\":48},\
+         {\"buffer\":0,\"byteOffset\":48,\"byteLength\":24}],\"buffers\":[{\"byteLength\":72,\
+         \"uri\":\"data:application/octet-stream;base64,\
+         AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA\
+         AAAAAAAAAAAAAIA/AAACAAEAAAABAAMAAAADAAIAAQACAAMA\"}]}",
+    ),
+    (
+        "layers.gltf",
+        Format::Gltf,
+        "{\"asset\":{\"version\":\"2.0\"},\
+         \"nodes\":[{\"mesh\":0}],\"meshes\":[{\"primitives\":[\
+         {\"attributes\":{\"POSITION\":0},\"indices\":1},\
+         {\"attributes\":{\"POSITION\":0},\"indices\":1}]}],\
+         \"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"},\
+         {\"bufferView\":1,\"componentType\":5123,\"count\":12,\"type\":\"SCALAR\"}],\
+         \"bufferViews\":[{\"buffer\":0,\"byteLength\":48},\
+         {\"buffer\":0,\"byteOffset\":48,\"byteLength\":24}],\"buffers\":[{\"byteLength\":72,\
+         \"uri\":\"data:application/octet-stream;base64,\
+         AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA\
+         AAAAAAAAAAAAAIA/AAACAAEAAAABAAMAAAADAAIAAQACAAMA\"}]}",
+    ),
+    (
+        "instanced.gltf",
+        Format::Gltf,
+        "{\"asset\":{\"version\":\"2.0\"},\
+         \"nodes\":[{\"mesh\":0,\"extensions\":{\"EXT_mesh_gpu_instancing\":{\
+         \"attributes\":{\"TRANSLATION\":0}}}},{\"mesh\":0,\"scale\":[-1,1,1]}],\
+         \"meshes\":[{\"primitives\":[\
+         {\"attributes\":{\"POSITION\":0},\"indices\":1}]}],\
+         \"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"},\
+         {\"bufferView\":1,\"componentType\":5123,\"count\":12,\"type\":\"SCALAR\"}],\
+         \"bufferViews\":[{\"buffer\":0,\"byteLength\":48},\
+         {\"buffer\":0,\"byteOffset\":48,\"byteLength\":24}],\"buffers\":[{\"byteLength\":72,\
+         \"uri\":\"data:application/octet-stream;base64,\
+         AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA\
+         AAAAAAAAAAAAAIA/AAACAAEAAAABAAMAAAADAAIAAQACAAMA\"}]}",
     ),
 ];

@@ -1,5 +1,8 @@
 //! The user's file in memory: what is worked on, and everything else, kept.
 
+mod stretches;
+mod write;
+
 use std::borrow::Cow;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -9,18 +12,18 @@ use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::HalfedgeMesh;
 use nalgebra::Point3;
 
+use self::stretches::Stretches;
 use crate::attributes::{Attributes, NONE};
-use crate::companions::{Companions, References, WriteOptions, Written};
 use crate::error::{IoError, Warning};
 use crate::faces::FaceList;
 use crate::format::Format;
+use crate::instances::Expanded;
 use crate::material::Materials;
 use crate::normals::Normals;
 use crate::processing::{Numbering, ProcessingMesh};
 use crate::remap::Remap;
-use crate::source::{Mesh, Moves, SourceFile};
+use crate::source::{Mesh, SourceFile};
 use crate::weld::{self, Weld};
-use crate::writer;
 
 /// A mesh file: positions, polygons, and everything else that it holds.
 ///
@@ -36,12 +39,16 @@ use crate::writer;
 /// or leave stale.
 ///
 /// The vertices of a glTF are those of its meshes, each once however many nodes show it, placed by
-/// the first node that does.
+/// the first node that does: an edit of a mesh shows at all of its places, as in the file, and
+/// formats without nodes get the mesh at each. Meshes that share an accessor have vertices of
+/// their own if they are placed differently or have a face in common, and so have primitives of
+/// one mesh with the same faces.
 #[derive(Clone, Debug)]
 pub struct Document {
     positions: Vec<Point3<f64>>,
     faces: FaceList,
     parts: Vec<Part>,
+    stretches: Stretches,
     places: Places,
     warnings: Vec<Warning>,
     /// Of a document made in memory; what a file has is decoded on request.
@@ -86,6 +93,8 @@ pub(crate) struct Parsed {
     pub(crate) faces: FaceList,
     /// Empty if the document is one part.
     pub(crate) parts: Vec<Part>,
+    /// Vertices of parts that are layers of these; see [`Stretches`].
+    pub(crate) layers: Vec<(Range<usize>, u32)>,
     /// Whether vertices at the same place in a part are one vertex of the surface.
     pub(crate) is_split: bool,
     pub(crate) warnings: Vec<Warning>,
@@ -212,6 +221,7 @@ impl Document {
             positions,
             faces,
             mut parts,
+            layers,
             is_split,
             warnings,
         } = parsed;
@@ -224,6 +234,7 @@ impl Document {
         }
         let places = if is_split { Places::Exact } else { Places::Own };
         Self {
+            stretches: Stretches::new(&parts, &layers),
             positions,
             faces,
             parts,
@@ -370,7 +381,7 @@ impl Document {
 
     /// For each vertex the first one that it is welded to; empty if there is nothing to weld.
     pub(crate) fn places(&self, weld: Weld) -> Result<Cow<'_, [u32]>, IoError> {
-        let part = part_of(&self.parts);
+        let part = self.stretches.group_of();
         Ok(match weld {
             Weld::AsFormat => match &self.places {
                 Places::Own => Cow::Borrowed(&[]),
@@ -387,17 +398,30 @@ impl Document {
         })
     }
 
+    /// The mesh with every instance of it, welded as the format means it.
+    pub(crate) fn expanded(&self) -> Result<Expanded<'_>, IoError> {
+        let places = self.places(Weld::AsFormat)?;
+        Expanded::new(
+            self.source.as_deref(),
+            self.mesh(),
+            self.attributes()?,
+            places,
+        )
+    }
+
     /// The same document as one of a format that splits vertices, in these parts.
     #[cfg(test)]
     pub(crate) fn split_into(mut self, parts: Vec<Part>) -> Self {
         self.places = Places::Exact;
+        self.stretches = Stretches::new(&parts, &[]);
         self.parts = parts;
         self
     }
 
-    /// The number of the part of each vertex.
-    pub(crate) fn part_of(&self) -> impl Fn(usize) -> u32 + use<> {
-        part_of(&self.parts)
+    /// The number of the stretch of vertices that a vertex belongs to: ascending, and the same for
+    /// vertices of a part that may be welded and stand together.
+    pub(crate) fn stretch_of(&self) -> impl Fn(usize) -> usize + use<> {
+        self.stretches.stretch_of()
     }
 
     /// The document of another mesh made of this one's vertices and faces, with everything that
@@ -434,6 +458,7 @@ impl Document {
             positions: gather(&self.positions),
             faces: remap.faces.clone(),
             parts,
+            stretches: self.stretches.remapped(&remap.vertices),
             places: match places.is_empty() {
                 true => Places::Own,
                 false => Places::Given(places),
@@ -534,114 +559,6 @@ impl Document {
             }
             self.positions[vertex] = position;
         }
-    }
-
-    /// What a write in `format` would drop or leave stale, one sentence each, for a warning.
-    ///
-    /// Empty if the file written has everything that the file read has.
-    pub fn losses(&self, format: Format) -> Vec<String> {
-        let source = self.source.as_ref();
-        if let Some(source) = source.filter(|source| source.writes(format)) {
-            if self.original.is_empty() {
-                return Vec::new();
-            }
-            let mut stale = source.stale();
-            if let Err(error) = self.turned_normals(source.as_ref()) {
-                stale.push(format!("normals, which cannot be read ({error}),"));
-            }
-            let kept = |what: String| format!("{what} are kept as they were; vertices have moved");
-            return stale.into_iter().map(kept).collect();
-        }
-        let mut losses = source.map_or_else(Vec::new, |source| source.extras());
-        match writer::losses(self, format) {
-            Ok(lost) => losses.extend(lost),
-            Err(error) => return vec![format!("{format} cannot be written: {error}")],
-        }
-        let lost = |what: String| format!("{what} will be lost in {format}");
-        losses.into_iter().map(lost).collect()
-    }
-
-    /// The document as a file in `format`.
-    ///
-    /// In the format that it was read from, only the coordinates of moved vertices and the normals
-    /// that turned with the surface are replaced, in the number types that the file has (a PLY with
-    /// `float` coordinates keeps them `float`); otherwise a new file is written with positions as
-    /// exact as the format allows, the faces, and what it can hold of the attributes. Text formats
-    /// get the shortest number that reads back to the same bits. Normals that cannot be read are
-    /// left as they are.
-    ///
-    /// What the file refers to has to lie beside it; [`Document::write_with`] says what that is.
-    ///
-    /// # Errors
-    /// [`IoError::DoesNotFit`] if the format's number type cannot hold a new coordinate;
-    /// [`IoError`] with the place in the file if an attribute is wrong that another format needs.
-    pub fn write(&self, format: Format) -> Result<Vec<u8>, IoError> {
-        match &self.source {
-            Some(source) if source.writes(format) => self.rewrite(source.as_ref(), format),
-            _ => Ok(writer::write(self, format, &WriteOptions::default())?.bytes),
-        }
-    }
-
-    /// [`Document::write`] together with the files that the file refers to: those of the file
-    /// that was read, and those that are made for a new one.
-    ///
-    /// # Errors
-    /// As [`Document::write`]; with [`Companions::Embedded`] also [`IoError::External`] for a file
-    /// that cannot be read.
-    pub fn write_with(
-        &self,
-        format: Format,
-        options: &WriteOptions<'_>,
-    ) -> Result<Written, IoError> {
-        let Some(source) = self.source.as_ref().filter(|source| source.writes(format)) else {
-            return writer::write(self, format, options);
-        };
-        let mut bytes = self.rewrite(source.as_ref(), format)?;
-        if options.companions == Companions::Embedded {
-            bytes = source.embedded(bytes)?;
-        }
-        let References { companions, left } = source.references(&bytes)?;
-        Ok(Written {
-            bytes,
-            companions,
-            left,
-        })
-    }
-
-    /// The normals that turned where vertices were moved; an error if the file's are wrong.
-    fn turned_normals(&self, source: &dyn SourceFile) -> Result<Normals, IoError> {
-        if self.original.is_empty() || self.original == self.positions || !source.has_normals() {
-            return Ok(Normals::default());
-        }
-        let attributes = source.attributes(self.mesh())?;
-        let (before, after) = (&self.original, &self.positions);
-        Ok(Normals::turned(&attributes, &self.faces, before, after))
-    }
-
-    fn rewrite(&self, source: &dyn SourceFile, format: Format) -> Result<Vec<u8>, IoError> {
-        let moved: Vec<bool> = self
-            .original
-            .iter()
-            .zip(&self.positions)
-            .map(|(before, after)| before != after)
-            .collect();
-        // An edit is not lost over a number that has nothing to do with it.
-        let normals = self.turned_normals(source).unwrap_or_default();
-        let moves = Moves {
-            mesh: self.mesh(),
-            moved: &moved,
-            normals: &normals,
-        };
-        source.write(format, &moves)
-    }
-}
-
-/// The number of the part that a vertex belongs to.
-fn part_of(parts: &[Part]) -> impl Fn(usize) -> u32 + use<> {
-    let starts: Vec<usize> = parts.iter().map(|part| part.vertices.start).collect();
-    move |vertex| match starts.len() {
-        1 => 0,
-        _ => starts.partition_point(|&start| start <= vertex) as u32,
     }
 }
 

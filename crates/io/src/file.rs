@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
+use crate::beside::Beside;
 use crate::companions::{Companions, Saved, WriteOptions, Written};
 use crate::document::Document;
 use crate::error::IoError;
 use crate::format::Format;
 use crate::limits::Limits;
-use crate::placement::Placement;
 use crate::resolve::{NoFiles, Resolve};
 use crate::{gltf, gzip, obj, off, ply, stl};
 
@@ -181,7 +181,7 @@ pub fn save_with(
             false => path.to_owned(),
         };
         let home = document.home();
-        let placed = Placement::prepare(&companions, &target, home, &mut left)?.place()?;
+        let placed = Beside::prepare(&companions, &target, home, &mut left)?.place()?;
         replace_file(path, &bytes).map_err(IoError::Write)?;
         Ok(Saved {
             copied: placed.keep(),

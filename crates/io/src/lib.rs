@@ -28,6 +28,7 @@
 //! ```
 
 mod attributes;
+mod beside;
 mod companions;
 mod coordinate;
 mod cuts;
@@ -39,6 +40,7 @@ mod file;
 mod format;
 mod gltf;
 mod gzip;
+mod instances;
 mod limits;
 mod material;
 mod normals;
@@ -47,6 +49,7 @@ mod obj;
 mod off;
 mod placement;
 mod ply;
+mod precision;
 mod processing;
 mod remap;
 mod repair;

@@ -10,6 +10,7 @@ use crate::companions::References;
 use crate::error::IoError;
 use crate::faces::FaceList;
 use crate::format::Format;
+use crate::instances::Instance;
 use crate::material::Materials;
 use crate::normals::Normals;
 use crate::remap::Remap;
@@ -50,9 +51,22 @@ pub(crate) trait SourceFile: Debug + Send + Sync {
         Vec::new()
     }
 
+    /// The position that a file from [`SourceFile::write`] has for a vertex that was moved there.
+    fn stored(&self, _vertex: usize, position: Point3<f64>) -> Point3<f64> {
+        position
+    }
+
     /// The file in `format` (one that it [writes](SourceFile::writes)), with the moved vertices
     /// and the turned normals replaced where they stand; without any, the bytes that were read.
     fn write(&self, format: Format, moves: &Moves<'_>) -> Result<Vec<u8>, IoError>;
+
+    /// Where its meshes are besides the places where the document has them.
+    fn instances(
+        &self,
+        _visit: &mut dyn FnMut(Instance<'_>) -> Result<(), IoError>,
+    ) -> Result<(), IoError> {
+        Ok(())
+    }
 
     /// The files beside it that a file from [`SourceFile::write`] refers to.
     fn references(&self, _written: &[u8]) -> Result<References, IoError> {

@@ -11,6 +11,7 @@ use crate::document::Document;
 use crate::error::IoError;
 use crate::faces::FaceList;
 use crate::format::Format;
+use crate::instances::Expanded;
 use crate::material::Materials;
 use crate::{gltf, obj, off, ply, stl};
 
@@ -65,8 +66,12 @@ pub(crate) fn losses(document: &Document, format: Format) -> Result<Vec<String>,
 }
 
 fn contents(document: &Document, format: Format) -> Result<Contents<'_>, IoError> {
-    let places = document.places(crate::weld::Weld::AsFormat)?;
-    let attributes = document.attributes()?;
+    let Expanded {
+        positions,
+        faces,
+        attributes,
+        places,
+    } = document.expanded()?;
     // An OBJ keeps the libraries of the OBJ that it comes from.
     let keeps = format == Format::Obj && document.look().is_some_and(|look| look.writes(format));
     let materials = if keeps {
@@ -74,15 +79,14 @@ fn contents(document: &Document, format: Format) -> Result<Contents<'_>, IoError
     } else {
         document.materials_of(&attributes)
     };
-    let (positions, faces) = (document.positions(), document.faces());
     if places
         .iter()
         .enumerate()
         .all(|(v, &place)| v == place as usize)
     {
         return Ok(Contents {
-            positions: Cow::Borrowed(positions),
-            faces: Cow::Borrowed(faces),
+            positions,
+            faces,
             attributes,
             materials,
         });

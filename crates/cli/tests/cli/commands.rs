@@ -147,7 +147,7 @@ fn conversion_warns_of_what_is_lost() {
     );
     let outcome = sandbox.cotan_ok("convert uv.obj uv.off");
     assert!(
-        outcome.stderr.starts_with("warning: uv.obj: "),
+        outcome.stderr.starts_with("warning: uv.off: "),
         "{outcome:?}"
     );
     assert!(

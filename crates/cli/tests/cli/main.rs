@@ -5,6 +5,7 @@ mod commands;
 mod deform;
 mod demo;
 mod edit;
+mod gltf;
 mod numbering;
 mod refusals;
 mod repair;

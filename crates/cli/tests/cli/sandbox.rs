@@ -62,6 +62,14 @@ impl Sandbox {
             .to_vec()
     }
 
+    /// As [`Self::positions`], of a file whose data may lie beside it.
+    pub(crate) fn positions_beside(&self, name: &str) -> Vec<Point3<f64>> {
+        let path = self.path(name);
+        let folder = cotan_io::Folder::of(&path);
+        let document = cotan_io::load_with(&path, &cotan_io::Limits::default(), &folder);
+        document.expect("a mesh").positions().to_vec()
+    }
+
     /// Runs `cotan` in the sandbox with the words of `line`.
     pub(crate) fn cotan(&self, line: &str) -> Outcome {
         let output = Command::new(env!("CARGO_BIN_EXE_cotan"))

@@ -144,8 +144,8 @@ pub fn save(
         source => of_document(source),
     })?;
     let fingerprint = Fingerprint::of(path).map_err(|source| write_error(path, source))?;
-    let mut losses = moved.losses(format);
-    losses.extend(saved.left);
+    let mut losses = saved.left;
+    losses.extend(moved.losses(format));
     Ok(Saved {
         fingerprint,
         losses,

@@ -2,6 +2,9 @@
 //!
 //! Source: glTF 2.0 specification, section 3.6.2, "Accessors".
 
+use std::borrow::Cow;
+use std::cmp::Ordering;
+
 use super::Buffers;
 use super::model::{Accessor, View};
 use crate::error::IoError;
@@ -281,8 +284,39 @@ impl Layout {
         Ok(())
     }
 
+    /// The bytes of one element; sparse indices are taken to ascend.
+    pub(super) fn element<'a>(&self, buffers: &'a Buffers, index: usize) -> Cow<'a, [u8]> {
+        let at = |span: &Span, n: usize| {
+            let bytes = span.bytes(buffers);
+            let start = n.saturating_mul(span.stride);
+            bytes.get(start..).map(|b| &b[..span.size.min(b.len())])
+        };
+        if let Some(sparse) = &self.sparse {
+            let (mut low, mut high) = (0, sparse.indices.count);
+            while low < high {
+                let middle = (low + high) / 2;
+                let found = at(&sparse.indices, middle).unwrap_or(&[]);
+                match (sparse.index_type.read(found) as usize).cmp(&index) {
+                    Ordering::Less => low = middle + 1,
+                    Ordering::Greater => high = middle,
+                    Ordering::Equal => {
+                        let value = at(&sparse.values, middle).unwrap_or(&[]);
+                        return Cow::Borrowed(value);
+                    }
+                }
+            }
+        }
+        match self.base.as_ref().and_then(|base| at(base, index)) {
+            Some(bytes) => Cow::Borrowed(bytes),
+            None => Cow::Owned(vec![0; self.size()]),
+        }
+    }
+
     /// The sparse elements with their numbers, which ascend.
-    fn replaced<'a>(&self, buffers: &'a Buffers) -> Result<Vec<(usize, &'a [u8])>, IoError> {
+    pub(super) fn replaced<'a>(
+        &self,
+        buffers: &'a Buffers,
+    ) -> Result<Vec<(usize, &'a [u8])>, IoError> {
         let Some(sparse) = &self.sparse else {
             return Ok(Vec::new());
         };

@@ -59,7 +59,10 @@ impl Container {
         };
         if version != 2 {
             return Err(IoError::Unsupported {
-                feature: format!("version {version} of GLB"),
+                feature: match version {
+                    1 => "glTF 1.0 (a GLB of version 1)".to_owned(),
+                    _ => format!("version {version} of GLB"),
+                },
                 remedy: "convert the file to glTF 2.0",
             });
         }
@@ -286,7 +289,7 @@ mod tests {
         assert!(
             read(&version)
                 .unwrap_err()
-                .starts_with("version 1 of GLB is not supported")
+                .starts_with("glTF 1.0 (a GLB of version 1) is not supported")
         );
         let mut kind = glb;
         kind[16] = b'X';

@@ -3,11 +3,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Error, ErrorKind};
-use std::ops::Range;
 use std::sync::Arc;
 
 use super::buffers::{data_of, unescape};
 use super::container::Container;
+use super::tokens::{Token, Tokens};
 use crate::companions::{Companion, References};
 use crate::error::{IoError, quote};
 use crate::resolve::Resolve;
@@ -52,10 +52,9 @@ impl External {
     /// The bytes of any file, read anew unless a buffer refers to it; `None` if there is no such
     /// file in the folder.
     pub(super) fn bytes(&self, uri: &str, max_bytes: u64) -> Result<Option<Arc<Vec<u8>>>, IoError> {
-        if is_address(uri) {
+        let Some(name) = name(uri).ok().filter(|_| !is_address(uri)) else {
             return Ok(None);
-        }
-        let name = name(uri)?;
+        };
         if let Some(bytes) = self.read.get(&name) {
             return Ok(Some(Arc::clone(bytes)));
         }
@@ -138,76 +137,28 @@ fn is_address(uri: &str) -> bool {
     scheme.is_some_and(|s| !s.is_empty() && s.bytes().all(|b| b.is_ascii_alphanumeric()))
 }
 
-/// The references to other files in a JSON text that was parsed before: every `uri` that is no
-/// data URI, each once. Application data (`extras`) is not looked into.
+/// The references to other files in a JSON text: every `uri` that is no data URI, each once.
+/// Application data (`extras`) is not looked into.
 fn uris(text: &str) -> Vec<String> {
     let mut uris: Vec<String> = Vec::new();
     let mut seen = BTreeSet::new();
-    let (mut depth, mut at) = (0usize, 0);
-    // How deep application data lies that is being skipped.
-    let mut skipped = None;
-    let bytes = text.as_bytes();
-    while let Some(&byte) = bytes.get(at) {
-        match byte {
-            b'{' | b'[' => depth += 1,
-            b'}' | b']' => {
-                depth = depth.saturating_sub(1);
-                skipped = skipped.filter(|&outer| depth > outer);
-            }
-            b'"' => {
-                let end = string_end(bytes, at);
-                let value = value_of(bytes, end);
-                let key = value.and_then(|_| string(text, at..end));
-                at = end;
-                let Some(value) = value else { continue };
-                match key.as_deref() {
-                    Some("extras") if matches!(bytes.get(value), Some(b'{' | b'[')) => {
-                        skipped.get_or_insert(depth);
-                    }
-                    Some("uri") if skipped.is_none() && bytes.get(value) == Some(&b'"') => {
-                        at = string_end(bytes, value);
-                        let uri = string(text, value..at);
-                        let uri = uri.filter(|uri| data_of(uri).is_none());
-                        uris.extend(uri.filter(|uri| seen.insert(uri.clone())));
-                    }
-                    _ => {}
+    let mut tokens = Tokens::new(text);
+    while let Some(token) = tokens.next() {
+        let Token::Key(_) = token else { continue };
+        match token.string().as_deref() {
+            Some("extras") => tokens.skip_value(),
+            Some("uri") => {
+                let mut ahead = tokens.clone();
+                if let Some(value @ Token::Text(_)) = ahead.next() {
+                    let uri = value.string().filter(|uri| data_of(uri).is_none());
+                    uris.extend(uri.filter(|uri| seen.insert(uri.clone())));
+                    tokens = ahead;
                 }
-                continue;
             }
             _ => {}
         }
-        at += 1;
     }
     uris
-}
-
-/// The byte behind the string that starts here.
-fn string_end(bytes: &[u8], start: usize) -> usize {
-    let mut at = start + 1;
-    while let Some(&byte) = bytes.get(at) {
-        match byte {
-            b'"' => return at + 1,
-            b'\\' => at += 2,
-            _ => at += 1,
-        }
-    }
-    bytes.len()
-}
-
-/// Where the value starts if what ends here is the key of a member.
-fn value_of(bytes: &[u8], end: usize) -> Option<usize> {
-    let next = |from: usize| {
-        let rest = bytes.get(from..)?;
-        let space = rest.iter().take_while(|b| b.is_ascii_whitespace()).count();
-        Some(from + space)
-    };
-    let colon = next(end).filter(|&at| bytes.get(at) == Some(&b':'))?;
-    next(colon + 1)
-}
-
-/// The string that a literal stands for.
-fn string(text: &str, literal: Range<usize>) -> Option<String> {
-    serde_json::from_str(text.get(literal)?).ok()
 }
 
 #[cfg(test)]

@@ -1,6 +1,5 @@
 //! The vertices and faces of the meshes of a file.
 
-use std::collections::HashMap;
 use std::ops::Range;
 
 use nalgebra::Point3;
@@ -8,19 +7,24 @@ use nalgebra::Point3;
 use super::Buffers;
 use super::accessor::{Component, Layout, no_such, problem};
 use super::model::{Mesh, Root};
-use super::scene::{Placement, Placements};
+use super::scene::{Others, Placements};
+use super::sharing::Sharing;
 use crate::attributes::NONE;
 use crate::document::{Parsed, Part};
 use crate::error::{IoError, Warning};
+use crate::instances::Instance;
 use crate::limits::Limits;
+use crate::placement::Placement;
 
-/// The vertices of one POSITION accessor.
+/// The vertices of one POSITION accessor, once for each use that has vertices of its own.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Block {
     pub(super) layout: Layout,
     /// Their numbers in the document.
     pub(super) vertices: Range<usize>,
     pub(super) placement: Placement,
+    /// How many primitives of its mesh before it have the same faces.
+    pub(super) layer: u32,
     /// The pieces that use it.
     pub(super) pieces: Vec<usize>,
 }
@@ -40,6 +44,7 @@ pub(super) struct Piece {
 pub(super) struct Geometry {
     pub(super) blocks: Vec<Block>,
     pub(super) pieces: Vec<Piece>,
+    pub(super) placements: Placements,
 }
 
 /// How corners follow from a list of vertices; the codes are those of OpenGL.
@@ -84,24 +89,33 @@ impl Mode {
 /// several primitives may share an accessor, but a small file must not make a huge mesh.
 const CORNERS_PER_BYTE: usize = 32;
 
+/// One byte makes at most so many vertices: an accessor may have several uses, but a small file
+/// must not make a huge mesh.
+const VERTICES_PER_BYTE: usize = 8;
+
 impl Geometry {
     /// Reads all meshes.
     pub(super) fn read(
         root: &Root<'_>,
         buffers: &Buffers,
         limits: &Limits,
+        sharing: Sharing,
         warnings: &mut Vec<Warning>,
     ) -> Result<(Self, Parsed), IoError> {
-        let placements = Placements::new(root, limits)?;
+        let placements = Placements::new(root, buffers, limits)?;
         for &mesh in &placements.singular {
             warnings.push(warning(format!(
                 "the transform of mesh {mesh} cannot be undone; the mesh is read as if it had none"
             )));
         }
-        for &(mesh, count) in &placements.instances {
-            warnings.push(warning(format!(
-                "mesh {mesh} is shown {count} times; it is read once, where it is shown first"
-            )));
+        for (mesh, others) in placements.others.iter().enumerate() {
+            if others.count > 1 {
+                warnings.push(warning(format!(
+                    "mesh {mesh} is shown {} times; it is read once, where it is shown first, and \
+                     an edit of it shows everywhere",
+                    others.count
+                )));
+            }
         }
         let mut reader = Reader {
             root,
@@ -113,10 +127,10 @@ impl Geometry {
                 is_split: true,
                 ..Parsed::default()
             },
-            by_accessor: HashMap::new(),
+            sharing,
             unshown: 0,
             leftover: 0,
-            displaced: Vec::new(),
+            num_first: 0,
         };
         for (number, mesh) in root.meshes.iter().enumerate() {
             reader.mesh(number, mesh)?;
@@ -142,14 +156,90 @@ impl Geometry {
                 reader.leftover
             )));
         }
-        for (mesh, first) in reader.displaced {
+        let layered = reader.geometry.blocks.iter();
+        let layered = layered.filter(|block| block.layer > 0).count();
+        if layered > 0 {
             warnings.push(warning(format!(
-                "mesh {mesh} shares vertices with mesh {first} and is placed elsewhere; it is read \
-                 where mesh {first} is"
+                "{layered} primitives have the faces of another one at the same place; they have \
+                 vertices of their own, behind those of the first"
             )));
         }
-        let parsed = reader.parsed;
-        Ok((reader.geometry, parsed))
+        let mut parsed = reader.parsed;
+        let mut geometry = reader.geometry;
+        let layered = geometry.blocks.iter().filter(|block| block.layer > 0);
+        parsed.layers = layered
+            .map(|block| (block.vertices.clone(), block.layer))
+            .collect();
+        geometry.placements = reader.placements;
+        Ok((geometry, parsed))
+    }
+}
+
+impl Geometry {
+    /// Hands over where meshes are besides the places where they were read; counts those places
+    /// whose transform cannot be undone, which are left out.
+    pub(super) fn instances(
+        &self,
+        buffers: &Buffers,
+        visit: &mut dyn FnMut(Instance<'_>) -> Result<(), IoError>,
+    ) -> Result<usize, IoError> {
+        let mut num_singular = 0;
+        for (mesh, faces) in self.faces_of_meshes() {
+            let Some(others) = self.placements.others.get(mesh) else {
+                continue;
+            };
+            let from = &self.placements.meshes[mesh];
+            num_singular += others.for_each(buffers, |to| {
+                visit(Instance {
+                    faces: faces.clone(),
+                    from,
+                    to,
+                })
+            })?;
+        }
+        Ok(num_singular)
+    }
+
+    /// The meshes that have faces, with these.
+    fn faces_of_meshes(&self) -> impl Iterator<Item = (usize, Range<usize>)> {
+        let of_one = self.pieces.chunk_by(|a, b| a.mesh == b.mesh);
+        of_one.filter_map(|pieces| {
+            let (first, last) = (pieces.first()?, pieces.last()?);
+            Some((first.mesh, first.faces.start..last.faces.end))
+        })
+    }
+
+    /// Refuses more instances than the limits allow, before any memory is taken for them.
+    pub(super) fn check_instances(
+        &self,
+        buffers: &Buffers,
+        limits: &Limits,
+    ) -> Result<(), IoError> {
+        let mut num_vertices = self.blocks.last().map_or(0, |block| block.vertices.end);
+        let mut num_faces = self.pieces.last().map_or(0, |piece| piece.faces.end);
+        for (mesh, faces) in self.faces_of_meshes() {
+            let others = self.placements.others.get(mesh);
+            let places = others.map_or(0, Others::num_places);
+            num_faces = num_faces.saturating_add(faces.len().saturating_mul(places));
+            // A copy has the vertices of its faces only.
+            let mut blocks: Vec<usize> = self
+                .pieces
+                .iter()
+                .filter(|p| p.mesh == mesh)
+                .map(|p| p.block)
+                .collect();
+            blocks.dedup();
+            let vertices = blocks
+                .iter()
+                .map(|&block| self.blocks[block].vertices.len());
+            let vertices = vertices.fold(0, usize::saturating_add).min(3 * faces.len());
+            num_vertices = num_vertices.saturating_add(vertices.saturating_mul(places));
+        }
+        limits.check_vertices(num_vertices)?;
+        limits.check_faces(num_faces)?;
+        let num_corners = num_faces.saturating_mul(3);
+        limits.check_corners(num_corners)?;
+        limits.check_memory(buffers.num_bytes(), num_vertices, num_corners)
     }
 }
 
@@ -160,25 +250,26 @@ fn warning(message: String) -> Warning {
     }
 }
 
-struct Reader<'a> {
+pub(super) struct Reader<'a> {
     root: &'a Root<'a>,
     buffers: &'a Buffers,
     limits: &'a Limits,
-    placements: Placements,
-    geometry: Geometry,
-    parsed: Parsed,
-    by_accessor: HashMap<u64, usize>,
+    pub(super) placements: Placements,
+    pub(super) geometry: Geometry,
+    pub(super) parsed: Parsed,
+    pub(super) sharing: Sharing,
     /// How many primitives have no faces.
     unshown: usize,
     leftover: usize,
-    /// Meshes that use the vertices of another which is placed elsewhere, with that other.
-    displaced: Vec<(usize, usize)>,
+    /// The vertices of the first uses of accessors.
+    num_first: usize,
 }
 
 impl Reader<'_> {
     fn mesh(&mut self, number: usize, mesh: &Mesh) -> Result<(), IoError> {
         let vertex = self.parsed.positions.len();
         let face = self.parsed.faces.len();
+        self.begin_mesh();
         for (index, primitive) in mesh.primitives.iter().enumerate() {
             let path = || format!("meshes[{number}].primitives[{index}]");
             let mode = match primitive.mode {
@@ -207,15 +298,11 @@ impl Reader<'_> {
                     },
                 );
             };
-            let block = match self.by_accessor.get(&accessor) {
-                Some(&block) => {
-                    self.shared(number, block);
-                    block
-                }
-                None => self.block(number, accessor)?,
-            };
+            let layout = self.positions_layout(accessor)?;
+            let corners = self.corners(mode, primitive.indices, layout.count, &path)?;
+            let block = self.block_for(number, layout, &corners)?;
             let start = self.parsed.faces.len();
-            self.faces(mode, primitive.indices, block, &path)?;
+            self.faces(&corners, block);
             let piece = self.geometry.pieces.len();
             self.geometry.blocks[block].pieces.push(piece);
             self.geometry.pieces.push(Piece {
@@ -233,21 +320,8 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Notes that a mesh uses the vertices of a block which stands elsewhere.
-    fn shared(&mut self, mesh: usize, block: usize) {
-        let block = &self.geometry.blocks[block];
-        let first = block.pieces.first().map(|&p| self.geometry.pieces[p].mesh);
-        let is_noted = self.displaced.last().is_some_and(|&(m, _)| m == mesh);
-        if let Some(first) = first
-            && !is_noted
-            && self.placements.meshes[mesh] != block.placement
-        {
-            self.displaced.push((mesh, first));
-        }
-    }
-
-    /// Reads the positions of an accessor.
-    fn block(&mut self, mesh: usize, accessor: u64) -> Result<usize, IoError> {
+    /// The layout of a POSITION accessor.
+    fn positions_layout(&self, accessor: u64) -> Result<Layout, IoError> {
         let layout = self.layout(accessor)?;
         let path = || format!("accessors[{accessor}]");
         if layout.components != 3 {
@@ -262,19 +336,31 @@ impl Reader<'_> {
                 "positions are numbers of 32 bits with a point, or of 8 or 16 bits".to_owned(),
             ));
         }
+        // A wrong position is named before a face that refers to it.
+        layout.replaced(self.buffers)?;
+        self.limits
+            .check_vertices(self.parsed.positions.len().saturating_add(layout.count))?;
+        Ok(layout)
+    }
+
+    /// Reads the positions of an accessor into a new block.
+    pub(super) fn block(&mut self, mesh: usize, layout: Layout) -> Result<usize, IoError> {
+        let path = || format!("accessors[{}]", layout.accessor);
         let placement = self.placements.meshes[mesh].clone();
         let positions = &mut self.parsed.positions;
         let start = positions.len();
         let count = start.saturating_add(layout.count);
         self.limits.check_vertices(count)?;
-        // A vertex has a byte of its own, whatever accessors overlap.
-        if count > self.buffers.num_bytes() {
+        // A vertex has a byte of its own, whatever accessors overlap, where it is used first.
+        let is_first = self.sharing.blocks(layout.accessor as u64).is_empty();
+        if is_first {
+            self.num_first = self.num_first.saturating_add(layout.count);
+        }
+        let num_bytes = self.buffers.num_bytes();
+        if self.num_first > num_bytes || count > num_bytes.saturating_mul(VERTICES_PER_BYTE) {
             return Err(problem(
                 format!("{}.count", path()),
-                format!(
-                    "{count} vertices in all in a file of {} bytes",
-                    self.buffers.num_bytes()
-                ),
+                format!("{count} vertices in all in a file of {num_bytes} bytes"),
             ));
         }
         self.limits.check_memory(
@@ -320,30 +406,24 @@ impl Reader<'_> {
             })?;
         }
         let block = self.geometry.blocks.len();
-        self.by_accessor.insert(accessor, block);
         self.geometry.blocks.push(Block {
             layout,
             vertices: start..positions.len(),
             placement,
+            layer: 0,
             pieces: Vec::new(),
         });
         Ok(block)
     }
 
-    fn faces(
+    /// The corners of the triangles of a primitive, counted within its vertices.
+    fn corners(
         &mut self,
         mode: Mode,
         indices: Option<u64>,
-        block: usize,
+        num_vertices: usize,
         path: &impl Fn() -> String,
-    ) -> Result<(), IoError> {
-        let Block {
-            vertices,
-            placement,
-            ..
-        } = &self.geometry.blocks[block];
-        let (first, num_vertices) = (vertices.start, vertices.len());
-        let is_mirrored = placement.is_mirrored;
+    ) -> Result<Vec<u32>, IoError> {
         let layout = indices.map(|accessor| self.layout(accessor)).transpose()?;
         let count = layout.as_ref().map_or(num_vertices, |layout| layout.count);
         let num_triangles = mode.num_triangles(count);
@@ -371,26 +451,36 @@ impl Reader<'_> {
             // The count of a block fits 32 bits.
             None => (0..num_vertices as u32).collect(),
         };
+        if mode == Mode::Triangles {
+            let mut corners = list;
+            corners.truncate(3 * num_triangles);
+            return Ok(corners);
+        }
+        let mut corners = Vec::with_capacity(3 * num_triangles);
+        for triangle in 0..num_triangles {
+            corners.extend(mode.corners(triangle).map(|i| list[i]));
+        }
+        Ok(corners)
+    }
+
+    /// Adds the faces of a primitive.
+    fn faces(&mut self, corners: &[u32], block: usize) {
+        let Block {
+            vertices,
+            placement,
+            ..
+        } = &self.geometry.blocks[block];
+        let (first, is_mirrored) = (vertices.start as u32, placement.is_mirrored);
         let faces = &mut self.parsed.faces;
-        faces.reserve(num_triangles, 3 * num_triangles);
-        let first = first as u32;
-        let mut push = |a: u32, b: u32, c: u32| {
+        faces.reserve(corners.len() / 3, corners.len());
+        let (triangles, _) = corners.as_chunks::<3>();
+        for &[a, b, c] in triangles {
             let [b, c] = if is_mirrored { [c, b] } else { [b, c] };
             faces.push_corner(first + a);
             faces.push_corner(first + b);
             faces.push_corner(first + c);
             faces.end_face();
-        };
-        if mode == Mode::Triangles {
-            let (triangles, _) = list.as_chunks::<3>();
-            triangles.iter().for_each(|&[a, b, c]| push(a, b, c));
-        } else {
-            for triangle in 0..num_triangles {
-                let [a, b, c] = mode.corners(triangle).map(|i| list[i]);
-                push(a, b, c);
-            }
         }
-        Ok(())
     }
 
     /// The numbers that an index accessor gives; all of them are less than `num_vertices`.

@@ -1,10 +1,11 @@
 //! glTF 2.0, as JSON and in one binary file.
 //!
-//! The vertices of the document are the elements of the POSITION accessors of all triangles, each
-//! accessor once, in the order of meshes and primitives; they stand where the first node that
-//! shows the mesh puts them. A write keeps the JSON text and the buffers byte by byte but for what
-//! a moved vertex changes. Buffers and images that are files of their own stay so as long as they do
-//! not change: a copy of the file must lie beside them.
+//! The vertices of the document are the elements of the POSITION accessors of all triangles, in the
+//! order of meshes and primitives: each accessor once, or once more for uses that must not be
+//! joined (see `sharing`). They stand where the first node that shows the mesh puts them; other
+//! nodes that show it are its instances. A write keeps the JSON text and the buffers byte by byte
+//! but for what a moved vertex changes. Buffers and images that are files of their own stay so as
+//! long as they do not change; a save copies them beside the file, or embeds them.
 //!
 //! Source: Khronos, "glTF 2.0 Specification", 2021.
 
@@ -20,28 +21,36 @@ mod materials;
 mod model;
 mod new;
 mod new_materials;
+mod origin;
 mod plan;
 mod private;
 mod rebuild;
 mod scene;
+mod sharing;
 #[cfg(test)]
 mod tests;
+mod tokens;
 mod write;
 
 use std::sync::Arc;
+
+use nalgebra::Point3;
 
 use self::buffers::{Buffer, Kind};
 use self::container::Container;
 use self::external::External;
 use self::geometry::Geometry;
 use self::model::{Accessor, Mesh as JsonMesh, Root, View};
+use self::sharing::Sharing;
 use crate::attributes::{Attributes, LabelKind};
 use crate::companions::References;
 use crate::document::{Document, Parsed};
 use crate::error::{IoError, Place, quote};
 use crate::format::Format;
+use crate::instances::Instance;
 use crate::limits::Limits;
 use crate::material::Materials;
+use crate::precision::single;
 use crate::remap::Remap;
 use crate::resolve::Resolve;
 use crate::source::{Mesh, Moves, SourceFile};
@@ -127,10 +136,16 @@ struct GltfFile {
 }
 
 impl GltfFile {
-    fn read(
+    fn read(bytes: Vec<u8>, limits: &Limits, files: External) -> Result<(Self, Parsed), IoError> {
+        Self::read_shared(bytes, limits, files, Sharing::default())
+    }
+
+    /// Reads a file whose primitives share their vertices in a way that may be given.
+    fn read_shared(
         bytes: Vec<u8>,
         limits: &Limits,
         mut files: External,
+        sharing: Sharing,
     ) -> Result<(Self, Parsed), IoError> {
         limits.check_bytes(bytes.len() as u64)?;
         let mut warnings = Vec::new();
@@ -158,7 +173,8 @@ impl GltfFile {
             list,
             external,
         };
-        let (geometry, mut parsed) = Geometry::read(&root, &buffers, limits, &mut warnings)?;
+        let (geometry, mut parsed) =
+            Geometry::read(&root, &buffers, limits, sharing, &mut warnings)?;
         parsed.warnings = warnings;
         let materials = root.materials.into_iter().enumerate();
         let name = |(number, material): (usize, model::Named)| {
@@ -253,7 +269,20 @@ impl SourceFile for GltfFile {
     }
 
     fn extras(&self) -> Vec<String> {
-        self.extras.clone()
+        let others = &self.geometry.placements.others;
+        let elsewhere = others.iter().map(|others| others.elsewhere);
+        // No visit fails.
+        let singular = self.geometry.instances(&self.buffers, &mut |_| Ok(()));
+        let counted = [
+            (elsewhere.sum(), "that another scene shows"),
+            (singular.unwrap_or(0), "whose transform cannot be undone"),
+        ];
+        let counted = counted.into_iter().filter(|&(count, _)| count > 0);
+        let counted = counted.map(|(count, which)| {
+            let instances = if count == 1 { "instance" } else { "instances" };
+            format!("{count} {instances} of meshes {which}")
+        });
+        self.extras.iter().cloned().chain(counted).collect()
     }
 
     fn stale(&self) -> Vec<String> {
@@ -284,8 +313,26 @@ impl SourceFile for GltfFile {
         materials::materials(self, labels)
     }
 
+    fn stored(&self, vertex: usize, position: Point3<f64>) -> Point3<f64> {
+        let blocks = &self.geometry.blocks;
+        let block = blocks.partition_point(|block| block.vertices.end <= vertex);
+        let Some(block) = blocks.get(block) else {
+            return position;
+        };
+        let placement = &block.placement;
+        placement.to_scene(single(placement.to_mesh(position)))
+    }
+
     fn write(&self, format: Format, moves: &Moves<'_>) -> Result<Vec<u8>, IoError> {
         write::write(self, format, moves)
+    }
+
+    fn instances(
+        &self,
+        visit: &mut dyn FnMut(Instance<'_>) -> Result<(), IoError>,
+    ) -> Result<(), IoError> {
+        self.geometry.check_instances(&self.buffers, &self.limits)?;
+        self.geometry.instances(&self.buffers, visit).map(|_| ())
     }
 
     fn references(&self, written: &[u8]) -> Result<References, IoError> {
@@ -304,7 +351,8 @@ impl SourceFile for GltfFile {
 /// Refuses what the file requires and this reader cannot do.
 fn check_extensions(root: &Root<'_>) -> Result<(), IoError> {
     // These say how surfaces look or are lit, or how numbers are stored; all of it is kept.
-    const KNOWN: [&str; 4] = [
+    const KNOWN: [&str; 5] = [
+        "EXT_mesh_gpu_instancing",
         "KHR_mesh_quantization",
         "KHR_texture_basisu",
         "KHR_texture_transform",

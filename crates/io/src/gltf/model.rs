@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 use serde::de::IgnoredAny;
+use serde_json::value::RawValue;
 
 use crate::error::{IoError, Place};
 use crate::limits::Limits;
@@ -71,6 +72,20 @@ pub(super) struct Node {
     pub(super) translation: Option<Box<[f64; 3]>>,
     pub(super) rotation: Option<Box<[f64; 4]>>,
     pub(super) scale: Option<Box<[f64; 3]>>,
+    pub(super) extensions: Option<Box<NodeExtensions>>,
+}
+
+#[derive(Deserialize, Debug)]
+pub(super) struct NodeExtensions {
+    #[serde(rename = "EXT_mesh_gpu_instancing")]
+    pub(super) instancing: Option<Instancing>,
+}
+
+/// Transforms of the instances that a node shows.
+#[derive(Deserialize, Debug)]
+pub(super) struct Instancing {
+    #[serde(default)]
+    pub(super) attributes: BTreeMap<String, u64>,
 }
 
 #[derive(Deserialize, Debug)]
@@ -203,8 +218,9 @@ impl<'a> Root<'a> {
             0,
             0,
         )?;
-        let root: Root<'a> =
-            serde_json::from_str(text).map_err(|error| malformed(text, start, &error))?;
+        let root: Root<'a> = serde_json::from_str(text).map_err(|error| {
+            first_version(text).unwrap_or_else(|| malformed(text, start, &error))
+        })?;
         root.check_version()?;
         Ok(root)
     }
@@ -219,16 +235,43 @@ impl<'a> Root<'a> {
             let is_asked = Some(version) == self.asset.min_version.as_ref();
             if major != Some(2) || minor.is_none() || (is_asked && minor != Some(0)) {
                 return Err(IoError::Unsupported {
-                    feature: format!(
-                        "version {} of glTF",
-                        crate::error::quote(version.as_bytes())
-                    ),
+                    feature: format!("glTF {}", crate::error::quote(version.as_bytes())),
                     remedy: "convert the file to glTF 2.0",
                 });
             }
         }
         Ok(())
     }
+}
+
+/// The refusal of a file of glTF 1.0, whose lists are objects with names for keys.
+fn first_version(text: &str) -> Option<IoError> {
+    #[derive(Deserialize)]
+    struct Probe<'a> {
+        #[serde(borrow)]
+        meshes: Option<&'a RawValue>,
+        #[serde(borrow)]
+        accessors: Option<&'a RawValue>,
+        #[serde(borrow)]
+        asset: Option<&'a RawValue>,
+    }
+    #[derive(Deserialize)]
+    struct Versioned<'a> {
+        #[serde(borrow)]
+        version: Option<&'a RawValue>,
+    }
+    let probe: Probe<'_> = serde_json::from_str(text).ok()?;
+    let lists = [probe.meshes, probe.accessors];
+    let is_object = |value: &RawValue| value.get().starts_with('{');
+    let asset = probe.asset.map(RawValue::get);
+    let asset = asset.and_then(|text| serde_json::from_str::<Versioned<'_>>(text).ok());
+    let version = asset.and_then(|asset| asset.version).map(RawValue::get);
+    let is_first = version.is_some_and(|v| matches!(v.trim_matches('"'), "1" | "1.0" | "1.1"));
+    let is_first = is_first || lists.into_iter().flatten().any(is_object);
+    is_first.then(|| IoError::Unsupported {
+        feature: "glTF 1.0".to_owned(),
+        remedy: "convert the file to glTF 2.0, for example with `gltf-pipeline -i IN -o OUT`",
+    })
 }
 
 /// Checks how deep the JSON is nested and counts its values, roughly.
@@ -298,7 +341,10 @@ mod tests {
             r#""version":"2.1","minVersion":"2.1""#,
         ] {
             let error = read(&format!("{{\"asset\":{{{asset}}}}}")).unwrap_err();
-            assert!(error.contains("of glTF is not supported"), "{error}");
+            assert!(
+                error.starts_with("glTF ") && error.contains(" is not supported"),
+                "{error}"
+            );
         }
     }
 

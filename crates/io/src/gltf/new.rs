@@ -12,12 +12,14 @@ use nalgebra::{Point3, Vector3};
 use super::buffers::encode;
 use super::container::write_binary;
 use super::new_materials;
+use super::origin;
 use super::write::{array, limits};
 use crate::attributes::{Attributes, COLOR, LabelKind, Labels, NONE, NORMAL, Property, UV, Values};
 use crate::error::IoError;
 use crate::faces::FaceList;
 use crate::format::Format;
 use crate::material::{Material, Materials};
+use crate::precision::Rounding;
 use crate::triangulate::Triangulator;
 use crate::writer::{Contents, named};
 
@@ -45,10 +47,10 @@ pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
     if has_third(attributes) {
         losses.push("the third number of texture coordinates".to_owned());
     }
-    let is_single = |p: &Point3<f64>| p.map(|x| f64::from(x as f32)) == *p;
-    if !contents.positions.iter().all(is_single) {
-        losses.push("digits of coordinates beyond single precision".to_owned());
-    }
+    let (positions, faces) = (&contents.positions, &contents.faces);
+    let origin = origin::of(positions, faces);
+    let stored = |v: usize| origin::stored(positions[v], &origin);
+    losses.extend(Rounding::measure(positions, faces, stored).map(|rounding| rounding.loss()));
     let polygons = contents.faces.iter().filter(|f| f.len() > 3).count();
     let has = |kind: LabelKind| attributes.label(kind).is_some();
     let counted = |count: usize, one: &str, more: &str| match count {
@@ -121,7 +123,12 @@ pub(crate) fn write_new(contents: &Contents<'_>, format: Format) -> Result<Vec<u
     }
     let split = Split::new(contents);
     let mut file = NewFile::default();
-    let attributes = file.attributes(&split, positions)?;
+    let origin = origin::of(positions, faces);
+    let attributes = file.attributes(&split, positions, &origin)?;
+    let translation = match origin == Point3::origin() {
+        true => String::new(),
+        false => format!(",\"translation\":{}", array(origin.coords.as_slice())),
+    };
     let labels = contents.attributes.label(LabelKind::Material);
     let primitives = file.primitives(&split, positions, labels, &attributes);
     let materials = file.materials(labels, &contents.materials)?;
@@ -132,7 +139,7 @@ pub(crate) fn write_new(contents: &Contents<'_>, format: Format) -> Result<Vec<u
     };
     let json = format!(
         "{{\"asset\":{{\"generator\":\"cotan\",\"version\":\"2.0\"}},\"scene\":0,\
-         \"scenes\":[{{\"nodes\":[0]}}],\"nodes\":[{{\"mesh\":0}}],\
+         \"scenes\":[{{\"nodes\":[0]}}],\"nodes\":[{{\"mesh\":0{translation}}}],\
          \"meshes\":[{{{}\"primitives\":[{}]}}]{materials},\
          \"accessors\":[{}],\"bufferViews\":[{}],\"buffers\":[{{\"byteLength\":{}{uri}}}]}}",
         name.unwrap_or_default(),
@@ -377,11 +384,12 @@ impl NewFile {
         &mut self,
         split: &Split<'_>,
         positions: &[Point3<f64>],
+        origin: &Point3<f64>,
     ) -> Result<String, IoError> {
         let count = split.vertices.len();
         let mut singles = Vec::with_capacity(count);
         for &(vertex, _) in &split.vertices {
-            let p = positions[vertex as usize];
+            let p = Point3::from(positions[vertex as usize] - origin);
             if let Some(&value) = p.iter().find(|&&x| !(x as f32).is_finite()) {
                 return Err(IoError::DoesNotFit {
                     vertex: vertex as usize,

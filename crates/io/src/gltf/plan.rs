@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
 use super::GltfFile;
-use super::geometry::{Block, Piece};
+use super::geometry::{Block, Geometry, Piece};
 use crate::attributes::NONE;
 use crate::error::IoError;
 use crate::remap::Remap;
@@ -119,8 +119,53 @@ impl Plan {
             let old = remap.vertices.get(group.vertices.start);
             group.is_kept &= faces.is_empty() || old.is_some_and(|&v| block_of(v) == piece.block);
         }
+        plan.part_from_others(geometry, remap, mesh);
         plan.check_placements(&geometry.blocks)?;
         Ok(plan)
+    }
+
+    /// An accessor of several blocks is kept by none whose faces change: how these share it depends
+    /// on their faces, and is to stay as it is when the file is read again.
+    fn part_from_others(&mut self, geometry: &Geometry, remap: &Remap, mesh: Mesh<'_>) {
+        let mut counts: HashMap<usize, usize> = HashMap::new();
+        for block in &geometry.blocks {
+            *counts.entry(block.layout.accessor).or_default() += 1;
+        }
+        for (number, piece) in geometry.pieces.iter().enumerate() {
+            let block = &geometry.blocks[piece.block];
+            let is_shared = counts.get(&block.layout.accessor) > Some(&1);
+            if is_shared && !self.has_same_faces(number, piece, block, remap, mesh) {
+                let group = self.group_of[piece.block];
+                if let Some(group) = self.groups.get_mut(group) {
+                    group.is_kept = false;
+                }
+            }
+        }
+    }
+
+    /// Whether the faces of a piece are the old ones, counted within its vertices.
+    pub(super) fn has_same_faces(
+        &self,
+        number: usize,
+        piece: &Piece,
+        block: &Block,
+        remap: &Remap,
+        mesh: Mesh<'_>,
+    ) -> bool {
+        let faces = self.faces[number].clone();
+        let Some(group) = self.groups.get(self.group_of[piece.block]) else {
+            return false;
+        };
+        let shift = |v: u32, start: usize| (v as usize).checked_sub(start);
+        faces.len() == piece.faces.len()
+            && faces.zip(piece.faces.clone()).all(|(new, old)| {
+                let new = remap.faces.get(new).unwrap_or(&[]);
+                let old = mesh.faces.get(old).unwrap_or(&[]);
+                new.len() == old.len()
+                    && new.iter().zip(old).all(|(&new, &old)| {
+                        shift(new, group.vertices.start) == shift(old, block.vertices.start)
+                    })
+            })
     }
 
     /// Vertices in one accessor are placed by one transform.

@@ -1,10 +1,11 @@
 //! Which accessors have their bytes for themselves, so that these may be changed in place.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::ops::Range;
 
 use super::GltfFile;
 use super::accessor::{Layout, Span};
+use super::tokens::{Token, Tokens};
 
 /// What an accessor is used for.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -72,7 +73,64 @@ fn roles(file: &GltfFile) -> HashMap<u64, Role> {
     for &accessor in &file.other_uses {
         note(accessor, Role::Other);
     }
+    for number in numbers_in_extensions(file.text()) {
+        if number < file.accessors.len() as u64 {
+            note(number, Role::Other);
+        }
+    }
     roles
+}
+
+/// The whole numbers in the data of extensions: any may be that of an accessor, such as the
+/// translations of `EXT_mesh_gpu_instancing`. Those of extensions that say how surfaces look or
+/// how bytes are packed are not.
+fn numbers_in_extensions(text: &str) -> BTreeSet<u64> {
+    const OTHERS: [&str; 11] = [
+        "KHR_materials_",
+        "EXT_materials_",
+        "KHR_texture_",
+        "EXT_texture_",
+        "MSFT_texture_",
+        "KHR_lights_",
+        "EXT_lights_",
+        "KHR_draco_mesh_compression",
+        "KHR_meshopt_compression",
+        "EXT_meshopt_compression",
+        "KHR_mesh_quantization",
+    ];
+    let mut numbers = BTreeSet::new();
+    let mut tokens = Tokens::new(text);
+    let mut depth = 0usize;
+    // How deep the object lies that holds extensions.
+    let mut within: Option<usize> = None;
+    let mut starts = false;
+    while let Some(token) = tokens.next() {
+        let is_start = std::mem::take(&mut starts);
+        match token {
+            Token::Open => {
+                if is_start && within.is_none() {
+                    within = Some(depth);
+                }
+                depth += 1;
+            }
+            Token::Close => {
+                depth = depth.saturating_sub(1);
+                within = within.filter(|&outer| outer < depth);
+            }
+            Token::Key(_) => {
+                let key = token.string().unwrap_or_default();
+                let is_name = within.is_some_and(|outer| outer + 1 == depth);
+                if key == "extras" || is_name && OTHERS.iter().any(|other| key.starts_with(other)) {
+                    tokens.skip_value();
+                } else {
+                    starts = key == "extensions";
+                }
+            }
+            Token::Word(word) if within.is_some() => numbers.extend(word.parse::<u64>()),
+            Token::Word(_) | Token::Text(_) => {}
+        }
+    }
+    numbers
 }
 
 /// Bytes that something uses.

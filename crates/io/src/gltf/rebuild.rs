@@ -15,6 +15,7 @@ use super::accessor::{Component, Layout};
 use super::geometry::Piece;
 use super::json::member;
 use super::plan::{Plan, unsupported};
+use super::sharing::Sharing;
 use super::write::{Rewrite, array, limits};
 use crate::error::IoError;
 use crate::limits::Limits;
@@ -46,7 +47,10 @@ pub(super) fn rebuild(file: &GltfFile, remap: &Remap, mesh: Mesh<'_>) -> Result<
         max_depth: file.limits.max_depth,
         ..Limits::NONE
     };
-    let (mut new, parsed) = GltfFile::read(bytes, &unbounded, file.files.clone())?;
+    let pieces = file.geometry.pieces.iter().zip(&plan.faces);
+    let pieces = pieces.filter(|(_, faces)| !faces.is_empty());
+    let sharing = Sharing::given(pieces.map(|(piece, _)| plan.group_of[piece.block]));
+    let (mut new, parsed) = GltfFile::read_shared(bytes, &unbounded, file.files.clone(), sharing)?;
     new.limits = file.limits;
     let positions = remap
         .vertices
@@ -102,17 +106,10 @@ impl Rebuild<'_> {
             return Err(unsupported("a primitive without vertices"));
         };
         let block = &self.file.geometry.blocks[piece.block];
-        let shift = |v: u32, start: usize| (v as usize).checked_sub(start);
         let is_same = group.is_kept
-            && faces.len() == piece.faces.len()
-            && faces.clone().zip(piece.faces.clone()).all(|(new, old)| {
-                let new = self.remap.faces.get(new).unwrap_or(&[]);
-                let old = mesh.faces.get(old).unwrap_or(&[]);
-                new.len() == old.len()
-                    && new.iter().zip(old).all(|(&new, &old)| {
-                        shift(new, group.vertices.start) == shift(old, block.vertices.start)
-                    })
-            });
+            && self
+                .plan
+                .has_same_faces(number, piece, block, self.remap, mesh);
         if is_same {
             return Ok(None);
         }

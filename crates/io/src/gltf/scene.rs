@@ -1,151 +1,268 @@
 //! Where the nodes put the meshes.
 //!
-//! Source: glTF 2.0 specification, sections 3.5.2 "Nodes and Hierarchy" and 3.7.3 "Skins".
+//! Source: glTF 2.0 specification, sections 3.5.2 "Nodes and Hierarchy" and 3.7.3 "Skins";
+//! Khronos, "EXT_mesh_gpu_instancing".
 
-use nalgebra::{Matrix3, Matrix4, Point3, Quaternion, UnitQuaternion, Vector3};
+use std::collections::HashSet;
 
-use super::accessor::{no_such, problem};
-use super::model::{Node, Root};
+use nalgebra::{Matrix4, Quaternion, UnitQuaternion, Vector3};
+
+use super::Buffers;
+use super::accessor::{Layout, no_such, problem};
+use super::model::{Instancing, Node, Root};
 use crate::error::IoError;
 use crate::limits::Limits;
-
-/// From the coordinates of a mesh to those of the scene, and back.
-#[derive(Clone, PartialEq, Debug)]
-pub(super) struct Placement {
-    linear: Matrix3<f64>,
-    offset: Vector3<f64>,
-    inverse: Matrix3<f64>,
-    is_identity: bool,
-    /// Whether it is a reflection, which turns faces round.
-    pub(super) is_mirrored: bool,
-}
-
-impl Default for Placement {
-    fn default() -> Self {
-        Self {
-            linear: Matrix3::identity(),
-            offset: Vector3::zeros(),
-            inverse: Matrix3::identity(),
-            is_identity: true,
-            is_mirrored: false,
-        }
-    }
-}
-
-impl Placement {
-    /// `None` if the transform cannot be undone.
-    fn new(matrix: &Matrix4<f64>) -> Option<Self> {
-        let linear: Matrix3<f64> = matrix.fixed_view::<3, 3>(0, 0).into_owned();
-        let offset: Vector3<f64> = matrix.fixed_view::<3, 1>(0, 3).into_owned();
-        let bottom = matrix.row(3);
-        let is_affine =
-            bottom[0] == 0.0 && bottom[1] == 0.0 && bottom[2] == 0.0 && bottom[3] == 1.0;
-        let inverse = linear.try_inverse()?;
-        let finite = linear.iter().chain(&offset).chain(&inverse);
-        // What a change of scale does to a determinant must not hide that it is zero.
-        let condition = linear.norm() * inverse.norm();
-        if !is_affine || !finite.copied().all(f64::is_finite) || !(condition < 1e12) {
-            return None;
-        }
-        Some(Self {
-            is_identity: linear == Matrix3::identity() && offset == Vector3::zeros(),
-            is_mirrored: linear.determinant() < 0.0,
-            linear,
-            offset,
-            inverse,
-        })
-    }
-
-    #[inline]
-    pub(super) fn to_scene(&self, p: Point3<f64>) -> Point3<f64> {
-        if self.is_identity {
-            p
-        } else {
-            self.linear * p + self.offset
-        }
-    }
-
-    pub(super) fn to_mesh(&self, p: Point3<f64>) -> Point3<f64> {
-        if self.is_identity {
-            p
-        } else {
-            self.inverse * (p - self.offset)
-        }
-    }
-
-    /// A normal turned as the surface is; its length stays.
-    pub(super) fn normal_to_scene(&self, n: Vector3<f64>) -> Vector3<f64> {
-        if self.is_identity {
-            n
-        } else {
-            with_length(self.inverse.tr_mul(&n), n.norm())
-        }
-    }
-
-    /// The other way round.
-    pub(super) fn normal_to_mesh(&self, n: Vector3<f64>) -> Vector3<f64> {
-        if self.is_identity {
-            n
-        } else {
-            with_length(self.linear.tr_mul(&n), n.norm())
-        }
-    }
-}
-
-fn with_length(n: Vector3<f64>, length: f64) -> Vector3<f64> {
-    n.try_normalize(0.0).unwrap_or_default() * length
-}
+use crate::placement::Placement;
 
 /// How each mesh is placed.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub(super) struct Placements {
     /// By mesh; a mesh that no node shows stays where it is.
     pub(super) meshes: Vec<Placement>,
-    /// Meshes whose transform cannot be undone, so that they are read as if they had none.
+    /// Meshes whose transforms cannot be undone, so that they are read as if they had none.
     pub(super) singular: Vec<usize>,
-    /// Meshes that are shown more than once, and how often.
-    pub(super) instances: Vec<(usize, usize)>,
+    /// By mesh, where else it is shown.
+    pub(super) others: Vec<Others>,
+}
+
+/// The places where a mesh is shown besides the one that it was read at.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub(super) struct Others {
+    /// How often it is shown in all.
+    pub(super) count: usize,
+    shown: Vec<Shown>,
+    /// The one of `shown` where it was read.
+    first: usize,
+    /// How often scenes show it that are not the one to be shown.
+    pub(super) elsewhere: usize,
+}
+
+/// A node that shows a mesh.
+#[derive(Clone, PartialEq, Debug)]
+struct Shown {
+    transform: Matrix4<f64>,
+    instancing: Option<Box<Layouts>>,
+}
+
+/// The accessors of the transforms of instances.
+#[derive(Clone, PartialEq, Debug)]
+struct Layouts {
+    count: usize,
+    translation: Option<Layout>,
+    rotation: Option<Layout>,
+    scale: Option<Layout>,
 }
 
 impl Placements {
-    /// Each mesh as the first node shows it: first the nodes of the scene, depth first, then those
-    /// of the other scenes, then the rest.
-    pub(super) fn new(root: &Root<'_>, limits: &Limits) -> Result<Self, IoError> {
+    /// Each mesh as the first node shows it whose transform can be undone: first the nodes of the
+    /// scene, depth first, then those of the other scenes, then the rest.
+    pub(super) fn new(
+        root: &Root<'_>,
+        buffers: &Buffers,
+        limits: &Limits,
+    ) -> Result<Self, IoError> {
         let nodes = &root.nodes;
         let tree = Tree::new(nodes)?;
         let globals = tree.globals(nodes, limits)?;
-        let mut shown: Vec<Option<usize>> = vec![None; root.meshes.len()];
-        let mut counts = vec![0usize; root.meshes.len()];
-        for node in tree.order(root)? {
+        let mut all: Vec<Others> = vec![Others::default(); root.meshes.len()];
+        let (order, num_displayed) = tree.order(root)?;
+        for (place, node) in order.into_iter().enumerate() {
             let Some(mesh) = nodes[node].mesh else {
                 continue;
             };
-            let place = usize::try_from(mesh).ok().filter(|&m| m < shown.len());
-            let Some(mesh) = place else {
+            let number = usize::try_from(mesh).ok();
+            let Some(others) = number.and_then(|mesh| all.get_mut(mesh)) else {
                 let path = format!("nodes[{node}].mesh");
-                return Err(no_such("mesh", mesh, shown.len(), path));
+                return Err(no_such("mesh", mesh, root.meshes.len(), path));
             };
-            shown[mesh].get_or_insert(node);
-            counts[mesh] += 1;
+            let shown = Shown::new(node, &globals[node], root, buffers)?;
+            others.count = others.count.saturating_add(shown.count());
+            if place >= num_displayed && !others.shown.is_empty() && num_displayed > 0 {
+                others.elsewhere = others.elsewhere.saturating_add(shown.count());
+            } else {
+                others.shown.push(shown);
+            }
         }
+        let mut meshes = Vec::with_capacity(all.len());
         let mut singular = Vec::new();
-        let meshes = shown.iter().enumerate().map(|(mesh, node)| {
-            let node = node.filter(|&node| nodes[node].skin.is_none());
-            let Some(node) = node else {
-                return Placement::default();
-            };
-            Placement::new(&globals[node]).unwrap_or_else(|| {
+        for (mesh, others) in all.iter_mut().enumerate() {
+            let mut first = None;
+            for (number, shown) in others.shown.iter().enumerate() {
+                let matrix = shown.transform(0, buffers);
+                if let Some(placement) = matrix.and_then(|matrix| Placement::new(&matrix)) {
+                    first = Some((number, placement));
+                    break;
+                }
+            }
+            if first.is_none() && others.count > 0 {
                 singular.push(mesh);
-                Placement::default()
-            })
-        });
-        let meshes = meshes.collect();
-        let counts = counts.into_iter().enumerate();
+            }
+            let (number, placement) = first.unwrap_or_default();
+            others.first = number;
+            meshes.push(placement);
+        }
         Ok(Self {
             meshes,
             singular,
-            instances: counts.filter(|&(_, count)| count > 1).collect(),
+            others: all,
         })
+    }
+}
+
+impl Others {
+    /// Hands over the transform of each further place, as far as it can be undone; counts those
+    /// that cannot. A place where a node shows the mesh already is not counted.
+    pub(super) fn for_each(
+        &self,
+        buffers: &Buffers,
+        mut place: impl FnMut(&Placement) -> Result<(), IoError>,
+    ) -> Result<usize, IoError> {
+        let mut num_singular = 0;
+        let mut seen: HashSet<[u64; 16]> = HashSet::new();
+        let first = self.shown.get(self.first);
+        let first = first.filter(|first| first.instancing.is_none());
+        let mut is_new = |matrix: &Matrix4<f64>| {
+            let mut bits = [0; 16];
+            // A negative zero is the same place as a positive one.
+            bits.iter_mut()
+                .zip(matrix)
+                .for_each(|(bits, x)| *bits = (x + 0.0).to_bits());
+            seen.insert(bits)
+        };
+        if let Some(first) = first.and_then(|first| first.transform(0, buffers)) {
+            is_new(&first);
+        }
+        for (number, shown) in self.shown.iter().enumerate() {
+            let start = usize::from(number == self.first);
+            for instance in start..shown.count() {
+                let Some(matrix) = shown.transform(instance, buffers) else {
+                    continue;
+                };
+                if shown.instancing.is_none() && !is_new(&matrix) {
+                    continue;
+                }
+                match Placement::new(&matrix) {
+                    Some(placement) => place(&placement)?,
+                    None => num_singular += 1,
+                }
+            }
+        }
+        Ok(num_singular)
+    }
+
+    /// How many further places there are at most.
+    pub(super) fn num_places(&self) -> usize {
+        let counts = self.shown.iter().map(Shown::count);
+        let all = counts.fold(0, usize::saturating_add);
+        all.saturating_sub(1)
+    }
+}
+
+impl Shown {
+    fn new(
+        node: usize,
+        global: &Matrix4<f64>,
+        root: &Root<'_>,
+        buffers: &Buffers,
+    ) -> Result<Self, IoError> {
+        let extensions = root.nodes[node].extensions.as_deref();
+        let instancing = extensions.and_then(|extensions| extensions.instancing.as_ref());
+        let instancing = instancing
+            .map(|instancing| Layouts::new(node, instancing, root, buffers).map(Box::new))
+            .transpose()?;
+        // A skin puts its mesh where its joints are.
+        let is_skinned = root.nodes[node].skin.is_some();
+        Ok(Self {
+            transform: match is_skinned {
+                true => Matrix4::identity(),
+                false => *global,
+            },
+            instancing: instancing.filter(|_| !is_skinned),
+        })
+    }
+
+    /// How often the node shows its mesh.
+    fn count(&self) -> usize {
+        self.instancing.as_ref().map_or(1, |layouts| layouts.count)
+    }
+
+    /// From the coordinates of the mesh to those of the scene.
+    fn transform(&self, instance: usize, buffers: &Buffers) -> Option<Matrix4<f64>> {
+        match &self.instancing {
+            None => Some(self.transform),
+            Some(layouts) if instance < layouts.count => {
+                Some(self.transform * layouts.transform(instance, buffers))
+            }
+            Some(_) => None,
+        }
+    }
+}
+
+impl Layouts {
+    fn new(
+        node: usize,
+        instancing: &Instancing,
+        root: &Root<'_>,
+        buffers: &Buffers,
+    ) -> Result<Self, IoError> {
+        let path = |name: &str| {
+            format!("nodes[{node}].extensions.EXT_mesh_gpu_instancing.attributes.{name}")
+        };
+        let layout = |name: &str, components: usize| {
+            let Some(&accessor) = instancing.attributes.get(name) else {
+                return Ok(None);
+            };
+            let layout = Layout::new(accessor, &root.accessors, &root.views, buffers)?;
+            match layout.components == components {
+                true => Ok(Some(layout)),
+                false => Err(problem(
+                    path(name),
+                    format!("it has {} numbers and not {components}", layout.components),
+                )),
+            }
+        };
+        let translation = layout("TRANSLATION", 3)?;
+        let rotation = layout("ROTATION", 4)?;
+        let scale = layout("SCALE", 3)?;
+        let layouts = [&translation, &rotation, &scale];
+        let counts = layouts.into_iter().flatten().map(|layout| layout.count);
+        let mut counts = counts.collect::<Vec<_>>().into_iter();
+        // Further attributes, such as colours, have as many elements.
+        let count = match counts.next() {
+            Some(count) => count,
+            None => instancing.attributes.values().next().map_or(Ok(1), |&a| {
+                Layout::new(a, &root.accessors, &root.views, buffers).map(|layout| layout.count)
+            })?,
+        };
+        if let Some(other) = counts.find(|&other| other != count) {
+            return Err(problem(
+                path("*"),
+                format!("there are {count} instances by one attribute and {other} by another"),
+            ));
+        }
+        Ok(Self {
+            count,
+            translation,
+            rotation,
+            scale,
+        })
+    }
+
+    fn transform(&self, instance: usize, buffers: &Buffers) -> Matrix4<f64> {
+        let vector = |layout: &Option<Layout>| {
+            let layout = layout.as_ref()?;
+            let bytes = layout.element(buffers, instance);
+            Some([0, 1, 2, 3].map(|k| match k < layout.components {
+                true => layout.value(&bytes, k),
+                false => 0.0,
+            }))
+        };
+        let xyz = |[x, y, z, _]: [f64; 4]| Box::new([x, y, z]);
+        composed(
+            vector(&self.translation).map(xyz).as_deref(),
+            vector(&self.rotation).as_ref(),
+            vector(&self.scale).map(xyz).as_deref(),
+        )
     }
 }
 
@@ -215,8 +332,9 @@ impl Tree {
         Ok(globals)
     }
 
-    /// All nodes in the order in which they show their meshes.
-    fn order(&self, root: &Root<'_>) -> Result<Vec<usize>, IoError> {
+    /// All nodes in the order in which they show their meshes, and how many of them the scene has
+    /// that is to be shown.
+    fn order(&self, root: &Root<'_>) -> Result<(Vec<usize>, usize), IoError> {
         let first = match root.scene {
             Some(scene) if scene >= root.scenes.len() as u64 => {
                 return Err(no_such(
@@ -231,7 +349,7 @@ impl Tree {
         };
         let num_scenes = root.scenes.len();
         let others = (0..num_scenes).filter(|&scene| scene != first);
-        let mut starts = Vec::new();
+        let (mut starts, mut num_first) = (Vec::new(), 0);
         for scene in (first..num_scenes).take(1).chain(others) {
             for &node in &root.scenes[scene].nodes {
                 if node >= self.children.len() as u64 {
@@ -240,12 +358,15 @@ impl Tree {
                 }
                 starts.push(node as usize);
             }
+            if scene == first {
+                num_first = starts.len();
+            }
         }
         starts.extend(&self.roots);
         let mut is_done = vec![false; self.children.len()];
         let mut order = Vec::with_capacity(is_done.len());
-        let mut stack = Vec::new();
-        for start in starts {
+        let (mut stack, mut num_displayed) = (Vec::new(), 0);
+        for (number, start) in starts.into_iter().enumerate() {
             stack.push(start);
             while let Some(node) = stack.pop() {
                 if std::mem::replace(&mut is_done[node], true) {
@@ -254,8 +375,11 @@ impl Tree {
                 order.push(node);
                 stack.extend(self.children[node].iter().rev());
             }
+            if number < num_first {
+                num_displayed = order.len();
+            }
         }
-        Ok(order)
+        Ok((order, num_displayed))
     }
 }
 
@@ -264,17 +388,29 @@ fn local(node: &Node) -> Matrix4<f64> {
     if let Some(matrix) = &node.matrix {
         return Matrix4::from_column_slice(&matrix[..]);
     }
+    composed(
+        node.translation.as_deref(),
+        node.rotation.as_deref(),
+        node.scale.as_deref(),
+    )
+}
+
+/// Scale, then rotation, then translation.
+fn composed(
+    translation: Option<&[f64; 3]>,
+    rotation: Option<&[f64; 4]>,
+    scale: Option<&[f64; 3]>,
+) -> Matrix4<f64> {
     let mut matrix = Matrix4::identity();
-    if let Some(scale) = &node.scale {
-        matrix = Matrix4::new_nonuniform_scaling(&Vector3::from(**scale));
+    if let Some(scale) = scale {
+        matrix = Matrix4::new_nonuniform_scaling(&Vector3::from(*scale));
     }
-    if let Some(rotation) = &node.rotation {
-        let [x, y, z, w] = **rotation;
+    if let Some(&[x, y, z, w]) = rotation {
         // Rounded to 32 bits as files have them, they are of unit length only nearly.
         let rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
         matrix = rotation.to_homogeneous() * matrix;
     }
-    if let Some(translation) = &node.translation {
+    if let Some(translation) = translation {
         matrix
             .fixed_view_mut::<3, 1>(0, 3)
             .copy_from_slice(&translation[..]);
@@ -284,13 +420,20 @@ fn local(node: &Node) -> Matrix4<f64> {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Point3;
+
     use super::*;
 
     fn placements(text: &str) -> Result<Placements, String> {
         let text = format!(r#"{{"asset":{{"version":"2.0"}},{text}}}"#);
         let limits = Limits::default();
         let root = Root::read(&text, 0, &limits).unwrap();
-        Placements::new(&root, &limits).map_err(|error| error.to_string())
+        let buffers = Buffers {
+            file: Vec::new(),
+            list: Vec::new(),
+            external: 0,
+        };
+        Placements::new(&root, &buffers, &limits).map_err(|error| error.to_string())
     }
 
     const MESH: &str = r#""meshes":[{"primitives":[]}]"#;
@@ -304,7 +447,7 @@ mod tests {
             {"mesh":0}]"#;
         let at = |scenes: &str, p: [f64; 3]| {
             let found = placements(&format!("{MESH},{scenes},{nodes}")).unwrap();
-            assert_eq!(found.instances, [(0, 3)]);
+            assert_eq!(found.others[0].count, 3);
             let placement = &found.meshes[0];
             let q = placement.to_scene(p.into());
             assert!((placement.to_mesh(q) - Point3::from(p)).norm() < 1e-12);

@@ -84,23 +84,28 @@ impl<'a> Rewrite<'a> {
     fn moved(&mut self, moves: &Moves<'_>) -> Result<(), IoError> {
         let file = self.file;
         let private = Private::new(file);
-        let users = position_users(file);
+        let users = users(file);
         for (number, block) in file.geometry.blocks.iter().enumerate() {
             let position = block.layout.accessor;
+            let Users {
+                primitives,
+                is_alone,
+            } = &users[number];
+            let is_alone = *is_alone;
             let changes = positions(block, moves)?;
             if !changes.is_empty() {
-                let is_private =
-                    private.position(position) && block.layout.component == Component::F32;
-                let users = users.get(&(position as u64)).map_or(&[][..], Vec::as_slice);
+                let is_private = is_alone
+                    && private.position(position)
+                    && block.layout.component == Component::F32;
                 if let Some(accessor) =
                     self.change(&block.layout, &changes, is_private, Bounds::Always)?
                 {
-                    for &user in users {
+                    for &user in primitives {
                         self.point(user, "POSITION", accessor);
                     }
                 }
                 // A compressed copy would no longer agree.
-                for &user in users {
+                for &user in primitives {
                     self.repoint.entry(user).or_default();
                 }
             }
@@ -120,9 +125,9 @@ impl<'a> Rewrite<'a> {
                     (v as usize - block.vertices.start, normal.into())
                 })
                 .collect();
-            let is_private = private.normal(layout.accessor, position);
+            let is_private = is_alone && private.normal(layout.accessor, position);
             if let Some(accessor) = self.change(&layout, &changes, is_private, Bounds::IfThere)? {
-                for &user in users.get(&(position as u64)).into_iter().flatten() {
+                for &user in primitives {
                     let primitive = &file.meshes[user.0].primitives[user.1];
                     if primitive.attributes.get("NORMAL") == Some(&(layout.accessor as u64)) {
                         self.point(user, "NORMAL", accessor);
@@ -339,6 +344,7 @@ impl<'a> Rewrite<'a> {
             }
         }
         let mut bin = None;
+        let mut embedded = 0u64;
         for (number, buffer) in file.buffers.list.iter().enumerate() {
             let changed = self.buffers[number].take();
             let (Some(object), true) = (objects.get(number), buffer.kind != Kind::Absent) else {
@@ -363,6 +369,9 @@ impl<'a> Rewrite<'a> {
             let is_moved = file.container.is_binary != is_binary && buffer.kind != Kind::Embedded;
             if changed.is_some() || is_moved {
                 let bytes = changed.as_deref().unwrap_or(original);
+                // Many buffers may be one file, which is read once but written for each.
+                embedded = embedded.saturating_add((bytes.len() as u64).saturating_mul(4) / 3);
+                file.limits.check_bytes(embedded)?;
                 self.editor
                     .set(object, "uri", format!("\"{}\"", encode(bytes)))?;
             }
@@ -403,15 +412,56 @@ enum Bounds {
     IfThere,
 }
 
-/// The primitives, of any mode, by their POSITION accessor.
-pub(super) fn position_users(file: &GltfFile) -> HashMap<u64, Vec<(usize, usize)>> {
-    let mut users: HashMap<u64, Vec<(usize, usize)>> = HashMap::new();
+/// The primitives whose positions are those of a block.
+#[derive(Clone, Debug, Default)]
+struct Users {
+    /// By mesh and number.
+    primitives: Vec<(usize, usize)>,
+    /// Whether the accessor has no other use as positions.
+    is_alone: bool,
+}
+
+/// The users of each block. Points and lines go with the triangles of their mesh that name the
+/// same accessor, or else with others at the same place.
+fn users(file: &GltfFile) -> Vec<Users> {
+    let geometry = &file.geometry;
+    let mut of_accessor: HashMap<u64, Vec<usize>> = HashMap::new();
+    for (number, block) in geometry.blocks.iter().enumerate() {
+        let accessor = block.layout.accessor as u64;
+        of_accessor.entry(accessor).or_default().push(number);
+    }
+    let pieces = geometry.pieces.iter();
+    let of_piece: HashMap<(usize, usize), usize> = pieces
+        .map(|piece| ((piece.mesh, piece.primitive), piece.block))
+        .collect();
+    let mut users = vec![Users::default(); geometry.blocks.len()];
+    let mut counts: HashMap<u64, usize> = HashMap::new();
     for (m, mesh) in file.meshes.iter().enumerate() {
         for (p, primitive) in mesh.primitives.iter().enumerate() {
-            if let Some(&accessor) = primitive.attributes.get("POSITION") {
-                users.entry(accessor).or_default().push((m, p));
+            let Some(&accessor) = primitive.attributes.get("POSITION") else {
+                continue;
+            };
+            *counts.entry(accessor).or_default() += 1;
+            let blocks = of_accessor.get(&accessor).map_or(&[][..], Vec::as_slice);
+            let is_of_mesh = |&&block: &&usize| {
+                let pieces = geometry.blocks[block].pieces.iter();
+                pieces
+                    .clone()
+                    .any(|&piece| geometry.pieces[piece].mesh == m)
+            };
+            let is_at_place = |&&block: &&usize| {
+                geometry.placements.meshes.get(m) == Some(&geometry.blocks[block].placement)
+            };
+            let block = of_piece.get(&(m, p));
+            let block = block.or_else(|| blocks.iter().find(is_of_mesh));
+            if let Some(&block) = block.or_else(|| blocks.iter().find(is_at_place)) {
+                users[block].primitives.push((m, p));
             }
         }
+    }
+    for (block, users) in geometry.blocks.iter().zip(&mut users) {
+        let count = counts.get(&(block.layout.accessor as u64));
+        users.is_alone = count == Some(&users.primitives.len());
     }
     users
 }

@@ -36,6 +36,7 @@ mod write;
 
 use std::sync::Arc;
 
+use nalgebra::Point3;
 use ply_rs::ply::Encoding;
 
 use crate::attributes::Attributes;
@@ -150,6 +151,10 @@ impl SourceFile for PlyFile {
             stale.push("normals that are not of one type".to_owned());
         }
         stale
+    }
+
+    fn stored(&self, _vertex: usize, position: Point3<f64>) -> Point3<f64> {
+        rewrite::stored(self, position)
     }
 
     fn write(&self, _format: Format, moves: &Moves<'_>) -> Result<Vec<u8>, IoError> {

@@ -17,6 +17,20 @@ pub(super) fn rewrite(file: &PlyFile, moves: &Moves<'_>) -> Result<Vec<u8>, IoEr
     with_encoding!(file.layout.encoding, patch(file, moves))
 }
 
+/// A position in the number types of the file.
+pub(super) fn stored(file: &PlyFile, mut position: Point3<f64>) -> Point3<f64> {
+    let elements = file.layout.elements.iter();
+    for element in elements.filter(|element| element.kind == ElementKind::Vertex) {
+        for axis in axes(element) {
+            let is_position = matches!(axis.quantity, Quantity::Position);
+            if is_position && element.properties[axis.property].number() == NumberType::F32 {
+                position[axis.axis] = f64::from(position[axis.axis] as f32);
+            }
+        }
+    }
+    position
+}
+
 fn patch<E: Encoded>(file: &PlyFile, moves: &Moves<'_>) -> Result<Vec<u8>, IoError> {
     let mut patched = Patched::new::<E>(&file.bytes);
     // In the order of the file, since it is patched from front to back.

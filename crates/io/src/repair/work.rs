@@ -265,12 +265,12 @@ impl<'a> Work<'a> {
             let is_merged = v < num_old && self.is_merged[v];
             is_used[v] || !(drops_unused || is_merged)
         };
-        let part = self.document.part_of();
+        let stretch = self.document.stretch_of();
         let mut order: Vec<u32> = (0..self.sources.len() as u32)
             .filter(|&v| is_kept(v as usize))
             .collect();
         // Copies go behind the vertices of their part.
-        order.sort_by_key(|&v| (part(self.sources[v as usize] as usize), v));
+        order.sort_by_key(|&v| (stretch(self.sources[v as usize] as usize), v));
         let mut numbers = vec![NONE; self.sources.len()];
         for (number, &v) in (0u32..).zip(&order) {
             numbers[v as usize] = number;

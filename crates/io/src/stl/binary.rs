@@ -14,6 +14,7 @@ use crate::document::Document;
 use crate::error::{Element, IoError, Place, Warning};
 use crate::format::Format;
 use crate::limits::Limits;
+use crate::precision;
 use crate::remap::Remap;
 use crate::source::{Mesh, Moves, SourceFile};
 
@@ -169,6 +170,10 @@ impl SourceFile for BinaryStl {
             n => extras.push(format!("{n} bytes behind the last facet")),
         }
         extras
+    }
+
+    fn stored(&self, _vertex: usize, position: Point3<f64>) -> Point3<f64> {
+        precision::single(position)
     }
 
     fn write(&self, _format: Format, moves: &Moves<'_>) -> Result<Vec<u8>, IoError> {

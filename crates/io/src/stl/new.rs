@@ -6,6 +6,7 @@ use super::binary::{self, FACET, TITLE};
 use super::{ATTRIBUTE, rebuild};
 use crate::attributes::{NORMAL, Property, Values};
 use crate::error::IoError;
+use crate::precision::{Rounding, single};
 use crate::triangulate::Triangulator;
 use crate::writer::{Contents, labels_named, named};
 
@@ -23,12 +24,8 @@ pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
         1 => losses.push("a vertex that no face uses".to_owned()),
         n => losses.push(format!("{n} vertices that no face uses")),
     }
-    if positions
-        .iter()
-        .any(|p| p.map(|x| f64::from(x as f32)) != *p)
-    {
-        losses.push("digits of coordinates beyond single precision".to_owned());
-    }
+    let rounding = Rounding::measure(positions, faces, |v| single(positions[v]));
+    losses.extend(rounding.map(|rounding| rounding.loss()));
     match faces.iter().filter(|polygon| polygon.len() > 3).count() {
         0 => {}
         1 => losses.push("a polygon (it becomes triangles)".to_owned()),

@@ -6,4 +6,5 @@ mod odd;
 mod reading;
 mod rebuilding;
 mod refusals;
+mod sharing;
 mod writing;

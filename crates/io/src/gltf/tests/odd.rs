@@ -115,31 +115,6 @@ fn attributes_without_bytes_are_bounded() {
 }
 
 #[test]
-fn shared_vertices_that_are_placed_twice_are_told() {
-    let mut made = Made::default();
-    let positions = made.floats("VEC3", &CORNERS);
-    let indices = made.indices(&FACES);
-    let mesh = json!({"primitives": [{"attributes": {"POSITION": positions}, "indices": indices}]});
-    let of = |second: Value| {
-        let glb = made.glb(&json!({
-            "nodes": [{"mesh": 0}, second],
-            "meshes": [mesh, mesh],
-        }));
-        let document = open(&glb).unwrap();
-        document
-            .warnings()
-            .iter()
-            .map(|w| w.message.clone())
-            .collect::<Vec<_>>()
-    };
-    assert_eq!(
-        of(json!({"mesh": 1, "translation": [1, 0, 0]})),
-        ["mesh 1 shares vertices with mesh 0 and is placed elsewhere; it is read where mesh 0 is"]
-    );
-    assert!(of(json!({"mesh": 1})).is_empty());
-}
-
-#[test]
 fn lost_digits_are_told() {
     let told = |x: f64| {
         let text = format!("v 0 0 0\nv {x} 0 0\nv 0 1 0\nf 1 2 3\n");

@@ -186,7 +186,8 @@ fn attributes_have_the_names_and_directions_of_all_formats() {
     }));
     let document = open(&glb).unwrap();
     let attributes = document.attributes().unwrap();
-    assert_eq!(attributes.misfit(8, 12, 36), None);
+    // The last two primitives have the same faces and vertices of their own.
+    assert_eq!(attributes.misfit(12, 12, 36), None);
     let normal = &attributes.vertex(NORMAL).unwrap().values;
     let n = [0, 1, 2].map(|k| normal.get(k).unwrap());
     // (0.3, 0.8, 0) of unit length.

@@ -33,8 +33,10 @@ fn several() -> Vec<u8> {
         "bufferView": view, "componentType": 5121, "count": 4, "type": "VEC3", "normalized": true,
     }));
     let faces = made.indices(&FACES);
+    // The fan has the other faces of a tetrahedron.
+    let others = made.indices(&[0, 1, 3, 1, 2, 3, 0, 1, 3, 1, 2, 3]);
     made.glb(&json!({
-        "nodes": [{"mesh": 0}, {"mesh": 1, "scale": [1, -1, 1]}, {"mesh": 2}],
+        "nodes": [{"mesh": 0}, {"mesh": 1, "scale": [1, -1, 1]}, {"mesh": 2, "scale": [1, -1, 1]}],
         "meshes": [
             {"primitives": [
                 {"attributes": {"POSITION": a, "TEXCOORD_0": uvs, "COLOR_0": colors},
@@ -43,7 +45,7 @@ fn several() -> Vec<u8> {
                     "targets": [{"POSITION": targets}]},
                 {"attributes": {"POSITION": b}, "mode": 0},
             ]},
-            {"primitives": [{"attributes": {"POSITION": c, "TEXCOORD_0": uvs}, "indices": faces}]},
+            {"primitives": [{"attributes": {"POSITION": c, "TEXCOORD_0": uvs}, "indices": others}]},
             {"primitives": [{"attributes": {"POSITION": c, "_W": weights}, "mode": 6}]},
         ],
     }))

@@ -293,10 +293,17 @@ fn limits_are_kept() {
 fn many_names_of_little_end_soon() {
     // Each of many primitives has an attribute of its own at the same few vertices.
     let mut made = Made::default();
-    let positions = made.floats("VEC3", &CORNERS);
-    let other = made.floats("SCALAR", &[1.0; 4]);
-    let primitives: Vec<Value> = (0..3000)
-        .map(|i| json!({"attributes": {"POSITION": positions, format!("_{i}"): other}}))
+    let corners: Vec<f32> = (0..3 * 28u8).map(f32::from).collect();
+    let positions = made.floats("VEC3", &corners);
+    let other = made.floats("SCALAR", &[1.0; 28]);
+    let triples = (0..28).flat_map(|a| (0..a).flat_map(move |b| (0..b).map(move |c| [a, b, c])));
+    let primitives: Vec<Value> = triples
+        .take(3000)
+        .enumerate()
+        .map(|(i, face)| {
+            let attributes = json!({"POSITION": positions, format!("_{i}"): other});
+            json!({"attributes": attributes, "indices": made.indices(&face)})
+        })
         .collect();
     let glb = made.glb(&json!({"meshes": [{"primitives": primitives}]}));
     let clock = std::time::Instant::now();

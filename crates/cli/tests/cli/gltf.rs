@@ -1,0 +1,199 @@
+//! glTF files as they are met: shared accessors, files of their own, and places far from the origin.
+
+use serde_json::{Value, json};
+
+use crate::sandbox::Sandbox;
+
+const CORNERS: [f32; 12] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+const FACES: [u16; 12] = [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3];
+/// The base of the tetrahedron stays, its tip goes up.
+const HANDLES: &str =
+    r#"{"handles":[{"vertices":[0,1,2],"fixed":true},{"vertices":[3],"to":[[0,0,2]]}]}"#;
+
+/// A tetrahedron in the files `pos.bin` and `idx.bin`, shown by `nodes` as one of `meshes`.
+fn tetrahedron(sandbox: &Sandbox, name: &str, nodes: &Value, num_meshes: usize) {
+    let folder = name.rsplit_once('/').map_or("", |(folder, _)| folder);
+    let at = |file: &str| {
+        format!("{folder}/{file}")
+            .trim_start_matches('/')
+            .to_owned()
+    };
+    std::fs::create_dir_all(sandbox.path(folder)).unwrap();
+    let bytes: Vec<u8> = CORNERS.iter().flat_map(|x| x.to_le_bytes()).collect();
+    sandbox.write(&at("pos.bin"), bytes);
+    let bytes: Vec<u8> = FACES.iter().flat_map(|x| x.to_le_bytes()).collect();
+    sandbox.write(&at("idx.bin"), bytes);
+    let meshes = (0..num_meshes)
+        .map(|_| json!({"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}));
+    let json = json!({
+        "asset": {"version": "2.0"},
+        "nodes": nodes,
+        "meshes": meshes.collect::<Vec<_>>(),
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"},
+            {"bufferView": 1, "componentType": 5123, "count": 12, "type": "SCALAR"},
+        ],
+        "bufferViews": [{"buffer": 0, "byteLength": 48}, {"buffer": 1, "byteLength": 24}],
+        "buffers": [
+            {"uri": "pos.bin", "byteLength": 48},
+            {"uri": "idx.bin", "byteLength": 24},
+        ],
+    });
+    sandbox.write(name, json.to_string());
+}
+
+#[test]
+fn a_second_use_of_an_accessor_is_neither_moved_nor_dropped() {
+    let sandbox = Sandbox::new();
+    let nodes = json!([{"mesh": 0}, {"mesh": 1, "translation": [3, 0, 0]}]);
+    tetrahedron(&sandbox, "two.gltf", &nodes, 2);
+    sandbox.write("h.json", HANDLES);
+    let info = sandbox.cotan_ok("info two.gltf --json").stdout;
+    let info: Value = serde_json::from_str(&info).unwrap();
+    assert_eq!((&info["vertices"], &info["faces"]), (&json!(8), &json!(8)));
+    for line in [
+        "deform two.gltf --handles h.json -o out.gltf",
+        "deform two.gltf --repair --handles h.json -o out.gltf",
+        "repair two.gltf -o out.gltf",
+        "smooth two.gltf --repair --iterations 1 -o out.gltf",
+        "convert two.gltf out.obj",
+    ] {
+        let outcome = sandbox.cotan_ok(line);
+        assert!(
+            !outcome.stderr.contains("repaired by"),
+            "{line}: {outcome:?}"
+        );
+        let out = line.rsplit(' ').next().unwrap();
+        let places = sandbox.positions_beside(out);
+        assert_eq!(places.len(), 8, "{line}");
+        let is_at = |v: usize, x: f64| (places[v].x - x).abs() < 0.9;
+        assert!((0..4).all(|v| is_at(v, 0.5)), "{line}: {places:?}");
+        assert!((4..8).all(|v| is_at(v, 3.5)), "{line}: {places:?}");
+        if out == "out.gltf" {
+            assert_eq!(sandbox.json(out)["nodes"], nodes, "{line}");
+        }
+    }
+    // The tip of one was moved, that of the other was not.
+    sandbox.cotan_ok("deform two.gltf --handles h.json -o out.gltf");
+    let places = sandbox.positions_beside("out.gltf");
+    assert_eq!((places[3].z, places[7].z), (2.0, 1.0));
+}
+
+#[test]
+fn nodes_that_share_a_mesh_are_all_converted() {
+    let sandbox = Sandbox::new();
+    let nodes = json!([{"mesh": 0}, {"mesh": 0, "translation": [3, 0, 0]}]);
+    tetrahedron(&sandbox, "two.gltf", &nodes, 1);
+    sandbox.write("h.json", HANDLES);
+    let outcome = sandbox.cotan_ok("deform two.gltf --handles h.json -o out.gltf");
+    assert!(
+        outcome.stderr.contains("an edit of it shows everywhere"),
+        "{outcome:?}"
+    );
+    assert_eq!(sandbox.json("out.gltf")["nodes"], nodes);
+    sandbox.cotan_ok("convert out.gltf out.ply");
+    let places = sandbox.positions("out.ply");
+    assert_eq!(places.len(), 8);
+    assert_eq!((places[3].z, places[7].z, places[7].x), (2.0, 2.0, 3.0));
+}
+
+#[test]
+fn files_go_with_a_gltf_to_another_folder() {
+    let sandbox = Sandbox::new();
+    tetrahedron(&sandbox, "a/m.gltf", &json!([{"mesh": 0}]), 1);
+    std::fs::create_dir(sandbox.path("b")).unwrap();
+    sandbox.write("h.json", HANDLES);
+    let outcome = sandbox.cotan_ok("convert a/m.gltf b/m.gltf");
+    for file in ["pos.bin", "idx.bin"] {
+        assert!(
+            outcome.stderr.contains(&format!("b/{file}: copied")),
+            "{outcome:?}"
+        );
+    }
+    sandbox.cotan_ok("info b/m.gltf");
+    // Another file of that name is neither replaced nor taken for the right one.
+    sandbox.write("b/idx.bin", [0; 24]);
+    for line in [
+        "convert a/m.gltf b/out.gltf",
+        "repair a/m.gltf -o b/out.gltf",
+        "deform a/m.gltf --handles h.json -o b/out.gltf",
+    ] {
+        sandbox.refused(line, &["b/idx.bin", "another file of that name"]);
+        assert!(!sandbox.path("b/out.gltf").exists(), "{line}");
+        assert_eq!(sandbox.read("b/idx.bin"), [0; 24]);
+        // Embedded, nothing beside it is needed.
+        sandbox.cotan_ok(&format!("{line} --embed"));
+        std::fs::rename(sandbox.path("b/out.gltf"), sandbox.path("alone.gltf")).unwrap();
+        assert_eq!(sandbox.positions("alone.gltf").len(), 4, "{line}");
+    }
+}
+
+#[test]
+fn a_uri_that_many_buffers_name_is_read_once() {
+    let sandbox = Sandbox::new();
+    tetrahedron(&sandbox, "m.gltf", &json!([{"mesh": 0}]), 1);
+    let mut json = sandbox.json("m.gltf");
+    let length = 1 << 26;
+    std::fs::File::create(sandbox.path("big.bin"))
+        .unwrap()
+        .set_len(length)
+        .unwrap();
+    let big = json!({"uri": "big.bin", "byteLength": length});
+    // 200 times 64 MiB are more than the limit of 2 GiB; once is not.
+    let buffers = json["buffers"].as_array_mut().unwrap();
+    buffers.extend(std::iter::repeat_n(big, 200));
+    sandbox.write("m.gltf", json.to_string());
+    sandbox.cotan_ok("info m.gltf");
+}
+
+#[test]
+fn far_from_the_origin_a_gltf_keeps_its_shape_and_an_stl_says_what_is_lost() {
+    let sandbox = Sandbox::new();
+    let [x, y, z] = [4_201_637.25, 168_743.5, 4_780_214.75];
+    let corners = CORNERS
+        .chunks(3)
+        .map(|p| p.iter().map(|&x| 0.1 * f64::from(x)));
+    let corners = corners.map(|mut p| {
+        let mut next = |at: f64| at + p.next().unwrap();
+        format!("v {} {} {}\n", next(x), next(y), next(z))
+    });
+    let faces = FACES
+        .chunks(3)
+        .map(|f| format!("f {} {} {}\n", f[0] + 1, f[1] + 1, f[2] + 1));
+    let obj: String = corners.chain(faces).collect();
+    sandbox.write("far.obj", obj);
+    let outcome = sandbox.cotan_ok("convert far.obj far.glb");
+    assert!(outcome.stderr.contains("vertices move by"), "{outcome:?}");
+    assert!(outcome.stderr.contains("e-9 at most"), "{outcome:?}");
+    let [obj, glb] = ["far.obj", "far.glb"].map(|name| sandbox.positions(name));
+    for (a, b) in obj.iter().zip(&glb) {
+        assert!((a - b).norm() < 1e-8, "{a} {b}");
+    }
+    let outcome = sandbox.cotan_ok("convert far.obj far.stl");
+    for words in [
+        "far from the origin",
+        "% of the size",
+        "faces become degenerate",
+    ] {
+        assert!(outcome.stderr.contains(words), "{outcome:?}");
+    }
+}
+
+#[test]
+fn a_gltf_of_the_first_version_is_named() {
+    let sandbox = Sandbox::new();
+    for json in [
+        json!({"asset": {"version": "1.0"}, "meshes": {"m": {"primitives": []}}}),
+        json!({"asset": {"version": 1.0}, "meshes": {}}),
+        json!({"accessors": {}, "meshes": {}}),
+        json!({"asset": {"version": "1.1"}, "meshes": []}),
+    ] {
+        sandbox.write("old.gltf", json.to_string());
+        sandbox.refused(
+            "info old.gltf",
+            &["glTF 1.", "is not supported", "glTF 2.0"],
+        );
+    }
+    sandbox.write("old.glb", b"glTF\x01\0\0\0\x14\0\0\0\0\0\0\0\0\0\0\0");
+    sandbox.refused("info old.glb", &["glTF 1.0", "glTF 2.0"]);
+}

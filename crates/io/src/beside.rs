@@ -1,0 +1,211 @@
+//! Companions written beside a file: all of them or none, and never over another file.
+//!
+//! Everything is checked and written under temporary names first. Then the files get their names,
+//! and then the mesh file is written; if that fails, they are removed again.
+
+use std::collections::BTreeSet;
+use std::fs::File;
+use std::io::{ErrorKind, Read, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::TempPath;
+
+use crate::companions::Companion;
+use crate::error::IoError;
+use crate::file::{folder_of, temporary_in};
+
+/// Companions that were checked and wait under temporary names.
+#[derive(Debug)]
+pub(crate) struct Beside {
+    waiting: Vec<(TempPath, PathBuf)>,
+    placed: Placed,
+}
+
+/// Companions in their places; removed when this is dropped, but for [`Placed::keep`].
+#[derive(Debug, Default)]
+pub(crate) struct Placed {
+    folders: Vec<PathBuf>,
+    files: Vec<PathBuf>,
+}
+
+impl Beside {
+    /// Checks what is to lie beside `out`, and writes what is not there yet under temporary names.
+    ///
+    /// In `home`, the folder of the file that was read, its own files are in their place. What
+    /// cannot be found is noted in `left`: the document was without it before.
+    pub(crate) fn prepare(
+        companions: &[Companion],
+        out: &Path,
+        home: Option<&Path>,
+        left: &mut Vec<String>,
+    ) -> Result<Self, IoError> {
+        let folder = folder_of(out);
+        let root = folder.canonicalize().map_err(IoError::Write)?;
+        let is_home = home == Some(root.as_path());
+        if is_home {
+            // Every reference leads to where it led before.
+            left.clear();
+        }
+        let mut beside = Self {
+            waiting: Vec::new(),
+            placed: Placed::default(),
+        };
+        let mut seen = BTreeSet::new();
+        for companion in companions {
+            if is_home && companion.is_found() || !seen.insert(companion.path()) {
+                continue;
+            }
+            let path = folder.join(companion.path());
+            let refuse = |problem: String| IoError::Companion {
+                path: path.clone(),
+                problem,
+            };
+            let bytes = match companion.bytes() {
+                Ok(bytes) => bytes,
+                Err(error)
+                    if matches!(
+                        error.kind(),
+                        ErrorKind::NotFound | ErrorKind::PermissionDenied
+                    ) =>
+                {
+                    let name = companion.path().display();
+                    left.push(format!(
+                        "the reference to {name} stays as it is; that file was not copied ({error})"
+                    ));
+                    continue;
+                }
+                Err(error) => return Err(refuse(format!("it cannot be read: {error}"))),
+            };
+            if is_same_file(&path, out) {
+                return Err(refuse(
+                    "that is the name of the mesh file itself; save under another name".to_owned(),
+                ));
+            }
+            check_inside(&path, &root).map_err(refuse)?;
+            if !is_there(&path, &bytes).map_err(refuse)? {
+                beside
+                    .wait(&path, &bytes)
+                    .map_err(|error| refuse(format!("it cannot be written: {error}")))?;
+            }
+        }
+        Ok(beside)
+    }
+
+    /// Writes a file that is to be renamed to `path`.
+    fn wait(&mut self, path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+        let folder = folder_of(path);
+        let missing: Vec<&Path> = folder
+            .ancestors()
+            .take_while(|folder| !folder.as_os_str().is_empty() && !folder.exists())
+            .collect();
+        for folder in missing.into_iter().rev() {
+            std::fs::create_dir(folder)?;
+            self.placed.folders.push(folder.to_owned());
+        }
+        let mut file = temporary_in(folder)?;
+        file.write_all(bytes)?;
+        file.as_file().sync_all()?;
+        self.waiting.push((file.into_temp_path(), path.to_owned()));
+        Ok(())
+    }
+
+    /// Gives the files their names.
+    pub(crate) fn place(self) -> Result<Placed, IoError> {
+        let Self {
+            waiting,
+            mut placed,
+        } = self;
+        for (temporary, path) in waiting {
+            temporary
+                .persist_noclobber(&path)
+                .map_err(|error| IoError::Companion {
+                    path: path.clone(),
+                    problem: format!("it cannot be written: {}", error.error),
+                })?;
+            placed.files.push(path);
+        }
+        Ok(placed)
+    }
+}
+
+impl Placed {
+    /// Leaves the files where they are, and lists them.
+    pub(crate) fn keep(mut self) -> Vec<PathBuf> {
+        self.folders.clear();
+        std::mem::take(&mut self.files)
+    }
+}
+
+impl Drop for Placed {
+    fn drop(&mut self) {
+        // What cannot be removed is a copy that nothing refers to.
+        for file in &self.files {
+            let _ = std::fs::remove_file(file);
+        }
+        for folder in self.folders.iter().rev() {
+            let _ = std::fs::remove_dir(folder);
+        }
+    }
+}
+
+/// Whether a companion would be written where the mesh file goes; on some systems the case of
+/// letters makes no difference.
+fn is_same_file(path: &Path, out: &Path) -> bool {
+    let lower = |path: &Path| path.to_string_lossy().to_lowercase();
+    let real = |path: &Path| path.canonicalize().ok();
+    lower(path) == lower(out) || real(path).is_some_and(|path| real(out) == Some(path))
+}
+
+/// Refuses a path that leads out of `root` by a link on its way, and folders that are no folders.
+fn check_inside(path: &Path, root: &Path) -> Result<(), String> {
+    let mut folders = path.ancestors().skip(1);
+    let there = folders.find(|folder| folder.symlink_metadata().is_ok());
+    let there = there.unwrap_or(Path::new("."));
+    let problem = |problem: &str| format!("{} {problem}", there.display());
+    let real = there
+        .canonicalize()
+        .map_err(|error| problem(&format!("cannot be entered: {error}")))?;
+    if !real.is_dir() {
+        return Err(problem("is not a folder"));
+    }
+    if !real.starts_with(root) {
+        return Err(problem("leads out of the folder of the mesh"));
+    }
+    Ok(())
+}
+
+/// Whether the file is there already; an error if another one is.
+fn is_there(path: &Path, bytes: &[u8]) -> Result<bool, String> {
+    if path.symlink_metadata().is_err() {
+        return Ok(false);
+    }
+    let other = "another file of that name is there already, which is not replaced; save to \
+                 another folder, or embed the files in the mesh";
+    let metadata = std::fs::metadata(path).map_err(|_| other.to_owned())?;
+    if metadata.is_file() && metadata.len() == bytes.len() as u64 {
+        let unreadable = |error| format!("a file of that name cannot be read: {error}");
+        if has_bytes(path, bytes).map_err(unreadable)? {
+            return Ok(true);
+        }
+    }
+    Err(other.to_owned())
+}
+
+fn has_bytes(path: &Path, bytes: &[u8]) -> std::io::Result<bool> {
+    const CHUNK: usize = 1 << 16;
+    let mut file = File::open(path)?;
+    let mut buffer = vec![0; CHUNK.min(bytes.len())];
+    for chunk in bytes.chunks(CHUNK) {
+        let Some(buffer) = buffer.get_mut(..chunk.len()) else {
+            return Ok(false);
+        };
+        match file.read_exact(buffer) {
+            Err(error) if error.kind() == ErrorKind::UnexpectedEof => return Ok(false),
+            read => read?,
+        }
+        if buffer != chunk {
+            return Ok(false);
+        }
+    }
+    Ok(file.read(&mut [0])? == 0)
+}

@@ -1,0 +1,128 @@
+//! A document as a file, and what that loses.
+
+use super::Document;
+use crate::companions::{Companions, References, WriteOptions, Written};
+use crate::error::IoError;
+use crate::format::Format;
+use crate::normals::Normals;
+use crate::precision::Rounding;
+use crate::source::{Moves, SourceFile};
+use crate::writer;
+
+impl Document {
+    /// What a write in `format` would drop or leave stale, one sentence each, for a warning.
+    ///
+    /// Empty if the file written has everything that the file read has.
+    pub fn losses(&self, format: Format) -> Vec<String> {
+        let source = self.source.as_ref();
+        if let Some(source) = source.filter(|source| source.writes(format)) {
+            if self.original.is_empty() {
+                return Vec::new();
+            }
+            let mut stale = source.stale();
+            if let Err(error) = self.turned_normals(source.as_ref()) {
+                stale.push(format!("normals, which cannot be read ({error}),"));
+            }
+            let kept = |what: String| format!("{what} are kept as they were; vertices have moved");
+            let rounded = self.severe_rounding(source.as_ref());
+            return stale.into_iter().map(kept).chain(rounded).collect();
+        }
+        let mut losses = source.map_or_else(Vec::new, |source| source.extras());
+        match writer::losses(self, format) {
+            Ok(lost) => losses.extend(lost),
+            Err(error) => return vec![format!("{format} cannot be written: {error}")],
+        }
+        let lost = |what: String| format!("{what} will be lost in {format}");
+        losses.into_iter().map(lost).collect()
+    }
+
+    /// What the number type of the file does to the vertices that were moved, if that is more than
+    /// the last digits.
+    fn severe_rounding(&self, source: &dyn SourceFile) -> Option<String> {
+        let stored = |v: usize| match self.original[v] == self.positions[v] {
+            true => self.positions[v],
+            false => source.stored(v, self.positions[v]),
+        };
+        let rounding = Rounding::measure(&self.positions, &self.faces, stored)?;
+        rounding.is_severe().then(|| {
+            format!(
+                "the file has single precision, too little so far from its origin: {rounding}; \
+                 write it as OBJ or OFF, or move the mesh to the origin first"
+            )
+        })
+    }
+
+    /// The document as a file in `format`.
+    ///
+    /// In the format that it was read from, only the coordinates of moved vertices and the normals
+    /// that turned with the surface are replaced, in the number types that the file has (a PLY with
+    /// `float` coordinates keeps them `float`); otherwise a new file is written with positions as
+    /// exact as the format allows, the faces, and what it can hold of the attributes. Text formats
+    /// get the shortest number that reads back to the same bits. Normals that cannot be read are
+    /// left as they are.
+    ///
+    /// What the file refers to has to lie beside it; [`Document::write_with`] says what that is.
+    ///
+    /// # Errors
+    /// [`IoError::DoesNotFit`] if the format's number type cannot hold a new coordinate;
+    /// [`IoError`] with the place in the file if an attribute is wrong that another format needs.
+    pub fn write(&self, format: Format) -> Result<Vec<u8>, IoError> {
+        match &self.source {
+            Some(source) if source.writes(format) => self.rewrite(source.as_ref(), format),
+            _ => Ok(writer::write(self, format, &WriteOptions::default())?.bytes),
+        }
+    }
+
+    /// [`Document::write`] together with the files that the file refers to: those of the file
+    /// that was read, and those that are made for a new one.
+    ///
+    /// # Errors
+    /// As [`Document::write`]; with [`Companions::Embedded`] also [`IoError::External`] for a file
+    /// that cannot be read.
+    pub fn write_with(
+        &self,
+        format: Format,
+        options: &WriteOptions<'_>,
+    ) -> Result<Written, IoError> {
+        let Some(source) = self.source.as_ref().filter(|source| source.writes(format)) else {
+            return writer::write(self, format, options);
+        };
+        let mut bytes = self.rewrite(source.as_ref(), format)?;
+        if options.companions == Companions::Embedded {
+            bytes = source.embedded(bytes)?;
+        }
+        let References { companions, left } = source.references(&bytes)?;
+        Ok(Written {
+            bytes,
+            companions,
+            left,
+        })
+    }
+
+    /// The normals that turned where vertices were moved; an error if the file's are wrong.
+    fn turned_normals(&self, source: &dyn SourceFile) -> Result<Normals, IoError> {
+        if self.original.is_empty() || self.original == self.positions || !source.has_normals() {
+            return Ok(Normals::default());
+        }
+        let attributes = source.attributes(self.mesh())?;
+        let (before, after) = (&self.original, &self.positions);
+        Ok(Normals::turned(&attributes, &self.faces, before, after))
+    }
+
+    fn rewrite(&self, source: &dyn SourceFile, format: Format) -> Result<Vec<u8>, IoError> {
+        let moved: Vec<bool> = self
+            .original
+            .iter()
+            .zip(&self.positions)
+            .map(|(before, after)| before != after)
+            .collect();
+        // An edit is not lost over a number that has nothing to do with it.
+        let normals = self.turned_normals(source).unwrap_or_default();
+        let moves = Moves {
+            mesh: self.mesh(),
+            moved: &moved,
+            normals: &normals,
+        };
+        source.write(format, &moves)
+    }
+}
