@@ -66,8 +66,16 @@ pub fn materials(data: &[u8]) {
         let written = known(&again);
         // The file names the materials whether anything else is known of them or not.
         if !found.list.is_empty() {
-            assert_eq!(written.list, found.list, "{format}");
             assert_eq!(written.images, found.images, "{format}");
+            assert_eq!(written.list.len(), found.list.len());
+            for (mut written, found) in written.list.iter().cloned().zip(&found.list) {
+                // What is dark beside the brightest component may vanish.
+                let most = found.emission.into_iter().fold(0.0, f32::max);
+                let both = written.emission.iter().zip(found.emission);
+                assert!(both.into_iter().all(|(a, b)| (a - b).abs() <= most * 1e-30));
+                written.emission = found.emission;
+                assert_eq!(written, *found, "{format}");
+            }
         }
         let back = known(&through(&again, Format::Obj));
         assert_eq!(back.list.len(), written.list.len());

@@ -161,7 +161,6 @@ fn rich() -> Document {
         .unwrap_or_else(|error| panic!("{error}"))
 }
 
-<<<<<<< HEAD
 /// Libraries with statements of every kind, right and wrong.
 const LIBRARIES: [(&str, &str); 3] = [
     (
@@ -183,9 +182,6 @@ const LIBRARIES: [(&str, &str); 3] = [
 ];
 
 const TEXTS: [(&str, Format, &str); 13] = [
-=======
-const TEXTS: [(&str, Format, &str); 11] = [
->>>>>>> wip-gltf
     (
         "odd.obj",
         Format::Obj,

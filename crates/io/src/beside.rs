@@ -43,11 +43,7 @@ impl Beside {
         let root = folder.canonicalize().map_err(IoError::Write)?;
         let is_home = home == Some(root.as_path());
         if is_home {
-<<<<<<< HEAD
-            // Every reference leads to where it led before.
-=======
             // Every reference leads where it led before.
->>>>>>> wip-gltf
             left.clear();
         }
         let mut beside = Self {

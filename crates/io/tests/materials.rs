@@ -31,16 +31,16 @@ impl Resolve for Files {
 fn through(document: &Document, format: Format) -> Document {
     let written = document
         .write_with(format, &WriteOptions::default())
-        .unwrap();
+        .expect("no failure");
     let files = written.companions.iter().map(|companion| {
-        let name = companion.path().to_str().unwrap().to_owned();
-        (name, companion.bytes().unwrap().into_owned())
+        let name = companion.path().to_str().expect("no failure").to_owned();
+        (name, companion.bytes().expect("no failure").into_owned())
     });
     let files = Files(files.collect());
     if matches!(format, Format::Gltf | Format::Glb) {
-        gltf::Gltf::from_slice(&written.bytes).unwrap();
+        gltf::Gltf::from_slice(&written.bytes).expect("no failure");
     }
-    read_with(written.bytes, Some(format), &Limits::default(), &files).unwrap()
+    read_with(written.bytes, Some(format), &Limits::default(), &files).expect("no failure")
 }
 
 /// A number that the text of no format shortens.
@@ -70,7 +70,7 @@ fn image() -> impl Strategy<Value = Image> {
         } else {
             b"\xff\xd8\xff"
         };
-        Image::new(name, [start, &rest].concat()).unwrap()
+        Image::new(name, [start, &rest].concat()).expect("no failure")
     })
 }
 
@@ -169,7 +169,7 @@ fn document() -> impl Strategy<Value = Document> {
             Document::new(positions, faces)
                 .and_then(|document| document.with_attributes(attributes))
                 .and_then(|document| document.with_materials(materials))
-                .unwrap()
+                .expect("no failure")
         },
     )
 }
@@ -198,8 +198,8 @@ fn look(materials: &Materials, material: &Material) -> Look {
 
 /// The look of every face, by the places of its corners; and those of materials on no face.
 fn looks(document: &Document) -> (BTreeMap<Vec<[u64; 3]>, Option<Look>>, Vec<Look>) {
-    let materials = document.materials().unwrap();
-    let attributes = document.attributes().unwrap();
+    let materials = document.materials().expect("no failure");
+    let attributes = document.attributes().expect("no failure");
     let labels = attributes.label(LabelKind::Material);
     let mut of_faces = BTreeMap::new();
     let mut used = vec![false; materials.list.len()];
@@ -255,7 +255,7 @@ fn check(before: &Document, after: &Document, losses: &[String], format: Format)
     let (faces, unused) = looks(before);
     let is_lost = |words: &str| losses.iter().any(|loss| loss.contains(words));
     if matches!(format, Format::Ply | Format::Off | Format::Stl) {
-        let images = &before.materials().unwrap().images;
+        let images = &before.materials().expect("no failure").images;
         assert!(is_lost("materials"), "{format}: {losses:?}");
         assert_eq!(is_lost("image"), !images.is_empty(), "{format}: {losses:?}");
         return;
@@ -295,7 +295,7 @@ fn check(before: &Document, after: &Document, losses: &[String], format: Format)
     );
     // Texture coordinates where a texture lies, whatever else becomes of them.
     let has_uv = |document: &Document| {
-        let attributes = document.attributes().unwrap();
+        let attributes = document.attributes().expect("no failure");
         attributes.corner(UV).is_some() || attributes.vertex(UV).is_some()
     };
     assert_eq!(has_uv(after), has_uv(before));
@@ -313,7 +313,7 @@ proptest! {
             for second in [Format::Obj, Format::Gltf, Format::Glb] {
                 let losses = once.losses(second);
                 let twice = through(&once, second);
-                if once.materials().unwrap().list.is_empty() {
+                if once.materials().expect("no failure").list.is_empty() {
                     continue;
                 }
                 check(&once, &twice, &losses, second);
@@ -326,13 +326,13 @@ proptest! {
         for format in [Format::Obj, Format::Gltf, Format::Glb] {
             let mut edited = through(&document, format);
             // The same file with every vertex elsewhere.
-            let surface = edited.surface().unwrap();
+            let surface = edited.surface().expect("no failure");
             let moved = surface.positions().map(|p| p * by);
-            edited.set_positions(&surface, &moved).unwrap();
-            let repaired = Repair::all().apply(&edited).unwrap().document;
+            edited.set_positions(&surface, &moved).expect("no failure");
+            let repaired = Repair::all().apply(&edited).expect("no failure").document;
             for kept in [&edited, &repaired] {
-                let materials = kept.materials().unwrap();
-                prop_assert_eq!(&materials, &through(&document, format).materials().unwrap());
+                let materials = kept.materials().expect("no failure");
+                prop_assert_eq!(&materials, &through(&document, format).materials().expect("no failure"));
                 for target in Format::ALL {
                     let losses = kept.losses(target);
                     // The libraries of an OBJ stay beside it as they are.
@@ -357,20 +357,26 @@ const LIBRARY: &str = "newmtl red\nKa 0 0 0\nKd 0.9 0.1 0\nd 0.5\nNs 250\n\
 
 /// An OBJ with its library and an image in a folder below.
 fn put(folder: &std::path::Path) {
-    std::fs::create_dir_all(folder.join("tex")).unwrap();
-    std::fs::write(folder.join("a.obj"), MESH).unwrap();
-    std::fs::write(folder.join("my stuff.mtl"), LIBRARY).unwrap();
-    std::fs::write(folder.join("tex/oak plank.png"), PNG).unwrap();
+    std::fs::create_dir_all(folder.join("tex")).expect("no failure");
+    std::fs::write(folder.join("a.obj"), MESH).expect("no failure");
+    std::fs::write(folder.join("my stuff.mtl"), LIBRARY).expect("no failure");
+    std::fs::write(folder.join("tex/oak plank.png"), PNG).expect("no failure");
 }
 
 fn open(path: std::path::PathBuf) -> Document {
-    load_with(&path, &Limits::default(), &Folder::of(&path)).unwrap()
+    load_with(&path, &Limits::default(), &Folder::of(&path)).expect("no failure")
 }
 
 fn names(folder: &std::path::Path) -> Vec<String> {
-    let entries = std::fs::read_dir(folder).unwrap();
+    let entries = std::fs::read_dir(folder).expect("no failure");
     let mut names: Vec<String> = entries
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .map(|entry| {
+            entry
+                .expect("no failure")
+                .file_name()
+                .into_string()
+                .expect("no failure")
+        })
         .collect();
     names.sort_unstable();
     names
@@ -378,7 +384,7 @@ fn names(folder: &std::path::Path) -> Vec<String> {
 
 #[test]
 fn an_obj_takes_its_materials_into_a_glb_and_out_again() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().expect("no failure");
     let at = |name: &str| folder.path().join(name);
     put(&at("in"));
     let document = open(at("in/a.obj"));
@@ -387,20 +393,20 @@ fn an_obj_takes_its_materials_into_a_glb_and_out_again() {
         losses,
         ["the MTL statements Ka and map_bump will be lost in GLB"]
     );
-    save(&document, at("b.glb")).unwrap();
+    save(&document, at("b.glb")).expect("no failure");
     assert_eq!(names(folder.path()), ["b.glb", "in"]);
 
     // A reader that is not ours sees the same.
     let (glb, blob) = {
-        let gltf = gltf::Gltf::open(at("b.glb")).unwrap();
-        (gltf.document, gltf.blob.unwrap())
+        let gltf = gltf::Gltf::open(at("b.glb")).expect("no failure");
+        (gltf.document, gltf.blob.expect("no failure"))
     };
     let materials: Vec<_> = glb.materials().collect();
     let found: Vec<_> = materials
         .iter()
         .map(|m| {
             (
-                m.name().unwrap(),
+                m.name().expect("no failure"),
                 m.pbr_metallic_roughness().base_color_factor(),
             )
         })
@@ -408,7 +414,7 @@ fn an_obj_takes_its_materials_into_a_glb_and_out_again() {
     let expected = [("wood", [1.0; 4]), ("red", [0.9, 0.1, 0.0, 0.5])];
     assert_eq!(found, expected);
     let texture = materials[0].pbr_metallic_roughness().base_color_texture();
-    match texture.unwrap().texture().source().source() {
+    match texture.expect("no failure").texture().source().source() {
         gltf::image::Source::View { view, mime_type } => {
             assert_eq!(mime_type, "image/png");
             assert_eq!(&blob[view.offset()..view.offset() + view.length()], PNG);
@@ -421,26 +427,40 @@ fn an_obj_takes_its_materials_into_a_glb_and_out_again() {
         [0.75, 0.5]
     );
     // Downward, as glTF has it.
-    let primitive = glb.meshes().next().unwrap().primitives().next().unwrap();
+    let primitive = glb
+        .meshes()
+        .next()
+        .expect("no failure")
+        .primitives()
+        .next()
+        .expect("no failure");
     let reader = primitive.reader(|_| Some(blob.as_slice()));
-    let uvs: Vec<[f32; 2]> = reader.read_tex_coords(0).unwrap().into_f32().collect();
+    let uvs: Vec<[f32; 2]> = reader
+        .read_tex_coords(0)
+        .expect("no failure")
+        .into_f32()
+        .collect();
     assert!(
         uvs.contains(&[0.0, 0.75]) && !uvs.contains(&[0.0, 0.25]),
         "{uvs:?}"
     );
 
-    std::fs::create_dir(at("out")).unwrap();
+    std::fs::create_dir(at("out")).expect("no failure");
     let again = open(at("b.glb"));
-    let saved = save(&again, at("out/c d.obj")).unwrap();
+    let saved = save(&again, at("out/c d.obj")).expect("no failure");
     assert_eq!(saved.left, Vec::<String>::new());
     let expected = ["c d.obj", "c_d.mtl", "c_d_oak_plank.png"];
     assert_eq!(names(&at("out")), expected);
     let last = open(at("out/c d.obj"));
-    let lists = [&document, &again, &last].map(|document| document.materials().unwrap().list);
+    let lists =
+        [&document, &again, &last].map(|document| document.materials().expect("no failure").list);
     assert_eq!(lists[0], lists[1]);
     assert_eq!(lists[0], lists[2]);
-    assert_eq!(std::fs::read(at("out/c_d_oak_plank.png")).unwrap(), PNG);
-    let text = std::fs::read_to_string(at("out/c d.obj")).unwrap();
+    assert_eq!(
+        std::fs::read(at("out/c_d_oak_plank.png")).expect("no failure"),
+        PNG
+    );
+    let text = std::fs::read_to_string(at("out/c d.obj")).expect("no failure");
     assert!(
         text.contains("mtllib c_d.mtl\n") && text.contains("vt 0 0.25\n"),
         "{text}"
@@ -449,53 +469,59 @@ fn an_obj_takes_its_materials_into_a_glb_and_out_again() {
 
 #[test]
 fn an_obj_that_stays_one_takes_its_library_along() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().expect("no failure");
     let at = |name: &str| folder.path().join(name);
     put(&at("in"));
     let document = open(at("in/a.obj"));
     // In its own folder everything is in its place.
-    let saved = save(&document, at("in/b.obj")).unwrap();
+    let saved = save(&document, at("in/b.obj")).expect("no failure");
     assert_eq!((saved.copied.len(), saved.left.len()), (0, 0));
-    std::fs::create_dir(at("out")).unwrap();
-    let saved = save(&document, at("out/b.obj")).unwrap();
+    std::fs::create_dir(at("out")).expect("no failure");
+    let saved = save(&document, at("out/b.obj")).expect("no failure");
     assert_eq!(names(&at("out")), ["b.obj", "my stuff.mtl", "tex"]);
     assert_eq!(names(&at("out/tex")), ["oak plank.png"]);
     assert_eq!(saved.copied.len(), 2);
     assert_eq!(saved.left.len(), 1, "{:?}", saved.left);
     assert!(saved.left[0].contains("../outside.png"), "{:?}", saved.left);
-    assert_eq!(std::fs::read_to_string(at("out/b.obj")).unwrap(), MESH);
     assert_eq!(
-        open(at("out/b.obj")).materials().unwrap(),
-        document.materials().unwrap()
+        std::fs::read_to_string(at("out/b.obj")).expect("no failure"),
+        MESH
+    );
+    assert_eq!(
+        open(at("out/b.obj")).materials().expect("no failure"),
+        document.materials().expect("no failure")
     );
 
     // Also with other attributes, which make a new file of it.
-    let attributes = document.attributes().unwrap().into_owned();
-    let made = document.clone().with_attributes(attributes).unwrap();
+    let attributes = document.attributes().expect("no failure").into_owned();
+    let made = document
+        .clone()
+        .with_attributes(attributes)
+        .expect("no failure");
     assert_eq!(made.losses(Format::Obj), Vec::<String>::new());
-    std::fs::create_dir(at("made")).unwrap();
-    save(&made, at("made/b.obj")).unwrap();
+    std::fs::create_dir(at("made")).expect("no failure");
+    save(&made, at("made/b.obj")).expect("no failure");
     assert_eq!(names(&at("made")), ["b.obj", "my stuff.mtl", "tex"]);
 
     // Never over another file.
-    std::fs::create_dir(at("taken")).unwrap();
-    std::fs::write(at("taken/my stuff.mtl"), "newmtl other").unwrap();
+    std::fs::create_dir(at("taken")).expect("no failure");
+    std::fs::write(at("taken/my stuff.mtl"), "newmtl other").expect("no failure");
     let error = save(&document, at("taken/b.obj")).unwrap_err().to_string();
     assert!(error.contains("my stuff.mtl"), "{error}");
     assert_eq!(names(&at("taken")), ["my stuff.mtl"]);
-    let glb = document.write(Format::Glb).unwrap();
-    std::fs::write(at("b.glb"), glb).unwrap();
-    std::fs::write(at("taken/b.mtl"), "newmtl other").unwrap();
+    let glb = document.write(Format::Glb).expect("no failure");
+    std::fs::write(at("b.glb"), glb).expect("no failure");
+    std::fs::write(at("taken/b.mtl"), "newmtl other").expect("no failure");
     save(&open(at("b.glb")), at("taken/b.obj")).unwrap_err();
     assert_eq!(names(&at("taken")), ["b.mtl", "my stuff.mtl"]);
 }
 
 #[test]
 fn what_is_missing_is_named_and_no_error() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().expect("no failure");
     let at = |name: &str| folder.path().join(name);
-    std::fs::create_dir(at("out")).unwrap();
-    std::fs::write(at("a.obj"), MESH).unwrap();
+    std::fs::create_dir(at("out")).expect("no failure");
+    std::fs::write(at("a.obj"), MESH).expect("no failure");
     let document = open(at("a.obj"));
     let losses = document.losses(Format::Glb);
     assert_eq!(losses.len(), 1);
@@ -504,16 +530,16 @@ fn what_is_missing_is_named_and_no_error() {
         "{losses:?}"
     );
     assert!(document.losses(Format::Obj).is_empty());
-    let saved = save(&document, at("out/a.obj")).unwrap();
+    let saved = save(&document, at("out/a.obj")).expect("no failure");
     assert!(
         saved.left.len() == 1 && saved.left[0].contains("my stuff.mtl"),
         "{:?}",
         saved.left
     );
-    save(&document, at("a.glb")).unwrap();
+    save(&document, at("a.glb")).expect("no failure");
     let names: Vec<String> = open(at("a.glb"))
         .materials()
-        .unwrap()
+        .expect("no failure")
         .list
         .into_iter()
         .map(|m| m.name)
@@ -523,12 +549,12 @@ fn what_is_missing_is_named_and_no_error() {
     // A library outside of the folder is not opened.
     put(&at("in"));
     let outside = MESH.replace("my stuff.mtl", "../in/my stuff.mtl");
-    std::fs::write(at("out/b.obj"), outside).unwrap();
+    std::fs::write(at("out/b.obj"), outside).expect("no failure");
     let document = open(at("out/b.obj"));
-    assert!(document.materials().unwrap().list.is_empty());
+    assert!(document.materials().expect("no failure").list.is_empty());
     assert!(document.losses(Format::Glb)[0].contains("only files in the folder of the mesh"));
     // Without a resolver nothing is.
-    let document = cotan_io::load(at("in/a.obj")).unwrap();
-    assert!(document.materials().unwrap().list.is_empty());
+    let document = cotan_io::load(at("in/a.obj")).expect("no failure");
+    assert!(document.materials().expect("no failure").list.is_empty());
     assert_eq!(document.losses(Format::Glb).len(), 1);
 }

@@ -145,17 +145,13 @@ pub fn save(
         source => of_document(source),
     })?;
     let fingerprint = Fingerprint::of(path).map_err(|source| write_error(path, source))?;
-<<<<<<< HEAD
-    let mut losses = moved.losses(format);
+    let mut losses = saved.left;
+    losses.extend(moved.losses(format));
     if other_names > 0 {
         losses.push(format!(
             "the file had {other_names} more names (hard links), which keep the old content"
         ));
     }
-=======
-    let mut losses = saved.left;
-    losses.extend(moved.losses(format));
->>>>>>> wip-gltf
     Ok(Saved {
         fingerprint,
         losses,

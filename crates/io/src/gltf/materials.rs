@@ -5,7 +5,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use gltf::json::extensions::texture::Info as InfoExtensions;
 use gltf::json::material::{AlphaMode, Material as JsonMaterial};
 use gltf::json::texture::{Info, Sampler, Texture, WrappingMode};
 use gltf::json::validation::Checked;
@@ -70,7 +69,7 @@ pub(super) fn materials(file: &GltfFile, labels: Option<&Labels>) -> Materials {
         materials.list.push(own);
     }
     materials.list.extend(list.into_iter().flatten());
-    materials
+    materials.with_images_in_order()
 }
 
 struct Reader<'a> {
@@ -196,8 +195,7 @@ impl Reader<'_> {
 
     fn info(&mut self, info: Option<&Info>) -> Option<usize> {
         let info = info?;
-        let extensions = info.extensions.as_ref().map(InfoExtensions::clone);
-        self.note(&extensions.unwrap_or_default().others);
+        self.note(&info.extensions.clone().unwrap_or_default().others);
         if info.extras.is_some() {
             self.other("application data (`extras`) of textures");
         }

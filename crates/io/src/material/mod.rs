@@ -110,6 +110,14 @@ impl Material {
         ];
         textures.into_iter().flatten()
     }
+
+    fn textures_mut(&mut self) -> [&mut Option<usize>; 3] {
+        [
+            &mut self.base_color_texture,
+            &mut self.emission_texture,
+            &mut self.normal_texture,
+        ]
+    }
 }
 
 impl Materials {
@@ -130,6 +138,27 @@ impl Materials {
     /// Whether nothing is known of any material.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
+    }
+
+    /// The same materials with their images in the order in which the textures show them, and
+    /// without those that none shows.
+    pub(crate) fn with_images_in_order(mut self) -> Self {
+        let mut numbers = vec![None; self.images.len()];
+        let mut images = Vec::new();
+        for material in &mut self.list {
+            for texture in material.textures_mut() {
+                *texture = texture.and_then(|old| {
+                    let image = self.images.get(old)?;
+                    let number = numbers.get_mut(old)?;
+                    Some(*number.get_or_insert_with(|| {
+                        images.push(image.clone());
+                        images.len() - 1
+                    }))
+                });
+            }
+        }
+        self.images = images;
+        self
     }
 
     /// What a format without materials drops besides the names, in words.

@@ -65,7 +65,7 @@ pub(in crate::obj) fn materials(
         .iter()
         .filter_map(|name| defined.get_mut(name)?.take());
     materials.list.extend(unused);
-    materials
+    materials.with_images_in_order()
 }
 
 /// The exponent that stands for a roughness where a reader does not know `Pr`.
@@ -153,8 +153,9 @@ impl Reader<'_> {
             material.alpha = Alpha::Blend;
         }
         if let Some(path) = &parsed.dissolve_texture {
-            let image = self.image(library, path);
-            if image.is_some() && image == base {
+            let places = |path: &str| library.places(path);
+            let is_same = |own: &String| !places(own).is_empty() && places(own) == places(path);
+            if base.is_some() && parsed.diffuse_texture.as_ref().is_some_and(is_same) {
                 material.alpha = Alpha::Blend;
             } else {
                 self.statements.insert("map_d".to_owned());

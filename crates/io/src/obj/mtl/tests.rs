@@ -171,11 +171,26 @@ fn what_is_not_carried_over_is_named_once() {
             "all materials but the last of the same name `b`",
             "numbers of materials beyond 0 to 1 (Kd)",
             "the MTL statements Ka, Ks, Ns, illum, map_bump and map_d",
-            "the image `../wood.png` (only files in the folder of the mesh are opened), the image \
-             `other.png` (there is no such file) and the image `a.txt` (there is no such file)",
+            "the image `../wood.png` (only files in the folder of the mesh are opened) and \
+             the image `a.txt` (there is no such file)",
             "the texture options -clamp and -o",
         ]
     );
+}
+
+#[test]
+fn images_that_no_material_shows_are_left_out() {
+    let found = read(
+        b"newmtl a\nmap_Kd sub/sky.jpg\nnewmtl b\nnorm wood.png\nmap_d sub/sky.jpg\nnewmtl a\nPm 1\n",
+    );
+    let textures: Vec<_> = found
+        .list
+        .iter()
+        .map(|m| m.textures().collect::<Vec<_>>())
+        .collect();
+    assert_eq!(textures, [vec![], vec![0]]);
+    assert_eq!(found.images.len(), 1);
+    assert_eq!(found.images[0].name, "wood");
 }
 
 #[test]
