@@ -38,7 +38,7 @@ pub struct Session<'m, T: Scalar> {
     flow: Flow<'m, T>,
     original: &'m Positions<T>,
     handles: Handles<T>,
-    /// What finds the components that nothing has moved; `None` for a run that does not start from the
+    /// Finds the components that nothing has moved; `None` for a run that does not start from the
     /// original.
     unmoved: Option<Unmoved<T>>,
 }

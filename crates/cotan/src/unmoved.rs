@@ -6,7 +6,7 @@ use cotan_halfedge::{Components, HalfedgeMesh};
 
 /// Tells components that are at rest from those that are deformed.
 ///
-/// Where every handle of a component is at its original place, the original shape is an exact solution:
+/// If every handle of a component is at its original place, the original shape is an exact solution:
 /// its Laplacian coordinates are met, nothing pulls. What a solve leaves of it is the rounding of the
 /// coordinates, times what the system makes of that: a few units in the last place of the size, and
 /// thousands where triangles without area have weights of 10⁶. A component whose vertices all lie within

@@ -1,4 +1,4 @@
-//! Polygons of a sphere that are cut without a flip by everybody who reads the file.
+//! Polygons of a sphere that every reader of the file cuts without a flip.
 //!
 //! A map is checked on the triangles that the polygons had on the mesh as it was. The file with the
 //! vertices on the sphere does not say which these were: a reader cuts each polygon anew, most as a
@@ -16,7 +16,7 @@ use nalgebra::Point3;
 #[derive(Debug)]
 pub(crate) struct Upright {
     pub(crate) document: Document,
-    /// How many polygons became triangles.
+    /// Number of polygons that became triangles.
     pub(crate) written_as_triangles: usize,
 }
 
@@ -63,18 +63,18 @@ pub(crate) fn upright(
     })
 }
 
-/// Where a polygon becomes triangles its neighbours may be cut otherwise; that ends soon, and else
+/// Neighbours of a polygon that becomes triangles may be cut otherwise; that ends soon, and else
 /// all become triangles.
 const MOST_ROUNDS: usize = 8;
 
 /// A document as it is in a file.
 struct Written<'a> {
-    /// What a reader has before it.
+    /// The document that a reader gets.
     document: Cow<'a, Document>,
     numbers: Numbers,
 }
 
-/// The numbers of a file beside those of the document that stands for it.
+/// Number type of the file, relative to that of the document that stands for it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Numbers {
     Same,

@@ -48,7 +48,7 @@ pub(crate) struct SphereRun {
     area_distortion: SpreadFields,
     /// How many times the triangles cover the sphere.
     degree: i64,
-    /// How the sphere was written, where it was.
+    /// Counts of the written sphere, if one was written.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     counts: Option<WrittenCounts>,
     /// From the start of the command to the written mesh.
@@ -61,7 +61,7 @@ pub(crate) struct SphereRun {
     pub(crate) resampled: Option<Resampled>,
 }
 
-/// What came of writing a sphere.
+/// Result of writing a sphere.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct WrittenSphere {
     pub(crate) unused_vertices: usize,
@@ -163,7 +163,7 @@ impl SphereRun {
         }
     }
 
-    /// With what came of writing the sphere.
+    /// Adds the result of writing the sphere.
     pub(crate) fn written(self, written: &WrittenSphere) -> Self {
         Self {
             sphericity_error: self.sphericity_error.max(written.sphericity_error),
@@ -252,8 +252,8 @@ pub(crate) fn warn(report: &SphereReport, options: &SphereOptions, console: &Con
             if !change.is_finite() && options.iteration_limit < USUAL_ITERATIONS =>
         {
             console.warn(format_args!(
-                "not near a sphere yet after {iterations}; no triangle is flipped, but raise \
-                 --iterations for less distortion"
+                "not converged after {iterations} (the surface is not near a sphere yet); no triangle is \
+                 flipped, but raise --iterations for less distortion"
             ));
         }
         Some(_) if !change.is_finite() => console.warn(format_args!(

@@ -1,6 +1,7 @@
 //! What the file of a sphere holds: polygons that every reader cuts without a flip, and no vertex
 //! anywhere but on the sphere.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use cotan::shapes::{self, Shape};
@@ -11,36 +12,49 @@ use nalgebra::Point3;
 use crate::sandbox::Sandbox;
 
 /// The faces of a shape joined to polygons of up to `most` corners, in the order of the faces: most
-/// are bent, and many are concave. Each starts at a corner where a fan is a poor cut of it.
+/// are bent, and many are concave. No two have a diagonal in common, and none has one that is an edge.
 fn polygons(shape: &Shape<f64>, most: usize) -> FaceList {
     let mesh = &shape.mesh;
-    let mut is_taken = vec![false; mesh.num_faces()];
+    let triangles: Vec<[u32; 3]> = mesh
+        .faces()
+        .map(|f| mesh.triangle(f).map(|v| v.index() as u32))
+        .collect();
+    let pair = |a: u32, b: u32| [a.min(b), a.max(b)];
+    let mut pairs: BTreeSet<[u32; 2]> = BTreeSet::new();
+    for &[a, b, c] in &triangles {
+        pairs.extend([pair(a, b), pair(b, c), pair(c, a)]);
+    }
+    let mut is_taken = vec![false; triangles.len()];
     let mut list: Vec<Vec<u32>> = Vec::new();
-    for f in mesh.faces() {
-        if std::mem::replace(&mut is_taken[f.index()], true) {
+    for first in 0..triangles.len() {
+        if std::mem::replace(&mut is_taken[first], true) {
             continue;
         }
-        let mut polygon: Vec<u32> = mesh.triangle(f).map(|v| v.index() as u32).to_vec();
+        let mut polygon = triangles[first].to_vec();
+        let mut own: BTreeSet<[u32; 2]> = BTreeSet::new();
         // Takes in the triangle across a side, if its tip is a new corner.
         'grow: while polygon.len() < most {
             for k in 0..polygon.len() {
                 let (a, b) = (polygon[k], polygon[(k + 1) % polygon.len()]);
-                let across = mesh.faces().find_map(|g| {
-                    let t = mesh.triangle(g).map(|v| v.index() as u32);
+                let across = triangles.iter().enumerate().find_map(|(g, t)| {
                     let has_side = (0..3).any(|i| (t[i], t[(i + 1) % 3]) == (b, a));
-                    let tip = t.into_iter().find(|&v| v != a && v != b)?;
-                    (has_side && !is_taken[g.index()] && !polygon.contains(&tip))
-                        .then_some((g, tip))
+                    let tip = t.iter().copied().find(|&v| v != a && v != b)?;
+                    let mut others = polygon.iter().filter(|&&v| v != a && v != b);
+                    let is_new = others.all(|&v| !pairs.contains(&pair(v, tip)));
+                    let is_free = !is_taken[g] && !polygon.contains(&tip);
+                    (has_side && is_free && is_new).then_some((g, tip))
                 });
                 if let Some((g, tip)) = across {
-                    is_taken[g.index()] = true;
+                    is_taken[g] = true;
+                    own.extend(polygon.iter().map(|&v| pair(v, tip)));
                     polygon.insert(k + 1, tip);
                     continue 'grow;
                 }
             }
             break;
         }
-        // The last tip first: its fan leaves out the diagonals that the triangles had.
+        pairs.extend(own);
+        // From another corner, since the fan from the first one is what the polygon was made of.
         polygon.rotate_left(1);
         list.push(polygon);
     }
