@@ -33,9 +33,11 @@ fn main() -> ExitCode {
         }
     };
     let console = Console::new(&arguments.messages);
-    memory::set(&arguments.limits);
-    let run = || commands::run(&arguments.command, &console);
-    match threads::within_pool(run).and_then(|outcome| outcome) {
+    let run = || {
+        memory::set(&arguments.limits);
+        commands::run(&arguments.command, &console)
+    };
+    match threads::within_pool(run).flatten() {
         Ok(code) => code,
         Err(error) => {
             console::print_error(&error);

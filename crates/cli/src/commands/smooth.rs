@@ -18,7 +18,7 @@ use crate::args::{DetailArgs, KeepArgs, MeshArgs, SmoothArgs};
 use crate::commands::compare::check_same_faces;
 use crate::commands::repair::forgotten;
 use crate::console::Console;
-use crate::edit::{positions_of};
+use crate::edit::positions_of;
 use crate::error::CliError;
 use crate::files;
 use crate::memory;
