@@ -95,7 +95,7 @@ impl Stretched {
         hub: usize,
     ) -> impl Iterator<Item = Piece<'a>> + 'a {
         let hub = self.hub(hub).into_iter();
-        hub.flat_map(|hub| (0..hub.num_pieces()).map(move |b| hub.piece(weights, b)))
+        hub.flat_map(move |hub| (0..hub.num_pieces()).map(move |b| hub.piece(weights, b)))
     }
 
     /// The piece in which the row of a hub has its neighbour `i`.
