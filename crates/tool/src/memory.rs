@@ -89,7 +89,7 @@ impl Work {
     /// closed meshes of 41,000 and 164,000 vertices.
     const fn bytes(self) -> [u64; 2] {
         match self {
-            Self::Convert => [160, 160],
+            Self::Convert => [400, 300],
             Self::Build => [300, 300],
             Self::Inspect => [500, 500],
             Self::Repair => [350, 350],
