@@ -81,9 +81,8 @@ type Moves = Vec<(VertexId, Point3<f64>)>;
 impl Plan<'_> {
     pub(crate) fn measure(&self, console: &Console) -> Result<Measured, CliError> {
         let document = files::load(self.path, console)?;
-        let load = self.median(|| {
-            load_with(self.path, memory::limits(), &Folder::of(self.path)).map(drop)
-        })?;
+        let load = self
+            .median(|| load_with(self.path, memory::limits(), &Folder::of(self.path)).map(drop))?;
         let max_memory = memory::check(Work::Bench, self.path, &document)?;
         let build_once = || document.surface_with(self.weld);
         let refuse = |error: IoError| CliError::surface(self.path, error, Cure::Command, self.weld);

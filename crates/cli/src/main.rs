@@ -47,12 +47,12 @@ fn main() -> ExitCode {
             "a signal may leave a temporary file behind: {error}"
         ));
     }
-    memory::set(&arguments.limits);
     let run = || {
+        memory::set(&arguments.limits);
         paths::check(&command, &matches, &console)?;
         commands::run(&arguments.command, &console)
     };
-    match threads::within_pool(run).and_then(|outcome| outcome) {
+    match threads::within_pool(run).flatten() {
         Ok(code) => code,
         Err(error) => {
             console::print_error(&error);

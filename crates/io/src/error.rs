@@ -81,7 +81,7 @@ pub enum IoError {
         limit: u64,
     },
     /// The system does not give the memory that the file asks for.
-    #[error("not enough memory: {bytes} more bytes are needed for this file and cannot be had")]
+    #[error("not enough memory: {bytes} bytes at once are needed for this file and cannot be had")]
     OutOfMemory {
         /// How many were asked for at once.
         bytes: u64,

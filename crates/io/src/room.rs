@@ -9,12 +9,17 @@ pub(crate) fn reserve<T>(list: &mut Vec<T>, more: usize) -> Result<(), IoError> 
     if list.capacity() - list.len() >= more {
         return Ok(());
     }
-    list.try_reserve(more).map_err(|_| missing::<T>(more))
+    let grown = list.try_reserve(more);
+    // Twice as much as there is may be too much where what is asked for is not.
+    grown
+        .or_else(|_| list.try_reserve_exact(more))
+        .map_err(|_| missing::<T>(list.len().saturating_add(more)))
 }
 
 /// As [`reserve`], with no room to spare.
 pub(crate) fn reserve_exact<T>(list: &mut Vec<T>, more: usize) -> Result<(), IoError> {
-    list.try_reserve_exact(more).map_err(|_| missing::<T>(more))
+    list.try_reserve_exact(more)
+        .map_err(|_| missing::<T>(list.len().saturating_add(more)))
 }
 
 /// Appends an element.
@@ -31,11 +36,11 @@ pub(crate) fn check(bytes: u64) -> Result<(), IoError> {
     reserve_exact(&mut Vec::<u8>::new(), room)
 }
 
-/// The error of a refusal of so many elements.
+/// The error of a refusal of room for so many elements.
 #[cold]
-pub(crate) fn missing<T>(more: usize) -> IoError {
+pub(crate) fn missing<T>(count: usize) -> IoError {
     IoError::OutOfMemory {
-        bytes: (more as u64).saturating_mul(size_of::<T>() as u64),
+        bytes: (count as u64).saturating_mul(size_of::<T>() as u64),
     }
 }
 
@@ -52,7 +57,10 @@ mod tests {
             check(u64::MAX / 2),
         ] {
             let text = refused.unwrap_err().to_string();
-            assert!(text.contains("9223372036854775"), "{text}");
+            assert!(
+                text.starts_with("not enough memory: 9223372036854775"),
+                "{text}"
+            );
         }
         push(&mut list, 7).unwrap();
         assert_eq!(list, [0, 7]);

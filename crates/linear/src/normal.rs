@@ -155,7 +155,7 @@ fn assemble(
         matrix.rows.extend(rows);
         matrix.values.extend(values);
     }
-    for (link, (diagonal, below)) in stretched.link_columns(rings, weights).enumerate() {
+    for (link, (diagonal, below)) in stretched.link_columns(weights).enumerate() {
         let row = (free.len() + link) as u32;
         matrix.rows.push(row);
         matrix.values.push(diagonal);
@@ -195,7 +195,7 @@ impl Column {
     /// Adds column `i` of LᵀL.
     fn gather(&mut self, rings: &OneRings, weights: &Weights, stretched: &Stretched, i: usize) {
         if stretched.is_cut(i) {
-            for piece in stretched.pieces(rings, weights, i) {
+            for piece in stretched.pieces(weights, i) {
                 self.add_piece(rings, weights, &piece, piece.own);
             }
         } else {
@@ -221,15 +221,13 @@ impl Column {
 
     /// Adds a piece of a row, times its weight and its entry in the column at hand. Links come behind
     /// the vertices.
-    fn add_piece(&mut self, rings: &OneRings, weights: &Weights, piece: &Piece, entry: f64) {
+    fn add_piece(&mut self, rings: &OneRings, weights: &Weights, piece: &Piece<'_>, entry: f64) {
         let factor = piece.weight * entry;
         let num_vertices = rings.num_vertices();
         self.add(piece.hub, factor * piece.own);
-        for k in piece.range.clone() {
-            self.add(
-                rings.neighbours()[k].index(),
-                factor * weights.outgoing(k),
-            );
+        for &k in piece.entries {
+            let k = k as usize;
+            self.add(rings.neighbours()[k].index(), factor * weights.outgoing(k));
         }
         for (link, coefficient) in piece.links.into_iter().flatten() {
             self.add(num_vertices + link, factor * coefficient);

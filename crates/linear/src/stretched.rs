@@ -30,17 +30,27 @@ const PIECE: usize = 16;
 
 /// The rows that are cut.
 pub(crate) struct Stretched {
-    /// Vertices of high valence, ascending, with the number of their first link.
-    hubs: Vec<(usize, usize)>,
+    /// Vertices of high valence, ascending.
+    hubs: Vec<Hub>,
     num_links: usize,
 }
 
+/// A vertex of high valence.
+struct Hub {
+    vertex: usize,
+    first_link: usize,
+    /// The entries of its row, from neighbour to neighbour around it.
+    entries: Vec<u32>,
+    /// Where each entry of the row stands among these.
+    places: Vec<u32>,
+}
+
 /// One piece of the row of a hub.
-pub(crate) struct Piece {
+pub(crate) struct Piece<'a> {
     /// The vertex whose row it is.
     pub(crate) hub: usize,
     /// Its neighbours, as entries of the rings.
-    pub(crate) range: std::ops::Range<usize>,
+    pub(crate) entries: &'a [u32],
     /// B.
     pub(crate) weight: f64,
     /// Coefficient of the hub itself.
@@ -56,7 +66,7 @@ impl Stretched {
         for i in 0..rings.num_vertices() {
             let valence = rings.range(i).len();
             if valence > HIGH_VALENCE {
-                hubs.push((i, num_links));
+                hubs.push(Hub::new(rings, i, num_links));
                 num_links += valence.div_ceil(PIECE) - 1;
             }
         }
@@ -70,23 +80,22 @@ impl Stretched {
 
     /// Whether the row of vertex `i` is cut.
     pub(crate) fn is_cut(&self, i: usize) -> bool {
-        !self.hubs.is_empty() && self.first_link(i).is_some()
+        !self.hubs.is_empty() && self.hub(i).is_some()
     }
 
-    fn first_link(&self, i: usize) -> Option<usize> {
-        let found = self.hubs.binary_search_by_key(&i, |&(hub, _)| hub);
-        found.ok().map(|k| self.hubs[k].1)
+    fn hub(&self, i: usize) -> Option<&Hub> {
+        let found = self.hubs.binary_search_by_key(&i, |hub| hub.vertex);
+        found.ok().map(|k| &self.hubs[k])
     }
 
     /// The pieces of the row of a hub.
     pub(crate) fn pieces<'a>(
         &'a self,
-        rings: &'a OneRings,
         weights: &'a Weights,
         hub: usize,
-    ) -> impl Iterator<Item = Piece> + 'a {
-        let count = rings.range(hub).len().div_ceil(PIECE);
-        (0..count).filter_map(move |b| self.piece(rings, weights, hub, b))
+    ) -> impl Iterator<Item = Piece<'a>> + 'a {
+        let hub = self.hub(hub).into_iter();
+        hub.flat_map(move |hub| (0..hub.num_pieces()).map(move |b| hub.piece(weights, b)))
     }
 
     /// The piece in which the row of a hub has its neighbour `i`.
@@ -96,43 +105,23 @@ impl Stretched {
         weights: &Weights,
         hub: usize,
         i: usize,
-    ) -> Option<Piece> {
+    ) -> Option<Piece<'_>> {
         let ring = &rings.neighbours()[rings.range(hub)];
-        let place = ring.binary_search_by_key(&i, |j| j.index()).ok()?;
-        self.piece(rings, weights, hub, place / PIECE)
-    }
-
-    fn piece(&self, rings: &OneRings, weights: &Weights, hub: usize, b: usize) -> Option<Piece> {
-        let first = self.first_link(hub)?;
-        let row = rings.range(hub);
-        let count = row.len().div_ceil(PIECE);
-        let start = row.start + b * PIECE;
-        let range = start..row.end.min(start + PIECE);
-        let own = -range.clone().map(|k| weights.outgoing(k)).sum::<f64>();
-        let unit = link_unit(weights, row);
-        let before = (b > 0).then(|| (first + b - 1, unit));
-        let behind = (b + 1 < count).then(|| (first + b, -unit));
-        Some(Piece {
-            hub,
-            range,
-            weight: count as f64,
-            own,
-            links: [before, behind],
-        })
+        let entry = ring.binary_search_by_key(&i, |j| j.index()).ok()?;
+        let hub = self.hub(hub)?;
+        Some(hub.piece(weights, hub.places[entry] as usize / PIECE))
     }
 
     /// The lower triangle of the links' own block: for every link its diagonal entry, and the entry
     /// below it if the next link belongs to the same row.
     pub(crate) fn link_columns(
         &self,
-        rings: &OneRings,
         weights: &Weights,
     ) -> impl Iterator<Item = (f64, Option<f64>)> {
         let mut columns = Vec::with_capacity(self.num_links);
-        for &(hub, _) in &self.hubs {
-            let row = rings.range(hub);
-            let count = row.len().div_ceil(PIECE);
-            let entry = count as f64 * link_unit(weights, row).powi(2);
+        for hub in &self.hubs {
+            let count = hub.num_pieces();
+            let entry = count as f64 * hub.link_unit(weights).powi(2);
             for link in 1..count {
                 columns.push((2.0 * entry, (link + 1 < count).then_some(-entry)));
             }
@@ -151,9 +140,73 @@ impl Stretched {
     }
 }
 
-/// Coefficient of the links of a row: of the size of its weights.
-fn link_unit(weights: &Weights, row: std::ops::Range<usize>) -> f64 {
-    let len = row.len() as f64;
-    let mean = row.map(|k| weights.outgoing(k).abs()).sum::<f64>() / len;
-    if mean.is_normal() { mean } else { 1.0 }
+impl Hub {
+    fn new(rings: &OneRings, vertex: usize, first_link: usize) -> Self {
+        let row = rings.range(vertex);
+        let entries = around(rings, vertex);
+        let mut places = vec![0; entries.len()];
+        for (place, &entry) in entries.iter().enumerate() {
+            places[entry as usize - row.start] = place as u32;
+        }
+        Self {
+            vertex,
+            first_link,
+            entries,
+            places,
+        }
+    }
+
+    fn num_pieces(&self) -> usize {
+        self.entries.len().div_ceil(PIECE)
+    }
+
+    fn piece(&self, weights: &Weights, b: usize) -> Piece<'_> {
+        let (count, start) = (self.num_pieces(), b * PIECE);
+        let entries = &self.entries[start..self.entries.len().min(start + PIECE)];
+        let sum: f64 = entries.iter().map(|&k| weights.outgoing(k as usize)).sum();
+        let unit = self.link_unit(weights);
+        let before = (b > 0).then(|| (self.first_link + b - 1, unit));
+        let behind = (b + 1 < count).then(|| (self.first_link + b, -unit));
+        Piece {
+            hub: self.vertex,
+            entries,
+            weight: count as f64,
+            own: -sum,
+            links: [before, behind],
+        }
+    }
+
+    /// Coefficient of the links: of the size of the weights.
+    fn link_unit(&self, weights: &Weights) -> f64 {
+        // Of some of them: each piece asks.
+        let some = &self.entries[..PIECE];
+        let mean = some
+            .iter()
+            .map(|&k| weights.outgoing(k as usize).abs())
+            .sum::<f64>()
+            / PIECE as f64;
+        if mean.is_normal() { mean } else { 1.0 }
+    }
+}
+
+/// The entries of a row such that neighbours which are neighbours of each other follow each other: pieces are
+/// near each other on the mesh then, and fill in little, however the vertices are numbered.
+fn around(rings: &OneRings, vertex: usize) -> Vec<u32> {
+    let row = rings.range(vertex);
+    let ring = &rings.neighbours()[row.clone()];
+    let mut is_taken = vec![false; ring.len()];
+    let mut entries = Vec::with_capacity(ring.len());
+    for start in 0..ring.len() {
+        let mut next = Some(start);
+        while let Some(at) = next.filter(|&at| !is_taken[at]) {
+            is_taken[at] = true;
+            entries.push((row.start + at) as u32);
+            // Not through all neighbours of another hub.
+            let beside = rings.range(ring[at].index()).take(HIGH_VALENCE);
+            next = beside
+                .filter_map(|k| ring.binary_search(&rings.neighbours()[k]).ok())
+                .find(|&at| !is_taken[at]);
+        }
+    }
+    entries
 }

@@ -5,9 +5,7 @@ use cotan_geometry::shapes::{bipyramid, icosphere};
 use cotan_geometry::{Shape, Surface};
 use cotan_halfedge::{EdgeMap, HalfedgeMesh, VertexId, VertexMap};
 use cotan_laplacian::{Cotangent, EdgeLength, LaplacianScheme, Operator, Tutte, Uniform};
-use cotan_linear::{
-    Handle, Hold, LinearError, Membrane, PreparedSystem, Strategy, SystemOptions,
-};
+use cotan_linear::{Handle, Hold, LinearError, Membrane, PreparedSystem, Strategy, SystemOptions};
 use nalgebra::{DMatrix, DVector, Vector3};
 
 fn options(strategy: Strategy) -> SystemOptions {
@@ -120,11 +118,19 @@ fn apart(a: &VertexMap<Vector3<f64>>, b: &VertexMap<Vector3<f64>>) -> f64 {
 
 #[test]
 fn rows_in_pieces_give_the_correction_of_the_normal_equations() {
-    for shape in [bipyramid::<f64>(150), bipyramid(401), hubs_on_an_open_mesh(3, 140)] {
+    for shape in [
+        bipyramid::<f64>(150),
+        bipyramid(401),
+        hubs_on_an_open_mesh(3, 140),
+    ] {
         let n = shape.positions.len();
         let at = |i: usize| VertexId::new(i);
         // A hub held hard, softly, and not at all; all vertices held, as smoothing has it.
-        let few = [Handle::hard(at(0)), Handle::soft(at(n / 3), 0.5), Handle::hard(at(n / 2))];
+        let few = [
+            Handle::hard(at(0)),
+            Handle::soft(at(n / 3), 0.5),
+            Handle::hard(at(n / 2)),
+        ];
         let at_hub = [Handle::hard(at(n - 1)), Handle::soft(at(n - 2), 2.0)];
         let all: Vec<Handle> = (0..n).map(|i| Handle::soft(at(i), 0.2)).collect();
         for scheme in &schemes() {
@@ -132,7 +138,13 @@ fn rows_in_pieces_give_the_correction_of_the_normal_equations() {
             let uneven = EdgeMap::from_fn(shape.mesh.num_edges(), |e: cotan_halfedge::EdgeId| {
                 1.0 + (e.index() % 3) as f64
             });
-            let membranes = [None, Some(Membrane { weight: 0.4, stiffness: &uneven })];
+            let membranes = [
+                None,
+                Some(Membrane {
+                    weight: 0.4,
+                    stiffness: &uneven,
+                }),
+            ];
             for (handles, membrane) in [
                 (&few[..], membranes[0]),
                 (&few, membranes[1]),
@@ -146,7 +158,11 @@ fn rows_in_pieces_give_the_correction_of_the_normal_equations() {
                 let expected = dense_correction(&operator, handles, membrane);
                 let first = corrected(&mut system, n);
                 let apart = apart(&expected, &first);
-                assert!(apart < 1e-6, "{apart:e} by {}", LaplacianScheme::<f64>::name(&**scheme));
+                assert!(
+                    apart < 1e-6,
+                    "{apart:e} by {}",
+                    LaplacianScheme::<f64>::name(&**scheme)
+                );
                 // Solved again, and factorized again: the links remember nothing.
                 assert_eq!(corrected(&mut system, n), first);
                 system.refactor(&operator, membrane).unwrap();
@@ -177,6 +193,32 @@ fn no_strategy_is_quadratic_in_a_valence() {
     }
 }
 
+/// However the vertices are numbered: pieces follow the ring, not the numbers.
+#[test]
+fn scattered_numbers_do_not_fill_the_factor() {
+    let n = 4_001;
+    let shape = bipyramid::<f64>(n - 2);
+    // A permutation, as 1,361 and 4,001 have no common divisor.
+    let number = |i: usize| (i * 1_361 + 17) % n;
+    let faces: Vec<[u32; 3]> = shape
+        .mesh
+        .faces()
+        .map(|f| shape.mesh.triangle(f).map(|v| number(v.index()) as u32))
+        .collect();
+    let mesh = HalfedgeMesh::from_faces(n, &faces).unwrap();
+    let mut positions = shape.positions.clone();
+    for (v, p) in shape.positions.iter() {
+        positions[VertexId::new(number(v.index()))] = *p;
+    }
+    let surface = Surface::new(&mesh, &positions).unwrap();
+    let operator = Operator::assemble(&Uniform, &surface).unwrap();
+    let handles: Vec<Handle> = mesh.vertices().map(|v| Handle::soft(v, 0.2)).collect();
+    let system =
+        PreparedSystem::prepare_with(&operator, &handles, None, &options(Strategy::Normal));
+    let entries = system.unwrap().factor_entries() / n;
+    assert!(entries < 100, "{entries} per vertex");
+}
+
 #[test]
 fn iteration_agrees_with_factors_at_a_high_valence() {
     let shape = bipyramid::<f64>(7_000);
@@ -197,12 +239,18 @@ fn iteration_agrees_with_factors_at_a_high_valence() {
 fn a_product_that_does_not_fit_is_refused_unassembled() {
     for shape in [icosphere::<f64>(4), bipyramid(5_000)] {
         let operator = Operator::assemble(&Cotangent::default(), &shape.surface()).unwrap();
-        let handles = [Handle::hard(VertexId::new(0)), Handle::hard(VertexId::new(7))];
+        let handles = [
+            Handle::hard(VertexId::new(0)),
+            Handle::hard(VertexId::new(7)),
+        ];
         let options = options(Strategy::Normal).max_memory(100_000);
         let refused = PreparedSystem::prepare_with(&operator, &handles, None, &options);
         assert!(matches!(
             refused.map(|_| ()),
-            Err(LinearError::MemoryLimit { permitted: 100_000, .. })
+            Err(LinearError::MemoryLimit {
+                permitted: 100_000,
+                ..
+            })
         ));
     }
 }

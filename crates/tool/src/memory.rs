@@ -89,7 +89,7 @@ impl Work {
     /// closed meshes of 41,000 and 164,000 vertices.
     const fn bytes(self) -> [u64; 2] {
         match self {
-            Self::Convert => [160, 160],
+            Self::Convert => [400, 300],
             Self::Build => [300, 300],
             Self::Inspect => [500, 500],
             Self::Repair => [350, 350],
@@ -124,12 +124,19 @@ impl MemoryLimit {
         Self { bytes }
     }
 
-    /// Four fifths of what the machine has: of its memory, of what its control group may take, or of the
-    /// process's address space, whichever is least.
+    /// Four fifths of what the machine has: of its memory, of what its control group may take, or of what is
+    /// left of the process's address space, whichever is least.
     pub fn of_machine() -> Self {
-        let known = [physical_memory(), address_space()].into_iter().flatten();
-        let least = known.min().unwrap_or(u64::MAX);
-        Self::new(least / 5 * 4)
+        let memory = physical_memory().map_or(u64::MAX, four_fifths);
+        Self::new(memory).within_address_space()
+    }
+
+    /// No more than four fifths of what is left of the process's address space. Asked when all threads have
+    /// started, whose stacks and heaps take of it.
+    #[must_use]
+    pub fn within_address_space(self) -> Self {
+        let left = free_addresses().map_or(u64::MAX, four_fifths);
+        Self::new(self.bytes.min(left))
     }
 
     /// The bytes.
@@ -178,15 +185,31 @@ fn physical_memory() -> Option<u64> {
     Some(group.map_or(machine, |group| group.min(machine)))
 }
 
-/// The limit of the address space, if there is one.
+fn four_fifths(bytes: u64) -> u64 {
+    bytes / 5 * 4
+}
+
+/// What is left of the address space, if it is limited.
 #[cfg(unix)]
-fn address_space() -> Option<u64> {
-    rustix::process::getrlimit(rustix::process::Resource::As).current
+fn free_addresses() -> Option<u64> {
+    let limit = rustix::process::getrlimit(rustix::process::Resource::As).current?;
+    Some(limit.saturating_sub(taken_addresses().unwrap_or(PROGRAM)))
 }
 
 #[cfg(not(unix))]
-fn address_space() -> Option<u64> {
+fn free_addresses() -> Option<u64> {
     None
+}
+
+/// The addresses that the process has taken.
+#[cfg(unix)]
+fn taken_addresses() -> Option<u64> {
+    use sysinfo::{ProcessRefreshKind, ProcessesToUpdate};
+    let pid = sysinfo::get_current_pid().ok()?;
+    let mut system = sysinfo::System::new();
+    let kind = ProcessRefreshKind::nothing().with_memory();
+    system.refresh_processes_specifics(ProcessesToUpdate::Some(&[pid]), false, kind);
+    Some(system.process(pid)?.virtual_memory())
 }
 
 #[cfg(test)]
@@ -209,7 +232,10 @@ mod tests {
         let document = document();
         for work in [Work::Convert, Work::Build, Work::Inspect, Work::Deform] {
             let predicted = work.predict(&document);
-            assert_eq!(MemoryLimit::new(predicted + 7).check(work, &document), Ok(7));
+            assert_eq!(
+                MemoryLimit::new(predicted + 7).check(work, &document),
+                Ok(7)
+            );
             let refused = MemoryLimit::new(predicted - 1).check(work, &document);
             let text = refused.unwrap_err().to_string();
             assert!(text.contains(&format!("{predicted} bytes")), "{text}");

@@ -48,8 +48,10 @@ pub(crate) struct LimitArgs {
 impl LimitArgs {
     /// The memory that the run may take.
     pub(crate) fn memory(&self) -> MemoryLimit {
-        self.max_memory
-            .map_or_else(MemoryLimit::of_machine, MemoryLimit::new)
+        match self.max_memory {
+            Some(bytes) => MemoryLimit::new(bytes).within_address_space(),
+            None => MemoryLimit::of_machine(),
+        }
     }
 
     /// The limits of reading, within this memory.

@@ -83,7 +83,11 @@ impl<'a> Mapper<'a> {
             .map(|p| Point3::from(((p - origin) / unit).map(T::of_f64)));
         let Input { source, prepared } = self.input;
         let options = SphereOptions {
-            max_memory: Some(memory::check(Work::Sphere, source.path, &prepared.document)?),
+            max_memory: Some(memory::check(
+                Work::Sphere,
+                source.path,
+                &prepared.document,
+            )?),
             ..self.options.clone()
         };
         let mut number = 0;

@@ -73,7 +73,8 @@ fn bombs(count: usize) -> Vec<(&'static str, Vec<u8>)> {
         faces.extend(x.to_le_bytes());
     }
     faces.extend([3, 0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0].repeat(count));
-    let text_ply = header(count, 0).replace("binary_little_endian", "ascii") + &"0 0 0\n".repeat(count);
+    let text_ply =
+        header(count, 0).replace("binary_little_endian", "ascii") + &"0 0 0\n".repeat(count);
     let obj_vertices = "v 0 0 0\n".repeat(count);
     let obj_faces = "v 0 0 0\nv 1 0 0\nv 0 1 0\n".to_owned() + &"f 1 2 3\n".repeat(count);
     let obj_normals = "v 0 0 0\nv 1 0 0\nv 0 1 0\n".to_owned()
@@ -87,7 +88,8 @@ fn bombs(count: usize) -> Vec<(&'static str, Vec<u8>)> {
     facet[28] = 2;
     facet[44] = 3;
     stl.extend(facet.repeat(count));
-    let text_facet = "facet normal 0 0 1 outer loop vertex 0 0 0 vertex 1 0 0 vertex 0 1 0 endloop endfacet\n";
+    let text_facet =
+        "facet normal 0 0 1 outer loop vertex 0 0 0 vertex 1 0 0 vertex 0 1 0 endloop endfacet\n";
     let text_stl = "solid a\n".to_owned() + &text_facet.repeat(count / 4) + "endsolid a\n";
     vec![
         ("vertices.ply.gz", gzip(&vertices)),
@@ -247,7 +249,10 @@ fn every_command_knows_the_limit_of_memory() {
         "bench bar.obj",
     ] {
         sandbox.refused(&format!("{line} --max-memory 1M"), &["bar.obj", " bytes"]);
-        sandbox.refused(&format!("--max-memory 10K {line}"), &["bar.obj", "bytes of memory"]);
+        sandbox.refused(
+            &format!("--max-memory 10K {line}"),
+            &["bar.obj", "bytes of memory"],
+        );
         assert!(!sandbox.path("out.obj").exists(), "{line}");
     }
 }
@@ -269,7 +274,10 @@ fn every_limit_of_reading_refuses_what_is_beyond_it() {
     }
     let document = cotan_io::load(sandbox.path("bar.obj")).expect("a mesh");
     sandbox.write("bar.gltf", document.write(Format::Gltf).expect("bytes"));
-    sandbox.refused("info bar.gltf --limit-depth 1", &["more than 1 levels of nesting"]);
+    sandbox.refused(
+        "info bar.gltf --limit-depth 1",
+        &["more than 1 levels of nesting"],
+    );
     sandbox.cotan_ok("info bar.gltf");
 }
 
@@ -322,7 +330,11 @@ fn a_vertex_of_valence_20000_is_edited_in_little_memory() {
         assert_eq!(outcome.code, 0, "{line}: {outcome:?}");
     }
     // In an address space of not much more, whatever was predicted.
-    if let Some(ended) = within(&sandbox, 600_000, "smooth b.obj -o out.obj --max-memory 300M") {
+    if let Some(ended) = within(
+        &sandbox,
+        600_000,
+        "smooth b.obj -o out.obj --max-memory 300M",
+    ) {
         assert_eq!(ended.code, Some(0), "{}", ended.stderr);
     }
 }

@@ -346,9 +346,15 @@ mod tests {
             let halfway = ring.clone().flat_map(|p| {
                 [1.0, -0.3, 1e-9].map(|z| (p.coords + Vector3::new(0.0, 0.0, z)).normalize())
             });
-            let off = ring.clone().map(|p| Vector3::new(p.x + 1e-3, p.y, 0.2).normalize());
+            let off = ring
+                .clone()
+                .map(|p| Vector3::new(p.x + 1e-3, p.y, 0.2).normalize());
             let corners = ring.map(|p| p.coords);
-            for d in corners.chain(halfway).chain(off).chain([Vector3::z(), -Vector3::z()]) {
+            for d in corners
+                .chain(halfway)
+                .chain(off)
+                .chain([Vector3::z(), -Vector3::z()])
+            {
                 assert_eq!(Some(location.locate_unit(&d).face), lowest(&d), "{d}");
             }
         }

@@ -8,9 +8,9 @@ use cotan_io::{
     Change, Document, Folder, IoError, Limits, ProcessingMesh, Repair, Weld, load_with,
 };
 use cotan_tool::files::in_file;
-use cotan_tool::{MemoryError, MemoryLimit, Work};
 use cotan_tool::handles_file::FileVertices;
 use cotan_tool::numbers::before_repair;
+use cotan_tool::{MemoryError, MemoryLimit, Work};
 use thiserror::Error;
 
 use super::Fingerprint;

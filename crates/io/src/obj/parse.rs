@@ -15,8 +15,8 @@ use crate::limits::Limits;
 use crate::number;
 use crate::obj::counts::Counts;
 use crate::obj::fast;
-use crate::room;
 use crate::obj::statement::{CORNER, Statement, Statements, is_continued};
+use crate::room;
 use crate::text::{self, Lines};
 
 /// What a file has.
@@ -349,7 +349,8 @@ impl Piece {
 
 impl Mesh {
     fn append(&mut self, piece: &mut Piece) -> Result<(), IoError> {
-        self.faces.make_room(piece.ends.len(), piece.corners.len())?;
+        self.faces
+            .make_room(piece.ends.len(), piece.corners.len())?;
         room::reserve(&mut self.positions, piece.positions.len())?;
         let base = self.positions.len() as u32;
         for &(start, end) in &piece.relative {
@@ -517,7 +518,7 @@ pub(super) fn parse_plainly(bytes: &[u8], limits: &Limits) -> Result<Mesh, IoErr
         };
         reader.statement(&statement)?;
     }
-    file.append(&mut piece);
+    file.append(&mut piece)?;
     let num_vertices = file.positions.len();
     if piece.largest as usize >= num_vertices && file.faces.num_corners() > 0 {
         let (above, total) = (Above::default(), Some(num_vertices));

@@ -33,9 +33,9 @@ use crate::error::{Element, IoError, Place, Warning, quote};
 use crate::faces::FaceList;
 use crate::format::Format;
 use crate::limits::Limits;
-use crate::room;
 use crate::number;
 use crate::remap::Remap;
+use crate::room;
 use crate::source::{Mesh, Moves, SourceFile, TextPatch};
 use crate::text::{self, Line, Token, Tokens};
 

@@ -44,8 +44,8 @@ use crate::document::{Document, Parsed};
 use crate::error::{IoError, quote};
 use crate::format::Format;
 use crate::limits::Limits;
-use crate::room;
 use crate::remap::Remap;
+use crate::room;
 use crate::source::{Mesh, Moves, SourceFile};
 
 pub(crate) use write::{losses, write_new};

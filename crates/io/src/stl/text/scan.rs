@@ -5,8 +5,8 @@ use std::ops::Range;
 use super::words::{Word, Words};
 use crate::error::{Element, IoError, Place, quote};
 use crate::limits::Limits;
-use crate::room;
 use crate::number;
+use crate::room;
 use crate::text as lines;
 
 /// Where the solids and facets of a file stand.
