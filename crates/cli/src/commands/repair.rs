@@ -12,7 +12,7 @@ use crate::error::CliError;
 use crate::files;
 use crate::inspect::{Defect, listed};
 use crate::prepare::warn_unfair;
-use crate::report::{Table, json_text};
+use crate::report::{Table, write_json};
 
 /// What was done, for programs.
 #[derive(Debug, Serialize)]
@@ -33,10 +33,7 @@ struct ChangeEntry {
 }
 
 pub(crate) fn run(args: &RepairArgs, console: &Console) -> Result<(), CliError> {
-    let format = files::check_mesh_path(&args.output)?;
-    if let Some(path) = &args.report {
-        files::check_writable(path)?;
-    }
+    let format = files::mesh_format(&args.output)?;
     let document = files::load(&args.input, console)?;
     let in_file = |error| files::in_file(&args.input, error);
     let mended = mend(&args.repair(), &document).map_err(in_file)?;
@@ -44,7 +41,7 @@ pub(crate) fn run(args: &RepairArgs, console: &Console) -> Result<(), CliError> 
         warn_unfair(&args.input, problem, console);
     }
     let repaired = mended.repaired;
-    cotan_io::save(&repaired.document, &args.output)?;
+    files::save(&repaired.document, &args.output)?;
     for loss in repaired.document.losses(format) {
         console.warn(format_args!("{}: {loss}", args.output.display()));
     }
@@ -61,7 +58,7 @@ pub(crate) fn run(args: &RepairArgs, console: &Console) -> Result<(), CliError> 
             defect_counts: defect_counts.clone(),
             defects: defects.clone(),
         };
-        files::write(path, json_text(&report)?.as_bytes())?;
+        write_json(path, &report)?;
     }
     if console.is_quiet() {
         return Ok(());
@@ -69,7 +66,8 @@ pub(crate) fn run(args: &RepairArgs, console: &Console) -> Result<(), CliError> 
     let mut table = Table::default();
     tell(&repaired.changes, &mut table);
     left(&defect_counts, &defects, &mut table);
-    console.print(&format!("{}{}", table.text, counts(&repaired.document)))
+    counts(&repaired.document, &mut table);
+    console.print(&table.text)
 }
 
 /// How many changes and defects of a kind are told.
@@ -149,9 +147,7 @@ fn left(counts: &BTreeMap<&'static str, usize>, defects: &[Defect], table: &mut 
     }
 }
 
-fn counts(document: &Document) -> String {
-    let mut table = Table::default();
+fn counts(document: &Document, table: &mut Table) {
     table.row("vertices", document.positions().len());
     table.row("faces", document.faces().len());
-    table.text
 }
