@@ -82,7 +82,8 @@ pub enum BuildError {
 
 impl BuildError {
     /// The same error in other numbers of vertices and faces, for a mesh that was built from parts
-    /// of another one. Sizes, numbers out of range and unused vertices stay as they are.
+    /// of another one. Sizes, numbers out of range and unused vertices stay as they are; an edge is
+    /// named by its lower end first.
     pub fn renumbered(
         self,
         vertex: impl Fn(VertexId) -> VertexId,
@@ -97,11 +98,15 @@ impl BuildError {
                 vertices,
                 num_faces,
                 face: f,
-            } => Self::NonManifoldEdge {
-                vertices: vertices.map(vertex),
-                num_faces,
-                face: face(f),
-            },
+            } => {
+                let mut vertices = vertices.map(vertex);
+                vertices.sort_unstable();
+                Self::NonManifoldEdge {
+                    vertices,
+                    num_faces,
+                    face: face(f),
+                }
+            }
             Self::InconsistentOrientation { vertices, faces } => Self::InconsistentOrientation {
                 vertices: vertices.map(vertex),
                 faces: faces.map(face),

@@ -316,10 +316,5 @@ pub(crate) fn uncollapsed(faces: &FaceList, places: &[u32]) -> FaceList {
 fn in_document(error: BuildError, vertices: &VertexMap<u32>, faces: &FaceMap<u32>) -> IoError {
     let vertex = |v: VertexId| vertices.get(v).map_or(v, |&n| VertexId::new(n as usize));
     let face = |f: usize| faces.as_slice().get(f).map_or(f, |&n| n as usize);
-    let mut error = error.renumbered(vertex, face);
-    // An edge is named by its lower end first, here as in the list of defects.
-    if let BuildError::NonManifoldEdge { vertices, .. } = &mut error {
-        vertices.sort_unstable();
-    }
-    IoError::NotManifold(error)
+    IoError::NotManifold(error.renumbered(vertex, face))
 }

@@ -56,7 +56,7 @@ fn refusals_have_the_numbers_of_the_file() {
     sandbox.write("moved.obj", behind_a_lone_vertex(&sandbox.read("open.obj")));
     let [first, second] = ["open.obj", "moved.obj"].map(|name| -> usize {
         let said = sandbox.cotan(&format!("sphere {name} -o s.obj")).stderr;
-        let (_, behind) = said.split_once("through vertex ").expect("the vertex");
+        let (_, behind) = said.split_once("the one at vertex ").expect("the vertex");
         let number = behind.split(|c: char| !c.is_ascii_digit()).next().unwrap();
         number.parse().unwrap()
     });

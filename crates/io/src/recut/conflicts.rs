@@ -20,6 +20,9 @@ impl Conflicts {
         let mut list: Vec<([u32; 2], u32)> = Vec::new();
         let mut cutter = Cutter::new(polygons.positions, polygons.faces.num_corners(), recuts);
         for (face, polygon) in (0u32..).zip(polygons.faces.iter()) {
+            if polygons.is_hopeless(polygon) {
+                continue;
+            }
             cutter.diagonals(face, polygon, |i, j| {
                 list.push((polygons.ends(polygon, i, j), face));
             });

@@ -113,6 +113,9 @@ impl Taken {
             for ends in polygons.sides(polygon).filter(is_near) {
                 taken.add(ends);
             }
+            if polygons.is_hopeless(polygon) {
+                continue;
+            }
             cutter.diagonals(face, polygon, |i, j| {
                 let ends = polygons.ends(polygon, i, j);
                 if is_near(&ends) {

@@ -38,6 +38,9 @@ const MOST_CORNERS: usize = 8;
 /// polygon. Some seconds.
 const BUDGET: usize = 1 << 27;
 
+/// From this many corners on, a polygon that passes twice through a place is left alone.
+const LONG: usize = 1 << 12;
+
 /// The polygons of a mesh as seen by the search: vertices, which may be welded.
 #[derive(Clone, Copy)]
 pub(crate) struct Polygons<'a> {
@@ -64,6 +67,12 @@ impl<'a> Polygons<'a> {
     fn sides(&self, polygon: &'a [u32]) -> impl Iterator<Item = [u32; 2]> {
         let n = polygon.len();
         (0..n).map(move |i| self.ends(polygon, i, (i + 1) % n))
+    }
+
+    /// Whether a polygon is so long and so tangled that its cut is not looked at, as it takes
+    /// seconds and is no surface in any case.
+    fn is_hopeless(&self, polygon: &[u32]) -> bool {
+        polygon.len() > LONG && self.repeats(polygon)
     }
 
     /// Whether a polygon passes twice through a place.

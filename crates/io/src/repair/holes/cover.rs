@@ -10,8 +10,10 @@
 //! Source: P. Liepa, "Filling holes in meshes", SGP 2003, section 3. It takes areas instead of the
 //! squares of lengths, which leaves the triangles of flat holes to rounding.
 
+use cotan_geometry::relative_height;
 use nalgebra::{Point3, Vector3};
 
+use crate::cuts::FLAT;
 use crate::ears::clip_short_ears;
 use crate::optimal::{self, Candidate, Cost};
 use crate::triangulate::Triangulator;
@@ -102,6 +104,10 @@ impl Rim {
             worst = worst.max(bend(self.normals[j]));
         }
         let [a, b, c] = [i, k, j].map(|i| self.points[i]);
+        // A triangle without area bends by more than any other.
+        if relative_height(&a, &b, &c) <= FLAT {
+            worst = 4.0;
+        }
         Cost {
             worst: (worst * BEND_STEPS).floor(),
             sum: (b - a).norm_squared() + (c - b).norm_squared() + (a - c).norm_squared(),
@@ -172,7 +178,7 @@ fn cover_rest(
 ) -> Option<Vec<[usize; 3]>> {
     let cost = |candidate: Candidate| {
         let [a, b, c] = candidate.corners.map(|i| rim.points[rest[i]]);
-        let is_flat = (b - a).cross(&(c - a)).norm_squared() == 0.0;
+        let is_flat = relative_height(&a, &b, &c) <= FLAT;
         Cost {
             worst: if is_flat { 1.0 } else { 0.0 },
             sum: (b - a).norm_squared() + (c - b).norm_squared() + (a - c).norm_squared(),

@@ -87,6 +87,21 @@ fn corner_ears_are_closed() {
 }
 
 #[test]
+fn a_straight_side_of_a_hole_gets_no_triangle_without_area() {
+    // A dome, steep at its square rim: what fills it bends by more than a right angle there.
+    for side in 2..7u32 {
+        let middle = f64::from(side) / 2.0;
+        let dome = |x: f64, y: f64| 9.0 - (x - middle).abs().max((y - middle).abs()) * 4.0;
+        let repaired = fill(&grid(side, dome), Filling::PLAIN);
+        let defects = repaired.document.defects(crate::Weld::AsFormat).unwrap();
+        let flat = defects
+            .iter()
+            .filter(|d| d.kind() == crate::DefectKind::ZeroArea);
+        assert_eq!(flat.count(), 0, "{side}");
+    }
+}
+
+#[test]
 fn a_hole_without_a_triangulation_says_so_and_takes_a_vertex() {
     let torus = open_torus();
     let repaired = fill(&torus, Filling::PLAIN);
