@@ -31,9 +31,10 @@ fn odd_number(x: f64, style: u32) -> String {
 }
 
 fn triple(p: &Point3<f64>, seed: u32) -> String {
-    let words = [p.x, p.y, p.z].iter().zip(0u32..);
-    let words: Vec<String> = words
-        .map(|(x, k)| odd_number(*x, seed.wrapping_mul(7) + k))
+    let words: Vec<String> = [p.x, p.y, p.z]
+        .into_iter()
+        .zip(0u32..)
+        .map(|(x, k)| odd_number(x, seed.wrapping_mul(7) + k))
         .collect();
     words.join(" ")
 }

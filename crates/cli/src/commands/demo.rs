@@ -66,11 +66,7 @@ pub(crate) fn run(args: &DemoArgs, console: &Console) -> Result<(), CliError> {
 }
 
 /// The model with noise, and smoothed: meshes and a picture of their curvature.
-fn smoothing(
-    model: &Shape<f64>,
-    folder: &OutputFolder,
-    console: &Console,
-) -> Result<(), CliError> {
+fn smoothing(model: &Shape<f64>, folder: &OutputFolder, console: &Console) -> Result<(), CliError> {
     let surface = model.surface();
     let noisy = with_normal_noise(&surface, NOISE * mean_edge_length(&surface), 1);
     let smoothed = smooth(
