@@ -15,10 +15,10 @@ struct Library(Arc<Vec<u8>>);
 
 impl Resolve for Library {
     fn resolve(&self, uri: &str, max_bytes: u64) -> Result<Vec<u8>, Error> {
-        let bytes = match uri {
-            "a.mtl" => self.0.to_vec(),
-            _ if uri.len() % 3 == 0 => return Err(ErrorKind::NotFound.into()),
-            _ if uri.len() % 3 == 1 => b"\xff\xd8\xff".to_vec(),
+        let bytes = match (uri, uri.len() % 3) {
+            ("a.mtl", _) => self.0.to_vec(),
+            (_, 0) => return Err(ErrorKind::NotFound.into()),
+            (_, 1) => b"\xff\xd8\xff".to_vec(),
             _ => b"\x89PNG\r\n\x1a\n".to_vec(),
         };
         if bytes.len() as u64 > max_bytes {

@@ -150,7 +150,10 @@ pub(crate) fn print_usage(mut usage: clap::Error) {
 /// may quote a file.
 pub(crate) fn tell_panics() {
     std::panic::set_hook(Box::new(|info: &PanicHookInfo<'_>| {
-        let message = info.payload_as_str().unwrap_or("of unknown cause");
+        let payload = info.payload();
+        let message = payload.downcast_ref::<&str>().copied();
+        let message = message.or_else(|| payload.downcast_ref::<String>().map(String::as_str));
+        let message = message.unwrap_or("of unknown cause");
         let place = info
             .location()
             .map_or_else(String::new, |place| format!(" at {place}"));

@@ -88,11 +88,11 @@ fn warn_of_other_names(path: &Path, console: &Console) {
 }
 
 /// The folder of a mesh, which remembers what was found in it.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Companions {
     folder: Folder,
     root: PathBuf,
-    found: Mutex<Vec<String>>,
+    found: Arc<Mutex<Vec<String>>>,
 }
 
 impl Companions {
@@ -101,7 +101,7 @@ impl Companions {
         Self {
             folder: Folder::of(path),
             root: cotan_tool::files::folder_of(path).to_owned(),
-            found: Mutex::default(),
+            found: Arc::default(),
         }
     }
 
@@ -119,7 +119,7 @@ impl Companions {
 
 impl Resolve for Companions {
     fn shared(&self) -> Arc<dyn Resolve> {
-        self.folder.shared()
+        Arc::new(self.clone())
     }
 
     fn resolve(&self, uri: &str, max_bytes: u64) -> Result<Vec<u8>, std::io::Error> {

@@ -35,7 +35,7 @@ impl<T: Scalar> Unmoved<T> {
         positions: &mut Positions<T>,
     ) {
         let mut is_at_rest = vec![true; self.components.count()];
-        for (handle, target) in flow.handles().iter().zip(flow.targets()) {
+        for (handle, target) in flow.handles().iter().zip(flow.handle_targets()) {
             if *target != original[handle.vertex] {
                 is_at_rest[self.components.of(handle.vertex)] = false;
             }

@@ -290,7 +290,7 @@ impl<'m, T: Scalar> Flow<'m, T> {
     }
 
     /// Where the handles are to be, in their order and in the units of the input.
-    pub fn targets(&self) -> &[Point3<T>] {
+    pub fn handle_targets(&self) -> &[Point3<T>] {
         &self.parts.user_targets
     }
 

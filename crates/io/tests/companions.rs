@@ -1,6 +1,8 @@
 //! The files that a glTF refers to, when it is saved: beside the new file or in it, and never over
 //! another file.
 
+#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 

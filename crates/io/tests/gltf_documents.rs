@@ -3,6 +3,9 @@
 //!
 //! What a document shows is computed here from how it was made, without the reader.
 
+#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+#![allow(clippy::type_complexity, reason = "tuples of strategies")]
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
@@ -489,7 +492,8 @@ proptest! {
             prop_assert_eq!(&converted, &only(all.clone(), compared), "{}", format);
             let losses = document.losses(format).join("\n");
             prop_assert!(compared.labels || losses.contains("material"), "{}", losses);
-            prop_assert!(losses.contains("image"), "{}", losses);
+            // An OBJ has its material library and the images beside it.
+            prop_assert!(format == Format::Obj || losses.contains("image"), "{}", losses);
         }
 
         // A repair drops the faces without area and nothing else.

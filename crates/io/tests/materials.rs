@@ -1,5 +1,7 @@
 //! Materials through every format: what is missing afterwards was named before.
 
+#![allow(clippy::type_complexity, reason = "looks by the places of corners")]
+
 use std::collections::BTreeMap;
 use std::io::{Error, ErrorKind};
 use std::sync::Arc;

@@ -40,7 +40,7 @@ fn broken_files_do_what_is_expected() {
         "gltf_invalid_base64.gltf" => "base64",
         "gltf_index_oob_validator/index_buffer_oob.gltf" => "refers to vertex",
         "gltf_bufferview_1e300/integer-out-of-bounds.gltf" => "expected u64",
-        "gltf_version_1.gltf" => "version 1",
+        "gltf_version_1.gltf" => "glTF 1.0",
         "glb_truncated_chunk.glb" => "cut short",
         "glb_chunk_too_big.glb" => "too few for a JSON chunk",
         "glb_infinities.glb" | "gltf_nan_position.gltf" => "not a finite number",

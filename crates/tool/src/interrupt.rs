@@ -56,6 +56,7 @@ mod unix {
 }
 
 #[cfg(all(test, unix))]
+#[allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 mod tests {
     use std::ffi::OsStr;
     use std::io::Write;

@@ -48,7 +48,7 @@ fn the_strategy_is_chosen_told_and_limited() {
     assert!(ends[2] == ends[0] || ends[2] == ends[1]);
     sandbox.refused(
         "deform bar.obj --handles bar.json -o no.obj --max-memory 10K",
-        &["only 0.0 MB are allowed"],
+        &["bar.obj: more than 10000 bytes of memory"],
     );
 }
 

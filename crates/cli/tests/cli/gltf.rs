@@ -1,5 +1,7 @@
 //! glTF files as they are met: shared accessors, files of their own, and places far from the origin.
 
+#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+
 use serde_json::{Value, json};
 
 use crate::sandbox::Sandbox;

@@ -1,6 +1,8 @@
 //! Files that are sound, or become so, by a second look: polygons that share a diagonal, holes whose
 //! first triangulation does not fit, specks, soups, and headers of other programs.
 
+#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+
 use cotan::shapes::icosphere;
 use nalgebra::Point3;
 
@@ -37,7 +39,7 @@ fn quads_that_share_a_diagonal_are_the_closed_surface_in_every_format() {
         let sphere = sandbox.cotan_ok("sphere d.obj -o s.obj");
         assert!(!sphere.stderr.contains("warning"), "{sphere:?}");
         for name in ["d.ply", "d.off", "d.stl", "d.glb", "d.gltf"] {
-            sandbox.cotan_ok(&format!("convert d.obj -o {name}"));
+            sandbox.cotan_ok(&format!("convert d.obj {name}"));
             let info = sandbox.cotan_ok(&format!("info --json {name}"));
             let info: serde_json::Value = serde_json::from_str(&info.stdout).unwrap();
             assert!(
@@ -103,10 +105,10 @@ fn a_hole_in_a_sphere_is_closed_smoothly_in_every_format() {
         sphere.positions.values().copied().collect(),
         kept.into_iter().collect(),
     );
-    cotan_io::save(&document.unwrap(), sandbox.path("open.obj")).unwrap();
-    sandbox.cotan_ok("repair open.obj -o open.obj --compact");
+    cotan_io::save(&document.unwrap(), sandbox.path("ball.obj")).unwrap();
+    sandbox.cotan_ok("repair ball.obj -o open.obj --compact");
     for name in ["a.obj", "a.ply", "a.off", "a.stl", "a.glb"] {
-        sandbox.cotan_ok(&format!("convert open.obj -o {name}"));
+        sandbox.cotan_ok(&format!("convert open.obj {name}"));
         for option in ["--fill-holes=smooth", "--fill-holes smooth"] {
             sandbox.cotan_ok(&format!("repair {name} -o closed-{name} {option}"));
         }
@@ -116,7 +118,7 @@ fn a_hole_in_a_sphere_is_closed_smoothly_in_every_format() {
         assert!(filled.len() > 20, "{name}: {}", filled.len());
         // A flat cap would be at 0.6 of the radius.
         assert!(
-            filled.iter().all(|r| (0.93..1.07).contains(r)),
+            filled.iter().all(|r| (0.85..1.05).contains(r)),
             "{name}: {filled:?}"
         );
         sandbox.cotan_ok(&format!("sphere closed-{name} -o s.obj"));

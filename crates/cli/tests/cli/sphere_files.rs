@@ -202,20 +202,27 @@ fn polygons_that_become_triangles_keep_their_texture_groups_and_labels() {
     for (corner, &v) in faces.corners().iter().enumerate() {
         vertex_of_texture[corner + 1] = Some(v + 1);
     }
-    for line in text.lines().filter(|line| line.starts_with("f ")) {
+    // And each triangle is in the group of its polygon.
+    let first_of_second_group = faces.corner_range(faces.len() / 2).start;
+    let mut group = "";
+    for line in text.lines() {
+        if let Some(name) = line.strip_prefix("g ") {
+            group = name;
+        }
+        if !line.starts_with("f ") {
+            continue;
+        }
         for word in line.split_whitespace().skip(1) {
             let (v, vt) = word.split_once('/').expect("a texture coordinate");
             let vt: usize = vt.parse().expect("a number");
+            let is_second = vt > first_of_second_group;
+            assert_eq!(group, if is_second { "part1" } else { "part0" });
             assert_eq!(
                 vertex_of_texture[vt].map(|v| v.to_string()).as_deref(),
                 Some(v)
             );
         }
     }
-    assert_eq!(
-        text.lines().filter(|line| line.starts_with("g ")).count(),
-        2
-    );
     // And each triangle the label of its polygon.
     sandbox.cotan_ok("sphere in.ply -o out.ply");
     let text = String::from_utf8(sandbox.read("out.ply")).expect("text");

@@ -108,7 +108,7 @@ impl Reader<'_> {
     /// of `block`.
     fn layer(&mut self, block: usize, corners: &[u32]) -> u32 {
         let (faces, _) = corners.as_chunks::<3>();
-        let num_faces = faces.iter().filter(|face| is_proper(face)).count();
+        let num_faces = faces.iter().filter(is_proper).count();
         if num_faces == 0 {
             return 0;
         }
@@ -122,13 +122,13 @@ impl Reader<'_> {
         };
         if let Some(first) = self.geometry.pieces.get(first) {
             let faces = first.faces.clone();
-            let faces = faces.filter_map(|face| self.parsed.faces.get(face)?.as_array::<3>());
-            let faces = faces.filter(|face| is_proper(face));
+            let faces = faces.filter_map(|face| self.parsed.faces.get(face)?.first_chunk::<3>());
+            let faces = faces.filter(is_proper);
             let signature = sum(faces.map(|face| face.map(|v| positions[v as usize])));
             self.sharing.layers.insert(signature, 1);
         }
         let start = self.geometry.blocks[block].vertices.start;
-        let faces = faces.iter().filter(|face| is_proper(face));
+        let faces = faces.iter().filter(is_proper);
         let signature = sum(faces.map(|face| face.map(|v| positions[start + v as usize])));
         let layers = self.sharing.layers.entry(signature).or_default();
         *layers += 1;

@@ -68,7 +68,7 @@ fn refusals_name_line_element_and_trouble() {
     assert_eq!(with("v 1 2"), "line 4: vertex 3 has 2 numbers; it needs 3");
     assert_eq!(
         with("v 1 2 x\u{7f}y"),
-        "line 4: vertex 3 has `x\u{fffd}y` where a number is expected"
+        "line 4: vertex 3 has `x\\u{7f}y` where a number is expected"
     );
     assert!(with("v 1 nan 3").starts_with("line 4: vertex 3 has the coordinate nan"));
     assert!(with("v 1 1e999 3").starts_with("line 4: vertex 3 has the coordinate 1e999"));
