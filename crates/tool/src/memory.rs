@@ -92,7 +92,7 @@ impl Work {
             Self::Convert => [500, 400],
             Self::Build => [300, 300],
             Self::Inspect => [500, 500],
-            Self::Repair => [350, 350],
+            Self::Repair => [500, 450],
             Self::Deform => [1_000, 600],
             Self::Smooth => [1_000, 600],
             Self::Sphere => [1_000, 600],

@@ -72,54 +72,6 @@ pub(super) fn materials(file: &GltfFile, labels: Option<&Labels>) -> Materials {
     materials.with_images_in_order()
 }
 
-/// Number of the images that no material shows by any of its textures.
-pub(super) fn num_unshown_images(text: &str) -> usize {
-    let look: Look<'_> = serde_json::from_str(text).unwrap_or_default();
-    let mut textures = BTreeSet::new();
-    for material in &look.materials {
-        if let Ok(material) = serde_json::from_str(material.get()) {
-            find_textures(&material, &mut textures);
-        }
-    }
-    let mut images = BTreeSet::new();
-    for texture in textures.into_iter().filter_map(|t| look.textures.get(t)) {
-        if let Ok(texture) = serde_json::from_str(texture.get()) {
-            find_images(&texture, &mut images);
-        }
-    }
-    images.retain(|&image| image < look.images.len());
-    look.images.len() - images.len()
-}
-
-/// The textures that a material refers to, by properties such as `baseColorTexture`, also in
-/// extensions.
-fn find_textures(value: &Value, found: &mut BTreeSet<usize>) {
-    let Value::Object(properties) = value else {
-        return;
-    };
-    for (name, value) in properties {
-        if let Some(index) = value["index"]
-            .as_u64()
-            .filter(|_| name.ends_with("Texture"))
-        {
-            found.insert(usize::try_from(index).unwrap_or(usize::MAX));
-        }
-        find_textures(value, found);
-    }
-}
-
-/// The images that a texture refers to, also in extensions that name another format.
-fn find_images(value: &Value, found: &mut BTreeSet<usize>) {
-    if let Some(source) = value["source"].as_u64() {
-        found.insert(usize::try_from(source).unwrap_or(usize::MAX));
-    }
-    if let Some(extensions) = value["extensions"].as_object() {
-        extensions
-            .values()
-            .for_each(|value| find_images(value, found));
-    }
-}
-
 struct Reader<'a> {
     file: &'a GltfFile,
     look: &'a Look<'a>,

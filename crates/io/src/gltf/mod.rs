@@ -286,13 +286,7 @@ impl SourceFile for GltfFile {
             let instances = if count == 1 { "instance" } else { "instances" };
             format!("{count} {instances} of meshes {which}")
         });
-        let unshown = match materials::num_unshown_images(self.text()) {
-            0 => None,
-            1 => Some("1 image that no material shows".to_owned()),
-            count => Some(format!("{count} images that no material shows")),
-        };
-        let extras = self.extras.iter().cloned();
-        extras.chain(counted).chain(unshown).collect()
+        self.extras.iter().cloned().chain(counted).collect()
     }
 
     fn stale(&self) -> Vec<String> {

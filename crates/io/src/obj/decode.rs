@@ -17,6 +17,7 @@ use crate::error::{Element, IoError, Place, quote};
 use crate::number;
 use crate::obj::ObjFile;
 use crate::obj::statement::{CORNER, Statement, Statements, corner, decode, resolve};
+use crate::room;
 use crate::source::Mesh;
 use crate::text::{self, Tokens};
 
@@ -79,16 +80,16 @@ pub(super) fn corner_references(
 }
 
 /// The label of every face, as the file writes it, in the order of [`KINDS`].
-pub(super) fn raw_labels(file: &ObjFile) -> [RawLabels<'_>; 4] {
+pub(super) fn raw_labels(file: &ObjFile) -> Result<[RawLabels<'_>; 4], IoError> {
     let mut labels = KINDS.map(|(kind, _)| RawLabels::new(kind));
     let start = text::after_bom(&file.bytes);
     for statement in Statements::new(&file.bytes, start, 0) {
         match statement.keyword() {
-            b"f" => labels.iter_mut().for_each(RawLabels::face),
+            b"f" => labels.iter_mut().try_for_each(RawLabels::face)?,
             word => RawLabels::set(&mut labels, word, &statement),
         }
     }
-    labels
+    Ok(labels)
 }
 
 /// Names of one kind and the faces that bear them.
@@ -137,7 +138,7 @@ impl<'a> RawLabels<'a> {
         };
     }
 
-    fn face(&mut self) {
+    fn face(&mut self) -> Result<(), IoError> {
         let number = match self.current {
             Current::Number(number) => number,
             Current::Name(name) => *self.numbers.entry(name).or_insert_with(|| {
@@ -146,7 +147,7 @@ impl<'a> RawLabels<'a> {
             }),
         };
         self.current = Current::Number(number);
-        self.faces.push(number);
+        room::push(&mut self.faces, number)
     }
 
     /// `None` if no face bears a name.
@@ -217,7 +218,7 @@ impl<'a> Decoder<'a> {
             b"vt" => self.texture(statement)?,
             b"vn" => self.normal(statement)?,
             b"f" => {
-                self.labels.iter_mut().for_each(RawLabels::face);
+                self.labels.iter_mut().try_for_each(RawLabels::face)?;
                 self.face(statement)?;
             }
             b"mtllib" => {
@@ -242,6 +243,8 @@ impl<'a> Decoder<'a> {
         })?;
         match count {
             1 | 2 if numbers[0].is_finite() => {
+                let more = self.vertex + 1 - self.weights.len();
+                room::reserve(&mut self.weights, more)?;
                 self.weights.resize(self.vertex, 1.0);
                 self.weights.push(numbers[0]);
             }
@@ -249,6 +252,8 @@ impl<'a> Decoder<'a> {
                 let [r, g, b, a] = numbers;
                 let a = if count > 3 { a } else { 1.0 };
                 self.has_alpha |= count > 3;
+                let more = self.vertex + 1 - self.colors.len();
+                room::reserve(&mut self.colors, more)?;
                 self.colors.resize(self.vertex, WHITE);
                 self.colors.push([r, g, b, a]);
             }
@@ -265,6 +270,7 @@ impl<'a> Decoder<'a> {
             return Err(too_few(statement.line, element(), 0, 1));
         }
         self.texture_components = self.texture_components.max(count);
+        room::reserve(&mut self.textures.values, numbers.len())?;
         self.textures.values.extend(numbers);
         self.textures.count += 1;
         Ok(())
@@ -276,6 +282,7 @@ impl<'a> Decoder<'a> {
         if count < 3 {
             return Err(too_few(statement.line, element(), count, 3));
         }
+        room::reserve(&mut self.normals.values, numbers.len())?;
         self.normals.values.extend(numbers);
         self.normals.count += 1;
         Ok(())
@@ -311,7 +318,7 @@ impl<'a> Decoder<'a> {
                     })?,
                 };
                 if table.total > 0 {
-                    table.indices.push(entry);
+                    room::push(&mut table.indices, entry)?;
                 }
             }
         }

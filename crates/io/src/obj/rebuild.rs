@@ -276,7 +276,7 @@ impl<'a> Builder<'a> {
         statement: &Statement<'_>,
         is_kept: bool,
     ) -> Result<Vec<u8>, IoError> {
-        let labels = decode::raw_labels(self.file);
+        let labels = decode::raw_labels(self.file)?;
         let label = |labels: &RawLabels<'_>, face: u32| {
             labels.faces.get(face as usize).copied().unwrap_or(NONE)
         };
