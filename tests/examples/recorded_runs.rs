@@ -59,8 +59,8 @@ fn record_in<T: Scalar>(name: &str, mesh: &HalfedgeMesh, positions: &Positions<T
             method: *method,
             ..SmoothOptions::default()
         };
-        let run = smooth(mesh, positions, &Handles::new(), &options)
-            .map(|s| (s.positions, s.iterations));
+        let run =
+            smooth(mesh, positions, &Handles::new(), &options).map(|s| (s.positions, s.iterations));
         print_line(name, &format!("smooth {}", method.name()), run);
     }
     let edit = ScaledCurvature::by(1.5);
@@ -176,7 +176,9 @@ fn fingerprint<T: Scalar>(positions: &Positions<T>) -> u64 {
 
 /// The root mean square of the coordinates, to eight digits: how large a difference is.
 fn summary<T: Scalar>(positions: &Positions<T>) -> String {
-    let squares = positions.values().map(|p| p.coords.map(T::as_f64).norm_squared());
+    let squares = positions
+        .values()
+        .map(|p| p.coords.map(T::as_f64).norm_squared());
     let mean = squares.sum::<f64>() / positions.len() as f64;
     format!("{:.8}", mean.sqrt())
 }

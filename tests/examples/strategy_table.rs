@@ -11,7 +11,7 @@
 //! little. `apart` is the largest difference of the corrections by the two
 //! strategies, over the largest correction.
 
-use cotan::flow::{Flow, Hybrid, Orientation};
+use cotan::flow::Flow;
 use cotan::geometry::{Shape, shapes};
 use cotan::laplacian::{Cotangent, LaplacianScheme, Operator, Tutte};
 use cotan::linear::{Membrane, PreparedSystem, Strategy, SystemOptions};
@@ -72,7 +72,7 @@ fn table(name: &str, mesh: &HalfedgeMesh, positions: &Positions<f64>, handles: u
     let tutte = Operator::assemble(&Tutte as &dyn LaplacianScheme<f64>, &rest.surface());
     let cotangent = Operator::assemble(&Cotangent::default(), &rest.surface());
     let (tutte, cotangent) = (tutte.expect("weights"), cotangent.expect("weights"));
-    let mu = Hybrid::default().prepare(rest);
+    let mu = flow.membrane().map_or(0.0, |membrane| membrane.weight);
     let turned = |i: usize| {
         let t = rest.positions().as_slice()[i].coords;
         Vector3::new((3.0 * t.y).sin(), (2.0 * t.z).cos(), t.x * t.y)

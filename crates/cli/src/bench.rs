@@ -4,10 +4,10 @@ use std::hint::black_box;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use cotan::flow::{Flow, Orientation, Rest};
+use cotan::flow::Flow;
 use cotan::geometry::{BoundingBox, Surface, bounding_box};
 use cotan::laplacian::{Cotangent, Operator};
-use cotan::linear::{Handle, Membrane, PreparedSystem};
+use cotan::linear::{Handle, PreparedSystem};
 use cotan::prelude::{
     DeformOptions, Isometry3, OrientationKind, Point3, Vector3, VertexId, VertexMap,
 };
@@ -112,7 +112,7 @@ impl Plan<'_> {
             ..DeformOptions::default()
         };
         let (job, mut flow) = self.drag(&surface, &moves, &options)?;
-        let system = self.system(&flow, &options)?;
+        let system = self.system(&flow)?;
         let iteration = self.iterations(&mut flow, &moves)?;
         Ok(Measured {
             mesh: String::new(),
@@ -142,20 +142,18 @@ impl Plan<'_> {
     }
 
     /// The whole drag, and a flow that has its handles but has not moved.
-    fn drag<'m>(
+    fn drag(
         &self,
-        surface: &Surface<'m, f64>,
+        surface: &Surface<'_, f64>,
         moves: &Moves,
         options: &DeformOptions,
-    ) -> Result<(Drag, Flow<'m, f64>), cotan::Error> {
+    ) -> Result<(Drag, Flow<f64>), cotan::Error> {
         let (mesh, positions) = (surface.mesh(), surface.positions());
         let build = |targets: Moves, tolerance: f64| {
-            Flow::builder(mesh, positions)
+            options
+                .apply(Flow::builder(mesh, positions))
                 .handles(targets.into_iter().map(|(v, p)| (Handle::hard(v), p)))
-                .orientation(options.orientation())
-                .updater(options.updater())
                 .tolerance(tolerance)
-                .iteration_limit(options.iteration_limit)
                 .build()
         };
         let mut last = None;
@@ -178,16 +176,11 @@ impl Plan<'_> {
     }
 
     /// The linear system of a flow, made and used once more.
-    fn system(
-        &self,
-        flow: &Flow<'_, f64>,
-        options: &DeformOptions,
-    ) -> Result<SystemSeconds, cotan::flow::FlowError> {
+    fn system(&self, flow: &Flow<f64>) -> Result<SystemSeconds, cotan::flow::FlowError> {
         let rest = flow.rest();
-        let mut orientation = options.orientation();
-        let mut system = prepare(rest, &mut *orientation, flow.handles())?;
+        let mut system = prepare(flow)?;
         let factor = self.median(|| {
-            system = prepare(rest, &mut *orientation, flow.handles())?;
+            system = prepare(flow)?;
             Ok::<_, cotan::flow::FlowError>(())
         })?;
         let factor_bytes = 8 * system.factor_entries() as u64;
@@ -218,7 +211,7 @@ impl Plan<'_> {
     /// One handle more.
     fn add_handle(
         &self,
-        flow: &Flow<'_, f64>,
+        flow: &Flow<f64>,
         system: &mut PreparedSystem,
     ) -> Result<f64, cotan::flow::FlowError> {
         let rest = flow.rest();
@@ -238,7 +231,7 @@ impl Plan<'_> {
 
     fn iterations(
         &self,
-        flow: &mut Flow<'_, f64>,
+        flow: &mut Flow<f64>,
         moves: &Moves,
     ) -> Result<f64, cotan::flow::FlowError> {
         flow.move_handles(moves)?;
@@ -273,19 +266,12 @@ struct SystemSeconds {
 }
 
 /// The system of a flow: what `FlowBuilder::build` does in the end.
-fn prepare(
-    rest: &Rest<'_, f64>,
-    orientation: &mut dyn Orientation<f64>,
-    handles: &[Handle],
-) -> Result<PreparedSystem, cotan::flow::FlowError> {
-    let membrane = Membrane {
-        weight: orientation.prepare(rest),
-        stiffness: rest.stiffness(),
-    };
+fn prepare(flow: &Flow<f64>) -> Result<PreparedSystem, cotan::flow::FlowError> {
+    let operator = flow.rest().operator();
     Ok(PreparedSystem::prepare(
-        rest.operator(),
-        handles,
-        Some(membrane),
+        operator,
+        flow.handles(),
+        flow.membrane(),
     )?)
 }
 

@@ -39,6 +39,7 @@ pub use cotan_geometry::shapes;
 pub use cotan_halfedge as halfedge;
 pub use cotan_laplacian as laplacian;
 pub use cotan_linear as linear;
+pub use nalgebra;
 
 pub mod sphere;
 

@@ -7,7 +7,7 @@ use nalgebra::Point3;
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
-use crate::polar::Mat3;
+use crate::nearest_rotation::Mat3;
 use crate::vectors::CHUNK;
 
 /// What a pass does to one chunk of entries. Not a closure, since the compiler leaves those outside

@@ -28,7 +28,6 @@ pub struct Operator<T: Scalar> {
     /// The same weights in the order of the rings, for sums that run every iteration.
     rows: Vec<f64>,
     symmetry: Symmetry,
-    cotangent_floor: Option<f64>,
     number: PhantomData<fn(T) -> T>,
 }
 
@@ -75,7 +74,6 @@ impl<T: Scalar> Operator<T> {
             weights,
             rows,
             symmetry: scheme.symmetry(),
-            cotangent_floor: scheme.cotangent_floor(),
             number: PhantomData,
         })
     }
@@ -101,11 +99,6 @@ impl<T: Scalar> Operator<T> {
     /// Whether w_ij = w_ji for every edge.
     pub fn symmetry(&self) -> Symmetry {
         self.symmetry
-    }
-
-    /// [`LaplacianScheme::cotangent_floor`] of the scheme that chose the weights.
-    pub fn cotangent_floor(&self) -> Option<f64> {
-        self.cotangent_floor
     }
 
     /// Number of vertices: of rows and of columns.

@@ -1,9 +1,11 @@
 //! The built-in schemes: plain values.
 
 use cotan_geometry::{Scalar, Surface, opposite_cotangents_with_floor_into, scalar};
-use cotan_halfedge::{EdgeId, HalfedgeMap};
+use cotan_halfedge::{EdgeId, HalfedgeMap, VertexMap};
+use nalgebra::Vector3;
 use rayon::prelude::*;
 
+use crate::fans::{FanSums, Fans};
 use crate::scheme::{LaplacianScheme, SchemeError, Symmetry};
 
 /// w_ij = cot α_ij + cot β_ij, the curvature-flow weights (paper, equation 6; no ½).
@@ -93,8 +95,17 @@ impl<T: Scalar> LaplacianScheme<T> for Cotangent {
         Symmetry::Symmetric
     }
 
-    fn cotangent_floor(&self) -> Option<f64> {
-        Some(self.area_floor)
+    fn measure(
+        &self,
+        surface: &Surface<'_, T>,
+        fans: &Fans,
+        _weights: &mut HalfedgeMap<T>,
+        laplacian: &mut VertexMap<Vector3<T>>,
+        sums: &mut FanSums<T>,
+    ) -> Result<(), SchemeError> {
+        let floor = scalar(self.area_floor);
+        fans.areas_and_cotangent_laplacian(surface.positions(), floor, laplacian, sums);
+        Ok(())
     }
 
     fn name(&self) -> &str {

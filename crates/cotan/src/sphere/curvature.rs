@@ -1,6 +1,6 @@
 //! Constant curvature as the scalar field: what turns the flow into a map to the sphere.
 
-use cotan_flow::{FlowError, FlowState, Quantities, ScalarFieldUpdater};
+use cotan_flow::{FlowError, FlowState, ScalarFieldUpdater};
 use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::{EdgeId, HalfedgeMesh, VertexMap};
 use cotan_laplacian::Operator;
@@ -120,14 +120,5 @@ impl<T: Scalar> ScalarFieldUpdater<T> for ConstantCurvature {
         let factor = T::of_f64(-factor);
         field.values_mut().for_each(|d| *d *= factor);
         Ok(())
-    }
-
-    fn needs(&self) -> Quantities {
-        Quantities {
-            normals: true,
-            areas: self.measure == AreaMeasure::Ring,
-            area_vectors: self.measure == AreaMeasure::Vector,
-            ..Quantities::NONE
-        }
     }
 }

@@ -2,10 +2,11 @@
 
 use std::ops::ControlFlow;
 
+use cotan_flow::PrescribedField;
 use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::HalfedgeMesh;
 
-use super::{CurvatureEdit, CurvatureUpdater};
+use super::{CurvatureEdit, wanted_field};
 use crate::error::Error;
 use crate::handles::Handles;
 use crate::smooth::anchored::{Anchored, Boundary, InteriorCotangent, held};
@@ -93,12 +94,9 @@ pub fn edit_detail_observed<T: Scalar>(
         observer,
     };
     let direction = options.direction;
-    let updater = CurvatureUpdater { edit, direction };
-    let edited = system.run(
-        &InteriorCotangent::of(mesh),
-        updater,
-        AlongCurvature { direction },
-    )?;
+    let rest = system.rest(InteriorCotangent::of(mesh))?;
+    let updater = PrescribedField(wanted_field(&rest, edit, direction));
+    let edited = system.run(rest, updater, AlongCurvature { direction })?;
     let correction = Correction {
         mesh,
         original: positions,

@@ -5,13 +5,14 @@ use cotan_halfedge::VertexMap;
 use cotan_laplacian::OneRings;
 use nalgebra::{Matrix3, Point3, Vector3};
 
-use super::cells::{Means, as_f64, cell_share, edge_gradients, four_of, in_rows};
-use super::{Energy, Orientation, field_scale};
+use super::{Energy, LocalGlobal};
+use crate::cells::{Means, as_f64, cell_share, edge_gradients, four_of, in_rows};
 use crate::error::FlowError;
+use crate::nearest_rotation::{IDENTITY, Mat3, flat, nearest_rotations_from};
+use crate::orientation::field_scale;
 use crate::passes::{Columns, Four, Pass, PassOfTwo, run, run_both, turned};
-use crate::polar::{IDENTITY, Mat3, flat, nearest_rotations_from};
 use crate::rest::Rest;
-use crate::state::{FlowState, Quantities};
+use crate::state::FlowState;
 
 /// Laplacian coordinates turn with rotations that minimise, together with the positions,
 ///
@@ -51,9 +52,6 @@ pub struct Hybrid {
     /// R̄ = P R: the mean of the rotations that serve each vertex.
     means: Vec<Mat3>,
     scratch: Vec<Mat3>,
-    /// L⁰x of the last state.
-    laplacian: Vec<Vector3<f64>>,
-    energy: Energy,
 }
 
 impl Hybrid {
@@ -71,8 +69,6 @@ impl Hybrid {
             rotations: Vec::new(),
             means: Vec::new(),
             scratch: Vec::new(),
-            laplacian: Vec::new(),
-            energy: Energy::default(),
         }
     }
 
@@ -81,7 +77,7 @@ impl Hybrid {
     /// Multiplied out, E is the sum of the squares of what is and of what is wanted, less
     /// 2 Σ_i R_i : C_i, with C = Pᵀ (covariances) the sums that the fit is made by: P has rows of
     /// sum 1. So the energy costs no pass of its own.
-    fn fit<T: Scalar>(&mut self, state: &FlowState<'_, T>, field: &VertexMap<T>) {
+    fn rotate<T: Scalar>(&mut self, state: &FlowState<'_, T>, field: &VertexMap<T>) -> Energy {
         let rings = state.rest().rings();
         let Self {
             weight,
@@ -89,7 +85,6 @@ impl Hybrid {
             rotations,
             means: spread,
             scratch,
-            laplacian,
             ..
         } = self;
         let cells = CellsAt {
@@ -102,17 +97,18 @@ impl Hybrid {
         };
         // Ωᵀ twice: a vertex hands a share to its neighbours, taken where its value is written. The means
         // of the last fit are no longer needed.
-        let [value, size] = run_both(&cells, scratch, laplacian);
+        let [value, size] =
+            state.fuse_rest_laplacian(|laplacian| run_both(&cells, scratch, laplacian));
         let values = &*scratch;
         let [] = run(&Means { rings, values }, spread);
         let values = &*spread;
         let [cross] = run(&Fits(Means { rings, values }), rotations);
         let left = value + self.rest_energy.value - 2.0 * cross;
-        self.energy = Energy {
+        Energy {
             // Not `max`, which drops a NaN: that must not pass for a low energy.
             value: if left < 0.0 { 0.0 } else { left },
             size: size + self.rest_energy.size,
-        };
+        }
     }
 }
 
@@ -122,45 +118,15 @@ impl Default for Hybrid {
     }
 }
 
-impl<T: Scalar> Orientation<T> for Hybrid {
-    fn orient(
-        &mut self,
-        state: &FlowState<'_, T>,
-        field: &VertexMap<T>,
-        out: &mut VertexMap<Vector3<T>>,
-    ) -> Result<(), FlowError> {
-        self.fit(state, field);
-        let (rest, rings) = (state.rest(), state.rest().rings());
-        let values = &self.rotations;
-        let [] = run(&Means { rings, values }, &mut self.scratch);
-        let turning = Turning {
-            means: Means {
-                rings,
-                values: &self.scratch,
-            },
-            rest,
-            field: field.as_slice(),
-        };
-        let [] = run_both(&turning, &mut self.means, out.as_mut_slice());
-        Ok(())
-    }
-
-    fn check(&self) -> Result<(), FlowError> {
-        if self.bending_length > 0.0 {
-            return Ok(());
+impl<T: Scalar> LocalGlobal<T> for Hybrid {
+    fn begin(&mut self, rest: &Rest<T>) -> Result<f64, FlowError> {
+        if !(self.bending_length > 0.0) {
+            return Err(FlowError::Setting {
+                setting: "bending length",
+                range: "above 0",
+                value: self.bending_length,
+            });
         }
-        Err(FlowError::Setting {
-            setting: "bending length",
-            range: "above 0",
-            value: self.bending_length,
-        })
-    }
-
-    fn needs(&self) -> Quantities {
-        Quantities::NONE
-    }
-
-    fn prepare(&mut self, rest: &Rest<'_, T>) -> f64 {
         let n = rest.positions().len();
         let vertex_area = surface_area(&rest.surface()).as_f64() / n as f64;
         // Of the size of L², whatever the scheme: 1 for cotangent weights.
@@ -173,7 +139,6 @@ impl<T: Scalar> Orientation<T> for Hybrid {
         self.rotations = vec![IDENTITY; n];
         self.means = self.rotations.clone();
         self.scratch = self.rotations.clone();
-        self.laplacian = vec![Vector3::zeros(); n];
         self.rest_energy = (0..n).fold(Energy::default(), |sum, i| {
             let [value, size] = stretch(rest, i).map(|s| 0.25 * self.weight * s);
             Energy {
@@ -181,10 +146,37 @@ impl<T: Scalar> Orientation<T> for Hybrid {
                 size: sum.size + size,
             }
         });
-        self.weight
+        Ok(self.weight)
     }
 
-    fn wanted_tension(&self, rest: &Rest<'_, T>, out: &mut VertexMap<Vector3<f64>>) {
+    fn start_from(&mut self, rotations: &VertexMap<Matrix3<f64>>) {
+        self.rotations = rotations.values().map(flat).collect();
+        self.means.clone_from(&self.rotations);
+    }
+
+    fn fit(
+        &mut self,
+        state: &FlowState<'_, T>,
+        field: &VertexMap<T>,
+        out: &mut VertexMap<Vector3<T>>,
+    ) -> Result<Energy, FlowError> {
+        let energy = self.rotate(state, field);
+        let (rest, rings) = (state.rest(), state.rest().rings());
+        let values = &self.rotations;
+        let [] = run(&Means { rings, values }, &mut self.scratch);
+        let turning = Turning {
+            means: Means {
+                rings,
+                values: &self.scratch,
+            },
+            rest,
+            field: field.as_slice(),
+        };
+        let [] = run_both(&turning, &mut self.means, out.as_mut_slice());
+        Ok(energy)
+    }
+
+    fn wanted_tension(&self, rest: &Rest<T>, out: &mut VertexMap<Vector3<f64>>) {
         // Every triangle wants its original edges turned by the mean of its corners' means. Gathered
         // at a vertex: a third of each neighbour's for the two triangles at their edge, and of its
         // own for all triangles, each of which lies at two edges.
@@ -195,24 +187,11 @@ impl<T: Scalar> Orientation<T> for Hybrid {
         };
         let [] = run(&tensions, out.as_mut_slice());
     }
-
-    fn start_from(&mut self, rotations: &VertexMap<Matrix3<f64>>) {
-        self.rotations = rotations.values().map(flat).collect();
-        self.means.clone_from(&self.rotations);
-    }
-
-    fn energy(&self) -> Option<Energy> {
-        Some(self.energy)
-    }
-
-    fn seen_laplacian(&self) -> Option<&[Vector3<f64>]> {
-        Some(&self.laplacian)
-    }
 }
 
 /// What the first pass of a fit reads.
 struct CellsAt<'a, T: Scalar> {
-    rest: &'a Rest<'a, T>,
+    rest: &'a Rest<T>,
     rings: &'a OneRings,
     positions: &'a [Point3<T>],
     field: &'a [T],
@@ -292,7 +271,7 @@ impl Pass<Mat3, 1> for Fits<'_> {
 /// Writes the means of the rotations, and the Laplacian coordinates that they turn.
 struct Turning<'a, T: Scalar> {
     means: Means<'a>,
-    rest: &'a Rest<'a, T>,
+    rest: &'a Rest<T>,
     field: &'a [T],
 }
 
@@ -338,7 +317,7 @@ impl Pass<Vector3<f64>, 0> for Tensions<'_> {
 
 /// ℓ⁰ of vertex `i`, of the size that the field prescribes.
 #[inline(always)]
-fn wanted<T: Scalar>(rest: &Rest<'_, T>, field: &[T], i: usize) -> [f64; 3] {
+fn wanted<T: Scalar>(rest: &Rest<T>, field: &[T], i: usize) -> [f64; 3] {
     let scale = field_scale(field[i], rest.magnitudes().as_slice()[i]);
     let ell = &rest.laplacian().as_slice()[i];
     [
@@ -349,7 +328,7 @@ fn wanted<T: Scalar>(rest: &Rest<'_, T>, field: &[T], i: usize) -> [f64; 3] {
 }
 
 /// Σ_j c_ij |x⁰_j − x⁰_i|² with c the cotangent weights, and the same of their sizes.
-fn stretch<T: Scalar>(rest: &Rest<'_, T>, i: usize) -> [f64; 2] {
+fn stretch<T: Scalar>(rest: &Rest<T>, i: usize) -> [f64; 2] {
     let x = rest.positions().as_slice();
     let row = rest.rings().range(i);
     let neighbours = rest.rings().neighbours()[row.clone()].iter();
@@ -364,31 +343,32 @@ fn stretch<T: Scalar>(rest: &Rest<'_, T>, i: usize) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use cotan_geometry::shapes::torus;
-    use cotan_laplacian::{Cotangent, LaplacianScheme, Operator, Tutte};
+    use cotan_laplacian::{Cotangent, Tutte};
 
     use super::*;
-    use crate::state::Measured;
+    use crate::current::Current;
 
     /// The energy as it is defined, P = Ω² written out, whatever the scheme.
     #[test]
     fn the_energy_is_that_of_the_wide_cells() {
         let shape = torus::<f64>(1.0, 0.4, 12, 7);
         let n = shape.positions.len();
-        let schemes: [&dyn LaplacianScheme<f64>; 2] = [&Cotangent::default(), &Tutte];
-        for scheme in schemes {
-            let operator = Operator::assemble(scheme, &shape.surface()).unwrap();
-            let rest = Rest::new(&shape.mesh, shape.positions.clone(), operator, 1.0).unwrap();
+        let rests = [
+            Rest::new(&shape.mesh, &shape.positions, Cotangent::default()),
+            Rest::new(&shape.mesh, &shape.positions, Tutte),
+        ];
+        for rest in rests.map(Result::unwrap) {
             let mut hybrid = Hybrid::new(0.3);
-            let mu = hybrid.prepare(&rest);
+            let mu = hybrid.begin(&rest).unwrap();
             let bend = |p: &nalgebra::Point3<f64>| {
                 nalgebra::Point3::new(p.x + p.y * p.z, p.y - 0.3 * p.x * p.x, 1.2 * p.z)
             };
-            let positions = shape.positions.map(bend);
-            let measured = Measured::new(&rest);
-            let state = FlowState::new(&rest, &positions, &measured, 1);
+            let positions = rest.positions().map(bend);
+            let current = Current::new(positions.clone());
+            let state = FlowState::new(&rest, &current, 1, None);
             let mut out = rest.laplacian().clone();
             let field = rest.magnitudes().map(|d| 1.1 * d);
-            hybrid.orient(&state, &field, &mut out).unwrap();
+            let energy = hybrid.fit(&state, &field, &mut out).unwrap();
 
             let rotation = |i: usize| Matrix3::from_column_slice(&hybrid.rotations[i]);
             let rings = rest.rings();
@@ -421,7 +401,7 @@ mod tests {
                     }
                 }
             }
-            assert!((hybrid.energy.value - expected).abs() < 1e-12 * hybrid.energy.size);
+            assert!((energy.value - expected).abs() < 1e-12 * energy.size);
             let mean: Matrix3<f64> = (0..n)
                 .map(|i| rotation(i) * (0..n).map(|m| omega(5, m) * omega(m, i)).sum::<f64>())
                 .sum();

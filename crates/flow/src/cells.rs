@@ -1,12 +1,12 @@
-//! Cells of triangles, and averages over one-rings, for the orientations that fit rotations.
+//! Cells of triangles, and averages over one-rings, for what fits rotations.
 
 use cotan_geometry::Scalar;
 use cotan_halfedge::{HalfedgeId, HalfedgeMap};
 use cotan_laplacian::OneRings;
 use nalgebra::Vector3;
 
+use crate::nearest_rotation::Mat3;
 use crate::passes::{Four, Pass};
-use crate::polar::Mat3;
 use crate::rest::Rest;
 use crate::vectors::fill;
 
@@ -31,7 +31,7 @@ pub(crate) fn as_f64<T: Scalar>(v: Vector3<T>) -> Vector3<f64> {
 /// The sum of cot_e |e|² over a triangle is its Dirichlet energy, never negative, whatever the
 /// signs of the cotangents: a fit by these sums is safe where one by single edges with negative
 /// weights is not.
-pub(crate) fn edge_gradients<T: Scalar>(rest: &Rest<'_, T>) -> HalfedgeMap<Vector3<f64>> {
+pub(crate) fn edge_gradients<T: Scalar>(rest: &Rest<T>) -> HalfedgeMap<Vector3<f64>> {
     let (mesh, cotangents, x) = (rest.mesh(), rest.cotangents(), rest.positions());
     let edge = |h: HalfedgeId| as_f64(x[mesh.target(h)] - x[mesh.origin(h)]) * cotangents[h];
     let mut out = HalfedgeMap::filled(mesh.num_halfedges(), Vector3::zeros());
