@@ -3,12 +3,12 @@
 use cotan_geometry::Scalar;
 use cotan_halfedge::{HalfedgeId, HalfedgeMap};
 use cotan_laplacian::OneRings;
+use cotan_parallel as parallel;
 use nalgebra::Vector3;
 
 use crate::nearest_rotation::Mat3;
 use crate::passes::{Four, Pass};
 use crate::rest::Rest;
-use crate::vectors::fill;
 
 pub(crate) fn as_f64<T: Scalar>(v: Vector3<T>) -> Vector3<f64> {
     v.map(T::as_f64)
@@ -35,7 +35,7 @@ pub(crate) fn edge_gradients<T: Scalar>(rest: &Rest<T>) -> HalfedgeMap<Vector3<f
     let (mesh, cotangents, x) = (rest.mesh(), rest.cotangents(), rest.positions());
     let edge = |h: HalfedgeId| as_f64(x[mesh.target(h)] - x[mesh.origin(h)]) * cotangents[h];
     let mut out = HalfedgeMap::filled(mesh.num_halfedges(), Vector3::zeros());
-    fill(out.as_mut_slice(), |i| {
+    parallel::fill(out.as_mut_slice(), |i| {
         // A boundary halfedge has no triangle, and cotangent 0.
         let h = HalfedgeId::new(i);
         let twin = h.twin();
@@ -60,7 +60,7 @@ pub(crate) fn in_rows(
 ) -> Vec<[f64; 3]> {
     let halfedges = rings.halfedges();
     let mut out = vec![[0.0; 3]; halfedges.len()];
-    fill(&mut out, |k| (values[of(halfedges[k])] * factor).into());
+    parallel::fill(&mut out, |k| (values[of(halfedges[k])] * factor).into());
     out
 }
 

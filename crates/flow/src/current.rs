@@ -5,11 +5,11 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 use cotan_geometry::{Positions, Scalar, Surface, unit_or_zero};
 use cotan_halfedge::{HalfedgeMap, VertexMap};
 use cotan_laplacian::FanSums;
+use cotan_parallel as parallel;
 use nalgebra::Vector3;
 
 use crate::error::FlowError;
 use crate::rest::Rest;
-use crate::vectors::fill;
 
 /// Positions with the quantities that were asked for since they were last written. Writing positions
 /// forgets all of them, so that none can be read that belongs to another shape.
@@ -77,7 +77,7 @@ impl<T: Scalar> Current<T> {
         self.normals.get_or(|normals| {
             let vectors = self.sums(rest).area_vectors.as_slice();
             resize(normals, vectors.len());
-            fill(normals.as_mut_slice(), |i| unit_or_zero(&vectors[i]));
+            parallel::fill(normals.as_mut_slice(), |i| unit_or_zero(&vectors[i]));
         })
     }
 
@@ -86,7 +86,7 @@ impl<T: Scalar> Current<T> {
         self.rest_laplacian.get_or(|out| {
             resize(out, self.positions.len());
             let operator = rest.operator();
-            fill(out.as_mut_slice(), |i| {
+            parallel::fill(out.as_mut_slice(), |i| {
                 operator.apply_at(&self.positions, i)
             });
         })

@@ -289,7 +289,6 @@ pub(crate) mod tests {
     use nalgebra::Vector3;
 
     use super::*;
-    use crate::vectors::longest;
     use crate::{Acceleration, FlowState, Limited, ScalarFieldUpdater};
 
     /// The lowest vertices held, the highest pulled by half a radius.
@@ -310,7 +309,7 @@ pub(crate) mod tests {
     }
 
     pub(crate) fn farthest(a: &Positions<f64>, b: &Positions<f64>) -> f64 {
-        longest(a.len(), |i| (a.as_slice()[i] - b.as_slice()[i]).norm())
+        cotan_parallel::max(a.len(), |i| (a.as_slice()[i] - b.as_slice()[i]).norm())
     }
 
     pub(crate) fn build(shape: &Shape<f64>) -> FlowBuilder<f64> {

@@ -96,7 +96,6 @@ mod tests {
     use cotan_geometry::shapes::torus;
     use cotan_geometry::{one_ring_areas, vertex_normals};
     use cotan_laplacian::{Cotangent, Operator, Tutte};
-    use rayon::prelude::*;
 
     use super::*;
 
@@ -150,13 +149,10 @@ mod tests {
         let current = Current::new(rest.positions().clone());
         let state = FlowState::new(&rest, &current, 0, None);
         let n = shape.positions.len();
-        let lengths: Vec<f64> = (0..n)
-            .into_par_iter()
-            .map(|i| {
-                let laplacian = state.laplacian().unwrap().as_slice();
-                laplacian[i].norm() + state.normals().as_slice()[i].norm()
-            })
-            .collect();
+        let lengths = cotan_parallel::filled(n, |i| {
+            let laplacian = state.laplacian().unwrap().as_slice();
+            laplacian[i].norm() + state.normals().as_slice()[i].norm()
+        });
         let expected = |i: usize| {
             let ell = state.laplacian().unwrap().as_slice()[i].norm();
             ell + state.normals().as_slice()[i].norm()

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::VertexMap;
 use cotan_linear::PreparedSystem;
+use cotan_parallel as parallel;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::current::Current;
@@ -15,7 +16,6 @@ use crate::schedule::Schedule;
 use crate::state::FlowState;
 use crate::targets::Targets;
 use crate::updater::ScalarFieldUpdater;
-use crate::vectors::{fill, longest, update_both};
 
 /// The shape of a flow, where it is drawn to, and the vectors of one solve; allocated once.
 pub(crate) struct Workspace<T: Scalar> {
@@ -111,17 +111,23 @@ impl<T: Scalar> Workspace<T> {
         if let Some(now) = known.filter(|_| rest.has_own_cotangents()) {
             // The membrane pulls by half of L⁰x.
             let now = now.as_slice();
-            update_both(mismatch, tension.as_mut_slice(), |i, mismatch, tension| {
-                *mismatch = missed(i, now[i]);
-                *tension = now[i] * 0.5 - *tension;
-            });
+            parallel::update(
+                (mismatch, tension.as_mut_slice()),
+                |i, (mismatch, tension)| {
+                    *mismatch = missed(i, now[i]);
+                    *tension = now[i] * 0.5 - *tension;
+                },
+            );
         } else {
             let positions = self.current.positions();
-            update_both(mismatch, tension.as_mut_slice(), |i, mismatch, tension| {
-                let [now, pull] = rest.laplacian_and_pull(positions, i);
-                *mismatch = missed(i, now);
-                *tension = pull - *tension;
-            });
+            parallel::update(
+                (mismatch, tension.as_mut_slice()),
+                |i, (mismatch, tension)| {
+                    let [now, pull] = rest.laplacian_and_pull(positions, i);
+                    *mismatch = missed(i, now);
+                    *tension = pull - *tension;
+                },
+            );
         }
         self.targets
             .pull(self.current.positions(), &mut self.terms.pull);
@@ -142,10 +148,10 @@ impl<T: Scalar> Workspace<T> {
         let mismatch = self.terms.mismatch.as_mut_slice();
         if let Some(now) = self.current.known_rest_laplacian() {
             let now = now.as_slice();
-            fill(mismatch, |i| missed(i, now[i]));
+            parallel::fill(mismatch, |i| missed(i, now[i]));
         } else {
             let (operator, x) = (self.rest.operator(), self.current.positions());
-            fill(mismatch, |i| missed(i, operator.apply_at(x, i)));
+            parallel::fill(mismatch, |i| missed(i, operator.apply_at(x, i)));
         }
     }
 
@@ -182,21 +188,21 @@ impl<T: Scalar> Workspace<T> {
             let own = ratios.map_or(1.0, |r| r.as_slice()[v].as_f64());
             (correction[v] * own).norm_squared()
         };
-        longest(correction.len(), length).sqrt() / self.rest.diagonal().as_f64()
+        parallel::max(correction.len(), length).sqrt() / self.rest.diagonal().as_f64()
     }
 
     /// By how much the step moved the vertex that it moved most, over the diagonal.
     pub(crate) fn longest_move(&self) -> f64 {
         let (now, start) = (self.current.positions().as_slice(), self.start.as_slice());
         let length = |i: usize| (now[i] - start[i]).map(T::as_f64).norm_squared();
-        longest(now.len(), length).sqrt() / self.rest.diagonal().as_f64()
+        parallel::max(now.len(), length).sqrt() / self.rest.diagonal().as_f64()
     }
 
     /// x ← start + s δ.
     pub(crate) fn move_by_correction(&mut self, ratio: f64) {
         let ratios = self.settings.ratios.as_ref();
         let (start, correction) = (self.start.as_slice(), self.terms.correction.as_slice());
-        fill(self.current.write().as_mut_slice(), |v| {
+        parallel::fill(self.current.write().as_mut_slice(), |v| {
             let own = ratios.map_or(1.0, |r| r.as_slice()[v].as_f64());
             start[v] + (correction[v] * (ratio * own)).map(T::of_f64)
         });

@@ -2,7 +2,7 @@
 
 use cotan_geometry::{Scalar, scalar};
 use cotan_halfedge::{EdgeId, HalfedgeMap, HalfedgeMesh};
-use rayon::prelude::*;
+use cotan_parallel as parallel;
 
 use crate::rings::OneRings;
 
@@ -19,17 +19,19 @@ pub(crate) fn round_to_exact_sums<T: Scalar>(
     weights: &mut HalfedgeMap<T>,
 ) {
     let units = exact_units(rings, weights);
-    weights
-        .as_mut_slice()
-        .par_chunks_exact_mut(2)
-        .enumerate()
-        .with_min_len(1 << 12)
-        .for_each(|(edge, pair)| {
-            let [a, b] = mesh
-                .edge_vertices(EdgeId::new(edge))
-                .map(|v| units[v.index()]);
-            pair.iter_mut().for_each(|w| *w = round_to(*w, a.max(b)));
-        });
+    update_edges(weights, |edge, pair| {
+        let [a, b] = mesh.edge_vertices(edge).map(|v| units[v.index()]);
+        pair.iter_mut().for_each(|w| *w = round_to(*w, a.max(b)));
+    });
+}
+
+/// Calls `change` with the two values of every edge, in parallel.
+pub(crate) fn update_edges<T: Send>(
+    map: &mut HalfedgeMap<T>,
+    change: impl Fn(EdgeId, &mut [T; 2]) + Sync,
+) {
+    let (pairs, _) = map.as_mut_slice().as_chunks_mut::<2>();
+    parallel::update(pairs, |edge, pair| change(EdgeId::new(edge), pair));
 }
 
 /// q_i of every vertex, 0 where all weights are.
@@ -45,11 +47,7 @@ pub(crate) fn exact_units<T: Scalar>(rings: &OneRings, weights: &HalfedgeMap<T>)
             T::zero()
         }
     };
-    (0..rings.num_vertices())
-        .into_par_iter()
-        .with_min_len(1 << 11)
-        .map(unit)
-        .collect()
+    parallel::filled(rings.num_vertices(), unit)
 }
 
 /// The least power of two that is not below a positive number; the number itself where it is so

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use cotan_geometry::{Positions, Scalar, far_cotangents, scalar};
 use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
+use cotan_parallel::Chunks;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 use crate::rings::OneRings;
 
@@ -87,17 +87,11 @@ impl Fans {
         let n = self.rings.num_vertices();
         out.resize(n);
         let half = scalar::<T>(0.5);
-        out.areas
-            .as_mut_slice()
-            .par_chunks_mut(CHUNK)
-            .zip(out.area_vectors.as_mut_slice().par_chunks_mut(CHUNK))
-            .enumerate()
-            .for_each(|(chunk, (areas, vectors))| {
-                for (k, (area, vector)) in areas.iter_mut().zip(vectors).enumerate() {
-                    let sums = self.sums(positions, chunk * CHUNK + k, None);
-                    (*area, *vector) = (sums.area * half, sums.vector * half);
-                }
-            });
+        let outputs = (out.areas.as_mut_slice(), out.area_vectors.as_mut_slice());
+        CHUNKS.update(outputs, |i, (area, vector)| {
+            let sums = self.sums(positions, i, None);
+            (*area, *vector) = (sums.area * half, sums.vector * half);
+        });
     }
 
     /// As [`Self::areas`], and ℓ_i = Σ_j w_ij (v_j − v_i) with the cotangent weights of these
@@ -117,20 +111,16 @@ impl Fans {
         assert_eq!(laplacian.len(), n, "one Laplacian coordinate per vertex");
         out.resize(n);
         let half = scalar::<T>(0.5);
-        laplacian
-            .as_mut_slice()
-            .par_chunks_mut(CHUNK)
-            .zip(out.areas.as_mut_slice().par_chunks_mut(CHUNK))
-            .zip(out.area_vectors.as_mut_slice().par_chunks_mut(CHUNK))
-            .enumerate()
-            .for_each(|(chunk, ((laplacian, areas), vectors))| {
-                let entries = laplacian.iter_mut().zip(areas).zip(vectors);
-                for (k, ((ell, area), vector)) in entries.enumerate() {
-                    let sums = self.sums(positions, chunk * CHUNK + k, Some(floor));
-                    *ell = sums.laplacian;
-                    (*area, *vector) = (sums.area * half, sums.vector * half);
-                }
-            });
+        let outputs = (
+            laplacian.as_mut_slice(),
+            out.areas.as_mut_slice(),
+            out.area_vectors.as_mut_slice(),
+        );
+        CHUNKS.update(outputs, |i, (ell, area, vector)| {
+            let sums = self.sums(positions, i, Some(floor));
+            *ell = sums.laplacian;
+            (*area, *vector) = (sums.area * half, sums.vector * half);
+        });
     }
 
     /// Sums over the fan of vertex `i`; without Laplacian coordinates if there is no floor.
@@ -171,7 +161,7 @@ impl Fans {
 }
 
 /// Vertices that one task works on.
-const CHUNK: usize = 1024;
+const CHUNKS: Chunks = Chunks::of(1024);
 
 #[cfg(test)]
 mod tests {

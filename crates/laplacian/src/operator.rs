@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use cotan_geometry::{Positions, Scalar, Surface, scalar};
 use cotan_halfedge::{HalfedgeMap, VertexMap};
+use cotan_parallel::{self as parallel, Chunks};
 use nalgebra::Vector3;
 use nalgebra_sparse::CsrMatrix;
-use rayon::prelude::*;
 
 use crate::exact::{exact_units, round_to, round_to_exact_sums};
 use crate::rings::OneRings;
@@ -130,11 +130,9 @@ impl<T: Scalar> Operator<T> {
             self.num_vertices(),
             "one Laplacian coordinate a vertex"
         );
-        out.as_mut_slice()
-            .par_iter_mut()
-            .enumerate()
-            .with_min_len(1 << 11)
-            .for_each(|(i, ell)| *ell = self.apply_at(positions, i).map(T::of_f64));
+        parallel::fill(out.as_mut_slice(), |i| {
+            self.apply_at(positions, i).map(T::of_f64)
+        });
     }
 
     /// ℓ of vertex number `i`, in double precision.
@@ -165,21 +163,18 @@ impl<T: Scalar> Operator<T> {
     /// Never: the pattern is sorted and within bounds by construction.
     pub fn matrix(&self) -> CsrMatrix<T> {
         /// Rows that one task fills.
-        const CHUNK: usize = 2048;
+        const CHUNKS: Chunks = Chunks::of(2048);
         let n = self.num_vertices();
         // Rounded once more where T is coarser than f64; nothing changes where it is not.
         let weights = self.weights.map(|w| T::of_f64(*w));
         let units = exact_units(&self.rings, &weights);
-        let blocks: Vec<(Vec<usize>, Vec<T>)> = (0..n.div_ceil(CHUNK))
-            .into_par_iter()
-            .map(|block| {
-                let (mut columns, mut values) = (Vec::new(), Vec::new());
-                for i in block * CHUNK..n.min((block + 1) * CHUNK) {
-                    self.push_row(i, &weights, &units, &mut columns, &mut values);
-                }
-                (columns, values)
-            })
-            .collect();
+        let blocks = CHUNKS.map(0..n, |_, rows| {
+            let (mut columns, mut values) = (Vec::new(), Vec::new());
+            for i in rows {
+                self.push_row(i, &weights, &units, &mut columns, &mut values);
+            }
+            (columns, values)
+        });
         let mut offsets = Vec::with_capacity(n + 1);
         offsets.push(0);
         // Every row has a diagonal entry beside its ring.
@@ -277,17 +272,13 @@ pub fn apply_weights<T: Scalar>(
         "one weight a halfedge"
     );
     let positions = positions.as_slice();
-    out.as_mut_slice()
-        .par_iter_mut()
-        .enumerate()
-        .with_min_len(1 << 11)
-        .for_each(|(i, ell)| {
-            let mut sum = Vector3::zeros();
-            for (j, h) in rings.ring(i) {
-                sum += (positions[j.index()] - positions[i]) * weights[h];
-            }
-            *ell = sum;
-        });
+    parallel::fill(out.as_mut_slice(), |i| {
+        let mut sum = Vector3::zeros();
+        for (j, h) in rings.ring(i) {
+            sum += (positions[j.index()] - positions[i]) * weights[h];
+        }
+        sum
+    });
 }
 
 #[cfg(test)]

@@ -3,8 +3,8 @@
 use cotan_geometry::{Scalar, Surface, opposite_cotangents_with_floor_into, scalar};
 use cotan_halfedge::{EdgeId, HalfedgeMap, VertexMap};
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
+use crate::exact::update_edges;
 use crate::fans::{FanSums, Fans};
 use crate::scheme::{LaplacianScheme, SchemeError, Symmetry};
 
@@ -212,11 +212,7 @@ impl<T: Scalar> LaplacianScheme<T> for EdgeLength {
 
 /// Fills both halves of every edge with the same value, in parallel.
 fn per_edge<T: Scalar>(out: &mut HalfedgeMap<T>, weight: impl Fn(EdgeId) -> T + Sync) {
-    out.as_mut_slice()
-        .par_chunks_exact_mut(2)
-        .enumerate()
-        .with_min_len(1 << 12)
-        .for_each(|(edge, pair)| pair.fill(weight(EdgeId::new(edge))));
+    update_edges(out, |edge, pair| pair.fill(weight(edge)));
 }
 
 /// Replaces the two values of every edge by one that is made of both.

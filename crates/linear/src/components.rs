@@ -1,8 +1,8 @@
 //! The connected components, and sums over them.
 
 use cotan_laplacian::OneRings;
+use cotan_parallel::Chunks;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 /// Which vertices hang together.
 pub(crate) struct Components {
@@ -105,15 +105,12 @@ impl Components {
         partial: &mut [Vector3<f64>],
         out: &mut [Vector3<f64>],
     ) {
-        partial
-            .par_iter_mut()
-            .zip(&self.chunks)
-            .for_each(|(sum, (_, range))| {
-                *sum = self.members[range.clone()]
-                    .iter()
-                    .map(|&i| term(i as usize))
-                    .sum();
-            });
+        // One stretch a task: a chunk of stretches would be a whole mesh.
+        const EACH: Chunks = Chunks::of(1);
+        EACH.update((&mut *partial, &self.chunks[..]), |_, (sum, (_, range))| {
+            let members = self.members[range.clone()].iter();
+            *sum = members.map(|&i| term(i as usize)).sum();
+        });
         out.fill(Vector3::zeros());
         for (sum, (component, _)) in partial.iter().zip(&self.chunks) {
             out[*component] += sum;

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use cotan_geometry::Scalar;
 use cotan_halfedge::{EdgeMap, VertexMap};
 use cotan_laplacian::{OneRings, Operator};
+use cotan_parallel as parallel;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 use crate::components::Components;
 use crate::error::LinearError;
@@ -141,16 +141,10 @@ impl Problem {
         );
         let y = mismatch.as_slice();
         let weight = self.membrane_weight();
-        out.as_mut_slice()
-            .par_iter_mut()
-            .enumerate()
-            .with_min_len(1 << 11)
-            .for_each(|(i, r)| {
-                *r = self.weights.transpose_product(&self.rings, i, y);
-                if let Some(tension) = tension {
-                    *r += tension.as_slice()[i] * weight;
-                }
-            });
+        parallel::fill(out.as_mut_slice(), |i| {
+            let r = self.weights.transpose_product(&self.rings, i, y);
+            tension.map_or(r, |tension| r + tension.as_slice()[i] * weight)
+        });
         for handle in &self.held.handles {
             match handle.hold {
                 Hold::Hard => out[handle.vertex] = Vector3::zeros(),
@@ -231,5 +225,5 @@ fn multiple(
             (s - c * weights.outgoing(k)).abs() <= tolerance * c * size
         })
     };
-    (c.is_normal() && c > 0.0 && (0..rings.num_vertices()).into_par_iter().all(agrees)).then_some(c)
+    (c.is_normal() && c > 0.0 && parallel::all(rings.num_vertices(), agrees)).then_some(c)
 }

@@ -14,8 +14,8 @@
 
 use std::sync::Arc;
 
+use cotan_parallel as parallel;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 use crate::cholesky::{self, Cholesky, Storage};
 use crate::components::Components;
@@ -61,9 +61,9 @@ impl Inverse {
         match self {
             Self::Factor(cholesky) => cholesky.solve_between(x, before, after),
             Self::Iteration(multigrid) => {
-                change(x, |i, x| *x = before(i, x));
+                parallel::update(&mut *x, |i, x| *x = before(i, x));
                 multigrid.solve(x);
-                change(x, |i, x| *x = after(i, *x));
+                parallel::update(x, |i, x| *x = after(i, *x));
             }
         }
     }
@@ -239,7 +239,7 @@ impl PseudoInverse {
                 );
                 self.solve_grounded(out, of_tension, less);
             }
-            None => change(out, |i, x| *x = -mismatch[i]),
+            None => parallel::fill(out, |i| -mismatch[i]),
         }
         self.solve_shifted(out);
     }
@@ -372,7 +372,7 @@ impl PseudoInverse {
     fn center(&mut self, x: &mut [Vector3<f64>]) {
         self.means(|i| x[i]);
         let (components, means) = (&self.components, &self.sums);
-        change(x, |i, x| *x -= means[components.of(i)]);
+        parallel::update(x, |i, x| *x -= means[components.of(i)]);
     }
 
     /// Leaves the mean of a term over every component in `sums`.
@@ -390,13 +390,6 @@ fn side_by_side(
     invert: impl Fn(&LowerTriangle) -> Result<Inverse, LinearError> + Sync + Send,
 ) -> Result<Vec<Inverse>, LinearError> {
     // In a list first: of two errors the first counts, whichever comes first.
-    let inverses: Vec<_> = matrices.par_iter().with_max_len(1).map(invert).collect();
+    let inverses = parallel::tasks(matrices.iter().collect(), invert);
     inverses.into_iter().collect()
-}
-
-fn change(out: &mut [Vector3<f64>], each: impl Fn(usize, &mut Vector3<f64>) + Sync + Send) {
-    out.par_iter_mut()
-        .enumerate()
-        .with_min_len(1 << 12)
-        .for_each(|(i, x)| each(i, x));
 }

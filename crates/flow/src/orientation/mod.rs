@@ -13,6 +13,7 @@ mod rotation;
 
 use cotan_geometry::Scalar;
 use cotan_halfedge::{VertexId, VertexMap};
+use cotan_parallel as parallel;
 use nalgebra::Vector3;
 
 pub use limited::Limited;
@@ -22,7 +23,6 @@ pub use rotation::BestRotation;
 
 use crate::error::FlowError;
 use crate::state::FlowState;
-use crate::vectors::fill;
 
 /// Turns the prescribed magnitudes into Laplacian coordinates on the current mesh.
 ///
@@ -94,7 +94,7 @@ pub(crate) fn write_each<T: Scalar>(
     out: &mut VertexMap<Vector3<T>>,
     ell: impl Fn(VertexId) -> Vector3<T> + Sync,
 ) {
-    fill(out.as_mut_slice(), |i| ell(VertexId::new(i)));
+    parallel::fill(out.as_mut_slice(), |i| ell(VertexId::new(i)));
 }
 
 /// field_i / |ℓ⁰_i|: by how much the scalar field scales the original; 0 where ℓ⁰ = 0.

@@ -2,6 +2,7 @@
 
 use cotan_geometry::Scalar;
 use cotan_halfedge::VertexMap;
+use cotan_parallel as parallel;
 use nalgebra::Vector3;
 
 use super::Rule;
@@ -10,7 +11,7 @@ use crate::energy::{Energy, LocalGlobal};
 use crate::error::FlowError;
 use crate::report::StepReport;
 use crate::updater::ScalarFieldUpdater;
-use crate::vectors::{dot, fill};
+use crate::vectors::dot;
 use crate::workspace::Workspace;
 
 /// The descent of an energy that a local step and the solve lower in turn.
@@ -94,7 +95,7 @@ impl<T: Scalar> Descent<T> {
                 let now = work.current.positions().as_slice();
                 let start = work.start.as_slice();
                 lbfgs.stepped(
-                    |step| fill(step, |i| (now[i] - start[i]).map(|x| x.as_f64() as f32)),
+                    |step| parallel::fill(step, |i| (now[i] - start[i]).map(|x| x.as_f64() as f32)),
                     &mut work.terms.residual,
                     &mut work.terms.correction,
                 );
@@ -140,7 +141,7 @@ impl<T: Scalar> Descent<T> {
     /// x ← start + length · direction.
     fn move_along(&self, work: &mut Workspace<T>, length: f64) {
         let (start, direction) = (work.start.as_slice(), self.direction.as_slice());
-        fill(work.current.write().as_mut_slice(), |i| {
+        parallel::fill(work.current.write().as_mut_slice(), |i| {
             start[i] + (direction[i] * length).map(T::of_f64)
         });
     }

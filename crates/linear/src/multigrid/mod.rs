@@ -8,8 +8,8 @@
 mod aggregate;
 mod level;
 
+use cotan_parallel::{self as parallel, Chunks};
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 use crate::cholesky::Cholesky;
 use crate::csr::Csr;
@@ -166,16 +166,11 @@ fn quotient(a: Vector3<f64>, b: Vector3<f64>) -> Vector3<f64> {
     a.zip_map(&b, |a, b| if b > 0.0 { a / b } else { 0.0 })
 }
 
-const CHUNK: usize = 4096;
+const CHUNKS: Chunks = Chunks::of(4096);
 
 /// Σ a_i b_i axis by axis, by partial sums in a fixed order.
 fn products(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> Vector3<f64> {
-    let sums: Vec<Vector3<f64>> = a
-        .par_chunks(CHUNK)
-        .zip(b.par_chunks(CHUNK))
-        .map(|(a, b)| a.iter().zip(b).map(|(a, b)| a.component_mul(b)).sum())
-        .collect();
-    sums.into_iter().sum()
+    CHUNKS.sum(a.len(), |i| a[i].component_mul(&b[i]))
 }
 
 fn norms(a: &[Vector3<f64>]) -> Vector3<f64> {
@@ -187,10 +182,7 @@ fn combine(
     b: &[Vector3<f64>],
     value: impl Fn(&Vector3<f64>, &Vector3<f64>) -> Vector3<f64> + Sync,
 ) {
-    a.par_iter_mut()
-        .zip(b)
-        .with_min_len(CHUNK)
-        .for_each(|(a, b)| *a = value(a, b));
+    parallel::update((a, b), |_, (a, b)| *a = value(a, b));
 }
 
 #[cfg(test)]
