@@ -15,7 +15,7 @@ use cotan::flow::{
     BestRotation, Flow, Hybrid, KeepMagnitude, Limited, Orientation, Reflect, ReflectFirst,
     RescaleByArea, ScalarFieldUpdater,
 };
-use cotan::linear::{Membrane, PreparedSystem};
+use cotan::linear::{Defect, Membrane, PreparedSystem};
 use cotan::prelude::*;
 use cotan_geometry::shapes::icosphere;
 use cotan_laplacian::{Cotangent, Operator};
@@ -135,10 +135,15 @@ fn solve(flow: &Flow<'_, f64>, has_membrane: bool) -> f64 {
         PreparedSystem::prepare(rest.operator(), flow.handles(), membrane).expect("a system");
     let mismatch = rest.laplacian();
     let zeros = VertexMap::filled(n, Vector3::zeros());
-    let (mut residual, mut correction) = (zeros.clone(), zeros.clone());
+    let mut correction = zeros.clone();
     median(STEPS, || {
-        let tension = has_membrane.then_some(&zeros);
-        system.correct(mismatch, tension, &zeros, &mut residual, &mut correction);
+        let defect = Defect {
+            tension: has_membrane.then_some(&zeros),
+            ..Defect::of_laplacian(mismatch)
+        };
+        system
+            .correct(&defect, &mut correction)
+            .expect("a solution");
     })
 }
 

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use cotan_geometry::{Positions, Scalar, Surface, bounding_box};
 use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
 use cotan_laplacian::LaplacianScheme;
-use cotan_linear::{Handle, Hold, PreparedSystem};
+use cotan_linear::{Defect, Handle, Hold, PreparedSystem};
 use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
 
 use crate::anderson::Anderson;
@@ -189,7 +189,7 @@ impl<'m, T: Scalar> Flow<'m, T> {
         let identity = || VertexMap::filled(n, Matrix3::identity());
         let rotations = match self.settings.start {
             Start::Original | Start::Updated => identity(),
-            Start::HandleRotations => self.interpolated_rotations().unwrap_or_else(identity),
+            Start::HandleRotations => self.interpolated_rotations()?.unwrap_or_else(identity),
             Start::Zero => {
                 self.laplacian
                     .values_mut()
@@ -228,11 +228,11 @@ impl<'m, T: Scalar> Flow<'m, T> {
     }
 
     /// Rotation vectors of the handle regions, spread over the mesh by the system itself.
-    fn interpolated_rotations(&mut self) -> Option<VertexMap<Matrix3<f64>>> {
+    fn interpolated_rotations(&mut self) -> Result<Option<VertexMap<Matrix3<f64>>>, FlowError> {
         let parts = &mut self.parts;
         let at_handles = handle_rotations(&parts.rest, &parts.handles, &parts.targets);
         if at_handles.iter().all(|w| w.norm() < 1e-12) {
-            return None;
+            return Ok(None);
         }
         let mut turn = VertexMap::filled(self.positions.len(), Vector3::zeros());
         for (handle, w) in parts.handles.iter().zip(at_handles) {
@@ -251,16 +251,10 @@ impl<'m, T: Scalar> Flow<'m, T> {
             terms.mismatch.as_mut_slice()[i] = ell;
             terms.tension.as_mut_slice()[i] = tension;
         }
-        terms.pull.values_mut().for_each(|p| *p = Vector3::zeros());
-        parts.system.correct(
-            &terms.mismatch,
-            Some(&terms.tension),
-            &terms.pull,
-            &mut terms.residual,
-            &mut terms.correction,
-        );
+        let defect = Defect::of_laplacian(&terms.mismatch).with_tension(&terms.tension);
+        parts.system.correct(&defect, &mut terms.correction)?;
         add_scaled(turn.as_mut_slice(), 1.0, terms.correction.as_slice());
-        Some(turn.map(|w| Rotation3::new(*w).into_inner()))
+        Ok(Some(turn.map(|w| Rotation3::new(*w).into_inner())))
     }
 
     /// The original mesh, in box units.

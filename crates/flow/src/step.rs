@@ -1,7 +1,7 @@
 //! One iteration of a flow.
 
 use cotan_geometry::Scalar;
-use cotan_linear::{Handle, Hold, PreparedSystem};
+use cotan_linear::{Defect, Handle, Hold};
 use nalgebra::Point3;
 
 use crate::anderson::Proposal;
@@ -26,7 +26,7 @@ impl<T: Scalar> Flow<'_, T> {
     /// # Errors
     /// What an updater, orientation or scheme reports. The shape is then somewhere between two steps.
     pub fn step(&mut self) -> Result<StepReport, FlowError> {
-        self.solve();
+        self.solve()?;
         self.iteration += 1;
         let ratio = self.settings.schedule.ratio(self.since_move);
         let diagonal = self.parts.rest.diagonal().as_f64();
@@ -84,7 +84,7 @@ impl<T: Scalar> Flow<'_, T> {
     }
 
     /// Computes the correction that a full plain step would make.
-    pub(crate) fn solve(&mut self) {
+    pub(crate) fn solve(&mut self) -> Result<(), FlowError> {
         let (has_membrane, is_seen) = (self.parts.has_membrane, self.is_seen);
         let Self {
             parts,
@@ -128,22 +128,17 @@ impl<T: Scalar> Flow<'_, T> {
                 terms.pull[handle.vertex] = (target - positions[handle.vertex]).map(T::as_f64);
             }
         }
-        let tension = has_membrane.then_some(&terms.tension);
-        // The right-hand side is for those who descend.
-        let descends = has_membrane || matches!(accelerator, Accelerator::Lbfgs(_));
-        let correct = if descends {
-            PreparedSystem::correct
-        } else {
-            PreparedSystem::correct_only
+        let defect = Defect {
+            laplacian: &terms.mismatch,
+            tension: has_membrane.then_some(&terms.tension),
+            pull: Some(&terms.pull),
         };
-        correct(
-            &mut parts.system,
-            &terms.mismatch,
-            tension,
-            &terms.pull,
-            &mut terms.residual,
-            &mut terms.correction,
-        );
+        // The right-hand side is for those who descend.
+        if has_membrane || matches!(accelerator, Accelerator::Lbfgs(_)) {
+            parts.system.residual(&defect, &mut terms.residual);
+        }
+        parts.system.correct(&defect, &mut terms.correction)?;
+        Ok(())
     }
 
     /// x ← start + s δ.
