@@ -2,7 +2,7 @@
 
 use cotan::flow::{BestRotation, Flow, FlowBuilder, Hybrid};
 use cotan::laplacian::{Cotangent, Operator};
-use cotan::linear::{Handle, Membrane, PreparedSystem};
+use cotan::linear::{Defect, Handle, Membrane, PreparedSystem};
 use cotan::prelude::*;
 use cotan::shapes::{Numbering, Shape, irregular};
 
@@ -54,7 +54,6 @@ pub fn hybrid_flow() -> Flow<f64> {
 pub struct Solve {
     system: PreparedSystem,
     mismatch: VertexMap<Vector3<f64>>,
-    still: VertexMap<Vector3<f64>>,
     residual: VertexMap<Vector3<f64>>,
     correction: VertexMap<Vector3<f64>>,
 }
@@ -80,21 +79,18 @@ pub fn solve_setup() -> Solve {
         system: prepare(&operator),
         mismatch,
         residual: still.clone(),
-        correction: still.clone(),
-        still,
+        correction: still,
     }
 }
 
 impl Solve {
     /// One correction.
     pub fn run(mut self) -> Self {
-        self.system.correct(
-            &self.mismatch,
-            None,
-            &self.still,
-            &mut self.residual,
-            &mut self.correction,
-        );
+        let defect = Defect::of_laplacian(&self.mismatch);
+        self.system.residual(&defect, &mut self.residual);
+        self.system
+            .correct(&defect, &mut self.correction)
+            .expect("a solution");
         self
     }
 }

@@ -14,7 +14,7 @@ use std::time::Instant;
 use cotan::flow::{
     BestRotation, Flow, FlowBuilder, Hybrid, Limited, Reflect, ReflectFirst, RescaleByArea,
 };
-use cotan::linear::PreparedSystem;
+use cotan::linear::{Defect, PreparedSystem};
 use cotan::prelude::*;
 use cotan_geometry::shapes::icosphere;
 use cotan_laplacian::{Cotangent, Operator};
@@ -114,10 +114,15 @@ fn solve(flow: &Flow<f64>) -> f64 {
         .expect("a system");
     let mismatch = rest.laplacian();
     let zeros = VertexMap::filled(n, Vector3::zeros());
-    let (mut residual, mut correction) = (zeros.clone(), zeros.clone());
+    let mut correction = zeros.clone();
     median(STEPS, || {
-        let tension = has_membrane.then_some(&zeros);
-        system.correct(mismatch, tension, &zeros, &mut residual, &mut correction);
+        let defect = Defect {
+            tension: has_membrane.then_some(&zeros),
+            ..Defect::of_laplacian(mismatch)
+        };
+        system
+            .correct(&defect, &mut correction)
+            .expect("a solution");
     })
 }
 

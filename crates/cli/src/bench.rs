@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use cotan::flow::Flow;
 use cotan::geometry::{BoundingBox, Surface, bounding_box};
 use cotan::laplacian::{Cotangent, Operator};
-use cotan::linear::{Handle, PreparedSystem};
+use cotan::linear::{Defect, Handle, PreparedSystem};
 use cotan::prelude::{
     DeformOptions, Isometry3, OrientationKind, Point3, Vector3, VertexId, VertexMap,
 };
@@ -188,17 +188,11 @@ impl Plan<'_> {
         let n = rest.positions().len();
         let still = VertexMap::filled(n, Vector3::zeros());
         let mismatch = rest.laplacian().clone();
-        let (mut residual, mut correction) = (still.clone(), still.clone());
+        let mut correction = still.clone();
         let solve = self.median(|| {
-            let tension = Some(&still);
-            system.correct(
-                black_box(&mismatch),
-                tension,
-                &still,
-                &mut residual,
-                &mut correction,
-            );
-            Ok::<_, cotan::flow::FlowError>(())
+            let defect = Defect::of_laplacian(black_box(&mismatch)).with_tension(&still);
+            let solved = system.correct(&defect, &mut correction);
+            solved.map_err(cotan::flow::FlowError::from)
         })?;
         Ok(SystemSeconds {
             factor,

@@ -64,7 +64,7 @@ impl<T: Scalar> Flow<T> {
         match start {
             Start::Original | Start::Updated => {}
             Start::HandleRotations => {
-                work.first_rotations = interpolated_rotations(&mut work);
+                work.first_rotations = interpolated_rotations(&mut work)?;
                 if let Some(rotations) = &work.first_rotations {
                     for (ell, rotation) in work.laplacian.values_mut().zip(rotations.values()) {
                         *ell = (rotation * ell.map(T::as_f64)).map(T::of_f64);

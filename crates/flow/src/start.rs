@@ -2,9 +2,10 @@
 
 use cotan_geometry::Scalar;
 use cotan_halfedge::VertexMap;
-use cotan_linear::Handle;
+use cotan_linear::{Defect, Handle};
 use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
 
+use crate::error::FlowError;
 use crate::nearest_rotation::nearest_rotation;
 use crate::rest::Rest;
 use crate::vectors::add_scaled;
@@ -14,11 +15,11 @@ use crate::workspace::Workspace;
 /// region is turned.
 pub(crate) fn interpolated_rotations<T: Scalar>(
     work: &mut Workspace<T>,
-) -> Option<VertexMap<Matrix3<f64>>> {
+) -> Result<Option<VertexMap<Matrix3<f64>>>, FlowError> {
     let (rest, targets) = (&*work.rest, &work.targets);
     let at_handles = handle_rotations(rest, targets.handles(), targets.in_box());
     if at_handles.iter().all(|w| w.norm() < 1e-12) {
-        return None;
+        return Ok(None);
     }
     let n = rest.positions().len();
     let mut turn = VertexMap::filled(n, Vector3::zeros());
@@ -39,16 +40,10 @@ pub(crate) fn interpolated_rotations<T: Scalar>(
         terms.mismatch.as_mut_slice()[i] = ell;
         membrane.as_mut_slice()[i] = tension;
     }
-    terms.pull.values_mut().for_each(|p| *p = Vector3::zeros());
-    work.system.correct(
-        &terms.mismatch,
-        Some(&membrane),
-        &terms.pull,
-        &mut terms.residual,
-        &mut terms.correction,
-    );
+    let defect = Defect::of_laplacian(&terms.mismatch).with_tension(&membrane);
+    work.system.correct(&defect, &mut terms.correction)?;
     add_scaled(turn.as_mut_slice(), 1.0, terms.correction.as_slice());
-    Some(turn.map(|w| Rotation3::new(*w).into_inner()))
+    Ok(Some(turn.map(|w| Rotation3::new(*w).into_inner())))
 }
 
 /// The rotation vector (axis times angle in radians) of every handle vertex: that of its connected

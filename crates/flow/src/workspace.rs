@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::VertexMap;
-use cotan_linear::PreparedSystem;
+use cotan_linear::{Defect, PreparedSystem};
 use cotan_parallel as parallel;
 use nalgebra::{Matrix3, Vector3};
 
@@ -46,7 +46,7 @@ pub(crate) struct Terms {
     pub(crate) mismatch: VertexMap<Vector3<f64>>,
     /// u − x at soft handles, 0 elsewhere.
     pub(crate) pull: VertexMap<Vector3<f64>>,
-    /// Half the negative gradient, after [`Workspace::solve_with_tension`].
+    /// Half the negative gradient, after [`Workspace::solve_with_tension`]; empty before.
     pub(crate) residual: VertexMap<Vector3<f64>>,
     /// By what a full plain step would move.
     pub(crate) correction: VertexMap<Vector3<f64>>,
@@ -58,7 +58,7 @@ impl Terms {
         Self {
             mismatch: zeros(),
             pull: zeros(),
-            residual: zeros(),
+            residual: VertexMap::default(),
             correction: zeros(),
         }
     }
@@ -87,23 +87,21 @@ pub(crate) struct Advance {
 
 impl<T: Scalar> Workspace<T> {
     /// Computes the correction that a full plain step would make.
-    pub(crate) fn solve(&mut self) {
+    pub(crate) fn solve(&mut self) -> Result<(), FlowError> {
         self.miss();
         self.targets
             .pull(self.current.positions(), &mut self.terms.pull);
         let terms = &mut self.terms;
-        self.system.correct_only(
-            &terms.mismatch,
-            None,
-            &terms.pull,
-            &mut terms.residual,
-            &mut terms.correction,
-        );
+        let defect = Defect::of_laplacian(&terms.mismatch).with_pull(&terms.pull);
+        Ok(self.system.correct(&defect, &mut terms.correction)?)
     }
 
     /// As [`Self::solve`] with a membrane, and half the negative gradient. `tension` is the wanted
     /// pull of the membrane's edges and becomes what they pull beyond it.
-    pub(crate) fn solve_with_tension(&mut self, tension: &mut VertexMap<Vector3<f64>>) {
+    pub(crate) fn solve_with_tension(
+        &mut self,
+        tension: &mut VertexMap<Vector3<f64>>,
+    ) -> Result<(), FlowError> {
         let (rest, laplacian) = (&*self.rest, self.laplacian.as_slice());
         let missed = |i: usize, now| laplacian[i].map(T::as_f64) - now;
         let mismatch = self.terms.mismatch.as_mut_slice();
@@ -132,13 +130,14 @@ impl<T: Scalar> Workspace<T> {
         self.targets
             .pull(self.current.positions(), &mut self.terms.pull);
         let terms = &mut self.terms;
-        self.system.correct(
-            &terms.mismatch,
-            Some(tension),
-            &terms.pull,
-            &mut terms.residual,
-            &mut terms.correction,
-        );
+        let defect = Defect::of_laplacian(&terms.mismatch)
+            .with_tension(tension)
+            .with_pull(&terms.pull);
+        if terms.residual.len() != terms.correction.len() {
+            terms.residual = terms.correction.clone();
+        }
+        self.system.residual(&defect, &mut terms.residual);
+        Ok(self.system.correct(&defect, &mut terms.correction)?)
     }
 
     /// mismatch ← ℓ − L⁰x.

@@ -34,6 +34,7 @@ mod columns;
 mod components;
 mod cost;
 mod csr;
+mod defect;
 mod error;
 mod handles;
 mod lower;
@@ -50,6 +51,7 @@ mod strategy;
 mod system;
 mod weights;
 
+pub use defect::Defect;
 pub use error::LinearError;
 pub use handles::{Handle, Hold};
 pub use problem::Membrane;

@@ -1,6 +1,7 @@
 //! The normal equations: LᵀL + μK + D on the free vertices, factorized.
 
 use cotan_laplacian::OneRings;
+use cotan_parallel as parallel;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -46,10 +47,13 @@ impl NormalEquations {
     }
 
     /// δ = (LᵀL + μK + D)⁻¹ r on the free vertices, 0 at hard handles.
-    pub(crate) fn correct(&mut self, residual: &[Vector3<f64>], correction: &mut [Vector3<f64>]) {
-        for (x, &i) in self.unknowns.iter_mut().zip(&self.free) {
-            *x = residual[i];
-        }
+    pub(crate) fn correct(
+        &mut self,
+        residual: impl Fn(usize) -> Vector3<f64> + Sync,
+        correction: &mut [Vector3<f64>],
+    ) {
+        let unknowns = &mut self.unknowns[..self.free.len()];
+        parallel::update((unknowns, &self.free[..]), |_, (x, &i)| *x = residual(i));
         self.cholesky.solve(&mut self.unknowns);
         correction.fill(Vector3::zeros());
         for (x, &i) in self.unknowns.iter().zip(&self.free) {

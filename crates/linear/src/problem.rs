@@ -3,12 +3,13 @@
 use std::sync::Arc;
 
 use cotan_geometry::Scalar;
-use cotan_halfedge::{EdgeMap, VertexMap};
+use cotan_halfedge::EdgeMap;
 use cotan_laplacian::{OneRings, Operator};
 use cotan_parallel as parallel;
 use nalgebra::Vector3;
 
 use crate::components::Components;
+use crate::defect::Defect;
 use crate::error::LinearError;
 use crate::handles::{self, Handle, Hold};
 use crate::weights::{Form, Weights};
@@ -119,40 +120,16 @@ impl Problem {
         self.membrane.as_ref().map_or(0.0, |m| m.weight)
     }
 
-    /// r = Lᵀ mismatch + μ tension + k² pull, 0 at hard handles.
-    pub(crate) fn residual(
-        &self,
-        mismatch: &VertexMap<Vector3<f64>>,
-        tension: Option<&VertexMap<Vector3<f64>>>,
-        pull: &VertexMap<Vector3<f64>>,
-        out: &mut VertexMap<Vector3<f64>>,
-    ) {
-        let n = self.num_vertices();
-        assert!(
-            [
-                mismatch.len(),
-                pull.len(),
-                out.len(),
-                tension.map_or(n, VertexMap::len)
-            ]
-            .iter()
-            .all(|&len| len == n),
-            "one entry a vertex"
-        );
-        let y = mismatch.as_slice();
-        let weight = self.membrane_weight();
-        parallel::fill(out.as_mut_slice(), |i| {
-            let r = self.weights.transpose_product(&self.rings, i, y);
-            tension.map_or(r, |tension| r + tension.as_slice()[i] * weight)
-        });
-        for handle in &self.held.handles {
-            match handle.hold {
-                Hold::Hard => out[handle.vertex] = Vector3::zeros(),
-                Hold::Soft(_) => {
-                    out[handle.vertex] +=
-                        pull[handle.vertex] * self.held.spring(handle.vertex.index());
-                }
-            }
+    /// r_i = (Lᵀ (ℓ − Lx) + μ tension + k² (u − x))_i, whether or not i is a hard handle.
+    pub(crate) fn residual_at(&self, defect: &Defect<'_>, i: usize) -> Vector3<f64> {
+        let y = defect.laplacian.as_slice();
+        let mut r = self.weights.transpose_product(&self.rings, i, y);
+        if let Some(tension) = defect.tension {
+            r += tension.as_slice()[i] * self.membrane_weight();
+        }
+        match (defect.pull, self.held.spring(i)) {
+            (Some(pull), spring) if spring > 0.0 => r + pull.as_slice()[i] * spring,
+            _ => r,
         }
     }
 }

@@ -8,7 +8,8 @@ use cotan_laplacian::{
     ClampedCotangent, Cotangent, EdgeLength, LaplacianScheme, Operator, Tutte, Uniform,
 };
 use cotan_linear::{
-    Handle, LinearError, Membrane, Precision, PreparedSystem, Reason, Strategy, SystemOptions,
+    Defect, Handle, LinearError, Membrane, Precision, PreparedSystem, Reason, Strategy,
+    SystemOptions,
 };
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::{any, prop_assert, prop_assert_eq, prop_assume, proptest};
@@ -102,13 +103,12 @@ fn corrected<T: Scalar>(
     });
     let zeros = VertexMap::filled(n, Vector3::zeros());
     let (mut residual, mut correction) = (zeros.clone(), zeros);
-    system.correct(
-        &field(n, 0.3),
-        Some(&tension),
-        &field(n, 2.7),
-        &mut residual,
-        &mut correction,
-    );
+    let (laplacian, pull) = (field(n, 0.3), field(n, 2.7));
+    let defect = Defect::of_laplacian(&laplacian)
+        .with_tension(&tension)
+        .with_pull(&pull);
+    system.residual(&defect, &mut residual);
+    system.correct(&defect, &mut correction).unwrap();
     [residual, correction]
 }
 

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use cotan::geometry::SpatialOrder;
-use cotan::linear::{PreparedSystem, Strategy};
+use cotan::linear::{Defect, PreparedSystem, Strategy};
 use cotan::prelude::*;
 
 use crate::job::{Job, Moves};
@@ -146,17 +146,11 @@ fn system(flow: &Flow<f64>, phases: &mut Phases) -> Result<(), Box<dyn Error>> {
     let n = rest.positions().len();
     let mismatch = rest.laplacian().clone();
     let still = VertexMap::filled(n, Vector3::zeros());
-    let (mut residual, mut correction) = (still.clone(), still.clone());
+    let mut correction = still.clone();
     repeat(|| {
         phases.time("solve", || {
-            let tension = Some(&still);
-            system.correct(
-                black_box(&mismatch),
-                tension,
-                &still,
-                &mut residual,
-                &mut correction,
-            );
+            let defect = Defect::of_laplacian(black_box(&mismatch)).with_tension(&still);
+            system.correct(&defect, &mut correction).ok();
         });
     });
     phases.number("factor_bytes", 8.0 * system.factor_entries() as f64);

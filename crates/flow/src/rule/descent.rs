@@ -55,13 +55,13 @@ impl<T: Scalar> Descent<T> {
         }
     }
 
-    fn solve(&mut self, work: &mut Workspace<T>) {
+    fn solve(&mut self, work: &mut Workspace<T>) -> Result<(), FlowError> {
         let n = work.laplacian.len();
         if self.tension.len() != n {
             self.tension = VertexMap::filled(n, Vector3::zeros());
         }
         self.model.wanted_tension(&work.rest, &mut self.tension);
-        work.solve_with_tension(&mut self.tension);
+        work.solve_with_tension(&mut self.tension)
     }
 
     /// The local step at the current positions, the field as it is.
@@ -165,7 +165,7 @@ impl<T: Scalar> Rule<T> for Descent<T> {
     }
 
     fn step(&mut self, work: &mut Workspace<T>) -> Result<StepReport, FlowError> {
-        self.solve(work);
+        self.solve(work)?;
         let before = self.energy;
         let energy_rounding = before.map_or(0.0, |energy| energy.rounding::<T>());
         let Some(step) = work.advance() else {
@@ -255,7 +255,7 @@ mod tests {
         for _ in 0..3 {
             descent.step(&mut work).unwrap();
         }
-        descent.solve(&mut work);
+        descent.solve(&mut work).unwrap();
         let residual = work.terms.residual.clone();
         work.start = work.current.positions().clone();
         let mut direction = VertexMap::from_fn(work.start.len(), |v: VertexId| {

@@ -50,7 +50,7 @@ impl<T: Scalar> Rule<T> for FixedPoint<T> {
     }
 
     fn step(&mut self, work: &mut Workspace<T>) -> Result<StepReport, FlowError> {
-        work.solve();
+        work.solve()?;
         let Some(step) = work.advance() else {
             return Ok(work.diverged());
         };

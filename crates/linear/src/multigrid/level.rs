@@ -61,48 +61,66 @@ impl Level {
         self.matrix.values.len() + 2 * self.prolongation.values.len()
     }
 
+    /// The memory of a cycle.
+    pub(super) fn work(&self) -> LevelWork {
+        let coarse = self.restriction.num_rows();
+        LevelWork {
+            step: vec![Vector3::zeros(); self.matrix.num_rows()],
+            rhs: vec![Vector3::zeros(); coarse],
+            correction: vec![Vector3::zeros(); coarse],
+        }
+    }
+
     /// Improves x by a Chebyshev polynomial in D⁻¹A that damps the upper part of the spectrum.
-    pub(super) fn smooth(&self, b: &[Vector3<f64>], x: &mut [Vector3<f64>]) {
+    pub(super) fn smooth(
+        &self,
+        b: &[Vector3<f64>],
+        x: &mut [Vector3<f64>],
+        step: &mut [Vector3<f64>],
+    ) {
         let (high, low) = (self.radius, self.radius / RANGE);
         let (center, half) = (0.5 * (high + low), 0.5 * (high - low));
         let sigma = center / half;
         let mut rho = 1.0 / sigma;
-        let mut step = self.scaled_residual(b, x);
-        parallel::update(&mut step[..], |_, s| *s /= center);
+        parallel::fill(step, |i| self.scaled_residual(b, x, i) / center);
         for degree in 0..DEGREE {
-            parallel::update((&mut *x, &step[..]), |_, (x, s)| *x += s);
+            parallel::update((&mut *x, &*step), |_, (x, s)| *x += s);
             if degree + 1 == DEGREE {
                 break;
             }
             let next = 1.0 / (2.0 * sigma - rho);
-            let residual = self.scaled_residual(b, x);
             let (keep, add) = (next * rho, 2.0 * next / half);
-            parallel::update((&mut step[..], &residual[..]), |_, (s, r)| {
-                *s = *s * keep + r * add;
+            parallel::update(&mut *step, |i, s| {
+                *s = *s * keep + self.scaled_residual(b, x, i) * add;
             });
             rho = next;
         }
     }
 
-    /// D⁻¹(b − Ax).
-    fn scaled_residual(&self, b: &[Vector3<f64>], x: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
-        parallel::filled(b.len(), |i| {
-            (b[i] - self.matrix.product(i, x)) * self.inverse_diagonal[i]
-        })
+    /// (D⁻¹(b − Ax))_i.
+    fn scaled_residual(&self, b: &[Vector3<f64>], x: &[Vector3<f64>], i: usize) -> Vector3<f64> {
+        (b[i] - self.matrix.product(i, x)) * self.inverse_diagonal[i]
     }
 
-    /// Pᵀ(b − Ax).
-    pub(super) fn restrict(&self, b: &[Vector3<f64>], x: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
-        let residual = parallel::filled(b.len(), |i| b[i] - self.matrix.product(i, x));
-        let mut out = vec![Vector3::zeros(); self.restriction.num_rows()];
-        self.restriction.multiply(&residual, &mut out);
-        out
+    /// Pᵀ(b − Ax), written to `rhs`.
+    pub(super) fn restrict(&self, b: &[Vector3<f64>], x: &[Vector3<f64>], work: &mut LevelWork) {
+        parallel::fill(&mut work.step, |i| b[i] - self.matrix.product(i, x));
+        self.restriction.multiply(&work.step, &mut work.rhs);
     }
 
     /// x ← x + P c.
     pub(super) fn prolong(&self, correction: &[Vector3<f64>], x: &mut [Vector3<f64>]) {
         parallel::update(x, |i, x| *x += self.prolongation.product(i, correction));
     }
+}
+
+/// The memory of a cycle on one level.
+pub(super) struct LevelWork {
+    /// One entry per unknown of this level.
+    pub(super) step: Vec<Vector3<f64>>,
+    /// Right-hand side and solution of the next coarser level.
+    pub(super) rhs: Vec<Vector3<f64>>,
+    pub(super) correction: Vec<Vector3<f64>>,
 }
 
 /// A bound of the eigenvalues of D⁻¹A: the lesser of Gershgorin's and a safe multiple of what a power
