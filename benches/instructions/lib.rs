@@ -72,7 +72,7 @@ pub fn prepare(operator: &Operator<f64>) -> PreparedSystem {
 /// A prepared solve.
 pub fn solve_setup() -> Solve {
     let operator = operator();
-    let still = VertexMap::filled(operator.num_vertices(), Vector3::zeros());
+    let still = VertexMap::filled(operator.num_rows(), Vector3::zeros());
     let mut mismatch = still.clone();
     operator.apply(&shape().positions, &mut mismatch);
     Solve {

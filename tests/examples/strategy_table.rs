@@ -85,7 +85,7 @@ fn table(name: &str, mesh: &HalfedgeMesh, positions: &Positions<f64>, handles: u
         };
         let membrane = (terms == Terms::Membrane).then_some(Membrane {
             weight: mu,
-            stiffness: rest.stiffness(),
+            weights: rest.membrane_weights(),
         });
         let size = rest
             .laplacian()
@@ -97,9 +97,9 @@ fn table(name: &str, mesh: &HalfedgeMesh, positions: &Positions<f64>, handles: u
         });
         let tension = VertexMap::from_fn(n, |v: VertexId| {
             let mut sum = Vector3::zeros();
-            for (j, h) in rest.rings().ring(v.index()) {
+            for (j, k) in rest.graph().row(v.index()) {
                 let step = turned(j.index()) - turned(v.index());
-                sum += step * rest.stiffness()[h.edge()];
+                sum += step * (0.5 * rest.membrane_weights()[k]);
             }
             sum
         });

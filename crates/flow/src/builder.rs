@@ -370,7 +370,7 @@ impl<T: Scalar> FlowBuilder<T> {
 pub(crate) fn membrane<T: Scalar>(rest: &Rest<T>, weight: f64) -> Option<Membrane<'_>> {
     (weight != 0.0).then(|| Membrane {
         weight,
-        stiffness: rest.stiffness(),
+        weights: rest.membrane_weights(),
     })
 }
 

@@ -2,7 +2,7 @@
 
 use cotan_geometry::Scalar;
 use cotan_halfedge::{HalfedgeId, HalfedgeMap};
-use cotan_laplacian::OneRings;
+use cotan_laplacian::{Graph, OneRings};
 use cotan_parallel as parallel;
 use nalgebra::Vector3;
 
@@ -66,7 +66,7 @@ pub(crate) fn in_rows(
 
 /// (Ω a)_i for Ω the mean over a vertex and its neighbours, and (Ωᵀ a)_i where `a` holds shares.
 pub(crate) struct Means<'a> {
-    pub(crate) rings: &'a OneRings,
+    pub(crate) graph: &'a Graph,
     pub(crate) values: &'a [Mat3],
 }
 
@@ -76,7 +76,7 @@ impl Means<'_> {
     pub(crate) fn sum(&self, i: usize, factor: f64) -> Mat3 {
         let own = &self.values[i];
         let (mut a, mut b, mut c) = (Four::of_entries(own, 0), Four::of_entries(own, 4), own[8]);
-        for j in &self.rings.neighbours()[self.rings.range(i)] {
+        for j in &self.graph.neighbours()[self.graph.range(i)] {
             let value = &self.values[j.index()];
             a += Four::of_entries(value, 0);
             b += Four::of_entries(value, 4);
@@ -99,7 +99,7 @@ impl Means<'_> {
     /// The mean of the values of vertex `i` and its neighbours.
     #[inline(always)]
     pub(crate) fn mean(&self, i: usize) -> Mat3 {
-        self.sum(i, cell_share(self.rings, i))
+        self.sum(i, cell_share(self.graph, i))
     }
 }
 
@@ -115,8 +115,8 @@ impl Pass<Mat3, 0> for Means<'_> {
 
 /// One part in the vertex and its neighbours.
 #[inline(always)]
-pub(crate) fn cell_share(rings: &OneRings, i: usize) -> f64 {
-    1.0 / (1 + rings.range(i).len()) as f64
+pub(crate) fn cell_share(graph: &Graph, i: usize) -> f64 {
+    1.0 / (1 + graph.range(i).len()) as f64
 }
 
 /// The four entries from `at` on; the last again where there are fewer.

@@ -1,11 +1,11 @@
 //! What the flow remembers of the original mesh.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use cotan_geometry::{Positions, Scalar, Surface, surface_centroid, unit_or_zero};
-use cotan_halfedge::{EdgeId, EdgeMap, HalfedgeId, HalfedgeMap, HalfedgeMesh, VertexMap};
+use cotan_halfedge::{HalfedgeId, HalfedgeMap, HalfedgeMesh, VertexMap};
 use cotan_laplacian::{
-    Cotangent, FanSums, Fans, LaplacianScheme, OneRings, Operator, SchemeError, Symmetry,
+    Cotangent, FanSums, Fans, Graph, LaplacianScheme, OneRings, Operator, SchemeError, Symmetry,
 };
 use nalgebra::Vector3;
 
@@ -30,10 +30,9 @@ pub struct Rest<T: Scalar> {
     areas: VertexMap<T>,
     /// Cotangent of the angle opposite each halfedge, 0 on the boundary.
     cotangents: HalfedgeMap<f64>,
-    /// Half the cotangent weight of each edge: the membrane's stiffness.
-    stiffness: EdgeMap<f64>,
-    /// Twice that, in the order of the rings; `None` where they are the operator's own weights.
+    /// Cotangent weights, row after row; `None` where they are the operator's own.
     row_cotangents: Option<Vec<f64>>,
+    halfedge_weights: OnceLock<HalfedgeMap<f64>>,
 }
 
 /// Tells one rest shape from another.
@@ -80,37 +79,30 @@ impl<T: Scalar> Rest<T> {
         let units = BoxUnits::of(&Surface::new(&mesh, &original)?)?;
         let positions = units.to_box_all(&original);
         let surface = Surface::new(&mesh, &positions)?;
-        let operator = Operator::assemble(&*scheme, &surface)?;
+        let rings = Arc::new(OneRings::new(&mesh));
+        let operator = Operator::assemble_on(&rings, &*scheme, &surface)?;
         let mut laplacian = VertexMap::filled(n, Vector3::zeros());
         operator.apply(&positions, &mut laplacian);
         let magnitudes = laplacian.map(|ell| ell.norm());
         // As the current mesh is measured, to the last digit: a shape at rest shows no change.
-        let fans = Fans::new(&mesh, operator.rings().clone());
+        let fans = Fans::new(&mesh, rings.clone());
         let mut sums = FanSums::default();
         fans.areas(&positions, &mut sums);
         let mut cotangents = HalfedgeMap::filled(mesh.num_halfedges(), T::zero());
         Cotangent::default().opposite_cotangents(&surface, &mut cotangents);
         // With the weights of the same cotangents K is L/2 to the last digit, and one array serves both.
         let own = Operator::assemble_on(
-            operator.rings().clone(),
+            &rings,
             &SumOf {
                 cotangents: &cotangents,
             },
             &surface,
         );
-        let is_cotangent = own.is_ok_and(|own| own.row_weights() == operator.row_weights());
+        let is_cotangent = own.is_ok_and(|own| own.weights() == operator.weights());
         let cotangents = cotangents.map(|c| c.as_f64());
-        let stiffness = EdgeMap::from_fn(mesh.num_edges(), |e: EdgeId| {
-            let [h, twin] = e.halfedges();
-            if is_cotangent {
-                0.5 * operator.weights()[h]
-            } else {
-                0.5 * (cotangents[h] + cotangents[twin])
-            }
-        });
         let row_cotangents = (!is_cotangent).then(|| {
-            let of_row = |h: &HalfedgeId| 2.0 * stiffness[h.edge()];
-            operator.rings().halfedges().iter().map(of_row).collect()
+            let both = |h: &HalfedgeId| cotangents[*h] + cotangents[h.twin()];
+            rings.halfedges().iter().map(both).collect()
         });
         Ok(Self {
             identity: Identity(Arc::new(())),
@@ -126,8 +118,8 @@ impl<T: Scalar> Rest<T> {
             laplacian,
             magnitudes,
             cotangents,
-            stiffness,
             row_cotangents,
+            halfedge_weights: OnceLock::new(),
         })
     }
 
@@ -172,7 +164,19 @@ impl<T: Scalar> Rest<T> {
 
     /// The one-rings, for sums over neighbours.
     pub fn rings(&self) -> &Arc<OneRings> {
-        self.operator.rings()
+        self.fans.rings()
+    }
+
+    /// The graph of the operator: rows and their neighbours.
+    pub fn graph(&self) -> &Arc<Graph> {
+        self.operator.graph()
+    }
+
+    /// The operator's weights w_ij by halfedge i→j, for loops over edges; gathered when they are first
+    /// asked for.
+    pub fn halfedge_weights(&self) -> &HalfedgeMap<f64> {
+        self.halfedge_weights
+            .get_or_init(|| self.rings().by_halfedge(self.operator.weights()))
     }
 
     /// The triangles around each vertex.
@@ -215,16 +219,11 @@ impl<T: Scalar> Rest<T> {
         &self.cotangents
     }
 
-    /// Half the cotangent weight of each edge, whatever the scheme: the stiffness of the membrane.
-    pub fn stiffness(&self) -> &EdgeMap<f64> {
-        &self.stiffness
-    }
-
-    /// Twice [`Self::stiffness`], row after row: entry k belongs to the halfedge at place k of
-    /// [`OneRings::halfedges`].
-    pub(crate) fn row_cotangents(&self) -> &[f64] {
+    /// The cotangent weights, whatever the scheme, one per entry of [`Self::graph`], row after row: twice
+    /// the stiffness of the membrane.
+    pub fn membrane_weights(&self) -> &[f64] {
         let own = self.row_cotangents.as_deref();
-        own.unwrap_or_else(|| self.operator.row_weights())
+        own.unwrap_or_else(|| self.operator.weights())
     }
 
     /// Whether the operator's weights are the cotangents, so that the membrane's edges pull by half
@@ -242,11 +241,11 @@ impl<T: Scalar> Rest<T> {
         i: usize,
     ) -> [Vector3<f64>; 2] {
         let x = positions.as_slice();
-        let row = self.rings().range(i);
-        let weights = &self.operator.row_weights()[row.clone()];
-        let cotangents = &self.row_cotangents()[row.clone()];
+        let row = self.graph().range(i);
+        let weights = &self.operator.weights()[row.clone()];
+        let cotangents = &self.membrane_weights()[row.clone()];
         let mut sums = [Vector3::zeros(); 2];
-        for ((j, w), c) in self.rings().neighbours()[row]
+        for ((j, w), c) in self.graph().neighbours()[row]
             .iter()
             .zip(weights)
             .zip(cotangents)
@@ -272,12 +271,9 @@ impl<T: Scalar> Rest<T> {
     /// Mean over the vertices of |Σ_j w_ij| for cotangent weights.
     pub(crate) fn mean_cotangent_diagonal(&self) -> f64 {
         let n = self.positions.len();
-        let ring = |i| {
-            self.rings()
-                .ring(i)
-                .map(|(_, h)| 2.0 * self.stiffness[h.edge()])
-        };
-        (0..n).map(|i| ring(i).sum::<f64>().abs()).sum::<f64>() / n as f64
+        let cotangents = self.membrane_weights();
+        let sum = |i| cotangents[self.graph().range(i)].iter().sum::<f64>();
+        (0..n).map(|i| sum(i).abs()).sum::<f64>() / n as f64
     }
 }
 

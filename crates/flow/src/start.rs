@@ -32,10 +32,10 @@ pub(crate) fn interpolated_rotations<T: Scalar>(
     for i in 0..n {
         let (mut ell, mut tension) = (Vector3::zeros(), Vector3::zeros());
         let at = turn.as_slice();
-        for (j, h) in rest.rings().ring(i) {
+        for (j, k) in rest.graph().row(i) {
             let step = at[j.index()] - at[i];
-            ell -= step * rest.operator().weights()[h].as_f64();
-            tension += step * rest.stiffness()[h.edge()];
+            ell -= step * rest.operator().weights()[k];
+            tension += step * (0.5 * rest.membrane_weights()[k]);
         }
         terms.mismatch.as_mut_slice()[i] = ell;
         membrane.as_mut_slice()[i] = tension;
@@ -86,7 +86,7 @@ fn region<T: Scalar>(
     while next < region.len() {
         let vertex = handles[region[next]].vertex;
         next += 1;
-        for (j, _) in rest.rings().ring(vertex.index()) {
+        for (j, _) in rest.graph().row(vertex.index()) {
             if let Some(index) = handle_of[j.index()]
                 && !std::mem::replace(&mut is_done[index], true)
             {

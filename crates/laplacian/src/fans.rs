@@ -63,7 +63,7 @@ struct Sums<T: Scalar> {
 impl Fans {
     /// Gathers the fans of a mesh with the given one-rings.
     pub fn new(mesh: &HalfedgeMesh, rings: Arc<OneRings>) -> Self {
-        let mut neighbours = Vec::with_capacity(rings.neighbours().len());
+        let mut neighbours = Vec::with_capacity(mesh.num_halfedges());
         for v in mesh.vertices() {
             neighbours.extend(mesh.one_ring(v));
         }
@@ -132,7 +132,7 @@ impl Fans {
             vector: Vector3::zeros(),
             area: T::zero(),
         };
-        let mut fan = self.neighbours[self.rings.range(i)].iter();
+        let mut fan = self.neighbours[self.rings.graph().range(i)].iter();
         let edge = |j: &VertexId| x[j.index()] - x[i];
         let (Some(first), Some(last)) = (fan.clone().next(), fan.clone().next_back()) else {
             return sums;

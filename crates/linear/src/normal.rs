@@ -1,6 +1,6 @@
 //! The normal equations: LᵀL + μK + D on the free vertices, factorized.
 
-use cotan_laplacian::OneRings;
+use cotan_laplacian::Graph;
 use cotan_parallel as parallel;
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -85,7 +85,7 @@ fn assemble_free(problem: &Problem) -> (Vec<usize>, LowerTriangle) {
 /// itself and its neighbours. The order of the sums depends on the mesh alone.
 fn assemble(problem: &Problem, free: &[usize], free_index: &[Option<usize>]) -> LowerTriangle {
     let Problem {
-        rings,
+        graph,
         weights,
         membrane,
         held,
@@ -99,7 +99,7 @@ fn assemble(problem: &Problem, free: &[usize], free_index: &[Option<usize>]) -> 
             |column, vertices| {
                 let (mut lengths, mut rows, mut values) = (Vec::new(), Vec::new(), Vec::new());
                 for &i in vertices {
-                    column.gather(rings, weights, i, membrane.as_ref());
+                    column.gather(graph, weights, i, membrane.as_ref());
                     column.values[i] += held.spring(i);
                     column.emit(
                         free_index,
@@ -155,27 +155,27 @@ impl Column {
         self.values[row] += value;
     }
 
-    fn gather(&mut self, rings: &OneRings, weights: &Weights, i: usize, membrane: Option<&Sheet>) {
-        let diagonal = weights.row(rings, i).next().map_or(0.0, |(_, d)| d);
-        for (j, entry) in weights.row(rings, i) {
+    fn gather(&mut self, graph: &Graph, weights: &Weights, i: usize, membrane: Option<&Sheet>) {
+        let diagonal = weights.row(graph, i).next().map_or(0.0, |(_, d)| d);
+        for (j, entry) in weights.row(graph, i) {
             self.add(j, diagonal * entry);
         }
-        for k in rings.range(i) {
-            let row = rings.neighbours()[k].index();
+        for k in graph.range(i) {
+            let row = graph.neighbours()[k].index();
             let entry_in_column = weights.incoming(k);
-            for (j, entry) in weights.row(rings, row) {
+            for (j, entry) in weights.row(graph, row) {
                 self.add(j, entry_in_column * entry);
             }
         }
         if let Some(Sheet { weight, stiffness }) = membrane {
-            for k in rings.range(i) {
+            for k in graph.range(i) {
                 let s = weight
                     * match stiffness {
                         Stiffness::OfWeights(c) => c * weights.outgoing(k),
-                        Stiffness::PerEdge(each) => each[rings.halfedges()[k].edge()],
+                        Stiffness::PerEntry(each) => each[k],
                     };
                 self.add(i, s);
-                self.add(rings.neighbours()[k].index(), -s);
+                self.add(graph.neighbours()[k].index(), -s);
             }
         }
     }

@@ -110,7 +110,7 @@ pub(crate) enum Means {
 /// The analysis that all one-ring matrices of a problem share.
 pub(crate) fn analyse(problem: &Problem) -> Arc<Symbolic> {
     cholesky::analyse(&one_ring::assemble(
-        &problem.rings,
+        &problem.graph,
         &problem.weights,
         |_| false,
         |_, sum| sum,
@@ -125,7 +125,7 @@ pub(crate) fn obstacle(problem: &Problem) -> Option<Reason> {
         (
             Form::Symmetric,
             Some(Sheet {
-                stiffness: Stiffness::PerEdge(_),
+                stiffness: Stiffness::PerEntry(_),
                 ..
             }),
         ) => Some(Reason::OtherMembrane),
@@ -170,7 +170,7 @@ impl PseudoInverse {
         grounds: Vec<usize>,
         invert: impl Fn(&[LowerTriangle]) -> Result<Vec<Inverse>, LinearError>,
     ) -> Result<Self, LinearError> {
-        let (rings, weights) = (&problem.rings, &problem.weights);
+        let (graph, weights) = (&problem.graph, &problem.weights);
         let components = problem.components.clone();
         let scale = match weights.form() {
             Form::RowScaled(scale) => scale.clone(),
@@ -184,14 +184,14 @@ impl PseudoInverse {
         // What is cut off keeps a diagonal of the usual size, so that norms stay what they were.
         let usual = |sum: f64| if sum > 0.0 { sum } else { 1.0 };
         let cut = |i: usize, sum: f64| if is_ground(i) { usual(sum) } else { sum };
-        let mut matrices = vec![one_ring::assemble(rings, weights, is_ground, cut)];
+        let mut matrices = vec![one_ring::assemble(graph, weights, is_ground, cut)];
         if let Some(Sheet {
             weight,
             stiffness: Stiffness::OfWeights(c),
         }) = &problem.membrane
         {
             let shifted = |_, sum| sum + weight * c;
-            matrices.push(one_ring::assemble(rings, weights, |_| false, shifted));
+            matrices.push(one_ring::assemble(graph, weights, |_| false, shifted));
         }
         let mut inverses = invert(&matrices)?;
         let shifted = (inverses.len() > 1).then(|| inverses.pop()).flatten();

@@ -256,7 +256,6 @@ fn factor_normal(problem: &Problem, storage: &Storage) -> Result<Solver, LinearE
 #[cfg(test)]
 mod tests {
     use cotan_geometry::testing::surfaces;
-    use cotan_halfedge::EdgeMap;
     use cotan_laplacian::{Cotangent, LaplacianScheme, Tutte};
     use nalgebra::{DMatrix, DVector};
     use proptest::prelude::*;
@@ -274,11 +273,11 @@ mod tests {
         let l = DMatrix::from(&operator.matrix());
         let n = l.nrows();
         let mut m = l.transpose() * &l;
-        if let Some(Membrane { weight, stiffness }) = membrane {
+        if let Some(Membrane { weight, weights }) = membrane {
             for i in 0..n {
-                for (j, h) in operator.rings().ring(i) {
-                    m[(i, i)] += weight * stiffness[h.edge()];
-                    m[(i, j.index())] -= weight * stiffness[h.edge()];
+                for (j, k) in operator.graph().row(i) {
+                    m[(i, i)] += weight * (0.5 * weights[k]);
+                    m[(i, j.index())] -= weight * (0.5 * weights[k]);
                 }
             }
         }
@@ -315,8 +314,8 @@ mod tests {
             if soft {
                 handles.push(Handle::soft(VertexId::new(n - 1), 3.0));
             }
-            let stiffness = EdgeMap::filled(shape.mesh.num_edges(), 0.7);
-            let membrane = Some(Membrane { weight, stiffness: &stiffness });
+            let weights = vec![1.4; operator.graph().num_entries()];
+            let membrane = Some(Membrane { weight, weights: &weights });
             let mut system = PreparedSystem::prepare(&operator, &handles, membrane)?;
 
             let vector = |i: usize, phase: f64| {
@@ -421,10 +420,10 @@ mod tests {
                 num_vertices: 42
             }
         );
-        let stiffness = EdgeMap::filled(shape.mesh.num_edges(), 1.0);
+        let weights = vec![2.0; operator.graph().num_entries()];
         let membrane = Some(Membrane {
             weight: -1.0,
-            stiffness: &stiffness,
+            weights: &weights,
         });
         assert_eq!(
             PreparedSystem::prepare(&operator, &[Handle::hard(v)], membrane)

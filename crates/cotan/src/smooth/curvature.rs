@@ -190,8 +190,11 @@ impl Curvature {
 fn cell<T: Scalar>(rest: &Rest<T>, x: &Positions<T>, v: VertexId) -> f64 {
     let weights = rest.operator().weights();
     let (mut sum, mut size) = (0.0, 0.0);
-    for (j, h) in rest.rings().ring(v.index()) {
-        let term = weights[h] * (x[j] - x[v]).map(T::as_f64).norm_squared();
+    for (j, k) in rest.graph().row(v.index()) {
+        let term = weights[k]
+            * (x.as_slice()[j.index()] - x[v])
+                .map(T::as_f64)
+                .norm_squared();
         sum += term;
         size += term.abs();
     }

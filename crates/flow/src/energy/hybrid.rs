@@ -2,7 +2,7 @@
 
 use cotan_geometry::{Scalar, surface_area};
 use cotan_halfedge::VertexMap;
-use cotan_laplacian::OneRings;
+use cotan_laplacian::Graph;
 use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::{Energy, LocalGlobal};
@@ -78,7 +78,7 @@ impl Hybrid {
     /// 2 Σ_i R_i : C_i, with C = Pᵀ (covariances) the sums that the fit is made by: P has rows of
     /// sum 1. So the energy costs no pass of its own.
     fn rotate<T: Scalar>(&mut self, state: &FlowState<'_, T>, field: &VertexMap<T>) -> Energy {
-        let rings = state.rest().rings();
+        let graph = &**state.rest().graph();
         let Self {
             weight,
             fit_gradients,
@@ -89,7 +89,7 @@ impl Hybrid {
         } = self;
         let cells = CellsAt {
             rest: state.rest(),
-            rings,
+            graph,
             positions: state.positions().as_slice(),
             field: field.as_slice(),
             gradients: fit_gradients,
@@ -100,9 +100,9 @@ impl Hybrid {
         let [value, size] =
             state.fuse_rest_laplacian(|laplacian| run_both(&cells, scratch, laplacian));
         let values = &*scratch;
-        let [] = run(&Means { rings, values }, spread);
+        let [] = run(&Means { graph, values }, spread);
         let values = &*spread;
-        let [cross] = run(&Fits(Means { rings, values }), rotations);
+        let [cross] = run(&Fits(Means { graph, values }), rotations);
         let left = value + self.rest_energy.value - 2.0 * cross;
         Energy {
             // Not `max`, which drops a NaN: that must not pass for a low energy.
@@ -161,12 +161,12 @@ impl<T: Scalar> LocalGlobal<T> for Hybrid {
         out: &mut VertexMap<Vector3<T>>,
     ) -> Result<Energy, FlowError> {
         let energy = self.rotate(state, field);
-        let (rest, rings) = (state.rest(), state.rest().rings());
+        let (rest, graph) = (state.rest(), &**state.rest().graph());
         let values = &self.rotations;
-        let [] = run(&Means { rings, values }, &mut self.scratch);
+        let [] = run(&Means { graph, values }, &mut self.scratch);
         let turning = Turning {
             means: Means {
-                rings,
+                graph,
                 values: &self.scratch,
             },
             rest,
@@ -181,7 +181,7 @@ impl<T: Scalar> LocalGlobal<T> for Hybrid {
         // at a vertex: a third of each neighbour's for the two triangles at their edge, and of its
         // own for all triangles, each of which lies at two edges.
         let tensions = Tensions {
-            rings: rest.rings(),
+            graph: rest.graph(),
             gradients: &self.pull_gradients,
             means: &self.means,
         };
@@ -192,7 +192,7 @@ impl<T: Scalar> LocalGlobal<T> for Hybrid {
 /// What the first pass of a fit reads.
 struct CellsAt<'a, T: Scalar> {
     rest: &'a Rest<T>,
-    rings: &'a OneRings,
+    graph: &'a Graph,
     positions: &'a [Point3<T>],
     field: &'a [T],
     gradients: &'a [[f64; 3]],
@@ -205,13 +205,13 @@ struct CellsAt<'a, T: Scalar> {
 impl<T: Scalar> PassOfTwo<Mat3, Vector3<f64>, 2> for CellsAt<'_, T> {
     #[inline(always)]
     fn on(&self, first: usize, entries: &mut [Mat3], laplacian: &mut [Vector3<f64>]) -> [f64; 2] {
-        let (neighbours, x) = (self.rings.neighbours(), self.positions);
-        let weights = self.rest.operator().row_weights();
-        let cotangents = self.rest.row_cotangents();
+        let (neighbours, x) = (self.graph.neighbours(), self.positions);
+        let weights = self.rest.operator().weights();
+        let cotangents = self.rest.membrane_weights();
         let [mut flow, mut stretch, mut size] = [0.0; 3];
         for (k, (entry, ell)) in entries.iter_mut().zip(laplacian).enumerate() {
             let i = first + k;
-            let row = self.rings.range(i);
+            let row = self.graph.range(i);
             let own = Four::of_point(&x[i]);
             let mut sum = Columns::ZERO;
             let [mut now, mut squares, mut sizes] = [Four::ZERO; 3];
@@ -231,7 +231,7 @@ impl<T: Scalar> PassOfTwo<Mat3, Vector3<f64>, 2> for CellsAt<'_, T> {
             *ell = now.vector().into();
             let wanted = wanted(self.rest, self.field, i);
             sum.add_outer(now, &wanted);
-            *entry = sum.times(cell_share(self.rings, i));
+            *entry = sum.times(cell_share(self.graph, i));
             let wanted = Four::of_vector(&wanted);
             flow += (now * now + wanted * wanted).sum();
             stretch += squares.sum();
@@ -289,7 +289,7 @@ impl<T: Scalar> PassOfTwo<Mat3, Vector3<T>, 0> for Turning<'_, T> {
 
 /// Writes what the membrane's edges are wanted to pull.
 struct Tensions<'a> {
-    rings: &'a OneRings,
+    graph: &'a Graph,
     gradients: &'a [[f64; 3]],
     means: &'a [Mat3],
 }
@@ -298,9 +298,9 @@ impl Pass<Vector3<f64>, 0> for Tensions<'_> {
     #[inline(always)]
     fn on(&self, first: usize, entries: &mut [Vector3<f64>]) -> [f64; 0] {
         for (k, entry) in entries.iter_mut().enumerate() {
-            let row = self.rings.range(first + k);
+            let row = self.graph.range(first + k);
             let [mut tension, mut own] = [Four::ZERO; 2];
-            for (j, g) in self.rings.neighbours()[row.clone()]
+            for (j, g) in self.graph.neighbours()[row.clone()]
                 .iter()
                 .zip(&self.gradients[row])
             {
@@ -330,10 +330,10 @@ fn wanted<T: Scalar>(rest: &Rest<T>, field: &[T], i: usize) -> [f64; 3] {
 /// Σ_j c_ij |x⁰_j − x⁰_i|² with c the cotangent weights, and the same of their sizes.
 fn stretch<T: Scalar>(rest: &Rest<T>, i: usize) -> [f64; 2] {
     let x = rest.positions().as_slice();
-    let row = rest.rings().range(i);
-    let neighbours = rest.rings().neighbours()[row.clone()].iter();
+    let row = rest.graph().range(i);
+    let neighbours = rest.graph().neighbours()[row.clone()].iter();
     neighbours
-        .zip(&rest.row_cotangents()[row])
+        .zip(&rest.membrane_weights()[row])
         .fold([0.0; 2], |[value, size], (j, c)| {
             let term = c * as_f64(x[j.index()] - x[i]).norm_squared();
             [value + term, size + term.abs()]
@@ -371,10 +371,10 @@ mod tests {
             let energy = hybrid.fit(&state, &field, &mut out).unwrap();
 
             let rotation = |i: usize| Matrix3::from_column_slice(&hybrid.rotations[i]);
-            let rings = rest.rings();
+            let graph = &**rest.graph();
             let omega = |j: usize, i: usize| {
-                let is_near = i == j || rings.ring(j).any(|(k, _)| k.index() == i);
-                if is_near { cell_share(rings, j) } else { 0.0 }
+                let is_near = i == j || graph.row(j).any(|(k, _)| k.index() == i);
+                if is_near { cell_share(graph, j) } else { 0.0 }
             };
             let mesh = &shape.mesh;
             let of_vertex = |j: usize, r: Matrix3<f64>| {

@@ -40,7 +40,7 @@ impl Energy {
 /// oscillate; the flow descends it by L-BFGS, and never accepts a step that raises it (with the
 /// springs of soft handles, and for the scalar field before the step).
 ///
-/// s is [`Rest::stiffness`], and e*(R) the edges that the membrane wants. An energy without a membrane
+/// s is half of [`Rest::membrane_weights`], and e*(R) the edges that the membrane wants. An energy without a membrane
 /// returns μ = 0 and a tension of zeros.
 ///
 /// The compiler asks for every method, so that one that wraps another cannot forget one. Dyn-compatible,

@@ -2,7 +2,7 @@
 
 use cotan_geometry::Scalar;
 use cotan_halfedge::VertexMap;
-use cotan_laplacian::OneRings;
+use cotan_laplacian::Graph;
 use nalgebra::{Point3, Vector3};
 
 use super::{Orientation, field_scale};
@@ -67,7 +67,7 @@ impl<T: Scalar> Orientation<T> for BestRotation {
             *rotations = guess.values().map(flat).collect();
         }
         let turning = Turning {
-            rings: rest.rings(),
+            graph: rest.graph(),
             positions: state.positions().as_slice(),
             gradients,
             rest,
@@ -81,7 +81,7 @@ impl<T: Scalar> Orientation<T> for BestRotation {
 
 /// The fits, and the turned Laplacian coordinates.
 struct Turning<'a, T: Scalar> {
-    rings: &'a OneRings,
+    graph: &'a Graph,
     positions: &'a [Point3<T>],
     gradients: &'a [[f64; 3]],
     rest: &'a Rest<T>,
@@ -92,13 +92,13 @@ impl<T: Scalar> Turning<'_, T> {
     /// The covariance of the triangles around a vertex, and L⁰x there.
     #[inline(always)]
     fn covariance(&self, i: usize) -> (Mat3, Four) {
-        let row = self.rings.range(i);
+        let row = self.graph.range(i);
         let own = Four::of_point(&self.positions[i]);
         let (mut sum, mut now) = (Columns::ZERO, Four::ZERO);
-        for ((j, g), w) in self.rings.neighbours()[row.clone()]
+        for ((j, g), w) in self.graph.neighbours()[row.clone()]
             .iter()
             .zip(&self.gradients[row.clone()])
-            .zip(&self.rest.operator().row_weights()[row])
+            .zip(&self.rest.operator().weights()[row])
         {
             let edge = Four::of_point(&self.positions[j.index()]) - own;
             sum.add_outer(edge, g);

@@ -229,15 +229,15 @@ mod tests {
     fn one_ring(shape: &Shape<f64>, shift: f64) -> LowerTriangle {
         let surface = Surface::new(&shape.mesh, &shape.positions).unwrap();
         let operator = Operator::assemble(&Cotangent::default(), &surface).unwrap();
-        let rings = operator.rings();
+        let graph = operator.graph();
         let mut matrix = LowerTriangle {
             offsets: vec![0],
             rows: vec![],
             values: vec![],
         };
         // Vertex 0 is the ground.
-        for i in 1..rings.num_vertices() {
-            let weights = || rings.ring(i).map(|(j, h)| (j, operator.weights()[h]));
+        for i in 1..graph.num_rows() {
+            let weights = || graph.row(i).map(|(j, k)| (j, operator.weights()[k]));
             matrix.rows.push(i as u32 - 1);
             matrix
                 .values
