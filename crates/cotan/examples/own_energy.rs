@@ -1,18 +1,15 @@
 //! An energy of one's own, descended by L-BFGS: one rotation for the whole shape.
-//!
 //! E(x, R) = |L⁰x − R ℓ⁰|² with a single R: the local step finds R, the flow's solve finds x.
 //!
 //! `cargo run -p cotan --example own_energy`
 
 use cotan::flow::{Energy, FlowError, FlowState, LocalGlobal, Rest, nearest_rotation};
 use cotan::linear::Handle;
-use cotan::nalgebra::Matrix3;
 use cotan::prelude::*;
 
 struct OneRotation;
 
 impl LocalGlobal<f64> for OneRotation {
-    /// No membrane.
     fn begin(&mut self, _: &Rest<f64>) -> Result<f64, FlowError> {
         Ok(0.0)
     }
@@ -55,11 +52,8 @@ fn main() -> Result<(), cotan::Error> {
         .build()?;
     let report = flow.run_to_end()?;
     let positions = flow.positions();
-    let miss = positions.iter().map(|(v, p)| (turned(v) - p).norm());
-    let (stop, steps) = (report.stop, report.iterations);
-    println!(
-        "{stop} after {steps} steps, {:.0e} off",
-        miss.fold(0.0, f64::max)
-    );
+    let misses = positions.iter().map(|(v, p)| (turned(v) - p).norm());
+    let (off, steps) = (misses.fold(0.0, f64::max), report.iterations);
+    println!("{} after {steps} steps, {off:.0e} off", report.stop);
     Ok(())
 }

@@ -73,5 +73,5 @@ pub mod prelude {
     pub use cotan_geometry::{Positions, Scalar, Surface};
     pub use cotan_halfedge::{FaceId, HalfedgeMesh, VertexId, VertexMap};
     pub use cotan_linear::{Handle, Hold};
-    pub use nalgebra::{Isometry3, Matrix4, Point3, Vector3};
+    pub use nalgebra::{Isometry3, Matrix3, Matrix4, Point3, Vector3};
 }
