@@ -20,7 +20,7 @@ pub(crate) fn round_to_exact_sums<T: Scalar>(graph: &Graph, weights: &mut [T]) {
     for first in (0..graph.num_rows()).step_by(ROWS) {
         let rows = first..graph.num_rows().min(first + ROWS);
         let num_entries = rows.clone().map(|i| graph.range(i).len()).sum();
-        let (block, after) = left.split_at_mut(num_entries);
+        let (block, after) = std::mem::take(&mut left).split_at_mut(num_entries);
         left = after;
         blocks.push((rows, block));
     }
