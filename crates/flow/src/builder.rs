@@ -317,7 +317,7 @@ impl<T: Scalar> FlowBuilder<T> {
             Ok::<_, FlowError>(Box::new(Descent::new(updater, energy, memory)))
         };
         let rule: Box<dyn Rule<T>> = match self.stepping {
-            Stepping::Default => descend(Box::new(Hybrid::default()), updater)?,
+            Stepping::Default => descend(Box::<Hybrid>::default(), updater)?,
             Stepping::Descent(energy) => descend(energy, updater)?,
             Stepping::FixedPoint(orientation) => {
                 Box::new(FixedPoint::new(updater, orientation, memory))

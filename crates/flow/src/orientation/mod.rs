@@ -49,7 +49,7 @@ use crate::state::FlowState;
 ///         self.0.orient(state, field, out)?;
 ///         let now = state.laplacian()?;
 ///         for (wanted, now) in out.values_mut().zip(now.values()) {
-///             *wanted = (*wanted + now) * scalar(0.5);
+///             *wanted = (*wanted + now) * scalar::<T>(0.5);
 ///         }
 ///         Ok(())
 ///     }
