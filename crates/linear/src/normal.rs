@@ -2,14 +2,14 @@
 
 use cotan_laplacian::OneRings;
 use cotan_parallel as parallel;
+use cotan_sparse::{Cholesky, LowerTriangle};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use crate::cholesky::{Cholesky, Storage};
 use crate::error::LinearError;
 use crate::handles::Hold;
-use crate::lower::LowerTriangle;
 use crate::problem::{Problem, Sheet, Stiffness};
+use crate::storage::Storage;
 use crate::weights::Weights;
 
 /// The strategy that serves every operator and every set of handles: hard handles are eliminated,
@@ -24,17 +24,17 @@ pub(crate) struct NormalEquations {
 
 impl NormalEquations {
     pub(crate) fn factor(problem: &Problem, storage: &Storage) -> Result<Self, LinearError> {
-        let (free, matrix) = assemble_free(problem);
+        let (free, matrix) = assemble_free(problem)?;
         Ok(Self {
             unknowns: vec![Vector3::zeros(); free.len()],
             free,
-            cholesky: Cholesky::factor_with(&matrix, storage)?,
+            cholesky: storage.factor(&matrix)?,
         })
     }
 
     /// For other weights and the same handles: the analysis is shared.
     pub(crate) fn refactor(&self, problem: &Problem) -> Result<Self, LinearError> {
-        let (free, matrix) = assemble_free(problem);
+        let (free, matrix) = assemble_free(problem)?;
         Ok(Self {
             unknowns: vec![Vector3::zeros(); free.len()],
             free,
@@ -62,7 +62,7 @@ impl NormalEquations {
     }
 }
 
-fn assemble_free(problem: &Problem) -> (Vec<usize>, LowerTriangle) {
+fn assemble_free(problem: &Problem) -> Result<(Vec<usize>, LowerTriangle), LinearError> {
     let mut is_free = vec![true; problem.num_vertices()];
     for handle in &problem.held.handles {
         if handle.hold == Hold::Hard {
@@ -74,8 +74,8 @@ fn assemble_free(problem: &Problem) -> (Vec<usize>, LowerTriangle) {
     for (unknown, &i) in free.iter().enumerate() {
         free_index[i] = Some(unknown);
     }
-    let matrix = assemble(problem, &free, &free_index);
-    (free, matrix)
+    let matrix = assemble(problem, &free, &free_index)?;
+    Ok((free, matrix))
 }
 
 /// Assembles LᵀL + μK + D restricted to the free vertices.
@@ -83,7 +83,11 @@ fn assemble_free(problem: &Problem) -> (Vec<usize>, LowerTriangle) {
 /// `free_index[i]` is the unknown of vertex i or `None`; `free` is its inverse. Column by column
 /// in parallel: column i of LᵀL gathers the rows k of L that have an entry in column i, that is i
 /// itself and its neighbours. The order of the sums depends on the mesh alone.
-fn assemble(problem: &Problem, free: &[usize], free_index: &[Option<usize>]) -> LowerTriangle {
+fn assemble(
+    problem: &Problem,
+    free: &[usize],
+    free_index: &[Option<usize>],
+) -> Result<LowerTriangle, LinearError> {
     let Problem {
         rings,
         weights,
@@ -113,22 +117,20 @@ fn assemble(problem: &Problem, free: &[usize], free_index: &[Option<usize>]) -> 
             },
         )
         .collect();
-    let mut matrix = LowerTriangle {
-        offsets: Vec::with_capacity(free.len() + 1),
-        rows: Vec::with_capacity(blocks.iter().map(|b| b.1.len()).sum()),
-        values: Vec::with_capacity(blocks.iter().map(|b| b.2.len()).sum()),
-    };
-    matrix.offsets.push(0);
+    let mut offsets = Vec::with_capacity(free.len() + 1);
+    let mut rows = Vec::with_capacity(blocks.iter().map(|b| b.1.len()).sum());
+    let mut values = Vec::with_capacity(blocks.iter().map(|b| b.2.len()).sum());
+    offsets.push(0);
     let mut end = 0;
-    for (lengths, rows, values) in blocks {
+    for (lengths, block_rows, block_values) in blocks {
         for length in lengths {
             end += length;
-            matrix.offsets.push(end);
+            offsets.push(end);
         }
-        matrix.rows.extend(rows);
-        matrix.values.extend(values);
+        rows.extend(block_rows);
+        values.extend(block_values);
     }
-    matrix
+    Ok(LowerTriangle::new(offsets, rows, values)?)
 }
 
 /// A dense accumulator for one column at a time.
