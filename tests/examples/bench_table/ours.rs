@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use cotan::flow::Orientation;
 use cotan::geometry::SpatialOrder;
-use cotan::linear::{Defect, Membrane, PreparedSystem, Strategy};
+use cotan::linear::{Defect, Membrane, Method, PreparedSystem};
 use cotan::prelude::*;
 
 use crate::job::{Job, Moves};
@@ -134,7 +134,7 @@ fn system(
     });
     phases.number(
         "columns",
-        f64::from(u8::from(system.choice().strategy == Strategy::Columns)),
+        f64::from(u8::from(system.choice().method == Method::Columns)),
     );
     // Without the columns of the handles: one holds the mesh and needs none.
     repeat(|| {
