@@ -2,17 +2,17 @@
 
 mod bench;
 mod options;
+mod paths;
 mod repair;
 mod smooth;
 mod sphere;
 mod values;
 
-use std::path::PathBuf;
-
 use clap::{Args, Parser, Subcommand};
 
 pub(crate) use bench::BenchArgs;
 pub(crate) use options::{DeformArgs, InputArgs, ReconstructArgs, RunArgs};
+pub(crate) use paths::{InputPath, OutputFolder, OutputPath};
 pub(crate) use repair::RepairArgs;
 pub(crate) use smooth::{DetailArgs, KeepArgs, MeshArgs, SmoothArgs};
 pub(crate) use sphere::{Align, MorphArgs, ResampleArgs, SphereArgs};
@@ -145,13 +145,13 @@ Example:
 pub(crate) struct DemoArgs {
     /// Folder for the results; made if it is not there
     #[arg(short, long, value_name = "DIR", default_value = "cotan-demo")]
-    pub(crate) output: PathBuf,
+    pub(crate) output: OutputFolder,
 }
 
 #[derive(Debug, Args)]
 pub(crate) struct InfoArgs {
     /// Mesh file (.obj, .ply, .off, .stl, .gltf, .glb; also with .gz)
-    pub(crate) mesh: PathBuf,
+    pub(crate) mesh: InputPath,
     /// Treat vertices as one that are at the same place (exact) or this close
     /// [default: exact for .stl, .gltf and .glb, otherwise off]
     #[arg(long, value_name = "off|exact|X", value_parser = values::weld)]
@@ -167,7 +167,7 @@ pub(crate) struct InfoArgs {
 #[derive(Debug, Args)]
 pub(crate) struct EditArgs {
     /// Mesh file (.obj, .ply, .off, .stl, .gltf, .glb; also with .gz)
-    pub(crate) mesh: PathBuf,
+    pub(crate) mesh: InputPath,
     /// Options of the editor, passed on as they are; a `--` before them is left out
     #[arg(
         value_name = "OPTIONS",
@@ -181,10 +181,10 @@ pub(crate) struct EditArgs {
 pub(crate) struct CompareArgs {
     /// The original mesh
     #[arg(value_name = "A")]
-    pub(crate) original: PathBuf,
+    pub(crate) original: InputPath,
     /// The other mesh: same vertices and faces, other positions
     #[arg(value_name = "B")]
-    pub(crate) other: PathBuf,
+    pub(crate) other: InputPath,
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,
@@ -194,10 +194,10 @@ pub(crate) struct CompareArgs {
 pub(crate) struct ConvertArgs {
     /// Mesh file to read
     #[arg(value_name = "IN")]
-    pub(crate) input: PathBuf,
+    pub(crate) input: InputPath,
     /// Mesh file to write
     #[arg(value_name = "OUT")]
-    pub(crate) output: PathBuf,
+    pub(crate) output: OutputPath,
 }
 
 #[derive(Debug, Args)]

@@ -1,7 +1,6 @@
 //! What a mesh costs on this machine, phase by phase.
 
 use std::hint::black_box;
-use std::path::Path;
 use std::time::{Duration, Instant};
 
 use cotan::flow::{Flow, Orientation, Rest};
@@ -15,13 +14,14 @@ use cotan_io::{Folder, IoError, Limits, ProcessingMesh, Weld, load_with};
 use cotan_tool::numbers::in_file_numbers;
 use serde::Serialize;
 
+use crate::args::InputPath;
 use crate::console::Console;
 use crate::error::{CliError, Cure};
 use crate::files;
 
 /// What is to be measured.
 pub(crate) struct Plan<'a> {
-    pub(crate) path: &'a Path,
+    pub(crate) path: &'a InputPath,
     pub(crate) weld: Weld,
     pub(crate) orientation: OrientationKind,
     /// How often each phase is run, at most.
@@ -89,7 +89,7 @@ impl Plan<'_> {
         drop(document);
         self.on_mesh(&processing, load, build)
             .map_err(|error| CliError::Mesh {
-                path: self.path.to_owned(),
+                path: self.path.to_path_buf(),
                 source: in_file_numbers(error, &processing, None),
             })
     }

@@ -1,13 +1,19 @@
 //! What a person sees: results on standard output, everything else on standard error.
+//!
+//! All of it is [`Text`], so that no name from a file acts on the terminal.
 
 use std::fmt::Display;
 use std::io::{ErrorKind, IsTerminal, Write};
+use std::panic::PanicHookInfo;
 use std::time::Duration;
 
+use clap::error::{ContextKind, ContextValue};
+use cotan_io::printable;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::args::Messages;
 use crate::error::CliError;
+use crate::text::Text;
 
 /// How much is said.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -43,10 +49,11 @@ impl Console {
             // Fails only if there is a subscriber already, as in tests: then that one serves.
             let _ = tracing_subscriber::fmt()
                 .with_max_level(level)
-                .with_writer(std::io::stderr)
+                .with_writer(|| Log)
                 .without_time()
                 .with_target(false)
-                .with_ansi(std::io::stderr().is_terminal())
+                // Colours would be made visible together with what a file brings along.
+                .with_ansi(false)
                 .try_init();
         }
         Self {
@@ -56,7 +63,12 @@ impl Console {
     }
 
     /// A result, to standard output. A reader that has gone away (`| head`) is no error.
-    pub(crate) fn print(&self, text: &str) -> Result<(), CliError> {
+    pub(crate) fn print(&self, text: &Text) -> Result<(), CliError> {
+        self.print_own(text.as_str())
+    }
+
+    /// As [`Self::print`], for what no file has a part in.
+    pub(crate) fn print_own(&self, text: &str) -> Result<(), CliError> {
         let mut out = std::io::stdout().lock();
         match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
             Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(CliError::Output(e)),
@@ -77,14 +89,14 @@ impl Console {
     /// Something that did not stop the command but should be known.
     pub(crate) fn warn(&self, warning: impl Display) {
         if self.volume > Volume::Quiet {
-            say(&format!("warning: {warning}\n"));
+            say(&Text::of(format_args!("warning: {warning}")));
         }
     }
 
     /// A summary, to standard error.
-    pub(crate) fn note(&self, text: impl Display) {
+    pub(crate) fn note(&self, text: &Text) {
         if self.wants_summary() {
-            say(&text.to_string());
+            say(text);
         }
     }
 
@@ -107,12 +119,57 @@ const TEMPLATE: &str = "{prefix:>11} [{bar:32}] {pos}/{len} {msg}";
 
 /// Prints an error, the last thing that a failing command does.
 pub(crate) fn print_error(error: &CliError) {
-    say(&format!("error: {error}\n"));
+    say(&Text::of(format_args!("error: {error}")));
+}
+
+/// Prints why the command line was not understood, or the help that it asks for.
+pub(crate) fn print_usage(mut usage: clap::Error) {
+    // What it quotes may be a file's name, as a shell's pattern found it.
+    let quoted: Vec<(ContextKind, String)> = usage
+        .context()
+        .filter_map(|(kind, value)| match value {
+            ContextValue::String(text) => Some((kind, text.clone())),
+            _ => None,
+        })
+        .collect();
+    for (kind, text) in quoted {
+        usage.insert(kind, ContextValue::String(printable(&text).into_owned()));
+    }
+    // If the stream is gone, there is no one left to tell.
+    let _ = usage.print();
+}
+
+/// From now on a panic is told in one printable line: it is a fault of the program, but its message
+/// may quote a file.
+pub(crate) fn tell_panics() {
+    std::panic::set_hook(Box::new(|info: &PanicHookInfo<'_>| {
+        let message = info.payload_as_str().unwrap_or("of unknown cause");
+        let place = info
+            .location()
+            .map_or_else(String::new, |place| format!(" at {place}"));
+        say(&Text::of(format_args!(
+            "error: this is a fault in cotan, please report it: panic{place}: {message}"
+        )));
+    }));
 }
 
 /// Standard error; if it is gone, there is no one left to tell.
-fn say(text: &str) {
-    let _ = std::io::stderr().lock().write_all(text.as_bytes());
+fn say(text: &Text) {
+    let _ = std::io::stderr().lock().write_all(text.as_str().as_bytes());
+}
+
+/// Standard error for the log, which hands over one event at a time.
+struct Log;
+
+impl Write for Log {
+    fn write(&mut self, event: &[u8]) -> std::io::Result<usize> {
+        say(&Text::of(String::from_utf8_lossy(event).trim_end()));
+        Ok(event.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
 }
 
 /// A progress bar that goes away when it is dropped.

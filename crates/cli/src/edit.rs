@@ -13,7 +13,7 @@ use cotan_tool::handles_file::{Constraint, FileVertices, to_handles};
 use cotan_tool::numbers::in_file_numbers;
 use nalgebra::Point3;
 
-use crate::args::Precision;
+use crate::args::{InputPath, Precision};
 use crate::console::{Console, Progress};
 use crate::error::{CliError, Cure};
 use crate::report::{HistoryEntry, Seconds};
@@ -218,7 +218,7 @@ pub(crate) fn positions_of(document: &Document, processing: &ProcessingMesh) -> 
 
 /// Reads a mesh file and builds its half-edge mesh.
 pub(crate) fn load(
-    path: &Path,
+    path: &InputPath,
     seconds: &mut Seconds,
     console: &Console,
 ) -> Result<(Document, ProcessingMesh), CliError> {

@@ -1,4 +1,4 @@
-//! What ends a command with exit code 1.
+//! What ends a command with exit code 1, or 2 where it was used wrongly.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -7,6 +7,7 @@ use cotan::halfedge::BuildError;
 use cotan::sphere::SphereError;
 use cotan_io::{IoError, Weld};
 use cotan_tool::ToolError;
+use cotan_tool::paths::Conflict;
 use thiserror::Error;
 
 use crate::files;
@@ -19,6 +20,9 @@ pub(crate) enum CliError {
     /// A mesh file that cannot be read, built from, or written.
     #[error(transparent)]
     Io(#[from] IoError),
+    /// An output that is an input or another output.
+    #[error(transparent)]
+    Conflict(Box<Conflict>),
     /// A handles file, or an output that cannot be written.
     #[error(transparent)]
     Tool(#[from] ToolError),
@@ -105,6 +109,14 @@ pub(crate) enum Cure {
 }
 
 impl CliError {
+    /// The exit code of a command that ends with this error.
+    pub(crate) fn exit_code(&self) -> u8 {
+        match self {
+            Self::Conflict(_) => 2,
+            _ => 1,
+        }
+    }
+
     /// Why no surface can be built, with the repair that helps.
     pub(crate) fn surface(path: &Path, error: IoError, cure: Cure, weld: Weld) -> Self {
         let (source, method) = match (error.cure(), error) {

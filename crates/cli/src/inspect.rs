@@ -41,7 +41,8 @@ impl From<&cotan_io::Defect> for Defect {
 pub(crate) fn weld_option(weld: Weld) -> Option<String> {
     match weld {
         Weld::Exact => Some("--weld exact".to_owned()),
-        Weld::Within(distance) => Some(format!("--weld {distance}")),
+        // Every digit, to be pasted.
+        Weld::Within(distance) => Some(format!("--weld {distance:?}")),
         Weld::AsFormat | Weld::Off => None,
     }
 }

@@ -8,34 +8,50 @@ mod edit;
 mod error;
 mod files;
 mod inspect;
+mod paths;
 mod picture;
 mod prepare;
 mod report;
 mod sphere;
+mod text;
 
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, FromArgMatches};
 
 use args::Arguments;
 use console::Console;
 
 fn main() -> ExitCode {
-    let arguments = match Arguments::try_parse() {
-        Ok(arguments) => arguments,
+    console::tell_panics();
+    let mut command = Arguments::command();
+    let parsed = command.try_get_matches_from_mut(std::env::args_os());
+    let parsed = parsed.and_then(|matches| {
+        let arguments = Arguments::from_arg_matches(&matches);
+        Ok((arguments.map_err(|e| e.format(&mut command))?, matches))
+    });
+    let (arguments, matches) = match parsed {
+        Ok(parsed) => parsed,
         Err(usage) => {
-            // Help goes to standard output with 0, a usage error to standard error with 2. If the
-            // stream is gone, there is no one left to tell.
-            let _ = usage.print();
-            return ExitCode::from(u8::try_from(usage.exit_code()).unwrap_or(2));
+            // Help goes to standard output with 0, a usage error to standard error with 2.
+            let code = u8::try_from(usage.exit_code()).unwrap_or(2);
+            console::print_usage(usage);
+            return ExitCode::from(code);
         }
     };
     let console = Console::new(&arguments.messages);
-    match commands::run(&arguments.command, &console) {
+    if let Err(error) = cotan_tool::interrupt::remove_files_on_signals() {
+        console.warn(format_args!(
+            "a signal may leave a temporary file behind: {error}"
+        ));
+    }
+    let outcome = paths::check(&command, &matches, &console)
+        .and_then(|()| commands::run(&arguments.command, &console));
+    match outcome {
         Ok(code) => code,
         Err(error) => {
             console::print_error(&error);
-            ExitCode::from(1)
+            ExitCode::from(error.exit_code())
         }
     }
 }

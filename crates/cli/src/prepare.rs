@@ -1,12 +1,12 @@
 //! The mesh of a job: read, repaired if asked for, and built.
 
-use std::path::Path;
 use std::time::Instant;
 
 use cotan_io::{Change, Document, ProcessingMesh, Repair, Weld};
 use cotan_tool::handles_file::FileVertices;
 use cotan_tool::numbers::before_repair;
 
+use crate::args::InputPath;
 use crate::console::Console;
 use crate::error::{CliError, Cure};
 use crate::files;
@@ -15,7 +15,7 @@ use crate::report::{Seconds, counted};
 /// Where the mesh of a job comes from.
 #[derive(Clone, Debug)]
 pub(crate) struct Source<'a> {
-    pub(crate) path: &'a Path,
+    pub(crate) path: &'a InputPath,
     /// The repairs that are made first, if any; welding is said below.
     pub(crate) repair: Option<Repair>,
     /// Whether these fill holes.

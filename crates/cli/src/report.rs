@@ -1,16 +1,17 @@
 //! The report of an edit, as JSON and as a table.
 
-use std::fmt::Write as _;
-use std::path::Path;
+use std::io;
 
 use cotan::flow::{StepReport, StopReason};
+use cotan::geometry::Readable;
 use cotan::{DeformOptions, Quality, ShapeErrors};
 use serde::Serialize;
 
-use crate::args::Precision;
+use crate::args::{OutputPath, Precision};
 use crate::edit::Edited;
 use crate::error::CliError;
 use crate::files;
+use crate::text::Text;
 
 /// What an edit did, for programs. The fields are stable; further ones may come.
 #[derive(Clone, PartialEq, Debug, Serialize)]
@@ -146,12 +147,12 @@ impl Report {
     }
 
     /// Writes the report as JSON.
-    pub(crate) fn write(&self, path: &Path) -> Result<(), CliError> {
-        Ok(files::write(path, to_json(self, path)?.as_bytes())?)
+    pub(crate) fn write(&self, path: &OutputPath) -> Result<(), CliError> {
+        write_json(path, self)
     }
 
     /// The report as a short table.
-    pub(crate) fn table(&self) -> String {
+    pub(crate) fn table(&self) -> Text {
         let mut table = Table::default();
         table.row(
             "vertices, faces",
@@ -178,30 +179,29 @@ impl Report {
     }
 }
 
-/// Indented JSON with a line end.
-fn to_json(value: &impl Serialize, path: &Path) -> Result<String, CliError> {
-    let json = serde_json::to_string_pretty(value);
-    json.map(|text| text + "\n").map_err(|e| CliError::Write {
-        path: path.to_owned(),
+/// Writes a report as indented JSON.
+pub(crate) fn write_json(path: &OutputPath, value: &impl Serialize) -> Result<(), CliError> {
+    let text = Text::json(value).map_err(|e| CliError::Write {
+        path: path.to_path_buf(),
         source: e.into(),
-    })
+    })?;
+    files::write(path, text.as_str().as_bytes())
 }
 
-/// Indented JSON with a line end, for standard output.
-pub(crate) fn json_text(value: &impl Serialize) -> Result<String, CliError> {
-    to_json(value, Path::new("standard output"))
+/// Indented JSON for standard output.
+pub(crate) fn json_text(value: &impl Serialize) -> Result<Text, CliError> {
+    Text::json(value).map_err(|e| CliError::Output(io::Error::from(e)))
 }
 
 /// Lines of a name and a value.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Table {
-    pub(crate) text: String,
+    pub(crate) text: Text,
 }
 
 impl Table {
     pub(crate) fn row(&mut self, name: &str, value: impl std::fmt::Display) {
-        // Writing to a string does not fail.
-        let _ = writeln!(self.text, "{name:<23} {value}");
+        self.text.line(format_args!("{name:<23} {value}"));
     }
 
     pub(crate) fn quality(&mut self, quality: &QualityFields) {
@@ -228,30 +228,14 @@ pub(crate) fn counted(count: usize, thing: &str) -> String {
     format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
 }
 
-/// Five digits, without an exponent where that is short.
+/// A number for a table.
 pub(crate) fn number(x: f64) -> String {
-    if x == 0.0 || (1e-3..1e6).contains(&x.abs()) {
-        let digits = 5usize.saturating_sub(x.abs().log10().max(0.0) as usize);
-        format!("{x:.digits$}")
-    } else {
-        format!("{x:.4e}")
-    }
+    Readable(x).to_string()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn numbers_have_five_digits_or_so() {
-        assert_eq!(number(0.0), "0.00000");
-        assert_eq!(number(0.818_640_1), "0.81864");
-        assert_eq!(number(-12.345_678), "-12.3457");
-        assert_eq!(number(123_456.7), "123457");
-        assert_eq!(number(2.785e-4), "2.7850e-4");
-        assert_eq!(number(1e300), "1.0000e300");
-        assert_eq!(number(f64::NAN), "NaN");
-    }
 
     #[test]
     fn one_thing_is_not_many() {

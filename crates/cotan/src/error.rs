@@ -1,7 +1,7 @@
 //! What the facade's functions report.
 
 use cotan_flow::FlowError;
-use cotan_geometry::SurfaceError;
+use cotan_geometry::{Readable, SurfaceError};
 use cotan_halfedge::VertexId;
 use cotan_laplacian::SchemeError;
 use cotan_linear::LinearError;
@@ -78,7 +78,7 @@ pub enum Error {
     /// A volume or an area that no offset along the normals restores.
     #[error(
         "the volume or area of the component of vertex {vertex} cannot be kept exactly{}",
-        bound.map_or(String::new(), |d| format!(" while no vertex moves farther than {d}; allow more"))
+        bound.map_or(String::new(), |d| format!(" while no vertex moves farther than {}; allow more", Readable(d)))
     )]
     CannotPreserve {
         /// The component's vertex with the lowest number.

@@ -375,7 +375,8 @@ impl eframe::App for Editor {
         self.close_if_asked(&ctx);
         let title = self.title();
         if title != self.shown_title {
-            ctx.send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));
+            let shown = cotan_io::printable(&title).into_owned();
+            ctx.send_viewport_cmd(egui::ViewportCommand::Title(shown));
             self.shown_title = title;
         }
         if self.task.is_some() {

@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use clap::Parser;
 use cotan_editor::app::{Editor, Startup, Trace};
 use cotan_editor::rescue;
+use cotan_io::Printable;
 use eframe::egui;
 
 /// Edit a triangle mesh by hand: drag a handle, and the surface follows with its details turned and
@@ -43,12 +44,15 @@ fn size(text: &str) -> Result<[f32; 2], String> {
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     rescue::install();
+    if let Err(error) = cotan_tool::interrupt::remove_files_on_signals() {
+        eprintln!("warning: a signal may leave a temporary file behind: {error}");
+    }
     // What a missing system library makes of starting a window is no concern of a person's.
     let outcome = catch_unwind(AssertUnwindSafe(|| run(arguments)));
     match outcome {
         Ok(Ok(())) => ExitCode::SUCCESS,
         Ok(Err(problem)) => {
-            eprintln!("error: {problem}");
+            eprintln!("error: {}", Printable(problem));
             ExitCode::FAILURE
         }
         Err(_) => {

@@ -4,11 +4,11 @@
 //! autosave, before anything else happens.
 
 use std::panic::PanicHookInfo;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, TryLockError};
 
 use cotan::geometry::Positions;
-use cotan_io::ProcessingMesh;
+use cotan_io::{Printable, ProcessingMesh};
 
 use crate::app::file_actions::{record, state_of};
 use crate::files::{Autosave, AutosaveError, Fingerprint};
@@ -65,15 +65,14 @@ pub fn install() {
         };
         if let Some((autosave, work)) = &*at_hand {
             match work.write(autosave) {
-                Ok(()) => eprintln!("your work was put aside in {}", shown(autosave.path())),
-                Err(error) => eprintln!("your work could not be put aside: {error}"),
+                Ok(()) => eprintln!(
+                    "your work was put aside in {}",
+                    Printable(autosave.path().display())
+                ),
+                Err(error) => eprintln!("your work could not be put aside: {}", Printable(error)),
             }
         }
         drop(at_hand);
         tell(info);
     }));
-}
-
-fn shown(path: &Path) -> std::path::Display<'_> {
-    path.display()
 }

@@ -1,6 +1,6 @@
 //! What can be wrong with a flow.
 
-use cotan_geometry::SurfaceError;
+use cotan_geometry::{Readable, SurfaceError};
 use cotan_halfedge::VertexId;
 use cotan_laplacian::SchemeError;
 use cotan_linear::LinearError;
@@ -63,7 +63,7 @@ pub enum FlowError {
         vertex: VertexId,
     },
     /// A setting outside its range.
-    #[error("the {setting} must be {range}, but is {value}")]
+    #[error("the {setting} must be {range}, but is {}", Readable(*value))]
     Setting {
         /// Name of the setting.
         setting: &'static str,

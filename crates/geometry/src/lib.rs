@@ -30,6 +30,7 @@ mod distortion;
 mod lengths;
 pub mod maps;
 mod normals;
+mod readable;
 mod scalar;
 pub mod shapes;
 mod spatial_order;
@@ -61,6 +62,7 @@ pub use normals::{
     face_normal, face_normals, face_normals_into, unit_or_zero, vertex_area_vectors,
     vertex_area_vectors_into, vertex_normals, vertex_normals_into,
 };
+pub use readable::Readable;
 pub use scalar::{Scalar, scalar};
 pub use shapes::{
     CREATURE_RESOLUTION, Region, Shape, bar, bumpy_plane, creature, creature_regions, cylinder,

@@ -3,10 +3,12 @@
 use std::fmt;
 use std::path::PathBuf;
 
+use cotan_geometry::Readable;
 use cotan_halfedge::BuildError;
 use thiserror::Error;
 
 use crate::format::Format;
+use crate::printable::printable;
 
 /// A place in a file.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -254,7 +256,7 @@ pub enum IoError {
         num_faces: usize,
     },
     /// A tolerance for welding that is not a distance.
-    #[error("{tolerance} is not a distance to weld within; it must be finite and not negative")]
+    #[error("{} is not a distance to weld within; it must be finite and not negative", Readable(*tolerance))]
     WeldTolerance {
         /// The tolerance.
         tolerance: f64,
@@ -281,7 +283,8 @@ pub enum IoError {
     },
     /// A coordinate that the file's own number type cannot hold.
     #[error(
-        "vertex {vertex}: {value} does not fit the file's type `{number_type}`; save in another format"
+        "vertex {vertex}: {} does not fit the file's type `{number_type}`; save in another format",
+        Readable(*value)
     )]
     DoesNotFit {
         /// The vertex.
@@ -358,20 +361,11 @@ fn vertices_there(first: u32, num_vertices: usize) -> String {
     }
 }
 
-/// The text that was refused, short enough for a message and free of control characters.
+/// The text that was refused, short enough for a message and free of what a terminal acts on.
 pub(crate) fn quote(text: &[u8]) -> String {
     const LONGEST: usize = 40;
     let cut = &text[..text.len().min(LONGEST)];
-    let mut quoted: String = String::from_utf8_lossy(cut)
-        .chars()
-        .map(|c| {
-            if c.is_control() {
-                char::REPLACEMENT_CHARACTER
-            } else {
-                c
-            }
-        })
-        .collect();
+    let mut quoted = printable(&String::from_utf8_lossy(cut)).into_owned();
     if text.len() > LONGEST {
         quoted.push('…');
     }

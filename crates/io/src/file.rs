@@ -1,13 +1,14 @@
 //! Files: opened within limits, replaced in one step.
 
-use std::fs::{File, Permissions};
-use std::io::{Error, ErrorKind, Read, Write};
+use std::io::Read;
 use std::path::Path;
 
 use crate::document::Document;
 use crate::error::IoError;
 use crate::format::Format;
 use crate::limits::Limits;
+use crate::regular::open_regular;
+use crate::replace::replace_file;
 use crate::resolve::{NoFiles, Resolve};
 use crate::{gltf, gzip, obj, off, ply, stl};
 
@@ -110,11 +111,10 @@ pub fn load_with(
 }
 
 fn read_bytes(path: &Path, limits: &Limits) -> Result<Vec<u8>, IoError> {
-    let file = File::open(path).map_err(IoError::Read)?;
-    let size = file.metadata().map_err(IoError::Read)?.len();
+    let (file, size) = open_regular(path).map_err(IoError::Read)?;
     limits.check_bytes(size)?;
-    // Room for what the file is said to hold now; the reading itself is bounded too, since a
-    // device or a growing file can give more.
+    // Room for what the file is said to hold now; the reading itself is bounded too, since the
+    // file may grow meanwhile.
     let mut bytes = Vec::new();
     let room = usize::try_from(size).unwrap_or(usize::MAX);
     bytes
@@ -150,61 +150,6 @@ pub fn save(document: &Document, path: impl AsRef<Path>) -> Result<(), IoError> 
         replace_file(path, &bytes).map_err(IoError::Write)
     };
     write().map_err(|source| in_file(path, source))
-}
-
-/// Writes a file in one step: beside the old one, then in its place, so that a reader sees the old
-/// file or the new one, and after a failure the old one is whole.
-///
-/// A link is followed; permissions stay.
-///
-/// # Errors
-/// What the system says; [`ErrorKind::PermissionDenied`] for a file that is marked read-only,
-/// [`ErrorKind::InvalidInput`] for what is no regular file.
-pub fn replace_file(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    // A link is followed, so that the file that it leads to is replaced and not the link.
-    let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
-    let folder = match target.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    let old = old_permissions(&target)?;
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".cotan-");
-    #[cfg(unix)]
-    {
-        // As any new file: what the process's mask leaves of read and write for all.
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
-    }
-    let mut file = builder.tempfile_in(folder)?;
-    file.write_all(bytes)?;
-    if let Some(old) = old {
-        file.as_file().set_permissions(old)?;
-    }
-    file.as_file().sync_all()?;
-    file.persist(&target).map_err(|error| error.error)?;
-    Ok(())
-}
-
-/// The permissions of the file that will be replaced; refuses what must not be replaced, which
-/// a change of names alone would not notice.
-fn old_permissions(target: &Path) -> std::io::Result<Option<Permissions>> {
-    let Ok(metadata) = std::fs::metadata(target) else {
-        return Ok(None);
-    };
-    if !metadata.is_file() {
-        return Err(Error::new(
-            ErrorKind::InvalidInput,
-            "this is not a regular file",
-        ));
-    }
-    if metadata.permissions().readonly() {
-        return Err(Error::new(
-            ErrorKind::PermissionDenied,
-            "the file is read-only",
-        ));
-    }
-    Ok(Some(metadata.permissions()))
 }
 
 fn in_file(path: &Path, source: IoError) -> IoError {
@@ -321,6 +266,7 @@ mod tests {
     #[cfg(unix)]
     #[test]
     fn a_link_stays_a_link_and_permissions_stay() {
+        use std::fs::Permissions;
         use std::os::unix::fs::PermissionsExt;
         let folder = tempfile::tempdir().unwrap();
         let (file, link) = (

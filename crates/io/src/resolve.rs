@@ -1,8 +1,9 @@
 //! Files that a file refers to, opened only by whom the caller trusts with it.
 
-use std::fs::File;
-use std::io::{Error, ErrorKind, Read};
+use std::io::{Error, ErrorKind};
 use std::path::{Component, Path, PathBuf};
+
+use crate::regular::read_regular;
 
 /// Finds the external buffers of a glTF.
 ///
@@ -71,22 +72,10 @@ impl Resolve for Folder {
         if !path.starts_with(&root) {
             return refuse("it leads out of the folder of the mesh");
         }
-        let metadata = std::fs::metadata(&path)?;
-        if !metadata.is_file() {
+        if !std::fs::metadata(&path)?.is_file() {
             return refuse("it is not a regular file");
         }
-        let too_large = || Error::new(ErrorKind::FileTooLarge, "it is larger than the limit");
-        if metadata.len() > max_bytes {
-            return Err(too_large());
-        }
-        let mut bytes = Vec::new();
-        File::open(&path)?
-            .take(max_bytes.saturating_add(1))
-            .read_to_end(&mut bytes)?;
-        if bytes.len() as u64 > max_bytes {
-            return Err(too_large());
-        }
-        Ok(bytes)
+        read_regular(&path, max_bytes)
     }
 }
 

@@ -1,5 +1,6 @@
 //! What can be wrong with a system.
 
+use cotan_geometry::Readable;
 use cotan_halfedge::VertexId;
 use cotan_sparse::SparseError;
 use thiserror::Error;
@@ -41,7 +42,8 @@ pub enum LinearError {
     },
     /// A weight of a soft handle that is not a positive number, or too large.
     #[error(
-        "the weight {weight} of the handle at vertex {vertex} must be a positive number of at most 1e9 (hard handles are met exactly)"
+        "the weight {} of the handle at vertex {vertex} must be a positive number of at most 1e9 (hard handles are met exactly)",
+        Readable(*weight)
     )]
     HandleWeight {
         /// The vertex.
@@ -50,7 +52,7 @@ pub enum LinearError {
         weight: f64,
     },
     /// A membrane weight that is negative or not finite.
-    #[error("the membrane weight {0} is not a finite number of at least 0")]
+    #[error("the membrane weight {} is not a finite number of at least 0", Readable(*_0))]
     MembraneWeight(f64),
     /// A factorization or an iteration that failed.
     #[error("{error}{advice}", error = .0, advice = advice(.0))]

@@ -1,62 +1,125 @@
 //! Files that are written whole or not at all.
 
-use std::io::Write;
-use std::path::Path;
+use std::ffi::OsStr;
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
 
-use cotan_io::{Format, IoError};
+use cotan_io::{Access, Format, IoError, Unfinished, check_replaceable, link_target};
 
 use crate::error::ToolError;
 
-/// Writes `bytes` to `path` in one step: a reader sees the old file or the new one. Devices and
-/// pipes are written to as they are.
+/// Writes `bytes` to `path` in one step: a reader sees the old file or the new one. The streams of
+/// the process are written to as they are, see [`Stream`].
 ///
 /// # Errors
 /// [`ToolError::Write`]; an older file is whole then.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), ToolError> {
-    replace(path, bytes).map_err(|source| ToolError::Write {
-        path: path.to_owned(),
-        source,
-    })
+    let written = match Stream::of(path) {
+        Some(stream) => stream.write(bytes),
+        None => cotan_io::replace_file(path, bytes),
+    };
+    written.map_err(|source| cannot_write(path, source))
 }
 
-fn replace(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    // Devices and pipes (`--report /dev/stdout`) cannot be replaced, only written to.
-    if std::fs::metadata(path).is_ok_and(|m| !m.is_file() && !m.is_dir()) {
-        return std::fs::OpenOptions::new()
-            .write(true)
-            .open(path)?
-            .write_all(bytes);
+/// An output that is no file: `--report /dev/stdout`. Only these names are; a device or a pipe of
+/// another name is refused, also behind a link.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum Stream {
+    /// `/dev/stdout`.
+    Output,
+    /// `/dev/stderr`.
+    Error,
+    /// `/dev/null`.
+    Null,
+    /// `/dev/fd/N`, as shells name what a command reads.
+    Descriptor(PathBuf),
+}
+
+impl Stream {
+    /// The stream of that name; none on systems other than Unix.
+    pub fn of(path: &Path) -> Option<Self> {
+        if !cfg!(unix) {
+            return None;
+        }
+        Some(match path.to_str()? {
+            "/dev/stdout" => Self::Output,
+            "/dev/stderr" => Self::Error,
+            "/dev/null" => Self::Null,
+            name if name.starts_with("/dev/fd/") => Self::Descriptor(path.to_owned()),
+            _ => return None,
+        })
     }
-    cotan_io::replace_file(path, bytes)
+
+    fn write(&self, bytes: &[u8]) -> std::io::Result<()> {
+        match self {
+            Self::Output => {
+                let mut out = std::io::stdout().lock();
+                out.write_all(bytes).and_then(|()| out.flush())
+            }
+            Self::Error => std::io::stderr().lock().write_all(bytes),
+            Self::Null => Ok(()),
+            Self::Descriptor(path) => {
+                let file = std::fs::OpenOptions::new().append(true).open(path);
+                file?.write_all(bytes)
+            }
+        }
+    }
 }
 
 /// Refuses a path to write to before the work is done rather than after it.
 ///
 /// # Errors
-/// [`ToolError::Write`] for a folder, [`ToolError::NoFolder`] for a file in none.
+/// [`ToolError::Write`] for what is no regular file, a file that may not be written, or a folder in
+/// which nothing can be; [`ToolError::NoFolder`] for a file in none.
 pub fn check_writable(path: &Path) -> Result<(), ToolError> {
-    if path.is_dir() {
-        return Err(ToolError::Write {
+    let failed = |source| cannot_write(path, source);
+    if let Some(stream) = Stream::of(path) {
+        return match stream {
+            // Only of those that are open.
+            Stream::Descriptor(path) => std::fs::metadata(path).map(drop).map_err(failed),
+            _ => Ok(()),
+        };
+    }
+    let target = link_target(path).map_err(failed)?;
+    let folder = folder_of(&target);
+    if !folder.is_dir() {
+        return Err(ToolError::NoFolder {
             path: path.to_owned(),
-            source: std::io::ErrorKind::IsADirectory.into(),
+            folder: folder.to_owned(),
         });
     }
-    let folder = folder_of(path);
-    if folder.is_dir() {
-        return Ok(());
+    // `name/` is a folder that is not there yet, and would become a file.
+    if ends_in_separator(&target) || target.file_name().is_none() {
+        return Err(failed(ErrorKind::IsADirectory.into()));
     }
-    Err(ToolError::NoFolder {
-        path: path.to_owned(),
-        folder: folder.to_owned(),
-    })
+    check_replaceable(&target).map_err(failed)?;
+    // A file is written beside it. Only trying tells whether that can be done.
+    let probe = Unfinished::create(
+        folder,
+        OsStr::new(".cotan-"),
+        OsStr::new(""),
+        Access::Private,
+    );
+    probe.map(drop).map_err(failed)
 }
 
-/// As [`check_writable`], for a mesh: its extension must name a format, which is returned.
+fn ends_in_separator(path: &Path) -> bool {
+    let last = path.as_os_str().as_encoded_bytes().last();
+    last.is_some_and(|&byte| std::path::is_separator(char::from(byte)))
+}
+
+fn cannot_write(path: &Path, source: std::io::Error) -> ToolError {
+    ToolError::Write {
+        path: path.to_owned(),
+        source,
+    }
+}
+
+/// The format that the extension of a mesh to be written names.
 ///
 /// # Errors
-/// As [`check_writable`]; [`IoError::UnknownFormat`] for another extension.
-pub fn check_mesh_path(path: &Path) -> Result<Format, ToolError> {
-    check_writable(path)?;
+/// [`IoError::UnknownFormat`] for another extension.
+pub fn mesh_format(path: &Path) -> Result<Format, ToolError> {
     Ok(Format::from_path(path).ok_or_else(|| in_file(path, IoError::UnknownFormat))?)
 }
 
@@ -98,20 +161,36 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let missing = folder.path().join("missing").join("mesh.obj");
         assert!(matches!(
-            check_mesh_path(&missing),
+            check_writable(&missing),
             Err(ToolError::NoFolder { .. })
         ));
         assert!(matches!(
             check_writable(folder.path()),
             Err(ToolError::Write { .. })
         ));
+        assert!(matches!(
+            check_writable(&folder.path().join("new/")),
+            Err(ToolError::Write { .. })
+        ));
+        let long = "n".repeat(300);
+        assert!(check_writable(&folder.path().join(long)).is_err());
+        check_writable(&folder.path().join("new")).unwrap();
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+        #[cfg(unix)]
+        {
+            let link = folder.path().join("device");
+            std::os::unix::fs::symlink("/dev/null", &link).unwrap();
+            check_writable(&link).unwrap_err();
+            check_writable(Path::new("/dev/null")).unwrap();
+            std::fs::remove_file(link).unwrap();
+        }
         let unknown = folder.path().join("mesh.xyz");
         assert!(
-            check_mesh_path(&unknown)
+            mesh_format(&unknown)
                 .unwrap_err()
                 .to_string()
                 .contains(".obj")
         );
-        assert_eq!(check_mesh_path(Path::new("mesh.ply")).unwrap(), Format::Ply);
+        assert_eq!(mesh_format(Path::new("mesh.ply")).unwrap(), Format::Ply);
     }
 }

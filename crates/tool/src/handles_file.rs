@@ -18,10 +18,9 @@ mod transform;
 mod vertices;
 mod write;
 
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use cotan_io::{Document, Limits, ProcessingMesh};
+use cotan_io::{Document, Limits, ProcessingMesh, read_regular};
 use nalgebra::Matrix4;
 
 pub use constraint::{Constraint, Goal, to_handles};
@@ -45,6 +44,12 @@ pub struct HandlesFile<'a> {
 }
 
 impl HandlesFile<'_> {
+    /// The file of the matrix, where it is not named but found beside a `.sel` file.
+    pub fn matrix_beside(&self) -> Option<PathBuf> {
+        let is_sel = self.def.is_none() && self.kind("") == Kind::Sel;
+        is_sel.then(|| self.path.with_extension("def"))
+    }
+
     /// Reads the handles of a document, in the numbers of its file; they come back in those of the
     /// document. A handle on a vertex that a repair split holds all its copies.
     ///
@@ -170,24 +175,13 @@ fn in_file(path: &Path) -> impl Fn(HandlesError) -> ToolError {
 }
 
 fn read_text(path: &Path) -> Result<String, ToolError> {
-    let bytes = read_bounded(path).map_err(|e| in_file(path)(HandlesError::Read(e)))?;
+    let most = Limits::default().max_bytes;
+    let bytes = read_regular(path, most).map_err(|e| in_file(path)(HandlesError::Read(e)))?;
     let text = String::from_utf8(bytes).map_err(|_| in_file(path)(HandlesError::NotText))?;
     Ok(match text.strip_prefix('\u{feff}') {
         Some(text) => text.to_owned(),
         None => text,
     })
-}
-
-/// The bytes of a file, no more than a mesh file may have; a device could give them for ever.
-fn read_bounded(path: &Path) -> std::io::Result<Vec<u8>> {
-    let most = Limits::default().max_bytes;
-    let mut bytes = Vec::new();
-    let file = std::fs::File::open(path)?;
-    file.take(most.saturating_add(1)).read_to_end(&mut bytes)?;
-    match bytes.len() as u64 > most {
-        true => Err(std::io::ErrorKind::FileTooLarge.into()),
-        false => Ok(bytes),
-    }
 }
 
 #[cfg(test)]

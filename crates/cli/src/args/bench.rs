@@ -1,12 +1,12 @@
 //! `cotan bench` on the command line.
 
 use std::num::{NonZeroU32, NonZeroUsize};
-use std::path::PathBuf;
 
 use clap::Args;
 use cotan::OrientationKind;
 use cotan_io::Weld;
 
+use super::paths::InputPath;
 use super::values;
 
 pub(super) const BENCH_EXAMPLE: &str = "\
@@ -21,7 +21,7 @@ of wall time; other programs that run meanwhile make them longer.";
 pub(crate) struct BenchArgs {
     /// Mesh file (.obj, .ply, .off, .stl, .gltf, .glb; also with .gz); the built-in model if none is
     /// given
-    pub(crate) mesh: Option<PathBuf>,
+    pub(crate) mesh: Option<InputPath>,
     /// How often each phase is measured, at most
     #[arg(long, value_name = "N", default_value = "5")]
     pub(crate) rounds: NonZeroU32,

@@ -1,7 +1,6 @@
 //! The options of `deform` and `reconstruct`.
 
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
 
 use clap::Args;
 use cotan::flow::{Acceleration, Schedule, Start};
@@ -10,6 +9,7 @@ use cotan::{DeformOptions, DetailSize, OrientationKind, SchemeKind};
 
 use cotan_io::{Repair, Weld};
 
+use super::paths::{InputPath, OutputPath};
 use super::values::{self, Precision};
 use crate::error::Cure;
 use crate::prepare::{Holes, Source};
@@ -65,16 +65,16 @@ the shape is.";
 #[derive(Debug, Args)]
 pub(crate) struct InputArgs {
     /// Mesh file (.obj, .ply, .off, .stl, .gltf, .glb; also with .gz)
-    pub(crate) mesh: PathBuf,
+    pub(crate) mesh: InputPath,
     /// Handles: JSON, text with `vertex x y z` a line, or a .sel file
     #[arg(long, value_name = "FILE")]
-    pub(crate) handles: PathBuf,
+    pub(crate) handles: InputPath,
     /// The 4x4 matrix of a .sel file; by default the .def file of the same name
     #[arg(long, value_name = "FILE")]
-    pub(crate) def: Option<PathBuf>,
+    pub(crate) def: Option<InputPath>,
     /// Mesh file to write; its extension names the format
     #[arg(short, long, value_name = "OUT")]
-    pub(crate) output: PathBuf,
+    pub(crate) output: OutputPath,
     /// Repair the mesh first, as `cotan repair` without options does; handles have the numbers of
     /// the file as it was. With --weld, what that repair parts stays parted, and OUT keeps every
     /// vertex
@@ -146,13 +146,13 @@ pub(crate) struct RunArgs {
     pub(crate) threads: Option<NonZeroUsize>,
     /// Write a report (JSON)
     #[arg(long, value_name = "R.json")]
-    pub(crate) report: Option<PathBuf>,
+    pub(crate) report: Option<OutputPath>,
     /// Put the errors after every iteration into the report
     #[arg(long, requires = "report")]
     pub(crate) history: bool,
     /// Draw the mesh before and after (PNG)
     #[arg(long, value_name = "P.png")]
-    pub(crate) picture: Option<PathBuf>,
+    pub(crate) picture: Option<OutputPath>,
 }
 
 #[derive(Debug, Args)]

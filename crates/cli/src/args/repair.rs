@@ -1,11 +1,11 @@
 //! The options of `repair`.
 
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
 
 use clap::Args;
 use cotan_io::{Repair, Weld};
 
+use super::paths::{InputPath, OutputPath};
 use super::values;
 
 pub(super) const REPAIR_EXAMPLE: &str = "\
@@ -23,10 +23,10 @@ const REPAIRS: &str = "Repairs";
 pub(crate) struct RepairArgs {
     /// Mesh file to read (.obj, .ply, .off, .stl, .gltf, .glb; also with .gz)
     #[arg(value_name = "IN")]
-    pub(crate) input: PathBuf,
+    pub(crate) input: InputPath,
     /// Mesh file to write; its extension names the format
     #[arg(short, long, value_name = "OUT")]
-    pub(crate) output: PathBuf,
+    pub(crate) output: OutputPath,
     /// Turn faces round until neighbours agree, and closed parts look outward
     #[arg(long, help_heading = REPAIRS)]
     orient: bool,
@@ -60,7 +60,7 @@ pub(crate) struct RepairArgs {
     all: bool,
     /// Write every change (JSON)
     #[arg(long, value_name = "R.json")]
-    pub(crate) report: Option<PathBuf>,
+    pub(crate) report: Option<OutputPath>,
 }
 
 /// Adds a repair to those that are made.

@@ -1,13 +1,13 @@
 //! The options of `smooth` and `detail`.
 
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
 
 use clap::{ArgGroup, Args};
 use cotan::smooth::{Boundary, DetailOptions, Preserve, SmoothMethod, SmoothOptions};
 use cotan_io::Weld;
 
 use super::options::InputArgs;
+use super::paths::{InputPath, OutputPath};
 use super::values;
 
 pub(super) const SMOOTH_EXAMPLE: &str = "\
@@ -33,10 +33,10 @@ Examples:
 #[derive(Debug, Args)]
 pub(crate) struct MeshArgs {
     /// Mesh file (.obj, .ply, .off, .stl, .gltf, .glb; also with .gz)
-    pub(crate) mesh: PathBuf,
+    pub(crate) mesh: InputPath,
     /// Mesh file to write; its extension names the format
     #[arg(short, long, value_name = "OUT")]
-    pub(crate) output: PathBuf,
+    pub(crate) output: OutputPath,
     /// Repair the mesh first, as `cotan repair` without options does
     #[arg(long)]
     repair: bool,
@@ -51,7 +51,7 @@ impl MeshArgs {
     pub(crate) fn input(&self) -> InputArgs {
         InputArgs {
             mesh: self.mesh.clone(),
-            handles: PathBuf::new(),
+            handles: InputPath::default(),
             def: None,
             output: self.output.clone(),
             repair: self.repair,
@@ -80,13 +80,13 @@ pub(crate) struct KeepArgs {
     pub(crate) threads: Option<NonZeroUsize>,
     /// Write a report (JSON)
     #[arg(long, value_name = "R.json")]
-    pub(crate) report: Option<PathBuf>,
+    pub(crate) report: Option<OutputPath>,
     /// Draw the mesh before and after, coloured by its mean curvature (PNG)
     #[arg(long, value_name = "P.png")]
-    pub(crate) picture: Option<PathBuf>,
+    pub(crate) picture: Option<OutputPath>,
     /// A mesh with the same vertices and faces to compare the result with
     #[arg(long, value_name = "CLEAN")]
-    pub(crate) truth: Option<PathBuf>,
+    pub(crate) truth: Option<InputPath>,
 }
 
 impl KeepArgs {
@@ -154,7 +154,7 @@ pub(crate) struct DetailArgs {
     pub(crate) scale: Option<f64>,
     /// Take the details of another mesh with the same vertices and faces
     #[arg(long, value_name = "OTHER")]
-    pub(crate) from: Option<PathBuf>,
+    pub(crate) from: Option<InputPath>,
     /// Give every vertex the mean curvature that this property of the file says
     #[arg(long, value_name = "NAME")]
     pub(crate) field: Option<String>,

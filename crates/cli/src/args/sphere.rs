@@ -1,13 +1,13 @@
 //! The options of `sphere`, and of what is done by way of the sphere.
 
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use cotan::SchemeKind;
 use cotan::sphere::{Centering, SphereMethod, SphereOptions};
 use cotan_io::{Repair, Weld};
 
+use super::paths::{InputPath, OutputPath};
 use super::values::{self, Precision};
 use crate::error::Cure;
 use crate::prepare::{Holes, Source};
@@ -47,7 +47,7 @@ const MENDING: &str = "Mending";
 #[derive(Debug, Args)]
 pub(crate) struct ClosedMeshArgs {
     /// Mesh file (.obj, .ply, .off, .stl, .gltf, .glb; also with .gz)
-    pub(crate) mesh: PathBuf,
+    pub(crate) mesh: InputPath,
     #[command(flatten)]
     pub(crate) mending: MendingArgs,
 }
@@ -111,7 +111,7 @@ pub(crate) struct MapRunArgs {
     pub(crate) threads: Option<NonZeroUsize>,
     /// Write a report (JSON)
     #[arg(long, value_name = "R.json")]
-    pub(crate) report: Option<PathBuf>,
+    pub(crate) report: Option<OutputPath>,
 }
 
 #[derive(Debug, Args)]
@@ -120,7 +120,7 @@ pub(crate) struct SphereArgs {
     pub(crate) input: ClosedMeshArgs,
     /// Mesh file to write; its extension names the format
     #[arg(short, long, value_name = "OUT")]
-    pub(crate) output: PathBuf,
+    pub(crate) output: OutputPath,
     #[command(flatten)]
     pub(crate) map: MapArgs,
     #[command(flatten)]
@@ -129,7 +129,7 @@ pub(crate) struct SphereArgs {
     pub(crate) turn: TurnArgs,
     /// Draw the mesh and the sphere, coloured by what the map does to areas (PNG)
     #[arg(long, value_name = "P.png")]
-    pub(crate) picture: Option<PathBuf>,
+    pub(crate) picture: Option<OutputPath>,
     /// Give OUT texture coordinates: longitude and latitude, with a cut at 180 degrees. The file is
     /// then written anew from what more than one format can hold
     #[arg(long)]
@@ -137,7 +137,7 @@ pub(crate) struct SphereArgs {
     /// Write the positions of the mesh as the colours of a square (PNG, 16 bits), the sphere
     /// unfolded as an octahedron; the report says what the colours stand for
     #[arg(long, value_name = "P.png")]
-    pub(crate) geometry_image: Option<PathBuf>,
+    pub(crate) geometry_image: Option<OutputPath>,
     /// Pixels of a side of the geometry image; odd
     #[arg(long, value_name = "N", default_value = "257", value_parser = values::odd_size)]
     pub(crate) size: usize,
@@ -153,7 +153,7 @@ pub(crate) struct TurnArgs {
     /// Three vertices, one a line or a JSON list: the first goes to the pole, the second to
     /// longitude 0 (the third, if that is at a pole)
     #[arg(long, value_name = "FILE", conflicts_with = "orient", help_heading = MAPPING)]
-    landmarks: Option<PathBuf>,
+    landmarks: Option<InputPath>,
 }
 
 /// How the sphere is turned, unless by landmarks.
@@ -183,7 +183,7 @@ pub(crate) struct ResampleArgs {
     pub(crate) level: u32,
     /// Mesh file to write; its extension names the format
     #[arg(short, long, value_name = "OUT")]
-    pub(crate) output: PathBuf,
+    pub(crate) output: OutputPath,
     #[command(flatten)]
     pub(crate) map: MapArgs,
     #[command(flatten)]
@@ -196,10 +196,10 @@ pub(crate) struct ResampleArgs {
 pub(crate) struct MorphArgs {
     /// Mesh file of the shape at time 0
     #[arg(value_name = "A")]
-    pub(crate) start: PathBuf,
+    pub(crate) start: InputPath,
     /// Mesh file of the shape at time 1
     #[arg(value_name = "B")]
-    pub(crate) end: PathBuf,
+    pub(crate) end: InputPath,
     /// Where between: 0 is A, 1 is B
     #[arg(short, long, value_name = "T", value_parser = values::share)]
     pub(crate) time: f64,
@@ -209,14 +209,14 @@ pub(crate) struct MorphArgs {
     pub(crate) level: Option<u32>,
     /// Mesh file to write; its extension names the format
     #[arg(short, long, value_name = "OUT")]
-    pub(crate) output: PathBuf,
+    pub(crate) output: OutputPath,
     /// How B's sphere is turned to fit A's
     #[arg(long, value_name = "NAME", value_enum, default_value_t = Align::Pose)]
     pub(crate) align: Align,
     /// Pairs of a vertex of A and one of B that belong together, `a b` a line or a JSON list of
     /// lists; two or more
     #[arg(long, value_name = "FILE", conflicts_with = "align")]
-    pub(crate) landmarks: Option<PathBuf>,
+    pub(crate) landmarks: Option<InputPath>,
     #[command(flatten)]
     pub(crate) mending: MendingArgs,
     #[command(flatten)]
@@ -239,7 +239,7 @@ pub(crate) enum Align {
 
 impl MendingArgs {
     /// The mesh at `path`, mended in this way.
-    pub(crate) fn source<'a>(&self, path: &'a std::path::Path) -> Source<'a> {
+    pub(crate) fn source<'a>(&self, path: &'a InputPath) -> Source<'a> {
         let mut repair = self.repair.then(Repair::default);
         if let Some(most_edges) = self.fill_holes {
             let most_edges = most_edges.map_or(usize::MAX, NonZeroUsize::get);

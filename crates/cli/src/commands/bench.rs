@@ -1,26 +1,26 @@
 //! `cotan bench`: this mesh on this machine.
 
-use std::path::{Path, PathBuf};
-
 use cotan::shapes::{CREATURE_RESOLUTION, creature};
 use cotan_io::Document;
 
-use crate::args::BenchArgs;
+use crate::args::{BenchArgs, InputPath, OutputPath};
 use crate::bench::{Measured, Plan};
 use crate::console::Console;
 use crate::edit;
 use crate::error::CliError;
+use crate::files;
 use crate::report::{Table, json_text, number};
+use crate::text::Text;
 
 pub(crate) fn run(args: &BenchArgs, console: &Console) -> Result<(), CliError> {
     let folder;
-    let (path, name): (PathBuf, String) = match &args.mesh {
+    let (path, name): (InputPath, String) = match &args.mesh {
         Some(path) => (path.clone(), path.display().to_string()),
         None => {
             folder = tempfile::tempdir().map_err(CliError::Output)?;
-            let path = folder.path().join("model.obj");
+            let path = OutputPath::from(folder.path().join("model.obj"));
             write_model(&path)?;
-            (path, "the built-in model".to_owned())
+            (path.as_input(), "the built-in model".to_owned())
         }
     };
     let plan = Plan {
@@ -37,13 +37,13 @@ pub(crate) fn run(args: &BenchArgs, console: &Console) -> Result<(), CliError> {
     console.print(&table(&measured))
 }
 
-fn write_model(path: &Path) -> Result<(), CliError> {
+fn write_model(path: &OutputPath) -> Result<(), CliError> {
     let model = creature::<f64>(CREATURE_RESOLUTION);
     let document = Document::from_mesh(&model.mesh, &model.positions)?;
-    Ok(cotan_io::save(&document, path)?)
+    files::save(&document, path)
 }
 
-fn table(measured: &Measured) -> String {
+fn table(measured: &Measured) -> Text {
     let mut table = Table::default();
     table.row("mesh", &measured.mesh);
     table.row(

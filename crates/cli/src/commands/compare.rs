@@ -14,6 +14,7 @@ use crate::edit::{self, positions_of};
 use crate::error::CliError;
 use crate::files;
 use crate::report::{QualityFields, Seconds, Table, json_text, number};
+use crate::text::Text;
 
 /// What `compare` prints.
 #[derive(Debug, Serialize)]
@@ -98,7 +99,7 @@ pub(crate) fn check_same_faces(
     }
 }
 
-fn table(comparison: &Comparison) -> String {
+fn table(comparison: &Comparison) -> Text {
     let mut table = Table::default();
     table.row(
         "vertices, faces",

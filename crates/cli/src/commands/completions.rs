@@ -9,5 +9,5 @@ use crate::error::CliError;
 pub(crate) fn run(args: &CompletionsArgs, console: &Console) -> Result<(), CliError> {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut Arguments::command(), "cotan", &mut script);
-    console.print(&String::from_utf8_lossy(&script))
+    console.print_own(&String::from_utf8_lossy(&script))
 }

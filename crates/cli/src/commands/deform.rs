@@ -13,6 +13,7 @@ use crate::console::Console;
 use crate::edit::{self, Edit, Edited, History};
 use crate::error::CliError;
 use crate::files;
+use crate::paths;
 use crate::picture::{BeforeAfter, marks};
 use crate::prepare::{self, Prepared};
 use crate::report::{Report, Seconds, Setting, counted};
@@ -27,7 +28,7 @@ pub(crate) fn run(args: &DeformArgs, console: &Console) -> Result<(), CliError> 
         loose: Loose::Hold,
     };
     let report = edit::with_threads(args.run.threads, || job.run(console))??;
-    console.note(report.table());
+    console.note(&report.table());
     Ok(())
 }
 
@@ -63,9 +64,13 @@ impl Job<'_> {
     /// Reads, edits, writes; warns of what should be known.
     pub(crate) fn run(&self, console: &Console) -> Result<Report, CliError> {
         let clock = Instant::now();
-        let format = files::check_mesh_path(&self.input.output)?;
-        for path in [&self.run.report, &self.run.picture].into_iter().flatten() {
-            files::check_writable(path)?;
+        let format = files::mesh_format(&self.input.output)?;
+        let handles = HandlesFile {
+            path: &self.input.handles,
+            def: self.input.def.as_deref(),
+        };
+        if let Some(matrix) = handles.matrix_beside() {
+            paths::check_read("the matrix of --handles", &matrix)?;
         }
         let progress = console.progress(self.options.iteration_limit);
         progress.phase("load");
@@ -78,10 +83,6 @@ impl Job<'_> {
             changes,
             ..
         } = prepared;
-        let handles = HandlesFile {
-            path: &self.input.handles,
-            def: self.input.def.as_deref(),
-        };
         let constraints = handles.read(&document, &processing, file_vertices.as_ref())?;
         let held = match self.loose {
             Loose::Hold => held_still(&constraints, &processing, file_vertices.as_ref(), console),
@@ -104,7 +105,7 @@ impl Job<'_> {
         let edited = edit.run(&mut document, &processing, &mut seconds, &progress)?;
         drop(progress);
 
-        cotan_io::save(&document, &self.input.output)?;
+        files::save(&document, &self.input.output)?;
         for loss in document.losses(format) {
             console.warn(format_args!("{}: {loss}", self.input.output.display()));
         }

@@ -3,48 +3,49 @@
 //! It writes the model and its handles, then does what `cotan deform` would do with them.
 
 use std::fmt::Write as _;
-use std::path::Path;
 
 use cotan::geometry::{Region, Shape, mean_edge_length};
 use cotan::shapes::{CREATURE_RESOLUTION, creature, creature_regions};
 use cotan::smooth::{SmoothOptions, smooth, with_normal_noise};
 use cotan::{DeformOptions, Handles};
 use cotan_io::Document;
+use cotan_tool::paths::Paths;
 
-use crate::args::{DemoArgs, InputArgs, Precision, RunArgs};
+use crate::args::{DemoArgs, InputArgs, OutputFolder, Precision, RunArgs};
 use crate::commands::deform::{AtLimit, Job, Loose};
 use crate::console::Console;
 use crate::error::CliError;
 use crate::files;
 use crate::picture::curvature_picture;
+use crate::text::Text;
 
 pub(crate) fn run(args: &DemoArgs, console: &Console) -> Result<(), CliError> {
-    let folder = args.output.as_path();
+    let folder = &args.output;
+    check_outputs(folder)?;
     std::fs::create_dir_all(folder).map_err(|source| CliError::Write {
-        path: folder.to_owned(),
+        path: folder.to_path_buf(),
         source,
     })?;
     let model = creature::<f64>(CREATURE_RESOLUTION);
+    let (before, handles_file) = (folder.file("before.obj"), folder.file("handles.json"));
     let input = InputArgs {
-        mesh: folder.join("before.obj"),
-        handles: folder.join("handles.json"),
+        mesh: before.as_input(),
+        handles: handles_file.as_input(),
         def: None,
-        output: folder.join("after.obj"),
+        output: folder.file("after.obj"),
         repair: false,
         weld: None,
     };
     let run = RunArgs {
         precision: Precision::F64,
         threads: None,
-        report: Some(folder.join("report.json")),
+        report: Some(folder.file("report.json")),
         history: true,
-        picture: Some(folder.join("demo.png")),
+        picture: Some(folder.file("demo.png")),
     };
-    cotan_io::save(
-        &Document::from_mesh(&model.mesh, &model.positions)?,
-        &input.mesh,
-    )?;
-    files::write(&input.handles, handles().as_bytes())?;
+    let document = Document::from_mesh(&model.mesh, &model.positions)?;
+    files::save(&document, &before)?;
+    files::write(&handles_file, handles().as_bytes())?;
     let job = Job {
         input: &input,
         run: &run,
@@ -58,11 +59,13 @@ pub(crate) fn run(args: &DemoArgs, console: &Console) -> Result<(), CliError> {
     if console.is_quiet() {
         return Ok(());
     }
-    console.print(&format!("{}{}", report.table(), where_to_look(folder)))
+    let mut text = report.table();
+    text.append(&where_to_look(folder));
+    console.print(&text)
 }
 
 /// The model with noise, and smoothed: meshes and a picture of their curvature.
-fn smoothing(model: &Shape<f64>, folder: &Path) -> Result<(), CliError> {
+fn smoothing(model: &Shape<f64>, folder: &OutputFolder) -> Result<(), CliError> {
     let surface = model.surface();
     let noisy = with_normal_noise(&surface, NOISE * mean_edge_length(&surface), 1);
     let smoothed = smooth(
@@ -77,29 +80,45 @@ fn smoothing(model: &Shape<f64>, folder: &Path) -> Result<(), CliError> {
     })?;
     for (name, positions) in [("noisy.obj", &noisy), ("smoothed.obj", &smoothed.positions)] {
         let document = Document::from_mesh(&model.mesh, positions)?;
-        cotan_io::save(&document, folder.join(name))?;
+        files::save(&document, &folder.file(name))?;
     }
     let picture = curvature_picture(&model.mesh, &noisy, &smoothed.positions);
-    files::write(&folder.join("smoothing.png"), &picture)?;
-    Ok(())
+    files::write(&folder.file("smoothing.png"), &picture)
 }
 
 /// Of the noisy model, in mean edge lengths.
 const NOISE: f64 = 0.15;
 
-fn where_to_look(folder: &Path) -> String {
-    let file = |name: &str| folder.join(name).display().to_string();
-    format!(
-        "\npictures  {}, {}\nmeshes    {}, {}, {}, {}\nhandles   {}\nreport    {}\n",
-        file("demo.png"),
-        file("smoothing.png"),
-        file("before.obj"),
-        file("after.obj"),
-        file("noisy.obj"),
-        file("smoothed.obj"),
-        file("handles.json"),
-        file("report.json"),
-    )
+/// What is written, by kind.
+const OUTPUTS: [(&str, &[&str]); 4] = [
+    ("pictures", &["demo.png", "smoothing.png"]),
+    (
+        "meshes",
+        &["before.obj", "after.obj", "noisy.obj", "smoothed.obj"],
+    ),
+    ("handles", &["handles.json"]),
+    ("report", &["report.json"]),
+];
+
+/// Refuses a folder in which two of the files are one, by links.
+fn check_outputs(folder: &OutputFolder) -> Result<(), CliError> {
+    let mut paths = Paths::default();
+    for name in OUTPUTS.iter().flat_map(|(_, names)| *names) {
+        paths.write("the output", folder.join(name));
+    }
+    Ok(paths.check()?)
+}
+
+fn where_to_look(folder: &OutputFolder) -> Text {
+    let mut text = Text::of("");
+    for (kind, names) in OUTPUTS {
+        let files: Vec<String> = names
+            .iter()
+            .map(|name| folder.join(name).display().to_string())
+            .collect();
+        text.line(format_args!("{kind:<9} {}", files.join(", ")));
+    }
+    text
 }
 
 /// The handles file: the feet stay, the head turns to the viewer and up, the tail rises.

@@ -13,7 +13,7 @@ use crate::error::CliError;
 pub(crate) fn run(args: &EditArgs) -> Result<ExitCode, CliError> {
     let program = beside().unwrap_or_else(|| EDITOR.into());
     let status = Command::new(&program)
-        .arg(&args.mesh)
+        .arg(&*args.mesh)
         .args(&args.options)
         .status();
     match status {

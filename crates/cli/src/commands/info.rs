@@ -6,6 +6,7 @@ use crate::error::CliError;
 use crate::files;
 use crate::inspect::{Inspection, inspect};
 use crate::report::{Table, json_text, number};
+use crate::text::Text;
 
 pub(crate) fn run(args: &InfoArgs, console: &Console) -> Result<(), CliError> {
     let document = files::load(&args.mesh, console)?;
@@ -20,7 +21,7 @@ pub(crate) fn run(args: &InfoArgs, console: &Console) -> Result<(), CliError> {
     console.print(&table(&inspection))
 }
 
-fn table(info: &Inspection) -> String {
+fn table(info: &Inspection) -> Text {
     let mut table = Table::default();
     let format = info.format.as_deref().unwrap_or("no format");
     table.row("file", format_args!("{} ({format})", info.file));

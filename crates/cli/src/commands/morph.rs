@@ -12,9 +12,10 @@ use crate::files;
 use crate::prepare;
 use crate::report::Seconds;
 use crate::sphere::{self, Input, Mapped, Mapper, Turn};
+use crate::text::Text;
 
 pub(crate) fn run(args: &MorphArgs, console: &Console) -> Result<(), CliError> {
-    files::check_mesh_path(&args.output)?;
+    files::mesh_format(&args.output)?;
     edit::with_threads(args.threads, || morph(args, console))?
 }
 
@@ -62,7 +63,7 @@ fn write(
     shape: &Shape<f64>,
     console: &Console,
 ) -> Result<(), CliError> {
-    let format = files::check_mesh_path(&args.output)?;
+    let format = files::mesh_format(&args.output)?;
     let document = match args.level {
         Some(_) => Document::from_mesh(&shape.mesh, &shape.positions)?,
         None => {
@@ -72,16 +73,16 @@ fn write(
             document
         }
     };
-    cotan_io::save(&document, &args.output)?;
+    files::save(&document, &args.output)?;
     for lost in document.losses(format) {
         console.warn(format_args!("{}: {lost}", args.output.display()));
     }
-    console.note(format_args!(
-        "{}: {} vertices, {} faces\n",
+    console.note(&Text::of(format_args!(
+        "{}: {} vertices, {} faces",
         args.output.display(),
         document.positions().len(),
         document.faces().len()
-    ));
+    )));
     Ok(())
 }
 

@@ -22,6 +22,6 @@ pub(crate) fn run(args: &ReconstructArgs, console: &Console) -> Result<(), CliEr
         loose: Loose::Refuse,
     };
     let report = edit::with_threads(args.run.threads, || job.run(console))??;
-    console.note(report.table());
+    console.note(&report.table());
     Ok(())
 }

@@ -10,7 +10,7 @@ use crate::console::Console;
 use crate::error::CliError;
 use crate::files;
 use crate::inspect::{Defect, listed};
-use crate::report::{Table, json_text};
+use crate::report::{Table, write_json};
 
 /// What was done, for programs.
 #[derive(Debug, Serialize)]
@@ -31,14 +31,11 @@ struct ChangeEntry {
 }
 
 pub(crate) fn run(args: &RepairArgs, console: &Console) -> Result<(), CliError> {
-    let format = files::check_mesh_path(&args.output)?;
-    if let Some(path) = &args.report {
-        files::check_writable(path)?;
-    }
+    let format = files::mesh_format(&args.output)?;
     let document = files::load(&args.input, console)?;
     let in_file = |error| files::in_file(&args.input, error);
     let repaired = args.repair().apply(&document).map_err(in_file)?;
-    cotan_io::save(&repaired.document, &args.output)?;
+    files::save(&repaired.document, &args.output)?;
     for loss in repaired.document.losses(format) {
         console.warn(format_args!("{}: {loss}", args.output.display()));
     }
@@ -55,7 +52,7 @@ pub(crate) fn run(args: &RepairArgs, console: &Console) -> Result<(), CliError> 
             defect_counts: defect_counts.clone(),
             defects: defects.clone(),
         };
-        files::write(path, json_text(&report)?.as_bytes())?;
+        write_json(path, &report)?;
     }
     if console.is_quiet() {
         return Ok(());
@@ -63,7 +60,8 @@ pub(crate) fn run(args: &RepairArgs, console: &Console) -> Result<(), CliError> 
     let mut table = Table::default();
     tell(&repaired.changes, &mut table);
     left(&defect_counts, &defects, &mut table);
-    console.print(&format!("{}{}", table.text, counts(&repaired.document)))
+    counts(&repaired.document, &mut table);
+    console.print(&table.text)
 }
 
 /// How many changes and defects of a kind are told.
@@ -143,9 +141,7 @@ fn left(counts: &BTreeMap<&'static str, usize>, defects: &[Defect], table: &mut 
     }
 }
 
-fn counts(document: &Document) -> String {
-    let mut table = Table::default();
+fn counts(document: &Document, table: &mut Table) {
     table.row("vertices", document.positions().len());
     table.row("faces", document.faces().len());
-    table.text
 }

@@ -11,7 +11,7 @@ use crate::edit;
 use crate::error::CliError;
 use crate::files;
 use crate::prepare;
-use crate::report::{Seconds, json_text};
+use crate::report::{Seconds, write_json};
 use crate::sphere::{self, Input, Mapper, Phases, Resampled, SphereRun};
 
 pub(crate) fn run(args: &ResampleArgs, console: &Console) -> Result<(), CliError> {
@@ -20,16 +20,13 @@ pub(crate) fn run(args: &ResampleArgs, console: &Console) -> Result<(), CliError
         Precision::F32 => run_as::<f32>(args, console),
     };
     let report = edit::with_threads(args.run.threads, job)??;
-    console.note(report.table());
+    console.note(&report.table());
     Ok(())
 }
 
 fn run_as<T: Scalar>(args: &ResampleArgs, console: &Console) -> Result<SphereRun, CliError> {
     let clock = Instant::now();
-    files::check_mesh_path(&args.output)?;
-    if let Some(path) = &args.run.report {
-        files::check_writable(path)?;
-    }
+    files::mesh_format(&args.output)?;
     let options = args.map.options();
     let progress = console.progress(options.iteration_limit);
     progress.phase("load");
@@ -52,7 +49,7 @@ fn run_as<T: Scalar>(args: &ResampleArgs, console: &Console) -> Result<SphereRun
     drop(progress);
 
     let document = Document::from_mesh(&shape.mesh, &mapped.in_file(&shape.positions))?;
-    cotan_io::save(&document, &args.output)?;
+    files::save(&document, &args.output)?;
     sphere::warn(&mapped.report, &options, console);
     let mut report = SphereRun::new(&mapped, &options, args.run.precision);
     report.phases = Phases {
@@ -67,7 +64,7 @@ fn run_as<T: Scalar>(args: &ResampleArgs, console: &Console) -> Result<SphereRun
     });
     report.seconds = clock.elapsed().as_secs_f64();
     if let Some(path) = &args.run.report {
-        files::write(path, json_text(&report)?.as_bytes())?;
+        write_json(path, &report)?;
     }
     Ok(report)
 }

@@ -14,7 +14,7 @@ use cotan_io::{Document, ProcessingMesh};
 use cotan_tool::numbers::in_file_numbers;
 use serde::Serialize;
 
-use crate::args::{DetailArgs, KeepArgs, MeshArgs, SmoothArgs};
+use crate::args::{DetailArgs, InputPath, KeepArgs, MeshArgs, SmoothArgs};
 use crate::commands::compare::check_same_faces;
 use crate::commands::repair::forgotten;
 use crate::console::Console;
@@ -23,7 +23,8 @@ use crate::error::CliError;
 use crate::files;
 use crate::picture::curvature_picture;
 use crate::prepare::{self, Prepared};
-use crate::report::{Seconds, Table, counted, json_text, number};
+use crate::report::{Seconds, Table, counted, number, write_json};
+use crate::text::Text;
 
 /// What smoothing did, for programs.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -95,9 +96,12 @@ fn run(
     let job = || job(mesh, keep, work, console);
     let report = edit::with_threads(keep.threads, job)??;
     if let Some(reason) = &report.reason {
-        console.note(format!("method {}: {reason}\n", report.method));
+        console.note(&Text::of(format_args!(
+            "method {}: {reason}",
+            report.method
+        )));
     }
-    console.note(report.table());
+    console.note(&report.table());
     Ok(())
 }
 
@@ -109,10 +113,7 @@ fn job(
     console: &Console,
 ) -> Result<SmoothReport, CliError> {
     let clock = Instant::now();
-    let format = files::check_mesh_path(&mesh.output)?;
-    for path in [&keep.report, &keep.picture].into_iter().flatten() {
-        files::check_writable(path)?;
-    }
+    let format = files::mesh_format(&mesh.output)?;
     let mut seconds = Seconds::default();
     let input = mesh.input();
     let Prepared {
@@ -123,20 +124,20 @@ fn job(
         ..
     } = prepare::prepare(&input.source(), &mut seconds, console)?;
     let refuse = |error: cotan::Error| CliError::Mesh {
-        path: mesh.mesh.clone(),
+        path: mesh.mesh.to_path_buf(),
         source: in_file_numbers(error, &processing, file_vertices.as_ref()),
     };
     let smoothing = Instant::now();
     let mut report = work.run(&mesh.mesh, &document, &processing, console, &refuse)?;
     let smooth_seconds = smoothing.elapsed().as_secs_f64();
-    let truth = keep.truth.as_deref();
+    let truth = keep.truth.as_ref();
     let truth = truth
         .map(|path| other_positions(&mesh.mesh, &document, &processing, path, console))
         .transpose()?;
     document
         .set_positions(&processing, &report.positions)
         .map_err(|e| files::in_file(&mesh.mesh, e))?;
-    cotan_io::save(&document, &mesh.output)?;
+    files::save(&document, &mesh.output)?;
     for loss in document.losses(format) {
         console.warn(format_args!("{}: {loss}", mesh.output.display()));
     }
@@ -163,7 +164,7 @@ fn job(
         ));
     }
     if let Some(path) = &keep.report {
-        files::write(path, json_text(report)?.as_bytes())?;
+        write_json(path, report)?;
     }
     if let Some(path) = &keep.picture {
         let picture = curvature_picture(processing.mesh(), processing.positions(), &written);
@@ -276,7 +277,7 @@ impl SmoothReport {
         Ok(())
     }
 
-    fn table(&self) -> String {
+    fn table(&self) -> Text {
         let mut table = Table::default();
         table.row(
             "vertices, faces",
@@ -291,7 +292,8 @@ impl SmoothReport {
         if let (Some(before), Some(after)) = (self.volume_before, self.volume_after) {
             let change = 100.0 * (after / before - 1.0);
             let volumes = pair(&Pair { before, after });
-            table.row("volume", format!("{volumes} ({change:+.4} %)"));
+            let sign = if change > 0.0 { "+" } else { "" };
+            table.row("volume", format!("{volumes} ({sign}{} %)", number(change)));
         }
         let area = Pair {
             before: self.area_before,
@@ -317,7 +319,7 @@ fn other_positions(
     path: &Path,
     document: &Document,
     processing: &ProcessingMesh,
-    other_path: &Path,
+    other_path: &InputPath,
     console: &Console,
 ) -> Result<Positions<f64>, CliError> {
     let other = files::load(other_path, console)?;

@@ -11,7 +11,7 @@ use crate::edit;
 use crate::error::CliError;
 use crate::files;
 use crate::prepare::{self, Prepared};
-use crate::report::{Seconds, json_text};
+use crate::report::{Seconds, write_json};
 use crate::sphere::{self, Input, Mapped, Mapper, Phases, SphereRun};
 
 pub(crate) fn run(args: &SphereArgs, console: &Console) -> Result<(), CliError> {
@@ -20,18 +20,14 @@ pub(crate) fn run(args: &SphereArgs, console: &Console) -> Result<(), CliError> 
         Precision::F32 => run_as::<f32>(args, console),
     };
     let report = edit::with_threads(args.run.threads, job)??;
-    console.note(report.table());
+    console.note(&report.table());
     Ok(())
 }
 
 /// Reads, maps, writes; warns of what should be known.
 fn run_as<T: Scalar>(args: &SphereArgs, console: &Console) -> Result<SphereRun, CliError> {
     let clock = Instant::now();
-    files::check_mesh_path(&args.output)?;
-    let others = [&args.run.report, &args.picture, &args.geometry_image];
-    for path in others.into_iter().flatten() {
-        files::check_writable(path)?;
-    }
+    files::mesh_format(&args.output)?;
     let options = args.map.options();
     let progress = console.progress(options.iteration_limit);
     progress.phase("load");
@@ -66,7 +62,7 @@ fn run_as<T: Scalar>(args: &SphereArgs, console: &Console) -> Result<SphereRun, 
         report.geometry_image = Some(fields);
     }
     if let Some(path) = &args.run.report {
-        files::write(path, json_text(&report)?.as_bytes())?;
+        write_json(path, &report)?;
     }
     if let Some(path) = &args.picture {
         files::write(path, &sphere::area_picture(&mapped))?;
@@ -81,7 +77,7 @@ fn write_sphere<T: Scalar>(
     mapped: &Mapped<'_, T>,
     console: &Console,
 ) -> Result<(), CliError> {
-    let format = files::check_mesh_path(&args.output)?;
+    let format = files::mesh_format(&args.output)?;
     let Prepared {
         document,
         processing,
@@ -96,7 +92,7 @@ fn write_sphere<T: Scalar>(
     if args.uv {
         document = sphere::with_texture(document, mapped, processing).map_err(in_file)?;
     }
-    cotan_io::save(&document, &args.output)?;
+    files::save(&document, &args.output)?;
     let losses = document.losses(format).into_iter();
     for lost in losses.chain(forgotten(format, changes)) {
         console.warn(format_args!("{}: {lost}", args.output.display()));

@@ -6,6 +6,7 @@
 use std::path::{Path, PathBuf};
 
 use cotan::halfedge::VertexId;
+use cotan_io::{Limits, read_regular};
 use serde::Deserialize;
 use thiserror::Error;
 
@@ -89,7 +90,7 @@ impl Input<'_> {
             file_vertices,
             ..
         } = self.prepared;
-        let mesh = || self.source.path.to_owned();
+        let mesh = || self.source.path.to_path_buf();
         let file = file_vertices.as_ref();
         let num_vertices = file.map_or(document.positions().len(), |file| file.num_vertices());
         if vertex >= num_vertices {
@@ -121,7 +122,8 @@ enum Entry {
 /// The numbers of each landmark.
 fn read(path: &Path) -> Result<Vec<Vec<usize>>, CliError> {
     let here = in_file(path);
-    let bytes = std::fs::read(path).map_err(|e| here(LandmarksError::Read(e)))?;
+    let most = Limits::default().max_bytes;
+    let bytes = read_regular(path, most).map_err(|e| here(LandmarksError::Read(e)))?;
     let text = String::from_utf8(bytes).map_err(|_| here(LandmarksError::NotText))?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
     match text.trim_start().starts_with(['[', '{']) {

@@ -28,7 +28,7 @@ impl<'a> Refusal<'a> {
             _ => "",
         };
         CliError::Sphere {
-            path: self.source.path.to_owned(),
+            path: self.source.path.to_path_buf(),
             source: self.in_file_numbers(error),
             remedy,
         }

@@ -12,6 +12,7 @@ use super::geometry_image::GeometryImageFields;
 use crate::args::Precision;
 use crate::console::Console;
 use crate::report::{Table, counted, number};
+use crate::text::Text;
 
 /// What a sphere map is like and how it came about, for programs. The fields are stable; further
 /// ones may come.
@@ -142,7 +143,7 @@ impl SphereRun {
     }
 
     /// The report as a short table.
-    pub(crate) fn table(&self) -> String {
+    pub(crate) fn table(&self) -> Text {
         let mut table = Table::default();
         let spread = |s: &SpreadFields| {
             let [mean, p99, max] = [s.mean, s.p99, s.max].map(number);

@@ -1,5 +1,7 @@
 //! A folder of its own for each test, with the command and a small mesh in it.
 
+use std::collections::BTreeMap;
+use std::ffi::{OsStr, OsString};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
@@ -51,6 +53,19 @@ impl Sandbox {
         bytes.unwrap_or_else(|e| panic!("{name}: {e}"))
     }
 
+    /// All regular files in the folder and their content, to see that nothing changed.
+    pub(crate) fn contents(&self) -> BTreeMap<OsString, Vec<u8>> {
+        let entries = std::fs::read_dir(self.folder.path()).expect("the sandbox");
+        let files = entries.map(|entry| entry.expect("an entry"));
+        files
+            .filter(|entry| entry.path().is_file())
+            .map(|entry| {
+                let bytes = std::fs::read(entry.path()).expect("a file");
+                (entry.file_name(), bytes)
+            })
+            .collect()
+    }
+
     pub(crate) fn json(&self, name: &str) -> Value {
         serde_json::from_slice(&self.read(name)).expect("JSON")
     }
@@ -64,8 +79,13 @@ impl Sandbox {
 
     /// Runs `cotan` in the sandbox with the words of `line`.
     pub(crate) fn cotan(&self, line: &str) -> Outcome {
+        self.run(line.split_whitespace())
+    }
+
+    /// As [`Self::cotan`], for words with anything in them.
+    pub(crate) fn run(&self, words: impl IntoIterator<Item: AsRef<OsStr>>) -> Outcome {
         let output = Command::new(env!("CARGO_BIN_EXE_cotan"))
-            .args(line.split_whitespace())
+            .args(words)
             .current_dir(self.folder.path())
             .stdin(Stdio::null())
             .output()

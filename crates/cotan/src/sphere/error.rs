@@ -1,7 +1,7 @@
 //! What can be wrong with a sphere map.
 
 use cotan_flow::FlowError;
-use cotan_geometry::SurfaceError;
+use cotan_geometry::{Readable, SurfaceError};
 use cotan_halfedge::{FaceId, HalfedgeMesh, VertexId};
 use cotan_laplacian::SchemeError;
 use cotan_linear::LinearError;
@@ -77,7 +77,7 @@ pub enum SphereError {
         degree: i64,
     },
     /// A setting outside its range.
-    #[error("the {setting} must be {range}, but is {value}")]
+    #[error("the {setting} must be {range}, but is {}", Readable(*value))]
     Setting {
         /// Name of the setting.
         setting: &'static str,

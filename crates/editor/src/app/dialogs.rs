@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use cotan_io::printable;
 use eframe::egui;
 use egui_file_dialog::FileDialog;
 
@@ -29,12 +30,17 @@ pub(super) struct Message {
 
 impl Message {
     pub(super) fn error(text: String) -> Self {
-        let title = "That did not work";
-        Self { title, text }
+        Self::of("That did not work", &text)
     }
 
     pub(super) fn note(text: String) -> Self {
-        let title = "Please note";
+        Self::of("Please note", &text)
+    }
+
+    /// What a file brings along is made visible line by line.
+    fn of(title: &'static str, text: &str) -> Self {
+        let lines: Vec<_> = text.lines().map(printable).collect();
+        let text = lines.join("\n");
         Self { title, text }
     }
 }
@@ -244,7 +250,7 @@ impl Editor {
             ui.set_max_width(420.0);
             ui.heading(title);
             ui.add_space(6.0);
-            ui.label(text);
+            ui.label(printable(&text));
             ui.add_space(10.0);
             ui.horizontal(|ui| {
                 for (k, label) in answers.iter().enumerate().filter(|(_, l)| !l.is_empty()) {

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use cotan::geometry::{Positions, Surface, bounding_box};
 use cotan_io::Document;
 use cotan_tool::handles_file::{Group, HandlesFile, groups_in_file, to_json};
+use cotan_tool::paths::Paths;
 use eframe::egui;
 use serde_json::json;
 
@@ -242,8 +243,8 @@ impl Editor {
                 }
             }
         }
-        if let Err(error) = cotan_tool::files::write(path, to_json(&groups).as_bytes()) {
-            return self.tell(Message::error(error.to_string()));
+        if let Err(problem) = self.write_beside("the handles", path, to_json(&groups).as_bytes()) {
+            return self.tell(Message::error(problem));
         }
         if *scene.rest != *mesh.processing.positions() {
             self.tell(Message::note(
@@ -252,6 +253,17 @@ impl Editor {
                     .to_owned(),
             ));
         }
+    }
+
+    /// Writes a file, but not over the mesh that is open.
+    fn write_beside(&self, name: &str, path: &Path, bytes: &[u8]) -> Result<(), String> {
+        let mut paths = Paths::default();
+        if let Some(open) = self.open.as_ref().filter(|open| open.has_file) {
+            paths.read("the mesh", &open.mesh.path);
+        }
+        paths.write(name, path);
+        paths.check().map_err(|e| e.to_string())?;
+        cotan_tool::files::write(path, bytes).map_err(|e| e.to_string())
     }
 
     pub(super) fn load_handles(&mut self, path: &Path) {
@@ -302,7 +314,7 @@ impl Editor {
         let part = image.region(&rect, Some(ctx.pixels_per_point()));
         let written = png_of(&part)
             .map_err(|e| e.to_string())
-            .and_then(|bytes| cotan_tool::files::write(&path, &bytes).map_err(|e| e.to_string()));
+            .and_then(|bytes| self.write_beside("the picture", &path, &bytes));
         if let Err(problem) = written {
             self.tell(Message::error(problem));
         }

@@ -1,5 +1,6 @@
 //! The menu bar and the status line.
 
+use cotan_io::printable;
 use eframe::egui;
 
 use super::Editor;
@@ -134,7 +135,7 @@ impl Editor {
                     State::Running => ui.label("following"),
                     State::Settled => ui.label("at rest"),
                     State::Failed(problem) => {
-                        ui.colored_label(ui.visuals().error_fg_color, problem)
+                        ui.colored_label(ui.visuals().error_fg_color, printable(problem))
                     }
                 };
                 ui.separator();
@@ -161,7 +162,7 @@ impl Editor {
                 }
                 if let Some(note) = &self.dialogs.note {
                     ui.separator();
-                    ui.add(egui::Label::new(note.as_str()).truncate());
+                    ui.add(egui::Label::new(printable(note)).truncate());
                 }
             });
         });

@@ -1,6 +1,7 @@
 //! The side panel: tools, handles, jobs and numbers.
 
 use cotan::flow::{Acceleration, Schedule};
+use cotan::geometry::Readable;
 use cotan::linear::Hold;
 use cotan::smooth::SmoothMethod;
 use cotan::{DetailSize, OrientationKind, SchemeKind};
@@ -341,7 +342,7 @@ impl Editor {
                 ui.monospace(value);
                 ui.end_row();
             };
-            let number = |x: Option<f64>| x.map_or("–".to_owned(), |x| format!("{x:.4e}"));
+            let number = |x: Option<f64>| x.map_or("–".to_owned(), |x| Readable(x).to_string());
             row("E_p (angles)", number(errors.map(|e| e.parameterization)));
             row("E_g (details)", number(errors.map(|e| e.geometry)));
             row("change / diagonal", number(last.map(|s| s.change)));

@@ -8,11 +8,14 @@ mod error;
 mod format;
 mod left;
 
+use std::ffi::OsString;
 use std::fs::{File, TryLockError};
 use std::io::{self, BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{SystemTime, UNIX_EPOCH};
+
+use cotan_io::{Access, Unfinished};
 
 pub use error::AutosaveError;
 pub use format::{Record, Recovered};
@@ -91,22 +94,17 @@ impl Autosave {
             let name = self.path.file_stem().unwrap_or_default();
             let mut prefix = name.to_owned();
             prefix.push(".");
-            // The system gives such files to their owner alone.
-            let mut file = tempfile::Builder::new()
-                .prefix(&prefix)
-                .suffix(&format!(".{PART}"))
-                .tempfile_in(folder)?;
-            let mut buffered = BufWriter::new(file.as_file_mut());
+            let suffix = OsString::from(format!(".{PART}"));
+            let mut file = Unfinished::create(folder, &prefix, &suffix, Access::Private)?;
+            let mut buffered = BufWriter::new(file.file_mut());
             format::encode(record, &mut buffered)?;
             buffered.flush()?;
             drop(buffered);
-            let length = file.as_file().metadata()?.len();
+            let length = file.file().metadata()?.len();
             if length > MOST_BYTES {
                 return Err(ErrorKind::FileTooLarge.into());
             }
-            file.as_file().sync_all()?;
-            file.persist(&self.path).map_err(|error| error.error)?;
-            Ok(())
+            file.finish(&self.path)
         };
         write().map_err(|source| AutosaveError::write(&self.path, source))
     }

@@ -4,7 +4,7 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use cotan::geometry::Positions;
-use cotan_io::{Change, Document, Format, IoError, ProcessingMesh};
+use cotan_io::{Change, Document, Format, IoError, ProcessingMesh, link_target, num_names};
 use cotan_tool::files::folder_of;
 use thiserror::Error;
 
@@ -131,6 +131,7 @@ pub fn save(
 ) -> Result<Saved, SaveError> {
     let format = format(path)?;
     check_place(path, expect)?;
+    let other_names = std::fs::metadata(path).map_or(0, |old| num_names(&old) - 1);
     let of_document = |source| SaveError::Document {
         path: path.to_owned(),
         source: without_path(source),
@@ -144,9 +145,15 @@ pub fn save(
         source => of_document(source),
     })?;
     let fingerprint = Fingerprint::of(path).map_err(|source| write_error(path, source))?;
+    let mut losses = moved.losses(format);
+    if other_names > 0 {
+        losses.push(format!(
+            "the file had {other_names} more names (hard links), which keep the old content"
+        ));
+    }
     Ok(Saved {
         fingerprint,
-        losses: moved.losses(format),
+        losses,
     })
 }
 
@@ -182,7 +189,7 @@ fn format(path: &Path) -> Result<Format, SaveError> {
 fn check_place(path: &Path, expect: Expect) -> Result<(), SaveError> {
     let owned = || path.to_owned();
     // Of a link, the folder that it leads to.
-    let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    let target = link_target(path).map_err(|source| write_error(path, source))?;
     let folder = folder_of(&target);
     let folder_metadata = match std::fs::metadata(folder) {
         Ok(metadata) if metadata.is_dir() => metadata,

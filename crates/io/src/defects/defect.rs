@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use cotan_geometry::Readable;
+
 /// Something that is wrong with a mesh, and where.
 ///
 /// Vertices and faces have the numbers of the document, counted from 0. Where vertices are welded,
@@ -295,8 +297,9 @@ impl fmt::Display for Defect {
             Self::Hole { vertices, length } => match vertices.first() {
                 Some(vertex) => write!(
                     f,
-                    "the boundary through vertex {vertex} has {} edges, {length} long",
-                    vertices.len()
+                    "the boundary through vertex {vertex} has {} edges, {} long",
+                    vertices.len(),
+                    Readable(*length)
                 ),
                 None => f.write_str("an empty boundary"),
             },

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use cotan::geometry::Readable;
 use nalgebra::{Matrix4, Point3, Vector3};
 use serde::de::{Error as _, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
@@ -177,7 +178,7 @@ impl HandleEntry {
         match self.weight.filter(|w| !(*w > 0.0)) {
             Some(weight) => Err(HandlesError::Invalid {
                 place,
-                problem: format!("has the weight {weight}; give a number above 0"),
+                problem: format!("has the weight {}; give a number above 0", Readable(weight)),
             }),
             None => Ok(()),
         }

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use cotan::geometry::Readable;
 use nalgebra::Point3;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{MapAccess, SeqAccess, Visitor};
@@ -92,6 +93,7 @@ impl Region {
             }
             (None, Some(Sphere { center, radius })) => {
                 if *radius < 0.0 {
+                    let radius = Readable(*radius);
                     let problem = format!("has a sphere of radius {radius}; give at least 0");
                     return Err(HandlesError::Invalid { place, problem });
                 }
