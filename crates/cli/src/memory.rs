@@ -1,6 +1,7 @@
 //! The memory of this run: the limits of reading, and whether work will fit.
 //!
-//! Memory belongs to the process, and so does its limit: `main` sets it once, before anything is read.
+//! Memory belongs to the process, and so does its limit: `main` sets it once, before anything is
+//! read.
 
 use std::path::Path;
 use std::sync::OnceLock;

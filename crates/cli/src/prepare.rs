@@ -119,7 +119,8 @@ pub(crate) fn weldable(document: &Document, weld: Weld) -> Option<String> {
     found.map(|weldable| weldable.to_string())
 }
 
-/// Warns where parts of a mesh that is in pieces will be held still, though welding would join them.
+/// Warns where parts of a mesh that is in pieces will be held still, though welding would join
+/// them.
 pub(crate) fn warn_weldable(source: &Source<'_>, prepared: &Prepared, console: &Console) {
     if prepared.processing.mesh().components().count() < 2 {
         return;

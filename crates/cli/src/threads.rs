@@ -21,8 +21,8 @@ pub(crate) fn with_threads<R: Send>(
     Ok(pool.install(work))
 }
 
-/// Runs `work` in a pool of one thread a core, or of as many as the system gives: it may have no memory for
-/// more stacks. The pool that rayon makes by itself would panic then.
+/// Runs `work` in a pool of one thread a core, or of as many as the system gives: it may have no
+/// memory for more stacks. The pool that rayon makes by itself would panic then.
 pub(crate) fn within_pool<R: Send>(work: impl FnOnce() -> R + Send) -> Result<R, CliError> {
     let mut threads = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
     loop {

@@ -211,8 +211,8 @@ impl<'m, T: Scalar> Session<'m, T> {
     /// The current positions, in the units of the input.
     ///
     /// A component whose handles are all at their original places has its original positions to the
-    /// last digit, unless it was left far from them: see [`Flow::positions`] for other vertices that
-    /// have not moved.
+    /// last digit, unless it was left far from them: see [`Flow::positions`] for other vertices
+    /// that have not moved.
     pub fn positions(&self) -> Positions<T> {
         let mut positions = self.flow.positions();
         if let Some(unmoved) = &self.unmoved {

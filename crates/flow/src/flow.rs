@@ -303,7 +303,8 @@ impl<'m, T: Scalar> Flow<'m, T> {
     /// (unless something projects the flow), and a vertex that has not moved has exactly its original
     /// position.
     ///
-    /// Positions are computed as numbers up to 1, box units, and each step rounds them to the spacing ε
+    /// Positions are computed as numbers up to 1, box units, and each step rounds them to the
+    /// spacing ε
     /// of such numbers: a vertex within 4 ε of its original place in each coordinate has not moved.
     pub fn positions(&self) -> Positions<T> {
         let size = self.parts.frame.size;

@@ -10,8 +10,8 @@ use std::path::Path;
 /// Opens a regular file for reading, a link followed; also gives its length.
 ///
 /// # Errors
-/// What the system says; [`ErrorKind::IsADirectory`] for a folder, [`ErrorKind::InvalidInput`] for a
-/// pipe or a device, which are not opened.
+/// What the system says; [`ErrorKind::IsADirectory`] for a folder, [`ErrorKind::InvalidInput`]
+/// for a pipe or a device, which are not opened.
 pub fn open_regular(path: &Path) -> Result<(File, u64), Error> {
     check_regular(&std::fs::metadata(path)?)?;
     let file = File::open(path)?;

@@ -40,8 +40,8 @@ pub fn replace_file(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     file.finish(&target)
 }
 
-/// The path that a chain of links leads to, whether there is a file or not; the path itself if it is
-/// no link.
+/// The path that a chain of links leads to, whether there is a file or not; the path itself if
+/// it is no link.
 ///
 /// # Errors
 /// For links that lead in a circle.
@@ -92,8 +92,8 @@ pub fn check_replaceable(path: &Path) -> std::io::Result<Option<Metadata>> {
     Ok(Some(metadata))
 }
 
-/// How many names (hard links) a file has. With more than one, [`replace_file`] gives the new content
-/// to one name, and the others keep the old.
+/// How many names (hard links) a file has. With more than one, [`replace_file`] gives the new
+/// content to one name, and the others keep the old.
 ///
 /// Unknown on systems other than Unix, where it is 1.
 pub fn num_names(metadata: &Metadata) -> u64 {

@@ -1,9 +1,10 @@
-//! Room for what a file decides the size of: asked for before it is filled, so that a refusal of the system is
-//! an error and not the end of the program.
+//! Room for what a file decides the size of: asked for before it is filled, so that a refusal of
+//! the system is an error and not the end of the program.
 
 use crate::error::IoError;
 
-/// Makes room for so many more elements. Few or many at a time: the room grows as that of a vector does.
+/// Makes room for so many more elements. Few or many at a time: the room grows as that of a
+/// vector does.
 #[inline]
 pub(crate) fn reserve<T>(list: &mut Vec<T>, more: usize) -> Result<(), IoError> {
     if list.capacity() - list.len() >= more {
@@ -30,7 +31,8 @@ pub(crate) fn push<T>(list: &mut Vec<T>, element: T) -> Result<(), IoError> {
     Ok(())
 }
 
-/// Whether the system has so many bytes to give. Nothing is written to them, so that it costs addresses only.
+/// Whether the system has so many bytes to give. Nothing is written to them, so that it costs
+/// addresses only.
 pub(crate) fn check(bytes: u64) -> Result<(), IoError> {
     let room = usize::try_from(bytes).unwrap_or(usize::MAX);
     reserve_exact(&mut Vec::<u8>::new(), room)

@@ -17,8 +17,8 @@ struct Case {
     format: Format,
 }
 
-/// Coordinates as people and programs write them: more digits than a number has, zeros behind, signs,
-/// exponents.
+/// Coordinates as people and programs write them: more digits than a number has, zeros behind,
+/// signs, exponents.
 fn odd_number(x: f64, style: u32) -> String {
     match style % 6 {
         0 => format!("{x:.20}"),

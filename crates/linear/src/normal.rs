@@ -99,7 +99,8 @@ fn assemble_free(problem: &Problem) -> (Vec<usize>, LowerTriangle) {
     (free, matrix)
 }
 
-/// Assembles LᵀL + μK + D restricted to the free vertices, and behind them the links of `stretched`.
+/// Assembles LᵀL + μK + D restricted to the free vertices, and behind them the links of
+/// `stretched`.
 ///
 /// `free_index[i]` is the unknown of vertex i or `None`; `free` is its inverse. Column by column
 /// in parallel: column i of LᵀL gathers the rows k of L that have an entry in column i, that is i
@@ -219,8 +220,8 @@ impl Column {
         }
     }
 
-    /// Adds a piece of a row, times its weight and its entry in the column at hand. Links come behind
-    /// the vertices.
+    /// Adds a piece of a row, times its weight and its entry in the column at hand. Links come
+    /// behind the vertices.
     fn add_piece(&mut self, rings: &OneRings, weights: &Weights, piece: &Piece<'_>, entry: f64) {
         let factor = piece.weight * entry;
         let num_vertices = rings.num_vertices();

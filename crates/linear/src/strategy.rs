@@ -115,9 +115,12 @@ impl std::fmt::Display for Choice {
 pub struct SystemOptions {
     /// How to solve it.
     pub strategy: Strategy,
-    /// The most memory that factors and columns may take, in bytes, with the matrices and the work space
-    /// that they are made with. A rule of growth, which may be off by a factor of two, chooses the strategy.
-    /// What is refused is refused before it is there: a product of matrices by the lengths of the rings
+    /// The most memory that factors and columns may take, in bytes, with the matrices and the
+    /// work space
+    /// that they are made with. A rule of growth, which may be off by a factor of two, chooses
+    /// the strategy.
+    /// What is refused is refused before it is there: a product of matrices by the lengths of
+    /// the rings
     /// before it is assembled, a factor by the analysis of its matrix before it is factorized.
     pub max_memory: Option<u64>,
     /// How factors are stored.

@@ -1,21 +1,23 @@
 //! Rows of vertices of high valence, cut into pieces that are linked.
 //!
-//! A row r of L with m entries puts m² entries into LᵀL: a vertex with 20,000 neighbours 200 million of
+//! A row r of L with m entries puts m² entries into LᵀL: a vertex with 20,000 neighbours 200
+//! million of
 //! them. Such a row is cut into pieces, r = Σ_b p_b, and unknowns s_b link each piece to the next:
 //!
 //! ```text
 //! (r·x)² = min_s  B Σ_b (p_b·x + s_{b−1} − s_b)²        b = 1 … B,   s_0 = s_B = 0
 //! ```
 //!
-//! since the sum of the brackets is r·x, and B numbers of a given sum have the least squares when they are
+//! since the sum of the brackets is r·x, and B numbers of a given sum have the least squares
+//! when they are
 //! equal. The links therefore have the Schur complement rᵀr: a system with them and zeros in their
 //! right-hand side has the same x, and m · (length of a piece) entries.
 //!
-//! A piece is Σ_j w_ij (x_j − x_i) over some of the neighbours j, so that it vanishes on constants as its
-//! row does.
+//! A piece is Σ_j w_ij (x_j − x_i) over some of the neighbours j, so that it vanishes on
+//! constants as its row does.
 //!
-//! **Source**: row stretching as in Grcar, "Matrix stretching for linear equations", 1990; the weight B,
-//! which makes it exact for least squares, follows from the formula above.
+//! **Source**: row stretching as in Grcar, "Matrix stretching for linear equations", 1990; the
+//! weight B, which makes it exact for least squares, follows from the formula above.
 
 use cotan_laplacian::OneRings;
 
@@ -189,7 +191,8 @@ impl Hub {
     }
 }
 
-/// The entries of a row such that neighbours which are neighbours of each other follow each other: pieces are
+/// The entries of a row such that neighbours which are neighbours of each other follow each
+/// other: pieces are
 /// near each other on the mesh then, and fill in little, however the vertices are numbered.
 fn around(rings: &OneRings, vertex: usize) -> Vec<u32> {
     let row = rings.range(vertex);

@@ -1,5 +1,5 @@
-//! Vertices of high valence: no strategy grows with the square of a valence, and all of them give the
-//! correction of the normal equations.
+//! Vertices of high valence: no strategy grows with the square of a valence, and all of them
+//! give the correction of the normal equations.
 
 use cotan_geometry::shapes::{bipyramid, icosphere};
 use cotan_geometry::{Shape, Surface};
@@ -36,8 +36,8 @@ fn schemes() -> [Box<dyn LaplacianScheme<f64>>; 4] {
     ]
 }
 
-/// Several of them, one behind the other on a ring that they share: a fan of valence `valence` at each of
-/// `hubs` vertices of an open strip.
+/// Several of them, one behind the other on a ring that they share: a fan of valence `valence`
+/// at each of `hubs` vertices of an open strip.
 fn hubs_on_an_open_mesh(hubs: usize, valence: usize) -> Shape<f64> {
     let mut points = Vec::new();
     let mut faces = Vec::new();
@@ -172,8 +172,8 @@ fn rows_in_pieces_give_the_correction_of_the_normal_equations() {
     }
 }
 
-/// Entries of the factor in proportion to the vertices, where the square of the valence would be 250 times
-/// as many.
+/// Entries of the factor in proportion to the vertices, where the square of the valence would be
+/// 250 times as many.
 #[test]
 fn no_strategy_is_quadratic_in_a_valence() {
     let size = |valence: usize, strategy: Strategy| {

@@ -186,8 +186,8 @@ fn read_text(path: &Path) -> Result<String, ToolError> {
     })
 }
 
-/// Room for what is parsed from these bytes: a number takes two bytes of a text, and what it becomes
-/// no more than this many times as many.
+/// Room for what is parsed from these bytes: a number takes two bytes of a text, and what it
+/// becomes no more than this many times as many.
 fn check_room(bytes: &[u8]) -> std::io::Result<()> {
     const BYTES_PER_BYTE: usize = 16;
     let parsed = bytes.len().saturating_mul(BYTES_PER_BYTE);

@@ -70,8 +70,8 @@ mod tests {
     /// Names the folder of the process below.
     const FOLDER: &str = "COTAN_TEST_INTERRUPT_FOLDER";
 
-    /// The process that the tests send signals to: it is in the middle of writing a file. Without the
-    /// variable it is not wanted.
+    /// The process that the tests send signals to: it is in the middle of writing a file.
+    /// Without the variable it is not wanted.
     #[test]
     fn writer() {
         let Some(folder) = std::env::var_os(FOLDER) else {

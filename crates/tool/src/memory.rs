@@ -1,7 +1,7 @@
 //! The memory that a program may take, and what its work will take.
 //!
-//! Work is refused before it is begun if it will not fit. What depends on the sizes of the mesh alone is
-//! predicted here; what depends on its pattern (factors, products of matrices) is left to
+//! Work is refused before it is begun if it will not fit. What depends on the sizes of the mesh
+//! alone is predicted here; what depends on its pattern (factors, products of matrices) is left to
 //! [`cotan::linear`], which is told how much remains.
 
 use cotan_io::{Document, Limits};
@@ -85,8 +85,8 @@ impl std::fmt::Display for Work {
 }
 
 impl Work {
-    /// Bytes per vertex and per triangle with the document itself: at least a quarter above what was measured on
-    /// closed meshes of 41,000 and 164,000 vertices.
+    /// Bytes per vertex and per triangle with the document itself: at least a quarter above what
+    /// was measured on closed meshes of 41,000 and 164,000 vertices.
     const fn bytes(self) -> [u64; 2] {
         match self {
             Self::Convert => [500, 400],
@@ -124,15 +124,15 @@ impl MemoryLimit {
         Self { bytes }
     }
 
-    /// Four fifths of what the machine has: of its memory, of what its control group may take, or of what is
-    /// left of the process's address space, whichever is least.
+    /// Four fifths of what the machine has: of its memory, of what its control group may take,
+    /// or of what is left of the process's address space, whichever is least.
     pub fn of_machine() -> Self {
         let memory = physical_memory().map_or(u64::MAX, four_fifths);
         Self::new(memory).within_address_space()
     }
 
-    /// No more than four fifths of what is left of the process's address space. Asked when all threads have
-    /// started, whose stacks and heaps take of it.
+    /// No more than four fifths of what is left of the process's address space. Asked when all
+    /// threads have started, whose stacks and heaps take of it.
     #[must_use]
     pub fn within_address_space(self) -> Self {
         let left = free_addresses().map_or(u64::MAX, four_fifths);

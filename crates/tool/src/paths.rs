@@ -76,8 +76,8 @@ impl Paths {
         Ok(())
     }
 
-    /// Refuses a file that is read, too, as was found out meanwhile (the buffer of a glTF), if it is
-    /// one of the outputs.
+    /// Refuses a file that is read, too, as was found out meanwhile (the buffer of a glTF), if
+    /// it is one of the outputs.
     ///
     /// # Errors
     /// [`Conflict`] with the output.

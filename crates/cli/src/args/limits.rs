@@ -11,8 +11,8 @@ const LIMITS: &str = "Limits";
 /// How much is taken before a run is refused, with exit code 1.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct LimitArgs {
-    /// Refuse work that is predicted to take more memory, in bytes or with K, M or G behind the number
-    /// [default: 80 % of what the machine has]
+    /// Refuse work that is predicted to take more memory, in bytes or with K, M or G behind the
+    /// number [default: 80 % of what the machine has]
     #[arg(long, global = true, value_name = "SIZE", value_parser = values::bytes,
         help_heading = LIMITS)]
     max_memory: Option<u64>,

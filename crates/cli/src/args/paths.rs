@@ -1,7 +1,7 @@
 //! The files of a command line, told apart by what happens to them.
 //!
-//! Every argument that names a file has one of these types. By them `crate::paths` finds all files of
-//! a run, whatever the command, and refuses an output that is an input or another output.
+//! Every argument that names a file has one of these types. By them `crate::paths` finds all
+//! files of a run, whatever the command, and refuses an output that is an input or another output.
 
 use std::ffi::OsString;
 use std::ops::Deref;

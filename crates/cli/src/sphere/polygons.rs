@@ -2,8 +2,8 @@
 //!
 //! A map is checked on the triangles that the polygons had on the mesh as it was. The file with the
 //! vertices on the sphere does not say which these were: a reader cuts each polygon anew, most as a
-//! fan from its first corner, ours by its shape. Where one of these triangles is flipped the polygon
-//! is written as the triangles that were checked.
+//! fan from its first corner, ours by its shape. Where one of these triangles is flipped the
+//! polygon is written as the triangles that were checked.
 
 use std::borrow::Cow;
 

@@ -43,8 +43,8 @@ pub(crate) fn place_unused<T: Scalar>(
     Ok(unused.len())
 }
 
-/// Puts every vertex that is welded to a mapped one exactly where that is: welded within a tolerance,
-/// an edit would have kept their distance, and one of them off the sphere.
+/// Puts every vertex that is welded to a mapped one exactly where that is: welded within a
+/// tolerance, an edit would have kept their distance, and one of them off the sphere.
 pub(crate) fn join_welded(
     document: &mut Document,
     processing: &ProcessingMesh,

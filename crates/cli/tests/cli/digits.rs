@@ -211,8 +211,8 @@ fn what_is_held_and_what_no_handle_moves_keeps_its_digits_while_others_move() {
     }
 }
 
-/// Two vertices at one place, welded: both go where one of them is moved, to the bit; one in no face
-/// goes with them, and one that is not welded stays.
+/// Two vertices at one place, welded: both go where one of them is moved, to the bit; one in no
+/// face goes with them, and one that is not welded stays.
 #[test]
 fn welded_twins_follow_exactly() {
     let sandbox = Sandbox::new();
@@ -255,7 +255,8 @@ fn welded_twins_follow_exactly() {
     }
 }
 
-/// A patch shrunk to a point, whose faces a repair drops: all its vertices follow the one that is left.
+/// A patch shrunk to a point, whose faces a repair drops: all its vertices follow the one that
+/// is left.
 #[test]
 fn vertices_whose_faces_a_repair_dropped_follow_their_twin() {
     let sandbox = Sandbox::new();

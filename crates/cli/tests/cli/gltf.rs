@@ -1,4 +1,5 @@
-//! glTF files as they are met: shared accessors, files of their own, and places far from the origin.
+//! glTF files as they are met: shared accessors, files of their own, and places far from the
+//! origin.
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 

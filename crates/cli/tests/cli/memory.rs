@@ -1,5 +1,5 @@
-//! Memory: limits that can be set, runs within an address space that is too small, and vertices of a valence
-//! whose square no memory holds.
+//! Memory: limits that can be set, runs within an address space that is too small, and vertices
+//! of a valence whose square no memory holds.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -16,8 +16,8 @@ struct Ended {
     stderr: String,
 }
 
-/// Runs `cotan` in the sandbox with so many kilobytes of addresses; `None` where there is no shell that
-/// could set that.
+/// Runs `cotan` in the sandbox with so many kilobytes of addresses; `None` where there is no
+/// shell that could set that.
 fn within(sandbox: &Sandbox, kilobytes: u64, line: &str) -> Option<Ended> {
     let program = env!("CARGO_BIN_EXE_cotan");
     let script = format!("ulimit -v {kilobytes} && exec \"{program}\" {line}");
@@ -33,8 +33,8 @@ fn within(sandbox: &Sandbox, kilobytes: u64, line: &str) -> Option<Ended> {
     })
 }
 
-/// The least address space, of some, in which a small mesh is read; `None`, with a line that says so, where
-/// none can be set.
+/// The least address space, of some, in which a small mesh is read; `None`, with a line that
+/// says so, where none can be set.
 fn least_space(sandbox: &Sandbox) -> Option<u64> {
     let shape = icosphere::<f64>(2);
     let document = Document::from_mesh(&shape.mesh, &shape.positions).expect("a document");
@@ -130,7 +130,8 @@ fn glb(count: usize) -> Vec<u8> {
     out
 }
 
-/// A file decides how much is allocated, and a refusal of the system is an error with exit code 1: never a
+/// A file decides how much is allocated, and a refusal of the system is an error with exit code
+/// 1: never a
 /// signal. In twice the space that the program needs to start, that is: in less, what it needs for
 /// itself fails by chance.
 #[test]
@@ -171,9 +172,9 @@ fn what_a_file_asks_for_and_cannot_have_is_an_error() {
     assert!(refused > 50, "{refused}");
 }
 
-/// Every command on a sound mesh, in address spaces from too small to large enough. The smallest has
-/// room for the areas that an allocator sets aside for each thread (64 MB with glibc): without them what
-/// the program needs for itself fails by chance.
+/// Every command on a sound mesh, in address spaces from too small to large enough. The smallest
+/// has room for the areas that an allocator sets aside for each thread (64 MB with glibc): without
+/// them what the program needs for itself fails by chance.
 #[test]
 fn no_command_dies_of_a_small_address_space() {
     let sandbox = Sandbox::new();
@@ -301,8 +302,8 @@ fn threads_are_bounded() {
     sandbox.cotan_ok("smooth bar.obj -o out.obj --threads 3");
 }
 
-/// Two vertices of valence 20,000 in a file of less than 2 MB: edited within 300 MB, where the square of the
-/// valence takes gigabytes.
+/// Two vertices of valence 20,000 in a file of less than 2 MB: edited within 300 MB, where the
+/// square of the valence takes gigabytes.
 #[test]
 fn a_vertex_of_valence_20000_is_edited_in_little_memory() {
     let sandbox = Sandbox::new();

@@ -1,5 +1,5 @@
-//! Files that are sound, or become so, by a second look: polygons that share a diagonal, holes whose
-//! first triangulation does not fit, specks, soups, and headers of other programs.
+//! Files that are sound, or become so, by a second look: polygons that share a diagonal, holes
+//! whose first triangulation does not fit, specks, soups, and headers of other programs.
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 

@@ -12,7 +12,8 @@ use nalgebra::Point3;
 use crate::sandbox::Sandbox;
 
 /// The faces of a shape joined to polygons of up to `most` corners, in the order of the faces: most
-/// are bent, and many are concave. No two have a diagonal in common, and none has one that is an edge.
+/// are bent, and many are concave. No two have a diagonal in common, and none has one that is an
+/// edge.
 fn polygons(shape: &Shape<f64>, most: usize) -> FaceList {
     let mesh = &shape.mesh;
     let triangles: Vec<[u32; 3]> = mesh

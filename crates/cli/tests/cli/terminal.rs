@@ -7,7 +7,8 @@ use cotan_io::Document;
 
 use crate::sandbox::{Outcome, Sandbox, json_handles};
 
-/// Sets the title, clears the screen, and pretends to be a line of ours; in C0, C1 and by direction.
+/// Sets the title, clears the screen, and pretends to be a line of ours; in C0, C1 and by
+/// direction.
 const HOSTILE: &str = "a\u{1b}]0;owned\u{7}\u{1b}[2J\u{9b}31m\rb\nclosed                  maybe\u{202e}\u{2066}\u{7f}";
 
 /// Whether a terminal would act on what was printed, or a line is not of our making.

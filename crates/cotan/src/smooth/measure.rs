@@ -100,7 +100,8 @@ pub fn mean_curvatures<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<f64> {
     over_areas(&sizes, &areas)
 }
 
-/// [`mean_curvatures`] as edits of details see them: by mollified cotangents, over areas with a floor.
+/// [`mean_curvatures`] as edits of details see them: by mollified cotangents, over areas with a
+/// floor.
 pub(super) fn mollified_mean_curvatures<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<f64> {
     let mut cotangents = HalfedgeMap::default();
     mollified_cotangents(surface, &mut cotangents);

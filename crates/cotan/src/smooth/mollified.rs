@@ -77,8 +77,8 @@ pub(crate) fn mollified_cotangents<T: Scalar>(surface: &Surface<'_, T>, out: &mu
 
 /// The areas of vertices, each at least a twentieth of the largest in its ring.
 ///
-/// The cell of a vertex between slivers is next to nothing, and a curvature, which is divided by it,
-/// next to infinite; its neighbours would take their share of that.
+/// The cell of a vertex between slivers is next to nothing, and a curvature, which is divided by
+/// it, next to infinite; its neighbours would take their share of that.
 pub(crate) fn with_floor(mesh: &HalfedgeMesh, areas: &VertexMap<f64>) -> VertexMap<f64> {
     filled(areas.len(), |v: VertexId| {
         let largest = mesh.one_ring(v).map(|j| areas[j]).fold(0.0, f64::max);
@@ -113,8 +113,8 @@ fn at<T: Scalar>(surface: &Surface<'_, T>, v: VertexId) -> Point3<f64> {
     surface.position(v).map(T::as_f64)
 }
 
-/// δ: angles of the altered triangles lie above 160° or below 2°. From 0.01 to 0.1 the result is the
-/// same to three digits.
+/// δ: angles of the altered triangles lie above 160° or below 2°. From 0.01 to 0.1 the result is
+/// the same to three digits.
 const SLACK: f64 = 0.03;
 
 /// Of the largest area in the ring; neighbours of a mesh without slivers differ by less.

@@ -6,7 +6,8 @@ use crate::error::Error;
 
 /// Corrects smoothed positions, and puts the vertices of faces that then point against their
 /// neighbours, and did not before, back to where they were; from the second round on with their
-/// neighbours, until no such face is left; after ten rounds with all of the component that it is in.
+/// neighbours, until no such face is left; after ten rounds with all of the component that it is
+/// in.
 ///
 /// Needles are where this happens: their cotangents are huge and their normals chance. `correct` gets
 /// the positions and the vertices that it must leave alone: held ones, which stay at their targets, and

@@ -4,7 +4,8 @@
 //! det(a, b, d), det(b, c, d) and det(c, a, d) are not negative. Their signs are exact, and the
 //! triangles of a [`SphereMap`] cover the sphere once by signs that are exact as well, so that
 //! every direction has a face, however small or thin that is. A tree of boxes around the flat
-//! triangles finds the few candidates; around vertices of high valence they are found by their angle.
+//! triangles finds the few candidates; around vertices of high valence they are found by their
+//! angle.
 //!
 //! **Source**: Shewchuk's adaptive predicates (1997), by the `robust` crate.
 
@@ -329,8 +330,8 @@ mod tests {
         assert_eq!(location.locate(&Vector3::x()).unwrap().face, FaceId::new(0));
     }
 
-    /// Around a vertex of high valence the faces are those that a search through all of them finds, at its
-    /// centre, on its arcs and between.
+    /// Around a vertex of high valence the faces are those that a search through all of them
+    /// finds, at its centre, on its arcs and between.
     #[test]
     fn faces_around_a_vertex_of_high_valence_are_those_of_a_full_search() {
         for valence in [129, 200, 1_000] {

@@ -20,7 +20,8 @@ pub(crate) struct RayTree {
 }
 
 impl RayTree {
-    /// A tree of `len` triangles with these corners, or of what else lies in the box of three points.
+    /// A tree of `len` triangles with these corners, or of what else lies in the box of three
+    /// points.
     pub(crate) fn build(len: usize, corners: impl Fn(usize) -> [Vector3<f64>; 3] + Sync) -> Self {
         let depth = (len / LEAF).max(1).ilog2();
         let mut boxes: Vec<(Bounds, u32)> = (0..len)

@@ -1,9 +1,11 @@
 //! Triangles around a vertex of high valence, searched by their angle.
 //!
-//! The boxes of thin triangles that meet in one point overlap, and a tree of boxes finds all of them. Around
-//! such a vertex c with the ring r₀, r₁, … the sign of det(c, r_k, d) says on which side of the arc from c
-//! to r_k a direction d lies. Within a wedge of less than half a turn these signs fall from 1 to −1 along
-//! the ring, so that bisection finds the one triangle, or the two at an arc.
+//! The boxes of thin triangles that meet in one point overlap, and a tree of boxes finds all of
+//! them. Around
+//! such a vertex c with the ring r₀, r₁, … the sign of det(c, r_k, d) says on which side of the
+//! arc from c
+//! to r_k a direction d lies. Within a wedge of less than half a turn these signs fall from 1 to
+//! −1 along the ring, so that bisection finds the one triangle, or the two at an arc.
 
 use cotan_geometry::Scalar;
 use cotan_halfedge::{FaceId, HalfedgeMesh, VertexId};
@@ -121,8 +123,8 @@ impl Wedge {
         })
     }
 
-    /// The faces that a direction can pierce, none that it pierces left out: one, or the two at an arc; at
-    /// the centre, where all of them meet, the lowest.
+    /// The faces that a direction can pierce, none that it pierces left out: one, or the two at
+    /// an arc; at the centre, where all of them meet, the lowest.
     pub(crate) fn candidates<T: Scalar>(
         &self,
         map: &SphereMap<'_, T>,

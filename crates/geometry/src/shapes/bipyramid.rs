@@ -6,7 +6,8 @@ use std::f64::consts::TAU;
 use super::Shape;
 use crate::scalar::Scalar;
 
-/// A closed double pyramid about the z axis over a regular polygon of radius 1: two apices at z = ±1, numbered
+/// A closed double pyramid about the z axis over a regular polygon of radius 1: two apices at z
+/// = ±1, numbered
 /// last, that `valence` triangles meet at. `valence` is raised to 3 and lowered to 2²⁰.
 ///
 /// Nothing that works on meshes may grow with the square of a valence; this shape shows what does.

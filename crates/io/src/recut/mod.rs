@@ -5,10 +5,12 @@
 //! be cut where another face has an edge: that edge would have three or four triangles. Polygons
 //! without such a conflict keep the cut that each has alone ([`Triangulator`]).
 //!
-//! The others are cut anew in two steps. Polygons of up to [`MOST_CORNERS`] corners that could share
+//! The others are cut anew in two steps. Polygons of up to [`MOST_CORNERS`] corners that could
+//! share
 //! a diagonal, directly or through others, are solved together: each has all its triangulations to
 //! choose from, and a search with propagation and backtracking takes one for each, so that no edge
-//! is used twice; it finds a solution if there is one, within [`BUDGET`] steps, beyond which what is
+//! is used twice; it finds a solution if there is one, within [`BUDGET`] steps, beyond which
+//! what is
 //! left is cut as well as it comes. For quads this is 2-SAT, and propagation alone nearly always
 //! decides. Then larger polygons, one after the other, are cut around everything else, if they pass
 //! through no place twice: of all ways

@@ -84,7 +84,8 @@ impl<'a> Work<'a> {
         self.sources.len() - self.added.len()
     }
 
-    /// Adds a vertex to a hole, which has what the file says of the one beside it, but its position.
+    /// Adds a vertex to a hole, which has what the file says of the one beside it, but its
+    /// position.
     pub(super) fn add_vertex(&mut self, beside: u32, position: Point3<f64>) -> u32 {
         let vertex = self.sources.len() as u32;
         self.sources.push(self.sources[beside as usize]);

@@ -153,8 +153,8 @@ fn radius(matrix: &Csr, inverse_diagonal: &[f64]) -> f64 {
     gershgorin.min(SAFETY * estimate)
 }
 
-/// P = (I − ω D⁻¹A) T, T the groups' indicators. Rows of vertices of high valence are those of T: all their
-/// groups would enter the row of every neighbour.
+/// P = (I − ω D⁻¹A) T, T the groups' indicators. Rows of vertices of high valence are those of
+/// T: all their groups would enter the row of every neighbour.
 fn smoothed(matrix: &Csr, inverse_diagonal: &[f64], groups: &[u32], omega: f64) -> Csr {
     let mut out = Csr {
         offsets: vec![0],

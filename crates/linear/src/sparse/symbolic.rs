@@ -140,8 +140,8 @@ impl Symbolic {
         self.value_offsets.last().copied().unwrap_or(0)
     }
 
-    /// No less than the bytes that a factorization takes for a while beside the values: the squares that
-    /// wait for the supernodes above, were all groups at their peaks at once.
+    /// No less than the bytes that a factorization takes for a while beside the values: the
+    /// squares that wait for the supernodes above, were all groups at their peaks at once.
     pub(crate) fn work_bytes(&self) -> u64 {
         let tasks = &self.tasks;
         let groups: u64 = tasks.subtrees.iter().map(|r| self.peak_of(r.clone())).sum();

@@ -26,8 +26,8 @@ impl FileVertices {
         }
     }
 
-    /// The same without vertices of the document that are no copies of what they come from, as those
-    /// that fill holes.
+    /// The same without vertices of the document that are no copies of what they come from, as
+    /// those that fill holes.
     #[must_use]
     pub fn without(mut self, added: &[usize]) -> Self {
         self.copies.retain(|(_, v)| added.binary_search(v).is_err());

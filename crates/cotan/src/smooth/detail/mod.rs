@@ -51,9 +51,9 @@ impl CurvatureField<'_> {
     /// The field after `passes` half steps of the umbrella, κ ← κ + ½ (mean of the neighbours − κ):
     /// its coarse part. Boundary vertices are left out.
     ///
-    /// A neighbour j with less than half of the area of vertex i counts by 2 A_j / A_i: between slivers
-    /// curvatures are large and areas small, and such a curvature over the area of a large neighbour
-    /// would be a bend that is nowhere on the mesh.
+    /// A neighbour j with less than half of the area of vertex i counts by 2 A_j / A_i: between
+    /// slivers curvatures are large and areas small, and such a curvature over the area of a large
+    /// neighbour would be a bend that is nowhere on the mesh.
     #[must_use]
     pub fn smoothed(&self, passes: usize) -> Self {
         let mut values = self.values.clone();
@@ -86,9 +86,10 @@ impl CurvatureField<'_> {
     }
 }
 
-/// How many times as large as a neighbour's an area may be for the neighbour to count fully. On meshes
-/// without slivers it changes results by some 1e-4 of the size; on CAD models moves are 5 to 20 times
-/// smaller for it.
+/// How many times as large as a neighbour's an area may be for the neighbour to count fully. On
+/// meshes
+/// without slivers it changes results by some 1e-4 of the size; on CAD models moves are 5 to 20
+/// times smaller for it.
 const LARGEST_RATIO: f64 = 2.0;
 
 /// Says what becomes of a mesh's curvature.
@@ -169,7 +170,8 @@ impl<T: Scalar, E: CurvatureEdit> ScalarFieldUpdater<T> for CurvatureUpdater<E> 
         let wanted = self.edit.edit(&original);
         fill_each(field, |v: VertexId| {
             if is_inner[v] {
-                // As a difference: where nothing is to change the field is that of the input, exactly.
+                // As a difference: where nothing is to change the field is that of the input,
+                // exactly.
                 let change = wanted[v] - original.values[v];
                 T::of_f64(rest.sizes[v] - 4.0 * rest.areas[v] * change)
             } else {

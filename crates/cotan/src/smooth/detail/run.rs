@@ -61,8 +61,8 @@ pub struct Detailed<T: Scalar> {
 ///
 /// Target field and areas are those of the input; normals are those of the current surface. Slivers
 /// have the weights of [`MollifiedCotangent`], and no vertex a smaller area than a twentieth of the
-/// largest beside it. Where an edit changes nothing the mesh stays as it is, to the last digit in `f64`.
-/// Vertices of faces that would turn over against their neighbours stay where they are.
+/// largest beside it. Where an edit changes nothing the mesh stays as it is, to the last digit
+/// in `f64`. Vertices of faces that would turn over against their neighbours stay where they are.
 ///
 /// **Shapes**: one position a vertex. `handles` may hold further vertices, or move some.
 ///
@@ -259,8 +259,8 @@ mod tests {
         assert!(matches!(result, Err(Error::FieldLength { len: 42, .. })));
     }
 
-    /// A bar, one of whose triangles has a further vertex on a side, raised by `height`: the face that
-    /// closes the gap to the neighbour has next to no area.
+    /// A bar, one of whose triangles has a further vertex on a side, raised by `height`: the
+    /// face that closes the gap to the neighbour has next to no area.
     fn bar_with_a_cap(height: f64) -> Shape<f64> {
         let clean = bar::<f64>([4.0, 1.0, 1.0], [16, 4, 4]);
         let mut faces: Vec<[usize; 3]> = clean
@@ -284,8 +284,8 @@ mod tests {
         }
     }
 
-    /// The plate of a CAD program: an ellipse whose rim is cut into a fan from one of its vertices, with
-    /// angles up to 179.9 degrees, and the same below.
+    /// The plate of a CAD program: an ellipse whose rim is cut into a fan from one of its
+    /// vertices, with angles up to 179.9 degrees, and the same below.
     fn plate(n: u32) -> Shape<f64> {
         let rim = |z: f64| {
             (0..n).map(move |k| {

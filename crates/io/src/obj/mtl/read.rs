@@ -1,8 +1,8 @@
 //! From the statements of an MTL to materials.
 //!
 //! `Ns` is the exponent of Phong's highlight; roughness is 1 − √(Ns / 1000) where there is no
-//! `Pr`, as Blender has it, and 1 without either. `d` goes before `Tr`, and a `Tr` of 1 is taken for
-//! opaque, as MeshLab means it. A `map_d` that is the
+//! `Pr`, as Blender has it, and 1 without either. `d` goes before `Tr`, and a `Tr` of 1 is taken
+//! for opaque, as MeshLab means it. A `map_d` that is the
 //! image of `map_Kd` means the alpha of that image; any other one has no place in the model.
 
 use std::collections::{BTreeMap, BTreeSet};
