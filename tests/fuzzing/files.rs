@@ -132,10 +132,11 @@ fn convert(document: &Document, format: Format) {
             corner(&again, false),
             "as {format}"
         );
-    } else if document.faces().iter().all(|polygon| polygon.len() == 3)
-        && document.format() != Some(Format::Gltf)
-        && document.format() != Some(Format::Glb)
+    } else if format == Format::Stl
+        && document.faces().iter().all(|polygon| polygon.len() == 3)
+        && !has_nodes(document)
     {
+        // A glTF may have a node that moves its mesh, which rounds otherwise than single precision.
         assert_eq!(corner(document, true), corner(&again, true), "as {format}");
     }
 }
@@ -230,9 +231,20 @@ pub fn document_roundtrip(data: &[u8]) {
             .unwrap_or_else(|error| panic!("{format}: {error}"));
         let twice = read(write(&made, format), Some(format), &Limits::default())
             .unwrap_or_else(|error| panic!("{format}: {error}"));
+        if matches!(format, Format::Gltf | Format::Glb) {
+            // Faces that two materials have in common are read with vertices of their own.
+            assert_eq!(places(&twice), places(&again), "{format}");
+            continue;
+        }
         assert_eq!(twice.positions(), again.positions(), "{format}");
         assert_eq!(twice.faces(), again.faces(), "{format}");
     }
+}
+
+/// The positions of all corners, face by face.
+fn places(document: &Document) -> Vec<Point3<f64>> {
+    let corners = document.faces().corners().iter();
+    corners.map(|&v| document.positions()[v as usize]).collect()
 }
 
 /// The same numbers, names and comments, whatever type and table they are kept in.
