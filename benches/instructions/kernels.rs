@@ -55,7 +55,7 @@ fn solve(solve: Solve) -> Solve {
 #[library_benchmark]
 #[bench::rotation(rotation_flow())]
 #[bench::hybrid(hybrid_flow())]
-fn step(mut flow: Flow<'static, f64>) -> (Flow<'static, f64>, StepReport) {
+fn step(mut flow: Flow<f64>) -> (Flow<f64>, StepReport) {
     let report = flow.step().expect("built-in updaters do not fail");
     (flow, report)
 }

@@ -1,8 +1,8 @@
 //! What the counted kernels start from: a closed irregular mesh of 2,562 vertices, 32 of them held.
 
-use cotan::flow::{BestRotation, Flow, Hybrid, Orientation};
+use cotan::flow::{BestRotation, Flow, FlowBuilder, Hybrid};
 use cotan::laplacian::{Cotangent, Operator};
-use cotan::linear::{Handle, Membrane, PreparedSystem};
+use cotan::linear::{Defect, Handle, Membrane, PreparedSystem};
 use cotan::prelude::*;
 use cotan::shapes::{Numbering, Shape, irregular};
 
@@ -22,13 +22,11 @@ pub fn faces() -> (usize, Vec<[u32; 3]>) {
 }
 
 /// A flow whose handles have moved and that has made two steps.
-pub fn flow(orientation: impl Orientation<f64> + 'static) -> Flow<'static, f64> {
-    // A benchmark's process ends soon.
-    let shape: &'static Shape<f64> = Box::leak(Box::new(shape()));
+pub fn flow(choose: impl FnOnce(FlowBuilder<f64>) -> FlowBuilder<f64>) -> Flow<f64> {
+    let shape = shape();
     let held = handles().map(|h| (h, shape.positions[h.vertex]));
-    let mut flow = Flow::builder(&shape.mesh, &shape.positions)
+    let mut flow = choose(Flow::builder(&shape.mesh, &shape.positions))
         .handles(held)
-        .orientation(orientation)
         .tolerance(0.0)
         .build()
         .expect("a closed surface with handles");
@@ -43,20 +41,19 @@ pub fn flow(orientation: impl Orientation<f64> + 'static) -> Flow<'static, f64> 
 }
 
 /// The flow of the paper's linear system alone, and of the default.
-pub fn rotation_flow() -> Flow<'static, f64> {
-    flow(BestRotation)
+pub fn rotation_flow() -> Flow<f64> {
+    flow(|flow| flow.orientation(BestRotation::new()))
 }
 
 /// The default flow.
-pub fn hybrid_flow() -> Flow<'static, f64> {
-    flow(Hybrid::default())
+pub fn hybrid_flow() -> Flow<f64> {
+    flow(|flow| flow.energy(Hybrid::default()))
 }
 
 /// Everything that one solve takes.
 pub struct Solve {
     system: PreparedSystem,
     mismatch: VertexMap<Vector3<f64>>,
-    still: VertexMap<Vector3<f64>>,
     residual: VertexMap<Vector3<f64>>,
     correction: VertexMap<Vector3<f64>>,
 }
@@ -75,28 +72,25 @@ pub fn prepare(operator: &Operator<f64>) -> PreparedSystem {
 /// A prepared solve.
 pub fn solve_setup() -> Solve {
     let operator = operator();
-    let still = VertexMap::filled(operator.num_vertices(), Vector3::zeros());
+    let still = VertexMap::filled(operator.num_rows(), Vector3::zeros());
     let mut mismatch = still.clone();
     operator.apply(&shape().positions, &mut mismatch);
     Solve {
         system: prepare(&operator),
         mismatch,
         residual: still.clone(),
-        correction: still.clone(),
-        still,
+        correction: still,
     }
 }
 
 impl Solve {
     /// One correction.
     pub fn run(mut self) -> Self {
-        self.system.correct(
-            &self.mismatch,
-            None,
-            &self.still,
-            &mut self.residual,
-            &mut self.correction,
-        );
+        let defect = Defect::of_laplacian(&self.mismatch);
+        self.system.residual(&defect, &mut self.residual);
+        self.system
+            .correct(&defect, &mut self.correction)
+            .expect("a solution");
         self
     }
 }

@@ -54,10 +54,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         system: SystemOptions::new().precision(precision),
         ..DeformOptions::default()
     };
-    let mut flow = Flow::builder(&shape.mesh, &shape.positions)
+    let mut flow = options
+        .apply(Flow::builder(&shape.mesh, &shape.positions))
         .handles(handles)
-        .system(options.system)
-        .orientation(options.orientation())
         .build()?;
     told(&format!(
         "prepared, {} entries",

@@ -12,10 +12,9 @@
 use std::time::Instant;
 
 use cotan::flow::{
-    BestRotation, Flow, Hybrid, KeepMagnitude, Limited, Orientation, Reflect, ReflectFirst,
-    RescaleByArea, ScalarFieldUpdater,
+    BestRotation, Flow, FlowBuilder, Hybrid, Limited, Reflect, ReflectFirst, RescaleByArea,
 };
-use cotan::linear::{Membrane, PreparedSystem};
+use cotan::linear::{Defect, PreparedSystem};
 use cotan::prelude::*;
 use cotan_geometry::shapes::icosphere;
 use cotan_laplacian::{Cotangent, Operator};
@@ -50,25 +49,16 @@ fn table(name: &str, mesh: &HalfedgeMesh, positions: &Positions<f64>) {
     );
     println!("| orientation | step | solve | rest of the step |");
     println!("|---|---|---|---|");
-    let hybrid = || Box::new(Hybrid::default());
-    let limited = || Box::new(Limited::new());
-    let reflect_first = Box::new(ReflectFirst::new(10));
-    let row = |method: &str,
-               orientation: Box<dyn Orientation<f64>>,
-               updater: Box<dyn ScalarFieldUpdater<f64>>| {
-        print_row(mesh, positions, method, orientation, updater);
-    };
-    row("hybrid", hybrid(), Box::new(KeepMagnitude));
-    row("limited", limited(), Box::new(KeepMagnitude));
-    row(
-        "rotation",
-        Box::new(BestRotation::new()),
-        Box::new(KeepMagnitude),
-    );
-    row("reflect", Box::new(Reflect::new()), Box::new(KeepMagnitude));
-    row("reflect first", reflect_first, Box::new(KeepMagnitude));
-    row("hybrid, rescaled", hybrid(), Box::new(RescaleByArea));
-    row("limited, rescaled", limited(), Box::new(RescaleByArea));
+    let flow = || Flow::builder(mesh, positions);
+    let rescaled = || flow().updater(RescaleByArea);
+    let row = |method: &str, builder| print_row(positions, method, builder);
+    row("hybrid", flow().energy(Hybrid::default()));
+    row("limited", flow().orientation(Limited::new()));
+    row("rotation", flow().orientation(BestRotation::new()));
+    row("reflect", flow().orientation(Reflect::new()));
+    row("reflect first", flow().orientation(ReflectFirst::new(10)));
+    row("hybrid, rescaled", rescaled().energy(Hybrid::default()));
+    row("limited, rescaled", rescaled().orientation(Limited::new()));
 }
 
 /// Seconds for the operator: weights, one-rings, rounding.
@@ -79,16 +69,8 @@ fn assembly(mesh: &HalfedgeMesh, positions: &Positions<f64>) -> f64 {
     })
 }
 
-fn print_row(
-    mesh: &HalfedgeMesh,
-    positions: &Positions<f64>,
-    method: &str,
-    orientation: Box<dyn Orientation<f64>>,
-    updater: Box<dyn ScalarFieldUpdater<f64>>,
-) {
-    let mut flow = Flow::builder(mesh, positions)
-        .orientation(orientation)
-        .updater(updater)
+fn print_row(positions: &Positions<f64>, method: &str, builder: FlowBuilder<f64>) {
+    let mut flow = builder
         .handles(drag(positions))
         .tolerance(0.0)
         .build()
@@ -96,7 +78,7 @@ fn print_row(
     let step = median(STEPS, || {
         flow.step().expect("a step");
     });
-    let solve = solve(&flow, method.starts_with("hybrid"));
+    let solve = solve(&flow);
     let per_vertex = |seconds: f64| seconds / positions.len() as f64 * 1e9;
     println!(
         "| {method} | {:.0} | {:.0} | {:.0} |",
@@ -124,21 +106,23 @@ fn drag(positions: &Positions<f64>) -> Vec<(Handle, Point3<f64>)> {
 }
 
 /// Seconds for one correction of a system like the flow's.
-fn solve(flow: &Flow<'_, f64>, has_membrane: bool) -> f64 {
+fn solve(flow: &Flow<f64>) -> f64 {
     let rest = flow.rest();
     let n = rest.positions().len();
-    let membrane = has_membrane.then(|| Membrane {
-        weight: Hybrid::default().prepare(rest),
-        stiffness: rest.stiffness(),
-    });
-    let mut system =
-        PreparedSystem::prepare(rest.operator(), flow.handles(), membrane).expect("a system");
+    let has_membrane = flow.membrane().is_some();
+    let mut system = PreparedSystem::prepare(rest.operator(), flow.handles(), flow.membrane())
+        .expect("a system");
     let mismatch = rest.laplacian();
     let zeros = VertexMap::filled(n, Vector3::zeros());
-    let (mut residual, mut correction) = (zeros.clone(), zeros.clone());
+    let mut correction = zeros.clone();
     median(STEPS, || {
-        let tension = has_membrane.then_some(&zeros);
-        system.correct(mismatch, tension, &zeros, &mut residual, &mut correction);
+        let defect = Defect {
+            tension: has_membrane.then_some(&zeros),
+            ..Defect::of_laplacian(mismatch)
+        };
+        system
+            .correct(&defect, &mut correction)
+            .expect("a solution");
     })
 }
 

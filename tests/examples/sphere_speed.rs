@@ -11,7 +11,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use cotan::laplacian::{Cotangent, Operator};
-use cotan::linear::PreparedSystem;
+use cotan::linear::{Defect, PreparedSystem};
 use cotan::prelude::*;
 use cotan::sphere::{SphereMethod, SphereOptions, spherical};
 use cotan_tests::{closed_models, shared};
@@ -70,10 +70,12 @@ fn unit(mesh: &HalfedgeMesh, positions: &Positions<f64>) {
     let operator = Operator::assemble(&Cotangent::default(), &surface).expect("weights");
     let handle = Handle::hard(VertexId::new(0));
     let mut system = PreparedSystem::prepare(&operator, &[handle], None).expect("a factor");
-    let zeros = VertexMap::filled(positions.len(), Vector3::zeros());
+    let mut correction = VertexMap::filled(positions.len(), Vector3::zeros());
     let rhs = positions.map(|p| p.coords);
-    let (mut residual, mut correction) = (zeros.clone(), zeros.clone());
-    system.correct(&rhs, None, &zeros, &mut residual, &mut correction);
+    let defect = Defect::of_laplacian(&rhs);
+    system
+        .correct(&defect, &mut correction)
+        .expect("a solution");
     black_box(correction);
 }
 

@@ -6,15 +6,15 @@
 //!
 //! HANDLES point handles (default 32) spread over each model. `factor` is analysis and numbers (the
 //! time to prepare a system with one handle), `prepare` has the columns too; `exchange` puts one handle
-//! for another; `correct` is one correction with its residual.
+//! for another; `correct` is one correction.
 //! Medians, in milliseconds of processor time of all threads, so that other work on the machine counts
 //! little. `apart` is the largest difference of the corrections by the two
 //! strategies, over the largest correction.
 
-use cotan::flow::{Flow, Hybrid, Orientation};
+use cotan::flow::Flow;
 use cotan::geometry::{Shape, shapes};
 use cotan::laplacian::{Cotangent, LaplacianScheme, Operator, Tutte};
-use cotan::linear::{Membrane, PreparedSystem, Strategy, SystemOptions};
+use cotan::linear::{Defect, Membrane, PreparedSystem, Strategy, SystemOptions};
 use cotan::prelude::*;
 use cotan_tests::shared;
 
@@ -72,7 +72,7 @@ fn table(name: &str, mesh: &HalfedgeMesh, positions: &Positions<f64>, handles: u
     let tutte = Operator::assemble(&Tutte as &dyn LaplacianScheme<f64>, &rest.surface());
     let cotangent = Operator::assemble(&Cotangent::default(), &rest.surface());
     let (tutte, cotangent) = (tutte.expect("weights"), cotangent.expect("weights"));
-    let mu = Hybrid::default().prepare(rest);
+    let mu = flow.membrane().map_or(0.0, |membrane| membrane.weight);
     let turned = |i: usize| {
         let t = rest.positions().as_slice()[i].coords;
         Vector3::new((3.0 * t.y).sin(), (2.0 * t.z).cos(), t.x * t.y)
@@ -85,7 +85,7 @@ fn table(name: &str, mesh: &HalfedgeMesh, positions: &Positions<f64>, handles: u
         };
         let membrane = (terms == Terms::Membrane).then_some(Membrane {
             weight: mu,
-            stiffness: rest.stiffness(),
+            weights: rest.membrane_weights(),
         });
         let size = rest
             .laplacian()
@@ -97,9 +97,9 @@ fn table(name: &str, mesh: &HalfedgeMesh, positions: &Positions<f64>, handles: u
         });
         let tension = VertexMap::from_fn(n, |v: VertexId| {
             let mut sum = Vector3::zeros();
-            for (j, h) in rest.rings().ring(v.index()) {
+            for (j, k) in rest.graph().row(v.index()) {
                 let step = turned(j.index()) - turned(v.index());
-                sum += step * rest.stiffness()[h.edge()];
+                sum += step * (0.5 * rest.membrane_weights()[k]);
             }
             sum
         });
@@ -108,7 +108,7 @@ fn table(name: &str, mesh: &HalfedgeMesh, positions: &Positions<f64>, handles: u
         for strategy in [Strategy::Normal, Strategy::Columns] {
             let options = SystemOptions::new().strategy(strategy);
             let mut times = [const { Vec::new() }; 4];
-            let (mut residual, mut correction) = (zeros.clone(), zeros.clone());
+            let mut correction = zeros.clone();
             let mut entries = 0;
             for _ in 0..runs {
                 let start = processor_seconds();
@@ -127,8 +127,13 @@ fn table(name: &str, mesh: &HalfedgeMesh, positions: &Positions<f64>, handles: u
                 }
                 for _ in 0..4 {
                     let start = processor_seconds();
-                    let tension = membrane.map(|_| &tension);
-                    system.correct(&mismatch, tension, &zeros, &mut residual, &mut correction);
+                    let defect = Defect {
+                        tension: membrane.map(|_| &tension),
+                        ..Defect::of_laplacian(&mismatch)
+                    };
+                    system
+                        .correct(&defect, &mut correction)
+                        .expect("a solution");
                     times[2].push(processor_seconds() - start);
                 }
             }

@@ -13,7 +13,7 @@ use serde_json::Value;
 fn errors_at(
     mesh: &HalfedgeMesh,
     positions: &Positions<f64>,
-    builder: FlowBuilder<'_, f64>,
+    builder: FlowBuilder<f64>,
     iterations: &[usize],
 ) -> Vec<ShapeErrors> {
     let last = iterations.last().copied().unwrap_or(0);
@@ -86,7 +86,7 @@ fn orientation(name: &str) -> Box<dyn Orientation<f64>> {
     }
 }
 
-fn builder<'a>(case: &'a Case) -> FlowBuilder<'a, f64> {
+fn builder(case: &Case) -> FlowBuilder<f64> {
     let entry = case.reference.as_ref().expect("a reference case");
     let targets = cotan_tests::points(&entry["targets"]);
     let handles = vertex_ids(&entry["handles"])

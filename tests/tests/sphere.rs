@@ -149,9 +149,17 @@ fn reference_cases_of_the_public_models() {
 struct Free;
 
 impl Projection<f64> for Free {
+    fn start(
+        &mut self,
+        _: &Rest<f64>,
+        _: &mut Positions<f64>,
+    ) -> Result<(), cotan::flow::FlowError> {
+        Ok(())
+    }
+
     fn project(
         &mut self,
-        _: &Rest<'_, f64>,
+        _: &Rest<f64>,
         _: &Positions<f64>,
         _: &mut Positions<f64>,
     ) -> Result<f64, cotan::flow::FlowError> {
@@ -187,8 +195,7 @@ fn collapse(measure: AreaMeasure) -> Vec<f64> {
     let size = 1.8;
     let mut flow = Flow::builder(&shape.mesh, &positions)
         .updater(ConstantCurvature::fixed(size / 3.0, measure))
-        .orientation(AlongNormal::NormalOnly)
-        .projection(Free)
+        .projected(AlongNormal::NormalOnly, Free)
         .handles([(Handle::hard(VertexId::new(0)), positions[VertexId::new(0)])])
         .schedule(Schedule::FULL)
         .start(Start::Updated)

@@ -3,10 +3,10 @@
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-use cotan::flow::{Flow, Orientation, Rest};
+use cotan::flow::Flow;
 use cotan::geometry::{BoundingBox, Surface, bounding_box};
 use cotan::laplacian::{Cotangent, Operator};
-use cotan::linear::{Handle, Membrane, PreparedSystem, SystemOptions};
+use cotan::linear::{Defect, Handle, PreparedSystem, SystemOptions};
 use cotan::prelude::{
     DeformOptions, Isometry3, OrientationKind, Point3, Vector3, VertexId, VertexMap,
 };
@@ -117,7 +117,7 @@ impl Plan<'_> {
             ..DeformOptions::default()
         };
         let (job, mut flow) = self.drag(&surface, &moves, &options)?;
-        let system = self.system(&flow, &options)?;
+        let system = self.system(&flow, &options.system)?;
         let iteration = self.iterations(&mut flow, &moves)?;
         Ok(Measured {
             mesh: String::new(),
@@ -147,21 +147,18 @@ impl Plan<'_> {
     }
 
     /// The whole drag, and a flow that has its handles but has not moved.
-    fn drag<'m>(
+    fn drag(
         &self,
-        surface: &Surface<'m, f64>,
+        surface: &Surface<'_, f64>,
         moves: &Moves,
         options: &DeformOptions,
-    ) -> Result<(Drag, Flow<'m, f64>), cotan::Error> {
+    ) -> Result<(Drag, Flow<f64>), cotan::Error> {
         let (mesh, positions) = (surface.mesh(), surface.positions());
         let build = |targets: Moves, tolerance: f64| {
-            Flow::builder(mesh, positions)
+            options
+                .apply(Flow::builder(mesh, positions))
                 .handles(targets.into_iter().map(|(v, p)| (Handle::hard(v), p)))
-                .orientation(options.orientation())
-                .updater(options.updater())
                 .tolerance(tolerance)
-                .iteration_limit(options.iteration_limit)
-                .system(options.system)
                 .build()
         };
         let mut last = None;
@@ -186,14 +183,13 @@ impl Plan<'_> {
     /// The linear system of a flow, made and used once more.
     fn system(
         &self,
-        flow: &Flow<'_, f64>,
-        options: &DeformOptions,
+        flow: &Flow<f64>,
+        options: &SystemOptions,
     ) -> Result<SystemSeconds, cotan::flow::FlowError> {
         let rest = flow.rest();
-        let mut orientation = options.orientation();
-        let mut system = prepare(rest, &mut *orientation, flow.handles(), &options.system)?;
+        let mut system = prepare(flow, options)?;
         let factor = self.median(|| {
-            system = prepare(rest, &mut *orientation, flow.handles(), &options.system)?;
+            system = prepare(flow, options)?;
             Ok::<_, cotan::flow::FlowError>(())
         })?;
         let factor_bytes = 8 * system.factor_entries() as u64;
@@ -201,17 +197,11 @@ impl Plan<'_> {
         let n = rest.positions().len();
         let still = VertexMap::filled(n, Vector3::zeros());
         let mismatch = rest.laplacian().clone();
-        let (mut residual, mut correction) = (still.clone(), still.clone());
+        let mut correction = still.clone();
         let solve = self.median(|| {
-            let tension = Some(&still);
-            system.correct(
-                black_box(&mismatch),
-                tension,
-                &still,
-                &mut residual,
-                &mut correction,
-            );
-            Ok::<_, cotan::flow::FlowError>(())
+            let defect = Defect::of_laplacian(black_box(&mismatch)).with_tension(&still);
+            let solved = system.correct(&defect, &mut correction);
+            solved.map_err(cotan::flow::FlowError::from)
         })?;
         Ok(SystemSeconds {
             factor,
@@ -224,7 +214,7 @@ impl Plan<'_> {
     /// One handle more.
     fn add_handle(
         &self,
-        flow: &Flow<'_, f64>,
+        flow: &Flow<f64>,
         system: &mut PreparedSystem,
     ) -> Result<f64, cotan::flow::FlowError> {
         let rest = flow.rest();
@@ -244,7 +234,7 @@ impl Plan<'_> {
 
     fn iterations(
         &self,
-        flow: &mut Flow<'_, f64>,
+        flow: &mut Flow<f64>,
         moves: &Moves,
     ) -> Result<f64, cotan::flow::FlowError> {
         flow.move_handles(moves)?;
@@ -280,19 +270,13 @@ struct SystemSeconds {
 
 /// The system of a flow: what `FlowBuilder::build` does in the end.
 fn prepare(
-    rest: &Rest<'_, f64>,
-    orientation: &mut dyn Orientation<f64>,
-    handles: &[Handle],
+    flow: &Flow<f64>,
     options: &SystemOptions,
 ) -> Result<PreparedSystem, cotan::flow::FlowError> {
-    let membrane = Membrane {
-        weight: orientation.prepare(rest),
-        stiffness: rest.stiffness(),
-    };
     Ok(PreparedSystem::prepare_with(
-        rest.operator(),
-        handles,
-        Some(membrane),
+        flow.rest().operator(),
+        flow.handles(),
+        flow.membrane(),
         options,
     )?)
 }

@@ -182,7 +182,7 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    fn record<T: Scalar>(&mut self, flow: &Flow<'_, T>, step: &StepReport) -> ControlFlow<()> {
+    fn record<T: Scalar>(&mut self, flow: &Flow<T>, step: &StepReport) -> ControlFlow<()> {
         let Ok(Some(entries)) = &mut self.entries else {
             return ControlFlow::Continue(());
         };

@@ -7,10 +7,9 @@
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-use cotan::flow::{Hybrid, Orientation};
 use cotan::geometry::{Shape, shapes};
 use cotan::laplacian::{Cotangent, Operator};
-use cotan::linear::{Handle, Membrane, PreparedSystem};
+use cotan::linear::{Defect, Handle, PreparedSystem};
 use cotan::prelude::*;
 use criterion::{Criterion, SamplingMode, Throughput, criterion_group, criterion_main};
 
@@ -56,16 +55,11 @@ fn phases(criterion: &mut Criterion, shape: &Shape<f64>) {
     let mut system = prepare(&flow);
     let mismatch = flow.rest().laplacian().clone();
     let still = VertexMap::filled(n, Vector3::zeros());
-    let (mut residual, mut correction) = (still.clone(), still.clone());
+    let mut correction = still.clone();
     group.bench_function("solve (3 right-hand sides)", |b| {
         b.iter(|| {
-            system.correct(
-                black_box(&mismatch),
-                Some(&still),
-                &still,
-                &mut residual,
-                &mut correction,
-            );
+            let defect = Defect::of_laplacian(black_box(&mismatch)).with_tension(&still);
+            system.correct(&defect, &mut correction)
         });
     });
 
@@ -93,13 +87,8 @@ fn phases(criterion: &mut Criterion, shape: &Shape<f64>) {
 }
 
 /// The system of a flow, factorized once more: what `FlowBuilder::build` does in the end.
-fn prepare(flow: &Flow<'_, f64>) -> PreparedSystem {
-    let rest = flow.rest();
-    let membrane = Membrane {
-        weight: Hybrid::default().prepare(rest),
-        stiffness: rest.stiffness(),
-    };
-    PreparedSystem::prepare(rest.operator(), flow.handles(), Some(membrane))
+fn prepare(flow: &Flow<f64>) -> PreparedSystem {
+    PreparedSystem::prepare(flow.rest().operator(), flow.handles(), flow.membrane())
         .expect("held at both ends")
 }
 
@@ -119,7 +108,7 @@ impl Ends {
         Self { fixed: by_x, moved }
     }
 
-    fn flow<'m>(&self, shape: &'m Shape<f64>) -> Flow<'m, f64> {
+    fn flow(&self, shape: &Shape<f64>) -> Flow<f64> {
         let held = self.fixed.iter().chain(&self.moved);
         Flow::builder(&shape.mesh, &shape.positions)
             .handles(held.map(|&v| (Handle::hard(v), shape.positions[v])))

@@ -15,11 +15,11 @@ use cotan::linear::Handle;
 use cotan::prelude::*;
 
 /// Cotangent weights times the mean stiffness of the edge's two ends.
-struct Material<'a> {
-    stiffness: &'a VertexMap<f64>,
+struct Material {
+    stiffness: VertexMap<f64>,
 }
 
-impl<T: Scalar> LaplacianScheme<T> for Material<'_> {
+impl<T: Scalar> LaplacianScheme<T> for Material {
     fn weights(
         &self,
         surface: &Surface<'_, T>,
@@ -66,10 +66,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             .positions
             .map(|p| if p.x.abs() < 0.5 { softness } else { 1.0 });
         let mut flow = Flow::builder(&shape.mesh, &shape.positions)
-            .scheme(Material {
-                stiffness: &stiffness,
-            })
-            // The default orientation has a membrane, which knows the shape but not the material.
+            .scheme(Material { stiffness })
+            // The default energy has a membrane, which knows the shape but not the material.
             .orientation(BestRotation::new())
             .handles(targets.iter().copied())
             .build()?;

@@ -8,7 +8,7 @@
 
 use std::ops::ControlFlow;
 
-use cotan::flow::{FlowError, FlowState, Limited, Quantities, ScalarFieldUpdater};
+use cotan::flow::{FlowError, FlowState, Limited, ScalarFieldUpdater};
 use cotan::geometry::{Shape, scalar};
 use cotan::linear::Handle;
 use cotan::prelude::*;
@@ -31,11 +31,6 @@ impl<T: Scalar> ScalarFieldUpdater<T> for FadeOut {
         Ok(())
     }
 
-    /// Only the original is read, so the flow need not measure the current mesh for us.
-    fn needs(&self) -> Quantities {
-        Quantities::NONE
-    }
-
     /// The field does not follow the shape, so one update is enough where a step would need two.
     fn is_constant(&self) -> bool {
         true
@@ -49,7 +44,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let mut flow = Flow::builder(&shape.mesh, &shape.positions)
         .updater(FadeOut)
-        // The default orientation has a membrane, which would pull the bumps back.
+        // The default energy has a membrane, which would pull the bumps back.
         .orientation(Limited::new())
         .handles(ends.iter().map(|&v| (Handle::hard(v), shape.positions[v])))
         .build()?;

@@ -3,7 +3,7 @@
 use cotan_geometry::{Positions, Scalar, Surface};
 use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
 use cotan_laplacian::{Cotangent, LaplacianScheme, Operator, Uniform};
-use cotan_linear::{Handle, PreparedSystem};
+use cotan_linear::{Defect, Handle, PreparedSystem};
 use nalgebra::Vector3;
 
 use crate::error::Error;
@@ -74,12 +74,12 @@ fn solve<T: Scalar, S: LaplacianScheme<T>>(
     let mut system =
         PreparedSystem::prepare(&operator, handles, None).map_err(cotan_flow::FlowError::from)?;
     let mesh = surface.mesh();
-    let zero = || VertexMap::filled(mesh.num_vertices(), Vector3::zeros());
     let mismatch = mesh
         .vertices()
         .map(|v| -operator.apply_at(surface.positions(), v.index()))
         .collect();
-    let (mut scratch, mut correction) = (zero(), zero());
-    system.correct_only(&mismatch, None, &zero(), &mut scratch, &mut correction);
+    let mut correction = VertexMap::filled(mesh.num_vertices(), Vector3::zeros());
+    let solved = system.correct(&Defect::of_laplacian(&mismatch), &mut correction);
+    solved.map_err(cotan_flow::FlowError::from)?;
     Ok(correction)
 }

@@ -40,6 +40,7 @@ pub use cotan_geometry::shapes;
 pub use cotan_halfedge as halfedge;
 pub use cotan_laplacian as laplacian;
 pub use cotan_linear as linear;
+pub use nalgebra;
 
 pub mod sphere;
 
@@ -76,5 +77,5 @@ pub mod prelude {
     pub use cotan_geometry::{Positions, Scalar, Surface};
     pub use cotan_halfedge::{FaceId, HalfedgeMesh, VertexId, VertexMap};
     pub use cotan_linear::{Handle, Hold};
-    pub use nalgebra::{Isometry3, Matrix4, Point3, Vector3};
+    pub use nalgebra::{Isometry3, Matrix3, Matrix4, Point3, Vector3};
 }

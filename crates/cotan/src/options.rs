@@ -1,9 +1,8 @@
 //! The settings of a deformation, as plain values with names.
 
 use cotan_flow::{
-    Acceleration, BestRotation, DEFAULT_ITERATION_LIMIT, DEFAULT_TOLERANCE, Hybrid, KeepMagnitude,
-    Limited, Orientation, Reflect, ReflectFirst, RescaleByArea, ScalarFieldUpdater, Schedule,
-    Start,
+    Acceleration, BestRotation, DEFAULT_ITERATION_LIMIT, DEFAULT_TOLERANCE, FlowBuilder, Hybrid,
+    KeepMagnitude, Limited, Reflect, ReflectFirst, RescaleByArea, Schedule, Start,
 };
 use cotan_geometry::Scalar;
 use cotan_laplacian::{ClampedCotangent, Cotangent, EdgeLength, LaplacianScheme, Tutte, Uniform};
@@ -188,23 +187,27 @@ impl SchemeKind {
 }
 
 impl DeformOptions {
-    /// The orientation that these settings name.
-    pub fn orientation<T: Scalar>(&self) -> Box<dyn Orientation<T>> {
+    /// A flow with these settings.
+    pub fn apply<T: Scalar>(&self, flow: FlowBuilder<T>) -> FlowBuilder<T> {
+        let flow = flow
+            .scheme(self.scheme.scheme())
+            .start(self.start)
+            .acceleration(self.acceleration)
+            .schedule(self.schedule)
+            .tolerance(self.tolerance)
+            .iteration_limit(self.iteration_limit)
+            .system(self.system);
+        let flow = match self.detail_size {
+            DetailSize::Keep => flow.updater(KeepMagnitude),
+            DetailSize::Rescale => flow.updater(RescaleByArea),
+        };
         match self.orientation {
-            OrientationKind::Hybrid => Box::new(Hybrid::new(self.bending_length)),
-            OrientationKind::Rotation => Box::new(BestRotation::new()),
-            OrientationKind::Limited => Box::new(Limited::new()),
-            OrientationKind::LimitedMagnitude => Box::new(Limited::exact_magnitude()),
-            OrientationKind::Reflect => Box::new(Reflect::new()),
-            OrientationKind::ReflectFirst => Box::new(ReflectFirst::new(10)),
-        }
-    }
-
-    /// The updater that these settings name.
-    pub fn updater<T: Scalar>(&self) -> Box<dyn ScalarFieldUpdater<T>> {
-        match self.detail_size {
-            DetailSize::Keep => Box::new(KeepMagnitude),
-            DetailSize::Rescale => Box::new(RescaleByArea),
+            OrientationKind::Hybrid => flow.energy(Hybrid::new(self.bending_length)),
+            OrientationKind::Rotation => flow.orientation(BestRotation::new()),
+            OrientationKind::Limited => flow.orientation(Limited::new()),
+            OrientationKind::LimitedMagnitude => flow.orientation(Limited::exact_magnitude()),
+            OrientationKind::Reflect => flow.orientation(Reflect::new()),
+            OrientationKind::ReflectFirst => flow.orientation(ReflectFirst::new(10)),
         }
     }
 }

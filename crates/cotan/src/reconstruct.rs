@@ -38,12 +38,12 @@ pub fn reconstruct<T: Scalar>(
 ///
 /// # Errors
 /// As [`reconstruct`].
-pub fn reconstruct_observed<'m, T: Scalar>(
-    mesh: &'m HalfedgeMesh,
-    positions: &'m Positions<T>,
+pub fn reconstruct_observed<T: Scalar>(
+    mesh: &HalfedgeMesh,
+    positions: &Positions<T>,
     handles: &Handles<T>,
     options: &DeformOptions,
-    observer: impl FnMut(&Flow<'m, T>, &StepReport) -> ControlFlow<()>,
+    observer: impl FnMut(&Flow<T>, &StepReport) -> ControlFlow<()>,
 ) -> Result<Deformed<T>, Error> {
     let options = options.clone().for_reconstruction();
     let mut session = Session::new(mesh, positions, handles, &options)?;

@@ -1,6 +1,7 @@
 //! A deformation that stays alive while its handles move.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use cotan_flow::{Flow, Report, Schedule, Start, StepReport};
 use cotan_geometry::{Positions, Scalar};
@@ -34,47 +35,41 @@ use crate::unmoved::Unmoved;
 /// # Ok::<(), cotan::Error>(())
 /// ```
 #[derive(Debug)]
-pub struct Session<'m, T: Scalar> {
-    flow: Flow<'m, T>,
-    original: &'m Positions<T>,
+pub struct Session<T: Scalar> {
+    flow: Flow<T>,
     handles: Handles<T>,
     /// Finds the components that nothing has moved; `None` for a run that does not start from the
     /// original.
     unmoved: Option<Unmoved<T>>,
 }
 
-impl<'m, T: Scalar> Session<'m, T> {
-    /// Assembles and factorizes the system of `mesh` with `handles`.
+impl<T: Scalar> Session<T> {
+    /// Assembles and factorizes the system of `mesh` with `handles`. The session owns what it
+    /// needs: an `Arc` of mesh or positions is shared, a reference copied.
     ///
     /// # Errors
     /// [`Error`] for a mesh that is no surface, and for handles that do not exist, contradict each
     /// other or leave a component of the mesh free.
     pub fn new(
-        mesh: &'m HalfedgeMesh,
-        positions: &'m Positions<T>,
+        mesh: impl Into<Arc<HalfedgeMesh>>,
+        positions: impl Into<Arc<Positions<T>>>,
         handles: &Handles<T>,
         options: &DeformOptions,
     ) -> Result<Self, Error> {
-        let resolved = handles.resolve(positions)?;
-        let flow = Flow::builder(mesh, positions)
-            .scheme(options.scheme.scheme())
-            .updater(options.updater())
-            .orientation(options.orientation())
-            .handles(resolved)
-            .start(options.start)
-            .acceleration(options.acceleration)
-            .schedule(options.schedule)
-            .tolerance(options.tolerance)
-            .iteration_limit(options.iteration_limit)
-            .system(options.system)
-            .build()?;
+        let positions = positions.into();
+        let resolved = handles.resolve(&positions)?;
+        let flow = options.apply(Flow::builder(mesh, positions));
+        let flow = flow.handles(resolved).build()?;
         let starts_elsewhere = options.start == Start::Zero;
         Ok(Self {
-            unmoved: (!starts_elsewhere).then(|| Unmoved::new(mesh, flow.size())),
+            unmoved: (!starts_elsewhere).then(|| Unmoved::new(flow.rest().mesh(), flow.size())),
             flow,
-            original: positions,
             handles: handles.clone(),
         })
+    }
+
+    fn original(&self) -> &Positions<T> {
+        self.flow.rest().original_positions()
     }
 
     /// Moves handle number `group` (in the order in which the handles were given) to where `motion`
@@ -102,7 +97,7 @@ impl<'m, T: Scalar> Session<'m, T> {
             slot.motion = motion.clone();
         }
         let targets: Vec<Point3<T>> = handles
-            .resolve(self.original)?
+            .resolve(self.original())?
             .into_iter()
             .map(|(_, target)| target)
             .collect();
@@ -128,7 +123,8 @@ impl<'m, T: Scalar> Session<'m, T> {
     /// # Errors
     /// As [`Self::new`]; nothing has changed then.
     pub fn set_handles(&mut self, handles: &Handles<T>) -> Result<(), Error> {
-        self.flow.set_handles(&handles.resolve(self.original)?)?;
+        let resolved = handles.resolve(self.original())?;
+        self.flow.set_handles(&resolved)?;
         self.handles = handles.clone();
         Ok(())
     }
@@ -203,7 +199,7 @@ impl<'m, T: Scalar> Session<'m, T> {
     /// What the flow reports.
     pub fn run_observed(
         &mut self,
-        observer: impl FnMut(&Flow<'m, T>, &StepReport) -> ControlFlow<()>,
+        observer: impl FnMut(&Flow<T>, &StepReport) -> ControlFlow<()>,
     ) -> Result<Report, Error> {
         Ok(self.flow.run(observer)?)
     }
@@ -216,13 +212,13 @@ impl<'m, T: Scalar> Session<'m, T> {
     pub fn positions(&self) -> Positions<T> {
         let mut positions = self.flow.positions();
         if let Some(unmoved) = &self.unmoved {
-            unmoved.put_back(&self.flow, self.original, &mut positions);
+            unmoved.put_back(&self.flow, &mut positions);
         }
         positions
     }
 
     /// The flow underneath.
-    pub fn flow(&self) -> &Flow<'m, T> {
+    pub fn flow(&self) -> &Flow<T> {
         &self.flow
     }
 }

@@ -31,12 +31,8 @@ impl<T: Scalar> Unmoved<T> {
     }
 
     /// Gives the components at rest their original positions.
-    pub(crate) fn put_back(
-        &self,
-        flow: &Flow<'_, T>,
-        original: &Positions<T>,
-        positions: &mut Positions<T>,
-    ) {
+    pub(crate) fn put_back(&self, flow: &Flow<T>, positions: &mut Positions<T>) {
+        let original = flow.rest().original_positions();
         let mut is_at_rest = vec![true; self.components.count()];
         for (handle, target) in flow.handles().iter().zip(flow.handle_targets()) {
             if *target != original[handle.vertex] {

@@ -245,7 +245,7 @@ fn follow(shared: &Shared, first: Goal) -> Next {
     let mut options = goal.options.clone();
     let limit = MemoryLimit::of_machine().bytes();
     options.system.max_memory.get_or_insert(limit);
-    let session = Session::new(mesh.mesh(), &rest, &jobs(&goal), &options);
+    let session = Session::new(mesh.mesh(), rest.clone(), &jobs(&goal), &options);
     let mut session = match session {
         Ok(session) => session,
         Err(error) => {
@@ -308,7 +308,7 @@ fn follow(shared: &Shared, first: Goal) -> Next {
 }
 
 /// Brings shape and schedule of a goal into a session that has its handles.
-fn take_up(session: &mut Session<'_, f64>, goal: &Goal) -> Result<(), cotan::Error> {
+fn take_up(session: &mut Session<f64>, goal: &Goal) -> Result<(), cotan::Error> {
     if let Some(shape) = &goal.shape {
         session.set_shape(shape)?;
     }
@@ -379,7 +379,7 @@ struct Tracker<'a> {
 
 impl Tracker<'_> {
     /// One step; returns the state in which the goal has ended, if it has.
-    fn step(&mut self, session: &mut Session<'_, f64>, goal: &Goal) -> Option<State> {
+    fn step(&mut self, session: &mut Session<f64>, goal: &Goal) -> Option<State> {
         assert!(
             !self.shared.panics.swap(false, Ordering::Relaxed),
             "provoked by a test"
@@ -415,7 +415,7 @@ impl Tracker<'_> {
         None
     }
 
-    fn publish(&self, session: &Session<'_, f64>, goal: &Goal, state: &State) {
+    fn publish(&self, session: &Session<f64>, goal: &Goal, state: &State) {
         let shape = session.positions();
         let normals = match Surface::new(self.mesh.mesh(), &shape) {
             Ok(surface) => vertex_normals(&surface),

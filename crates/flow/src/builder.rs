@@ -1,18 +1,25 @@
 //! Settings of a flow.
 
+use std::sync::Arc;
+
 use cotan_geometry::{Positions, Scalar, Surface};
 use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
-use cotan_laplacian::{Cotangent, LaplacianScheme, Operator};
+use cotan_laplacian::{Cotangent, LaplacianScheme};
 use cotan_linear::{Handle, Membrane, PreparedSystem, SystemOptions};
 use nalgebra::Point3;
 
+use crate::current::Current;
+use crate::energy::{Hybrid, LocalGlobal};
 use crate::error::FlowError;
-use crate::flow::{Flow, Frame, check_target};
-use crate::orientation::{Hybrid, Orientation};
+use crate::flow::Flow;
+use crate::orientation::Orientation;
 use crate::projection::Projection;
 use crate::rest::Rest;
+use crate::rule::{Descent, FixedPoint, Projected, Rule};
 use crate::schedule::Schedule;
+use crate::targets::Targets;
 use crate::updater::{KeepMagnitude, ScalarFieldUpdater};
+use crate::workspace::{Settings, Terms, Workspace};
 
 /// The longest move at which a run counts as converged, over the bounding box's diagonal.
 pub const DEFAULT_TOLERANCE: f64 = 1e-4;
@@ -32,8 +39,8 @@ pub enum Start {
     /// that move later are followed from the shape at hand.
     #[default]
     HandleRotations,
-    /// Those that updater and orientation make of the first shape, for scalar fields that do not
-    /// start from the original's.
+    /// Those that updater and orientation (or energy) make of the first shape, for scalar fields
+    /// that do not start from the original's.
     Updated,
     /// Zero: the shape must come from the two scalar fields alone (paper, section 3.4, figure 8).
     Zero,
@@ -44,8 +51,8 @@ pub enum Start {
 pub enum Acceleration {
     /// Plain steps.
     Off,
-    /// From the last `memory` steps: L-BFGS where the orientation has an energy, Anderson's method
-    /// elsewhere. Only in effect while the updating ratio is 1.
+    /// From the last `memory` steps: L-BFGS for an energy, Anderson's method for an orientation.
+    /// Only in effect while the updating ratio is 1; flows with a projection take plain steps.
     Memory(usize),
 }
 
@@ -57,99 +64,148 @@ impl Default for Acceleration {
 }
 
 /// Collects the settings of a [`Flow`]. Every setting has a default but the handles.
-pub struct FlowBuilder<'m, T: Scalar> {
-    mesh: &'m HalfedgeMesh,
-    positions: &'m Positions<T>,
-    scheme: Box<dyn LaplacianScheme<T> + 'm>,
-    updater: Box<dyn ScalarFieldUpdater<T> + 'm>,
-    orientation: Box<dyn Orientation<T> + 'm>,
-    projection: Option<Box<dyn Projection<T> + 'm>>,
+pub struct FlowBuilder<T: Scalar> {
+    source: Source<T>,
+    updater: Option<Box<dyn ScalarFieldUpdater<T>>>,
+    stepping: Stepping<T>,
     first_shape: Option<Positions<T>>,
     handles: Vec<(Handle, Point3<T>)>,
     region: Option<Vec<VertexId>>,
     system: SystemOptions,
-    pub(crate) settings: Settings<T>,
+    start: Start,
+    acceleration: Acceleration,
+    settings: Settings<T>,
 }
 
-/// The settings that are plain values.
-#[derive(Clone, Debug)]
-pub(crate) struct Settings<T> {
-    pub(crate) start: Start,
-    pub(crate) acceleration: Acceleration,
-    pub(crate) schedule: Schedule,
-    pub(crate) ratios: Option<VertexMap<T>>,
-    pub(crate) tolerance: f64,
-    pub(crate) iteration_limit: usize,
+/// Where the rest shape comes from.
+enum Source<T: Scalar> {
+    Measured(Arc<Rest<T>>),
+    Mesh {
+        mesh: Arc<HalfedgeMesh>,
+        positions: Arc<Positions<T>>,
+        scheme: Arc<dyn LaplacianScheme<T>>,
+    },
 }
 
-impl<T: Scalar> Default for Settings<T> {
-    fn default() -> Self {
-        Self {
-            start: Start::default(),
-            acceleration: Acceleration::default(),
-            schedule: Schedule::default(),
-            ratios: None,
-            tolerance: DEFAULT_TOLERANCE,
-            iteration_limit: DEFAULT_ITERATION_LIMIT,
-        }
-    }
+/// The rule that was chosen.
+enum Stepping<T: Scalar> {
+    /// None: the descent of [`Hybrid`].
+    Default,
+    Descent(Box<dyn LocalGlobal<T>>),
+    FixedPoint(Box<dyn Orientation<T>>),
+    Projected(Box<dyn Orientation<T>>, Box<dyn Projection<T>>),
 }
 
-impl<T: Scalar> std::fmt::Debug for FlowBuilder<'_, T> {
+impl<T: Scalar> std::fmt::Debug for FlowBuilder<T> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let stepping = match self.stepping {
+            Stepping::Default => "descent of the default energy",
+            Stepping::Descent(_) => "descent",
+            Stepping::FixedPoint(_) => "fixed point",
+            Stepping::Projected(..) => "projected",
+        };
         f.debug_struct("FlowBuilder")
-            .field("scheme", &self.scheme.name())
+            .field("rule", &stepping)
             .field("handles", &self.handles.len())
             .field("settings", &self.settings)
             .finish_non_exhaustive()
     }
 }
 
-impl<'m, T: Scalar> FlowBuilder<'m, T> {
-    pub(crate) fn new(mesh: &'m HalfedgeMesh, positions: &'m Positions<T>) -> Self {
-        Self {
+impl<T: Scalar> FlowBuilder<T> {
+    pub(crate) fn new(mesh: Arc<HalfedgeMesh>, positions: Arc<Positions<T>>) -> Self {
+        Self::from_source(Source::Mesh {
             mesh,
             positions,
-            scheme: Box::new(Cotangent::default()),
-            updater: Box::new(KeepMagnitude),
-            orientation: Box::new(Hybrid::default()),
-            projection: None,
+            scheme: Arc::new(Cotangent::default()),
+        })
+    }
+
+    pub(crate) fn on(rest: Arc<Rest<T>>) -> Self {
+        Self::from_source(Source::Measured(rest))
+    }
+
+    fn from_source(source: Source<T>) -> Self {
+        Self {
+            source,
+            updater: None,
+            stepping: Stepping::Default,
             first_shape: None,
             handles: Vec::new(),
             region: None,
             system: SystemOptions::default(),
-            settings: Settings::default(),
+            start: Start::default(),
+            acceleration: Acceleration::default(),
+            settings: Settings {
+                schedule: Schedule::default(),
+                ratios: None,
+                tolerance: DEFAULT_TOLERANCE,
+                iteration_limit: DEFAULT_ITERATION_LIMIT,
+            },
         }
     }
 
-    /// Who chooses the weights. Default: [`Cotangent`].
+    /// Weights of the Laplacian. Default: [`Cotangent`]. A rest shape that was measured by another
+    /// scheme is measured again.
     ///
-    /// The membrane of the default orientation is weighted by cotangents whatever the scheme; a
-    /// scheme that is to rule alone wants another orientation, such as [`crate::BestRotation`].
+    /// The membrane of the default energy is weighted by cotangents whatever the scheme; a
+    /// scheme that is to rule alone wants an orientation, such as [`crate::BestRotation`].
     #[must_use]
-    pub fn scheme(mut self, scheme: impl LaplacianScheme<T> + 'm) -> Self {
-        self.scheme = Box::new(scheme);
+    pub fn scheme(mut self, scheme: impl LaplacianScheme<T> + 'static) -> Self {
+        let scheme: Arc<dyn LaplacianScheme<T>> = Arc::new(scheme);
+        self.source = match self.source {
+            Source::Measured(rest) => Source::Mesh {
+                mesh: rest.shared_mesh().clone(),
+                positions: rest.original_positions().clone(),
+                scheme,
+            },
+            Source::Mesh {
+                mesh, positions, ..
+            } => Source::Mesh {
+                mesh,
+                positions,
+                scheme,
+            },
+        };
         self
     }
 
-    /// Who prescribes the scalar field. Default: [`KeepMagnitude`].
+    /// Prescribes the scalar field. Default: [`KeepMagnitude`].
+    ///
+    /// The membrane of the default energy knows the original edges and pulls against a field that
+    /// wants another shape. With an updater the flow therefore asks for a choice:
+    /// [`Self::orientation`], or [`Self::energy`] if the field is to be weighed against an energy.
     #[must_use]
-    pub fn updater(mut self, updater: impl ScalarFieldUpdater<T> + 'm) -> Self {
-        self.updater = Box::new(updater);
+    pub fn updater(mut self, updater: impl ScalarFieldUpdater<T> + 'static) -> Self {
+        self.updater = Some(Box::new(updater));
         self
     }
 
-    /// Who turns the Laplacian coordinates. Default: [`Hybrid`].
+    /// Steps to a fixed point of this orientation, in the place of [`Self::energy`] and
+    /// [`Self::projected`].
     #[must_use]
-    pub fn orientation(mut self, orientation: impl Orientation<T> + 'm) -> Self {
-        self.orientation = Box::new(orientation);
+    pub fn orientation(mut self, orientation: impl Orientation<T> + 'static) -> Self {
+        self.stepping = Stepping::FixedPoint(Box::new(orientation));
         self
     }
 
-    /// What every step is carried back to. Default: nothing.
+    /// Descends this energy, in the place of [`Self::orientation`] and [`Self::projected`].
+    /// Default: [`Hybrid`].
     #[must_use]
-    pub fn projection(mut self, projection: impl Projection<T> + 'm) -> Self {
-        self.projection = Some(Box::new(projection));
+    pub fn energy(mut self, energy: impl LocalGlobal<T> + 'static) -> Self {
+        self.stepping = Stepping::Descent(Box::new(energy));
+        self
+    }
+
+    /// Takes plain steps with this orientation and carries every one of them back by a projection,
+    /// in the place of [`Self::orientation`] and [`Self::energy`].
+    #[must_use]
+    pub fn projected(
+        mut self,
+        orientation: impl Orientation<T> + 'static,
+        projection: impl Projection<T> + 'static,
+    ) -> Self {
+        self.stepping = Stepping::Projected(Box::new(orientation), Box::new(projection));
         self
     }
 
@@ -186,14 +242,14 @@ impl<'m, T: Scalar> FlowBuilder<'m, T> {
     /// The Laplacian coordinates of the first solve.
     #[must_use]
     pub fn start(mut self, start: Start) -> Self {
-        self.settings.start = start;
+        self.start = start;
         self
     }
 
     /// Whether and how to accelerate.
     #[must_use]
     pub fn acceleration(mut self, acceleration: Acceleration) -> Self {
-        self.settings.acceleration = acceleration;
+        self.acceleration = acceleration;
         self
     }
 
@@ -211,9 +267,9 @@ impl<'m, T: Scalar> FlowBuilder<'m, T> {
         self
     }
 
-    /// Stop when no vertex moves by more than this ratio of the bounding box's diagonal.
-    /// Default: [`DEFAULT_TOLERANCE`]. With 0 a run ends at the iteration limit, or where an
-    /// orientation with an energy finds no lower one.
+    /// Stop when no vertex moves by more than this ratio of the bounding box's diagonal. Default:
+    /// [`DEFAULT_TOLERANCE`]. With 0 a run ends at the iteration limit, or where a descent finds
+    /// no lower energy.
     #[must_use]
     pub fn tolerance(mut self, tolerance: f64) -> Self {
         self.settings.tolerance = tolerance;
@@ -230,120 +286,118 @@ impl<'m, T: Scalar> FlowBuilder<'m, T> {
     /// Measures the original mesh, assembles and factorizes the system.
     ///
     /// # Errors
-    /// [`FlowError`] for a mesh that is no surface, handles that cannot hold it, or a setting out
-    /// of range.
-    pub fn build(mut self) -> Result<Flow<'m, T>, FlowError> {
+    /// [`FlowError`] for a mesh that is no surface, handles that cannot hold it, a setting out of
+    /// range, and an updater without an orientation or energy ([`FlowError::MutedUpdater`]).
+    pub fn build(self) -> Result<Flow<T>, FlowError> {
         self.check()?;
-        let frame = Frame::new(&Surface::new(self.mesh, self.positions)?)?;
-        for (handle, target) in &self.handles {
-            check_target(&frame, handle.vertex, target)?;
-        }
-        let region = self.region.map(|vertices| is_within(self.mesh, &vertices));
-        let region = region.transpose()?;
-        let positions = frame.to_box_all(self.positions);
-        let operator = Operator::assemble(&*self.scheme, &Surface::new(self.mesh, &positions)?)?;
-        let rest = Rest::new(self.mesh, positions, operator, frame.diagonal())?;
-        let handles: Vec<Handle> = self.handles.iter().map(|(handle, _)| *handle).collect();
-        let weight = self.orientation.prepare(&rest);
-        let membrane = (weight != 0.0).then_some(Membrane {
-            weight,
-            stiffness: rest.stiffness(),
-        });
-        let held = with_outside(&handles, region.as_ref());
-        let system = PreparedSystem::prepare_with(rest.operator(), &held, membrane, &self.system)?;
-        let user_targets: Vec<_> = self.handles.iter().map(|(_, target)| *target).collect();
-        let targets = user_targets
-            .iter()
-            .map(|target| frame.to_box(*target))
-            .collect();
-        let mut flow = Flow::assemble(
-            crate::flow::Parts {
-                original: self.positions,
-                frame,
-                rest,
-                scheme: self.scheme,
-                updater: self.updater,
-                orientation: self.orientation,
-                projection: self.projection,
-                system,
-                has_membrane: weight != 0.0,
-                region,
-                handles,
-                user_targets,
-                targets,
-            },
-            self.settings,
-        );
-        flow.begin(self.first_shape)?;
-        Ok(flow)
+        let rest = match self.source {
+            Source::Measured(rest) => rest,
+            Source::Mesh {
+                mesh,
+                positions,
+                scheme,
+            } => Arc::new(Rest::measure(mesh, positions, scheme)?),
+        };
+        check_shapes(
+            &rest,
+            self.first_shape.as_ref(),
+            self.settings.ratios.as_ref(),
+        )?;
+        let region = self.region.as_deref();
+        let targets = Targets::new(*rest.box_units(), rest.mesh(), &self.handles, region)?;
+        let memory = match self.acceleration {
+            // A ratio of its own for every vertex is no step that could be extrapolated.
+            Acceleration::Memory(memory) if self.settings.ratios.is_none() => memory,
+            Acceleration::Memory(_) | Acceleration::Off => 0,
+        };
+        let updater = self.updater.unwrap_or_else(|| Box::new(KeepMagnitude));
+        let mut membrane_weight = 0.0;
+        let mut descend = |mut energy: Box<dyn LocalGlobal<T>>, updater| {
+            membrane_weight = energy.begin(&rest)?;
+            Ok::<_, FlowError>(Box::new(Descent::new(updater, energy, memory)))
+        };
+        let rule: Box<dyn Rule<T>> = match self.stepping {
+            Stepping::Default => descend(Box::<Hybrid>::default(), updater)?,
+            Stepping::Descent(energy) => descend(energy, updater)?,
+            Stepping::FixedPoint(orientation) => {
+                Box::new(FixedPoint::new(updater, orientation, memory))
+            }
+            Stepping::Projected(orientation, projection) => {
+                Box::new(Projected::new(updater, orientation, projection))
+            }
+        };
+        let membrane = membrane(&rest, membrane_weight);
+        let operator = rest.operator();
+        let system =
+            PreparedSystem::prepare_with(operator, &targets.held(), membrane, &self.system)?;
+        let first = self.first_shape;
+        let work = Workspace {
+            current: Current::new(first.unwrap_or_else(|| rest.positions().clone())),
+            start: rest.positions().clone(),
+            field: rest.magnitudes().clone(),
+            laplacian: rest.laplacian().clone(),
+            terms: Terms::new(rest.positions().len()),
+            settings: self.settings,
+            iteration: 0,
+            since_move: 0,
+            first_rotations: None,
+            rest,
+            targets,
+            system,
+            membrane_weight,
+        };
+        Flow::begin(work, rule, self.start)
     }
 
+    /// What can be said without the rest shape.
     fn check(&self) -> Result<(), FlowError> {
-        let settings = &self.settings;
-        settings.schedule.check()?;
-        self.orientation.check()?;
-        if !(settings.tolerance >= 0.0) {
+        self.settings.schedule.check()?;
+        if !(self.settings.tolerance >= 0.0) {
             return Err(FlowError::Setting {
                 setting: "tolerance",
                 range: "at least 0",
-                value: settings.tolerance,
+                value: self.settings.tolerance,
             });
         }
-        if let Some(shape) = &self.first_shape {
-            Surface::new(self.mesh, shape)?;
-        }
-        if let Some(ratios) = &settings.ratios {
-            if ratios.len() != self.mesh.num_vertices() {
-                return Err(FlowError::Setting {
-                    setting: "number of vertex ratios",
-                    range: "one a vertex",
-                    value: ratios.len() as f64,
-                });
-            }
-            if let Some(bad) = ratios
-                .values()
-                .find(|r| !(**r >= T::zero() && **r <= T::one()))
-            {
-                return Err(FlowError::Setting {
-                    setting: "updating ratio of a vertex",
-                    range: "between 0 and 1",
-                    value: bad.as_f64(),
-                });
-            }
+        if self.updater.is_some() && matches!(self.stepping, Stepping::Default) {
+            return Err(FlowError::MutedUpdater);
         }
         Ok(())
     }
 }
 
-/// Whether each vertex is one of these.
-fn is_within(mesh: &HalfedgeMesh, vertices: &[VertexId]) -> Result<VertexMap<bool>, FlowError> {
-    let num_vertices = mesh.num_vertices();
-    let mut is_inside = VertexMap::filled(num_vertices, false);
-    for &vertex in vertices {
-        if vertex.index() >= num_vertices {
-            return Err(FlowError::RegionOutOfRange {
-                vertex,
-                num_vertices,
-            });
-        }
-        is_inside[vertex] = true;
-    }
-    Ok(is_inside)
+/// The membrane with this weight, if it has any.
+pub(crate) fn membrane<T: Scalar>(rest: &Rest<T>, weight: f64) -> Option<Membrane<'_>> {
+    (weight != 0.0).then(|| Membrane {
+        weight,
+        weights: rest.membrane_weights(),
+    })
 }
 
-/// The handles, and hard ones at all other vertices outside of the region.
-pub(crate) fn with_outside(handles: &[Handle], region: Option<&VertexMap<bool>>) -> Vec<Handle> {
-    let mut held = handles.to_vec();
-    if let Some(region) = region {
-        let mut is_free = region.clone();
-        for handle in handles {
-            // One that does not exist is refused by the system.
-            if let Some(free) = is_free.as_mut_slice().get_mut(handle.vertex.index()) {
-                *free = true;
-            }
-        }
-        let outside = is_free.iter().filter(|(_, free)| !**free);
-        held.extend(outside.map(|(vertex, _)| Handle::hard(vertex)));
+/// Refuses a first shape of another mesh, and ratios that are none.
+fn check_shapes<T: Scalar>(
+    rest: &Rest<T>,
+    first_shape: Option<&Positions<T>>,
+    ratios: Option<&VertexMap<T>>,
+) -> Result<(), FlowError> {
+    if let Some(shape) = first_shape {
+        Surface::new(rest.mesh(), shape)?;
     }
-    held
+    let Some(ratios) = ratios else { return Ok(()) };
+    if ratios.len() != rest.mesh().num_vertices() {
+        return Err(FlowError::Setting {
+            setting: "number of vertex ratios",
+            range: "one per vertex",
+            value: ratios.len() as f64,
+        });
+    }
+    let is_ratio = |r: &&T| **r >= T::zero() && **r <= T::one();
+    match ratios.values().find(|r| !is_ratio(r)) {
+        None => Ok(()),
+        Some(bad) => Err(FlowError::Setting {
+            setting: "updating ratio of a vertex",
+            range: "between 0 and 1",
+            value: bad.as_f64(),
+        }),
+    }
 }

@@ -72,6 +72,11 @@ pub enum FlowError {
         /// What it is.
         value: f64,
     },
+    /// An updater was given, and neither an orientation nor an energy.
+    #[error(
+        "an updater was given without an orientation or an energy: the membrane of the default energy knows the original edges and would mute its scalar field; choose an orientation, such as BestRotation, or name the energy that the field is to be weighed against"
+    )]
+    MutedUpdater,
     /// An updater or orientation failed, in its own words.
     #[error("{0}")]
     Custom(String),

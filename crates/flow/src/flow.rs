@@ -1,339 +1,167 @@
-//! The one generic solver: solve, update the scalar field, orient, again.
+//! The flow: a rest shape, targets, the current positions, and one rule that makes the steps.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
-use cotan_geometry::{Positions, Scalar, Surface, bounding_box};
-use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
-use cotan_laplacian::LaplacianScheme;
-use cotan_linear::{Handle, Hold, PreparedSystem};
-use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
+use cotan_geometry::{Positions, Scalar, Surface};
+use cotan_halfedge::{HalfedgeMesh, VertexId};
+use cotan_linear::{Handle, Membrane, PreparedSystem};
+use nalgebra::Point3;
 
-use crate::anderson::Anderson;
-use crate::builder::{Acceleration, FlowBuilder, Settings, Start, with_outside};
+use crate::builder::{FlowBuilder, Start, membrane};
 use crate::error::FlowError;
-use crate::lbfgs::Lbfgs;
-use crate::orientation::{Energy, Orientation};
-use crate::projection::Projection;
 use crate::report::{Report, StepReport, StopReason};
 use crate::rest::Rest;
+use crate::rule::Rule;
 use crate::schedule::Schedule;
-use crate::start::handle_rotations;
-use crate::state::Measured;
-use crate::updater::ScalarFieldUpdater;
-use crate::vectors::add_scaled;
-
-/// Box units: the bounding box's lower corner at 0, its longest side 1. All errors and tolerances
-/// are measured there.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Frame<T: Scalar> {
-    corner: Point3<T>,
-    size: T,
-    diagonal: T,
-}
-
-impl<T: Scalar> Frame<T> {
-    pub(crate) fn new(surface: &Surface<'_, T>) -> Result<Self, FlowError> {
-        let bounds = bounding_box(surface);
-        let size = bounds.longest_side();
-        // Room above the size, so that a shape that grows without bound is seen to do so before its
-        // positions overflow.
-        let reach = size * T::of_f64(1e20);
-        if !(size > T::zero() && reach.is_finite()) {
-            return Err(FlowError::NoExtent);
-        }
-        // Scaled first: the squares of huge coordinates would overflow.
-        Ok(Self {
-            corner: bounds.min,
-            size,
-            diagonal: (bounds.extents() / size).norm(),
-        })
-    }
-
-    pub(crate) fn to_box(self, p: Point3<T>) -> Point3<T> {
-        Point3::from((p - self.corner) / self.size)
-    }
-
-    pub(crate) fn to_box_all(self, positions: &Positions<T>) -> Positions<T> {
-        positions.map(|p| self.to_box(*p))
-    }
-
-    /// Diagonal of the box, in box units.
-    pub(crate) fn diagonal(self) -> T {
-        self.diagonal
-    }
-}
-
-/// What the builder hands over.
-pub(crate) struct Parts<'m, T: Scalar> {
-    pub(crate) original: &'m Positions<T>,
-    pub(crate) frame: Frame<T>,
-    pub(crate) rest: Rest<'m, T>,
-    pub(crate) scheme: Box<dyn LaplacianScheme<T> + 'm>,
-    pub(crate) updater: Box<dyn ScalarFieldUpdater<T> + 'm>,
-    pub(crate) orientation: Box<dyn Orientation<T> + 'm>,
-    pub(crate) projection: Option<Box<dyn Projection<T> + 'm>>,
-    pub(crate) system: PreparedSystem,
-    /// Whether the orientation asked for a membrane.
-    pub(crate) has_membrane: bool,
-    /// Whether each vertex may move, if not all may.
-    pub(crate) region: Option<VertexMap<bool>>,
-    pub(crate) handles: Vec<Handle>,
-    /// Where the handles are to be, in the units of the input and in box units.
-    pub(crate) user_targets: Vec<Point3<T>>,
-    pub(crate) targets: Vec<Point3<T>>,
-}
+use crate::start::interpolated_rotations;
+use crate::targets::Changed;
+use crate::workspace::Workspace;
 
 /// The iteration of curvature-flow Laplacian editing on one mesh with one set of handles.
 ///
 /// Built by [`Flow::builder`]; then stepped ([`Flow::step`]) or run ([`Flow::run`]). It can be kept
 /// and fed new handle positions ([`Flow::set_targets`]), frame after frame: nothing is factorized
-/// again.
-pub struct Flow<'m, T: Scalar> {
-    pub(crate) parts: Parts<'m, T>,
-    pub(crate) settings: Settings<T>,
-    pub(crate) measured: Measured<T>,
-    /// Current positions, in box units.
-    pub(crate) positions: Positions<T>,
-    /// The positions before the step at hand.
-    pub(crate) start: Positions<T>,
-    /// Scalar field d, and the Laplacian coordinates that the next solve aims at.
-    pub(crate) field: VertexMap<T>,
-    pub(crate) laplacian: VertexMap<Vector3<T>>,
-    /// The Laplacian coordinates before the update at hand.
-    pub(crate) before: VertexMap<Vector3<T>>,
-    pub(crate) terms: Terms,
-    pub(crate) accelerator: Accelerator,
-    /// Per vertex the number of its handle.
-    handle_of: VertexMap<Option<u32>>,
-    pub(crate) energy: Option<Energy>,
-    pub(crate) iteration: usize,
-    /// Iterations since a handle moved: 0 right after.
-    pub(crate) since_move: usize,
-    /// Whether the Laplacian coordinates at hand are a plain image, not an extrapolation.
-    pub(crate) is_plain: bool,
-    /// Whether the orientation has seen the current positions.
-    pub(crate) is_seen: bool,
+/// again. It owns all that it needs, and can be sent to a thread.
+pub struct Flow<T: Scalar> {
+    work: Workspace<T>,
+    rule: Box<dyn Rule<T>>,
 }
 
-/// The vectors of one solve; allocated once.
-pub(crate) struct Terms {
-    pub(crate) mismatch: VertexMap<Vector3<f64>>,
-    pub(crate) tension: VertexMap<Vector3<f64>>,
-    pub(crate) pull: VertexMap<Vector3<f64>>,
-    pub(crate) residual: VertexMap<Vector3<f64>>,
-    pub(crate) correction: VertexMap<Vector3<f64>>,
-    /// Where a descent searches.
-    pub(crate) direction: VertexMap<Vector3<f64>>,
-}
-
-pub(crate) enum Accelerator {
-    Off,
-    Anderson(Anderson),
-    Lbfgs(Lbfgs),
-}
-
-impl<T: Scalar> std::fmt::Debug for Flow<'_, T> {
+impl<T: Scalar> std::fmt::Debug for Flow<T> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Flow")
-            .field("vertices", &self.positions.len())
-            .field("handles", &self.parts.handles.len())
-            .field("iteration", &self.iteration)
-            .field("settings", &self.settings)
+            .field("rest", &self.work.rest)
+            .field("handles", &self.handles().len())
+            .field("iteration", &self.work.iteration)
+            .field("settings", &self.work.settings)
             .finish_non_exhaustive()
     }
 }
 
-impl<'m, T: Scalar> Flow<'m, T> {
+impl<T: Scalar> Flow<T> {
     /// Starts to describe a flow on `mesh` with its original `positions`.
-    pub fn builder(mesh: &'m HalfedgeMesh, positions: &'m Positions<T>) -> FlowBuilder<'m, T> {
-        FlowBuilder::new(mesh, positions)
+    ///
+    /// An `Arc` of either is shared; a value is taken, and a reference copied.
+    pub fn builder(
+        mesh: impl Into<Arc<HalfedgeMesh>>,
+        positions: impl Into<Arc<Positions<T>>>,
+    ) -> FlowBuilder<T> {
+        FlowBuilder::new(mesh.into(), positions.into())
     }
 
-    pub(crate) fn assemble(parts: Parts<'m, T>, settings: Settings<T>) -> Self {
-        let rest = &parts.rest;
-        let zeros = || VertexMap::filled(rest.positions().len(), Vector3::zeros());
-        Self {
-            handle_of: numbers(&parts.handles, rest.positions().len()),
-            measured: Measured::new(rest),
-            positions: rest.positions().clone(),
-            start: rest.positions().clone(),
-            field: rest.magnitudes().clone(),
-            laplacian: rest.laplacian().clone(),
-            before: rest.laplacian().clone(),
-            terms: Terms {
-                mismatch: zeros(),
-                tension: zeros(),
-                pull: zeros(),
-                residual: zeros(),
-                correction: zeros(),
-                direction: zeros(),
-            },
-            accelerator: Accelerator::Off,
-            energy: None,
-            iteration: 0,
-            since_move: 0,
-            is_plain: true,
-            is_seen: false,
-            parts,
-            settings,
-        }
+    /// Starts to describe a flow on a rest shape that is measured already.
+    pub fn on(rest: impl Into<Arc<Rest<T>>>) -> FlowBuilder<T> {
+        FlowBuilder::on(rest.into())
     }
 
-    /// Sets the first Laplacian coordinates and membrane edges, and the handles in place.
-    pub(crate) fn begin(&mut self, first_shape: Option<Positions<T>>) -> Result<(), FlowError> {
-        self.is_seen = false;
-        if let Some(shape) = first_shape {
-            self.positions = shape;
-        }
-        let n = self.positions.len();
-        let identity = || VertexMap::filled(n, Matrix3::identity());
-        let rotations = match self.settings.start {
-            Start::Original | Start::Updated => identity(),
-            Start::HandleRotations => self.interpolated_rotations().unwrap_or_else(identity),
-            Start::Zero => {
-                self.laplacian
-                    .values_mut()
-                    .for_each(|ell| *ell = Vector3::zeros());
-                identity()
-            }
-        };
-        for (ell, rotation) in self.laplacian.values_mut().zip(rotations.values()) {
-            *ell = (rotation * ell.map(T::as_f64)).map(T::of_f64);
-        }
-        self.accelerator = match self.settings.acceleration {
-            // What is projected is no fixed-point iteration of the Laplacian coordinates alone.
-            _ if self.parts.projection.is_some() => Accelerator::Off,
-            // A ratio of its own for every vertex is no step that could be extrapolated.
-            Acceleration::Memory(memory) if memory > 0 && self.settings.ratios.is_none() => {
-                if self.parts.orientation.energy().is_some() {
-                    Accelerator::Lbfgs(Lbfgs::new(memory))
-                } else if self.parts.has_membrane {
-                    // Its state is more than the Laplacian coordinates: plain steps.
-                    Accelerator::Off
-                } else {
-                    Accelerator::Anderson(Anderson::new(memory))
+    /// Puts positions, Laplacian coordinates and handles where the first solve starts.
+    pub(crate) fn begin(
+        mut work: Workspace<T>,
+        mut rule: Box<dyn Rule<T>>,
+        start: Start,
+    ) -> Result<Self, FlowError> {
+        match start {
+            Start::Original | Start::Updated => {}
+            Start::HandleRotations => {
+                work.first_rotations = interpolated_rotations(&mut work)?;
+                if let Some(rotations) = &work.first_rotations {
+                    for (ell, rotation) in work.laplacian.values_mut().zip(rotations.values()) {
+                        *ell = (rotation * ell.map(T::as_f64)).map(T::of_f64);
+                    }
                 }
             }
-            _ => Accelerator::Off,
-        };
-        self.parts.orientation.start_from(&rotations);
-        match &mut self.parts.projection {
-            Some(projection) => projection.start(&self.parts.rest, &mut self.positions)?,
-            None => self.pin(),
+            Start::Zero => {
+                let zero = |ell: &mut nalgebra::Vector3<T>| ell.fill(T::zero());
+                work.laplacian.values_mut().for_each(zero);
+            }
         }
-        if self.settings.start == Start::Updated {
-            self.update()?;
+        rule.begin(&mut work)?;
+        if start == Start::Updated {
+            rule.update(&mut work)?;
         }
-        Ok(())
+        Ok(Self { work, rule })
     }
 
-    /// Rotation vectors of the handle regions, spread over the mesh by the system itself.
-    fn interpolated_rotations(&mut self) -> Option<VertexMap<Matrix3<f64>>> {
-        let parts = &mut self.parts;
-        let at_handles = handle_rotations(&parts.rest, &parts.handles, &parts.targets);
-        if at_handles.iter().all(|w| w.norm() < 1e-12) {
-            return None;
-        }
-        let mut turn = VertexMap::filled(self.positions.len(), Vector3::zeros());
-        for (handle, w) in parts.handles.iter().zip(at_handles) {
-            turn[handle.vertex] = w;
-        }
-        // The smoothest field with these values: mismatch 0 − Lω, tension Σ s (ω_j − ω_i).
-        let terms = &mut self.terms;
-        for i in 0..turn.len() {
-            let (mut ell, mut tension) = (Vector3::zeros(), Vector3::zeros());
-            let at = turn.as_slice();
-            for (j, h) in parts.rest.rings().ring(i) {
-                let step = at[j.index()] - at[i];
-                ell -= step * parts.rest.operator().weights()[h].as_f64();
-                tension += step * parts.rest.stiffness()[h.edge()];
-            }
-            terms.mismatch.as_mut_slice()[i] = ell;
-            terms.tension.as_mut_slice()[i] = tension;
-        }
-        terms.pull.values_mut().for_each(|p| *p = Vector3::zeros());
-        parts.system.correct(
-            &terms.mismatch,
-            Some(&terms.tension),
-            &terms.pull,
-            &mut terms.residual,
-            &mut terms.correction,
-        );
-        add_scaled(turn.as_mut_slice(), 1.0, terms.correction.as_slice());
-        Some(turn.map(|w| Rotation3::new(*w).into_inner()))
+    #[cfg(test)]
+    pub(crate) fn into_parts(self) -> (Workspace<T>, Box<dyn Rule<T>>) {
+        (self.work, self.rule)
     }
 
     /// The original mesh, in box units.
-    pub fn rest(&self) -> &Rest<'m, T> {
-        &self.parts.rest
+    pub fn rest(&self) -> &Arc<Rest<T>> {
+        &self.work.rest
     }
 
     /// The handles, in the order of their targets.
     pub fn handles(&self) -> &[Handle] {
-        &self.parts.handles
+        self.work.targets.handles()
     }
 
     /// The system that the iterations solve.
     pub fn system(&self) -> &PreparedSystem {
-        &self.parts.system
+        &self.work.system
+    }
+
+    /// The membrane of that system, if the energy that the flow descends has one.
+    pub fn membrane(&self) -> Option<Membrane<'_>> {
+        membrane(&self.work.rest, self.work.membrane_weight)
     }
 
     /// Iterations since the flow was built.
     pub fn iteration(&self) -> usize {
-        self.iteration
+        self.work.iteration
     }
 
-    /// The energy of the current shape, for an orientation that has one: after the first step since
+    /// The energy of the current shape, for a flow that descends one: after the first step since
     /// the flow was built or a handle moved.
     pub fn energy(&self) -> Option<f64> {
-        self.energy.map(|energy| energy.value)
+        self.rule.energy()
     }
 
     /// Where the handles are to be, in their order and in the units of the input.
     pub fn handle_targets(&self) -> &[Point3<T>] {
-        &self.parts.user_targets
+        self.work.targets.in_input()
     }
 
     /// The longest side of the original mesh's bounding box, in the units of the input.
     pub fn size(&self) -> T {
-        self.parts.frame.size
+        self.work.rest.box_units().size()
     }
 
     /// The current positions, in the units of the input. Hard handles are exactly at their targets
     /// (unless something projects the flow), and a vertex that has not moved has exactly its original
     /// position.
     ///
-    /// Positions are computed as numbers up to 1, box units, and each step rounds them to the
-    /// spacing ε
-    /// of such numbers: a vertex within 4 ε of its original place in each coordinate has not moved.
+    /// Positions are computed in box units, as numbers up to 1, and each step rounds them to the
+    /// spacing ε of such numbers: a vertex within 4 ε of its original place in each coordinate has
+    /// not moved.
     pub fn positions(&self) -> Positions<T> {
-        let size = self.parts.frame.size;
+        let rest = &self.work.rest;
+        let units = rest.box_units();
         let rounding = T::default_epsilon() * T::of_f64(UNMOVED);
-        let rest = self.parts.rest.positions().values();
-        let original = self.parts.original.values();
-        let mut positions: Positions<T> = original
-            .zip(rest)
-            .zip(self.positions.values())
+        let mut positions: Positions<T> = rest
+            .original_positions()
+            .values()
+            .zip(rest.positions().values())
+            .zip(self.box_positions().values())
             .map(|((original, rest), now)| {
                 let way = now - rest;
                 match way.iter().all(|x| x.abs() <= rounding) {
                     true => *original,
-                    false => original + way * size,
+                    false => original + units.vector_from_box(way),
                 }
             })
             .collect();
-        let is_held = self.parts.projection.is_none();
-        for (handle, target) in self.parts.handles.iter().zip(&self.parts.user_targets) {
-            if is_held && handle.hold == Hold::Hard {
-                positions[handle.vertex] = *target;
-            }
+        if self.rule.pins_handles() {
+            self.work.targets.pin_in_input(&mut positions);
         }
         positions
     }
 
     /// The current positions, in box units, or in those of the projection.
     pub fn box_positions(&self) -> &Positions<T> {
-        &self.positions
+        self.work.current.positions()
     }
 
     /// Moves all handles to new targets, in the order of [`Self::handles`]. The shape is kept and
@@ -343,19 +171,8 @@ impl<'m, T: Scalar> Flow<'m, T> {
     /// # Errors
     /// [`FlowError`] if there are too few or too many targets, or one is not finite.
     pub fn set_targets(&mut self, targets: &[Point3<T>]) -> Result<(), FlowError> {
-        if targets.len() != self.parts.handles.len() {
-            return Err(FlowError::TargetCount {
-                targets: targets.len(),
-                handles: self.parts.handles.len(),
-            });
-        }
-        for (handle, target) in self.parts.handles.iter().zip(targets) {
-            check_target(&self.parts.frame, handle.vertex, target)?;
-        }
-        if self.parts.user_targets != targets {
-            self.parts.user_targets.copy_from_slice(targets);
-            self.targets_moved();
-        }
+        let changed = self.work.targets.move_all(targets)?;
+        self.follow(changed);
         Ok(())
     }
 
@@ -364,27 +181,14 @@ impl<'m, T: Scalar> Flow<'m, T> {
     /// # Errors
     /// [`FlowError`] if a vertex is not a handle or a target is not finite; nothing has moved then.
     pub fn move_handles(&mut self, moves: &[(VertexId, Point3<T>)]) -> Result<(), FlowError> {
-        let mut targets = self.parts.user_targets.clone();
-        for (vertex, target) in moves {
-            check_target(&self.parts.frame, *vertex, target)?;
-            let index = self
-                .handle_of
-                .get(*vertex)
-                .copied()
-                .flatten()
-                .ok_or(FlowError::NotAHandle { vertex: *vertex })?;
-            targets[index as usize] = *target;
-        }
-        if self.parts.user_targets != targets {
-            self.parts.user_targets = targets;
-            self.targets_moved();
-        }
+        let changed = self.work.targets.move_some(moves)?;
+        self.follow(changed);
         Ok(())
     }
 
-    /// Puts other handles in the place of all handles at hand, each with its target. The shape is kept and
-    /// follows in the next steps; schedule and acceleration start over. A handle that was hard and is
-    /// none any more lets go of its vertex where it is.
+    /// Replaces all handles by others, each with its target. The shape is kept and follows in the
+    /// next steps; schedule and acceleration start over. A vertex that is no longer a hard handle
+    /// is let go of where it is.
     ///
     /// Whether anything is factorized depends on how the system is solved: see
     /// [`cotan_linear::Strategy`].
@@ -392,23 +196,9 @@ impl<'m, T: Scalar> Flow<'m, T> {
     /// # Errors
     /// [`FlowError`] as from [`FlowBuilder::build`]; nothing has changed then.
     pub fn set_handles(&mut self, handles: &[(Handle, Point3<T>)]) -> Result<(), FlowError> {
-        for (handle, target) in handles {
-            check_target(&self.parts.frame, handle.vertex, target)?;
-        }
-        let (handles, user_targets): (Vec<Handle>, Vec<Point3<T>>) =
-            handles.iter().copied().unzip();
-        let parts = &mut self.parts;
-        if parts.handles != handles {
-            let held = with_outside(&handles, parts.region.as_ref());
-            parts.system.set_handles(&held)?;
-            self.handle_of = numbers(&handles, self.positions.len());
-            parts.targets = user_targets.clone();
-            parts.handles = handles;
-        } else if parts.user_targets == user_targets {
-            return Ok(());
-        }
-        parts.user_targets = user_targets;
-        self.targets_moved();
+        let work = &mut self.work;
+        let changed = work.targets.replace(handles, &mut work.system)?;
+        self.follow(changed);
         Ok(())
     }
 
@@ -419,60 +209,44 @@ impl<'m, T: Scalar> Flow<'m, T> {
     /// [`FlowError`] for ratios out of range.
     pub fn set_schedule(&mut self, schedule: Schedule) -> Result<(), FlowError> {
         schedule.check()?;
-        if self.settings.schedule != schedule {
-            self.settings.schedule = schedule;
+        if self.work.settings.schedule != schedule {
+            self.work.settings.schedule = schedule;
             // Its first ratio comes next; that handles have moved is answered to already, or not.
-            self.since_move = self.since_move.min(1);
+            self.work.since_move = self.work.since_move.min(1);
         }
         Ok(())
     }
 
-    /// Puts another shape in the place of the one at hand, in the units of the input; hard handles stay
-    /// at their targets. The next steps go on from there; schedule and acceleration start over.
+    /// Replaces the current shape by another one, in the units of the input; hard handles stay at
+    /// their targets. The next steps start from it; schedule and acceleration start over.
     ///
-    /// **Shapes**: one position a vertex.
+    /// **Shapes**: one position per vertex.
     ///
     /// # Errors
     /// [`FlowError`] for a shape of another mesh or with a position that is not finite (nothing has
     /// changed then), and what updater and orientation report.
     pub fn set_shape(&mut self, shape: &Positions<T>) -> Result<(), FlowError> {
-        Surface::new(self.parts.rest.mesh(), shape)?;
-        self.positions = self.parts.frame.to_box_all(shape);
-        self.targets_moved();
-        self.update()
+        let rest = &self.work.rest;
+        Surface::new(rest.mesh(), shape)?;
+        *self.work.current.write() = rest.box_units().to_box_all(shape);
+        self.follow(Changed::Yes);
+        self.rule.update(&mut self.work)
     }
 
-    fn targets_moved(&mut self) {
-        let Parts {
-            targets,
-            user_targets,
-            frame,
-            ..
-        } = &mut self.parts;
-        for (slot, target) in targets.iter_mut().zip(user_targets) {
-            *slot = frame.to_box(*target);
-        }
-        if self.parts.projection.is_none() {
-            self.pin();
-        }
-        self.since_move = 0;
-        self.is_plain = true;
-        self.energy = None;
-        match &mut self.accelerator {
-            Accelerator::Off => {}
-            Accelerator::Anderson(anderson) => anderson.reset(),
-            Accelerator::Lbfgs(lbfgs) => lbfgs.reset(),
+    fn follow(&mut self, changed: Changed) {
+        if changed == Changed::Yes {
+            self.work.since_move = 0;
+            self.rule.restart(&mut self.work);
         }
     }
 
-    /// Puts the hard handles on their targets.
-    fn pin(&mut self) {
-        self.is_seen = false;
-        for (handle, target) in self.parts.handles.iter().zip(&self.parts.targets) {
-            if handle.hold == Hold::Hard {
-                self.positions[handle.vertex] = *target;
-            }
-        }
+    /// One iteration: a solve, then what the rule does with it.
+    ///
+    /// # Errors
+    /// What an updater, orientation or scheme reports. The shape is then somewhere between two
+    /// steps.
+    pub fn step(&mut self) -> Result<StepReport, FlowError> {
+        self.rule.step(&mut self.work)
     }
 
     /// Iterates until convergence or the iteration limit.
@@ -496,10 +270,10 @@ impl<'m, T: Scalar> Flow<'m, T> {
     ) -> Result<Report, FlowError> {
         let mut report = Report {
             energy: self.energy(),
-            solver: Some(self.parts.system.choice()),
+            solver: Some(self.work.system.choice()),
             ..Report::default()
         };
-        while report.iterations < self.settings.iteration_limit {
+        while report.iterations < self.work.settings.iteration_limit {
             let step = self.step()?;
             report.iterations += 1;
             report.change = step.change;
@@ -529,32 +303,250 @@ impl<'m, T: Scalar> Flow<'m, T> {
     }
 }
 
-/// A displacement of so many ε of the size is the rounding of a step or two.
+/// A displacement of at most this many ε of the size is the rounding of a step or two.
 const UNMOVED: f64 = 4.0;
 
-/// Per vertex the number of its handle.
-fn numbers(handles: &[Handle], num_vertices: usize) -> VertexMap<Option<u32>> {
-    let mut handle_of = VertexMap::filled(num_vertices, None);
-    for (index, handle) in handles.iter().enumerate() {
-        handle_of[handle.vertex] = Some(index as u32);
-    }
-    handle_of
-}
+#[cfg(test)]
+pub(crate) mod tests {
+    use cotan_geometry::shapes::icosphere;
+    use cotan_geometry::{Shape, volume};
+    use cotan_halfedge::VertexMap;
+    use nalgebra::Vector3;
 
-/// Refuses targets that are not finite, or so far away that the mesh would vanish beside them.
-pub(crate) fn check_target<T: Scalar>(
-    frame: &Frame<T>,
-    vertex: VertexId,
-    target: &Point3<T>,
-) -> Result<(), FlowError> {
-    // In box units: so far away that the precision keeps four digits of the mesh.
-    let farthest = (1e-4 / T::default_epsilon().as_f64()).min(1e9);
-    if target.iter().any(|x| !x.is_finite()) {
-        return Err(FlowError::NonFiniteTarget { vertex });
+    use super::*;
+    use crate::{Acceleration, FlowState, Limited, ScalarFieldUpdater};
+
+    /// The lowest vertices held, the highest pulled by half a radius.
+    pub(crate) fn handles(shape: &Shape<f64>) -> Vec<(Handle, Point3<f64>)> {
+        let surface = shape.surface();
+        let low = surface.vertices_where(|p| p.z < -0.8);
+        let high = surface.vertices_where(|p| p.z > 0.9);
+        let hard = |v: &VertexId, lift| {
+            (
+                Handle::hard(*v),
+                shape.positions[*v] + Vector3::new(0.0, 0.0, lift),
+            )
+        };
+        low.iter()
+            .map(|v| hard(v, 0.0))
+            .chain(high.iter().map(|v| hard(v, 0.5)))
+            .collect()
     }
-    let boxed = frame.to_box(*target);
-    if boxed.iter().any(|x| !(x.as_f64().abs() <= farthest)) {
-        return Err(FlowError::TargetTooFar { vertex });
+
+    pub(crate) fn farthest(a: &Positions<f64>, b: &Positions<f64>) -> f64 {
+        cotan_parallel::max(a.len(), |i| (a.as_slice()[i] - b.as_slice()[i]).norm())
     }
-    Ok(())
+
+    pub(crate) fn build(shape: &Shape<f64>) -> FlowBuilder<f64> {
+        Flow::builder(&shape.mesh, &shape.positions).handles(handles(shape))
+    }
+
+    #[test]
+    fn an_observer_stops_the_run_and_the_limit_ends_it() {
+        let shape = icosphere::<f64>(2);
+        let mut flow = build(&shape)
+            .orientation(Limited::new())
+            .tolerance(0.0)
+            .iteration_limit(7)
+            .build()
+            .unwrap();
+        let report = flow
+            .run(|flow, step| {
+                assert_eq!(flow.iteration(), step.iteration);
+                if step.iteration == 3 {
+                    ControlFlow::Break(())
+                } else {
+                    ControlFlow::Continue(())
+                }
+            })
+            .unwrap();
+        assert_eq!((report.stop, report.iterations), (StopReason::Cancelled, 3));
+        let report = flow.run(|_, _| ControlFlow::Continue(())).unwrap();
+        assert_eq!(
+            (report.stop, report.iterations),
+            (StopReason::IterationLimit, 7)
+        );
+    }
+
+    #[test]
+    fn a_vertex_with_ratio_zero_stays() {
+        let shape = icosphere::<f64>(2);
+        let still = shape.surface().vertices_where(|p| p.z.abs() < 0.05);
+        let mut ratios = VertexMap::filled(shape.positions.len(), 1.0);
+        still.iter().for_each(|v| ratios[*v] = 0.0);
+        let mut flow = build(&shape)
+            .orientation(Limited::new())
+            .vertex_ratios(ratios)
+            .build()
+            .unwrap();
+        let report = flow.run_to_end().unwrap();
+        assert_eq!(report.stop, StopReason::Converged);
+        let now = flow.positions();
+        assert!(still.iter().all(|v| now[*v] == shape.positions[*v]));
+        assert!(farthest(&now, &shape.positions) > 0.1);
+    }
+
+    #[test]
+    fn damped_steps_are_shorter_and_say_so() {
+        let shape = icosphere::<f64>(2);
+        let mut flow = build(&shape)
+            .orientation(Limited::new())
+            .acceleration(Acceleration::Off)
+            .schedule(Schedule::Constant(0.25))
+            .build()
+            .unwrap();
+        for _ in 0..4 {
+            let step = flow.step().unwrap();
+            assert!((step.change - 0.25 * step.residual).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_moved_handle_is_followed_without_factorizing_again() {
+        let shape = icosphere::<f64>(2);
+        let mut flow = build(&shape).build().unwrap();
+        let _ = flow.run(|_, _| ControlFlow::Continue(())).unwrap();
+        let entries = flow.system().factor_entries();
+        let original: Vec<Point3<f64>> = flow
+            .handles()
+            .iter()
+            .map(|h| shape.positions[h.vertex])
+            .collect();
+        flow.set_targets(&original).unwrap();
+        let report = flow.run(|_, _| ControlFlow::Continue(())).unwrap();
+        assert_eq!(report.stop, StopReason::Converged);
+        assert_eq!(flow.system().factor_entries(), entries);
+        assert!(farthest(&flow.positions(), &shape.positions) < 5e-3);
+
+        let free = shape.surface().vertices_where(|p| p.z.abs() < 0.05)[0];
+        let error = flow.move_handles(&[(free, Point3::origin())]).unwrap_err();
+        assert_eq!(error, FlowError::NotAHandle { vertex: free });
+        let error = flow.set_targets(&original[1..]).unwrap_err();
+        assert!(matches!(error, FlowError::TargetCount { .. }));
+    }
+
+    /// A shape from its scalar fields alone: zero vectors first.
+    #[test]
+    fn zero_vectors_come_back_to_the_original() {
+        let shape = icosphere::<f64>(2);
+        let corners = [0, 1, 2, 5].map(|i| {
+            let v = VertexId::new(i);
+            (Handle::hard(v), shape.positions[v])
+        });
+        let mut flow = Flow::builder(&shape.mesh, &shape.positions)
+            .handles(corners)
+            .start(Start::Zero)
+            .orientation(crate::ReflectFirst::new(10))
+            .tolerance(1e-7)
+            .build()
+            .unwrap();
+        let first = flow.step().unwrap();
+        assert!(first.change > 0.05, "the first solve collapses the shape");
+        let report = flow.run(|_, _| ControlFlow::Continue(())).unwrap();
+        assert_eq!(report.stop, StopReason::Converged);
+        assert!(farthest(&flow.positions(), &shape.positions) < 1e-4);
+    }
+
+    /// The default energy would pull against the field of an updater: somebody has to choose.
+    #[test]
+    fn an_updater_that_the_default_energy_would_mute_is_refused() {
+        let shape = icosphere::<f64>(2);
+        let error = build(&shape).updater(crate::RescaleByArea).build();
+        assert_eq!(error.unwrap_err(), FlowError::MutedUpdater);
+        let chosen = [
+            build(&shape)
+                .updater(crate::RescaleByArea)
+                .energy(crate::Hybrid::default()),
+            build(&shape)
+                .updater(crate::RescaleByArea)
+                .orientation(Limited::new()),
+        ];
+        assert!(chosen.into_iter().all(|builder| builder.build().is_ok()));
+    }
+
+    /// One rest shape, measured once, serves several flows.
+    #[test]
+    fn flows_share_a_rest_shape_and_can_be_sent_to_threads() {
+        fn is_static<F: Send + Sync + 'static>(_: &F) {}
+        let shape = icosphere::<f64>(2);
+        let rest = Arc::new(
+            Rest::new(
+                &shape.mesh,
+                &shape.positions,
+                cotan_laplacian::Cotangent::default(),
+            )
+            .unwrap(),
+        );
+        let run = |mut flow: Flow<f64>| {
+            is_static(&flow);
+            std::thread::spawn(move || {
+                let _ = flow.run_to_end().unwrap();
+                flow.positions()
+            })
+            .join()
+            .unwrap()
+        };
+        let shared = run(Flow::on(rest.clone())
+            .handles(handles(&shape))
+            .build()
+            .unwrap());
+        let again = run(Flow::on(rest).handles(handles(&shape)).build().unwrap());
+        let own = run(build(&shape).build().unwrap());
+        assert_eq!(shared, own);
+        assert_eq!(shared, again);
+    }
+
+    /// Wrapped in any way, a rule does what it does alone.
+    #[test]
+    fn wrapped_orientations_and_energies_change_nothing() {
+        let shape = icosphere::<f64>(2);
+        let run = |builder: FlowBuilder<f64>| {
+            let mut flow = builder.iteration_limit(5).tolerance(0.0).build().unwrap();
+            let _ = flow.run_to_end().unwrap();
+            flow.positions()
+        };
+        let hybrid: Box<dyn crate::LocalGlobal<f64>> = Box::new(crate::Hybrid::default());
+        assert_eq!(
+            run(build(&shape)),
+            run(build(&shape).energy(Box::new(hybrid)))
+        );
+        let limited: Box<dyn crate::Orientation<f64>> = Box::new(Limited::new());
+        assert_eq!(
+            run(build(&shape).orientation(Limited::new())),
+            run(build(&shape).orientation(Box::new(limited)))
+        );
+    }
+
+    /// A field that is no longer that of the original is obeyed.
+    #[test]
+    fn a_smaller_scalar_field_flattens_the_shape() {
+        struct Halve;
+        impl ScalarFieldUpdater<f64> for Halve {
+            fn update(
+                &mut self,
+                state: &FlowState<'_, f64>,
+                field: &mut VertexMap<f64>,
+            ) -> Result<(), FlowError> {
+                for (v, magnitude) in state.rest().magnitudes().iter() {
+                    field[v] = 0.5 * magnitude;
+                }
+                Ok(())
+            }
+        }
+        let shape = icosphere::<f64>(2);
+        let held = shape.surface().vertices_where(|p| p.z < 0.0);
+        let held: Vec<_> = held
+            .into_iter()
+            .map(|v| (Handle::hard(v), shape.positions[v]))
+            .collect();
+        let mut flow = Flow::builder(&shape.mesh, &shape.positions)
+            .handles(held)
+            .updater(Halve)
+            .orientation(Limited::new())
+            .build()
+            .unwrap();
+        let _ = flow.run(|_, _| ControlFlow::Continue(())).unwrap();
+        let now = flow.positions();
+        assert!(volume(&shape.surface().with_positions(&now)) < 0.95 * volume(&shape.surface()));
+    }
 }

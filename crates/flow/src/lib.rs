@@ -7,38 +7,47 @@
 //! 2. rebuild ℓ from the new positions: a [`ScalarFieldUpdater`] says how long each ℓ_i is to be,
 //!    an [`Orientation`] which way it points.
 //!
+//! Three rules do so, each in a file of its own in `rule/`: a *fixed point* of any
+//! [`Orientation`]; the *descent* of an energy, whose local step ([`LocalGlobal`]) takes the place
+//! of the orientation; and *projected* steps, which a [`Projection`] carries back.
+//!
 //! Inside, everything is in box units: the bounding box's lower corner at 0, its longest side 1.
 
-mod anderson;
+mod accelerate;
+mod box_units;
 mod builder;
-mod descent;
+mod cells;
+mod current;
+mod energy;
 mod error;
-mod fans;
 mod flow;
-mod lbfgs;
+mod nearest_rotation;
 mod orientation;
 mod passes;
-mod polar;
+mod per_rest;
 mod projection;
 mod report;
 mod rest;
+mod rule;
 mod schedule;
 mod start;
 mod state;
-mod step;
+mod targets;
 mod updater;
 mod vectors;
+mod workspace;
 
+pub use box_units::BoxUnits;
 pub use builder::{Acceleration, DEFAULT_ITERATION_LIMIT, DEFAULT_TOLERANCE, FlowBuilder, Start};
+pub use energy::{Energy, Hybrid, LocalGlobal};
 pub use error::FlowError;
 pub use flow::Flow;
-pub use orientation::{
-    AlongNormal, BestRotation, Energy, Hybrid, Limited, Orientation, Reflect, ReflectFirst,
-};
-pub use polar::nearest_rotation;
+pub use nearest_rotation::nearest_rotation;
+pub use orientation::{AlongNormal, BestRotation, Limited, Orientation, Reflect, ReflectFirst};
+pub use per_rest::PerRest;
 pub use projection::Projection;
 pub use report::{Report, StepReport, StopReason};
 pub use rest::Rest;
 pub use schedule::Schedule;
-pub use state::{FlowState, Quantities};
-pub use updater::{KeepMagnitude, RescaleByArea, ScalarFieldUpdater};
+pub use state::FlowState;
+pub use updater::{KeepMagnitude, PrescribedField, RescaleByArea, ScalarFieldUpdater};

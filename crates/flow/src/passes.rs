@@ -5,10 +5,9 @@ use std::ops::{Add, AddAssign, Mul, Sub};
 use cotan_geometry::Scalar;
 use nalgebra::Point3;
 use pulp::{Simd, WithSimd};
-use rayon::prelude::*;
 
-use crate::polar::Mat3;
-use crate::vectors::CHUNK;
+use crate::nearest_rotation::Mat3;
+use crate::vectors::CHUNKS;
 
 /// What a pass does to one chunk of entries. Not a closure, since the compiler leaves those outside
 /// what it compiles for wider vectors: `on` and all that its loops call must be `#[inline(always)]`.
@@ -31,18 +30,13 @@ pub(crate) trait PassOfThree<A, B, C>: Sync {
 
 /// Runs a pass over all entries. Returns its sums.
 pub(crate) fn run<A: Send, const N: usize>(pass: &impl Pass<A, N>, out: &mut [A]) -> [f64; N] {
-    let partial: Vec<[f64; N]> = out
-        .par_chunks_mut(CHUNK)
-        .enumerate()
-        .map(|(chunk, entries)| {
-            pulp::Arch::new().dispatch(One {
-                pass,
-                first: chunk * CHUNK,
-                entries,
-            })
+    total(&CHUNKS.map(out, |first, entries| {
+        pulp::Arch::new().dispatch(One {
+            pass,
+            first,
+            entries,
         })
-        .collect();
-    total(&partial)
+    }))
 }
 
 /// Runs a pass over two slices. Returns its sums.
@@ -51,20 +45,9 @@ pub(crate) fn run_both<A: Send, B: Send, const N: usize>(
     a: &mut [A],
     b: &mut [B],
 ) -> [f64; N] {
-    let partial: Vec<[f64; N]> = a
-        .par_chunks_mut(CHUNK)
-        .zip(b.par_chunks_mut(CHUNK))
-        .enumerate()
-        .map(|(chunk, (a, b))| {
-            pulp::Arch::new().dispatch(Both {
-                pass,
-                first: chunk * CHUNK,
-                a,
-                b,
-            })
-        })
-        .collect();
-    total(&partial)
+    total(&CHUNKS.map((a, b), |first, (a, b)| {
+        pulp::Arch::new().dispatch(Both { pass, first, a, b })
+    }))
 }
 
 /// Runs a pass over three slices.
@@ -74,19 +57,15 @@ pub(crate) fn run_three<A: Send, B: Send, C: Send>(
     b: &mut [B],
     c: &mut [C],
 ) {
-    a.par_chunks_mut(CHUNK)
-        .zip(b.par_chunks_mut(CHUNK))
-        .zip(c.par_chunks_mut(CHUNK))
-        .enumerate()
-        .for_each(|(chunk, ((a, b), c))| {
-            pulp::Arch::new().dispatch(Three {
-                pass,
-                first: chunk * CHUNK,
-                a,
-                b,
-                c,
-            });
+    CHUNKS.for_each((a, b, c), |first, (a, b, c)| {
+        pulp::Arch::new().dispatch(Three {
+            pass,
+            first,
+            a,
+            b,
+            c,
         });
+    });
 }
 
 fn total<const N: usize>(partial: &[[f64; N]]) -> [f64; N] {

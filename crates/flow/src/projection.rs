@@ -10,48 +10,53 @@ use crate::rest::Rest;
 ///
 /// A flow with a projection takes plain steps, its handles say no more than where the mesh is while
 /// nothing projects it, and it has converged when a step is shorter, *as the projection measures it*,
-/// than the tolerance. Dyn-compatible, and forwarded through `Box<P>`.
-pub trait Projection<T: Scalar>: Send {
+/// than the tolerance. Dyn-compatible, and forwarded through `Box<P>` and `&mut P`.
+pub trait Projection<T: Scalar>: Send + Sync {
     /// Looks at the original positions, or those that the flow was told to start from, and may move
     /// them, before anything is solved.
     ///
     /// # Errors
     /// Whatever the projection cannot do; the flow is not built then.
-    fn start(
-        &mut self,
-        _rest: &Rest<'_, T>,
-        _positions: &mut Positions<T>,
-    ) -> Result<(), FlowError> {
-        Ok(())
-    }
+    fn start(&mut self, rest: &Rest<T>, positions: &mut Positions<T>) -> Result<(), FlowError>;
 
     /// Replaces `next`, where the step leads from `before`, by the projected positions. Returns the
     /// length of the step, which is compared with the tolerance; infinite while the flow has to go on
     /// whatever the length.
     ///
-    /// **Shapes**: one position a vertex. **Units**: box units, or those of what it projects to.
+    /// **Shapes**: one position per vertex. **Units**: box units, or those of what it projects to.
     ///
     /// # Errors
     /// Whatever the projection cannot do; it ends the flow.
     fn project(
         &mut self,
-        rest: &Rest<'_, T>,
+        rest: &Rest<T>,
         before: &Positions<T>,
         next: &mut Positions<T>,
     ) -> Result<f64, FlowError>;
 }
 
-impl<T: Scalar, P: Projection<T> + ?Sized> Projection<T> for Box<P> {
-    fn start(&mut self, rest: &Rest<'_, T>, positions: &mut Positions<T>) -> Result<(), FlowError> {
-        (**self).start(rest, positions)
-    }
+macro_rules! forward {
+    ($pointer:ty) => {
+        impl<T: Scalar, P: Projection<T> + ?Sized> Projection<T> for $pointer {
+            fn start(
+                &mut self,
+                rest: &Rest<T>,
+                positions: &mut Positions<T>,
+            ) -> Result<(), FlowError> {
+                (**self).start(rest, positions)
+            }
 
-    fn project(
-        &mut self,
-        rest: &Rest<'_, T>,
-        before: &Positions<T>,
-        next: &mut Positions<T>,
-    ) -> Result<f64, FlowError> {
-        (**self).project(rest, before, next)
-    }
+            fn project(
+                &mut self,
+                rest: &Rest<T>,
+                before: &Positions<T>,
+                next: &mut Positions<T>,
+            ) -> Result<f64, FlowError> {
+                (**self).project(rest, before, next)
+            }
+        }
+    };
 }
+
+forward!(Box<P>);
+forward!(&mut P);

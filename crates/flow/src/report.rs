@@ -15,7 +15,7 @@ pub struct StepReport {
     /// the shape is from being a fixed point, whatever the schedule and the acceleration. Where
     /// vertices have ratios of their own, each counts by its ratio.
     pub residual: f64,
-    /// The energy after the step, for an orientation that has one.
+    /// The energy after the step, for a flow that descends one.
     pub energy: Option<f64>,
     /// Energies that differ by less are the same but for rounding; 0 without an energy.
     pub energy_rounding: f64,
@@ -89,7 +89,7 @@ pub struct Report {
     pub change: f64,
     /// The last step's [`StepReport::residual`].
     pub residual: f64,
-    /// The last energy, for an orientation that has one.
+    /// The last energy, for a flow that descends one.
     pub energy: Option<f64>,
     /// How the linear system was solved, and why so.
     pub solver: Option<Choice>,

@@ -1,20 +1,27 @@
 //! What the flow remembers of the original mesh.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
-use cotan_geometry::{Positions, Scalar, Surface, surface_centroid};
-use cotan_halfedge::{EdgeId, EdgeMap, HalfedgeId, HalfedgeMap, HalfedgeMesh, VertexMap};
-use cotan_laplacian::{Cotangent, OneRings, Operator};
+use cotan_geometry::{Positions, Scalar, Surface, surface_centroid, unit_or_zero};
+use cotan_halfedge::{HalfedgeId, HalfedgeMap, HalfedgeMesh, VertexMap};
+use cotan_laplacian::{
+    Cotangent, FanSums, Fans, Graph, LaplacianScheme, OneRings, Operator, SchemeError, Symmetry,
+};
 use nalgebra::Vector3;
 
-use crate::fans::{Fans, Output};
-use crate::state::Quantities;
+use crate::box_units::BoxUnits;
+use crate::error::FlowError;
 
-/// The original mesh in box units (its bounding box has its lower corner at 0 and longest side 1),
-/// and its Laplacian coordinates split into what the orientations need.
-#[derive(Debug)]
-pub struct Rest<'m, T: Scalar> {
-    mesh: &'m HalfedgeMesh,
+/// The original mesh in box units, its operator, and its Laplacian coordinates split into their
+/// parts.
+///
+/// It owns the mesh, or shares it: one rest shape can serve several flows, on several threads.
+pub struct Rest<T: Scalar> {
+    identity: Identity,
+    mesh: Arc<HalfedgeMesh>,
+    original: Arc<Positions<T>>,
+    units: BoxUnits<T>,
+    scheme: Arc<dyn LaplacianScheme<T>>,
     operator: Operator<T>,
     fans: Fans,
     positions: Positions<T>,
@@ -24,86 +31,131 @@ pub struct Rest<'m, T: Scalar> {
     areas: VertexMap<T>,
     /// Cotangent of the angle opposite each halfedge, 0 on the boundary.
     cotangents: HalfedgeMap<f64>,
-    /// Half the cotangent weight of each edge: the membrane's stiffness.
-    stiffness: EdgeMap<f64>,
-    /// Twice that, in the order of the rings; `None` where they are the operator's own weights.
+    /// Cotangent weights, row after row; `None` where they are the operator's own.
     row_cotangents: Option<Vec<f64>>,
-    diagonal: T,
+    halfedge_weights: OnceLock<HalfedgeMap<f64>>,
 }
 
-impl<'m, T: Scalar> Rest<'m, T> {
-    pub(crate) fn new(
-        mesh: &'m HalfedgeMesh,
-        positions: Positions<T>,
-        operator: Operator<T>,
-        diagonal: T,
-    ) -> Result<Self, cotan_geometry::SurfaceError> {
+/// Tells one rest shape from another.
+#[derive(Clone, Debug)]
+pub(crate) struct Identity(Arc<()>);
+
+impl Identity {
+    pub(crate) fn is_of<T: Scalar>(&self, rest: &Rest<T>) -> bool {
+        Arc::ptr_eq(&self.0, &rest.identity.0)
+    }
+}
+
+impl<T: Scalar> std::fmt::Debug for Rest<T> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Rest")
+            .field("vertices", &self.positions.len())
+            .field("scheme", &self.scheme.name())
+            .field("units", &self.units)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<T: Scalar> Rest<T> {
+    /// Measures a mesh and assembles its operator with the weights of `scheme`.
+    ///
+    /// **Shapes**: one position per vertex, in any unit.
+    ///
+    /// # Errors
+    /// [`FlowError`] for a mesh that is no surface or has no extent, and what the scheme reports.
+    pub fn new(
+        mesh: impl Into<Arc<HalfedgeMesh>>,
+        positions: impl Into<Arc<Positions<T>>>,
+        scheme: impl LaplacianScheme<T> + 'static,
+    ) -> Result<Self, FlowError> {
+        Self::measure(mesh.into(), positions.into(), Arc::new(scheme))
+    }
+
+    pub(crate) fn measure(
+        mesh: Arc<HalfedgeMesh>,
+        original: Arc<Positions<T>>,
+        scheme: Arc<dyn LaplacianScheme<T>>,
+    ) -> Result<Self, FlowError> {
         let n = mesh.num_vertices();
-        let surface = Surface::new(mesh, &positions)?;
+        let units = BoxUnits::of(&Surface::new(&mesh, &original)?)?;
+        let positions = units.to_box_all(&original);
+        let surface = Surface::new(&mesh, &positions)?;
+        let rings = Arc::new(OneRings::new(&mesh));
+        let operator = Operator::assemble_on(&rings, &*scheme, &surface)?;
         let mut laplacian = VertexMap::filled(n, Vector3::zeros());
         operator.apply(&positions, &mut laplacian);
         let magnitudes = laplacian.map(|ell| ell.norm());
         // As the current mesh is measured, to the last digit: a shape at rest shows no change.
-        let fans = Fans::new(mesh, operator.rings());
-        let zeros = || VertexMap::filled(n, Vector3::zeros());
-        let (mut normals, mut areas) = (zeros(), VertexMap::filled(n, T::zero()));
-        fans.measure(
-            operator.rings(),
-            &positions,
-            Quantities {
-                normals: true,
-                areas: true,
-                ..Quantities::NONE
-            },
-            T::zero(),
-            Output {
-                laplacian: &mut zeros(),
-                normals: &mut normals,
-                areas: &mut areas,
-                area_vectors: &mut zeros(),
-            },
-        );
+        let fans = Fans::new(&mesh, rings.clone());
+        let mut sums = FanSums::default();
+        fans.areas(&positions, &mut sums);
         let mut cotangents = HalfedgeMap::filled(mesh.num_halfedges(), T::zero());
         Cotangent::default().opposite_cotangents(&surface, &mut cotangents);
-        let cotangents = cotangents.map(|c| c.as_f64());
         // With the weights of the same cotangents K is L/2 to the last digit, and one array serves both.
-        let is_cotangent = operator.cotangent_floor() == Some(Cotangent::default().area_floor);
-        let stiffness = EdgeMap::from_fn(mesh.num_edges(), |e: EdgeId| {
-            let [h, twin] = e.halfedges();
-            if is_cotangent {
-                0.5 * operator.weights()[h]
-            } else {
-                0.5 * (cotangents[h] + cotangents[twin])
-            }
-        });
+        let own = Operator::assemble_on(
+            &rings,
+            &SumOf {
+                cotangents: &cotangents,
+            },
+            &surface,
+        );
+        let is_cotangent = own.is_ok_and(|own| own.weights() == operator.weights());
+        let cotangents = cotangents.map(|c| c.as_f64());
         let row_cotangents = (!is_cotangent).then(|| {
-            let of_row = |h: &HalfedgeId| 2.0 * stiffness[h.edge()];
-            operator.rings().halfedges().iter().map(of_row).collect()
+            let both = |h: &HalfedgeId| cotangents[*h] + cotangents[h.twin()];
+            rings.halfedges().iter().map(both).collect()
         });
         Ok(Self {
+            identity: Identity(Arc::new(())),
+            normals: sums.area_vectors.map(unit_or_zero),
+            areas: sums.areas,
             mesh,
+            original,
+            units,
+            scheme,
             operator,
             fans,
             positions,
             laplacian,
             magnitudes,
-            normals,
-            areas,
             cotangents,
-            stiffness,
             row_cotangents,
-            diagonal,
+            halfedge_weights: OnceLock::new(),
         })
+    }
+
+    pub(crate) fn identity(&self) -> &Identity {
+        &self.identity
+    }
+
+    /// The unit in which everything here is given.
+    pub fn box_units(&self) -> &BoxUnits<T> {
+        &self.units
+    }
+
+    /// The original positions as they came, in the units of the input.
+    pub fn original_positions(&self) -> &Arc<Positions<T>> {
+        &self.original
+    }
+
+    /// The connectivity, to be shared.
+    pub fn shared_mesh(&self) -> &Arc<HalfedgeMesh> {
+        &self.mesh
+    }
+
+    /// The scheme that chose the weights.
+    pub fn scheme(&self) -> &dyn LaplacianScheme<T> {
+        &*self.scheme
     }
 
     /// The mesh with its original positions, in box units.
     pub fn surface(&self) -> Surface<'_, T> {
-        Surface::assume_checked(self.mesh, &self.positions)
+        Surface::assume_checked(&self.mesh, &self.positions)
     }
 
     /// The connectivity.
-    pub fn mesh(&self) -> &'m HalfedgeMesh {
-        self.mesh
+    pub fn mesh(&self) -> &HalfedgeMesh {
+        &self.mesh
     }
 
     /// The operator of the original mesh, L⁰.
@@ -113,7 +165,19 @@ impl<'m, T: Scalar> Rest<'m, T> {
 
     /// The one-rings, for sums over neighbours.
     pub fn rings(&self) -> &Arc<OneRings> {
-        self.operator.rings()
+        self.fans.rings()
+    }
+
+    /// The graph of the operator: rows and their neighbours.
+    pub fn graph(&self) -> &Arc<Graph> {
+        self.operator.graph()
+    }
+
+    /// The operator's weights w_ij by halfedge i→j, for loops over edges; gathered when they are
+    /// first asked for.
+    pub fn halfedge_weights(&self) -> &HalfedgeMap<f64> {
+        self.halfedge_weights
+            .get_or_init(|| self.rings().by_halfedge(self.operator.weights()))
     }
 
     /// The triangles around each vertex.
@@ -148,7 +212,7 @@ impl<'m, T: Scalar> Rest<'m, T> {
 
     /// Diagonal of the bounding box, in box units (between 1 and √3).
     pub fn diagonal(&self) -> T {
-        self.diagonal
+        self.units.diagonal()
     }
 
     /// Cotangent of the angle opposite each halfedge, 0 on the boundary.
@@ -156,16 +220,11 @@ impl<'m, T: Scalar> Rest<'m, T> {
         &self.cotangents
     }
 
-    /// Half the cotangent weight of each edge, whatever the scheme: the stiffness of the membrane.
-    pub fn stiffness(&self) -> &EdgeMap<f64> {
-        &self.stiffness
-    }
-
-    /// Twice [`Self::stiffness`], row after row: entry k belongs to the halfedge at place k of
-    /// [`OneRings::halfedges`].
-    pub(crate) fn row_cotangents(&self) -> &[f64] {
+    /// The cotangent weights, whatever the scheme, one per entry of [`Self::graph`], row after
+    /// row: twice the stiffness of the membrane.
+    pub fn membrane_weights(&self) -> &[f64] {
         let own = self.row_cotangents.as_deref();
-        own.unwrap_or_else(|| self.operator.row_weights())
+        own.unwrap_or_else(|| self.operator.weights())
     }
 
     /// Whether the operator's weights are the cotangents, so that the membrane's edges pull by half
@@ -183,11 +242,11 @@ impl<'m, T: Scalar> Rest<'m, T> {
         i: usize,
     ) -> [Vector3<f64>; 2] {
         let x = positions.as_slice();
-        let row = self.rings().range(i);
-        let weights = &self.operator.row_weights()[row.clone()];
-        let cotangents = &self.row_cotangents()[row.clone()];
+        let row = self.graph().range(i);
+        let weights = &self.operator.weights()[row.clone()];
+        let cotangents = &self.membrane_weights()[row.clone()];
         let mut sums = [Vector3::zeros(); 2];
-        for ((j, w), c) in self.rings().neighbours()[row]
+        for ((j, w), c) in self.graph().neighbours()[row]
             .iter()
             .zip(weights)
             .zip(cotangents)
@@ -213,11 +272,36 @@ impl<'m, T: Scalar> Rest<'m, T> {
     /// Mean over the vertices of |Σ_j w_ij| for cotangent weights.
     pub(crate) fn mean_cotangent_diagonal(&self) -> f64 {
         let n = self.positions.len();
-        let ring = |i| {
-            self.rings()
-                .ring(i)
-                .map(|(_, h)| 2.0 * self.stiffness[h.edge()])
-        };
-        (0..n).map(|i| ring(i).sum::<f64>().abs()).sum::<f64>() / n as f64
+        let cotangents = self.membrane_weights();
+        let sum = |i| cotangents[self.graph().range(i)].iter().sum::<f64>();
+        (0..n).map(|i| sum(i).abs()).sum::<f64>() / n as f64
+    }
+}
+
+/// The cotangent weights, from cotangents that are known already.
+struct SumOf<'a, T: Scalar> {
+    cotangents: &'a HalfedgeMap<T>,
+}
+
+impl<T: Scalar> LaplacianScheme<T> for SumOf<'_, T> {
+    fn weights(
+        &self,
+        surface: &Surface<'_, T>,
+        out: &mut HalfedgeMap<T>,
+    ) -> Result<(), SchemeError> {
+        for e in surface.mesh().edges() {
+            let [h, twin] = e.halfedges();
+            let weight = self.cotangents[h] + self.cotangents[twin];
+            (out[h], out[twin]) = (weight, weight);
+        }
+        Ok(())
+    }
+
+    fn symmetry(&self) -> Symmetry {
+        Symmetry::Symmetric
+    }
+
+    fn name(&self) -> &str {
+        "cotangent"
     }
 }

@@ -1,16 +1,55 @@
-//! Rotations of the handle regions, as a first guess of the rotations of all vertices.
+//! Rotations of the handle regions, spread over the mesh: a first guess of all rotations.
 
 use cotan_geometry::Scalar;
-use cotan_linear::Handle;
+use cotan_halfedge::VertexMap;
+use cotan_linear::{Defect, Handle};
 use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
 
-use crate::polar::nearest_rotation;
+use crate::error::FlowError;
+use crate::nearest_rotation::nearest_rotation;
 use crate::rest::Rest;
+use crate::vectors::add_scaled;
+use crate::workspace::Workspace;
+
+/// The rotation vectors of the handle regions, spread over the mesh by the system itself; `None`
+/// if no region is turned.
+pub(crate) fn interpolated_rotations<T: Scalar>(
+    work: &mut Workspace<T>,
+) -> Result<Option<VertexMap<Matrix3<f64>>>, FlowError> {
+    let (rest, targets) = (&*work.rest, &work.targets);
+    let at_handles = handle_rotations(rest, targets.handles(), targets.in_box());
+    if at_handles.iter().all(|w| w.norm() < 1e-12) {
+        return Ok(None);
+    }
+    let n = rest.positions().len();
+    let mut turn = VertexMap::filled(n, Vector3::zeros());
+    for (handle, w) in targets.handles().iter().zip(at_handles) {
+        turn[handle.vertex] = w;
+    }
+    // The smoothest field with these values: mismatch 0 − Lω, tension Σ s (ω_j − ω_i).
+    let terms = &mut work.terms;
+    let mut membrane = VertexMap::filled(n, Vector3::zeros());
+    for i in 0..n {
+        let (mut ell, mut tension) = (Vector3::zeros(), Vector3::zeros());
+        let at = turn.as_slice();
+        for (j, k) in rest.graph().row(i) {
+            let step = at[j.index()] - at[i];
+            ell -= step * rest.operator().weights()[k];
+            tension += step * (0.5 * rest.membrane_weights()[k]);
+        }
+        terms.mismatch.as_mut_slice()[i] = ell;
+        membrane.as_mut_slice()[i] = tension;
+    }
+    let defect = Defect::of_laplacian(&terms.mismatch).with_tension(&membrane);
+    work.system.correct(&defect, &mut terms.correction)?;
+    add_scaled(turn.as_mut_slice(), 1.0, terms.correction.as_slice());
+    Ok(Some(turn.map(|w| Rotation3::new(*w).into_inner())))
+}
 
 /// The rotation vector (axis times angle in radians) of every handle vertex: that of its connected
 /// region of handle vertices, by Kabsch's method; zero for a region that does not determine one.
-pub(crate) fn handle_rotations<T: Scalar>(
-    rest: &Rest<'_, T>,
+fn handle_rotations<T: Scalar>(
+    rest: &Rest<T>,
     handles: &[Handle],
     targets: &[Point3<T>],
 ) -> Vec<Vector3<f64>> {
@@ -35,7 +74,7 @@ pub(crate) fn handle_rotations<T: Scalar>(
 
 /// The handles that are connected to handle `start` through handles.
 fn region<T: Scalar>(
-    rest: &Rest<'_, T>,
+    rest: &Rest<T>,
     handles: &[Handle],
     handle_of: &[Option<usize>],
     start: usize,
@@ -47,7 +86,7 @@ fn region<T: Scalar>(
     while next < region.len() {
         let vertex = handles[region[next]].vertex;
         next += 1;
-        for (j, _) in rest.rings().ring(vertex.index()) {
+        for (j, _) in rest.graph().row(vertex.index()) {
             if let Some(index) = handle_of[j.index()]
                 && !std::mem::replace(&mut is_done[index], true)
             {
@@ -60,7 +99,7 @@ fn region<T: Scalar>(
 
 /// The rotation that carries the region's original positions onto its targets best.
 fn fit<T: Scalar>(
-    rest: &Rest<'_, T>,
+    rest: &Rest<T>,
     handles: &[Handle],
     targets: &[Point3<T>],
     region: &[usize],

@@ -1,172 +1,162 @@
-//! What an updater and an orientation see of the current mesh.
+//! The current mesh, as updaters, orientations and energies see it.
 
-use cotan_geometry::{Positions, Scalar, Surface, scalar};
-use cotan_halfedge::{HalfedgeMap, VertexMap};
-use cotan_laplacian::{LaplacianScheme, apply_weights};
-use nalgebra::Vector3;
+use cotan_geometry::{Positions, Scalar};
+use cotan_halfedge::VertexMap;
+use nalgebra::{Matrix3, Vector3};
 
+use crate::current::Current;
 use crate::error::FlowError;
-use crate::fans::Output;
 use crate::rest::Rest;
 
-/// Which quantities of the current mesh are computed in every iteration.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Quantities {
-    /// L(v)v with the weights of the *current* mesh.
-    pub laplacian: bool,
-    /// Vertex normals.
-    pub normals: bool,
-    /// Areas of the one-rings.
-    pub areas: bool,
-    /// Sums of the area vectors of the one-rings.
-    pub area_vectors: bool,
-}
-
-impl Quantities {
-    /// All of them.
-    pub const ALL: Self = Self {
-        laplacian: true,
-        normals: true,
-        areas: true,
-        area_vectors: true,
-    };
-    /// None of them: positions only.
-    pub const NONE: Self = Self {
-        laplacian: false,
-        normals: false,
-        areas: false,
-        area_vectors: false,
-    };
-
-    /// What either asks for.
-    #[must_use]
-    pub fn or(self, other: Self) -> Self {
-        Self {
-            laplacian: self.laplacian || other.laplacian,
-            normals: self.normals || other.normals,
-            areas: self.areas || other.areas,
-            area_vectors: self.area_vectors || other.area_vectors,
-        }
-    }
-}
-
-/// The current mesh, in box units. Quantities that nobody asked for hold stale values.
-#[derive(Debug)]
+/// The current mesh, in box units.
+///
+/// A quantity is computed when it is first asked for, once for every shape, and shared by all who
+/// ask, from any thread. Who asks for [`Self::laplacian`] before the others saves a pass.
+#[derive(Clone, Copy, Debug)]
 pub struct FlowState<'a, T: Scalar> {
-    rest: &'a Rest<'a, T>,
-    positions: &'a Positions<T>,
-    measured: &'a Measured<T>,
+    rest: &'a Rest<T>,
+    current: &'a Current<T>,
     iteration: usize,
+    first_rotations: Option<&'a VertexMap<Matrix3<f64>>>,
 }
 
 impl<'a, T: Scalar> FlowState<'a, T> {
     pub(crate) fn new(
-        rest: &'a Rest<'a, T>,
-        positions: &'a Positions<T>,
-        measured: &'a Measured<T>,
+        rest: &'a Rest<T>,
+        current: &'a Current<T>,
         iteration: usize,
+        first_rotations: Option<&'a VertexMap<Matrix3<f64>>>,
     ) -> Self {
         Self {
             rest,
-            positions,
-            measured,
+            current,
             iteration,
+            first_rotations,
         }
     }
 
     /// The original mesh.
-    pub fn rest(&self) -> &Rest<'a, T> {
+    pub fn rest(&self) -> &'a Rest<T> {
         self.rest
     }
 
-    /// How many solves went before.
+    /// Number of solves before this state.
     pub fn iteration(&self) -> usize {
         self.iteration
     }
 
     /// The current positions, in box units.
-    pub fn positions(&self) -> &Positions<T> {
-        self.positions
+    pub fn positions(&self) -> &'a Positions<T> {
+        self.current.positions()
     }
 
-    /// ℓ = L(v)v with the weights of the current mesh ([`Quantities::laplacian`]).
-    pub fn laplacian(&self) -> &VertexMap<Vector3<T>> {
-        &self.measured.laplacian
+    /// ℓ = L(v)v with the weights of the *current* mesh.
+    ///
+    /// # Errors
+    /// What the scheme reports of the current mesh.
+    pub fn laplacian(&self) -> Result<&'a VertexMap<Vector3<T>>, FlowError> {
+        self.current.laplacian(self.rest)
     }
 
-    /// Unit vertex normals, area weighted; zero where undefined ([`Quantities::normals`]).
-    pub fn normals(&self) -> &VertexMap<Vector3<T>> {
-        &self.measured.normals
+    /// L⁰v: the operator of the *original* mesh at the current positions, in double precision.
+    pub fn rest_laplacian(&self) -> &'a VertexMap<Vector3<f64>> {
+        self.current.rest_laplacian(self.rest)
     }
 
-    /// Sums of the triangle areas around each vertex ([`Quantities::areas`]).
-    pub fn areas(&self) -> &VertexMap<T> {
-        &self.measured.areas
+    /// Unit vertex normals, area weighted; zero where undefined.
+    pub fn normals(&self) -> &'a VertexMap<Vector3<T>> {
+        self.current.normals(self.rest)
+    }
+
+    /// Sums of the triangle areas around each vertex.
+    pub fn areas(&self) -> &'a VertexMap<T> {
+        &self.current.sums(self.rest).areas
     }
 
     /// Sums of the area vectors of the triangles around each vertex; on a closed mesh they sum to
-    /// zero ([`Quantities::area_vectors`]).
-    pub fn area_vectors(&self) -> &VertexMap<Vector3<T>> {
-        &self.measured.area_vectors
+    /// zero.
+    pub fn area_vectors(&self) -> &'a VertexMap<Vector3<T>> {
+        &self.current.sums(self.rest).area_vectors
+    }
+
+    /// A first guess of the rotation of every vertex: for the first orientation of a flow that
+    /// starts from rotated handles ([`crate::Start::HandleRotations`]); `None` later.
+    pub fn first_rotations(&self) -> Option<&'a VertexMap<Matrix3<f64>>> {
+        self.first_rotations
+    }
+
+    /// Runs a pass that writes L⁰v on its way: see [`Self::rest_laplacian`].
+    pub(crate) fn fuse_rest_laplacian<R>(&self, pass: impl FnOnce(&mut [Vector3<f64>]) -> R) -> R {
+        self.current.fuse_rest_laplacian(pass)
     }
 }
 
-/// Buffers for the quantities of the current mesh.
-#[derive(Debug)]
-pub(crate) struct Measured<T: Scalar> {
-    /// Of schemes that have to be asked.
-    weights: HalfedgeMap<T>,
-    laplacian: VertexMap<Vector3<T>>,
-    normals: VertexMap<Vector3<T>>,
-    areas: VertexMap<T>,
-    area_vectors: VertexMap<Vector3<T>>,
-}
+#[cfg(test)]
+mod tests {
+    use cotan_geometry::shapes::torus;
+    use cotan_geometry::{one_ring_areas, vertex_normals};
+    use cotan_laplacian::{Cotangent, Operator, Tutte};
 
-impl<T: Scalar> Measured<T> {
-    pub(crate) fn new(rest: &Rest<'_, T>) -> Self {
-        Self {
-            weights: HalfedgeMap::default(),
-            laplacian: rest.laplacian().clone(),
-            normals: rest.normals().clone(),
-            areas: rest.areas().clone(),
-            area_vectors: VertexMap::filled(rest.positions().len(), Vector3::zeros()),
-        }
-    }
+    use super::*;
 
-    pub(crate) fn update(
-        &mut self,
-        rest: &Rest<'_, T>,
-        scheme: &dyn LaplacianScheme<T>,
-        positions: &Positions<T>,
-        wanted: Quantities,
-    ) -> Result<(), FlowError> {
-        let floor = scheme.cotangent_floor();
-        if wanted.laplacian && floor.is_none() {
-            let surface = Surface::assume_checked(rest.mesh(), positions);
-            if self.weights.is_empty() {
-                self.weights = HalfedgeMap::filled(rest.mesh().num_halfedges(), T::zero());
+    /// Nothing of an earlier shape is read after the positions were written, whoever asks first.
+    #[test]
+    fn quantities_are_those_of_the_positions_as_they_are() {
+        let shape = torus::<f64>(1.0, 0.4, 12, 7);
+        for is_cotangent in [true, false] {
+            let rest = if is_cotangent {
+                Rest::new(&shape.mesh, &shape.positions, Cotangent::default())
+            } else {
+                Rest::new(&shape.mesh, &shape.positions, Tutte)
+            };
+            let rest = rest.unwrap();
+            let mut current = Current::new(rest.positions().clone());
+            for round in 0..3 {
+                let bend = 0.3 * f64::from(round);
+                for p in current.write().values_mut() {
+                    p.z += bend * p.x * p.y;
+                }
+                let state = FlowState::new(&rest, &current, 0, None);
+                if round != 1 {
+                    let _ = state.normals();
+                }
+                let surface = shape.surface();
+                let surface = surface.with_positions(state.positions());
+                let operator = if is_cotangent {
+                    Operator::assemble(&Cotangent::default(), &surface)
+                } else {
+                    Operator::assemble(&Tutte, &surface)
+                };
+                let operator = operator.unwrap();
+                let (areas, normals) = (one_ring_areas(&surface), vertex_normals(&surface));
+                let laplacian = state.laplacian().unwrap();
+                for v in shape.mesh.vertices() {
+                    let ell = operator.apply_at(state.positions(), v.index());
+                    assert!((laplacian[v] - ell).norm() < 1e-12);
+                    let ell = rest.operator().apply_at(state.positions(), v.index());
+                    assert_eq!(state.rest_laplacian()[v], ell);
+                    assert!((state.areas()[v] - areas[v]).abs() < 1e-14);
+                    assert!((state.normals()[v] - normals[v]).norm() < 1e-12);
+                }
             }
-            scheme.weights(&surface, &mut self.weights)?;
-            apply_weights(rest.rings(), &self.weights, positions, &mut self.laplacian);
         }
-        let wanted = Quantities {
-            laplacian: wanted.laplacian && floor.is_some(),
-            ..wanted
+    }
+
+    #[test]
+    fn several_threads_may_ask_at_once() {
+        let shape = torus::<f64>(1.0, 0.4, 40, 30);
+        let rest = Rest::new(&shape.mesh, &shape.positions, Cotangent::default()).unwrap();
+        let current = Current::new(rest.positions().clone());
+        let state = FlowState::new(&rest, &current, 0, None);
+        let n = shape.positions.len();
+        let lengths = cotan_parallel::filled(n, |i| {
+            let laplacian = state.laplacian().unwrap().as_slice();
+            laplacian[i].norm() + state.normals().as_slice()[i].norm()
+        });
+        let expected = |i: usize| {
+            let ell = state.laplacian().unwrap().as_slice()[i].norm();
+            ell + state.normals().as_slice()[i].norm()
         };
-        if wanted != Quantities::NONE {
-            rest.fans().measure(
-                rest.rings(),
-                positions,
-                wanted,
-                scalar(floor.unwrap_or(0.0)),
-                Output {
-                    laplacian: &mut self.laplacian,
-                    normals: &mut self.normals,
-                    areas: &mut self.areas,
-                    area_vectors: &mut self.area_vectors,
-                },
-            );
-        }
-        Ok(())
+        assert!((0..n).all(|i| lengths[i] == expected(i)));
     }
 }

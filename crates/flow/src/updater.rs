@@ -4,7 +4,7 @@ use cotan_geometry::Scalar;
 use cotan_halfedge::VertexMap;
 
 use crate::error::FlowError;
-use crate::state::{FlowState, Quantities};
+use crate::state::FlowState;
 
 /// Prescribes the scalar field: the signed magnitude d_i that each Laplacian coordinate takes in
 /// the next step. This is the *geometry* part of a shape (paper, section 3.1).
@@ -12,7 +12,7 @@ use crate::state::{FlowState, Quantities};
 /// Dyn-compatible, and forwarded through `Box<U>` and `&mut U`.
 ///
 /// ```
-/// use cotan_flow::{FlowError, FlowState, Quantities, ScalarFieldUpdater};
+/// use cotan_flow::{FlowError, FlowState, ScalarFieldUpdater};
 /// use cotan_geometry::{Scalar, scalar};
 /// use cotan_halfedge::VertexMap;
 ///
@@ -32,11 +32,11 @@ use crate::state::{FlowState, Quantities};
 ///     }
 /// }
 /// ```
-pub trait ScalarFieldUpdater<T: Scalar>: Send {
+pub trait ScalarFieldUpdater<T: Scalar>: Send + Sync {
     /// Writes d_i for every vertex.
     ///
-    /// **Shapes**: `field` has one entry a vertex and holds the values of the previous step (|ℓ⁰|
-    /// before the first). **Units**: those of ℓ, a length, in box units.
+    /// **Shapes**: `field` has one entry per vertex and holds the values of the previous step
+    /// (|ℓ⁰| before the first). **Units**: those of ℓ, a length, in box units.
     ///
     /// # Errors
     /// Whatever the updater cannot do; it ends the flow.
@@ -46,12 +46,8 @@ pub trait ScalarFieldUpdater<T: Scalar>: Send {
         field: &mut VertexMap<T>,
     ) -> Result<(), FlowError>;
 
-    /// What of the current mesh it reads. All of it unless overridden.
-    fn needs(&self) -> Quantities {
-        Quantities::ALL
-    }
-
-    /// Whether the field never changes once set, which saves an update a step.
+    /// Whether the field never changes once set, which saves a descent an update per step. A
+    /// wrapper that does not forward it is slower, not wrong.
     fn is_constant(&self) -> bool {
         false
     }
@@ -73,10 +69,6 @@ impl<T: Scalar> ScalarFieldUpdater<T> for KeepMagnitude {
         Ok(())
     }
 
-    fn needs(&self) -> Quantities {
-        Quantities::NONE
-    }
-
     fn is_constant(&self) -> bool {
         true
     }
@@ -94,8 +86,9 @@ impl<T: Scalar> ScalarFieldUpdater<T> for RescaleByArea {
         state: &FlowState<'_, T>,
         field: &mut VertexMap<T>,
     ) -> Result<(), FlowError> {
+        let areas = state.areas();
         for (vertex, magnitude) in state.rest().magnitudes().iter() {
-            let (now, before) = (state.areas()[vertex], state.rest().areas()[vertex]);
+            let (now, before) = (areas[vertex], state.rest().areas()[vertex]);
             let scale = if before > T::zero() {
                 (now / before).sqrt()
             } else {
@@ -105,12 +98,27 @@ impl<T: Scalar> ScalarFieldUpdater<T> for RescaleByArea {
         }
         Ok(())
     }
+}
 
-    fn needs(&self) -> Quantities {
-        Quantities {
-            areas: true,
-            ..Quantities::NONE
+/// A field that is known before the flow starts, in box units.
+#[derive(Clone, PartialEq, Debug)]
+pub struct PrescribedField<T: Scalar>(pub VertexMap<T>);
+
+impl<T: Scalar> ScalarFieldUpdater<T> for PrescribedField<T> {
+    fn update(&mut self, _: &FlowState<'_, T>, field: &mut VertexMap<T>) -> Result<(), FlowError> {
+        if self.0.len() != field.len() {
+            return Err(FlowError::Setting {
+                setting: "number of values of the prescribed field",
+                range: "one per vertex",
+                value: self.0.len() as f64,
+            });
         }
+        field.as_mut_slice().copy_from_slice(self.0.as_slice());
+        Ok(())
+    }
+
+    fn is_constant(&self) -> bool {
+        true
     }
 }
 
@@ -123,10 +131,6 @@ macro_rules! forward {
                 field: &mut VertexMap<T>,
             ) -> Result<(), FlowError> {
                 (**self).update(state, field)
-            }
-
-            fn needs(&self) -> Quantities {
-                (**self).needs()
             }
 
             fn is_constant(&self) -> bool {

@@ -102,7 +102,7 @@ fn outside_of_the_region_nothing_moves_and_nothing_is_factorized() {
     assert_eq!(flow.system().num_unknowns(), region.len() - 1);
     assert_eq!(flow.handles().len(), 1);
     assert_eq!(flow.run_to_end().unwrap().stop, StopReason::Converged);
-    let check = |flow: &Flow<'_, f64>, target: Point3<f64>| {
+    let check = |flow: &Flow<f64>, target: Point3<f64>| {
         let now = flow.positions();
         let is_inside = |v: VertexId| region.contains(&v);
         assert_eq!(now[top], target);

@@ -3,7 +3,7 @@
 use cotan_halfedge::{HalfedgeId, HalfedgeMap};
 use nalgebra::{Point3, Vector3};
 
-use crate::parallel;
+use crate::maps;
 use crate::scalar::{Scalar, scalar};
 use crate::surface::Surface;
 
@@ -121,7 +121,7 @@ pub fn opposite_cotangents_with_floor_into<T: Scalar>(
     out: &mut HalfedgeMap<T>,
 ) {
     let mesh = surface.mesh();
-    parallel::clear(out, mesh.num_halfedges());
+    maps::clear(out, mesh.num_halfedges());
     for f in mesh.faces() {
         let h = mesh.face_halfedge(f);
         let [next, prev] = [mesh.next(h), mesh.prev(h)];
@@ -151,7 +151,7 @@ pub fn opposite_cotangent<T: Scalar>(surface: &Surface<'_, T>, halfedge: Halfedg
 /// π, or only 0 where corners coincide.
 #[must_use]
 pub fn corner_angles<T: Scalar>(surface: &Surface<'_, T>) -> HalfedgeMap<T> {
-    parallel::filled(surface.mesh().num_halfedges(), |h| {
+    maps::filled(surface.mesh().num_halfedges(), |h| {
         halfedge_corner_angle(surface, h)
     })
 }
@@ -215,7 +215,7 @@ pub fn negative_cotangent_share<T: Scalar>(surface: &Surface<'_, T>) -> T {
         f64::from(u8::from(weight < bound))
     };
     let num_edges = surface.mesh().num_edges();
-    T::of_f64(parallel::sum(num_edges, is_negative) / num_edges as f64)
+    T::of_f64(maps::sum(num_edges, is_negative) / num_edges as f64)
 }
 
 /// φ in [`cotangent`].

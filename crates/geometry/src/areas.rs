@@ -6,7 +6,7 @@
 use cotan_halfedge::{FaceId, FaceMap, VertexMap};
 use nalgebra::{Point3, Vector3};
 
-use crate::parallel;
+use crate::maps;
 use crate::scalar::{Scalar, scalar};
 use crate::surface::Surface;
 
@@ -41,12 +41,12 @@ pub fn face_area_vector<T: Scalar>(surface: &Surface<'_, T>, face: FaceId) -> Ve
 /// **Shapes**: one entry a face. **Units**: area.
 #[must_use]
 pub fn face_area_vectors<T: Scalar>(surface: &Surface<'_, T>) -> FaceMap<Vector3<T>> {
-    parallel::filled(surface.mesh().num_faces(), |f| face_area_vector(surface, f))
+    maps::filled(surface.mesh().num_faces(), |f| face_area_vector(surface, f))
 }
 
 /// [`face_area_vectors`] into a map that is kept (and replaced if it has another length).
 pub fn face_area_vectors_into<T: Scalar>(surface: &Surface<'_, T>, out: &mut FaceMap<Vector3<T>>) {
-    parallel::fill(out, surface.mesh().num_faces(), |f| {
+    maps::refill(out, surface.mesh().num_faces(), |f| {
         face_area_vector(surface, f)
     });
 }
@@ -56,14 +56,14 @@ pub fn face_area_vectors_into<T: Scalar>(surface: &Surface<'_, T>, out: &mut Fac
 /// **Shapes**: one entry a face. **Units**: area.
 #[must_use]
 pub fn face_areas<T: Scalar>(surface: &Surface<'_, T>) -> FaceMap<T> {
-    parallel::filled(surface.mesh().num_faces(), |f| {
+    maps::filled(surface.mesh().num_faces(), |f| {
         face_area_vector(surface, f).norm()
     })
 }
 
 /// [`face_areas`] into a map that is kept (and replaced if it has another length).
 pub fn face_areas_into<T: Scalar>(surface: &Surface<'_, T>, out: &mut FaceMap<T>) {
-    parallel::fill(out, surface.mesh().num_faces(), |f| {
+    maps::refill(out, surface.mesh().num_faces(), |f| {
         face_area_vector(surface, f).norm()
     });
 }
@@ -88,7 +88,7 @@ pub fn one_ring_areas<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<T> {
 /// On one thread, as [`vertex_normals_into`](crate::vertex_normals_into) and for its reason.
 pub fn one_ring_areas_into<T: Scalar>(surface: &Surface<'_, T>, out: &mut VertexMap<T>) {
     let mesh = surface.mesh();
-    parallel::clear(out, mesh.num_vertices());
+    maps::clear(out, mesh.num_vertices());
     for f in mesh.faces() {
         let area = face_area_vector(surface, f).norm();
         for v in mesh.triangle(f) {
@@ -121,7 +121,7 @@ pub fn dual_areas_into<T: Scalar>(surface: &Surface<'_, T>, out: &mut VertexMap<
 /// **Units**: area.
 pub fn surface_area<T: Scalar>(surface: &Surface<'_, T>) -> T {
     let num_faces = surface.mesh().num_faces();
-    T::of_f64(parallel::sum(num_faces, |f| {
+    T::of_f64(maps::sum(num_faces, |f| {
         face_area_vector(surface, f).norm().as_f64()
     }))
 }

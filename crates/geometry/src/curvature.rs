@@ -9,8 +9,8 @@ use nalgebra::RealField;
 
 use crate::angles::halfedge_corner_angle;
 use crate::lengths::edge_length;
+use crate::maps;
 use crate::normals::face_normal;
-use crate::parallel;
 use crate::scalar::{Scalar, scalar};
 use crate::surface::Surface;
 
@@ -36,7 +36,7 @@ pub fn dihedral_angle<T: Scalar>(surface: &Surface<'_, T>, edge: EdgeId) -> T {
 /// **Shapes**: one entry an edge. **Units**: radians.
 #[must_use]
 pub fn dihedral_angles<T: Scalar>(surface: &Surface<'_, T>) -> EdgeMap<T> {
-    parallel::filled(surface.mesh().num_edges(), |e| dihedral_angle(surface, e))
+    maps::filled(surface.mesh().num_edges(), |e| dihedral_angle(surface, e))
 }
 
 /// The integral of the mean curvature H = ½ (κ₁ + κ₂) over the dual cell of each vertex,
@@ -53,10 +53,10 @@ pub fn dihedral_angles<T: Scalar>(surface: &Surface<'_, T>) -> EdgeMap<T> {
 #[must_use]
 pub fn integrated_mean_curvatures<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<T> {
     let mesh = surface.mesh();
-    let per_edge: EdgeMap<T> = parallel::filled(mesh.num_edges(), |e| {
+    let per_edge: EdgeMap<T> = maps::filled(mesh.num_edges(), |e| {
         scalar::<T>(0.25) * dihedral_angle(surface, e) * edge_length(surface, e)
     });
-    parallel::filled(mesh.num_vertices(), |v| {
+    maps::filled(mesh.num_vertices(), |v| {
         mesh.outgoing_halfedges(v)
             .fold(T::zero(), |sum, h| sum + per_edge[h.edge()])
     })
@@ -71,7 +71,7 @@ pub fn integrated_mean_curvatures<T: Scalar>(surface: &Surface<'_, T>) -> Vertex
 #[must_use]
 pub fn angle_defects<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<T> {
     let mesh = surface.mesh();
-    parallel::filled(mesh.num_vertices(), |v| {
+    maps::filled(mesh.num_vertices(), |v| {
         let full = if mesh.is_boundary_vertex(v) {
             T::pi()
         } else {

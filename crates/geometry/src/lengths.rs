@@ -2,7 +2,7 @@
 
 use cotan_halfedge::{EdgeId, EdgeMap};
 
-use crate::parallel;
+use crate::maps;
 use crate::scalar::Scalar;
 use crate::surface::Surface;
 
@@ -26,12 +26,12 @@ pub fn edge_length<T: Scalar>(surface: &Surface<'_, T>, edge: EdgeId) -> T {
 /// ```
 #[must_use]
 pub fn edge_lengths<T: Scalar>(surface: &Surface<'_, T>) -> EdgeMap<T> {
-    parallel::filled(surface.mesh().num_edges(), |e| edge_length(surface, e))
+    maps::filled(surface.mesh().num_edges(), |e| edge_length(surface, e))
 }
 
 /// [`edge_lengths`] into a map that is kept (and replaced if it has another length).
 pub fn edge_lengths_into<T: Scalar>(surface: &Surface<'_, T>, out: &mut EdgeMap<T>) {
-    parallel::fill(out, surface.mesh().num_edges(), |e| edge_length(surface, e));
+    maps::refill(out, surface.mesh().num_edges(), |e| edge_length(surface, e));
 }
 
 /// The mean of the edge lengths.
@@ -39,7 +39,7 @@ pub fn edge_lengths_into<T: Scalar>(surface: &Surface<'_, T>, out: &mut EdgeMap<
 /// **Units**: length.
 pub fn mean_edge_length<T: Scalar>(surface: &Surface<'_, T>) -> T {
     let num_edges = surface.mesh().num_edges();
-    let total: f64 = parallel::sum(num_edges, |e| edge_length(surface, e).as_f64());
+    let total: f64 = maps::sum(num_edges, |e| edge_length(surface, e).as_f64());
     T::of_f64(total / num_edges as f64)
 }
 

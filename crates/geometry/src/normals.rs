@@ -4,7 +4,7 @@ use cotan_halfedge::{FaceId, FaceMap, VertexMap};
 use nalgebra::Vector3;
 
 use crate::areas::face_area_vector;
-use crate::parallel;
+use crate::maps;
 use crate::scalar::Scalar;
 use crate::surface::Surface;
 
@@ -39,12 +39,12 @@ pub fn face_normal<T: Scalar>(surface: &Surface<'_, T>, face: FaceId) -> Vector3
 /// **Shapes**: one entry a face. **Units**: none.
 #[must_use]
 pub fn face_normals<T: Scalar>(surface: &Surface<'_, T>) -> FaceMap<Vector3<T>> {
-    parallel::filled(surface.mesh().num_faces(), |f| face_normal(surface, f))
+    maps::filled(surface.mesh().num_faces(), |f| face_normal(surface, f))
 }
 
 /// [`face_normals`] into a map that is kept (and replaced if it has another length).
 pub fn face_normals_into<T: Scalar>(surface: &Surface<'_, T>, out: &mut FaceMap<Vector3<T>>) {
-    parallel::fill(out, surface.mesh().num_faces(), |f| face_normal(surface, f));
+    maps::refill(out, surface.mesh().num_faces(), |f| face_normal(surface, f));
 }
 
 /// N_i of the paper: the unit normal of every vertex, the direction of the sum of the area
@@ -96,7 +96,7 @@ pub fn vertex_area_vectors_into<T: Scalar>(
     out: &mut VertexMap<Vector3<T>>,
 ) {
     let mesh = surface.mesh();
-    parallel::clear(out, mesh.num_vertices());
+    maps::clear(out, mesh.num_vertices());
     for f in mesh.faces() {
         let vector = face_area_vector(surface, f);
         for v in mesh.triangle(f) {

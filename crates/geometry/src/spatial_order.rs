@@ -6,8 +6,9 @@
 //! interleaved) costs less than what one such pass loses.
 
 use cotan_halfedge::{FaceId, HalfedgeMesh, VertexId, VertexMap};
+use cotan_parallel as parallel;
 use nalgebra::Point3;
-use rayon::prelude::*;
+use rayon::slice::ParallelSliceMut;
 
 use crate::scalar::Scalar;
 use crate::surface::Positions;
@@ -55,12 +56,8 @@ impl SpatialOrder {
         let points = positions.as_slice();
         let grid = Grid::of(points);
         // The upper half of the key decides nearly always, and with the number it fits one word.
-        let mut sorted: Vec<u64> = points
-            .par_iter()
-            .with_min_len(MIN_LEN)
-            .enumerate()
-            .map(|(i, p)| (grid.key(p) >> 32 << 32) | i as u64)
-            .collect();
+        let key = |i: usize| (grid.key(&points[i]) >> 32 << 32) | i as u64;
+        let mut sorted: Vec<u64> = parallel::filled(points.len(), key);
         sorted.par_sort_unstable();
         let number = |entry: u64| entry as u32 as usize;
         for run in sorted.chunk_by_mut(|a, b| a >> 32 == b >> 32) {
@@ -235,9 +232,6 @@ const CELLS: f64 = (1 << 21) as f64;
 
 /// Vertices that one cell of the upper half of the bits may hold in any order: a few cache lines.
 const LONGEST_RUN: usize = 16;
-
-/// Vertices for which a thread is worth waking.
-const MIN_LEN: usize = 1 << 12;
 
 /// Meshes below this many vertices, a few hundred bytes each, fit a core's cache.
 const SMALL: usize = 1 << 12;

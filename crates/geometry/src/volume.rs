@@ -5,7 +5,7 @@ use nalgebra::{Point3, Vector3};
 
 use crate::areas::face_area_vector;
 use crate::bounds::bounding_box;
-use crate::parallel;
+use crate::maps;
 use crate::scalar::{Scalar, scalar};
 use crate::surface::Surface;
 
@@ -24,7 +24,7 @@ use crate::surface::Surface;
 /// ```
 pub fn volume<T: Scalar>(surface: &Surface<'_, T>) -> T {
     let apex = bounding_box(surface).center();
-    T::of_f64(parallel::sum(surface.mesh().num_faces(), |f| {
+    T::of_f64(maps::sum(surface.mesh().num_faces(), |f| {
         let (six_volumes, _) = cone(surface, &apex, f);
         six_volumes.as_f64() / 6.0
     }))
@@ -35,7 +35,7 @@ pub fn volume<T: Scalar>(surface: &Surface<'_, T>) -> T {
 /// **Units**: a point. If the area vanishes, the mean of the vertices.
 pub fn surface_centroid<T: Scalar>(surface: &Surface<'_, T>) -> Point3<T> {
     let center = bounding_box(surface).center();
-    let moments: nalgebra::Vector4<f64> = parallel::sum(surface.mesh().num_faces(), |f| {
+    let moments: nalgebra::Vector4<f64> = maps::sum(surface.mesh().num_faces(), |f| {
         let area = face_area_vector(surface, f).norm();
         let (_, corner_sum) = cone(surface, &center, f);
         let third = corner_sum * scalar::<T>(1.0 / 3.0);
@@ -45,7 +45,7 @@ pub fn surface_centroid<T: Scalar>(surface: &Surface<'_, T>) -> Point3<T> {
         return center + (moments.xyz() / moments.w).map(T::of_f64);
     }
     let num_vertices = surface.mesh().num_vertices();
-    let sum: Vector3<f64> = parallel::sum(num_vertices, |v| {
+    let sum: Vector3<f64> = maps::sum(num_vertices, |v| {
         (surface.position(v) - center).map(T::as_f64)
     });
     center + (sum / num_vertices as f64).map(T::of_f64)
@@ -57,7 +57,7 @@ pub fn surface_centroid<T: Scalar>(surface: &Surface<'_, T>) -> Point3<T> {
 pub fn volume_centroid<T: Scalar>(surface: &Surface<'_, T>) -> Option<Point3<T>> {
     let bounds = bounding_box(surface);
     let center = bounds.center();
-    let moments: nalgebra::Vector4<f64> = parallel::sum(surface.mesh().num_faces(), |f| {
+    let moments: nalgebra::Vector4<f64> = maps::sum(surface.mesh().num_faces(), |f| {
         let (six_volumes, corner_sum) = cone(surface, &center, f);
         // A tetrahedron's centroid is the mean of its corners; the fourth is the origin.
         let mean = corner_sum * scalar::<T>(0.25);

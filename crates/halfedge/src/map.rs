@@ -2,6 +2,7 @@
 
 use std::marker::PhantomData;
 use std::ops::{Index, IndexMut};
+use std::sync::Arc;
 
 use crate::ids::{EdgeId, FaceId, HalfedgeId, Id, VertexId};
 
@@ -124,6 +125,13 @@ impl<I, T> Default for DenseMap<I, T> {
             values: Vec::new(),
             kind: PhantomData,
         }
+    }
+}
+
+/// A copy that can be shared: for what takes `impl Into<Arc<…>>`.
+impl<I: Clone, T: Clone> From<&DenseMap<I, T>> for Arc<DenseMap<I, T>> {
+    fn from(map: &DenseMap<I, T>) -> Self {
+        Self::new(map.clone())
     }
 }
 

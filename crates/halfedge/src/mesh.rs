@@ -1,5 +1,7 @@
 //! The mesh itself: packed arrays and the questions that they answer in constant time.
 
+use std::sync::Arc;
+
 use crate::circulate::{BoundaryLoop, FaceHalfedges, IncomingHalfedges, OutgoingHalfedges};
 use crate::ids::{EdgeId, FaceId, HalfedgeId, VertexId};
 
@@ -45,6 +47,13 @@ pub struct HalfedgeMesh {
     pub(crate) prev: Vec<HalfedgeId>,
     /// Per halfedge: the number of the face on its left, `NONE` on the boundary.
     pub(crate) face: Vec<u32>,
+}
+
+/// A copy that can be shared: for what takes `impl Into<Arc<HalfedgeMesh>>`.
+impl From<&HalfedgeMesh> for Arc<HalfedgeMesh> {
+    fn from(mesh: &HalfedgeMesh) -> Self {
+        Self::new(mesh.clone())
+    }
 }
 
 impl HalfedgeMesh {

@@ -1,55 +1,62 @@
 //! Weights whose sums are exact, so that L·1 = 0.
 
 use cotan_geometry::{Scalar, scalar};
-use cotan_halfedge::{EdgeId, HalfedgeMap, HalfedgeMesh};
-use rayon::prelude::*;
+use cotan_halfedge::{EdgeId, HalfedgeMap};
+use cotan_parallel as parallel;
 
-use crate::rings::OneRings;
+use crate::graph::Graph;
 
 /// Rounds every weight to a multiple of a power of two that is coarse enough for all sums around
-/// its two ends to be exact in T.
+/// its two ends to be exact in T. `weights` are given row after row.
 ///
 /// With q_i = 2^k the unit in the last place of 4 Σ_j |w_ij|, every partial sum of multiples of
 /// q_i that stays below 2 Σ |w_ij| is representable. An edge takes the coarser unit of its ends,
 /// which keeps symmetric weights symmetric. What is lost is of the order of the rounding error of
 /// the row's sum.
-pub(crate) fn round_to_exact_sums<T: Scalar>(
-    rings: &OneRings,
-    mesh: &HalfedgeMesh,
-    weights: &mut HalfedgeMap<T>,
-) {
-    let units = exact_units(rings, weights);
-    weights
-        .as_mut_slice()
-        .par_chunks_exact_mut(2)
-        .enumerate()
-        .with_min_len(1 << 12)
-        .for_each(|(edge, pair)| {
-            let [a, b] = mesh
-                .edge_vertices(EdgeId::new(edge))
-                .map(|v| units[v.index()]);
-            pair.iter_mut().for_each(|w| *w = round_to(*w, a.max(b)));
-        });
+pub(crate) fn round_to_exact_sums<T: Scalar>(graph: &Graph, weights: &mut [T]) {
+    let units = exact_units(graph, weights);
+    let mut left = weights;
+    let mut blocks = Vec::with_capacity(graph.num_rows().div_ceil(ROWS));
+    for first in (0..graph.num_rows()).step_by(ROWS) {
+        let rows = first..graph.num_rows().min(first + ROWS);
+        let num_entries = rows.clone().map(|i| graph.range(i).len()).sum();
+        let (block, after) = std::mem::take(&mut left).split_at_mut(num_entries);
+        left = after;
+        blocks.push((rows, block));
+    }
+    parallel::tasks(blocks, |(rows, block)| {
+        let entries = rows.flat_map(|i| graph.row(i).map(move |(j, _)| (i, j.index())));
+        for (weight, (i, j)) in block.iter_mut().zip(entries) {
+            *weight = round_to(*weight, units[i].max(units[j]));
+        }
+    });
 }
 
-/// q_i of every vertex, 0 where all weights are.
-pub(crate) fn exact_units<T: Scalar>(rings: &OneRings, weights: &HalfedgeMap<T>) -> Vec<T> {
+/// Rows that one task rounds.
+const ROWS: usize = 2048;
+
+/// Calls `change` with the two values of every edge, in parallel.
+pub(crate) fn update_edges<T: Send>(
+    map: &mut HalfedgeMap<T>,
+    change: impl Fn(EdgeId, &mut [T; 2]) + Sync,
+) {
+    let (pairs, _) = map.as_mut_slice().as_chunks_mut::<2>();
+    parallel::update(pairs, |edge, pair| change(EdgeId::new(edge), pair));
+}
+
+/// q_i of every row, 0 where all weights are.
+pub(crate) fn exact_units<T: Scalar>(graph: &Graph, weights: &[T]) -> Vec<T> {
     let eps = T::default_epsilon();
     let unit = |i| {
-        let size = rings
-            .ring(i)
-            .fold(T::zero(), |sum, (_, h)| sum + weights[h].abs());
+        let row = &weights[graph.range(i)];
+        let size = row.iter().fold(T::zero(), |sum, w| sum + w.abs());
         if size > T::zero() {
             eps * scalar(4.0 * power_above(size.as_f64()))
         } else {
             T::zero()
         }
     };
-    (0..rings.num_vertices())
-        .into_par_iter()
-        .with_min_len(1 << 11)
-        .map(unit)
-        .collect()
+    parallel::filled(graph.num_rows(), unit)
 }
 
 /// The least power of two that is not below a positive number; the number itself where it is so

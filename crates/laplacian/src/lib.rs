@@ -16,11 +16,15 @@
 //! Source: Au, Tai, Fu, Liu, "Mesh Editing with Curvature Flow Laplacian Operator", 2005.
 
 mod exact;
+mod fans;
+mod graph;
 mod operator;
 mod rings;
 mod scheme;
 mod schemes;
 
+pub use fans::{FanSums, Fans};
+pub use graph::{Graph, RowId};
 pub use operator::{Operator, apply_weights};
 pub use rings::OneRings;
 pub use scheme::{LaplacianScheme, SchemeError, Symmetry};

@@ -5,30 +5,29 @@ use std::sync::Arc;
 
 use cotan_geometry::{Positions, Scalar, Surface, scalar};
 use cotan_halfedge::{HalfedgeMap, VertexMap};
+use cotan_parallel::{self as parallel, Chunks};
 use nalgebra::Vector3;
 use nalgebra_sparse::CsrMatrix;
-use rayon::prelude::*;
 
 use crate::exact::{exact_units, round_to, round_to_exact_sums};
+use crate::graph::Graph;
 use crate::rings::OneRings;
 use crate::scheme::{LaplacianScheme, SchemeError, Symmetry};
 
-/// The weights that a scheme chose on one surface, ready to be applied and factorized.
+/// Weights on a graph, ready to be applied and factorized: those that a scheme chose on a surface,
+/// with a row per vertex, or any others.
 ///
 /// The weights are rounded (by at most a few units in the last place of the largest weight
-/// nearby) so that every sum of weights around a vertex is *exact*: the rows of
+/// nearby) so that every sum of weights of a row is *exact*: the rows of
 /// [`Operator::matrix`] sum to zero exactly, whatever the order of the summation, and a constant
 /// is in its null space without an error.
 #[derive(Clone, Debug)]
 pub struct Operator<T: Scalar> {
-    rings: Arc<OneRings>,
-    /// In double precision whatever T is: beside the huge weight of one needle those of its
-    /// neighbours would lose their digits.
-    weights: HalfedgeMap<f64>,
-    /// The same weights in the order of the rings, for sums that run every iteration.
-    rows: Vec<f64>,
+    graph: Arc<Graph>,
+    /// Row after row. In double precision whatever T is: beside the huge weight of one needle
+    /// those of its neighbours would lose their digits.
+    weights: Vec<f64>,
     symmetry: Symmetry,
-    cotangent_floor: Option<f64>,
     number: PhantomData<fn(T) -> T>,
 }
 
@@ -41,8 +40,7 @@ impl<T: Scalar> Operator<T> {
         scheme: &S,
         surface: &Surface<'_, T>,
     ) -> Result<Self, SchemeError> {
-        let rings = Arc::new(OneRings::new(surface.mesh()));
-        Self::assemble_on(rings, scheme, surface)
+        Self::assemble_on(&OneRings::new(surface.mesh()), scheme, surface)
     }
 
     /// As [`Self::assemble`], with the one-rings of the mesh already at hand.
@@ -50,7 +48,7 @@ impl<T: Scalar> Operator<T> {
     /// # Errors
     /// As [`Self::assemble`].
     pub fn assemble_on<S: LaplacianScheme<T> + ?Sized>(
-        rings: Arc<OneRings>,
+        rings: &OneRings,
         scheme: &S,
         surface: &Surface<'_, T>,
     ) -> Result<Self, SchemeError> {
@@ -60,42 +58,52 @@ impl<T: Scalar> Operator<T> {
         if scheme.symmetry() == Symmetry::Symmetric {
             check_symmetry(scheme, surface, &chosen)?;
         }
-        let mut weights = chosen.map(|w| w.as_f64());
-        // A weight whose row sum overflows comes out as not finite too.
-        round_to_exact_sums(&rings, mesh, &mut weights);
-        if let Some((h, _)) = weights.iter().find(|(_, w)| !w.is_finite()) {
-            return Err(SchemeError::NonFiniteWeight {
+        let weights = rings.halfedges().iter().map(|&h| chosen[h].as_f64());
+        Self::new(rings.graph().clone(), weights.collect(), scheme.symmetry()).map_err(|k| {
+            let h = rings.halfedges()[k];
+            SchemeError::NonFiniteWeight {
                 scheme: scheme.name().into(),
                 vertices: [mesh.origin(h), mesh.target(h)],
-            });
-        }
-        let rows = rings.halfedges().iter().map(|&h| weights[h]).collect();
-        Ok(Self {
-            rings,
-            weights,
-            rows,
-            symmetry: scheme.symmetry(),
-            cotangent_floor: scheme.cotangent_floor(),
-            number: PhantomData,
+            }
         })
     }
 
-    /// The weight w_ij of every halfedge i→j.
-    pub fn weights(&self) -> &HalfedgeMap<f64> {
-        &self.weights
+    /// The operator with these weights, row after row, on any graph.
+    ///
+    /// # Errors
+    /// The place of a weight that is not finite, or whose row has no finite sum.
+    ///
+    /// # Panics
+    /// If there is not one weight per entry of the graph.
+    pub fn new(
+        graph: Arc<Graph>,
+        mut weights: Vec<f64>,
+        symmetry: Symmetry,
+    ) -> Result<Self, usize> {
+        assert_eq!(weights.len(), graph.num_entries(), "one weight per entry");
+        // A weight whose row sum overflows comes out as not finite too.
+        round_to_exact_sums(&graph, &mut weights);
+        match weights.iter().position(|w| !w.is_finite()) {
+            Some(place) => Err(place),
+            None => Ok(Self {
+                graph,
+                weights,
+                symmetry,
+                number: PhantomData,
+            }),
+        }
     }
 
-    /// The weights row after row: entry k belongs to the halfedge at place k of
-    /// [`OneRings::halfedges`].
+    /// The weights w_ij row after row, in the order of [`Graph::neighbours`].
     #[inline]
-    pub fn row_weights(&self) -> &[f64] {
-        &self.rows
+    pub fn weights(&self) -> &[f64] {
+        &self.weights
     }
 
     /// The sparsity pattern.
     #[inline]
-    pub fn rings(&self) -> &Arc<OneRings> {
-        &self.rings
+    pub fn graph(&self) -> &Arc<Graph> {
+        &self.graph
     }
 
     /// Whether w_ij = w_ji for every edge.
@@ -103,48 +111,37 @@ impl<T: Scalar> Operator<T> {
         self.symmetry
     }
 
-    /// [`LaplacianScheme::cotangent_floor`] of the scheme that chose the weights.
-    pub fn cotangent_floor(&self) -> Option<f64> {
-        self.cotangent_floor
+    /// Number of unknowns: of rows and of columns.
+    pub fn num_rows(&self) -> usize {
+        self.graph.num_rows()
     }
 
-    /// Number of vertices: of rows and of columns.
-    pub fn num_vertices(&self) -> usize {
-        self.rings.num_vertices()
-    }
-
-    /// Mean over the vertices of |Σ_j w_ij|: the size of the diagonal, to which the weights of
+    /// Mean over the rows of |Σ_j w_ij|: the size of the diagonal, to which the weights of
     /// soft handles are relative.
     pub fn mean_diagonal(&self) -> f64 {
-        let n = self.num_vertices();
-        let row_sum = |i| self.rows[self.rings.range(i)].iter().sum::<f64>();
+        let n = self.num_rows();
+        let row_sum = |i| self.weights[self.graph.range(i)].iter().sum::<f64>();
         let sums = (0..n).map(|i| row_sum(i).abs());
         sums.sum::<f64>() / n.max(1) as f64
     }
 
-    /// ℓ_i = Σ_j w_ij (v_j − v_i) of every vertex. Exactly zero where all v are equal.
+    /// ℓ_i = Σ_j w_ij (v_j − v_i) of every row. Exactly zero where all v are equal.
     ///
     /// # Panics
     /// If `positions` or `out` has not one entry a vertex.
     pub fn apply(&self, positions: &Positions<T>, out: &mut VertexMap<Vector3<T>>) {
-        assert_eq!(
-            positions.len(),
-            self.num_vertices(),
-            "one position a vertex"
-        );
+        assert_eq!(positions.len(), self.num_rows(), "one position a vertex");
         assert_eq!(
             out.len(),
-            self.num_vertices(),
+            self.num_rows(),
             "one Laplacian coordinate a vertex"
         );
-        out.as_mut_slice()
-            .par_iter_mut()
-            .enumerate()
-            .with_min_len(1 << 11)
-            .for_each(|(i, ell)| *ell = self.apply_at(positions, i).map(T::of_f64));
+        parallel::fill(out.as_mut_slice(), |i| {
+            self.apply_at(positions, i).map(T::of_f64)
+        });
     }
 
-    /// ℓ of vertex number `i`, in double precision.
+    /// ℓ of row `i`, in double precision.
     ///
     /// # Panics
     /// If there is no such vertex, or fewer positions than vertices.
@@ -152,10 +149,10 @@ impl<T: Scalar> Operator<T> {
     pub fn apply_at(&self, positions: &Positions<T>, i: usize) -> Vector3<f64> {
         let x = positions.as_slice();
         let mut sum = Vector3::zeros();
-        let row = self.rings.range(i);
-        for (j, w) in self.rings.neighbours()[row.clone()]
+        let row = self.graph.range(i);
+        for (j, w) in self.graph.neighbours()[row.clone()]
             .iter()
-            .zip(&self.rows[row])
+            .zip(&self.weights[row])
         {
             sum += (x[j.index()] - x[i]).map(T::as_f64) * *w;
         }
@@ -172,25 +169,22 @@ impl<T: Scalar> Operator<T> {
     /// Never: the pattern is sorted and within bounds by construction.
     pub fn matrix(&self) -> CsrMatrix<T> {
         /// Rows that one task fills.
-        const CHUNK: usize = 2048;
-        let n = self.num_vertices();
+        const CHUNKS: Chunks = Chunks::of(2048);
+        let n = self.num_rows();
         // Rounded once more where T is coarser than f64; nothing changes where it is not.
-        let weights = self.weights.map(|w| T::of_f64(*w));
-        let units = exact_units(&self.rings, &weights);
-        let blocks: Vec<(Vec<usize>, Vec<T>)> = (0..n.div_ceil(CHUNK))
-            .into_par_iter()
-            .map(|block| {
-                let (mut columns, mut values) = (Vec::new(), Vec::new());
-                for i in block * CHUNK..n.min((block + 1) * CHUNK) {
-                    self.push_row(i, &weights, &units, &mut columns, &mut values);
-                }
-                (columns, values)
-            })
-            .collect();
+        let weights: Vec<T> = self.weights.iter().map(|w| T::of_f64(*w)).collect();
+        let units = exact_units(&self.graph, &weights);
+        let blocks = CHUNKS.map(0..n, |_, rows| {
+            let (mut columns, mut values) = (Vec::new(), Vec::new());
+            for i in rows {
+                self.push_row(i, &weights, &units, &mut columns, &mut values);
+            }
+            (columns, values)
+        });
         let mut offsets = Vec::with_capacity(n + 1);
         offsets.push(0);
         // Every row has a diagonal entry beside its ring.
-        offsets.extend((0..n).map(|i| self.rings.range(i).end + i + 1));
+        offsets.extend((0..n).map(|i| self.graph.range(i).end + i + 1));
         let mut columns = Vec::with_capacity(weights.len() + n);
         let mut values = Vec::with_capacity(weights.len() + n);
         for (block_columns, block_values) in blocks {
@@ -205,20 +199,20 @@ impl<T: Scalar> Operator<T> {
     fn push_row(
         &self,
         i: usize,
-        weights: &HalfedgeMap<T>,
+        weights: &[T],
         units: &[T],
         columns: &mut Vec<usize>,
         values: &mut Vec<T>,
     ) {
         let start = columns.len();
-        let place = self.rings.ring(i).filter(|(j, _)| j.index() < i).count();
+        let place = self.graph.row(i).filter(|(j, _)| j.index() < i).count();
         let mut sum = T::zero();
-        for (k, (j, h)) in self.rings.ring(i).enumerate() {
+        for (k, (j, at)) in self.graph.row(i).enumerate() {
             if k == place {
                 columns.push(i);
                 values.push(T::zero());
             }
-            let weight = round_to(weights[h], units[i].max(units[j.index()]));
+            let weight = round_to(weights[at], units[i].max(units[j.index()]));
             sum += weight;
             columns.push(j.index());
             values.push(-weight);
@@ -284,17 +278,13 @@ pub fn apply_weights<T: Scalar>(
         "one weight a halfedge"
     );
     let positions = positions.as_slice();
-    out.as_mut_slice()
-        .par_iter_mut()
-        .enumerate()
-        .with_min_len(1 << 11)
-        .for_each(|(i, ell)| {
-            let mut sum = Vector3::zeros();
-            for (j, h) in rings.ring(i) {
-                sum += (positions[j.index()] - positions[i]) * weights[h];
-            }
-            *ell = sum;
-        });
+    parallel::fill(out.as_mut_slice(), |i| {
+        let mut sum = Vector3::zeros();
+        for (j, h) in rings.ring(i) {
+            sum += (positions[j.index()] - positions[i]) * weights[h];
+        }
+        sum
+    });
 }
 
 #[cfg(test)]
@@ -347,10 +337,12 @@ mod tests {
                     HalfedgeMap::filled(surface.mesh().num_halfedges(), 0.0);
                 scheme.weights(&surface, &mut weights)?;
                 let largest = weights.values().fold(0.0f64, |m, w| m.max(w.abs()));
-                for (h, w) in operator.weights().iter() {
-                    prop_assert!((w - weights[h]).abs() <= 1e-13 * largest);
+                let rings = OneRings::new(surface.mesh());
+                for (k, w) in operator.weights().iter().enumerate() {
+                    prop_assert!((w - weights[rings.halfedges()[k]]).abs() <= 1e-13 * largest);
                     if operator.symmetry() == Symmetry::Symmetric {
-                        prop_assert_eq!(*w, operator.weights()[h.twin()]);
+                        let back = operator.graph().reverse()[k] as usize;
+                        prop_assert_eq!(*w, operator.weights()[back]);
                     }
                 }
             }
@@ -364,7 +356,7 @@ mod tests {
             for scheme in schemes() {
                 let before = Operator::assemble(&*scheme, &shape.surface())?;
                 let after = Operator::assemble(&*scheme, &shape.surface().with_positions(&moved))?;
-                for (a, b) in before.weights().values().zip(after.weights().values()) {
+                for (a, b) in before.weights().iter().zip(after.weights()) {
                     prop_assert!((a - b).abs() <= 1e-6 * (1.0 + a.abs()));
                 }
             }
@@ -387,8 +379,8 @@ mod tests {
         )
         .unwrap();
         let single = Operator::assemble(&Cotangent::default(), &shape.surface()).unwrap();
-        assert!(exact.weights().values().any(|w| *w > 1e3));
-        for (a, b) in exact.weights().values().zip(single.weights().values()) {
+        assert!(exact.weights().iter().any(|w| *w > 1e3));
+        for (a, b) in exact.weights().iter().zip(single.weights()) {
             // What single precision loses is lost in the positions, not in the rounding.
             assert!((a - b).abs() <= 2e-2 * a.abs().max(1.0), "{a} {b}");
         }
@@ -412,6 +404,44 @@ mod tests {
         let shape = cotan_geometry::shapes::icosphere::<f64>(1);
         let error = Operator::assemble(&Lopsided, &shape.surface()).unwrap_err();
         assert!(error.to_string().contains("Symmetry::General"), "{error}");
+    }
+
+    /// Two spheres and one pair more, which is no edge of theirs: rows need not come of a mesh.
+    #[test]
+    fn a_graph_may_have_pairs_that_are_no_edges() {
+        let shape = cotan_geometry::shapes::icosphere::<f64>(1);
+        let n = shape.positions.len();
+        let one = Operator::assemble(&Cotangent::default(), &shape.surface()).unwrap();
+        let mut pairs = Vec::new();
+        for i in 0..n {
+            for (j, _) in one.graph().row(i) {
+                let shifted = |row: usize| crate::RowId::new(row + n);
+                pairs.push([crate::RowId::new(i), j]);
+                pairs.push([shifted(i), shifted(j.index())]);
+            }
+        }
+        pairs.push([crate::RowId::new(3), crate::RowId::new(n + 5)]);
+        let graph = Arc::new(Graph::from_pairs(2 * n, &pairs));
+        let mut weights = vec![0.5; graph.num_entries()];
+        for i in 0..n {
+            for (j, k) in graph.row(i).filter(|(j, _)| j.index() < n) {
+                let place = one.graph().row(i).find(|(of_one, _)| *of_one == j);
+                weights[k] = one.weights()[place.unwrap().1];
+            }
+        }
+        let operator = Operator::<f64>::new(graph, weights, Symmetry::Symmetric).unwrap();
+        let x: Positions<f64> = shape
+            .positions
+            .values()
+            .chain(shape.positions.values())
+            .copied()
+            .collect();
+        let ell = operator.apply_at(&x, 3);
+        let alone = one.apply_at(&shape.positions, 3);
+        let further = (x.as_slice()[n + 5] - x.as_slice()[3]) * 0.5;
+        assert!((ell - alone - further).norm() < 1e-14);
+        let sums = &operator.matrix() * &DVector::from_element(2 * n, 1.0);
+        assert!(sums.iter().all(|sum| *sum == 0.0));
     }
 
     #[test]

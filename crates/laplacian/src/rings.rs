@@ -1,15 +1,19 @@
-//! The one-rings of all vertices, flattened: the sparsity pattern of every operator.
+//! The one-rings of all vertices, flattened: the graph of every operator that a scheme weighs.
 
-use cotan_halfedge::{HalfedgeId, HalfedgeMesh, VertexId};
+use std::sync::Arc;
 
-/// Neighbours of every vertex in ascending order, with the halfedge that leads to each.
+use cotan_halfedge::{HalfedgeId, HalfedgeMap, HalfedgeMesh, VertexId};
+
+use crate::graph::{Graph, RowId};
+
+/// Neighbours of every vertex in ascending order, with the halfedge that leads to each: the graph
+/// of a mesh, and what belongs to its entries.
 ///
-/// Row `i` is `offsets[i]..offsets[i + 1]` of the two other arrays. It is built once a mesh and
-/// replaces the walk around a vertex in everything that runs every iteration.
+/// It is built once a mesh and replaces the walk around a vertex in everything that runs every
+/// iteration.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct OneRings {
-    offsets: Vec<u32>,
-    neighbours: Vec<VertexId>,
+    graph: Arc<Graph>,
     halfedges: Vec<HalfedgeId>,
 }
 
@@ -24,54 +28,66 @@ impl OneRings {
         for i in 0..n {
             offsets[i + 1] += offsets[i];
         }
-        // Whoever comes in ascending order to the rings of all its neighbours leaves them sorted.
+        // A vertex that comes in ascending order to the rings of all its neighbours leaves them
+        // sorted.
         let mut ends = offsets.clone();
-        let mut neighbours = vec![VertexId::new(0); mesh.num_halfedges()];
+        let mut neighbours = vec![RowId::new(0); mesh.num_halfedges()];
         let mut halfedges = vec![HalfedgeId::new(0); mesh.num_halfedges()];
         for vertex in mesh.vertices() {
             for h in mesh.outgoing_halfedges(vertex) {
                 let end = &mut ends[mesh.target(h).index()];
-                neighbours[*end as usize] = vertex;
+                neighbours[*end as usize] = vertex.into();
                 halfedges[*end as usize] = h.twin();
                 *end += 1;
             }
         }
         Self {
-            offsets,
-            neighbours,
+            graph: Arc::new(Graph::from_rows(offsets, neighbours)),
             halfedges,
         }
     }
 
+    /// The same without the mesh: a row per vertex.
+    pub fn graph(&self) -> &Arc<Graph> {
+        &self.graph
+    }
+
     /// Number of vertices.
     pub fn num_vertices(&self) -> usize {
-        self.offsets.len() - 1
+        self.graph.num_rows()
     }
 
     /// Neighbours of vertex number `i`, ascending, with the halfedges that lead there.
     #[inline]
     pub fn ring(&self, i: usize) -> impl ExactSizeIterator<Item = (VertexId, HalfedgeId)> + '_ {
-        let range = self.range(i);
-        self.neighbours[range.clone()]
-            .iter()
-            .copied()
-            .zip(self.halfedges[range].iter().copied())
+        let row = self.graph.row(i);
+        row.map(|(j, k)| (VertexId::new(j.index()), self.halfedges[k]))
     }
 
-    /// Where row `i` lies in [`Self::neighbours`] and [`Self::halfedges`].
-    #[inline(always)]
-    pub fn range(&self, i: usize) -> std::ops::Range<usize> {
-        self.offsets[i] as usize..self.offsets[i + 1] as usize
-    }
-
-    /// The neighbours of all vertices, row after row.
-    #[inline(always)]
-    pub fn neighbours(&self) -> &[VertexId] {
-        &self.neighbours
-    }
-
-    /// The halfedges to the neighbours of all vertices, row after row.
+    /// The halfedges to the neighbours of all vertices, row after row: one per entry of the graph.
+    #[inline]
     pub fn halfedges(&self) -> &[HalfedgeId] {
         &self.halfedges
+    }
+
+    /// What is given row after row, by halfedge.
+    ///
+    /// # Panics
+    /// If there is not one value per entry.
+    pub fn by_halfedge<A: Clone + Default>(&self, rows: &[A]) -> HalfedgeMap<A> {
+        assert_eq!(rows.len(), self.halfedges.len(), "one value per entry");
+        let mut out = HalfedgeMap::filled(rows.len(), A::default());
+        for (h, value) in self.halfedges.iter().zip(rows) {
+            out[*h] = value.clone();
+        }
+        out
+    }
+
+    /// What is given by halfedge, row after row.
+    pub fn by_row<A: Clone>(&self, halfedges: &HalfedgeMap<A>) -> Vec<A> {
+        self.halfedges
+            .iter()
+            .map(|&h| halfedges[h].clone())
+            .collect()
     }
 }

@@ -1,8 +1,14 @@
 //! The trait that chooses weights.
 
+use std::sync::Arc;
+
 use cotan_geometry::{Scalar, Surface};
-use cotan_halfedge::{HalfedgeMap, VertexId};
+use cotan_halfedge::{HalfedgeMap, VertexId, VertexMap};
+use nalgebra::Vector3;
 use thiserror::Error;
+
+use crate::fans::{FanSums, Fans};
+use crate::operator::apply_weights;
 
 /// Whether w_ij = w_ji for every edge, which decides what factorization can serve.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -38,7 +44,7 @@ pub enum SchemeError {
 /// Chooses the weights w_ij of ℓ_i = Σ_j w_ij (v_j − v_i): what of a shape counts as its
 /// *parameterization* (paper, section 3.1).
 ///
-/// The trait is dyn-compatible and forwarded through `&S` and `Box<S>`.
+/// The trait is dyn-compatible and forwarded through `&S`, `&mut S`, `Box<S>` and `Arc<S>`.
 ///
 /// ```
 /// use cotan_geometry::{Scalar, Surface, scalar};
@@ -82,10 +88,32 @@ pub trait LaplacianScheme<T: Scalar>: Send + Sync {
     /// Whether w_ij = w_ji for every edge.
     fn symmetry(&self) -> Symmetry;
 
-    /// The floor of [`crate::Cotangent`] if the weights are plainly its: then sums over a ring can be
-    /// taken triangle by triangle, without weights.
-    fn cotangent_floor(&self) -> Option<f64> {
-        None
+    /// Measures a surface with its own weights: ℓ_i = Σ_j w_ij (v_j − v_i), and the sums of areas
+    /// around every vertex. `weights` is room that may be used.
+    ///
+    /// Provided: it asks for the weights and applies them. A scheme whose sums can be taken
+    /// without writing the weights down, as those of [`crate::Cotangent`] can, may do so.
+    ///
+    /// **Shapes**: `laplacian` has one entry per vertex; all entries are overwritten.
+    ///
+    /// # Errors
+    /// As [`Self::weights`].
+    fn measure(
+        &self,
+        surface: &Surface<'_, T>,
+        fans: &Fans,
+        weights: &mut HalfedgeMap<T>,
+        laplacian: &mut VertexMap<Vector3<T>>,
+        sums: &mut FanSums<T>,
+    ) -> Result<(), SchemeError> {
+        let num_halfedges = surface.mesh().num_halfedges();
+        if weights.len() != num_halfedges {
+            *weights = HalfedgeMap::filled(num_halfedges, T::zero());
+        }
+        self.weights(surface, weights)?;
+        apply_weights(fans.rings(), weights, surface.positions(), laplacian);
+        fans.areas(surface.positions(), sums);
+        Ok(())
     }
 
     /// A name for messages.
@@ -109,8 +137,15 @@ macro_rules! forward {
                 (**self).symmetry()
             }
 
-            fn cotangent_floor(&self) -> Option<f64> {
-                (**self).cotangent_floor()
+            fn measure(
+                &self,
+                surface: &Surface<'_, T>,
+                fans: &Fans,
+                weights: &mut HalfedgeMap<T>,
+                laplacian: &mut VertexMap<Vector3<T>>,
+                sums: &mut FanSums<T>,
+            ) -> Result<(), SchemeError> {
+                (**self).measure(surface, fans, weights, laplacian, sums)
             }
 
             fn name(&self) -> &str {
@@ -121,4 +156,6 @@ macro_rules! forward {
 }
 
 forward!(&S);
+forward!(&mut S);
 forward!(Box<S>);
+forward!(Arc<S>);

@@ -1,9 +1,11 @@
 //! The built-in schemes: plain values.
 
 use cotan_geometry::{Scalar, Surface, opposite_cotangents_with_floor_into, scalar};
-use cotan_halfedge::{EdgeId, HalfedgeMap};
-use rayon::prelude::*;
+use cotan_halfedge::{EdgeId, HalfedgeMap, VertexMap};
+use nalgebra::Vector3;
 
+use crate::exact::update_edges;
+use crate::fans::{FanSums, Fans};
 use crate::scheme::{LaplacianScheme, SchemeError, Symmetry};
 
 /// w_ij = cot α_ij + cot β_ij, the curvature-flow weights (paper, equation 6; no ½).
@@ -93,8 +95,17 @@ impl<T: Scalar> LaplacianScheme<T> for Cotangent {
         Symmetry::Symmetric
     }
 
-    fn cotangent_floor(&self) -> Option<f64> {
-        Some(self.area_floor)
+    fn measure(
+        &self,
+        surface: &Surface<'_, T>,
+        fans: &Fans,
+        _weights: &mut HalfedgeMap<T>,
+        laplacian: &mut VertexMap<Vector3<T>>,
+        sums: &mut FanSums<T>,
+    ) -> Result<(), SchemeError> {
+        let floor = scalar(self.area_floor);
+        fans.areas_and_cotangent_laplacian(surface.positions(), floor, laplacian, sums);
+        Ok(())
     }
 
     fn name(&self) -> &str {
@@ -201,11 +212,7 @@ impl<T: Scalar> LaplacianScheme<T> for EdgeLength {
 
 /// Fills both halves of every edge with the same value, in parallel.
 fn per_edge<T: Scalar>(out: &mut HalfedgeMap<T>, weight: impl Fn(EdgeId) -> T + Sync) {
-    out.as_mut_slice()
-        .par_chunks_exact_mut(2)
-        .enumerate()
-        .with_min_len(1 << 12)
-        .for_each(|(edge, pair)| pair.fill(weight(EdgeId::new(edge))));
+    update_edges(out, |edge, pair| pair.fill(weight(edge)));
 }
 
 /// Replaces the two values of every edge by one that is made of both.

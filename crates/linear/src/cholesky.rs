@@ -3,8 +3,8 @@
 use std::collections::TryReserveError;
 use std::sync::Arc;
 
+use cotan_parallel as parallel;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 use crate::csr::Csr;
 use crate::error::LinearError;
@@ -181,11 +181,7 @@ impl Cholesky {
             *wanted = *x;
         }
         factor.solve(x, buffers);
-        residual
-            .par_iter_mut()
-            .enumerate()
-            .with_min_len(1 << 11)
-            .for_each(|(i, r)| *r = wanted[i] - matrix.product(i, x));
+        parallel::fill(residual, |i| wanted[i] - matrix.product(i, x));
         factor.solve(residual, buffers);
         for (i, (x, r)) in x.iter_mut().zip(&*residual).enumerate() {
             *x = after(i, *x + r);

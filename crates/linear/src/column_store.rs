@@ -1,7 +1,7 @@
 //! The columns of M⁺ at the handles, stored to be streamed.
 
+use cotan_parallel::Chunks;
 use nalgebra::{Matrix3, Vector3};
-use rayon::prelude::*;
 
 /// Columns that one solve gives.
 pub(crate) const LANES: usize = 3;
@@ -96,9 +96,8 @@ impl ColumnStore {
         shift: impl Fn(usize) -> Vector3<f64> + Sync,
     ) {
         /// Vertices whose sums stay in the first-level cache while the blocks pass.
-        const CHUNK: usize = 512;
-        x.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, x)| {
-            let start = chunk * CHUNK;
+        const CHUNKS: Chunks = Chunks::of(512);
+        CHUNKS.for_each(x, |start, x| {
             for (k, x) in x.iter_mut().enumerate() {
                 *x += shift(start + k);
             }

@@ -19,6 +19,7 @@ use cotan_halfedge::VertexId;
 use nalgebra::{DMatrix, Vector3};
 
 use crate::column_store::{ColumnStore, LANES, Slot};
+use crate::defect::Defect;
 use crate::error::LinearError;
 use crate::handles::{Handle, Hold};
 use crate::multipliers::Multipliers;
@@ -95,25 +96,9 @@ impl Columns {
             .filter(|&vertex| self.slot(vertex).is_none())
             .collect();
         missing.sort_unstable();
-        let mut added = Vec::with_capacity(missing.len());
         let n = problem.num_vertices();
-        let (mut work, mut number) = (Vec::new(), Vec::new());
-        for vertices in missing.chunks(LANES) {
-            if let [vertex] = *vertices {
-                number.resize(n, 0.0);
-                self.inverse.column(vertex.index(), &mut number);
-                added.push((vertex, self.store.insert_one(&number)));
-                continue;
-            }
-            work.resize(n, Vector3::zeros());
-            let rows: Vec<usize> = vertices.iter().map(|v| v.index()).collect();
-            self.inverse.columns(&rows, &mut work);
-            let slots = self.store.insert(&work, vertices.len());
-            added.extend(vertices.iter().copied().zip(slots));
-        }
-        self.slots.extend(added);
-        self.slots.sort_unstable_by_key(|(vertex, _)| *vertex);
-        match self.hold(problem, held) {
+        let solved = self.add_columns(&missing, n);
+        match solved.and_then(|()| self.hold(problem, held)) {
             Ok(holding) => {
                 self.holding = holding;
                 let mut is_held = vec![false; problem.num_vertices()];
@@ -128,20 +113,45 @@ impl Columns {
         }
     }
 
-    /// The correction. `tension` comes with μ.
+    /// Solves for the columns of some vertices, as many of them as succeed.
+    fn add_columns(&mut self, vertices: &[VertexId], n: usize) -> Result<(), LinearError> {
+        let (mut work, mut number) = (Vec::new(), Vec::new());
+        for vertices in vertices.chunks(LANES) {
+            if let [vertex] = *vertices {
+                number.resize(n, 0.0);
+                self.inverse.column(vertex.index(), &mut number)?;
+                self.slots.push((vertex, self.store.insert_one(&number)));
+                continue;
+            }
+            work.resize(n, Vector3::zeros());
+            let rows: Vec<usize> = vertices.iter().map(|v| v.index()).collect();
+            self.inverse.columns(&rows, &mut work)?;
+            let slots = self.store.insert(&work, vertices.len());
+            self.slots.extend(vertices.iter().copied().zip(slots));
+        }
+        self.slots.sort_unstable_by_key(|(vertex, _)| *vertex);
+        Ok(())
+    }
+
+    /// The correction.
     pub(crate) fn correct(
         &mut self,
-        mismatch: &[Vector3<f64>],
-        tension: Option<(f64, &[Vector3<f64>])>,
-        pull: &[Vector3<f64>],
+        defect: &Defect<'_>,
         problem: &Problem,
         correction: &mut [Vector3<f64>],
-    ) {
-        self.inverse.free_correction(mismatch, tension, correction);
+    ) -> Result<(), LinearError> {
+        let tension = defect
+            .tension
+            .map(|t| (problem.membrane_weight(), t.as_slice()));
+        let mismatch = defect.laplacian.as_slice();
+        self.inverse
+            .free_correction(mismatch, tension, correction)?;
         let Self { store, holding, .. } = self;
         let wanted = |handle: &Handle| match handle.hold {
             Hold::Hard => Vector3::zeros(),
-            Hold::Soft(_) => pull[handle.vertex.index()],
+            Hold::Soft(_) => defect
+                .pull
+                .map_or_else(Vector3::zeros, |pull| pull[handle.vertex]),
         };
         let Holding {
             pulling,
@@ -171,6 +181,7 @@ impl Columns {
                 correction[handle.vertex.index()] = Vector3::zeros();
             }
         }
+        Ok(())
     }
 
     fn slot(&self, vertex: VertexId) -> Option<Slot> {

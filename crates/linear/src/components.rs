@@ -1,8 +1,8 @@
 //! The connected components, and sums over them.
 
-use cotan_laplacian::OneRings;
+use cotan_laplacian::Graph;
+use cotan_parallel::Chunks;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 /// Which vertices hang together.
 pub(crate) struct Components {
@@ -17,11 +17,11 @@ pub(crate) struct Components {
 }
 
 impl Components {
-    pub(crate) fn new(rings: &OneRings) -> Self {
+    pub(crate) fn new(graph: &Graph) -> Self {
         const UNSEEN: u32 = u32::MAX;
         /// Vertices of a partial sum. Fixed, so that sums do not depend on the number of threads.
         const CHUNK: usize = 4096;
-        let n = rings.num_vertices();
+        let n = graph.num_rows();
         let mut labels = vec![UNSEEN; n];
         let (mut stack, mut sizes) = (Vec::new(), Vec::new());
         for start in 0..n {
@@ -33,7 +33,7 @@ impl Components {
             labels[start] = label;
             stack.push(start);
             while let Some(i) = stack.pop() {
-                for (j, _) in rings.ring(i) {
+                for (j, _) in graph.row(i) {
                     if labels[j.index()] == UNSEEN {
                         labels[j.index()] = label;
                         size += 1;
@@ -105,15 +105,12 @@ impl Components {
         partial: &mut [Vector3<f64>],
         out: &mut [Vector3<f64>],
     ) {
-        partial
-            .par_iter_mut()
-            .zip(&self.chunks)
-            .for_each(|(sum, (_, range))| {
-                *sum = self.members[range.clone()]
-                    .iter()
-                    .map(|&i| term(i as usize))
-                    .sum();
-            });
+        // One stretch a task: a chunk of stretches would be a whole mesh.
+        const EACH: Chunks = Chunks::of(1);
+        EACH.update((&mut *partial, &self.chunks[..]), |_, (sum, (_, range))| {
+            let members = self.members[range.clone()].iter();
+            *sum = members.map(|&i| term(i as usize)).sum();
+        });
         out.fill(Vector3::zeros());
         for (sum, (component, _)) in partial.iter().zip(&self.chunks) {
             out[*component] += sum;

@@ -1,7 +1,7 @@
 //! Sparse matrices by rows.
 
+use cotan_parallel::{self as parallel, Chunks};
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 use crate::lower::LowerTriangle;
 
@@ -11,8 +11,6 @@ pub(crate) struct Csr {
     pub(crate) columns: Vec<u32>,
     pub(crate) values: Vec<f64>,
 }
-
-const CHUNK: usize = 2048;
 
 impl Csr {
     /// Both triangles of a symmetric matrix.
@@ -93,10 +91,7 @@ impl Csr {
 
     /// out = A x.
     pub(crate) fn multiply(&self, x: &[Vector3<f64>], out: &mut [Vector3<f64>]) {
-        out.par_iter_mut()
-            .enumerate()
-            .with_min_len(CHUNK)
-            .for_each(|(i, out)| *out = self.product(i, x));
+        parallel::fill(out, |i| self.product(i, x));
     }
 
     pub(crate) fn transpose(&self, num_columns: usize) -> Self {
@@ -126,32 +121,30 @@ impl Csr {
 
     /// A B, row by row in parallel.
     pub(crate) fn times(&self, other: &Self, num_columns: usize) -> Self {
-        let rows: Vec<usize> = (0..self.num_rows()).collect();
-        let blocks: Vec<(Vec<usize>, Vec<u32>, Vec<f64>)> = rows
-            .par_chunks(1 << 15)
-            .map(|rows| {
-                // Where in the row at hand each column stands: at least `begin` if it is there.
-                let mut places = vec![usize::MAX; num_columns];
-                let (mut ends, mut columns, mut values) = (Vec::new(), Vec::new(), Vec::new());
-                for &i in rows {
-                    let begin = columns.len();
-                    for (k, a) in self.row(i) {
-                        for (j, b) in other.row(k) {
-                            let place = places[j];
-                            if place != usize::MAX && place >= begin {
-                                values[place] += a * b;
-                            } else {
-                                places[j] = columns.len();
-                                columns.push(j as u32);
-                                values.push(a * b);
-                            }
+        // Few chunks: each takes a list of all columns.
+        const CHUNKS: Chunks = Chunks::of(1 << 15);
+        let blocks = CHUNKS.map(0..self.num_rows(), |_, rows| {
+            // Where in the row at hand each column stands: at least `begin` if it is there.
+            let mut places = vec![usize::MAX; num_columns];
+            let (mut ends, mut columns, mut values) = (Vec::new(), Vec::new(), Vec::new());
+            for i in rows {
+                let begin = columns.len();
+                for (k, a) in self.row(i) {
+                    for (j, b) in other.row(k) {
+                        let place = places[j];
+                        if place != usize::MAX && place >= begin {
+                            values[place] += a * b;
+                        } else {
+                            places[j] = columns.len();
+                            columns.push(j as u32);
+                            values.push(a * b);
                         }
                     }
-                    ends.push(columns.len());
                 }
-                (ends, columns, values)
-            })
-            .collect();
+                ends.push(columns.len());
+            }
+            (ends, columns, values)
+        });
         let mut product = Self {
             offsets: vec![0],
             columns: Vec::new(),

@@ -71,6 +71,16 @@ pub enum LinearError {
         /// Normwise backward error of the check solve.
         residual: f64,
     },
+    /// An iteration that did not reach its tolerance.
+    #[error(
+        "the iteration for {unknowns} unknowns did not converge: a relative residual of {residual:.1e} is left (look for zero-area faces, or take the strategy \"normal\")"
+    )]
+    NotConverged {
+        /// Number of unknowns.
+        unknowns: usize,
+        /// The largest |residual| / |right-hand side| that is left.
+        residual: f64,
+    },
     /// Not enough memory.
     #[error("not enough memory for a system of {unknowns} unknowns ({bytes} bytes for the factor)")]
     OutOfMemory {

@@ -34,6 +34,7 @@ mod columns;
 mod components;
 mod cost;
 mod csr;
+mod defect;
 mod error;
 mod handles;
 mod lower;
@@ -51,6 +52,7 @@ mod stretched;
 mod system;
 mod weights;
 
+pub use defect::Defect;
 pub use error::LinearError;
 pub use handles::{Handle, Hold};
 pub use problem::Membrane;

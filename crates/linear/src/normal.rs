@@ -1,6 +1,7 @@
 //! The normal equations: LᵀL + μK + D on the free vertices, factorized.
 
-use cotan_laplacian::OneRings;
+use cotan_laplacian::Graph;
+use cotan_parallel as parallel;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -49,11 +50,14 @@ impl NormalEquations {
     }
 
     /// δ = (LᵀL + μK + D)⁻¹ r on the free vertices, 0 at hard handles.
-    pub(crate) fn correct(&mut self, residual: &[Vector3<f64>], correction: &mut [Vector3<f64>]) {
-        for (x, &i) in self.unknowns.iter_mut().zip(&self.free) {
-            *x = residual[i];
-        }
-        self.unknowns[self.free.len()..].fill(Vector3::zeros());
+    pub(crate) fn correct(
+        &mut self,
+        residual: impl Fn(usize) -> Vector3<f64> + Sync,
+        correction: &mut [Vector3<f64>],
+    ) {
+        let (unknowns, links) = self.unknowns.split_at_mut(self.free.len());
+        parallel::update((unknowns, &self.free[..]), |_, (x, &i)| *x = residual(i));
+        links.fill(Vector3::zeros());
         self.cholesky.solve(&mut self.unknowns);
         correction.fill(Vector3::zeros());
         for (x, &i) in self.unknowns.iter().zip(&self.free) {
@@ -69,7 +73,7 @@ fn check_product(problem: &Problem, storage: &Storage) -> Result<(), LinearError
     };
     // The blocks of columns and the matrix that they are joined to, then the graph that is ordered.
     let bytes_per_entry = 2 * (size_of::<u32>() + size_of::<f64>()) as u64 + 16;
-    let bound = Stretched::new(&problem.rings).bound_of_product(&problem.rings);
+    let bound = Stretched::new(&problem.graph).bound_of_product(&problem.graph);
     let predicted = bound.saturating_mul(bytes_per_entry);
     if predicted > limit.permitted {
         return Err(LinearError::MemoryLimit {
@@ -93,7 +97,7 @@ fn assemble_free(problem: &Problem) -> (Vec<usize>, LowerTriangle) {
     for (unknown, &i) in free.iter().enumerate() {
         free_index[i] = Some(unknown);
     }
-    let stretched = Stretched::new(&problem.rings);
+    let stretched = Stretched::new(&problem.graph);
     free_index.extend((0..stretched.num_links()).map(|link| Some(free.len() + link)));
     let matrix = assemble(problem, &stretched, &free, &free_index);
     (free, matrix)
@@ -112,7 +116,7 @@ fn assemble(
     free_index: &[Option<usize>],
 ) -> LowerTriangle {
     let Problem {
-        rings,
+        graph,
         weights,
         membrane,
         held,
@@ -126,8 +130,8 @@ fn assemble(
             |column, vertices| {
                 let (mut lengths, mut rows, mut values) = (Vec::new(), Vec::new(), Vec::new());
                 for &i in vertices {
-                    column.gather(rings, weights, stretched, i);
-                    column.add_membrane(rings, weights, i, membrane.as_ref());
+                    column.gather(graph, weights, stretched, i);
+                    column.add_membrane(graph, weights, i, membrane.as_ref());
                     column.values[i] += held.spring(i);
                     column.emit(
                         free_index,
@@ -194,27 +198,27 @@ impl Column {
     }
 
     /// Adds column `i` of LᵀL.
-    fn gather(&mut self, rings: &OneRings, weights: &Weights, stretched: &Stretched, i: usize) {
+    fn gather(&mut self, graph: &Graph, weights: &Weights, stretched: &Stretched, i: usize) {
         if stretched.is_cut(i) {
             for piece in stretched.pieces(weights, i) {
-                self.add_piece(rings, weights, &piece, piece.own);
+                self.add_piece(graph, weights, &piece, piece.own);
             }
         } else {
-            let diagonal = weights.row(rings, i).next().map_or(0.0, |(_, d)| d);
-            for (j, entry) in weights.row(rings, i) {
+            let diagonal = weights.row(graph, i).next().map_or(0.0, |(_, d)| d);
+            for (j, entry) in weights.row(graph, i) {
                 self.add(j, diagonal * entry);
             }
         }
-        for k in rings.range(i) {
-            let row = rings.neighbours()[k].index();
+        for k in graph.range(i) {
+            let row = graph.neighbours()[k].index();
             let entry_in_column = weights.incoming(k);
             if stretched.is_cut(row) {
-                if let Some(piece) = stretched.piece_with(rings, weights, row, i) {
-                    self.add_piece(rings, weights, &piece, entry_in_column);
+                if let Some(piece) = stretched.piece_with(graph, weights, row, i) {
+                    self.add_piece(graph, weights, &piece, entry_in_column);
                 }
                 continue;
             }
-            for (j, entry) in weights.row(rings, row) {
+            for (j, entry) in weights.row(graph, row) {
                 self.add(j, entry_in_column * entry);
             }
         }
@@ -222,36 +226,36 @@ impl Column {
 
     /// Adds a piece of a row, times its weight and its entry in the column at hand. Links come
     /// behind the vertices.
-    fn add_piece(&mut self, rings: &OneRings, weights: &Weights, piece: &Piece<'_>, entry: f64) {
+    fn add_piece(&mut self, graph: &Graph, weights: &Weights, piece: &Piece<'_>, entry: f64) {
         let factor = piece.weight * entry;
-        let num_vertices = rings.num_vertices();
+        let num_rows = graph.num_rows();
         self.add(piece.hub, factor * piece.own);
         for &k in piece.entries {
             let k = k as usize;
-            self.add(rings.neighbours()[k].index(), factor * weights.outgoing(k));
+            self.add(graph.neighbours()[k].index(), factor * weights.outgoing(k));
         }
         for (link, coefficient) in piece.links.into_iter().flatten() {
-            self.add(num_vertices + link, factor * coefficient);
+            self.add(num_rows + link, factor * coefficient);
         }
     }
 
     /// Adds column `i` of μK.
     fn add_membrane(
         &mut self,
-        rings: &OneRings,
+        graph: &Graph,
         weights: &Weights,
         i: usize,
         membrane: Option<&Sheet>,
     ) {
         if let Some(Sheet { weight, stiffness }) = membrane {
-            for k in rings.range(i) {
+            for k in graph.range(i) {
                 let s = weight
                     * match stiffness {
                         Stiffness::OfWeights(c) => c * weights.outgoing(k),
-                        Stiffness::PerEdge(each) => each[rings.halfedges()[k].edge()],
+                        Stiffness::PerEntry(each) => each[k],
                     };
                 self.add(i, s);
-                self.add(rings.neighbours()[k].index(), -s);
+                self.add(graph.neighbours()[k].index(), -s);
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Matrices with the pattern of L: a vertex and its one-ring.
 
-use cotan_laplacian::OneRings;
+use cotan_laplacian::Graph;
 
 use crate::lower::LowerTriangle;
 use crate::weights::Weights;
@@ -11,13 +11,13 @@ use crate::weights::Weights;
 /// pattern, so that every matrix of a mesh has the same analysis. `diagonal` is given the vertex and
 /// Σ_j W_ij and returns the diagonal entry.
 pub(crate) fn assemble(
-    rings: &OneRings,
+    graph: &Graph,
     weights: &Weights,
     is_ground: impl Fn(usize) -> bool,
     diagonal: impl Fn(usize, f64) -> f64,
 ) -> LowerTriangle {
-    let n = rings.num_vertices();
-    let entries = rings.halfedges().len() / 2 + n;
+    let n = graph.num_rows();
+    let entries = graph.num_entries() / 2 + n;
     let mut matrix = LowerTriangle {
         offsets: Vec::with_capacity(n + 1),
         rows: Vec::with_capacity(entries),
@@ -29,13 +29,13 @@ pub(crate) fn assemble(
         matrix.rows.push(i as u32);
         matrix.values.push(0.0);
         let mut sum = 0.0;
-        for k in rings.range(i) {
+        for k in graph.range(i) {
             let (j, w) = (
-                rings.neighbours()[k].index(),
-                weights.symmetric(rings, i, k),
+                graph.neighbours()[k].index(),
+                weights.symmetric(graph, i, k),
             );
             sum += w;
-            // The rings are sorted.
+            // The rows are sorted.
             if j > i {
                 let is_cut = is_ground(i) || is_ground(j);
                 matrix.rows.push(j as u32);

@@ -3,12 +3,12 @@
 use std::sync::Arc;
 
 use cotan_geometry::Scalar;
-use cotan_halfedge::{EdgeMap, VertexMap};
-use cotan_laplacian::{OneRings, Operator};
+use cotan_laplacian::{Graph, Operator};
+use cotan_parallel as parallel;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 use crate::components::Components;
+use crate::defect::Defect;
 use crate::error::LinearError;
 use crate::handles::{self, Handle, Hold};
 use crate::weights::{Form, Weights};
@@ -18,13 +18,14 @@ use crate::weights::{Form, Weights};
 pub struct Membrane<'a> {
     /// μ, no unit.
     pub weight: f64,
-    /// The stiffness of each edge: half its cotangent weight makes K = L/2 for that scheme.
-    pub stiffness: &'a EdgeMap<f64>,
+    /// Twice the stiffness of each pair of neighbours: one value per entry of the operator's
+    /// graph, row after row. The operator's own weights make K = L/2.
+    pub weights: &'a [f64],
 }
 
 /// Operator, membrane and handles.
 pub(crate) struct Problem {
-    pub(crate) rings: Arc<OneRings>,
+    pub(crate) graph: Arc<Graph>,
     pub(crate) weights: Weights,
     pub(crate) components: Arc<Components>,
     pub(crate) membrane: Option<Sheet>,
@@ -45,7 +46,7 @@ pub(crate) enum Stiffness {
     /// This multiple of their symmetric weights: K is that multiple of −L.
     OfWeights(f64),
     /// Any other.
-    PerEdge(EdgeMap<f64>),
+    PerEntry(Vec<f64>),
 }
 
 /// The handles, and what follows from them.
@@ -69,13 +70,13 @@ impl Problem {
         handles: &[Handle],
         membrane: Option<Membrane<'_>>,
     ) -> Result<Self, LinearError> {
-        let rings = operator.rings().clone();
-        let components = Arc::new(Components::new(&rings));
+        let graph = operator.graph().clone();
+        let components = Arc::new(Components::new(&graph));
         let unit = operator.mean_diagonal();
         let held = hold(handles, &components, unit)?;
         let (weights, membrane) = weigh(operator, membrane)?;
         Ok(Self {
-            rings,
+            graph,
             weights,
             components,
             membrane,
@@ -90,13 +91,13 @@ impl Problem {
         operator: &Operator<T>,
         membrane: Option<Membrane<'_>>,
     ) -> Result<Self, LinearError> {
-        if !Arc::ptr_eq(&self.rings, operator.rings()) && *self.rings != **operator.rings() {
+        if !Arc::ptr_eq(&self.graph, operator.graph()) && *self.graph != **operator.graph() {
             return Err(LinearError::DifferentMesh);
         }
         let unit = operator.mean_diagonal();
         let (weights, membrane) = weigh(operator, membrane)?;
         Ok(Self {
-            rings: self.rings.clone(),
+            graph: self.graph.clone(),
             weights,
             components: self.components.clone(),
             membrane,
@@ -111,7 +112,7 @@ impl Problem {
     }
 
     pub(crate) fn num_vertices(&self) -> usize {
-        self.rings.num_vertices()
+        self.graph.num_rows()
     }
 
     /// μ, 0 without a membrane.
@@ -119,46 +120,16 @@ impl Problem {
         self.membrane.as_ref().map_or(0.0, |m| m.weight)
     }
 
-    /// r = Lᵀ mismatch + μ tension + k² pull, 0 at hard handles.
-    pub(crate) fn residual(
-        &self,
-        mismatch: &VertexMap<Vector3<f64>>,
-        tension: Option<&VertexMap<Vector3<f64>>>,
-        pull: &VertexMap<Vector3<f64>>,
-        out: &mut VertexMap<Vector3<f64>>,
-    ) {
-        let n = self.num_vertices();
-        assert!(
-            [
-                mismatch.len(),
-                pull.len(),
-                out.len(),
-                tension.map_or(n, VertexMap::len)
-            ]
-            .iter()
-            .all(|&len| len == n),
-            "one entry a vertex"
-        );
-        let y = mismatch.as_slice();
-        let weight = self.membrane_weight();
-        out.as_mut_slice()
-            .par_iter_mut()
-            .enumerate()
-            .with_min_len(1 << 11)
-            .for_each(|(i, r)| {
-                *r = self.weights.transpose_product(&self.rings, i, y);
-                if let Some(tension) = tension {
-                    *r += tension.as_slice()[i] * weight;
-                }
-            });
-        for handle in &self.held.handles {
-            match handle.hold {
-                Hold::Hard => out[handle.vertex] = Vector3::zeros(),
-                Hold::Soft(_) => {
-                    out[handle.vertex] +=
-                        pull[handle.vertex] * self.held.spring(handle.vertex.index());
-                }
-            }
+    /// r_i = (Lᵀ (ℓ − Lx) + μ tension + k² (u − x))_i, whether or not i is a hard handle.
+    pub(crate) fn residual_at(&self, defect: &Defect<'_>, i: usize) -> Vector3<f64> {
+        let y = defect.laplacian.as_slice();
+        let mut r = self.weights.transpose_product(&self.graph, i, y);
+        if let Some(tension) = defect.tension {
+            r += tension.as_slice()[i] * self.membrane_weight();
+        }
+        match (defect.pull, self.held.spring(i)) {
+            (Some(pull), spring) if spring > 0.0 => r + pull.as_slice()[i] * spring,
+            _ => r,
         }
     }
 }
@@ -189,7 +160,11 @@ fn weigh<T: Scalar>(
     membrane: Option<Membrane<'_>>,
 ) -> Result<(Weights, Option<Sheet>), LinearError> {
     let weights = Weights::new(operator);
-    let Some(Membrane { weight, stiffness }) = membrane else {
+    let Some(Membrane {
+        weight,
+        weights: doubled,
+    }) = membrane
+    else {
         return Ok((weights, None));
     };
     if !(weight.is_finite() && weight >= 0.0) {
@@ -198,8 +173,8 @@ fn weigh<T: Scalar>(
     let tolerance = 1e3 * T::default_epsilon().as_f64();
     let sheet = (weight > 0.0).then(|| Sheet {
         weight,
-        stiffness: multiple(operator.rings(), &weights, stiffness, tolerance).map_or_else(
-            || Stiffness::PerEdge(stiffness.clone()),
+        stiffness: multiple(operator.graph(), &weights, doubled, tolerance).map_or_else(
+            || Stiffness::PerEntry(doubled.iter().map(|w| 0.5 * w).collect()),
             Stiffness::OfWeights,
         ),
     });
@@ -208,28 +183,23 @@ fn weigh<T: Scalar>(
 
 /// c, if the stiffness of every edge is c > 0 times its weight, within `tolerance` of the sizes of
 /// the weights around it: what is left of both where they cancel is rounding.
-fn multiple(
-    rings: &OneRings,
-    weights: &Weights,
-    stiffness: &EdgeMap<f64>,
-    tolerance: f64,
-) -> Option<f64> {
+fn multiple(graph: &Graph, weights: &Weights, doubled: &[f64], tolerance: f64) -> Option<f64> {
     if !matches!(weights.form(), Form::Symmetric) {
         return None;
     }
-    let largest = (0..rings.halfedges().len()).max_by(|&a, &b| {
+    let largest = (0..graph.num_entries()).max_by(|&a, &b| {
         weights
             .outgoing(a)
             .abs()
             .total_cmp(&weights.outgoing(b).abs())
     })?;
-    let c = stiffness[rings.halfedges()[largest].edge()] / weights.outgoing(largest);
+    let c = 0.5 * doubled[largest] / weights.outgoing(largest);
     let agrees = |i: usize| {
-        let size: f64 = rings.range(i).map(|k| weights.outgoing(k).abs()).sum();
-        rings.range(i).all(|k| {
-            let s = stiffness[rings.halfedges()[k].edge()];
+        let size: f64 = graph.range(i).map(|k| weights.outgoing(k).abs()).sum();
+        graph.range(i).all(|k| {
+            let s = 0.5 * doubled[k];
             (s - c * weights.outgoing(k)).abs() <= tolerance * c * size
         })
     };
-    (c.is_normal() && c > 0.0 && (0..rings.num_vertices()).into_par_iter().all(agrees)).then_some(c)
+    (c.is_normal() && c > 0.0 && parallel::all(graph.num_rows(), agrees)).then_some(c)
 }

@@ -14,8 +14,8 @@
 
 use std::sync::Arc;
 
+use cotan_parallel as parallel;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 use crate::cholesky::{self, Cholesky, Storage};
 use crate::components::Components;
@@ -57,26 +57,28 @@ impl Inverse {
         x: &mut [Vector3<f64>],
         before: impl Fn(usize, &Vector3<f64>) -> Vector3<f64> + Sync + Send,
         after: impl Fn(usize, Vector3<f64>) -> Vector3<f64> + Sync + Send,
-    ) {
+    ) -> Result<(), LinearError> {
         match self {
             Self::Factor(cholesky) => cholesky.solve_between(x, before, after),
             Self::Iteration(multigrid) => {
-                change(x, |i, x| *x = before(i, x));
-                multigrid.solve(x);
-                change(x, |i, x| *x = after(i, *x));
+                parallel::update(&mut *x, |i, x| *x = before(i, x));
+                multigrid.solve(x)?;
+                parallel::update(x, |i, x| *x = after(i, *x));
             }
         }
+        Ok(())
     }
 
-    fn solve_one(&mut self, x: &mut [f64]) {
+    fn solve_one(&mut self, x: &mut [f64]) -> Result<(), LinearError> {
         match self {
             Self::Factor(cholesky) => cholesky.solve_one(x),
             Self::Iteration(multigrid) => {
                 let mut vectors: Vec<_> = x.iter().map(|&x| Vector3::new(x, 0.0, 0.0)).collect();
-                multigrid.solve(&mut vectors);
+                multigrid.solve(&mut vectors)?;
                 x.iter_mut().zip(&vectors).for_each(|(x, v)| *x = v.x);
             }
         }
+        Ok(())
     }
 
     /// The inverse of a matrix of the same pattern, of the same kind.
@@ -108,7 +110,7 @@ pub(crate) enum Means {
 /// The analysis that all one-ring matrices of a problem share.
 pub(crate) fn analyse(problem: &Problem) -> Arc<Symbolic> {
     cholesky::analyse(&one_ring::assemble(
-        &problem.rings,
+        &problem.graph,
         &problem.weights,
         |_| false,
         |_, sum| sum,
@@ -123,7 +125,7 @@ pub(crate) fn obstacle(problem: &Problem) -> Option<Reason> {
         (
             Form::Symmetric,
             Some(Sheet {
-                stiffness: Stiffness::PerEdge(_),
+                stiffness: Stiffness::PerEntry(_),
                 ..
             }),
         ) => Some(Reason::OtherMembrane),
@@ -168,7 +170,7 @@ impl PseudoInverse {
         grounds: Vec<usize>,
         invert: impl Fn(&[LowerTriangle]) -> Result<Vec<Inverse>, LinearError>,
     ) -> Result<Self, LinearError> {
-        let (rings, weights) = (&problem.rings, &problem.weights);
+        let (graph, weights) = (&problem.graph, &problem.weights);
         let components = problem.components.clone();
         let scale = match weights.form() {
             Form::RowScaled(scale) => scale.clone(),
@@ -182,14 +184,14 @@ impl PseudoInverse {
         // What is cut off keeps a diagonal of the usual size, so that norms stay what they were.
         let usual = |sum: f64| if sum > 0.0 { sum } else { 1.0 };
         let cut = |i: usize, sum: f64| if is_ground(i) { usual(sum) } else { sum };
-        let mut matrices = vec![one_ring::assemble(rings, weights, is_ground, cut)];
+        let mut matrices = vec![one_ring::assemble(graph, weights, is_ground, cut)];
         if let Some(Sheet {
             weight,
             stiffness: Stiffness::OfWeights(c),
         }) = &problem.membrane
         {
             let shifted = |_, sum| sum + weight * c;
-            matrices.push(one_ring::assemble(rings, weights, |_| false, shifted));
+            matrices.push(one_ring::assemble(graph, weights, |_| false, shifted));
         }
         let mut inverses = invert(&matrices)?;
         let shifted = (inverses.len() > 1).then(|| inverses.pop()).flatten();
@@ -220,16 +222,12 @@ impl PseudoInverse {
         mismatch: &[Vector3<f64>],
         tension: Option<(f64, &[Vector3<f64>])>,
         out: &mut [Vector3<f64>],
-    ) {
+    ) -> Result<(), LinearError> {
         if self.shifted.is_none() {
             if self.scale.is_empty() {
-                self.solve_grounded(out, |i, _| -mismatch[i], |_, x| x);
-            } else {
-                let scale = std::mem::take(&mut self.scale);
-                self.solve_balanced(&scale, out, |i, _| mismatch[i] * -scale[i]);
-                self.scale = scale;
+                return self.solve_grounded(out, |i, _| -mismatch[i], |_, x| x);
             }
-            return;
+            return self.solve_balanced(out, |i, _, scale| mismatch[i] * -scale);
         }
         match tension {
             Some((weight, tension)) => {
@@ -237,34 +235,37 @@ impl PseudoInverse {
                     |i: usize, _: &Vector3<f64>| tension[i] * weight,
                     |i: usize, x: Vector3<f64>| x - mismatch[i],
                 );
-                self.solve_grounded(out, of_tension, less);
+                self.solve_grounded(out, of_tension, less)?;
             }
-            None => change(out, |i, x| *x = -mismatch[i]),
+            None => parallel::fill(out, |i| -mismatch[i]),
         }
-        self.solve_shifted(out);
+        self.solve_shifted(out)
     }
 
     /// M⁺e of up to three vertices at once, each in its own coordinate.
-    pub(crate) fn columns(&mut self, vertices: &[usize], out: &mut [Vector3<f64>]) {
+    pub(crate) fn columns(
+        &mut self,
+        vertices: &[usize],
+        out: &mut [Vector3<f64>],
+    ) -> Result<(), LinearError> {
         out.fill(Vector3::zeros());
         for (lane, &vertex) in vertices.iter().enumerate() {
             out[vertex][lane] = 1.0;
         }
-        self.solve_grounded(out, |_, x| *x, |_, x| x);
+        self.solve_grounded(out, |_, x| *x, |_, x| x)?;
         if self.shifted.is_some() {
-            self.solve_shifted(out);
+            self.solve_shifted(out)?;
         } else if self.scale.is_empty() {
-            self.solve_grounded(out, |_, x| *x, |_, x| x);
+            self.solve_grounded(out, |_, x| *x, |_, x| x)?;
         } else {
-            let scale = std::mem::take(&mut self.scale);
-            self.solve_balanced(&scale, out, |i, x| x * (scale[i] * scale[i]));
-            self.scale = scale;
+            self.solve_balanced(out, |_, x, scale| x * (scale * scale))?;
         }
         self.center(out);
+        Ok(())
     }
 
     /// M⁺e of one vertex: as [`Self::columns`], by solves of one right-hand side.
-    pub(crate) fn column(&mut self, vertex: usize, out: &mut [f64]) {
+    pub(crate) fn column(&mut self, vertex: usize, out: &mut [f64]) -> Result<(), LinearError> {
         let Self {
             components,
             scale,
@@ -286,10 +287,10 @@ impl PseudoInverse {
         out[vertex] = 1.0;
         center(out);
         out[ground] = 0.0;
-        grounded.solve_one(out);
+        grounded.solve_one(out)?;
         if let Some(shifted) = shifted {
             center(out);
-            shifted.solve_one(out);
+            shifted.solve_one(out)?;
         } else {
             if scale.is_empty() {
                 center(out);
@@ -299,9 +300,10 @@ impl PseudoInverse {
                 each().for_each(|i| out[i] -= share * (scale[i] * scale[i]));
             }
             out[ground] = 0.0;
-            grounded.solve_one(out);
+            grounded.solve_one(out)?;
         }
         center(out);
+        Ok(())
     }
 
     /// x with W x = what `of` makes of x less its mean over every component, and x = 0 at the grounds;
@@ -311,7 +313,7 @@ impl PseudoInverse {
         x: &mut [Vector3<f64>],
         of: impl Fn(usize, &Vector3<f64>) -> Vector3<f64> + Sync + Send,
         after: impl Fn(usize, Vector3<f64>) -> Vector3<f64> + Sync + Send,
-    ) {
+    ) -> Result<(), LinearError> {
         self.means(|i| of(i, &x[i]));
         let Self {
             components,
@@ -328,20 +330,22 @@ impl PseudoInverse {
                 of(i, x) - sums[c]
             }
         };
-        grounded.solve_between(x, before, after);
+        grounded.solve_between(x, before, after)
     }
 
     /// As [`Self::solve_grounded`], less a multiple of D² such that the sum over every component is 0.
+    /// `of` is given the entry of D as well.
     fn solve_balanced(
         &mut self,
-        scale: &[f64],
         x: &mut [Vector3<f64>],
-        of: impl Fn(usize, &Vector3<f64>) -> Vector3<f64> + Sync + Send,
-    ) {
-        self.components
-            .sum(|i| of(i, &x[i]), &mut self.partial, &mut self.sums);
+        of: impl Fn(usize, &Vector3<f64>, f64) -> Vector3<f64> + Sync + Send,
+    ) -> Result<(), LinearError> {
+        let scale = &self.scale;
+        let term = |i: usize| of(i, &x[i], scale[i]);
+        self.components.sum(term, &mut self.partial, &mut self.sums);
         let Self {
             components,
+            scale,
             squares,
             grounds,
             grounded,
@@ -353,18 +357,19 @@ impl PseudoInverse {
             if grounds[c] == i {
                 Vector3::zeros()
             } else {
-                of(i, x) - sums[c] * (scale[i] * scale[i] / squares[c])
+                of(i, x, scale[i]) - sums[c] * (scale[i] * scale[i] / squares[c])
             }
         };
-        grounded.solve_between(x, before, |_, x| x);
+        grounded.solve_between(x, before, |_, x| x)
     }
 
     /// (W + σ)⁻¹ of x less its mean over every component.
-    fn solve_shifted(&mut self, x: &mut [Vector3<f64>]) {
+    fn solve_shifted(&mut self, x: &mut [Vector3<f64>]) -> Result<(), LinearError> {
         self.means(|i| x[i]);
         let (components, means) = (&self.components, &self.sums);
-        if let Some(shifted) = &mut self.shifted {
-            shifted.solve_between(x, |i, x| x - means[components.of(i)], |_, x| x);
+        match &mut self.shifted {
+            Some(shifted) => shifted.solve_between(x, |i, x| x - means[components.of(i)], |_, x| x),
+            None => Ok(()),
         }
     }
 
@@ -372,7 +377,7 @@ impl PseudoInverse {
     fn center(&mut self, x: &mut [Vector3<f64>]) {
         self.means(|i| x[i]);
         let (components, means) = (&self.components, &self.sums);
-        change(x, |i, x| *x -= means[components.of(i)]);
+        parallel::update(x, |i, x| *x -= means[components.of(i)]);
     }
 
     /// Leaves the mean of a term over every component in `sums`.
@@ -390,13 +395,6 @@ fn side_by_side(
     invert: impl Fn(&LowerTriangle) -> Result<Inverse, LinearError> + Sync + Send,
 ) -> Result<Vec<Inverse>, LinearError> {
     // In a list first: of two errors the first counts, whichever comes first.
-    let inverses: Vec<_> = matrices.par_iter().with_max_len(1).map(invert).collect();
+    let inverses = parallel::tasks(matrices.iter().collect(), invert);
     inverses.into_iter().collect()
-}
-
-fn change(out: &mut [Vector3<f64>], each: impl Fn(usize, &mut Vector3<f64>) + Sync + Send) {
-    out.par_iter_mut()
-        .enumerate()
-        .with_min_len(1 << 12)
-        .for_each(|(i, x)| each(i, x));
 }

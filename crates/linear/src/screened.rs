@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use cotan_geometry::Scalar;
 use cotan_halfedge::VertexMap;
-use cotan_laplacian::{OneRings, Operator, Symmetry};
+use cotan_laplacian::{Graph, Operator, Symmetry};
 use nalgebra::Vector3;
 
 use crate::cholesky::{Cholesky, Limit, Storage};
@@ -17,7 +17,7 @@ use crate::weights::Weights;
 /// The matrix D − L, factorized: L a symmetric operator, D a positive diagonal (masses over a time
 /// step). What implicit flows solve; its numbers can be renewed without analysing it again.
 pub struct ScreenedSystem {
-    rings: Arc<OneRings>,
+    graph: Arc<Graph>,
     weights: Weights,
     cholesky: Cholesky,
 }
@@ -25,7 +25,7 @@ pub struct ScreenedSystem {
 impl std::fmt::Debug for ScreenedSystem {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("ScreenedSystem")
-            .field("unknowns", &self.rings.num_vertices())
+            .field("unknowns", &self.graph.num_rows())
             .field("factor_entries", &self.cholesky.num_entries())
             .finish_non_exhaustive()
     }
@@ -61,14 +61,14 @@ impl ScreenedSystem {
         diagonal: &[f64],
         max_memory: Option<u64>,
     ) -> Result<Self, LinearError> {
-        let rings = operator.rings().clone();
-        let n = rings.num_vertices();
+        let graph = operator.graph().clone();
+        let n = graph.num_rows();
         if operator.symmetry() != Symmetry::Symmetric {
             return Err(LinearError::NotPositiveDefinite { unknowns: n });
         }
         assert_eq!(diagonal.len(), n, "one entry of the diagonal a vertex");
         let weights = Weights::new(operator);
-        let matrix = screen(&rings, &weights, diagonal);
+        let matrix = screen(&graph, &weights, diagonal);
         let storage = Storage {
             limit: max_memory.map(|permitted| Limit {
                 strategy: Strategy::Normal,
@@ -80,7 +80,7 @@ impl ScreenedSystem {
         };
         let cholesky = Cholesky::factor_with(&matrix, &storage)?;
         Ok(Self {
-            rings,
+            graph,
             weights,
             cholesky,
         })
@@ -96,10 +96,10 @@ impl ScreenedSystem {
     pub fn refactor(&mut self, diagonal: &[f64]) -> Result<(), LinearError> {
         assert_eq!(
             diagonal.len(),
-            self.rings.num_vertices(),
+            self.graph.num_rows(),
             "one entry of the diagonal a vertex"
         );
-        let matrix = screen(&self.rings, &self.weights, diagonal);
+        let matrix = screen(&self.graph, &self.weights, diagonal);
         self.cholesky.refactor(&matrix)
     }
 
@@ -108,14 +108,14 @@ impl ScreenedSystem {
     /// # Panics
     /// If `rhs` has not one entry a vertex.
     pub fn solve(&mut self, rhs: &mut VertexMap<Vector3<f64>>) {
-        assert_eq!(rhs.len(), self.rings.num_vertices(), "one entry a vertex");
+        assert_eq!(rhs.len(), self.graph.num_rows(), "one entry a vertex");
         self.cholesky.solve(rhs.as_mut_slice());
     }
 }
 
 /// D − L.
-fn screen(rings: &OneRings, weights: &Weights, diagonal: &[f64]) -> LowerTriangle {
-    one_ring::assemble(rings, weights, |_| false, |i, sum| sum + diagonal[i])
+fn screen(graph: &Graph, weights: &Weights, diagonal: &[f64]) -> LowerTriangle {
+    one_ring::assemble(graph, weights, |_| false, |i, sum| sum + diagonal[i])
 }
 
 #[cfg(test)]

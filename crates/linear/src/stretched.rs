@@ -19,7 +19,7 @@
 //! **Source**: row stretching as in Grcar, "Matrix stretching for linear equations", 1990; the
 //! weight B, which makes it exact for least squares, follows from the formula above.
 
-use cotan_laplacian::OneRings;
+use cotan_laplacian::Graph;
 
 use crate::weights::Weights;
 
@@ -51,7 +51,7 @@ struct Hub {
 pub(crate) struct Piece<'a> {
     /// The vertex whose row it is.
     pub(crate) hub: usize,
-    /// Its neighbours, as entries of the rings.
+    /// Its neighbours, as entries of the graph.
     pub(crate) entries: &'a [u32],
     /// B.
     pub(crate) weight: f64,
@@ -62,13 +62,13 @@ pub(crate) struct Piece<'a> {
 }
 
 impl Stretched {
-    pub(crate) fn new(rings: &OneRings) -> Self {
+    pub(crate) fn new(graph: &Graph) -> Self {
         let mut hubs = Vec::new();
         let mut num_links = 0;
-        for i in 0..rings.num_vertices() {
-            let valence = rings.range(i).len();
+        for i in 0..graph.num_rows() {
+            let valence = graph.range(i).len();
             if valence > HIGH_VALENCE {
-                hubs.push(Hub::new(rings, i, num_links));
+                hubs.push(Hub::new(graph, i, num_links));
                 num_links += valence.div_ceil(PIECE) - 1;
             }
         }
@@ -103,12 +103,12 @@ impl Stretched {
     /// The piece in which the row of a hub has its neighbour `i`.
     pub(crate) fn piece_with(
         &self,
-        rings: &OneRings,
+        graph: &Graph,
         weights: &Weights,
         hub: usize,
         i: usize,
     ) -> Option<Piece<'_>> {
-        let ring = &rings.neighbours()[rings.range(hub)];
+        let ring = &graph.neighbours()[graph.range(hub)];
         let entry = ring.binary_search_by_key(&i, |j| j.index()).ok()?;
         let hub = self.hub(hub)?;
         Some(hub.piece(weights, hub.places[entry] as usize / PIECE))
@@ -132,9 +132,9 @@ impl Stretched {
     }
 
     /// No fewer entries than the lower triangle of LᵀL with its links has.
-    pub(crate) fn bound_of_product(&self, rings: &OneRings) -> u64 {
+    pub(crate) fn bound_of_product(&self, graph: &Graph) -> u64 {
         let square = |len: usize| (len as u64 + 1) * (len as u64 + 2) / 2;
-        let rows = (0..rings.num_vertices()).map(|i| match rings.range(i).len() {
+        let rows = (0..graph.num_rows()).map(|i| match graph.range(i).len() {
             len if len > HIGH_VALENCE => len.div_ceil(PIECE) as u64 * square(PIECE + 2),
             len => square(len),
         });
@@ -143,9 +143,9 @@ impl Stretched {
 }
 
 impl Hub {
-    fn new(rings: &OneRings, vertex: usize, first_link: usize) -> Self {
-        let row = rings.range(vertex);
-        let entries = around(rings, vertex);
+    fn new(graph: &Graph, vertex: usize, first_link: usize) -> Self {
+        let row = graph.range(vertex);
+        let entries = around(graph, vertex);
         let mut places = vec![0; entries.len()];
         for (place, &entry) in entries.iter().enumerate() {
             places[entry as usize - row.start] = place as u32;
@@ -194,9 +194,9 @@ impl Hub {
 /// The entries of a row such that neighbours which are neighbours of each other follow each
 /// other: pieces are
 /// near each other on the mesh then, and fill in little, however the vertices are numbered.
-fn around(rings: &OneRings, vertex: usize) -> Vec<u32> {
-    let row = rings.range(vertex);
-    let ring = &rings.neighbours()[row.clone()];
+fn around(graph: &Graph, vertex: usize) -> Vec<u32> {
+    let row = graph.range(vertex);
+    let ring = &graph.neighbours()[row.clone()];
     let mut is_taken = vec![false; ring.len()];
     let mut entries = Vec::with_capacity(ring.len());
     for start in 0..ring.len() {
@@ -205,9 +205,9 @@ fn around(rings: &OneRings, vertex: usize) -> Vec<u32> {
             is_taken[at] = true;
             entries.push((row.start + at) as u32);
             // Not through all neighbours of another hub.
-            let beside = rings.range(ring[at].index()).take(HIGH_VALENCE);
+            let beside = graph.range(ring[at].index()).take(HIGH_VALENCE);
             next = beside
-                .filter_map(|k| ring.binary_search(&rings.neighbours()[k]).ok())
+                .filter_map(|k| ring.binary_search(&graph.neighbours()[k]).ok())
                 .find(|&at| !is_taken[at]);
         }
     }

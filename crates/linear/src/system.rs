@@ -3,12 +3,14 @@
 use cotan_geometry::Scalar;
 use cotan_halfedge::{VertexId, VertexMap};
 use cotan_laplacian::Operator;
+use cotan_parallel as parallel;
 use nalgebra::Vector3;
 
 use crate::cholesky::Storage;
 use crate::columns::Columns;
+use crate::defect::Defect;
 use crate::error::LinearError;
-use crate::handles::Handle;
+use crate::handles::{Handle, Hold};
 use crate::normal::NormalEquations;
 use crate::problem::{Membrane, Problem};
 use crate::pseudo_inverse::Means;
@@ -185,91 +187,50 @@ impl PreparedSystem {
     /// The right-hand side of a correction: half the negative gradient of the energy,
     ///
     /// ```text
-    /// r = Lᵀ mismatch + μ tension + k² pull       (0 at hard handles)
+    /// r = Lᵀ (ℓ − Lx) + μ tension + k² (u − x)       (0 at hard handles)
     /// ```
     ///
-    /// **Shapes**: n entries each. `mismatch` is ℓ − Lx; `tension` is half the negative gradient of
-    /// the membrane's energy, without μ: the sum over the neighbours of the stiffness times the edge
-    /// vector x_j − x_i less the wanted one, which has no sum over a component, as no shift of it
-    /// changes its energy; `pull` is u − x at
-    /// the soft handles (other entries are ignored).
-    ///
     /// # Panics
-    /// If a map has not one entry a vertex.
-    pub fn residual(
-        &self,
-        mismatch: &VertexMap<Vector3<f64>>,
-        tension: Option<&VertexMap<Vector3<f64>>>,
-        pull: &VertexMap<Vector3<f64>>,
-        out: &mut VertexMap<Vector3<f64>>,
-    ) {
-        self.problem.residual(mismatch, tension, pull, out);
+    /// If a map has not one entry per vertex.
+    pub fn residual(&self, defect: &Defect<'_>, out: &mut VertexMap<Vector3<f64>>) {
+        defect.check(self.problem.num_vertices());
+        assert_eq!(
+            out.len(),
+            self.problem.num_vertices(),
+            "one entry per vertex"
+        );
+        parallel::fill(out.as_mut_slice(), |i| self.problem.residual_at(defect, i));
+        for handle in &self.problem.held.handles {
+            if handle.hold == Hold::Hard {
+                out[handle.vertex] = Vector3::zeros();
+            }
+        }
     }
 
-    /// The correction δ from the terms that the shape at hand does not fulfil, and its right-hand
-    /// side; 0 at hard handles. Allocates nothing of the size of the mesh.
+    /// The correction δ, the solution for [`Self::residual`]; 0 at hard handles. Allocates nothing
+    /// of the size of the mesh.
     ///
-    /// **Shapes**: as [`Self::residual`], which fills `residual`.
+    /// # Errors
+    /// [`LinearError::NotConverged`] by [`crate::Strategy::Iterative`]; the correction is then of
+    /// no use.
     ///
     /// # Panics
-    /// If a map has not one entry a vertex.
+    /// If a map has not one entry per vertex.
     pub fn correct(
         &mut self,
-        mismatch: &VertexMap<Vector3<f64>>,
-        tension: Option<&VertexMap<Vector3<f64>>>,
-        pull: &VertexMap<Vector3<f64>>,
-        residual: &mut VertexMap<Vector3<f64>>,
+        defect: &Defect<'_>,
         correction: &mut VertexMap<Vector3<f64>>,
-    ) {
-        self.residual(mismatch, tension, pull, residual);
-        self.finish(mismatch, tension, pull, residual, correction);
-    }
-
-    /// As [`Self::correct`], for callers that do not need the right-hand side: it is computed only where
-    /// the strategy does. `scratch` holds it then, and what it held before otherwise.
-    ///
-    /// # Panics
-    /// If a map has not one entry a vertex.
-    pub fn correct_only(
-        &mut self,
-        mismatch: &VertexMap<Vector3<f64>>,
-        tension: Option<&VertexMap<Vector3<f64>>>,
-        pull: &VertexMap<Vector3<f64>>,
-        scratch: &mut VertexMap<Vector3<f64>>,
-        correction: &mut VertexMap<Vector3<f64>>,
-    ) {
-        if let Solver::Normal(_) = self.solver {
-            self.residual(mismatch, tension, pull, scratch);
-        }
-        self.finish(mismatch, tension, pull, scratch, correction);
-    }
-
-    fn finish(
-        &mut self,
-        mismatch: &VertexMap<Vector3<f64>>,
-        tension: Option<&VertexMap<Vector3<f64>>>,
-        pull: &VertexMap<Vector3<f64>>,
-        residual: &VertexMap<Vector3<f64>>,
-        correction: &mut VertexMap<Vector3<f64>>,
-    ) {
+    ) -> Result<(), LinearError> {
         let n = self.problem.num_vertices();
-        let lengths = [mismatch.len(), pull.len(), correction.len()];
-        let of_tension = tension.map_or(n, VertexMap::len);
-        assert!(lengths == [n; 3] && of_tension == n, "one entry a vertex");
+        defect.check(n);
+        assert_eq!(correction.len(), n, "one entry per vertex");
+        let correction = correction.as_mut_slice();
         match &mut self.solver {
             Solver::Normal(normal) => {
-                normal.correct(residual.as_slice(), correction.as_mut_slice());
+                normal.correct(|i| self.problem.residual_at(defect, i), correction);
+                Ok(())
             }
-            Solver::Columns(columns) => {
-                let weight = self.problem.membrane_weight();
-                columns.correct(
-                    mismatch.as_slice(),
-                    tension.map(|t| (weight, t.as_slice())),
-                    pull.as_slice(),
-                    &self.problem,
-                    correction.as_mut_slice(),
-                );
-            }
+            Solver::Columns(columns) => columns.correct(defect, &self.problem, correction),
         }
     }
 
@@ -296,13 +257,12 @@ fn factor_normal(problem: &Problem, storage: &Storage) -> Result<Solver, LinearE
 #[cfg(test)]
 mod tests {
     use cotan_geometry::testing::surfaces;
-    use cotan_halfedge::EdgeMap;
     use cotan_laplacian::{Cotangent, LaplacianScheme, Tutte};
     use nalgebra::{DMatrix, DVector};
     use proptest::prelude::*;
 
     use super::*;
-    use crate::{Hold, Strategy};
+    use crate::Strategy;
 
     /// The correction by dense normal equations, for one coordinate.
     fn dense(
@@ -314,11 +274,11 @@ mod tests {
         let l = DMatrix::from(&operator.matrix());
         let n = l.nrows();
         let mut m = l.transpose() * &l;
-        if let Some(Membrane { weight, stiffness }) = membrane {
+        if let Some(Membrane { weight, weights }) = membrane {
             for i in 0..n {
-                for (j, h) in operator.rings().ring(i) {
-                    m[(i, i)] += weight * stiffness[h.edge()];
-                    m[(i, j.index())] -= weight * stiffness[h.edge()];
+                for (j, k) in operator.graph().row(i) {
+                    m[(i, i)] += weight * (0.5 * weights[k]);
+                    m[(i, j.index())] -= weight * (0.5 * weights[k]);
                 }
             }
         }
@@ -355,8 +315,8 @@ mod tests {
             if soft {
                 handles.push(Handle::soft(VertexId::new(n - 1), 3.0));
             }
-            let stiffness = EdgeMap::filled(shape.mesh.num_edges(), 0.7);
-            let membrane = Some(Membrane { weight, stiffness: &stiffness });
+            let weights = vec![1.4; operator.graph().num_entries()];
+            let membrane = Some(Membrane { weight, weights: &weights });
             let mut system = PreparedSystem::prepare(&operator, &handles, membrane)?;
 
             let vector = |i: usize, phase: f64| {
@@ -377,9 +337,9 @@ mod tests {
                 let (sum, count) = sums[components.of(v)];
                 vector(v.index(), 1.1) - sum / count
             });
-            let mut residual = VertexMap::filled(n, Vector3::zeros());
-            let mut correction = residual.clone();
-            system.correct(&mismatch, Some(&tension), &pull, &mut residual, &mut correction);
+            let mut correction = VertexMap::filled(n, Vector3::zeros());
+            let defect = Defect::of_laplacian(&mismatch).with_tension(&tension).with_pull(&pull);
+            system.correct(&defect, &mut correction)?;
 
             let l = DMatrix::from(&operator.matrix());
             for axis in 0..3 {
@@ -417,15 +377,17 @@ mod tests {
             Vector3::new(t.sin(), (1.3 * t).cos(), (0.7 * t).sin())
         });
         let zeros = VertexMap::filled(n, Vector3::zeros());
-        let (mut residual, mut correction) = (zeros.clone(), zeros.clone());
-        system.correct(&mismatch, None, &zeros, &mut residual, &mut correction);
+        let (mut residual, mut correction) = (zeros.clone(), zeros);
+        let defect = Defect::of_laplacian(&mismatch);
+        system.residual(&defect, &mut residual);
+        system.correct(&defect, &mut correction).unwrap();
         // At the minimum the residual of what is left vanishes.
         let moved = correction.map(|d| nalgebra::Point3::from(*d));
         let left = VertexMap::from_fn(n, |v: VertexId| {
             mismatch[v] - operator.apply_at(&moved, v.index())
         });
         let size = residual.values().map(|r| r.norm()).fold(0.0, f64::max);
-        system.residual(&left, None, &zeros, &mut residual);
+        system.residual(&Defect::of_laplacian(&left), &mut residual);
         assert!(residual.values().all(|r| r.norm() < 1e-9 * size));
         assert_eq!(correction.as_slice()[7], Vector3::zeros());
     }
@@ -459,10 +421,10 @@ mod tests {
                 num_vertices: 42
             }
         );
-        let stiffness = EdgeMap::filled(shape.mesh.num_edges(), 1.0);
+        let weights = vec![2.0; operator.graph().num_entries()];
         let membrane = Some(Membrane {
             weight: -1.0,
-            stiffness: &stiffness,
+            weights: &weights,
         });
         assert_eq!(
             PreparedSystem::prepare(&operator, &[Handle::hard(v)], membrane)
@@ -481,7 +443,8 @@ mod tests {
         assert_eq!(system.num_unknowns(), 0);
         let zeros = VertexMap::filled(4, Vector3::zeros());
         let mut correction = VertexMap::filled(4, Vector3::x());
-        system.correct(&zeros, None, &zeros, &mut zeros.clone(), &mut correction);
+        let defect = Defect::of_laplacian(&zeros);
+        system.correct(&defect, &mut correction).unwrap();
         assert!(correction.values().all(|d| *d == Vector3::zeros()));
     }
 }

@@ -3,12 +3,12 @@
 use std::collections::VecDeque;
 
 use cotan_geometry::Scalar;
-use cotan_laplacian::{OneRings, Operator, Symmetry};
+use cotan_laplacian::{Graph, Operator, Symmetry};
 use nalgebra::Vector3;
 
 /// The weights in ring order, and products with L and Lᵀ in difference form.
 pub(crate) struct Weights {
-    /// w_ij for every neighbour j of every i, in the order of the rings.
+    /// w_ij for every neighbour j of every i, in the order of the graph.
     outgoing: Vec<f64>,
     /// w_ji in the same order; empty if the scheme is symmetric.
     incoming: Vec<f64>,
@@ -27,8 +27,8 @@ pub(crate) enum Form {
 
 impl Weights {
     pub(crate) fn new<T: Scalar>(operator: &Operator<T>) -> Self {
-        let (rings, weights) = (operator.rings(), operator.weights());
-        let outgoing: Vec<f64> = rings.halfedges().iter().map(|&h| weights[h]).collect();
+        let graph = operator.graph();
+        let outgoing = operator.weights().to_vec();
         if operator.symmetry() == Symmetry::Symmetric {
             return Self {
                 outgoing,
@@ -36,13 +36,10 @@ impl Weights {
                 form: Form::Symmetric,
             };
         }
-        let incoming: Vec<f64> = rings
-            .halfedges()
-            .iter()
-            .map(|h| weights[h.twin()])
-            .collect();
+        let reverse = graph.reverse().iter();
+        let incoming: Vec<f64> = reverse.map(|&k| outgoing[k as usize]).collect();
         let tolerance = 1e3 * T::default_epsilon().as_f64();
-        let form = row_scale(rings, &outgoing, &incoming, tolerance)
+        let form = row_scale(graph, &outgoing, &incoming, tolerance)
             .map_or(Form::General, Form::RowScaled);
         Self {
             outgoing,
@@ -70,10 +67,10 @@ impl Weights {
     }
 
     /// W_ij of ring entry number `k` at vertex `i`: the same from both ends, to the last bit.
-    pub(crate) fn symmetric(&self, rings: &OneRings, i: usize, k: usize) -> f64 {
+    pub(crate) fn symmetric(&self, graph: &Graph, i: usize, k: usize) -> f64 {
         match &self.form {
             Form::RowScaled(scale) => {
-                let j = rings.neighbours()[k].index();
+                let j = graph.neighbours()[k].index();
                 0.5 * (scale[i] * self.outgoing[k] + scale[j] * self.incoming[k])
             }
             Form::Symmetric | Form::General => self.outgoing[k],
@@ -83,13 +80,13 @@ impl Weights {
     /// (Lᵀ y)_i = Σ_j (w_ji y_j − w_ij y_i), with L the operator as the paper signs it.
     pub(crate) fn transpose_product(
         &self,
-        rings: &OneRings,
+        graph: &Graph,
         i: usize,
         y: &[Vector3<f64>],
     ) -> Vector3<f64> {
         let mut sum = Vector3::zeros();
-        for k in rings.range(i) {
-            let j = rings.neighbours()[k].index();
+        for k in graph.range(i) {
+            let j = graph.neighbours()[k].index();
             sum += y[j] * self.incoming(k) - y[i] * self.outgoing(k);
         }
         sum
@@ -98,25 +95,25 @@ impl Weights {
     /// Row i of L with its diagonal: pairs (column, entry), diagonal first.
     pub(crate) fn row<'a>(
         &'a self,
-        rings: &'a OneRings,
+        graph: &'a Graph,
         i: usize,
     ) -> impl Iterator<Item = (usize, f64)> + 'a {
-        let range = rings.range(i);
+        let range = graph.range(i);
         let diagonal = -self.outgoing[range.clone()].iter().sum::<f64>();
         std::iter::once((i, diagonal))
-            .chain(range.map(|k| (rings.neighbours()[k].index(), self.outgoing[k])))
+            .chain(range.map(|k| (graph.neighbours()[k].index(), self.outgoing[k])))
     }
 }
 
 /// D with D_i w_ij = D_j w_ji for every edge within `tolerance`, if there is one: spread from the
 /// first vertex of every component and then checked (Kolmogorov's criterion for a reversible chain).
 fn row_scale(
-    rings: &OneRings,
+    graph: &Graph,
     outgoing: &[f64],
     incoming: &[f64],
     tolerance: f64,
 ) -> Option<Vec<f64>> {
-    let n = rings.num_vertices();
+    let n = graph.num_rows();
     let mut scale = vec![0.0; n];
     let mut queue = VecDeque::new();
     for start in 0..n {
@@ -127,8 +124,8 @@ fn row_scale(
         queue.push_back(start);
         // In breadth, so that few roundings add up on the way to a vertex.
         while let Some(i) = queue.pop_front() {
-            for k in rings.range(i) {
-                let j = rings.neighbours()[k].index();
+            for k in graph.range(i) {
+                let j = graph.neighbours()[k].index();
                 let next = scale[i] * outgoing[k] / incoming[k];
                 if scale[j] == 0.0 && next.is_normal() && next > 0.0 {
                     scale[j] = next;
@@ -138,8 +135,8 @@ fn row_scale(
         }
     }
     let agrees = |i: usize| {
-        rings.range(i).all(|k| {
-            let j = rings.neighbours()[k].index();
+        graph.range(i).all(|k| {
+            let j = graph.neighbours()[k].index();
             let (there, back) = (scale[i] * outgoing[k], scale[j] * incoming[k]);
             (there - back).abs() <= tolerance * there.abs().max(back.abs())
         })
@@ -161,10 +158,10 @@ mod tests {
             let operator = Operator::assemble(&Tutte, &shape.surface())?;
             let weights = Weights::new(&operator);
             let Form::RowScaled(scale) = weights.form() else { panic!("not found") };
-            let rings = operator.rings();
-            let ratio = scale[0] / rings.range(0).len() as f64;
+            let graph = operator.graph();
+            let ratio = scale[0] / graph.range(0).len() as f64;
             for (i, d) in scale.iter().enumerate() {
-                prop_assert!((d - ratio * rings.range(i).len() as f64).abs() < 1e-12 * d);
+                prop_assert!((d - ratio * graph.range(i).len() as f64).abs() < 1e-12 * d);
             }
         }
     }
@@ -172,19 +169,19 @@ mod tests {
     #[test]
     fn weights_without_a_row_scale_are_general() {
         let shape = cotan_geometry::shapes::tetrahedron::<f64>();
-        let rings = OneRings::new(&shape.mesh);
+        let graph = cotan_laplacian::OneRings::new(&shape.mesh).graph().clone();
         let forward = |k: usize, i: usize| {
-            if rings.neighbours()[k].index() > i {
+            if graph.neighbours()[k].index() > i {
                 2.0
             } else {
                 1.0
             }
         };
         let ones: Vec<f64> = (0..4)
-            .flat_map(|i| rings.range(i).map(move |k| (k, i)))
+            .flat_map(|i| graph.range(i).map(move |k| (k, i)))
             .map(|(k, i)| forward(k, i))
             .collect();
         let back: Vec<f64> = ones.iter().map(|w| 3.0 - w).collect();
-        assert!(row_scale(&rings, &ones, &back, 1e-12).is_none());
+        assert!(row_scale(&graph, &ones, &back, 1e-12).is_none());
     }
 }

@@ -3,9 +3,11 @@
 
 use cotan_geometry::shapes::{bipyramid, icosphere};
 use cotan_geometry::{Shape, Surface};
-use cotan_halfedge::{EdgeMap, HalfedgeMesh, VertexId, VertexMap};
-use cotan_laplacian::{Cotangent, EdgeLength, LaplacianScheme, Operator, Tutte, Uniform};
-use cotan_linear::{Handle, Hold, LinearError, Membrane, PreparedSystem, Strategy, SystemOptions};
+use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
+use cotan_laplacian::{Cotangent, EdgeLength, LaplacianScheme, OneRings, Operator, Tutte, Uniform};
+use cotan_linear::{
+    Defect, Handle, Hold, LinearError, Membrane, PreparedSystem, Strategy, SystemOptions,
+};
 use nalgebra::{DMatrix, DVector, Vector3};
 
 fn options(strategy: Strategy) -> SystemOptions {
@@ -20,10 +22,10 @@ fn field(n: usize, phase: f64) -> VertexMap<Vector3<f64>> {
 }
 
 fn corrected(system: &mut PreparedSystem, n: usize) -> VertexMap<Vector3<f64>> {
-    let zeros = VertexMap::filled(n, Vector3::zeros());
-    let (mut residual, mut correction) = (zeros.clone(), zeros);
+    let mut correction = VertexMap::filled(n, Vector3::zeros());
     let (mismatch, pull) = (field(n, 0.3), field(n, 2.7));
-    system.correct(&mismatch, None, &pull, &mut residual, &mut correction);
+    let defect = Defect::of_laplacian(&mismatch).with_pull(&pull);
+    system.correct(&defect, &mut correction).unwrap();
     correction
 }
 
@@ -69,7 +71,7 @@ fn dense_correction(
     handles: &[Handle],
     membrane: Option<Membrane<'_>>,
 ) -> VertexMap<Vector3<f64>> {
-    let n = operator.num_vertices();
+    let n = operator.num_rows();
     let l = DMatrix::from(&operator.matrix());
     let mut m = l.transpose() * &l;
     let mut right = DMatrix::<f64>::zeros(n, 3);
@@ -78,11 +80,11 @@ fn dense_correction(
         let y = DVector::from_iterator(n, mismatch.values().map(|v| v[axis]));
         right.set_column(axis, &-(l.transpose() * y));
     }
-    if let Some(Membrane { weight, stiffness }) = membrane {
+    if let Some(Membrane { weight, weights }) = membrane {
         for i in 0..n {
-            for (j, h) in operator.rings().ring(i) {
-                m[(i, i)] += weight * stiffness[h.edge()];
-                m[(i, j.index())] -= weight * stiffness[h.edge()];
+            for (j, k) in operator.graph().row(i) {
+                m[(i, i)] += weight * (0.5 * weights[k]);
+                m[(i, j.index())] -= weight * (0.5 * weights[k]);
             }
         }
     }
@@ -135,14 +137,16 @@ fn rows_in_pieces_give_the_correction_of_the_normal_equations() {
         let all: Vec<Handle> = (0..n).map(|i| Handle::soft(at(i), 0.2)).collect();
         for scheme in &schemes() {
             let operator = Operator::assemble(&**scheme, &shape.surface()).unwrap();
-            let uneven = EdgeMap::from_fn(shape.mesh.num_edges(), |e: cotan_halfedge::EdgeId| {
-                1.0 + (e.index() % 3) as f64
-            });
+            let halfedges = OneRings::new(&shape.mesh).halfedges().to_vec();
+            let uneven: Vec<f64> = halfedges
+                .iter()
+                .map(|h| 2.0 + 2.0 * (h.edge().index() % 3) as f64)
+                .collect();
             let membranes = [
                 None,
                 Some(Membrane {
                     weight: 0.4,
-                    stiffness: &uneven,
+                    weights: &uneven,
                 }),
             ];
             for (handles, membrane) in [

@@ -3,12 +3,13 @@
 
 use cotan_geometry::testing::surfaces;
 use cotan_geometry::{Positions, Scalar, Surface, shapes};
-use cotan_halfedge::{EdgeMap, HalfedgeMesh, VertexId, VertexMap};
+use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
 use cotan_laplacian::{
-    ClampedCotangent, Cotangent, EdgeLength, LaplacianScheme, Operator, Tutte, Uniform,
+    ClampedCotangent, Cotangent, EdgeLength, LaplacianScheme, OneRings, Operator, Tutte, Uniform,
 };
 use cotan_linear::{
-    Handle, LinearError, Membrane, Precision, PreparedSystem, Reason, Strategy, SystemOptions,
+    Defect, Handle, LinearError, Membrane, Precision, PreparedSystem, Reason, Strategy,
+    SystemOptions,
 };
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::{any, prop_assert, prop_assert_eq, prop_assume, proptest};
@@ -94,21 +95,21 @@ fn corrected<T: Scalar>(
     system: &mut PreparedSystem,
     operator: &Operator<T>,
 ) -> [VertexMap<Vector3<f64>>; 2] {
-    let n = operator.num_vertices();
+    let n = operator.num_rows();
     let shift = field(n, 1.1);
     let tension = VertexMap::from_fn(n, |v: VertexId| {
-        let ring = operator.rings().ring(v.index());
-        ring.map(|(j, _)| shift[j] - shift[v]).sum()
+        let ring = operator.graph().row(v.index());
+        ring.map(|(j, _)| shift[VertexId::new(j.index())] - shift[v])
+            .sum()
     });
     let zeros = VertexMap::filled(n, Vector3::zeros());
     let (mut residual, mut correction) = (zeros.clone(), zeros);
-    system.correct(
-        &field(n, 0.3),
-        Some(&tension),
-        &field(n, 2.7),
-        &mut residual,
-        &mut correction,
-    );
+    let (laplacian, pull) = (field(n, 0.3), field(n, 2.7));
+    let defect = Defect::of_laplacian(&laplacian)
+        .with_tension(&tension)
+        .with_pull(&pull);
+    system.residual(&defect, &mut residual);
+    system.correct(&defect, &mut correction).unwrap();
     [residual, correction]
 }
 
@@ -120,15 +121,6 @@ fn apart(a: &VertexMap<Vector3<f64>>, b: &VertexMap<Vector3<f64>>) -> f64 {
         .fold(f64::MIN_POSITIVE, f64::max);
     let difference = a.values().zip(b.values()).map(|(a, b)| (a - b).norm());
     difference.fold(0.0, f64::max) / size
-}
-
-/// Half of each weight: the membrane that the columns can serve.
-fn half_weights(operator: &Operator<f64>, mesh: &HalfedgeMesh) -> EdgeMap<f64> {
-    EdgeMap::from_vec(
-        mesh.edges()
-            .map(|e| 0.5 * operator.weights()[e.halfedge()])
-            .collect(),
-    )
 }
 
 const NORMAL: SystemOptions = options(Strategy::Normal);
@@ -150,9 +142,9 @@ proptest! {
         let (mesh, positions) = copies(&shape.mesh, &shape.positions, components);
         let n = positions.len();
         let operator = Operator::assemble(&*scheme(kind), &Surface::new(&mesh, &positions)?)?;
-        let stiffness = half_weights(&operator, &mesh);
+        let weights = operator.weights();
         let membrane = (with_membrane && kind != 1)
-            .then_some(Membrane { weight, stiffness: &stiffness });
+            .then_some(Membrane { weight, weights });
         let held = handles(n / components, components, count, soft, seed);
         let mut normal = PreparedSystem::prepare_with(&operator, &held, membrane, &NORMAL)?;
         let mut columns = PreparedSystem::prepare_with(&operator, &held, membrane, &COLUMNS)?;
@@ -181,9 +173,9 @@ proptest! {
         let n = positions.len();
         prop_assume!(n / components > 12);
         let operator = Operator::assemble(&*scheme(kind), &Surface::new(&mesh, &positions)?)?;
-        let stiffness = half_weights(&operator, &mesh);
+        let weights = operator.weights();
         let membrane = (with_membrane && kind != 1)
-            .then_some(Membrane { weight: 0.2, stiffness: &stiffness });
+            .then_some(Membrane { weight: 0.2, weights });
         let options = options(Strategy::ALL[strategy]);
         let first = handles(n / components, components, 3, false, 7);
         let mut system = PreparedSystem::prepare_with(&operator, &first, membrane, &options)?;
@@ -211,9 +203,9 @@ proptest! {
         let stretched = shape.positions.map(|p| Point3::new(p.x, 1.3 * p.y, 0.8 * p.z));
         let first = Operator::assemble(&Cotangent::default(), &surface)?;
         let second = Operator::assemble(&Cotangent::default(), &surface.with_positions(&stretched))?;
-        let stiffness = [&first, &second].map(|operator| half_weights(operator, &shape.mesh));
+        let stiffness = [&first, &second].map(|operator| operator.weights());
         let membrane = |k: usize, is_there: bool| {
-            is_there.then_some(Membrane { weight: 0.3, stiffness: &stiffness[k] })
+            is_there.then_some(Membrane { weight: 0.3, weights: stiffness[k] })
         };
         let held = handles(n, 1, 3, false, 3);
         let options = options(Strategy::ALL[strategy]);
@@ -233,17 +225,18 @@ fn a_patch_of_handles_is_told_apart() {
     let operator = Operator::assemble(&Cotangent::default(), &shape.surface()).unwrap();
     let mut patch = vec![VertexId::new(17)];
     for at in 0..20 {
-        for (neighbour, _) in operator.rings().ring(patch[at].index()) {
+        for (neighbour, _) in operator.graph().row(patch[at].index()) {
+            let neighbour = VertexId::new(neighbour.index());
             if !patch.contains(&neighbour) {
                 patch.push(neighbour);
             }
         }
     }
     let held: Vec<Handle> = patch.into_iter().map(Handle::hard).collect();
-    let stiffness = half_weights(&operator, &shape.mesh);
+    let weights = operator.weights();
     let membrane = Membrane {
         weight: 0.1,
-        stiffness: &stiffness,
+        weights,
     };
     for membrane in [None, Some(membrane)] {
         let by = |options| {
@@ -266,13 +259,10 @@ fn single_precision_takes_columns_too() {
     let positions = double.positions.map(|p| p.map(|x| x as f32));
     let surface = Surface::new(&double.mesh, &positions).unwrap();
     let held = handles(positions.len(), 1, 5, true, 1);
-    let stiffness = half_weights(
-        &Operator::assemble(&Cotangent::default(), &double.surface()).unwrap(),
-        &double.mesh,
-    );
+    let of_double = Operator::assemble(&Cotangent::default(), &double.surface()).unwrap();
     let membrane = Membrane {
         weight: 0.3,
-        stiffness: &stiffness,
+        weights: of_double.weights(),
     };
     let by = |scheme: &dyn LaplacianScheme<f32>, membrane, options| {
         let operator = Operator::assemble(scheme, &surface).unwrap();
@@ -319,14 +309,15 @@ fn what_columns_cannot_serve_is_left_to_the_normal_equations_or_refused() {
         Handle::hard(VertexId::new(9)),
     ];
     let cotangent = Operator::assemble(&Cotangent::default(), &surface).unwrap();
-    let uneven = EdgeMap::from_vec(
-        (0..shape.mesh.num_edges())
-            .map(|e| 1.0 + (e % 3) as f64)
-            .collect(),
-    );
+    let rings = OneRings::new(&shape.mesh);
+    let uneven = rings
+        .halfedges()
+        .iter()
+        .map(|h| 2.0 + 2.0 * (h.edge().index() % 3) as f64);
+    let uneven: Vec<f64> = uneven.collect();
     let membrane = Some(Membrane {
         weight: 0.5,
-        stiffness: &uneven,
+        weights: &uneven,
     });
     let system = PreparedSystem::prepare(&cotangent, &held, membrane).unwrap();
     assert_eq!(system.choice().strategy, Strategy::Normal);
@@ -394,12 +385,9 @@ fn iteration_and_single_precision_agree_with_the_normal_equations() {
     let shape = shapes::creature::<f64>(110);
     let n = shape.positions.len();
     let operator = Operator::assemble(&Cotangent::default(), &shape.surface()).unwrap();
-    let stiffness = half_weights(&operator, &shape.mesh);
+    let weights = operator.weights();
     for (weight, soft) in [(0.0, true), (0.05, false)] {
-        let membrane = Some(Membrane {
-            weight,
-            stiffness: &stiffness,
-        });
+        let membrane = Some(Membrane { weight, weights });
         let held = handles(n, 1, 6, soft, 3);
         let by = |options: &SystemOptions| {
             let prepared = PreparedSystem::prepare_with(&operator, &held, membrane, options);

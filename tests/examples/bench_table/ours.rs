@@ -6,9 +6,8 @@ use std::hint::black_box;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use cotan::flow::Orientation;
 use cotan::geometry::SpatialOrder;
-use cotan::linear::{Membrane, PreparedSystem, Strategy};
+use cotan::linear::{Defect, PreparedSystem, Strategy};
 use cotan::prelude::*;
 
 use crate::job::{Job, Moves};
@@ -31,7 +30,7 @@ pub(crate) fn run(path: &Path, orientation: &str) -> Result<(), Box<dyn Error>> 
     let job = in_order(&job);
     let mesh = HalfedgeMesh::from_faces(job.positions.len(), &job.faces)?;
     let mut flow = flow(&mesh, &job, &options)?;
-    system(&flow, &options, &mut phases)?;
+    system(&flow, &mut phases)?;
     iterations(&mut flow, &job.moves, &mut phases)?;
     phases.number("bandwidth", bandwidth());
     println!("{}", phases.to_json());
@@ -94,41 +93,29 @@ fn handles(moves: &Moves) -> Handles<f64> {
         .fold(Handles::new(), |handles, &(v, p)| handles.move_to(v, p))
 }
 
-fn flow<'m>(
-    mesh: &'m HalfedgeMesh,
-    job: &'m Job,
+fn flow(
+    mesh: &HalfedgeMesh,
+    job: &Job,
     options: &DeformOptions,
-) -> Result<Flow<'m, f64>, Box<dyn Error>> {
+) -> Result<Flow<f64>, Box<dyn Error>> {
     let held = job.moves.iter();
     let at_rest = held.map(|&(v, _)| (Handle::hard(v), job.positions[v]));
-    Ok(Flow::builder(mesh, &job.positions)
+    Ok(options
+        .apply(Flow::builder(mesh, &job.positions))
         .handles(at_rest)
-        .orientation(options.orientation())
-        .updater(options.updater())
         // No step may take the short cut of a converged one.
         .tolerance(0.0)
         .build()?)
 }
 
 /// Factorization, solve, and a change of handles, with faer's own beside them.
-fn system(
-    flow: &Flow<'_, f64>,
-    options: &DeformOptions,
-    phases: &mut Phases,
-) -> Result<(), Box<dyn Error>> {
+fn system(flow: &Flow<f64>, phases: &mut Phases) -> Result<(), Box<dyn Error>> {
     let rest = flow.rest();
-    let orientation: Box<dyn Orientation<f64>> = options.orientation();
-    let prepare = |orientation: &mut dyn Orientation<f64>, handles: &[Handle]| {
-        let membrane = Membrane {
-            weight: orientation.prepare(rest),
-            stiffness: rest.stiffness(),
-        };
-        PreparedSystem::prepare(rest.operator(), handles, Some(membrane))
-    };
-    let mut orientation = orientation;
-    let mut system = prepare(&mut *orientation, flow.handles())?;
+    let prepare =
+        |handles: &[Handle]| PreparedSystem::prepare(rest.operator(), handles, flow.membrane());
+    let mut system = prepare(flow.handles())?;
     repeat(|| {
-        if let Ok(fresh) = phases.time("prepare", || prepare(&mut *orientation, flow.handles())) {
+        if let Ok(fresh) = phases.time("prepare", || prepare(flow.handles())) {
             system = fresh;
         }
     });
@@ -138,10 +125,7 @@ fn system(
     );
     // Without the columns of the handles: one holds the mesh and needs none.
     repeat(|| {
-        black_box(phases.time("factor", || {
-            prepare(&mut *orientation, &flow.handles()[..1])
-        }))
-        .ok();
+        black_box(phases.time("factor", || prepare(&flow.handles()[..1]))).ok();
     });
     // One handle exchanged for a neighbour, and back.
     let mut changed = flow.handles().to_vec();
@@ -162,17 +146,11 @@ fn system(
     let n = rest.positions().len();
     let mismatch = rest.laplacian().clone();
     let still = VertexMap::filled(n, Vector3::zeros());
-    let (mut residual, mut correction) = (still.clone(), still.clone());
+    let mut correction = still.clone();
     repeat(|| {
         phases.time("solve", || {
-            let tension = Some(&still);
-            system.correct(
-                black_box(&mismatch),
-                tension,
-                &still,
-                &mut residual,
-                &mut correction,
-            );
+            let defect = Defect::of_laplacian(black_box(&mismatch)).with_tension(&still);
+            system.correct(&defect, &mut correction).ok();
         });
     });
     phases.number("factor_bytes", 8.0 * system.factor_entries() as f64);
@@ -184,7 +162,7 @@ fn system(
 
 /// Single iterations after the handles moved.
 fn iterations(
-    flow: &mut Flow<'_, f64>,
+    flow: &mut Flow<f64>,
     moves: &Moves,
     phases: &mut Phases,
 ) -> Result<(), Box<dyn Error>> {

@@ -1,8 +1,9 @@
 //! The anchored system: every vertex held weakly where it was.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
-use cotan_flow::{Acceleration, Flow, Orientation, ScalarFieldUpdater, Start, StopReason};
+use cotan_flow::{Acceleration, Flow, Orientation, Rest, ScalarFieldUpdater, Start, StopReason};
 use cotan_geometry::{Positions, Scalar, Surface};
 use cotan_halfedge::{HalfedgeMap, HalfedgeMesh};
 use cotan_laplacian::{Cotangent, LaplacianScheme, Operator, SchemeError, Symmetry};
@@ -129,20 +130,27 @@ pub(crate) struct Anchored<'a, T: Scalar> {
 pub(crate) type Observer<'a> = &'a (dyn Fn(usize) -> ControlFlow<()> + Sync);
 
 impl<T: Scalar> Anchored<'_, T> {
+    /// Measures the shape at rest with the weights of `scheme`.
+    pub(crate) fn rest(
+        &self,
+        scheme: impl LaplacianScheme<T> + 'static,
+    ) -> Result<Arc<Rest<T>>, Error> {
+        Ok(Arc::new(Rest::new(self.mesh, self.rest, scheme)?))
+    }
+
     /// Runs `iterations` updates, each with one solve, and returns the positions in the units of the
-    /// input.
+    /// input. `rest` is from [`Self::rest`].
     pub(crate) fn run(
         &self,
-        scheme: &dyn LaplacianScheme<T>,
-        updater: impl ScalarFieldUpdater<T>,
-        orientation: impl Orientation<T>,
+        rest: Arc<Rest<T>>,
+        updater: impl ScalarFieldUpdater<T> + 'static,
+        orientation: impl Orientation<T> + 'static,
     ) -> Result<Positions<T>, Error> {
-        let handles = self.anchors(scheme)?;
+        let handles = self.anchors(rest.scheme())?;
         let mut system = SystemOptions::new();
         system.max_memory = self.max_memory;
-        let mut flow = Flow::builder(self.mesh, self.rest)
+        let mut flow = Flow::on(rest)
             .system(system)
-            .scheme(scheme)
             .updater(updater)
             .orientation(orientation)
             .handles(handles)

@@ -1,6 +1,6 @@
 //! The signed mean curvature as a scalar field, smoothed step by step.
 
-use cotan_flow::{FlowError, FlowState, Orientation, Quantities, Rest, ScalarFieldUpdater};
+use cotan_flow::{FlowError, FlowState, Orientation, Rest, ScalarFieldUpdater};
 use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
 use cotan_laplacian::OneRings;
@@ -84,10 +84,6 @@ impl<T: Scalar> ScalarFieldUpdater<T> for SmoothedCurvature {
         });
         Ok(())
     }
-
-    fn needs(&self) -> Quantities {
-        NEEDS
-    }
 }
 
 /// ℓ along the direction that the current surface has, of the signed size d of the field.
@@ -108,13 +104,13 @@ impl<T: Scalar> Orientation<T> for AlongCurvature {
         field: &VertexMap<T>,
         out: &mut VertexMap<Vector3<T>>,
     ) -> Result<(), FlowError> {
-        let direction = self.direction;
+        let (direction, normals) = (self.direction, state.normals());
         fill_each(out, |v| {
             let ell = state
                 .rest()
                 .operator()
                 .apply_at(state.positions(), v.index());
-            let normal = state.normals()[v].map(T::as_f64);
+            let normal = normals[v].map(T::as_f64);
             let size = field[v].as_f64();
             let along = ell.dot(&normal);
             let turned = match direction {
@@ -126,17 +122,7 @@ impl<T: Scalar> Orientation<T> for AlongCurvature {
         });
         Ok(())
     }
-
-    fn needs(&self) -> Quantities {
-        NEEDS
-    }
 }
-
-const NEEDS: Quantities = Quantities {
-    normals: true,
-    areas: true,
-    ..Quantities::NONE
-};
 
 /// H with ℓ·n = −4 A H: positive where convex.
 pub(crate) struct Curvature {
@@ -161,7 +147,7 @@ impl Curvature {
     }
 
     /// Of the original mesh.
-    pub(crate) fn of_rest<T: Scalar>(rest: &Rest<'_, T>, direction: Direction) -> Self {
+    pub(crate) fn of_rest<T: Scalar>(rest: &Rest<T>, direction: Direction) -> Self {
         Self::at(
             rest,
             rest.positions(),
@@ -186,7 +172,7 @@ impl Curvature {
     }
 
     fn at<T: Scalar>(
-        rest: &Rest<'_, T>,
+        rest: &Rest<T>,
         positions: &Positions<T>,
         normals: &VertexMap<Vector3<T>>,
         triangles: &VertexMap<T>,
@@ -225,11 +211,14 @@ impl Curvature {
 ///
 /// It can be small or negative where triangles are obtuse: it is at least half of what it would be if
 /// all weights had one sign.
-fn cell<T: Scalar>(rest: &Rest<'_, T>, x: &Positions<T>, v: VertexId) -> f64 {
+fn cell<T: Scalar>(rest: &Rest<T>, x: &Positions<T>, v: VertexId) -> f64 {
     let weights = rest.operator().weights();
     let (mut sum, mut size) = (0.0, 0.0);
-    for (j, h) in rest.rings().ring(v.index()) {
-        let term = weights[h] * (x[j] - x[v]).map(T::as_f64).norm_squared();
+    for (j, k) in rest.graph().row(v.index()) {
+        let term = weights[k]
+            * (x.as_slice()[j.index()] - x[v])
+                .map(T::as_f64)
+                .norm_squared();
         sum += term;
         size += term.abs();
     }

@@ -1,6 +1,6 @@
 //! Smoothing that keeps creases: the field lives on the edges.
 
-use cotan_flow::{FlowError, FlowState, Orientation, Quantities, Rest};
+use cotan_flow::{FlowError, FlowState, Orientation, PerRest, Rest};
 use cotan_geometry::{Scalar, Surface, dihedral_angles, face_normals};
 use cotan_halfedge::{EdgeId, EdgeMap, HalfedgeId, VertexMap};
 use nalgebra::Vector3;
@@ -25,14 +25,14 @@ use super::parallel::fill_each;
 pub struct FeaturePreserving {
     /// How often the angles are averaged in a step.
     pub passes: usize,
-    sigma: f64,
+    sigma: PerRest<f64>,
 }
 
 impl Default for FeaturePreserving {
     fn default() -> Self {
         Self {
             passes: 3,
-            sigma: NARROWEST,
+            sigma: PerRest::new(),
         }
     }
 }
@@ -41,27 +41,17 @@ const NARROWEST: f64 = std::f64::consts::PI / 180.0;
 const WIDEST: f64 = 20.0 * NARROWEST;
 
 impl<T: Scalar> Orientation<T> for FeaturePreserving {
-    fn prepare(&mut self, rest: &Rest<'_, T>) -> f64 {
-        let angles = dihedral_angles(&rest.surface());
-        let mesh = rest.mesh();
-        let inner = angles.iter().filter(|(e, _)| !mesh.is_boundary_edge(*e));
-        let mut sizes: Vec<f64> = inner.map(|(_, a)| a.abs().as_f64()).collect();
-        sizes.sort_by(f64::total_cmp);
-        let median = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
-        self.sigma = median.clamp(NARROWEST, WIDEST);
-        0.0
-    }
-
     fn orient(
         &mut self,
         state: &FlowState<'_, T>,
         _field: &VertexMap<T>,
         out: &mut VertexMap<Vector3<T>>,
     ) -> Result<(), FlowError> {
+        let sigma = *self.sigma.get(state.rest(), median_angle);
         let surface = Surface::assume_checked(state.rest().mesh(), state.positions());
         let mut angles = dihedral_angles(&surface).map(|a| a.as_f64());
         for _ in 0..self.passes {
-            self.average(state, &mut angles);
+            average(state, sigma, &mut angles);
         }
         let bends = edge_bends(&surface, &angles);
         let rings = state.rest().rings();
@@ -72,37 +62,43 @@ impl<T: Scalar> Orientation<T> for FeaturePreserving {
         });
         Ok(())
     }
-
-    fn needs(&self) -> Quantities {
-        Quantities::NONE
-    }
 }
 
-impl FeaturePreserving {
-    fn average<T: Scalar>(&self, state: &FlowState<'_, T>, angles: &mut EdgeMap<f64>) {
-        let (mesh, rings) = (state.rest().mesh(), state.rest().rings());
-        let before = angles.clone();
-        fill_each(angles, |e: EdgeId| {
-            let own = before[e];
-            let (mut sum, mut weights) = (own, 1.0);
-            for v in mesh.edge_vertices(e) {
-                for (_, h) in rings.ring(v.index()) {
-                    let other = h.edge();
-                    if other != e && !mesh.is_boundary_edge(other) {
-                        let off = (before[other] - own) / self.sigma;
-                        let weight = (-0.5 * off * off).exp();
-                        sum += weight * before[other];
-                        weights += weight;
-                    }
+/// σ: the median of |θ| of the original mesh, within bounds.
+fn median_angle<T: Scalar>(rest: &Rest<T>) -> f64 {
+    let angles = dihedral_angles(&rest.surface());
+    let mesh = rest.mesh();
+    let inner = angles.iter().filter(|(e, _)| !mesh.is_boundary_edge(*e));
+    let mut sizes: Vec<f64> = inner.map(|(_, a)| a.abs().as_f64()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let median = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
+    median.clamp(NARROWEST, WIDEST)
+}
+
+/// The bilateral mean of the angles over edges that share a vertex.
+fn average<T: Scalar>(state: &FlowState<'_, T>, sigma: f64, angles: &mut EdgeMap<f64>) {
+    let (mesh, rings) = (state.rest().mesh(), state.rest().rings());
+    let before = angles.clone();
+    fill_each(angles, |e: EdgeId| {
+        let own = before[e];
+        let (mut sum, mut weights) = (own, 1.0);
+        for v in mesh.edge_vertices(e) {
+            for (_, h) in rings.ring(v.index()) {
+                let other = h.edge();
+                if other != e && !mesh.is_boundary_edge(other) {
+                    let off = (before[other] - own) / sigma;
+                    let weight = (-0.5 * off * off).exp();
+                    sum += weight * before[other];
+                    weights += weight;
                 }
             }
-            if mesh.is_boundary_edge(e) {
-                own
-            } else {
-                sum / weights
-            }
-        });
-    }
+        }
+        if mesh.is_boundary_edge(e) {
+            own
+        } else {
+            sum / weights
+        }
+    });
 }
 
 /// 2 sin(θ/2) |e| N of every edge; 0 on the boundary and where the two normals are opposite.

@@ -1,6 +1,6 @@
 //! Smoothing by filtered face normals, within the anchored system.
 
-use cotan_flow::{FlowError, FlowState, Orientation, Quantities, Rest};
+use cotan_flow::{FlowError, FlowState, Orientation, PerRest, Rest};
 use cotan_geometry::Scalar;
 use cotan_halfedge::{FaceMap, HalfedgeMap, VertexId, VertexMap};
 use cotan_laplacian::Cotangent;
@@ -26,9 +26,26 @@ use super::parallel::fill_each;
 pub struct FilteredNormals {
     /// What filters the normals.
     pub filter: NormalFilter,
-    /// Cotangent of the angle opposite each halfedge of the original mesh.
+    original: PerRest<Original>,
+}
+
+/// What is measured on the original mesh.
+#[derive(Clone, Debug)]
+struct Original {
+    /// Cotangent of the angle opposite each halfedge.
     cotangents: HalfedgeMap<f64>,
     wanted: FaceMap<Vector3<f64>>,
+}
+
+impl Original {
+    fn new<T: Scalar>(rest: &Rest<T>, filter: &NormalFilter) -> Self {
+        let mut cotangents = HalfedgeMap::filled(rest.mesh().num_halfedges(), T::zero());
+        Cotangent::default().opposite_cotangents(&rest.surface(), &mut cotangents);
+        Self {
+            cotangents: cotangents.map(|c| c.as_f64()),
+            wanted: filter.filter(&rest.surface()),
+        }
+    }
 }
 
 impl FilteredNormals {
@@ -36,21 +53,12 @@ impl FilteredNormals {
     pub fn new(filter: NormalFilter) -> Self {
         Self {
             filter,
-            cotangents: HalfedgeMap::default(),
-            wanted: FaceMap::default(),
+            original: PerRest::new(),
         }
     }
 }
 
 impl<T: Scalar> Orientation<T> for FilteredNormals {
-    fn prepare(&mut self, rest: &Rest<'_, T>) -> f64 {
-        let mut cotangents = HalfedgeMap::filled(rest.mesh().num_halfedges(), T::zero());
-        Cotangent::default().opposite_cotangents(&rest.surface(), &mut cotangents);
-        self.cotangents = cotangents.map(|c| c.as_f64());
-        self.wanted = self.filter.filter(&rest.surface());
-        0.0
-    }
-
     fn orient(
         &mut self,
         state: &FlowState<'_, T>,
@@ -58,7 +66,11 @@ impl<T: Scalar> Orientation<T> for FilteredNormals {
         out: &mut VertexMap<Vector3<T>>,
     ) -> Result<(), FlowError> {
         let (mesh, x) = (state.rest().mesh(), state.positions());
-        let (cotangents, wanted) = (&self.cotangents, &self.wanted);
+        let filter = &self.filter;
+        let Original { cotangents, wanted } = self
+            .original
+            .get(state.rest(), |rest| Original::new(rest, filter));
+        let (cotangents, wanted) = (&*cotangents, &*wanted);
         fill_each(out, |v: VertexId| {
             let mut ell = Vector3::zeros();
             for h in mesh.outgoing_halfedges(v) {
@@ -72,9 +84,5 @@ impl<T: Scalar> Orientation<T> for FilteredNormals {
             ell.map(T::of_f64)
         });
         Ok(())
-    }
-
-    fn needs(&self) -> Quantities {
-        Quantities::NONE
     }
 }

@@ -96,19 +96,20 @@ impl<T: Scalar> Step<'_, T> {
 
     /// (A − τ/2 L) d.
     fn product(&self, d: &VertexMap<Vector3<f64>>) -> VertexMap<Vector3<f64>> {
-        let (rings, weights) = (self.operator.rings(), self.operator.weights());
+        let (graph, weights) = (self.operator.graph(), self.operator.weights());
+        let at = d.as_slice();
         filled(d.len(), |v: VertexId| {
-            let ring = rings.ring(v.index());
-            let ell: Vector3<f64> = ring.map(|(j, h)| (d[j] - d[v]) * weights[h]).sum();
+            let row = graph.row(v.index());
+            let ell: Vector3<f64> = row.map(|(j, k)| (at[j.index()] - d[v]) * weights[k]).sum();
             self.free(v, d[v] * self.areas[v] - ell * self.half_time)
         })
     }
 
     /// Over the diagonal.
     fn precondition(&self, residual: &VertexMap<Vector3<f64>>) -> VertexMap<Vector3<f64>> {
-        let (rings, weights) = (self.operator.rings(), self.operator.weights());
+        let (graph, weights) = (self.operator.graph(), self.operator.weights());
         filled(residual.len(), |v: VertexId| {
-            let sum: f64 = rings.ring(v.index()).map(|(_, h)| weights[h]).sum();
+            let sum: f64 = weights[graph.range(v.index())].iter().sum();
             let diagonal = self.areas[v] + self.half_time * sum.abs();
             if diagonal > 0.0 {
                 residual[v] / diagonal

@@ -250,7 +250,7 @@ impl<T: Scalar> Run<'_, T> {
             direction,
         };
         let scheme = InteriorCotangent::of(self.surface.mesh());
-        system.run(&scheme, updater, AlongCurvature { direction })
+        system.run(system.rest(scheme)?, updater, AlongCurvature { direction })
     }
 
     /// Where there is noise the start is smoothed lightly, so that the normals of the first step are
@@ -270,7 +270,8 @@ impl<T: Scalar> Run<'_, T> {
             step: self.options.step,
             ..SmoothedCurvature::default()
         };
-        smoothed.positions = system.run(&InteriorUmbrella, updater, AlongCurvature::default())?;
+        let rest = system.rest(InteriorUmbrella)?;
+        smoothed.positions = system.run(rest, updater, AlongCurvature::default())?;
         Ok(())
     }
 
@@ -278,14 +279,16 @@ impl<T: Scalar> Run<'_, T> {
         let filter = NormalFilter::for_noise(self.noise(smoothed).noise);
         let scheme = InteriorCotangent::of(self.surface.mesh());
         let system = self.system(FEATURE_ANCHOR, smoothed);
-        smoothed.positions = system.run(&scheme, KeepMagnitude, FilteredNormals::new(filter))?;
+        let rest = system.rest(scheme)?;
+        smoothed.positions = system.run(rest, KeepMagnitude, FilteredNormals::new(filter))?;
         Ok(())
     }
 
     fn feature_edges(&self, smoothed: &mut Smoothed<T>) -> Result<(), Error> {
         let scheme = InteriorCotangent::of(self.surface.mesh());
         let system = self.system(1.0, smoothed);
-        smoothed.positions = system.run(&scheme, KeepMagnitude, FeaturePreserving::default())?;
+        let rest = system.rest(scheme)?;
+        smoothed.positions = system.run(rest, KeepMagnitude, FeaturePreserving::default())?;
         Ok(())
     }
 

@@ -1,9 +1,8 @@
 //! Constant curvature as the scalar field: what turns the flow into a map to the sphere.
 
-use cotan_flow::{FlowError, FlowState, Quantities, ScalarFieldUpdater};
+use cotan_flow::{FlowError, FlowState, ScalarFieldUpdater};
 use cotan_geometry::{Positions, Scalar};
-use cotan_halfedge::{EdgeId, HalfedgeMesh, VertexMap};
-use cotan_laplacian::Operator;
+use cotan_halfedge::{EdgeId, HalfedgeMap, HalfedgeMesh, VertexMap};
 
 use super::sums::sum;
 
@@ -67,10 +66,9 @@ impl ConstantCurvature {
 /// unit sphere.
 pub(crate) fn energy<T: Scalar>(
     mesh: &HalfedgeMesh,
-    operator: &Operator<T>,
+    weights: &HalfedgeMap<f64>,
     positions: &Positions<T>,
 ) -> f64 {
-    let weights = operator.weights();
     // Edge by edge, with differences; about the first vertex where the weights are not symmetric.
     let origin = positions.as_slice()[0];
     sum(mesh.num_edges(), |e| {
@@ -109,7 +107,7 @@ impl<T: Scalar> ScalarFieldUpdater<T> for ConstantCurvature {
                 let along = sum(x.len(), |i| {
                     a[i].as_f64() * n[i].dot(&(x[i] - x[0])).as_f64()
                 });
-                energy(rest.mesh(), rest.operator(), positions) / along
+                energy(rest.mesh(), rest.halfedge_weights(), positions) / along
             }
         };
         if !factor.is_finite() {
@@ -120,14 +118,5 @@ impl<T: Scalar> ScalarFieldUpdater<T> for ConstantCurvature {
         let factor = T::of_f64(-factor);
         field.values_mut().for_each(|d| *d *= factor);
         Ok(())
-    }
-
-    fn needs(&self) -> Quantities {
-        Quantities {
-            normals: true,
-            areas: self.measure == AreaMeasure::Ring,
-            area_vectors: self.measure == AreaMeasure::Vector,
-            ..Quantities::NONE
-        }
     }
 }

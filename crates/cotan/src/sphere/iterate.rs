@@ -43,8 +43,7 @@ pub(crate) fn paper(
     let mut flow = Flow::builder(mesh, positions)
         .scheme(scheme)
         .updater(ConstantCurvature::keeping_scale(AreaMeasure::Ring))
-        .orientation(orientation)
-        .projection(KeepSize::default())
+        .projected(orientation, KeepSize::default())
         .handles([one_handle(positions)])
         .schedule(Schedule::PAPER)
         .start(Start::Updated)
@@ -77,13 +76,12 @@ pub(crate) fn robust(
 ) -> Result<Iterated, FlowError> {
     let scheme = Selective {
         scheme: symmetric(options.scheme),
-        marked,
+        marked: marked.to_vec(),
     };
     let mut builder = Flow::builder(mesh, positions)
         .scheme(scheme)
         .updater(ConstantCurvature::keeping_scale(AreaMeasure::Vector))
-        .orientation(AlongNormal::NormalOnly)
-        .projection(RobustProjection::new())
+        .projected(AlongNormal::NormalOnly, RobustProjection::new())
         .handles([one_handle(positions)])
         .start(Start::Updated)
         .tolerance(options.tolerance)
@@ -127,15 +125,15 @@ pub(super) fn symmetric(scheme: SchemeKind) -> Box<dyn LaplacianScheme<f64>> {
 }
 
 /// A scheme whose weights are raised to a floor on edges with a marked end.
-struct Selective<'a> {
+struct Selective {
     scheme: Box<dyn LaplacianScheme<f64>>,
-    marked: &'a [bool],
+    marked: Vec<bool>,
 }
 
 /// Weights below this make flips: an equilateral mesh has weights of 1.15.
 const FLOOR: f64 = 0.01;
 
-impl LaplacianScheme<f64> for Selective<'_> {
+impl LaplacianScheme<f64> for Selective {
     fn weights(
         &self,
         surface: &Surface<'_, f64>,

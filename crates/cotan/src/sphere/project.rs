@@ -21,18 +21,14 @@ pub(crate) struct KeepSize {
 }
 
 impl Projection<f64> for KeepSize {
-    fn start(
-        &mut self,
-        rest: &Rest<'_, f64>,
-        positions: &mut Positions<f64>,
-    ) -> Result<(), FlowError> {
+    fn start(&mut self, rest: &Rest<f64>, positions: &mut Positions<f64>) -> Result<(), FlowError> {
         self.weights = source_weights(rest);
         keep_size(rest, &self.weights, positions)
     }
 
     fn project(
         &mut self,
-        rest: &Rest<'_, f64>,
+        rest: &Rest<f64>,
         before: &Positions<f64>,
         next: &mut Positions<f64>,
     ) -> Result<f64, FlowError> {
@@ -137,11 +133,7 @@ impl RobustProjection {
 }
 
 impl Projection<f64> for RobustProjection {
-    fn start(
-        &mut self,
-        rest: &Rest<'_, f64>,
-        positions: &mut Positions<f64>,
-    ) -> Result<(), FlowError> {
+    fn start(&mut self, rest: &Rest<f64>, positions: &mut Positions<f64>) -> Result<(), FlowError> {
         self.weights = source_weights(rest);
         keep_size(rest, &self.weights, positions)?;
         self.try_sphere(rest.mesh(), positions);
@@ -150,7 +142,7 @@ impl Projection<f64> for RobustProjection {
 
     fn project(
         &mut self,
-        rest: &Rest<'_, f64>,
+        rest: &Rest<f64>,
         before: &Positions<f64>,
         next: &mut Positions<f64>,
     ) -> Result<f64, FlowError> {
@@ -167,7 +159,7 @@ impl Projection<f64> for RobustProjection {
 }
 
 /// The areas around the vertices of the original mesh, over their sum.
-fn source_weights(rest: &Rest<'_, f64>) -> Vec<f64> {
+fn source_weights(rest: &Rest<f64>) -> Vec<f64> {
     let areas = rest.areas().as_slice();
     let total = sums::sum(areas.len(), |i| areas[i]);
     areas.iter().map(|a| a / total).collect()
@@ -175,13 +167,13 @@ fn source_weights(rest: &Rest<'_, f64>) -> Vec<f64> {
 
 /// Centres by the weights and scales to E = 16π.
 fn keep_size(
-    rest: &Rest<'_, f64>,
+    rest: &Rest<f64>,
     weights: &[f64],
     positions: &mut Positions<f64>,
 ) -> Result<(), FlowError> {
     let x = positions.as_slice();
     let mean = sums::sum(x.len(), |i| x[i].coords * weights[i]);
-    let scale = (SPHERE_ENERGY / energy(rest.mesh(), rest.operator(), positions)).sqrt();
+    let scale = (SPHERE_ENERGY / energy(rest.mesh(), rest.halfedge_weights(), positions)).sqrt();
     if !(scale.is_finite() && scale > 0.0) {
         return Err(FlowError::Custom(
             "the surface has shrunk to a point, or its weights are negative on the whole; try --scheme uniform".into(),

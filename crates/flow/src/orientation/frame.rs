@@ -15,18 +15,13 @@ pub(crate) struct BoundaryFrames<T> {
 }
 
 impl<T: Scalar> BoundaryFrames<T> {
-    pub(crate) fn new() -> Self {
-        Self {
-            components: VertexMap::default(),
-        }
-    }
-
     /// Measures the components on the original mesh.
-    pub(crate) fn prepare(&mut self, rest: &Rest<'_, T>) {
-        self.components = VertexMap::from_fn(rest.mesh().num_vertices(), |v| {
+    pub(crate) fn new(rest: &Rest<T>) -> Self {
+        let components = VertexMap::from_fn(rest.mesh().num_vertices(), |v| {
             let frame = frame(rest.mesh(), rest.positions(), rest.normals()[v], v)?;
             Some(frame.tr_mul(&rest.laplacian()[v]))
         });
+        Self { components }
     }
 
     /// ℓ⁰ of a boundary vertex, carried to the current frame; `None` for an interior vertex or one

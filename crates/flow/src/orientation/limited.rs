@@ -7,8 +7,8 @@ use nalgebra::Vector3;
 use super::frame::BoundaryFrames;
 use super::{Orientation, field_scale, write_each};
 use crate::error::FlowError;
-use crate::rest::Rest;
-use crate::state::{FlowState, Quantities};
+use crate::per_rest::PerRest;
+use crate::state::FlowState;
 
 /// The normal part is kept with its sign; the tangential part keeps its current direction and may
 /// not outgrow its original size:
@@ -22,7 +22,7 @@ use crate::state::{FlowState, Quantities};
 /// **Deviation** from the paper's section 3.2, whose rule it replaces.
 #[derive(Debug)]
 pub struct Limited<T: Scalar> {
-    boundary: BoundaryFrames<T>,
+    boundary: PerRest<BoundaryFrames<T>>,
     normal_part: NormalPart,
 }
 
@@ -39,7 +39,7 @@ impl<T: Scalar> Limited<T> {
     /// The rule.
     pub fn new() -> Self {
         Self {
-            boundary: BoundaryFrames::new(),
+            boundary: PerRest::new(),
             normal_part: NormalPart::Kept,
         }
     }
@@ -60,11 +60,6 @@ impl<T: Scalar> Default for Limited<T> {
 }
 
 impl<T: Scalar> Orientation<T> for Limited<T> {
-    fn prepare(&mut self, rest: &Rest<'_, T>) -> f64 {
-        self.boundary.prepare(rest);
-        0.0
-    }
-
     fn orient(
         &mut self,
         state: &FlowState<'_, T>,
@@ -72,25 +67,26 @@ impl<T: Scalar> Orientation<T> for Limited<T> {
         out: &mut VertexMap<Vector3<T>>,
     ) -> Result<(), FlowError> {
         let rest = state.rest();
+        let boundary = &*self.boundary.get(rest, BoundaryFrames::new);
+        let normal_part = self.normal_part;
+        let (laplacian, normals) = (state.laplacian()?, state.normals());
         write_each(out, |v| {
-            let normal = state.normals()[v];
+            let normal = normals[v];
             let scale = field_scale(field[v], rest.magnitudes()[v]);
-            let carried = self
-                .boundary
-                .carry(rest.mesh(), state.positions(), normal, v);
+            let carried = boundary.carry(rest.mesh(), state.positions(), normal, v);
             if let Some(carried) = carried {
                 return carried * scale;
             }
             let original = rest.laplacian()[v];
             let along = original.dot(&rest.normals()[v]);
             let most = (original - rest.normals()[v] * along).norm() * scale;
-            let current = state.laplacian()[v];
+            let current = laplacian[v];
             let mut tangential = current - normal * current.dot(&normal);
             let length = tangential.norm();
             if length > most {
                 tangential *= most / length;
             }
-            let along = match self.normal_part {
+            let along = match normal_part {
                 NormalPart::Kept => along * scale,
                 NormalPart::Stretched => {
                     let length = length.min(most);
@@ -102,13 +98,5 @@ impl<T: Scalar> Orientation<T> for Limited<T> {
             normal * along + tangential
         });
         Ok(())
-    }
-
-    fn needs(&self) -> Quantities {
-        Quantities {
-            laplacian: true,
-            normals: true,
-            ..Quantities::NONE
-        }
     }
 }

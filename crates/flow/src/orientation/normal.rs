@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::{Orientation, write_each};
 use crate::error::FlowError;
-use crate::state::{FlowState, Quantities};
+use crate::state::FlowState;
 
 /// ℓ = d N, or ℓ = (ℓ_c − (ℓ_c·N) N) + d N with the current tangential part kept: for scalar fields
 /// that *prescribe* a curvature, sign included, rather than keep the original's.
@@ -32,22 +32,19 @@ impl<T: Scalar> Orientation<T> for AlongNormal {
         field: &VertexMap<T>,
         out: &mut VertexMap<Vector3<T>>,
     ) -> Result<(), FlowError> {
-        let normals = state.normals();
         match self {
-            Self::NormalOnly => write_each(out, |v| normals[v] * field[v]),
-            Self::KeepTangential => write_each(out, |v| {
-                let (normal, current) = (normals[v], state.laplacian()[v]);
-                current + normal * (field[v] - current.dot(&normal))
-            }),
+            Self::NormalOnly => {
+                let normals = state.normals();
+                write_each(out, |v| normals[v] * field[v]);
+            }
+            Self::KeepTangential => {
+                let (laplacian, normals) = (state.laplacian()?, state.normals());
+                write_each(out, |v| {
+                    let (normal, current) = (normals[v], laplacian[v]);
+                    current + normal * (field[v] - current.dot(&normal))
+                });
+            }
         }
         Ok(())
-    }
-
-    fn needs(&self) -> Quantities {
-        Quantities {
-            laplacian: *self == Self::KeepTangential,
-            normals: true,
-            ..Quantities::NONE
-        }
     }
 }

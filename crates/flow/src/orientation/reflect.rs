@@ -8,8 +8,8 @@ use super::frame::BoundaryFrames;
 use super::limited::Limited;
 use super::{Orientation, field_scale, write_each};
 use crate::error::FlowError;
-use crate::rest::Rest;
-use crate::state::{FlowState, Quantities};
+use crate::per_rest::PerRest;
+use crate::state::FlowState;
 
 /// The paper's orientation, to the letter: ℓ of the current mesh, reflected about the tangent plane
 /// where it points to the other side of the surface than ℓ⁰ did, then given the size d.
@@ -29,7 +29,7 @@ use crate::state::{FlowState, Quantities};
 /// **Source**: section 3.2, step 2.
 #[derive(Debug)]
 pub struct Reflect<T: Scalar> {
-    boundary: BoundaryFrames<T>,
+    boundary: PerRest<BoundaryFrames<T>>,
 }
 
 impl<T: Scalar> Default for Reflect<T> {
@@ -42,17 +42,12 @@ impl<T: Scalar> Reflect<T> {
     /// The rule.
     pub fn new() -> Self {
         Self {
-            boundary: BoundaryFrames::new(),
+            boundary: PerRest::new(),
         }
     }
 }
 
 impl<T: Scalar> Orientation<T> for Reflect<T> {
-    fn prepare(&mut self, rest: &Rest<'_, T>) -> f64 {
-        self.boundary.prepare(rest);
-        0.0
-    }
-
     fn orient(
         &mut self,
         state: &FlowState<'_, T>,
@@ -60,16 +55,16 @@ impl<T: Scalar> Orientation<T> for Reflect<T> {
         out: &mut VertexMap<Vector3<T>>,
     ) -> Result<(), FlowError> {
         let rest = state.rest();
+        let boundary = &*self.boundary.get(rest, BoundaryFrames::new);
+        let (laplacian, normals) = (state.laplacian()?, state.normals());
         write_each(out, |v| {
-            let normal = state.normals()[v];
-            let carried = self
-                .boundary
-                .carry(rest.mesh(), state.positions(), normal, v);
+            let normal = normals[v];
+            let carried = boundary.carry(rest.mesh(), state.positions(), normal, v);
             if let Some(carried) = carried {
                 return carried * field_scale(field[v], rest.magnitudes()[v]);
             }
             let side = rest.laplacian()[v].dot(&rest.normals()[v]);
-            let turned = orient(state.laplacian()[v], normal, side);
+            let turned = orient(laplacian[v], normal, side);
             let length = turned.norm();
             if length > T::zero() {
                 turned * (field[v] / length)
@@ -78,14 +73,6 @@ impl<T: Scalar> Orientation<T> for Reflect<T> {
             }
         });
         Ok(())
-    }
-
-    fn needs(&self) -> Quantities {
-        Quantities {
-            laplacian: true,
-            normals: true,
-            ..Quantities::NONE
-        }
     }
 }
 
@@ -129,11 +116,6 @@ impl<T: Scalar> ReflectFirst<T> {
 }
 
 impl<T: Scalar> Orientation<T> for ReflectFirst<T> {
-    fn prepare(&mut self, rest: &Rest<'_, T>) -> f64 {
-        self.first.prepare(rest);
-        self.then.prepare(rest)
-    }
-
     fn orient(
         &mut self,
         state: &FlowState<'_, T>,
@@ -145,10 +127,6 @@ impl<T: Scalar> Orientation<T> for ReflectFirst<T> {
         } else {
             self.then.orient(state, field, out)
         }
-    }
-
-    fn needs(&self) -> Quantities {
-        self.first.needs()
     }
 }
 

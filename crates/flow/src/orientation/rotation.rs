@@ -2,16 +2,17 @@
 
 use cotan_geometry::Scalar;
 use cotan_halfedge::VertexMap;
-use cotan_laplacian::OneRings;
-use nalgebra::{Matrix3, Point3, Vector3};
+use cotan_laplacian::Graph;
+use nalgebra::{Point3, Vector3};
 
-use super::cells::{as_f64, edge_gradients, four_of, in_rows};
 use super::{Orientation, field_scale};
+use crate::cells::{as_f64, edge_gradients, four_of, in_rows};
 use crate::error::FlowError;
+use crate::nearest_rotation::{IDENTITY, Mat3, flat, nearest_rotations_from};
 use crate::passes::{Columns, Four, PassOfThree, run_three, turned};
-use crate::polar::{IDENTITY, Mat3, flat, nearest_rotations_from};
+use crate::per_rest::PerRest;
 use crate::rest::Rest;
-use crate::state::{FlowState, Quantities};
+use crate::state::FlowState;
 
 /// ℓ_i = (d_i/|ℓ⁰_i|) R_i ℓ⁰_i with R_i the rotation that fits the triangles around i best, weighted
 /// by cotangents as in as-rigid-as-possible editing ("spokes and rims", Chao et al. 2010). Boundary
@@ -23,11 +24,24 @@ use crate::state::{FlowState, Quantities};
 /// **Deviation** from the paper's section 3.2, whose rule it replaces.
 #[derive(Clone, Debug, Default)]
 pub struct BestRotation {
+    fit: PerRest<Fit>,
+}
+
+/// What is known of one rest shape.
+#[derive(Clone, Debug)]
+struct Fit {
     gradients: Vec<[f64; 3]>,
     /// The rotations of the last step, from which the next fit starts.
     rotations: Vec<Mat3>,
-    /// L⁰x of the last state.
-    laplacian: Vec<Vector3<f64>>,
+}
+
+impl Fit {
+    fn new<T: Scalar>(rest: &Rest<T>) -> Self {
+        Self {
+            gradients: in_rows(rest.rings(), &edge_gradients(rest), 1.0, |h| h.twin()),
+            rotations: vec![IDENTITY; rest.positions().len()],
+        }
+    }
 }
 
 impl BestRotation {
@@ -45,44 +59,32 @@ impl<T: Scalar> Orientation<T> for BestRotation {
         out: &mut VertexMap<Vector3<T>>,
     ) -> Result<(), FlowError> {
         let rest = state.rest();
+        let Fit {
+            gradients,
+            rotations,
+        } = self.fit.get(rest, Fit::new);
+        if let Some(guess) = state.first_rotations() {
+            *rotations = guess.values().map(flat).collect();
+        }
         let turning = Turning {
-            rings: rest.rings(),
+            graph: rest.graph(),
             positions: state.positions().as_slice(),
-            gradients: &self.gradients,
+            gradients,
             rest,
             field: field.as_slice(),
         };
-        let (rotations, laplacian) = (&mut self.rotations, &mut self.laplacian);
-        run_three(&turning, rotations, laplacian, out.as_mut_slice());
+        let ell = out.as_mut_slice();
+        state.fuse_rest_laplacian(|laplacian| run_three(&turning, rotations, laplacian, ell));
         Ok(())
-    }
-
-    fn needs(&self) -> Quantities {
-        Quantities::NONE
-    }
-
-    fn prepare(&mut self, rest: &Rest<'_, T>) -> f64 {
-        self.gradients = in_rows(rest.rings(), &edge_gradients(rest), 1.0, |h| h.twin());
-        self.rotations = vec![IDENTITY; rest.positions().len()];
-        self.laplacian = vec![Vector3::zeros(); rest.positions().len()];
-        0.0
-    }
-
-    fn seen_laplacian(&self) -> Option<&[Vector3<f64>]> {
-        Some(&self.laplacian)
-    }
-
-    fn start_from(&mut self, rotations: &VertexMap<Matrix3<f64>>) {
-        self.rotations = rotations.values().map(flat).collect();
     }
 }
 
 /// The fits, and the turned Laplacian coordinates.
 struct Turning<'a, T: Scalar> {
-    rings: &'a OneRings,
+    graph: &'a Graph,
     positions: &'a [Point3<T>],
     gradients: &'a [[f64; 3]],
-    rest: &'a Rest<'a, T>,
+    rest: &'a Rest<T>,
     field: &'a [T],
 }
 
@@ -90,13 +92,13 @@ impl<T: Scalar> Turning<'_, T> {
     /// The covariance of the triangles around a vertex, and L⁰x there.
     #[inline(always)]
     fn covariance(&self, i: usize) -> (Mat3, Four) {
-        let row = self.rings.range(i);
+        let row = self.graph.range(i);
         let own = Four::of_point(&self.positions[i]);
         let (mut sum, mut now) = (Columns::ZERO, Four::ZERO);
-        for ((j, g), w) in self.rings.neighbours()[row.clone()]
+        for ((j, g), w) in self.graph.neighbours()[row.clone()]
             .iter()
             .zip(&self.gradients[row.clone()])
-            .zip(&self.rest.operator().row_weights()[row])
+            .zip(&self.rest.operator().weights()[row])
         {
             let edge = Four::of_point(&self.positions[j.index()]) - own;
             sum.add_outer(edge, g);

@@ -1,7 +1,7 @@
 //! One level of the hierarchy.
 
+use cotan_parallel as parallel;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 use super::aggregate::aggregate;
 use crate::csr::Csr;
@@ -62,64 +62,67 @@ impl Level {
         self.matrix.values.len() + 2 * self.prolongation.values.len()
     }
 
+    /// The memory of a cycle.
+    pub(super) fn work(&self) -> LevelWork {
+        let coarse = self.restriction.num_rows();
+        LevelWork {
+            step: vec![Vector3::zeros(); self.matrix.num_rows()],
+            rhs: vec![Vector3::zeros(); coarse],
+            correction: vec![Vector3::zeros(); coarse],
+        }
+    }
+
     /// Improves x by a Chebyshev polynomial in D⁻¹A that damps the upper part of the spectrum.
-    pub(super) fn smooth(&self, b: &[Vector3<f64>], x: &mut [Vector3<f64>]) {
+    pub(super) fn smooth(
+        &self,
+        b: &[Vector3<f64>],
+        x: &mut [Vector3<f64>],
+        step: &mut [Vector3<f64>],
+    ) {
         let (high, low) = (self.radius, self.radius / RANGE);
         let (center, half) = (0.5 * (high + low), 0.5 * (high - low));
         let sigma = center / half;
         let mut rho = 1.0 / sigma;
-        let mut step = self.scaled_residual(b, x);
-        step.par_iter_mut().for_each(|s| *s /= center);
+        parallel::fill(step, |i| self.scaled_residual(b, x, i) / center);
         for degree in 0..DEGREE {
-            x.par_iter_mut()
-                .zip(&step)
-                .with_min_len(CHUNK)
-                .for_each(|(x, s)| *x += s);
+            parallel::update((&mut *x, &*step), |_, (x, s)| *x += s);
             if degree + 1 == DEGREE {
                 break;
             }
             let next = 1.0 / (2.0 * sigma - rho);
-            let residual = self.scaled_residual(b, x);
             let (keep, add) = (next * rho, 2.0 * next / half);
-            step.par_iter_mut()
-                .zip(&residual)
-                .with_min_len(CHUNK)
-                .for_each(|(s, r)| *s = *s * keep + r * add);
+            parallel::update(&mut *step, |i, s| {
+                *s = *s * keep + self.scaled_residual(b, x, i) * add;
+            });
             rho = next;
         }
     }
 
-    /// D⁻¹(b − Ax).
-    fn scaled_residual(&self, b: &[Vector3<f64>], x: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
-        (0..b.len())
-            .into_par_iter()
-            .with_min_len(CHUNK)
-            .map(|i| (b[i] - self.matrix.product(i, x)) * self.inverse_diagonal[i])
-            .collect()
+    /// (D⁻¹(b − Ax))_i.
+    fn scaled_residual(&self, b: &[Vector3<f64>], x: &[Vector3<f64>], i: usize) -> Vector3<f64> {
+        (b[i] - self.matrix.product(i, x)) * self.inverse_diagonal[i]
     }
 
-    /// Pᵀ(b − Ax).
-    pub(super) fn restrict(&self, b: &[Vector3<f64>], x: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
-        let residual: Vec<Vector3<f64>> = (0..b.len())
-            .into_par_iter()
-            .with_min_len(CHUNK)
-            .map(|i| b[i] - self.matrix.product(i, x))
-            .collect();
-        let mut out = vec![Vector3::zeros(); self.restriction.num_rows()];
-        self.restriction.multiply(&residual, &mut out);
-        out
+    /// Pᵀ(b − Ax), written to `rhs`.
+    pub(super) fn restrict(&self, b: &[Vector3<f64>], x: &[Vector3<f64>], work: &mut LevelWork) {
+        parallel::fill(&mut work.step, |i| b[i] - self.matrix.product(i, x));
+        self.restriction.multiply(&work.step, &mut work.rhs);
     }
 
     /// x ← x + P c.
     pub(super) fn prolong(&self, correction: &[Vector3<f64>], x: &mut [Vector3<f64>]) {
-        x.par_iter_mut()
-            .enumerate()
-            .with_min_len(CHUNK)
-            .for_each(|(i, x)| *x += self.prolongation.product(i, correction));
+        parallel::update(x, |i, x| *x += self.prolongation.product(i, correction));
     }
 }
 
-const CHUNK: usize = 2048;
+/// The memory of a cycle on one level.
+pub(super) struct LevelWork {
+    /// One entry per unknown of this level.
+    pub(super) step: Vec<Vector3<f64>>,
+    /// Right-hand side and solution of the next coarser level.
+    pub(super) rhs: Vec<Vector3<f64>>,
+    pub(super) correction: Vec<Vector3<f64>>,
+}
 
 /// A bound of the eigenvalues of D⁻¹A: the lesser of Gershgorin's and a safe multiple of what a power
 /// iteration finds.
@@ -127,10 +130,9 @@ fn radius(matrix: &Csr, inverse_diagonal: &[f64]) -> f64 {
     const STEPS: usize = 12;
     const SAFETY: f64 = 1.1;
     let n = matrix.num_rows();
-    let gershgorin = (0..n)
-        .into_par_iter()
-        .map(|i| inverse_diagonal[i] * matrix.row(i).map(|(_, v)| v.abs()).sum::<f64>())
-        .reduce(|| 0.0, f64::max);
+    let gershgorin = parallel::max(n, |i| {
+        inverse_diagonal[i] * matrix.row(i).map(|(_, v)| v.abs()).sum::<f64>()
+    });
     // A fixed start without structure.
     let mut x: Vec<Vector3<f64>> = (0..n)
         .map(|i| Vector3::repeat((i as f64 * 0.618_033_988_749_895).fract() - 0.5))

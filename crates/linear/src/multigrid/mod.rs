@@ -8,19 +8,22 @@
 mod aggregate;
 mod level;
 
+use cotan_parallel::{self as parallel, Chunks};
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 use crate::cholesky::Cholesky;
 use crate::csr::Csr;
 use crate::error::LinearError;
 use crate::lower::LowerTriangle;
-use level::Level;
+use level::{Level, LevelWork};
 
 /// Unknowns from which a level is coarsened further.
 const COARSEST: usize = 6_000;
 /// |residual| / |right-hand side| at which a solve ends.
 const TOLERANCE: f64 = 1e-10;
+/// The largest |residual| / |right-hand side| that a solve may leave after all its iterations:
+/// where rounding keeps it from [`TOLERANCE`], a refinement by the caller still gains digits.
+const ACCEPTED: f64 = 1e-8;
 /// Iterations after which a solve is given up.
 const MOST_ITERATIONS: usize = 400;
 
@@ -29,10 +32,16 @@ const MOST_ITERATIONS: usize = 400;
 pub(crate) struct Multigrid {
     levels: Vec<Level>,
     coarsest: Cholesky,
-    /// Work of the conjugate gradients.
+    work: Work,
+}
+
+/// The memory of a solve, allocated once.
+struct Work {
     residual: Vec<Vector3<f64>>,
+    preconditioned: Vec<Vector3<f64>>,
     direction: Vec<Vector3<f64>>,
     product: Vec<Vector3<f64>>,
+    levels: Vec<LevelWork>,
 }
 
 impl Multigrid {
@@ -56,13 +65,18 @@ impl Multigrid {
             fine = coarse;
         }
         let coarsest = Cholesky::factor(&fine.to_lower())?;
-        let zeros = vec![Vector3::zeros(); n];
+        let zeros = || vec![Vector3::zeros(); n];
+        let work = Work {
+            residual: zeros(),
+            preconditioned: zeros(),
+            direction: zeros(),
+            product: zeros(),
+            levels: levels.iter().map(Level::work).collect(),
+        };
         let mut multigrid = Self {
             levels,
             coarsest,
-            residual: zeros.clone(),
-            direction: zeros.clone(),
-            product: zeros,
+            work,
         };
         multigrid.check()?;
         Ok(multigrid)
@@ -74,16 +88,16 @@ impl Multigrid {
         levels + self.coarsest.num_entries()
     }
 
-    /// Solves one system and looks whether it converged.
+    /// Solves one system: it must converge to the tolerance.
     fn check(&mut self) -> Result<(), LinearError> {
-        let n = self.residual.len();
+        let n = self.work.residual.len();
         let mut x: Vec<Vector3<f64>> = (0..n)
             .map(|i| {
                 let b = (i as f64 * 0.618_033_988_749_895).fract() - 0.5;
                 Vector3::new(b, 0.0, 0.0)
             })
             .collect();
-        let residual = self.solve(&mut x);
+        let residual = self.iterate(&mut x);
         if residual <= TOLERANCE {
             return Ok(());
         }
@@ -93,72 +107,92 @@ impl Multigrid {
         })
     }
 
-    /// Overwrites right-hand sides by their solutions; returns the greatest relative residual of the
-    /// three.
-    pub(crate) fn solve(&mut self, rhs: &mut [Vector3<f64>]) -> f64 {
-        let Some(fine) = self.levels.first() else {
-            self.coarsest.solve(rhs);
+    /// Overwrites right-hand sides by their solutions. Allocates nothing of the size of the
+    /// matrix.
+    ///
+    /// # Errors
+    /// [`LinearError::NotConverged`]; what is written is then of no use.
+    pub(crate) fn solve(&mut self, rhs: &mut [Vector3<f64>]) -> Result<(), LinearError> {
+        let residual = self.iterate(rhs);
+        if residual <= ACCEPTED {
+            return Ok(());
+        }
+        Err(LinearError::NotConverged {
+            unknowns: rhs.len(),
+            residual,
+        })
+    }
+
+    /// Conjugate gradients; returns the largest relative residual of the three systems.
+    fn iterate(&mut self, rhs: &mut [Vector3<f64>]) -> f64 {
+        let Self {
+            levels,
+            coarsest,
+            work,
+        } = self;
+        let Some(fine) = levels.first() else {
+            coarsest.solve(rhs);
             return 0.0;
         };
-        let n = fine.matrix().num_rows();
-        self.residual.copy_from_slice(rhs);
+        let Work {
+            residual,
+            preconditioned,
+            direction,
+            product,
+            levels: of_levels,
+        } = work;
+        residual.copy_from_slice(rhs);
         let x = rhs;
         x.fill(Vector3::zeros());
-        let target = norms(&self.residual) * TOLERANCE;
-        let first = norms(&self.residual);
-        self.direction.fill(Vector3::zeros());
+        direction.fill(Vector3::zeros());
+        let first = norms(residual);
+        let target = first * TOLERANCE;
         let mut rho = Vector3::repeat(0.0);
-        let mut left = norms(&self.residual);
+        let mut left = first;
         for _ in 0..MOST_ITERATIONS {
             if (0..3).all(|axis| left[axis] <= target[axis]) {
                 break;
             }
-            let mut z = vec![Vector3::zeros(); n];
-            self.precondition(&mut z);
-            let new_rho = products(&self.residual, &z);
+            preconditioned.fill(Vector3::zeros());
+            cycle(levels, of_levels, coarsest, residual, preconditioned);
+            let new_rho = products(residual, preconditioned);
             let beta = quotient(new_rho, rho);
             rho = new_rho;
-            combine(&mut self.direction, &z, |p, z| z + p.component_mul(&beta));
-            self.levels[0]
-                .matrix()
-                .multiply(&self.direction, &mut self.product);
-            let alpha = quotient(rho, products(&self.direction, &self.product));
-            combine(x, &self.direction, |x, p| x + p.component_mul(&alpha));
-            combine(&mut self.residual, &self.product, |r, q| {
-                r - q.component_mul(&alpha)
-            });
-            left = norms(&self.residual);
+            combine(direction, preconditioned, |p, z| z + p.component_mul(&beta));
+            fine.matrix().multiply(direction, product);
+            let alpha = quotient(rho, products(direction, product));
+            combine(x, direction, |x, p| x + p.component_mul(&alpha));
+            combine(residual, product, |r, q| r - q.component_mul(&alpha));
+            left = norms(residual);
             if !left.iter().all(|x| x.is_finite()) {
-                break;
+                return f64::INFINITY;
             }
         }
         quotient(left, first).amax()
-    }
-
-    /// z = one V-cycle on the residual.
-    fn precondition(&mut self, z: &mut [Vector3<f64>]) {
-        cycle(&mut self.levels, &mut self.coarsest, &self.residual, z);
     }
 }
 
 /// x = one V-cycle for A x = b, from x = 0.
 fn cycle(
-    levels: &mut [Level],
+    levels: &[Level],
+    work: &mut [LevelWork],
     coarsest: &mut Cholesky,
     b: &[Vector3<f64>],
     x: &mut [Vector3<f64>],
 ) {
-    let Some((level, rest)) = levels.split_first_mut() else {
+    let (Some((level, coarser)), Some((work, works))) =
+        (levels.split_first(), work.split_first_mut())
+    else {
         x.copy_from_slice(b);
         coarsest.solve(x);
         return;
     };
-    level.smooth(b, x);
-    let restricted = level.restrict(b, x);
-    let mut correction = vec![Vector3::zeros(); restricted.len()];
-    cycle(rest, coarsest, &restricted, &mut correction);
-    level.prolong(&correction, x);
-    level.smooth(b, x);
+    level.smooth(b, x, &mut work.step);
+    level.restrict(b, x, work);
+    work.correction.fill(Vector3::zeros());
+    cycle(coarser, works, coarsest, &work.rhs, &mut work.correction);
+    level.prolong(&work.correction, x);
+    level.smooth(b, x, &mut work.step);
 }
 
 /// Quotients axis by axis, 0 where the divisor is not positive: an axis that is solved already.
@@ -166,16 +200,11 @@ fn quotient(a: Vector3<f64>, b: Vector3<f64>) -> Vector3<f64> {
     a.zip_map(&b, |a, b| if b > 0.0 { a / b } else { 0.0 })
 }
 
-const CHUNK: usize = 4096;
+const CHUNKS: Chunks = Chunks::of(4096);
 
 /// Σ a_i b_i axis by axis, by partial sums in a fixed order.
 fn products(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> Vector3<f64> {
-    let sums: Vec<Vector3<f64>> = a
-        .par_chunks(CHUNK)
-        .zip(b.par_chunks(CHUNK))
-        .map(|(a, b)| a.iter().zip(b).map(|(a, b)| a.component_mul(b)).sum())
-        .collect();
-    sums.into_iter().sum()
+    CHUNKS.sum(a.len(), |i| a[i].component_mul(&b[i]))
 }
 
 fn norms(a: &[Vector3<f64>]) -> Vector3<f64> {
@@ -187,10 +216,7 @@ fn combine(
     b: &[Vector3<f64>],
     value: impl Fn(&Vector3<f64>, &Vector3<f64>) -> Vector3<f64> + Sync,
 ) {
-    a.par_iter_mut()
-        .zip(b)
-        .with_min_len(CHUNK)
-        .for_each(|(a, b)| *a = value(a, b));
+    parallel::update((a, b), |_, (a, b)| *a = value(a, b));
 }
 
 #[cfg(test)]
@@ -204,15 +230,15 @@ mod tests {
     fn one_ring(shape: &Shape<f64>, shift: f64) -> LowerTriangle {
         let surface = Surface::new(&shape.mesh, &shape.positions).unwrap();
         let operator = Operator::assemble(&Cotangent::default(), &surface).unwrap();
-        let rings = operator.rings();
+        let graph = operator.graph();
         let mut matrix = LowerTriangle {
             offsets: vec![0],
             rows: vec![],
             values: vec![],
         };
         // Vertex 0 is the ground.
-        for i in 1..rings.num_vertices() {
-            let weights = || rings.ring(i).map(|(j, h)| (j, operator.weights()[h]));
+        for i in 1..graph.num_rows() {
+            let weights = || graph.row(i).map(|(j, k)| (j, operator.weights()[k]));
             matrix.rows.push(i as u32 - 1);
             matrix
                 .values
@@ -239,7 +265,7 @@ mod tests {
                     .map(|i| Vector3::new((i as f64).sin(), (0.1 * i as f64).cos(), 0.0))
                     .collect();
                 let (mut ours, mut theirs) = (rhs.clone(), rhs);
-                let residual = Multigrid::new(&matrix).unwrap().solve(&mut ours);
+                let residual = Multigrid::new(&matrix).unwrap().iterate(&mut ours);
                 Cholesky::factor(&matrix).unwrap().solve(&mut theirs);
                 assert!(residual <= TOLERANCE, "{residual:e}");
                 let size = theirs.iter().map(|x| x.amax()).fold(0.0, f64::max);
@@ -248,5 +274,20 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// A right-hand side that is not finite has no solution to converge to.
+    #[test]
+    fn a_solve_that_does_not_converge_is_an_error() {
+        let matrix = one_ring(&icosphere(6), 0.0);
+        let n = matrix.offsets.len() - 1;
+        let mut multigrid = Multigrid::new(&matrix).unwrap();
+        let mut x = vec![Vector3::repeat(1.0); n];
+        x[n / 2].y = f64::NAN;
+        let error = multigrid.solve(&mut x).unwrap_err();
+        assert!(matches!(error, LinearError::NotConverged { .. }));
+        // It leaves nothing behind.
+        let mut x = vec![Vector3::repeat(1.0); n];
+        multigrid.solve(&mut x).unwrap();
     }
 }

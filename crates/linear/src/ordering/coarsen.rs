@@ -1,6 +1,6 @@
 //! The next coarser level: clusters of neighbouring vertices become vertices.
 
-use rayon::prelude::*;
+use cotan_parallel::Chunks;
 
 use super::level::{Level, NONE};
 use super::relabel::join_blocks;
@@ -125,24 +125,20 @@ impl Clusters {
 
 /// The graph of the clusters.
 fn contract(level: &Level, cluster_of: &[u32], num_clusters: usize) -> Level {
-    const BLOCK: usize = 1 << 12;
+    const CHUNKS: Chunks = Chunks::of(1 << 12);
     let (starts, members) = members(cluster_of, num_clusters);
     let members_of = |c: usize| &members[starts[c] as usize..starts[c + 1] as usize];
-    let blocks = (0..num_clusters.div_ceil(BLOCK))
-        .into_par_iter()
-        .map(|block| {
-            let clusters = block * BLOCK..((block + 1) * BLOCK).min(num_clusters);
-            let mut ends = Vec::with_capacity(BLOCK);
-            let mut neighbours = Vec::with_capacity(BLOCK * 7);
-            for c in clusters {
-                let rings = members_of(c).iter().flat_map(|&v| level.ring(v));
-                let outside = rings.map(|&u| cluster_of[u as usize]);
-                extend_distinct(&mut neighbours, outside.filter(|&d| d as usize != c));
-                ends.push(neighbours.len() as u32);
-            }
-            (ends, neighbours)
-        })
-        .collect();
+    let blocks = CHUNKS.map(0..num_clusters, |_, clusters| {
+        let mut ends = Vec::with_capacity(clusters.len());
+        let mut neighbours = Vec::with_capacity(clusters.len() * 7);
+        for c in clusters {
+            let rings = members_of(c).iter().flat_map(|&v| level.ring(v));
+            let outside = rings.map(|&u| cluster_of[u as usize]);
+            extend_distinct(&mut neighbours, outside.filter(|&d| d as usize != c));
+            ends.push(neighbours.len() as u32);
+        }
+        (ends, neighbours)
+    });
     let (offsets, neighbours) = join_blocks(blocks);
     let weigh = |c| members_of(c).iter().map(|&v| level.weight(v)).sum();
     Level {

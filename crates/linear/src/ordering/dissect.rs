@@ -2,6 +2,7 @@
 
 use std::sync::atomic::AtomicU32;
 
+use cotan_parallel as parallel;
 use rayon::prelude::*;
 
 use super::bisect::{Bisector, LEFT, RIGHT, SEPARATOR};
@@ -202,7 +203,7 @@ fn split_leaves(
         .collect();
     let (trees, inner): (Vec<_>, Vec<_>) = split.into_iter().unzip();
     let (tree, numbers) = tree.replace_leaves(&trees);
-    labels.par_iter().for_each(|label| {
+    parallel::update(&labels[..], |_, label| {
         use std::sync::atomic::Ordering::Relaxed;
         label.store(numbers[label.load(Relaxed) as usize], Relaxed);
     });

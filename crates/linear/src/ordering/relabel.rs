@@ -4,7 +4,7 @@
 //! memory they run at the speed of the cache; with the random numbering of some scans they would
 //! wait for memory at every edge.
 
-use rayon::prelude::*;
+use cotan_parallel::Chunks;
 
 use super::Graph;
 use super::level::{Level, NONE};
@@ -76,26 +76,22 @@ fn search(graph: &Graph<'_>, numbers: &mut [u32], isolated: &mut Vec<u32>) -> Ve
 
 /// The graph of the connected vertices in their new numbers.
 fn renumber(graph: &Graph<'_>, connected: &[u32], numbers: &[u32]) -> Level {
-    const BLOCK: usize = 1 << 14;
+    const CHUNKS: Chunks = Chunks::of(1 << 14);
     let kept = |v: u32| {
         let number = numbers[v as usize];
         (number < DENSE).then_some(number)
     };
-    let blocks: Vec<(Vec<u32>, Vec<u32>)> = connected
-        .par_chunks(BLOCK)
-        .enumerate()
-        .map(|(block, vertices)| {
-            let mut ends = Vec::with_capacity(vertices.len());
-            let mut neighbours = Vec::with_capacity(vertices.len() * 6);
-            for (i, &v) in vertices.iter().enumerate() {
-                let own = (block * BLOCK + i) as u32;
-                let ring = graph.ring(v).iter();
-                neighbours.extend(ring.filter_map(|&u| kept(u)).filter(|&u| u != own));
-                ends.push(neighbours.len() as u32);
-            }
-            (ends, neighbours)
-        })
-        .collect();
+    let blocks = CHUNKS.map(connected, |first, vertices| {
+        let mut ends = Vec::with_capacity(vertices.len());
+        let mut neighbours = Vec::with_capacity(vertices.len() * 6);
+        for (i, &v) in vertices.iter().enumerate() {
+            let own = (first + i) as u32;
+            let ring = graph.ring(v).iter();
+            neighbours.extend(ring.filter_map(|&u| kept(u)).filter(|&u| u != own));
+            ends.push(neighbours.len() as u32);
+        }
+        (ends, neighbours)
+    });
     let (offsets, neighbours) = join_blocks(blocks);
     Level {
         offsets,

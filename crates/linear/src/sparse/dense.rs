@@ -1,5 +1,6 @@
 //! Partial Cholesky factorizations of dense fronts.
 
+use cotan_parallel as parallel;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{
     LltRegularization, cholesky_in_place, cholesky_in_place_scratch,
@@ -9,7 +10,6 @@ use faer::linalg::matmul::triangular::{BlockStructure, matmul as triangular_matm
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Accum, MatMut, MatRef, Par, Spec};
-use rayon::prelude::*;
 
 /// A pivot that is not positive.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -203,7 +203,7 @@ fn strips(mut rest: MatMut<'_, f64>) -> Vec<MatMut<'_, f64>> {
 /// results do not depend on the threads.
 fn each<A: Send>(items: Vec<A>, is_large: bool, work: impl Fn(A) + Sync + Send) {
     if is_large {
-        items.into_par_iter().for_each(work);
+        parallel::tasks(items, work);
     } else {
         items.into_iter().for_each(work);
     }

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-use rayon::prelude::*;
+use cotan_parallel as parallel;
 
 use super::dense::{NotPositive, eliminate};
 use super::packed;
@@ -204,18 +204,15 @@ fn factorize<V: Value>(
         stored = rest;
         groups.push((range, panels));
     }
-    let updates: Vec<Vec<Update>> = groups
-        .into_par_iter()
-        .with_max_len(1)
-        .map(|(range, panels)| {
-            pulp::Arch::new().dispatch(Group {
-                symbolic,
-                matrix,
-                range,
-                panels,
-            })
+    let updates = parallel::tasks(groups, |(range, panels)| {
+        pulp::Arch::new().dispatch(Group {
+            symbolic,
+            matrix,
+            range,
+            panels,
         })
-        .collect::<Result<_, _>>()?;
+    });
+    let updates: Vec<Vec<Update>> = updates.into_iter().collect::<Result<_, _>>()?;
     let mut pending: HashMap<u32, Vec<Update>> = HashMap::new();
     for update in updates.into_iter().flatten() {
         let parent = symbolic.parents[update.supernode as usize];

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use cotan_parallel::Chunks;
 use nalgebra::Vector3;
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
@@ -150,7 +151,7 @@ impl<V: Value> Job<'_, V> {
         vectors: &mut [[f64; A]],
         fronts: &mut [Vec<f64>],
     ) {
-        const CHUNK: usize = 1 << 13;
+        const CHUNKS: Chunks = Chunks::of(1 << 13);
         let Self {
             symbolic,
             values,
@@ -230,11 +231,9 @@ impl<V: Value> Job<'_, V> {
             });
         drop(groups);
         let vectors = &*vectors;
-        x.par_iter_mut()
-            .zip(&places.of)
-            .enumerate()
-            .with_min_len(CHUNK)
-            .for_each(|(i, (x, &place))| *x = after(i, vectors[place as usize]));
+        CHUNKS.update((x, &places.of[..]), |i, (x, &place)| {
+            *x = after(i, vectors[place as usize]);
+        });
     }
 }
 

@@ -11,7 +11,7 @@ mod scaled;
 mod target;
 mod transferred;
 
-use cotan_flow::{FlowError, FlowState, Quantities, ScalarFieldUpdater};
+use cotan_flow::{FlowError, FlowState, Rest, ScalarFieldUpdater};
 use cotan_geometry::Scalar;
 use cotan_halfedge::{VertexId, VertexMap};
 use cotan_laplacian::OneRings;
@@ -24,7 +24,7 @@ pub use target::TargetCurvature;
 pub use transferred::TransferredCurvature;
 
 use super::curvature::{Curvature, Direction};
-use super::parallel::{fill_each, filled};
+use super::parallel::filled;
 use crate::error::Error;
 
 /// The mean curvatures of a mesh, and what an edit needs to know of it.
@@ -158,31 +158,8 @@ impl<T: Scalar, E: CurvatureEdit> ScalarFieldUpdater<T> for CurvatureUpdater<E> 
         state: &FlowState<'_, T>,
         field: &mut VertexMap<T>,
     ) -> Result<(), FlowError> {
-        let mesh = state.rest().mesh();
-        let is_inner = VertexMap::from_fn(mesh.num_vertices(), |v| !mesh.is_boundary_vertex(v));
-        let rest = Curvature::of_rest(state.rest(), self.direction).with_floor(mesh);
-        let original = CurvatureField {
-            values: rest.values,
-            rings: state.rest().rings(),
-            is_inner: &is_inner,
-            areas: &rest.areas,
-        };
-        let wanted = self.edit.edit(&original);
-        fill_each(field, |v: VertexId| {
-            if is_inner[v] {
-                // As a difference: where nothing is to change the field is that of the input,
-                // exactly.
-                let change = wanted[v] - original.values[v];
-                T::of_f64(rest.sizes[v] - 4.0 * rest.areas[v] * change)
-            } else {
-                T::zero()
-            }
-        });
+        *field = wanted_field(state.rest(), &self.edit, self.direction);
         Ok(())
-    }
-
-    fn needs(&self) -> Quantities {
-        Quantities::NONE
     }
 
     fn is_constant(&self) -> bool {
@@ -190,7 +167,38 @@ impl<T: Scalar, E: CurvatureEdit> ScalarFieldUpdater<T> for CurvatureUpdater<E> 
     }
 }
 
-/// A field must have one value a vertex.
+/// d = −4 A⁰ H*, 0 on the boundary, in box units.
+pub(crate) fn wanted_field<T: Scalar>(
+    rest: &Rest<T>,
+    edit: &(impl CurvatureEdit + ?Sized),
+    direction: Direction,
+) -> VertexMap<T> {
+    let mesh = rest.mesh();
+    let is_inner = VertexMap::from_fn(mesh.num_vertices(), |v| !mesh.is_boundary_vertex(v));
+    let Curvature {
+        values,
+        areas,
+        sizes,
+    } = Curvature::of_rest(rest, direction).with_floor(mesh);
+    let original = CurvatureField {
+        values,
+        rings: rest.rings(),
+        is_inner: &is_inner,
+        areas: &areas,
+    };
+    let wanted = edit.edit(&original);
+    filled(mesh.num_vertices(), |v: VertexId| {
+        if is_inner[v] {
+            // As a difference: where nothing is to change the field is that of the input, exactly.
+            let change = wanted[v] - original.values[v];
+            T::of_f64(sizes[v] - 4.0 * areas[v] * change)
+        } else {
+            T::zero()
+        }
+    })
+}
+
+/// A field must have one value per vertex.
 fn check_length(what: &'static str, len: usize, num_vertices: usize) -> Result<(), Error> {
     if len == num_vertices {
         Ok(())

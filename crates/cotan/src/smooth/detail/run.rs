@@ -2,10 +2,11 @@
 
 use std::ops::ControlFlow;
 
+use cotan_flow::PrescribedField;
 use cotan_geometry::{Positions, Scalar, Surface, bounding_box};
 use cotan_halfedge::HalfedgeMesh;
 
-use super::{CurvatureEdit, CurvatureUpdater};
+use super::{CurvatureEdit, wanted_field};
 use crate::error::Error;
 use crate::handles::Handles;
 use crate::smooth::anchored::{Anchored, Boundary, held};
@@ -115,12 +116,9 @@ pub fn edit_detail_observed<T: Scalar>(
         observer,
     };
     let direction = options.direction;
-    let updater = CurvatureUpdater { edit, direction };
-    let edited = system.run(
-        &MollifiedCotangent::of(mesh),
-        updater,
-        AlongCurvature { direction },
-    )?;
+    let rest = system.rest(MollifiedCotangent::of(mesh))?;
+    let updater = PrescribedField(wanted_field(&rest, edit, direction));
+    let edited = system.run(rest, updater, AlongCurvature { direction })?;
     let surface = Surface::new(mesh, positions)?;
     let size = bounding_box(&surface).longest_side().as_f64();
     let bound = options.max_displacement.unwrap_or(LONGEST_MOVE * size);

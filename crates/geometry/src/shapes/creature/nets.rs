@@ -4,8 +4,8 @@
 //! **Source**: Gibson 1998, "Constrained elastic surface nets", with the vertex at the mean of the
 //! crossings of the cell's edges.
 
+use cotan_parallel::Chunks;
 use nalgebra::{Point3, Vector3};
-use rayon::prelude::*;
 
 use super::field::Field;
 
@@ -78,17 +78,15 @@ impl Grid {
     fn sample(&self, field: &Field) -> Vec<f32> {
         let layer = self.size[1] * self.size[2];
         let mut values = vec![0.0; layer * self.size[0]];
-        values
-            .par_chunks_mut(layer * BLOCK)
-            .enumerate()
-            .for_each(|(slab, values)| {
-                let layers = values.len() / layer;
-                for j in (0..self.size[1]).step_by(BLOCK) {
-                    for k in (0..self.size[2]).step_by(BLOCK) {
-                        self.sample_block(field, [slab * BLOCK, j, k], layers, values);
-                    }
+        let slabs = Chunks::of(layer * BLOCK);
+        slabs.for_each(&mut values[..], |first, values| {
+            let layers = values.len() / layer;
+            for j in (0..self.size[1]).step_by(BLOCK) {
+                for k in (0..self.size[2]).step_by(BLOCK) {
+                    self.sample_block(field, [first / layer, j, k], layers, values);
                 }
-            });
+            }
+        });
         values
     }
 

@@ -1,8 +1,8 @@
 //! From a net to good triangles: vertices slide along the surface to the middle of their
 //! neighbours, and each quad is cut along its better diagonal.
 
+use cotan_parallel::Chunks;
 use nalgebra::{Point3, Vector3};
-use rayon::prelude::*;
 
 use super::field::Field;
 use super::flips::quality;
@@ -17,32 +17,25 @@ pub(super) fn relax(
     rounds: usize,
 ) {
     for _ in 0..rounds {
-        *points = (0..points.len())
-            .into_par_iter()
-            .with_min_len(MIN_VERTICES)
-            .map(|i| {
-                let p = points[i];
-                let (onto, normal) = field.step_to_surface(&p);
-                let ring = neighbours.of(i);
-                let sum: Vector3<f64> = ring.iter().map(|&j| points[j as usize] - p).sum();
-                let halfway = sum * (0.5 / ring.len() as f64);
-                // At a thin tip the mean lies deep inside, whence no way leads back to the tip.
-                p + onto + halfway - normal * normal.dot(&halfway)
-            })
-            .collect();
+        *points = CHUNKS.filled(points.len(), |i| {
+            let p = points[i];
+            let (onto, normal) = field.step_to_surface(&p);
+            let ring = neighbours.of(i);
+            let sum: Vector3<f64> = ring.iter().map(|&j| points[j as usize] - p).sum();
+            let halfway = sum * (0.5 / ring.len() as f64);
+            // At a thin tip the mean lies deep inside, whence no way leads back to the tip.
+            p + onto + halfway - normal * normal.dot(&halfway)
+        });
     }
 }
 
 /// Moves every vertex onto the surface.
 pub(super) fn project(points: &mut [Point3<f64>], field: &Field) {
-    points
-        .par_iter_mut()
-        .with_min_len(MIN_VERTICES)
-        .for_each(|p| {
-            for _ in 0..PROJECTION_STEPS {
-                *p += field.step_to_surface(p).0;
-            }
-        });
+    CHUNKS.update(points, |_, p| {
+        for _ in 0..PROJECTION_STEPS {
+            *p += field.step_to_surface(p).0;
+        }
+    });
 }
 
 /// Who is joined to whom.
@@ -93,7 +86,7 @@ pub(super) fn triangulate(net: &Net) -> Vec<[u32; 3]> {
 }
 
 /// Vertices a task moves at least: a few hundred evaluations of the field.
-const MIN_VERTICES: usize = 256;
+const CHUNKS: Chunks = Chunks::of(256);
 
 /// Newton's method squares an error that relaxation has left at a hundredth of a cell.
 const PROJECTION_STEPS: usize = 3;

@@ -4,10 +4,10 @@ use std::collections::VecDeque;
 
 use cotan_geometry::Scalar;
 use cotan_halfedge::VertexMap;
+use cotan_parallel as parallel;
 use nalgebra::{DMatrix, DVector, Vector3};
-use rayon::prelude::*;
 
-use crate::vectors::{CHUNK, dots, flat, total, update};
+use crate::vectors::{CHUNKS, dots, flat, total};
 
 type Field = VertexMap<Vector3<f64>>;
 
@@ -111,7 +111,7 @@ impl Anderson {
         let norm = sums[0].sqrt();
         if norm > Self::GUARD * self.last_norm && self.has_last {
             let last = self.last.image.as_slice();
-            update(image.as_mut_slice(), |i, g| *g = last[i].map(T::of_f64));
+            parallel::fill(image.as_mut_slice(), |i| last[i].map(T::of_f64));
             self.clear();
             return Proposal::Accelerated;
         }
@@ -157,38 +157,34 @@ impl Anderson {
         spare.image.resize(n, Vector3::zeros());
         let (u, image, has_last) = (u.as_slice(), image.as_slice(), *has_last);
         let (last_g, last_f) = (last.image.as_slice(), last.residual.as_slice());
-        let sums: Vec<Vec<f64>> = next
-            .image
-            .as_mut_slice()
-            .par_chunks_mut(CHUNK)
-            .zip(next.residual.as_mut_slice().par_chunks_mut(CHUNK))
-            .zip(spare.residual.as_mut_slice().par_chunks_mut(CHUNK))
-            .zip(spare.image.par_chunks_mut(CHUNK))
-            .enumerate()
-            .map(|(chunk, (((g, f), df), dg))| {
-                let first = chunk * CHUNK;
+        let outputs = (
+            next.image.as_mut_slice(),
+            next.residual.as_mut_slice(),
+            spare.residual.as_mut_slice(),
+            &mut spare.image[..],
+        );
+        let sums = CHUNKS.map(outputs, |first, (g, f, df, dg)| {
+            for k in 0..g.len() {
+                let now = image[first + k].map(T::as_f64);
+                (g[k], f[k]) = (now, now - u[first + k].map(T::as_f64));
+            }
+            if has_last {
                 for k in 0..g.len() {
-                    let now = image[first + k].map(T::as_f64);
-                    (g[k], f[k]) = (now, now - u[first + k].map(T::as_f64));
+                    // The other way round, −Δ: signs cancel in all that is made of them.
+                    df[k] = last_f[first + k] - f[k];
+                    dg[k] = (last_g[first + k] - g[k]).map(|x| x as f32);
                 }
-                if has_last {
-                    for k in 0..g.len() {
-                        // The other way round, −Δ: signs cancel in all that is made of them.
-                        df[k] = last_f[first + k] - f[k];
-                        dg[k] = (last_g[first + k] - g[k]).map(|x| x as f32);
-                    }
-                }
-                let at = 3 * first..3 * (first + f.len());
-                let (f, df) = (bytemuck::cast_slice(f), bytemuck::cast_slice(df));
-                let mut sums = Vec::with_capacity(3 + history.len());
-                sums.extend(dots(f, [f]));
-                sums.extend(dots(df, [df, f]));
-                for old in &*history {
-                    sums.extend(dots(&flat(old.residual.as_slice())[at.clone()], [f]));
-                }
-                sums
-            })
-            .collect();
+            }
+            let at = 3 * first..3 * (first + f.len());
+            let (f, df) = (bytemuck::cast_slice(f), bytemuck::cast_slice(df));
+            let mut sums = Vec::with_capacity(3 + history.len());
+            sums.extend(dots(f, [f]));
+            sums.extend(dots(df, [df, f]));
+            for old in &*history {
+                sums.extend(dots(&flat(old.residual.as_slice())[at.clone()], [f]));
+            }
+            sums
+        });
         total(sums)
     }
 
@@ -232,24 +228,19 @@ impl Anderson {
             return;
         };
         let gamma = factor.solve(&rhs);
-        image
-            .as_mut_slice()
-            .par_chunks_mut(CHUNK)
-            .enumerate()
-            .for_each(|(chunk, image)| {
-                let first = chunk * CHUNK;
-                let mut sums = [Vector3::zeros(); CHUNK];
-                for (a, difference) in self.history.iter().enumerate() {
-                    let factor = gamma[a] / lengths[a];
-                    let dg = &difference.image[first..first + image.len()];
-                    for (sum, dg) in sums.iter_mut().zip(dg) {
-                        *sum += dg.map(f64::from) * factor;
-                    }
+        CHUNKS.for_each(image.as_mut_slice(), |first, image| {
+            let mut sums = [Vector3::zeros(); CHUNKS.size()];
+            for (a, difference) in self.history.iter().enumerate() {
+                let factor = gamma[a] / lengths[a];
+                let dg = &difference.image[first..first + image.len()];
+                for (sum, dg) in sums.iter_mut().zip(dg) {
+                    *sum += dg.map(f64::from) * factor;
                 }
-                for (image, sum) in image.iter_mut().zip(&sums) {
-                    *image = (image.map(T::as_f64) - sum).map(T::of_f64);
-                }
-            });
+            }
+            for (image, sum) in image.iter_mut().zip(&sums) {
+                *image = (image.map(T::as_f64) - sum).map(T::of_f64);
+            }
+        });
     }
 }
 

@@ -22,9 +22,8 @@ use std::collections::VecDeque;
 use cotan_halfedge::VertexMap;
 use nalgebra::Vector3;
 use pulp::{Simd, WithSimd};
-use rayon::prelude::*;
 
-use crate::vectors::{CHUNK, flat, flat_mut, total};
+use crate::vectors::{CHUNKS, flat, flat_mut, total};
 
 type Field = VertexMap<Vector3<f64>>;
 
@@ -155,46 +154,37 @@ impl Lbfgs {
     /// The products of a new pair, if there is one, whose z is written; then s·r and z·r of all others.
     fn products(&self, new: Option<&mut Pair>, r: &[f64], d: &[f64]) -> Vec<f64> {
         let pairs = &self.pairs;
-        let lists: Vec<Vec<f64>> = if let Some(new) = new {
+        let lists = if let Some(new) = new {
             let (r_start, d_start) = (&self.start.r, &self.start.d);
             let (r_start, d_start) = (flat(r_start.as_slice()), flat(d_start.as_slice()));
-            let s = bytemuck::cast_slice(&new.s);
-            bytemuck::cast_slice_mut(&mut new.z)
-                .par_chunks_mut(CHUNK)
-                .enumerate()
-                .map(|(chunk, z)| {
-                    let at = chunk * CHUNK..chunk * CHUNK + z.len();
-                    let new = NewPair {
-                        s: &s[at.clone()],
-                        z,
-                        d: &d[at.clone()],
-                        r_start: &r_start[at.clone()],
-                        d_start: &d_start[at.clone()],
-                    };
-                    let (r, new) = (&r[at.clone()], Some(new));
-                    let first = at.start;
-                    pulp::Arch::new().dispatch(Products {
-                        pairs,
-                        new,
-                        r,
-                        first,
-                    })
+            let s: &[f32] = bytemuck::cast_slice(&new.s);
+            let z: &mut [f32] = bytemuck::cast_slice_mut(&mut new.z);
+            CHUNKS.map((z, s, r), |first, (z, s, r)| {
+                let at = first..first + r.len();
+                let new = Some(NewPair {
+                    s,
+                    z,
+                    d: &d[at.clone()],
+                    r_start: &r_start[at.clone()],
+                    d_start: &d_start[at],
+                });
+                pulp::Arch::new().dispatch(Products {
+                    pairs,
+                    new,
+                    r,
+                    first,
                 })
-                .collect()
+            })
         } else {
-            r.par_chunks(CHUNK)
-                .enumerate()
-                .map(|(chunk, r)| {
-                    let first = chunk * CHUNK;
-                    let new = None;
-                    pulp::Arch::new().dispatch(Products {
-                        pairs,
-                        new,
-                        r,
-                        first,
-                    })
+            CHUNKS.map(r, |first, r| {
+                let new = None;
+                pulp::Arch::new().dispatch(Products {
+                    pairs,
+                    new,
+                    r,
+                    first,
                 })
-                .collect()
+            })
         };
         total(lists)
     }
@@ -205,23 +195,19 @@ impl Lbfgs {
         let (r, d) = (flat(r.as_slice()), flat(d.as_slice()));
         self.remember(r, d);
         let [of_steps, of_changes] = self.coefficients();
-        let partial: Vec<f64> = flat_mut(out.as_mut_slice())
-            .par_chunks_mut(CHUNK)
-            .enumerate()
-            .map(|(chunk, out)| {
-                let at = chunk * CHUNK..chunk * CHUNK + out.len();
-                pulp::Arch::new().dispatch(Combination {
-                    pairs: &self.pairs,
-                    of_steps: &of_steps,
-                    of_changes: &of_changes,
-                    gamma: self.gamma,
-                    r: &r[at.clone()],
-                    d: &d[at.clone()],
-                    first: at.start,
-                    out,
-                })
+        let out = flat_mut(out.as_mut_slice());
+        let partial = CHUNKS.map((out, r, d), |first, (out, r, d)| {
+            pulp::Arch::new().dispatch(Combination {
+                pairs: &self.pairs,
+                of_steps: &of_steps,
+                of_changes: &of_changes,
+                gamma: self.gamma,
+                r,
+                d,
+                first,
+                out,
             })
-            .collect();
+        });
         partial.into_iter().sum()
     }
 

@@ -2,16 +2,17 @@
 
 use cotan_geometry::{Scalar, surface_area};
 use cotan_halfedge::VertexMap;
-use cotan_laplacian::OneRings;
+use cotan_laplacian::Graph;
 use nalgebra::{Matrix3, Point3, Vector3};
 
-use super::cells::{Means, as_f64, cell_share, edge_gradients, four_of, in_rows};
-use super::{Energy, Orientation, field_scale};
+use super::{Energy, LocalGlobal};
+use crate::cells::{Means, as_f64, cell_share, edge_gradients, four_of, in_rows};
 use crate::error::FlowError;
+use crate::nearest_rotation::{IDENTITY, Mat3, flat, nearest_rotations_from};
+use crate::orientation::field_scale;
 use crate::passes::{Columns, Four, Pass, PassOfTwo, run, run_both, turned};
-use crate::polar::{IDENTITY, Mat3, flat, nearest_rotations_from};
 use crate::rest::Rest;
-use crate::state::{FlowState, Quantities};
+use crate::state::FlowState;
 
 /// Laplacian coordinates turn with rotations that minimise, together with the positions,
 ///
@@ -51,9 +52,6 @@ pub struct Hybrid {
     /// R̄ = P R: the mean of the rotations that serve each vertex.
     means: Vec<Mat3>,
     scratch: Vec<Mat3>,
-    /// L⁰x of the last state.
-    laplacian: Vec<Vector3<f64>>,
-    energy: Energy,
 }
 
 impl Hybrid {
@@ -71,8 +69,6 @@ impl Hybrid {
             rotations: Vec::new(),
             means: Vec::new(),
             scratch: Vec::new(),
-            laplacian: Vec::new(),
-            energy: Energy::default(),
         }
     }
 
@@ -81,20 +77,19 @@ impl Hybrid {
     /// Multiplied out, E is the sum of the squares of what is and of what is wanted, less
     /// 2 Σ_i R_i : C_i, with C = Pᵀ (covariances) the sums that the fit is made by: P has rows of
     /// sum 1. So the energy costs no pass of its own.
-    fn fit<T: Scalar>(&mut self, state: &FlowState<'_, T>, field: &VertexMap<T>) {
-        let rings = state.rest().rings();
+    fn rotate<T: Scalar>(&mut self, state: &FlowState<'_, T>, field: &VertexMap<T>) -> Energy {
+        let graph = &**state.rest().graph();
         let Self {
             weight,
             fit_gradients,
             rotations,
             means: spread,
             scratch,
-            laplacian,
             ..
         } = self;
         let cells = CellsAt {
             rest: state.rest(),
-            rings,
+            graph,
             positions: state.positions().as_slice(),
             field: field.as_slice(),
             gradients: fit_gradients,
@@ -102,17 +97,18 @@ impl Hybrid {
         };
         // Ωᵀ twice: a vertex hands a share to its neighbours, taken where its value is written. The means
         // of the last fit are no longer needed.
-        let [value, size] = run_both(&cells, scratch, laplacian);
+        let [value, size] =
+            state.fuse_rest_laplacian(|laplacian| run_both(&cells, scratch, laplacian));
         let values = &*scratch;
-        let [] = run(&Means { rings, values }, spread);
+        let [] = run(&Means { graph, values }, spread);
         let values = &*spread;
-        let [cross] = run(&Fits(Means { rings, values }), rotations);
+        let [cross] = run(&Fits(Means { graph, values }), rotations);
         let left = value + self.rest_energy.value - 2.0 * cross;
-        self.energy = Energy {
+        Energy {
             // Not `max`, which drops a NaN: that must not pass for a low energy.
             value: if left < 0.0 { 0.0 } else { left },
             size: size + self.rest_energy.size,
-        };
+        }
     }
 }
 
@@ -122,45 +118,15 @@ impl Default for Hybrid {
     }
 }
 
-impl<T: Scalar> Orientation<T> for Hybrid {
-    fn orient(
-        &mut self,
-        state: &FlowState<'_, T>,
-        field: &VertexMap<T>,
-        out: &mut VertexMap<Vector3<T>>,
-    ) -> Result<(), FlowError> {
-        self.fit(state, field);
-        let (rest, rings) = (state.rest(), state.rest().rings());
-        let values = &self.rotations;
-        let [] = run(&Means { rings, values }, &mut self.scratch);
-        let turning = Turning {
-            means: Means {
-                rings,
-                values: &self.scratch,
-            },
-            rest,
-            field: field.as_slice(),
-        };
-        let [] = run_both(&turning, &mut self.means, out.as_mut_slice());
-        Ok(())
-    }
-
-    fn check(&self) -> Result<(), FlowError> {
-        if self.bending_length > 0.0 {
-            return Ok(());
+impl<T: Scalar> LocalGlobal<T> for Hybrid {
+    fn begin(&mut self, rest: &Rest<T>) -> Result<f64, FlowError> {
+        if !(self.bending_length > 0.0) {
+            return Err(FlowError::Setting {
+                setting: "bending length",
+                range: "above 0",
+                value: self.bending_length,
+            });
         }
-        Err(FlowError::Setting {
-            setting: "bending length",
-            range: "above 0",
-            value: self.bending_length,
-        })
-    }
-
-    fn needs(&self) -> Quantities {
-        Quantities::NONE
-    }
-
-    fn prepare(&mut self, rest: &Rest<'_, T>) -> f64 {
         let n = rest.positions().len();
         let vertex_area = surface_area(&rest.surface()).as_f64() / n as f64;
         // Of the size of L², whatever the scheme: 1 for cotangent weights.
@@ -173,7 +139,6 @@ impl<T: Scalar> Orientation<T> for Hybrid {
         self.rotations = vec![IDENTITY; n];
         self.means = self.rotations.clone();
         self.scratch = self.rotations.clone();
-        self.laplacian = vec![Vector3::zeros(); n];
         self.rest_energy = (0..n).fold(Energy::default(), |sum, i| {
             let [value, size] = stretch(rest, i).map(|s| 0.25 * self.weight * s);
             Energy {
@@ -181,19 +146,7 @@ impl<T: Scalar> Orientation<T> for Hybrid {
                 size: sum.size + size,
             }
         });
-        self.weight
-    }
-
-    fn wanted_tension(&self, rest: &Rest<'_, T>, out: &mut VertexMap<Vector3<f64>>) {
-        // Every triangle wants its original edges turned by the mean of its corners' means. Gathered
-        // at a vertex: a third of each neighbour's for the two triangles at their edge, and of its
-        // own for all triangles, each of which lies at two edges.
-        let tensions = Tensions {
-            rings: rest.rings(),
-            gradients: &self.pull_gradients,
-            means: &self.means,
-        };
-        let [] = run(&tensions, out.as_mut_slice());
+        Ok(self.weight)
     }
 
     fn start_from(&mut self, rotations: &VertexMap<Matrix3<f64>>) {
@@ -201,19 +154,45 @@ impl<T: Scalar> Orientation<T> for Hybrid {
         self.means.clone_from(&self.rotations);
     }
 
-    fn energy(&self) -> Option<Energy> {
-        Some(self.energy)
+    fn fit(
+        &mut self,
+        state: &FlowState<'_, T>,
+        field: &VertexMap<T>,
+        out: &mut VertexMap<Vector3<T>>,
+    ) -> Result<Energy, FlowError> {
+        let energy = self.rotate(state, field);
+        let (rest, graph) = (state.rest(), &**state.rest().graph());
+        let values = &self.rotations;
+        let [] = run(&Means { graph, values }, &mut self.scratch);
+        let turning = Turning {
+            means: Means {
+                graph,
+                values: &self.scratch,
+            },
+            rest,
+            field: field.as_slice(),
+        };
+        let [] = run_both(&turning, &mut self.means, out.as_mut_slice());
+        Ok(energy)
     }
 
-    fn seen_laplacian(&self) -> Option<&[Vector3<f64>]> {
-        Some(&self.laplacian)
+    fn wanted_tension(&self, rest: &Rest<T>, out: &mut VertexMap<Vector3<f64>>) {
+        // Every triangle wants its original edges turned by the mean of its corners' means. Gathered
+        // at a vertex: a third of each neighbour's for the two triangles at their edge, and of its
+        // own for all triangles, each of which lies at two edges.
+        let tensions = Tensions {
+            graph: rest.graph(),
+            gradients: &self.pull_gradients,
+            means: &self.means,
+        };
+        let [] = run(&tensions, out.as_mut_slice());
     }
 }
 
 /// What the first pass of a fit reads.
 struct CellsAt<'a, T: Scalar> {
-    rest: &'a Rest<'a, T>,
-    rings: &'a OneRings,
+    rest: &'a Rest<T>,
+    graph: &'a Graph,
     positions: &'a [Point3<T>],
     field: &'a [T],
     gradients: &'a [[f64; 3]],
@@ -226,13 +205,13 @@ struct CellsAt<'a, T: Scalar> {
 impl<T: Scalar> PassOfTwo<Mat3, Vector3<f64>, 2> for CellsAt<'_, T> {
     #[inline(always)]
     fn on(&self, first: usize, entries: &mut [Mat3], laplacian: &mut [Vector3<f64>]) -> [f64; 2] {
-        let (neighbours, x) = (self.rings.neighbours(), self.positions);
-        let weights = self.rest.operator().row_weights();
-        let cotangents = self.rest.row_cotangents();
+        let (neighbours, x) = (self.graph.neighbours(), self.positions);
+        let weights = self.rest.operator().weights();
+        let cotangents = self.rest.membrane_weights();
         let [mut flow, mut stretch, mut size] = [0.0; 3];
         for (k, (entry, ell)) in entries.iter_mut().zip(laplacian).enumerate() {
             let i = first + k;
-            let row = self.rings.range(i);
+            let row = self.graph.range(i);
             let own = Four::of_point(&x[i]);
             let mut sum = Columns::ZERO;
             let [mut now, mut squares, mut sizes] = [Four::ZERO; 3];
@@ -252,7 +231,7 @@ impl<T: Scalar> PassOfTwo<Mat3, Vector3<f64>, 2> for CellsAt<'_, T> {
             *ell = now.vector().into();
             let wanted = wanted(self.rest, self.field, i);
             sum.add_outer(now, &wanted);
-            *entry = sum.times(cell_share(self.rings, i));
+            *entry = sum.times(cell_share(self.graph, i));
             let wanted = Four::of_vector(&wanted);
             flow += (now * now + wanted * wanted).sum();
             stretch += squares.sum();
@@ -292,7 +271,7 @@ impl Pass<Mat3, 1> for Fits<'_> {
 /// Writes the means of the rotations, and the Laplacian coordinates that they turn.
 struct Turning<'a, T: Scalar> {
     means: Means<'a>,
-    rest: &'a Rest<'a, T>,
+    rest: &'a Rest<T>,
     field: &'a [T],
 }
 
@@ -310,7 +289,7 @@ impl<T: Scalar> PassOfTwo<Mat3, Vector3<T>, 0> for Turning<'_, T> {
 
 /// Writes what the membrane's edges are wanted to pull.
 struct Tensions<'a> {
-    rings: &'a OneRings,
+    graph: &'a Graph,
     gradients: &'a [[f64; 3]],
     means: &'a [Mat3],
 }
@@ -319,9 +298,9 @@ impl Pass<Vector3<f64>, 0> for Tensions<'_> {
     #[inline(always)]
     fn on(&self, first: usize, entries: &mut [Vector3<f64>]) -> [f64; 0] {
         for (k, entry) in entries.iter_mut().enumerate() {
-            let row = self.rings.range(first + k);
+            let row = self.graph.range(first + k);
             let [mut tension, mut own] = [Four::ZERO; 2];
-            for (j, g) in self.rings.neighbours()[row.clone()]
+            for (j, g) in self.graph.neighbours()[row.clone()]
                 .iter()
                 .zip(&self.gradients[row])
             {
@@ -338,7 +317,7 @@ impl Pass<Vector3<f64>, 0> for Tensions<'_> {
 
 /// ℓ⁰ of vertex `i`, of the size that the field prescribes.
 #[inline(always)]
-fn wanted<T: Scalar>(rest: &Rest<'_, T>, field: &[T], i: usize) -> [f64; 3] {
+fn wanted<T: Scalar>(rest: &Rest<T>, field: &[T], i: usize) -> [f64; 3] {
     let scale = field_scale(field[i], rest.magnitudes().as_slice()[i]);
     let ell = &rest.laplacian().as_slice()[i];
     [
@@ -349,12 +328,12 @@ fn wanted<T: Scalar>(rest: &Rest<'_, T>, field: &[T], i: usize) -> [f64; 3] {
 }
 
 /// Σ_j c_ij |x⁰_j − x⁰_i|² with c the cotangent weights, and the same of their sizes.
-fn stretch<T: Scalar>(rest: &Rest<'_, T>, i: usize) -> [f64; 2] {
+fn stretch<T: Scalar>(rest: &Rest<T>, i: usize) -> [f64; 2] {
     let x = rest.positions().as_slice();
-    let row = rest.rings().range(i);
-    let neighbours = rest.rings().neighbours()[row.clone()].iter();
+    let row = rest.graph().range(i);
+    let neighbours = rest.graph().neighbours()[row.clone()].iter();
     neighbours
-        .zip(&rest.row_cotangents()[row])
+        .zip(&rest.membrane_weights()[row])
         .fold([0.0; 2], |[value, size], (j, c)| {
             let term = c * as_f64(x[j.index()] - x[i]).norm_squared();
             [value + term, size + term.abs()]
@@ -364,37 +343,38 @@ fn stretch<T: Scalar>(rest: &Rest<'_, T>, i: usize) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use cotan_geometry::shapes::torus;
-    use cotan_laplacian::{Cotangent, LaplacianScheme, Operator, Tutte};
+    use cotan_laplacian::{Cotangent, Tutte};
 
     use super::*;
-    use crate::state::Measured;
+    use crate::current::Current;
 
     /// The energy as it is defined, P = Ω² written out, whatever the scheme.
     #[test]
     fn the_energy_is_that_of_the_wide_cells() {
         let shape = torus::<f64>(1.0, 0.4, 12, 7);
         let n = shape.positions.len();
-        let schemes: [&dyn LaplacianScheme<f64>; 2] = [&Cotangent::default(), &Tutte];
-        for scheme in schemes {
-            let operator = Operator::assemble(scheme, &shape.surface()).unwrap();
-            let rest = Rest::new(&shape.mesh, shape.positions.clone(), operator, 1.0).unwrap();
+        let rests = [
+            Rest::new(&shape.mesh, &shape.positions, Cotangent::default()),
+            Rest::new(&shape.mesh, &shape.positions, Tutte),
+        ];
+        for rest in rests.map(Result::unwrap) {
             let mut hybrid = Hybrid::new(0.3);
-            let mu = hybrid.prepare(&rest);
+            let mu = hybrid.begin(&rest).unwrap();
             let bend = |p: &nalgebra::Point3<f64>| {
                 nalgebra::Point3::new(p.x + p.y * p.z, p.y - 0.3 * p.x * p.x, 1.2 * p.z)
             };
-            let positions = shape.positions.map(bend);
-            let measured = Measured::new(&rest);
-            let state = FlowState::new(&rest, &positions, &measured, 1);
+            let positions = rest.positions().map(bend);
+            let current = Current::new(positions.clone());
+            let state = FlowState::new(&rest, &current, 1, None);
             let mut out = rest.laplacian().clone();
             let field = rest.magnitudes().map(|d| 1.1 * d);
-            hybrid.orient(&state, &field, &mut out).unwrap();
+            let energy = hybrid.fit(&state, &field, &mut out).unwrap();
 
             let rotation = |i: usize| Matrix3::from_column_slice(&hybrid.rotations[i]);
-            let rings = rest.rings();
+            let graph = &**rest.graph();
             let omega = |j: usize, i: usize| {
-                let is_near = i == j || rings.ring(j).any(|(k, _)| k.index() == i);
-                if is_near { cell_share(rings, j) } else { 0.0 }
+                let is_near = i == j || graph.row(j).any(|(k, _)| k.index() == i);
+                if is_near { cell_share(graph, j) } else { 0.0 }
             };
             let mesh = &shape.mesh;
             let of_vertex = |j: usize, r: Matrix3<f64>| {
@@ -421,7 +401,7 @@ mod tests {
                     }
                 }
             }
-            assert!((hybrid.energy.value - expected).abs() < 1e-12 * hybrid.energy.size);
+            assert!((energy.value - expected).abs() < 1e-12 * energy.size);
             let mean: Matrix3<f64> = (0..n)
                 .map(|i| rotation(i) * (0..n).map(|m| omega(5, m) * omega(m, i)).sum::<f64>())
                 .sum();

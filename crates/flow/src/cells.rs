@@ -1,14 +1,14 @@
-//! Cells of triangles, and averages over one-rings, for the orientations that fit rotations.
+//! Cells of triangles, and averages over one-rings, for what fits rotations.
 
 use cotan_geometry::Scalar;
 use cotan_halfedge::{HalfedgeId, HalfedgeMap};
-use cotan_laplacian::OneRings;
+use cotan_laplacian::{Graph, OneRings};
+use cotan_parallel as parallel;
 use nalgebra::Vector3;
 
+use crate::nearest_rotation::Mat3;
 use crate::passes::{Four, Pass};
-use crate::polar::Mat3;
 use crate::rest::Rest;
-use crate::vectors::fill;
 
 pub(crate) fn as_f64<T: Scalar>(v: Vector3<T>) -> Vector3<f64> {
     v.map(T::as_f64)
@@ -31,11 +31,11 @@ pub(crate) fn as_f64<T: Scalar>(v: Vector3<T>) -> Vector3<f64> {
 /// The sum of cot_e |e|² over a triangle is its Dirichlet energy, never negative, whatever the
 /// signs of the cotangents: a fit by these sums is safe where one by single edges with negative
 /// weights is not.
-pub(crate) fn edge_gradients<T: Scalar>(rest: &Rest<'_, T>) -> HalfedgeMap<Vector3<f64>> {
+pub(crate) fn edge_gradients<T: Scalar>(rest: &Rest<T>) -> HalfedgeMap<Vector3<f64>> {
     let (mesh, cotangents, x) = (rest.mesh(), rest.cotangents(), rest.positions());
     let edge = |h: HalfedgeId| as_f64(x[mesh.target(h)] - x[mesh.origin(h)]) * cotangents[h];
     let mut out = HalfedgeMap::filled(mesh.num_halfedges(), Vector3::zeros());
-    fill(out.as_mut_slice(), |i| {
+    parallel::fill(out.as_mut_slice(), |i| {
         // A boundary halfedge has no triangle, and cotangent 0.
         let h = HalfedgeId::new(i);
         let twin = h.twin();
@@ -60,13 +60,13 @@ pub(crate) fn in_rows(
 ) -> Vec<[f64; 3]> {
     let halfedges = rings.halfedges();
     let mut out = vec![[0.0; 3]; halfedges.len()];
-    fill(&mut out, |k| (values[of(halfedges[k])] * factor).into());
+    parallel::fill(&mut out, |k| (values[of(halfedges[k])] * factor).into());
     out
 }
 
 /// (Ω a)_i for Ω the mean over a vertex and its neighbours, and (Ωᵀ a)_i where `a` holds shares.
 pub(crate) struct Means<'a> {
-    pub(crate) rings: &'a OneRings,
+    pub(crate) graph: &'a Graph,
     pub(crate) values: &'a [Mat3],
 }
 
@@ -76,7 +76,7 @@ impl Means<'_> {
     pub(crate) fn sum(&self, i: usize, factor: f64) -> Mat3 {
         let own = &self.values[i];
         let (mut a, mut b, mut c) = (Four::of_entries(own, 0), Four::of_entries(own, 4), own[8]);
-        for j in &self.rings.neighbours()[self.rings.range(i)] {
+        for j in &self.graph.neighbours()[self.graph.range(i)] {
             let value = &self.values[j.index()];
             a += Four::of_entries(value, 0);
             b += Four::of_entries(value, 4);
@@ -99,7 +99,7 @@ impl Means<'_> {
     /// The mean of the values of vertex `i` and its neighbours.
     #[inline(always)]
     pub(crate) fn mean(&self, i: usize) -> Mat3 {
-        self.sum(i, cell_share(self.rings, i))
+        self.sum(i, cell_share(self.graph, i))
     }
 }
 
@@ -115,8 +115,8 @@ impl Pass<Mat3, 0> for Means<'_> {
 
 /// One part in the vertex and its neighbours.
 #[inline(always)]
-pub(crate) fn cell_share(rings: &OneRings, i: usize) -> f64 {
-    1.0 / (1 + rings.range(i).len()) as f64
+pub(crate) fn cell_share(graph: &Graph, i: usize) -> f64 {
+    1.0 / (1 + graph.range(i).len()) as f64
 }
 
 /// The four entries from `at` on; the last again where there are fewer.

@@ -1,0 +1,7 @@
+//! What makes an iteration faster than its plain steps.
+
+mod anderson;
+mod lbfgs;
+
+pub(crate) use anderson::{Anderson, Proposal};
+pub(crate) use lbfgs::Lbfgs;

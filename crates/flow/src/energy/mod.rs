@@ -1,0 +1,107 @@
+//! Energies that a local step and the system's solve lower in turn.
+
+mod hybrid;
+
+use cotan_geometry::Scalar;
+use cotan_halfedge::VertexMap;
+use nalgebra::{Matrix3, Vector3};
+
+pub use hybrid::Hybrid;
+
+use crate::error::FlowError;
+use crate::rest::Rest;
+use crate::state::FlowState;
+
+/// An energy, as a sum in which terms cancel.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Energy {
+    /// What is left; never negative.
+    pub value: f64,
+    /// The sum of the sizes of the terms. The value is exact but for a few units in the last place
+    /// of this, in double precision.
+    pub size: f64,
+}
+
+impl Energy {
+    /// Energies of positions of this precision that differ by less are the same but for rounding.
+    pub fn rounding<T: Scalar>(&self) -> f64 {
+        64.0 * (T::default_epsilon().as_f64() * self.value + f64::EPSILON * self.size)
+    }
+}
+
+/// An energy of the positions x and of a local state R (rotations, say) with
+///
+/// ```text
+/// min over R of E(x, R) = |L⁰x − ℓ(R)|² + μ Σ_e s_e |e − e*(R)|² + const
+/// ```
+///
+/// up to terms that x does not enter: [`Self::fit`] minimises over R with x given (the *local*
+/// step), the flow's solve over x with R given (the *global* step). E falls in turn, so the
+/// iteration cannot oscillate; the flow descends it by L-BFGS, and never accepts a step that
+/// raises it (with the springs of soft handles, and for the scalar field before the step).
+///
+/// s is half of [`Rest::membrane_weights`], and e*(R) the edges that the membrane wants. An energy
+/// without a membrane returns μ = 0 and a tension of zeros.
+///
+/// The compiler asks for every method, so that one that wraps another cannot forget one.
+/// Dyn-compatible, and forwarded through `Box<E>` and `&mut E`.
+pub trait LocalGlobal<T: Scalar>: Send + Sync {
+    /// Takes the rest shape, before the system is assembled. Returns μ.
+    ///
+    /// # Errors
+    /// [`FlowError::Setting`] for a setting out of range; the flow is not built then.
+    fn begin(&mut self, rest: &Rest<T>) -> Result<f64, FlowError>;
+
+    /// Takes a first guess of the rotation of every vertex, before the first solve. Not called
+    /// where there is none: the state is then that of the rest shape.
+    fn start_from(&mut self, rotations: &VertexMap<Matrix3<f64>>);
+
+    /// Minimises over R at the current positions. Writes ℓ(R), for the magnitudes that `field`
+    /// prescribes, and returns the energy.
+    ///
+    /// **Shapes**: one entry per vertex. **Units**: box units.
+    ///
+    /// # Errors
+    /// Whatever the energy cannot do; it ends the flow.
+    fn fit(
+        &mut self,
+        state: &FlowState<'_, T>,
+        field: &VertexMap<T>,
+        out: &mut VertexMap<Vector3<T>>,
+    ) -> Result<Energy, FlowError>;
+
+    /// Writes Σ_j s_ij e*_ij over the edges at every vertex, as the last [`Self::fit`] or
+    /// [`Self::start_from`] wants them: what the membrane's edges pull beyond it is half the
+    /// negative gradient of its energy, without μ.
+    fn wanted_tension(&self, rest: &Rest<T>, out: &mut VertexMap<Vector3<f64>>);
+}
+
+macro_rules! forward {
+    ($pointer:ty) => {
+        impl<T: Scalar, E: LocalGlobal<T> + ?Sized> LocalGlobal<T> for $pointer {
+            fn begin(&mut self, rest: &Rest<T>) -> Result<f64, FlowError> {
+                (**self).begin(rest)
+            }
+
+            fn start_from(&mut self, rotations: &VertexMap<Matrix3<f64>>) {
+                (**self).start_from(rotations);
+            }
+
+            fn fit(
+                &mut self,
+                state: &FlowState<'_, T>,
+                field: &VertexMap<T>,
+                out: &mut VertexMap<Vector3<T>>,
+            ) -> Result<Energy, FlowError> {
+                (**self).fit(state, field, out)
+            }
+
+            fn wanted_tension(&self, rest: &Rest<T>, out: &mut VertexMap<Vector3<f64>>) {
+                (**self).wanted_tension(rest, out);
+            }
+        }
+    };
+}
+
+forward!(Box<E>);
+forward!(&mut E);

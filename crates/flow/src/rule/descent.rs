@@ -1,0 +1,304 @@
+//! Solve and search: an energy that never goes up.
+
+use cotan_geometry::Scalar;
+use cotan_halfedge::VertexMap;
+use cotan_parallel as parallel;
+use nalgebra::Vector3;
+
+use super::Rule;
+use crate::accelerate::Lbfgs;
+use crate::energy::{Energy, LocalGlobal};
+use crate::error::FlowError;
+use crate::report::StepReport;
+use crate::updater::ScalarFieldUpdater;
+use crate::vectors::dot;
+use crate::workspace::Workspace;
+
+/// The descent of an energy that a local step and the solve lower in turn.
+///
+/// Full steps search along the direction of L-BFGS, whose first guess of the inverse Hessian is
+/// the factorization. Every other step is the plain one: after handles have moved, with a ratio
+/// below 1, and without acceleration.
+pub(crate) struct Descent<T: Scalar> {
+    updater: Box<dyn ScalarFieldUpdater<T>>,
+    model: Box<dyn LocalGlobal<T>>,
+    lbfgs: Option<Lbfgs>,
+    /// Σ s_ij (x_j − x_i) less what the model wants of it.
+    tension: VertexMap<Vector3<f64>>,
+    /// Where a step searches; empty without acceleration.
+    direction: VertexMap<Vector3<f64>>,
+    /// That of the current positions, with the springs of soft handles.
+    energy: Option<Energy>,
+}
+
+/// Whether a search found a lower energy.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Search {
+    Went,
+    Stalled,
+}
+
+impl<T: Scalar> Descent<T> {
+    /// With a memory of so many steps; 0 takes plain steps.
+    pub(crate) fn new(
+        updater: Box<dyn ScalarFieldUpdater<T>>,
+        model: Box<dyn LocalGlobal<T>>,
+        memory: usize,
+    ) -> Self {
+        Self {
+            updater,
+            model,
+            lbfgs: (memory > 0).then(|| Lbfgs::new(memory)),
+            tension: VertexMap::default(),
+            direction: VertexMap::default(),
+            energy: None,
+        }
+    }
+
+    fn solve(&mut self, work: &mut Workspace<T>) -> Result<(), FlowError> {
+        let n = work.laplacian.len();
+        if self.tension.len() != n {
+            self.tension = VertexMap::filled(n, Vector3::zeros());
+        }
+        self.model.wanted_tension(&work.rest, &mut self.tension);
+        work.solve_with_tension(&mut self.tension)
+    }
+
+    /// The local step at the current positions, the field as it is.
+    fn fit(&mut self, work: &mut Workspace<T>) -> Result<Energy, FlowError> {
+        let energy = work.orient(|state, field, out| self.model.fit(state, field, out))?;
+        let springs = work.spring_energy();
+        let energy = Energy {
+            value: energy.value + springs,
+            size: energy.size + springs,
+        };
+        self.energy = Some(energy);
+        Ok(energy)
+    }
+
+    /// One line search along the direction of the quasi-Newton model; the plain step where that
+    /// fails. No step that raises the energy beyond rounding is accepted, the energy being that of
+    /// the scalar field before the step.
+    fn search(&mut self, lbfgs: &mut Lbfgs, work: &mut Workspace<T>) -> Result<Search, FlowError> {
+        /// Fraction of the predicted decrease that is asked for (Armijo).
+        const SUFFICIENT: f64 = 1e-4;
+        const MOST_TRIALS: usize = 10;
+        let before = self.energy.unwrap_or_default();
+        // Near the minimum every step is one within rounding.
+        let (value, rounding) = (before.value, before.rounding::<T>());
+        let rate = self.aim(lbfgs, work);
+        let mut length = 1.0;
+        for _ in 0..MOST_TRIALS {
+            self.move_along(work, length);
+            let rise = 0.5 * (self.fit(work)?.value - value);
+            if rise <= 0.5 * rounding - SUFFICIENT * length * rate {
+                let now = work.current.positions().as_slice();
+                let start = work.start.as_slice();
+                lbfgs.stepped(
+                    |step| parallel::fill(step, |i| (now[i] - start[i]).map(|x| x.as_f64() as f32)),
+                    &mut work.terms.residual,
+                    &mut work.terms.correction,
+                );
+                self.follow_field(work)?;
+                return Ok(Search::Went);
+            }
+            // Minimum of the parabola through value, slope and the new value.
+            let parabola = rate * length * length / (2.0 * (rise + length * rate));
+            length = if parabola.is_finite() {
+                parabola.clamp(0.1 * length, 0.5 * length)
+            } else {
+                0.1 * length
+            };
+        }
+        lbfgs.reset();
+        work.move_by_correction(1.0);
+        if self.fit(work)?.value <= value + rounding {
+            self.follow_field(work)?;
+            return Ok(Search::Went);
+        }
+        let start = work.start.as_slice();
+        work.current.write().as_mut_slice().copy_from_slice(start);
+        self.fit(work)?;
+        Ok(Search::Stalled)
+    }
+
+    /// Chooses a direction. Returns the rate at which half the energy falls along it.
+    fn aim(&mut self, lbfgs: &mut Lbfgs, work: &Workspace<T>) -> f64 {
+        let terms = &work.terms;
+        if self.direction.len() != terms.correction.len() {
+            self.direction = terms.correction.clone();
+        }
+        let rate = lbfgs.direction(&terms.residual, &terms.correction, &mut self.direction);
+        if rate > 0.0 {
+            return rate;
+        }
+        lbfgs.reset();
+        let (residual, correction) = (terms.residual.as_slice(), terms.correction.as_slice());
+        self.direction.as_mut_slice().copy_from_slice(correction);
+        dot(residual, correction)
+    }
+
+    /// x ← start + length · direction.
+    fn move_along(&self, work: &mut Workspace<T>, length: f64) {
+        let (start, direction) = (work.start.as_slice(), self.direction.as_slice());
+        parallel::fill(work.current.write().as_mut_slice(), |i| {
+            start[i] + (direction[i] * length).map(T::of_f64)
+        });
+    }
+
+    /// After a step that was judged with the field kept: lets the field follow.
+    fn follow_field(&mut self, work: &mut Workspace<T>) -> Result<(), FlowError> {
+        if self.updater.is_constant() {
+            return Ok(());
+        }
+        self.update(work)
+    }
+}
+
+impl<T: Scalar> Rule<T> for Descent<T> {
+    fn begin(&mut self, work: &mut Workspace<T>) -> Result<(), FlowError> {
+        if let Some(rotations) = work.first_rotations.take() {
+            self.model.start_from(&rotations);
+        }
+        work.pin();
+        Ok(())
+    }
+
+    fn step(&mut self, work: &mut Workspace<T>) -> Result<StepReport, FlowError> {
+        self.solve(work)?;
+        let before = self.energy;
+        let energy_rounding = before.map_or(0.0, |energy| energy.rounding::<T>());
+        let Some(step) = work.advance() else {
+            return Ok(StepReport {
+                energy: before.map(|energy| energy.value),
+                energy_rounding,
+                ..work.diverged()
+            });
+        };
+        let is_short = step.ratio * step.residual < work.settings.tolerance;
+        let converged = is_short && !step.is_first;
+        let mut lbfgs = self.lbfgs.take();
+        let search = match &mut lbfgs {
+            Some(lbfgs) if !step.is_first && !converged && step.ratio == 1.0 => {
+                self.search(lbfgs, work)
+            }
+            other => {
+                if let Some(lbfgs) = other {
+                    // What it learned spans whole steps of its own only.
+                    lbfgs.reset();
+                }
+                work.move_by_correction(step.ratio);
+                self.update(work).map(|()| Search::Went)
+            }
+        };
+        self.lbfgs = lbfgs;
+        Ok(StepReport {
+            change: work.longest_move(),
+            residual: step.residual,
+            energy: self.energy.map(|energy| energy.value),
+            energy_rounding,
+            converged,
+            stalled: search? == Search::Stalled,
+            ..StepReport::new(work.iteration, 0.0)
+        })
+    }
+
+    fn update(&mut self, work: &mut Workspace<T>) -> Result<(), FlowError> {
+        work.update_field(&mut *self.updater)?;
+        self.fit(work).map(|_| ())
+    }
+
+    fn restart(&mut self, work: &mut Workspace<T>) {
+        work.pin();
+        self.energy = None;
+        if let Some(lbfgs) = &mut self.lbfgs {
+            lbfgs.reset();
+        }
+    }
+
+    fn pins_handles(&self) -> bool {
+        true
+    }
+
+    fn energy(&self) -> Option<f64> {
+        self.energy.map(|energy| energy.value)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ops::ControlFlow;
+
+    use cotan_geometry::shapes::icosphere;
+    use cotan_halfedge::{VertexId, VertexMap};
+    use cotan_linear::Hold;
+    use nalgebra::Vector3;
+
+    use super::*;
+    use crate::energy::Hybrid;
+    use crate::flow::tests::{build, farthest, handles};
+    use crate::updater::KeepMagnitude;
+    use crate::{Acceleration, StopReason};
+
+    /// Half the energy's derivative along a direction is minus the residual's product with it.
+    #[test]
+    fn the_residual_is_half_the_negative_gradient() {
+        let shape = icosphere::<f64>(2);
+        let mut held = handles(&shape);
+        let last = held.len() - 1;
+        held[last].0.hold = Hold::Soft(0.3);
+        let flow = build(&shape).handles(held).build().unwrap();
+        let (mut work, _) = flow.into_parts();
+        let mut hybrid = Hybrid::default();
+        hybrid.begin(&work.rest).unwrap();
+        let mut descent = Descent::new(Box::new(KeepMagnitude), Box::new(hybrid), 0);
+        for _ in 0..3 {
+            descent.step(&mut work).unwrap();
+        }
+        descent.solve(&mut work).unwrap();
+        let residual = work.terms.residual.clone();
+        work.start = work.current.positions().clone();
+        let mut direction = VertexMap::from_fn(work.start.len(), |v: VertexId| {
+            let i = v.index() as f64;
+            Vector3::new(i.sin(), (2.0 * i).cos(), 0.3)
+        });
+        for handle in work.targets.handles() {
+            if handle.hold == Hold::Hard {
+                direction[handle.vertex] = Vector3::zeros();
+            }
+        }
+        descent.direction = direction.clone();
+        let step = 1e-4;
+        let mut energy_at = |length: f64| {
+            descent.move_along(&mut work, length);
+            descent.update(&mut work).unwrap();
+            Rule::<f64>::energy(&descent).unwrap()
+        };
+        let slope = (energy_at(step) - energy_at(-step)) / (2.0 * step);
+        let expected = -2.0 * dot(residual.as_slice(), direction.as_slice());
+        assert!(
+            (slope - expected).abs() < 1e-6 * expected.abs(),
+            "{slope} {expected}"
+        );
+    }
+
+    #[test]
+    fn plain_and_accelerated_descents_meet() {
+        let shape = icosphere::<f64>(3);
+        let run = |acceleration| {
+            let mut flow = build(&shape)
+                .acceleration(acceleration)
+                .tolerance(1e-9)
+                .iteration_limit(5000)
+                .build()
+                .unwrap();
+            let report = flow.run(|_, _| ControlFlow::Continue(())).unwrap();
+            assert_eq!(report.stop, StopReason::Converged);
+            (flow.positions(), report.iterations)
+        };
+        let (plain, many) = run(Acceleration::Off);
+        let (accelerated, few) = run(Acceleration::default());
+        assert!(2 * few < many, "{few} {many}");
+        assert!(farthest(&plain, &accelerated) < 1e-5);
+    }
+}

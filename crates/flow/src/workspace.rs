@@ -1,0 +1,246 @@
+//! What every rule works on: the shape between two steps, and the system.
+
+use std::sync::Arc;
+
+use cotan_geometry::{Positions, Scalar};
+use cotan_halfedge::VertexMap;
+use cotan_linear::{Defect, PreparedSystem};
+use cotan_parallel as parallel;
+use nalgebra::{Matrix3, Vector3};
+
+use crate::current::Current;
+use crate::error::FlowError;
+use crate::report::StepReport;
+use crate::rest::Rest;
+use crate::schedule::Schedule;
+use crate::state::FlowState;
+use crate::targets::Targets;
+use crate::updater::ScalarFieldUpdater;
+
+/// The shape of a flow, where it is drawn to, and the vectors of one solve; allocated once.
+pub(crate) struct Workspace<T: Scalar> {
+    pub(crate) rest: Arc<Rest<T>>,
+    pub(crate) targets: Targets<T>,
+    pub(crate) system: PreparedSystem,
+    /// μ of the membrane in the system, 0 without one.
+    pub(crate) membrane_weight: f64,
+    /// Current positions, in box units.
+    pub(crate) current: Current<T>,
+    /// The positions before the step at hand.
+    pub(crate) start: Positions<T>,
+    /// Scalar field d, and the Laplacian coordinates that the next solve aims at.
+    pub(crate) field: VertexMap<T>,
+    pub(crate) laplacian: VertexMap<Vector3<T>>,
+    pub(crate) terms: Terms,
+    pub(crate) settings: Settings<T>,
+    pub(crate) iteration: usize,
+    /// Iterations since a handle moved: 0 right after.
+    pub(crate) since_move: usize,
+    /// The first guess of the rotations, until somebody has oriented by it.
+    pub(crate) first_rotations: Option<VertexMap<Matrix3<f64>>>,
+}
+
+/// The vectors of one solve.
+pub(crate) struct Terms {
+    /// ℓ − L⁰x.
+    pub(crate) mismatch: VertexMap<Vector3<f64>>,
+    /// u − x at soft handles, 0 elsewhere.
+    pub(crate) pull: VertexMap<Vector3<f64>>,
+    /// Half the negative gradient, after [`Workspace::solve_with_tension`]; empty before.
+    pub(crate) residual: VertexMap<Vector3<f64>>,
+    /// By what a full plain step would move.
+    pub(crate) correction: VertexMap<Vector3<f64>>,
+}
+
+impl Terms {
+    pub(crate) fn new(num_vertices: usize) -> Self {
+        let zeros = || VertexMap::filled(num_vertices, Vector3::zeros());
+        Self {
+            mismatch: zeros(),
+            pull: zeros(),
+            residual: VertexMap::default(),
+            correction: zeros(),
+        }
+    }
+}
+
+/// Of the settings of a flow, those that its steps read.
+#[derive(Clone, Debug)]
+pub(crate) struct Settings<T> {
+    pub(crate) schedule: Schedule,
+    pub(crate) ratios: Option<VertexMap<T>>,
+    pub(crate) tolerance: f64,
+    pub(crate) iteration_limit: usize,
+}
+
+/// A solve whose correction is finite, counted as an iteration.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Advance {
+    /// The updating ratio of this step.
+    pub(crate) ratio: f64,
+    /// See [`StepReport::residual`].
+    pub(crate) residual: f64,
+    /// The first solve after a move answers to the handles, not to the shape: its length says
+    /// nothing about convergence.
+    pub(crate) is_first: bool,
+}
+
+impl<T: Scalar> Workspace<T> {
+    /// Computes the correction that a full plain step would make.
+    pub(crate) fn solve(&mut self) -> Result<(), FlowError> {
+        self.miss();
+        self.targets
+            .pull(self.current.positions(), &mut self.terms.pull);
+        let terms = &mut self.terms;
+        let defect = Defect::of_laplacian(&terms.mismatch).with_pull(&terms.pull);
+        Ok(self.system.correct(&defect, &mut terms.correction)?)
+    }
+
+    /// As [`Self::solve`] with a membrane, and half the negative gradient. `tension` is the wanted
+    /// pull of the membrane's edges and becomes what they pull beyond it.
+    pub(crate) fn solve_with_tension(
+        &mut self,
+        tension: &mut VertexMap<Vector3<f64>>,
+    ) -> Result<(), FlowError> {
+        let (rest, laplacian) = (&*self.rest, self.laplacian.as_slice());
+        let missed = |i: usize, now| laplacian[i].map(T::as_f64) - now;
+        let mismatch = self.terms.mismatch.as_mut_slice();
+        let known = self.current.known_rest_laplacian();
+        if let Some(now) = known.filter(|_| rest.has_own_cotangents()) {
+            // The membrane pulls by half of L⁰x.
+            let now = now.as_slice();
+            parallel::update(
+                (mismatch, tension.as_mut_slice()),
+                |i, (mismatch, tension)| {
+                    *mismatch = missed(i, now[i]);
+                    *tension = now[i] * 0.5 - *tension;
+                },
+            );
+        } else {
+            let positions = self.current.positions();
+            parallel::update(
+                (mismatch, tension.as_mut_slice()),
+                |i, (mismatch, tension)| {
+                    let [now, pull] = rest.laplacian_and_pull(positions, i);
+                    *mismatch = missed(i, now);
+                    *tension = pull - *tension;
+                },
+            );
+        }
+        self.targets
+            .pull(self.current.positions(), &mut self.terms.pull);
+        let terms = &mut self.terms;
+        let defect = Defect::of_laplacian(&terms.mismatch)
+            .with_tension(tension)
+            .with_pull(&terms.pull);
+        if terms.residual.len() != terms.correction.len() {
+            terms.residual = terms.correction.clone();
+        }
+        self.system.residual(&defect, &mut terms.residual);
+        Ok(self.system.correct(&defect, &mut terms.correction)?)
+    }
+
+    /// mismatch ← ℓ − L⁰x.
+    fn miss(&mut self) {
+        let laplacian = self.laplacian.as_slice();
+        let missed = |i: usize, now| laplacian[i].map(T::as_f64) - now;
+        let mismatch = self.terms.mismatch.as_mut_slice();
+        if let Some(now) = self.current.known_rest_laplacian() {
+            let now = now.as_slice();
+            parallel::fill(mismatch, |i| missed(i, now[i]));
+        } else {
+            let (operator, x) = (self.rest.operator(), self.current.positions());
+            parallel::fill(mismatch, |i| missed(i, operator.apply_at(x, i)));
+        }
+    }
+
+    /// Counts a solve, and makes the current positions the start of a step: those at hand are to
+    /// be written anew. `None` if the correction is not finite; the positions are then kept.
+    pub(crate) fn advance(&mut self) -> Option<Advance> {
+        self.iteration += 1;
+        let step = Advance {
+            ratio: self.settings.schedule.ratio(self.since_move),
+            residual: self.residual(),
+            is_first: self.since_move == 0,
+        };
+        if !step.residual.is_finite() {
+            return None;
+        }
+        self.since_move += 1;
+        std::mem::swap(&mut self.start, self.current.write());
+        Some(step)
+    }
+
+    /// The report of a step that [`Self::advance`] refused.
+    pub(crate) fn diverged(&self) -> StepReport {
+        StepReport {
+            residual: self.residual(),
+            ..StepReport::new(self.iteration, f64::NAN)
+        }
+    }
+
+    /// The longest correction, each vertex by its own ratio, over the diagonal.
+    fn residual(&self) -> f64 {
+        let correction = self.terms.correction.as_slice();
+        let ratios = self.settings.ratios.as_ref();
+        let length = |v: usize| {
+            let own = ratios.map_or(1.0, |r| r.as_slice()[v].as_f64());
+            (correction[v] * own).norm_squared()
+        };
+        parallel::max(correction.len(), length).sqrt() / self.rest.diagonal().as_f64()
+    }
+
+    /// By how much the step moved the vertex that it moved most, over the diagonal.
+    pub(crate) fn longest_move(&self) -> f64 {
+        let (now, start) = (self.current.positions().as_slice(), self.start.as_slice());
+        let length = |i: usize| (now[i] - start[i]).map(T::as_f64).norm_squared();
+        parallel::max(now.len(), length).sqrt() / self.rest.diagonal().as_f64()
+    }
+
+    /// x ← start + s δ.
+    pub(crate) fn move_by_correction(&mut self, ratio: f64) {
+        let ratios = self.settings.ratios.as_ref();
+        let (start, correction) = (self.start.as_slice(), self.terms.correction.as_slice());
+        parallel::fill(self.current.write().as_mut_slice(), |v| {
+            let own = ratios.map_or(1.0, |r| r.as_slice()[v].as_f64());
+            start[v] + (correction[v] * (ratio * own)).map(T::of_f64)
+        });
+    }
+
+    /// Puts the hard handles on their targets.
+    pub(crate) fn pin(&mut self) {
+        self.targets.pin(self.current.write());
+    }
+
+    /// Σ k² |x − u|² over the soft handles.
+    pub(crate) fn spring_energy(&self) -> f64 {
+        self.targets
+            .spring_energy(self.current.positions(), &self.system)
+    }
+
+    /// Updates the scalar field from the current positions.
+    pub(crate) fn update_field(
+        &mut self,
+        updater: &mut dyn ScalarFieldUpdater<T>,
+    ) -> Result<(), FlowError> {
+        let first = self.first_rotations.as_ref();
+        let state = FlowState::new(&self.rest, &self.current, self.iteration, first);
+        updater.update(&state, &mut self.field)
+    }
+
+    /// Has the Laplacian coordinates written anew from the current positions and the field.
+    pub(crate) fn orient<R>(
+        &mut self,
+        orient: impl FnOnce(
+            &FlowState<'_, T>,
+            &VertexMap<T>,
+            &mut VertexMap<Vector3<T>>,
+        ) -> Result<R, FlowError>,
+    ) -> Result<R, FlowError> {
+        let first = self.first_rotations.as_ref();
+        let state = FlowState::new(&self.rest, &self.current, self.iteration, first);
+        let result = orient(&state, &self.field, &mut self.laplacian);
+        self.first_rotations = None;
+        result
+    }
+}

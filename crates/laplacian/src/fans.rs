@@ -1,0 +1,208 @@
+//! Sums over the triangles around every vertex of a surface, in one pass.
+
+use std::sync::Arc;
+
+use cotan_geometry::{Positions, Scalar, far_cotangents, scalar};
+use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
+use cotan_parallel::Chunks;
+use nalgebra::Vector3;
+
+use crate::rings::OneRings;
+
+/// The neighbours of every vertex counter-clockwise, so that two that follow each other are the
+/// other corners of a triangle; row after row, as long as the rows of [`OneRings`].
+///
+/// Every triangle is met at each of its corners: three times the arithmetic of a loop over
+/// triangles, but no scattered sums, which cannot be shared out to threads and wait for memory.
+#[derive(Clone, Debug)]
+pub struct Fans {
+    rings: Arc<OneRings>,
+    neighbours: Vec<VertexId>,
+    /// Whether the fan ends at a boundary instead of closing.
+    is_open: VertexMap<bool>,
+}
+
+/// Sums over the triangles around every vertex.
+///
+/// **Shapes**: one entry per vertex. **Units**: those of the positions; areas are integrated.
+#[derive(Clone, PartialEq, Debug)]
+pub struct FanSums<T: Scalar> {
+    /// Σ A_T over the triangles T around the vertex.
+    pub areas: VertexMap<T>,
+    /// Σ of their area vectors, each half the cross product of two edges.
+    pub area_vectors: VertexMap<Vector3<T>>,
+}
+
+impl<T: Scalar> Default for FanSums<T> {
+    /// Of no vertex.
+    fn default() -> Self {
+        Self {
+            areas: VertexMap::default(),
+            area_vectors: VertexMap::default(),
+        }
+    }
+}
+
+impl<T: Scalar> FanSums<T> {
+    /// Room for the sums of `num_vertices` vertices.
+    pub fn resize(&mut self, num_vertices: usize) {
+        if self.areas.len() != num_vertices {
+            self.areas = VertexMap::filled(num_vertices, T::zero());
+            self.area_vectors = VertexMap::filled(num_vertices, Vector3::zeros());
+        }
+    }
+}
+
+/// Sums over the fan of one vertex; areas doubled.
+struct Sums<T: Scalar> {
+    laplacian: Vector3<T>,
+    vector: Vector3<T>,
+    area: T,
+}
+
+impl Fans {
+    /// Gathers the fans of a mesh with the given one-rings.
+    pub fn new(mesh: &HalfedgeMesh, rings: Arc<OneRings>) -> Self {
+        let mut neighbours = Vec::with_capacity(mesh.num_halfedges());
+        for v in mesh.vertices() {
+            neighbours.extend(mesh.one_ring(v));
+        }
+        Self {
+            rings,
+            neighbours,
+            is_open: VertexMap::from_fn(mesh.num_vertices(), |v| mesh.is_boundary_vertex(v)),
+        }
+    }
+
+    /// The one-rings of the same mesh.
+    pub fn rings(&self) -> &Arc<OneRings> {
+        &self.rings
+    }
+
+    /// Areas and area vectors around every vertex.
+    ///
+    /// # Panics
+    /// If there are fewer positions than vertices.
+    pub fn areas<T: Scalar>(&self, positions: &Positions<T>, out: &mut FanSums<T>) {
+        let n = self.rings.num_vertices();
+        out.resize(n);
+        let half = scalar::<T>(0.5);
+        let outputs = (out.areas.as_mut_slice(), out.area_vectors.as_mut_slice());
+        CHUNKS.update(outputs, |i, (area, vector)| {
+            let sums = self.sums(positions, i, None);
+            (*area, *vector) = (sums.area * half, sums.vector * half);
+        });
+    }
+
+    /// As [`Self::areas`], and ℓ_i = Σ_j w_ij (v_j − v_i) with the cotangent weights of these
+    /// positions, triangles thinner than `floor` altered as by [`crate::Cotangent`]. The weights
+    /// are never written down.
+    ///
+    /// # Panics
+    /// If there are fewer positions than vertices, or `laplacian` has not one entry per vertex.
+    pub fn areas_and_cotangent_laplacian<T: Scalar>(
+        &self,
+        positions: &Positions<T>,
+        floor: T,
+        laplacian: &mut VertexMap<Vector3<T>>,
+        out: &mut FanSums<T>,
+    ) {
+        let n = self.rings.num_vertices();
+        assert_eq!(laplacian.len(), n, "one Laplacian coordinate per vertex");
+        out.resize(n);
+        let half = scalar::<T>(0.5);
+        let outputs = (
+            laplacian.as_mut_slice(),
+            out.areas.as_mut_slice(),
+            out.area_vectors.as_mut_slice(),
+        );
+        CHUNKS.update(outputs, |i, (ell, area, vector)| {
+            let sums = self.sums(positions, i, Some(floor));
+            *ell = sums.laplacian;
+            (*area, *vector) = (sums.area * half, sums.vector * half);
+        });
+    }
+
+    /// Sums over the fan of vertex `i`; without Laplacian coordinates if there is no floor.
+    #[inline]
+    fn sums<T: Scalar>(&self, positions: &Positions<T>, i: usize, floor: Option<T>) -> Sums<T> {
+        let x = positions.as_slice();
+        let mut sums = Sums {
+            laplacian: Vector3::zeros(),
+            vector: Vector3::zeros(),
+            area: T::zero(),
+        };
+        let mut fan = self.neighbours[self.rings.graph().range(i)].iter();
+        let edge = |j: &VertexId| x[j.index()] - x[i];
+        let (Some(first), Some(last)) = (fan.clone().next(), fan.clone().next_back()) else {
+            return sums;
+        };
+        let mut left = if self.is_open.as_slice()[i] {
+            fan.next();
+            edge(first)
+        } else {
+            edge(last)
+        };
+        for j in fan {
+            let right = edge(j);
+            let vector = left.cross(&right);
+            let doubled_area = vector.norm();
+            sums.vector += vector;
+            sums.area += doubled_area;
+            if let Some(floor) = floor {
+                // Each edge is weighted by the cotangent of the angle that it does not touch.
+                let [at_left, at_right] = far_cotangents(&left, &right, doubled_area, floor);
+                sums.laplacian += right * at_left + left * at_right;
+            }
+            left = right;
+        }
+        sums
+    }
+}
+
+/// Vertices that one task works on.
+const CHUNKS: Chunks = Chunks::of(1024);
+
+#[cfg(test)]
+mod tests {
+    use cotan_geometry::testing::surfaces;
+    use cotan_geometry::{one_ring_areas, vertex_area_vectors};
+    use cotan_halfedge::HalfedgeMap;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::{Cotangent, LaplacianScheme, apply_weights};
+
+    proptest! {
+        #[test]
+        fn one_pass_measures_what_loops_over_triangles_measure(shape in surfaces()) {
+            let surface = shape.surface();
+            let (mesh, n) = (&shape.mesh, shape.positions.len());
+            let rings = Arc::new(OneRings::new(mesh));
+            let fans = Fans::new(mesh, rings.clone());
+            let scheme = Cotangent::default();
+            let zeros = || VertexMap::filled(n, Vector3::zeros());
+            let (mut laplacian, mut sums) = (zeros(), FanSums::default());
+            fans.areas_and_cotangent_laplacian(
+                &shape.positions, scheme.area_floor, &mut laplacian, &mut sums,
+            );
+            let mut alone = FanSums::default();
+            fans.areas(&shape.positions, &mut alone);
+            prop_assert_eq!(&alone, &sums);
+            let mut weights = HalfedgeMap::filled(mesh.num_halfedges(), 0.0);
+            scheme.weights(&surface, &mut weights)?;
+            let mut expected = zeros();
+            apply_weights(&rings, &weights, &shape.positions, &mut expected);
+            let by_face = one_ring_areas(&surface);
+            let vectors_by_face = vertex_area_vectors(&surface);
+            let largest = weights.values().fold(1.0f64, |m, w| m.max(w.abs()));
+            for (v, area) in sums.areas.iter() {
+                let size = area.sqrt();
+                prop_assert!((area - by_face[v]).abs() <= 1e-12 * area);
+                let miss = (sums.area_vectors[v] - vectors_by_face[v]).norm();
+                prop_assert!(miss <= 1e-12 * area);
+                prop_assert!((laplacian[v] - expected[v]).norm() <= 1e-10 * largest * (1.0 + size));
+            }
+        }
+    }
+}
