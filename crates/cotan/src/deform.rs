@@ -1,6 +1,6 @@
 //! Deformation in one call.
 
-use cotan_flow::Report;
+use cotan_flow::{FlowBuilder, Report};
 use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::HalfedgeMesh;
 
@@ -36,7 +36,19 @@ pub fn deform<T: Scalar>(
     handles: &Handles<T>,
     options: &DeformOptions,
 ) -> Result<Deformed<T>, Error> {
-    let mut session = Session::new(mesh, positions, handles, options)?;
+    deform_with(options.flow(mesh, positions), handles)
+}
+
+/// As [`deform()`], by a flow with any scheme, updater, orientation or energy, yours included.
+///
+/// # Errors
+/// As [`deform()`]; and an updater that the flow's energy would not ask
+/// ([`cotan_flow::FlowError::MutedUpdater`]).
+pub fn deform_with<T: Scalar>(
+    flow: FlowBuilder<T>,
+    handles: &Handles<T>,
+) -> Result<Deformed<T>, Error> {
+    let mut session = Session::from_flow(flow, handles)?;
     let report = session.run()?;
     Ok(Deformed {
         positions: session.positions(),

@@ -7,6 +7,8 @@ use cotan_laplacian::SchemeError;
 use cotan_linear::LinearError;
 use thiserror::Error as ThisError;
 
+use crate::handles::HandleId;
+
 /// Why a mesh could not be edited or measured.
 #[derive(Clone, PartialEq, Debug, ThisError)]
 #[non_exhaustive]
@@ -57,12 +59,12 @@ pub enum Error {
         vertex: VertexId,
     },
     /// A handle that does not exist in a session.
-    #[error("handle {group} does not exist: the session has {num_groups}, numbered from 0")]
+    #[error("handle {handle} does not exist, or was removed: the session has {num_handles}")]
     NoSuchHandle {
-        /// The number that was given.
-        group: usize,
+        /// The name that was given.
+        handle: HandleId,
         /// How many there are.
-        num_groups: usize,
+        num_handles: usize,
     },
     /// An observer stopped a job before there was a result.
     #[error("stopped on request")]

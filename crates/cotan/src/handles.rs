@@ -1,5 +1,7 @@
 //! What a person holds: groups of vertices and where they go.
 
+use std::fmt;
+
 use cotan_geometry::{Positions, Scalar, scalar};
 use cotan_halfedge::VertexId;
 use cotan_linear::{Handle, Hold};
@@ -63,16 +65,68 @@ fn extent<T: Scalar>(positions: &Positions<T>) -> T {
         .fold(T::zero(), |a, b| a.max(b))
 }
 
+/// The name of a handle among [`Handles`]. The first one that is added is 0, the next one 1; a handle
+/// keeps its name when others are removed, and no name is given twice.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub struct HandleId(usize);
+
+impl HandleId {
+    /// The handle that was added after `index` others.
+    pub const fn new(index: usize) -> Self {
+        Self(index)
+    }
+
+    /// How many handles were added before it.
+    pub const fn index(self) -> usize {
+        self.0
+    }
+}
+
+impl From<usize> for HandleId {
+    fn from(index: usize) -> Self {
+        Self(index)
+    }
+}
+
+impl fmt::Display for HandleId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
 /// One group of vertices with its motion.
 #[derive(Clone, PartialEq, Debug)]
-pub(crate) struct Group<T: Scalar> {
-    pub(crate) vertices: Vec<VertexId>,
+pub struct HandleGroup<T: Scalar> {
+    id: HandleId,
+    vertices: Vec<VertexId>,
     pub(crate) motion: Motion<T>,
-    pub(crate) hold: Hold,
+    hold: Hold,
+}
+
+impl<T: Scalar> HandleGroup<T> {
+    /// Its name.
+    pub fn id(&self) -> HandleId {
+        self.id
+    }
+
+    /// The vertices that it holds, in the order in which they were given.
+    pub fn vertices(&self) -> &[VertexId] {
+        &self.vertices
+    }
+
+    /// Where they go.
+    pub fn motion(&self) -> &Motion<T> {
+        &self.motion
+    }
+
+    /// How firmly they are held.
+    pub fn hold(&self) -> Hold {
+        self.hold
+    }
 }
 
 /// The handles of a deformation: groups of vertices, each fixed, moved vertex by vertex, or moved
-/// by one transform; met exactly or by springs.
+/// by one transform; met exactly or by springs. Groups have names that stay, see [`HandleId`].
 ///
 /// A vertex may be in two groups if both want it at the same place; the firmer of them holds it.
 ///
@@ -86,7 +140,9 @@ pub(crate) struct Group<T: Scalar> {
 /// ```
 #[derive(Clone, PartialEq, Debug)]
 pub struct Handles<T: Scalar> {
-    pub(crate) groups: Vec<Group<T>>,
+    /// In ascending order of their names.
+    groups: Vec<HandleGroup<T>>,
+    next: usize,
 }
 
 impl<T: Scalar> Default for Handles<T> {
@@ -95,10 +151,22 @@ impl<T: Scalar> Default for Handles<T> {
     }
 }
 
+impl<'a, T: Scalar> IntoIterator for &'a Handles<T> {
+    type Item = &'a HandleGroup<T>;
+    type IntoIter = std::slice::Iter<'a, HandleGroup<T>>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.iter()
+    }
+}
+
 impl<T: Scalar> Handles<T> {
     /// No handles.
     pub fn new() -> Self {
-        Self { groups: Vec::new() }
+        Self {
+            groups: Vec::new(),
+            next: 0,
+        }
     }
 
     /// Number of groups.
@@ -136,13 +204,52 @@ impl<T: Scalar> Handles<T> {
     /// Adds a group with any motion, met exactly.
     #[must_use]
     pub fn add(mut self, vertices: impl IntoIterator<Item = VertexId>, motion: Motion<T>) -> Self {
-        let vertices = vertices.into_iter().collect();
-        self.groups.push(Group {
-            vertices,
-            motion,
-            hold: Hold::Hard,
-        });
+        self.push(vertices, motion, Hold::Hard);
         self
+    }
+
+    /// Adds a group in place; the name that it has from now on.
+    pub fn push(
+        &mut self,
+        vertices: impl IntoIterator<Item = VertexId>,
+        motion: Motion<T>,
+        hold: Hold,
+    ) -> HandleId {
+        let id = HandleId(self.next);
+        self.next += 1;
+        self.groups.push(HandleGroup {
+            id,
+            vertices: vertices.into_iter().collect(),
+            motion,
+            hold,
+        });
+        id
+    }
+
+    /// Takes a group out; the others keep their names.
+    pub fn remove(&mut self, id: HandleId) -> Option<HandleGroup<T>> {
+        let at = self.place(id)?;
+        Some(self.groups.remove(at))
+    }
+
+    /// The group with this name.
+    pub fn get(&self, id: HandleId) -> Option<&HandleGroup<T>> {
+        self.place(id).map(|at| &self.groups[at])
+    }
+
+    /// Gives a group another motion; the one that it had.
+    pub fn set_motion(&mut self, id: HandleId, motion: Motion<T>) -> Option<Motion<T>> {
+        let at = self.place(id)?;
+        Some(std::mem::replace(&mut self.groups[at].motion, motion))
+    }
+
+    fn place(&self, id: HandleId) -> Option<usize> {
+        self.groups.binary_search_by_key(&id, |group| group.id).ok()
+    }
+
+    /// The groups, in the order in which they were added.
+    pub fn iter(&self) -> std::slice::Iter<'_, HandleGroup<T>> {
+        self.groups.iter()
     }
 
     /// Makes the group added last a soft one: a spring of weight `weight`, relative to the mean
@@ -164,11 +271,6 @@ impl<T: Scalar> Handles<T> {
         self
     }
 
-    /// The vertices of every group, in the order of the groups.
-    pub fn vertices(&self) -> impl Iterator<Item = &[VertexId]> {
-        self.groups.iter().map(|g| g.vertices.as_slice())
-    }
-
     /// One handle a vertex, ascending, with its target: what a [`cotan_flow::FlowBuilder`] takes.
     ///
     /// # Errors
@@ -176,7 +278,8 @@ impl<T: Scalar> Handles<T> {
     /// fit its group, and two groups that want a vertex at two places.
     pub fn resolve(&self, positions: &Positions<T>) -> Result<Vec<(Handle, Point3<T>)>, Error> {
         let mut all = Vec::new();
-        for (index, group) in self.groups.iter().enumerate() {
+        for group in &self.groups {
+            let index = group.id.index();
             if group.vertices.is_empty() {
                 return Err(Error::EmptyHandle { group: index });
             }
@@ -227,5 +330,39 @@ impl<T: Scalar> Handles<T> {
             .into_iter()
             .map(|(handle, target, _)| (handle, target))
             .collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_stay_when_a_group_goes() {
+        let [a, b, c] = [0, 1, 2].map(VertexId::new);
+        let mut handles = Handles::<f64>::new().fix([a]).fix([b]).soft(2.0);
+        let third = handles.push([c], Motion::Stay, Hold::Hard);
+        assert_eq!(third, HandleId::new(2));
+        let gone = handles.remove(HandleId::new(0)).unwrap();
+        assert_eq!((gone.vertices(), gone.hold()), (&[a][..], Hold::Hard));
+        assert_eq!(handles.remove(gone.id()), None);
+        assert_eq!(
+            handles.get(HandleId::new(1)).unwrap().hold(),
+            Hold::Soft(2.0)
+        );
+        assert_eq!(handles.get(third).unwrap().vertices(), [c]);
+        assert_eq!(
+            handles.push([a], Motion::Stay, Hold::Hard),
+            HandleId::new(3)
+        );
+        let ids: Vec<usize> = handles.iter().map(|group| group.id().index()).collect();
+        assert_eq!(ids, [1, 2, 3]);
+        let motion = Motion::To(vec![Point3::origin()]);
+        assert_eq!(
+            handles.set_motion(third, motion.clone()),
+            Some(Motion::Stay)
+        );
+        assert_eq!(handles.get(third).unwrap().motion(), &motion);
+        assert_eq!(handles.set_motion(gone.id(), motion), None);
     }
 }

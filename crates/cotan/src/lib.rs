@@ -41,6 +41,7 @@ pub use cotan_halfedge as halfedge;
 pub use cotan_laplacian as laplacian;
 pub use cotan_linear as linear;
 pub use nalgebra;
+pub use nalgebra_sparse;
 
 pub mod sphere;
 
@@ -57,25 +58,38 @@ pub mod smooth;
 mod unmoved;
 
 pub use comparison::{ErrorFields, ShapeComparison};
-pub use deform::{Deformed, deform};
+pub use deform::{Deformed, deform, deform_with};
 pub use error::Error;
 pub use fair::fair;
-pub use handles::{Handles, Motion};
+pub use handles::{HandleGroup, HandleId, Handles, Motion};
 pub use options::{DeformOptions, DetailSize, OrientationKind, SchemeKind, UnknownName};
 pub use quality::{Quality, ShapeErrors};
 pub use reconstruct::{reconstruct, reconstruct_observed};
 pub use session::Session;
 pub use sphere::spherical;
 
-/// What most programs need, in one line.
+/// What most programs need, in one line: the jobs, and the traits with what their methods take, for
+/// schemes, updaters, orientations and energies of one's own.
 pub mod prelude {
     pub use crate::{
-        DeformOptions, Deformed, DetailSize, Error, Handles, Motion, OrientationKind, Quality,
-        SchemeKind, Session, ShapeErrors, deform, reconstruct,
+        DeformOptions, Deformed, DetailSize, Error, HandleGroup, HandleId, Handles, Motion,
+        OrientationKind, Quality, SchemeKind, Session, ShapeErrors, deform, deform_with,
+        reconstruct,
     };
-    pub use cotan_flow::{Acceleration, Flow, Report, Schedule, Start, StepReport, StopReason};
-    pub use cotan_geometry::{Positions, Scalar, Surface};
-    pub use cotan_halfedge::{FaceId, HalfedgeMesh, VertexId, VertexMap};
+    pub use cotan_flow::{
+        Acceleration, BestRotation, Energy, Flow, FlowBuilder, FlowError, FlowState, Hybrid,
+        KeepMagnitude, Limited, LocalGlobal, Orientation, Reflect, ReflectFirst, Report,
+        RescaleByArea, Rest, ScalarFieldUpdater, Schedule, Start, StepReport, StopReason,
+    };
+    pub use cotan_geometry::{Positions, Scalar, Surface, scalar};
+    pub use cotan_halfedge::{
+        EdgeId, EdgeMap, FaceId, FaceMap, HalfedgeId, HalfedgeMap, HalfedgeMesh, VertexId,
+        VertexMap,
+    };
+    pub use cotan_laplacian::{
+        ClampedCotangent, Cotangent, EdgeLength, LaplacianScheme, Operator, SchemeError, Symmetry,
+        Tutte, Uniform,
+    };
     pub use cotan_linear::{Handle, Hold};
     pub use nalgebra::{Isometry3, Matrix3, Matrix4, Point3, Vector3};
 }

@@ -1,10 +1,13 @@
 //! The settings of a deformation, as plain values with names.
 
+use std::sync::Arc;
+
 use cotan_flow::{
     Acceleration, BestRotation, DEFAULT_ITERATION_LIMIT, DEFAULT_TOLERANCE, FlowBuilder, Hybrid,
     KeepMagnitude, Limited, Reflect, ReflectFirst, RescaleByArea, Schedule, Start,
 };
-use cotan_geometry::Scalar;
+use cotan_geometry::{Positions, Scalar};
+use cotan_halfedge::HalfedgeMesh;
 use cotan_laplacian::{ClampedCotangent, Cotangent, EdgeLength, LaplacianScheme, Tutte, Uniform};
 use cotan_linear::SystemOptions;
 use thiserror::Error;
@@ -187,6 +190,16 @@ impl SchemeKind {
 }
 
 impl DeformOptions {
+    /// A flow of this mesh with these settings, whose parts can be changed for others; see
+    /// [`Session::from_flow`](crate::Session::from_flow) and [`deform_with`](crate::deform_with).
+    pub fn flow<T: Scalar>(
+        &self,
+        mesh: impl Into<Arc<HalfedgeMesh>>,
+        positions: impl Into<Arc<Positions<T>>>,
+    ) -> FlowBuilder<T> {
+        self.apply(Flow::builder(mesh, positions))
+    }
+
     /// A flow with these settings.
     pub fn apply<T: Scalar>(&self, flow: FlowBuilder<T>) -> FlowBuilder<T> {
         let flow = flow

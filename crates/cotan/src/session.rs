@@ -3,13 +3,14 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use cotan_flow::{Flow, Report, Schedule, Start, StepReport};
+use cotan_flow::{Flow, FlowBuilder, Report, Schedule, StepReport};
 use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::{HalfedgeMesh, VertexId};
+use cotan_linear::Hold;
 use nalgebra::{Matrix4, Point3};
 
 use crate::error::Error;
-use crate::handles::{Handles, Motion};
+use crate::handles::{HandleId, Handles, Motion};
 use crate::options::DeformOptions;
 use crate::unmoved::Unmoved;
 
@@ -56,13 +57,33 @@ impl<T: Scalar> Session<T> {
         handles: &Handles<T>,
         options: &DeformOptions,
     ) -> Result<Self, Error> {
-        let positions = positions.into();
-        let resolved = handles.resolve(&positions)?;
-        let flow = options.apply(Flow::builder(mesh, positions));
+        Self::from_flow(options.flow(mesh, positions), handles)
+    }
+
+    /// A session of a flow with any scheme, updater, orientation or energy, yours included; `handles`
+    /// take the place of those that the flow was given.
+    ///
+    /// ```
+    /// use cotan::prelude::*;
+    ///
+    /// let shape = cotan::shapes::icosphere::<f64>(2);
+    /// let handles = Handles::new().fix([VertexId::new(0)]);
+    /// // The paper's settings, but for the weights.
+    /// let flow = DeformOptions::paper().flow(&shape.mesh, &shape.positions);
+    /// let mut session = Session::from_flow(flow.scheme(Tutte), &handles)?;
+    /// session.step()?;
+    /// # Ok::<(), cotan::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Self::new`]; and an updater that the flow's energy would not ask
+    /// ([`cotan_flow::FlowError::MutedUpdater`]).
+    pub fn from_flow(flow: FlowBuilder<T>, handles: &Handles<T>) -> Result<Self, Error> {
+        let resolved = handles.resolve(flow.original_positions())?;
+        let starts_from_original = flow.starts_from_original();
         let flow = flow.handles(resolved).build()?;
-        let starts_elsewhere = options.start == Start::Zero;
         Ok(Self {
-            unmoved: (!starts_elsewhere).then(|| Unmoved::new(flow.rest().mesh(), flow.size())),
+            unmoved: starts_from_original.then(|| Unmoved::new(flow.rest().mesh(), flow.size())),
             flow,
             handles: handles.clone(),
         })
@@ -72,29 +93,39 @@ impl<T: Scalar> Session<T> {
         self.flow.rest().original_positions()
     }
 
-    /// Moves handle number `group` (in the order in which the handles were given) to where `motion`
-    /// takes its *original* positions. The shape follows in the next steps.
+    /// The handles, with their motions and how firmly they hold.
+    pub fn handles(&self) -> &Handles<T> {
+        &self.handles
+    }
+
+    /// Moves a handle to where `motion` takes its *original* positions. The shape follows in the next
+    /// steps. A number names the handle that was added after so many others.
     ///
     /// # Errors
     /// [`Error`] if there is no such handle, the motion does not fit it, or a vertex that it shares
     /// with another handle is wanted at two places; nothing has moved then.
-    pub fn move_handle(&mut self, group: usize, motion: &Motion<T>) -> Result<(), Error> {
-        self.move_handles(&[(group, motion.clone())])
+    pub fn move_handle(
+        &mut self,
+        handle: impl Into<HandleId>,
+        motion: &Motion<T>,
+    ) -> Result<(), Error> {
+        self.move_handles([(handle, motion.clone())])
     }
 
     /// Moves several handles at once, which may share vertices if they agree about them.
     ///
     /// # Errors
     /// As [`Self::move_handle`].
-    pub fn move_handles(&mut self, moves: &[(usize, Motion<T>)]) -> Result<(), Error> {
+    pub fn move_handles<H: Into<HandleId>>(
+        &mut self,
+        moves: impl IntoIterator<Item = (H, Motion<T>)>,
+    ) -> Result<(), Error> {
         let mut handles = self.handles.clone();
-        let num_groups = handles.len();
-        for (group, motion) in moves {
-            let slot = handles.groups.get_mut(*group).ok_or(Error::NoSuchHandle {
-                group: *group,
-                num_groups,
-            })?;
-            slot.motion = motion.clone();
+        for (handle, motion) in moves {
+            let handle = handle.into();
+            if handles.set_motion(handle, motion).is_none() {
+                return Err(self.no_such(handle));
+            }
         }
         let targets: Vec<Point3<T>> = handles
             .resolve(self.original())?
@@ -106,12 +137,23 @@ impl<T: Scalar> Session<T> {
         Ok(())
     }
 
-    /// Moves handle number `group` by a transform of its original positions.
+    fn no_such(&self, handle: HandleId) -> Error {
+        Error::NoSuchHandle {
+            handle,
+            num_handles: self.handles.len(),
+        }
+    }
+
+    /// Moves a handle by a transform of its original positions.
     ///
     /// # Errors
     /// As [`Self::move_handle`].
-    pub fn transform_handle(&mut self, group: usize, matrix: Matrix4<T>) -> Result<(), Error> {
-        self.move_handle(group, &Motion::Transform(matrix))
+    pub fn transform_handle(
+        &mut self,
+        handle: impl Into<HandleId>,
+        matrix: Matrix4<T>,
+    ) -> Result<(), Error> {
+        self.move_handle(handle, &Motion::Transform(matrix))
     }
 
     /// Puts other handles in the place of all at hand. The shape is kept and follows in the next steps.
@@ -129,7 +171,8 @@ impl<T: Scalar> Session<T> {
         Ok(())
     }
 
-    /// Adds a group of vertices with its motion, held exactly; returns its number.
+    /// Adds a group of vertices with its motion, held exactly; returns its name, which stays when
+    /// others go. For a softer one, see [`Handles::push`] and [`Self::set_handles`].
     ///
     /// # Errors
     /// As [`Self::set_handles`].
@@ -137,27 +180,25 @@ impl<T: Scalar> Session<T> {
         &mut self,
         vertices: impl IntoIterator<Item = VertexId>,
         motion: Motion<T>,
-    ) -> Result<usize, Error> {
-        let group = self.handles.len();
-        self.set_handles(&self.handles.clone().add(vertices, motion))?;
-        Ok(group)
+    ) -> Result<HandleId, Error> {
+        let mut handles = self.handles.clone();
+        let handle = handles.push(vertices, motion, Hold::Hard);
+        self.set_handles(&handles)?;
+        Ok(handle)
     }
 
-    /// Lets go of handle number `group`; those after it move up by one number.
+    /// Lets go of a handle; the others keep their names.
     ///
     /// # Errors
-    /// [`Error`] if there is no such handle, or a component of the mesh would be left free; nothing has
-    /// changed then.
-    pub fn remove_handle(&mut self, group: usize) -> Result<(), Error> {
+    /// [`Error`] if there is no such handle, or a component of the mesh would be left free; nothing
+    /// has changed then.
+    pub fn remove_handle(&mut self, handle: impl Into<HandleId>) -> Result<(), Error> {
+        let handle = handle.into();
         let mut handles = self.handles.clone();
-        if group >= handles.len() {
-            return Err(Error::NoSuchHandle {
-                group,
-                num_groups: handles.len(),
-            });
+        match handles.remove(handle) {
+            Some(_) => self.set_handles(&handles),
+            None => Err(self.no_such(handle)),
         }
-        handles.groups.remove(group);
-        self.set_handles(&handles)
     }
 
     /// Puts another shape in the place of the one at hand (an earlier one, say, to which its owner has

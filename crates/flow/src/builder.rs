@@ -283,6 +283,19 @@ impl<T: Scalar> FlowBuilder<T> {
         self
     }
 
+    /// The original positions.
+    pub fn original_positions(&self) -> &Positions<T> {
+        match &self.source {
+            Source::Measured(rest) => rest.original_positions(),
+            Source::Mesh { positions, .. } => positions,
+        }
+    }
+
+    /// Whether the iteration starts from the original shape, and not from zero vectors or another one.
+    pub fn starts_from_original(&self) -> bool {
+        self.start != Start::Zero && self.first_shape.is_none()
+    }
+
     /// Measures the original mesh, assembles and factorizes the system.
     ///
     /// # Errors
