@@ -24,10 +24,7 @@ fn scheme(scheme: SchemeKind) -> SphereOptions {
     }
 }
 
-fn map<'m>(
-    mesh: &'m ProcessingMesh,
-    options: &SphereOptions,
-) -> (Spherical<'m, f64>, SphereQuality) {
+fn map(mesh: &ProcessingMesh, options: &SphereOptions) -> (Spherical<f64>, SphereQuality) {
     let done = spherical(mesh.mesh(), mesh.positions(), options).expect("a map");
     let surface = Surface::new(mesh.mesh(), mesh.positions()).expect("a surface");
     let quality = SphereQuality::measure(&surface, &done.map);

@@ -32,7 +32,7 @@ fn real_models_are_embedded_with_their_areas() {
 }
 
 /// The mean of |ln area ratio| over the source's area.
-fn log_area(map: &SphereMap<'_, f64>, source: &Positions<f64>) -> f64 {
+fn log_area(map: &SphereMap<f64>, source: &Positions<f64>) -> f64 {
     let surface = Surface::new(map.mesh(), source).expect("a surface");
     let areas = cotan_geometry::face_areas(&surface);
     let total: f64 = areas.values().sum();

@@ -14,11 +14,11 @@ fn options() -> SphereOptions {
 }
 
 /// Maps, and asserts what every map has to fulfil.
-fn checked<'m>(
-    mesh: &'m HalfedgeMesh,
+fn checked(
+    mesh: &HalfedgeMesh,
     positions: &Positions<f64>,
     options: &SphereOptions,
-) -> Spherical<'m, f64> {
+) -> Spherical<f64> {
     let done = spherical(mesh, positions, options).expect("a map");
     let surface = Surface::new(mesh, positions).expect("a surface");
     let quality = SphereQuality::measure(&surface, &done.map);

@@ -32,6 +32,11 @@ pub enum FlowError {
         /// How many handle vertices there are.
         handles: usize,
     },
+    /// A surface that has shrunk to a point on the way, or whose weights are negative on the whole.
+    #[error(
+        "the surface has shrunk to a point, or its weights are negative on the whole; try --scheme uniform"
+    )]
+    Collapsed,
     /// A target that is NaN or infinite.
     #[error("the target of handle vertex {vertex} is not a finite position")]
     NonFiniteTarget {

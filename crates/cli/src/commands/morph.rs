@@ -84,11 +84,11 @@ fn write(
 }
 
 /// B's sphere, turned to fit A's.
-fn aligned<'m>(
+fn aligned(
     args: &MorphArgs,
     inputs: &[Input<'_>; 2],
-    mapped: &[Mapped<'m, f64>; 2],
-) -> Result<SphereMap<'m, f64>, CliError> {
+    mapped: &[Mapped<f64>; 2],
+) -> Result<SphereMap<f64>, CliError> {
     let [a, b] = mapped;
     let refuse = |error| inputs[1].refuse(error);
     let aligned = match (&args.landmarks, args.align) {
@@ -109,7 +109,7 @@ fn aligned<'m>(
 }
 
 /// The positions relative to the bounding box, so that two shapes of other size and place compare.
-fn in_box(mapped: &Mapped<'_, f64>) -> Positions<f64> {
+fn in_box(mapped: &Mapped<f64>) -> Positions<f64> {
     let bounds = bounding_box(&mapped.surface());
     let (center, size) = (bounds.center(), bounds.diagonal());
     mapped.positions.map(|p| ((p - center) / size).into())

@@ -75,7 +75,7 @@ fn run_as<T: Scalar>(args: &SphereArgs, console: &Console) -> Result<SphereRun, 
 fn write_sphere<T: Scalar>(
     args: &SphereArgs,
     input: Input<'_>,
-    mapped: &Mapped<'_, T>,
+    mapped: &Mapped<T>,
     console: &Console,
 ) -> Result<WrittenSphere, CliError> {
     let format = files::mesh_format(&args.output)?;

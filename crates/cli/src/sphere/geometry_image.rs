@@ -22,7 +22,7 @@ pub(crate) struct GeometryImageFields {
 /// # Errors
 /// [`SphereError::Setting`] for a size that does not do.
 pub(crate) fn geometry_image<T: Scalar>(
-    mapped: &Mapped<'_, T>,
+    mapped: &Mapped<T>,
     size: usize,
 ) -> Result<(Vec<u8>, GeometryImageFields), SphereError> {
     let image = mapped.map.geometry_image(&mapped.positions, size)?;

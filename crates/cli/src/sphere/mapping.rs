@@ -46,7 +46,7 @@ pub(crate) enum Turn<'a> {
 
 /// A mesh on the sphere.
 #[derive(Clone, Debug)]
-pub(crate) struct Mapped<'m, T: Scalar> {
+pub(crate) struct Mapped<T: Scalar> {
     /// The source, seen from `origin` and in the unit `unit`.
     pub(crate) positions: Positions<T>,
     /// In single precision the middle of the source, so that one that lies far away keeps its
@@ -55,7 +55,7 @@ pub(crate) struct Mapped<'m, T: Scalar> {
     /// A power of two near the size of the source, so that areas neither overflow nor vanish and no
     /// digit changes.
     unit: f64,
-    pub(crate) map: SphereMap<'m, T>,
+    pub(crate) map: SphereMap<T>,
     pub(crate) report: SphereReport,
     /// How long it took.
     pub(crate) seconds: f64,
@@ -66,7 +66,7 @@ impl<'a> Mapper<'a> {
     ///
     /// # Errors
     /// [`CliError::Sphere`] for a mesh that cannot be mapped, in the numbers of its file.
-    pub(crate) fn run<T: Scalar>(&self, progress: &Progress) -> Result<Mapped<'a, T>, CliError> {
+    pub(crate) fn run<T: Scalar>(&self, progress: &Progress) -> Result<Mapped<T>, CliError> {
         let refuse = |error| self.input.refuse(error);
         progress.phase("map");
         let clock = Instant::now();
@@ -108,11 +108,11 @@ impl<'a> Mapper<'a> {
         })
     }
 
-    fn turned<'m, T: Scalar>(
+    fn turned<T: Scalar>(
         &self,
-        map: SphereMap<'m, T>,
+        map: SphereMap<T>,
         positions: &Positions<T>,
-    ) -> Result<SphereMap<'m, T>, CliError> {
+    ) -> Result<SphereMap<T>, CliError> {
         let turned = match self.turn {
             Turn::None => Ok(map),
             Turn::Principal => map.orient_principal(positions),
@@ -129,7 +129,7 @@ impl Input<'_> {
     }
 }
 
-impl<T: Scalar> Mapped<'_, T> {
+impl<T: Scalar> Mapped<T> {
     /// The source.
     pub(crate) fn surface(&self) -> Surface<'_, T> {
         Surface::assume_checked(self.map.mesh(), &self.positions)

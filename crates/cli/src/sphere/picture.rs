@@ -8,7 +8,7 @@ use crate::picture::{ColorScale, HeatMap, Panel, Quantity, Views};
 use crate::report::counted;
 
 /// The picture as PNG.
-pub(crate) fn area_picture<T: Scalar>(mapped: &Mapped<'_, T>) -> Vec<u8> {
+pub(crate) fn area_picture<T: Scalar>(mapped: &Mapped<T>) -> Vec<u8> {
     let mesh = mapped.map.mesh();
     let ratios = area_log_ratios(&mapped.surface(), &mapped.map);
     let scale = ColorScale::signed(TITLE, ratios.values().copied());

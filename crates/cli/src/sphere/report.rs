@@ -127,7 +127,7 @@ impl From<AngleErrors> for AngleFields {
 impl SphereRun {
     /// Measures the map.
     pub(crate) fn new<T: Scalar>(
-        mapped: &Mapped<'_, T>,
+        mapped: &Mapped<T>,
         options: &SphereOptions,
         precision: Precision,
     ) -> Self {

@@ -11,7 +11,7 @@ use super::Mapped;
 /// coordinates, in place of those that it has; it is then no longer tied to its file.
 pub(crate) fn with_texture<T: Scalar>(
     document: Document,
-    mapped: &Mapped<'_, T>,
+    mapped: &Mapped<T>,
     processing: &ProcessingMesh,
 ) -> Result<Document, IoError> {
     let uvs = mapped.map.longitude_latitude();
@@ -28,7 +28,7 @@ pub(crate) fn with_texture<T: Scalar>(
 fn corners<T: Scalar>(
     document: &Document,
     uvs: &CornerUvs<T>,
-    mapped: &Mapped<'_, T>,
+    mapped: &Mapped<T>,
     processing: &ProcessingMesh,
 ) -> CornerProperty {
     let mesh = processing.mesh();

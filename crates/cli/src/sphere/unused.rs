@@ -18,7 +18,7 @@ use super::Mapped;
 pub(crate) fn place_unused<T: Scalar>(
     document: &mut Document,
     source: &[Point3<f64>],
-    mapped: &Mapped<'_, T>,
+    mapped: &Mapped<T>,
     processing: &ProcessingMesh,
 ) -> Result<usize, IoError> {
     let is_unused = |v: &usize| processing.vertex(*v).is_none();

@@ -16,7 +16,7 @@ use crate::error::CliError;
 pub(crate) fn warn_of_short_numbers<T: Scalar>(
     path: &Path,
     format: Format,
-    mapped: &Mapped<'_, T>,
+    mapped: &Mapped<T>,
     processing: &ProcessingMesh,
     console: &Console,
 ) -> Result<(), CliError> {
@@ -38,7 +38,7 @@ pub(crate) fn warn_of_short_numbers<T: Scalar>(
 fn stored<T: Scalar>(
     path: &Path,
     format: Format,
-    mapped: &Mapped<'_, T>,
+    mapped: &Mapped<T>,
     processing: &ProcessingMesh,
 ) -> Result<Option<Positions<f64>>, IoError> {
     Ok(match format {

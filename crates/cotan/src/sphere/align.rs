@@ -12,9 +12,9 @@ use super::rotation_search::{Turnable, Wanted};
 
 /// A map that was turned to fit another.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Aligned<'m, T: Scalar> {
+pub struct Aligned<T: Scalar> {
     /// The turned map, checked.
-    pub map: SphereMap<'m, T>,
+    pub map: SphereMap<T>,
     /// What it was turned by.
     pub rotation: Rotation3<f64>,
     /// What is left: the root mean square over the landmarks of their distance on the unit sphere,
@@ -22,7 +22,7 @@ pub struct Aligned<'m, T: Scalar> {
     pub residual: f64,
 }
 
-impl<'m, T: Scalar> SphereMap<'m, T> {
+impl<T: Scalar> SphereMap<T> {
     /// Turns this map so that vertices of it come as near as possible, in the least-squares sense,
     /// to vertices of `target`.
     ///
@@ -35,9 +35,9 @@ impl<'m, T: Scalar> SphereMap<'m, T> {
     /// **Source**: Wahba 1965; Kabsch 1976; Horn 1987.
     pub fn align_landmarks(
         &self,
-        target: &SphereMap<'_, T>,
+        target: &SphereMap<T>,
         pairs: &[(VertexId, VertexId)],
-    ) -> Result<Aligned<'m, T>, SphereError> {
+    ) -> Result<Aligned<T>, SphereError> {
         let directions: Vec<(Vector3<f64>, Vector3<f64>)> = pairs
             .iter()
             .map(|&(from, to)| Ok((self.direction_of(from)?, target.direction_of(to)?)))
@@ -70,9 +70,9 @@ impl<'m, T: Scalar> SphereMap<'m, T> {
     pub fn align<A: Attribute<T>>(
         &self,
         attribute: &VertexMap<A>,
-        target: &SphereMap<'_, T>,
+        target: &SphereMap<T>,
         target_attribute: &VertexMap<A>,
-    ) -> Result<Aligned<'m, T>, SphereError> {
+    ) -> Result<Aligned<T>, SphereError> {
         target.check_attribute(target_attribute)?;
         let location = target.point_location();
         let wanted = |level| Wanted::of(&location, target_attribute, level);
@@ -142,7 +142,7 @@ mod tests {
         (shape, source)
     }
 
-    fn farthest<T: Scalar>(a: &SphereMap<'_, T>, b: &SphereMap<'_, T>) -> f64 {
+    fn farthest<T: Scalar>(a: &SphereMap<T>, b: &SphereMap<T>) -> f64 {
         let pairs = a.positions().values().zip(b.positions().values());
         pairs
             .map(|(p, q)| (p - q).norm().as_f64())

@@ -99,6 +99,19 @@ pub enum SphereError {
     Mismatch(String),
 }
 
+impl SphereError {
+    /// Whether it says that positions are not one to one onto the sphere, so that others may be.
+    pub(crate) fn is_no_map(&self) -> bool {
+        matches!(
+            self,
+            Self::OffSphere { .. }
+                | Self::Overflow { .. }
+                | Self::Flipped { .. }
+                | Self::Degree { .. }
+        )
+    }
+}
+
 impl From<LinearError> for SphereError {
     fn from(error: LinearError) -> Self {
         Self::Flow(error.into())

@@ -55,7 +55,7 @@ pub enum BitDepth {
     Sixteen,
 }
 
-impl<T: Scalar> SphereMap<'_, T> {
+impl<T: Scalar> SphereMap<T> {
     /// The geometry image of an attribute, such as the positions of the source mesh.
     ///
     /// **Shapes**: one value a vertex in, `size`² out.

@@ -58,7 +58,7 @@ impl<T: Scalar, const N: usize> Attribute<T> for Point<T, N> {
     }
 }
 
-impl<T: Scalar> SphereMap<'_, T> {
+impl<T: Scalar> SphereMap<T> {
     /// The value of an attribute at a point of the sphere.
     ///
     /// **Shapes**: one value a vertex of this map's mesh.

@@ -35,7 +35,7 @@ pub struct Located<T: Scalar> {
 /// Finds faces of a sphere map; made by [`SphereMap::point_location`].
 #[derive(Clone, Debug)]
 pub struct PointLocation<'a, T: Scalar> {
-    map: &'a SphereMap<'a, T>,
+    map: &'a SphereMap<T>,
     /// Of `faces`, and behind them of `wedges`.
     tree: RayTree,
     /// The faces that are in no wedge, ascending.
@@ -43,7 +43,7 @@ pub struct PointLocation<'a, T: Scalar> {
     wedges: Vec<Wedge>,
 }
 
-impl<T: Scalar> SphereMap<'_, T> {
+impl<T: Scalar> SphereMap<T> {
     /// Prepares to find the faces of directions: O(n log n) once, then about O(log n) for each.
     #[must_use]
     pub fn point_location(&self) -> PointLocation<'_, T> {
@@ -113,7 +113,7 @@ impl<T: Scalar> PointLocation<'_, T> {
     }
 
     /// The map that is searched.
-    pub fn map(&self) -> &SphereMap<'_, T> {
+    pub fn map(&self) -> &SphereMap<T> {
         self.map
     }
 
@@ -228,7 +228,7 @@ mod tests {
     use crate::sphere::testing::{splintered, squeezed};
 
     /// The images of points inside faces are found again, as exactly as the directions are.
-    fn round_trip<T: Scalar>(map: &SphereMap<'_, T>, weights: [f64; 3], tolerance: f64) {
+    fn round_trip<T: Scalar>(map: &SphereMap<T>, weights: [f64; 3], tolerance: f64) {
         let location = map.point_location();
         for face in map.mesh().faces() {
             let [a, b, c] = map.corners(face);

@@ -28,7 +28,7 @@ impl<T: Scalar> CornerUvs<T> {
     /// A table of the different coordinates at each vertex, and which of them each corner has: the
     /// form in which files hold them.
     #[must_use]
-    pub fn indexed(&self, map: &SphereMap<'_, T>) -> (Vec<[T; 2]>, Vec<[u32; 3]>) {
+    pub fn indexed(&self, map: &SphereMap<T>) -> (Vec<[T; 2]>, Vec<[u32; 3]>) {
         let mut table = Vec::new();
         // Numbers of the table's entries at each vertex: mostly one, two at the cut.
         let mut at_vertex = vec![Vec::<u32>::new(); map.mesh().num_vertices()];
@@ -50,7 +50,7 @@ impl<T: Scalar> CornerUvs<T> {
     }
 }
 
-impl<T: Scalar> SphereMap<'_, T> {
+impl<T: Scalar> SphereMap<T> {
     /// Texture coordinates of an equirectangular image: u = ½ + longitude / 2π, v = ½ + latitude /
     /// π, with longitude = atan2(y, x) and latitude = asin z. v points up, as in OBJ.
     ///
@@ -122,7 +122,7 @@ mod tests {
 
     use super::*;
 
-    fn check<T: Scalar>(map: &SphereMap<'_, T>, tolerance: f64) {
+    fn check<T: Scalar>(map: &SphereMap<T>, tolerance: f64) {
         let uvs = map.longitude_latitude();
         assert!(uvs.pole_faces.len() <= 4);
         for (f, corners) in uvs.corners.iter() {

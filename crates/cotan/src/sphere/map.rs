@@ -1,5 +1,7 @@
 //! A checked map of a mesh onto the unit sphere.
 
+use std::sync::Arc;
+
 use cotan_geometry::{Positions, Scalar, scalar};
 use cotan_halfedge::{FaceId, HalfedgeMesh};
 use nalgebra::Vector3;
@@ -15,27 +17,32 @@ use super::predicate::flipped_faces;
 /// A point inside a face is mapped by the central projection of the flat triangle between the
 /// images of its corners.
 #[derive(Clone, PartialEq, Debug)]
-pub struct SphereMap<'m, T: Scalar> {
-    mesh: &'m HalfedgeMesh,
+pub struct SphereMap<T: Scalar> {
+    mesh: Arc<HalfedgeMesh>,
     positions: Positions<T>,
 }
 
-impl<'m, T: Scalar> SphereMap<'m, T> {
+impl<T: Scalar> SphereMap<T> {
     /// Checks that `positions` map `mesh` one to one onto the unit sphere.
     ///
-    /// **Shapes**: one position a vertex.
+    /// **Shapes**: one position a vertex. The map owns its mesh: an `Arc` is shared, a reference
+    /// copied.
     ///
     /// # Errors
     /// [`SphereError`] with what is wrong: a mesh that is not closed, connected, of genus 0 and of
     /// triangles; a vertex off the sphere; flipped triangles; a sphere covered more than once.
-    pub fn new(mesh: &'m HalfedgeMesh, positions: Positions<T>) -> Result<Self, SphereError> {
-        super::error::check_topology(mesh)?;
+    pub fn new(
+        mesh: impl Into<Arc<HalfedgeMesh>>,
+        positions: Positions<T>,
+    ) -> Result<Self, SphereError> {
+        let mesh = mesh.into();
+        super::error::check_topology(&mesh)?;
         Self::on_sphere(mesh, positions)
     }
 
     /// As [`Self::new`], of a mesh whose topology was checked.
     pub(crate) fn on_sphere(
-        mesh: &'m HalfedgeMesh,
+        mesh: Arc<HalfedgeMesh>,
         positions: Positions<T>,
     ) -> Result<Self, SphereError> {
         if positions.len() != mesh.num_vertices() {
@@ -54,7 +61,7 @@ impl<'m, T: Scalar> SphereMap<'m, T> {
                 false => SphereError::Overflow { vertex },
             });
         }
-        let flipped = flipped_faces(mesh, &positions);
+        let flipped = flipped_faces(&mesh, &positions);
         if let Some(&first) = flipped.first() {
             return Err(SphereError::Flipped {
                 count: flipped.len(),
@@ -72,9 +79,17 @@ impl<'m, T: Scalar> SphereMap<'m, T> {
         Ok(map)
     }
 
-    /// The connectivity.
-    pub fn mesh(&self) -> &'m HalfedgeMesh {
-        self.mesh
+    /// Another map of the same mesh, checked.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_positions(&self, positions: Positions<T>) -> Result<Self, SphereError> {
+        Self::on_sphere(Arc::clone(&self.mesh), positions)
+    }
+
+    /// The connectivity, which maps of one mesh share.
+    pub fn mesh(&self) -> &Arc<HalfedgeMesh> {
+        &self.mesh
     }
 
     /// Where the vertices lie on the unit sphere.

@@ -20,7 +20,7 @@ use rayon::prelude::*;
 use super::error::SphereError;
 use super::map::SphereMap;
 
-impl<'m, T: Scalar> SphereMap<'m, T> {
+impl<T: Scalar> SphereMap<T> {
     /// The map followed by the Möbius map that brings Σ w_i v_i to the centre, without turning.
     ///
     /// Use the areas around the vertices on the *source* mesh
@@ -41,7 +41,7 @@ impl<'m, T: Scalar> SphereMap<'m, T> {
             .collect();
         center(&mut points, &weights);
         let positions = points.iter().map(|p| Point3::from(p.map(T::of_f64)));
-        Self::new(self.mesh(), positions.collect())
+        self.with_positions(positions.collect())
     }
 }
 

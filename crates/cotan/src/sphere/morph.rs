@@ -40,8 +40,8 @@ impl<T: Scalar> Morph<T> {
     /// [`SphereError::Setting`] if the level is above 8; [`SphereError::Mismatch`] if there is not
     /// one position a vertex.
     pub fn on_icosphere(
-        (start, start_shape): (&SphereMap<'_, T>, &Positions<T>),
-        (end, end_shape): (&SphereMap<'_, T>, &Positions<T>),
+        (start, start_shape): (&SphereMap<T>, &Positions<T>),
+        (end, end_shape): (&SphereMap<T>, &Positions<T>),
         level: u32,
     ) -> Result<Self, SphereError> {
         let target = icosphere_of_level(level)?;
@@ -58,8 +58,8 @@ impl<T: Scalar> Morph<T> {
     /// # Errors
     /// [`SphereError::Mismatch`] if there is not one position a vertex.
     pub fn on_first(
-        (start, start_shape): (&SphereMap<'_, T>, &Positions<T>),
-        (end, end_shape): (&SphereMap<'_, T>, &Positions<T>),
+        (start, start_shape): (&SphereMap<T>, &Positions<T>),
+        (end, end_shape): (&SphereMap<T>, &Positions<T>),
     ) -> Result<Self, SphereError> {
         start.check_attribute(start_shape)?;
         Ok(Self {

@@ -9,7 +9,7 @@ use super::error::SphereError;
 use super::map::SphereMap;
 use super::rotate::rotation_between;
 
-impl<T: Scalar> SphereMap<'_, T> {
+impl<T: Scalar> SphereMap<T> {
     /// Turns the map so that the directions of the source shape's principal axes become those of
     /// the sphere: the longest axis z (the poles are its ends), the second x, the shortest y.
     ///

@@ -175,9 +175,7 @@ fn keep_size(
     let mean = sums::sum(x.len(), |i| x[i].coords * weights[i]);
     let scale = (SPHERE_ENERGY / energy(rest.mesh(), rest.halfedge_weights(), positions)).sqrt();
     if !(scale.is_finite() && scale > 0.0) {
-        return Err(FlowError::Custom(
-            "the surface has shrunk to a point, or its weights are negative on the whole; try --scheme uniform".into(),
-        ));
+        return Err(FlowError::Collapsed);
     }
     for p in positions.values_mut() {
         *p = Point3::from((p.coords - mean) * scale);

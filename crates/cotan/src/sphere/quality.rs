@@ -53,7 +53,7 @@ impl SphereQuality {
     ///
     /// # Panics
     /// If the surface has another number of vertices than the map's mesh.
-    pub fn measure<T: Scalar>(source: &Surface<'_, T>, map: &SphereMap<'_, T>) -> Self {
+    pub fn measure<T: Scalar>(source: &Surface<'_, T>, map: &SphereMap<T>) -> Self {
         // Huge or tiny coordinates would leave their squares no digits.
         let positions = unit_sized(source.positions());
         let source = &Surface::assume_checked(source.mesh(), &positions);
@@ -91,12 +91,12 @@ impl SphereQuality {
 /// enlarges. 0 for faces without area.
 ///
 /// **Shapes**: one entry a face. **Units**: none.
-pub fn area_log_ratios<T: Scalar>(source: &Surface<'_, T>, map: &SphereMap<'_, T>) -> FaceMap<f64> {
+pub fn area_log_ratios<T: Scalar>(source: &Surface<'_, T>, map: &SphereMap<T>) -> FaceMap<f64> {
     let positions = unit_sized(source.positions());
     log_ratios(&Surface::assume_checked(source.mesh(), &positions), map)
 }
 
-fn log_ratios<T: Scalar>(source: &Surface<'_, f64>, map: &SphereMap<'_, T>) -> FaceMap<f64> {
+fn log_ratios<T: Scalar>(source: &Surface<'_, f64>, map: &SphereMap<T>) -> FaceMap<f64> {
     let areas = face_areas(source);
     let total: f64 = areas.values().sum();
     let whole = 4.0 * std::f64::consts::PI;
@@ -124,7 +124,7 @@ struct Face {
 }
 
 impl Face {
-    fn measure<T: Scalar>(source: &Surface<'_, f64>, map: &SphereMap<'_, T>, face: FaceId) -> Self {
+    fn measure<T: Scalar>(source: &Surface<'_, f64>, map: &SphereMap<T>, face: FaceId) -> Self {
         let vertices = map.mesh().triangle(face);
         let corners = vertices.map(|v| source.position(v).coords);
         let images = vertices.map(|v| map.positions()[v].coords.map(T::as_f64));

@@ -1,13 +1,13 @@
 //! Attributes and shapes carried over to the vertices of another mesh of the sphere.
 
 use cotan_geometry::{Positions, Scalar, Shape, icosphere};
-use cotan_halfedge::VertexMap;
+use cotan_halfedge::{HalfedgeMesh, VertexMap};
 
 use super::error::SphereError;
 use super::interpolate::Attribute;
 use super::map::SphereMap;
 
-impl<T: Scalar> SphereMap<'_, T> {
+impl<T: Scalar> SphereMap<T> {
     /// The values of an attribute in given directions: at the vertices of another map, say.
     ///
     /// For several attributes locate once, with
@@ -67,10 +67,10 @@ impl<T: Scalar> SphereMap<'_, T> {
     pub fn remesh_onto(
         &self,
         source: &Positions<T>,
-        target: &SphereMap<'_, T>,
+        target: &SphereMap<T>,
     ) -> Result<Shape<T>, SphereError> {
         Ok(Shape {
-            mesh: target.mesh().clone(),
+            mesh: HalfedgeMesh::clone(target.mesh()),
             positions: self.resample(source, target.positions())?,
         })
     }

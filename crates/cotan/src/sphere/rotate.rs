@@ -10,7 +10,7 @@ use super::error::SphereError;
 use super::geometry_image::octahedral_direction;
 use super::map::SphereMap;
 
-impl<T: Scalar> SphereMap<'_, T> {
+impl<T: Scalar> SphereMap<T> {
     /// The map followed by a rotation, normalised anew and checked again.
     ///
     /// Where rounding flips triangles of a few units in the last place, rotations up to 1e-12 rad
@@ -42,7 +42,7 @@ impl<T: Scalar> SphereMap<'_, T> {
                 Point3::from(turned.normalize().map(T::of_f64))
             })
             .collect();
-        Self::new(self.mesh(), turned.into_iter().collect())
+        self.with_positions(turned.into_iter().collect())
     }
 
     /// Where a vertex lies, in `f64`, or an error if there is no such vertex.

@@ -52,7 +52,7 @@ impl<A> Wanted<A> {
 impl<'a, T: Scalar, A: Attribute<T>> Turnable<'a, T, A> {
     /// Tabulates an attribute of a map.
     pub(crate) fn new(
-        map: &'a SphereMap<'_, T>,
+        map: &'a SphereMap<T>,
         attribute: &'a VertexMap<A>,
     ) -> Result<Self, SphereError> {
         map.check_attribute(attribute)?;

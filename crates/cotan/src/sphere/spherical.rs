@@ -1,6 +1,7 @@
 //! Spherical parameterization in one call.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use cotan_flow::{FlowError, StepReport};
 use cotan_geometry::{Positions, Scalar, Surface, volume};
@@ -22,9 +23,9 @@ use super::untangle::untangle;
 /// A checked sphere map and how it came about.
 #[derive(Clone, PartialEq, Debug)]
 #[must_use = "the report says whether the iteration converged"]
-pub struct Spherical<'m, T: Scalar> {
+pub struct Spherical<T: Scalar> {
     /// The map.
-    pub map: SphereMap<'m, T>,
+    pub map: SphereMap<T>,
     /// How it came about.
     pub report: SphereReport,
 }
@@ -53,11 +54,11 @@ pub struct Spherical<'m, T: Scalar> {
 /// assert!(sphere.map.positions().values().all(|p| (p.coords.norm() - 1.0).abs() < 1e-15));
 /// # Ok::<(), cotan::sphere::SphereError>(())
 /// ```
-pub fn spherical<'m, T: Scalar>(
-    mesh: &'m HalfedgeMesh,
+pub fn spherical<T: Scalar>(
+    mesh: impl Into<Arc<HalfedgeMesh>>,
     positions: &Positions<T>,
     options: &SphereOptions,
-) -> Result<Spherical<'m, T>, SphereError> {
+) -> Result<Spherical<T>, SphereError> {
     spherical_observed(mesh, positions, options, |_| ControlFlow::Continue(()))
 }
 
@@ -66,13 +67,14 @@ pub fn spherical<'m, T: Scalar>(
 ///
 /// # Errors
 /// As [`spherical`].
-pub fn spherical_observed<'m, T: Scalar>(
-    mesh: &'m HalfedgeMesh,
+pub fn spherical_observed<T: Scalar>(
+    mesh: impl Into<Arc<HalfedgeMesh>>,
     positions: &Positions<T>,
     options: &SphereOptions,
     mut observer: impl FnMut(&StepReport) -> ControlFlow<()>,
-) -> Result<Spherical<'m, T>, SphereError> {
+) -> Result<Spherical<T>, SphereError> {
     options.check()?;
+    let mesh: &Arc<HalfedgeMesh> = &mesh.into();
     check_topology(mesh)?;
     Surface::new(mesh, positions)?;
     // On the way everything is in double precision: limbs shrink exponentially.
@@ -83,13 +85,17 @@ pub fn spherical_observed<'m, T: Scalar>(
         SphereMethod::Robust if options.authalic > 0.0 => run.embed(options.authalic)?,
         SphereMethod::Robust => match run.robust(observer) {
             Ok(conformal) => run.cured(conformal)?,
-            Err(FlowError::Linear(
-                error @ (LinearError::MemoryLimit { .. } | LinearError::OutOfMemory { .. }),
-            )) => return Err(error.into()),
             // A surface without size or volume, or weights that are negative on the whole.
-            Err(FlowError::Custom(_) | FlowError::Linear(_) | FlowError::NoExtent) => {
-                run.embed(FALLBACK_BALANCE)?
-            }
+            Err(
+                FlowError::Collapsed
+                | FlowError::NoExtent
+                | FlowError::Linear(
+                    LinearError::NotPositiveDefinite { .. }
+                    | LinearError::Inaccurate { .. }
+                    | LinearError::NotConverged { .. }
+                    | LinearError::IllConditioned { .. },
+                ),
+            ) => run.embed(FALLBACK_BALANCE)?,
             Err(error) => return Err(error.into()),
         },
         SphereMethod::Paper => {
@@ -125,8 +131,8 @@ fn outward(mesh: &HalfedgeMesh, positions: Positions<f64>) -> Positions<f64> {
 }
 
 /// A map in the making.
-struct Run<'m, 'a> {
-    mesh: &'m HalfedgeMesh,
+struct Run<'a> {
+    mesh: &'a Arc<HalfedgeMesh>,
     source: &'a Positions<f64>,
     options: &'a SphereOptions,
     report: SphereReport,
@@ -148,8 +154,12 @@ const MOST_UNTANGLED: usize = 1000;
 /// numbers.
 const FALLBACK_BALANCE: f64 = 0.1;
 
-impl<'m, 'a> Run<'m, 'a> {
-    fn new(mesh: &'m HalfedgeMesh, source: &'a Positions<f64>, options: &'a SphereOptions) -> Self {
+impl<'a> Run<'a> {
+    fn new(
+        mesh: &'a Arc<HalfedgeMesh>,
+        source: &'a Positions<f64>,
+        options: &'a SphereOptions,
+    ) -> Self {
         Self {
             mesh,
             source,
@@ -217,12 +227,13 @@ impl<'m, 'a> Run<'m, 'a> {
         }
     }
 
+    fn map<T: Scalar>(&self, positions: Positions<T>) -> Result<SphereMap<T>, SphereError> {
+        SphereMap::on_sphere(Arc::clone(self.mesh), positions)
+    }
+
     /// Centres, rounds to the number type at hand, and checks.
-    fn checked<T: Scalar>(
-        &self,
-        positions: Positions<f64>,
-    ) -> Result<SphereMap<'m, T>, SphereError> {
-        SphereMap::on_sphere(self.mesh, self.rounded(positions))
+    fn checked<T: Scalar>(&self, positions: Positions<f64>) -> Result<SphereMap<T>, SphereError> {
+        self.map(self.rounded(positions))
     }
 
     /// Centred, if that is wanted, and rounded to the number type at hand.
@@ -234,24 +245,23 @@ impl<'m, 'a> Run<'m, 'a> {
     }
 
     /// The map of the robust iteration, cured where it is none.
-    fn cured<T: Scalar>(
-        &mut self,
-        positions: Positions<f64>,
-    ) -> Result<SphereMap<'m, T>, SphereError> {
+    fn cured<T: Scalar>(&mut self, positions: Positions<f64>) -> Result<SphereMap<T>, SphereError> {
         let mut rounded: Positions<T> = self.rounded(positions);
-        let flipped = match SphereMap::on_sphere(self.mesh, rounded.clone()) {
+        let flipped = match self.map(rounded.clone()) {
             Ok(map) => return Ok(map),
             Err(SphereError::Flipped { count, .. }) => count,
             // Upright triangles around a vertex can wind twice: nothing that a patch would mend.
-            Err(_) => return self.embed(FALLBACK_BALANCE),
+            Err(error) if error.is_no_map() => return self.embed(FALLBACK_BALANCE),
+            Err(error) => return Err(error),
         };
         self.report.flips.push(flipped);
         if flipped <= MOST_UNTANGLED {
             self.report.stages.push(Stage::Untangling);
             let left = untangle(self.mesh, self.source, &mut rounded);
             self.report.flips.push(left);
-            if let Ok(map) = SphereMap::on_sphere(self.mesh, rounded) {
-                return Ok(map);
+            match self.map(rounded) {
+                Err(error) if error.is_no_map() => {}
+                outcome => return outcome,
             }
         }
         self.embed(FALLBACK_BALANCE)
@@ -259,14 +269,15 @@ impl<'m, 'a> Run<'m, 'a> {
 
     /// The whole mesh anew, from a tetrahedron on: always possible. Centred where the rounding
     /// allows it.
-    fn embed<T: Scalar>(&mut self, balance: f64) -> Result<SphereMap<'m, T>, SphereError> {
+    fn embed<T: Scalar>(&mut self, balance: f64) -> Result<SphereMap<T>, SphereError> {
         self.report.stages.push(Stage::Hierarchy);
         let embedded: Positions<T> = embed(self.mesh, self.source, balance)?;
         self.report.flips.push(0);
         let double = embedded.map(|p| Point3::from(normalized(p.coords.map(T::as_f64))));
         match self.checked(double) {
             Ok(map) => Ok(map),
-            Err(_) => SphereMap::on_sphere(self.mesh, embedded),
+            Err(error) if error.is_no_map() => self.map(embedded),
+            Err(error) => Err(error),
         }
     }
 

@@ -10,11 +10,11 @@ use super::moebius;
 use super::predicate::is_upright;
 
 /// The unit sphere with all but a share `rest` of it pressed towards `axis` by a Möbius map.
-pub(crate) fn squeezed<'m>(
-    shape: &'m Shape<f64>,
+pub(crate) fn squeezed(
+    shape: &Shape<f64>,
     axis: &Vector3<f64>,
     rest: f64,
-) -> Result<SphereMap<'m, f64>, SphereError> {
+) -> Result<SphereMap<f64>, SphereError> {
     let mut points: Vec<Vector3<f64>> = shape.positions.values().map(|p| p.coords).collect();
     moebius::apply(&mut points, &(axis * (1.0 - rest)));
     SphereMap::new(&shape.mesh, points.into_iter().map(Point3::from).collect())

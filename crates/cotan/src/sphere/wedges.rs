@@ -32,7 +32,7 @@ pub(crate) struct Wedge {
 }
 
 /// The wedges of a map, and the faces that are in none, ascending.
-pub(crate) fn wedges<T: Scalar>(map: &SphereMap<'_, T>) -> (Vec<Wedge>, Vec<FaceId>) {
+pub(crate) fn wedges<T: Scalar>(map: &SphereMap<T>) -> (Vec<Wedge>, Vec<FaceId>) {
     let mesh = map.mesh();
     let mut wedges = Vec::new();
     let mut is_taken = vec![false; mesh.num_faces()];
@@ -68,7 +68,7 @@ fn fan(mesh: &HalfedgeMesh, v: VertexId) -> Vec<(VertexId, VertexId, FaceId)> {
 
 /// The wedges of a fan: runs of faces that follow each other. Single faces are left out.
 fn cut<T: Scalar>(
-    map: &SphereMap<'_, T>,
+    map: &SphereMap<T>,
     v: VertexId,
     fan: &[(VertexId, VertexId, FaceId)],
 ) -> Vec<Wedge> {
@@ -105,7 +105,7 @@ fn cut<T: Scalar>(
     wedges
 }
 
-fn direction<T: Scalar>(map: &SphereMap<'_, T>, v: VertexId) -> Vector3<f64> {
+fn direction<T: Scalar>(map: &SphereMap<T>, v: VertexId) -> Vector3<f64> {
     map.positions()[v].coords.map(T::as_f64)
 }
 
@@ -116,7 +116,7 @@ fn angle_at(c: &Vector3<f64>, a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
 
 impl Wedge {
     /// Corners of the box around the wedge.
-    pub(crate) fn corners<T: Scalar>(&self, map: &SphereMap<'_, T>) -> [Vector3<f64>; 2] {
+    pub(crate) fn corners<T: Scalar>(&self, map: &SphereMap<T>) -> [Vector3<f64>; 2] {
         self.ring.iter().fold([self.center; 2], |[low, high], &v| {
             let p = direction(map, v);
             [low.inf(&p), high.sup(&p)]
@@ -127,7 +127,7 @@ impl Wedge {
     /// an arc; at the centre, where all of them meet, the lowest.
     pub(crate) fn candidates<T: Scalar>(
         &self,
-        map: &SphereMap<'_, T>,
+        map: &SphereMap<T>,
         d: &Vector3<f64>,
     ) -> [Option<FaceId>; 2] {
         let side_of = |v: &VertexId| side(&self.center, &direction(map, *v), d);
