@@ -9,7 +9,7 @@ use cotan::halfedge::{HalfedgeMesh, VertexMap};
 use cotan::prelude::*;
 use cotan::smooth::{
     Boundary, CurvatureEdit, CurvatureField, DetailOptions, Direction, Displacement, NewFolds,
-    NormalError, Preserve, ScaledCurvature, SmoothMethod, SmoothOptions, edit_detail,
+    NormalError, Preserve, ScaledCurvature, SmoothMethod, SmoothOptions, Smoother, edit_detail,
     mean_curvatures, smooth, with_normal_noise,
 };
 use cotan_tests::{model, shared};
@@ -259,7 +259,7 @@ fn the_noisy_fandisk_is_cleaned() {
     let options = SmoothOptions::default();
     let smoothed =
         smooth(clean.mesh(), noisy.positions(), &Handles::new(), &options).expect("smooths");
-    assert_eq!(smoothed.method, SmoothMethod::Feature);
+    assert_eq!(smoothed.method, Smoother::Feature);
     let error = |x: &Positions<f64>| NormalError::measure(&rest, &rest.with_positions(x)).mean;
     assert!((error(noisy.positions()) - 28.4).abs() < 0.1);
     assert!(

@@ -37,6 +37,9 @@ pub enum FlowError {
         "the surface has shrunk to a point, or its weights are negative on the whole; try --scheme uniform"
     )]
     Collapsed,
+    /// A surface that has lost its volume on the way.
+    #[error("the surface encloses no volume any more, so it has no constant curvature")]
+    NoVolume,
     /// A target that is NaN or infinite.
     #[error("the target of handle vertex {vertex} is not a finite position")]
     NonFiniteTarget {

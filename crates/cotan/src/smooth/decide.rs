@@ -4,9 +4,9 @@ use cotan_geometry::{Scalar, Surface, angle_between, edge_lengths};
 
 use super::noise::NoiseEstimate;
 use super::normal_filter::NormalFilter;
-use super::options::SmoothMethod;
+use super::options::Smoother;
 
-/// What [`SmoothMethod::Auto`] decided, and from what.
+/// What [`SmoothMethod::Auto`](super::SmoothMethod::Auto) decided, and from what.
 ///
 /// The face normals are filtered for the estimated noise. On parts from CAD what is left of the
 /// dihedral angles sits on few edges, on organic shapes it is spread: with lengths as weights,
@@ -19,7 +19,7 @@ use super::options::SmoothMethod;
 #[derive(Clone, PartialEq, Debug)]
 pub struct Decision {
     /// The method.
-    pub method: SmoothMethod,
+    pub method: Smoother,
     /// Noise and detail, in mean edge lengths.
     pub noise: NoiseEstimate,
     /// The spread, in 0 … 1; 1 for a plane.
@@ -36,7 +36,7 @@ impl Decision {
         let percent = 100.0 * spread;
         let (method, reason) = if spread < CREASED {
             (
-                SmoothMethod::Feature,
+                Smoother::Feature,
                 format!(
                     "few edges carry the bends (spread {percent:.0} %, below {:.0} %), as on parts with creases",
                     100.0 * CREASED
@@ -44,7 +44,7 @@ impl Decision {
             )
         } else {
             (
-                SmoothMethod::Curvature,
+                Smoother::Curvature,
                 format!(
                     "the bends are spread over the surface ({percent:.0} %, at least {:.0} %), as on organic shapes",
                     100.0 * CREASED

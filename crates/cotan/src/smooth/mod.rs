@@ -49,7 +49,7 @@ pub use measure::{Displacement, NormalError, mean_curvature_rms, mean_curvatures
 pub use mollified::MollifiedCotangent;
 pub use noise::{GaussianNoise, NoiseEstimate, with_normal_noise};
 pub use normal_filter::NormalFilter;
-pub use options::{NewFolds, SmoothMethod, SmoothOptions};
+pub use options::{NewFolds, SmoothMethod, SmoothOptions, Smoother};
 pub use preserve::Preserve;
 pub use run::{Smoothed, smooth, smooth_observed};
 pub use taubin::Taubin;

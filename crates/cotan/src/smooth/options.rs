@@ -5,13 +5,51 @@ use super::preserve::Preserve;
 use crate::options::named;
 
 named!(
-    /// How a mesh is smoothed. Measured side by side in `docs/decisions`.
+    /// How a mesh is to be smoothed.
     SmoothMethod, "smoothing method", {
-        /// Decides between `curvature` and `feature` from the mesh ([`super::Decision`]).
+        /// By [`Smoother::Curvature`] or [`Smoother::Feature`], whichever suits the mesh
+        /// ([`super::Decision`]).
         #[default]
         Auto = "auto",
+        /// [`Smoother::Curvature`].
+        Curvature = "curvature",
+        /// [`Smoother::Anchored`].
+        Anchored = "anchored",
+        /// [`Smoother::Paper`].
+        Paper = "paper",
+        /// [`Smoother::Feature`].
+        Feature = "feature",
+        /// [`Smoother::FeatureEdges`].
+        FeatureEdges = "feature-edges",
+        /// [`Smoother::Taubin`].
+        Taubin = "taubin",
+        /// [`Smoother::Implicit`].
+        Implicit = "implicit",
+    }
+);
+
+impl SmoothMethod {
+    /// The method that this names; `None` if the mesh is to decide.
+    pub fn smoother(self) -> Option<Smoother> {
+        Some(match self {
+            Self::Auto => return None,
+            Self::Curvature => Smoother::Curvature,
+            Self::Anchored => Smoother::Anchored,
+            Self::Paper => Smoother::Paper,
+            Self::Feature => Smoother::Feature,
+            Self::FeatureEdges => Smoother::FeatureEdges,
+            Self::Taubin => Smoother::Taubin,
+            Self::Implicit => Smoother::Implicit,
+        })
+    }
+}
+
+named!(
+    /// How a mesh is smoothed. Measured side by side in `docs/decisions`.
+    Smoother, "smoother", {
         /// [`super::SmoothedCurvature`] of second order on umbrella weights, from a lightly smoothed
         /// start, anchored as firmly as the noise of the mesh allows.
+        #[default]
         Curvature = "curvature",
         /// [`super::SmoothedCurvature`] of the paper on cotangent weights, every vertex anchored with
         /// μ = 1, five steps.
@@ -30,12 +68,12 @@ named!(
     }
 );
 
-impl SmoothMethod {
+impl Smoother {
     /// Iterations where none are asked for.
     pub fn default_iterations(self) -> usize {
         match self {
             Self::Anchored => 5,
-            Self::Auto | Self::Curvature | Self::FeatureEdges | Self::Taubin | Self::Paper => 10,
+            Self::Curvature | Self::FeatureEdges | Self::Taubin | Self::Paper => 10,
             Self::Feature => 20,
             Self::Implicit => 1,
         }

@@ -14,7 +14,7 @@ use super::filtered_normals::FilteredNormals;
 use super::implicit::ImplicitFlow;
 use super::noise::NoiseEstimate;
 use super::normal_filter::NormalFilter;
-use super::options::{NewFolds, SmoothMethod, SmoothOptions};
+use super::options::{NewFolds, SmoothOptions, Smoother};
 use super::preserve::Correction;
 use super::taubin::Taubin;
 use super::unfold::without_new_folds;
@@ -26,8 +26,8 @@ use crate::handles::Handles;
 pub struct Smoothed<T: Scalar> {
     /// The new positions, in the units of the input.
     pub positions: Positions<T>,
-    /// The method; never [`SmoothMethod::Auto`].
-    pub method: SmoothMethod,
+    /// The method.
+    pub method: Smoother,
     /// Why this method, if it was not asked for by name.
     pub reason: Option<String>,
     /// How many iterations were made.
@@ -95,11 +95,13 @@ pub fn smooth_observed<T: Scalar>(
         observer,
         held: held(mesh, positions, options.boundary, handles)?,
     };
-    let decision = match options.method {
-        SmoothMethod::Auto => Some(Decision::for_surface(&surface)),
-        _ => None,
+    let (method, decision) = match options.method.smoother() {
+        Some(method) => (method, None),
+        None => {
+            let decision = Decision::for_surface(&surface);
+            (decision.method, Some(decision))
+        }
     };
-    let method = decision.as_ref().map_or(options.method, |d| d.method);
     let noise = decision.as_ref().map(|d| d.noise);
     let mut smoothed = run.by(method, noise)?;
     smoothed.reason = decision.map(|d| d.reason);
@@ -124,10 +126,10 @@ pub fn smooth_observed<T: Scalar>(
     Ok(smoothed)
 }
 
-fn is_for_comparison(method: SmoothMethod) -> bool {
+fn is_for_comparison(method: Smoother) -> bool {
     matches!(
         method,
-        SmoothMethod::Taubin | SmoothMethod::Implicit | SmoothMethod::Paper
+        Smoother::Taubin | Smoother::Implicit | Smoother::Paper
     )
 }
 
@@ -163,7 +165,7 @@ struct Run<'a, T: Scalar> {
 }
 
 impl<T: Scalar> Run<'_, T> {
-    fn by(&self, method: SmoothMethod, noise: Option<NoiseEstimate>) -> Result<Smoothed<T>, Error> {
+    fn by(&self, method: Smoother, noise: Option<NoiseEstimate>) -> Result<Smoothed<T>, Error> {
         let iterations = self
             .options
             .iterations
@@ -182,11 +184,11 @@ impl<T: Scalar> Run<'_, T> {
         }
         let (mesh, positions) = (self.surface.mesh(), self.surface.positions());
         match method {
-            SmoothMethod::Taubin => {
+            Smoother::Taubin => {
                 smoothed.positions = Taubin::default().run(mesh, positions, iterations, &self.held);
                 self.observe(iterations)?;
             }
-            SmoothMethod::Implicit => {
+            Smoother::Implicit => {
                 let flow = ImplicitFlow {
                     time: self.options.step * ImplicitFlow::default().time,
                 };
@@ -197,11 +199,11 @@ impl<T: Scalar> Run<'_, T> {
                 }
                 smoothed.positions = x;
             }
-            SmoothMethod::Paper => self.paper(&mut smoothed)?,
-            SmoothMethod::Anchored => self.anchored(&mut smoothed)?,
-            SmoothMethod::Feature => self.feature(&mut smoothed)?,
-            SmoothMethod::FeatureEdges => self.feature_edges(&mut smoothed)?,
-            SmoothMethod::Curvature | SmoothMethod::Auto => self.curvature(&mut smoothed)?,
+            Smoother::Paper => self.paper(&mut smoothed)?,
+            Smoother::Anchored => self.anchored(&mut smoothed)?,
+            Smoother::Feature => self.feature(&mut smoothed)?,
+            Smoother::FeatureEdges => self.feature_edges(&mut smoothed)?,
+            Smoother::Curvature => self.curvature(&mut smoothed)?,
         }
         Ok(smoothed)
     }
@@ -338,7 +340,7 @@ mod tests {
         with_normal_noise(&shape.surface(), 0.02, 3)
     }
 
-    fn by(method: SmoothMethod) -> SmoothOptions {
+    fn by(method: Smoother) -> SmoothOptions {
         SmoothOptions {
             method,
             ..SmoothOptions::default()
@@ -370,7 +372,7 @@ mod tests {
     #[test]
     fn a_plane_stays_a_plane() {
         let shape = bumpy_plane::<f64>([2.0, 1.0], [20, 10], 0.0);
-        for method in SmoothMethod::ALL {
+        for method in Smoother::ALL {
             let x = run(&shape, &shape.positions, &by(*method));
             assert!(x.values().all(|p| p.z.abs() < 1e-12), "{}", method.name());
         }
@@ -379,7 +381,7 @@ mod tests {
     #[test]
     fn no_iteration_changes_nothing() {
         let shape = torus::<f64>(1.0, 0.4, 20, 12);
-        for method in SmoothMethod::ALL {
+        for method in Smoother::ALL {
             let options = SmoothOptions {
                 iterations: Some(0),
                 preserve: Preserve::Volume,
@@ -395,8 +397,8 @@ mod tests {
         let x = noisy(&shape);
         let turn = Rotation3::new(Vector3::new(0.3, -1.1, 0.7));
         let moved = |p: &Point3<f64>| turn * p * 3.5 + Vector3::new(5.0, -2.0, 1.0);
-        for method in SmoothMethod::ALL {
-            if *method == SmoothMethod::Paper {
+        for method in Smoother::ALL {
+            if *method == Smoother::Paper {
                 // Not a fixed point iteration that settles: rounding grows in it.
                 continue;
             }
@@ -425,10 +427,10 @@ mod tests {
             y[VertexId::new(number(v.index()))] = *p;
         }
         for method in [
-            SmoothMethod::Anchored,
-            SmoothMethod::Curvature,
-            SmoothMethod::Feature,
-            SmoothMethod::FeatureEdges,
+            Smoother::Anchored,
+            Smoother::Curvature,
+            Smoother::Feature,
+            Smoother::FeatureEdges,
         ] {
             let options = by(method);
             let after = run(&shape, &x, &options);
@@ -447,7 +449,7 @@ mod tests {
         let x = noisy(&shape);
         let rest = shape.surface();
         let error = |x: &Positions<f64>| NormalError::measure(&rest, &rest.with_positions(x)).mean;
-        for method in [SmoothMethod::Curvature, SmoothMethod::Anchored] {
+        for method in [Smoother::Curvature, Smoother::Anchored] {
             let options = SmoothOptions {
                 preserve: Preserve::Volume,
                 ..by(method)
@@ -464,7 +466,7 @@ mod tests {
         let shape = bar::<f64>([2.0, 1.0, 1.0], [40, 20, 20]);
         let x = with_normal_noise(&shape.surface(), 0.01, 5);
         let smoothed = smooth(&shape.mesh, &x, &Handles::new(), &SmoothOptions::default()).unwrap();
-        assert_eq!(smoothed.method, SmoothMethod::Feature);
+        assert_eq!(smoothed.method, Smoother::Feature);
         let rest = shape.surface();
         let error = |x: &Positions<f64>| NormalError::measure(&rest, &rest.with_positions(x)).mean;
         assert!(error(&x) > 9.0);
@@ -482,7 +484,7 @@ mod tests {
         let options = SmoothOptions {
             max_displacement: Some(0.015),
             preserve: Preserve::Volume,
-            ..by(SmoothMethod::Anchored)
+            ..by(Smoother::Anchored)
         };
         let smoothed = run(&shape, &x, &options);
         assert!(farthest(&smoothed, &x) <= 0.015 * (1.0 + 1e-12));
@@ -496,7 +498,7 @@ mod tests {
         let shape = icosphere::<f64>(3);
         let options = SmoothOptions {
             preserve: Preserve::Area,
-            ..by(SmoothMethod::Taubin)
+            ..by(Smoother::Taubin)
         };
         let smoothed = run(&shape, &shape.positions, &options);
         let area =
@@ -518,11 +520,11 @@ mod tests {
                 .map(|h| surface.halfedge_vector(h).norm())
                 .sum()
         };
-        let fixed = run(&shape, &x, &by(SmoothMethod::Curvature));
+        let fixed = run(&shape, &x, &by(Smoother::Curvature));
         assert_eq!(rim(&fixed), rim(&x));
         let options = SmoothOptions {
             boundary: Boundary::Free,
-            ..by(SmoothMethod::Curvature)
+            ..by(Smoother::Curvature)
         };
         let free = run(&shape, &x, &options);
         assert!((rim(&free) / rim(&x) - 1.0).abs() < 0.05);
@@ -538,7 +540,7 @@ mod tests {
             &shape.mesh,
             &shape.positions,
             &handles,
-            &by(SmoothMethod::Anchored),
+            &by(Smoother::Anchored),
         )
         .unwrap();
         assert_eq!(smoothed.positions[top], goal);
@@ -549,7 +551,7 @@ mod tests {
         let shape = torus::<f64>(1.0, 0.4, 40, 20);
         let x = noisy(&shape);
         let single = x.map(|p| p.cast::<f32>());
-        let options = by(SmoothMethod::Curvature);
+        let options = by(Smoother::Curvature);
         let double = run(&shape, &x, &options);
         let result = smooth(&shape.mesh, &single, &Handles::new(), &options).unwrap();
         let result = result.positions.map(|p| p.cast::<f64>());

@@ -111,9 +111,7 @@ impl<T: Scalar> ScalarFieldUpdater<T> for ConstantCurvature {
             }
         };
         if !factor.is_finite() {
-            return Err(FlowError::Custom(
-                "the surface encloses no volume any more, so it has no constant curvature".into(),
-            ));
+            return Err(FlowError::NoVolume);
         }
         let factor = T::of_f64(-factor);
         field.values_mut().for_each(|d| *d *= factor);

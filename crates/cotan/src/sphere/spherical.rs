@@ -88,6 +88,7 @@ pub fn spherical_observed<T: Scalar>(
             // A surface without size or volume, or weights that are negative on the whole.
             Err(
                 FlowError::Collapsed
+                | FlowError::NoVolume
                 | FlowError::NoExtent
                 | FlowError::Linear(
                     LinearError::NotPositiveDefinite { .. }

@@ -320,9 +320,13 @@ impl Editor {
         let mesh = Arc::clone(&open.mesh.processing);
         let options = self.jobs.smooth;
         self.start_task(ctx, "Smoothing", move |control| {
-            let of = options
-                .iterations
-                .unwrap_or_else(|| options.method.default_iterations());
+            let of = options.iterations.unwrap_or_else(|| {
+                options
+                    .method
+                    .smoother()
+                    .unwrap_or_default()
+                    .default_iterations()
+            });
             let observer = |done| control.advance(done, of);
             let smoothed = smooth_observed(
                 mesh.mesh(),

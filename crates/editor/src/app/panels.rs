@@ -241,7 +241,7 @@ impl Editor {
             .jobs
             .smooth
             .iterations
-            .unwrap_or_else(|| method.default_iterations());
+            .unwrap_or_else(|| method.smoother().unwrap_or_default().default_iterations());
         let often = ui.add(Slider::new(&mut iterations, 0..=100).text("iterations"));
         self.mark("smooth-iterations", often.rect);
         if often.changed() {
