@@ -5,7 +5,7 @@
 //! both kinds of matrices alike, so the comparison stands. Seconds are those of one machine; only their
 //! ratios matter.
 
-use crate::sparse::Precision;
+use cotan_sparse::Precision;
 
 /// A prediction.
 #[derive(Clone, Copy, PartialEq, Debug)]

@@ -2,6 +2,7 @@
 
 use cotan_geometry::Readable;
 use cotan_halfedge::VertexId;
+use cotan_sparse::SparseError;
 use thiserror::Error;
 
 use crate::strategy::{Reason, Strategy};
@@ -53,42 +54,32 @@ pub enum LinearError {
     /// A membrane weight that is negative or not finite.
     #[error("the membrane weight {} is not a finite number of at least 0", Readable(*_0))]
     MembraneWeight(f64),
-    /// A matrix that cannot be factorized.
+    /// A factorization or an iteration that failed.
+    #[error("{error}{advice}", error = .0, advice = advice(.0))]
+    Sparse(SparseError),
+    /// A component of the mesh in which nothing determines a constant.
     #[error(
-        "the system of {unknowns} unknowns cannot be factorized: it is not positive definite in double precision (look for zero-area faces, and for handles that leave a part of the mesh free)"
+        "the equation is singular on the component of the mesh with vertex {vertex} ({num_vertices} vertices); fix a vertex of it, or give one a positive diagonal entry"
     )]
-    NotPositiveDefinite {
-        /// Number of free vertices.
-        unknowns: usize,
+    Singular {
+        /// The component's lowest vertex.
+        vertex: VertexId,
+        /// How many vertices the component has.
+        num_vertices: usize,
     },
-    /// A factorization that does not reproduce its matrix.
+    /// A diagonal entry that is negative or not finite.
+    #[error("the diagonal entry {value} of vertex {vertex} is not a finite number of at least 0")]
+    Diagonal {
+        /// The vertex.
+        vertex: VertexId,
+        /// The entry that was refused.
+        value: f64,
+    },
+    /// An operator whose weights differ in the two directions of an edge.
     #[error(
-        "the factorization of {unknowns} unknowns is not accurate: a check solve left a relative residual of {residual:.1e} (look for zero-area faces)"
+        "the weights of the operator are not symmetric; take a symmetric scheme, such as the cotangent one"
     )]
-    Inaccurate {
-        /// Number of free vertices.
-        unknowns: usize,
-        /// Normwise backward error of the check solve.
-        residual: f64,
-    },
-    /// An iteration that did not reach its tolerance.
-    #[error(
-        "the iteration for {unknowns} unknowns did not converge: a relative residual of {residual:.1e} is left (look for zero-area faces, or take the strategy \"normal\")"
-    )]
-    NotConverged {
-        /// Number of unknowns.
-        unknowns: usize,
-        /// The largest |residual| / |right-hand side| that is left.
-        residual: f64,
-    },
-    /// Not enough memory.
-    #[error("not enough memory for a system of {unknowns} unknowns ({bytes} bytes for the factor)")]
-    OutOfMemory {
-        /// Number of free vertices.
-        unknowns: usize,
-        /// Size of the factor.
-        bytes: u64,
-    },
+    NotSymmetric,
     /// A strategy was asked for that cannot serve.
     #[error(
         "the strategy \"{strategy}\" cannot solve this system because {reason}; take \"auto\" or \"normal\""
@@ -122,6 +113,25 @@ pub enum LinearError {
     /// Weights of another mesh.
     #[error("the operator belongs to another mesh than the system; prepare a new system")]
     DifferentMesh,
+}
+
+impl From<SparseError> for LinearError {
+    fn from(error: SparseError) -> Self {
+        Self::Sparse(error)
+    }
+}
+
+/// What a mesh has to do with it.
+fn advice(error: &SparseError) -> &'static str {
+    match error {
+        SparseError::NotPositiveDefinite { .. } => {
+            " (look for zero-area faces, and for handles that leave a part of the mesh free)"
+        }
+        SparseError::Inaccurate { .. } | SparseError::NotConverged { .. } => {
+            " (look for zero-area faces)"
+        }
+        _ => "",
+    }
 }
 
 fn megabytes(bytes: u64) -> String {

@@ -25,38 +25,36 @@
 //! Handles can be exchanged ([`PreparedSystem::set_handles`]) and weights renewed
 //! ([`PreparedSystem::refactor`]) without starting over.
 //!
-//! The factorization is always in `f64`: the condition number of the system is the square of the
+//! Equations that are met exactly and not in the sense of least squares are solved by
+//! [`LinearSystem`]: harmonic fields, Poisson's equation, implicit steps of diffusion.
+//!
+//! The factorization is that of `cotan-sparse`, always in `f64`: the condition number of the system is the square of the
 //! Laplacian's, and `f32` fails silently from some ten thousand vertices on.
 
-mod cholesky;
 mod column_store;
 mod columns;
 mod components;
 mod cost;
-mod csr;
 mod defect;
 mod error;
 mod handles;
-mod lower;
-mod multigrid;
+mod linear_system;
 mod multipliers;
 mod normal;
 mod one_ring;
-mod ordering;
 mod problem;
 mod pseudo_inverse;
-mod screened;
-mod sparse;
+mod storage;
 mod strategy;
 mod stretched;
 mod system;
 mod weights;
 
+pub use cotan_sparse::{Precision, SparseError};
 pub use defect::Defect;
 pub use error::LinearError;
 pub use handles::{Handle, Hold};
+pub use linear_system::LinearSystem;
 pub use problem::Membrane;
-pub use screened::ScreenedSystem;
-pub use sparse::Precision;
 pub use strategy::{Choice, Reason, Strategy, SystemOptions};
 pub use system::PreparedSystem;

@@ -2,14 +2,14 @@
 
 use cotan_laplacian::Graph;
 use cotan_parallel as parallel;
+use cotan_sparse::{Cholesky, LowerTriangle};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use crate::cholesky::{Cholesky, Storage};
 use crate::error::LinearError;
 use crate::handles::Hold;
-use crate::lower::LowerTriangle;
 use crate::problem::{Problem, Sheet, Stiffness};
+use crate::storage::Storage;
 use crate::strategy::Strategy;
 use crate::stretched::{Piece, Stretched};
 use crate::weights::Weights;
@@ -27,19 +27,19 @@ pub(crate) struct NormalEquations {
 impl NormalEquations {
     pub(crate) fn factor(problem: &Problem, storage: &Storage) -> Result<Self, LinearError> {
         check_product(problem, storage)?;
-        let (free, matrix) = assemble_free(problem);
+        let (free, matrix) = assemble_free(problem)?;
         Ok(Self {
-            unknowns: vec![Vector3::zeros(); matrix.offsets.len() - 1],
+            unknowns: vec![Vector3::zeros(); matrix.num_unknowns()],
             free,
-            cholesky: Cholesky::factor_with(&matrix, storage)?,
+            cholesky: storage.factor(&matrix)?,
         })
     }
 
     /// For other weights and the same handles: the analysis is shared.
     pub(crate) fn refactor(&self, problem: &Problem) -> Result<Self, LinearError> {
-        let (free, matrix) = assemble_free(problem);
+        let (free, matrix) = assemble_free(problem)?;
         Ok(Self {
-            unknowns: vec![Vector3::zeros(); matrix.offsets.len() - 1],
+            unknowns: vec![Vector3::zeros(); matrix.num_unknowns()],
             free,
             cholesky: self.cholesky.factor_like(&matrix)?,
         })
@@ -85,7 +85,7 @@ fn check_product(problem: &Problem, storage: &Storage) -> Result<(), LinearError
     Ok(())
 }
 
-fn assemble_free(problem: &Problem) -> (Vec<usize>, LowerTriangle) {
+fn assemble_free(problem: &Problem) -> Result<(Vec<usize>, LowerTriangle), LinearError> {
     let mut is_free = vec![true; problem.num_vertices()];
     for handle in &problem.held.handles {
         if handle.hold == Hold::Hard {
@@ -99,8 +99,8 @@ fn assemble_free(problem: &Problem) -> (Vec<usize>, LowerTriangle) {
     }
     let stretched = Stretched::new(&problem.graph);
     free_index.extend((0..stretched.num_links()).map(|link| Some(free.len() + link)));
-    let matrix = assemble(problem, &stretched, &free, &free_index);
-    (free, matrix)
+    let matrix = assemble(problem, &stretched, &free, &free_index)?;
+    Ok((free, matrix))
 }
 
 /// Assembles LᵀL + μK + D restricted to the free vertices, and behind them the links of
@@ -114,7 +114,7 @@ fn assemble(
     stretched: &Stretched,
     free: &[usize],
     free_index: &[Option<usize>],
-) -> LowerTriangle {
+) -> Result<LowerTriangle, LinearError> {
     let Problem {
         graph,
         weights,
@@ -145,32 +145,30 @@ fn assemble(
             },
         )
         .collect();
-    let mut matrix = LowerTriangle {
-        offsets: Vec::with_capacity(free.len() + 1),
-        rows: Vec::with_capacity(blocks.iter().map(|b| b.1.len()).sum()),
-        values: Vec::with_capacity(blocks.iter().map(|b| b.2.len()).sum()),
-    };
-    matrix.offsets.push(0);
+    let mut offsets = Vec::with_capacity(free.len() + 1);
+    let mut rows = Vec::with_capacity(blocks.iter().map(|b| b.1.len()).sum());
+    let mut values = Vec::with_capacity(blocks.iter().map(|b| b.2.len()).sum());
+    offsets.push(0);
     let mut end = 0;
-    for (lengths, rows, values) in blocks {
+    for (lengths, block_rows, block_values) in blocks {
         for length in lengths {
             end += length;
-            matrix.offsets.push(end);
+            offsets.push(end);
         }
-        matrix.rows.extend(rows);
-        matrix.values.extend(values);
+        rows.extend(block_rows);
+        values.extend(block_values);
     }
     for (link, (diagonal, below)) in stretched.link_columns(weights).enumerate() {
         let row = (free.len() + link) as u32;
-        matrix.rows.push(row);
-        matrix.values.push(diagonal);
+        rows.push(row);
+        values.push(diagonal);
         if let Some(value) = below {
-            matrix.rows.push(row + 1);
-            matrix.values.push(value);
+            rows.push(row + 1);
+            values.push(value);
         }
-        matrix.offsets.push(matrix.rows.len());
+        offsets.push(rows.len());
     }
-    matrix
+    Ok(LowerTriangle::new(offsets, rows, values)?)
 }
 
 /// A dense accumulator for one column at a time.

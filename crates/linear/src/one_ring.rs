@@ -1,8 +1,9 @@
 //! Matrices with the pattern of L: a vertex and its one-ring.
 
 use cotan_laplacian::Graph;
+use cotan_sparse::LowerTriangle;
 
-use crate::lower::LowerTriangle;
+use crate::error::LinearError;
 use crate::weights::Weights;
 
 /// Assembles W + diag(d) over all vertices.
@@ -15,19 +16,17 @@ pub(crate) fn assemble(
     weights: &Weights,
     is_ground: impl Fn(usize) -> bool,
     diagonal: impl Fn(usize, f64) -> f64,
-) -> LowerTriangle {
+) -> Result<LowerTriangle, LinearError> {
     let n = graph.num_rows();
     let entries = graph.num_entries() / 2 + n;
-    let mut matrix = LowerTriangle {
-        offsets: Vec::with_capacity(n + 1),
-        rows: Vec::with_capacity(entries),
-        values: Vec::with_capacity(entries),
-    };
-    matrix.offsets.push(0);
+    let mut offsets = Vec::with_capacity(n + 1);
+    let mut rows = Vec::with_capacity(entries);
+    let mut values = Vec::with_capacity(entries);
+    offsets.push(0);
     for i in 0..n {
-        let place = matrix.values.len();
-        matrix.rows.push(i as u32);
-        matrix.values.push(0.0);
+        let place = values.len();
+        rows.push(i as u32);
+        values.push(0.0);
         let mut sum = 0.0;
         for k in graph.range(i) {
             let (j, w) = (
@@ -38,12 +37,12 @@ pub(crate) fn assemble(
             // The rows are sorted.
             if j > i {
                 let is_cut = is_ground(i) || is_ground(j);
-                matrix.rows.push(j as u32);
-                matrix.values.push(if is_cut { 0.0 } else { -w });
+                rows.push(j as u32);
+                values.push(if is_cut { 0.0 } else { -w });
             }
         }
-        matrix.values[place] = diagonal(i, sum);
-        matrix.offsets.push(matrix.rows.len());
+        values[place] = diagonal(i, sum);
+        offsets.push(rows.len());
     }
-    matrix
+    Ok(LowerTriangle::new(offsets, rows, values)?)
 }

@@ -15,16 +15,14 @@
 use std::sync::Arc;
 
 use cotan_parallel as parallel;
+use cotan_sparse::{Cholesky, LowerTriangle, Multigrid, Symbolic};
 use nalgebra::Vector3;
 
-use crate::cholesky::{self, Cholesky, Storage};
 use crate::components::Components;
 use crate::error::LinearError;
-use crate::lower::LowerTriangle;
-use crate::multigrid::Multigrid;
 use crate::one_ring;
 use crate::problem::{Problem, Sheet, Stiffness};
-use crate::sparse::Symbolic;
+use crate::storage::Storage;
 use crate::strategy::Reason;
 use crate::weights::Form;
 
@@ -108,13 +106,10 @@ pub(crate) enum Means {
 }
 
 /// The analysis that all one-ring matrices of a problem share.
-pub(crate) fn analyse(problem: &Problem) -> Arc<Symbolic> {
-    cholesky::analyse(&one_ring::assemble(
-        &problem.graph,
-        &problem.weights,
-        |_| false,
-        |_, sum| sum,
-    ))
+pub(crate) fn analyse(problem: &Problem) -> Result<Arc<Symbolic>, LinearError> {
+    let (graph, weights) = (&problem.graph, &problem.weights);
+    let matrix = one_ring::assemble(graph, weights, |_| false, |_, sum| sum)?;
+    Ok(Arc::new(Symbolic::of(&matrix)?))
 }
 
 /// Why these matrices cannot stand for the problem, if they cannot.
@@ -146,12 +141,12 @@ impl PseudoInverse {
         Self::assemble(problem, grounds, |matrices| match means {
             Means::Factor(storage) => {
                 let storage = Storage {
-                    analysis: Some(Cholesky::analysed(&matrices[0], storage)?),
+                    analysis: Some(storage.analysed(&matrices[0])?),
                     ..storage.clone()
                 };
                 side_by_side(matrices, |matrix| {
-                    Cholesky::factor_with(matrix, &storage)
-                        .map(|cholesky| Inverse::Factor(Box::new(cholesky)))
+                    let cholesky = storage.factor(matrix)?;
+                    Ok(Inverse::Factor(Box::new(cholesky)))
                 })
             }
             Means::Iteration => side_by_side(matrices, Inverse::iteration),
@@ -184,14 +179,14 @@ impl PseudoInverse {
         // What is cut off keeps a diagonal of the usual size, so that norms stay what they were.
         let usual = |sum: f64| if sum > 0.0 { sum } else { 1.0 };
         let cut = |i: usize, sum: f64| if is_ground(i) { usual(sum) } else { sum };
-        let mut matrices = vec![one_ring::assemble(graph, weights, is_ground, cut)];
+        let mut matrices = vec![one_ring::assemble(graph, weights, is_ground, cut)?];
         if let Some(Sheet {
             weight,
             stiffness: Stiffness::OfWeights(c),
         }) = &problem.membrane
         {
             let shifted = |_, sum| sum + weight * c;
-            matrices.push(one_ring::assemble(graph, weights, |_| false, shifted));
+            matrices.push(one_ring::assemble(graph, weights, |_| false, shifted)?);
         }
         let mut inverses = invert(&matrices)?;
         let shifted = (inverses.len() > 1).then(|| inverses.pop()).flatten();

@@ -2,14 +2,15 @@
 
 use std::sync::Arc;
 
-use crate::cholesky::{Limit, Storage};
+use cotan_sparse::{Precision, SparseError, Symbolic};
+
 use crate::columns::{self, Columns};
 use crate::cost::{self, Estimate};
 use crate::error::LinearError;
 use crate::normal::NormalEquations;
 use crate::problem::{Held, Problem};
 use crate::pseudo_inverse::{self, Means};
-use crate::sparse::{Precision, Symbolic};
+use crate::storage::{Limit, Storage};
 
 /// How a system is solved.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -266,7 +267,7 @@ impl Plan {
             (Strategy::Auto, None) => {
                 if at_hand.is_none() && plan.is_close() {
                     // The size of the factor decides: the analysis tells it.
-                    let analysis = pseudo_inverse::analyse(problem);
+                    let analysis = pseudo_inverse::analyse(problem)?;
                     let size = analysis.num_entries() as f64 / cost::one_ring_entries(n);
                     plan.normal = cost::normal(n - held.num_hard, options.expected_solves, size);
                     plan.columns = estimate(Strategy::Columns, size);
@@ -358,7 +359,7 @@ impl Plan {
             _ => return Err(error),
         };
         let reason = match error {
-            LinearError::OutOfMemory { .. } => return Err(error),
+            LinearError::Sparse(SparseError::OutOfMemory { .. }) => return Err(error),
             LinearError::MemoryLimit { .. } => Reason::Memory,
             LinearError::IllConditioned { .. } => Reason::IllConditioned,
             _ => Reason::Indefinite,

@@ -6,7 +6,6 @@ use cotan_laplacian::Operator;
 use cotan_parallel as parallel;
 use nalgebra::Vector3;
 
-use crate::cholesky::Storage;
 use crate::columns::Columns;
 use crate::defect::Defect;
 use crate::error::LinearError;
@@ -14,6 +13,7 @@ use crate::handles::{Handle, Hold};
 use crate::normal::NormalEquations;
 use crate::problem::{Membrane, Problem};
 use crate::pseudo_inverse::Means;
+use crate::storage::Storage;
 use crate::strategy::{Choice, Plan, Solver, SystemOptions};
 
 /// A least-squares system with handles, factorized.
@@ -211,8 +211,8 @@ impl PreparedSystem {
     /// of the size of the mesh.
     ///
     /// # Errors
-    /// [`LinearError::NotConverged`] by [`crate::Strategy::Iterative`]; the correction is then of
-    /// no use.
+    /// [`SparseError::NotConverged`](crate::SparseError) by [`crate::Strategy::Iterative`]; the
+    /// correction is then of no use.
     ///
     /// # Panics
     /// If a map has not one entry per vertex.

@@ -6,7 +6,7 @@ use cotan_flow::{Report, StepReport, StopReason};
 use cotan_geometry::{Positions, Surface, bounding_box, one_ring_areas};
 use cotan_halfedge::{HalfedgeMesh, VertexMap};
 use cotan_laplacian::Operator;
-use cotan_linear::ScreenedSystem;
+use cotan_linear::LinearSystem;
 use nalgebra::{Point3, Vector3};
 
 use super::error::SphereError;
@@ -44,24 +44,22 @@ pub(crate) fn cmcf(
     let mut x = source.map(|p| p / size);
     normalise(mesh, &mut x);
     let operator = Operator::assemble(&*scheme, &Surface::assume_checked(mesh, &x))?;
-    let mut system: Option<ScreenedSystem> = None;
+    let mut system: Option<LinearSystem> = None;
     let mut report = Report::default();
     let tolerance = 10.0 * options.tolerance;
     while report.iterations < options.iteration_limit {
         let masses = masses(mesh, &x);
         match &mut system {
             None => {
-                system = Some(ScreenedSystem::factor_within(
-                    &operator,
-                    &masses,
-                    options.max_memory,
-                )?);
+                let within = options.max_memory;
+                let screened = LinearSystem::screened_within(&operator, &masses, &[], within)?;
+                system = Some(screened);
             }
-            Some(system) => system.refactor(&masses)?,
+            Some(system) => system.set_diagonal(&masses)?,
         }
         let mut next = VertexMap::from_fn(x.len(), |v| x[v].coords * masses[v.index()]);
-        if let Some(system) = &mut system {
-            system.solve(&mut next);
+        if let Some(system) = &system {
+            system.solve_in_place(&mut next);
         }
         let mut next = next.map(|p| Point3::from(*p));
         normalise(mesh, &mut next);

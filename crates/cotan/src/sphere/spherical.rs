@@ -6,7 +6,7 @@ use std::sync::Arc;
 use cotan_flow::{FlowError, StepReport};
 use cotan_geometry::{Positions, Scalar, Surface, volume};
 use cotan_halfedge::{FaceId, HalfedgeMesh};
-use cotan_linear::LinearError;
+use cotan_linear::{LinearError, SparseError};
 use nalgebra::{Point3, Vector3};
 
 use super::cmcf;
@@ -91,9 +91,11 @@ pub fn spherical_observed<T: Scalar>(
                 | FlowError::NoVolume
                 | FlowError::NoExtent
                 | FlowError::Linear(
-                    LinearError::NotPositiveDefinite { .. }
-                    | LinearError::Inaccurate { .. }
-                    | LinearError::NotConverged { .. }
+                    LinearError::Sparse(
+                        SparseError::NotPositiveDefinite { .. }
+                        | SparseError::Inaccurate { .. }
+                        | SparseError::NotConverged { .. },
+                    )
                     | LinearError::IllConditioned { .. },
                 ),
             ) => run.embed(FALLBACK_BALANCE)?,

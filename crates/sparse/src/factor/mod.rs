@@ -15,7 +15,7 @@ mod tasks;
 pub use numeric::Precision;
 pub(crate) use numeric::{Factor, FactorError};
 pub(crate) use solve::Buffers;
-pub(crate) use symbolic::Symbolic;
+pub use symbolic::Symbolic;
 
 #[cfg(test)]
 mod tests;

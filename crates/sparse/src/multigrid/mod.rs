@@ -13,8 +13,9 @@ use nalgebra::Vector3;
 
 use crate::cholesky::Cholesky;
 use crate::csr::Csr;
-use crate::error::LinearError;
+use crate::error::SparseError;
 use crate::lower::LowerTriangle;
+use crate::pool::Pool;
 use level::{Level, LevelWork};
 
 /// Unknowns from which a level is coarsened further.
@@ -29,10 +30,11 @@ const MOST_ITERATIONS: usize = 400;
 
 /// A symmetric positive definite matrix, solved by iteration. Memory: about 300 bytes an unknown for a
 /// one-ring matrix.
-pub(crate) struct Multigrid {
+pub struct Multigrid {
     levels: Vec<Level>,
     coarsest: Cholesky,
-    work: Work,
+    unknowns: usize,
+    pool: Pool<Work>,
 }
 
 /// The memory of a solve, allocated once.
@@ -44,19 +46,26 @@ struct Work {
     levels: Vec<LevelWork>,
 }
 
+impl std::fmt::Debug for Multigrid {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Multigrid")
+            .field("unknowns", &self.unknowns)
+            .field("levels", &self.levels.len())
+            .finish_non_exhaustive()
+    }
+}
+
 impl Multigrid {
     /// Builds the hierarchy.
     ///
     /// # Errors
-    /// [`LinearError::NotPositiveDefinite`] if a diagonal entry is not positive, a level does not get
-    /// smaller, or the coarsest cannot be factorized; [`LinearError::Inaccurate`] if a solve does not
+    /// [`SparseError::NotPositiveDefinite`] if a diagonal entry is not positive, a level does not get
+    /// smaller, or the coarsest cannot be factorized; [`SparseError::Inaccurate`] if a solve does not
     /// converge.
-    pub(crate) fn new(matrix: &LowerTriangle) -> Result<Self, LinearError> {
+    pub fn new(matrix: &LowerTriangle) -> Result<Self, SparseError> {
         let n = matrix.offsets.len() - 1;
-        let not_positive = || LinearError::NotPositiveDefinite { unknowns: n };
-        if matrix.values.iter().any(|v| !v.is_finite()) {
-            return Err(not_positive());
-        }
+        let not_positive = || SparseError::NotPositiveDefinite { unknowns: n };
+        matrix.check_finite()?;
         let mut levels = Vec::new();
         let mut fine = Csr::from_lower(matrix);
         while fine.num_rows() > COARSEST {
@@ -65,32 +74,25 @@ impl Multigrid {
             fine = coarse;
         }
         let coarsest = Cholesky::factor(&fine.to_lower())?;
-        let zeros = || vec![Vector3::zeros(); n];
-        let work = Work {
-            residual: zeros(),
-            preconditioned: zeros(),
-            direction: zeros(),
-            product: zeros(),
-            levels: levels.iter().map(Level::work).collect(),
-        };
-        let mut multigrid = Self {
+        let multigrid = Self {
             levels,
             coarsest,
-            work,
+            unknowns: n,
+            pool: Pool::new(),
         };
         multigrid.check()?;
         Ok(multigrid)
     }
 
     /// Number of values of all levels and of the coarsest one's factor.
-    pub(crate) fn num_entries(&self) -> usize {
+    pub fn num_entries(&self) -> usize {
         let levels: usize = self.levels.iter().map(Level::num_entries).sum();
         levels + self.coarsest.num_entries()
     }
 
     /// Solves one system: it must converge to the tolerance.
-    fn check(&mut self) -> Result<(), LinearError> {
-        let n = self.work.residual.len();
+    fn check(&self) -> Result<(), SparseError> {
+        let n = self.unknowns;
         let mut x: Vec<Vector3<f64>> = (0..n)
             .map(|i| {
                 let b = (i as f64 * 0.618_033_988_749_895).fract() - 0.5;
@@ -101,7 +103,7 @@ impl Multigrid {
         if residual <= TOLERANCE {
             return Ok(());
         }
-        Err(LinearError::Inaccurate {
+        Err(SparseError::Inaccurate {
             unknowns: n,
             residual,
         })
@@ -111,29 +113,47 @@ impl Multigrid {
     /// matrix.
     ///
     /// # Errors
-    /// [`LinearError::NotConverged`]; what is written is then of no use.
-    pub(crate) fn solve(&mut self, rhs: &mut [Vector3<f64>]) -> Result<(), LinearError> {
+    /// [`SparseError::NotConverged`]; what is written is then of no use.
+    pub fn solve(&self, rhs: &mut [Vector3<f64>]) -> Result<(), SparseError> {
         let residual = self.iterate(rhs);
         if residual <= ACCEPTED {
             return Ok(());
         }
-        Err(LinearError::NotConverged {
+        Err(SparseError::NotConverged {
             unknowns: rhs.len(),
             residual,
         })
     }
 
     /// Conjugate gradients; returns the largest relative residual of the three systems.
-    fn iterate(&mut self, rhs: &mut [Vector3<f64>]) -> f64 {
+    fn iterate(&self, rhs: &mut [Vector3<f64>]) -> f64 {
+        assert_eq!(rhs.len(), self.unknowns, "one entry per unknown");
+        match self.levels.first() {
+            Some(fine) => self
+                .pool
+                .with(|| self.work(), |work| self.iterate_with(fine, work, rhs)),
+            None => {
+                self.coarsest.solve(rhs);
+                0.0
+            }
+        }
+    }
+
+    fn work(&self) -> Work {
+        let zeros = || vec![Vector3::zeros(); self.unknowns];
+        Work {
+            residual: zeros(),
+            preconditioned: zeros(),
+            direction: zeros(),
+            product: zeros(),
+            levels: self.levels.iter().map(Level::work).collect(),
+        }
+    }
+
+    fn iterate_with(&self, fine: &Level, work: &mut Work, rhs: &mut [Vector3<f64>]) -> f64 {
         let Self {
-            levels,
-            coarsest,
-            work,
+            levels, coarsest, ..
         } = self;
-        let Some(fine) = levels.first() else {
-            coarsest.solve(rhs);
-            return 0.0;
-        };
         let Work {
             residual,
             preconditioned,
@@ -176,7 +196,7 @@ impl Multigrid {
 fn cycle(
     levels: &[Level],
     work: &mut [LevelWork],
-    coarsest: &mut Cholesky,
+    coarsest: &Cholesky,
     b: &[Vector3<f64>],
     x: &mut [Vector3<f64>],
 ) {
@@ -281,11 +301,11 @@ mod tests {
     fn a_solve_that_does_not_converge_is_an_error() {
         let matrix = one_ring(&icosphere(6), 0.0);
         let n = matrix.offsets.len() - 1;
-        let mut multigrid = Multigrid::new(&matrix).unwrap();
+        let multigrid = Multigrid::new(&matrix).unwrap();
         let mut x = vec![Vector3::repeat(1.0); n];
         x[n / 2].y = f64::NAN;
         let error = multigrid.solve(&mut x).unwrap_err();
-        assert!(matches!(error, LinearError::NotConverged { .. }));
+        assert!(matches!(error, SparseError::NotConverged { .. }));
         // It leaves nothing behind.
         let mut x = vec![Vector3::repeat(1.0); n];
         multigrid.solve(&mut x).unwrap();

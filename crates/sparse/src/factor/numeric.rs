@@ -9,7 +9,6 @@ use cotan_parallel as parallel;
 use super::dense::{NotPositive, eliminate};
 use super::packed;
 use super::symbolic::{ROOT, Symbolic};
-use crate::lower::LowerTriangle;
 
 /// How the values of a factor are stored. All arithmetic is in double precision.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -25,21 +24,20 @@ pub enum Precision {
 
 impl Precision {
     /// Bytes of a value.
-    pub(crate) fn bytes(self) -> u64 {
+    pub fn bytes(self) -> u64 {
         match self {
             Self::Double => 8,
             Self::Single => 4,
         }
     }
 
-    /// Bytes that a factor of `matrix` needs beside its values.
-    pub(crate) fn bytes_beside(self, matrix: &LowerTriangle) -> u64 {
-        let unknowns = matrix.offsets.len() as u64 - 1;
-        let pattern = 8 * matrix.rows.len() as u64 + 40 * unknowns;
+    /// Bytes that a factor of a matrix of so many stored entries needs beside its values.
+    pub(crate) fn bytes_beside(self, entries: u64, unknowns: u64) -> u64 {
+        let pattern = 8 * entries + 40 * unknowns;
         match self {
             Self::Double => pattern,
             // The matrix, both triangles, and two vectors.
-            Self::Single => pattern + 24 * matrix.rows.len() as u64 + 56 * unknowns,
+            Self::Single => pattern + 24 * entries + 56 * unknowns,
         }
     }
 }

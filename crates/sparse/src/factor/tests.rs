@@ -159,7 +159,7 @@ proptest! {
 #[test]
 fn a_divided_factor_solves_and_does_not_depend_on_the_threads() {
     let lower = grid(150, 140);
-    let order = crate::cholesky::order(&lower);
+    let order = crate::ordering::order_of(&lower);
     let symbolic = Symbolic::analyse(&lower, order.clone());
     assert!(symbolic.tasks.subtrees.len() > 1 && !symbolic.tasks.top.is_empty());
     let with = |threads: usize| {
@@ -197,7 +197,7 @@ fn a_matrix_that_is_not_positive_definite_is_refused_wherever_it_is() {
         let mut lower = grid(150, 140);
         let diagonal = lower.offsets[at];
         lower.values[diagonal] = -1.0;
-        let symbolic = Arc::new(Symbolic::analyse(&lower, crate::cholesky::order(&lower)));
+        let symbolic = Arc::new(Symbolic::analyse(&lower, crate::ordering::order_of(&lower)));
         let error = Factor::new(symbolic, &lower.values, Precision::Double).map(|_| ());
         assert_eq!(error.unwrap_err(), FactorError::NotPositive);
     }
@@ -206,14 +206,14 @@ fn a_matrix_that_is_not_positive_definite_is_refused_wherever_it_is() {
 #[test]
 fn new_numbers_replace_the_old_ones() {
     let lower = grid(60, 50);
-    let symbolic = Arc::new(Symbolic::analyse(&lower, crate::cholesky::order(&lower)));
+    let symbolic = Arc::new(Symbolic::analyse(&lower, crate::ordering::order_of(&lower)));
     let mut factor = Factor::new(symbolic.clone(), &lower.values, Precision::Double).unwrap();
     let mut other = lower.values.clone();
     other.iter_mut().for_each(|v| *v *= 2.0);
     factor.refactor(&other).unwrap();
     let mut x = right_hand_side(3000);
     factor.solve(&mut x, &mut Buffers::new(&symbolic));
-    let once = solve(&lower, crate::cholesky::order(&lower), Precision::Double);
+    let once = solve(&lower, crate::ordering::order_of(&lower), Precision::Double);
     assert!(
         x.iter()
             .zip(&once)

@@ -5,7 +5,9 @@ use nalgebra::Vector3;
 
 use super::aggregate::aggregate;
 use crate::csr::Csr;
-use crate::stretched::HIGH_VALENCE;
+
+/// Entries of a row above which it is not smoothed: it would fill the rows of all its neighbours.
+const LONG_ROW: usize = 129;
 
 /// A matrix, how it is smoothed, and the way to the next coarser level.
 pub(super) struct Level {
@@ -174,7 +176,7 @@ fn smoothed(matrix: &Csr, inverse_diagonal: &[f64], groups: &[u32], omega: f64) 
                 }
             };
         add(own, 1.0);
-        if matrix.row(i).len() <= HIGH_VALENCE + 1 {
+        if matrix.row(i).len() <= LONG_ROW {
             for (j, value) in matrix.row(i) {
                 add(groups[j], -omega * inverse_diagonal[i] * value);
             }

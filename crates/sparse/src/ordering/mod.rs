@@ -33,6 +33,7 @@ mod relabel;
 mod tests;
 mod tree;
 
+use crate::lower::LowerTriangle;
 use dissect::dissect;
 use leaf::approximate_minimum_degree;
 use relabel::Relabelled;
@@ -60,6 +61,39 @@ pub(crate) fn order(graph: &Graph<'_>) -> Vec<u32> {
         return approximate_minimum_degree(graph);
     }
     dissection_order(graph)
+}
+
+/// A fill-reducing order for the matrix.
+pub(crate) fn order_of(matrix: &LowerTriangle) -> Vec<u32> {
+    let n = matrix.offsets.len() - 1;
+    let entries = || {
+        (0..n).flat_map(|j| {
+            let rows = &matrix.rows[matrix.offsets[j]..matrix.offsets[j + 1]];
+            rows.iter()
+                .map(move |&i| (i as usize, j))
+                .filter(|&(i, j)| i != j)
+        })
+    };
+    let mut offsets = vec![0u32; n + 1];
+    for (i, j) in entries() {
+        offsets[i + 1] += 1;
+        offsets[j + 1] += 1;
+    }
+    for k in 0..n {
+        offsets[k + 1] += offsets[k];
+    }
+    let mut next = offsets.clone();
+    let mut neighbours = vec![0u32; offsets[n] as usize];
+    for (i, j) in entries() {
+        for (from, to) in [(i, j), (j, i)] {
+            neighbours[next[from] as usize] = to as u32;
+            next[from] += 1;
+        }
+    }
+    order(&Graph {
+        offsets: &offsets,
+        neighbours: &neighbours,
+    })
 }
 
 /// Dissection, unless a coarse level speaks for minimum degree.

@@ -3,14 +3,17 @@
 //! Elimination tree (Liu 1986), post-ordering, column counts (Gilbert, Ng, Peyton 1994), supernodes
 //! with relaxed amalgamation (Ashcraft, Grimes 1989), and the subtrees that run side by side.
 
+use super::numeric::Precision;
 use super::packed;
+use crate::error::SparseError;
 use crate::lower::LowerTriangle;
+use crate::ordering::order_of;
 
 /// No parent: a root of the elimination forest.
 pub(super) const ROOT: u32 = u32::MAX;
 
 /// The structure of a Cholesky factor, shared by all matrices of one pattern.
-pub(crate) struct Symbolic {
+pub struct Symbolic {
     /// `order[k]` is the unknown that is eliminated k-th.
     pub(super) order: Vec<u32>,
     /// The permuted lower triangle by columns: rows in elimination order, and where each value
@@ -35,7 +38,46 @@ pub(super) struct Columns {
     pub(super) sources: Vec<u32>,
 }
 
+impl std::fmt::Debug for Symbolic {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Symbolic")
+            .field("unknowns", &self.num_unknowns())
+            .field("entries", &self.num_entries())
+            .finish_non_exhaustive()
+    }
+}
+
 impl Symbolic {
+    /// Orders and analyses the pattern of `matrix`.
+    ///
+    /// # Errors
+    /// [`SparseError::OutOfMemory`] if the matrix has too many entries for the 32 bits in which they
+    /// are counted.
+    pub fn of(matrix: &LowerTriangle) -> Result<Self, SparseError> {
+        // Both triangles are counted.
+        if matrix.rows.len() > u32::MAX as usize / 2 {
+            return Err(SparseError::OutOfMemory {
+                unknowns: matrix.num_unknowns(),
+                bytes: 8 * matrix.rows.len() as u64,
+            });
+        }
+        Ok(Self::analyse(matrix, order_of(matrix)))
+    }
+
+    /// Bytes that a factor takes, with its structure, the matrix where that is kept too, and the work
+    /// space of the factorization.
+    pub fn bytes(&self, precision: Precision) -> u64 {
+        let (entries, unknowns) = (self.columns.rows.len() as u64, self.num_unknowns() as u64);
+        let kept = self.num_entries() as u64 * precision.bytes();
+        kept + precision.bytes_beside(entries, unknowns) + self.work_bytes()
+    }
+
+    /// Whether the counts of unknowns and of entries are those of the matrix that was analysed.
+    pub(crate) fn is_of(&self, matrix: &LowerTriangle) -> bool {
+        self.num_unknowns() == matrix.num_unknowns()
+            && self.columns.rows.len() == matrix.num_entries()
+    }
+
     /// Analyses the pattern of `matrix`, to be eliminated in the given order (which is post-ordered
     /// first: a permutation that changes neither entries nor operations).
     pub(crate) fn analyse(matrix: &LowerTriangle, order: Vec<u32>) -> Self {
@@ -131,12 +173,12 @@ impl Symbolic {
     }
 
     /// Number of unknowns.
-    pub(crate) fn num_unknowns(&self) -> usize {
+    pub fn num_unknowns(&self) -> usize {
         self.order.len()
     }
 
     /// Number of values that a factor stores, with the zeros between.
-    pub(crate) fn num_entries(&self) -> usize {
+    pub fn num_entries(&self) -> usize {
         self.value_offsets.last().copied().unwrap_or(0)
     }
 
