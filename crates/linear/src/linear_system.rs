@@ -161,11 +161,30 @@ impl LinearSystem {
     /// # Errors
     /// As [`Self::screened`], and [`LinearError::DifferentMesh`]; the system is then what it was.
     pub fn set_operator<T: Scalar>(&mut self, operator: &Operator<T>) -> Result<(), LinearError> {
-        if !Arc::ptr_eq(&self.graph, operator.graph()) && *self.graph != **operator.graph() {
-            return Err(LinearError::DifferentMesh);
-        }
+        self.check_mesh(operator)?;
         self.change(Equation {
             weights: Arc::new(weigh(operator)?),
+            ..self.equation.clone()
+        })
+    }
+
+    /// Takes the weights of another operator on the same mesh and another diagonal D at once.
+    ///
+    /// # Errors
+    /// As [`Self::set_operator`].
+    ///
+    /// # Panics
+    /// If `diagonal` has not one entry per vertex.
+    pub fn set_screened<T: Scalar>(
+        &mut self,
+        operator: &Operator<T>,
+        diagonal: &[f64],
+    ) -> Result<(), LinearError> {
+        check_len(self.graph.num_rows(), diagonal.len());
+        self.check_mesh(operator)?;
+        self.change(Equation {
+            weights: Arc::new(weigh(operator)?),
+            diagonal: diagonal.to_vec(),
             ..self.equation.clone()
         })
     }
@@ -195,6 +214,13 @@ impl LinearSystem {
             fixed: fixed.to_vec(),
             ..self.equation.clone()
         })
+    }
+
+    fn check_mesh<T: Scalar>(&self, operator: &Operator<T>) -> Result<(), LinearError> {
+        if Arc::ptr_eq(&self.graph, operator.graph()) || *self.graph == **operator.graph() {
+            return Ok(());
+        }
+        Err(LinearError::DifferentMesh)
     }
 
     fn change(&mut self, equation: Equation) -> Result<(), LinearError> {
