@@ -149,7 +149,7 @@ fn table(name: &str, mesh: &HalfedgeMesh, positions: &Positions<f64>, handles: u
                     Terms::Tutte => "tutte",
                 },
                 entries as f64 / 1e6,
-                auto.choice().strategy,
+                auto.choice().method,
             );
         }
     }

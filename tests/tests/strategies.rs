@@ -1,7 +1,7 @@
 //! The strategies of the linear system, through whole deformations: what is chosen changes how long it
 //! takes, not what comes out.
 
-use cotan::linear::{Strategy, SystemOptions};
+use cotan::linear::{Method, Strategy, SystemOptions};
 use cotan::prelude::*;
 use cotan_geometry::{Shape, bounding_box, shapes};
 
@@ -87,7 +87,7 @@ fn a_session_whose_handles_come_and_go_is_the_same_by_both_strategies() {
         assert_eq!(session.positions()[vertex], pulled);
         session.remove_handle(group).expect("the handle is there");
         let report = session.run().expect("runs");
-        assert_eq!(report.solver.map(|choice| choice.strategy), Some(strategy));
+        assert_eq!(report.solver.map(|choice| choice.method.into()), Some(strategy));
         session.positions()
     };
     let apart = apart(&shape, &by(Strategy::Normal), &by(Strategy::Columns));
@@ -110,9 +110,9 @@ fn few_points_take_columns_and_a_region_takes_the_normal_equations() {
             .flow()
             .system()
             .choice()
-            .strategy
+            .method
     };
-    assert_eq!(chosen(&handles(&shape)), Strategy::Columns);
+    assert_eq!(chosen(&handles(&shape)), Method::Columns);
     let half = shape.surface().vertices_where(|p| p.x > 0.0);
-    assert_eq!(chosen(&Handles::new().fix(half)), Strategy::Normal);
+    assert_eq!(chosen(&Handles::new().fix(half)), Method::Normal);
 }

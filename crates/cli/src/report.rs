@@ -138,7 +138,7 @@ impl Report {
             quality: QualityFields::from(&edited.quality),
             scheme: setting.options.scheme.name(),
             orientation: setting.options.orientation.name(),
-            strategy: flow.solver.map(|choice| choice.strategy.name()),
+            strategy: flow.solver.map(|choice| choice.method.name()),
             strategy_reason: flow.solver.map(|choice| choice.reason.as_str()),
             precision: setting.precision.name(),
             seconds: setting.seconds,

@@ -56,5 +56,5 @@ pub use error::LinearError;
 pub use handles::{Handle, Hold};
 pub use linear_system::LinearSystem;
 pub use problem::Membrane;
-pub use strategy::{Choice, Reason, Strategy, SystemOptions};
+pub use strategy::{Choice, Method, Reason, Strategy, SystemOptions};
 pub use system::PreparedSystem;

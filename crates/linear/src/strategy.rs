@@ -53,6 +53,41 @@ impl std::fmt::Display for Strategy {
     }
 }
 
+/// A strategy that solves a system: what [`Strategy::Auto`] is resolved to.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
+pub enum Method {
+    /// See [`Strategy::Normal`].
+    Normal,
+    /// See [`Strategy::Columns`].
+    Columns,
+    /// See [`Strategy::Iterative`].
+    Iterative,
+}
+
+impl Method {
+    /// Its name, for reports: that of the strategy.
+    pub fn name(self) -> &'static str {
+        Strategy::from(self).name()
+    }
+}
+
+impl std::fmt::Display for Method {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl From<Method> for Strategy {
+    fn from(method: Method) -> Self {
+        match method {
+            Method::Normal => Self::Normal,
+            Method::Columns => Self::Columns,
+            Method::Iterative => Self::Iterative,
+        }
+    }
+}
+
 /// Why a system is solved the way it is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
@@ -98,15 +133,15 @@ impl std::fmt::Display for Reason {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub struct Choice {
-    /// Never [`Strategy::Auto`].
-    pub strategy: Strategy,
+    /// How.
+    pub method: Method,
     /// Why.
     pub reason: Reason,
 }
 
 impl std::fmt::Display for Choice {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} ({})", self.strategy, self.reason)
+        write!(f, "{} ({})", self.method, self.reason)
     }
 }
 
@@ -209,14 +244,14 @@ impl Plan {
         problem: &Problem,
         held: &Held,
         options: &SystemOptions,
-        at_hand: Option<(&Solver, Strategy)>,
+        at_hand: Option<(&Solver, Method)>,
     ) -> Result<Self, LinearError> {
         let n = problem.num_vertices();
         let solves = 1 + usize::from(problem.membrane.is_some());
         let num_columns = columns::num_columns(problem, held);
-        let estimate = |strategy: Strategy, size: f64| {
+        let estimate = |method: Method, size: f64| {
             let (new_factors, new_columns) = match at_hand {
-                Some((Solver::Columns(columns), other)) if other == strategy => {
+                Some((Solver::Columns(columns), other)) if other == method => {
                     (0, columns.num_missing(problem, held))
                 }
                 _ => (solves, num_columns),
@@ -231,20 +266,21 @@ impl Plan {
                 precision: options.precision,
                 size,
             };
-            match strategy {
-                Strategy::Iterative => cost::iterative(&plan),
+            match method {
+                Method::Iterative => cost::iterative(&plan),
                 _ => cost::columns(&plan),
             }
         };
         let obstacle = pseudo_inverse::obstacle(problem);
+        let requested = |method| Choice {
+            method,
+            reason: Reason::Requested,
+        };
         let mut plan = Self {
-            choice: Choice {
-                strategy: options.strategy,
-                reason: Reason::Requested,
-            },
+            choice: requested(Method::Normal),
             normal: cost::normal(n - held.num_hard, options.expected_solves, 1.0),
-            columns: estimate(Strategy::Columns, 1.0),
-            iterative: estimate(Strategy::Iterative, 1.0),
+            columns: estimate(Method::Columns, 1.0),
+            iterative: estimate(Method::Iterative, 1.0),
             has_columns: obstacle.is_none(),
             num_factors: solves as u64,
             column_bytes: cost::column_bytes(n, num_columns),
@@ -260,7 +296,7 @@ impl Plan {
             }
             (Strategy::Auto, Some(reason)) => {
                 plan.choice = Choice {
-                    strategy: Strategy::Normal,
+                    method: Method::Normal,
                     reason,
                 };
             }
@@ -270,13 +306,15 @@ impl Plan {
                     let analysis = pseudo_inverse::analyse(problem)?;
                     let size = analysis.num_entries() as f64 / cost::one_ring_entries(n);
                     plan.normal = cost::normal(n - held.num_hard, options.expected_solves, size);
-                    plan.columns = estimate(Strategy::Columns, size);
+                    plan.columns = estimate(Method::Columns, size);
                     plan.analysis = Some(analysis);
                 }
                 plan.choice =
-                    plan.fastest(&[Strategy::Columns, Strategy::Normal, Strategy::Iterative]);
+                    plan.fastest(&[Method::Columns, Method::Normal, Method::Iterative]);
             }
-            _ => {}
+            (Strategy::Normal, _) => plan.choice = requested(Method::Normal),
+            (Strategy::Columns, None) => plan.choice = requested(Method::Columns),
+            (Strategy::Iterative, None) => plan.choice = requested(Method::Iterative),
         }
         Ok(plan)
     }
@@ -292,35 +330,35 @@ impl Plan {
         is_tight || (1.0 / CLEAR..CLEAR).contains(&ratio)
     }
 
-    fn estimate(&self, strategy: Strategy) -> &Estimate {
-        match strategy {
-            Strategy::Columns => &self.columns,
-            Strategy::Iterative => &self.iterative,
-            Strategy::Auto | Strategy::Normal => &self.normal,
+    fn estimate(&self, method: Method) -> &Estimate {
+        match method {
+            Method::Columns => &self.columns,
+            Method::Iterative => &self.iterative,
+            Method::Normal => &self.normal,
         }
     }
 
     /// The fastest that fits, or the fastest of all if none does. The iteration is for what does not
     /// fit: its speed depends on the mesh too much to be predicted.
-    fn fastest(&self, strategies: &[Strategy]) -> Choice {
-        let fits = |s: &Strategy| {
-            let bytes = self.estimate(*s).bytes;
+    fn fastest(&self, methods: &[Method]) -> Choice {
+        let fits = |m: &Method| {
+            let bytes = self.estimate(*m).bytes;
             self.options.max_memory.is_none_or(|max| bytes <= max)
         };
-        let rank = |a: &&Strategy, b: &&Strategy| {
-            let key = |s: &Strategy| (*s == Strategy::Iterative, self.estimate(*s).seconds);
+        let rank = |a: &&Method, b: &&Method| {
+            let key = |m: &Method| (*m == Method::Iterative, self.estimate(*m).seconds);
             let (a, b) = (key(a), key(b));
             a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
         };
-        let first = strategies.iter().min_by(rank);
-        let fitting = strategies.iter().filter(|s| fits(s)).min_by(rank);
-        let strategy = *fitting.or(first).unwrap_or(&Strategy::Normal);
-        let reason = if Some(&strategy) == first {
+        let first = methods.iter().min_by(rank);
+        let fitting = methods.iter().filter(|m| fits(m)).min_by(rank);
+        let method = *fitting.or(first).unwrap_or(&Method::Normal);
+        let reason = if Some(&method) == first {
             Reason::Fastest
         } else {
             Reason::Memory
         };
-        Choice { strategy, reason }
+        Choice { method, reason }
     }
 
     /// Does what was planned. Where it turns out not to serve, or not to fit, the next does, unless it
@@ -331,12 +369,12 @@ impl Plan {
         normal: impl Fn(&Storage) -> Result<Solver, LinearError>,
     ) -> Result<(Solver, Choice), LinearError> {
         loop {
-            let result = match self.choice.strategy {
-                Strategy::Columns => columns(&Means::Factor(self.storage())),
-                Strategy::Iterative => self
+            let result = match self.choice.method {
+                Method::Columns => columns(&Means::Factor(self.storage())),
+                Method::Iterative => self
                     .check_iterative()
                     .and_then(|()| columns(&Means::Iteration)),
-                Strategy::Auto | Strategy::Normal => normal(&self.storage()),
+                Method::Normal => normal(&self.storage()),
             };
             match result {
                 Ok(solver) => return Ok((solver, self.choice)),
@@ -351,11 +389,11 @@ impl Plan {
             return Err(error);
         }
         let too_large = matches!(error, LinearError::MemoryLimit { .. });
-        let next = match (self.choice.strategy, too_large) {
+        let next = match (self.choice.method, too_large) {
             // Where the normal equations are the fastest there are many handles: their columns would
             // be larger still.
-            (Strategy::Columns, true) if self.has_columns => Strategy::Iterative,
-            (Strategy::Columns | Strategy::Iterative, false) => Strategy::Normal,
+            (Method::Columns, true) if self.has_columns => Method::Iterative,
+            (Method::Columns | Method::Iterative, false) => Method::Normal,
             _ => return Err(error),
         };
         let reason = match error {
@@ -366,7 +404,7 @@ impl Plan {
         };
         Ok(Self {
             choice: Choice {
-                strategy: next,
+                method: next,
                 reason,
             },
             ..self
@@ -374,12 +412,12 @@ impl Plan {
     }
 
     fn storage(&self) -> Storage {
-        let by_columns = self.choice.strategy == Strategy::Columns;
+        let by_columns = self.choice.method == Method::Columns;
         Storage {
             precision: self.options.precision,
             analysis: self.analysis.clone().filter(|_| by_columns),
             limit: self.options.max_memory.map(|permitted| Limit {
-                strategy: self.choice.strategy,
+                strategy: self.choice.method.into(),
                 factors: if by_columns { self.num_factors } else { 1 },
                 beside: if by_columns { self.column_bytes } else { 0 },
                 permitted,

@@ -99,9 +99,9 @@ impl PreparedSystem {
     /// As [`Self::prepare_with`]; the system is then what it was.
     pub fn set_handles(&mut self, handles: &[Handle]) -> Result<(), LinearError> {
         let held = self.problem.hold(handles)?;
-        let at_hand = Some((&self.solver, self.choice.strategy));
+        let at_hand = Some((&self.solver, self.choice.method));
         let mut plan = Plan::new(&self.problem, &held, &self.options, at_hand)?;
-        let is_same = plan.choice.strategy == self.choice.strategy;
+        let is_same = plan.choice.method == self.choice.method;
         if let (true, Solver::Columns(columns)) = (is_same, &mut self.solver) {
             match columns.set_handles(&self.problem, &held) {
                 Ok(()) => {
@@ -141,9 +141,9 @@ impl PreparedSystem {
         membrane: Option<Membrane<'_>>,
     ) -> Result<(), LinearError> {
         let problem = self.problem.reweighted(operator, membrane)?;
-        let at_hand = Some((&self.solver, self.choice.strategy));
+        let at_hand = Some((&self.solver, self.choice.method));
         let plan = Plan::new(&problem, &problem.held, &self.options, at_hand)?;
-        let is_same = plan.choice.strategy == self.choice.strategy;
+        let is_same = plan.choice.method == self.choice.method;
         (self.solver, self.choice) = plan.carry_out(
             |means| match &self.solver {
                 Solver::Columns(columns) if is_same => {
@@ -237,7 +237,7 @@ impl PreparedSystem {
     fn log(&self, event: &str) {
         tracing::debug!(
             unknowns = self.num_unknowns(),
-            strategy = self.choice.strategy.name(),
+            strategy = self.choice.method.name(),
             reason = self.choice.reason.as_str(),
             factor_entries = self.factor_entries(),
             "{event}"
@@ -262,7 +262,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::Strategy;
+    use crate::Method;
 
     /// The correction by dense normal equations, for one coordinate.
     fn dense(
@@ -371,7 +371,7 @@ mod tests {
         let operator = Operator::assemble(&Cotangent::default(), &shape.surface()).unwrap();
         let handle = Handle::hard(VertexId::new(7));
         let mut system = PreparedSystem::prepare(&operator, &[handle], None).unwrap();
-        assert_eq!(system.choice().strategy, Strategy::Columns);
+        assert_eq!(system.choice().method, Method::Columns);
         let mismatch = VertexMap::from_fn(n, |v: VertexId| {
             let t = v.index() as f64;
             Vector3::new(t.sin(), (1.3 * t).cos(), (0.7 * t).sin())

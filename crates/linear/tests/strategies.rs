@@ -8,7 +8,7 @@ use cotan_laplacian::{
     ClampedCotangent, Cotangent, EdgeLength, LaplacianScheme, OneRings, Operator, Tutte, Uniform,
 };
 use cotan_linear::{
-    Defect, Handle, LinearError, Membrane, Precision, PreparedSystem, Reason, Strategy,
+    Defect, Handle, LinearError, Membrane, Method, Precision, PreparedSystem, Reason, Strategy,
     SystemOptions,
 };
 use nalgebra::{Point3, Vector3};
@@ -182,7 +182,7 @@ proptest! {
         for (count, soft, seed) in steps {
             let held = handles(n / components, components, count, soft, seed);
             system.set_handles(&held)?;
-            let chosen = self::options(system.choice().strategy);
+            let chosen = self::options(system.choice().method.into());
             let mut new = PreparedSystem::prepare_with(&operator, &held, membrane, &chosen)?;
             let [expected_residual, expected] = corrected(&mut new, &operator);
             let [residual, correction] = corrected(&mut system, &operator);
@@ -320,7 +320,7 @@ fn what_columns_cannot_serve_is_left_to_the_normal_equations_or_refused() {
         weights: &uneven,
     });
     let system = PreparedSystem::prepare(&cotangent, &held, membrane).unwrap();
-    assert_eq!(system.choice().strategy, Strategy::Normal);
+    assert_eq!(system.choice().method, Method::Normal);
     assert_eq!(system.choice().reason, Reason::OtherMembrane);
     let refused = PreparedSystem::prepare_with(&cotangent, &held, membrane, &COLUMNS);
     assert_eq!(
@@ -414,7 +414,7 @@ fn a_limit_of_memory_chooses_and_refuses() {
         PreparedSystem::prepare_with(&operator, &held, None, &options).map(|s| s.choice())
     };
     let all = SystemOptions::new();
-    assert_eq!(with(all).unwrap().strategy, Strategy::Columns);
+    assert_eq!(with(all).unwrap().method, Method::Columns);
     for strategy in [Strategy::Normal, Strategy::Columns, Strategy::Iterative] {
         assert!(matches!(
             with(options(strategy).max_memory(1000)),

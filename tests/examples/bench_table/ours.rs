@@ -7,7 +7,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use cotan::geometry::SpatialOrder;
-use cotan::linear::{Defect, PreparedSystem, Strategy};
+use cotan::linear::{Defect, Method, PreparedSystem};
 use cotan::prelude::*;
 
 use crate::job::{Job, Moves};
@@ -121,7 +121,7 @@ fn system(flow: &Flow<f64>, phases: &mut Phases) -> Result<(), Box<dyn Error>> {
     });
     phases.number(
         "columns",
-        f64::from(u8::from(system.choice().strategy == Strategy::Columns)),
+        f64::from(u8::from(system.choice().method == Method::Columns)),
     );
     // Without the columns of the handles: one holds the mesh and needs none.
     repeat(|| {
