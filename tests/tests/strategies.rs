@@ -87,7 +87,10 @@ fn a_session_whose_handles_come_and_go_is_the_same_by_both_strategies() {
         assert_eq!(session.positions()[vertex], pulled);
         session.remove_handle(group).expect("the handle is there");
         let report = session.run().expect("runs");
-        assert_eq!(report.solver.map(|choice| choice.method.into()), Some(strategy));
+        assert_eq!(
+            report.solver.map(|choice| choice.method.into()),
+            Some(strategy)
+        );
         session.positions()
     };
     let apart = apart(&shape, &by(Strategy::Normal), &by(Strategy::Columns));
@@ -105,12 +108,7 @@ fn few_points_take_columns_and_a_region_takes_the_normal_equations() {
             handles,
             &DeformOptions::default(),
         );
-        session
-            .expect("a session")
-            .flow()
-            .system()
-            .choice()
-            .method
+        session.expect("a session").flow().system().choice().method
     };
     assert_eq!(chosen(&handles(&shape)), Method::Columns);
     let half = shape.surface().vertices_where(|p| p.x > 0.0);

@@ -35,7 +35,10 @@ fn an_added_handle_is_met_and_a_removed_one_lets_go() {
         let before = flow.positions();
         flow.set_handles(&more).unwrap();
         let report = flow.run_to_end().unwrap();
-        assert_eq!(report.solver.map(|choice| choice.method.into()), Some(strategy));
+        assert_eq!(
+            report.solver.map(|choice| choice.method.into()),
+            Some(strategy)
+        );
         let now = flow.positions();
         assert!(
             more.iter()

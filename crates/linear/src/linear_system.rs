@@ -323,11 +323,7 @@ impl LinearSystem {
 impl Equation {
     /// D − L; fixed vertices are cut off, with a diagonal of the usual size and entries that stay in the
     /// pattern.
-    fn matrix(
-        &self,
-        graph: &Graph,
-        components: &Components,
-    ) -> Result<LowerTriangle, LinearError> {
+    fn matrix(&self, graph: &Graph, components: &Components) -> Result<LowerTriangle, LinearError> {
         self.check_diagonal()?;
         self.check_components(components)?;
         let usual = |sum: f64| if sum > 0.0 { sum } else { 1.0 };

@@ -309,8 +309,7 @@ impl Plan {
                     plan.columns = estimate(Method::Columns, size);
                     plan.analysis = Some(analysis);
                 }
-                plan.choice =
-                    plan.fastest(&[Method::Columns, Method::Normal, Method::Iterative]);
+                plan.choice = plan.fastest(&[Method::Columns, Method::Normal, Method::Iterative]);
             }
             (Strategy::Normal, _) => plan.choice = requested(Method::Normal),
             (Strategy::Columns, None) => plan.choice = requested(Method::Columns),

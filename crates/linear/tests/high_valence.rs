@@ -158,7 +158,7 @@ fn rows_in_pieces_give_the_correction_of_the_normal_equations() {
                 let normal = options(Strategy::Normal);
                 let mut system =
                     PreparedSystem::prepare_with(&operator, handles, membrane, &normal).unwrap();
-                assert_eq!(system.choice().strategy, Strategy::Normal);
+                assert_eq!(system.choice().method, Method::Normal);
                 let expected = dense_correction(&operator, handles, membrane);
                 let first = corrected(&mut system, n);
                 let apart = apart(&expected, &first);
