@@ -6,7 +6,7 @@ use cotan_geometry::{Shape, Surface};
 use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
 use cotan_laplacian::{Cotangent, EdgeLength, LaplacianScheme, OneRings, Operator, Tutte, Uniform};
 use cotan_linear::{
-    Defect, Handle, Hold, LinearError, Membrane, PreparedSystem, Strategy, SystemOptions,
+    Defect, Handle, Hold, LinearError, Membrane, Method, PreparedSystem, Strategy, SystemOptions,
 };
 use nalgebra::{DMatrix, DVector, Vector3};
 
