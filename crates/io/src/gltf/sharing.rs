@@ -29,13 +29,38 @@ pub(super) struct Sharing {
     faces: HashMap<usize, HashMap<[u32; 3], usize, RandomState>>,
     /// The only primitive with faces of the current mesh, until there is another.
     alone: Option<usize>,
-    /// The faces of each layer of the current mesh, once it has two primitives.
-    layers: Vec<HashSet<u64, RandomState>>,
+    /// The layers of the current mesh, once it has two primitives.
+    layers: Vec<Layer>,
     /// Which primitives share a block, in their order, where that was decided before.
     given: Option<VecDeque<usize>>,
     /// The block of each of these groups.
     groups: HashMap<usize, usize>,
 }
+
+/// Where the triangles of a layer are.
+#[derive(Debug, Default)]
+struct Layer {
+    faces: HashSet<u64, RandomState>,
+    /// How many of them each edge has; not counted for the first layer.
+    edges: HashMap<u64, u32, RandomState>,
+}
+
+impl Layer {
+    /// Whether none of these triangles is there.
+    fn is_free(&self, mut triangles: impl Iterator<Item = Triangle>) -> bool {
+        !triangles.any(|triangle| self.faces.contains(&place(&triangle)))
+    }
+
+    /// Whether no edge would have more than two triangles.
+    fn has_room(&self, edges: &HashMap<u64, u32, RandomState>) -> bool {
+        let there = |edge| self.edges.get(edge).copied().unwrap_or(0);
+        let mut edges = edges.iter().map(|(edge, &count)| (there(edge), count));
+        edges.all(|(there, count)| there == 0 || there + count <= 2)
+    }
+}
+
+/// The corners of a triangle.
+type Triangle = [Point3<f64>; 3];
 
 impl Sharing {
     /// Primitives with faces share their vertices as these numbers say, in their order.
@@ -101,13 +126,14 @@ impl Reader<'_> {
     }
 
     /// The layer of a primitive whose vertices are those of `block`: the first one if it has no face
-    /// in common with any, else the first of the others with which it has none.
+    /// in common with any; else the first of the others with which it has none, and whose edges it
+    /// leaves with two triangles at most.
     fn layer(&mut self, block: usize, corners: &[u32]) -> u32 {
         let positions = &self.parsed.positions;
         let start = self.geometry.blocks[block].vertices.start;
         let (faces, _) = corners.as_chunks::<3>();
         let faces = faces.iter().filter(is_proper);
-        let faces = faces.map(|face| place(face.map(|v| positions[start + v as usize])));
+        let triangles = faces.map(|face| face.map(|v| positions[start + v as usize]));
         let sharing = &mut self.sharing;
         if sharing.layers.is_empty() {
             let Some(first) = sharing.alone else {
@@ -118,18 +144,34 @@ impl Reader<'_> {
             let first = first.map_or(0..0, |piece| piece.faces.clone());
             let first = first.filter_map(|face| self.parsed.faces.get(face)?.first_chunk::<3>());
             let first = first.filter(is_proper);
-            let first = first.map(|face| place(face.map(|v| positions[v as usize])));
-            sharing.layers.push(first.collect());
+            let first = first.map(|face| place(&face.map(|v| positions[v as usize])));
+            sharing.layers.push(Layer {
+                faces: first.collect(),
+                ..Layer::default()
+            });
         }
-        let is_free = |layer: &HashSet<u64, _>| !faces.clone().any(|face| layer.contains(&face));
+        let layers = &mut sharing.layers;
         // Who lies over anything is not of the first layer, although that may have been moved away.
-        let above = usize::from(!sharing.layers.iter().all(is_free));
-        let free = sharing.layers.iter().skip(above).position(is_free);
-        let layer = free.map_or(sharing.layers.len(), |free| above + free);
-        if layer == sharing.layers.len() {
-            sharing.layers.push(HashSet::default());
+        if layers.iter().all(|layer| layer.is_free(triangles.clone())) {
+            layers[0].faces.extend(triangles.map(|t| place(&t)));
+            return 0;
         }
-        sharing.layers[layer].extend(faces);
+        let mut edges = HashMap::default();
+        for [a, b, c] in triangles.clone() {
+            for edge in [[a, b], [b, c], [c, a]] {
+                *edges.entry(place(&edge)).or_default() += 1;
+            }
+        }
+        let fits = |layer: &Layer| layer.is_free(triangles.clone()) && layer.has_room(&edges);
+        let found = layers.iter().skip(1).position(fits);
+        let layer = found.map_or(layers.len(), |found| found + 1);
+        if layer == layers.len() {
+            layers.push(Layer::default());
+        }
+        layers[layer].faces.extend(triangles.map(|t| place(&t)));
+        for (edge, count) in edges {
+            *layers[layer].edges.entry(edge).or_default() += count;
+        }
         layer as u32
     }
 
@@ -183,15 +225,15 @@ fn sorted(mut face: [u32; 3]) -> [u32; 3] {
     face
 }
 
-/// A number for where a triangle is, whatever the order of its corners. Two places have the same
-/// one with a probability of 2⁻⁶⁴; then two primitives are read as layers that are none.
-fn place(face: [Point3<f64>; 3]) -> u64 {
-    let corner = |p: Point3<f64>| {
+/// A number for where some points are, whatever their order. Two places have the same one with a
+/// probability of 2⁻⁶⁴; then two primitives are read as layers that are none.
+fn place(points: &[Point3<f64>]) -> u64 {
+    let point = |p: &Point3<f64>| {
         // A negative zero is the same place as a positive one.
         let bits = p.coords.map(|x| (x + 0.0).to_bits());
         mixed(mixed(mixed(bits.x) ^ bits.y) ^ bits.z)
     };
-    mixed(face.map(corner).into_iter().fold(0, u64::wrapping_add))
+    mixed(points.iter().map(point).fold(0, u64::wrapping_add))
 }
 
 /// The finalizer of SplitMix64 (Steele, Lea and Flood 2014): every bit depends on every bit.
