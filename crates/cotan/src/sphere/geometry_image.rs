@@ -11,8 +11,8 @@
 
 use cotan_geometry::{BoundingBox, Scalar};
 use cotan_halfedge::VertexMap;
+use cotan_parallel::Chunks;
 use nalgebra::{Point3, Vector3};
-use rayon::prelude::*;
 
 use super::error::SphereError;
 use super::interpolate::Attribute;
@@ -92,11 +92,10 @@ impl<T: Scalar> PointLocation<'_, T> {
             let direction = octahedral_direction(pixel % size, pixel / size, size);
             self.map().blend(attribute, &self.locate_unit(&direction))
         };
-        let pixels = (0..size * size).into_par_iter().with_min_len(1 << 8);
         GeometryImage {
             width: size,
             height: size,
-            values: pixels.map(value).collect(),
+            values: Chunks::of(256).filled(size * size, value),
         }
     }
 }

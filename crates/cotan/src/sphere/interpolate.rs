@@ -4,8 +4,8 @@ use std::ops::Mul;
 
 use cotan_geometry::Scalar;
 use cotan_halfedge::VertexMap;
+use cotan_parallel as parallel;
 use nalgebra::{Point, SVector};
-use rayon::prelude::*;
 
 use super::error::SphereError;
 use super::locate::Located;
@@ -87,11 +87,8 @@ impl<T: Scalar> SphereMap<T> {
     ) -> Result<Vec<A>, SphereError> {
         self.check_attribute(attribute)?;
         at.iter().try_for_each(|place| self.check_place(place))?;
-        Ok(at
-            .par_iter()
-            .with_min_len(1 << 11)
-            .map(|place| self.blend(attribute, place))
-            .collect())
+        let blend = |i: usize| self.blend(attribute, &at[i]);
+        Ok(parallel::filled(at.len(), blend))
     }
 
     /// The mix of the three corners, unchecked.

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use cotan_geometry::{Positions, Scalar, scalar};
 use cotan_halfedge::{FaceId, HalfedgeMesh};
+use cotan_parallel as parallel;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 use super::error::SphereError;
 use super::predicate::flipped_faces;
@@ -105,11 +105,8 @@ impl<T: Scalar> SphereMap<T> {
     /// How many times the triangles cover the sphere: the sum of their solid angles over 4π. It is
     /// 1 up to rounding.
     pub fn degree(&self) -> f64 {
-        let angles: Vec<f64> = (0..self.mesh.num_faces())
-            .into_par_iter()
-            .with_min_len(1 << 11)
-            .map(|f| self.solid_angle(FaceId::new(f)))
-            .collect();
+        let angle = |f| self.solid_angle(FaceId::new(f));
+        let angles = parallel::filled(self.mesh.num_faces(), angle);
         angles.iter().sum::<f64>() / (4.0 * std::f64::consts::PI)
     }
 

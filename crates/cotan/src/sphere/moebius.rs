@@ -14,8 +14,8 @@
 
 use cotan_geometry::{Scalar, scalar};
 use cotan_halfedge::VertexMap;
+use cotan_parallel::Chunks;
 use nalgebra::{Matrix3, Point3, Vector3};
-use rayon::prelude::*;
 
 use super::error::SphereError;
 use super::map::SphereMap;
@@ -83,11 +83,9 @@ struct Moments {
 impl Moments {
     /// Those of the points c ⊕ u, or `None` if the weights do not weigh.
     fn measure(positions: &[Vector3<f64>], weights: &[f64], c: &Vector3<f64>) -> Option<Self> {
-        let partial: Vec<[f64; 10]> = positions
-            .par_chunks(CHUNK)
-            .zip(weights.par_chunks(CHUNK))
-            .map(|(positions, weights)| moments_of(positions, weights, c))
-            .collect();
+        let partial = Chunks::of(CHUNK).map(0..positions.len(), |_, range| {
+            moments_of(&positions[range.clone()], &weights[range], c)
+        });
         let mut total = [0.0; 10];
         for sums in &partial {
             for (sum, term) in total.iter_mut().zip(sums) {
@@ -155,15 +153,13 @@ pub(crate) fn apply(positions: &mut [Vector3<f64>], c: &Vector3<f64>) {
     if *c == Vector3::zeros() {
         return;
     }
-    positions.par_chunks_mut(CHUNK).for_each(|chunk| {
-        for u in chunk {
-            let step = displacement(u, c);
-            let moved = *u + step;
-            let length = moved.norm();
-            // 1 / length − 1, without cancelling.
-            let stretch = (1.0 - moved.norm_squared()) / (length * (1.0 + length));
-            *u += step + moved * stretch;
-        }
+    Chunks::of(CHUNK).update(positions, |_, u| {
+        let step = displacement(u, c);
+        let moved = *u + step;
+        let length = moved.norm();
+        // 1 / length − 1, without cancelling.
+        let stretch = (1.0 - moved.norm_squared()) / (length * (1.0 + length));
+        *u += step + moved * stretch;
     });
 }
 

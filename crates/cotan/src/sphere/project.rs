@@ -3,8 +3,8 @@
 use cotan_flow::{FlowError, Projection, Rest, nearest_rotation};
 use cotan_geometry::Positions;
 use cotan_halfedge::HalfedgeMesh;
+use cotan_parallel as parallel;
 use nalgebra::{Matrix3, Point3, Vector3};
-use rayon::prelude::*;
 
 use super::curvature::energy;
 use super::round::{sphere_centre, to_sphere};
@@ -222,7 +222,5 @@ fn turn_onto(x: &[Point3<f64>], z: &mut [Point3<f64>], weights: &[f64]) {
     };
     let covariance = Matrix3::from_columns(&[column(0), column(1), column(2)]);
     let rotation = nearest_rotation(&covariance);
-    z.par_iter_mut()
-        .with_min_len(1 << 12)
-        .for_each(|p| *p = rotation * *p);
+    parallel::update(z, |_, p| *p = rotation * *p);
 }

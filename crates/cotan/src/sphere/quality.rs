@@ -2,8 +2,8 @@
 
 use cotan_geometry::{Scalar, Surface, face_areas};
 use cotan_halfedge::{FaceId, FaceMap};
+use cotan_parallel as parallel;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 use super::map::SphereMap;
 use super::spherical::unit_sized;
@@ -59,11 +59,8 @@ impl SphereQuality {
         let source = &Surface::assume_checked(source.mesh(), &positions);
         let areas = face_areas(source);
         let ratios = log_ratios(source, map);
-        let faces: Vec<Face> = (0..areas.len())
-            .into_par_iter()
-            .with_min_len(1 << 11)
-            .map(|f| Face::measure(source, map, FaceId::new(f)))
-            .collect();
+        let measure = |f| Face::measure(source, map, FaceId::new(f));
+        let faces = parallel::filled(areas.len(), measure);
         let is_measured = |f: &usize| areas.as_slice()[*f] > 0.0;
         let measured: Vec<usize> = (0..areas.len()).filter(is_measured).collect();
         let spread = |value: &dyn Fn(usize) -> f64| {
@@ -100,20 +97,15 @@ fn log_ratios<T: Scalar>(source: &Surface<'_, f64>, map: &SphereMap<T>) -> FaceM
     let areas = face_areas(source);
     let total: f64 = areas.values().sum();
     let whole = 4.0 * std::f64::consts::PI;
-    let ratios: Vec<f64> = (0..areas.len())
-        .into_par_iter()
-        .with_min_len(1 << 11)
-        .map(|f| {
-            let area = areas.as_slice()[f];
-            if area > 0.0 {
-                let angle = map.solid_angle(FaceId::new(f)).max(f64::MIN_POSITIVE);
-                ((angle / whole) / (area / total)).ln()
-            } else {
-                0.0
-            }
-        })
-        .collect();
-    FaceMap::from_vec(ratios)
+    FaceMap::from_vec(parallel::filled(areas.len(), |f| {
+        let area = areas.as_slice()[f];
+        if area > 0.0 {
+            let angle = map.solid_angle(FaceId::new(f)).max(f64::MIN_POSITIVE);
+            ((angle / whole) / (area / total)).ln()
+        } else {
+            0.0
+        }
+    }))
 }
 
 /// What is measured of one face.

@@ -3,8 +3,8 @@
 //! Every node halves its triangles at the median along the longest side of its box, so that the
 //! shape of the tree depends on their number alone: node k has the children 2k + 1 and 2k + 2.
 
+use cotan_parallel as parallel;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 use super::locate::Search;
 
@@ -22,13 +22,12 @@ pub(crate) struct RayTree {
 impl RayTree {
     /// A tree of `len` triangles with these corners, or of what else lies in the box of three
     /// points.
-    pub(crate) fn build(len: usize, corners: impl Fn(usize) -> [Vector3<f64>; 3] + Sync) -> Self {
+    pub(crate) fn build(
+        len: usize,
+        corners: impl Fn(usize) -> [Vector3<f64>; 3] + Sync + Send,
+    ) -> Self {
         let depth = (len / LEAF).max(1).ilog2();
-        let mut boxes: Vec<(Bounds, u32)> = (0..len)
-            .into_par_iter()
-            .with_min_len(1 << 11)
-            .map(|i| (Bounds::around(&corners(i)), i as u32))
-            .collect();
+        let mut boxes = parallel::filled(len, |i| (Bounds::around(&corners(i)), i as u32));
         sort(&mut boxes, depth);
         let mut tree = Self {
             order: boxes.iter().map(|&(_, i)| i).collect(),

@@ -1,10 +1,10 @@
 //! Turning a sphere map, and the rotation between two sets of directions.
 
 use cotan_flow::nearest_rotation;
-use cotan_geometry::Scalar;
+use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::VertexId;
+use cotan_parallel as parallel;
 use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
-use rayon::prelude::*;
 
 use super::error::SphereError;
 use super::geometry_image::octahedral_direction;
@@ -32,17 +32,12 @@ impl<T: Scalar> SphereMap<T> {
     }
 
     fn rotated_once(&self, rotation: &Rotation3<f64>) -> Result<Self, SphereError> {
-        let turned: Vec<Point3<T>> = self
-            .positions()
-            .as_slice()
-            .par_iter()
-            .with_min_len(1 << 12)
-            .map(|p| {
-                let turned = rotation * p.coords.map(T::as_f64);
-                Point3::from(turned.normalize().map(T::of_f64))
-            })
-            .collect();
-        self.with_positions(turned.into_iter().collect())
+        let positions = self.positions().as_slice();
+        let turned = parallel::filled(positions.len(), |i| {
+            let turned = rotation * positions[i].coords.map(T::as_f64);
+            Point3::from(turned.normalize().map(T::of_f64))
+        });
+        self.with_positions(Positions::from_vec(turned))
     }
 
     /// Where a vertex lies, in `f64`, or an error if there is no such vertex.

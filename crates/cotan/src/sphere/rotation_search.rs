@@ -6,8 +6,8 @@
 
 use cotan_geometry::{Scalar, icosphere};
 use cotan_halfedge::VertexMap;
+use cotan_parallel::{self as parallel, Chunks};
 use nalgebra::{Rotation3, Vector3};
-use rayon::prelude::*;
 
 use super::error::SphereError;
 use super::geometry_image::{GeometryImage, nearest_pixel};
@@ -67,16 +67,12 @@ impl<'a, T: Scalar, A: Attribute<T>> Turnable<'a, T, A> {
     /// The mean square difference after turning by `rotation`.
     pub(crate) fn mean_square(&self, wanted: &Wanted<A>, rotation: &Rotation3<f64>) -> f64 {
         let (map, back) = (self.location.map(), rotation.inverse());
-        let squares: Vec<f64> = wanted
-            .directions
-            .par_iter()
-            .zip(&wanted.values)
-            .with_min_len(1 << 8)
-            .map(|(d, value)| {
-                let place = self.location.locate_unit(&(back * d));
-                map.blend(self.attribute, &place).distance_squared(value)
-            })
-            .collect();
+        let (directions, values) = (&wanted.directions, &wanted.values);
+        let squares = Chunks::of(256).filled(directions.len(), |i| {
+            let place = self.location.locate_unit(&(back * directions[i]));
+            map.blend(self.attribute, &place)
+                .distance_squared(&values[i])
+        });
         squares.iter().sum::<f64>() / squares.len() as f64
     }
 
@@ -94,17 +90,16 @@ impl<'a, T: Scalar, A: Attribute<T>> Turnable<'a, T, A> {
     /// The rotation with the least mean square difference: found with `coarse`, finished with
     /// `fine`.
     pub(crate) fn search(&self, coarse: &Wanted<A>, fine: &Wanted<A>) -> Rotation3<f64> {
-        let mut costs: Vec<(f64, Rotation3<f64>)> = rotation_grid()
-            .into_par_iter()
-            .map(|rotation| (self.rough_mean_square(coarse, &rotation), rotation))
-            .collect();
+        let grid = rotation_grid();
+        let mut costs = Chunks::of(16).filled(grid.len(), |i| {
+            (self.rough_mean_square(coarse, &grid[i]), grid[i])
+        });
         // Stable: of equals the first.
         costs.sort_by(|a, b| a.0.total_cmp(&b.0));
         let rough = |r: &Rotation3<f64>| self.mean_square(coarse, r);
-        let refined: Vec<(f64, Rotation3<f64>)> = apart(&costs)
-            .into_par_iter()
-            .map(|start| refine(start, GRID_STEP, COARSE_STEP, rough))
-            .collect();
+        let refined = parallel::tasks(apart(&costs), |start| {
+            refine(start, GRID_STEP, COARSE_STEP, rough)
+        });
         let best = refined.iter().min_by(|a, b| a.0.total_cmp(&b.0));
         let start = best.map_or(Rotation3::identity(), |&(_, rotation)| rotation);
         refine(start, COARSE_STEP, FINE_STEP, |r| self.mean_square(fine, r)).1

@@ -1,7 +1,7 @@
 //! Towards the unit sphere: its least-squares centre, and points brought onto it.
 
+use cotan_parallel as parallel;
 use nalgebra::{Matrix4, Point3, Vector3, Vector4};
-use rayon::prelude::*;
 
 use super::moebius;
 use super::sums::sum;
@@ -35,11 +35,7 @@ fn row(p: Vector3<f64>) -> Vector4<f64> {
 /// **Shapes**: one weight a point, of sum 1.
 pub(crate) fn to_sphere(x: &mut [Point3<f64>], weights: &[f64]) {
     let centre = sphere_centre(x);
-    let mut u: Vec<Vector3<f64>> = x
-        .par_iter()
-        .with_min_len(1 << 12)
-        .map(|p| normalized(p.coords - centre))
-        .collect();
+    let mut u = parallel::filled(x.len(), |i| normalized(x[i].coords - centre));
     moebius::center(&mut u, weights);
     for (p, u) in x.iter_mut().zip(u) {
         p.coords = normalized(u);
