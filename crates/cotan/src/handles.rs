@@ -271,6 +271,11 @@ impl<T: Scalar> Handles<T> {
         self
     }
 
+    /// The vertices of every group, in the order of the groups.
+    pub fn vertices(&self) -> impl Iterator<Item = &[VertexId]> {
+        self.groups.iter().map(HandleGroup::vertices)
+    }
+
     /// One handle a vertex, ascending, with its target: what a [`cotan_flow::FlowBuilder`] takes.
     ///
     /// # Errors

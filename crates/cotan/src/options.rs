@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use cotan_flow::{
-    Acceleration, BestRotation, DEFAULT_ITERATION_LIMIT, DEFAULT_TOLERANCE, FlowBuilder, Hybrid,
-    KeepMagnitude, Limited, Reflect, ReflectFirst, RescaleByArea, Schedule, Start,
+    Acceleration, BestRotation, DEFAULT_ITERATION_LIMIT, DEFAULT_TOLERANCE, Flow, FlowBuilder,
+    Hybrid, KeepMagnitude, Limited, Reflect, ReflectFirst, RescaleByArea, Schedule, Start,
 };
 use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::HalfedgeMesh;

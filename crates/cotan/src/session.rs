@@ -109,21 +109,21 @@ impl<T: Scalar> Session<T> {
         handle: impl Into<HandleId>,
         motion: &Motion<T>,
     ) -> Result<(), Error> {
-        self.move_handles([(handle, motion.clone())])
+        self.move_handles(&[(handle.into(), motion.clone())])
     }
 
     /// Moves several handles at once, which may share vertices if they agree about them.
     ///
     /// # Errors
     /// As [`Self::move_handle`].
-    pub fn move_handles<H: Into<HandleId>>(
+    pub fn move_handles<H: Copy + Into<HandleId>>(
         &mut self,
-        moves: impl IntoIterator<Item = (H, Motion<T>)>,
+        moves: &[(H, Motion<T>)],
     ) -> Result<(), Error> {
         let mut handles = self.handles.clone();
         for (handle, motion) in moves {
-            let handle = handle.into();
-            if handles.set_motion(handle, motion).is_none() {
+            let handle = (*handle).into();
+            if handles.set_motion(handle, motion.clone()).is_none() {
                 return Err(self.no_such(handle));
             }
         }

@@ -334,13 +334,14 @@ mod tests {
     use nalgebra::{Point3, Rotation3, Vector3};
 
     use super::*;
+    use crate::smooth::SmoothMethod;
     use crate::smooth::{Boundary, Displacement, NormalError, Preserve, with_normal_noise};
 
     fn noisy(shape: &Shape<f64>) -> Positions<f64> {
         with_normal_noise(&shape.surface(), 0.02, 3)
     }
 
-    fn by(method: Smoother) -> SmoothOptions {
+    fn by(method: SmoothMethod) -> SmoothOptions {
         SmoothOptions {
             method,
             ..SmoothOptions::default()
@@ -372,7 +373,7 @@ mod tests {
     #[test]
     fn a_plane_stays_a_plane() {
         let shape = bumpy_plane::<f64>([2.0, 1.0], [20, 10], 0.0);
-        for method in Smoother::ALL {
+        for method in SmoothMethod::ALL {
             let x = run(&shape, &shape.positions, &by(*method));
             assert!(x.values().all(|p| p.z.abs() < 1e-12), "{}", method.name());
         }
@@ -381,7 +382,7 @@ mod tests {
     #[test]
     fn no_iteration_changes_nothing() {
         let shape = torus::<f64>(1.0, 0.4, 20, 12);
-        for method in Smoother::ALL {
+        for method in SmoothMethod::ALL {
             let options = SmoothOptions {
                 iterations: Some(0),
                 preserve: Preserve::Volume,
@@ -397,8 +398,8 @@ mod tests {
         let x = noisy(&shape);
         let turn = Rotation3::new(Vector3::new(0.3, -1.1, 0.7));
         let moved = |p: &Point3<f64>| turn * p * 3.5 + Vector3::new(5.0, -2.0, 1.0);
-        for method in Smoother::ALL {
-            if *method == Smoother::Paper {
+        for method in SmoothMethod::ALL {
+            if *method == SmoothMethod::Paper {
                 // Not a fixed point iteration that settles: rounding grows in it.
                 continue;
             }
@@ -427,10 +428,10 @@ mod tests {
             y[VertexId::new(number(v.index()))] = *p;
         }
         for method in [
-            Smoother::Anchored,
-            Smoother::Curvature,
-            Smoother::Feature,
-            Smoother::FeatureEdges,
+            SmoothMethod::Anchored,
+            SmoothMethod::Curvature,
+            SmoothMethod::Feature,
+            SmoothMethod::FeatureEdges,
         ] {
             let options = by(method);
             let after = run(&shape, &x, &options);
@@ -449,7 +450,7 @@ mod tests {
         let x = noisy(&shape);
         let rest = shape.surface();
         let error = |x: &Positions<f64>| NormalError::measure(&rest, &rest.with_positions(x)).mean;
-        for method in [Smoother::Curvature, Smoother::Anchored] {
+        for method in [SmoothMethod::Curvature, SmoothMethod::Anchored] {
             let options = SmoothOptions {
                 preserve: Preserve::Volume,
                 ..by(method)
@@ -484,7 +485,7 @@ mod tests {
         let options = SmoothOptions {
             max_displacement: Some(0.015),
             preserve: Preserve::Volume,
-            ..by(Smoother::Anchored)
+            ..by(SmoothMethod::Anchored)
         };
         let smoothed = run(&shape, &x, &options);
         assert!(farthest(&smoothed, &x) <= 0.015 * (1.0 + 1e-12));
@@ -498,7 +499,7 @@ mod tests {
         let shape = icosphere::<f64>(3);
         let options = SmoothOptions {
             preserve: Preserve::Area,
-            ..by(Smoother::Taubin)
+            ..by(SmoothMethod::Taubin)
         };
         let smoothed = run(&shape, &shape.positions, &options);
         let area =
@@ -520,11 +521,11 @@ mod tests {
                 .map(|h| surface.halfedge_vector(h).norm())
                 .sum()
         };
-        let fixed = run(&shape, &x, &by(Smoother::Curvature));
+        let fixed = run(&shape, &x, &by(SmoothMethod::Curvature));
         assert_eq!(rim(&fixed), rim(&x));
         let options = SmoothOptions {
             boundary: Boundary::Free,
-            ..by(Smoother::Curvature)
+            ..by(SmoothMethod::Curvature)
         };
         let free = run(&shape, &x, &options);
         assert!((rim(&free) / rim(&x) - 1.0).abs() < 0.05);
@@ -540,7 +541,7 @@ mod tests {
             &shape.mesh,
             &shape.positions,
             &handles,
-            &by(Smoother::Anchored),
+            &by(SmoothMethod::Anchored),
         )
         .unwrap();
         assert_eq!(smoothed.positions[top], goal);
@@ -551,7 +552,7 @@ mod tests {
         let shape = torus::<f64>(1.0, 0.4, 40, 20);
         let x = noisy(&shape);
         let single = x.map(|p| p.cast::<f32>());
-        let options = by(Smoother::Curvature);
+        let options = by(SmoothMethod::Curvature);
         let double = run(&shape, &x, &options);
         let result = smooth(&shape.mesh, &single, &Handles::new(), &options).unwrap();
         let result = result.positions.map(|p| p.cast::<f64>());

@@ -65,7 +65,7 @@ impl<T: Scalar> Morph<T> {
         Ok(Self {
             end: end.resample(end_shape, start.positions())?,
             start: start_shape.clone(),
-            mesh: start.mesh().clone(),
+            mesh: HalfedgeMesh::clone(start.mesh()),
         })
     }
 

@@ -64,11 +64,10 @@ impl<T: Scalar> SphereMap<T> {
     }
 
     /// Moves one vertex by its rounding.
-    fn with_vertex_at(self, vertex: VertexId, place: Vector3<f64>) -> Result<Self, SphereError> {
-        let mesh = self.mesh();
-        let mut positions = self.into_positions();
+    fn with_vertex_at(&self, vertex: VertexId, place: Vector3<f64>) -> Result<Self, SphereError> {
+        let mut positions = self.positions().clone();
         positions[vertex] = place.map(T::of_f64).into();
-        Self::new(mesh, positions)
+        self.with_positions(positions)
     }
 }
 
