@@ -34,7 +34,7 @@ pub use build_error::BuildError;
 pub use circulate::{BoundaryLoop, FaceHalfedges, IncomingHalfedges, OutgoingHalfedges};
 pub use edit::{EditError, Renumbering};
 pub use ids::{EdgeId, FaceId, HalfedgeId, Id, VertexId};
-pub use map::{DenseMap, EdgeMap, FaceMap, HalfedgeMap, VertexMap};
+pub use map::{DenseMap, EdgeMap, FaceMap, HalfedgeMap, Pairs, VertexMap};
 pub use mesh::HalfedgeMesh;
 pub use topology::{ComponentTopology, Components};
 pub use validate::ValidateError;
