@@ -91,7 +91,9 @@ pub(super) fn edit(draw: &mut Draw<'_>, mesh: &mut HalfedgeMesh) -> Result<(), (
     };
     let halfedges = mesh.num_halfedges();
     let result = match kind {
-        0 => mesh.flip_edge(EdgeId::new(pick(mesh.num_edges()))),
+        0 => mesh
+            .flip_edge(EdgeId::new(pick(mesh.num_edges())))
+            .map(drop),
         1 => mesh
             .split_edge(EdgeId::new(pick(mesh.num_edges())))
             .map(drop),

@@ -32,7 +32,9 @@ mod validate;
 
 pub use build_error::BuildError;
 pub use circulate::{BoundaryLoop, FaceHalfedges, IncomingHalfedges, OutgoingHalfedges};
-pub use edit::{EditError, Renumbering};
+pub use edit::{
+    ClosedFace, Collapsed, CutFace, EditError, FlippedEdge, Renumbering, SplitEdge, SplitFace,
+};
 pub use ids::{EdgeId, FaceId, HalfedgeId, Id, VertexId};
 pub use map::{DenseMap, EdgeMap, FaceMap, HalfedgeMap, Pairs, VertexMap};
 pub use mesh::HalfedgeMesh;
