@@ -3,8 +3,8 @@
 use std::ops::ControlFlow;
 
 use cotan_flow::{Flow, Report, Schedule, Start, StepReport};
-use cotan_geometry::{Positions, Scalar};
-use cotan_halfedge::{HalfedgeMesh, VertexId};
+use cotan_geometry::{Positions, Scalar, Surface};
+use cotan_halfedge::VertexId;
 use nalgebra::{Matrix4, Point3};
 
 use crate::error::Error;
@@ -20,17 +20,17 @@ use crate::unmoved::Unmoved;
 ///
 /// let shape = cotan::shapes::icosphere::<f64>(2);
 /// let (bottom, top) = (VertexId::new(0), VertexId::new(3));
-/// let handles = Handles::new().fix([bottom]).move_to(top, shape.positions[top]);
+/// let handles = Handles::new().fix([bottom]).move_to(top, shape.positions()[top]);
 /// let mut session =
-///     Session::new(&shape.mesh, &shape.positions, &handles, &DeformOptions::default())?;
+///     Session::new(&shape, &handles, &DeformOptions::default())?;
 /// for frame in 1..=5 {
-///     let pulled = shape.positions[top] * (1.0 + 0.1 * f64::from(frame));
+///     let pulled = shape.positions()[top] * (1.0 + 0.1 * f64::from(frame));
 ///     session.move_handle(1, &Motion::To(vec![pulled]))?;
 ///     session.step()?;
 /// }
 /// let report = session.run()?;
 /// assert_eq!(report.stop, StopReason::Converged);
-/// assert_eq!(session.positions()[top], shape.positions[top] * 1.5);
+/// assert_eq!(session.positions()[top], shape.positions()[top] * 1.5);
 /// # Ok::<(), cotan::Error>(())
 /// ```
 #[derive(Debug)]
@@ -44,17 +44,18 @@ pub struct Session<'m, T: Scalar> {
 }
 
 impl<'m, T: Scalar> Session<'m, T> {
-    /// Assembles and factorizes the system of `mesh` with `handles`.
+    /// Assembles and factorizes the system of `surface` with `handles`.
     ///
     /// # Errors
     /// [`Error`] for a mesh that is no surface, and for handles that do not exist, contradict each
     /// other or leave a component of the mesh free.
     pub fn new(
-        mesh: &'m HalfedgeMesh,
-        positions: &'m Positions<T>,
+        surface: impl Into<Surface<'m, T>>,
         handles: &Handles<T>,
         options: &DeformOptions,
     ) -> Result<Self, Error> {
+        let surface = surface.into();
+        let (mesh, positions) = (surface.mesh(), surface.positions());
         let resolved = handles.resolve(positions)?;
         let flow = Flow::builder(mesh, positions)
             .scheme(options.scheme.scheme())
@@ -249,8 +250,7 @@ mod tests {
             tolerance: 1e-8,
             ..DeformOptions::default()
         };
-        let mut session =
-            Session::new(&shape.mesh, &shape.positions, &handles, &options).expect("a session");
+        let mut session = Session::new(shape.surface(), &handles, &options).expect("a session");
         let _ = session.run().expect("a run");
         let first = session.positions();
 

@@ -165,7 +165,7 @@ mod tests {
         #[test]
         fn one_pass_measures_what_loops_over_triangles_measure(shape in surfaces()) {
             let surface = shape.surface();
-            let (mesh, n) = (&shape.mesh, shape.positions.len());
+            let (mesh, n) = (shape.connectivity(), shape.positions().len());
             let rings = OneRings::new(mesh);
             let zeros = || VertexMap::filled(n, Vector3::zeros());
             let (mut laplacian, mut normals, mut area_vectors) = (zeros(), zeros(), zeros());
@@ -173,7 +173,7 @@ mod tests {
             let scheme = Cotangent::default();
             Fans::new(mesh, &rings).measure(
                 &rings,
-                &shape.positions,
+                shape.positions(),
                 Quantities::ALL,
                 scheme.area_floor,
                 Output {
@@ -186,7 +186,7 @@ mod tests {
             let mut weights = cotan_halfedge::HalfedgeMap::filled(mesh.num_halfedges(), 0.0);
             scheme.weights(&surface, &mut weights)?;
             let mut expected = zeros();
-            apply_weights(&rings, &weights, &shape.positions, &mut expected);
+            apply_weights(&rings, &weights, shape.positions(), &mut expected);
             let (by_face, normals_by_face) = (one_ring_areas(&surface), vertex_normals(&surface));
             let vectors_by_face = vertex_area_vectors(&surface);
             let largest = weights.values().fold(1.0f64, |m, w| m.max(w.abs()));
@@ -204,8 +204,8 @@ mod tests {
     #[test]
     fn what_is_not_wanted_is_left_alone() {
         let shape = icosphere::<f64>(1);
-        let n = shape.positions.len();
-        let rings = OneRings::new(&shape.mesh);
+        let n = shape.positions().len();
+        let rings = OneRings::new(shape.connectivity());
         let marked = VertexMap::filled(n, Vector3::repeat(7.0));
         let (mut laplacian, mut normals, mut vectors) =
             (marked.clone(), marked.clone(), marked.clone());
@@ -214,9 +214,9 @@ mod tests {
             areas: true,
             ..Quantities::NONE
         };
-        Fans::new(&shape.mesh, &rings).measure(
+        Fans::new(shape.connectivity(), &rings).measure(
             &rings,
-            &shape.positions,
+            shape.positions(),
             wanted,
             0.0,
             Output {

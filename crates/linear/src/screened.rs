@@ -129,12 +129,12 @@ mod tests {
     #[test]
     fn the_solution_fulfils_the_equation_before_and_after_new_numbers() {
         let shape = icosphere::<f64>(3);
-        let n = shape.positions.len();
+        let n = shape.positions().len();
         let operator = Operator::assemble(&Cotangent::default(), &shape.surface()).unwrap();
         let mut diagonal: Vec<f64> = (0..n).map(|i| 1.0 + (i % 7) as f64).collect();
         let mut system = ScreenedSystem::factor(&operator, &diagonal).unwrap();
         for _ in 0..2 {
-            let rhs = shape.positions.map(|p| p.coords);
+            let rhs = shape.positions().map(|p| p.coords);
             let mut x = rhs.clone();
             system.solve(&mut x);
             let points = x.map(|x| Point3::from(*x));

@@ -172,7 +172,7 @@ mod tests {
     #[test]
     fn weights_without_a_row_scale_are_general() {
         let shape = cotan_geometry::shapes::tetrahedron::<f64>();
-        let rings = OneRings::new(&shape.mesh);
+        let rings = OneRings::new(shape.connectivity());
         let forward = |k: usize, i: usize| {
             if rings.neighbours()[k].index() > i {
                 2.0

@@ -34,7 +34,7 @@ fn fair(repaired: &mut Repaired) -> Result<(), Box<dyn std::error::Error>> {
     let processing = repaired.document.surface()?;
     let added = repaired.added_vertices.iter();
     let free: Vec<VertexId> = added.filter_map(|&v| processing.vertex(v)).collect();
-    let positions = cotan::fair(processing.mesh(), processing.positions(), &free)?;
+    let positions = cotan::fair(processing.surface(), &free)?;
     repaired.document.set_positions(&processing, &positions)?;
     Ok(())
 }

@@ -49,16 +49,15 @@ pub struct Spherical<'m, T: Scalar> {
 /// ```
 /// use cotan::sphere::{SphereOptions, spherical};
 /// let shape = cotan::shapes::creature::<f64>(48);
-/// let sphere = spherical(&shape.mesh, &shape.positions, &SphereOptions::default())?;
+/// let sphere = spherical(&shape, &SphereOptions::default())?;
 /// assert!(sphere.map.positions().values().all(|p| (p.coords.norm() - 1.0).abs() < 1e-15));
 /// # Ok::<(), cotan::sphere::SphereError>(())
 /// ```
 pub fn spherical<'m, T: Scalar>(
-    mesh: &'m HalfedgeMesh,
-    positions: &Positions<T>,
+    surface: impl Into<Surface<'m, T>>,
     options: &SphereOptions,
 ) -> Result<Spherical<'m, T>, SphereError> {
-    spherical_observed(mesh, positions, options, |_| ControlFlow::Continue(()))
+    spherical_observed(surface, options, |_| ControlFlow::Continue(()))
 }
 
 /// As [`spherical`]; the observer sees every step of an iteration and may stop it. Repairs and the
@@ -67,11 +66,12 @@ pub fn spherical<'m, T: Scalar>(
 /// # Errors
 /// As [`spherical`].
 pub fn spherical_observed<'m, T: Scalar>(
-    mesh: &'m HalfedgeMesh,
-    positions: &Positions<T>,
+    surface: impl Into<Surface<'m, T>>,
     options: &SphereOptions,
     mut observer: impl FnMut(&StepReport) -> ControlFlow<()>,
 ) -> Result<Spherical<'m, T>, SphereError> {
+    let surface = surface.into();
+    let (mesh, positions) = (surface.mesh(), surface.positions());
     options.check()?;
     check_topology(mesh)?;
     Surface::new(mesh, positions)?;

@@ -325,8 +325,7 @@ impl Editor {
                 .unwrap_or_else(|| options.method.default_iterations());
             let observer = |done| control.advance(done, of);
             let smoothed = smooth_observed(
-                mesh.mesh(),
-                &scene.shape,
+                Surface::assume_checked(mesh.mesh(), &scene.shape),
                 &Handles::new(),
                 &options,
                 &observer,
@@ -354,8 +353,7 @@ impl Editor {
             let options = DetailOptions::default();
             let observer = |done| control.advance(done, options.iterations);
             let edited = edit_detail_observed(
-                mesh.mesh(),
-                &scene.shape,
+                Surface::assume_checked(mesh.mesh(), &scene.shape),
                 &Handles::new(),
                 &edit,
                 &options,
@@ -381,8 +379,12 @@ impl Editor {
             let observer = |step: &cotan::flow::StepReport| {
                 control.advance(step.iteration.min(options.iteration_limit), 0)
             };
-            let made = spherical_observed(mesh.mesh(), &source, &options, observer)
-                .map_err(|e| TaskError::Failed(e.to_string()))?;
+            let made = spherical_observed(
+                Surface::assume_checked(mesh.mesh(), &source),
+                &options,
+                observer,
+            )
+            .map_err(|e| TaskError::Failed(e.to_string()))?;
             if control.advance(0, 0) == ControlFlow::Break(()) {
                 return Err(TaskError::Cancelled);
             }
@@ -395,8 +397,8 @@ impl Editor {
                 quality.area_distortion.mean.exp()
             );
             Ok(TaskResult::Mapped {
-                source,
                 map: made.map.into_positions(),
+                source,
                 report,
             })
         });

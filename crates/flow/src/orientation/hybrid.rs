@@ -373,17 +373,23 @@ mod tests {
     #[test]
     fn the_energy_is_that_of_the_wide_cells() {
         let shape = torus::<f64>(1.0, 0.4, 12, 7);
-        let n = shape.positions.len();
+        let n = shape.positions().len();
         let schemes: [&dyn LaplacianScheme<f64>; 2] = [&Cotangent::default(), &Tutte];
         for scheme in schemes {
             let operator = Operator::assemble(scheme, &shape.surface()).unwrap();
-            let rest = Rest::new(&shape.mesh, shape.positions.clone(), operator, 1.0).unwrap();
+            let rest = Rest::new(
+                shape.connectivity(),
+                shape.positions().clone(),
+                operator,
+                1.0,
+            )
+            .unwrap();
             let mut hybrid = Hybrid::new(0.3);
             let mu = hybrid.prepare(&rest);
             let bend = |p: &nalgebra::Point3<f64>| {
                 nalgebra::Point3::new(p.x + p.y * p.z, p.y - 0.3 * p.x * p.x, 1.2 * p.z)
             };
-            let positions = shape.positions.map(bend);
+            let positions = shape.positions().map(bend);
             let measured = Measured::new(&rest);
             let state = FlowState::new(&rest, &positions, &measured, 1);
             let mut out = rest.laplacian().clone();
@@ -396,7 +402,7 @@ mod tests {
                 let is_near = i == j || rings.ring(j).any(|(k, _)| k.index() == i);
                 if is_near { cell_share(rings, j) } else { 0.0 }
             };
-            let mesh = &shape.mesh;
+            let mesh = shape.connectivity();
             let of_vertex = |j: usize, r: Matrix3<f64>| {
                 let now = rest.operator().apply_at(&positions, j);
                 let mut sum =
