@@ -1,7 +1,7 @@
 //! Repairs, with holes that are filled smoothly.
 
 use cotan::halfedge::VertexId;
-use cotan_io::{Document, IoError, Repair, Repaired};
+use cotan_io::{Cure, Document, IoError, Repair, Repaired};
 
 /// A repaired document, and what became of the patches in it.
 #[derive(Clone, Debug)]
@@ -28,6 +28,21 @@ pub fn mend(repair: &Repair, document: &Document) -> Result<Mended, IoError> {
         unfair = Some(problem.to_string());
     }
     Ok(Mended { repaired, unfair })
+}
+
+/// The option of `cotan repair` that makes one repair.
+pub fn option(cure: Cure) -> &'static str {
+    match cure {
+        Cure::Weld => "--weld",
+        Cure::DropDegenerate => "--drop-degenerate",
+        Cure::DropZeroArea => "--drop-zero-area",
+        Cure::DropDuplicates => "--drop-duplicates",
+        Cure::Orient => "--orient",
+        Cure::SplitVertices => "--split-vertices",
+        Cure::SplitEdges => "--split-edges",
+        Cure::FillHoles => "--fill-holes",
+        Cure::Compact => "--compact",
+    }
 }
 
 fn fair(repaired: &mut Repaired) -> Result<(), Box<dyn std::error::Error>> {
