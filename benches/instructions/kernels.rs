@@ -9,7 +9,7 @@ use cotan::geometry::vertex_normals;
 use cotan::laplacian::{Cotangent, OneRings, Operator};
 use cotan::linear::PreparedSystem;
 use cotan::prelude::*;
-use cotan::shapes::Shape;
+use cotan::Mesh;
 use cotan_instructions::{
     Solve, faces, hybrid_flow, operator, prepare, rotation_flow, shape, solve_setup,
 };
@@ -23,20 +23,20 @@ fn halfedge_build((num_vertices, faces): (usize, Vec<[u32; 3]>)) -> HalfedgeMesh
 
 #[library_benchmark]
 #[bench::irregular(shape())]
-fn one_rings(shape: Shape<f64>) -> OneRings {
-    OneRings::new(black_box(&shape.mesh))
+fn one_rings(shape: Mesh<f64>) -> OneRings {
+    OneRings::new(black_box(shape.connectivity()))
 }
 
 #[library_benchmark]
 #[bench::irregular(shape())]
-fn weights_and_assembly(shape: Shape<f64>) -> Operator<f64> {
+fn weights_and_assembly(shape: Mesh<f64>) -> Operator<f64> {
     let surface = shape.surface();
     Operator::assemble(&Cotangent::default(), black_box(&surface)).expect("finite weights")
 }
 
 #[library_benchmark]
 #[bench::irregular(shape())]
-fn normals(shape: Shape<f64>) -> VertexMap<Vector3<f64>> {
+fn normals(shape: Mesh<f64>) -> VertexMap<Vector3<f64>> {
     vertex_normals(black_box(&shape.surface()))
 }
 

@@ -4,34 +4,35 @@ use cotan::flow::{BestRotation, Flow, FlowBuilder, Hybrid};
 use cotan::laplacian::{Cotangent, Operator};
 use cotan::linear::{Defect, Handle, Membrane, PreparedSystem};
 use cotan::prelude::*;
-use cotan::shapes::{Numbering, Shape, irregular};
+use cotan::Mesh;
+use cotan::shapes::{Numbering, irregular};
 
 /// The mesh, its numbers at random: caches hold it in any order.
-pub fn shape() -> Shape<f64> {
+pub fn shape() -> Mesh<f64> {
     irregular(2_562, Numbering::Random, 1)
 }
 
 /// Number of vertices and faces.
 pub fn faces() -> (usize, Vec<[u32; 3]>) {
     let shape = shape();
-    let corners = |f| shape.mesh.triangle(f).map(|v| v.index() as u32);
+    let corners = |f| shape.connectivity().triangle(f).map(|v| v.index() as u32);
     (
-        shape.positions.len(),
-        shape.mesh.faces().map(corners).collect(),
+        shape.positions().len(),
+        shape.connectivity().faces().map(corners).collect(),
     )
 }
 
 /// A flow whose handles have moved and that has made two steps.
 pub fn flow(choose: impl FnOnce(FlowBuilder<f64>) -> FlowBuilder<f64>) -> Flow<f64> {
     let shape = shape();
-    let held = handles().map(|h| (h, shape.positions[h.vertex]));
-    let mut flow = choose(Flow::builder(&shape.mesh, &shape.positions))
+    let held = handles().map(|h| (h, shape.positions()[h.vertex]));
+    let mut flow = choose(Flow::builder(shape.connectivity(), shape.positions()))
         .handles(held)
         .tolerance(0.0)
         .build()
         .expect("a closed surface with handles");
     let moved: Vec<_> = handles()
-        .map(|h| (h.vertex, shape.positions[h.vertex] * 1.1))
+        .map(|h| (h.vertex, shape.positions()[h.vertex] * 1.1))
         .collect();
     flow.move_handles(&moved).expect("these are handles");
     for _ in 0..2 {

@@ -37,13 +37,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         )
     };
     let shape = irregular::<f64>(size, Numbering::Natural, 6);
-    told(&format!("{} vertices made", shape.positions.len()));
+    told(&format!("{} vertices made", shape.positions().len()));
     // Five outermost points are held, the sixth is pulled outwards by a fifth of its distance.
     let handles: Vec<(Handle, Point3<f64>)> = AXES
         .iter()
         .filter_map(|axis| {
             let along = |p: &Point3<f64>| p.coords.dot(&Vector3::from(*axis));
-            let farthest = shape.positions.iter();
+            let farthest = shape.positions().iter();
             let (vertex, p) = farthest.max_by(|a, b| along(a.1).total_cmp(&along(b.1)))?;
             let factor = if axis[2] > 0.5 { 1.2 } else { 1.0 };
             Some((Handle::hard(vertex), Point3::from(p.coords * factor)))
@@ -55,7 +55,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         ..DeformOptions::default()
     };
     let mut flow = options
-        .apply(Flow::builder(&shape.mesh, &shape.positions))
+        .apply(Flow::builder(shape.connectivity(), shape.positions()))
         .handles(handles)
         .build()?;
     told(&format!(

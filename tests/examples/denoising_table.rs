@@ -54,8 +54,12 @@ fn row(name: &str, clean: &Surface<'_, f64>, noisy: &Positions<f64>) {
             iterations,
             ..SmoothOptions::default()
         };
-        let smoothed =
-            smooth(clean.mesh(), noisy, &Handles::new(), &options).expect("models smooth");
+        let smoothed = smooth(
+            Surface::assume_checked(clean.mesh(), noisy),
+            &Handles::new(),
+            &options,
+        )
+        .expect("models smooth");
         let ratio = volume(&clean.with_positions(&smoothed.positions)) / before;
         print!(" {:.2} ({ratio:.4}) |", error(&smoothed.positions));
     }
@@ -75,7 +79,7 @@ fn times() {
                     ..SmoothOptions::default()
                 };
                 let clock = Instant::now();
-                let result = smooth(mesh.mesh(), mesh.positions(), &Handles::new(), &options);
+                let result = smooth(mesh.surface(), &Handles::new(), &options);
                 result.expect("models smooth");
                 clock.elapsed().as_secs_f64()
             };

@@ -36,7 +36,7 @@ fn main() {
         let name = format!("icosphere {level}");
         if is_wanted(&name) {
             let shape = icosphere::<f64>(level);
-            table(&name, &shape.mesh, &shape.positions);
+            table(&name, shape.connectivity(), shape.positions());
         }
     }
 }

@@ -30,9 +30,9 @@ fn main() -> Result<(), Box<dyn Error>> {
             Ok(size) => {
                 for (order, name) in [(Order::Natural, "natural"), (Order::Random, "random")] {
                     let shape = irregular::<f64>(size, order, 6);
-                    let document = Document::from_mesh(&shape.mesh, &shape.positions)?;
+                    let document = Document::from_mesh(shape.connectivity(), shape.positions())?;
                     report(
-                        &format!("{} vertices, {name}", shape.positions.len()),
+                        &format!("{} vertices, {name}", shape.positions().len()),
                         &document,
                     )?;
                 }

@@ -75,7 +75,11 @@ fn rows(case: &Case) {
 
 fn run(case: &Case, method: &str, options: &DeformOptions) {
     let start = Instant::now();
-    match deform(case.mesh.mesh(), &case.positions, &case.handles, options) {
+    match deform(
+        Surface::assume_checked(case.mesh.mesh(), &case.positions),
+        &case.handles,
+        options,
+    ) {
         Ok(Deformed {
             positions, report, ..
         }) => {

@@ -15,8 +15,7 @@ fn main() {
     let mut arguments = std::env::args().skip(1);
     let rounds: usize = arguments.next().and_then(|n| n.parse().ok()).unwrap_or(3);
     let authalic: f64 = arguments.next().and_then(|x| x.parse().ok()).unwrap_or(0.0);
-    let shape = creature::<f64>(110);
-    let (mut mesh, mut positions) = (shape.mesh, shape.positions);
+    let (mut mesh, mut positions) = creature::<f64>(110).into_parts();
     for _ in 0..rounds {
         (mesh, positions) = subdivide(&mesh, &positions);
     }
@@ -26,7 +25,7 @@ fn main() {
         authalic,
         ..SphereOptions::default()
     };
-    let done = spherical(&mesh, &positions, &options).expect("a map");
+    let done = spherical(Surface::assume_checked(&mesh, &positions), &options).expect("a map");
     let seconds = clock.elapsed().as_secs_f64();
     println!("{seconds:.1} s, peak {}, {:?}", peak(), done.report);
     let surface = Surface::new(&mesh, &positions).expect("a surface");

@@ -47,11 +47,19 @@ fn row(name: &str, runs: usize) {
     for _ in 0..runs {
         times[0].push(seconds(|| unit(connectivity, positions)));
         times[1].push(seconds(|| {
-            black_box(spherical(connectivity, positions, &robust)).ok();
+            black_box(spherical(
+                Surface::assume_checked(connectivity, positions),
+                &robust,
+            ))
+            .ok();
         }));
         times[2].push(seconds(|| whole(&path)));
         times[3].push(seconds(|| {
-            black_box(spherical(connectivity, positions, &cmcf)).ok();
+            black_box(spherical(
+                Surface::assume_checked(connectivity, positions),
+                &cmcf,
+            ))
+            .ok();
         }));
     }
     let [unit, robust, whole, cmcf] = times.map(median);
@@ -83,7 +91,7 @@ fn unit(mesh: &HalfedgeMesh, positions: &Positions<f64>) {
 fn whole(path: &std::path::Path) {
     let mut document = cotan_io::load(path).expect("a model loads");
     let mesh = document.surface().expect("a model is a manifold");
-    let done = spherical(mesh.mesh(), mesh.positions(), &SphereOptions::default());
+    let done = spherical(mesh.surface(), &SphereOptions::default());
     let done = done.expect("a map");
     document
         .set_positions(&mesh, done.map.positions())

@@ -12,7 +12,7 @@
 //! strategies, over the largest correction.
 
 use cotan::flow::Flow;
-use cotan::geometry::{Shape, shapes};
+use cotan::geometry::{Mesh, shapes};
 use cotan::laplacian::{Cotangent, LaplacianScheme, Operator, Tutte};
 use cotan::linear::{Defect, Membrane, PreparedSystem, Strategy, SystemOptions};
 use cotan::prelude::*;
@@ -44,14 +44,14 @@ fn main() {
         let surface = document.surface().expect("a model is a manifold");
         table(name, surface.mesh(), surface.positions(), handles, runs);
     }
-    let Shape { mesh, positions } = rough_torus(500, 200);
+    let (mesh, positions) = rough_torus(500, 200).into_parts();
     table("torus", &mesh, &positions, handles, runs);
 }
 
 /// A torus whose vertices are moved about, so that no two triangles are alike.
-fn rough_torus(around: usize, across: usize) -> Shape<f64> {
+fn rough_torus(around: usize, across: usize) -> Mesh<f64> {
     let mut shape = shapes::torus::<f64>(1.0, 0.4, around, across);
-    for (i, p) in shape.positions.values_mut().enumerate() {
+    for (i, p) in shape.positions_mut().iter_mut().enumerate() {
         let t = i as f64;
         *p += Vector3::new(t.sin(), (1.7 * t).cos(), (2.3 * t).sin()) * 0.002;
     }

@@ -70,14 +70,18 @@ pub fn halfedge_edits(data: &[u8]) {
 
 pub(super) fn start(draw: &mut Draw<'_>) -> HalfedgeMesh {
     match draw.below(5) {
-        0 => shapes::tetrahedron::<f64>().mesh,
-        1 => shapes::icosphere::<f64>(1).mesh,
-        2 => shapes::torus::<f64>(1.0, 0.4, 4, 3).mesh,
-        3 => shapes::bumpy_plane::<f64>([1.0, 1.0], [3, 4], 0.1).mesh,
+        0 => shapes::tetrahedron::<f64>().into_parts().0,
+        1 => shapes::icosphere::<f64>(1).into_parts().0,
+        2 => shapes::torus::<f64>(1.0, 0.4, 4, 3).into_parts().0,
+        3 => {
+            shapes::bumpy_plane::<f64>([1.0, 1.0], [3, 4], 0.1)
+                .into_parts()
+                .0
+        }
         _ => {
             let (num_vertices, faces) = faces(draw, 12);
             HalfedgeMesh::from_faces(num_vertices, &faces)
-                .unwrap_or_else(|_| shapes::tetrahedron::<f64>().mesh)
+                .unwrap_or_else(|_| shapes::tetrahedron::<f64>().into_parts().0)
         }
     }
 }
@@ -91,7 +95,9 @@ pub(super) fn edit(draw: &mut Draw<'_>, mesh: &mut HalfedgeMesh) -> Result<(), (
     };
     let halfedges = mesh.num_halfedges();
     let result = match kind {
-        0 => mesh.flip_edge(EdgeId::new(pick(mesh.num_edges()))),
+        0 => mesh
+            .flip_edge(EdgeId::new(pick(mesh.num_edges())))
+            .map(drop),
         1 => mesh
             .split_edge(EdgeId::new(pick(mesh.num_edges())))
             .map(drop),

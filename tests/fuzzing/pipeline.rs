@@ -62,7 +62,9 @@ fn deform_by<T: Scalar>(mut document: Document, options: &DeformOptions) {
         .fix([fixed])
         .fix(anchors)
         .move_to(held, target);
-    let Ok(mut session) = Session::new(mesh, &positions, &handles, options) else {
+    let Ok(mut session) =
+        Session::new(Surface::assume_checked(mesh, &positions), &handles, options)
+    else {
         return;
     };
     let Ok(report) = session.run() else { return };

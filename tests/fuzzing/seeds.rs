@@ -90,8 +90,9 @@ fn documents() -> Vec<(&'static str, Document)> {
     let pyramid = tetrahedron::<f64>();
     // Of a valence at which rows are cut into pieces and fans are searched by their angle.
     let hubs = bipyramid::<f64>(150);
-    let of = |shape: &cotan::shapes::Shape<f64>| {
-        Document::from_mesh(&shape.mesh, &shape.positions).unwrap_or_else(|error| panic!("{error}"))
+    let of = |shape: &cotan::Mesh<f64>| {
+        Document::from_mesh(shape.connectivity(), shape.positions())
+            .unwrap_or_else(|error| panic!("{error}"))
     };
     vec![
         ("sphere", of(&sphere)),

@@ -44,7 +44,7 @@ fn map<T: Scalar>(mesh: &HalfedgeMesh, positions: &Positions<T>, options: &Spher
         && mesh.is_triangle_mesh()
         && mesh.is_closed()
         && mesh.genus() == 0;
-    match spherical(mesh, positions, options) {
+    match spherical(Surface::assume_checked(mesh, positions), options) {
         Ok(done) => {
             assert!(is_sphere && is_finite);
             assert_eq!(done.map.degree().round(), 1.0);

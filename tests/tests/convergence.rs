@@ -11,7 +11,12 @@ fn converges_without_folds(case: &Case) {
         iteration_limit: 60,
         ..DeformOptions::default()
     };
-    let deformed = deform(mesh, &case.positions, &case.handles, &options).expect("the case runs");
+    let deformed = deform(
+        Surface::assume_checked(mesh, &case.positions),
+        &case.handles,
+        &options,
+    )
+    .expect("the case runs");
     assert_eq!(deformed.report.stop, StopReason::Converged, "{}", case.name);
     let rest = Surface::new(mesh, &case.positions).expect("a surface");
     let quality =
@@ -55,7 +60,7 @@ fn bend_benchmarks() {
 }
 
 /// Ends of a shape along x: the low one stays, the high one is moved.
-fn ends(shape: &cotan_geometry::Shape<f64>, reach: f64, motion: Matrix4<f64>) -> Handles<f64> {
+fn ends(shape: &cotan_geometry::Mesh<f64>, reach: f64, motion: Matrix4<f64>) -> Handles<f64> {
     let surface = shape.surface();
     let low = surface.vertices_where(|p| p.x < -reach);
     let high = surface.vertices_where(|p| p.x > reach);
@@ -105,7 +110,7 @@ fn sample_shapes() {
             iteration_limit: 60,
             ..DeformOptions::default()
         };
-        let deformed = deform(&shape.mesh, &shape.positions, &handles, &options).expect("deforms");
+        let deformed = deform(shape.surface(), &handles, &options).expect("deforms");
         assert_eq!(deformed.report.stop, StopReason::Converged, "{name}");
         let surface = shape.surface();
         let quality = Quality::measure(&surface, &surface.with_positions(&deformed.positions))

@@ -1,18 +1,18 @@
 //! Bad input gets one clear error, or the right result; never a panic, never NaN.
 
 use cotan::prelude::*;
-use cotan_geometry::{Shape, bounding_box};
+use cotan_geometry::{Mesh, bounding_box};
 
 fn options() -> DeformOptions {
     DeformOptions::default()
 }
 
 /// An icosphere with its lowest vertices fixed and its highest one pulled up.
-fn pulled(scale: f64, offset: Vector3<f64>) -> (Shape<f64>, Handles<f64>) {
+fn pulled(scale: f64, offset: Vector3<f64>) -> (Mesh<f64>, Handles<f64>) {
     let mut shape = cotan::shapes::icosphere::<f64>(3);
     shape
-        .positions
-        .values_mut()
+        .positions_mut()
+        .iter_mut()
         .for_each(|p| *p = *p * scale + offset);
     let z = offset.z;
     let surface = shape.surface();
@@ -23,8 +23,8 @@ fn pulled(scale: f64, offset: Vector3<f64>) -> (Shape<f64>, Handles<f64>) {
     (shape, handles)
 }
 
-fn refusal(shape: &Shape<f64>, handles: &Handles<f64>) -> String {
-    match deform(&shape.mesh, &shape.positions, handles, &options()) {
+fn refusal(shape: &Mesh<f64>, handles: &Handles<f64>) -> String {
+    match deform(shape.surface(), handles, &options()) {
         Ok(deformed) => panic!("not refused: {:?}", deformed.report),
         Err(error) => error.to_string(),
     }
@@ -43,8 +43,8 @@ fn assert_says(message: &str, words: &[&str]) {
 fn nan_and_infinite_coordinates() {
     for bad in [f64::NAN, f64::INFINITY] {
         let (mut shape, handles) = pulled(1.0, Vector3::zeros());
-        shape.positions[VertexId::new(17)].y = bad;
-        let error = deform(&shape.mesh, &shape.positions, &handles, &options())
+        shape.positions_mut()[17].y = bad;
+        let error = deform(shape.surface(), &handles, &options())
             .map(|_| ())
             .expect_err("refused")
             .to_string();
@@ -56,10 +56,14 @@ fn nan_and_infinite_coordinates() {
 fn an_empty_mesh() {
     let mesh = HalfedgeMesh::default();
     let positions = Positions::<f64>::default();
-    let error = deform(&mesh, &positions, &Handles::new(), &options())
-        .map(|_| ())
-        .expect_err("refused")
-        .to_string();
+    let error = deform(
+        Surface::assume_checked(&mesh, &positions),
+        &Handles::new(),
+        &options(),
+    )
+    .map(|_| ())
+    .expect_err("refused")
+    .to_string();
     assert_says(&error, &["no faces"]);
 }
 
@@ -70,9 +74,13 @@ fn a_polygon() {
         .map(|i| Point3::new(f64::from(i), f64::from(i * i), 0.0))
         .collect();
     let handles = Handles::new().fix([VertexId::new(0)]);
-    let error = deform(&mesh, &positions, &handles, &options())
-        .map(|_| ())
-        .expect_err("refused");
+    let error = deform(
+        Surface::assume_checked(&mesh, &positions),
+        &handles,
+        &options(),
+    )
+    .map(|_| ())
+    .expect_err("refused");
     assert_says(&error.to_string(), &["face 0", "4 corners", "triangulate"]);
 }
 
@@ -123,7 +131,7 @@ fn handles_that_cannot_be() {
 fn settings_out_of_range() {
     let (shape, handles) = pulled(1.0, Vector3::zeros());
     let refused = |options: DeformOptions| {
-        deform(&shape.mesh, &shape.positions, &handles, &options)
+        deform(shape.surface(), &handles, &options)
             .map(|_| ())
             .expect_err("refused")
             .to_string()
@@ -156,8 +164,8 @@ fn settings_out_of_range() {
 #[test]
 fn a_component_without_a_handle() {
     let one = cotan::shapes::icosphere::<f64>(1);
-    let n = one.positions.len();
-    let mut faces = one.mesh.to_faces();
+    let n = one.positions().len();
+    let mut faces = one.connectivity().to_faces();
     let shifted: Vec<Vec<u32>> = faces
         .iter()
         .map(|f| f.iter().map(|v| v + n as u32).collect())
@@ -166,12 +174,12 @@ fn a_component_without_a_handle() {
     let mesh = HalfedgeMesh::from_faces(2 * n, &faces).expect("two spheres");
     let far = Vector3::new(5.0, 0.0, 0.0);
     let positions: Positions<f64> = one
-        .positions
+        .positions()
         .values()
         .copied()
-        .chain(one.positions.values().map(|p| p + far))
+        .chain(one.positions().values().map(|p| p + far))
         .collect();
-    let shape = Shape { mesh, positions };
+    let shape = Mesh::new(mesh, positions).expect("a surface");
     let handles = Handles::new().fix([VertexId::new(0), VertexId::new(1)]);
     assert_says(
         &refusal(&shape, &handles),
@@ -183,22 +191,22 @@ fn a_component_without_a_handle() {
         ],
     );
     // With a handle each, both move.
-    let handles = handles.move_to(VertexId::new(n), shape.positions[VertexId::new(n)] + far);
-    let deformed = deform(&shape.mesh, &shape.positions, &handles, &options()).expect("deforms");
+    let handles = handles.move_to(VertexId::new(n), shape.positions()[VertexId::new(n)] + far);
+    let deformed = deform(shape.surface(), &handles, &options()).expect("deforms");
     assert_eq!(deformed.report.stop, StopReason::Converged);
     let v = VertexId::new(n + 7);
-    assert!((deformed.positions[v] - shape.positions[v] - far).norm() < 1e-3);
+    assert!((deformed.positions[v] - shape.positions()[v] - far).norm() < 1e-3);
 }
 
 #[test]
 fn all_vertices_at_one_point() {
     let (mut shape, _) = pulled(1.0, Vector3::zeros());
     shape
-        .positions
-        .values_mut()
+        .positions_mut()
+        .iter_mut()
         .for_each(|p| *p = Point3::new(1.0, 2.0, 3.0));
     let handles = Handles::new().fix([VertexId::new(0)]);
-    let error = deform(&shape.mesh, &shape.positions, &handles, &options())
+    let error = deform(shape.surface(), &handles, &options())
         .map(|_| ())
         .expect_err("refused");
     assert_says(&error.to_string(), &["same point"]);
@@ -209,10 +217,14 @@ fn zero_area_faces_are_carried_along() {
     let (mut shape, handles) = pulled(1.0, Vector3::zeros());
     let free = shape.surface().vertices_where(|p| p.z.abs() < 0.1);
     for &v in free.iter().step_by(7) {
-        let neighbour = shape.mesh.one_ring(v).next().expect("a neighbour");
-        shape.positions[v] = shape.positions[neighbour];
+        let neighbour = shape
+            .connectivity()
+            .one_ring(v)
+            .next()
+            .expect("a neighbour");
+        shape.positions_mut()[v.index()] = shape.positions()[neighbour];
     }
-    let deformed = deform(&shape.mesh, &shape.positions, &handles, &options()).expect("deforms");
+    let deformed = deform(shape.surface(), &handles, &options()).expect("deforms");
     assert!(
         deformed
             .positions
@@ -245,7 +257,7 @@ fn zero_length_laplacian_coordinates() {
             orientation,
             ..options()
         };
-        let deformed = deform(&shape.mesh, &shape.positions, &handles, &options).expect("deforms");
+        let deformed = deform(shape.surface(), &handles, &options).expect("deforms");
         assert!(
             deformed
                 .positions
@@ -263,7 +275,7 @@ fn zero_length_laplacian_coordinates() {
 #[test]
 fn tiny_huge_and_distant_meshes() {
     let (shape, handles) = pulled(1.0, Vector3::zeros());
-    let reference = deform(&shape.mesh, &shape.positions, &handles, &options()).expect("deforms");
+    let reference = deform(shape.surface(), &handles, &options()).expect("deforms");
     let cases = [
         (1e-9, Vector3::zeros(), 1e-9),
         (1e9, Vector3::zeros(), 1e-9),
@@ -272,8 +284,7 @@ fn tiny_huge_and_distant_meshes() {
     ];
     for (scale, offset, tolerance) in cases {
         let (shape, handles) = pulled(scale, offset);
-        let deformed =
-            deform(&shape.mesh, &shape.positions, &handles, &options()).expect("deforms");
+        let deformed = deform(shape.surface(), &handles, &options()).expect("deforms");
         assert_eq!(deformed.report.stop, StopReason::Converged);
         for (moved, expected) in deformed
             .positions
@@ -292,8 +303,8 @@ fn tiny_huge_and_distant_meshes() {
 #[test]
 fn single_precision_agrees_with_double() {
     let (shape, handles) = pulled(1.0, Vector3::zeros());
-    let double = deform(&shape.mesh, &shape.positions, &handles, &options()).expect("deforms");
-    let positions = shape.positions.map(|p| p.map(|x| x as f32));
+    let double = deform(shape.surface(), &handles, &options()).expect("deforms");
+    let positions = shape.positions().map(|p| p.map(|x| x as f32));
     let mut single_handles = Handles::<f32>::new();
     for (vertices, lift) in handles.vertices().zip([0.0, 0.5]) {
         let targets = vertices
@@ -302,7 +313,12 @@ fn single_precision_agrees_with_double() {
             .collect();
         single_handles = single_handles.add(vertices.to_vec(), Motion::To(targets));
     }
-    let single = deform(&shape.mesh, &positions, &single_handles, &options()).expect("deforms");
+    let single = deform(
+        Surface::assume_checked(shape.connectivity(), &positions),
+        &single_handles,
+        &options(),
+    )
+    .expect("deforms");
     assert_eq!(single.report.stop, StopReason::Converged);
     let size = bounding_box(&shape.surface()).diagonal();
     for (a, b) in single.positions.values().zip(double.positions.values()) {
@@ -313,10 +329,10 @@ fn single_precision_agrees_with_double() {
 #[test]
 fn soft_handles_approach_hard_ones() {
     let (shape, handles) = pulled(1.0, Vector3::zeros());
-    let hard = deform(&shape.mesh, &shape.positions, &handles, &options()).expect("deforms");
+    let hard = deform(shape.surface(), &handles, &options()).expect("deforms");
     let miss = |weight: f64| {
         let soft = handles.clone().all_held(Hold::Soft(weight));
-        let soft = deform(&shape.mesh, &shape.positions, &soft, &options()).expect("deforms");
+        let soft = deform(shape.surface(), &soft, &options()).expect("deforms");
         assert_eq!(soft.report.stop, StopReason::Converged, "weight {weight}");
         let worst = hard.positions.values().zip(soft.positions.values());
         worst.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
@@ -334,8 +350,7 @@ fn groups_that_share_a_vertex_move_together_or_not_at_all() {
     let [a, b, c] = [3, 4, 5].map(VertexId::new);
     let lift = nalgebra::Translation3::new(0.0, 0.0, 0.3).to_homogeneous();
     let handles = Handles::new().fix([a, b]).add([b, c], Motion::Stay);
-    let mut session =
-        Session::new(&shape.mesh, &shape.positions, &handles, &options()).expect("a session");
+    let mut session = Session::new(shape.surface(), &handles, &options()).expect("a session");
     let error = session
         .transform_handle(1, lift)
         .expect_err("refused")

@@ -73,7 +73,7 @@ fn assert_near(what: &str, ours: f64, theirs: f64, tolerance: f64) {
 }
 
 fn run(mesh: &HalfedgeMesh, x: &Positions<f64>, options: SmoothOptions) -> Positions<f64> {
-    smooth(mesh, x, &Handles::new(), &options)
+    smooth(Surface::assume_checked(mesh, x), &Handles::new(), &options)
         .expect("smooths")
         .positions
 }
@@ -191,7 +191,13 @@ fn exaggeration_matches_the_reference() {
             ..DetailOptions::default()
         };
         let edit = ScaledCurvature::by(number(&case, "alpha"));
-        let x = edit_detail(connectivity, &clean, &Handles::new(), &edit, &options).expect("runs");
+        let x = edit_detail(
+            Surface::assume_checked(connectivity, &clean),
+            &Handles::new(),
+            &edit,
+            &options,
+        )
+        .expect("runs");
         let rough = |x: &Positions<f64>| {
             let angles = dihedral_angles(&rest.with_positions(x));
             let lengths = edge_lengths(&rest);
@@ -257,8 +263,12 @@ fn the_noisy_fandisk_is_cleaned() {
     };
     let rest = Surface::new(clean.mesh(), clean.positions()).expect("a surface");
     let options = SmoothOptions::default();
-    let smoothed =
-        smooth(clean.mesh(), noisy.positions(), &Handles::new(), &options).expect("smooths");
+    let smoothed = smooth(
+        Surface::assume_checked(clean.mesh(), noisy.positions()),
+        &Handles::new(),
+        &options,
+    )
+    .expect("smooths");
     assert_eq!(smoothed.method, Smoother::Feature);
     let error = |x: &Positions<f64>| NormalError::measure(&rest, &rest.with_positions(x)).mean;
     assert!((error(noisy.positions()) - 28.4).abs() < 0.1);
@@ -322,7 +332,13 @@ fn a_users_edit_runs() {
     let shape = cotan::shapes::torus::<f64>(1.0, 0.4, 40, 20);
     let x = with_normal_noise(&shape.surface(), 0.01, 4);
     let options = DetailOptions::default();
-    let y = edit_detail(&shape.mesh, &x, &Handles::new(), &Flatten, &options).expect("runs");
+    let y = edit_detail(
+        shape.surface().with_positions(&x),
+        &Handles::new(),
+        &Flatten,
+        &options,
+    )
+    .expect("runs");
     let moved = Displacement::measure(
         &shape.surface().with_positions(&x),
         &shape.surface().with_positions(&y),

@@ -25,7 +25,7 @@ fn scheme(scheme: SchemeKind) -> SphereOptions {
 }
 
 fn map(mesh: &ProcessingMesh, options: &SphereOptions) -> (Spherical<f64>, SphereQuality) {
-    let done = spherical(mesh.mesh(), mesh.positions(), options).expect("a map");
+    let done = spherical(mesh.surface(), options).expect("a map");
     let surface = Surface::new(mesh.mesh(), mesh.positions()).expect("a surface");
     let quality = SphereQuality::measure(&surface, &done.map);
     (done, quality)
@@ -187,10 +187,10 @@ fn a_fixed_curvature_collapses_as_in_the_reference() {
 /// Radii of an icosphere of radius 0.9 in four steps with κ = 1/3.
 fn collapse(measure: AreaMeasure) -> Vec<f64> {
     let shape = cotan::shapes::icosphere::<f64>(3);
-    let positions = shape.positions.map(|p| p * 0.9);
+    let positions = shape.positions().map(|p| p * 0.9);
     // In box units lengths are divided by 1.8, so that curvatures are multiplied by it.
     let size = 1.8;
-    let mut flow = Flow::builder(&shape.mesh, &positions)
+    let mut flow = Flow::builder(shape.connectivity(), &positions)
         .updater(ConstantCurvature::fixed(size / 3.0, measure))
         .projected(AlongNormal::NormalOnly, Free)
         .handles([(Handle::hard(VertexId::new(0)), positions[VertexId::new(0)])])
@@ -288,7 +288,7 @@ fn angles_are_those_of_the_conformal_flow_and_areas_are_evened_out() {
             method: SphereMethod::Cmcf,
             ..SphereOptions::default()
         };
-        if let Ok(theirs) = spherical(mesh.mesh(), mesh.positions(), &options) {
+        if let Ok(theirs) = spherical(mesh.surface(), &options) {
             let surface = Surface::new(mesh.mesh(), mesh.positions()).expect("a surface");
             let theirs = SphereQuality::measure(&surface, &theirs.map);
             let (ours, theirs) = (conformal.conformal_distortion, theirs.conformal_distortion);

@@ -5,7 +5,7 @@ use cotan::flow::nearest_rotation;
 use cotan::prelude::*;
 use cotan::shapes::{creature, icosphere};
 use cotan::sphere::{SphereOptions, SphereQuality, Spherical, spherical};
-use cotan_geometry::{Shape, testing};
+use cotan_geometry::{Mesh, testing};
 use nalgebra::{Matrix3, Rotation3};
 use proptest::prelude::*;
 
@@ -19,7 +19,7 @@ fn checked(
     positions: &Positions<f64>,
     options: &SphereOptions,
 ) -> Spherical<f64> {
-    let done = spherical(mesh, positions, options).expect("a map");
+    let done = spherical(Surface::assume_checked(mesh, positions), options).expect("a map");
     let surface = Surface::new(mesh, positions).expect("a surface");
     let quality = SphereQuality::measure(&surface, &done.map);
     assert_eq!(quality.flipped_triangles, 0);
@@ -29,9 +29,9 @@ fn checked(
 }
 
 /// An icosphere whose points are moved along their own directions or squeezed.
-fn pulled(level: u32, pull: impl Fn(Vector3<f64>) -> Vector3<f64>) -> Shape<f64> {
+fn pulled(level: u32, pull: impl Fn(Vector3<f64>) -> Vector3<f64>) -> Mesh<f64> {
     let mut shape = icosphere::<f64>(level);
-    for p in shape.positions.values_mut() {
+    for p in shape.positions_mut().iter_mut() {
         p.coords = pull(p.coords);
     }
     shape
@@ -40,7 +40,7 @@ fn pulled(level: u32, pull: impl Fn(Vector3<f64>) -> Vector3<f64>) -> Shape<f64>
 #[test]
 fn needles_pancakes_dumbbells_and_stars_have_no_flip_in_either_precision() {
     let arms: Vec<Vector3<f64>> = icosphere::<f64>(0)
-        .positions
+        .positions()
         .values()
         .map(|p| p.coords)
         .collect();
@@ -59,9 +59,12 @@ fn needles_pancakes_dumbbells_and_stars_have_no_flip_in_either_precision() {
         creature::<f64>(64),
     ];
     for shape in shapes {
-        let _ = checked(&shape.mesh, &shape.positions, &options());
-        let single = shape.positions.map(|p| p.map(|x| x as f32));
-        let done = spherical(&shape.mesh, &single, &options());
+        let _ = checked(shape.connectivity(), shape.positions(), &options());
+        let single = shape.positions().map(|p| p.map(|x| x as f32));
+        let done = spherical(
+            Surface::assume_checked(shape.connectivity(), &single),
+            &options(),
+        );
         assert!(done.is_ok(), "{done:?}");
     }
 }
@@ -83,9 +86,9 @@ fn distance_up_to_rotation(a: &Positions<f64>, b: &Positions<f64>) -> f64 {
 #[test]
 fn an_inside_out_mesh_is_mapped_as_well() {
     let shape = creature::<f64>(48);
-    let done = checked(&shape.mesh, &shape.positions, &options());
-    let reflected = shape.positions.map(|p| -p);
-    let inside_out = checked(&shape.mesh, &reflected, &options());
+    let done = checked(shape.connectivity(), shape.positions(), &options());
+    let reflected = shape.positions().map(|p| -p);
+    let inside_out = checked(shape.connectivity(), &reflected, &options());
     assert_eq!(inside_out.report, done.report);
     let far = distance_up_to_rotation(done.map.positions(), inside_out.map.positions());
     assert!(far < 1e-9, "{far}");
@@ -95,12 +98,12 @@ fn an_inside_out_mesh_is_mapped_as_well() {
 #[test]
 fn a_surface_without_volume_is_mapped_too() {
     let shape = pulled(3, |u| Vector3::new(u.x, u.y, 0.0));
-    let _ = checked(&shape.mesh, &shape.positions, &options());
+    let _ = checked(shape.connectivity(), shape.positions(), &options());
 }
 
 /// A thin tube of many rings, closed by a vertex at either end: its conformal map shrinks by a factor
 /// e a radius, far below the smallest number.
-fn tube(rings: u32, sides: u32) -> Shape<f64> {
+fn tube(rings: u32, sides: u32) -> Mesh<f64> {
     let mut points = vec![Point3::new(0.0, 0.0, -1.0)];
     for ring in 0..rings {
         for side in 0..sides {
@@ -121,20 +124,24 @@ fn tube(rings: u32, sides: u32) -> Shape<f64> {
             faces.push([at(low, side), at(high, side + 1), at(high, side)]);
         }
     }
-    Shape {
-        mesh: HalfedgeMesh::from_faces(points.len(), &faces).expect("a tube"),
-        positions: points.into_iter().collect(),
-    }
+    Mesh::new(
+        HalfedgeMesh::from_faces(points.len(), &faces).expect("a tube"),
+        points.into_iter().collect(),
+    )
+    .expect("a surface")
 }
 
 #[test]
 fn a_tube_whose_conformal_map_underflows_is_mapped_too() {
     for (rings, sides) in [(40, 8), (1000, 6)] {
         let shape = tube(rings, sides);
-        let done = checked(&shape.mesh, &shape.positions, &options());
+        let done = checked(shape.connectivity(), shape.positions(), &options());
         println!("{rings} rings: {:?}", done.report);
-        let single = shape.positions.map(|p| p.map(|x| x as f32));
-        let done = spherical(&shape.mesh, &single, &options());
+        let single = shape.positions().map(|p| p.map(|x| x as f32));
+        let done = spherical(
+            Surface::assume_checked(shape.connectivity(), &single),
+            &options(),
+        );
         assert!(done.is_ok(), "{done:?}");
     }
 }
@@ -142,8 +149,8 @@ fn a_tube_whose_conformal_map_underflows_is_mapped_too() {
 #[test]
 fn the_sphere_maps_to_itself() {
     let shape = icosphere::<f64>(4);
-    let done = checked(&shape.mesh, &shape.positions, &options());
-    assert!(distance_up_to_rotation(&shape.positions, done.map.positions()) < 1e-4);
+    let done = checked(shape.connectivity(), shape.positions(), &options());
+    assert!(distance_up_to_rotation(shape.positions(), done.map.positions()) < 1e-4);
 }
 
 /// One split: which element, of which kind, and where in it.
@@ -171,8 +178,8 @@ fn splits() -> impl Strategy<Value = Vec<Split>> {
     proptest::collection::vec(split, 0..60)
 }
 
-fn refine(shape: &Shape<f64>, splits: &[Split]) -> Shape<f64> {
-    let (mut mesh, mut positions) = (shape.mesh.clone(), shape.positions.clone());
+fn refine(shape: &Mesh<f64>, splits: &[Split]) -> Mesh<f64> {
+    let (mut mesh, mut positions) = (shape.connectivity().clone(), shape.positions().clone());
     for split in splits {
         if split.is_face {
             let face = FaceId::new(split.pick % mesh.num_faces());
@@ -191,7 +198,7 @@ fn refine(shape: &Shape<f64>, splits: &[Split]) -> Shape<f64> {
     // A split edge of triangles leaves quadrangles or triangles, as the mesh has it.
     mesh.triangulate()
         .expect("splits leave polygons that can be cut");
-    Shape { mesh, positions }
+    Mesh::new(mesh, positions).expect("a surface")
 }
 
 proptest! {
@@ -200,11 +207,11 @@ proptest! {
     #[test]
     fn random_subdivisions_with_slivers_have_no_flip(shape in testing::blobs(), splits in splits()) {
         let shape = refine(&shape, &splits);
-        let _ = checked(&shape.mesh, &shape.positions, &options());
-        let single = shape.positions.map(|p| p.map(|x| x as f32));
-        let _ = spherical(&shape.mesh, &single, &options())?;
+        let _ = checked(shape.connectivity(), shape.positions(), &options());
+        let single = shape.positions().map(|p| p.map(|x| x as f32));
+        let _ = spherical(Surface::assume_checked(shape.connectivity(), &single), &options())?;
         let authalic = SphereOptions { authalic: 1.0, ..options() };
-        let _ = checked(&shape.mesh, &shape.positions, &authalic);
+        let _ = checked(shape.connectivity(), shape.positions(), &authalic);
     }
 
     /// Rigid motion and scaling of the input change nothing but a rotation; renumbering nothing.
@@ -213,22 +220,22 @@ proptest! {
         shape in testing::blobs(), turn in prop::array::uniform3(-3.0..3.0f64), scale in 1e-3..1e3f64,
     ) {
         let fine = SphereOptions { tolerance: 1e-9, ..options() };
-        let first = checked(&shape.mesh, &shape.positions, &fine);
+        let first = checked(shape.connectivity(), shape.positions(), &fine);
         let rotation = Rotation3::new(Vector3::from(turn));
-        let moved = shape.positions.map(|p| rotation * p * scale + Vector3::new(5.0, -3.0, 2.0));
-        let second = checked(&shape.mesh, &moved, &fine);
+        let moved = shape.positions().map(|p| rotation * p * scale + Vector3::new(5.0, -3.0, 2.0));
+        let second = checked(shape.connectivity(), &moved, &fine);
         let far = distance_up_to_rotation(first.map.positions(), second.map.positions());
         prop_assert!(far < 1e-6, "moved: {}", far);
 
         // Vertex v becomes n − 1 − v.
-        let n = shape.mesh.num_vertices();
+        let n = shape.num_vertices();
         let faces: Vec<[u32; 3]> = shape
-            .mesh
+            .connectivity()
             .faces()
-            .map(|f| shape.mesh.triangle(f).map(|v| (n - 1 - v.index()) as u32))
+            .map(|f| shape.connectivity().triangle(f).map(|v| (n - 1 - v.index()) as u32))
             .collect();
         let mesh = HalfedgeMesh::from_faces(n, &faces).expect("the same mesh");
-        let reversed: Positions<f64> = shape.positions.values().rev().copied().collect();
+        let reversed: Positions<f64> = shape.positions().values().rev().copied().collect();
         let third = checked(&mesh, &reversed, &fine);
         let back: Positions<f64> = third.map.positions().values().rev().copied().collect();
         let far = distance_up_to_rotation(first.map.positions(), &back);

@@ -3,14 +3,14 @@
 
 use cotan::linear::{Method, Strategy, SystemOptions};
 use cotan::prelude::*;
-use cotan_geometry::{Shape, bounding_box, shapes};
+use cotan_geometry::{Mesh, bounding_box, shapes};
 
 /// Feet that stand, and a head that is pulled: point handles.
-fn handles(shape: &Shape<f64>) -> Handles<f64> {
-    let n = shape.mesh.num_vertices();
+fn handles(shape: &Mesh<f64>) -> Handles<f64> {
+    let n = shape.num_vertices();
     let extreme = |key: &dyn Fn(&Point3<f64>) -> f64| {
-        let ids = shape.mesh.vertices();
-        ids.max_by(|a, b| key(&shape.positions[*a]).total_cmp(&key(&shape.positions[*b])))
+        let ids = shape.connectivity().vertices();
+        ids.max_by(|a, b| key(&shape.positions()[*a]).total_cmp(&key(&shape.positions()[*b])))
             .expect("a vertex")
     };
     let ends = [
@@ -22,7 +22,7 @@ fn handles(shape: &Shape<f64>) -> Handles<f64> {
         VertexId::new(n / 2),
     ];
     let top = extreme(&|p| p.z);
-    let pulled = shape.positions[top] + Vector3::new(0.3, 0.1, 0.2);
+    let pulled = shape.positions()[top] + Vector3::new(0.3, 0.1, 0.2);
     Handles::new().fix(ends).move_to(top, pulled)
 }
 
@@ -34,7 +34,7 @@ fn options(strategy: Strategy) -> DeformOptions {
 }
 
 /// The largest distance, over the longest side of the box.
-fn apart(shape: &Shape<f64>, a: &Positions<f64>, b: &Positions<f64>) -> f64 {
+fn apart(shape: &Mesh<f64>, a: &Positions<f64>, b: &Positions<f64>) -> f64 {
     let distance = a.values().zip(b.values()).map(|(a, b)| (a - b).norm());
     distance.fold(0.0, f64::max) / bounding_box(&shape.surface()).longest_side()
 }
@@ -55,7 +55,7 @@ fn a_deformation_is_the_same_by_both_strategies() {
                     scheme,
                     ..options(strategy)
                 };
-                deform(&shape.mesh, &shape.positions, &handles, &options).expect("deforms")
+                deform(shape.surface(), &handles, &options).expect("deforms")
             };
             let (normal, columns) = (by(Strategy::Normal), by(Strategy::Columns));
             let apart = apart(&shape, &normal.positions, &columns.positions);
@@ -75,10 +75,10 @@ fn a_session_whose_handles_come_and_go_is_the_same_by_both_strategies() {
     let shape = shapes::creature::<f64>(30);
     let handles = handles(&shape);
     let by = |strategy| {
-        let mut session = Session::new(&shape.mesh, &shape.positions, &handles, &options(strategy))
-            .expect("a session");
+        let mut session =
+            Session::new(shape.surface(), &handles, &options(strategy)).expect("a session");
         assert_eq!(session.run().expect("runs").stop, StopReason::Converged);
-        let vertex = VertexId::new(shape.mesh.num_vertices() / 3);
+        let vertex = VertexId::new(shape.num_vertices() / 3);
         let pulled = session.positions()[vertex] + Vector3::new(0.0, 0.1, 0.0);
         let group = session
             .add_handle([vertex], Motion::To(vec![pulled]))
@@ -102,12 +102,7 @@ fn a_session_whose_handles_come_and_go_is_the_same_by_both_strategies() {
 fn few_points_take_columns_and_a_region_takes_the_normal_equations() {
     let shape = shapes::creature::<f64>(40);
     let chosen = |handles: &Handles<f64>| {
-        let session = Session::new(
-            &shape.mesh,
-            &shape.positions,
-            handles,
-            &DeformOptions::default(),
-        );
+        let session = Session::new(shape.surface(), handles, &DeformOptions::default());
         session.expect("a session").flow().system().choice().method
     };
     assert_eq!(chosen(&handles(&shape)), Method::Columns);

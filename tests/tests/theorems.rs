@@ -5,27 +5,27 @@ use std::ops::ControlFlow;
 use cotan::flow::Flow;
 use cotan::prelude::*;
 use cotan_geometry::testing::{blobs, rigid_motions, rotations, surfaces};
-use cotan_geometry::{Shape, bounding_box};
+use cotan_geometry::{Mesh, bounding_box};
 use cotan_laplacian::{LaplacianScheme, Operator};
 use nalgebra::{Isometry3, Translation3};
 use proptest::prelude::*;
 
 /// Held vertices: those beyond two planes, at either end of the longest axis. At least four.
-fn ends(shape: &Shape<f64>) -> [Vec<VertexId>; 2] {
+fn ends(shape: &Mesh<f64>) -> [Vec<VertexId>; 2] {
     let surface = shape.surface();
     let bounds = bounding_box(&surface);
     let axis = bounds.extents().imax();
-    let mut order: Vec<VertexId> = shape.mesh.vertices().collect();
+    let mut order: Vec<VertexId> = shape.connectivity().vertices().collect();
     order.sort_by(|a, b| {
-        shape.positions[*a][axis]
-            .total_cmp(&shape.positions[*b][axis])
+        shape.positions()[*a][axis]
+            .total_cmp(&shape.positions()[*b][axis])
             .then(a.cmp(b))
     });
     let held = (order.len() / 8).max(4);
     [order[..held].to_vec(), order[order.len() - held..].to_vec()]
 }
 
-fn diagonal(shape: &Shape<f64>) -> f64 {
+fn diagonal(shape: &Mesh<f64>) -> f64 {
     bounding_box(&shape.surface()).diagonal()
 }
 
@@ -37,7 +37,7 @@ fn longest_difference(a: &Positions<f64>, b: &Positions<f64>) -> f64 {
 }
 
 /// A moderate bend of the upper end.
-fn bend(shape: &Shape<f64>) -> Handles<f64> {
+fn bend(shape: &Mesh<f64>) -> Handles<f64> {
     let [low, high] = ends(shape);
     let diagonal = diagonal(shape);
     let center = bounding_box(&shape.surface()).center();
@@ -51,13 +51,13 @@ fn bend(shape: &Shape<f64>) -> Handles<f64> {
 }
 
 /// Exactly `iterations` steps.
-fn deform_by(shape: &Shape<f64>, handles: &Handles<f64>, iterations: usize) -> Positions<f64> {
+fn deform_by(shape: &Mesh<f64>, handles: &Handles<f64>, iterations: usize) -> Positions<f64> {
     let options = DeformOptions {
         tolerance: 0.0,
         iteration_limit: iterations,
         ..DeformOptions::default()
     };
-    deform(&shape.mesh, &shape.positions, handles, &options)
+    deform(shape.surface(), handles, &options)
         .expect("deforms")
         .positions
 }
@@ -70,11 +70,12 @@ fn schemes() -> impl Strategy<Value = SchemeKind> {
     proptest::sample::select(SchemeKind::ALL)
 }
 
-fn single(shape: &Shape<f64>) -> Shape<f32> {
-    Shape {
-        mesh: shape.mesh.clone(),
-        positions: shape.positions.map(|p| p.map(|x| x as f32)),
-    }
+fn single(shape: &Mesh<f64>) -> Mesh<f32> {
+    Mesh::new(
+        shape.connectivity().clone(),
+        shape.positions().map(|p| p.map(|x| x as f32)),
+    )
+    .expect("a surface")
 }
 
 proptest! {
@@ -92,9 +93,9 @@ proptest! {
         }
         let detail_size = if rescale { DetailSize::Rescale } else { DetailSize::Keep };
         let options = DeformOptions { orientation, scheme, detail_size, ..DeformOptions::default() };
-        let deformed = deform(&shape.mesh, &shape.positions, &handles, &options)?;
+        let deformed = deform(shape.surface(), &handles, &options)?;
         prop_assert_eq!(deformed.report.stop, StopReason::Converged);
-        let moved = longest_difference(&deformed.positions, &shape.positions);
+        let moved = longest_difference(&deformed.positions, shape.positions());
         prop_assert!(moved <= 1e-9 * diagonal(&shape), "{} {moved:e}", orientation.name());
     }
 
@@ -107,9 +108,9 @@ proptest! {
         let shape = single(&shape);
         let handles = Handles::new().fix(low).fix(high);
         let options = DeformOptions { orientation, ..DeformOptions::default() };
-        let deformed = deform(&shape.mesh, &shape.positions, &handles, &options)?;
+        let deformed = deform(shape.surface(), &handles, &options)?;
         prop_assert_eq!(deformed.report.stop, StopReason::Converged);
-        for (a, b) in deformed.positions.values().zip(shape.positions.values()) {
+        for (a, b) in deformed.positions.values().zip(shape.positions().values()) {
             prop_assert!((a - b).norm() <= 1e-4 * diagonal, "{}", orientation.name());
         }
     }
@@ -125,8 +126,8 @@ proptest! {
         let matrix = motion.to_homogeneous();
         let handles = Handles::new().transform(low, matrix).transform(high, matrix);
         let options = DeformOptions { orientation, tolerance: 1e-11, ..DeformOptions::default() };
-        let deformed = deform(&shape.mesh, &shape.positions, &handles, &options)?;
-        let expected = shape.positions.map(|p| motion * p);
+        let deformed = deform(shape.surface(), &handles, &options)?;
+        let expected = shape.positions().map(|p| motion * p);
         let error = longest_difference(&deformed.positions, &expected) / diagonal(&shape);
         prop_assert!(error <= 1e-8, "{} {error:e} {:?}", orientation.name(), deformed.report);
     }
@@ -134,10 +135,7 @@ proptest! {
     #[test]
     fn uniform_scaling_commutes(shape in blobs(), exponent in -9f64..9.0) {
         let scale = 10f64.powf(exponent);
-        let scaled = Shape {
-            mesh: shape.mesh.clone(),
-            positions: shape.positions.map(|p| p * scale),
-        };
+        let scaled = Mesh::new(shape.connectivity().clone(), shape.positions().map(|p| p * scale)).expect("a surface");
         let before = deform_by(&shape, &bend(&shape), 6);
         let after = deform_by(&scaled, &bend(&scaled), 6);
         let error = longest_difference(&after, &before.map(|p| p * scale));
@@ -146,10 +144,7 @@ proptest! {
 
     #[test]
     fn rotation_of_the_input_commutes(shape in blobs(), rotation in rotations()) {
-        let turned = Shape {
-            mesh: shape.mesh.clone(),
-            positions: shape.positions.map(|p| rotation * p),
-        };
+        let turned = Mesh::new(shape.connectivity().clone(), shape.positions().map(|p| rotation * p)).expect("a surface");
         let [low, high] = ends(&shape);
         let lift = Vector3::new(0.1, 0.2, 0.3) * diagonal(&shape);
         let targets = |positions: &Positions<f64>, lift: Vector3<f64>| {
@@ -157,10 +152,10 @@ proptest! {
         };
         let handles = Handles::new()
             .fix(low.clone())
-            .add(high.clone(), targets(&shape.positions, lift));
+            .add(high.clone(), targets(shape.positions(), lift));
         let turned_handles = Handles::new()
             .fix(low)
-            .add(high.clone(), targets(&turned.positions, rotation * lift));
+            .add(high.clone(), targets(turned.positions(), rotation * lift));
         let before = deform_by(&shape, &handles, 6);
         let after = deform_by(&turned, &turned_handles, 6);
         let error = longest_difference(&after, &before.map(|p| rotation * p));
@@ -170,19 +165,19 @@ proptest! {
     #[test]
     fn renumbering_the_vertices_commutes(
         (shape, order) in blobs().prop_flat_map(|shape| {
-            let order: Vec<usize> = (0..shape.positions.len()).collect();
+            let order: Vec<usize> = (0..shape.positions().len()).collect();
             (Just(shape), Just(order).prop_shuffle())
         }),
     ) {
         // Vertex v becomes order[v].
         let faces: Vec<Vec<u32>> = shape
-            .mesh
+            .connectivity()
             .faces()
-            .map(|f| shape.mesh.face_vertices(f).map(|v| order[v.index()] as u32).collect())
+            .map(|f| shape.connectivity().face_vertices(f).map(|v| order[v.index()] as u32).collect())
             .collect();
         let mesh = HalfedgeMesh::from_faces(order.len(), &faces)?;
-        let mut positions = shape.positions.clone();
-        for (v, p) in shape.positions.iter() {
+        let mut positions = shape.positions().clone();
+        for (v, p) in shape.positions().iter() {
             positions[VertexId::new(order[v.index()])] = *p;
         }
         let [low, high] = ends(&shape);
@@ -191,11 +186,11 @@ proptest! {
             region.iter().map(|v| VertexId::new(order[v.index()])).collect()
         };
         let lifted =
-            Motion::To(high.iter().map(|v| shape.positions[*v] + lift).collect::<Vec<_>>());
+            Motion::To(high.iter().map(|v| shape.positions()[*v] + lift).collect::<Vec<_>>());
         let handles = Handles::new().fix(low.clone()).add(high.clone(), lifted.clone());
         let renamed = Handles::new().fix(rename(&low)).add(rename(&high), lifted);
         let before = deform_by(&shape, &handles, 6);
-        let after = deform_by(&Shape { mesh, positions }, &renamed, 6);
+        let after = deform_by(&Mesh::new(mesh, positions).expect("a surface"), &renamed, 6);
         for (v, p) in before.iter() {
             let error = (after[VertexId::new(order[v.index()])] - p).norm();
             prop_assert!(error <= 1e-8 * diagonal(&shape), "{error:e}");
@@ -207,7 +202,7 @@ proptest! {
         shape in surfaces(), stretch in 0.5f64..2.0, soft in proptest::option::of(0.01f64..100.0),
     ) {
         // Smaller meshes have no free vertex between two ends of four.
-        prop_assume!(shape.positions.len() > 8);
+        prop_assume!(shape.positions().len() > 8);
         let [low, high] = ends(&shape);
         let options = DeformOptions { tolerance: 1e-8, ..DeformOptions::default() };
         let matrix = Matrix4::new_nonuniform_scaling(&Vector3::new(stretch, 1.0, 1.0 / stretch))
@@ -216,7 +211,7 @@ proptest! {
         if let Some(weight) = soft {
             handles = handles.soft(weight);
         }
-        let mut session = Session::new(&shape.mesh, &shape.positions, &handles, &options)?;
+        let mut session = Session::new(shape.surface(), &handles, &options)?;
         let mut energies = Vec::new();
         let report = session.run_observed(|_, step| {
             energies.extend(step.energy.map(|energy| (energy, step.energy_rounding)));
@@ -247,11 +242,11 @@ proptest! {
     #[test]
     fn every_weight_is_finite(shape in surfaces(), scheme in schemes(), collapsed in 0usize..400) {
         // One vertex on top of a neighbour: zero-area faces.
-        let mut positions = shape.positions.clone();
+        let mut positions = shape.positions().clone();
         let v = VertexId::new(collapsed % positions.len());
-        let neighbour = shape.mesh.one_ring(v).next().expect("every vertex has a neighbour");
+        let neighbour = shape.connectivity().one_ring(v).next().expect("every vertex has a neighbour");
         positions[v] = positions[neighbour];
-        let surface = Surface::new(&shape.mesh, &positions)?;
+        let surface = Surface::new(shape.connectivity(), &positions)?;
         let operator = Operator::assemble(&*scheme.scheme::<f64>(), &surface)?;
         prop_assert!(operator.weights().iter().all(|w| w.is_finite()));
     }
@@ -262,14 +257,14 @@ proptest! {
 fn linear_precision() {
     let shape = cotan::shapes::bumpy_plane::<f64>([2.0, 1.0], [12, 9], 0.0);
     // Bend the grid within the plane, so that the triangles are irregular.
-    let positions = shape.positions.map(|p| {
+    let positions = shape.positions().map(|p| {
         Point3::new(
             p.x + 0.03 * (7.0 * p.y).sin(),
             p.y + 0.02 * (5.0 * p.x).cos(),
             p.z,
         )
     });
-    let surface = Surface::new(&shape.mesh, &positions).expect("a surface");
+    let surface = Surface::new(shape.connectivity(), &positions).expect("a surface");
     let scheme = cotan_laplacian::Cotangent::default();
     let operator = Operator::assemble(&scheme, &surface).expect("weights");
     assert_eq!(LaplacianScheme::<f64>::name(&scheme), "cotangent");
@@ -277,7 +272,7 @@ fn linear_precision() {
     operator.apply(&positions, &mut ell);
     let worst = ell
         .iter()
-        .filter(|(v, _)| !shape.mesh.is_boundary_vertex(*v))
+        .filter(|(v, _)| !shape.connectivity().is_boundary_vertex(*v))
         .map(|(_, ell)| ell.norm())
         .fold(0.0, f64::max);
     assert!(worst < 1e-13, "{worst}");
@@ -311,18 +306,12 @@ fn a_flow_and_a_session_agree() {
         .iter()
         .chain(&high)
         .map(|v| (cotan::linear::Handle::hard(*v), targets[*v]));
-    let mut flow = Flow::builder(&shape.mesh, &shape.positions)
+    let mut flow = Flow::builder(shape.connectivity(), shape.positions())
         .handles(held)
         .build()
         .expect("builds");
     let report = flow.run(|_, _| ControlFlow::Continue(())).expect("runs");
     assert_eq!(report.stop, StopReason::Converged);
-    let session = deform(
-        &shape.mesh,
-        &shape.positions,
-        &handles,
-        &DeformOptions::default(),
-    )
-    .expect("deforms");
+    let session = deform(shape.surface(), &handles, &DeformOptions::default()).expect("deforms");
     assert!(longest_difference(&flow.positions(), &session.positions) < 1e-12);
 }

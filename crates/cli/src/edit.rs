@@ -89,7 +89,12 @@ impl Edit<'_> {
         let positions = processing
             .positions()
             .map(|p| Point3::from((p - origin).map(T::of_f64)));
-        let mut session = Session::new(mesh, &positions, &handles, self.options).map_err(refuse)?;
+        let mut session = Session::new(
+            Surface::assume_checked(mesh, &positions),
+            &handles,
+            self.options,
+        )
+        .map_err(refuse)?;
         seconds.factor = clock.elapsed().as_secs_f64();
         tracing::info!("system solved by {}", session.flow().system().choice());
 

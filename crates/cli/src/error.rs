@@ -126,17 +126,17 @@ impl CliError {
 
     /// Why no surface can be built, with the repair that helps.
     pub(crate) fn surface(path: &Path, error: IoError, cure: Cure, weld: Weld) -> Self {
-        let (source, method) = match (error.cure(), error) {
-            (Some(method), IoError::NotManifold(source)) => (Box::new(source), method),
+        let (source, needed) = match (error.cure(), error) {
+            (Some(needed), IoError::NotManifold(source)) => (Box::new(source), needed),
             (_, error) => return Self::Io(files::in_file(path, error)),
         };
-        let is_safe = method != "split_edges";
-        let method = match cure {
+        let is_safe = needed != cotan_io::Cure::SplitEdges;
+        let needed = match cure {
             // What the safe repairs left over is left by all but one.
-            Cure::Beyond => "split_edges",
-            _ => method,
+            Cure::Beyond => cotan_io::Cure::SplitEdges,
+            _ => needed,
         };
-        let mut option = format!("--{}", method.replace('_', "-"));
+        let mut option = cotan_tool::repair::option(needed).to_owned();
         // What was welded and parted must not be welded again.
         let mut then = "";
         if let Some(weld) = weld_option(weld) {

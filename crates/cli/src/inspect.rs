@@ -9,7 +9,7 @@ use cotan::geometry::{
     AngleStatistics, BoundingBox, Surface, angle_statistics, negative_cotangent_share,
     surface_area, volume,
 };
-use cotan_io::{Document, IoError, ProcessingMesh, Weld};
+use cotan_io::{Cure, Document, IoError, ProcessingMesh, Weld};
 use serde::Serialize;
 
 /// A defect with its elements, as the file numbers them, from 0.
@@ -22,17 +22,20 @@ pub(crate) struct Defect {
     /// The option of `cotan repair` that cures it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) cure: Option<String>,
+    #[serde(skip)]
+    repair: Option<Cure>,
 }
 
 impl From<&cotan_io::Defect> for Defect {
     fn from(defect: &cotan_io::Defect) -> Self {
-        let cure = defect.kind().cure();
+        let repair = defect.kind().cure();
         Self {
             kind: defect.kind().name(),
             description: defect.to_string(),
             vertices: defect.vertices(),
             faces: defect.faces(),
-            cure: cure.map(|method| format!("--{}", method.replace('_', "-"))),
+            cure: repair.map(|cure| cotan_tool::repair::option(cure).to_owned()),
+            repair,
         }
     }
 }
@@ -271,9 +274,14 @@ fn attributes(document: &Document) -> Vec<String> {
 impl Inspection {
     /// Completes the options that cure the defects: they were found with this welding.
     pub(crate) fn cure_with(&mut self, weld: Weld) {
-        for cure in self.defects.iter_mut().filter_map(|d| d.cure.as_mut()) {
-            match (cure.as_str(), weld_option(weld)) {
-                ("--weld", option) => *cure = option.unwrap_or_else(|| "--weld exact".to_owned()),
+        for defect in &mut self.defects {
+            let Some(cure) = &mut defect.cure else {
+                continue;
+            };
+            match (defect.repair, weld_option(weld)) {
+                (Some(Cure::Weld), option) => {
+                    *cure = option.unwrap_or_else(|| "--weld exact".to_owned());
+                }
                 (_, Some(option)) => *cure = format!("{option} {cure}"),
                 (_, None) => {}
             }

@@ -113,13 +113,13 @@ mod tests {
 
     fn picture(shift: f64) -> Vec<u8> {
         let shape = shapes::icosphere::<f64>(2);
-        let after = shape.positions.map(|p| p + Vector3::new(shift, 0.0, 0.0));
-        let mut marks = VertexMap::filled(shape.mesh.num_vertices(), Mark::Free);
+        let after = shape.positions().map(|p| p + Vector3::new(shift, 0.0, 0.0));
+        let mut marks = VertexMap::filled(shape.num_vertices(), Mark::Free);
         marks.as_mut_slice()[0] = Mark::Moved;
         marks.as_mut_slice()[5] = Mark::Fixed;
         BeforeAfter {
-            mesh: &shape.mesh,
-            before: &shape.positions,
+            mesh: shape.connectivity(),
+            before: shape.positions(),
             after: &after,
             marks: &marks,
         }
@@ -152,9 +152,9 @@ mod tests {
         let shape = shapes::tetrahedron::<f64>();
         let marks = VertexMap::filled(4, Mark::Fixed);
         for scale in [0.0, 1e-300, 1e300] {
-            let scaled = shape.positions.map(|p| p * scale);
+            let scaled = shape.positions().map(|p| p * scale);
             let pair = BeforeAfter {
-                mesh: &shape.mesh,
+                mesh: shape.connectivity(),
                 before: &scaled,
                 after: &scaled,
                 marks: &marks,

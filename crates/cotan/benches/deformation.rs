@@ -7,7 +7,7 @@
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-use cotan::geometry::{Shape, shapes};
+use cotan::geometry::{Mesh, shapes};
 use cotan::laplacian::{Cotangent, Operator};
 use cotan::linear::{Defect, Handle, PreparedSystem};
 use cotan::prelude::*;
@@ -24,8 +24,8 @@ fn deformation(criterion: &mut Criterion) {
     phases(criterion, &bumpy_torus(510, 255));
 }
 
-fn phases(criterion: &mut Criterion, shape: &Shape<f64>) {
-    let n = shape.mesh.num_vertices();
+fn phases(criterion: &mut Criterion, shape: &Mesh<f64>) {
+    let n = shape.num_vertices();
     let mut group = criterion.benchmark_group(format!("{n} vertices"));
     // Ten runs of a second each say as much on a shared machine as a hundred.
     group.sample_size(10).sampling_mode(SamplingMode::Flat);
@@ -35,9 +35,9 @@ fn phases(criterion: &mut Criterion, shape: &Shape<f64>) {
     group.throughput(Throughput::Elements(n as u64));
 
     let faces: Vec<[u32; 3]> = shape
-        .mesh
+        .connectivity()
         .faces()
-        .map(|f| shape.mesh.triangle(f).map(|v| v.index() as u32))
+        .map(|f| shape.connectivity().triangle(f).map(|v| v.index() as u32))
         .collect();
     group.bench_function("half-edge build", |b| {
         b.iter(|| HalfedgeMesh::from_faces(n, black_box(&faces)));
@@ -99,19 +99,19 @@ struct Ends {
 }
 
 impl Ends {
-    fn of(shape: &Shape<f64>) -> Self {
-        let mut by_x: Vec<VertexId> = shape.mesh.vertices().collect();
-        by_x.sort_by(|&a, &b| shape.positions[a].x.total_cmp(&shape.positions[b].x));
+    fn of(shape: &Mesh<f64>) -> Self {
+        let mut by_x: Vec<VertexId> = shape.connectivity().vertices().collect();
+        by_x.sort_by(|&a, &b| shape.positions()[a].x.total_cmp(&shape.positions()[b].x));
         let count = (by_x.len() as f64 * HANDLE_SHARE / 2.0) as usize;
         let moved = by_x.split_off(by_x.len() - count);
         by_x.truncate(count);
         Self { fixed: by_x, moved }
     }
 
-    fn flow(&self, shape: &Shape<f64>) -> Flow<f64> {
+    fn flow(&self, shape: &Mesh<f64>) -> Flow<f64> {
         let held = self.fixed.iter().chain(&self.moved);
-        Flow::builder(&shape.mesh, &shape.positions)
-            .handles(held.map(|&v| (Handle::hard(v), shape.positions[v])))
+        Flow::builder(shape.connectivity(), shape.positions())
+            .handles(held.map(|&v| (Handle::hard(v), shape.positions()[v])))
             // No step may take the short cut of a converged one.
             .tolerance(0.0)
             .build()
@@ -119,19 +119,19 @@ impl Ends {
     }
 
     /// The moved end, turned about the z axis.
-    fn turned(&self, shape: &Shape<f64>, angle: f64) -> Vec<(VertexId, Point3<f64>)> {
+    fn turned(&self, shape: &Mesh<f64>, angle: f64) -> Vec<(VertexId, Point3<f64>)> {
         let turn = Isometry3::rotation(Vector3::z() * angle);
         self.moved
             .iter()
-            .map(|&v| (v, turn * shape.positions[v]))
+            .map(|&v| (v, turn * shape.positions()[v]))
             .collect()
     }
 }
 
 /// A torus with bumps: on a smooth one the details would be too easy.
-fn bumpy_torus(around: usize, across: usize) -> Shape<f64> {
+fn bumpy_torus(around: usize, across: usize) -> Mesh<f64> {
     let mut shape = shapes::torus::<f64>(1.0, 0.4, around, across);
-    for p in shape.positions.values_mut() {
+    for p in shape.positions_mut().iter_mut() {
         let bump: f64 = (31.0 * p.x).sin() * (29.0 * p.y).sin() * (23.0 * p.z).cos();
         *p += p.coords * (0.01 * bump);
     }

@@ -53,19 +53,19 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let turn = Isometry3::rotation(Vector3::z() * BEND);
     let targets: Vec<_> = left
         .iter()
-        .map(|&v| (Handle::hard(v), shape.positions[v]))
+        .map(|&v| (Handle::hard(v), shape.positions()[v]))
         .chain(
             right
                 .iter()
-                .map(|&v| (Handle::hard(v), turn * shape.positions[v])),
+                .map(|&v| (Handle::hard(v), turn * shape.positions()[v])),
         )
         .collect();
 
     for (name, softness) in [("even", 1.0), ("soft in the middle", 0.1)] {
         let stiffness = shape
-            .positions
+            .positions()
             .map(|p| if p.x.abs() < 0.5 { softness } else { 1.0 });
-        let mut flow = Flow::builder(&shape.mesh, &shape.positions)
+        let mut flow = Flow::builder(shape.connectivity(), shape.positions())
             .scheme(Material { stiffness })
             // The default energy has a membrane, which knows the shape but not the material.
             .orientation(BestRotation::new())

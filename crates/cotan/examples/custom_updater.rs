@@ -9,7 +9,7 @@
 use std::ops::ControlFlow;
 
 use cotan::flow::{FlowError, FlowState, Limited, ScalarFieldUpdater};
-use cotan::geometry::{Shape, scalar};
+use cotan::geometry::{Mesh, scalar};
 use cotan::linear::Handle;
 use cotan::prelude::*;
 
@@ -42,25 +42,28 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // The left and right edges hold the sheet; the two long ones are free.
     let ends = shape.surface().vertices_where(|p| p.x.abs() > 0.999);
 
-    let mut flow = Flow::builder(&shape.mesh, &shape.positions)
+    let mut flow = Flow::builder(shape.connectivity(), shape.positions())
         .updater(FadeOut)
         // The default energy has a membrane, which would pull the bumps back.
         .orientation(Limited::new())
-        .handles(ends.iter().map(|&v| (Handle::hard(v), shape.positions[v])))
+        .handles(
+            ends.iter()
+                .map(|&v| (Handle::hard(v), shape.positions()[v])),
+        )
         .build()?;
     let report = flow.run(|_, _| ControlFlow::Continue(()))?;
     println!("{} after {} iterations", report.stop, report.iterations);
 
     let positions = flow.positions();
     for (name, side) in [("left", -1.0), ("right", 1.0)] {
-        let [before, after] = [&shape.positions, &positions].map(|p| height(&shape, p, side));
+        let [before, after] = [shape.positions(), &positions].map(|p| height(&shape, p, side));
         println!("{name} third: bumps of {before:.4} before, {after:.4} after");
     }
     Ok(())
 }
 
 /// Root mean square of the height over the third of the sheet on one side.
-fn height(shape: &Shape<f64>, positions: &Positions<f64>, side: f64) -> f64 {
+fn height(shape: &Mesh<f64>, positions: &Positions<f64>, side: f64) -> f64 {
     let third = shape.surface().vertices_where(|p| p.x * side >= 1.0 / 3.0);
     let sum: f64 = third.iter().map(|&v| positions[v].z.powi(2)).sum();
     (sum / third.len() as f64).sqrt()

@@ -16,12 +16,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .fix(left)
         .transform(right, turn.to_homogeneous());
 
-    let deformed = deform(
-        &shape.mesh,
-        &shape.positions,
-        &handles,
-        &DeformOptions::default(),
-    )?;
+    let deformed = deform(&shape, &handles, &DeformOptions::default())?;
     // A run that ends at its limit is no error: the report tells.
     println!(
         "{} after {} iterations",

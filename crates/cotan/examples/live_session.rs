@@ -21,7 +21,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Groups are numbered in the order in which they are added: the top is number 1.
     let handles = Handles::new().fix(bottom).add(top, Motion::Stay);
     let options = DeformOptions::default();
-    let mut session = Session::new(&shape.mesh, &shape.positions, &handles, &options)?;
+    let mut session = Session::new(&shape, &handles, &options)?;
 
     for frame in 1..=8 {
         // Motions are of the *original* positions, so that frames do not add up their errors.

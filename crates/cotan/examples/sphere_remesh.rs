@@ -13,13 +13,13 @@ use nalgebra::Rotation3;
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     // A sea urchin of 2562 vertices, and an egg whose map stands askew.
     let urchin = cotan::shapes::icosphere::<f64>(4);
-    let urchin_map = SphereMap::new(&urchin.mesh, urchin.positions.clone())?;
-    let urchin_shape = urchin.positions.map(spike);
+    let urchin_map = SphereMap::new(urchin.connectivity(), urchin.positions().clone())?;
+    let urchin_shape = urchin.positions().map(spike);
     let egg = cotan::shapes::icosphere::<f64>(3);
     let tilt = Rotation3::new(Vector3::new(0.4, -0.2, 0.9));
-    let egg_map = SphereMap::new(&egg.mesh, egg.positions.clone())?.rotated(&tilt)?;
+    let egg_map = SphereMap::new(egg.connectivity(), egg.positions().clone())?.rotated(&tilt)?;
     let egg_shape = egg
-        .positions
+        .positions()
         .map(|p| Point3::new(p.x, p.y, 1.5 * p.z + 0.3 * p.z * p.z));
 
     println!("the urchin by icospheres, volume against the original's:");
@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let share = volume(&remeshed.surface()) / original;
         println!(
             "  level {level}: {:6} vertices, {share:.5}",
-            remeshed.mesh.num_vertices()
+            remeshed.num_vertices()
         );
     }
 
@@ -60,7 +60,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!(
         "longitude and latitude of the egg: {} pairs for {} vertices, {} faces at the poles",
         table.len(),
-        egg.mesh.num_vertices(),
+        egg.num_vertices(),
         uvs.pole_faces.len()
     );
     Ok(())

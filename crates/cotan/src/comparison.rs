@@ -142,7 +142,7 @@ mod tests {
     fn a_moved_mesh_has_no_errors_and_a_dent_has_them_where_it_is() {
         let shape = bar::<f64>([4.0, 1.0, 1.0], [16, 4, 4]);
         let comparison = ShapeComparison::new(&shape.surface()).unwrap();
-        let shifted = shape.positions.map(|p| p + Vector3::new(1.0, 2.0, 3.0));
+        let shifted = shape.positions().map(|p| p + Vector3::new(1.0, 2.0, 3.0));
         let same = comparison.fields(&shifted).unwrap().errors();
         assert!(
             same.parameterization < 1e-10 && same.geometry < 1e-12,
@@ -150,15 +150,15 @@ mod tests {
         );
 
         let dent = cotan_halfedge::VertexId::new(40);
-        let mut dented = shape.positions.clone();
+        let mut dented = shape.positions().clone();
         dented[dent] += Vector3::new(0.1, 0.05, 0.02);
         let fields = comparison.fields(&dented).unwrap();
-        for v in shape.mesh.vertices() {
+        for v in shape.connectivity().vertices() {
             let is_near = v == dent
                 || shape
-                    .mesh
+                    .connectivity()
                     .outgoing_halfedges(v)
-                    .any(|h| shape.mesh.target(h) == dent);
+                    .any(|h| shape.connectivity().target(h) == dent);
             assert_eq!(fields.geometry[v] > 0.0, is_near, "{v}");
         }
         let whole =

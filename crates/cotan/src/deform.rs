@@ -1,8 +1,7 @@
 //! Deformation in one call.
 
 use cotan_flow::{FlowBuilder, Report};
-use cotan_geometry::{Positions, Scalar};
-use cotan_halfedge::HalfedgeMesh;
+use cotan_geometry::{Positions, Scalar, Surface};
 
 use crate::error::Error;
 use crate::handles::Handles;
@@ -21,8 +20,7 @@ pub struct Deformed<T: Scalar> {
 
 /// Moves `handles` and lets the surface follow, its details turned and sized as it bends.
 ///
-/// **Shapes**: one position a vertex. The mesh is a triangle mesh, with or without boundary; every
-/// component needs a handle.
+/// The surface may have boundaries; every component needs a handle.
 ///
 /// # Errors
 /// [`Error`] for a mesh that is no surface, and for handles that do not exist, contradict each other
@@ -30,13 +28,12 @@ pub struct Deformed<T: Scalar> {
 ///
 /// **Source**: paper, section 3.2; the default orientation is ours (`docs/decisions`), the paper's
 /// own settings are [`DeformOptions::paper`].
-pub fn deform<T: Scalar>(
-    mesh: &HalfedgeMesh,
-    positions: &Positions<T>,
+pub fn deform<'m, T: Scalar>(
+    surface: impl Into<Surface<'m, T>>,
     handles: &Handles<T>,
     options: &DeformOptions,
 ) -> Result<Deformed<T>, Error> {
-    deform_with(options.flow(mesh, positions), handles)
+    deform_with(options.flow(surface), handles)
 }
 
 /// As [`deform()`], by a flow with any scheme, updater, orientation or energy, yours included.

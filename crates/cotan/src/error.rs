@@ -1,7 +1,7 @@
 //! What the facade's functions report.
 
 use cotan_flow::FlowError;
-use cotan_geometry::{Readable, SurfaceError};
+use cotan_geometry::{MeshError, Readable, SurfaceError};
 use cotan_halfedge::VertexId;
 use cotan_laplacian::SchemeError;
 use cotan_linear::LinearError;
@@ -19,6 +19,9 @@ pub enum Error {
     /// A mesh to be measured is no surface.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
+    /// Positions and faces are no mesh.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
     /// A mesh to be measured cannot be weighted.
     #[error(transparent)]
     Scheme(#[from] SchemeError),

@@ -1,7 +1,7 @@
 //! A part of a surface made to continue the rest.
 
 use cotan_geometry::{Positions, Scalar, Surface};
-use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
+use cotan_halfedge::{VertexId, VertexMap};
 use cotan_laplacian::{Cotangent, LaplacianScheme, Operator, Uniform};
 use cotan_linear::{Defect, Handle, PreparedSystem};
 use nalgebra::Vector3;
@@ -28,11 +28,12 @@ use crate::error::Error;
 /// **Source**: P. Liepa, "Filling holes in meshes", SGP 2003, section 5: second-order umbrella
 /// operator. He takes the scale-dependent or harmonic one per vertex; here they are not divided by
 /// areas, which makes no difference where triangles are of about the same size.
-pub fn fair<T: Scalar>(
-    mesh: &HalfedgeMesh,
-    positions: &Positions<T>,
+pub fn fair<'m, T: Scalar>(
+    surface: impl Into<Surface<'m, T>>,
     free: &[VertexId],
 ) -> Result<Positions<T>, Error> {
+    let surface = surface.into();
+    let (mesh, positions) = (surface.mesh(), surface.positions());
     let surface = Surface::new(mesh, positions)?;
     let mut is_free = vec![false; mesh.num_vertices()];
     for v in free {

@@ -15,7 +15,7 @@
 //! let turn = Isometry3::new(Vector3::new(0.0, 1.0, 0.0), Vector3::new(0.0, 0.0, 0.7));
 //! let handles = Handles::new().fix(left).transform(right, turn.to_homogeneous());
 //!
-//! let deformed = deform(&shape.mesh, &shape.positions, &handles, &DeformOptions::default())?;
+//! let deformed = deform(&shape, &handles, &DeformOptions::default())?;
 //! assert_eq!(deformed.report.stop, StopReason::Converged);
 //!
 //! let quality = Quality::measure(&shape.surface(), &shape.surface().with_positions(&deformed.positions))?;
@@ -23,6 +23,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! - A [`Mesh`] is made from flat buffers of positions and indices, and gives them back. Every job
+//!   takes `&mesh`, or a [`Surface`] where the positions are others
+//!   (`mesh.surface().with_positions(&moved)`). [`Surface`] has the measures as methods.
 //! - [`deform()`] moves handles once; a [`Session`] stays alive while they move.
 //! - [`reconstruct()`] rebuilds a shape from its two scalar fields alone.
 //! - [`spherical()`] maps a closed mesh onto the unit sphere without a flipped triangle; [`sphere`] has
@@ -36,7 +39,7 @@
 
 pub use cotan_flow as flow;
 pub use cotan_geometry as geometry;
-pub use cotan_geometry::shapes;
+pub use cotan_geometry::{BuiltMesh, Mesh, MeshBuilder, MeshError, Surface, shapes};
 pub use cotan_halfedge as halfedge;
 pub use cotan_laplacian as laplacian;
 pub use cotan_linear as linear;
@@ -81,10 +84,12 @@ pub mod prelude {
         KeepMagnitude, Limited, LocalGlobal, Orientation, Reflect, ReflectFirst, Report,
         RescaleByArea, Rest, ScalarFieldUpdater, Schedule, Start, StepReport, StopReason,
     };
-    pub use cotan_geometry::{Positions, Scalar, Surface, scalar};
+    pub use cotan_geometry::{
+        BuiltMesh, Mesh, MeshBuilder, MeshError, Positions, Scalar, Surface, SurfaceError, scalar,
+    };
     pub use cotan_halfedge::{
-        EdgeId, EdgeMap, FaceId, FaceMap, HalfedgeId, HalfedgeMap, HalfedgeMesh, VertexId,
-        VertexMap,
+        EdgeId, EdgeMap, EditError, FaceId, FaceMap, HalfedgeId, HalfedgeMap, HalfedgeMesh,
+        VertexId, VertexMap,
     };
     pub use cotan_laplacian::{
         ClampedCotangent, Cotangent, EdgeLength, LaplacianScheme, Operator, SchemeError, Symmetry,

@@ -1,13 +1,10 @@
 //! The settings of a deformation, as plain values with names.
 
-use std::sync::Arc;
-
 use cotan_flow::{
     Acceleration, BestRotation, DEFAULT_ITERATION_LIMIT, DEFAULT_TOLERANCE, Flow, FlowBuilder,
     Hybrid, KeepMagnitude, Limited, Reflect, ReflectFirst, RescaleByArea, Schedule, Start,
 };
-use cotan_geometry::{Positions, Scalar};
-use cotan_halfedge::HalfedgeMesh;
+use cotan_geometry::{Scalar, Surface};
 use cotan_laplacian::{ClampedCotangent, Cotangent, EdgeLength, LaplacianScheme, Tutte, Uniform};
 use cotan_linear::SystemOptions;
 use thiserror::Error;
@@ -190,14 +187,12 @@ impl SchemeKind {
 }
 
 impl DeformOptions {
-    /// A flow of this mesh with these settings, whose parts can be changed for others; see
-    /// [`Session::from_flow`](crate::Session::from_flow) and [`deform_with`](crate::deform_with).
-    pub fn flow<T: Scalar>(
-        &self,
-        mesh: impl Into<Arc<HalfedgeMesh>>,
-        positions: impl Into<Arc<Positions<T>>>,
-    ) -> FlowBuilder<T> {
-        self.apply(Flow::builder(mesh, positions))
+    /// A flow of this surface, which is copied, with these settings, whose parts can be changed for
+    /// others; see [`Session::from_flow`](crate::Session::from_flow) and
+    /// [`deform_with`](crate::deform_with).
+    pub fn flow<'m, T: Scalar>(&self, surface: impl Into<Surface<'m, T>>) -> FlowBuilder<T> {
+        let surface = surface.into();
+        self.apply(Flow::builder(surface.mesh(), surface.positions()))
     }
 
     /// A flow with these settings.

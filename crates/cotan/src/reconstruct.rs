@@ -3,8 +3,7 @@
 use std::ops::ControlFlow;
 
 use cotan_flow::{Flow, StepReport};
-use cotan_geometry::{Positions, Scalar};
-use cotan_halfedge::HalfedgeMesh;
+use cotan_geometry::{Scalar, Surface};
 
 use crate::deform::Deformed;
 use crate::error::Error;
@@ -23,30 +22,26 @@ use crate::session::Session;
 /// As [`crate::deform()`].
 ///
 /// **Source**: paper, section 3.4, figure 8 and table 2.
-pub fn reconstruct<T: Scalar>(
-    mesh: &HalfedgeMesh,
-    positions: &Positions<T>,
+pub fn reconstruct<'m, T: Scalar>(
+    surface: impl Into<Surface<'m, T>>,
     handles: &Handles<T>,
     options: &DeformOptions,
 ) -> Result<Deformed<T>, Error> {
-    reconstruct_observed(mesh, positions, handles, options, |_, _| {
-        ControlFlow::Continue(())
-    })
+    reconstruct_observed(surface, handles, options, |_, _| ControlFlow::Continue(()))
 }
 
 /// As [`reconstruct`]; the observer sees every step and may stop the run.
 ///
 /// # Errors
 /// As [`reconstruct`].
-pub fn reconstruct_observed<T: Scalar>(
-    mesh: &HalfedgeMesh,
-    positions: &Positions<T>,
+pub fn reconstruct_observed<'m, T: Scalar>(
+    surface: impl Into<Surface<'m, T>>,
     handles: &Handles<T>,
     options: &DeformOptions,
     observer: impl FnMut(&Flow<T>, &StepReport) -> ControlFlow<()>,
 ) -> Result<Deformed<T>, Error> {
     let options = options.clone().for_reconstruction();
-    let mut session = Session::new(mesh, positions, handles, &options)?;
+    let mut session = Session::new(surface, handles, &options)?;
     let report = session.run_observed(observer)?;
     Ok(Deformed {
         positions: session.positions(),

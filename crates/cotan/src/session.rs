@@ -1,11 +1,10 @@
 //! A deformation that stays alive while its handles move.
 
 use std::ops::ControlFlow;
-use std::sync::Arc;
 
 use cotan_flow::{Flow, FlowBuilder, Report, Schedule, StepReport};
-use cotan_geometry::{Positions, Scalar};
-use cotan_halfedge::{HalfedgeMesh, VertexId};
+use cotan_geometry::{Positions, Scalar, Surface};
+use cotan_halfedge::VertexId;
 use cotan_linear::Hold;
 use nalgebra::{Matrix4, Point3};
 
@@ -22,17 +21,17 @@ use crate::unmoved::Unmoved;
 ///
 /// let shape = cotan::shapes::icosphere::<f64>(2);
 /// let (bottom, top) = (VertexId::new(0), VertexId::new(3));
-/// let handles = Handles::new().fix([bottom]).move_to(top, shape.positions[top]);
+/// let handles = Handles::new().fix([bottom]).move_to(top, shape.positions()[top]);
 /// let mut session =
-///     Session::new(&shape.mesh, &shape.positions, &handles, &DeformOptions::default())?;
+///     Session::new(&shape, &handles, &DeformOptions::default())?;
 /// for frame in 1..=5 {
-///     let pulled = shape.positions[top] * (1.0 + 0.1 * f64::from(frame));
+///     let pulled = shape.positions()[top] * (1.0 + 0.1 * f64::from(frame));
 ///     session.move_handle(1, &Motion::To(vec![pulled]))?;
 ///     session.step()?;
 /// }
 /// let report = session.run()?;
 /// assert_eq!(report.stop, StopReason::Converged);
-/// assert_eq!(session.positions()[top], shape.positions[top] * 1.5);
+/// assert_eq!(session.positions()[top], shape.positions()[top] * 1.5);
 /// # Ok::<(), cotan::Error>(())
 /// ```
 #[derive(Debug)]
@@ -45,19 +44,19 @@ pub struct Session<T: Scalar> {
 }
 
 impl<T: Scalar> Session<T> {
-    /// Assembles and factorizes the system of `mesh` with `handles`. The session owns what it
-    /// needs: an `Arc` of mesh or positions is shared, a reference copied.
+    /// Assembles and factorizes the system of a surface with `handles`. The session owns what it
+    /// needs, a copy of mesh and positions; to share them, give a flow their `Arc`s and take
+    /// [`Self::from_flow`].
     ///
     /// # Errors
     /// [`Error`] for a mesh that is no surface, and for handles that do not exist, contradict each
     /// other or leave a component of the mesh free.
-    pub fn new(
-        mesh: impl Into<Arc<HalfedgeMesh>>,
-        positions: impl Into<Arc<Positions<T>>>,
+    pub fn new<'m>(
+        surface: impl Into<Surface<'m, T>>,
         handles: &Handles<T>,
         options: &DeformOptions,
     ) -> Result<Self, Error> {
-        Self::from_flow(options.flow(mesh, positions), handles)
+        Self::from_flow(options.flow(surface), handles)
     }
 
     /// A session of a flow with any scheme, updater, orientation or energy, yours included; `handles`
@@ -69,7 +68,7 @@ impl<T: Scalar> Session<T> {
     /// let shape = cotan::shapes::icosphere::<f64>(2);
     /// let handles = Handles::new().fix([VertexId::new(0)]);
     /// // The paper's settings, but for the weights.
-    /// let flow = DeformOptions::paper().flow(&shape.mesh, &shape.positions);
+    /// let flow = DeformOptions::paper().flow(&shape);
     /// let mut session = Session::from_flow(flow.scheme(Tutte), &handles)?;
     /// session.step()?;
     /// # Ok::<(), cotan::Error>(())
@@ -286,8 +285,7 @@ mod tests {
             tolerance: 1e-8,
             ..DeformOptions::default()
         };
-        let mut session =
-            Session::new(&shape.mesh, &shape.positions, &handles, &options).expect("a session");
+        let mut session = Session::new(shape.surface(), &handles, &options).expect("a session");
         let _ = session.run().expect("a run");
         let first = session.positions();
 

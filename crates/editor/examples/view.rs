@@ -29,10 +29,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let processing = cotan_io::load(path)?.surface()?;
             (processing.mesh().clone(), processing.positions().clone())
         }
-        None => {
-            let shape = cotan::shapes::creature::<f64>(cotan::shapes::CREATURE_RESOLUTION);
-            (shape.mesh, shape.positions)
-        }
+        None => cotan::shapes::creature::<f64>(cotan::shapes::CREATURE_RESOLUTION).into_parts(),
     };
     let offset: f64 = arguments.next().map_or(Ok(0.0), |text| text.parse())?;
     let positions = positions.map(|p| p + Vector3::repeat(offset));

@@ -89,7 +89,7 @@ mod tests {
     #[test]
     fn handles_come_back_from_their_file_as_they_were() {
         let shape = cotan::shapes::bar::<f64>([4.0, 1.0, 1.0], [16, 4, 4]);
-        let document = Document::from_mesh(&shape.mesh, &shape.positions).unwrap();
+        let document = Document::from_mesh(shape.connectivity(), shape.positions()).unwrap();
         let processing = document.surface().unwrap();
         let rest = processing.positions();
         let bent = rest.map(|p| p + Vector3::new(0.0, 0.1 * p.x * p.x, 0.0));

@@ -245,7 +245,11 @@ fn follow(shared: &Shared, first: Goal) -> Next {
     let mut options = goal.options.clone();
     let limit = MemoryLimit::of_machine().bytes();
     options.system.max_memory.get_or_insert(limit);
-    let session = Session::new(mesh.mesh(), rest.clone(), &jobs(&goal), &options);
+    let session = Session::new(
+        Surface::assume_checked(mesh.mesh(), &rest),
+        &jobs(&goal),
+        &options,
+    );
     let mut session = match session {
         Ok(session) => session,
         Err(error) => {
@@ -457,7 +461,7 @@ mod tests {
 
     fn mesh() -> Arc<ProcessingMesh> {
         let shape = cotan::shapes::bar::<f64>([4.0, 1.0, 1.0], [16, 4, 4]);
-        let document = Document::from_mesh(&shape.mesh, &shape.positions).unwrap();
+        let document = Document::from_mesh(shape.connectivity(), shape.positions()).unwrap();
         Arc::new(document.surface().unwrap())
     }
 
@@ -520,7 +524,12 @@ mod tests {
         solver.post(first.clone());
         let update = settled(&solver, 51);
         let handles = Scene::job_handles(&first.handles, &[]);
-        let job = cotan::deform(mesh.mesh(), &rest, &handles, &first.options).unwrap();
+        let job = cotan::deform(
+            Surface::assume_checked(mesh.mesh(), &rest),
+            &handles,
+            &first.options,
+        )
+        .unwrap();
         let pairs = update.shape.values().zip(job.positions.values());
         let farthest = pairs.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
         assert!(farthest < 4e-6, "{farthest:e}");

@@ -1,14 +1,14 @@
 //! Handles that come and go, and regions of interest.
 
 use cotan_flow::{Flow, FlowError, StopReason};
-use cotan_geometry::{Shape, shapes};
+use cotan_geometry::{Mesh, shapes};
 use cotan_halfedge::VertexId;
 use cotan_linear::{Handle, LinearError, Strategy, SystemOptions};
 use nalgebra::{Point3, Vector3};
 
-fn at(shape: &Shape<f64>, vertex: usize, lift: f64) -> (Handle, Point3<f64>) {
+fn at(shape: &Mesh<f64>, vertex: usize, lift: f64) -> (Handle, Point3<f64>) {
     let vertex = VertexId::new(vertex);
-    let target = shape.positions[vertex] + Vector3::new(0.0, 0.0, lift);
+    let target = shape.positions()[vertex] + Vector3::new(0.0, 0.0, lift);
     (Handle::hard(vertex), target)
 }
 
@@ -24,7 +24,7 @@ fn an_added_handle_is_met_and_a_removed_one_lets_go() {
     ];
     let more = [few[0], few[1], few[2], few[3], at(&shape, 11, 0.05)];
     for strategy in [Strategy::Normal, Strategy::Columns] {
-        let mut flow = Flow::builder(&shape.mesh, &shape.positions)
+        let mut flow = Flow::builder(shape.connectivity(), shape.positions())
             .handles(few)
             .system(SystemOptions::new().strategy(strategy))
             .tolerance(1e-8)
@@ -62,7 +62,7 @@ fn an_added_handle_is_met_and_a_removed_one_lets_go() {
 fn refused_handles_change_nothing() {
     let shape = shapes::icosphere::<f64>(2);
     let few = [at(&shape, 0, 0.0), at(&shape, 3, 0.2)];
-    let mut flow = Flow::builder(&shape.mesh, &shape.positions)
+    let mut flow = Flow::builder(shape.connectivity(), shape.positions())
         .handles(few)
         .build()
         .unwrap();
@@ -95,9 +95,9 @@ fn outside_of_the_region_nothing_moves_and_nothing_is_factorized() {
     let top = region
         .iter()
         .copied()
-        .max_by(|a, b| shape.positions[*a].z.total_cmp(&shape.positions[*b].z))
+        .max_by(|a, b| shape.positions()[*a].z.total_cmp(&shape.positions()[*b].z))
         .unwrap();
-    let mut flow = Flow::builder(&shape.mesh, &shape.positions)
+    let mut flow = Flow::builder(shape.connectivity(), shape.positions())
         .handles([at(&shape, top.index(), 0.4)])
         .region(region.iter().copied())
         .build()
@@ -109,17 +109,17 @@ fn outside_of_the_region_nothing_moves_and_nothing_is_factorized() {
         let now = flow.positions();
         let is_inside = |v: VertexId| region.contains(&v);
         assert_eq!(now[top], target);
-        let moved = |v: &VertexId| now[*v] != shape.positions[*v];
+        let moved = |v: &VertexId| now[*v] != shape.positions()[*v];
         assert!(
             shape
-                .mesh
+                .connectivity()
                 .vertices()
                 .filter(|&v| !is_inside(v))
                 .all(|v| !moved(&v))
         );
         assert!(region.iter().filter(|v| moved(v)).count() > region.len() / 2);
     };
-    check(&flow, shape.positions[top] + Vector3::new(0.0, 0.0, 0.4));
+    check(&flow, shape.positions()[top] + Vector3::new(0.0, 0.0, 0.4));
     // Other handles leave the region what it is.
     let again = at(&shape, top.index(), -0.1);
     flow.set_handles(&[(Handle::soft(top, 50.0), again.1)])
@@ -133,7 +133,7 @@ fn outside_of_the_region_nothing_moves_and_nothing_is_factorized() {
 #[test]
 fn a_region_of_vertices_that_do_not_exist_is_refused() {
     let shape = shapes::icosphere::<f64>(1);
-    let refused = Flow::builder(&shape.mesh, &shape.positions)
+    let refused = Flow::builder(shape.connectivity(), shape.positions())
         .region([VertexId::new(42)])
         .build();
     assert_eq!(

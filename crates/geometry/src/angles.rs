@@ -365,7 +365,7 @@ mod tests {
             0.0
         );
         let shape = icosphere::<f64>(2);
-        let flat = shape.positions.map(|p| Point3::new(p.x, p.y, 0.05 * p.z));
+        let flat = shape.positions().map(|p| Point3::new(p.x, p.y, 0.05 * p.z));
         assert!(negative_cotangent_share(&shape.surface().with_positions(&flat)) > 0.05);
     }
 

@@ -197,7 +197,7 @@ mod tests {
 
         #[test]
         fn area_scales_with_the_square(shape in testing::surfaces(), scale in 0.01..100.0_f64) {
-            let scaled = shape.positions.map(|p| p * scale);
+            let scaled = shape.positions().map(|p| p * scale);
             let surface = shape.surface();
             let ratio = surface_area(&surface.with_positions(&scaled)) / surface_area(&surface);
             prop_assert!((ratio / (scale * scale) - 1.0).abs() < 1e-12);

@@ -89,7 +89,7 @@ mod tests {
         assert_eq!(bounds.extents(), Vector3::new(1.0, 2.0, 3.0));
         assert_eq!(bounds.longest_side(), 3.0);
         assert!((bounds.diagonal() - 14.0_f32.sqrt()).abs() < 1e-6);
-        assert!(shape.positions.values().all(|p| bounds.contains(p)));
+        assert!(shape.positions().values().all(|p| bounds.contains(p)));
         assert!(!bounds.contains(&Point3::new(0.0, 0.0, 1.6)));
     }
 

@@ -125,7 +125,7 @@ mod tests {
     fn convex_edges_are_positive_and_turning_inside_out_negates() {
         let shape = tetrahedron::<f64>();
         let mirrored = shape
-            .positions
+            .positions()
             .map(|p| nalgebra::Point3::new(-p.x, p.y, p.z));
         let surface = shape.surface();
         let outside = dihedral_angles(&surface);
@@ -161,7 +161,7 @@ mod tests {
         #[test]
         fn mean_curvature_scales_with_length(shape in testing::surfaces(), s in 0.1..10.0_f64) {
             let surface = shape.surface();
-            let scaled = shape.positions.map(|p| p * s);
+            let scaled = shape.positions().map(|p| p * s);
             let before = integrated_mean_curvatures(&surface);
             let after = integrated_mean_curvatures(&surface.with_positions(&scaled));
             let size = crate::bounding_box(&surface).diagonal();

@@ -63,7 +63,7 @@ mod tests {
         let shape = tetrahedron::<f64>();
         let surface = shape.surface();
         let [a, b] = surface.mesh().edge_vertices(cotan_halfedge::EdgeId::new(0));
-        let mut positions = shape.positions.clone();
+        let mut positions = shape.positions().clone();
         positions[a] = positions[b];
         let collapsed = surface.with_positions(&positions);
         assert_eq!(degenerate_faces(&collapsed, 0.0).len(), 2);

@@ -53,7 +53,7 @@ pub fn edge_length_ratios<T: Scalar>(
 /// ```
 /// use cotan_geometry::{edge_distortion, icosphere};
 /// let shape = icosphere::<f64>(2);
-/// let larger = shape.positions.map(|p| p * 1.5);
+/// let larger = shape.positions().map(|p| p * 1.5);
 /// let distortion = edge_distortion(&shape.surface(), &larger)?;
 /// assert!((distortion.rms - 0.5).abs() < 1e-14);
 /// # Ok::<(), cotan_geometry::SurfaceError>(())
@@ -191,10 +191,10 @@ mod tests {
     #[test]
     fn stretching_a_bar_stretches_its_long_edges() {
         let shape = bar::<f64>([1.0, 1.0, 4.0], [1, 1, 4]);
-        let longer = shape.positions.map(|p| Point3::new(p.x, p.y, 2.0 * p.z));
+        let longer = shape.positions().map(|p| Point3::new(p.x, p.y, 2.0 * p.z));
         let distortion = edge_distortion(&shape.surface(), &longer).expect("same mesh");
         assert_eq!((distortion.min_ratio, distortion.max_ratio), (1.0, 2.0));
-        assert_eq!(distortion.num_compared, shape.mesh.num_edges());
+        assert_eq!(distortion.num_compared, shape.connectivity().num_edges());
         let areas = area_distortion(&shape.surface(), &longer).expect("same mesh");
         assert_eq!((areas.min_ratio, areas.max_ratio), (1.0, 2.0));
         assert!(angle_distortion_rms(&shape.surface(), &longer).expect("same mesh") > 0.1);
@@ -203,15 +203,17 @@ mod tests {
     #[test]
     fn edges_without_length_are_skipped_and_counted() {
         let shape = icosphere::<f64>(1);
-        let [a, b] = shape.mesh.edge_vertices(cotan_halfedge::EdgeId::new(0));
-        let mut collapsed = shape.positions.clone();
+        let [a, b] = shape
+            .connectivity()
+            .edge_vertices(cotan_halfedge::EdgeId::new(0));
+        let mut collapsed = shape.positions().clone();
         collapsed[a] = collapsed[b];
         let rest = shape.surface().with_positions(&collapsed);
-        let distortion = edge_distortion(&rest, &shape.positions).expect("same mesh");
+        let distortion = edge_distortion(&rest, shape.positions()).expect("same mesh");
         assert_eq!(distortion.num_skipped, 1);
         assert!(distortion.rms.is_finite());
         assert_eq!(
-            area_distortion(&rest, &shape.positions)
+            area_distortion(&rest, shape.positions())
                 .expect("same mesh")
                 .num_skipped,
             2
@@ -223,16 +225,16 @@ mod tests {
         let shape = bumpy_plane::<f64>([1.0; 2], [10, 10], 0.0);
         let surface = shape.surface();
         let v = shape
-            .mesh
+            .connectivity()
             .vertices()
-            .find(|&v| shape.positions[v].coords.norm() < 1e-9);
+            .find(|&v| shape.positions()[v].coords.norm() < 1e-9);
         let v = v.expect("the grid has a middle");
-        let mut pulled = shape.positions.clone();
+        let mut pulled = shape.positions().clone();
         pulled[v].x += 0.25;
         let folded = folded_faces(&surface, &pulled).expect("same mesh");
         assert!(!folded.is_empty() && folded.len() < 9);
         assert!(
-            folded_faces(&surface, &shape.positions)
+            folded_faces(&surface, shape.positions())
                 .expect("same mesh")
                 .is_empty()
         );
@@ -244,7 +246,7 @@ mod tests {
     #[test]
     fn wrong_positions_are_refused() {
         let shape = icosphere::<f64>(0);
-        let mut broken = shape.positions.clone();
+        let mut broken = shape.positions().clone();
         broken[VertexId::new(3)].x = f64::NAN;
         let result = edge_distortion(&shape.surface(), &broken);
         assert_eq!(
@@ -263,7 +265,7 @@ mod tests {
             motion in testing::rigid_motions(),
         ) {
             let surface = shape.surface();
-            let moved = shape.positions.map(|p| motion * p);
+            let moved = shape.positions().map(|p| motion * p);
             prop_assert!(edge_distortion_rms(&surface, &moved)? < 1e-10);
             prop_assert!(area_distortion(&surface, &moved)?.rms < 1e-9);
             prop_assert!(angle_distortion_rms(&surface, &moved)? < 1e-9);
@@ -273,7 +275,7 @@ mod tests {
         #[test]
         fn scaling_keeps_angles_only(shape in testing::surfaces(), scale in 0.1..10.0_f64) {
             let surface = shape.surface();
-            let scaled = shape.positions.map(|p| p * scale);
+            let scaled = shape.positions().map(|p| p * scale);
             prop_assert!((edge_distortion_rms(&surface, &scaled)? - (scale - 1.0).abs()).abs() < 1e-9);
             prop_assert!(angle_distortion_rms(&surface, &scaled)? < 1e-9);
         }

@@ -1,21 +1,22 @@
 //! Positions on connectivity: lengths, angles, areas, normals, curvature, volume, distortion, and
 //! sample shapes.
 //!
-//! A [`Surface`] borrows a [`HalfedgeMesh`](cotan_halfedge::HalfedgeMesh) and [`Positions`].
-//! Every quantity is a free function of it, generic over `f32` and `f64`; those that an iteration
-//! needs in every step also come as `…_into`, which fills a map that is kept. Long loops run in
+//! A [`Mesh`] owns a [`HalfedgeMesh`](cotan_halfedge::HalfedgeMesh) and [`Positions`]; a
+//! [`Surface`] borrows them. Every quantity is a free function of a surface, generic over `f32`
+//! and `f64`, and those of a whole surface are also its methods; those that an iteration needs in
+//! every step also come as `…_into`, which fills a map that is kept. Long loops run in
 //! parallel where that pays, and the bytes never depend on the number of threads. Sums over the
 //! surface are kept in `f64`.
 //!
 //! ```
-//! use cotan_geometry::{angle_defects, icosphere, surface_area, volume};
+//! use cotan_geometry::icosphere;
 //! use std::f64::consts::PI;
 //!
 //! let shape = icosphere::<f64>(4);
 //! let surface = shape.surface();
-//! assert!((volume(&surface) / (4.0 / 3.0 * PI) - 1.0).abs() < 0.005);
-//! assert!((surface_area(&surface) / (4.0 * PI) - 1.0).abs() < 0.005);
-//! let total: f64 = angle_defects(&surface).values().sum();
+//! assert!((surface.volume() / (4.0 / 3.0 * PI) - 1.0).abs() < 0.005);
+//! assert!((surface.area() / (4.0 * PI) - 1.0).abs() < 0.005);
+//! let total: f64 = surface.angle_defects().values().sum();
 //! assert!((total - 4.0 * PI).abs() < 1e-9);
 //! ```
 //!
@@ -29,6 +30,8 @@ mod degenerate;
 mod distortion;
 mod lengths;
 pub mod maps;
+mod measures;
+mod mesh;
 mod normals;
 mod readable;
 mod scalar;
@@ -58,6 +61,7 @@ pub use distortion::{
     edge_length_ratios, folded_faces,
 };
 pub use lengths::{edge_length, edge_lengths, edge_lengths_into, mean_edge_length};
+pub use mesh::{BuiltMesh, Mesh, MeshBuilder, MeshError};
 pub use normals::{
     face_normal, face_normals, face_normals_into, unit_or_zero, vertex_area_vectors,
     vertex_area_vectors_into, vertex_normals, vertex_normals_into,
@@ -65,8 +69,8 @@ pub use normals::{
 pub use readable::Readable;
 pub use scalar::{Scalar, scalar};
 pub use shapes::{
-    CREATURE_RESOLUTION, Region, Shape, bar, bumpy_plane, creature, creature_regions, cylinder,
-    icosphere, tetrahedron, torus,
+    CREATURE_RESOLUTION, Region, bar, bumpy_plane, creature, creature_regions, cylinder, icosphere,
+    tetrahedron, torus,
 };
 pub use spatial_order::SpatialOrder;
 pub use surface::{Positions, Surface, SurfaceError};

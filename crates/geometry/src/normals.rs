@@ -58,7 +58,7 @@ pub fn face_normals_into<T: Scalar>(surface: &Surface<'_, T>, out: &mut FaceMap<
 /// let shape = icosphere::<f64>(3);
 /// let normals = vertex_normals(&shape.surface());
 /// for (v, normal) in normals.iter() {
-///     assert!((normal - shape.positions[v].coords).norm() < 0.05);
+///     assert!((normal - shape.positions()[v].coords).norm() < 0.05);
 /// }
 /// ```
 ///
@@ -134,7 +134,7 @@ mod tests {
         let shape = bar::<f64>([1.0; 3], [2; 3]);
         let surface = shape.surface();
         let normals = vertex_normals(&surface);
-        for (v, p) in shape.positions.iter() {
+        for (v, p) in shape.positions().iter() {
             if p.iter().all(|x| x.abs() == 0.5) {
                 let cosine = normals[v].dot(&p.coords.normalize());
                 assert!(cosine > 0.9, "{cosine}");
@@ -165,7 +165,7 @@ mod tests {
     fn a_collapsed_mesh_has_zero_normals() {
         let shape = icosphere::<f32>(1);
         let collapsed = shape
-            .positions
+            .positions()
             .map(|_| nalgebra::Point3::new(1.0, 2.0, 3.0));
         let normals = vertex_normals(&shape.surface().with_positions(&collapsed));
         assert!(normals.values().all(|n| *n == Vector3::zeros()));
@@ -187,7 +187,7 @@ mod tests {
             rotation in testing::rotations(),
         ) {
             let surface = shape.surface();
-            let turned = shape.positions.map(|p| rotation * p);
+            let turned = shape.positions().map(|p| rotation * p);
             let after = vertex_normals(&surface.with_positions(&turned));
             for (v, n) in vertex_normals(&surface).iter() {
                 prop_assert!((rotation * n - after[v]).norm() < 1e-9);
@@ -198,9 +198,9 @@ mod tests {
         fn volume_grows_along_the_area_vectors(shape in testing::closed_surfaces()) {
             // dV = (1/3) Σ N_i · dx_i on closed surfaces; a translation changes nothing.
             let surface = shape.surface();
-            let v = VertexId::new(shape.positions.len() / 2);
+            let v = VertexId::new(shape.positions().len() / 2);
             let step = Vector3::new(0.3, -0.2, 0.5) * 1e-3;
-            let mut moved = shape.positions.clone();
+            let mut moved = shape.positions().clone();
             moved[v] += step;
             let change = crate::volume(&surface.with_positions(&moved)) - crate::volume(&surface);
             let predicted = vertex_area_vectors(&surface)[v].dot(&step) / 3.0;

@@ -10,6 +10,7 @@ use cotan_parallel as parallel;
 use nalgebra::Point3;
 use rayon::slice::ParallelSliceMut;
 
+use crate::mesh::Mesh;
 use crate::scalar::Scalar;
 use crate::surface::Positions;
 
@@ -25,19 +26,19 @@ use crate::surface::Positions;
 ///
 /// let shape = irregular::<f64>(10_000, Numbering::Random, 1);
 /// let faces: Vec<[u32; 3]> = shape
-///     .mesh
+///     .connectivity()
 ///     .faces()
-///     .map(|f| shape.mesh.triangle(f).map(|v| v.index() as u32))
+///     .map(|f| shape.connectivity().triangle(f).map(|v| v.index() as u32))
 ///     .collect();
-/// assert!(SpatialOrder::is_scattered(shape.positions.len(), &faces));
+/// assert!(SpatialOrder::is_scattered(shape.positions().len(), &faces));
 ///
-/// let order = SpatialOrder::of(&shape.positions);
+/// let order = SpatialOrder::of(shape.positions());
 /// let (near, _) = order.faces(&faces);
-/// assert!(!SpatialOrder::is_scattered(shape.positions.len(), &near));
-/// let mesh = HalfedgeMesh::from_faces(shape.positions.len(), &near)?;
+/// assert!(!SpatialOrder::is_scattered(shape.positions().len(), &near));
+/// let mesh = HalfedgeMesh::from_faces(shape.positions().len(), &near)?;
 /// // … work on the mesh with these positions …
-/// let positions = order.gather(&shape.positions);
-/// assert_eq!(order.scatter(&positions), shape.positions);
+/// let positions = order.gather(shape.positions());
+/// assert_eq!(order.scatter(&positions), shape.positions());
 /// # Ok::<(), cotan_halfedge::BuildError>(())
 /// ```
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -211,20 +212,21 @@ fn spread(x: u64) -> u64 {
     (x | x << 2) & 0x1249_2492_4924_9249
 }
 
-impl<T: Scalar> crate::shapes::Shape<T> {
-    /// The same shape with its vertices and faces numbered by place, and the order that leads back.
+impl<T: Scalar> Mesh<T> {
+    /// The same mesh with its vertices and faces numbered by place, and the order that leads back.
     #[must_use]
     pub fn in_spatial_order(&self) -> (Self, SpatialOrder) {
-        let order = SpatialOrder::of(&self.positions);
-        let corners = |f| self.mesh.triangle(f).map(|v| v.index() as u32);
-        let faces: Vec<[u32; 3]> = self.mesh.faces().map(corners).collect();
-        let mesh = match HalfedgeMesh::from_faces(self.positions.len(), &order.faces(&faces).0) {
-            Ok(mesh) => mesh,
+        let order = SpatialOrder::of(self.positions());
+        let corners = |f| self.connectivity().triangle(f).map(|v| v.index() as u32);
+        let faces: Vec<[u32; 3]> = self.connectivity().faces().map(corners).collect();
+        let faces = order.faces(&faces).0;
+        let connectivity = match HalfedgeMesh::from_faces(self.num_vertices(), &faces) {
+            Ok(connectivity) => connectivity,
             // Other numbers make no other surface.
-            Err(error) => panic!("a shape that is no manifold: {error}"),
+            Err(error) => panic!("a mesh that is no manifold: {error}"),
         };
-        let positions = order.gather(&self.positions);
-        (Self { mesh, positions }, order)
+        let positions = order.gather(self.positions());
+        (Self::assume_checked(connectivity, positions), order)
     }
 }
 
@@ -249,16 +251,20 @@ mod tests {
     use crate::shapes::{Numbering, creature, icosphere, irregular, torus};
     use crate::{surface_area, volume};
 
-    fn faces<T: Scalar>(shape: &crate::Shape<T>) -> Vec<[u32; 3]> {
-        let corners = |f| shape.mesh.triangle(f).map(|v| v.index() as u32);
-        shape.mesh.faces().map(corners).collect()
+    fn faces<T: Scalar>(shape: &Mesh<T>) -> Vec<[u32; 3]> {
+        let corners = |f| shape.connectivity().triangle(f).map(|v| v.index() as u32);
+        shape.connectivity().faces().map(corners).collect()
     }
 
     #[test]
     fn the_order_is_a_permutation_and_the_surface_stays() {
         let shape = irregular::<f64>(6_000, Numbering::Random, 2);
         let (near, order) = shape.in_spatial_order();
-        let mut seen: Vec<VertexId> = shape.mesh.vertices().map(|v| order.old_id(v)).collect();
+        let mut seen: Vec<VertexId> = shape
+            .connectivity()
+            .vertices()
+            .map(|v| order.old_id(v))
+            .collect();
         assert!(
             seen.iter()
                 .enumerate()
@@ -266,22 +272,25 @@ mod tests {
         );
         seen.sort_unstable();
         assert!(seen.iter().enumerate().all(|(k, v)| v.index() == k));
-        assert_eq!(order.scatter(&near.positions), shape.positions);
-        let measure = |s: &crate::Shape<f64>| [volume(&s.surface()), surface_area(&s.surface())];
+        assert_eq!(&order.scatter(near.positions()), shape.positions());
+        let measure = |s: &Mesh<f64>| [volume(&s.surface()), surface_area(&s.surface())];
         for (a, b) in measure(&shape).into_iter().zip(measure(&near)) {
             assert!((a / b - 1.0).abs() < 1e-12);
         }
         let (_, old_faces) = order.faces(&faces(&shape));
-        for f in near.mesh.faces() {
-            let old = shape.mesh.triangle(old_faces[f.index()]);
-            assert_eq!(near.mesh.triangle(f).map(|v| order.old_id(v)), old);
+        for f in near.connectivity().faces() {
+            let old = shape.connectivity().triangle(old_faces[f.index()]);
+            assert_eq!(
+                near.connectivity().triangle(f).map(|v| order.old_id(v)),
+                old
+            );
         }
     }
 
     #[test]
     fn random_numbers_are_scattered_and_others_are_not() {
         let is_scattered =
-            |s: &crate::Shape<f32>| SpatialOrder::is_scattered(s.positions.len(), &faces(s));
+            |s: &Mesh<f32>| SpatialOrder::is_scattered(s.positions().len(), &faces(s));
         for size in [5_000, 60_000] {
             let random = irregular(size, Numbering::Random, 4);
             assert!(is_scattered(&random));
@@ -296,8 +305,8 @@ mod tests {
 
     #[test]
     fn neighbours_in_space_have_near_numbers() {
-        let distance = |shape: &crate::Shape<f64>| {
-            let mesh = &shape.mesh;
+        let distance = |shape: &Mesh<f64>| {
+            let mesh = shape.connectivity();
             let sum: f64 = mesh
                 .edges()
                 .map(|e| mesh.edge_vertices(e).map(|v| v.index()))

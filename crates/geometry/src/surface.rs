@@ -58,6 +58,12 @@ impl<T: Scalar> Clone for Surface<'_, T> {
 
 impl<T: Scalar> Copy for Surface<'_, T> {}
 
+impl<'a, T: Scalar> From<&Surface<'a, T>> for Surface<'a, T> {
+    fn from(surface: &Surface<'a, T>) -> Self {
+        *surface
+    }
+}
+
 impl<'a, T: Scalar> Surface<'a, T> {
     /// Checks that `positions` embed `mesh` and pairs the two.
     ///

@@ -8,31 +8,32 @@ use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vecto
 use proptest::prelude::*;
 
 use crate::lengths::edge_lengths;
-use crate::shapes::{Shape, bar, bumpy_plane, cylinder, icosphere, tetrahedron, torus};
+use crate::mesh::Mesh;
+use crate::shapes::{bar, bumpy_plane, cylinder, icosphere, tetrahedron, torus};
 
 /// A small surface of any kind, at most 400 vertices: closed (genus 0 or 1) or a disc, regular or
 /// jittered by up to a tenth of the shortest edge, placed, turned and scaled (0.1 … 10) at random.
-pub fn surfaces() -> impl Strategy<Value = Shape<f64>> {
+pub fn surfaces() -> impl Strategy<Value = Mesh<f64>> {
     place(prop_oneof![closed_shapes(), discs()])
 }
 
 /// As [`surfaces`], but closed: genus 0 or 1.
-pub fn closed_surfaces() -> impl Strategy<Value = Shape<f64>> {
+pub fn closed_surfaces() -> impl Strategy<Value = Mesh<f64>> {
     place(closed_shapes())
 }
 
 /// As [`surfaces`], but closed and of genus 0.
-pub fn spheres() -> impl Strategy<Value = Shape<f64>> {
+pub fn spheres() -> impl Strategy<Value = Mesh<f64>> {
     place(genus_zero_shapes())
 }
 
 /// As [`surfaces`], but with one boundary loop.
-pub fn open_surfaces() -> impl Strategy<Value = Shape<f64>> {
+pub fn open_surfaces() -> impl Strategy<Value = Mesh<f64>> {
     place(discs())
 }
 
 /// An icosphere whose radius varies smoothly by up to 40 %, with a mean of about 1.
-pub fn blobs() -> impl Strategy<Value = Shape<f64>> {
+pub fn blobs() -> impl Strategy<Value = Mesh<f64>> {
     let wave = (directions(), 0.5..3.0_f64, 0.0..TAU);
     (
         0..3_u32,
@@ -42,7 +43,7 @@ pub fn blobs() -> impl Strategy<Value = Shape<f64>> {
         .prop_map(|(subdivisions, waves, depth)| {
             let mut shape = icosphere::<f64>(subdivisions);
             let share = depth / waves.len() as f64;
-            for p in shape.positions.values_mut() {
+            for p in shape.positions_mut().iter_mut() {
                 let height: f64 = waves
                     .iter()
                     .map(|(axis, frequency, phase)| (frequency * axis.dot(&p.coords) + phase).sin())
@@ -74,7 +75,7 @@ pub fn directions() -> impl Strategy<Value = Vector3<f64>> {
     })
 }
 
-fn genus_zero_shapes() -> impl Strategy<Value = Shape<f64>> {
+fn genus_zero_shapes() -> impl Strategy<Value = Mesh<f64>> {
     prop_oneof![
         Just(tetrahedron()),
         (0..3_u32).prop_map(icosphere),
@@ -90,25 +91,25 @@ fn genus_zero_shapes() -> impl Strategy<Value = Shape<f64>> {
     ]
 }
 
-fn closed_shapes() -> impl Strategy<Value = Shape<f64>> {
+fn closed_shapes() -> impl Strategy<Value = Mesh<f64>> {
     let tori = (0.2..0.6_f64, 6..24_usize, 5..14_usize)
         .prop_map(|(minor, around, across)| torus(1.0, minor, around, across));
     prop_oneof![3 => genus_zero_shapes(), 1 => tori]
 }
 
-fn discs() -> impl Strategy<Value = Shape<f64>> {
+fn discs() -> impl Strategy<Value = Mesh<f64>> {
     ([0.5..2.0_f64, 0.5..2.0], [2..12_usize, 2..12], 0.0..0.2_f64)
         .prop_map(|(size, segments, amplitude)| bumpy_plane(size, segments, amplitude))
 }
 
 /// Jitters, scales, turns and moves.
-fn place(shapes: impl Strategy<Value = Shape<f64>>) -> impl Strategy<Value = Shape<f64>> {
+fn place(shapes: impl Strategy<Value = Mesh<f64>>) -> impl Strategy<Value = Mesh<f64>> {
     let jitter = prop_oneof![Just(0.0), 0.0..0.1_f64];
     (shapes, jitter, any::<u64>(), -1.0..1.0_f64, rigid_motions()).prop_map(
         |(mut shape, jitter, seed, exponent, motion)| {
             let reach = jitter * shortest_edge(&shape);
             let scale = 10.0_f64.powf(exponent);
-            for (v, p) in shape.positions.values_mut().enumerate() {
+            for (v, p) in shape.positions_mut().iter_mut().enumerate() {
                 let noise = Vector3::from_fn(|k, _| noise(seed, 3 * v + k));
                 *p = motion * Point3::from((p.coords + noise * reach) * scale);
             }
@@ -117,7 +118,7 @@ fn place(shapes: impl Strategy<Value = Shape<f64>>) -> impl Strategy<Value = Sha
     )
 }
 
-fn shortest_edge(shape: &Shape<f64>) -> f64 {
+fn shortest_edge(shape: &Mesh<f64>) -> f64 {
     edge_lengths(&shape.surface())
         .values()
         .copied()
@@ -140,7 +141,7 @@ mod tests {
     proptest! {
         #[test]
         fn surfaces_are_small_and_sound(shape in surfaces()) {
-            prop_assert!(shape.mesh.num_vertices() <= 400);
+            prop_assert!(shape.num_vertices() <= 400);
             prop_assert!(degenerate_faces(&shape.surface(), 1e-3).is_empty());
         }
 
@@ -150,13 +151,13 @@ mod tests {
             sphere in spheres(),
             open in open_surfaces(),
         ) {
-            let boundary = |shape: &Shape<f64>| {
-                shape.mesh.halfedges().filter(|&h| shape.mesh.is_boundary_halfedge(h)).count()
+            let boundary = |shape: &Mesh<f64>| {
+                shape.connectivity().halfedges().filter(|&h| shape.connectivity().is_boundary_halfedge(h)).count()
             };
             prop_assert_eq!(boundary(&closed), 0);
             prop_assert_eq!(boundary(&sphere), 0);
             prop_assert!(boundary(&open) >= 8);
-            let mesh = &sphere.mesh;
+            let mesh = sphere.connectivity();
             prop_assert_eq!(mesh.num_vertices() + mesh.num_faces(), mesh.num_edges() + 2);
         }
 

@@ -99,7 +99,7 @@ mod tests {
     #[test]
     fn translation_by_a_million_does_not_matter() {
         let shape = icosphere::<f64>(3);
-        let far = shape.positions.map(|p| p + Vector3::new(1e6, -1e6, 1e6));
+        let far = shape.positions().map(|p| p + Vector3::new(1e6, -1e6, 1e6));
         let surface = shape.surface();
         // Positions at 1e6 are rounded by 1e-10; the volume must not lose more than that.
         let ratio = volume(&surface.with_positions(&far)) / volume(&surface);
@@ -109,7 +109,7 @@ mod tests {
     #[test]
     fn reversed_faces_enclose_a_negative_volume() {
         let shape = torus::<f64>(1.0, 0.4, 24, 16);
-        let mirrored = shape.positions.map(|p| Point3::new(p.x, -p.y, p.z));
+        let mirrored = shape.positions().map(|p| Point3::new(p.x, -p.y, p.z));
         let surface = shape.surface();
         assert!(volume(&surface) > 0.0);
         assert!((volume(&surface.with_positions(&mirrored)) + volume(&surface)).abs() < 1e-13);
@@ -125,7 +125,7 @@ mod tests {
     fn centroids_of_a_shifted_box() {
         let shape = bar::<f64>([1.0, 2.0, 3.0], [2, 2, 2]);
         let offset = Vector3::new(5.0, -7.0, 11.0);
-        let moved = shape.positions.map(|p| p + offset);
+        let moved = shape.positions().map(|p| p + offset);
         let surface = shape.surface().with_positions(&moved);
         let center = Point3::from(offset);
         assert!((surface_centroid(&surface) - center).norm() < 1e-13);
@@ -136,8 +136,8 @@ mod tests {
     #[test]
     fn a_flat_body_has_no_volume_centroid() {
         let shape = icosphere::<f64>(1);
-        let flat = shape.positions.map(|p| Point3::new(p.x, p.y, 0.0));
-        let point = shape.positions.map(|_| Point3::new(1.0, 2.0, 3.0));
+        let flat = shape.positions().map(|p| Point3::new(p.x, p.y, 0.0));
+        let point = shape.positions().map(|_| Point3::new(1.0, 2.0, 3.0));
         let surface = shape.surface();
         assert_eq!(volume_centroid(&surface.with_positions(&flat)), None);
         assert_eq!(volume_centroid(&surface.with_positions(&point)), None);
@@ -155,7 +155,7 @@ mod tests {
             let surface = shape.surface();
             let size = crate::bounding_box(&surface).diagonal();
             let before = volume(&surface);
-            let moved = shape.positions.map(|p| motion * (p * scale));
+            let moved = shape.positions().map(|p| motion * (p * scale));
             let moved = surface.with_positions(&moved);
             let expected = before * scale.powi(3);
             let tolerance = 1e-10 * (size * scale).powi(3);

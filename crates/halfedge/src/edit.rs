@@ -12,8 +12,10 @@
 //! | [`HalfedgeMesh::delete_faces`] | | faces, and the edges and vertices that only they use |
 //!
 //! New elements get the numbers after the last one, so a map is kept up with
-//! [`DenseMap::push`](crate::DenseMap::push). Edits that take elements away return a
-//! [`Renumbering`] to apply to the maps.
+//! [`DenseMap::push`](crate::DenseMap::push). Edits return the elements that are new with those
+//! they come from ([`SplitEdge`], [`SplitFace`], [`CutFace`]), so that attributes can follow.
+//! Edits that take elements away return a [`Renumbering`] to apply to the maps, a collapse as a
+//! part of [`Collapsed`].
 
 mod collapse;
 mod delete;
@@ -25,10 +27,15 @@ mod triangulate;
 
 use thiserror::Error;
 
-use crate::ids::{EdgeId, FaceId, HalfedgeId, NONE, VertexId};
+use crate::ids::{EdgeId, FaceId, HalfedgeId, Id, NONE, VertexId};
+use crate::map::DenseMap;
 use crate::mesh::HalfedgeMesh;
 
+pub use collapse::{ClosedFace, Collapsed};
+pub use flip::FlippedEdge;
 pub use renumbering::Renumbering;
+pub use split_edge::SplitEdge;
+pub use split_face::{CutFace, SplitFace};
 
 /// Why an edit was refused. The mesh is as it was before.
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
@@ -180,6 +187,29 @@ pub enum EditError {
         /// How many it has.
         found: usize,
     },
+}
+
+/// Appends for every child a clone of its parent's value. The children have the next numbers.
+fn inherit<I: Id, T: Clone>(
+    elements: &'static str,
+    map: &mut DenseMap<I, T>,
+    children: impl IntoIterator<Item = (I, I)>,
+) -> Result<(), EditError> {
+    for (parent, child) in children {
+        check_length(elements, child.index(), map.len())?;
+        map.push(map[parent].clone());
+    }
+    Ok(())
+}
+
+fn check_length(elements: &'static str, expected: usize, found: usize) -> Result<(), EditError> {
+    (found == expected)
+        .then_some(())
+        .ok_or(EditError::MapLength {
+            elements,
+            expected,
+            found,
+        })
 }
 
 /// Checks that several edits share.
@@ -377,7 +407,132 @@ mod tests {
         Ok(())
     }
 
+    /// What is gone must be gone, and edges that are merged must have met in the triangle.
+    fn check_collapsed(
+        before: &HalfedgeMesh,
+        after: &HalfedgeMesh,
+        halfedge: HalfedgeId,
+        collapsed: &Collapsed,
+    ) -> Result<(), TestCaseError> {
+        let new = &collapsed.renumbering;
+        prop_assert_eq!(collapsed.gone, before.origin(halfedge));
+        prop_assert_eq!(collapsed.into, before.target(halfedge));
+        prop_assert_eq!(collapsed.edge, halfedge.edge());
+        prop_assert_eq!(new.vertex(collapsed.gone), None);
+        prop_assert_eq!(new.edge(collapsed.edge), None);
+        let mut num_edges = before.num_edges() - 1;
+        for (closed, side) in collapsed.closed.iter().zip([halfedge, halfedge.twin()]) {
+            let Some(ClosedFace { face, gone, into }) = *closed else {
+                continue;
+            };
+            num_edges -= 1;
+            prop_assert_eq!(before.face(side), Some(face));
+            prop_assert_eq!((new.face(face), new.edge(gone)), (None, None));
+            // Both edges lead to the corner opposite to the halfedge.
+            let apex = before.target(before.next(side));
+            for (edge, end) in [(gone, collapsed.gone), (into, collapsed.into)] {
+                let mut ends = before.edge_vertices(edge);
+                ends.sort_unstable();
+                prop_assert_eq!(ends, [apex.min(end), apex.max(end)]);
+            }
+            let mut merged = after.edge_vertices(new.edge(into).unwrap());
+            merged.sort_unstable();
+            let mut expected = [apex, collapsed.into].map(|v| new.vertex(v).unwrap());
+            expected.sort_unstable();
+            prop_assert_eq!(merged, expected);
+        }
+        prop_assert_eq!(after.num_edges(), num_edges);
+        Ok(())
+    }
+
+    /// The corners that a child has in common with its parent before the edit.
+    fn is_part(
+        before: &HalfedgeMesh,
+        after: &HalfedgeMesh,
+        parent: FaceId,
+        part: FaceId,
+        new: &[VertexId],
+    ) -> bool {
+        let corners: Vec<_> = before.face_vertices(parent).collect();
+        after
+            .face_vertices(part)
+            .all(|v| corners.contains(&v) || new.contains(&v))
+    }
+
     proptest! {
+        #[test]
+        fn children_lie_in_their_parents(
+            mesh in testing::arbitrary_mesh(),
+            at in any::<prop::sample::Index>(),
+            steps in 1..6_usize,
+        ) {
+            let mut faces: FaceMap<_> = mesh.faces().collect();
+            let mut edges: EdgeMap<_> = mesh.edges().map(Some).collect();
+
+            // The edge split: halves, cuts, and the maps that follow.
+            let edge = EdgeId::new(at.index(mesh.num_edges()));
+            let mut edited = mesh.clone();
+            if let Ok(split) = edited.split_edge(edge) {
+                split.apply_faces(&mut faces).unwrap();
+                split.apply_edges(&mut edges, None).unwrap();
+                prop_assert_eq!(faces.len(), edited.num_faces());
+                prop_assert_eq!(edges.len(), edited.num_edges());
+                prop_assert_eq!(split.ends, mesh.edge_vertices(edge));
+                prop_assert_eq!(split.vertex.index(), mesh.num_vertices());
+                for (half, end) in split.halves.into_iter().zip(split.ends) {
+                    let ends = edited.edge_vertices(half);
+                    prop_assert!(ends.contains(&end) && ends.contains(&split.vertex));
+                    prop_assert_eq!(edges[half], Some(edge));
+                }
+                for cut in split.cuts.into_iter().flatten() {
+                    let sides = cut.edge.halfedges().map(|h| edited.face(h));
+                    prop_assert!(sides.contains(&Some(cut.parent)));
+                    prop_assert!(sides.contains(&Some(cut.child)));
+                    prop_assert!(edited.edge_vertices(cut.edge).contains(&split.vertex));
+                    prop_assert_eq!(edges[cut.edge], None);
+                }
+                for (part, &parent) in &faces {
+                    prop_assert!(is_part(&mesh, &edited, parent, part, &[split.vertex]));
+                }
+                // A map of the mesh after the edit does not fit once more.
+                prop_assert!(split.apply_faces(&mut faces).is_err() == split.faces().next().is_some());
+            }
+
+            // The face split.
+            let face = FaceId::new(at.index(mesh.num_faces()));
+            let mut edited = mesh.clone();
+            let mut faces: FaceMap<_> = mesh.faces().collect();
+            let split = edited.split_face(face).unwrap();
+            split.apply_faces(&mut faces).unwrap();
+            prop_assert_eq!(faces.len(), edited.num_faces());
+            prop_assert_eq!(&split.corners, &mesh.face_vertices(face).collect::<Vec<_>>());
+            prop_assert_eq!(split.parent, face);
+            for (&spoke, &corner) in split.edges.iter().zip(&split.corners) {
+                prop_assert_eq!(edited.edge_vertices(spoke), [split.vertex, corner]);
+            }
+            for (part, &parent) in &faces {
+                prop_assert!(is_part(&mesh, &edited, parent, part, &[split.vertex]));
+                if part == face || split.children.contains(&part) {
+                    prop_assert!(edited.face_vertices(part).any(|v| v == split.vertex));
+                }
+            }
+
+            // The diagonal.
+            let mut edited = mesh.clone();
+            let mut faces: FaceMap<_> = mesh.faces().collect();
+            let from = HalfedgeId::new(at.index(mesh.num_halfedges()));
+            let to = (0..steps).fold(from, |h, _| mesh.next(h));
+            if let Ok(cut) = edited.connect_corners(from, to) {
+                cut.apply_faces(&mut faces).unwrap();
+                prop_assert_eq!(faces.len(), edited.num_faces());
+                let sides = cut.edge.halfedges().map(|h| edited.face(h));
+                prop_assert_eq!(sides, [Some(cut.parent), Some(cut.child)]);
+                for (part, &parent) in &faces {
+                    prop_assert!(is_part(&mesh, &edited, parent, part, &[]));
+                }
+            }
+        }
+
         #[test]
         fn any_edits_keep_every_invariant(
             mut mesh in testing::arbitrary_mesh(),
@@ -401,8 +556,14 @@ mod tests {
             for at in order {
                 let h = HalfedgeId::new(at.index(small.num_halfedges()));
                 let before = small.clone();
-                match small.collapse(h) {
-                    Ok(renumbering) => check_renumbering(&before, &small, &renumbering)?,
+                let can_collapse = before.can_collapse(h);
+                let collapsed = small.collapse(h);
+                prop_assert_eq!(collapsed.as_ref().map(drop), can_collapse.as_ref().map(drop));
+                match collapsed {
+                    Ok(collapsed) => {
+                        check_renumbering(&before, &small, &collapsed.renumbering)?;
+                        check_collapsed(&before, &small, h, &collapsed)?;
+                    }
                     Err(_) => prop_assert_eq!(&small, &before),
                 }
             }
@@ -452,7 +613,7 @@ mod tests {
         ) {
             let edge = EdgeId::new(at.index(mesh.num_edges()));
             let mut edited = mesh.clone();
-            let m = edited.split_edge(edge).unwrap();
+            let m = edited.split_edge(edge).unwrap().vertex;
             prop_assert!(edited.is_triangle_mesh());
             let half = edited.halfedge_between(m, mesh.edge_vertices(edge)[1]).unwrap();
             let _ = edited.collapse(half).unwrap();

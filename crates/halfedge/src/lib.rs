@@ -32,9 +32,11 @@ mod validate;
 
 pub use build_error::BuildError;
 pub use circulate::{BoundaryLoop, FaceHalfedges, IncomingHalfedges, OutgoingHalfedges};
-pub use edit::{EditError, Renumbering};
+pub use edit::{
+    ClosedFace, Collapsed, CutFace, EditError, FlippedEdge, Renumbering, SplitEdge, SplitFace,
+};
 pub use ids::{EdgeId, FaceId, HalfedgeId, Id, VertexId};
-pub use map::{DenseMap, EdgeMap, FaceMap, HalfedgeMap, VertexMap};
+pub use map::{DenseMap, EdgeMap, FaceMap, HalfedgeMap, Pairs, VertexMap};
 pub use mesh::HalfedgeMesh;
 pub use topology::{ComponentTopology, Components};
 pub use validate::ValidateError;

@@ -1,5 +1,6 @@
 //! Dense maps from ids to values: data lives beside the connectivity, never in it.
 
+use std::iter::{Enumerate, FusedIterator};
 use std::marker::PhantomData;
 use std::ops::{Index, IndexMut};
 use std::sync::Arc;
@@ -16,7 +17,14 @@ use crate::ids::{EdgeId, FaceId, HalfedgeId, Id, VertexId};
 /// let mut height = VertexMap::filled(3, 0.0);
 /// height[VertexId::new(1)] = 2.5;
 /// assert_eq!(height.as_slice(), [0.0, 2.5, 0.0]);
+/// for (v, h) in &mut height {
+///     *h += v.index() as f64;
+/// }
+/// assert_eq!(height.as_slice(), [0.0, 3.5, 2.0]);
 /// ```
+///
+/// A loop over a map gives pairs of id and value, as [`DenseMap::iter`] does. A map is collected
+/// and extended from values alone: each gets the next id.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct DenseMap<I, T> {
     values: Vec<T>,
@@ -69,6 +77,11 @@ impl<I: Id, T> DenseMap<I, T> {
         self.values.get(id.index())
     }
 
+    /// The entry of `id` for modification, or `None` if the map is too short.
+    pub fn get_mut(&mut self, id: I) -> Option<&mut T> {
+        self.values.get_mut(id.index())
+    }
+
     /// All entries in the order of the ids.
     pub fn as_slice(&self) -> &[T] {
         &self.values
@@ -95,11 +108,13 @@ impl<I: Id, T> DenseMap<I, T> {
     }
 
     /// Pairs of id and value, in the order of the ids.
-    pub fn iter(&self) -> impl ExactSizeIterator<Item = (I, &T)> + DoubleEndedIterator {
-        self.values
-            .iter()
-            .enumerate()
-            .map(|(i, value)| (I::new(i), value))
+    pub fn iter(&self) -> Pairs<I, std::slice::Iter<'_, T>> {
+        Pairs::new(self.values.iter())
+    }
+
+    /// Pairs of id and value, in the order of the ids; the values can be modified.
+    pub fn iter_mut(&mut self) -> Pairs<I, std::slice::IterMut<'_, T>> {
+        Pairs::new(self.values.iter_mut())
     }
 
     /// A map of the same length whose values are computed from this one's.
@@ -154,5 +169,148 @@ impl<I: Id, T> IndexMut<I> for DenseMap<I, T> {
 impl<I: Id, T> FromIterator<T> for DenseMap<I, T> {
     fn from_iter<S: IntoIterator<Item = T>>(values: S) -> Self {
         Self::from_vec(values.into_iter().collect())
+    }
+}
+
+impl<I: Id, T> Extend<T> for DenseMap<I, T> {
+    fn extend<S: IntoIterator<Item = T>>(&mut self, values: S) {
+        self.values.extend(values);
+    }
+}
+
+impl<'a, I: Id, T> IntoIterator for &'a DenseMap<I, T> {
+    type Item = (I, &'a T);
+    type IntoIter = Pairs<I, std::slice::Iter<'a, T>>;
+
+    #[inline]
+    fn into_iter(self) -> Self::IntoIter {
+        self.iter()
+    }
+}
+
+impl<'a, I: Id, T> IntoIterator for &'a mut DenseMap<I, T> {
+    type Item = (I, &'a mut T);
+    type IntoIter = Pairs<I, std::slice::IterMut<'a, T>>;
+
+    #[inline]
+    fn into_iter(self) -> Self::IntoIter {
+        self.iter_mut()
+    }
+}
+
+impl<I: Id, T> IntoIterator for DenseMap<I, T> {
+    type Item = (I, T);
+    type IntoIter = Pairs<I, std::vec::IntoIter<T>>;
+
+    #[inline]
+    fn into_iter(self) -> Self::IntoIter {
+        Pairs::new(self.values.into_iter())
+    }
+}
+
+/// Iterator over the entries of a [`DenseMap`]: pairs of id and value, in the order of the ids.
+///
+/// `V` iterates over the values: by reference, by mutable reference, or by value.
+#[derive(Clone, Debug)]
+#[must_use = "an iterator does nothing unless it is consumed"]
+pub struct Pairs<I, V> {
+    values: Enumerate<V>,
+    kind: PhantomData<fn(I) -> I>,
+}
+
+impl<I: Id, V: Iterator> Pairs<I, V> {
+    #[inline]
+    fn new(values: V) -> Self {
+        Self {
+            values: values.enumerate(),
+            kind: PhantomData,
+        }
+    }
+}
+
+impl<I: Id, V: Iterator> Iterator for Pairs<I, V> {
+    type Item = (I, V::Item);
+
+    #[inline]
+    fn next(&mut self) -> Option<Self::Item> {
+        self.values.next().map(|(i, value)| (I::new(i), value))
+    }
+
+    #[inline]
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        self.values.size_hint()
+    }
+
+    #[inline]
+    fn nth(&mut self, n: usize) -> Option<Self::Item> {
+        self.values.nth(n).map(|(i, value)| (I::new(i), value))
+    }
+
+    #[inline]
+    fn fold<B, F: FnMut(B, Self::Item) -> B>(self, start: B, mut f: F) -> B {
+        self.values
+            .fold(start, |sum, (i, value)| f(sum, (I::new(i), value)))
+    }
+}
+
+impl<I: Id, V: ExactSizeIterator + DoubleEndedIterator> DoubleEndedIterator for Pairs<I, V> {
+    #[inline]
+    fn next_back(&mut self) -> Option<Self::Item> {
+        self.values.next_back().map(|(i, value)| (I::new(i), value))
+    }
+}
+
+impl<I: Id, V: ExactSizeIterator> ExactSizeIterator for Pairs<I, V> {}
+
+impl<I: Id, V: FusedIterator> FusedIterator for Pairs<I, V> {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn letters() -> VertexMap<char> {
+        "abcd".chars().collect()
+    }
+
+    #[test]
+    fn loops_give_ids_with_values() {
+        let mut map = letters();
+        for (v, letter) in &mut map {
+            if v.index() > 1 {
+                letter.make_ascii_uppercase();
+            }
+        }
+        let pairs: Vec<(usize, char)> = (&map).into_iter().map(|(v, &c)| (v.index(), c)).collect();
+        assert_eq!(pairs, [(0, 'a'), (1, 'b'), (2, 'C'), (3, 'D')]);
+        let owned: Vec<(VertexId, char)> = map.clone().into_iter().collect();
+        assert!(owned.iter().all(|&(v, letter)| map[v] == letter));
+    }
+
+    #[test]
+    fn iterators_know_their_length_and_run_backwards() {
+        let map = letters();
+        let mut iter = map.iter();
+        assert_eq!(iter.len(), 4);
+        assert_eq!(iter.next_back(), Some((VertexId::new(3), &'d')));
+        assert_eq!(iter.nth(1), Some((VertexId::new(1), &'b')));
+        assert_eq!(iter.len(), 1);
+        assert_eq!(iter.next(), Some((VertexId::new(2), &'c')));
+        assert_eq!((iter.next(), iter.next_back()), (None, None));
+        let sum = map.iter().fold(0, |sum, (v, _)| sum + v.index());
+        assert_eq!(sum, 6);
+    }
+
+    #[test]
+    fn access_beyond_the_end_is_none() {
+        let mut map = letters();
+        let beyond = VertexId::new(4);
+        assert_eq!(map.get(beyond), None);
+        assert_eq!(map.get_mut(beyond), None);
+        map.extend(['e', 'f']);
+        assert_eq!(map.get(beyond), Some(&'e'));
+        if let Some(letter) = map.get_mut(beyond) {
+            *letter = 'x';
+        }
+        assert_eq!(map.as_slice(), ['a', 'b', 'c', 'd', 'x', 'f']);
     }
 }

@@ -9,6 +9,7 @@ use thiserror::Error;
 
 use crate::format::Format;
 use crate::printable::printable;
+use crate::repair::Cure;
 
 /// A place in a file.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -322,9 +323,9 @@ pub enum IoError {
 }
 
 impl IoError {
-    /// The method of [`Repair`](crate::Repair) that cures what keeps a surface from being built;
+    /// The step of [`Repair`](crate::Repair) that cures what keeps a surface from being built;
     /// `None` for every other error.
-    pub fn cure(&self) -> Option<&'static str> {
+    pub fn cure(&self) -> Option<Cure> {
         match self {
             Self::InFile { source, .. } => source.cure(),
             Self::NotManifold(error) => cure(error),
@@ -333,22 +334,23 @@ impl IoError {
     }
 }
 
-fn cure(error: &BuildError) -> Option<&'static str> {
+fn cure(error: &BuildError) -> Option<Cure> {
     Some(match error {
-        BuildError::RepeatedVertex { .. } => "drop_degenerate",
-        BuildError::NonManifoldEdge { .. } => "split_edges",
-        BuildError::InconsistentOrientation { .. } => "orient",
-        BuildError::SeveralFans { .. } => "split_vertices",
+        BuildError::RepeatedVertex { .. } => Cure::DropDegenerate,
+        BuildError::NonManifoldEdge { .. } => Cure::SplitEdges,
+        BuildError::InconsistentOrientation { .. } => Cure::Orient,
+        BuildError::SeveralFans { .. } => Cure::SplitVertices,
         _ => return None,
     })
 }
 
-fn cure_text(error: &BuildError) -> String {
-    match error {
-        BuildError::InconsistentOrientation { .. } => {
-            "; Repair::orient cures it, unless the surface has one side only".to_owned()
-        }
-        _ => cure(error).map_or_else(String::new, |cure| format!("; Repair::{cure} cures it")),
+fn cure_text(error: &BuildError) -> &'static str {
+    match cure(error) {
+        Some(Cure::DropDegenerate) => "; Repair::drop_degenerate cures it",
+        Some(Cure::SplitEdges) => "; Repair::split_edges cures it",
+        Some(Cure::Orient) => "; Repair::orient cures it, unless the surface has one side only",
+        Some(Cure::SplitVertices) => "; Repair::split_vertices cures it",
+        _ => "",
     }
 }
 

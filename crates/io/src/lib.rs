@@ -88,7 +88,7 @@ pub use material::{Alpha, Image, ImageKind, Material, Materials};
 pub use printable::{Printable, printable, printable_json};
 pub use processing::{Numbering, ProcessingMesh};
 pub use regular::{open_regular, read_regular};
-pub use repair::{Change, Filling, Repair, Repaired};
+pub use repair::{Change, Cure, Filling, Repair, Repaired};
 pub use replace::{check_replaceable, link_target, num_names, replace_file};
 pub use resolve::{Folder, NoFiles, Resolve};
 pub use unfinished::{Access, Unfinished, remove_unfinished};

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use cotan_geometry::{Positions, SpatialOrder};
+use cotan_geometry::{Positions, SpatialOrder, Surface};
 use cotan_halfedge::{BuildError, FaceId, FaceMap, HalfedgeMesh, VertexId, VertexMap};
 use nalgebra::Point3;
 
@@ -159,6 +159,11 @@ impl ProcessingMesh {
     /// The connectivity: triangles only.
     pub fn mesh(&self) -> &HalfedgeMesh {
         &self.mesh
+    }
+
+    /// The mesh with its positions, to be measured and passed to jobs.
+    pub fn surface(&self) -> Surface<'_, f64> {
+        Surface::assume_checked(&self.mesh, &self.positions)
     }
 
     /// The positions at the time of building.

@@ -4,7 +4,7 @@
 use std::io::Write as _;
 
 use cotan_geometry::shapes::{icosphere, torus};
-use cotan_geometry::{Positions, Scalar, Shape};
+use cotan_geometry::{Mesh, Positions, Scalar};
 use cotan_io::{Document, FaceList, Format, Limits, NoFiles, read, read_with};
 use flate2::{Compression, write::GzEncoder};
 use nalgebra::{Point3, Vector3};
@@ -39,63 +39,59 @@ fn triple(p: &Point3<f64>, seed: u32) -> String {
     words.join(" ")
 }
 
-fn obj(shape: &Shape<f64>) -> Vec<u8> {
+fn obj(shape: &Mesh<f64>) -> Vec<u8> {
     let mut text = String::from("# odd digits\r\n");
-    for (v, p) in shape.positions.iter() {
+    for (v, p) in shape.positions().iter() {
         text += &format!("v  {}\t# {}\n", triple(p, v.index() as u32), v.index());
     }
-    for f in shape.mesh.faces() {
-        let [a, b, c] = shape.mesh.triangle(f).map(|v| v.index() + 1);
+    for f in shape.connectivity().faces() {
+        let [a, b, c] = shape.connectivity().triangle(f).map(|v| v.index() + 1);
         text += &format!("f {a} {b} {c}\n");
     }
     text.into_bytes()
 }
 
-fn off(shape: &Shape<f64>) -> Vec<u8> {
-    let mut text = format!(
-        "OFF\n{} {} 0\n",
-        shape.positions.len(),
-        shape.mesh.num_faces()
-    );
-    for (v, p) in shape.positions.iter() {
+fn off(shape: &Mesh<f64>) -> Vec<u8> {
+    let mut text = format!("OFF\n{} {} 0\n", shape.positions().len(), shape.num_faces());
+    for (v, p) in shape.positions().iter() {
         text += &format!("{}\n", triple(p, v.index() as u32));
     }
-    for f in shape.mesh.faces() {
-        let [a, b, c] = shape.mesh.triangle(f).map(|v| v.index());
+    for f in shape.connectivity().faces() {
+        let [a, b, c] = shape.connectivity().triangle(f).map(|v| v.index());
         text += &format!("3 {a} {b} {c}\n");
     }
     text.into_bytes()
 }
 
-fn ply_text(shape: &Shape<f64>, number: &str) -> Vec<u8> {
+fn ply_text(shape: &Mesh<f64>, number: &str) -> Vec<u8> {
     let mut text = format!(
         "ply\nformat ascii 1.0\nelement vertex {}\nproperty {number} x\nproperty {number} y\n\
          property {number} z\nproperty uchar red\nelement face {}\n\
          property list uchar int vertex_indices\nend_header\n",
-        shape.positions.len(),
-        shape.mesh.num_faces()
+        shape.positions().len(),
+        shape.num_faces()
     );
-    for (v, p) in shape.positions.iter() {
+    for (v, p) in shape.positions().iter() {
         text += &format!("{} {}\n", triple(p, v.index() as u32), v.index() % 256);
     }
-    for f in shape.mesh.faces() {
-        let [a, b, c] = shape.mesh.triangle(f).map(|v| v.index());
+    for f in shape.connectivity().faces() {
+        let [a, b, c] = shape.connectivity().triangle(f).map(|v| v.index());
         text += &format!("3 {a} {b} {c}\n");
     }
     text.into_bytes()
 }
 
-fn ply_binary(shape: &Shape<f64>, number: &str, order: &str) -> Vec<u8> {
+fn ply_binary(shape: &Mesh<f64>, number: &str, order: &str) -> Vec<u8> {
     let mut bytes = format!(
         "ply\nformat binary_{order}_endian 1.0\nelement vertex {}\nproperty {number} x\n\
          property {number} y\nproperty {number} z\nelement face {}\n\
          property list uchar int vertex_indices\nend_header\n",
-        shape.positions.len(),
-        shape.mesh.num_faces()
+        shape.positions().len(),
+        shape.num_faces()
     )
     .into_bytes();
     let is_little = order == "little";
-    for x in shape.positions.values().flat_map(|p| [p.x, p.y, p.z]) {
+    for x in shape.positions().values().flat_map(|p| [p.x, p.y, p.z]) {
         match (number, is_little) {
             ("float", true) => bytes.extend((x as f32).to_le_bytes()),
             ("float", false) => bytes.extend((x as f32).to_be_bytes()),
@@ -103,9 +99,9 @@ fn ply_binary(shape: &Shape<f64>, number: &str, order: &str) -> Vec<u8> {
             (_, false) => bytes.extend(x.to_be_bytes()),
         }
     }
-    for f in shape.mesh.faces() {
+    for f in shape.connectivity().faces() {
         bytes.push(3);
-        for v in shape.mesh.triangle(f) {
+        for v in shape.connectivity().triangle(f) {
             let v = v.index() as i32;
             bytes.extend(if is_little {
                 v.to_le_bytes()
@@ -118,14 +114,14 @@ fn ply_binary(shape: &Shape<f64>, number: &str, order: &str) -> Vec<u8> {
 }
 
 /// Facets with normals that are zero, as many programs write them.
-fn stl_text(shape: &Shape<f64>) -> Vec<u8> {
+fn stl_text(shape: &Mesh<f64>) -> Vec<u8> {
     let mut text = String::from("solid odd digits\n");
-    for f in shape.mesh.faces() {
+    for f in shape.connectivity().faces() {
         text += "facet normal 0 0 0\n outer loop\n";
-        for v in shape.mesh.triangle(f) {
+        for v in shape.connectivity().triangle(f) {
             text += &format!(
                 "  vertex {}\n",
-                triple(&shape.positions[v], v.index() as u32)
+                triple(&shape.positions()[v], v.index() as u32)
             );
         }
         text += " endloop\nendfacet\n";
@@ -134,19 +130,19 @@ fn stl_text(shape: &Shape<f64>) -> Vec<u8> {
     text.into_bytes()
 }
 
-fn written(shape: &Shape<f64>, format: Format) -> Vec<u8> {
+fn written(shape: &Mesh<f64>, format: Format) -> Vec<u8> {
     let faces: FaceList = shape
-        .mesh
+        .connectivity()
         .faces()
-        .map(|f| shape.mesh.triangle(f).map(|v| v.index() as u32))
+        .map(|f| shape.connectivity().triangle(f).map(|v| v.index() as u32))
         .collect();
     let document =
-        Document::new(shape.positions.values().copied().collect(), faces).expect("a document");
+        Document::new(shape.positions().values().copied().collect(), faces).expect("a document");
     document.write(format).expect("a file")
 }
 
 /// With a node that turns, scales and moves its mesh.
-fn gltf(shape: &Shape<f64>, node: &str) -> Vec<u8> {
+fn gltf(shape: &Mesh<f64>, node: &str) -> Vec<u8> {
     let text = String::from_utf8(written(shape, Format::Gltf)).expect("text");
     // A file of a mesh that is small for its place has a node already.
     let (before, rest) = text.split_once(r#""nodes":[{"mesh":0"#).expect("a node");
@@ -161,7 +157,7 @@ fn gzipped(bytes: &[u8]) -> Vec<u8> {
     encoder.finish().expect("in memory")
 }
 
-fn cases(shape: &Shape<f64>) -> Vec<Case> {
+fn cases(shape: &Mesh<f64>) -> Vec<Case> {
     let turned = r#""rotation":[0.18257418,0.36514837,0.5477226,0.73029674],"scale":[0.3,1.7,2.9],"translation":[11.1,-5.3,0.7]"#;
     let matrix = r#""matrix":[0.6,0.8,0,0,-0.8,0.6,0,0,0.1,0.2,1.3,0,100.1,200.2,-300.3,1]"#;
     let case = |name, bytes, format| Case {
@@ -224,14 +220,14 @@ fn set<T: Scalar>(document: &mut Document, moved: Option<(usize, Vector3<f64>)>)
         .expect("positions that fit");
 }
 
-fn shapes() -> impl Strategy<Value = Shape<f64>> {
+fn shapes() -> impl Strategy<Value = Mesh<f64>> {
     let shape = prop_oneof![
         Just(icosphere::<f64>(1)),
         Just(torus::<f64>(1.0, 0.4, 7, 5))
     ];
     (shape, -8.0..8.0_f64, prop::array::uniform3(-3.0..3.0_f64)).prop_map(
         |(mut shape, scale, by)| {
-            for p in shape.positions.values_mut() {
+            for p in shape.positions_mut().iter_mut() {
                 *p = *p * scale.exp2() + Vector3::from(by);
             }
             shape

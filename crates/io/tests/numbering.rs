@@ -1,15 +1,16 @@
 //! Meshes whose numbers are scattered are renumbered where they are worked on, and nowhere else.
 
-use cotan_geometry::shapes::{Numbering as Order, Shape, irregular};
+use cotan_geometry::Mesh;
+use cotan_geometry::shapes::{Numbering as Order, irregular};
 use cotan_io::{Document, Format, Limits, Numbering, Weld};
 use nalgebra::Vector3;
 
-fn scattered() -> Shape<f64> {
+fn scattered() -> Mesh<f64> {
     irregular(5_000, Order::Random, 3)
 }
 
-fn document(shape: &Shape<f64>) -> Document {
-    Document::from_mesh(&shape.mesh, &shape.positions).expect("a document")
+fn document(shape: &Mesh<f64>) -> Document {
+    Document::from_mesh(shape.connectivity(), shape.positions()).expect("a document")
 }
 
 #[test]
@@ -84,15 +85,15 @@ fn positions_go_back_to_their_own_vertices() {
 fn defects_are_those_of_the_document() {
     let shape = scattered();
     let mut faces: Vec<[u32; 3]> = shape
-        .mesh
+        .connectivity()
         .faces()
-        .map(|f| shape.mesh.triangle(f).map(|v| v.index() as u32))
+        .map(|f| shape.connectivity().triangle(f).map(|v| v.index() as u32))
         .collect();
     // Two faces turned over: each gives three edges that run the same way twice.
     for face in [4_000, 70] {
         faces[face].swap(0, 1);
     }
-    let points = shape.positions.as_slice().to_vec();
+    let points = shape.positions().as_slice().to_vec();
     let broken = Document::new(points, faces.into_iter().collect()).expect("a document");
     let error = |numbering| {
         let built = broken.surface_numbered(Weld::AsFormat, numbering);

@@ -313,12 +313,12 @@ mod tests {
             for scheme in schemes() {
                 let operator = Operator::assemble(&*scheme, &surface)?;
                 let matrix = operator.matrix();
-                let mut ell = VertexMap::filled(shape.positions.len(), Vector3::zeros());
-                operator.apply(&shape.positions, &mut ell);
+                let mut ell = VertexMap::filled(shape.positions().len(), Vector3::zeros());
+                operator.apply(shape.positions(), &mut ell);
                 for axis in 0..3 {
                     let x = DVector::from_iterator(
-                        shape.positions.len(),
-                        shape.positions.values().map(|p| p[axis]),
+                        shape.positions().len(),
+                        shape.positions().values().map(|p| p[axis]),
                     );
                     let product = &matrix * &x;
                     for (row, ell) in product.iter().zip(ell.values()) {
@@ -352,7 +352,7 @@ mod tests {
         fn a_scaled_and_moved_mesh_has_the_same_weights(
             shape in surfaces(), scale in 0.01f64..100.0,
         ) {
-            let moved = shape.positions.map(|p| p * scale + Vector3::new(3.0, -2.0, 1.0));
+            let moved = shape.positions().map(|p| p * scale + Vector3::new(3.0, -2.0, 1.0));
             for scheme in schemes() {
                 let before = Operator::assemble(&*scheme, &shape.surface())?;
                 let after = Operator::assemble(&*scheme, &shape.surface().with_positions(&moved))?;
@@ -368,10 +368,10 @@ mod tests {
         let double = cotan_geometry::shapes::icosphere::<f64>(2);
         let mut shape = cotan_geometry::shapes::icosphere::<f32>(2);
         let v = cotan_halfedge::VertexId::new(0);
-        let neighbour = shape.mesh.one_ring(v).next().unwrap();
-        let edge = shape.positions[neighbour] - shape.positions[v];
-        shape.positions[v] = shape.positions[neighbour] - edge * 1e-4;
-        let positions = shape.positions.map(|p| p.map(f64::from));
+        let neighbour = shape.connectivity().one_ring(v).next().unwrap();
+        let edge = shape.positions()[neighbour] - shape.positions()[v];
+        shape.positions_mut()[v.index()] = shape.positions()[neighbour] - edge * 1e-4;
+        let positions = shape.positions().map(|p| p.map(f64::from));
         let double = double.surface().with_positions(&positions).mesh();
         let exact = Operator::assemble(
             &Cotangent::default(),
@@ -448,7 +448,7 @@ mod tests {
     fn a_constant_is_annihilated_exactly() {
         let shape = cotan_geometry::shapes::torus::<f64>(2.0, 0.7, 20, 11);
         let same = shape
-            .positions
+            .positions()
             .map(|_| nalgebra::Point3::new(0.1, -0.7, 1e3));
         let operator = Operator::assemble(&Cotangent::default(), &shape.surface()).unwrap();
         let mut ell = VertexMap::filled(same.len(), Vector3::x());
@@ -475,7 +475,10 @@ mod tests {
         }
         let shape = cotan_geometry::shapes::tetrahedron::<f64>();
         let h = cotan_halfedge::HalfedgeId::new(5);
-        let vertices = [shape.mesh.origin(h), shape.mesh.target(h)];
+        let vertices = [
+            shape.connectivity().origin(h),
+            shape.connectivity().target(h),
+        ];
         let error = Operator::assemble(&Broken, &shape.surface()).unwrap_err();
         assert_eq!(
             error,

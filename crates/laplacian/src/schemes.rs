@@ -255,8 +255,8 @@ mod tests {
     fn a_degenerate_triangle_is_floored() {
         let mut shape = icosphere::<f64>(1);
         let v = cotan_halfedge::VertexId::new(0);
-        let neighbour = shape.mesh.one_ring(v).next().unwrap();
-        shape.positions[v] = shape.positions[neighbour];
+        let neighbour = shape.connectivity().one_ring(v).next().unwrap();
+        shape.positions_mut()[v.index()] = shape.positions()[neighbour];
         let cotangent = weights(Cotangent::default(), &shape.surface());
         assert!(cotangent.values().all(|w| w.abs() < 2e6));
     }
@@ -280,8 +280,12 @@ mod tests {
     fn tutte_weights_sum_to_one_around_a_vertex() {
         let shape = icosphere::<f64>(2);
         let tutte = weights(Tutte, &shape.surface());
-        for v in shape.mesh.vertices() {
-            let sum: f64 = shape.mesh.outgoing_halfedges(v).map(|h| tutte[h]).sum();
+        for v in shape.connectivity().vertices() {
+            let sum: f64 = shape
+                .connectivity()
+                .outgoing_halfedges(v)
+                .map(|h| tutte[h])
+                .sum();
             assert!((sum - 1.0).abs() < 1e-14);
         }
     }
@@ -297,7 +301,7 @@ mod tests {
         let first = product(EdgeId::new(0));
         assert!(
             shape
-                .mesh
+                .connectivity()
                 .edges()
                 .all(|e| (product(e) / first - 1.0).abs() < 1e-12)
         );

@@ -306,8 +306,8 @@ mod tests {
             shape in surfaces(), symmetric in any::<bool>(), soft in any::<bool>(),
             weight in 0.0f64..2.0, seed in 0u32..1000,
         ) {
-            prop_assume!(shape.positions.len() <= 150);
-            let n = shape.positions.len();
+            prop_assume!(shape.positions().len() <= 150);
+            let n = shape.positions().len();
             let scheme: Box<dyn LaplacianScheme<f64>> =
                 if symmetric { Box::new(Cotangent::default()) } else { Box::new(Tutte) };
             let operator = Operator::assemble(&*scheme, &shape.surface())?;
@@ -326,7 +326,7 @@ mod tests {
             let map = |phase: f64| VertexMap::from_vec((0..n).map(|i| vector(i, phase)).collect());
             let (mismatch, pull) = (map(0.3), map(2.7));
             // As any that comes of an energy: without a sum over a component.
-            let components = shape.mesh.components();
+            let components = shape.connectivity().components();
             let mut sums = vec![(Vector3::zeros(), 0.0); components.count()];
             for (v, t) in map(1.1).iter() {
                 let (sum, count) = &mut sums[components.of(v)];
@@ -367,7 +367,7 @@ mod tests {
     #[test]
     fn a_grounded_solve_minimises_the_same_sum() {
         let shape = cotan_geometry::shapes::creature::<f64>(40);
-        let n = shape.positions.len();
+        let n = shape.positions().len();
         let operator = Operator::assemble(&Cotangent::default(), &shape.surface()).unwrap();
         let handle = Handle::hard(VertexId::new(7));
         let mut system = PreparedSystem::prepare(&operator, &[handle], None).unwrap();
@@ -438,7 +438,7 @@ mod tests {
     fn all_vertices_may_be_handles() {
         let shape = cotan_geometry::shapes::tetrahedron::<f64>();
         let operator = Operator::assemble(&Cotangent::default(), &shape.surface()).unwrap();
-        let handles: Vec<Handle> = shape.mesh.vertices().map(Handle::hard).collect();
+        let handles: Vec<Handle> = shape.connectivity().vertices().map(Handle::hard).collect();
         let mut system = PreparedSystem::prepare(&operator, &handles, None).unwrap();
         assert_eq!(system.num_unknowns(), 0);
         let zeros = VertexMap::filled(4, Vector3::zeros());

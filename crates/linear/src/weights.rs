@@ -169,7 +169,9 @@ mod tests {
     #[test]
     fn weights_without_a_row_scale_are_general() {
         let shape = cotan_geometry::shapes::tetrahedron::<f64>();
-        let graph = cotan_laplacian::OneRings::new(&shape.mesh).graph().clone();
+        let graph = cotan_laplacian::OneRings::new(shape.connectivity())
+            .graph()
+            .clone();
         let forward = |k: usize, i: usize| {
             if graph.neighbours()[k].index() > i {
                 2.0

@@ -2,7 +2,7 @@
 //! give the correction of the normal equations.
 
 use cotan_geometry::shapes::{bipyramid, icosphere};
-use cotan_geometry::{Shape, Surface};
+use cotan_geometry::{Mesh, Surface};
 use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
 use cotan_laplacian::{Cotangent, EdgeLength, LaplacianScheme, OneRings, Operator, Tutte, Uniform};
 use cotan_linear::{
@@ -40,7 +40,7 @@ fn schemes() -> [Box<dyn LaplacianScheme<f64>>; 4] {
 
 /// Several of them, one behind the other on a ring that they share: a fan of valence `valence`
 /// at each of `hubs` vertices of an open strip.
-fn hubs_on_an_open_mesh(hubs: usize, valence: usize) -> Shape<f64> {
+fn hubs_on_an_open_mesh(hubs: usize, valence: usize) -> Mesh<f64> {
     let mut points = Vec::new();
     let mut faces = Vec::new();
     let first_hub = (hubs * valence + 1) as u32;
@@ -59,10 +59,11 @@ fn hubs_on_an_open_mesh(hubs: usize, valence: usize) -> Shape<f64> {
             faces.push([at, first_hub + hub as u32, first_hub + hub as u32 - 1]);
         }
     }
-    Shape {
-        mesh: HalfedgeMesh::from_faces(points.len(), &faces).expect("a strip"),
-        positions: VertexMap::from_vec(points),
-    }
+    Mesh::new(
+        HalfedgeMesh::from_faces(points.len(), &faces).expect("a strip"),
+        VertexMap::from_vec(points),
+    )
+    .expect("a surface")
 }
 
 /// LᵀL + μK + D as it is defined, dense.
@@ -125,7 +126,7 @@ fn rows_in_pieces_give_the_correction_of_the_normal_equations() {
         bipyramid(401),
         hubs_on_an_open_mesh(3, 140),
     ] {
-        let n = shape.positions.len();
+        let n = shape.positions().len();
         let at = |i: usize| VertexId::new(i);
         // A hub held hard, softly, and not at all; all vertices held, as smoothing has it.
         let few = [
@@ -137,7 +138,7 @@ fn rows_in_pieces_give_the_correction_of_the_normal_equations() {
         let all: Vec<Handle> = (0..n).map(|i| Handle::soft(at(i), 0.2)).collect();
         for scheme in &schemes() {
             let operator = Operator::assemble(&**scheme, &shape.surface()).unwrap();
-            let halfedges = OneRings::new(&shape.mesh).halfedges().to_vec();
+            let halfedges = OneRings::new(shape.connectivity()).halfedges().to_vec();
             let uneven: Vec<f64> = halfedges
                 .iter()
                 .map(|h| 2.0 + 2.0 * (h.edge().index() % 3) as f64)
@@ -182,7 +183,7 @@ fn rows_in_pieces_give_the_correction_of_the_normal_equations() {
 fn no_strategy_is_quadratic_in_a_valence() {
     let size = |valence: usize, strategy: Strategy| {
         let shape = bipyramid::<f64>(valence);
-        let surface = Surface::new(&shape.mesh, &shape.positions).unwrap();
+        let surface = Surface::new(shape.connectivity(), shape.positions()).unwrap();
         let operator = Operator::assemble(&Cotangent::default(), &surface).unwrap();
         let handles = [3, valence / 2, valence].map(|i| Handle::hard(VertexId::new(i)));
         let system =
@@ -205,13 +206,18 @@ fn scattered_numbers_do_not_fill_the_factor() {
     // A permutation, as 1,361 and 4,001 have no common divisor.
     let number = |i: usize| (i * 1_361 + 17) % n;
     let faces: Vec<[u32; 3]> = shape
-        .mesh
+        .connectivity()
         .faces()
-        .map(|f| shape.mesh.triangle(f).map(|v| number(v.index()) as u32))
+        .map(|f| {
+            shape
+                .connectivity()
+                .triangle(f)
+                .map(|v| number(v.index()) as u32)
+        })
         .collect();
     let mesh = HalfedgeMesh::from_faces(n, &faces).unwrap();
-    let mut positions = shape.positions.clone();
-    for (v, p) in shape.positions.iter() {
+    let mut positions = shape.positions().clone();
+    for (v, p) in shape.positions().iter() {
         positions[VertexId::new(number(v.index()))] = *p;
     }
     let surface = Surface::new(&mesh, &positions).unwrap();
@@ -226,7 +232,7 @@ fn scattered_numbers_do_not_fill_the_factor() {
 #[test]
 fn iteration_agrees_with_factors_at_a_high_valence() {
     let shape = bipyramid::<f64>(7_000);
-    let n = shape.positions.len();
+    let n = shape.positions().len();
     let operator = Operator::assemble(&Uniform, &shape.surface()).unwrap();
     let handles = [3, 3_000, 7_001].map(|i| Handle::hard(VertexId::new(i)));
     let by = |strategy| {

@@ -139,7 +139,7 @@ proptest! {
         soft in any::<bool>(), with_membrane in any::<bool>(), weight in 0.001f64..3.0,
         seed in 0usize..100,
     ) {
-        let (mesh, positions) = copies(&shape.mesh, &shape.positions, components);
+        let (mesh, positions) = copies(shape.connectivity(), shape.positions(), components);
         let n = positions.len();
         let operator = Operator::assemble(&*scheme(kind), &Surface::new(&mesh, &positions)?)?;
         let weights = operator.weights();
@@ -169,7 +169,7 @@ proptest! {
         steps in proptest::collection::vec((1usize..10, any::<bool>(), 0usize..50), 1..6),
         with_membrane in any::<bool>(), strategy in 0usize..4,
     ) {
-        let (mesh, positions) = copies(&shape.mesh, &shape.positions, components);
+        let (mesh, positions) = copies(shape.connectivity(), shape.positions(), components);
         let n = positions.len();
         prop_assume!(n / components > 12);
         let operator = Operator::assemble(&*scheme(kind), &Surface::new(&mesh, &positions)?)?;
@@ -198,9 +198,9 @@ proptest! {
     fn refactored_weights_are_as_good_as_new_ones(
         shape in surfaces(), strategy in 0usize..4, before in any::<bool>(), after in any::<bool>(),
     ) {
-        let n = shape.positions.len();
+        let n = shape.positions().len();
         let surface = shape.surface();
-        let stretched = shape.positions.map(|p| Point3::new(p.x, 1.3 * p.y, 0.8 * p.z));
+        let stretched = shape.positions().map(|p| Point3::new(p.x, 1.3 * p.y, 0.8 * p.z));
         let first = Operator::assemble(&Cotangent::default(), &surface)?;
         let second = Operator::assemble(&Cotangent::default(), &surface.with_positions(&stretched))?;
         let stiffness = [&first, &second].map(|operator| operator.weights());
@@ -256,8 +256,8 @@ fn a_patch_of_handles_is_told_apart() {
 #[test]
 fn single_precision_takes_columns_too() {
     let double = shapes::creature::<f64>(16);
-    let positions = double.positions.map(|p| p.map(|x| x as f32));
-    let surface = Surface::new(&double.mesh, &positions).unwrap();
+    let positions = double.positions().map(|p| p.map(|x| x as f32));
+    let surface = Surface::new(double.connectivity(), &positions).unwrap();
     let held = handles(positions.len(), 1, 5, true, 1);
     let of_double = Operator::assemble(&Cotangent::default(), &double.surface()).unwrap();
     let membrane = Membrane {
@@ -288,7 +288,7 @@ fn single_precision_takes_columns_too() {
 #[test]
 fn a_refused_set_of_handles_leaves_the_system_as_it_was() {
     let shape = shapes::icosphere::<f64>(2);
-    let n = shape.positions.len();
+    let n = shape.positions().len();
     let operator = Operator::assemble(&Cotangent::default(), &shape.surface()).unwrap();
     let held = handles(n, 1, 4, true, 5);
     for options in [NORMAL, COLUMNS] {
@@ -309,7 +309,7 @@ fn what_columns_cannot_serve_is_left_to_the_normal_equations_or_refused() {
         Handle::hard(VertexId::new(9)),
     ];
     let cotangent = Operator::assemble(&Cotangent::default(), &surface).unwrap();
-    let rings = OneRings::new(&shape.mesh);
+    let rings = OneRings::new(shape.connectivity());
     let uneven = rings
         .halfedges()
         .iter()
@@ -335,7 +335,7 @@ fn what_columns_cannot_serve_is_left_to_the_normal_equations_or_refused() {
 #[test]
 fn what_does_not_fit_into_memory_is_refused_before_it_is_factorized() {
     let shape = shapes::icosphere::<f64>(4);
-    let n = shape.positions.len();
+    let n = shape.positions().len();
     let operator = Operator::assemble(&Cotangent::default(), &shape.surface()).unwrap();
     let held = handles(n, 1, 8, false, 0);
     let prepare = |options| PreparedSystem::prepare_with(&operator, &held, None, &options);
@@ -358,9 +358,9 @@ fn what_does_not_fit_into_memory_is_refused_before_it_is_factorized() {
 fn every_vertex_may_be_a_handle() {
     let shape = shapes::tetrahedron::<f64>();
     let operator = Operator::assemble(&Cotangent::default(), &shape.surface()).unwrap();
-    let hard: Vec<Handle> = shape.mesh.vertices().map(Handle::hard).collect();
+    let hard: Vec<Handle> = shape.connectivity().vertices().map(Handle::hard).collect();
     let soft: Vec<Handle> = shape
-        .mesh
+        .connectivity()
         .vertices()
         .map(|v| Handle::soft(v, 2.0))
         .collect();
@@ -383,7 +383,7 @@ fn every_vertex_may_be_a_handle() {
 #[test]
 fn iteration_and_single_precision_agree_with_the_normal_equations() {
     let shape = shapes::creature::<f64>(110);
-    let n = shape.positions.len();
+    let n = shape.positions().len();
     let operator = Operator::assemble(&Cotangent::default(), &shape.surface()).unwrap();
     let weights = operator.weights();
     for (weight, soft) in [(0.0, true), (0.05, false)] {
@@ -409,7 +409,7 @@ fn iteration_and_single_precision_agree_with_the_normal_equations() {
 fn a_limit_of_memory_chooses_and_refuses() {
     let shape = shapes::creature::<f64>(110);
     let operator = Operator::assemble(&Cotangent::default(), &shape.surface()).unwrap();
-    let held = handles(shape.positions.len(), 1, 3, false, 1);
+    let held = handles(shape.positions().len(), 1, 3, false, 1);
     let with = |options: SystemOptions| {
         PreparedSystem::prepare_with(&operator, &held, None, &options).map(|s| s.choice())
     };

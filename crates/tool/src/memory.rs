@@ -218,7 +218,7 @@ mod tests {
 
     fn document() -> Document {
         let shape = cotan::shapes::icosphere::<f64>(3);
-        Document::from_mesh(&shape.mesh, &shape.positions).unwrap()
+        Document::from_mesh(shape.connectivity(), shape.positions()).unwrap()
     }
 
     #[test]

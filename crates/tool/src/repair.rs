@@ -1,7 +1,7 @@
 //! Repairs, with holes that are filled smoothly.
 
 use cotan::halfedge::VertexId;
-use cotan_io::{Document, IoError, Repair, Repaired};
+use cotan_io::{Cure, Document, IoError, Repair, Repaired};
 
 /// A repaired document, and what became of the patches in it.
 #[derive(Clone, Debug)]
@@ -30,11 +30,26 @@ pub fn mend(repair: &Repair, document: &Document) -> Result<Mended, IoError> {
     Ok(Mended { repaired, unfair })
 }
 
+/// The option of `cotan repair` that makes one repair.
+pub fn option(cure: Cure) -> &'static str {
+    match cure {
+        Cure::Weld => "--weld",
+        Cure::DropDegenerate => "--drop-degenerate",
+        Cure::DropZeroArea => "--drop-zero-area",
+        Cure::DropDuplicates => "--drop-duplicates",
+        Cure::Orient => "--orient",
+        Cure::SplitVertices => "--split-vertices",
+        Cure::SplitEdges => "--split-edges",
+        Cure::FillHoles => "--fill-holes",
+        Cure::Compact => "--compact",
+    }
+}
+
 fn fair(repaired: &mut Repaired) -> Result<(), Box<dyn std::error::Error>> {
     let processing = repaired.document.surface()?;
     let added = repaired.added_vertices.iter();
     let free: Vec<VertexId> = added.filter_map(|&v| processing.vertex(v)).collect();
-    let positions = cotan::fair(processing.mesh(), processing.positions(), &free)?;
+    let positions = cotan::fair(processing.surface(), &free)?;
     repaired.document.set_positions(&processing, &positions)?;
     Ok(())
 }

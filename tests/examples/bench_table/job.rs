@@ -7,8 +7,9 @@ use std::fs::File;
 use std::io::{BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
+use cotan::Mesh;
 use cotan::prelude::*;
-use cotan::shapes::{Numbering, Shape, irregular};
+use cotan::shapes::{Numbering, irregular};
 
 /// The two jobs on one mesh.
 pub(crate) struct Jobs {
@@ -23,7 +24,7 @@ impl Jobs {
     pub(crate) fn write(folder: &Path, size: usize, numbering: Numbering) -> std::io::Result<Self> {
         let shape = irregular::<f64>(size, numbering, 6);
         let jobs = Self {
-            num_vertices: shape.mesh.num_vertices(),
+            num_vertices: shape.num_vertices(),
             points: folder.join(format!("points_{size}.job")),
             regions: folder.join(format!("regions_{size}.job")),
         };
@@ -44,7 +45,7 @@ pub(crate) struct Job {
 }
 
 /// The vertices furthest in 32 directions of a spiral; the upper half is bent aside.
-fn point_handles(shape: &Shape<f64>) -> Moves {
+fn point_handles(shape: &Mesh<f64>) -> Moves {
     const COUNT: usize = 32;
     let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
     let mut directions: Vec<Vector3<f64>> = Vec::new();
@@ -55,7 +56,7 @@ fn point_handles(shape: &Shape<f64>) -> Moves {
         directions.push(Vector3::new(radius * cos, radius * sin, z));
     }
     let mut best = [(f64::NEG_INFINITY, VertexId::new(0)); COUNT];
-    for (v, p) in shape.positions.iter() {
+    for (v, p) in shape.positions().iter() {
         let unit = p.coords.normalize();
         for (best, direction) in best.iter_mut().zip(&directions) {
             let cosine = unit.dot(direction);
@@ -65,7 +66,7 @@ fn point_handles(shape: &Shape<f64>) -> Moves {
         }
     }
     best.iter()
-        .map(|&(_, v)| (v, bent(&shape.positions[v])))
+        .map(|&(_, v)| (v, bent(&shape.positions()[v])))
         .collect()
 }
 
@@ -75,32 +76,32 @@ fn bent(p: &Point3<f64>) -> Point3<f64> {
 }
 
 /// The lowest hundredth fixed, the highest turned by 30° and shifted.
-fn region_handles(shape: &Shape<f64>) -> Moves {
-    let mut by_z: Vec<VertexId> = shape.mesh.vertices().collect();
-    by_z.sort_unstable_by(|&a, &b| shape.positions[a].z.total_cmp(&shape.positions[b].z));
+fn region_handles(shape: &Mesh<f64>) -> Moves {
+    let mut by_z: Vec<VertexId> = shape.connectivity().vertices().collect();
+    by_z.sort_unstable_by(|&a, &b| shape.positions()[a].z.total_cmp(&shape.positions()[b].z));
     let count = (by_z.len() / 100).max(3);
     let motion = Isometry3::new(Vector3::new(0.4, 0.0, 0.1), Vector3::y() * 0.5);
-    let fixed = by_z[..count].iter().map(|&v| (v, shape.positions[v]));
+    let fixed = by_z[..count].iter().map(|&v| (v, shape.positions()[v]));
     let moved = by_z[by_z.len() - count..].iter();
     fixed
-        .chain(moved.map(|&v| (v, motion * shape.positions[v])))
+        .chain(moved.map(|&v| (v, motion * shape.positions()[v])))
         .collect()
 }
 
-fn write(path: &Path, shape: &Shape<f64>, moves: &Moves) -> std::io::Result<()> {
+fn write(path: &Path, shape: &Mesh<f64>, moves: &Moves) -> std::io::Result<()> {
     let mut out = BufWriter::new(File::create(path)?);
-    let counts = [shape.positions.len(), shape.mesh.num_faces(), moves.len()];
+    let counts = [shape.positions().len(), shape.num_faces(), moves.len()];
     for count in counts {
         out.write_all(&(count as u64).to_le_bytes())?;
     }
     let point = |out: &mut BufWriter<File>, p: &Point3<f64>| {
         p.iter().try_for_each(|x| out.write_all(&x.to_le_bytes()))
     };
-    for p in shape.positions.values() {
+    for p in shape.positions().values() {
         point(&mut out, p)?;
     }
-    for f in shape.mesh.faces() {
-        for v in shape.mesh.triangle(f) {
+    for f in shape.connectivity().faces() {
+        for v in shape.connectivity().triangle(f) {
             out.write_all(&(v.index() as u32).to_le_bytes())?;
         }
     }

@@ -50,7 +50,11 @@ fn whole_job(
             let job = in_order(job);
             let handles = handles(&job.moves);
             let mesh = HalfedgeMesh::from_faces(job.positions.len(), &job.faces)?;
-            let deformed = deform(&mesh, &job.positions, &handles, options)?;
+            let deformed = deform(
+                Surface::assume_checked(&mesh, &job.positions),
+                &handles,
+                options,
+            )?;
             Ok::<_, Box<dyn Error>>(deformed.report)
         }));
     });

@@ -38,7 +38,7 @@ pub(crate) fn run(args: &BenchArgs, console: &Console) -> Result<(), CliError> {
 
 fn write_model(path: &OutputPath) -> Result<(), CliError> {
     let model = creature::<f64>(CREATURE_RESOLUTION);
-    let document = Document::from_mesh(&model.mesh, &model.positions)?;
+    let document = Document::from_mesh(model.connectivity(), model.positions())?;
     cotan_io::save(&document, path)?;
     Ok(())
 }

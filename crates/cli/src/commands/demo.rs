@@ -4,7 +4,7 @@
 
 use std::fmt::Write as _;
 
-use cotan::geometry::{Region, Shape, mean_edge_length};
+use cotan::geometry::{Mesh, Region, mean_edge_length};
 use cotan::shapes::{CREATURE_RESOLUTION, creature, creature_regions};
 use cotan::smooth::{SmoothOptions, smooth, with_normal_noise};
 use cotan::{DeformOptions, Handles};
@@ -44,7 +44,7 @@ pub(crate) fn run(args: &DemoArgs, console: &Console) -> Result<(), CliError> {
         history: true,
         picture: Some(folder.file("demo.png")),
     };
-    let document = Document::from_mesh(&model.mesh, &model.positions)?;
+    let document = Document::from_mesh(model.connectivity(), model.positions())?;
     files::save(&document, &before, EmbedArgs::default(), console)?;
     files::write(&handles_file, handles().as_bytes())?;
     let job = Job {
@@ -66,12 +66,11 @@ pub(crate) fn run(args: &DemoArgs, console: &Console) -> Result<(), CliError> {
 }
 
 /// The model with noise, and smoothed: meshes and a picture of their curvature.
-fn smoothing(model: &Shape<f64>, folder: &OutputFolder, console: &Console) -> Result<(), CliError> {
+fn smoothing(model: &Mesh<f64>, folder: &OutputFolder, console: &Console) -> Result<(), CliError> {
     let surface = model.surface();
     let noisy = with_normal_noise(&surface, NOISE * mean_edge_length(&surface), 1);
     let smoothed = smooth(
-        &model.mesh,
-        &noisy,
+        model.surface().with_positions(&noisy),
         &Handles::new(),
         &SmoothOptions::default(),
     )
@@ -80,10 +79,10 @@ fn smoothing(model: &Shape<f64>, folder: &OutputFolder, console: &Console) -> Re
         source,
     })?;
     for (name, positions) in [("noisy.obj", &noisy), ("smoothed.obj", &smoothed.positions)] {
-        let document = Document::from_mesh(&model.mesh, positions)?;
+        let document = Document::from_mesh(model.connectivity(), positions)?;
         files::save(&document, &folder.file(name), EmbedArgs::default(), console)?;
     }
-    let picture = curvature_picture(&model.mesh, &noisy, &smoothed.positions);
+    let picture = curvature_picture(model.connectivity(), &noisy, &smoothed.positions);
     files::write(&folder.file("smoothing.png"), &picture)
 }
 

@@ -1,6 +1,6 @@
 //! `cotan morph`: a shape between two, over the sphere that both are mapped to.
 
-use cotan::geometry::{Positions, Shape, bounding_box};
+use cotan::geometry::{Mesh, Positions, bounding_box};
 use cotan::sphere::{Morph, SphereMap};
 use cotan_io::Document;
 
@@ -61,14 +61,14 @@ fn morph(args: &MorphArgs, console: &Console) -> Result<(), CliError> {
 fn write(
     args: &MorphArgs,
     start: Input<'_>,
-    shape: &Shape<f64>,
+    shape: &Mesh<f64>,
     console: &Console,
 ) -> Result<(), CliError> {
     let document = match args.level {
-        Some(_) => Document::from_mesh(&shape.mesh, &shape.positions)?,
+        Some(_) => Document::from_mesh(shape.connectivity(), shape.positions())?,
         None => {
             let mut document = start.prepared.document.clone();
-            let moved = document.set_positions(&start.prepared.processing, &shape.positions);
+            let moved = document.set_positions(&start.prepared.processing, shape.positions());
             moved.map_err(|error| files::in_file(&args.start, error))?;
             document
         }

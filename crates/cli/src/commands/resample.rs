@@ -48,7 +48,7 @@ fn run_as<T: Scalar>(args: &ResampleArgs, console: &Console) -> Result<SphereRun
     let shape = shape.map_err(|error| input.refuse(error))?;
     drop(progress);
 
-    let document = Document::from_mesh(&shape.mesh, &mapped.in_file(&shape.positions))?;
+    let document = Document::from_mesh(shape.connectivity(), &mapped.in_file(shape.positions()))?;
     files::save(&document, &args.output, EmbedArgs::default(), console)?;
     sphere::warn(&mapped.report, &options, console);
     let mut report = SphereRun::new(&mapped, &options, args.run.precision);
@@ -59,8 +59,8 @@ fn run_as<T: Scalar>(args: &ResampleArgs, console: &Console) -> Result<SphereRun
     };
     report.resampled = Some(Resampled {
         level: args.level,
-        vertices: shape.mesh.num_vertices(),
-        faces: shape.mesh.num_faces(),
+        vertices: shape.num_vertices(),
+        faces: shape.num_faces(),
     });
     report.seconds = clock.elapsed().as_secs_f64();
     if let Some(path) = &args.run.report {

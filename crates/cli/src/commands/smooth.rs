@@ -199,8 +199,12 @@ impl Work<'_> {
                     max_memory,
                     ..*options
                 };
-                let smoothed =
-                    smooth(mesh, positions, &Handles::new(), &options).map_err(refuse)?;
+                let smoothed = smooth(
+                    Surface::assume_checked(mesh, positions),
+                    &Handles::new(),
+                    &options,
+                )
+                .map_err(refuse)?;
                 Ok(Outcome::from(smoothed))
             }
             Self::Detail(args, options) => {
@@ -222,8 +226,7 @@ impl Work<'_> {
                 };
                 let observer = |_| ControlFlow::Continue(());
                 let edited = edit_detail_observed(
-                    mesh,
-                    positions,
+                    Surface::assume_checked(mesh, positions),
                     &Handles::new(),
                     &edit,
                     &options,

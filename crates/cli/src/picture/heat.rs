@@ -180,11 +180,11 @@ mod tests {
     #[test]
     fn panels_stand_side_by_side_above_the_bar() {
         let shape = shapes::icosphere::<f64>(2);
-        let heights = shape.positions.map(|p| p.z);
+        let heights = shape.positions().map(|p| p.z);
         let scale = ColorScale::signed("height, in radii", heights.values().copied());
         let panel = |caption| Panel {
-            mesh: &shape.mesh,
-            positions: &shape.positions,
+            mesh: shape.connectivity(),
+            positions: shape.positions(),
             quantity: Quantity::Vertices(&heights),
             caption,
         };
@@ -211,9 +211,9 @@ mod tests {
         let values = FaceMap::from_vec(vec![f64::NAN, f64::INFINITY, -1e300, 0.0]);
         let scale = ColorScale::signed("nothing", values.values().copied());
         for size in [1.0, 0.0, 1e300] {
-            let positions = shape.positions.map(|p| p * size);
+            let positions = shape.positions().map(|p| p * size);
             let panel = Panel {
-                mesh: &shape.mesh,
+                mesh: shape.connectivity(),
                 positions: &positions,
                 quantity: Quantity::Faces(&values),
                 caption: "a caption that is much wider than the panel would otherwise have been made",

@@ -6,7 +6,8 @@ use std::time::Instant;
 
 use cotan::geometry::{Positions, Scalar, Surface, bounding_box};
 use cotan::sphere::{
-    SphereError, SphereMap, SphereOptions, SphereQuality, SphereReport, spherical_observed,
+    SphereError, SphereMap, SphereOptions, SphereQuality, SphereReport, Spherical,
+    spherical_observed,
 };
 use cotan_tool::Work;
 use nalgebra::Point3;
@@ -91,19 +92,25 @@ impl<'a> Mapper<'a> {
             ..self.options.clone()
         };
         let mut number = 0;
-        let done = spherical_observed(mesh, &positions, &options, |step| {
-            // Of all rounds.
-            number += 1;
-            progress.step(number, step.change);
-            ControlFlow::Continue(())
-        });
-        let done = done.map_err(refuse)?;
+        let done = spherical_observed(
+            Surface::assume_checked(mesh, &positions),
+            &options,
+            |step| {
+                // Of all rounds.
+                number += 1;
+                progress.step(number, step.change);
+                ControlFlow::Continue(())
+            },
+        );
+        let Spherical { map, report } = done.map_err(refuse)?;
+        // The map refers to the mesh alone, not to the positions here.
+        let map = SphereMap::new(mesh, map.into_positions()).map_err(refuse)?;
         Ok(Mapped {
-            map: self.turned(done.map, &positions)?,
+            map: self.turned(map, &positions)?,
             positions,
             origin,
             unit,
-            report: done.report,
+            report,
             seconds: clock.elapsed().as_secs_f64(),
         })
     }

@@ -10,8 +10,8 @@ fn every_phase_is_measured() {
         .stdout;
     let measured: serde_json::Value = serde_json::from_str(&json).expect("JSON");
     let shape = bar();
-    assert_eq!(measured["vertices"], shape.mesh.num_vertices());
-    assert_eq!(measured["faces"], shape.mesh.num_faces());
+    assert_eq!(measured["vertices"], shape.num_vertices());
+    assert_eq!(measured["faces"], shape.num_faces());
     assert_eq!(measured["threads"], 1);
     assert_eq!(measured["job"]["stop_reason"], "converged");
     let seconds = measured["seconds"].as_object().expect("an object");

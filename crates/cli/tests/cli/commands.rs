@@ -47,8 +47,8 @@ fn info_tells_counts_and_topology() {
     let json = sandbox.cotan_ok("info bar.obj --json").stdout;
     let info: serde_json::Value = serde_json::from_str(&json).unwrap();
     let shape = crate::sandbox::bar();
-    assert_eq!(info["vertices"], shape.mesh.num_vertices());
-    assert_eq!(info["edges"], shape.mesh.num_edges());
+    assert_eq!(info["vertices"], shape.num_vertices());
+    assert_eq!(info["edges"], shape.connectivity().num_edges());
     assert_eq!(info["closed"], true);
     assert_eq!(
         (&info["boundary_loops"], &info["components"]),

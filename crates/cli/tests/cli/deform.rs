@@ -17,17 +17,17 @@ fn handles_meet_their_targets_and_the_rest_follows() {
     let (shape, bent) = (bar(), sandbox.positions("bent.obj"));
     let [left, right] = ends();
     for v in left {
-        assert_eq!(bent[v.index()], shape.positions[v]);
+        assert_eq!(bent[v.index()], shape.positions()[v]);
     }
     for v in right {
-        assert_eq!(bent[v.index()], image(shape.positions[v]));
+        assert_eq!(bent[v.index()], image(shape.positions()[v]));
     }
     let middle = shape.surface().vertices_where(|p| p.x.abs() < 0.1);
     assert!(!middle.is_empty());
     assert!(
         middle
             .iter()
-            .all(|&v| bent[v.index()].z - shape.positions[v].z > 0.3)
+            .all(|&v| bent[v.index()].z - shape.positions()[v].z > 0.3)
     );
 }
 
@@ -109,8 +109,8 @@ fn the_report_has_the_documented_fields() {
     sandbox.cotan_ok("deform bar.obj --handles bar.json -o bent.obj --report r.json --history");
     let report = sandbox.json("r.json");
     let shape = bar();
-    assert_eq!(report["vertices"], shape.mesh.num_vertices());
-    assert_eq!(report["faces"], shape.mesh.num_faces());
+    assert_eq!(report["vertices"], shape.num_vertices());
+    assert_eq!(report["faces"], shape.num_faces());
     assert_eq!(report["handles"], ends().concat().len());
     assert_eq!(report["stop_reason"], "converged");
     assert_eq!(report["converged"], true);
@@ -230,7 +230,7 @@ fn soft_handles_give_way_unless_they_have_a_weight_of_their_own() {
         let out = sandbox.positions("out.obj");
         let shape = bar();
         let miss = |v: &usize| {
-            let target = shape.positions[cotan::halfedge::VertexId::new(*v)].z + 2.0;
+            let target = shape.positions()[cotan::halfedge::VertexId::new(*v)].z + 2.0;
             (out[*v].z - target).abs()
         };
         right.iter().map(miss).fold(0.0, f64::max)
@@ -311,8 +311,13 @@ fn reconstruct_is_the_librarys_reconstruction() {
     use cotan::prelude::*;
     let sandbox = Sandbox::with_bar();
     let shape = bar();
-    let pins: Vec<VertexId> = shape.mesh.vertices().step_by(60).take(5).collect();
-    let lines = pins.iter().map(|&v| (v.index(), shape.positions[v]));
+    let pins: Vec<VertexId> = shape
+        .connectivity()
+        .vertices()
+        .step_by(60)
+        .take(5)
+        .collect();
+    let lines = pins.iter().map(|&v| (v.index(), shape.positions()[v]));
     let text: String = lines
         .map(|(v, p)| format!("{v} {} {} {}\n", p.x, p.y, p.z))
         .collect();
@@ -329,7 +334,7 @@ fn reconstruct_is_the_librarys_reconstruction() {
         tolerance: 0.0,
         ..DeformOptions::default()
     };
-    let expected = reconstruct(&shape.mesh, &shape.positions, &handles, &options).unwrap();
+    let expected = reconstruct(shape.surface(), &handles, &options).unwrap();
     let rebuilt = sandbox.positions("rebuilt.obj");
     assert_eq!(expected.positions.as_slice(), rebuilt);
 }

@@ -2,19 +2,25 @@
 
 use std::fmt::Write as _;
 
-use cotan::shapes::{self, Shape};
+use cotan::Mesh;
+use cotan::shapes;
 use cotan_io::{Document, FaceList};
 use nalgebra::{Point3, Vector3};
 
 use crate::sandbox::Sandbox;
 
 /// Two shapes as one mesh.
-fn beside(a: &Shape<f64>, b: &Shape<f64>) -> Document {
-    let n = a.positions.len() as u32;
-    let faces_of = |shape: &Shape<f64>, first: u32| -> Vec<[u32; 3]> {
-        let faces = shape.mesh.faces();
+fn beside(a: &Mesh<f64>, b: &Mesh<f64>) -> Document {
+    let n = a.positions().len() as u32;
+    let faces_of = |shape: &Mesh<f64>, first: u32| -> Vec<[u32; 3]> {
+        let faces = shape.connectivity().faces();
         faces
-            .map(|f| shape.mesh.triangle(f).map(|v| first + v.index() as u32))
+            .map(|f| {
+                shape
+                    .connectivity()
+                    .triangle(f)
+                    .map(|v| first + v.index() as u32)
+            })
             .collect()
     };
     let faces: FaceList = [faces_of(a, 0), faces_of(b, n)]
@@ -23,30 +29,30 @@ fn beside(a: &Shape<f64>, b: &Shape<f64>) -> Document {
         .collect();
     let away = Vector3::new(4.0, 0.3, -0.1);
     let positions = a
-        .positions
+        .positions()
         .values()
         .copied()
-        .chain(b.positions.values().map(|p| p + away));
+        .chain(b.positions().values().map(|p| p + away));
     Document::new(positions.collect(), faces).expect("a document")
 }
 
 /// The text of a shape, with 20 digits a number and a face without area.
-fn odd_obj(shape: &Shape<f64>) -> String {
+fn odd_obj(shape: &Mesh<f64>) -> String {
     let mut text = String::new();
-    for p in shape.positions.values() {
+    for p in shape.positions().values() {
         writeln!(text, "v {:.20} {:.20} {:.20}", p.x, p.y, p.z).expect("a line");
     }
-    let mesh = &shape.mesh;
+    let mesh = shape.connectivity();
     let mut faces: Vec<Vec<usize>> = mesh
         .faces()
         .map(|f| mesh.triangle(f).map(|v| v.index() + 1).to_vec())
         .collect();
     // A vertex on a side of one face alone, and the flat face that closes the gap.
     let [a, b, c] = [faces[0][0], faces[0][1], faces[0][2]];
-    let [p, q] = [a, b].map(|v| shape.positions.as_slice()[v - 1]);
+    let [p, q] = [a, b].map(|v| shape.positions().as_slice()[v - 1]);
     let m = Point3::from((p.coords * 3.0 + q.coords) / 4.0);
     writeln!(text, "v {:.20} {:.20} {:.20}", m.x, m.y, m.z).expect("a line");
-    let m = shape.positions.len() + 1;
+    let m = shape.positions().len() + 1;
     faces[0] = vec![a, m, c];
     faces.extend([vec![m, b, c], vec![a, b, m]]);
     for face in faces {
@@ -163,7 +169,7 @@ fn what_is_held_and_what_no_handle_moves_keeps_its_digits_while_others_move() {
         shapes::torus::<f64>(1.0, 0.4, 16, 8),
         shapes::creature::<f64>(12),
     );
-    let n = a.positions.len();
+    let n = a.positions().len();
     let document = beside(&a, &b);
     cotan_io::save(&document, sandbox.path("in.obj")).expect("a file");
     sandbox.cotan_ok("convert in.obj in.ply");
@@ -217,14 +223,14 @@ fn what_is_held_and_what_no_handle_moves_keeps_its_digits_while_others_move() {
 fn welded_twins_follow_exactly() {
     let sandbox = Sandbox::new();
     let shape = shapes::icosphere::<f64>(2);
-    let n = shape.positions.len();
-    let mut positions: Vec<Point3<f64>> = shape.positions.values().copied().collect();
+    let n = shape.positions().len();
+    let mut positions: Vec<Point3<f64>> = shape.positions().values().copied().collect();
     // The twin of vertex 3 has one of its faces; that of vertex 4 has none.
     positions.extend([positions[3], positions[4], Point3::new(9.0, 9.0, 9.0)]);
     let mut faces: Vec<[u32; 3]> = shape
-        .mesh
+        .connectivity()
         .faces()
-        .map(|f| shape.mesh.triangle(f).map(|v| v.index() as u32))
+        .map(|f| shape.connectivity().triangle(f).map(|v| v.index() as u32))
         .collect();
     let at = faces.iter().position(|t| t.contains(&3)).expect("a face");
     faces[at] = faces[at].map(|v| if v == 3 { n as u32 } else { v });
@@ -261,11 +267,11 @@ fn welded_twins_follow_exactly() {
 fn vertices_whose_faces_a_repair_dropped_follow_their_twin() {
     let sandbox = Sandbox::new();
     let shape = shapes::icosphere::<f64>(3);
-    let shrunk = shape.positions.map(|p| match p.z > 0.7 {
+    let shrunk = shape.positions().map(|p| match p.z > 0.7 {
         true => Point3::new(0.0, 0.0, 0.9),
         false => *p,
     });
-    let document = Document::from_mesh(&shape.mesh, &shrunk).expect("a document");
+    let document = Document::from_mesh(shape.connectivity(), &shrunk).expect("a document");
     cotan_io::save(&document, sandbox.path("patch.obj")).expect("a file");
     let of_patch: Vec<usize> = (0..shrunk.len())
         .filter(|&v| shrunk.as_slice()[v].z == 0.9)

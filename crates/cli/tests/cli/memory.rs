@@ -37,7 +37,8 @@ fn within(sandbox: &Sandbox, kilobytes: u64, line: &str) -> Option<Ended> {
 /// says so, where none can be set.
 fn least_space(sandbox: &Sandbox) -> Option<u64> {
     let shape = icosphere::<f64>(2);
-    let document = Document::from_mesh(&shape.mesh, &shape.positions).expect("a document");
+    let document =
+        Document::from_mesh(shape.connectivity(), shape.positions()).expect("a document");
     cotan_io::save(&document, sandbox.path("small.obj")).expect("a mesh file");
     let works = |kilobytes: &u64| {
         within(sandbox, *kilobytes, "info small.obj").is_some_and(|ended| ended.code == Some(0))
@@ -182,7 +183,8 @@ fn no_command_dies_of_a_small_address_space() {
         return;
     };
     let shape = icosphere::<f64>(6);
-    let document = Document::from_mesh(&shape.mesh, &shape.positions).expect("a document");
+    let document =
+        Document::from_mesh(shape.connectivity(), shape.positions()).expect("a document");
     cotan_io::save(&document, sandbox.path("ball.obj")).expect("a mesh file");
     sandbox.write(
         "h.json",
@@ -315,7 +317,8 @@ fn threads_are_bounded() {
 fn a_vertex_of_valence_20000_is_edited_in_little_memory() {
     let sandbox = Sandbox::new();
     let shape = bipyramid::<f64>(20_000);
-    let document = Document::from_mesh(&shape.mesh, &shape.positions).expect("a document");
+    let document =
+        Document::from_mesh(shape.connectivity(), shape.positions()).expect("a document");
     cotan_io::save(&document, sandbox.path("b.obj")).expect("a mesh file");
     let points = r#"{"vertices": [0], "fixed": true}, {"vertices": [1], "to": [[0.3, 0, -1]]}"#;
     sandbox.write("points.json", format!(r#"{{"handles": [{points}]}}"#));

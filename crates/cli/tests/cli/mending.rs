@@ -95,14 +95,14 @@ fn a_hole_is_filled_by_another_triangulation_or_by_new_vertices() {
 fn a_hole_in_a_sphere_is_closed_smoothly_in_every_format() {
     let sandbox = Sandbox::new();
     let sphere = icosphere::<f64>(3);
-    let faces = sphere.mesh.to_faces();
+    let faces = sphere.connectivity().to_faces();
     let is_kept = |face: &&Vec<u32>| {
         face.iter()
-            .all(|&v| sphere.positions.as_slice()[v as usize].z < 0.6)
+            .all(|&v| sphere.positions().as_slice()[v as usize].z < 0.6)
     };
     let kept: Vec<&Vec<u32>> = faces.iter().filter(is_kept).collect();
     let document = cotan_io::Document::new(
-        sphere.positions.values().copied().collect(),
+        sphere.positions().values().copied().collect(),
         kept.into_iter().collect(),
     );
     cotan_io::save(&document.unwrap(), sandbox.path("ball.obj")).unwrap();

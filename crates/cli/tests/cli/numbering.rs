@@ -1,6 +1,7 @@
 //! Files whose vertices are numbered at random: worked on in another order, which nobody sees.
 
-use cotan::shapes::{Numbering, Shape, irregular};
+use cotan::Mesh;
+use cotan::shapes::{Numbering, irregular};
 use cotan_io::Document;
 use nalgebra::Point3;
 
@@ -15,10 +16,10 @@ fn two_files() -> (Sandbox, Vec<usize>) {
     for (shape, name) in shapes.iter().zip(["natural.obj", "random.obj"]) {
         save(&sandbox, shape, name);
     }
-    let sorted = |shape: &Shape<f64>| {
+    let sorted = |shape: &Mesh<f64>| {
         let key = |p: &Point3<f64>| [p.x, p.y, p.z];
-        let mut order: Vec<usize> = (0..shape.positions.len()).collect();
-        let points = shape.positions.as_slice();
+        let mut order: Vec<usize> = (0..shape.positions().len()).collect();
+        let points = shape.positions().as_slice();
         order.sort_by(|&a, &b| {
             key(&points[a])
                 .partial_cmp(&key(&points[b]))
@@ -34,8 +35,9 @@ fn two_files() -> (Sandbox, Vec<usize>) {
     (sandbox, number)
 }
 
-fn save(sandbox: &Sandbox, shape: &Shape<f64>, name: &str) {
-    let document = Document::from_mesh(&shape.mesh, &shape.positions).expect("a document");
+fn save(sandbox: &Sandbox, shape: &Mesh<f64>, name: &str) {
+    let document =
+        Document::from_mesh(shape.connectivity(), shape.positions()).expect("a document");
     cotan_io::save(&document, sandbox.path(name)).expect("a mesh file");
 }
 

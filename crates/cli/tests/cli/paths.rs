@@ -14,7 +14,7 @@ fn with_inputs() -> Sandbox {
     sandbox.write("h.sel", sel_handles());
     sandbox.write("h.def", def_matrix());
     let ball = shapes::icosphere::<f64>(1);
-    let ball = Document::from_mesh(&ball.mesh, &ball.positions).expect("a document");
+    let ball = Document::from_mesh(ball.connectivity(), ball.positions()).expect("a document");
     cotan_io::save(&ball, sandbox.path("ball.obj")).expect("a mesh file");
     sandbox.write("l.txt", "0\n3\n7\n");
     std::fs::create_dir(sandbox.path("sub")).expect("a folder");

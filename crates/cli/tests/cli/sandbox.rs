@@ -6,8 +6,9 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
+use cotan::Mesh;
 use cotan::halfedge::VertexId;
-use cotan::shapes::{self, Shape};
+use cotan::shapes;
 use cotan_io::Document;
 use nalgebra::Point3;
 use serde_json::Value;
@@ -35,7 +36,8 @@ impl Sandbox {
     /// A folder with `bar.obj`, 6 × 1 × 1 along x around the origin.
     pub(crate) fn with_bar() -> Self {
         let sandbox = Self::new();
-        let document = Document::from_mesh(&bar().mesh, &bar().positions).expect("a document");
+        let document =
+            Document::from_mesh(bar().connectivity(), bar().positions()).expect("a document");
         cotan_io::save(&document, sandbox.path("bar.obj")).expect("a mesh file");
         sandbox
     }
@@ -133,7 +135,7 @@ impl Sandbox {
 }
 
 /// The mesh of `bar.obj`.
-pub(crate) fn bar() -> Shape<f64> {
+pub(crate) fn bar() -> Mesh<f64> {
     shapes::bar([6.0, 1.0, 1.0], [18, 3, 3])
 }
 
@@ -166,8 +168,8 @@ pub(crate) fn json_handles() -> String {
 pub(crate) fn text_handles() -> String {
     let (shape, [left, right]) = (bar(), ends());
     let mut text = String::from("# the left end stays\n\n");
-    let fixed = left.iter().map(|&v| (v, shape.positions[v]));
-    let moved = right.iter().map(|&v| (v, image(shape.positions[v])));
+    let fixed = left.iter().map(|&v| (v, shape.positions()[v]));
+    let moved = right.iter().map(|&v| (v, image(shape.positions()[v])));
     for (v, p) in fixed.chain(moved) {
         writeln!(text, "{} {} {} {}  # target", v.index(), p.x, p.y, p.z).expect("a line");
     }
@@ -182,7 +184,7 @@ pub(crate) fn sel_handles() -> String {
         (_, true) => "2\n",
         _ => "1\n",
     };
-    let statuses: String = bar().mesh.vertices().map(status).collect();
+    let statuses: String = bar().connectivity().vertices().map(status).collect();
     format!("# per vertex status\n{statuses}")
 }
 

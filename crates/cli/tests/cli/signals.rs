@@ -14,7 +14,7 @@ use crate::sandbox::Sandbox;
 fn a_signal_leaves_the_old_file_or_the_new_one_and_nothing_else() {
     let sandbox = Sandbox::new();
     let ball = shapes::icosphere::<f64>(6);
-    let ball = Document::from_mesh(&ball.mesh, &ball.positions).expect("a document");
+    let ball = Document::from_mesh(ball.connectivity(), ball.positions()).expect("a document");
     cotan_io::save(&ball, sandbox.path("ball.obj")).expect("a mesh file");
     sandbox.cotan_ok("convert ball.obj new.ply");
     let new = sandbox.read("new.ply");
@@ -62,7 +62,7 @@ fn a_signal_leaves_the_old_file_or_the_new_one_and_nothing_else() {
 fn a_file_beyond_the_size_that_is_allowed_is_an_error() {
     let sandbox = Sandbox::new();
     let ball = shapes::icosphere::<f64>(4);
-    let ball = Document::from_mesh(&ball.mesh, &ball.positions).expect("a document");
+    let ball = Document::from_mesh(ball.connectivity(), ball.positions()).expect("a document");
     cotan_io::save(&ball, sandbox.path("ball.obj")).expect("a mesh file");
     sandbox.write("out.ply", "old");
     let output = Command::new("sh")

@@ -11,8 +11,8 @@ fn balls() -> Sandbox {
     let sandbox = Sandbox::new();
     let ball = icosphere::<f64>(3);
     let noisy = with_normal_noise(&ball.surface(), 0.03, 5);
-    for (name, positions) in [("ball.obj", &ball.positions), ("noisy.obj", &noisy)] {
-        let document = Document::from_mesh(&ball.mesh, positions).expect("a document");
+    for (name, positions) in [("ball.obj", ball.positions()), ("noisy.obj", &noisy)] {
+        let document = Document::from_mesh(ball.connectivity(), positions).expect("a document");
         cotan_io::save(&document, sandbox.path(name)).expect("a file");
     }
     sandbox

@@ -1,7 +1,8 @@
 //! `cotan sphere`.
 
+use cotan::Mesh;
 use cotan::geometry::Surface;
-use cotan::shapes::{self, Shape};
+use cotan::shapes;
 use cotan::sphere::{SphereMap, SphereOptions, SphereQuality, flipped_faces, spherical};
 use cotan_io::{Document, FaceList};
 use nalgebra::Point3;
@@ -16,23 +17,33 @@ pub(crate) fn with_creature() -> Sandbox {
     sandbox
 }
 
-pub(crate) fn creature() -> Shape<f64> {
+pub(crate) fn creature() -> Mesh<f64> {
     shapes::creature(32)
 }
 
-pub(crate) fn save(sandbox: &Sandbox, name: &str, shape: &Shape<f64>) {
-    let document = Document::from_mesh(&shape.mesh, &shape.positions).expect("a document");
+pub(crate) fn save(sandbox: &Sandbox, name: &str, shape: &Mesh<f64>) {
+    let document =
+        Document::from_mesh(shape.connectivity(), shape.positions()).expect("a document");
     cotan_io::save(&document, sandbox.path(name)).expect("a mesh file");
 }
 
 /// An icosphere that is pulled out of shape, without some of its faces.
 pub(crate) fn save_without(sandbox: &Sandbox, name: &str, missing: &[usize]) {
     let shape = shapes::icosphere::<f64>(2);
-    let positions = shape.positions.values();
+    let positions = shape.positions().values();
     let positions = positions.map(|p| Point3::new(3.0 * p.x, p.y + 0.2 * p.x * p.x, p.z));
-    let faces = shape.mesh.faces().filter(|f| !missing.contains(&f.index()));
+    let faces = shape
+        .connectivity()
+        .faces()
+        .filter(|f| !missing.contains(&f.index()));
     let list: FaceList = faces
-        .map(|face| shape.mesh.triangle(face).map(|v| v.index() as u32).to_vec())
+        .map(|face| {
+            shape
+                .connectivity()
+                .triangle(face)
+                .map(|v| v.index() as u32)
+                .to_vec()
+        })
         .collect();
     let document = Document::new(positions.collect(), list).expect("a document");
     cotan_io::save(&document, sandbox.path(name)).expect("a mesh file");
@@ -44,13 +55,13 @@ fn every_vertex_is_on_the_unit_sphere_where_the_library_puts_it() {
     let outcome = sandbox.cotan_ok("sphere creature.obj -o sphere.obj");
     assert_eq!((outcome.stdout.as_str(), outcome.stderr.as_str()), ("", ""));
     let shape = creature();
-    let expected = spherical(&shape.mesh, &shape.positions, &SphereOptions::default())
+    let expected = spherical(shape.surface(), &SphereOptions::default())
         .expect("a map")
         .map;
     let positions = sandbox.positions("sphere.obj");
     assert_eq!(positions, expected.positions().as_slice());
     // Checked again, as read from the file.
-    assert!(SphereMap::new(&shape.mesh, positions.into_iter().collect()).is_ok());
+    assert!(SphereMap::new(shape.connectivity(), positions.into_iter().collect()).is_ok());
 }
 
 #[test]
@@ -59,8 +70,8 @@ fn the_report_has_the_documented_fields_and_agrees_with_the_library() {
     sandbox.cotan_ok("sphere creature.obj -o sphere.obj --report r.json");
     let report = sandbox.json("r.json");
     let shape = creature();
-    assert_eq!(report["vertices"], shape.mesh.num_vertices());
-    assert_eq!(report["faces"], shape.mesh.num_faces());
+    assert_eq!(report["vertices"], shape.num_vertices());
+    assert_eq!(report["faces"], shape.num_faces());
     assert_eq!(report["stop_reason"], "converged");
     assert_eq!(report["converged"], true);
     assert_eq!(report["flipped_triangles"], 0);
@@ -76,8 +87,8 @@ fn the_report_has_the_documented_fields_and_agrees_with_the_library() {
         assert!(report["phases"][phase].as_f64().unwrap() > 0.0, "{report}");
     }
     assert!(!report["stages"].as_array().unwrap().is_empty());
-    let done = spherical(&shape.mesh, &shape.positions, &SphereOptions::default()).unwrap();
-    let surface = Surface::new(&shape.mesh, &shape.positions).unwrap();
+    let done = spherical(shape.surface(), &SphereOptions::default()).unwrap();
+    let surface = Surface::new(shape.connectivity(), shape.positions()).unwrap();
     let quality = SphereQuality::measure(&surface, &done.map);
     // A reader of JSON may lose the last bit.
     let same = |field: &str, part: &str, value: f64| {
@@ -154,10 +165,11 @@ fn the_picture_is_a_png_and_the_number_of_threads_does_not_show() {
 fn single_precision_has_no_flip_either_also_far_from_the_origin() {
     let sandbox = Sandbox::new();
     let shape = creature();
-    let far = Shape {
-        mesh: shape.mesh.clone(),
-        positions: shape.positions.map(|p| Point3::new(p.x + 1e6, p.y, p.z)),
-    };
+    let far = Mesh::new(
+        shape.connectivity().clone(),
+        shape.positions().map(|p| Point3::new(p.x + 1e6, p.y, p.z)),
+    )
+    .expect("a surface");
     save(&sandbox, "far.obj", &far);
     sandbox.cotan_ok("sphere far.obj -o s.obj --precision f32 --report r.json");
     let report = sandbox.json("r.json");
@@ -166,7 +178,7 @@ fn single_precision_has_no_flip_either_also_far_from_the_origin() {
     assert!(report["conformal_distortion"]["mean"].as_f64().unwrap() < 1.5);
     let positions: cotan::geometry::Positions<f64> =
         sandbox.positions("s.obj").into_iter().collect();
-    assert!(flipped_faces(&shape.mesh, &positions).is_empty());
+    assert!(flipped_faces(shape.connectivity(), &positions).is_empty());
     assert!(positions.values().all(|p| p.x == f64::from(p.x as f32)));
 }
 

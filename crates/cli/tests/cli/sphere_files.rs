@@ -4,7 +4,8 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use cotan::shapes::{self, Shape};
+use cotan::Mesh;
+use cotan::shapes;
 use cotan::sphere::is_upright;
 use cotan_io::{Document, FaceList};
 use nalgebra::Point3;
@@ -14,8 +15,8 @@ use crate::sandbox::Sandbox;
 /// The faces of a shape joined to polygons of up to `most` corners, in the order of the faces: most
 /// are bent, and many are concave. No two have a diagonal in common, and none has one that is an
 /// edge.
-fn polygons(shape: &Shape<f64>, most: usize) -> FaceList {
-    let mesh = &shape.mesh;
+fn polygons(shape: &Mesh<f64>, most: usize) -> FaceList {
+    let mesh = shape.connectivity();
     let triangles: Vec<[u32; 3]> = mesh
         .faces()
         .map(|f| mesh.triangle(f).map(|v| v.index() as u32))
@@ -63,9 +64,9 @@ fn polygons(shape: &Shape<f64>, most: usize) -> FaceList {
 }
 
 /// An OBJ with a texture coordinate per corner and the faces in two groups.
-fn textured_obj(shape: &Shape<f64>, faces: &FaceList) -> String {
+fn textured_obj(shape: &Mesh<f64>, faces: &FaceList) -> String {
     let mut text = String::from("# a sphere to be\n");
-    for p in shape.positions.values() {
+    for p in shape.positions().values() {
         writeln!(text, "v {} {} {}", p.x, p.y, p.z).expect("a line");
     }
     for corner in 0..faces.num_corners() {
@@ -92,15 +93,15 @@ fn textured_obj(shape: &Shape<f64>, faces: &FaceList) -> String {
 }
 
 /// A PLY of single or double precision with a number per face.
-fn labelled_ply(shape: &Shape<f64>, faces: &FaceList, number: &str) -> String {
+fn labelled_ply(shape: &Mesh<f64>, faces: &FaceList, number: &str) -> String {
     let mut text = format!(
         "ply\nformat ascii 1.0\nelement vertex {}\nproperty {number} x\nproperty {number} y\n\
          property {number} z\nelement face {}\nproperty list uchar int vertex_indices\n\
          property int label\nend_header\n",
-        shape.positions.len(),
+        shape.positions().len(),
         faces.len()
     );
-    for p in shape.positions.values() {
+    for p in shape.positions().values() {
         writeln!(text, "{} {} {}", p.x, p.y, p.z).expect("a line");
     }
     for (face, polygon) in faces.iter().enumerate() {
@@ -131,9 +132,9 @@ fn flips(sandbox: &Sandbox, name: &str) -> [usize; 2] {
 }
 
 /// A ball with deep, steep bumps.
-fn bent() -> Shape<f64> {
+fn bent() -> Mesh<f64> {
     let mut shape = shapes::icosphere::<f64>(3);
-    for p in shape.positions.values_mut() {
+    for p in shape.positions_mut().iter_mut() {
         let bumps = (9.0 * p.x).sin() * (8.0 * p.y).cos() * (7.0 * p.z + 1.0).sin();
         *p *= 1.0 + 0.5 * bumps;
         p.z *= 2.5;
@@ -229,7 +230,7 @@ fn polygons_that_become_triangles_keep_their_texture_groups_and_labels() {
     let text = String::from_utf8(sandbox.read("out.ply")).expect("text");
     let rows = text.lines().skip_while(|line| *line != "end_header");
     let mut seen = vec![0; faces.len()];
-    for row in rows.skip(1 + shape.positions.len()) {
+    for row in rows.skip(1 + shape.positions().len()) {
         let words: Vec<usize> = row
             .split_whitespace()
             .map(|w| w.parse().expect("a number"))
@@ -265,7 +266,7 @@ fn polygons_that_need_no_cut_stay_polygons() {
 fn vertices_in_no_face_land_on_the_sphere_and_are_counted() {
     let sandbox = Sandbox::new();
     let shape = shapes::icosphere::<f64>(2);
-    let mut positions: Vec<Point3<f64>> = shape.positions.values().copied().collect();
+    let mut positions: Vec<Point3<f64>> = shape.positions().values().copied().collect();
     let n = positions.len();
     let unused = [
         Point3::new(5.0, 5.0, 5.0),
@@ -276,9 +277,9 @@ fn vertices_in_no_face_land_on_the_sphere_and_are_counted() {
     ];
     positions.extend(unused);
     let faces: FaceList = shape
-        .mesh
+        .connectivity()
         .faces()
-        .map(|f| shape.mesh.triangle(f).map(|v| v.index() as u32))
+        .map(|f| shape.connectivity().triangle(f).map(|v| v.index() as u32))
         .collect();
     let document = Document::new(positions, faces).expect("a document");
     cotan_io::save(&document, sandbox.path("in.obj")).expect("a file");
@@ -308,11 +309,11 @@ fn vertices_in_no_face_land_on_the_sphere_and_are_counted() {
 fn vertices_that_are_welded_to_a_mapped_one_land_where_that_does() {
     let sandbox = Sandbox::new();
     let shape = shapes::icosphere::<f64>(3);
-    let shrunk = shape.positions.map(|p| match p.z > 0.7 {
+    let shrunk = shape.positions().map(|p| match p.z > 0.7 {
         true => Point3::new(0.0, 0.0, 0.9),
         false => *p,
     });
-    let document = Document::from_mesh(&shape.mesh, &shrunk).expect("a document");
+    let document = Document::from_mesh(shape.connectivity(), &shrunk).expect("a document");
     cotan_io::save(&document, sandbox.path("patch.obj")).expect("a file");
     for options in [
         "--weld exact",
@@ -342,17 +343,17 @@ fn vertices_that_are_welded_to_a_mapped_one_land_where_that_does() {
         );
     }
     // Nearly at one place is one place too, and both are on the sphere.
-    let near = shape.positions.iter().map(|(v, p)| match v.index() {
+    let near = shape.positions().iter().map(|(v, p)| match v.index() {
         0 => Point3::from(p.coords * (1.0 + 1e-7)),
         _ => *p,
     });
     let mut positions: Vec<Point3<f64>> = near.collect();
-    positions.push(shape.positions.as_slice()[0]);
+    positions.push(shape.positions().as_slice()[0]);
     let last = positions.len() as u32 - 1;
     let mut faces: Vec<[u32; 3]> = shape
-        .mesh
+        .connectivity()
         .faces()
-        .map(|f| shape.mesh.triangle(f).map(|v| v.index() as u32))
+        .map(|f| shape.connectivity().triangle(f).map(|v| v.index() as u32))
         .collect();
     let at = faces.iter().position(|t| t.contains(&0)).expect("a face");
     faces[at] = faces[at].map(|v| if v == 0 { last } else { v });
@@ -372,8 +373,8 @@ fn meshes_of_any_size_are_mapped_alike_in_both_precisions() {
     let mut ratios: Option<f64> = None;
     for power in [0, 900, 100, -100, -900] {
         // A power of two, so that no digit changes.
-        let scaled = shape.positions.map(|p| p * 2.0_f64.powi(power));
-        let document = Document::from_mesh(&shape.mesh, &scaled).expect("a document");
+        let scaled = shape.positions().map(|p| p * 2.0_f64.powi(power));
+        let document = Document::from_mesh(shape.connectivity(), &scaled).expect("a document");
         cotan_io::save(&document, sandbox.path("in.obj")).expect("a file");
         for (precision, first) in ["f64", "f32"].into_iter().zip(&mut first) {
             let line = format!("sphere in.obj -o o.obj --precision {precision}");
@@ -419,8 +420,8 @@ fn meshes_of_any_size_are_mapped_alike_in_both_precisions() {
 fn a_step_that_overflows_is_told_as_that() {
     let sandbox = Sandbox::new();
     let shape = shapes::icosphere::<f64>(3);
-    let long = shape.positions.map(|p| Point3::new(1e20 * p.x, p.y, p.z));
-    let document = Document::from_mesh(&shape.mesh, &long).expect("a document");
+    let long = shape.positions().map(|p| Point3::new(1e20 * p.x, p.y, p.z));
+    let document = Document::from_mesh(shape.connectivity(), &long).expect("a document");
     cotan_io::save(&document, sandbox.path("long.obj")).expect("a file");
     let outcome = sandbox.cotan_ok("sphere long.obj -o o.obj --report r.json");
     assert!(

@@ -149,7 +149,7 @@ fn a_resampled_shape_has_the_icospheres_counts_and_the_models_volume() {
         let report = sandbox.json("r.json");
         assert_eq!(report["resampled"]["level"], level);
         assert_eq!(report["resampled"]["vertices"], vertices);
-        assert_eq!(report["vertices"], shape.mesh.num_vertices());
+        assert_eq!(report["vertices"], shape.num_vertices());
         if level == 5 {
             let even = document.surface().unwrap();
             let surface = Surface::new(even.mesh(), even.positions()).unwrap();
@@ -189,7 +189,7 @@ fn a_morph_starts_at_one_shape_and_ends_at_the_other() {
     assert_eq!(sandbox.read("m.obj"), sandbox.read("creature.obj"));
     sandbox.cotan_ok("morph creature.obj creature.obj -t 0.5 --align none -o m.obj");
     let same = sandbox.positions("m.obj");
-    for (a, b) in same.iter().zip(creature().positions.values()) {
+    for (a, b) in same.iter().zip(creature().positions().values()) {
         assert!((a - b).norm() < 1e-9, "{a} {b}");
     }
     for align in ["pose", "areas"] {
@@ -202,10 +202,8 @@ fn a_morph_starts_at_one_shape_and_ends_at_the_other() {
 fn pairs_of_landmarks_bring_spheres_together() {
     let sandbox = with_creature();
     let turned = creature();
-    let turned = cotan::shapes::Shape {
-        positions: turned.positions.map(|p| Point3::new(-p.y, p.x, p.z)),
-        ..turned
-    };
+    let positions = turned.positions().map(|p| Point3::new(-p.y, p.x, p.z));
+    let turned = turned.with_positions(positions).expect("a surface");
     save(&sandbox, "turned.obj", &turned);
     sandbox.write("pairs.txt", "0 0\n500 500 # the same\n900 900\n");
     let line = "creature.obj turned.obj --level 3 -o m.obj --landmarks pairs.txt";

@@ -168,7 +168,7 @@ fn json_stays_json_and_says_the_same() {
 fn handles_and_landmarks_do_not_act() {
     let sandbox = Sandbox::with_bar();
     let ball = shapes::icosphere::<f64>(1);
-    let ball = Document::from_mesh(&ball.mesh, &ball.positions).expect("a document");
+    let ball = Document::from_mesh(ball.connectivity(), ball.positions()).expect("a document");
     cotan_io::save(&ball, sandbox.path("ball.obj")).expect("a mesh file");
     let (word, string) = (hostile_word(), json_string(HOSTILE));
     sandbox.write("h1.txt", format!("{word} 0 0 0\n"));

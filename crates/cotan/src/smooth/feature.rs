@@ -137,9 +137,9 @@ mod tests {
         let surface = surface.with_positions(&x);
         let bends = edge_bends(&surface, &dihedral_angles(&surface));
         let operator = Operator::assemble(&Cotangent::default(), &surface).unwrap();
-        for v in shape.mesh.vertices() {
+        for v in shape.connectivity().vertices() {
             let sum: Vector3<f64> = shape
-                .mesh
+                .connectivity()
                 .outgoing_halfedges(v)
                 .map(|h| bends[h.edge()])
                 .sum();

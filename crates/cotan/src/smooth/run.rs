@@ -4,7 +4,6 @@ use std::ops::ControlFlow;
 
 use cotan_flow::{FlowError, KeepMagnitude};
 use cotan_geometry::{Positions, Scalar, Surface};
-use cotan_halfedge::HalfedgeMesh;
 
 use super::anchored::{Anchored, InteriorCotangent, InteriorUmbrella, Observer, held};
 use super::curvature::{AlongCurvature, Direction, Order, SmoothedCurvature};
@@ -53,7 +52,8 @@ pub struct Smoothed<T: Scalar> {
 ///
 /// let clean = cotan::shapes::torus::<f64>(1.0, 0.4, 60, 30);
 /// let noisy = with_normal_noise(&clean.surface(), 0.02, 1);
-/// let smoothed = smooth(&clean.mesh, &noisy, &Handles::new(), &SmoothOptions::default())?;
+/// let options = SmoothOptions::default();
+/// let smoothed = smooth(clean.surface().with_positions(&noisy), &Handles::new(), &options)?;
 ///
 /// let error = |x: &Positions<f64>| NormalError::measure(&clean.surface(), &clean.surface().with_positions(x)).mean;
 /// assert!(error(&smoothed.positions) < 0.3 * error(&noisy));
@@ -65,27 +65,27 @@ pub struct Smoothed<T: Scalar> {
 /// settings out of range, and a volume or area that cannot be kept within the displacement bound.
 ///
 /// **Source**: paper, section 4.2; what is different and why is in `docs/decisions`.
-pub fn smooth<T: Scalar>(
-    mesh: &HalfedgeMesh,
-    positions: &Positions<T>,
+pub fn smooth<'m, T: Scalar>(
+    surface: impl Into<Surface<'m, T>>,
     handles: &Handles<T>,
     options: &SmoothOptions,
 ) -> Result<Smoothed<T>, Error> {
     let observer = |_| ControlFlow::Continue(());
-    smooth_observed(mesh, positions, handles, options, &observer)
+    smooth_observed(surface, handles, options, &observer)
 }
 
 /// As [`smooth`]; the observer sees the number of every iteration as it ends, and may stop the job.
 ///
 /// # Errors
 /// As [`smooth`], and [`Error::Cancelled`] if the observer stopped it.
-pub fn smooth_observed<T: Scalar>(
-    mesh: &HalfedgeMesh,
-    positions: &Positions<T>,
+pub fn smooth_observed<'m, T: Scalar>(
+    surface: impl Into<Surface<'m, T>>,
     handles: &Handles<T>,
     options: &SmoothOptions,
     observer: &(dyn Fn(usize) -> ControlFlow<()> + Sync),
 ) -> Result<Smoothed<T>, Error> {
+    let surface = surface.into();
+    let (mesh, positions) = (surface.mesh(), surface.positions());
     check(options)?;
     let surface = Surface::new(mesh, positions)?;
     let run = Run {
@@ -329,7 +329,8 @@ const FIRMEST: f64 = 100.0;
 #[cfg(test)]
 mod tests {
     use cotan_geometry::shapes::{bar, bumpy_plane, icosphere, torus};
-    use cotan_geometry::{Shape, bounding_box, volume};
+    use cotan_geometry::{Mesh, bounding_box, volume};
+    use cotan_halfedge::HalfedgeMesh;
     use cotan_halfedge::VertexId;
     use nalgebra::{Point3, Rotation3, Vector3};
 
@@ -337,7 +338,7 @@ mod tests {
     use crate::smooth::SmoothMethod;
     use crate::smooth::{Boundary, Displacement, NormalError, Preserve, with_normal_noise};
 
-    fn noisy(shape: &Shape<f64>) -> Positions<f64> {
+    fn noisy(shape: &Mesh<f64>) -> Positions<f64> {
         with_normal_noise(&shape.surface(), 0.02, 3)
     }
 
@@ -348,8 +349,8 @@ mod tests {
         }
     }
 
-    fn run(shape: &Shape<f64>, x: &Positions<f64>, options: &SmoothOptions) -> Positions<f64> {
-        smooth(&shape.mesh, x, &Handles::new(), options)
+    fn run(shape: &Mesh<f64>, x: &Positions<f64>, options: &SmoothOptions) -> Positions<f64> {
+        smooth(shape.surface().with_positions(x), &Handles::new(), options)
             .unwrap()
             .positions
     }
@@ -363,7 +364,7 @@ mod tests {
     fn a_sphere_stays_a_sphere() {
         for level in [4, 5] {
             let shape = icosphere::<f64>(level);
-            let x = run(&shape, &shape.positions, &SmoothOptions::default());
+            let x = run(&shape, shape.positions(), &SmoothOptions::default());
             let off = x.values().map(|p| (p.coords.norm() - 1.0).abs());
             let off = off.fold(0.0, f64::max);
             assert!(off < 1e-6, "{level}: {off:e}");
@@ -374,7 +375,7 @@ mod tests {
     fn a_plane_stays_a_plane() {
         let shape = bumpy_plane::<f64>([2.0, 1.0], [20, 10], 0.0);
         for method in SmoothMethod::ALL {
-            let x = run(&shape, &shape.positions, &by(*method));
+            let x = run(&shape, shape.positions(), &by(*method));
             assert!(x.values().all(|p| p.z.abs() < 1e-12), "{}", method.name());
         }
     }
@@ -388,7 +389,7 @@ mod tests {
                 preserve: Preserve::Volume,
                 ..by(*method)
             };
-            assert_eq!(run(&shape, &shape.positions, &options), shape.positions);
+            assert_eq!(&run(&shape, shape.positions(), &options), shape.positions());
         }
     }
 
@@ -418,9 +419,14 @@ mod tests {
         let number = |i: usize| (i * 7 + 3) % n;
         assert_ne!(n % 7, 0, "a permutation");
         let faces: Vec<[u32; 3]> = shape
-            .mesh
+            .connectivity()
             .faces()
-            .map(|f| shape.mesh.triangle(f).map(|v| number(v.index()) as u32))
+            .map(|f| {
+                shape
+                    .connectivity()
+                    .triangle(f)
+                    .map(|v| number(v.index()) as u32)
+            })
             .collect();
         let mesh = HalfedgeMesh::from_faces(n, &faces).unwrap();
         let mut y = x.clone();
@@ -435,7 +441,12 @@ mod tests {
         ] {
             let options = by(method);
             let after = run(&shape, &x, &options);
-            let other = smooth(&mesh, &y, &Handles::new(), &options).unwrap();
+            let other = smooth(
+                Surface::assume_checked(&mesh, &y),
+                &Handles::new(),
+                &options,
+            )
+            .unwrap();
             let far = after
                 .iter()
                 .map(|(v, p)| (p - other.positions[VertexId::new(number(v.index()))]).norm())
@@ -466,7 +477,12 @@ mod tests {
     fn creases_are_kept() {
         let shape = bar::<f64>([2.0, 1.0, 1.0], [40, 20, 20]);
         let x = with_normal_noise(&shape.surface(), 0.01, 5);
-        let smoothed = smooth(&shape.mesh, &x, &Handles::new(), &SmoothOptions::default()).unwrap();
+        let smoothed = smooth(
+            shape.surface().with_positions(&x),
+            &Handles::new(),
+            &SmoothOptions::default(),
+        )
+        .unwrap();
         assert_eq!(smoothed.method, Smoother::Feature);
         let rest = shape.surface();
         let error = |x: &Positions<f64>| NormalError::measure(&rest, &rest.with_positions(x)).mean;
@@ -501,10 +517,10 @@ mod tests {
             preserve: Preserve::Area,
             ..by(SmoothMethod::Taubin)
         };
-        let smoothed = run(&shape, &shape.positions, &options);
+        let smoothed = run(&shape, shape.positions(), &options);
         let area =
             |x: &Positions<f64>| cotan_geometry::surface_area(&shape.surface().with_positions(x));
-        assert!((area(&smoothed) / area(&shape.positions) - 1.0).abs() < 1e-9);
+        assert!((area(&smoothed) / area(shape.positions()) - 1.0).abs() < 1e-9);
     }
 
     #[test]
@@ -514,7 +530,7 @@ mod tests {
         let rim = |x: &Positions<f64>| -> f64 {
             let surface = shape.surface();
             let surface = surface.with_positions(x);
-            let mesh = &shape.mesh;
+            let mesh = shape.connectivity();
             let side = |h: &_| mesh.is_boundary_halfedge(*h);
             mesh.halfedges()
                 .filter(side)
@@ -535,15 +551,9 @@ mod tests {
     fn handles_are_met() {
         let shape = icosphere::<f64>(3);
         let top = VertexId::new(0);
-        let goal = shape.positions[top] * 1.3;
+        let goal = shape.positions()[top] * 1.3;
         let handles = Handles::new().move_to(top, goal);
-        let smoothed = smooth(
-            &shape.mesh,
-            &shape.positions,
-            &handles,
-            &by(SmoothMethod::Anchored),
-        )
-        .unwrap();
+        let smoothed = smooth(shape.surface(), &handles, &by(SmoothMethod::Anchored)).unwrap();
         assert_eq!(smoothed.positions[top], goal);
     }
 
@@ -554,7 +564,12 @@ mod tests {
         let single = x.map(|p| p.cast::<f32>());
         let options = by(SmoothMethod::Curvature);
         let double = run(&shape, &x, &options);
-        let result = smooth(&shape.mesh, &single, &Handles::new(), &options).unwrap();
+        let result = smooth(
+            Surface::assume_checked(shape.connectivity(), &single),
+            &Handles::new(),
+            &options,
+        )
+        .unwrap();
         let result = result.positions.map(|p| p.cast::<f64>());
         assert!(farthest(&result, &double) < 1e-3);
     }
@@ -576,14 +591,14 @@ mod tests {
                 ..SmoothOptions::default()
             },
         ] {
-            assert!(smooth(&shape.mesh, &shape.positions, &Handles::new(), &options).is_err());
+            assert!(smooth(shape.surface(), &Handles::new(), &options).is_err());
         }
     }
 
     #[test]
     fn a_displacement_is_measured_by_its_ends() {
         let shape = icosphere::<f64>(1);
-        let far = shape.positions.map(|p| p + Vector3::x() * 2.0);
+        let far = shape.positions().map(|p| p + Vector3::x() * 2.0);
         let d = Displacement::measure(&shape.surface(), &shape.surface().with_positions(&far));
         assert!((d.rms - 2.0).abs() < 1e-12 && (d.max - 2.0).abs() < 1e-12);
         assert!(bounding_box(&shape.surface()).longest_side() > 1.0);

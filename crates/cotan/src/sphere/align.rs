@@ -122,19 +122,19 @@ const FINE_LEVEL: u32 = 4;
 #[cfg(test)]
 mod tests {
     use cotan_geometry::testing::rotations;
-    use cotan_geometry::{Shape, icosphere};
+    use cotan_geometry::{Mesh, icosphere};
     use nalgebra::Point3;
     use proptest::prelude::*;
 
     use super::*;
 
     /// A sphere with a nose and an ear, and its map.
-    fn head<T: Scalar>() -> (Shape<T>, Positions<T>) {
+    fn head<T: Scalar>() -> (Mesh<T>, Positions<T>) {
         let shape = icosphere::<T>(3);
         let bump = |p: &Point3<T>, axis: Vector3<f64>, height: f64| {
             height * (6.0 * (p.coords.map(T::as_f64).dot(&axis.normalize()) - 1.0)).exp()
         };
-        let source = shape.positions.map(|p| {
+        let source = shape.positions().map(|p| {
             let nose = bump(p, Vector3::new(1.0, 0.2, 0.1), 0.9);
             let ear = bump(p, Vector3::new(-0.2, 1.0, 0.5), 0.5);
             p * T::of_f64(1.0 + nose + ear)
@@ -155,7 +155,7 @@ mod tests {
         #[test]
         fn a_turned_map_is_turned_back(turn in rotations()) {
             let (shape, source) = head::<f64>();
-            let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
+            let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
             let turned = map.rotated(&turn).unwrap();
             let by_place = turned.align(&source, &map, &source).unwrap();
             prop_assert!(farthest(&by_place.map, &map) < 1e-4, "{}", farthest(&by_place.map, &map));
@@ -168,7 +168,7 @@ mod tests {
         #[test]
         fn landmarks_turn_back_exactly(turn in rotations()) {
             let (shape, _) = head::<f64>();
-            let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
+            let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
             let turned = map.rotated(&turn).unwrap();
             let pairs = [3, 50, 100].map(|v| (VertexId::new(v), VertexId::new(v)));
             let aligned = turned.align_landmarks(&map, &pairs).unwrap();
@@ -180,7 +180,7 @@ mod tests {
     #[test]
     fn single_precision_aligns_too_and_threads_change_no_bit() {
         let (shape, source) = head::<f32>();
-        let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
+        let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
         let turned = map
             .rotated(&Rotation3::new(Vector3::new(2.0, -1.0, 0.5)))
             .unwrap();
@@ -197,7 +197,7 @@ mod tests {
     #[test]
     fn what_does_not_fit_is_refused() {
         let (shape, source) = head::<f64>();
-        let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
+        let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
         let short = Positions::filled(3, Point3::origin());
         assert!(map.align(&short, &map, &source).is_err());
         assert!(map.align(&source, &map, &short).is_err());

@@ -208,8 +208,8 @@ mod tests {
     #[test]
     fn the_image_of_a_sphere_holds_its_directions() {
         let shape = icosphere::<f64>(5);
-        let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
-        let image = map.geometry_image(&shape.positions, 17).unwrap();
+        let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
+        let image = map.geometry_image(shape.positions(), 17).unwrap();
         assert_eq!(
             (image.width, image.height, image.values.len()),
             (17, 17, 289)
@@ -242,9 +242,9 @@ mod tests {
     #[test]
     fn even_and_tiny_sizes_are_refused() {
         let shape = icosphere::<f64>(1);
-        let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
+        let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
         for size in [0, 1, 2, 64, 4099] {
-            let refused = map.geometry_image(&shape.positions, size);
+            let refused = map.geometry_image(shape.positions(), size);
             assert!(matches!(refused, Err(SphereError::Setting { .. })));
         }
     }

@@ -134,10 +134,10 @@ mod tests {
         #[test]
         fn linear_functions_are_met_on_the_flat_triangle(d in directions(), slope in directions()) {
             let shape = icosphere::<f64>(2);
-            let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
+            let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
             let place = map.point_location().locate(&d).unwrap();
-            let height = shape.positions.map(|p| slope.dot(&p.coords));
-            let point = map.interpolate(&shape.positions, &place).unwrap();
+            let height = shape.positions().map(|p| slope.dot(&p.coords));
+            let point = map.interpolate(shape.positions(), &place).unwrap();
             let value = map.interpolate(&height, &place).unwrap();
             prop_assert!((value - slope.dot(&point.coords)).abs() < 1e-14);
             // And the point is where the direction pierces the triangle.
@@ -166,7 +166,7 @@ mod tests {
     #[test]
     fn what_does_not_fit_is_refused() {
         let shape = icosphere::<f64>(0);
-        let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
+        let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
         let place = map.point_location().locate(&Vector3::x()).unwrap();
         let short = VertexMap::filled(3, 0.0);
         assert!(map.interpolate(&short, &place).is_err());

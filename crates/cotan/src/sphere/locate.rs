@@ -81,7 +81,7 @@ impl<T: Scalar> PointLocation<'_, T> {
     /// use cotan::sphere::SphereMap;
     /// use nalgebra::Vector3;
     /// let shape = cotan::shapes::icosphere::<f64>(2);
-    /// let map = SphereMap::new(&shape.mesh, shape.positions.clone())?;
+    /// let map = SphereMap::new(shape.connectivity(), shape.positions().clone())?;
     /// let place = map.point_location().locate(&Vector3::new(1.0, 2.0, 3.0))?;
     /// assert!(place.barycentric.iter().all(|w| (0.0..=1.0).contains(w)));
     /// # Ok::<(), cotan::sphere::SphereError>(())
@@ -255,9 +255,9 @@ mod tests {
         #[test]
         fn the_image_of_a_point_is_located_at_the_point(w in weights(), level in 0..4_u32) {
             let shape = icosphere::<f64>(level);
-            let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
+            let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
             let location = map.point_location();
-            for face in shape.mesh.faces() {
+            for face in shape.connectivity().faces() {
                 let [a, b, c] = map.corners(face);
                 let d = a * w[0] + b * w[1] + c * w[2];
                 let place = location.locate(&d).unwrap();
@@ -267,7 +267,7 @@ mod tests {
                 }
             }
             let single = icosphere::<f32>(level);
-            round_trip(&SphereMap::new(&single.mesh, single.positions.clone()).unwrap(), w, 1e-6);
+            round_trip(&SphereMap::new(single.connectivity(), single.positions().clone()).unwrap(), w, 1e-6);
         }
 
         #[test]
@@ -284,9 +284,9 @@ mod tests {
         #[test]
         fn slivers_are_found(w in weights(), margin in 1.0..20.0_f64) {
             let shape = splintered(margin);
-            let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
+            let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
             let location = map.point_location();
-            for face in shape.mesh.faces() {
+            for face in shape.connectivity().faces() {
                 let [a, b, c] = map.corners(face);
                 let d = (a * w[0] + b * w[1] + c * w[2]).normalize();
                 let place = location.locate(&d).unwrap();
@@ -302,8 +302,8 @@ mod tests {
         fn every_direction_has_a_face_and_every_vertex_itself(
             d in directions(), shape in spheres(),
         ) {
-            let positions = shape.positions.map(|p| Point3::from(p.coords.normalize()));
-            if let Ok(map) = SphereMap::new(&shape.mesh, positions) {
+            let positions = shape.positions().map(|p| Point3::from(p.coords.normalize()));
+            if let Ok(map) = SphereMap::new(shape.connectivity(), positions) {
                 let location = map.point_location();
                 let place = location.locate(&d).unwrap();
                 prop_assert_ne!(super::place(&map.corners(place.face), &d), Place::Outside);
@@ -320,11 +320,11 @@ mod tests {
     #[test]
     fn of_the_faces_at_an_edge_the_lowest_is_taken() {
         let shape = tetrahedron::<f64>();
-        let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
+        let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
         let location = map.point_location();
-        for v in shape.mesh.vertices() {
-            let place = location.locate(&shape.positions[v].coords).unwrap();
-            assert_eq!(Some(place.face), shape.mesh.vertex_faces(v).min());
+        for v in shape.connectivity().vertices() {
+            let place = location.locate(&shape.positions()[v].coords).unwrap();
+            assert_eq!(Some(place.face), shape.connectivity().vertex_faces(v).min());
         }
         // The middle of edge (0, 1) is the x axis, of faces 0 and 1.
         assert_eq!(location.locate(&Vector3::x()).unwrap().face, FaceId::new(0));
@@ -336,14 +336,14 @@ mod tests {
     fn faces_around_a_vertex_of_high_valence_are_those_of_a_full_search() {
         for valence in [129, 200, 1_000] {
             let shape = cotan_geometry::shapes::bipyramid::<f64>(valence);
-            let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
+            let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
             let location = map.point_location();
             assert!(location.faces.len() < valence / 2);
             let lowest = |d: &Vector3<f64>| {
                 let is_hit = |f: &FaceId| place(&map.corners(*f), d) != Place::Outside;
-                shape.mesh.faces().find(is_hit)
+                shape.connectivity().faces().find(is_hit)
             };
-            let ring = shape.positions.values().take(valence).step_by(7);
+            let ring = shape.positions().values().take(valence).step_by(7);
             let halfway = ring.clone().flat_map(|p| {
                 [1.0, -0.3, 1e-9].map(|z| (p.coords + Vector3::new(0.0, 0.0, z)).normalize())
             });
@@ -364,7 +364,7 @@ mod tests {
     #[test]
     fn length_does_not_matter_and_nothing_points_nowhere() {
         let shape = icosphere::<f64>(2);
-        let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
+        let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
         let location = map.point_location();
         let d = Vector3::new(0.3, -0.2, 0.7);
         let at = |scale: f64| location.locate(&(d * scale)).unwrap().face;

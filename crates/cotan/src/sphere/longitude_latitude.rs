@@ -153,27 +153,27 @@ mod tests {
         #[test]
         fn uvs_name_the_points_and_no_face_wraps(turn in rotations(), level in 0..4_u32) {
             let shape = icosphere::<f64>(level);
-            let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
+            let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
             check(&map.rotated(&turn).unwrap(), 1e-13);
             let single = icosphere::<f32>(level);
-            let map = SphereMap::new(&single.mesh, single.positions.clone()).unwrap();
+            let map = SphereMap::new(single.connectivity(), single.positions().clone()).unwrap();
             check(&map.rotated(&turn).unwrap(), 1e-5);
         }
 
         #[test]
         fn corners_at_a_vertex_differ_by_whole_turns(turn in rotations()) {
             let shape = icosphere::<f64>(3);
-            let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
+            let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
             let map = map.rotated(&turn).unwrap();
             let uvs = map.longitude_latitude();
             let (table, faces) = uvs.indexed(&map);
-            let mut first = vec![None; shape.mesh.num_vertices()];
+            let mut first = vec![None; shape.num_vertices()];
             for (f, numbers) in faces.iter().enumerate() {
                 let face = FaceId::new(f);
                 for k in 0..3 {
                     let uv = table[numbers[k] as usize];
                     prop_assert_eq!(uv, uvs.corners[face][k]);
-                    let v = shape.mesh.triangle(face)[k];
+                    let v = shape.connectivity().triangle(face)[k];
                     let [u, _] = *first[v.index()].get_or_insert(uv);
                     let step: f64 = uv[0] - u;
                     prop_assert!((step - step.round()).abs() < 1e-12);
@@ -187,7 +187,7 @@ mod tests {
     #[test]
     fn a_vertex_at_a_pole_leaves_no_pole_face_there() {
         let shape = icosphere::<f64>(2);
-        let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
+        let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
         // The axes are midpoints of edges of the icosahedron and vertices from level 1 on.
         let poles = map.positions().values().filter(|p| is_pole(&p.coords));
         assert_eq!(poles.count(), 2);

@@ -225,7 +225,7 @@ mod tests {
 
     fn unit_sphere(level: u32) -> Vec<Vector3<f64>> {
         let shape = icosphere::<f64>(level);
-        shape.positions.values().map(|p| p.coords).collect()
+        shape.positions().values().map(|p| p.coords).collect()
     }
 
     fn mean(points: &[Vector3<f64>], weights: &[f64]) -> f64 {
@@ -261,8 +261,8 @@ mod tests {
             apply(&mut points, &(axis * (1.0 - rest)));
             prop_assert!(center(&mut points, &vec![1.0; before.len()]) < 1e-12);
             // As it was, but for a rotation.
-            for e in shape.mesh.edges() {
-                let [a, b] = shape.mesh.edge_vertices(e).map(|v| v.index());
+            for e in shape.connectivity().edges() {
+                let [a, b] = shape.connectivity().edge_vertices(e).map(|v| v.index());
                 let change = (points[a] - points[b]).norm() - (before[a] - before[b]).norm();
                 prop_assert!(change.abs() < 4e-12 / rest, "{}", change);
             }
@@ -306,12 +306,12 @@ mod tests {
         #[test]
         fn a_centred_map_has_no_flip(axis in directions(), sharpness in 0.0..8.0_f64) {
             let shape = icosphere::<f64>(3);
-            let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
+            let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
             let points = unit_sphere(3);
             let weights = VertexMap::from_vec(lopsided(&points, &axis, sharpness));
             prop_assert!(map.centered(&weights).is_ok());
             let single = icosphere::<f32>(3);
-            let map = SphereMap::new(&single.mesh, single.positions.clone()).unwrap();
+            let map = SphereMap::new(single.connectivity(), single.positions().clone()).unwrap();
             prop_assert!(map.centered(&weights.map(|&w| w as f32)).is_ok());
         }
     }
@@ -319,7 +319,7 @@ mod tests {
     #[test]
     fn a_centred_sphere_stays_to_the_bit() {
         let shape = icosphere::<f64>(3);
-        let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
+        let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
         let mut points = unit_sphere(3);
         let weights = one_ring_areas(&shape.surface());
         let norm = center(&mut points, weights.as_slice());
@@ -371,7 +371,7 @@ mod tests {
     #[test]
     fn weights_that_do_not_fit_are_refused() {
         let shape = icosphere::<f64>(1);
-        let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
+        let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
         for weights in [vec![1.0], vec![0.0; 42], vec![-1.0; 42], vec![f64::NAN; 42]] {
             let refused = map.centered(&VertexMap::from_vec(weights));
             assert!(matches!(refused, Err(SphereError::Mismatch(_))));

@@ -1,6 +1,6 @@
 //! A morph between two shapes that were mapped to the sphere.
 
-use cotan_geometry::{Positions, Scalar, Shape, scalar};
+use cotan_geometry::{Mesh, Positions, Scalar, scalar};
 use cotan_halfedge::HalfedgeMesh;
 use nalgebra::Point3;
 
@@ -28,9 +28,10 @@ impl<T: Scalar> Morph<T> {
     /// ```
     /// use cotan::sphere::{Morph, SphereMap};
     /// let sphere = cotan::shapes::icosphere::<f64>(2);
-    /// let map = SphereMap::new(&sphere.mesh, sphere.positions.clone())?;
-    /// let ellipsoid = sphere.positions.map(|p| nalgebra::Point3::new(3.0 * p.x, 2.0 * p.y, p.z));
-    /// let morph = Morph::on_icosphere((&map, &sphere.positions), (&map, &ellipsoid), 3)?;
+    /// let map = SphereMap::new(sphere.connectivity(), sphere.positions().clone())?;
+    /// let stretch = nalgebra::Scale3::new(3.0, 2.0, 1.0);
+    /// let ellipsoid = sphere.positions().map(|p| stretch * p);
+    /// let morph = Morph::on_icosphere((&map, sphere.positions()), (&map, &ellipsoid), 3)?;
     /// let half = morph.at(0.5);
     /// assert_eq!(half.len(), 642);
     /// # Ok::<(), cotan::sphere::SphereError>(())
@@ -46,9 +47,9 @@ impl<T: Scalar> Morph<T> {
     ) -> Result<Self, SphereError> {
         let target = icosphere_of_level(level)?;
         Ok(Self {
-            start: start.resample(start_shape, &target.positions)?,
-            end: end.resample(end_shape, &target.positions)?,
-            mesh: target.mesh,
+            start: start.resample(start_shape, target.positions())?,
+            end: end.resample(end_shape, target.positions())?,
+            mesh: target.into_parts().0,
         })
     }
 
@@ -96,11 +97,8 @@ impl<T: Scalar> Morph<T> {
 
     /// The mesh and its positions at time `t`.
     #[must_use]
-    pub fn shape_at(&self, t: T) -> Shape<T> {
-        Shape {
-            mesh: self.mesh.clone(),
-            positions: self.at(t),
-        }
+    pub fn shape_at(&self, t: T) -> Mesh<T> {
+        Mesh::assume_checked(self.mesh.clone(), self.at(t))
     }
 }
 
@@ -146,16 +144,16 @@ mod tests {
         fn both_ends_are_the_inputs_on_the_target(
             a in blobs(), b in blobs(), t in 0.0..1.0_f64,
         ) {
-            let ball = |shape: &Shape<f64>| shape.positions.map(|p| Point3::from(p.coords.normalize()));
-            let maps = (SphereMap::new(&a.mesh, ball(&a)), SphereMap::new(&b.mesh, ball(&b)));
+            let ball = |shape: &Mesh<f64>| shape.positions().map(|p| Point3::from(p.coords.normalize()));
+            let maps = (SphereMap::new(a.connectivity(), ball(&a)), SphereMap::new(b.connectivity(), ball(&b)));
             if let (Ok(first), Ok(second)) = maps {
-                let (from, to) = ((&first, &a.positions), (&second, &b.positions));
+                let (from, to) = ((&first, a.positions()), (&second, b.positions()));
                 let morph = Morph::on_icosphere(from, to, 2).unwrap();
-                prop_assert_eq!(morph.shape_at(0.0), first.remesh(&a.positions, 2).unwrap());
-                prop_assert_eq!(morph.shape_at(1.0), second.remesh(&b.positions, 2).unwrap());
+                prop_assert_eq!(morph.shape_at(0.0), first.remesh(a.positions(), 2).unwrap());
+                prop_assert_eq!(morph.shape_at(1.0), second.remesh(b.positions(), 2).unwrap());
                 let own = Morph::on_first(from, to).unwrap();
-                prop_assert_eq!(own.at(0.0), a.positions.clone());
-                prop_assert_eq!(own.at(1.0), second.resample(&b.positions, first.positions()).unwrap());
+                prop_assert_eq!(own.at(0.0), a.positions().clone());
+                prop_assert_eq!(own.at(1.0), second.resample(b.positions(), first.positions()).unwrap());
                 // Backwards is the same way.
                 let back = Morph::on_icosphere(to, from, 2).unwrap();
                 for (p, q) in morph.at(t).values().zip(back.at(1.0 - t).values()) {
@@ -168,10 +166,10 @@ mod tests {
     #[test]
     fn a_shape_morphs_to_itself_by_standing_still() {
         let shape = icosphere::<f32>(2);
-        let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
-        let morph = Morph::on_first((&map, &shape.positions), (&map, &shape.positions)).unwrap();
+        let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
+        let morph = Morph::on_first((&map, shape.positions()), (&map, shape.positions())).unwrap();
         for t in [-1.0, 0.0, 0.3, 1.0, 2.0, f32::NAN] {
-            for (p, q) in morph.at(t).values().zip(shape.positions.values()) {
+            for (p, q) in morph.at(t).values().zip(shape.positions().values()) {
                 assert!((p - q).norm() < 1e-6);
             }
         }

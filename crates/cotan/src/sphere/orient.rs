@@ -170,8 +170,8 @@ mod tests {
         #[test]
         fn the_pose_of_map_and_source_does_not_matter(turn in rotations(), motion in rigid_motions()) {
             let shape = icosphere::<f64>(3);
-            let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
-            let source = shape.positions.map(egg);
+            let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
+            let source = shape.positions().map(egg);
             let oriented = map.orient_principal(&source).unwrap();
             let moved = source.map(|p| motion * p);
             let again = map.rotated(&turn).unwrap().orient_principal(&moved).unwrap();
@@ -179,7 +179,7 @@ mod tests {
                 prop_assert!((p - q).norm() < 1e-9, "{}", (p - q).norm());
             }
             // x to the poles, y to longitude 0.
-            for (p, q) in oriented.positions().values().zip(shape.positions.values()) {
+            for (p, q) in oriented.positions().values().zip(shape.positions().values()) {
                 prop_assert!((p.coords - Vector3::new(q.y, q.z, q.x)).norm() < 0.2);
             }
         }
@@ -187,7 +187,7 @@ mod tests {
         #[test]
         fn landmarks_come_to_the_pole_and_the_meridian(turn in rotations(), second in 1..42_usize) {
             let shape = icosphere::<f64>(1);
-            let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
+            let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
             let landmarks = [VertexId::new(0), VertexId::new(second), VertexId::new(12)];
             let map = map.rotated(&turn).unwrap().orient_landmarks(landmarks).unwrap();
             prop_assert_eq!(map.positions()[landmarks[0]], Point3::new(0.0, 0.0, 1.0));
@@ -200,12 +200,12 @@ mod tests {
     #[test]
     fn landmarks_on_one_axis_and_missing_ones_are_refused() {
         let shape = icosphere::<f32>(1);
-        let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
+        let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
         for landmarks in [[0, 0, 0], [0, 1, 42]] {
             let refused = map.orient_landmarks(landmarks.map(VertexId::new));
             assert!(matches!(refused, Err(SphereError::Mismatch(_))));
         }
-        let flat = shape.positions.map(|_| Point3::origin());
+        let flat = shape.positions().map(|_| Point3::origin());
         assert!(matches!(
             map.orient_principal(&flat),
             Err(SphereError::Mismatch(_))

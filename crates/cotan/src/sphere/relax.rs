@@ -129,7 +129,7 @@ mod tests {
     #[test]
     fn the_slider_leads_from_angles_to_areas() {
         let shape = creature::<f64>(40);
-        let (mesh, source) = (&shape.mesh, &shape.positions);
+        let (mesh, source) = (shape.connectivity(), shape.positions());
         let mut sphere = embed::<f64>(mesh, source, 0.0).expect("an embedding");
         let mut logs = vec![log_area(mesh, source, &sphere)];
         for balance in [0.5, 1.0] {
@@ -155,16 +155,16 @@ mod tests {
     #[test]
     fn a_round_sphere_stays_where_it_is() {
         let shape = icosphere::<f64>(3);
-        let mut sphere = shape.positions.clone();
+        let mut sphere = shape.positions().clone();
         relax(
-            &shape.mesh,
-            &shape.positions,
+            shape.connectivity(),
+            shape.positions(),
             &mut sphere,
             0.5,
             &RelaxSettings::default(),
         )
         .expect("a valid start");
-        let pairs = sphere.values().zip(shape.positions.values());
+        let pairs = sphere.values().zip(shape.positions().values());
         let moved = pairs.map(|(p, q)| (p - q).norm()).fold(0.0, f64::max);
         assert!(moved < 0.02, "{moved}");
     }
@@ -172,16 +172,22 @@ mod tests {
     #[test]
     fn what_is_no_map_is_refused_and_left_alone() {
         let shape = icosphere::<f64>(1);
-        let mirrored = shape.positions.map(|p| Point3::new(-p.x, p.y, p.z));
+        let mirrored = shape.positions().map(|p| Point3::new(-p.x, p.y, p.z));
         let mut sphere = mirrored.clone();
         let settings = RelaxSettings::default();
-        let result = relax(&shape.mesh, &shape.positions, &mut sphere, 0.5, &settings);
+        let result = relax(
+            shape.connectivity(),
+            shape.positions(),
+            &mut sphere,
+            0.5,
+            &settings,
+        );
         assert!(matches!(result, Err(SphereError::Flipped { .. })));
         assert_eq!(sphere, mirrored);
-        let mut sphere = shape.positions.clone();
+        let mut sphere = shape.positions().clone();
         let result = relax(
-            &shape.mesh,
-            &shape.positions,
+            shape.connectivity(),
+            shape.positions(),
             &mut sphere,
             f64::NAN,
             &settings,
@@ -198,7 +204,7 @@ mod tests {
             from in 0.0..=1.0_f64,
             to in 0.0..=1.0_f64,
         ) {
-            let (mesh, source) = (&shape.mesh, &shape.positions);
+            let (mesh, source) = (shape.connectivity(), shape.positions());
             let mut sphere = embed::<f32>(mesh, source, from).expect("an embedding");
             let energy = |sphere: &Positions<f32>| {
                 let mut layout = checked_layout::<f32>(mesh, source, Blend::new(to)).expect("fits");

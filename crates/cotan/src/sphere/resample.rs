@@ -1,6 +1,6 @@
 //! Attributes and shapes carried over to the vertices of another mesh of the sphere.
 
-use cotan_geometry::{Positions, Scalar, Shape, icosphere};
+use cotan_geometry::{Mesh, Positions, Scalar, icosphere};
 use cotan_halfedge::{HalfedgeMesh, VertexMap};
 
 use super::error::SphereError;
@@ -41,23 +41,22 @@ impl<T: Scalar> SphereMap<T> {
     /// ```
     /// use cotan::sphere::SphereMap;
     /// let sphere = cotan::shapes::icosphere::<f64>(2);
-    /// let map = SphereMap::new(&sphere.mesh, sphere.positions.clone())?;
-    /// let ellipsoid = sphere.positions.map(|p| nalgebra::Point3::new(3.0 * p.x, 2.0 * p.y, p.z));
+    /// let map = SphereMap::new(sphere.connectivity(), sphere.positions().clone())?;
+    /// let stretch = nalgebra::Scale3::new(3.0, 2.0, 1.0);
+    /// let ellipsoid = sphere.positions().map(|p| stretch * p);
     /// let fine = map.remesh(&ellipsoid, 4)?;
-    /// assert_eq!(fine.mesh.num_vertices(), 2562);
+    /// assert_eq!(fine.num_vertices(), 2562);
     /// # Ok::<(), cotan::sphere::SphereError>(())
     /// ```
     ///
     /// # Errors
     /// [`SphereError::Setting`] if the level is above 8; [`SphereError::Mismatch`] if there is not
     /// one position a vertex.
-    pub fn remesh(&self, source: &Positions<T>, level: u32) -> Result<Shape<T>, SphereError> {
+    pub fn remesh(&self, source: &Positions<T>, level: u32) -> Result<Mesh<T>, SphereError> {
         let target = icosphere_of_level(level)?;
-        let positions = self.resample(source, &target.positions)?;
-        Ok(Shape {
-            mesh: target.mesh,
-            positions,
-        })
+        let positions = self.resample(source, target.positions())?;
+        let (connectivity, _) = target.into_parts();
+        Ok(Mesh::assume_checked(connectivity, positions))
     }
 
     /// As [`SphereMap::remesh`], with the mesh of another map.
@@ -68,16 +67,16 @@ impl<T: Scalar> SphereMap<T> {
         &self,
         source: &Positions<T>,
         target: &SphereMap<T>,
-    ) -> Result<Shape<T>, SphereError> {
-        Ok(Shape {
-            mesh: HalfedgeMesh::clone(target.mesh()),
-            positions: self.resample(source, target.positions())?,
-        })
+    ) -> Result<Mesh<T>, SphereError> {
+        Ok(Mesh::assume_checked(
+            HalfedgeMesh::clone(target.mesh()),
+            self.resample(source, target.positions())?,
+        ))
     }
 }
 
 /// The unit icosphere, its level checked.
-pub(crate) fn icosphere_of_level<T: Scalar>(level: u32) -> Result<Shape<T>, SphereError> {
+pub(crate) fn icosphere_of_level<T: Scalar>(level: u32) -> Result<Mesh<T>, SphereError> {
     if level > MAX_LEVEL {
         return Err(SphereError::Setting {
             setting: "level",
@@ -101,35 +100,32 @@ mod tests {
     use super::*;
 
     /// An icosphere with its own map.
-    fn sphere<T: Scalar>(level: u32) -> Shape<T> {
+    fn sphere<T: Scalar>(level: u32) -> Mesh<T> {
         icosphere(level)
     }
 
     #[test]
     fn the_identity_map_of_an_icosphere_reproduces_it() {
         let shape = sphere::<f64>(4);
-        let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
-        assert_eq!(map.remesh(&shape.positions, 4), Ok(shape.clone()));
-        assert_eq!(map.remesh_onto(&shape.positions, &map), Ok(shape.clone()));
+        let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
+        assert_eq!(map.remesh(shape.positions(), 4), Ok(shape.clone()));
+        assert_eq!(map.remesh_onto(shape.positions(), &map), Ok(shape.clone()));
         let shape = sphere::<f32>(3);
-        let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
-        assert_eq!(map.remesh(&shape.positions, 3), Ok(shape.clone()));
+        let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
+        assert_eq!(map.remesh(shape.positions(), 3), Ok(shape.clone()));
     }
 
     #[test]
     fn the_volume_converges_with_the_level() {
         let shape = sphere::<f64>(3);
-        let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
+        let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
         // Turned against the target, so that no edges coincide.
         let turn = nalgebra::Rotation3::new(nalgebra::Vector3::new(0.3, -0.5, 0.2));
         let map = map.rotated(&turn).unwrap();
         let source = shape
-            .positions
+            .positions()
             .map(|p| Point3::new(3.0 * p.x, p.y, 2.0 * p.z));
-        let exact = Shape {
-            mesh: shape.mesh.clone(),
-            positions: source.clone(),
-        };
+        let exact = Mesh::new(shape.connectivity().clone(), source.clone()).unwrap();
         let exact = volume(&exact.surface());
         let error = |level| {
             let shape = map.remesh(&source, level).unwrap();
@@ -143,13 +139,13 @@ mod tests {
     proptest! {
         #[test]
         fn turning_map_and_target_alike_changes_nothing(shape in blobs(), turn in rotations()) {
-            let ball = shape.positions.map(|p| Point3::from(p.coords.normalize()));
-            if let Ok(map) = SphereMap::new(&shape.mesh, ball) {
-                let target = sphere::<f64>(2).positions;
-                let before = map.resample(&shape.positions, &target).unwrap();
+            let ball = shape.positions().map(|p| Point3::from(p.coords.normalize()));
+            if let Ok(map) = SphereMap::new(shape.connectivity(), ball) {
+                let (_, target) = sphere::<f64>(2).into_parts();
+                let before = map.resample(shape.positions(), &target).unwrap();
                 let map = map.rotated(&turn).unwrap();
                 let turned = target.map(|p| turn * p);
-                let after = map.resample(&shape.positions, &turned).unwrap();
+                let after = map.resample(shape.positions(), &turned).unwrap();
                 for (a, b) in before.values().zip(after.values()) {
                     prop_assert!((a - b).norm() < 1e-13);
                 }
@@ -160,8 +156,8 @@ mod tests {
     #[test]
     fn a_level_beyond_eight_is_refused() {
         let shape = sphere::<f64>(0);
-        let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
-        let refused = map.remesh(&shape.positions, 9);
+        let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
+        let refused = map.remesh(shape.positions(), 9);
         assert!(matches!(refused, Err(SphereError::Setting { .. })));
     }
 }

@@ -100,13 +100,13 @@ mod tests {
         #[test]
         fn turning_there_and_back_is_standing_still(turn in rotations()) {
             let shape = icosphere::<f64>(2);
-            let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
+            let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
             let back = map.rotated(&turn).unwrap().rotated(&turn.inverse()).unwrap();
-            for (p, q) in back.positions().values().zip(shape.positions.values()) {
+            for (p, q) in back.positions().values().zip(shape.positions().values()) {
                 prop_assert!((p - q).norm() < 1e-14);
             }
             let shape = icosphere::<f32>(2);
-            let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
+            let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
             prop_assert!(map.rotated(&turn).unwrap().sphericity_error() < 3e-7);
         }
     }
@@ -116,7 +116,7 @@ mod tests {
     fn slivers_survive_rotations() {
         let count = |margin: f64| {
             let shape = splintered(margin);
-            let map = SphereMap::new(&shape.mesh, shape.positions.clone()).unwrap();
+            let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
             let turns =
                 (0..20).map(|k| Rotation3::new(Vector3::new(0.1, 0.2, -0.3) * f64::from(k)));
             turns.filter(|turn| map.rotated(turn).is_ok()).count()

@@ -39,7 +39,7 @@ impl<A> Wanted<A> {
     where
         A: Attribute<T>,
     {
-        let directions = icosphere::<f64>(level).positions;
+        let (_, directions) = icosphere::<f64>(level).into_parts();
         let rounded = directions.map(|p| p.map(T::of_f64));
         let places = location.locate_all(&rounded)?;
         Ok(Self {
@@ -153,7 +153,7 @@ fn refine(
 
 /// 642 · 40 rotations: every direction of an icosphere for the pole, 40 turns about each.
 fn rotation_grid() -> Vec<Rotation3<f64>> {
-    let poles = icosphere::<f64>(3).positions;
+    let (_, poles) = icosphere::<f64>(3).into_parts();
     let turns = (0..40).map(|k| f64::from(k) * GRID_STEP);
     let turns: Vec<Rotation3<f64>> = turns
         .map(|angle| Rotation3::new(Vector3::z() * angle))

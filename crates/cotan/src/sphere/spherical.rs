@@ -50,16 +50,15 @@ pub struct Spherical<T: Scalar> {
 /// ```
 /// use cotan::sphere::{SphereOptions, spherical};
 /// let shape = cotan::shapes::creature::<f64>(48);
-/// let sphere = spherical(&shape.mesh, &shape.positions, &SphereOptions::default())?;
+/// let sphere = spherical(&shape, &SphereOptions::default())?;
 /// assert!(sphere.map.positions().values().all(|p| (p.coords.norm() - 1.0).abs() < 1e-15));
 /// # Ok::<(), cotan::sphere::SphereError>(())
 /// ```
-pub fn spherical<T: Scalar>(
-    mesh: impl Into<Arc<HalfedgeMesh>>,
-    positions: &Positions<T>,
+pub fn spherical<'m, T: Scalar>(
+    surface: impl Into<Surface<'m, T>>,
     options: &SphereOptions,
 ) -> Result<Spherical<T>, SphereError> {
-    spherical_observed(mesh, positions, options, |_| ControlFlow::Continue(()))
+    spherical_observed(surface, options, |_| ControlFlow::Continue(()))
 }
 
 /// As [`spherical`]; the observer sees every step of an iteration and may stop it. Repairs and the
@@ -67,14 +66,15 @@ pub fn spherical<T: Scalar>(
 ///
 /// # Errors
 /// As [`spherical`].
-pub fn spherical_observed<T: Scalar>(
-    mesh: impl Into<Arc<HalfedgeMesh>>,
-    positions: &Positions<T>,
+pub fn spherical_observed<'m, T: Scalar>(
+    surface: impl Into<Surface<'m, T>>,
     options: &SphereOptions,
     mut observer: impl FnMut(&StepReport) -> ControlFlow<()>,
 ) -> Result<Spherical<T>, SphereError> {
+    let surface = surface.into();
+    let positions = surface.positions();
     options.check()?;
-    let mesh: &Arc<HalfedgeMesh> = &mesh.into();
+    let mesh: &Arc<HalfedgeMesh> = &surface.mesh().into();
     check_topology(mesh)?;
     Surface::new(mesh, positions)?;
     // On the way everything is in double precision: limbs shrink exponentially.

@@ -1,6 +1,6 @@
 //! Sphere maps for the tests of this module.
 
-use cotan_geometry::{Shape, icosphere};
+use cotan_geometry::{Mesh, icosphere};
 use cotan_halfedge::HalfedgeMesh;
 use nalgebra::{Point3, Vector3};
 
@@ -11,23 +11,26 @@ use super::predicate::is_upright;
 
 /// The unit sphere with all but a share `rest` of it pressed towards `axis` by a Möbius map.
 pub(crate) fn squeezed(
-    shape: &Shape<f64>,
+    shape: &Mesh<f64>,
     axis: &Vector3<f64>,
     rest: f64,
 ) -> Result<SphereMap<f64>, SphereError> {
-    let mut points: Vec<Vector3<f64>> = shape.positions.values().map(|p| p.coords).collect();
+    let mut points: Vec<Vector3<f64>> = shape.positions().values().map(|p| p.coords).collect();
     moebius::apply(&mut points, &(axis * (1.0 - rest)));
-    SphereMap::new(&shape.mesh, points.into_iter().map(Point3::from).collect())
+    SphereMap::new(
+        shape.connectivity(),
+        points.into_iter().map(Point3::from).collect(),
+    )
 }
 
 /// A sphere each of whose faces is split by a point as near to one of its edges as it can lie, but
 /// for a factor `margin`: 320 faces, a third of them slivers.
-pub(crate) fn splintered(margin: f64) -> Shape<f64> {
+pub(crate) fn splintered(margin: f64) -> Mesh<f64> {
     let shape = icosphere::<f64>(1);
-    let mut points: Vec<Point3<f64>> = shape.positions.values().copied().collect();
+    let mut points: Vec<Point3<f64>> = shape.positions().values().copied().collect();
     let mut faces = Vec::new();
-    for f in shape.mesh.faces() {
-        let corners = shape.mesh.triangle(f);
+    for f in shape.connectivity().faces() {
+        let corners = shape.connectivity().triangle(f);
         let [a, b, c] = corners.map(|v| points[v.index()]);
         let middle = (a.coords + b.coords) * 0.5;
         let split = |h: f64| Point3::from((middle + (c.coords - middle) * h).normalize());
@@ -41,8 +44,5 @@ pub(crate) fn splintered(margin: f64) -> Shape<f64> {
         faces.extend([[a, b, new], [b, c, new], [c, a, new]]);
     }
     let mesh = HalfedgeMesh::from_faces(points.len(), &faces).expect("a split sphere");
-    Shape {
-        mesh,
-        positions: points.into_iter().collect(),
-    }
+    Mesh::new(mesh, points.into_iter().collect()).unwrap()
 }

@@ -194,8 +194,8 @@ pub(super) mod tests {
     ) -> (HalfedgeMesh, Positions<f64>, Positions<T>) {
         const CAP: f64 = 0.6;
         let shape = icosphere::<f64>(5);
-        let pole = shape.positions[VertexId::new(0)].coords;
-        let sphere = shape.positions.map(|p| {
+        let pole = shape.positions()[VertexId::new(0)].coords;
+        let sphere = shape.positions().map(|p| {
             let angle = (p.coords - pole).norm().min(2.0) / 2.0;
             let angle = 2.0 * angle.asin();
             if !(angle < CAP) || angle == 0.0 {
@@ -205,7 +205,8 @@ pub(super) mod tests {
             let sideways = p.coords - pole * p.coords.dot(&pole);
             rounded_point(&(pole + sideways.normalize() * shrunk.tan()))
         });
-        (shape.mesh, shape.positions, sphere)
+        let (mesh, positions) = shape.into_parts();
+        (mesh, positions, sphere)
     }
 
     /// Swaps vertices near the tip of the finger with a neighbour.

@@ -329,8 +329,7 @@ impl Editor {
             });
             let observer = |done| control.advance(done, of);
             let smoothed = smooth_observed(
-                mesh.mesh(),
-                &scene.shape,
+                Surface::assume_checked(mesh.mesh(), &scene.shape),
                 &Handles::new(),
                 &options,
                 &observer,
@@ -358,8 +357,7 @@ impl Editor {
             let options = DetailOptions::default();
             let observer = |done| control.advance(done, options.iterations);
             let edited = edit_detail_observed(
-                mesh.mesh(),
-                &scene.shape,
+                Surface::assume_checked(mesh.mesh(), &scene.shape),
                 &Handles::new(),
                 &edit,
                 &options,
@@ -385,8 +383,12 @@ impl Editor {
             let observer = |step: &cotan::flow::StepReport| {
                 control.advance(step.iteration.min(options.iteration_limit), 0)
             };
-            let made = spherical_observed(mesh.mesh(), &source, &options, observer)
-                .map_err(|e| TaskError::Failed(e.to_string()))?;
+            let made = spherical_observed(
+                Surface::assume_checked(mesh.mesh(), &source),
+                &options,
+                observer,
+            )
+            .map_err(|e| TaskError::Failed(e.to_string()))?;
             if control.advance(0, 0) == ControlFlow::Break(()) {
                 return Err(TaskError::Cancelled);
             }
@@ -399,8 +401,8 @@ impl Editor {
                 Readable(quality.area_distortion.mean.exp())
             );
             Ok(TaskResult::Mapped {
-                source,
                 map: made.map.into_positions(),
+                source,
                 report,
             })
         });

@@ -93,8 +93,8 @@ impl Editor {
     pub(super) fn open_sample(&mut self) {
         let sample = || -> Result<OpenedMesh, String> {
             let shape = cotan::shapes::creature::<f64>(64);
-            let document =
-                Document::from_mesh(&shape.mesh, &shape.positions).map_err(|e| e.to_string())?;
+            let document = Document::from_mesh(shape.connectivity(), shape.positions())
+                .map_err(|e| e.to_string())?;
             let folder = folder().map_err(|e| e.to_string())?;
             let path = folder.with_file_name("sample.obj");
             if let Some(folder) = path.parent() {

@@ -5,11 +5,12 @@ use std::sync::Arc;
 
 use cotan::halfedge::BuildError;
 use cotan_io::{
-    Change, Document, Folder, IoError, Limits, ProcessingMesh, Repair, Weld, load_with,
+    Change, Cure, Document, Folder, IoError, Limits, ProcessingMesh, Repair, Weld, load_with,
 };
 use cotan_tool::files::in_file;
 use cotan_tool::handles_file::FileVertices;
 use cotan_tool::numbers::before_repair;
+use cotan_tool::repair::option;
 use cotan_tool::{MemoryError, MemoryLimit, Work};
 use thiserror::Error;
 
@@ -75,23 +76,25 @@ pub enum OpenError {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum Remedy {
-    /// [`open_repaired`] does; the word is the option of `cotan repair` that does no more than this.
-    OpenRepaired(&'static str),
-    /// The safe repairs do not go so far; the option of `cotan repair` does.
-    Command(&'static str),
+    /// [`open_repaired`] does; the step of `cotan repair` does no more than this.
+    OpenRepaired(Cure),
+    /// The safe repairs do not go so far; the step of `cotan repair` does.
+    Command(Cure),
 }
 
 impl std::fmt::Display for Remedy {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::OpenRepaired(option) => write!(
+            Self::OpenRepaired(cure) => write!(
                 f,
-                "open it repaired, or repair the file with `cotan repair {option}`"
+                "open it repaired, or repair the file with `cotan repair {}`",
+                option(*cure)
             ),
-            Self::Command(option) => write!(
+            Self::Command(cure) => write!(
                 f,
                 "opening it repaired does not go so far: repair the file with `cotan repair \
-                 {option}` first"
+                 {}` first",
+                option(*cure)
             ),
         }
     }
@@ -219,17 +222,12 @@ fn warnings(document: &Document) -> Vec<String> {
 const MOST_WARNINGS: usize = 10;
 
 fn unsound(path: &Path, error: IoError, tried: Tried) -> OpenError {
-    let option = match error.cure() {
-        Some("drop_degenerate") => "--drop-degenerate",
-        Some("orient") => "--orient",
-        Some("split_vertices") => "--split-vertices",
-        _ => "--split-edges",
-    };
-    let remedy = match (tried, option) {
-        (Tried::Nothing, "--split-edges") => Remedy::Command(option),
-        (Tried::Nothing, _) => Remedy::OpenRepaired(option),
+    let remedy = match (tried, error.cure().unwrap_or(Cure::SplitEdges)) {
         // What the safe repairs left over is left by all but one.
-        (Tried::Repair, _) => Remedy::Command("--split-edges"),
+        (Tried::Repair, _) | (Tried::Nothing, Cure::SplitEdges) => {
+            Remedy::Command(Cure::SplitEdges)
+        }
+        (Tried::Nothing, cure) => Remedy::OpenRepaired(cure),
     };
     match error {
         IoError::NotManifold(source) => OpenError::Unsound {

@@ -1,5 +1,6 @@
+use cotan::Mesh;
 use cotan::geometry::bounding_box;
-use cotan::shapes::{Shape, icosphere};
+use cotan::shapes::icosphere;
 use eframe::egui::{pos2, vec2};
 use nalgebra::{Point3, Vector3};
 
@@ -11,11 +12,14 @@ const RECT: Rect = Rect {
     max: Pos2::new(800.0, 600.0),
 };
 
-fn seen(shape: &Shape<f64>, view: StandardView) -> (Picker, CameraSnapshot) {
+fn seen(shape: &Mesh<f64>, view: StandardView) -> (Picker, CameraSnapshot) {
     let mut camera = Camera::new(&bounding_box(&shape.surface()));
     camera.look_from(view);
     camera.jump();
-    (Picker::new(&shape.mesh, &shape.positions), camera.at(RECT))
+    (
+        Picker::new(shape.connectivity(), shape.positions()),
+        camera.at(RECT),
+    )
 }
 
 #[test]
@@ -23,13 +27,13 @@ fn a_brush_paints_what_it_covers_of_the_front() {
     let shape = icosphere::<f64>(4);
     let (picker, camera) = seen(&shape, StandardView::Front);
     for (pos, radius) in [(pos2(400.0, 300.0), 60.0), (pos2(500.0, 250.0), 25.0)] {
-        let painted = brush(&shape.mesh, &picker, &camera, pos, radius);
+        let painted = brush(shape.connectivity(), &picker, &camera, pos, radius);
         let expected: Vec<VertexId> = shape
-            .mesh
+            .connectivity()
             .vertices()
             .filter(|v| {
-                let place = camera.project(shape.positions[*v]).unwrap();
-                place.distance(pos) <= radius && shape.positions[*v].z > 0.0
+                let place = camera.project(shape.positions()[*v]).unwrap();
+                place.distance(pos) <= radius && shape.positions()[*v].z > 0.0
             })
             .collect();
         assert!(expected.len() > 5);
@@ -41,26 +45,32 @@ fn a_brush_paints_what_it_covers_of_the_front() {
 fn a_brush_does_not_leap_over_a_gap() {
     // Two balls, the second behind the first and half covered by it.
     let ball = icosphere::<f64>(3);
-    let num = ball.mesh.num_vertices();
+    let num = ball.num_vertices();
     let shifted = |f: Vec<u32>| f.into_iter().map(|v| v + num as u32).collect();
-    let behind = ball.mesh.to_faces().into_iter().map(shifted);
-    let faces: Vec<Vec<u32>> = ball.mesh.to_faces().into_iter().chain(behind).collect();
+    let behind = ball.connectivity().to_faces().into_iter().map(shifted);
+    let faces: Vec<Vec<u32>> = ball
+        .connectivity()
+        .to_faces()
+        .into_iter()
+        .chain(behind)
+        .collect();
     let back = ball
-        .positions
+        .positions()
         .values()
         .map(|p| p + Vector3::new(1.2, 0.0, -3.0));
-    let shape = Shape {
-        mesh: HalfedgeMesh::from_faces(2 * num, &faces).unwrap(),
-        positions: ball.positions.values().copied().chain(back).collect(),
-    };
+    let shape = Mesh::new(
+        HalfedgeMesh::from_faces(2 * num, &faces).unwrap(),
+        ball.positions().values().copied().chain(back).collect(),
+    )
+    .unwrap();
     let (picker, camera) = seen(&shape, StandardView::Front);
     let on_front = camera.project(Point3::new(0.6, 0.0, 0.8)).unwrap();
-    let painted = brush(&shape.mesh, &picker, &camera, on_front, 100.0);
+    let painted = brush(shape.connectivity(), &picker, &camera, on_front, 100.0);
     assert!(painted.len() > 20);
     assert!(painted.iter().all(|v| v.index() < num));
     // From the other, what the first hides of it is left out.
     let on_back = camera.project(Point3::new(2.0, 0.0, -2.5)).unwrap();
-    let painted = brush(&shape.mesh, &picker, &camera, on_back, 100.0);
+    let painted = brush(shape.connectivity(), &picker, &camera, on_back, 100.0);
     assert!(painted.len() > 20);
     assert!(
         painted
@@ -73,7 +83,13 @@ fn a_brush_does_not_leap_over_a_gap() {
 fn a_brush_beside_the_shape_paints_nothing() {
     let shape = icosphere::<f64>(3);
     let (picker, camera) = seen(&shape, StandardView::Front);
-    let painted = brush(&shape.mesh, &picker, &camera, pos2(5.0, 5.0), 900.0);
+    let painted = brush(
+        shape.connectivity(),
+        &picker,
+        &camera,
+        pos2(5.0, 5.0),
+        900.0,
+    );
     assert_eq!(painted, []);
 }
 
@@ -84,13 +100,13 @@ fn a_lasso_around_all_takes_all_or_the_front() {
     let [min, max] = [RECT.min, RECT.max];
     let polygon = [min, pos2(max.x, min.y), max, pos2(min.x, max.y)];
     let through = lasso(&picker, &camera, &polygon, Reach::Through);
-    assert_eq!(through, shape.mesh.vertices().collect::<Vec<_>>());
+    assert_eq!(through, shape.connectivity().vertices().collect::<Vec<_>>());
     let visible = lasso(&picker, &camera, &polygon, Reach::Visible);
     // Of a convex shape one sees the vertices with a triangle that faces the eye.
     let normals = cotan::geometry::face_normals(&shape.surface());
     let faces_eye = |v: &VertexId| {
-        let to_eye = camera.eye() - shape.positions[*v];
-        let mut faces = shape.mesh.vertex_faces(*v);
+        let to_eye = camera.eye() - shape.positions()[*v];
+        let mut faces = shape.connectivity().vertex_faces(*v);
         faces.any(|f| normals[f].dot(&to_eye) > 0.0)
     };
     let expected: Vec<VertexId> = through.into_iter().filter(faces_eye).collect();

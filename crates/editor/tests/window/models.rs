@@ -21,7 +21,7 @@ impl Place {
     /// The creature that the project brings along.
     pub(crate) fn with_creature() -> Self {
         let shape = cotan::shapes::creature::<f64>(32);
-        let document = Document::from_mesh(&shape.mesh, &shape.positions).unwrap();
+        let document = Document::from_mesh(shape.connectivity(), shape.positions()).unwrap();
         let folder = tempfile::tempdir().unwrap();
         let mesh = folder.path().join("creature.obj");
         cotan_io::save(&document, &mesh).unwrap();

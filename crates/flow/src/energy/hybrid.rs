@@ -352,10 +352,14 @@ mod tests {
     #[test]
     fn the_energy_is_that_of_the_wide_cells() {
         let shape = torus::<f64>(1.0, 0.4, 12, 7);
-        let n = shape.positions.len();
+        let n = shape.positions().len();
         let rests = [
-            Rest::new(&shape.mesh, &shape.positions, Cotangent::default()),
-            Rest::new(&shape.mesh, &shape.positions, Tutte),
+            Rest::new(
+                shape.connectivity(),
+                &shape.positions(),
+                Cotangent::default(),
+            ),
+            Rest::new(shape.connectivity(), &shape.positions(), Tutte),
         ];
         for rest in rests.map(Result::unwrap) {
             let mut hybrid = Hybrid::new(0.3);
@@ -376,7 +380,7 @@ mod tests {
                 let is_near = i == j || graph.row(j).any(|(k, _)| k.index() == i);
                 if is_near { cell_share(graph, j) } else { 0.0 }
             };
-            let mesh = &shape.mesh;
+            let mesh = shape.connectivity();
             let of_vertex = |j: usize, r: Matrix3<f64>| {
                 let now = rest.operator().apply_at(&positions, j);
                 let mut sum =

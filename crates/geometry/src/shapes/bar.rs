@@ -3,7 +3,8 @@
 use nalgebra::Point3;
 use std::collections::BTreeMap;
 
-use super::Shape;
+use super::connect;
+use crate::mesh::Mesh;
 use crate::scalar::Scalar;
 
 /// A closed box, centred at the origin, with sharp edges and a triangulated grid on its sides.
@@ -11,7 +12,7 @@ use crate::scalar::Scalar;
 /// **Units**: `size` are the lengths along x, y, z; `segments` the number of cells along each,
 /// raised to 1 (and at most 512).
 #[must_use]
-pub fn bar<T: Scalar>(size: [T; 3], segments: [usize; 3]) -> Shape<T> {
+pub fn bar<T: Scalar>(size: [T; 3], segments: [usize; 3]) -> Mesh<T> {
     let size = size.map(T::as_f64);
     let segments = segments.map(|count| count.clamp(1, MAX_BAR_SEGMENTS));
     let mut grid = BoxGrid {
@@ -26,7 +27,7 @@ pub fn bar<T: Scalar>(size: [T; 3], segments: [usize; 3]) -> Shape<T> {
             push_side(&mut grid, axis, end, &mut faces);
         }
     }
-    Shape::connect(&grid.points, &faces)
+    connect(&grid.points, &faces)
 }
 
 /// Two triangles for each cell of the side where coordinate `axis` is `end`.

@@ -3,7 +3,8 @@
 use nalgebra::Point3;
 use std::f64::consts::TAU;
 
-use super::Shape;
+use super::connect;
+use crate::mesh::Mesh;
 use crate::scalar::Scalar;
 
 /// A closed double pyramid about the z axis over a regular polygon of radius 1: two apices at z
@@ -14,10 +15,10 @@ use crate::scalar::Scalar;
 ///
 /// ```
 /// let shape = cotan_geometry::shapes::bipyramid::<f64>(100);
-/// assert_eq!((shape.mesh.num_vertices(), shape.mesh.num_faces()), (102, 200));
+/// assert_eq!((shape.num_vertices(), shape.num_faces()), (102, 200));
 /// ```
 #[must_use]
-pub fn bipyramid<T: Scalar>(valence: usize) -> Shape<T> {
+pub fn bipyramid<T: Scalar>(valence: usize) -> Mesh<T> {
     let n = valence.clamp(3, 1 << 20);
     let mut points: Vec<Point3<f64>> = (0..n)
         .map(|k| {
@@ -33,5 +34,5 @@ pub fn bipyramid<T: Scalar>(valence: usize) -> Shape<T> {
             [[a, b, top], [b, a, bottom]]
         })
         .collect();
-    Shape::connect(&points, &faces)
+    connect(&points, &faces)
 }

@@ -3,7 +3,8 @@
 use nalgebra::Point3;
 use std::f64::consts::TAU;
 
-use super::{MAX_SEGMENTS, Shape};
+use super::{MAX_SEGMENTS, connect};
+use crate::mesh::Mesh;
 use crate::scalar::Scalar;
 
 /// A closed cylinder about the z axis, centred at the origin, with sharp rims.
@@ -15,10 +16,10 @@ use crate::scalar::Scalar;
 ///
 /// ```
 /// let shape = cotan_geometry::cylinder::<f64>(0.5, 3.0, 24, 26);
-/// assert_eq!(shape.mesh.num_vertices(), 24 * 27 + 2 * (1 + 6 + 12 + 18));
+/// assert_eq!(shape.num_vertices(), 24 * 27 + 2 * (1 + 6 + 12 + 18));
 /// ```
 #[must_use]
-pub fn cylinder<T: Scalar>(radius: T, height: T, segments: usize, stacks: usize) -> Shape<T> {
+pub fn cylinder<T: Scalar>(radius: T, height: T, segments: usize, stacks: usize) -> Mesh<T> {
     let (radius, height) = (radius.as_f64(), height.as_f64());
     let rings = segments.clamp(6, MAX_SEGMENTS).div_ceil(6);
     let stacks = stacks.clamp(1, MAX_SEGMENTS);
@@ -42,7 +43,7 @@ pub fn cylinder<T: Scalar>(radius: T, height: T, segments: usize, stacks: usize)
     // The caps are built alike: the bottom one has to face down.
     let bottom = faces.len() - num_top_faces;
     faces[bottom..].iter_mut().for_each(|face| face.swap(1, 2));
-    Shape::connect(&points, &faces)
+    connect(&points, &faces)
 }
 
 /// Rows of the side, from the bottom up; odd rows are turned by half a segment.

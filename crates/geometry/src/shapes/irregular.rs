@@ -5,9 +5,9 @@ use std::f64::consts::{PI, TAU};
 use cotan_halfedge::{EdgeId, HalfedgeMesh, VertexId};
 use nalgebra::{Point3, Vector3};
 
-use super::Shape;
 use super::geodesic::geodesic;
 use crate::angles::triangle_cotangents;
+use crate::mesh::Mesh;
 use crate::scalar::Scalar;
 
 /// How the vertices and faces of [`irregular`] are numbered.
@@ -31,10 +31,10 @@ pub enum Numbering {
 /// ```
 /// use cotan_geometry::shapes::{Numbering, irregular};
 /// let shape = irregular::<f64>(1_000, Numbering::Random, 7);
-/// assert_eq!(shape.mesh.num_vertices(), 1_002);
+/// assert_eq!(shape.num_vertices(), 1_002);
 /// ```
 #[must_use]
-pub fn irregular<T: Scalar>(num_vertices: usize, numbering: Numbering, seed: u64) -> Shape<T> {
+pub fn irregular<T: Scalar>(num_vertices: usize, numbering: Numbering, seed: u64) -> Mesh<T> {
     let frequency = (num_vertices.saturating_sub(2) as f64 / 10.0)
         .sqrt()
         .round();
@@ -117,11 +117,11 @@ fn number<T: Scalar>(
     points: Vec<Vector3<f64>>,
     numbering: Numbering,
     chance: Chance,
-) -> Shape<T> {
+) -> Mesh<T> {
     let round = |p: &Vector3<f64>| Point3::from(p.map(T::of_f64));
     if numbering == Numbering::Natural {
         let positions = points.iter().map(round).collect();
-        return Shape { mesh, positions };
+        return Mesh::assume_checked(mesh, positions);
     }
     let old = chance.permutation(points.len(), 8);
     let mut new = vec![0; points.len()];
@@ -135,10 +135,10 @@ fn number<T: Scalar>(
         .map(|corners| corners.map(|v| new[v.index()]))
         .collect();
     drop((mesh, new));
-    Shape {
-        mesh: connect(points.len(), &faces),
-        positions: old.iter().map(|&v| round(&points[v as usize])).collect(),
-    }
+    Mesh::assume_checked(
+        connect(points.len(), &faces),
+        old.iter().map(|&v| round(&points[v as usize])).collect(),
+    )
 }
 
 fn connect(num_vertices: usize, faces: &[[u32; 3]]) -> HalfedgeMesh {
@@ -217,7 +217,7 @@ mod tests {
     fn it_is_a_closed_irregular_blob() {
         for numbering in [Numbering::Random, Numbering::Natural] {
             let shape = irregular::<f64>(4_000, numbering, 1);
-            let mesh = &shape.mesh;
+            let mesh = shape.connectivity();
             assert_eq!(mesh.num_vertices(), 10 * 20 * 20 + 2);
             assert_eq!(mesh.num_faces(), 2 * mesh.num_vertices() - 4);
             assert!(mesh.halfedges().all(|h| !mesh.is_boundary_halfedge(h)));
@@ -239,7 +239,7 @@ mod tests {
         assert_eq!(blob(5), blob(5));
         assert_ne!(blob(5), blob(6));
         assert_eq!(
-            irregular::<f32>(0, Numbering::Natural, 0).positions.len(),
+            irregular::<f32>(0, Numbering::Natural, 0).positions().len(),
             12
         );
     }

@@ -17,8 +17,8 @@ mod torus;
 use cotan_halfedge::HalfedgeMesh;
 use nalgebra::Point3;
 
+use crate::mesh::Mesh;
 use crate::scalar::Scalar;
-use crate::surface::{Positions, Surface};
 
 pub use bar::bar;
 pub use bipyramid::bipyramid;
@@ -29,38 +29,15 @@ pub use plane::bumpy_plane;
 pub use sphere::{icosphere, tetrahedron};
 pub use torus::torus;
 
-/// A mesh together with its positions, both owned.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Shape<T: Scalar> {
-    /// The connectivity: triangles only.
-    pub mesh: HalfedgeMesh,
-    /// One position a vertex.
-    pub positions: Positions<T>,
-}
-
-impl<T: Scalar> Shape<T> {
-    /// The shape as a surface that can be measured.
-    ///
-    /// **Panics** if the fields were changed so that they no longer fit each other, or if the
-    /// shape was made with lengths that are not finite.
-    #[must_use]
-    pub fn surface(&self) -> Surface<'_, T> {
-        match Surface::new(&self.mesh, &self.positions) {
-            Ok(surface) => surface,
-            Err(error) => panic!("a shape that is no surface: {error}"),
-        }
-    }
-
-    /// Rounds `points` to `T` and connects them.
-    fn connect(points: &[Point3<f64>], faces: &[[u32; 3]]) -> Self {
-        let mesh = match HalfedgeMesh::from_faces(points.len(), faces) {
-            Ok(mesh) => mesh,
-            // The faces are our own: a broken invariant of the shape's code.
-            Err(error) => panic!("a sample shape is no manifold: {error}"),
-        };
-        let positions = points.iter().map(|p| p.map(T::of_f64)).collect();
-        Self { mesh, positions }
-    }
+/// Rounds `points` to `T` and connects them.
+fn connect<T: Scalar>(points: &[Point3<f64>], faces: &[[u32; 3]]) -> Mesh<T> {
+    let connectivity = match HalfedgeMesh::from_faces(points.len(), faces) {
+        Ok(connectivity) => connectivity,
+        // The faces are our own: a broken invariant of the shape's code.
+        Err(error) => panic!("a sample shape is no manifold: {error}"),
+    };
+    let positions = points.iter().map(|p| p.map(T::of_f64)).collect();
+    Mesh::assume_checked(connectivity, positions)
 }
 
 /// The most segments along one direction of a shape: beyond it, millions of vertices.
@@ -72,8 +49,8 @@ mod tests {
     use crate::{angle_statistics, degenerate_faces, volume};
 
     /// Euler's characteristic and the number of boundary halfedges.
-    fn topology(shape: &Shape<f64>) -> (isize, usize) {
-        let mesh = &shape.mesh;
+    fn topology(shape: &Mesh<f64>) -> (isize, usize) {
+        let mesh = shape.connectivity();
         let chi = (mesh.num_vertices() + mesh.num_faces()) as isize - mesh.num_edges() as isize;
         (
             chi,
@@ -98,7 +75,7 @@ mod tests {
         components
     }
 
-    fn closed_shapes() -> Vec<(Shape<f64>, isize)> {
+    fn closed_shapes() -> Vec<(Mesh<f64>, isize)> {
         vec![
             (tetrahedron(), 2),
             (icosphere(0), 2),
@@ -118,7 +95,7 @@ mod tests {
     fn closed_shapes_are_closed_connected_outward_and_have_their_genus() {
         for (shape, chi) in closed_shapes() {
             assert_eq!(topology(&shape), (chi, 0));
-            assert_eq!(num_components(&shape.mesh), 1);
+            assert_eq!(num_components(shape.connectivity()), 1);
             let surface = shape.surface();
             assert!(volume(&surface) > 0.0);
             assert!(degenerate_faces(&surface, 0.01).is_empty());
@@ -129,17 +106,26 @@ mod tests {
     fn the_plane_is_a_disc() {
         let shape = bumpy_plane::<f64>([2.0, 1.0], [8, 5], 0.1);
         assert_eq!(topology(&shape), (1, 2 * (8 + 5)));
-        assert_eq!(shape.mesh.num_vertices(), 9 * 6);
+        assert_eq!(shape.num_vertices(), 9 * 6);
     }
 
     #[test]
     fn counts_are_as_documented_and_clamped() {
-        assert_eq!(icosphere::<f64>(3).mesh.num_vertices(), 10 * 64 + 2);
-        assert_eq!(torus::<f64>(1.0, 0.2, 0, 5).mesh.num_vertices(), 15);
-        assert_eq!(bar::<f64>([1.0; 3], [0; 3]).mesh.num_vertices(), 8);
+        assert_eq!(
+            icosphere::<f64>(3).connectivity().num_vertices(),
+            10 * 64 + 2
+        );
+        assert_eq!(
+            torus::<f64>(1.0, 0.2, 0, 5).connectivity().num_vertices(),
+            15
+        );
+        assert_eq!(
+            bar::<f64>([1.0; 3], [0; 3]).connectivity().num_vertices(),
+            8
+        );
         assert_eq!(
             bumpy_plane::<f64>([1.0; 2], [0, 0], 0.0)
-                .mesh
+                .connectivity()
                 .num_vertices(),
             4
         );
@@ -156,10 +142,10 @@ mod tests {
 
     #[test]
     fn the_sphere_is_a_sphere_and_the_cylinder_a_cylinder() {
-        for p in icosphere::<f64>(4).positions.values() {
+        for p in icosphere::<f64>(4).positions().values() {
             assert!((p.coords.norm() - 1.0).abs() < 1e-15);
         }
-        for p in cylinder::<f64>(0.5, 2.0, 12, 6).positions.values() {
+        for p in cylinder::<f64>(0.5, 2.0, 12, 6).positions().values() {
             assert!(p.z.abs() <= 1.0 && p.coords.xy().norm() < 0.5 + 1e-12);
         }
     }
@@ -168,9 +154,9 @@ mod tests {
     fn f32_is_f64_rounded() {
         let single = torus::<f32>(1.0, 0.25, 12, 8);
         let double = torus::<f64>(1.0, 0.25, 12, 8);
-        assert_eq!(single.mesh, double.mesh);
-        for (v, p) in single.positions.iter() {
-            assert_eq!(*p, double.positions[v].map(|x| x as f32));
+        assert_eq!(single.connectivity(), double.connectivity());
+        for (v, p) in single.positions().iter() {
+            assert_eq!(*p, double.positions()[v].map(|x| x as f32));
         }
     }
 }

@@ -3,7 +3,8 @@
 use nalgebra::Point3;
 use std::f64::consts::TAU;
 
-use super::{MAX_SEGMENTS, Shape};
+use super::{MAX_SEGMENTS, connect};
+use crate::mesh::Mesh;
 use crate::scalar::Scalar;
 
 /// A rectangle in the x y plane, centred at the origin, with smooth bumps up and down: a disc with
@@ -13,7 +14,7 @@ use crate::scalar::Scalar;
 /// leaves it flat) and have five different wavelengths from the whole side to a third of it, so
 /// that no two of them are alike; `segments` the number of cells along x and y, raised to 1.
 #[must_use]
-pub fn bumpy_plane<T: Scalar>(size: [T; 2], segments: [usize; 2], amplitude: T) -> Shape<T> {
+pub fn bumpy_plane<T: Scalar>(size: [T; 2], segments: [usize; 2], amplitude: T) -> Mesh<T> {
     let [width, depth] = size.map(T::as_f64);
     let amplitude = amplitude.as_f64();
     let [nx, ny] = segments.map(|count| count.clamp(1, MAX_SEGMENTS));
@@ -38,7 +39,7 @@ pub fn bumpy_plane<T: Scalar>(size: [T; 2], segments: [usize; 2], amplitude: T) 
             });
         }
     }
-    Shape::connect(&points, &faces)
+    connect(&points, &faces)
 }
 
 /// A height in −1 … 1 over the unit square.

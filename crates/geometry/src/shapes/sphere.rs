@@ -3,15 +3,16 @@
 use cotan_halfedge::{HalfedgeMesh, VertexId};
 use nalgebra::{Point3, Vector3};
 
-use super::Shape;
+use super::connect;
+use crate::mesh::Mesh;
 use crate::scalar::Scalar;
 
 /// The regular tetrahedron whose corners lie on the unit sphere: 4 vertices.
 #[must_use]
-pub fn tetrahedron<T: Scalar>() -> Shape<T> {
+pub fn tetrahedron<T: Scalar>() -> Mesh<T> {
     let c = 1.0 / 3.0_f64.sqrt();
     let points = [[c, c, c], [c, -c, -c], [-c, c, -c], [-c, -c, c]].map(Point3::from);
-    Shape::connect(&points, &[[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]])
+    connect(&points, &[[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]])
 }
 
 /// The unit sphere as an icosahedron, each triangle split into four `subdivisions` times and its
@@ -22,21 +23,21 @@ pub fn tetrahedron<T: Scalar>() -> Shape<T> {
 ///
 /// ```
 /// let shape = cotan_geometry::icosphere::<f32>(2);
-/// assert_eq!(shape.mesh.num_vertices(), 162);
+/// assert_eq!(shape.num_vertices(), 162);
 /// ```
 #[must_use]
-pub fn icosphere<T: Scalar>(subdivisions: u32) -> Shape<T> {
+pub fn icosphere<T: Scalar>(subdivisions: u32) -> Mesh<T> {
     let mut points = icosahedron_points();
     let mut faces = ICOSAHEDRON_FACES.to_vec();
     for _ in 0..subdivisions.min(MAX_SUBDIVISIONS) {
-        let mesh = Shape::<f64>::connect(&points, &faces).mesh;
+        let (mesh, _) = connect::<f64>(&points, &faces).into_parts();
         for e in mesh.edges() {
             let [a, b] = mesh.edge_vertices(e).map(|v| points[v.index()].coords);
             points.push(Point3::from((a + b).normalize()));
         }
         faces = split_in_four(&mesh);
     }
-    Shape::connect(&points, &faces)
+    connect(&points, &faces)
 }
 
 /// The faces after a new vertex (number n + e) was put on each edge e.

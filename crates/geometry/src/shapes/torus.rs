@@ -3,7 +3,8 @@
 use nalgebra::Point3;
 use std::f64::consts::TAU;
 
-use super::{MAX_SEGMENTS, Shape};
+use super::{MAX_SEGMENTS, connect};
+use crate::mesh::Mesh;
 use crate::scalar::Scalar;
 
 /// A torus about the z axis: genus 1, `around` × `across` vertices.
@@ -11,12 +12,7 @@ use crate::scalar::Scalar;
 /// **Units**: `major_radius` from the axis to the middle of the tube, `minor_radius` of the tube:
 /// lengths. `around` segments go round the axis, `across` round the tube; each is raised to 3.
 #[must_use]
-pub fn torus<T: Scalar>(
-    major_radius: T,
-    minor_radius: T,
-    around: usize,
-    across: usize,
-) -> Shape<T> {
+pub fn torus<T: Scalar>(major_radius: T, minor_radius: T, around: usize, across: usize) -> Mesh<T> {
     let (major, minor) = (major_radius.as_f64(), minor_radius.as_f64());
     let [around, across] = [around, across].map(|count| count.clamp(3, MAX_SEGMENTS));
     let mut points = Vec::with_capacity(around * across);
@@ -33,5 +29,5 @@ pub fn torus<T: Scalar>(
             faces.push([a, c, d]);
         }
     }
-    Shape::connect(&points, &faces)
+    connect(&points, &faces)
 }

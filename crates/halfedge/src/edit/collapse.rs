@@ -6,8 +6,55 @@
 
 use super::renumbering::Changes;
 use super::{EditError, Renumbering};
-use crate::ids::{FaceId, HalfedgeId, VertexId};
+use crate::ids::{EdgeId, FaceId, HalfedgeId, VertexId};
 use crate::mesh::HalfedgeMesh;
+
+/// The result of [`HalfedgeMesh::collapse`]: what was merged, what is gone, and the new numbers.
+///
+/// All fields but `renumbering` are in the numbers from *before* the edit, so that values can be
+/// merged first and the maps brought in line then:
+///
+/// ```
+/// # use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
+/// # let upper = [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4]];
+/// # let lower = [[2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
+/// # let mut mesh = HalfedgeMesh::from_faces(6, &[upper, lower].concat())?;
+/// # mesh.split_face(cotan_halfedge::FaceId::new(0))?;
+/// let mut weight = VertexMap::filled(7, 1.0);
+/// let short = mesh.halfedge_between(VertexId::new(6), VertexId::new(4)).unwrap();
+/// let collapsed = mesh.collapse(short)?;
+/// weight[collapsed.into] += weight[collapsed.gone];
+/// collapsed.renumbering.apply_vertices(&mut weight)?;
+/// assert_eq!(weight.as_slice(), [1.0, 1.0, 1.0, 1.0, 2.0, 1.0]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, PartialEq, Eq, Debug)]
+#[must_use = "maps beside the mesh must be renumbered, too"]
+pub struct Collapsed {
+    /// The vertex that is gone: the origin of the halfedge.
+    pub gone: VertexId,
+    /// The vertex that it was merged into: the target of the halfedge. Its number after the edit
+    /// is `renumbering.vertex(into)`.
+    pub into: VertexId,
+    /// The edge that is gone with nothing in its place.
+    pub edge: EdgeId,
+    /// The triangles on the left and on the right of the halfedge, each with its edge that is gone
+    /// and the edge into which that was merged. `None` where there is no triangle.
+    pub closed: [Option<ClosedFace>; 2],
+    /// The change of numbers.
+    pub renumbering: Renumbering,
+}
+
+/// A triangle that a collapse closed; in the numbers from before the edit.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct ClosedFace {
+    /// The triangle, which is gone.
+    pub face: FaceId,
+    /// Its edge at the vertex that is gone, which is gone, too.
+    pub gone: EdgeId,
+    /// Its edge at the vertex that stays, into which the other was merged.
+    pub into: EdgeId,
+}
 
 impl HalfedgeMesh {
     /// Merges the origin of a halfedge into its target.
@@ -36,9 +83,8 @@ impl HalfedgeMesh {
     /// - [`EditError::LastFace`], [`EditError::BackToBack`], [`EditError::Flattens`]: too little
     ///   would be left, as of a single triangle or a tetrahedron.
     /// - [`EditError::NoSuchHalfedge`].
-    pub fn collapse(&mut self, halfedge: HalfedgeId) -> Result<Renumbering, EditError> {
-        self.check_halfedge(halfedge)?;
-        self.check_collapse(halfedge)?;
+    pub fn collapse(&mut self, halfedge: HalfedgeId) -> Result<Collapsed, EditError> {
+        self.can_collapse(halfedge)?;
 
         let (u, v) = (self.origin(halfedge), self.target(halfedge));
         let incoming: Vec<HalfedgeId> = self.incoming_halfedges(u).collect();
@@ -47,39 +93,60 @@ impl HalfedgeMesh {
         }
         // An edge of v besides the one that goes: it stays.
         let stays = self.next(halfedge);
-        let mut edges = vec![halfedge.edge()];
-        let mut faces = Vec::new();
-        for side in [halfedge, halfedge.twin()] {
+        let closed = [halfedge, halfedge.twin()].map(|side| {
             let (before, after) = (self.prev(side), self.next(side));
             let had_triangle = self.has_triangle(side);
             self.link(before, after);
-            let Some(face) = self.face(side) else {
-                continue;
-            };
+            let face = self.face(side)?;
             if self.face_halfedge(face) == side {
                 self.face_halfedge[face.index()] = after;
             }
-            if had_triangle {
-                // The halfedge on the side of v is the one after `halfedge`, before its twin.
-                let [keep, drop] = if side == halfedge {
-                    [after, before]
-                } else {
-                    [before, after]
-                };
-                self.close_digon(keep, drop);
-                edges.push(drop.edge());
-                faces.push(face);
+            if !had_triangle {
+                return None;
             }
-        }
+            // The halfedge on the side of v is the one after `halfedge`, before its twin.
+            let [keep, drop] = if side == halfedge {
+                [after, before]
+            } else {
+                [before, after]
+            };
+            self.close_digon(keep, drop);
+            Some(ClosedFace {
+                face,
+                gone: drop.edge(),
+                into: keep.edge(),
+            })
+        });
         self.store_outgoing(stays);
 
+        let mut edges = vec![halfedge.edge()];
+        edges.extend(closed.iter().flatten().map(|closed| closed.gone));
+        let faces = closed.iter().flatten().map(|closed| closed.face).collect();
         let renumbering = Renumbering {
             vertices: Changes::fill_gaps(self.num_vertices(), vec![u]),
             edges: Changes::fill_gaps(self.num_edges(), edges),
             faces: Changes::fill_gaps(self.num_faces(), faces),
         };
         self.renumber(&renumbering);
-        Ok(renumbering)
+        Ok(Collapsed {
+            gone: u,
+            into: v,
+            edge: halfedge.edge(),
+            closed,
+            renumbering,
+        })
+    }
+
+    /// Whether [`Self::collapse`] would merge the origin of the halfedge into its target; if not,
+    /// the reason. Changes nothing.
+    ///
+    /// Takes time in proportion to the valences of the two vertices.
+    ///
+    /// # Errors
+    /// As [`Self::collapse`].
+    pub fn can_collapse(&self, halfedge: HalfedgeId) -> Result<(), EditError> {
+        self.check_halfedge(halfedge)?;
+        self.check_collapse(halfedge)
     }
 
     /// Closes a face of two sides: `keep` takes the place of the twin of `drop`.
@@ -202,8 +269,10 @@ mod tests {
 
     fn refused(mesh: &HalfedgeMesh, origin: u32, target: u32) -> EditError {
         let mut edited = mesh.clone();
-        let error = edited.collapse(halfedge(mesh, origin, target)).unwrap_err();
+        let h = halfedge(mesh, origin, target);
+        let error = edited.collapse(h).unwrap_err();
         assert_eq!(&edited, mesh);
+        assert_eq!(mesh.can_collapse(h).as_ref(), Err(&error));
         error
     }
 
@@ -212,13 +281,14 @@ mod tests {
         let mesh = TriangleFaces::octahedron().mesh().unwrap();
         for edge in mesh.edges() {
             let mut edited = mesh.clone();
-            let m = edited.split_edge(edge).unwrap();
+            let m = edited.split_edge(edge).unwrap().vertex;
             let [u, v] = mesh.edge_vertices(edge);
             for end in [u, v] {
                 let mut collapsed = edited.clone();
                 let changes = collapsed.collapse(halfedge(&edited, m.0, end.0)).unwrap();
                 collapsed.validate().unwrap();
-                assert_eq!(changes.vertices(), [(m, None)]);
+                assert_eq!((changes.gone, changes.into), (m, end));
+                assert_eq!(changes.renumbering.vertices(), [(m, None)]);
                 assert!(collapsed.halfedge_between(u, v).is_some());
                 assert_eq!(collapsed.num_edges(), mesh.num_edges());
                 assert_eq!(collapsed.num_faces(), mesh.num_faces());
@@ -231,7 +301,7 @@ mod tests {
         let mesh = TriangleFaces::icosahedron().mesh().unwrap();
         let h = halfedge(&mesh, 3, mesh.target(mesh.vertex_halfedge(VertexId(3))).0);
         let mut edited = mesh.clone();
-        let changes = edited.collapse(h).unwrap();
+        let changes = edited.collapse(h).unwrap().renumbering;
         edited.validate().unwrap();
         assert_eq!(changes.vertices()[0], (VertexId(3), None));
         assert_eq!(changes.vertices()[1], (VertexId(11), Some(VertexId(3))));

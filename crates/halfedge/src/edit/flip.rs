@@ -1,8 +1,24 @@
 //! The edge flip.
 
 use super::EditError;
-use crate::ids::EdgeId;
+use crate::ids::{EdgeId, FaceId, VertexId};
 use crate::mesh::HalfedgeMesh;
+
+/// The result of [`HalfedgeMesh::flip_edge`]: no element is new and none is gone, but the edge
+/// joins other vertices and its two triangles have other corners.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct FlippedEdge {
+    /// The edge, which keeps its number.
+    pub edge: EdgeId,
+    /// The ends of the edge before the flip, which are now opposite to it: origin and target of
+    /// its first halfedge.
+    pub old_ends: [VertexId; 2],
+    /// The ends of the edge after the flip, which were opposite to it: origin and target of its
+    /// first halfedge.
+    pub new_ends: [VertexId; 2],
+    /// The triangles on the left and on the right of the edge, which keep their numbers.
+    pub faces: [FaceId; 2],
+}
 
 impl HalfedgeMesh {
     /// Turns an edge between two triangles, counter-clockwise, to join the other two corners.
@@ -26,7 +42,44 @@ impl HalfedgeMesh {
     /// - [`EditError::EdgeExists`]: c and d are joined already, as in a tetrahedron.
     /// - [`EditError::BackToBack`]: c = d.
     /// - [`EditError::NoSuchEdge`].
-    pub fn flip_edge(&mut self, edge: EdgeId) -> Result<(), EditError> {
+    pub fn flip_edge(&mut self, edge: EdgeId) -> Result<FlippedEdge, EditError> {
+        let flipped = self.check_flip(edge)?;
+        let FlippedEdge {
+            old_ends: [u, v],
+            new_ends: [c, d],
+            faces: [f, g],
+            ..
+        } = flipped;
+        let [h, t] = edge.halfedges();
+        let (v_d, d_u) = (self.next(h), self.prev(h));
+        let (u_c, c_v) = (self.next(t), self.prev(t));
+        for (vertex, side, other) in [(u, h, u_c), (v, t, v_d)] {
+            if self.vertex_halfedge(vertex) == side {
+                self.vertex_halfedge[vertex.index()] = other;
+            }
+        }
+        self.set_target(h, d);
+        self.set_target(t, c);
+        for [first, second, third] in [[h, d_u, u_c], [t, c_v, v_d]] {
+            self.link(first, second);
+            self.link(second, third);
+            self.link(third, first);
+            self.copy_face(first, third);
+        }
+        self.face_halfedge[f.index()] = h;
+        self.face_halfedge[g.index()] = t;
+        Ok(flipped)
+    }
+
+    /// Whether [`Self::flip_edge`] would flip the edge; if not, the reason. Changes nothing.
+    ///
+    /// # Errors
+    /// As [`Self::flip_edge`].
+    pub fn can_flip(&self, edge: EdgeId) -> Result<(), EditError> {
+        self.check_flip(edge).map(drop)
+    }
+
+    fn check_flip(&self, edge: EdgeId) -> Result<FlippedEdge, EditError> {
         self.check_edge(edge)?;
         let [h, t] = edge.halfedges();
         let (Some(f), Some(g)) = (self.face(h), self.face(t)) else {
@@ -40,37 +93,23 @@ impl HalfedgeMesh {
                 });
             }
         }
-        let (v_d, d_u) = (self.next(h), self.prev(h));
-        let (u_c, c_v) = (self.next(t), self.prev(t));
-        let (c, d) = (self.target(u_c), self.target(v_d));
+        let (c, d) = (self.target(self.next(t)), self.target(self.next(h)));
         if c == d {
             return Err(EditError::BackToBack { edge, vertex: c });
         }
         self.check_no_edge(c, d)?;
-
-        for (v, side, other) in [(self.origin(h), h, u_c), (self.origin(t), t, v_d)] {
-            if self.vertex_halfedge(v) == side {
-                self.vertex_halfedge[v.index()] = other;
-            }
-        }
-        self.set_target(h, d);
-        self.set_target(t, c);
-        for [first, second, third] in [[h, d_u, u_c], [t, c_v, v_d]] {
-            self.link(first, second);
-            self.link(second, third);
-            self.link(third, first);
-            self.copy_face(first, third);
-        }
-        self.face_halfedge[f.index()] = h;
-        self.face_halfedge[g.index()] = t;
-        Ok(())
+        Ok(FlippedEdge {
+            edge,
+            old_ends: self.edge_vertices(edge),
+            new_ends: [c, d],
+            faces: [f, g],
+        })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ids::{FaceId, VertexId};
     use crate::testing::TriangleFaces;
 
     #[test]
@@ -81,8 +120,14 @@ mod tests {
                 .map(|h| h.edge())
         };
         let edge = between(&mesh, 0, 2).unwrap();
-        mesh.flip_edge(edge).unwrap();
+        let before = mesh.edge_vertices(edge);
+        let flipped = mesh.flip_edge(edge).unwrap();
         mesh.validate().unwrap();
+        assert_eq!(flipped.edge, edge);
+        assert_eq!(flipped.old_ends, before);
+        assert_eq!(flipped.new_ends, mesh.edge_vertices(edge));
+        let sides = edge.halfedges().map(|h| mesh.face(h));
+        assert_eq!(sides, flipped.faces.map(Some));
         assert_eq!(between(&mesh, 1, 3), Some(edge));
         assert_eq!(between(&mesh, 0, 2), None);
         assert_eq!(mesh.num_faces(), 2);
@@ -121,6 +166,7 @@ mod tests {
             let mut edited = mesh.clone();
             let error = edited.flip_edge(edge).unwrap_err();
             assert_eq!(&edited, mesh);
+            assert_eq!(mesh.can_flip(edge).as_ref(), Err(&error));
             error
         };
         let tetrahedron = TriangleFaces::tetrahedron().mesh().unwrap();

@@ -1,6 +1,6 @@
 //! Which elements an edit took away, and which got another number to close the gaps.
 
-use super::EditError;
+use super::{EditError, check_length};
 use crate::ids::{EdgeId, FaceId, HalfedgeId, Id, VertexId};
 use crate::map::{DenseMap, EdgeMap, FaceMap, HalfedgeMap, VertexMap};
 use crate::mesh::HalfedgeMesh;
@@ -103,16 +103,6 @@ impl<I: Id> Changes<I> {
         map.truncate(self.new_len);
         Ok(())
     }
-}
-
-fn check_length(elements: &'static str, expected: usize, found: usize) -> Result<(), EditError> {
-    (found == expected)
-        .then_some(())
-        .ok_or(EditError::MapLength {
-            elements,
-            expected,
-            found,
-        })
 }
 
 impl Renumbering {

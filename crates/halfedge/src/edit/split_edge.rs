@@ -1,8 +1,68 @@
 //! A new vertex in an edge.
 
-use super::EditError;
-use crate::ids::{EdgeId, VertexId};
+use super::{CutFace, EditError};
+use crate::ids::{EdgeId, FaceId, VertexId};
+use crate::map::{EdgeMap, FaceMap};
 use crate::mesh::HalfedgeMesh;
+
+/// The result of [`HalfedgeMesh::split_edge`]: the new elements and their parents.
+///
+/// ```
+/// # use cotan_halfedge::{EdgeId, FaceMap, HalfedgeMesh, VertexMap};
+/// let mut mesh = HalfedgeMesh::from_faces(4, &[[0, 1, 2], [0, 2, 3]])?;
+/// let mut height = VertexMap::from_vec(vec![0.0, 1.0, 4.0, 9.0]);
+/// let mut label = FaceMap::from_vec(vec!["red", "blue"]);
+/// let split = mesh.split_edge(EdgeId::new(2))?; // between vertices 2 and 0
+/// let [u, v] = split.ends;
+/// height.push((height[u] + height[v]) / 2.0);
+/// split.apply_faces(&mut label)?;
+/// assert_eq!(height[split.vertex], 2.0);
+/// assert_eq!(label.as_slice(), ["red", "blue", "red", "blue"]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct SplitEdge {
+    /// The new vertex in the edge.
+    pub vertex: VertexId,
+    /// The ends of the edge before the split: origin and target of its first halfedge.
+    pub ends: [VertexId; 2],
+    /// The two halves of the edge, at the first end and at the second. The first has the number of
+    /// the edge that was split, the second is new.
+    pub halves: [EdgeId; 2],
+    /// The triangles on the left and on the right of the edge, each cut in two by a new edge
+    /// between the new vertex and the opposite corner. `None` for the outside and for a larger
+    /// polygon, which only gains a corner.
+    pub cuts: [Option<CutFace>; 2],
+}
+
+impl SplitEdge {
+    /// Parent and child of every new face, in the order of the children.
+    pub fn faces(&self) -> impl Iterator<Item = (FaceId, FaceId)> + use<> {
+        let cuts = self.cuts.into_iter().flatten();
+        cuts.map(|cut| (cut.parent, cut.child))
+    }
+
+    /// Appends the value of the parent for every new face.
+    ///
+    /// # Errors
+    /// [`EditError::MapLength`] if the map does not fit the mesh before the edit.
+    pub fn apply_faces<T: Clone>(&self, map: &mut FaceMap<T>) -> Result<(), EditError> {
+        super::inherit("faces", map, self.faces())
+    }
+
+    /// Appends the value of the edge for its second half, and `inside` for the edges that cut the
+    /// triangles.
+    ///
+    /// # Errors
+    /// [`EditError::MapLength`] if the map does not fit the mesh before the edit.
+    pub fn apply_edges<T: Clone>(&self, map: &mut EdgeMap<T>, inside: T) -> Result<(), EditError> {
+        let [parent, child] = self.halves;
+        super::inherit("edges", map, [(parent, child)])?;
+        let num_cuts = self.cuts.iter().flatten().count();
+        map.extend(std::iter::repeat_n(inside, num_cuts));
+        Ok(())
+    }
+}
 
 impl HalfedgeMesh {
     /// Inserts a vertex into an edge. Triangles beside it are split in two; a larger polygon gains
@@ -19,9 +79,9 @@ impl HalfedgeMesh {
     /// ```
     ///
     /// Here h is the first halfedge of the edge. The edge keeps its number, its origin u and the
-    /// faces on the side of u. New, in this order: the vertex m (returned), the edge m→v, the
-    /// edge m→d and the face (m, v, d) if there is a triangle with d, the edge c→m and the face
-    /// (c, v, m) if there is one with c. So a triangle mesh stays one, also on the boundary.
+    /// faces on the side of u. New, in this order: the vertex m, the edge m→v, the edge m→d and
+    /// the face (m, v, d) if there is a triangle with d, the edge c→m and the face (c, v, m) if
+    /// there is one with c. So a triangle mesh stays one, also on the boundary.
     ///
     /// # Errors
     /// [`EditError::BackToBack`] if c = d: m would be joined to it twice;
@@ -31,11 +91,11 @@ impl HalfedgeMesh {
     /// # use cotan_halfedge::{HalfedgeMesh, VertexId};
     /// let mut mesh = HalfedgeMesh::from_faces(4, &[[0, 1, 2], [0, 2, 3]])?;
     /// let diagonal = mesh.halfedge_between(VertexId::new(0), VertexId::new(2)).unwrap();
-    /// let m = mesh.split_edge(diagonal.edge())?;
-    /// assert_eq!((mesh.valence(m), mesh.num_faces()), (4, 4));
+    /// let split = mesh.split_edge(diagonal.edge())?;
+    /// assert_eq!((mesh.valence(split.vertex), mesh.num_faces()), (4, 4));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn split_edge(&mut self, edge: EdgeId) -> Result<VertexId, EditError> {
+    pub fn split_edge(&mut self, edge: EdgeId) -> Result<SplitEdge, EditError> {
         self.check_edge(edge)?;
         let [h, t] = edge.halfedges();
         let (left, right) = (self.has_triangle(h), self.has_triangle(t));
@@ -45,7 +105,7 @@ impl HalfedgeMesh {
         }
         self.check_room(3)?;
 
-        let v = self.target(h);
+        let [u, v] = self.edge_vertices(edge);
         let m = VertexId::new(self.num_vertices());
         let (after_h, before_t) = (self.next(h), self.prev(t));
         let m_v = self.push_edge(m, v);
@@ -62,20 +122,31 @@ impl HalfedgeMesh {
         }
         let stored = if self.is_boundary_halfedge(t) { t } else { m_v };
         self.vertex_halfedge.push(stored);
-        if left {
-            self.cut_face(m_v, self.prev(h));
-        }
-        if right {
-            self.cut_face(before_t, t);
-        }
-        Ok(m)
+        let before_h = self.prev(h);
+        let cuts = [(left, m_v, before_h), (right, before_t, t)];
+        let cuts = cuts.map(|(is_triangle, from, to)| {
+            let parent = self.face(from).filter(|_| is_triangle)?;
+            let edge = self.cut_face(from, to).edge();
+            let child = FaceId::new(self.num_faces() - 1);
+            Some(CutFace {
+                edge,
+                parent,
+                child,
+            })
+        });
+        Ok(SplitEdge {
+            vertex: m,
+            ends: [u, v],
+            halves: [edge, m_v.edge()],
+            cuts,
+        })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ids::{FaceId, HalfedgeId};
+    use crate::ids::HalfedgeId;
     use crate::testing::TriangleFaces;
 
     #[test]
@@ -86,7 +157,8 @@ mod tests {
         let (u, v) = (mesh.origin(h), mesh.target(h));
         let (d, c) = (mesh.target(mesh.next(h)), mesh.target(mesh.next(t)));
         let faces = [mesh.face(h), mesh.face(t)];
-        let m = mesh.split_edge(edge).unwrap();
+        let split = mesh.split_edge(edge).unwrap();
+        let m = split.vertex;
         mesh.validate().unwrap();
         assert_eq!(
             (mesh.num_vertices(), mesh.num_edges(), mesh.num_faces()),
@@ -102,6 +174,18 @@ mod tests {
         assert_eq!(corners(8), [d, m, v]);
         assert_eq!(corners(9), [m, c, v]);
         assert!(mesh.is_triangle_mesh());
+        let cuts = [(13, faces[0], 8), (14, faces[1], 9)].map(|(edge, parent, child)| {
+            Some(CutFace {
+                edge: EdgeId(edge),
+                parent: parent?,
+                child: FaceId(child),
+            })
+        });
+        let halves = [edge, EdgeId(12)];
+        assert_eq!(
+            (split.ends, split.halves, split.cuts),
+            ([u, v], halves, cuts)
+        );
     }
 
     #[test]
@@ -114,7 +198,7 @@ mod tests {
                     if flip {
                         split.flip_orientation(0).unwrap();
                     }
-                    let m = split.split_edge(edge).unwrap();
+                    let m = split.split_edge(edge).unwrap().vertex;
                     split.validate().unwrap();
                     assert!(split.is_boundary_vertex(m));
                     assert_eq!((split.valence(m), split.num_faces()), (3, 3));

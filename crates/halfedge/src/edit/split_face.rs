@@ -2,7 +2,69 @@
 
 use super::EditError;
 use crate::ids::{EdgeId, FaceId, HalfedgeId, VertexId};
+use crate::map::FaceMap;
 use crate::mesh::HalfedgeMesh;
+
+/// A face cut in two by a new edge: the result of [`HalfedgeMesh::connect_corners`], and what
+/// [`HalfedgeMesh::split_edge`] does to each triangle at the edge.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct CutFace {
+    /// The new edge between the two parts.
+    pub edge: EdgeId,
+    /// The face that was cut; it keeps its number for one of the parts.
+    pub parent: FaceId,
+    /// The other part: a new face.
+    pub child: FaceId,
+}
+
+impl CutFace {
+    /// Appends the value of the parent for the new face.
+    ///
+    /// # Errors
+    /// [`EditError::MapLength`] if the map does not fit the mesh before the edit.
+    pub fn apply_faces<T: Clone>(&self, map: &mut FaceMap<T>) -> Result<(), EditError> {
+        super::inherit("faces", map, [(self.parent, self.child)])
+    }
+}
+
+/// The result of [`HalfedgeMesh::split_face`]: the new elements and their parent.
+///
+/// ```
+/// # use cotan_halfedge::{FaceId, FaceMap, HalfedgeMesh, VertexMap};
+/// let mut mesh = HalfedgeMesh::from_faces(4, &[[0, 1, 2], [0, 2, 3]])?;
+/// let mut height = VertexMap::from_vec(vec![0.0, 3.0, 6.0, 0.0]);
+/// let mut label = FaceMap::from_vec(vec!["red", "blue"]);
+/// let split = mesh.split_face(FaceId::new(0))?;
+/// height.push(split.corners.iter().map(|&v| height[v]).sum::<f64>() / 3.0);
+/// split.apply_faces(&mut label)?;
+/// assert_eq!(height[split.vertex], 3.0);
+/// assert_eq!(label.as_slice(), ["red", "blue", "red", "red"]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct SplitFace {
+    /// The new vertex inside the face.
+    pub vertex: VertexId,
+    /// The corners of the face that was split, from its first halfedge on.
+    pub corners: Vec<VertexId>,
+    /// The new edges from the vertex to the corners, in the order of the corners.
+    pub edges: Vec<EdgeId>,
+    /// The face that was split; it keeps its number for the triangle at its first halfedge.
+    pub parent: FaceId,
+    /// The new faces: the triangles at the other halfedges, in order.
+    pub children: Vec<FaceId>,
+}
+
+impl SplitFace {
+    /// Appends the value of the parent for every new face.
+    ///
+    /// # Errors
+    /// [`EditError::MapLength`] if the map does not fit the mesh before the edit.
+    pub fn apply_faces<T: Clone>(&self, map: &mut FaceMap<T>) -> Result<(), EditError> {
+        let children = self.children.iter().map(|&child| (self.parent, child));
+        super::inherit("faces", map, children)
+    }
+}
 
 impl HalfedgeMesh {
     /// Inserts a vertex into a face and joins it to all corners.
@@ -22,7 +84,7 @@ impl HalfedgeMesh {
     ///
     /// # Errors
     /// [`EditError::NoSuchFace`], [`EditError::TooLarge`]. A face that exists can always be split.
-    pub fn split_face(&mut self, face: FaceId) -> Result<VertexId, EditError> {
+    pub fn split_face(&mut self, face: FaceId) -> Result<SplitFace, EditError> {
         self.check_face(face)?;
         let sides: Vec<HalfedgeId> = self.face_halfedges(face).collect();
         self.check_room(sides.len())?;
@@ -33,6 +95,7 @@ impl HalfedgeMesh {
             .map(|&side| self.push_edge(m, self.origin(side)))
             .collect();
         self.vertex_halfedge.push(spokes[0]);
+        let mut children = Vec::with_capacity(sides.len() - 1);
         for (i, (&side, &spoke)) in sides.iter().zip(&spokes).enumerate() {
             let back = spokes[(i + 1) % spokes.len()].twin();
             self.link(spoke, side);
@@ -42,10 +105,16 @@ impl HalfedgeMesh {
                 self.copy_face(side, spoke);
                 self.copy_face(side, back);
             } else {
-                self.push_face(side);
+                children.push(self.push_face(side));
             }
         }
-        Ok(m)
+        Ok(SplitFace {
+            vertex: m,
+            corners: spokes.iter().map(|&spoke| self.target(spoke)).collect(),
+            edges: spokes.into_iter().map(HalfedgeId::edge).collect(),
+            parent: face,
+            children,
+        })
     }
 
     /// Cuts a face in two by an edge between two of its corners.
@@ -58,9 +127,9 @@ impl HalfedgeMesh {
     ///    ● from ▶            ● from ▶
     /// ```
     ///
-    /// The corners are the origins of the halfedges `from` and `to`. The new edge (returned) runs
-    /// from the first to the second and keeps the old face on its left; the part from `from` to
-    /// `to` is the new face.
+    /// The corners are the origins of the halfedges `from` and `to`. The new edge runs from the
+    /// first to the second and keeps the old face on its left; the part from `from` to `to` is the
+    /// new face.
     ///
     /// # Errors
     /// - [`EditError::NotOneFace`]: the halfedges do not belong to one face, or are the same.
@@ -70,17 +139,26 @@ impl HalfedgeMesh {
         &mut self,
         from: HalfedgeId,
         to: HalfedgeId,
-    ) -> Result<EdgeId, EditError> {
+    ) -> Result<CutFace, EditError> {
         self.check_halfedge(from)?;
         self.check_halfedge(to)?;
-        if from == to || self.face(from).is_none() || self.face(from) != self.face(to) {
-            return Err(EditError::NotOneFace {
-                corners: [from, to],
-            });
-        }
+        let parent = match self.face(from) {
+            Some(face) if from != to && self.face(to) == Some(face) => face,
+            _ => {
+                return Err(EditError::NotOneFace {
+                    corners: [from, to],
+                });
+            }
+        };
         self.check_no_edge(self.origin(from), self.origin(to))?;
         self.check_room(1)?;
-        Ok(self.cut_face(from, to).edge())
+        let child = FaceId::new(self.num_faces());
+        let edge = self.cut_face(from, to).edge();
+        Ok(CutFace {
+            edge,
+            parent,
+            child,
+        })
     }
 }
 
@@ -95,7 +173,8 @@ mod tests {
     #[test]
     fn a_hexagon_splits_into_six() {
         let mut mesh = hexagon();
-        let m = mesh.split_face(FaceId(0)).unwrap();
+        let split = mesh.split_face(FaceId(0)).unwrap();
+        let m = split.vertex;
         mesh.validate().unwrap();
         assert_eq!((mesh.valence(m), mesh.num_faces()), (6, 6));
         assert!(mesh.is_triangle_mesh());
@@ -103,6 +182,10 @@ mod tests {
             assert_eq!(mesh.origin(mesh.face_halfedge(FaceId(i))), VertexId(i));
             assert_eq!(mesh.edge_vertices(EdgeId(6 + i)), [m, VertexId(i)]);
         }
+        assert_eq!((m, split.parent), (VertexId(6), FaceId(0)));
+        assert_eq!(split.corners, (0..6).map(VertexId).collect::<Vec<_>>());
+        assert_eq!(split.edges, (6..12).map(EdgeId).collect::<Vec<_>>());
+        assert_eq!(split.children, (1..6).map(FaceId).collect::<Vec<_>>());
         let face = FaceId(6);
         let error = EditError::NoSuchFace { face, num_faces: 6 };
         assert_eq!(mesh.split_face(face), Err(error));
@@ -112,9 +195,10 @@ mod tests {
     fn a_hexagon_cut_in_two() {
         let mut mesh = hexagon();
         let sides: Vec<_> = mesh.face_halfedges(FaceId(0)).collect();
-        let edge = mesh.connect_corners(sides[1], sides[4]).unwrap();
+        let cut = mesh.connect_corners(sides[1], sides[4]).unwrap();
         mesh.validate().unwrap();
-        assert_eq!(mesh.edge_vertices(edge), [VertexId(1), VertexId(4)]);
+        assert_eq!((cut.parent, cut.child), (FaceId(0), FaceId(1)));
+        assert_eq!(mesh.edge_vertices(cut.edge), [VertexId(1), VertexId(4)]);
         assert_eq!(mesh.to_faces(), [[0, 1, 4, 5], [4, 1, 2, 3]]);
     }
 

@@ -41,7 +41,7 @@ impl Edit {
         let face = |at: &Index| FaceId::new(at.index(mesh.num_faces()));
         let halfedge = |at: &Index| HalfedgeId::new(at.index(mesh.num_halfedges()));
         match self {
-            Self::FlipEdge(at) => mesh.flip_edge(edge(at)),
+            Self::FlipEdge(at) => mesh.flip_edge(edge(at)).map(drop),
             Self::SplitEdge(at) => mesh.split_edge(edge(at)).map(drop),
             Self::SplitFace(at) => mesh.split_face(face(at)).map(drop),
             Self::ConnectCorners(at, steps) => {

@@ -4,6 +4,8 @@ use std::fmt;
 
 use cotan_geometry::Readable;
 
+use crate::repair::Cure;
+
 /// Something that is wrong with a mesh, and where.
 ///
 /// Vertices and faces have the numbers of the document, counted from 0. Where vertices are welded,
@@ -164,18 +166,20 @@ impl DefectKind {
         )
     }
 
-    /// The option of [`Repair`](crate::Repair) that cures it, by the name of its method.
-    pub fn cure(self) -> Option<&'static str> {
+    /// The step of [`Repair`](crate::Repair) that cures it; `None` if none does.
+    pub fn cure(self) -> Option<Cure> {
         match self {
-            Self::RepeatedVertex => Some("drop_degenerate"),
-            Self::DuplicateFace => Some("drop_duplicates"),
-            Self::ZeroArea => Some("drop_zero_area"),
-            Self::NonManifoldEdge | Self::CutMeetsEdge | Self::NotOrientable => Some("split_edges"),
-            Self::InconsistentOrientation | Self::InsideOut => Some("orient"),
-            Self::SeveralFans => Some("split_vertices"),
-            Self::Hole => Some("fill_holes"),
-            Self::DuplicateVertex => Some("weld"),
-            Self::UnreferencedVertex => Some("compact"),
+            Self::RepeatedVertex => Some(Cure::DropDegenerate),
+            Self::DuplicateFace => Some(Cure::DropDuplicates),
+            Self::ZeroArea => Some(Cure::DropZeroArea),
+            Self::NonManifoldEdge | Self::CutMeetsEdge | Self::NotOrientable => {
+                Some(Cure::SplitEdges)
+            }
+            Self::InconsistentOrientation | Self::InsideOut => Some(Cure::Orient),
+            Self::SeveralFans => Some(Cure::SplitVertices),
+            Self::Hole => Some(Cure::FillHoles),
+            Self::DuplicateVertex => Some(Cure::Weld),
+            Self::UnreferencedVertex => Some(Cure::Compact),
             Self::NonFinite => None,
         }
     }

@@ -1,6 +1,7 @@
 //! Repairs that need no guess at a shape.
 
 mod change;
+mod cure;
 mod filling;
 mod holes;
 mod parts;
@@ -10,6 +11,7 @@ mod work;
 use std::num::NonZeroUsize;
 
 pub use change::Change;
+pub use cure::Cure;
 pub use filling::Filling;
 
 use crate::document::Document;

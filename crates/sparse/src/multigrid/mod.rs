@@ -242,13 +242,13 @@ fn combine(
 #[cfg(test)]
 mod tests {
     use cotan_geometry::shapes::{creature, icosphere};
-    use cotan_geometry::{Shape, Surface};
+    use cotan_geometry::{Mesh, Surface};
     use cotan_laplacian::{Cotangent, Operator};
 
     use super::*;
 
-    fn one_ring(shape: &Shape<f64>, shift: f64) -> LowerTriangle {
-        let surface = Surface::new(&shape.mesh, &shape.positions).unwrap();
+    fn one_ring(shape: &Mesh<f64>, shift: f64) -> LowerTriangle {
+        let surface = Surface::new(shape.connectivity(), shape.positions()).unwrap();
         let operator = Operator::assemble(&Cotangent::default(), &surface).unwrap();
         let graph = operator.graph();
         let mut matrix = LowerTriangle {

@@ -132,7 +132,7 @@ impl Random {
 /// An icosphere of 10 · 4^k + 2 vertices with random flips, a third as many as vertices, which
 /// leave valences from 3 on.
 pub(super) fn irregular_sphere(subdivisions: u32) -> Owned {
-    let mut mesh = shapes::icosphere::<f64>(subdivisions).mesh;
+    let (mut mesh, _) = shapes::icosphere::<f64>(subdivisions).into_parts();
     let edges: Vec<_> = mesh.edges().collect();
     let mut random = Random(1);
     for _ in 0..mesh.num_vertices() / 3 {
@@ -229,7 +229,7 @@ fn round_meshes_take_far_less_than_with_minimum_degree() {
 
 #[test]
 fn limbed_meshes_take_no_more_than_with_minimum_degree() {
-    let creature = Owned::of_mesh(&shapes::creature::<f64>(96).mesh);
+    let creature = Owned::of_mesh(shapes::creature::<f64>(96).connectivity());
     let (own, amd) = (creature.own_cost(), creature.amd_cost());
     assert!(own.flops < 1.05 * amd.flops, "{own:?} {amd:?}");
     let squared = creature.squared();

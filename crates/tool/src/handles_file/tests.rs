@@ -15,7 +15,7 @@ struct Bench {
 impl Bench {
     fn new() -> Self {
         let shape = shapes::icosphere::<f64>(1);
-        Self::of(Document::from_mesh(&shape.mesh, &shape.positions).unwrap())
+        Self::of(Document::from_mesh(shape.connectivity(), shape.positions()).unwrap())
     }
 
     fn of(document: Document) -> Self {

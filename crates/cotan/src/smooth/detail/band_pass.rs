@@ -18,8 +18,8 @@ use super::{CurvatureEdit, CurvatureField};
 /// let shape = cotan::shapes::bumpy_plane::<f64>([4.0, 4.0], [24, 24], 0.1);
 /// let edit = BandPass { fine: 0.0, middle: 1.5, ..BandPass::default() };
 /// let edited =
-///     edit_detail(&shape.mesh, &shape.positions, &Handles::new(), &edit, &DetailOptions::default())?;
-/// assert_eq!(edited.len(), shape.positions.len());
+///     edit_detail(&shape, &Handles::new(), &edit, &DetailOptions::default())?;
+/// assert_eq!(edited.len(), shape.positions().len());
 /// # Ok::<(), cotan::Error>(())
 /// ```
 #[derive(Clone, Copy, PartialEq, Debug)]

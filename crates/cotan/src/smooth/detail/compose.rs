@@ -24,11 +24,11 @@ pub struct Sum<A, B>(
 /// // Details fade out towards one side.
 /// let shape = cotan::shapes::bumpy_plane::<f64>([4.0, 4.0], [24, 24], 0.1);
 /// let edit = Blend {
-///     mask: shape.positions.map(|p| (0.5 + 0.25 * p.x).clamp(0.0, 1.0)),
+///     mask: shape.positions().map(|p| (0.5 + 0.25 * p.x).clamp(0.0, 1.0)),
 ///     off: ScaledCurvature::by(1.0),
 ///     on: ScaledCurvature::by(0.0),
 /// };
-/// edit_detail(&shape.mesh, &shape.positions, &Handles::new(), &edit, &DetailOptions::default())?;
+/// edit_detail(&shape, &Handles::new(), &edit, &DetailOptions::default())?;
 /// # Ok::<(), cotan::Error>(())
 /// ```
 #[derive(Clone, PartialEq, Debug)]

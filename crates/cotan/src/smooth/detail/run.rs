@@ -4,7 +4,6 @@ use std::ops::ControlFlow;
 
 use cotan_flow::PrescribedField;
 use cotan_geometry::{Positions, Scalar, Surface, bounding_box};
-use cotan_halfedge::HalfedgeMesh;
 
 use super::{CurvatureEdit, wanted_field};
 use crate::error::Error;
@@ -72,15 +71,14 @@ pub struct Detailed<T: Scalar> {
 /// positions that run away.
 ///
 /// **Source**: paper, section 4.2; the anchors and the use of the input's areas are ours.
-pub fn edit_detail<T: Scalar>(
-    mesh: &HalfedgeMesh,
-    positions: &Positions<T>,
+pub fn edit_detail<'m, T: Scalar>(
+    surface: impl Into<Surface<'m, T>>,
     handles: &Handles<T>,
     edit: &impl CurvatureEdit,
     options: &DetailOptions,
 ) -> Result<Positions<T>, Error> {
     let observer = |_| ControlFlow::Continue(());
-    let edited = edit_detail_observed(mesh, positions, handles, edit, options, &observer)?;
+    let edited = edit_detail_observed(surface, handles, edit, options, &observer)?;
     Ok(edited.positions)
 }
 
@@ -88,14 +86,15 @@ pub fn edit_detail<T: Scalar>(
 ///
 /// # Errors
 /// As [`edit_detail`], and [`Error::Cancelled`] if the observer stopped it.
-pub fn edit_detail_observed<T: Scalar>(
-    mesh: &HalfedgeMesh,
-    positions: &Positions<T>,
+pub fn edit_detail_observed<'m, T: Scalar>(
+    surface: impl Into<Surface<'m, T>>,
     handles: &Handles<T>,
     edit: &impl CurvatureEdit,
     options: &DetailOptions,
     observer: &(dyn Fn(usize) -> ControlFlow<()> + Sync),
 ) -> Result<Detailed<T>, Error> {
+    let surface = surface.into();
+    let (mesh, positions) = (surface.mesh(), surface.positions());
     edit.check(mesh.num_vertices())?;
     let held = held(mesh, positions, options.boundary, handles)?;
     if options.iterations == 0 {
@@ -145,7 +144,8 @@ const LONGEST_MOVE: f64 = 0.25;
 #[cfg(test)]
 mod tests {
     use cotan_geometry::shapes::{bar, bumpy_plane, icosphere, torus};
-    use cotan_geometry::{Shape, folded_faces, volume};
+    use cotan_geometry::{Mesh, folded_faces, volume};
+    use cotan_halfedge::HalfedgeMesh;
     use cotan_halfedge::VertexMap;
     use nalgebra::Point3;
 
@@ -155,22 +155,15 @@ mod tests {
         mean_curvature_rms, mean_curvatures, with_normal_noise,
     };
 
-    fn edited(shape: &Shape<f64>, edit: &impl CurvatureEdit) -> Positions<f64> {
+    fn edited(shape: &Mesh<f64>, edit: &impl CurvatureEdit) -> Positions<f64> {
         let options = DetailOptions::default();
-        edit_detail(
-            &shape.mesh,
-            &shape.positions,
-            &Handles::new(),
-            edit,
-            &options,
-        )
-        .unwrap()
+        edit_detail(shape.surface(), &Handles::new(), edit, &options).unwrap()
     }
 
-    fn rough() -> Shape<f64> {
-        let mut shape = torus::<f64>(1.0, 0.4, 40, 20);
-        shape.positions = with_normal_noise(&shape.surface(), 0.01, 9);
-        shape
+    fn rough() -> Mesh<f64> {
+        let shape = torus::<f64>(1.0, 0.4, 40, 20);
+        let noisy = with_normal_noise(&shape.surface(), 0.01, 9);
+        shape.with_positions(noisy).unwrap()
     }
 
     fn farthest(a: &Positions<f64>, b: &Positions<f64>) -> f64 {
@@ -183,7 +176,7 @@ mod tests {
         for shape in [rough(), bumpy_plane::<f64>([2.0, 2.0], [20, 20], 0.1)] {
             let same = ScaledCurvature::by(1.0);
             let surface = shape.surface();
-            let mask: VertexMap<f64> = shape.positions.map(|p| 0.5 + 0.1 * p.x);
+            let mask: VertexMap<f64> = shape.positions().map(|p| 0.5 + 0.1 * p.x);
             let edits: [Box<dyn CurvatureEdit>; 7] = [
                 Box::new(same),
                 Box::new(BandPass::default()),
@@ -198,7 +191,7 @@ mod tests {
                 }),
             ];
             for (k, edit) in edits.iter().enumerate() {
-                let off = farthest(&edited(&shape, edit), &shape.positions);
+                let off = farthest(&edited(&shape, edit), shape.positions());
                 assert!(off < 1e-9, "edit {k}: {off:e}");
             }
         }
@@ -212,7 +205,7 @@ mod tests {
         let own = mean_curvature_rms(&torus::<f64>(1.0, 0.4, 40, 20).surface());
         let curved = |x: &Positions<f64>| mean_curvature_rms(&surface.with_positions(x)) - own;
         let [faded, doubled] = [0.0, 2.0].map(|f| edited(&shape, &ScaledCurvature::by(f)));
-        let all = [curved(&faded), curved(&shape.positions), curved(&doubled)];
+        let all = [curved(&faded), curved(shape.positions()), curved(&doubled)];
         assert!(all[0] < 0.5 * all[1], "{all:?}");
         assert!(all[2] > 1.3 * all[1], "{all:?}");
         for x in [&faded, &doubled] {
@@ -225,7 +218,7 @@ mod tests {
     #[test]
     fn a_target_field_is_met() {
         let shape = icosphere::<f64>(4);
-        let wanted = shape.positions.map(|p| 1.0 + 3.0 * (25.0 * p.z).sin());
+        let wanted = shape.positions().map(|p| 1.0 + 3.0 * (25.0 * p.z).sin());
         let x = edited(&shape, &TargetCurvature::new(&shape.surface(), &wanted));
         let now = mean_curvatures(&shape.surface().with_positions(&x));
         let pairs = || {
@@ -247,26 +240,20 @@ mod tests {
         let (small, large) = (icosphere::<f64>(1), icosphere::<f64>(2));
         let edit = TransferredCurvature::from(&small.surface());
         let options = DetailOptions::default();
-        let result = edit_detail(
-            &large.mesh,
-            &large.positions,
-            &Handles::new(),
-            &edit,
-            &options,
-        );
+        let result = edit_detail(large.surface(), &Handles::new(), &edit, &options);
         assert!(matches!(result, Err(Error::FieldLength { len: 42, .. })));
     }
 
     /// A bar, one of whose triangles has a further vertex on a side, raised by `height`: the
     /// face that closes the gap to the neighbour has next to no area.
-    fn bar_with_a_cap(height: f64) -> Shape<f64> {
+    fn bar_with_a_cap(height: f64) -> Mesh<f64> {
         let clean = bar::<f64>([4.0, 1.0, 1.0], [16, 4, 4]);
         let mut faces: Vec<[usize; 3]> = clean
-            .mesh
+            .connectivity()
             .faces()
-            .map(|f| clean.mesh.triangle(f).map(|v| v.index()))
+            .map(|f| clean.connectivity().triangle(f).map(|v| v.index()))
             .collect();
-        let mut positions: Vec<Point3<f64>> = clean.positions.values().copied().collect();
+        let mut positions: Vec<Point3<f64>> = clean.positions().values().copied().collect();
         let middle = faces.len() / 2;
         let [a, b, c] = faces[middle];
         let away = (positions[b] - positions[a]).cross(&(positions[c] - positions[a]));
@@ -276,15 +263,16 @@ mod tests {
         faces[middle] = [a, m, c];
         faces.extend([[m, b, c], [a, b, m]]);
         let triangles: Vec<[u32; 3]> = faces.iter().map(|f| f.map(|v| v as u32)).collect();
-        Shape {
-            mesh: HalfedgeMesh::from_faces(positions.len(), &triangles).expect("a surface"),
-            positions: Positions::from_vec(positions),
-        }
+        Mesh::new(
+            HalfedgeMesh::from_faces(positions.len(), &triangles).expect("a surface"),
+            Positions::from_vec(positions),
+        )
+        .unwrap()
     }
 
     /// The plate of a CAD program: an ellipse whose rim is cut into a fan from one of its
     /// vertices, with angles up to 179.9 degrees, and the same below.
-    fn plate(n: u32) -> Shape<f64> {
+    fn plate(n: u32) -> Mesh<f64> {
         let rim = |z: f64| {
             (0..n).map(move |k| {
                 let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / f64::from(n)).sin_cos();
@@ -298,13 +286,14 @@ mod tests {
             [[a, b, n + b], [a, n + b, n + a]]
         });
         let triangles: Vec<[u32; 3]> = fan.chain(wall).collect();
-        Shape {
-            mesh: HalfedgeMesh::from_faces(2 * n as usize, &triangles).expect("a surface"),
+        Mesh::new(
+            HalfedgeMesh::from_faces(2 * n as usize, &triangles).expect("a surface"),
             positions,
-        }
+        )
+        .unwrap()
     }
 
-    fn all_edits(shape: &Shape<f64>) -> Vec<Box<dyn CurvatureEdit>> {
+    fn all_edits(shape: &Mesh<f64>) -> Vec<Box<dyn CurvatureEdit>> {
         let surface = shape.surface();
         let mut edits: Vec<Box<dyn CurvatureEdit>> = Vec::new();
         for factor in [0.0, 1.5, 2.5] {
@@ -330,7 +319,7 @@ mod tests {
             let capped = bar_with_a_cap(height);
             for factor in [0.0, 1.5, 2.0] {
                 let [x, y] = [&clean, &capped].map(|s| edited(s, &ScaledCurvature::by(factor)));
-                let moved = |x: &Positions<f64>, s: &Shape<f64>| farthest(x, &s.positions);
+                let moved = |x: &Positions<f64>, s: &Mesh<f64>| farthest(x, s.positions());
                 let (of_clean, of_capped) = (moved(&x, &clean), moved(&y, &capped));
                 assert!(
                     (of_capped / of_clean - 1.0).abs() < 0.05,
@@ -356,7 +345,7 @@ mod tests {
         ] {
             for (k, edit) in all_edits(&shape).iter().enumerate() {
                 let x = edited(&shape, edit);
-                let moved = farthest(&x, &shape.positions);
+                let moved = farthest(&x, shape.positions());
                 let size = bounding_box(&shape.surface()).longest_side();
                 assert!(moved < 0.1 * size, "edit {k}: {moved}");
                 let folded = folded_faces(&shape.surface(), &x).expect("positions that fit");
@@ -386,8 +375,8 @@ mod tests {
                 ];
                 for edit in edits {
                     let none = Handles::new();
-                    let x = edit_detail(&shape.mesh, &shape.positions, &none, &edit, &options);
-                    assert_eq!(x.expect("an edit"), shape.positions);
+                    let x = edit_detail(shape.surface(), &none, &edit, &options);
+                    assert_eq!(&x.expect("an edit"), shape.positions());
                 }
             }
         }

@@ -16,13 +16,12 @@ use super::{CurvatureEdit, CurvatureField};
 /// let shape = cotan::shapes::bumpy_plane::<f64>([4.0, 4.0], [32, 32], 0.1);
 /// let curved = |x| mean_curvature_rms(&shape.surface().with_positions(x));
 /// let faded = edit_detail(
-///     &shape.mesh,
-///     &shape.positions,
+///     shape.surface(),
 ///     &Handles::new(),
 ///     &ScaledCurvature::by(0.5),
 ///     &DetailOptions::default(),
 /// )?;
-/// assert!(curved(&faded) < curved(&shape.positions));
+/// assert!(curved(&faded) < curved(shape.positions()));
 /// # Ok::<(), cotan::Error>(())
 /// ```
 #[derive(Clone, Copy, PartialEq, Debug)]

@@ -14,10 +14,10 @@ use crate::error::Error;
 ///
 /// // Ripples around a sphere of radius 1.
 /// let shape = cotan::shapes::icosphere::<f64>(3);
-/// let wanted = shape.positions.map(|p| 1.0 + 2.0 * (20.0 * p.z).sin());
+/// let wanted = shape.positions().map(|p| 1.0 + 2.0 * (20.0 * p.z).sin());
 /// let edit = TargetCurvature::new(&shape.surface(), &wanted);
 /// let rippled =
-///     edit_detail(&shape.mesh, &shape.positions, &Handles::new(), &edit, &DetailOptions::default())?;
+///     edit_detail(&shape, &Handles::new(), &edit, &DetailOptions::default())?;
 /// let now = mean_curvatures(&shape.surface().with_positions(&rippled));
 /// let product: f64 = now.values().zip(wanted.values()).map(|(a, b)| (a - 1.0) * (b - 1.0)).sum();
 /// assert!(product > 0.0);

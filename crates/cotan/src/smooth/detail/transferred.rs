@@ -20,7 +20,7 @@ use crate::smooth::measure::mollified_mean_curvatures;
 /// let rough = with_normal_noise(&smooth.surface(), 0.01, 1);
 /// let edit = TransferredCurvature::from(&smooth.surface().with_positions(&rough));
 /// let edited =
-///     edit_detail(&smooth.mesh, &smooth.positions, &Handles::new(), &edit, &DetailOptions::default())?;
+///     edit_detail(&smooth, &Handles::new(), &edit, &DetailOptions::default())?;
 /// assert!(edited.values().any(|p| (p.coords.norm() - 1.0).abs() > 0.005));
 /// # Ok::<(), cotan::Error>(())
 /// ```

@@ -40,22 +40,22 @@ proptest! {
 
     #[test]
     fn blobs_keep_their_areas(shape in blobs()) {
-        let sphere = check::<f64>(&shape.mesh, &shape.positions, 1.0);
-        let map = SphereMap::new(&shape.mesh, sphere).expect("valid");
+        let sphere = check::<f64>(shape.connectivity(), shape.positions(), 1.0);
+        let map = SphereMap::new(shape.connectivity(), sphere).expect("valid");
         let surface = shape.surface();
         let total = cotan_geometry::surface_area(&surface);
         let log = |f: FaceId| {
             let share = cotan_geometry::face_area_vector(&surface, f).norm() / total;
             share * (map.solid_angle(f) / (4.0 * std::f64::consts::PI) / share).ln().abs()
         };
-        prop_assert!(shape.mesh.faces().map(log).sum::<f64>() < 0.1);
+        prop_assert!(shape.connectivity().faces().map(log).sum::<f64>() < 0.1);
     }
 }
 
 #[test]
 fn a_tetrahedron_becomes_a_regular_one() {
     let shape = tetrahedron::<f64>();
-    let sphere = check::<f64>(&shape.mesh, &shape.positions, 0.5);
+    let sphere = check::<f64>(shape.connectivity(), shape.positions(), 0.5);
     let dots = sphere
         .values()
         .map(|p| p.coords.dot(&sphere[VertexId::new(0)].coords));
@@ -70,15 +70,15 @@ fn needles_pinched_dumbbells_and_creatures_are_embedded() {
         Point3::new(p.x * waist, p.y * waist, p.z)
     };
     let ball = icosphere::<f64>(4);
-    for positions in [ball.positions.map(needle), ball.positions.map(dumbbell)] {
+    for positions in [ball.positions().map(needle), ball.positions().map(dumbbell)] {
         for balance in [0.0, 1.0] {
-            check::<f64>(&ball.mesh, &positions, balance);
-            check::<f32>(&ball.mesh, &positions, balance);
+            check::<f64>(ball.connectivity(), &positions, balance);
+            check::<f32>(ball.connectivity(), &positions, balance);
         }
     }
     let creature = creature::<f64>(40);
-    check::<f64>(&creature.mesh, &creature.positions, 0.0);
-    check::<f32>(&creature.mesh, &creature.positions, 1.0);
+    check::<f64>(creature.connectivity(), creature.positions(), 0.0);
+    check::<f32>(creature.connectivity(), creature.positions(), 1.0);
 }
 
 #[test]
@@ -107,7 +107,7 @@ fn the_number_of_threads_changes_nothing() {
             .num_threads(threads)
             .build()
             .expect("threads");
-        pool.install(|| embed::<f64>(&shape.mesh, &shape.positions, 0.7))
+        pool.install(|| embed::<f64>(shape.connectivity(), shape.positions(), 0.7))
             .expect("an embedding")
     };
     assert_eq!(with(1), with(3));

@@ -30,7 +30,12 @@ fn a_handle_is_dragged(place: &Place, count: usize) {
             Matrix4::new_translation(&way),
         );
     let mesh = place.surface.mesh();
-    let job = deform(mesh, place.surface.positions(), &handles, &editor_options()).unwrap();
+    let job = deform(
+        cotan::Surface::assume_checked(mesh, place.surface.positions()),
+        &handles,
+        &editor_options(),
+    )
+    .unwrap();
     // Two points hold no shape: it may turn about the line through them, and how far it has, depends on
     // the way that the pointer took.
     let axis = (count == 1).then(|| [place.document.positions()[fixed[0]], at]);

@@ -27,7 +27,12 @@ fn smoothing_and_the_sphere_are_the_librarys_and_are_undone() {
     let mesh = place.surface.mesh();
     let positions = place.surface.positions();
     let options = SmoothOptions::default();
-    let job = smooth(mesh, positions, &Handles::new(), &options).unwrap();
+    let job = smooth(
+        cotan::Surface::assume_checked(mesh, positions),
+        &Handles::new(),
+        &options,
+    )
+    .unwrap();
     // The same bits: the file says every digit.
     assert_eq!(place.distance(&place.mesh, &job.positions, None), 0.0);
 

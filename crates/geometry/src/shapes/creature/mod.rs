@@ -10,7 +10,8 @@ mod relax;
 use cotan_halfedge::{HalfedgeMesh, VertexId};
 use nalgebra::Point3;
 
-use super::Shape;
+use super::connect;
+use crate::mesh::Mesh;
 use crate::scalar::Scalar;
 use field::Field;
 use flips::{Goal, flip_edges, remove_valence_three};
@@ -39,18 +40,18 @@ pub const CREATURE_RESOLUTION: usize = 95;
 /// use cotan_geometry::{creature, creature_regions};
 /// let shape = creature::<f32>(64);
 /// let head = creature_regions::<f32>().into_iter().find(|region| region.name == "head");
-/// let handle = head.map(|region| region.vertices(&shape.positions)).unwrap_or_default();
+/// let handle = head.map(|region| region.vertices(shape.positions())).unwrap_or_default();
 /// assert!(handle.len() > 100);
 /// ```
 #[must_use]
-pub fn creature<T: Scalar>(resolution: usize) -> Shape<T> {
+pub fn creature<T: Scalar>(resolution: usize) -> Mesh<T> {
     let field = Field::new(parts::cones());
     let mut resolution = resolution.clamp(MIN_RESOLUTION, MAX_RESOLUTION);
     // Every grid in this range succeeds at once. A change of the parts may close a gap on some
     // grid; the next finer one opens it.
     loop {
         if let Some((points, faces)) = polygonize(&field, resolution) {
-            return Shape::connect(&points, &faces);
+            return connect(&points, &faces);
         }
         resolution += 1;
     }
@@ -123,7 +124,7 @@ mod tests {
     #[test]
     fn the_default_is_a_sphere_with_good_triangles() {
         let shape = creature::<f64>(CREATURE_RESOLUTION);
-        let (mesh, surface) = (&shape.mesh, shape.surface());
+        let (mesh, surface) = (shape.connectivity(), shape.surface());
         assert!((8_000..15_000).contains(&mesh.num_vertices()));
         assert_eq!(mesh.num_vertices() + mesh.num_faces(), mesh.num_edges() + 2);
         assert!(is_connected(mesh));
@@ -151,7 +152,7 @@ mod tests {
     fn every_vertex_lies_on_the_surface() {
         let field = Field::new(parts::cones());
         let cell = 2.7 / MIN_RESOLUTION as f64;
-        for p in creature::<f64>(MIN_RESOLUTION).positions.values() {
+        for p in creature::<f64>(MIN_RESOLUTION).positions().values() {
             assert!(
                 field.value(p).abs() < 0.01 * cell,
                 "{p}: {}",

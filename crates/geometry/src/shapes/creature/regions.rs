@@ -67,9 +67,9 @@ mod tests {
     #[test]
     fn regions_are_disjoint_connected_parts() {
         let shape = creature::<f64>(CREATURE_RESOLUTION);
-        let mut owner = vec![None; shape.mesh.num_vertices()];
+        let mut owner = vec![None; shape.num_vertices()];
         for region in creature_regions::<f64>() {
-            let part = region.vertices(&shape.positions);
+            let part = region.vertices(shape.positions());
             assert!(part.len() > 100, "{}: {}", region.name, part.len());
             for v in &part {
                 let before = owner[v.index()].replace(region.name);
@@ -79,7 +79,7 @@ mod tests {
             let mut reached = std::collections::BTreeSet::new();
             while let Some(v) = stack.pop() {
                 if owner[v.index()] == Some(region.name) && reached.insert(v) {
-                    stack.extend(shape.mesh.one_ring(v));
+                    stack.extend(shape.connectivity().one_ring(v));
                 }
             }
             assert_eq!(reached.len(), part.len(), "{} is in pieces", region.name);
