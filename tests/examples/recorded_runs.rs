@@ -17,7 +17,7 @@ use cotan::smooth::{
     DetailOptions, ScaledCurvature, SmoothMethod, SmoothOptions, edit_detail, smooth,
 };
 use cotan::sphere::{SphereMethod, SphereOptions, spherical};
-use cotan_geometry::shapes::{Shape, bar, creature, torus};
+use cotan_geometry::shapes::{bar, creature, torus};
 
 fn main() {
     record("bar", &bar::<f64>([4.0, 1.0, 1.0], [24, 6, 6]));
@@ -25,26 +25,25 @@ fn main() {
     record("creature", &creature::<f64>(40));
     for name in ["spot.obj", "fandisk.obj", "dinosaur.obj", "camelhead.off"] {
         if let Some(model) = cotan_tests::model(name) {
-            let shape = Shape {
-                mesh: model.mesh().clone(),
-                positions: model.positions().clone(),
-            };
+            let shape = Mesh::assume_checked(model.mesh().clone(), model.positions().clone());
             record(name, &shape);
         }
     }
 }
 
-fn record(name: &str, shape: &Shape<f64>) {
-    record_in(&format!("{name} f64"), &shape.mesh, &shape.positions);
-    let single = shape.positions.map(|p| p.map(|x| x as f32));
-    record_in(&format!("{name} f32"), &shape.mesh, &single);
+fn record(name: &str, shape: &Mesh<f64>) {
+    record_in(&format!("{name} f64"), shape.surface());
+    let single = shape.positions().map(|p| p.map(|x| x as f32));
+    let single = Surface::assume_checked(shape.connectivity(), &single);
+    record_in(&format!("{name} f32"), single);
 }
 
-fn record_in<T: Scalar>(name: &str, mesh: &HalfedgeMesh, positions: &Positions<T>) {
+fn record_in<T: Scalar>(name: &str, surface: Surface<'_, T>) {
+    let positions = surface.positions();
     for (options_name, options) in deformations() {
         for (handles_name, handles) in [("points", points(positions)), ("ends", ends(positions))] {
-            let run = deform(mesh, positions, &handles, &options)
-                .map(|d| (d.positions, d.report.iterations));
+            let run =
+                deform(surface, &handles, &options).map(|d| (d.positions, d.report.iterations));
             print_line(name, &format!("deform {options_name} {handles_name}"), run);
         }
     }
@@ -52,7 +51,7 @@ fn record_in<T: Scalar>(name: &str, mesh: &HalfedgeMesh, positions: &Positions<T
         iteration_limit: 40,
         ..DeformOptions::default()
     };
-    let run = reconstruct(mesh, positions, &ends(positions), &options)
+    let run = reconstruct(surface, &ends(positions), &options)
         .map(|d| (d.positions, d.report.iterations));
     print_line(name, "reconstruct", run);
     for method in SmoothMethod::ALL {
@@ -60,17 +59,16 @@ fn record_in<T: Scalar>(name: &str, mesh: &HalfedgeMesh, positions: &Positions<T
             method: *method,
             ..SmoothOptions::default()
         };
-        let run =
-            smooth(mesh, positions, &Handles::new(), &options).map(|s| (s.positions, s.iterations));
+        let run = smooth(surface, &Handles::new(), &options).map(|s| (s.positions, s.iterations));
         print_line(name, &format!("smooth {}", method.name()), run);
     }
     let edit = ScaledCurvature::by(1.5);
     let options = DetailOptions::default();
-    let run = edit_detail(mesh, positions, &Handles::new(), &edit, &options)
+    let run = edit_detail(surface, &Handles::new(), &edit, &options)
         .map(|positions| (positions, options.iterations));
     print_line(name, "detail", run);
     for (options_name, options) in spheres() {
-        let run = spherical(mesh, positions, &options).map(|s| {
+        let run = spherical(surface, &options).map(|s| {
             let iterations = s.report.iterations;
             (s.map.into_positions(), iterations)
         });

@@ -52,7 +52,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let tip = shape.surface().vertices_where(|p| p.x > 1.99)[0];
     let mut handles = Handles::new().fix(feet);
     let hand = handles.push([tip], Motion::Stay, Hold::Hard);
-    let flow = Flow::builder(&shape.mesh, &shape.positions).scheme(Grain);
+    let flow = Flow::builder(shape.connectivity(), shape.positions()).scheme(Grain);
     let flow = flow.updater(Softer).orientation(Limited::new());
     let session = Session::from_flow(flow, &handles)?;
     let mut creature = Creature { session, hand };
@@ -68,7 +68,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Ok::<_, Error>(())
     });
     for frame in 1..=5 {
-        goal.send(shape.positions[tip] + Vector3::y() * (0.2 * f64::from(frame)))?;
+        goal.send(shape.positions()[tip] + Vector3::y() * (0.2 * f64::from(frame)))?;
         println!("frame {frame}: the tip is at {:.2}", shapes.recv()?[tip]);
     }
     drop(goal);

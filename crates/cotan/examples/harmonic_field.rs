@@ -13,7 +13,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let operator = Operator::assemble(&Cotangent::default(), &surface)?;
 
     // Both caps are fixed at the values of a linear function.
-    let exact = shape.positions.map(|p| 0.5 * (p.z + 1.0));
+    let exact = shape.positions().map(|p| 0.5 * (p.z + 1.0));
     let caps = surface.vertices_where(|p| p.z.abs() > 1.0 - 1e-9);
     let system = LinearSystem::poisson(&operator, &caps)?;
     let mut given = VertexMap::filled(exact.len(), 0.0);

@@ -17,14 +17,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let time = mean_edge_length(&surface).powi(2);
     let masses = dual_areas(&surface).map(|area| 2.0 * area / time);
-    let mut heat = VertexMap::filled(ball.positions.len(), 0.0);
+    let mut heat = VertexMap::filled(ball.positions().len(), 0.0);
     heat[source] = 1.0;
     let heat = LinearSystem::screened(&operator, masses.as_slice(), &[])?.solve(&heat);
 
-    let mut divergence = VertexMap::filled(ball.positions.len(), 0.0);
-    for f in ball.mesh.faces() {
-        let (v, normal) = (ball.mesh.triangle(f), face_area_vector(&surface, f));
-        let p = v.map(|v| ball.positions[v]);
+    let mut divergence = VertexMap::filled(ball.positions().len(), 0.0);
+    for f in ball.connectivity().faces() {
+        let (v, normal) = (
+            ball.connectivity().triangle(f),
+            face_area_vector(&surface, f),
+        );
+        let p = v.map(|v| ball.positions()[v]);
         let cot = triangle_cotangents(&p[0], &p[1], &p[2]);
         let edge = |from: usize, to: usize| p[to % 3] - p[from % 3];
         let slope = |k: usize| normal.cross(&edge(k + 1, k + 2)) * heat[v[k]];
@@ -40,8 +43,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let distances = LinearSystem::poisson(&operator, &[source])?.solve(&given);
 
     // On a unit sphere the distance is the angle.
-    let pole = ball.positions[source].coords;
-    let angle = |v| ball.positions[v].coords.angle(&pole);
+    let pole = ball.positions()[source].coords;
+    let angle = |v| ball.positions()[v].coords.angle(&pole);
     let errors = distances.iter().map(|(v, d)| (d - angle(v)).abs());
     let mean = errors.sum::<f64>() / distances.len() as f64;
     println!("distances on a unit sphere: mean error {mean:.4}");

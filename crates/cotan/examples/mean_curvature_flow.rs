@@ -29,14 +29,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 system
             }
         };
-        let mut x = VertexMap::from_fn(masses.len(), |v| ball.positions[v].coords * masses[v]);
+        let mut x = VertexMap::from_fn(masses.len(), |v| ball.positions()[v].coords * masses[v]);
         system.solve_in_place(&mut x);
-        ball.positions = x.map(|x| Point3::from(*x));
+        ball = ball.with_positions(x.map(|x| Point3::from(*x)))?;
     }
     let time = TIME_STEP * STEPS as f64;
     let exact = (1.0 - 4.0 * time).sqrt();
-    let norms = ball.positions.values().map(|p| p.coords.norm());
-    let radius = norms.sum::<f64>() / ball.positions.len() as f64;
+    let norms = ball.positions().values().map(|p| p.coords.norm());
+    let radius = norms.sum::<f64>() / ball.positions().len() as f64;
     println!("radius after a time of {time:.1}: {radius:.4}, exactly {exact:.4}");
     assert!((radius - exact).abs() < 0.01);
     Ok(())

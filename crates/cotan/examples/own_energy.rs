@@ -43,9 +43,9 @@ impl LocalGlobal<f64> for OneRotation {
 fn main() -> Result<(), cotan::Error> {
     let shape = cotan::shapes::torus::<f64>(1.0, 0.4, 48, 24);
     let turn = Isometry3::rotation(Vector3::new(0.4, 1.1, -0.3));
-    let turned = |v| turn * shape.positions[v];
-    let few = shape.mesh.vertices().step_by(200);
-    let mut flow = Flow::builder(&shape.mesh, &shape.positions)
+    let turned = |v| turn * shape.positions()[v];
+    let few = shape.connectivity().vertices().step_by(200);
+    let mut flow = Flow::builder(shape.connectivity(), shape.positions())
         .handles(few.map(|v| (Handle::hard(v), turned(v))))
         .energy(OneRotation)
         .tolerance(1e-9)

@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let ends = shape.surface().vertices_where(|p| p.x.abs() > 2.99);
     let turn = Isometry3::rotation(Vector3::z() * 0.8);
     let handles = ends.iter().map(|&v| {
-        let p = shape.positions[v];
+        let p = shape.positions()[v];
         (Handle::hard(v), if p.x > 0.0 { turn * p } else { p })
     });
     let rules: [(&str, Box<dyn Orientation<f64>>); 3] = [
@@ -45,7 +45,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ),
     ];
     for (name, rule) in rules {
-        let builder = Flow::builder(&shape.mesh, &shape.positions).handles(handles.clone());
+        let builder =
+            Flow::builder(shape.connectivity(), shape.positions()).handles(handles.clone());
         let mut flow = builder.orientation(rule).build()?;
         let report = flow.run_to_end()?;
         println!(

@@ -90,11 +90,11 @@ mod tests {
     fn there_and_back_is_the_identity_and_the_longest_side_is_one() {
         let shape = torus::<f64>(3.0, 1.0, 12, 9);
         let units = BoxUnits::of(&shape.surface()).unwrap();
-        let boxed = units.to_box_all(&shape.positions);
+        let boxed = units.to_box_all(shape.positions());
         let bounds = bounding_box(&shape.surface().with_positions(&boxed));
         assert_eq!(bounds.min, Point3::origin());
         assert!((bounds.longest_side() - 1.0).abs() < 1e-15);
-        for (p, q) in shape.positions.values().zip(boxed.values()) {
+        for (p, q) in shape.positions().values().zip(boxed.values()) {
             assert!((units.from_box(*q) - p).norm() < 1e-14);
             let step = units.vector_to_box(p - units.corner());
             assert!((step - q.coords).norm() < 1e-15);

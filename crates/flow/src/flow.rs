@@ -309,7 +309,7 @@ const UNMOVED: f64 = 4.0;
 #[cfg(test)]
 pub(crate) mod tests {
     use cotan_geometry::shapes::icosphere;
-    use cotan_geometry::{Shape, volume};
+    use cotan_geometry::{Mesh, volume};
     use cotan_halfedge::VertexMap;
     use nalgebra::Vector3;
 
@@ -317,14 +317,14 @@ pub(crate) mod tests {
     use crate::{Acceleration, FlowState, Limited, ScalarFieldUpdater};
 
     /// The lowest vertices held, the highest pulled by half a radius.
-    pub(crate) fn handles(shape: &Shape<f64>) -> Vec<(Handle, Point3<f64>)> {
+    pub(crate) fn handles(shape: &Mesh<f64>) -> Vec<(Handle, Point3<f64>)> {
         let surface = shape.surface();
         let low = surface.vertices_where(|p| p.z < -0.8);
         let high = surface.vertices_where(|p| p.z > 0.9);
         let hard = |v: &VertexId, lift| {
             (
                 Handle::hard(*v),
-                shape.positions[*v] + Vector3::new(0.0, 0.0, lift),
+                shape.positions()[*v] + Vector3::new(0.0, 0.0, lift),
             )
         };
         low.iter()
@@ -337,8 +337,8 @@ pub(crate) mod tests {
         cotan_parallel::max(a.len(), |i| (a.as_slice()[i] - b.as_slice()[i]).norm())
     }
 
-    pub(crate) fn build(shape: &Shape<f64>) -> FlowBuilder<f64> {
-        Flow::builder(&shape.mesh, &shape.positions).handles(handles(shape))
+    pub(crate) fn build(shape: &Mesh<f64>) -> FlowBuilder<f64> {
+        Flow::builder(shape.connectivity(), shape.positions()).handles(handles(shape))
     }
 
     #[test]
@@ -372,7 +372,7 @@ pub(crate) mod tests {
     fn a_vertex_with_ratio_zero_stays() {
         let shape = icosphere::<f64>(2);
         let still = shape.surface().vertices_where(|p| p.z.abs() < 0.05);
-        let mut ratios = VertexMap::filled(shape.positions.len(), 1.0);
+        let mut ratios = VertexMap::filled(shape.positions().len(), 1.0);
         still.iter().for_each(|v| ratios[*v] = 0.0);
         let mut flow = build(&shape)
             .orientation(Limited::new())
@@ -382,8 +382,8 @@ pub(crate) mod tests {
         let report = flow.run_to_end().unwrap();
         assert_eq!(report.stop, StopReason::Converged);
         let now = flow.positions();
-        assert!(still.iter().all(|v| now[*v] == shape.positions[*v]));
-        assert!(farthest(&now, &shape.positions) > 0.1);
+        assert!(still.iter().all(|v| now[*v] == shape.positions()[*v]));
+        assert!(farthest(&now, shape.positions()) > 0.1);
     }
 
     #[test]
@@ -410,13 +410,13 @@ pub(crate) mod tests {
         let original: Vec<Point3<f64>> = flow
             .handles()
             .iter()
-            .map(|h| shape.positions[h.vertex])
+            .map(|h| shape.positions()[h.vertex])
             .collect();
         flow.set_targets(&original).unwrap();
         let report = flow.run(|_, _| ControlFlow::Continue(())).unwrap();
         assert_eq!(report.stop, StopReason::Converged);
         assert_eq!(flow.system().factor_entries(), entries);
-        assert!(farthest(&flow.positions(), &shape.positions) < 5e-3);
+        assert!(farthest(&flow.positions(), shape.positions()) < 5e-3);
 
         let free = shape.surface().vertices_where(|p| p.z.abs() < 0.05)[0];
         let error = flow.move_handles(&[(free, Point3::origin())]).unwrap_err();
@@ -431,9 +431,9 @@ pub(crate) mod tests {
         let shape = icosphere::<f64>(2);
         let corners = [0, 1, 2, 5].map(|i| {
             let v = VertexId::new(i);
-            (Handle::hard(v), shape.positions[v])
+            (Handle::hard(v), shape.positions()[v])
         });
-        let mut flow = Flow::builder(&shape.mesh, &shape.positions)
+        let mut flow = Flow::builder(shape.connectivity(), shape.positions())
             .handles(corners)
             .start(Start::Zero)
             .orientation(crate::ReflectFirst::new(10))
@@ -444,7 +444,7 @@ pub(crate) mod tests {
         assert!(first.change > 0.05, "the first solve collapses the shape");
         let report = flow.run(|_, _| ControlFlow::Continue(())).unwrap();
         assert_eq!(report.stop, StopReason::Converged);
-        assert!(farthest(&flow.positions(), &shape.positions) < 1e-4);
+        assert!(farthest(&flow.positions(), shape.positions()) < 1e-4);
     }
 
     /// The default energy would pull against the field of an updater: somebody has to choose.
@@ -471,8 +471,8 @@ pub(crate) mod tests {
         let shape = icosphere::<f64>(2);
         let rest = Arc::new(
             Rest::new(
-                &shape.mesh,
-                &shape.positions,
+                shape.connectivity(),
+                shape.positions(),
                 cotan_laplacian::Cotangent::default(),
             )
             .unwrap(),
@@ -537,9 +537,9 @@ pub(crate) mod tests {
         let held = shape.surface().vertices_where(|p| p.z < 0.0);
         let held: Vec<_> = held
             .into_iter()
-            .map(|v| (Handle::hard(v), shape.positions[v]))
+            .map(|v| (Handle::hard(v), shape.positions()[v]))
             .collect();
-        let mut flow = Flow::builder(&shape.mesh, &shape.positions)
+        let mut flow = Flow::builder(shape.connectivity(), shape.positions())
             .handles(held)
             .updater(Halve)
             .orientation(Limited::new())

@@ -105,9 +105,13 @@ mod tests {
         let shape = torus::<f64>(1.0, 0.4, 12, 7);
         for is_cotangent in [true, false] {
             let rest = if is_cotangent {
-                Rest::new(&shape.mesh, &shape.positions, Cotangent::default())
+                Rest::new(
+                    shape.connectivity(),
+                    shape.positions(),
+                    Cotangent::default(),
+                )
             } else {
-                Rest::new(&shape.mesh, &shape.positions, Tutte)
+                Rest::new(shape.connectivity(), shape.positions(), Tutte)
             };
             let rest = rest.unwrap();
             let mut current = Current::new(rest.positions().clone());
@@ -130,7 +134,7 @@ mod tests {
                 let operator = operator.unwrap();
                 let (areas, normals) = (one_ring_areas(&surface), vertex_normals(&surface));
                 let laplacian = state.laplacian().unwrap();
-                for v in shape.mesh.vertices() {
+                for v in shape.connectivity().vertices() {
                     let ell = operator.apply_at(state.positions(), v.index());
                     assert!((laplacian[v] - ell).norm() < 1e-12);
                     let ell = rest.operator().apply_at(state.positions(), v.index());
@@ -145,10 +149,15 @@ mod tests {
     #[test]
     fn several_threads_may_ask_at_once() {
         let shape = torus::<f64>(1.0, 0.4, 40, 30);
-        let rest = Rest::new(&shape.mesh, &shape.positions, Cotangent::default()).unwrap();
+        let rest = Rest::new(
+            shape.connectivity(),
+            shape.positions(),
+            Cotangent::default(),
+        )
+        .unwrap();
         let current = Current::new(rest.positions().clone());
         let state = FlowState::new(&rest, &current, 0, None);
-        let n = shape.positions.len();
+        let n = shape.positions().len();
         let lengths = cotan_parallel::filled(n, |i| {
             let laplacian = state.laplacian().unwrap().as_slice();
             laplacian[i].norm() + state.normals().as_slice()[i].norm()

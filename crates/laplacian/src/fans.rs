@@ -177,22 +177,22 @@ mod tests {
         #[test]
         fn one_pass_measures_what_loops_over_triangles_measure(shape in surfaces()) {
             let surface = shape.surface();
-            let (mesh, n) = (&shape.mesh, shape.positions.len());
+            let (mesh, n) = (shape.connectivity(), shape.positions().len());
             let rings = Arc::new(OneRings::new(mesh));
             let fans = Fans::new(mesh, rings.clone());
             let scheme = Cotangent::default();
             let zeros = || VertexMap::filled(n, Vector3::zeros());
             let (mut laplacian, mut sums) = (zeros(), FanSums::default());
             fans.areas_and_cotangent_laplacian(
-                &shape.positions, scheme.area_floor, &mut laplacian, &mut sums,
+                shape.positions(), scheme.area_floor, &mut laplacian, &mut sums,
             );
             let mut alone = FanSums::default();
-            fans.areas(&shape.positions, &mut alone);
+            fans.areas(shape.positions(), &mut alone);
             prop_assert_eq!(&alone, &sums);
             let mut weights = HalfedgeMap::filled(mesh.num_halfedges(), 0.0);
             scheme.weights(&surface, &mut weights)?;
             let mut expected = zeros();
-            apply_weights(&rings, &weights, &shape.positions, &mut expected);
+            apply_weights(&rings, &weights, shape.positions(), &mut expected);
             let by_face = one_ring_areas(&surface);
             let vectors_by_face = vertex_area_vectors(&surface);
             let largest = weights.values().fold(1.0f64, |m, w| m.max(w.abs()));

@@ -152,7 +152,7 @@ mod tests {
     proptest! {
         #[test]
         fn the_pairs_of_a_mesh_are_its_one_rings(shape in surfaces()) {
-            let mesh = &shape.mesh;
+            let mesh = shape.connectivity();
             let pairs: Vec<[RowId; 2]> = mesh
                 .edges()
                 .map(|e| mesh.edge_vertices(e).map(RowId::from))

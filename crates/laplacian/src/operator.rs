@@ -162,7 +162,7 @@ impl<T: Scalar> Operator<T> {
     /// The operator as a sparse matrix: **−L**, with Σ_j w_ij on the diagonal and −w_ij beside it,
     /// so that it is positive semi-definite for the cotangent scheme.
     ///
-    /// **Shape**: n × n, row and column = vertex number, columns ascending. Every row sums to
+    /// **Mesh**: n × n, row and column = vertex number, columns ascending. Every row sums to
     /// exactly zero.
     ///
     /// # Panics
@@ -410,7 +410,7 @@ mod tests {
     #[test]
     fn a_graph_may_have_pairs_that_are_no_edges() {
         let shape = cotan_geometry::shapes::icosphere::<f64>(1);
-        let n = shape.positions.len();
+        let n = shape.positions().len();
         let one = Operator::assemble(&Cotangent::default(), &shape.surface()).unwrap();
         let mut pairs = Vec::new();
         for i in 0..n {
@@ -433,11 +433,11 @@ mod tests {
         let x: Positions<f64> = shape
             .positions
             .values()
-            .chain(shape.positions.values())
+            .chain(shape.positions().values())
             .copied()
             .collect();
         let ell = operator.apply_at(&x, 3);
-        let alone = one.apply_at(&shape.positions, 3);
+        let alone = one.apply_at(shape.positions(), 3);
         let further = (x.as_slice()[n + 5] - x.as_slice()[3]) * 0.5;
         assert!((ell - alone - further).norm() < 1e-14);
         let sums = &operator.matrix() * &DVector::from_element(2 * n, 1.0);

@@ -43,7 +43,7 @@ use crate::weights::Weights;
 /// let operator = Operator::assemble(&Cotangent::default(), &shape.surface())?;
 /// let [cold, hot] = [0, 1].map(VertexId::new);
 /// let system = LinearSystem::poisson(&operator, &[cold, hot])?;
-/// let mut given = VertexMap::filled(shape.positions.len(), 0.0);
+/// let mut given = VertexMap::filled(shape.positions().len(), 0.0);
 /// given[hot] = 1.0;
 /// let temperature = system.solve(&given);
 /// assert!(temperature.values().all(|t| (0.0..=1.0).contains(t)));
@@ -410,19 +410,19 @@ mod tests {
 
     use super::*;
 
-    fn operator(shape: &cotan_geometry::Shape<f64>) -> Operator<f64> {
+    fn operator(shape: &cotan_geometry::Mesh<f64>) -> Operator<f64> {
         Operator::assemble(&Cotangent::default(), &shape.surface()).unwrap()
     }
 
     #[test]
     fn the_solution_fulfils_the_equation_before_and_after_new_numbers() {
         let shape = icosphere::<f64>(3);
-        let n = shape.positions.len();
+        let n = shape.positions().len();
         let operator = operator(&shape);
         let mut diagonal: Vec<f64> = (0..n).map(|i| 1.0 + (i % 7) as f64).collect();
         let mut system = LinearSystem::screened(&operator, &diagonal, &[]).unwrap();
         for _ in 0..2 {
-            let rhs = shape.positions.map(|p| p.coords);
+            let rhs = shape.positions().map(|p| p.coords);
             let mut x = rhs.clone();
             system.solve_in_place(&mut x);
             let points = x.map(|x| Point3::from(*x));
@@ -440,7 +440,7 @@ mod tests {
     #[test]
     fn fixed_values_stay_and_all_ways_of_solving_agree() {
         let shape = torus::<f64>(1.0, 0.3, 20, 12);
-        let n = shape.positions.len();
+        let n = shape.positions().len();
         let uniform = Operator::assemble(&Uniform, &shape.surface()).unwrap();
         let cotangent = operator(&shape);
         let mut fixed: Vec<VertexId> = [3, 77, 150].map(VertexId::new).to_vec();

@@ -356,10 +356,10 @@ mod tests {
         let rests = [
             Rest::new(
                 shape.connectivity(),
-                &shape.positions(),
+                shape.positions(),
                 Cotangent::default(),
             ),
-            Rest::new(shape.connectivity(), &shape.positions(), Tutte),
+            Rest::new(shape.connectivity(), shape.positions(), Tutte),
         ];
         for rest in rests.map(Result::unwrap) {
             let mut hybrid = Hybrid::new(0.3);
