@@ -49,11 +49,9 @@ fn main() -> Result<(), Box<dyn Error>> {
             Some((Handle::hard(vertex), Point3::from(p.coords * factor)))
         })
         .collect();
-    let options = DeformOptions {
-        orientation,
-        system: SystemOptions::new().precision(precision),
-        ..DeformOptions::default()
-    };
+    let options = DeformOptions::default()
+        .orientation(orientation)
+        .system(SystemOptions::new().precision(precision));
     let mut flow = options
         .apply(Flow::builder(shape.connectivity(), shape.positions()))
         .handles(handles)

@@ -49,11 +49,9 @@ fn row(name: &str, clean: &Surface<'_, f64>, noisy: &Positions<f64>) {
     print!("| {name} | {:.2} |", error(noisy));
     let before = volume(&clean.with_positions(noisy));
     for (_, method, iterations) in COLUMNS {
-        let options = SmoothOptions {
-            method,
-            iterations,
-            ..SmoothOptions::default()
-        };
+        let options = SmoothOptions::default()
+            .method(method)
+            .iterations(iterations);
         let smoothed = smooth(
             Surface::assume_checked(clean.mesh(), noisy),
             &Handles::new(),
@@ -73,11 +71,9 @@ fn times() {
         let Some(mesh) = model(name) else { continue };
         for (label, method, _) in COLUMNS.iter().filter(|c| c.0 != "taubin 50") {
             let seconds = |iterations| {
-                let options = SmoothOptions {
-                    method: *method,
-                    iterations,
-                    ..SmoothOptions::default()
-                };
+                let options = SmoothOptions::default()
+                    .method(*method)
+                    .iterations(iterations);
                 let clock = Instant::now();
                 let result = smooth(mesh.surface(), &Handles::new(), &options);
                 result.expect("models smooth");

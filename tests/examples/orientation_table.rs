@@ -33,10 +33,7 @@ fn rows(case: &Case) {
         run(
             case,
             orientation.name(),
-            &DeformOptions {
-                orientation,
-                ..default.clone()
-            },
+            &default.clone().orientation(orientation),
         );
     }
     run(case, "the paper's settings", &DeformOptions::paper());
@@ -44,20 +41,16 @@ fn rows(case: &Case) {
     run(
         case,
         "hybrid, rescaled",
-        &DeformOptions {
-            detail_size,
-            ..default.clone()
-        },
+        &default.clone().detail_size(detail_size),
     );
     let limited = OrientationKind::Limited;
     run(
         case,
         "limited, rescaled",
-        &DeformOptions {
-            detail_size,
-            orientation: limited,
-            ..default.clone()
-        },
+        &default
+            .clone()
+            .detail_size(detail_size)
+            .orientation(limited),
     );
     if let Ok(folder) = std::env::var("RESULTS") {
         let stem = case

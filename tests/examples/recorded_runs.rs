@@ -47,18 +47,12 @@ fn record_in<T: Scalar>(name: &str, surface: Surface<'_, T>) {
             print_line(name, &format!("deform {options_name} {handles_name}"), run);
         }
     }
-    let options = DeformOptions {
-        iteration_limit: 40,
-        ..DeformOptions::default()
-    };
+    let options = DeformOptions::default().iteration_limit(40);
     let run = reconstruct(surface, &ends(positions), &options)
         .map(|d| (d.positions, d.report.iterations));
     print_line(name, "reconstruct", run);
     for method in SmoothMethod::ALL {
-        let options = SmoothOptions {
-            method: *method,
-            ..SmoothOptions::default()
-        };
+        let options = SmoothOptions::default().method(*method);
         let run = smooth(surface, &Handles::new(), &options).map(|s| (s.positions, s.iterations));
         print_line(name, &format!("smooth {}", method.name()), run);
     }
@@ -77,14 +71,8 @@ fn record_in<T: Scalar>(name: &str, surface: Surface<'_, T>) {
 }
 
 fn deformations() -> Vec<(&'static str, DeformOptions)> {
-    let of = |orientation| DeformOptions {
-        orientation,
-        ..DeformOptions::default()
-    };
-    let rescaled = DeformOptions {
-        detail_size: DetailSize::Rescale,
-        ..DeformOptions::default()
-    };
+    let of = |orientation| DeformOptions::default().orientation(orientation);
+    let rescaled = DeformOptions::default().detail_size(DetailSize::Rescale);
     vec![
         ("hybrid", DeformOptions::default()),
         ("hybrid rescaled", rescaled),
@@ -95,14 +83,8 @@ fn deformations() -> Vec<(&'static str, DeformOptions)> {
 }
 
 fn spheres() -> Vec<(&'static str, SphereOptions)> {
-    let authalic = SphereOptions {
-        authalic: 1.0,
-        ..SphereOptions::default()
-    };
-    let cmcf = SphereOptions {
-        method: SphereMethod::Cmcf,
-        ..SphereOptions::default()
-    };
+    let authalic = SphereOptions::default().authalic(1.0);
+    let cmcf = SphereOptions::default().method(SphereMethod::Cmcf);
     vec![
         ("robust", SphereOptions::default()),
         ("authalic", authalic),

@@ -21,10 +21,7 @@ fn main() {
     }
     println!("{} vertices, peak {}", positions.len(), peak());
     let clock = Instant::now();
-    let options = SphereOptions {
-        authalic,
-        ..SphereOptions::default()
-    };
+    let options = SphereOptions::default().authalic(authalic);
     let done = spherical(Surface::assume_checked(&mesh, &positions), &options).expect("a map");
     let seconds = clock.elapsed().as_secs_f64();
     println!("{seconds:.1} s, peak {}, {:?}", peak(), done.report);

@@ -39,10 +39,7 @@ fn row(name: &str, runs: usize) {
     let mesh = document.surface().expect("a model is a manifold");
     let (connectivity, positions) = (mesh.mesh(), mesh.positions());
     let robust = SphereOptions::default();
-    let cmcf = SphereOptions {
-        method: SphereMethod::Cmcf,
-        ..robust.clone()
-    };
+    let cmcf = robust.clone().method(SphereMethod::Cmcf);
     let mut times = [const { Vec::new() }; 4];
     for _ in 0..runs {
         times[0].push(seconds(|| unit(connectivity, positions)));

@@ -26,25 +26,16 @@ fn main() {
         let robust = SphereOptions::default();
         row(name, "robust cotangent", &mesh, &robust);
         row_as::<f32>(name, "robust cotangent, f32", &mesh, &robust);
-        let uniform = SphereOptions {
-            scheme: SchemeKind::Uniform,
-            ..robust.clone()
-        };
+        let uniform = robust.clone().scheme(SchemeKind::Uniform);
         row(name, "robust uniform", &mesh, &uniform);
         for authalic in [0.5, 1.0] {
-            let options = SphereOptions {
-                authalic,
-                ..robust.clone()
-            };
+            let options = robust.clone().authalic(authalic);
             row(name, &format!("authalic {authalic}"), &mesh, &options);
         }
         if is_quick {
             continue;
         }
-        let cmcf = SphereOptions {
-            method: SphereMethod::Cmcf,
-            ..robust
-        };
+        let cmcf = robust.method(SphereMethod::Cmcf);
         row(name, "cmcf", &mesh, &cmcf);
         for scheme in [SchemeKind::Cotangent, SchemeKind::Tutte] {
             let options = SphereOptions::paper(scheme);

@@ -23,12 +23,10 @@ pub fn pipeline(data: &[u8]) {
     let Ok(document) = read(file, None, &limits) else {
         return;
     };
-    let options = DeformOptions {
-        scheme: SchemeKind::ALL[draw.below(SchemeKind::ALL.len())],
-        orientation: OrientationKind::ALL[draw.below(OrientationKind::ALL.len())],
-        iteration_limit: 4,
-        ..DeformOptions::default()
-    };
+    let options = DeformOptions::default()
+        .scheme(SchemeKind::ALL[draw.below(SchemeKind::ALL.len())])
+        .orientation(OrientationKind::ALL[draw.below(OrientationKind::ALL.len())])
+        .iteration_limit(4);
     let document = match draw.below(2) {
         0 => document,
         _ => match Repair::default().apply(&document) {

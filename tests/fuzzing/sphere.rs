@@ -10,12 +10,10 @@ use super::halfedge::{edit, start};
 /// else is refused with the reason.
 pub fn sphere(data: &[u8]) {
     let mut draw = Draw::new(data);
-    let options = SphereOptions {
-        scheme: SchemeKind::ALL[draw.below(SchemeKind::ALL.len())],
-        authalic: [0.0, 0.0, 0.5, 1.0][draw.below(4)],
-        iteration_limit: 20,
-        ..SphereOptions::default()
-    };
+    let options = SphereOptions::default()
+        .scheme(SchemeKind::ALL[draw.below(SchemeKind::ALL.len())])
+        .authalic([0.0, 0.0, 0.5, 1.0][draw.below(4)])
+        .iteration_limit(20);
     let is_single = draw.below(2) == 1;
     let mut mesh = start(&mut draw);
     for _ in 0..draw.below(40) {

@@ -7,10 +7,7 @@ use cotan_tests::{Case, bend_cases, reference_cases};
 /// reference's converged state (none where there is no reference).
 fn converges_without_folds(case: &Case) {
     let mesh = case.mesh.mesh();
-    let options = DeformOptions {
-        iteration_limit: 60,
-        ..DeformOptions::default()
-    };
+    let options = DeformOptions::default().iteration_limit(60);
     let deformed = deform(
         Surface::assume_checked(mesh, &case.positions),
         &case.handles,
@@ -106,10 +103,7 @@ fn sample_shapes() {
     ];
     for (name, shape, reach, motion) in shapes {
         let handles = ends(&shape, reach, motion.to_homogeneous());
-        let options = DeformOptions {
-            iteration_limit: 60,
-            ..DeformOptions::default()
-        };
+        let options = DeformOptions::default().iteration_limit(60);
         let deformed = deform(shape.surface(), &handles, &options).expect("deforms");
         assert_eq!(deformed.report.stop, StopReason::Converged, "{name}");
         let surface = shape.surface();

@@ -137,25 +137,16 @@ fn settings_out_of_range() {
             .to_string()
     };
     assert_says(
-        &refused(DeformOptions {
-            tolerance: f64::NAN,
-            ..options()
-        }),
+        &refused(options().tolerance(f64::NAN)),
         &["tolerance", "at least 0"],
     );
     assert_says(
-        &refused(DeformOptions {
-            schedule: Schedule::Constant(0.0),
-            ..options()
-        }),
+        &refused(options().schedule(Schedule::Constant(0.0))),
         &["updating ratio", "above 0"],
     );
     for bending_length in [0.0, -1.0, f64::NAN] {
         assert_says(
-            &refused(DeformOptions {
-                bending_length,
-                ..options()
-            }),
+            &refused(options().bending_length(bending_length)),
             &["bending length", "above 0"],
         );
     }
@@ -253,10 +244,7 @@ fn zero_length_laplacian_coordinates() {
         .fix(left)
         .transform(right, turn.to_homogeneous());
     for &orientation in OrientationKind::ALL {
-        let options = DeformOptions {
-            orientation,
-            ..options()
-        };
+        let options = options().orientation(orientation);
         let deformed = deform(shape.surface(), &handles, &options).expect("deforms");
         assert!(
             deformed

@@ -85,12 +85,10 @@ fn method_of(case: &Value) -> SmoothOptions {
         Some("taubin10") => (SmoothMethod::Taubin, Boundary::Free),
         other => panic!("no method {other:?} in the reference"),
     };
-    SmoothOptions {
-        method,
-        boundary,
-        folds: NewFolds::Allow,
-        ..SmoothOptions::default()
-    }
+    SmoothOptions::default()
+        .method(method)
+        .boundary(boundary)
+        .folds(NewFolds::Allow)
 }
 
 /// Root mean square of the distances of `x` from the surface `clean`, looked for within two rings.
@@ -186,10 +184,7 @@ fn exaggeration_matches_the_reference() {
         };
         let (connectivity, clean) = (mesh.mesh(), centred(mesh.positions()));
         let rest = Surface::new(connectivity, &clean).expect("a surface");
-        let options = DetailOptions {
-            direction: Direction::NormalAlone,
-            ..DetailOptions::default()
-        };
+        let options = DetailOptions::default().direction(Direction::NormalAlone);
         let edit = ScaledCurvature::by(number(&case, "alpha"));
         let x = edit_detail(
             Surface::assume_checked(connectivity, &clean),
@@ -227,11 +222,7 @@ fn volume_changes_by_less_than_a_percent_or_not_at_all() {
             SmoothMethod::Feature,
             SmoothMethod::FeatureEdges,
         ] {
-            let options = SmoothOptions {
-                method,
-                iterations: Some(10),
-                ..SmoothOptions::default()
-            };
+            let options = SmoothOptions::default().method(method).iterations(Some(10));
             let ratio = |options| {
                 let x = run(connectivity, x, options);
                 volume(&rest.with_positions(&x)) / volume(&rest)
@@ -242,10 +233,7 @@ fn volume_changes_by_less_than_a_percent_or_not_at_all() {
                 "{name} {}: {plain}",
                 method.name()
             );
-            let kept = ratio(SmoothOptions {
-                preserve: Preserve::Volume,
-                ..options
-            });
+            let kept = ratio(options.preserve(Preserve::Volume));
             assert!(
                 (kept - 1.0).abs() < 1e-9,
                 "{name} {}: {kept}",
@@ -291,12 +279,10 @@ fn hard_meshes_are_smoothed_without_flips() {
         let Some(mesh) = model(name) else { continue };
         let rest = Surface::new(mesh.mesh(), mesh.positions()).expect("a surface");
         for boundary in [Boundary::Fixed, Boundary::Free] {
-            let options = SmoothOptions {
-                boundary,
+            let options = SmoothOptions::default()
+                .boundary(boundary)
                 // The needles of the elephant turn over if the correction does not heed them.
-                preserve: Preserve::Volume,
-                ..SmoothOptions::default()
-            };
+                .preserve(Preserve::Volume);
             let x = run(mesh.mesh(), mesh.positions(), options);
             let smoothed = rest.with_positions(&x);
             assert!(surface_area(&smoothed).is_finite(), "{name}");

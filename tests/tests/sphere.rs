@@ -18,10 +18,7 @@ fn json(path: &str) -> Option<Value> {
 }
 
 fn scheme(scheme: SchemeKind) -> SphereOptions {
-    SphereOptions {
-        scheme,
-        ..SphereOptions::default()
-    }
+    SphereOptions::default().scheme(scheme)
 }
 
 fn map(mesh: &ProcessingMesh, options: &SphereOptions) -> (Spherical<f64>, SphereQuality) {
@@ -56,10 +53,7 @@ fn reference_cases_of_the_models() {
             continue;
         }
         let Some(mesh) = model(name) else { return };
-        let cmcf = SphereOptions {
-            method: SphereMethod::Cmcf,
-            ..SphereOptions::default()
-        };
+        let cmcf = SphereOptions::default().method(SphereMethod::Cmcf);
         let methods = [
             (
                 "cotangent",
@@ -284,10 +278,7 @@ fn angles_are_those_of_the_conformal_flow_and_areas_are_evened_out() {
             continue;
         }
         let (_, conformal) = map(&mesh, &SphereOptions::default());
-        let options = SphereOptions {
-            method: SphereMethod::Cmcf,
-            ..SphereOptions::default()
-        };
+        let options = SphereOptions::default().method(SphereMethod::Cmcf);
         if let Ok(theirs) = spherical(mesh.surface(), &options) {
             let surface = Surface::new(mesh.mesh(), mesh.positions()).expect("a surface");
             let theirs = SphereQuality::measure(&surface, &theirs.map);
@@ -296,10 +287,7 @@ fn angles_are_those_of_the_conformal_flow_and_areas_are_evened_out() {
         }
         let mut last = conformal;
         for authalic in [0.5, 1.0] {
-            let options = SphereOptions {
-                authalic,
-                ..SphereOptions::default()
-            };
+            let options = SphereOptions::default().authalic(authalic);
             let (_, quality) = map(&mesh, &options);
             // The slider trades one for the other.
             assert!(

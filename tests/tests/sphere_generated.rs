@@ -210,7 +210,7 @@ proptest! {
         let _ = checked(shape.connectivity(), shape.positions(), &options());
         let single = shape.positions().map(|p| p.map(|x| x as f32));
         let _ = spherical(Surface::assume_checked(shape.connectivity(), &single), &options())?;
-        let authalic = SphereOptions { authalic: 1.0, ..options() };
+        let authalic = options().authalic(1.0);
         let _ = checked(shape.connectivity(), shape.positions(), &authalic);
     }
 
@@ -219,7 +219,7 @@ proptest! {
     fn motion_scale_and_numbering_change_nothing_but_a_rotation(
         shape in testing::blobs(), turn in prop::array::uniform3(-3.0..3.0f64), scale in 1e-3..1e3f64,
     ) {
-        let fine = SphereOptions { tolerance: 1e-9, ..options() };
+        let fine = options().tolerance(1e-9);
         let first = checked(shape.connectivity(), shape.positions(), &fine);
         let rotation = Rotation3::new(Vector3::from(turn));
         let moved = shape.positions().map(|p| rotation * p * scale + Vector3::new(5.0, -3.0, 2.0));

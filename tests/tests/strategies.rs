@@ -27,10 +27,7 @@ fn handles(shape: &Mesh<f64>) -> Handles<f64> {
 }
 
 fn options(strategy: Strategy) -> DeformOptions {
-    DeformOptions {
-        system: SystemOptions::new().strategy(strategy),
-        ..DeformOptions::default()
-    }
+    DeformOptions::default().system(SystemOptions::new().strategy(strategy))
 }
 
 /// The largest distance, over the longest side of the box.
@@ -50,11 +47,7 @@ fn a_deformation_is_the_same_by_both_strategies() {
                 continue;
             }
             let by = |strategy| {
-                let options = DeformOptions {
-                    orientation,
-                    scheme,
-                    ..options(strategy)
-                };
+                let options = options(strategy).orientation(orientation).scheme(scheme);
                 deform(shape.surface(), &handles, &options).expect("deforms")
             };
             let (normal, columns) = (by(Strategy::Normal), by(Strategy::Columns));

@@ -52,11 +52,9 @@ fn bend(shape: &Mesh<f64>) -> Handles<f64> {
 
 /// Exactly `iterations` steps.
 fn deform_by(shape: &Mesh<f64>, handles: &Handles<f64>, iterations: usize) -> Positions<f64> {
-    let options = DeformOptions {
-        tolerance: 0.0,
-        iteration_limit: iterations,
-        ..DeformOptions::default()
-    };
+    let options = DeformOptions::default()
+        .tolerance(0.0)
+        .iteration_limit(iterations);
     deform(shape.surface(), handles, &options)
         .expect("deforms")
         .positions
@@ -92,7 +90,7 @@ proptest! {
             handles = handles.all_held(Hold::Soft(weight));
         }
         let detail_size = if rescale { DetailSize::Rescale } else { DetailSize::Keep };
-        let options = DeformOptions { orientation, scheme, detail_size, ..DeformOptions::default() };
+        let options = DeformOptions::default().orientation(orientation).scheme(scheme).detail_size(detail_size);
         let deformed = deform(shape.surface(), &handles, &options)?;
         prop_assert_eq!(deformed.report.stop, StopReason::Converged);
         let moved = longest_difference(&deformed.positions, shape.positions());
@@ -107,7 +105,7 @@ proptest! {
         let diagonal = diagonal(&shape) as f32;
         let shape = single(&shape);
         let handles = Handles::new().fix(low).fix(high);
-        let options = DeformOptions { orientation, ..DeformOptions::default() };
+        let options = DeformOptions::default().orientation(orientation);
         let deformed = deform(shape.surface(), &handles, &options)?;
         prop_assert_eq!(deformed.report.stop, StopReason::Converged);
         for (a, b) in deformed.positions.values().zip(shape.positions().values()) {
@@ -125,7 +123,7 @@ proptest! {
         let [low, high] = ends(&shape);
         let matrix = motion.to_homogeneous();
         let handles = Handles::new().transform(low, matrix).transform(high, matrix);
-        let options = DeformOptions { orientation, tolerance: 1e-11, ..DeformOptions::default() };
+        let options = DeformOptions::default().orientation(orientation).tolerance(1e-11);
         let deformed = deform(shape.surface(), &handles, &options)?;
         let expected = shape.positions().map(|p| motion * p);
         let error = longest_difference(&deformed.positions, &expected) / diagonal(&shape);
@@ -204,7 +202,7 @@ proptest! {
         // Smaller meshes have no free vertex between two ends of four.
         prop_assume!(shape.positions().len() > 8);
         let [low, high] = ends(&shape);
-        let options = DeformOptions { tolerance: 1e-8, ..DeformOptions::default() };
+        let options = DeformOptions::default().tolerance(1e-8);
         let matrix = Matrix4::new_nonuniform_scaling(&Vector3::new(stretch, 1.0, 1.0 / stretch))
             * nalgebra::Rotation3::from_euler_angles(0.4, -0.3, 0.5).to_homogeneous();
         let mut handles = Handles::new().fix(low).transform(high, matrix);

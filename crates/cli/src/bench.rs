@@ -110,12 +110,11 @@ impl Plan<'_> {
         let assemble = assemble.map_err(cotan::flow::FlowError::from)?;
 
         let moves = standard_drag(&surface);
-        let options = DeformOptions {
-            orientation: self.orientation,
-            // A flow, and two systems beside it while one takes the place of the other.
-            system: SystemOptions::new().max_memory(max_memory / 3),
-            ..DeformOptions::default()
-        };
+        // A flow, and two systems beside it while one takes the place of the other.
+        let system = SystemOptions::new().max_memory(max_memory / 3);
+        let options = DeformOptions::default()
+            .orientation(self.orientation)
+            .system(system);
         let (job, mut flow) = self.drag(&surface, &moves, &options)?;
         let system = self.system(&flow, &options.system)?;
         let iteration = self.iterations(&mut flow, &moves)?;

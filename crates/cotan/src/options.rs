@@ -58,6 +58,27 @@ macro_rules! named {
 
 pub(crate) use named;
 
+/// A method for each setting that gives the settings with another value of it.
+macro_rules! setters {
+    ($type:ident { $($name:ident: $value:ty),+ $(,)? }) => {
+        impl $type {
+            $(
+                #[doc = concat!(
+                    "These settings with another [`", stringify!($name), "`](Self#structfield.",
+                    stringify!($name), ")."
+                )]
+                #[must_use]
+                pub fn $name(mut self, $name: $value) -> Self {
+                    self.$name = $name.into();
+                    self
+                }
+            )+
+        }
+    };
+}
+
+pub(crate) use setters;
+
 named!(
     /// The built-in Laplacian schemes.
     SchemeKind, "scheme", {
@@ -106,6 +127,7 @@ pub enum DetailSize {
 
 /// The settings of [`crate::deform()`] and [`crate::Session`].
 #[derive(Clone, PartialEq, Debug)]
+#[non_exhaustive]
 pub struct DeformOptions {
     /// Who chooses the weights.
     pub scheme: SchemeKind,
@@ -128,6 +150,19 @@ pub struct DeformOptions {
     /// How the linear system is solved, and what memory it may take.
     pub system: SystemOptions,
 }
+
+setters!(DeformOptions {
+    scheme: SchemeKind,
+    orientation: OrientationKind,
+    bending_length: f64,
+    detail_size: DetailSize,
+    start: Start,
+    acceleration: Acceleration,
+    schedule: Schedule,
+    tolerance: f64,
+    iteration_limit: usize,
+    system: SystemOptions,
+});
 
 impl Default for DeformOptions {
     fn default() -> Self {

@@ -156,10 +156,7 @@ impl Scene {
 
 /// The command line's defaults, but to a tolerance at which two ways to a shape end at the same one.
 pub fn editor_options() -> DeformOptions {
-    DeformOptions {
-        tolerance: SETTLED,
-        ..DeformOptions::default()
-    }
+    DeformOptions::default().tolerance(SETTLED)
 }
 
 /// Of the diagonal: what is left is far below a pixel, and 1e-6 of the box is safely met.

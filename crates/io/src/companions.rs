@@ -25,6 +25,7 @@ pub enum Companions {
 
 /// How a document is written.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
 pub struct WriteOptions<'a> {
     /// Where the files go that it refers to.
     pub companions: Companions,
@@ -39,6 +40,22 @@ impl Default for WriteOptions<'_> {
             companions: Companions::default(),
             name: "mesh",
         }
+    }
+}
+
+impl<'a> WriteOptions<'a> {
+    /// These options with another place for the files.
+    #[must_use]
+    pub fn companions(mut self, companions: Companions) -> Self {
+        self.companions = companions;
+        self
+    }
+
+    /// These options with another name.
+    #[must_use]
+    pub fn name(mut self, name: &'a str) -> Self {
+        self.name = name;
+        self
     }
 }
 

@@ -21,10 +21,7 @@ pub(crate) const ORIENTATIONS: [&str; 2] = ["rotation", "hybrid"];
 
 pub(crate) fn run(path: &Path, orientation: &str) -> Result<(), Box<dyn Error>> {
     let job = Job::read(path)?;
-    let options = DeformOptions {
-        orientation: orientation.parse()?,
-        ..DeformOptions::default()
-    };
+    let options = DeformOptions::default().orientation(orientation.parse()?);
     let mut phases = Phases::default();
     whole_job(&job, &options, &mut phases)?;
     let job = in_order(&job);

@@ -217,43 +217,40 @@ impl MethodArgs {
     /// The settings; what is not named here has the library's default.
     fn options(&self) -> DeformOptions {
         let default = DeformOptions::default();
-        DeformOptions {
-            system: default.system.strategy(self.strategy),
-            scheme: self.scheme,
-            orientation: self.orientation,
-            bending_length: self.bending_length.unwrap_or(default.bending_length),
-            detail_size: if self.rescale {
+        default
+            .clone()
+            .system(default.system.strategy(self.strategy))
+            .scheme(self.scheme)
+            .orientation(self.orientation)
+            .bending_length(self.bending_length.unwrap_or(default.bending_length))
+            .detail_size(if self.rescale {
                 DetailSize::Rescale
             } else {
                 DetailSize::Keep
-            },
-            acceleration: self.accelerate,
-            schedule: self.schedule,
-            ..default
-        }
+            })
+            .acceleration(self.accelerate)
+            .schedule(self.schedule)
     }
 }
 
 impl DeformArgs {
     pub(crate) fn options(&self) -> DeformOptions {
-        DeformOptions {
-            start: self.start,
-            tolerance: self.tolerance,
-            iteration_limit: self.iterations.get(),
-            ..self.method.options()
-        }
+        self.method
+            .options()
+            .start(self.start)
+            .tolerance(self.tolerance)
+            .iteration_limit(self.iterations.get())
     }
 }
 
 impl ReconstructArgs {
     /// The settings of [`cotan::reconstruct`].
     pub(crate) fn options(&self) -> DeformOptions {
-        DeformOptions {
-            tolerance: self.tolerance,
-            iteration_limit: self.iterations.get(),
-            ..self.method.options()
-        }
-        .for_reconstruction()
+        self.method
+            .options()
+            .tolerance(self.tolerance)
+            .iteration_limit(self.iterations.get())
+            .for_reconstruction()
     }
 }
 

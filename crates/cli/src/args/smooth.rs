@@ -134,16 +134,14 @@ pub(crate) struct SmoothArgs {
 
 impl SmoothArgs {
     pub(crate) fn options(&self) -> SmoothOptions {
-        SmoothOptions {
-            method: self.method,
-            iterations: self.iterations,
-            step: self.step,
-            anchor: self.anchor,
-            boundary: self.keep.boundary(),
-            preserve: self.keep.preserve(),
-            max_displacement: self.keep.max_displacement,
-            ..SmoothOptions::default()
-        }
+        SmoothOptions::default()
+            .method(self.method)
+            .iterations(self.iterations)
+            .step(self.step)
+            .anchor(self.anchor)
+            .boundary(self.keep.boundary())
+            .preserve(self.keep.preserve())
+            .max_displacement(self.keep.max_displacement)
     }
 }
 
@@ -173,13 +171,11 @@ pub(crate) struct DetailArgs {
 
 impl DetailArgs {
     pub(crate) fn options(&self) -> DetailOptions {
-        DetailOptions {
-            anchor: self.anchor,
-            iterations: self.iterations,
-            boundary: self.keep.boundary(),
-            preserve: self.keep.preserve(),
-            max_displacement: self.keep.max_displacement,
-            ..DetailOptions::default()
-        }
+        DetailOptions::default()
+            .anchor(self.anchor)
+            .iterations(self.iterations)
+            .boundary(self.keep.boundary())
+            .preserve(self.keep.preserve())
+            .max_displacement(self.keep.max_displacement)
     }
 }

@@ -275,20 +275,20 @@ impl MapArgs {
             SphereMethod::Paper => SphereOptions::paper(self.scheme),
             _ => SphereOptions::default(),
         };
-        SphereOptions {
-            scheme: self.scheme,
-            method: self.method,
-            authalic: match self.conformal {
+        default
+            .clone()
+            .scheme(self.scheme)
+            .method(self.method)
+            .authalic(match self.conformal {
                 true => 0.0,
                 false => self.authalic,
-            },
-            centering: self.center.unwrap_or(default.centering),
-            tolerance: self.tolerance,
-            iteration_limit: self
-                .iterations
-                .map_or(default.iteration_limit, NonZeroUsize::get),
-            ..default
-        }
+            })
+            .centering(self.center.unwrap_or(default.centering))
+            .tolerance(self.tolerance)
+            .iteration_limit(
+                self.iterations
+                    .map_or(default.iteration_limit, NonZeroUsize::get),
+            )
     }
 }
 

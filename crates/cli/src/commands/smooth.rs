@@ -195,10 +195,7 @@ impl Work<'_> {
         let max_memory = Some(memory::check(cotan_tool::Work::Smooth, path, document)?);
         match self {
             Self::Smooth(options) => {
-                let options = SmoothOptions {
-                    max_memory,
-                    ..*options
-                };
+                let options = options.max_memory(max_memory);
                 let smoothed = smooth(
                     Surface::assume_checked(mesh, positions),
                     &Handles::new(),
@@ -220,10 +217,7 @@ impl Work<'_> {
                     }
                     _ => Box::new(ScaledCurvature::by(args.scale.unwrap_or(1.0))),
                 };
-                let options = DetailOptions {
-                    max_memory,
-                    ..*options
-                };
+                let options = options.max_memory(max_memory);
                 let observer = |_| ControlFlow::Continue(());
                 let edited = edit_detail_observed(
                     Surface::assume_checked(mesh, positions),

@@ -83,14 +83,11 @@ impl<'a> Mapper<'a> {
             .positions()
             .map(|p| Point3::from(((p - origin) / unit).map(T::of_f64)));
         let Input { source, prepared } = self.input;
-        let options = SphereOptions {
-            max_memory: Some(memory::check(
-                Work::Sphere,
-                source.path,
-                &prepared.document,
-            )?),
-            ..self.options.clone()
-        };
+        let options = self.options.clone().max_memory(Some(memory::check(
+            Work::Sphere,
+            source.path,
+            &prepared.document,
+        )?));
         let mut number = 0;
         let done = spherical_observed(
             Surface::assume_checked(mesh, &positions),

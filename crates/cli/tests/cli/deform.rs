@@ -329,11 +329,7 @@ fn reconstruct_is_the_librarys_reconstruction() {
     assert!(!outcome.stderr.contains("not converged"), "{outcome:?}");
 
     let handles = Handles::new().fix(pins);
-    let options = DeformOptions {
-        iteration_limit: 30,
-        tolerance: 0.0,
-        ..DeformOptions::default()
-    };
+    let options = DeformOptions::default().iteration_limit(30).tolerance(0.0);
     let expected = reconstruct(shape.surface(), &handles, &options).unwrap();
     let rebuilt = sandbox.positions("rebuilt.obj");
     assert_eq!(expected.positions.as_slice(), rebuilt);

@@ -2,7 +2,7 @@
 
 use super::anchored::Boundary;
 use super::preserve::Preserve;
-use crate::options::named;
+use crate::options::{named, setters};
 
 named!(
     /// How a mesh is to be smoothed.
@@ -93,6 +93,7 @@ pub enum NewFolds {
 
 /// The settings of [`super::smooth`].
 #[derive(Clone, Copy, PartialEq, Debug)]
+#[non_exhaustive]
 pub struct SmoothOptions {
     /// How.
     pub method: SmoothMethod,
@@ -115,6 +116,18 @@ pub struct SmoothOptions {
     /// The most bytes that the factorization may take; see [`cotan_linear::SystemOptions`].
     pub max_memory: Option<u64>,
 }
+
+setters!(SmoothOptions {
+    method: SmoothMethod,
+    iterations: impl Into<Option<usize>>,
+    step: f64,
+    anchor: impl Into<Option<f64>>,
+    boundary: Boundary,
+    folds: NewFolds,
+    preserve: Preserve,
+    max_displacement: impl Into<Option<f64>>,
+    max_memory: impl Into<Option<u64>>,
+});
 
 impl Default for SmoothOptions {
     fn default() -> Self {

@@ -3,7 +3,7 @@
 use cotan_flow::StopReason;
 
 use super::error::SphereError;
-use crate::options::{SchemeKind, named};
+use crate::options::{SchemeKind, named, setters};
 
 named!(
     /// How a mesh is mapped to the sphere.
@@ -36,6 +36,7 @@ named!(
 
 /// The settings of [`crate::spherical()`].
 #[derive(Clone, PartialEq, Debug)]
+#[non_exhaustive]
 pub struct SphereOptions {
     /// Who chooses the weights of the iteration. Tutte's are taken in their symmetric form but for
     /// the paper's method.
@@ -54,6 +55,16 @@ pub struct SphereOptions {
     /// The most bytes that a factorization may take; see [`cotan_linear::SystemOptions`].
     pub max_memory: Option<u64>,
 }
+
+setters!(SphereOptions {
+    scheme: SchemeKind,
+    method: SphereMethod,
+    authalic: f64,
+    centering: Centering,
+    tolerance: f64,
+    iteration_limit: usize,
+    max_memory: impl Into<Option<u64>>,
+});
 
 impl Default for SphereOptions {
     fn default() -> Self {

@@ -8,6 +8,7 @@ use cotan_geometry::{Positions, Scalar, Surface, bounding_box};
 use super::{CurvatureEdit, wanted_field};
 use crate::error::Error;
 use crate::handles::Handles;
+use crate::options::setters;
 use crate::smooth::anchored::{Anchored, Boundary, held};
 use crate::smooth::curvature::{AlongCurvature, Direction};
 use crate::smooth::mollified::MollifiedCotangent;
@@ -16,6 +17,7 @@ use crate::smooth::unfold::without_new_folds;
 
 /// The settings of [`edit_detail`].
 #[derive(Clone, Copy, PartialEq, Debug)]
+#[non_exhaustive]
 pub struct DetailOptions {
     /// μ > 0: how firmly every vertex is held where it was; smaller lets coarse changes through.
     pub anchor: f64,
@@ -33,6 +35,16 @@ pub struct DetailOptions {
     /// The most bytes that the factorization may take; see [`cotan_linear::SystemOptions`].
     pub max_memory: Option<u64>,
 }
+
+setters!(DetailOptions {
+    anchor: f64,
+    iterations: usize,
+    direction: Direction,
+    boundary: Boundary,
+    preserve: Preserve,
+    max_displacement: impl Into<Option<f64>>,
+    max_memory: impl Into<Option<u64>>,
+});
 
 impl Default for DetailOptions {
     fn default() -> Self {
