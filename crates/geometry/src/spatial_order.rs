@@ -38,7 +38,7 @@ use crate::surface::Positions;
 /// let mesh = HalfedgeMesh::from_faces(shape.positions().len(), &near)?;
 /// // … work on the mesh with these positions …
 /// let positions = order.gather(shape.positions());
-/// assert_eq!(order.scatter(&positions), shape.positions());
+/// assert_eq!(&order.scatter(&positions), shape.positions());
 /// # Ok::<(), cotan_halfedge::BuildError>(())
 /// ```
 #[derive(Clone, PartialEq, Eq, Debug)]

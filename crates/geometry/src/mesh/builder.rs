@@ -341,8 +341,8 @@ mod tests {
             })
         ));
         assert!(matches!(
-            refused(&SQUARE, &[&[0, 1, 1]]),
-            MeshError::NotManifold(BuildError::RepeatedVertex { face: 0, .. })
+            refused(&SQUARE, &[&[0, 1, 2, 3], &[0, 1, 1]]),
+            MeshError::NotManifold(BuildError::RepeatedVertex { face: 1, .. })
         ));
         assert_eq!(
             refused(&SQUARE, &[&[0, 1, 3]]),

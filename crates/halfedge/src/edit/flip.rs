@@ -34,7 +34,8 @@ impl HalfedgeMesh {
     /// ```
     ///
     /// Here h is the first halfedge of the edge; no element changes its number. A second flip
-    /// restores the edge with its sides interchanged, a fourth one everything.
+    /// restores the edge with its sides interchanged, a fourth one everything. After two flips the
+    /// two faces have changed places, so values per face that differ must be exchanged.
     ///
     /// # Errors
     /// - [`EditError::BoundaryEdge`], [`EditError::NotTriangle`]: the edge does not lie between

@@ -13,7 +13,8 @@ use crate::weld::Weld;
 /// // Two triangles that run through their edge in the same direction.
 /// let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
 /// let positions = corners.map(|[x, y]| Point3::new(x, y, 0.0)).to_vec();
-/// let document = Document::new(positions, vec![vec![0, 1, 2], vec![0, 3, 2]])?;
+/// let faces = [vec![0, 1, 2], vec![0, 3, 2]].into_iter().collect();
+/// let document = Document::new(positions, faces)?;
 /// let cure = document.surface().err().and_then(|error| error.cure());
 /// assert_eq!(cure, Some(Cure::Orient));
 /// let repair = cure.map_or_else(Repair::new, |cure| Repair::new().cure(cure));
