@@ -1,20 +1,18 @@
 //! Mesh files, read with their warnings told, and outputs, which are [`OutputPath`]s.
 
-use cotan_io::{Document, Format, IoError, load_with, save_with};
+use cotan_io::{Document, Folder, Format, IoError, load_with, save_with};
 pub(crate) use cotan_tool::files::in_file;
 
 use crate::args::{EmbedArgs, InputPath, OutputPath};
 use crate::console::Console;
 use crate::error::CliError;
-use crate::memory;
-use crate::paths::Companions;
+use crate::{memory, paths};
 
 /// Reads a mesh file, and warns of what is odd about it; the buffers of a glTF may lie in the
 /// file's own folder.
 pub(crate) fn load(path: &InputPath, console: &Console) -> Result<Document, CliError> {
-    let companions = Companions::of(path);
-    let document = load_with(path, memory::limits(), &companions)?;
-    companions.check()?;
+    let document = load_with(path, memory::limits(), &Folder::of(path))?;
+    paths::check_companions(&document, path)?;
     for warning in document.warnings().iter().take(MOST_WARNINGS) {
         console.warn(format_args!("{}: {warning}", path.display()));
     }
@@ -38,7 +36,8 @@ pub(crate) fn mesh_format(path: &OutputPath) -> Result<Format, CliError> {
 /// beside it, and warns of what it lacks.
 ///
 /// # Errors
-/// [`CliError::Io`]; an older file is whole then.
+/// [`CliError::Io`]; an older file is whole then. [`CliError::Conflict`] if a file that was copied
+/// has the name of another output, which is not written then.
 pub(crate) fn save(
     document: &Document,
     path: &OutputPath,
@@ -54,6 +53,7 @@ pub(crate) fn save(
             path.display()
         ));
     }
+    paths::check_copied(&saved.copied)?;
     for warning in saved.left.iter().chain(&document.losses(format)) {
         console.warn(format_args!("{}: {warning}", path.display()));
     }

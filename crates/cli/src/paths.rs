@@ -1,10 +1,10 @@
 //! The files of this run, found in the command line by their types.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, OnceLock};
+use std::sync::OnceLock;
 
 use clap::{Arg, ArgMatches, Command};
-use cotan_io::{Folder, Resolve, check_replaceable, num_names};
+use cotan_io::{Document, check_replaceable, num_names};
 use cotan_tool::paths::{Conflict, Paths};
 
 use crate::args::{InputPath, OutputPath};
@@ -87,47 +87,32 @@ fn warn_of_other_names(path: &Path, console: &Console) {
     }
 }
 
-/// The folder of a mesh, which remembers what was found in it.
-#[derive(Clone, Debug)]
-pub(crate) struct Companions {
-    folder: Folder,
-    root: PathBuf,
-    found: Arc<Mutex<Vec<String>>>,
+/// Refuses a mesh one of whose further files (buffers, material libraries, images) is an output.
+///
+/// # Errors
+/// [`CliError::Conflict`] with the file; [`CliError::Io`] if they cannot be looked for.
+pub(crate) fn check_companions(document: &Document, path: &Path) -> Result<(), CliError> {
+    let companions = document
+        .companions()
+        .map_err(|source| cotan_tool::files::in_file(path, source))?;
+    let folder = cotan_tool::files::folder_of(path);
+    let paths = companions.iter().map(|companion| folder.join(companion));
+    // A file that is not there is not read.
+    let mut paths = paths.filter(|path| path.exists());
+    paths.try_for_each(|path| check_read("a file that the mesh refers to,", &path))
 }
 
-impl Companions {
-    /// Of the mesh at `path`.
-    pub(crate) fn of(path: &Path) -> Self {
-        Self {
-            folder: Folder::of(path),
-            root: cotan_tool::files::folder_of(path).to_owned(),
-            found: Arc::default(),
-        }
-    }
-
-    /// Refuses a mesh one of whose further files is an output.
-    ///
-    /// # Errors
-    /// [`CliError::Conflict`] with the file.
-    pub(crate) fn check(&self) -> Result<(), CliError> {
-        let found = self.found.lock().unwrap_or_else(|e| e.into_inner());
-        let check =
-            |uri: &String| check_read("a file that the mesh refers to,", &self.root.join(uri));
-        found.iter().try_for_each(check)
-    }
-}
-
-impl Resolve for Companions {
-    fn shared(&self) -> Arc<dyn Resolve> {
-        Arc::new(self.clone())
-    }
-
-    fn resolve(&self, uri: &str, max_bytes: u64) -> Result<Vec<u8>, std::io::Error> {
-        let bytes = self.folder.resolve(uri, max_bytes)?;
-        let mut found = self.found.lock().unwrap_or_else(|e| e.into_inner());
-        found.push(uri.to_owned());
-        Ok(bytes)
-    }
+/// Refuses to go on after files were written beside a mesh one of which another output would
+/// overwrite.
+///
+/// # Errors
+/// [`CliError::Conflict`] with the file.
+pub(crate) fn check_copied(copied: &[PathBuf]) -> Result<(), CliError> {
+    let Some(paths) = NAMED.get() else {
+        return Ok(());
+    };
+    let check = |path: &PathBuf| paths.check_written("a file beside the mesh,", path);
+    Ok(copied.iter().try_for_each(check)?)
 }
 
 impl From<Conflict> for CliError {

@@ -42,7 +42,7 @@ use crate::weld::{self, Weld};
 /// the first node that does: an edit of a mesh shows at all of its places, as in the file, and
 /// formats without nodes get the mesh at each. Meshes that share an accessor have vertices of
 /// their own if they are placed differently or have a face in common, and so have primitives of
-/// one mesh with the same faces.
+/// one mesh with a face in common.
 #[derive(Clone, Debug)]
 pub struct Document {
     positions: Vec<Point3<f64>>,
@@ -54,10 +54,11 @@ pub struct Document {
     /// Of a document made in memory; what a file has is decoded on request.
     attributes: Attributes,
     source: Option<Arc<dyn SourceFile>>,
-    /// Of a document made in memory, unless they are those of `look`.
-    materials: Arc<Materials>,
-    /// The file that has the materials of a document which is no longer tied to it.
-    look: Option<Arc<dyn SourceFile>>,
+    /// Those that were given, in place of those of the file.
+    materials: Option<Arc<Materials>>,
+    /// The file that a document comes from which is no longer tied to it: its meshes are where the
+    /// file has them, its materials are those of the file, and everything else of it is lost.
+    origin: Option<Arc<dyn SourceFile>>,
     /// The positions as the file has them; empty as long as no vertex was moved.
     original: Vec<Point3<f64>>,
     /// The folder of the file, in which the files lie that it refers to; `None` without a path.
@@ -146,12 +147,12 @@ impl Document {
         if let Some(problem) = attributes.misfit(vertices, faces.len(), faces.num_corners()) {
             return Err(IoError::Attributes { problem });
         }
-        // Attributes come and go, the materials stay.
-        let look = self.look().filter(|look| look.has_materials()).cloned();
+        // Attributes come and go, materials and places stay.
+        let origin = self.origin().cloned();
         Ok(Self {
             attributes,
             source: None,
-            look,
+            origin,
             original: Vec::new(),
             ..self
         })
@@ -169,8 +170,7 @@ impl Document {
             return Err(IoError::Attributes { problem });
         }
         Ok(Self {
-            materials: Arc::new(materials),
-            look: None,
+            materials: Some(Arc::new(materials)),
             ..self.with_attributes(attributes)?
         })
     }
@@ -242,8 +242,8 @@ impl Document {
             warnings,
             attributes: Attributes::default(),
             source,
-            materials: Arc::default(),
-            look: None,
+            materials: None,
+            origin: None,
             original: Vec::new(),
             home: None,
         }
@@ -338,15 +338,22 @@ impl Document {
 
     /// [`Document::materials`], given the attributes.
     pub(crate) fn materials_of(&self, attributes: &Attributes) -> Materials {
-        match self.look() {
-            Some(look) => look.materials(attributes),
-            None => Materials::clone(&self.materials),
+        match (&self.materials, self.origin()) {
+            (Some(materials), _) => Materials::clone(materials),
+            (None, Some(origin)) => origin.materials(attributes),
+            (None, None) => Materials::default(),
         }
     }
 
-    /// The file that has the materials.
-    pub(crate) fn look(&self) -> Option<&Arc<dyn SourceFile>> {
-        self.source.as_ref().or(self.look.as_ref())
+    /// The file that the document comes from, also where it is no longer tied to it.
+    pub(crate) fn origin(&self) -> Option<&Arc<dyn SourceFile>> {
+        self.source.as_ref().or(self.origin.as_ref())
+    }
+
+    /// Whether an OBJ of the document names the material libraries of the OBJ that it comes from.
+    pub(crate) fn keeps_libraries(&self) -> bool {
+        let is_obj = |origin: &Arc<dyn SourceFile>| origin.writes(Format::Obj);
+        self.materials.is_none() && self.origin().is_some_and(is_obj)
     }
 
     /// The triangulated half-edge mesh of this document, with maps both ways, welded as the format
@@ -407,8 +414,9 @@ impl Document {
     pub(crate) fn expanded(&self) -> Result<Expanded<'_>, IoError> {
         let places = self.places(Weld::AsFormat)?;
         Expanded::new(
-            self.source.as_deref(),
+            self.origin().map(AsRef::as_ref),
             self.mesh(),
+            &self.parts,
             self.attributes()?,
             places,
         )
@@ -471,8 +479,8 @@ impl Document {
             warnings: self.warnings.clone(),
             attributes: self.attributes.remapped(remap),
             source,
-            materials: Arc::clone(&self.materials),
-            look: self.look.clone(),
+            materials: self.materials.clone(),
+            origin: self.origin.clone(),
             original: match self.original.as_slice() {
                 [] => Vec::new(),
                 original => gather(original),

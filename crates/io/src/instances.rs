@@ -9,6 +9,7 @@ use std::ops::Range;
 use nalgebra::{Point3, Vector3};
 
 use crate::attributes::{Attributes, NONE, NORMAL};
+use crate::document::Part;
 use crate::error::IoError;
 use crate::faces::FaceList;
 use crate::placement::Placement;
@@ -18,8 +19,8 @@ use crate::source::{Mesh, SourceFile};
 /// A further place of a mesh.
 #[derive(Clone, Debug)]
 pub(crate) struct Instance<'a> {
-    /// The faces of the mesh.
-    pub(crate) faces: Range<usize>,
+    /// The part of the document that is the mesh.
+    pub(crate) part: usize,
     /// Where the document has it.
     pub(crate) from: &'a Placement,
     /// Where else it is.
@@ -40,13 +41,16 @@ impl<'a> Expanded<'a> {
     pub(crate) fn new(
         source: Option<&dyn SourceFile>,
         mesh: Mesh<'a>,
+        parts: &[Part],
         attributes: Cow<'a, Attributes>,
         places: Cow<'a, [u32]>,
     ) -> Result<Self, IoError> {
         let mut copies = Copies::new(mesh, &places);
         if let Some(source) = source {
             source.instances(&mut |instance| {
-                copies.add(&instance);
+                if let Some(part) = parts.get(instance.part) {
+                    copies.add(part.faces.clone(), &instance);
+                }
                 Ok(())
             })?;
         }
@@ -129,14 +133,14 @@ impl<'a> Copies<'a> {
     }
 
     /// Adds the faces of an instance.
-    fn add(&mut self, instance: &Instance<'_>) {
+    fn add(&mut self, faces_of_mesh: Range<usize>, instance: &Instance<'_>) {
         if self.ranges.is_empty() {
             self.begin();
         }
         let faces = self.mesh.faces;
         let start = self.positions.len();
         let mut corners: Vec<u32> = Vec::new();
-        for face in instance.faces.clone() {
+        for face in faces_of_mesh.clone() {
             corners.extend(faces.get(face).unwrap_or(&[]));
         }
         // In the order in which the mesh has them.
@@ -157,7 +161,7 @@ impl<'a> Copies<'a> {
             self.positions.push(moved(p, instance));
         }
         let is_turned = instance.from.is_mirrored != instance.to.is_mirrored;
-        for face in instance.faces.clone() {
+        for face in faces_of_mesh {
             let mut order: Vec<usize> = faces.corner_range(face).collect();
             if is_turned {
                 // The first corner stays the first.

@@ -53,8 +53,8 @@ impl Default for Limits {
 }
 
 impl Limits {
-    /// No bounds, for what was made here from a file that was read within bounds.
-    pub(crate) const NONE: Self = Self {
+    /// No bounds, for what the program has made itself, such as a file that it has just written.
+    pub const NONE: Self = Self {
         max_bytes: u64::MAX,
         max_vertices: usize::MAX,
         max_faces: usize::MAX,

@@ -1,6 +1,8 @@
 //! Room for what a file decides the size of: asked for before it is filled, so that a refusal of
 //! the system is an error and not the end of the program.
 
+use std::collections::TryReserveError;
+
 use crate::error::IoError;
 
 /// Makes room for so many more elements. Few or many at a time: the room grows as that of a
@@ -14,13 +16,28 @@ pub(crate) fn reserve<T>(list: &mut Vec<T>, more: usize) -> Result<(), IoError> 
     // Twice as much as there is may be too much where what is asked for is not.
     grown
         .or_else(|_| list.try_reserve_exact(more))
+        .and_then(|()| leave_margin(list))
         .map_err(|_| missing::<T>(list.len().saturating_add(more)))
 }
 
 /// As [`reserve`], with no room to spare.
 pub(crate) fn reserve_exact<T>(list: &mut Vec<T>, more: usize) -> Result<(), IoError> {
     list.try_reserve_exact(more)
+        .and_then(|()| leave_margin(list))
         .map_err(|_| missing::<T>(list.len().saturating_add(more)))
+}
+
+/// What the small allocations of the program need beside those that are asked for.
+const MARGIN: usize = 8 << 20;
+
+/// Whether the system has something left to give after a large list got its room: a list must not
+/// take the last bytes, without which not even the refusal could be told.
+fn leave_margin<T>(list: &Vec<T>) -> Result<(), TryReserveError> {
+    const LARGE: usize = 1 << 20;
+    match list.capacity().saturating_mul(size_of::<T>()) {
+        0..LARGE => Ok(()),
+        _ => Vec::<u8>::new().try_reserve_exact(MARGIN),
+    }
 }
 
 /// Appends an element.

@@ -76,6 +76,11 @@ pub(crate) trait SourceFile: Debug + Send + Sync {
         Ok(References::default())
     }
 
+    /// The files beside it that the file refers to as it was read.
+    fn own_references(&self) -> Result<References, IoError> {
+        self.references(&[])
+    }
+
     /// A file from [`SourceFile::write`] with the files in it that it refers to, as far as its
     /// format can hold them.
     fn embedded(&self, written: Vec<u8>) -> Result<Vec<u8>, IoError> {

@@ -54,9 +54,8 @@ pub(crate) fn write(
     let bytes = match format {
         Format::Obj => {
             let mut written = obj::write_new(&contents, options)?;
-            if let Some(look) = document.look().filter(|look| look.writes(format)) {
-                // It names the libraries of the file that it comes from.
-                let References { companions, left } = look.references(&written.bytes)?;
+            if let Some(origin) = document.origin().filter(|_| document.keeps_libraries()) {
+                let References { companions, left } = origin.references(&written.bytes)?;
                 written.companions.extend(companions);
                 written.left.extend(left);
             }
@@ -89,12 +88,9 @@ fn contents(document: &Document, format: Format) -> Result<Contents<'_>, IoError
         attributes,
         places,
     } = document.expanded()?;
-    // An OBJ keeps the libraries of the OBJ that it comes from.
-    let keeps = format == Format::Obj && document.look().is_some_and(|look| look.writes(format));
-    let materials = if keeps {
-        Materials::default()
-    } else {
-        document.materials_of(&attributes)
+    let materials = match format {
+        Format::Obj if document.keeps_libraries() => Materials::default(),
+        _ => document.materials_of(&attributes),
     };
     if places
         .iter()

@@ -301,3 +301,40 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn an_edit_of_a_file_of_32_bits_far_from_the_origin_is_warned_of() {
+    let mut shape = icosphere::<f64>(2);
+    for (distance, is_severe) in [(10.0, false), (2e6, true)] {
+        shape.positions = shape
+            .positions
+            .map(|p| p + Vector3::new(distance, 0.0, -distance));
+        for (bytes, format) in [
+            (ply_binary(&shape, "float", "little"), Format::Ply),
+            (ply_text(&shape, "float"), Format::Ply),
+            // Its node has the distance, so that its numbers are small.
+            (written(&shape, Format::Gltf), Format::Gltf),
+        ] {
+            let mut document = read(bytes, None, &Limits::default()).unwrap();
+            assert_eq!(document.losses(format), Vec::<String>::new());
+            let p = document.positions()[5] + Vector3::new(0.01, 0.02, 0.03);
+            document.set_position(5, p).unwrap();
+            let losses = document.losses(format).join("\n");
+            let is_warned = losses.contains("single precision, too little so far from its origin");
+            let is_severe = is_severe && format != Format::Gltf;
+            assert_eq!(is_warned, is_severe, "{format} at {distance}: {losses}");
+            // What is told is what happens.
+            let again = document.write(format).unwrap();
+            let again = read(again, None, &Limits::default()).unwrap();
+            // As a program that reads numbers of 32 bits has it.
+            let moved = (again.positions()[5].map(|x| f64::from(x as f32)) - p).amax();
+            if let Some((_, told)) = losses.split_once("vertices move by ") {
+                let told: f64 = told.split(' ').next().unwrap().parse().unwrap();
+                assert!((told - moved).abs() <= 0.06 * moved, "{losses}: {moved}");
+            } else {
+                let moved = (again.positions()[5] - p).amax();
+                assert!(moved < 1e-6, "{format}: {moved}");
+            }
+        }
+    }
+}

@@ -20,7 +20,7 @@ mod write;
 
 use std::path::{Path, PathBuf};
 
-use cotan_io::{Document, Limits, ProcessingMesh, read_regular};
+use cotan_io::{Document, ProcessingMesh, read_regular};
 use nalgebra::Matrix4;
 
 pub use constraint::{Constraint, Goal, to_handles};
@@ -41,6 +41,8 @@ pub struct HandlesFile<'a> {
     pub path: &'a Path,
     /// The matrix of a `.sel` file, where it is not beside it.
     pub def: Option<&'a Path>,
+    /// Larger files are refused.
+    pub max_bytes: u64,
 }
 
 impl HandlesFile<'_> {
@@ -97,7 +99,7 @@ impl HandlesFile<'_> {
     /// What the file says, checked.
     fn contents(&self, mesh: &Vertices<'_>) -> Result<Contents, ToolError> {
         let here = in_file(self.path);
-        let text = read_text(self.path)?;
+        let text = self.read_text(self.path)?;
         let kind = self.kind(&text);
         let mut matrices = Vec::new();
         let constraints = match kind {
@@ -147,7 +149,18 @@ impl HandlesFile<'_> {
                 beside
             }
         };
-        sel::read_matrix(&read_text(&path)?).map_err(in_file(&path))
+        sel::read_matrix(&self.read_text(&path)?).map_err(in_file(&path))
+    }
+
+    fn read_text(&self, path: &Path) -> Result<String, ToolError> {
+        let refused = |error| in_file(path)(HandlesError::Read(error));
+        let bytes = read_regular(path, self.max_bytes).map_err(refused)?;
+        check_room(&bytes).map_err(refused)?;
+        let text = String::from_utf8(bytes).map_err(|_| in_file(path)(HandlesError::NotText))?;
+        Ok(match text.strip_prefix('\u{feff}') {
+            Some(text) => text.to_owned(),
+            None => text,
+        })
     }
 }
 
@@ -172,18 +185,6 @@ fn in_file(path: &Path) -> impl Fn(HandlesError) -> ToolError {
         path: path.clone(),
         source,
     }
-}
-
-fn read_text(path: &Path) -> Result<String, ToolError> {
-    let most = Limits::default().max_bytes;
-    let refused = |error| in_file(path)(HandlesError::Read(error));
-    let bytes = read_regular(path, most).map_err(refused)?;
-    check_room(&bytes).map_err(refused)?;
-    let text = String::from_utf8(bytes).map_err(|_| in_file(path)(HandlesError::NotText))?;
-    Ok(match text.strip_prefix('\u{feff}') {
-        Some(text) => text.to_owned(),
-        None => text,
-    })
 }
 
 /// Room for what is parsed from these bytes: a number takes two bytes of a text, and what it

@@ -16,7 +16,7 @@ pub(crate) struct LimitArgs {
     #[arg(long, global = true, value_name = "SIZE", value_parser = values::bytes,
         help_heading = LIMITS)]
     max_memory: Option<u64>,
-    /// Refuse a mesh file with more bytes, unpacked [default: 2 GiB]
+    /// Refuse a file with more bytes, unpacked [default: 2 GiB]
     #[arg(long, global = true, value_name = "SIZE", value_parser = values::bytes,
         hide_short_help = true, help_heading = LIMITS)]
     limit_file: Option<u64>,

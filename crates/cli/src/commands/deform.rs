@@ -71,6 +71,7 @@ impl Job<'_> {
         let handles = HandlesFile {
             path: &self.input.handles,
             def: self.input.def.as_deref(),
+            max_bytes: memory::limits().max_bytes,
         };
         if let Some(matrix) = handles.matrix_beside() {
             paths::check_read("the matrix of --handles", &matrix)?;

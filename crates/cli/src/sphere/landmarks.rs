@@ -6,12 +6,13 @@
 use std::path::{Path, PathBuf};
 
 use cotan::halfedge::VertexId;
-use cotan_io::{Limits, read_regular};
+use cotan_io::read_regular;
 use serde::Deserialize;
 use thiserror::Error;
 
 use super::mapping::Input;
 use crate::error::CliError;
+use crate::memory;
 use crate::prepare::Prepared;
 
 /// Why a landmarks file was refused.
@@ -122,8 +123,8 @@ enum Entry {
 /// The numbers of each landmark.
 fn read(path: &Path) -> Result<Vec<Vec<usize>>, CliError> {
     let here = in_file(path);
-    let most = Limits::default().max_bytes;
-    let bytes = read_regular(path, most).map_err(|e| here(LandmarksError::Read(e)))?;
+    let bytes = read_regular(path, memory::limits().max_bytes)
+        .map_err(|e| here(LandmarksError::Read(e)))?;
     let text = String::from_utf8(bytes).map_err(|_| here(LandmarksError::NotText))?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
     match text.trim_start().starts_with(['[', '{']) {

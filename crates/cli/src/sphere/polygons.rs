@@ -145,5 +145,5 @@ impl<'a> Written<'a> {
 
 /// The document as a reader of its file has it.
 fn reread(document: &Document, format: Format) -> Result<Document, IoError> {
-    read(document.write(format)?, Some(format), &Limits::default())
+    read(document.write(format)?, Some(format), &Limits::NONE)
 }

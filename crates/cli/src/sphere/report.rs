@@ -256,11 +256,15 @@ pub(crate) fn warn(report: &SphereReport, options: &SphereOptions, console: &Con
                  flipped, but raise --iterations for less distortion"
             ));
         }
-        Some(_) if !change.is_finite() => console.warn(format_args!(
+        Some(StopReason::Diverged) => console.warn(format_args!(
             "the iteration did not come near a sphere: its steps overflow, as the last of \
              {iterations} has no finite length; lengths in this mesh differ by orders of magnitude, \
              which more iterations seldom mend; no triangle is flipped, but angles are distorted; \
              --authalic 0.1 maps without iterations"
+        )),
+        Some(_) if !change.is_finite() => console.warn(format_args!(
+            "the surface is not near a sphere after {iterations}, which more of them seldom mend; no \
+             triangle is flipped, but angles are distorted; --authalic 0.1 maps without iterations"
         )),
         Some(StopReason::IterationLimit) => console.warn(format_args!(
             "not converged after {iterations} (the last moved a vertex by {change:.1e} of the \
@@ -273,7 +277,7 @@ pub(crate) fn warn(report: &SphereReport, options: &SphereOptions, console: &Con
     }
 }
 
-/// Meshes whose lengths differ by less than orders of magnitude are near a sphere by then.
+/// Most meshes are near a sphere by then.
 const USUAL_ITERATIONS: usize = 100;
 
 /// The reason to stop of a map that was made without an iteration.

@@ -98,6 +98,17 @@ fn nodes_that_share_a_mesh_are_all_converted() {
     let places = sandbox.positions("out.ply");
     assert_eq!(places.len(), 8);
     assert_eq!((places[3].z, places[7].z, places[7].x), (2.0, 2.0, 3.0));
+    // New attributes make a new file, which has both of them too.
+    sandbox.cotan_ok("sphere two.gltf -o sphere.glb --uv");
+    let places = sandbox.positions("sphere.glb");
+    let [near, far] = [0.0, 3.0].map(|x| {
+        let is_near = |p: &&nalgebra::Point3<f64>| (p.x - x).abs() <= 1.0 + 1e-6;
+        places.iter().filter(is_near).count()
+    });
+    assert!(
+        near >= 4 && near == far && near + far == places.len(),
+        "{places:?}"
+    );
 }
 
 #[test]

@@ -276,6 +276,13 @@ fn every_limit_of_reading_refuses_what_is_beyond_it() {
         sandbox.refused(&format!("info bar.obj {limit}"), &[word]);
         sandbox.refused(&format!("smooth bar.obj -o out.obj {limit}"), &[word]);
     }
+    // Files of handles and landmarks are read within the same limit.
+    sandbox.write("long.txt", " ".repeat(20_000));
+    let limit = "bar.obj -o out.obj --limit-file 19K";
+    for option in ["deform --handles", "sphere --landmarks"] {
+        let line = format!("{option} long.txt {limit}");
+        sandbox.refused(&line, &["long.txt", "larger than"]);
+    }
     let document = cotan_io::load(sandbox.path("bar.obj")).expect("a mesh");
     sandbox.write("bar.gltf", document.write(Format::Gltf).expect("bytes"));
     sandbox.refused(

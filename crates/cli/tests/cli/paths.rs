@@ -183,6 +183,47 @@ fn the_buffer_of_a_gltf_is_an_input_too() {
 
 #[cfg(unix)]
 #[test]
+fn the_images_of_a_mesh_are_inputs_too() {
+    let sandbox = with_external_buffer();
+    std::fs::create_dir(sandbox.path("sub")).expect("a folder");
+    let gltf = String::from_utf8(sandbox.read("scene.gltf")).expect("text");
+    let images = r#"{"images": [{"uri": "sub/a%20b.png"}, {"uri": "gone.png"}], "asset""#;
+    sandbox.write("scene.gltf", gltf.replacen("{\"asset\"", images, 1));
+    sandbox.write("sub/a b.png", "an image");
+    sandbox.write("image.png", "another");
+    sandbox.write("m.mtl", "newmtl a\nmap_Kd image.png\n");
+    let obj = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n";
+    sandbox.write("m.obj", obj);
+    std::os::unix::fs::symlink("sub/a b.png", sandbox.path("link")).expect("a link");
+    refuse_all(
+        &sandbox,
+        &[
+            "repair scene.gltf -o o.obj --report link",
+            "smooth scene.gltf -o o.obj --picture link",
+            "repair m.obj -o o.obj --report m.mtl",
+            "repair m.obj -o o.ply --report image.png",
+            "smooth m.obj -o o.ply --picture sub/../image.png",
+        ],
+    );
+    // An image that is not there is no input.
+    sandbox.cotan_ok("repair scene.gltf -o o.obj --report gone.png");
+}
+
+#[test]
+fn a_report_does_not_overwrite_what_was_written_beside_the_mesh() {
+    let sandbox = Sandbox::new();
+    std::fs::create_dir_all(sandbox.path("in")).expect("a folder");
+    sandbox.write("in/m.mtl", "newmtl a\nKd 1 0 0\n");
+    let obj = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n";
+    sandbox.write("in/m.obj", obj);
+    let outcome = sandbox.cotan("repair in/m.obj -o o.obj --report m.mtl");
+    assert_eq!(outcome.code, 2, "{outcome:?}");
+    assert!(outcome.stderr.contains("--report m.mtl"), "{outcome:?}");
+    assert_eq!(sandbox.read("m.mtl"), sandbox.read("in/m.mtl"));
+}
+
+#[cfg(unix)]
+#[test]
 fn pipes_and_devices_are_not_read() {
     let sandbox = with_inputs();
     let made = std::process::Command::new("mkfifo")

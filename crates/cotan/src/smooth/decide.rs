@@ -1,6 +1,6 @@
 //! Which method suits a mesh, and why.
 
-use cotan_geometry::{Scalar, Surface, angle_between, edge_lengths};
+use cotan_geometry::{Readable, Scalar, Surface, angle_between, edge_lengths};
 
 use super::noise::NoiseEstimate;
 use super::normal_filter::NormalFilter;
@@ -51,7 +51,10 @@ impl Decision {
                 ),
             )
         };
-        let reason = format!("{reason}; noise of {:.3} mean edge lengths", noise.noise);
+        let reason = format!(
+            "{reason}; noise of {} mean edge lengths",
+            Readable(noise.noise)
+        );
         Self {
             method,
             noise,

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use cotan::geometry::{Positions, Surface};
+use cotan::geometry::{Positions, Readable, Surface};
 use cotan::halfedge::VertexId;
 use cotan::linear::Hold;
 use cotan::smooth::{DetailOptions, ScaledCurvature, edit_detail_observed, smooth_observed};
@@ -390,9 +390,9 @@ impl Editor {
                 Surface::new(mesh.mesh(), &source).map_err(|e| TaskError::Failed(e.to_string()))?;
             let quality = SphereQuality::measure(&surface, &made.map);
             let report = format!(
-                "no flipped triangle; angles off by {:.2}° on average, areas by a factor of {:.2}",
+                "no flipped triangle; angles off by {:.2}° on average, areas by a factor of {}",
                 quality.angle_error_degrees.mean,
-                quality.area_distortion.mean.exp()
+                Readable(quality.area_distortion.mean.exp())
             );
             Ok(TaskResult::Mapped {
                 source,

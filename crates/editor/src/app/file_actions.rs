@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use cotan::geometry::{Positions, Surface, bounding_box};
-use cotan_io::Document;
+use cotan_io::{Document, Limits};
 use cotan_tool::handles_file::{Group, HandlesFile, groups_in_file, to_json};
 use cotan_tool::paths::Paths;
 use eframe::egui;
@@ -271,7 +271,11 @@ impl Editor {
             return;
         };
         let mesh = &open.mesh;
-        let file = HandlesFile { path, def: None };
+        let file = HandlesFile {
+            path,
+            def: None,
+            max_bytes: Limits::default().max_bytes,
+        };
         let read = file.read_groups(
             &mesh.document,
             &mesh.processing,

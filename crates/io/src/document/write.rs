@@ -1,5 +1,7 @@
 //! A document as a file, and what that loses.
 
+use std::path::PathBuf;
+
 use super::Document;
 use crate::companions::{Companions, References, WriteOptions, Written};
 use crate::error::IoError;
@@ -27,7 +29,9 @@ impl Document {
             let rounded = self.severe_rounding(source.as_ref());
             return stale.into_iter().map(kept).chain(rounded).collect();
         }
-        let mut losses = source.map_or_else(Vec::new, |source| source.extras());
+        let mut losses = self
+            .origin()
+            .map_or_else(Vec::new, |origin| origin.extras());
         match writer::losses(self, format) {
             Ok(lost) => losses.extend(lost),
             Err(error) => return vec![format!("{format} cannot be written: {error}")],
@@ -97,6 +101,22 @@ impl Document {
             companions,
             left,
         })
+    }
+
+    /// The files that the file refers to that this document was read from, by their paths in its
+    /// folder: buffers, material libraries, and the images of both; none without a file.
+    ///
+    /// They are inputs as the file itself is: who writes over one of them changes what the file
+    /// means. They may be missing.
+    ///
+    /// # Errors
+    /// [`IoError::External`] if a file cannot be looked for.
+    pub fn companions(&self) -> Result<Vec<PathBuf>, IoError> {
+        let Some(origin) = self.origin() else {
+            return Ok(Vec::new());
+        };
+        let companions = origin.own_references()?.companions;
+        Ok(companions.iter().map(|c| c.path().to_owned()).collect())
     }
 
     /// The normals that turned where vertices were moved; an error if the file's are wrong.

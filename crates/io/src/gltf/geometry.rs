@@ -23,7 +23,7 @@ pub(super) struct Block {
     /// Their numbers in the document.
     pub(super) vertices: Range<usize>,
     pub(super) placement: Placement,
-    /// How many primitives of its mesh before it have the same faces.
+    /// Which layer of its mesh it is, 0 if the mesh has one only.
     pub(super) layer: u32,
     /// The pieces that use it.
     pub(super) pieces: Vec<usize>,
@@ -160,7 +160,7 @@ impl Geometry {
         let layered = layered.filter(|block| block.layer > 0).count();
         if layered > 0 {
             warnings.push(warning(format!(
-                "primitives that have the faces of another one at the same place: {layered}; each has \
+                "primitives that have faces of another one at the same place: {layered}; each has \
                  vertices of its own, behind those of the first"
             )));
         }
@@ -184,14 +184,14 @@ impl Geometry {
         visit: &mut dyn FnMut(Instance<'_>) -> Result<(), IoError>,
     ) -> Result<usize, IoError> {
         let mut num_singular = 0;
-        for (mesh, faces) in self.faces_of_meshes() {
+        for (mesh, _) in self.faces_of_meshes() {
             let Some(others) = self.placements.others.get(mesh) else {
                 continue;
             };
             let from = &self.placements.meshes[mesh];
             num_singular += others.for_each(buffers, |to| {
                 visit(Instance {
-                    faces: faces.clone(),
+                    part: mesh,
                     from,
                     to,
                 })

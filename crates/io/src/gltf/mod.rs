@@ -343,6 +343,10 @@ impl SourceFile for GltfFile {
         self.files.references(written, self.limits.max_bytes)
     }
 
+    fn own_references(&self) -> Result<References, IoError> {
+        self.references(&self.buffers.file)
+    }
+
     fn embedded(&self, written: Vec<u8>) -> Result<Vec<u8>, IoError> {
         embed::embed(written, &self.files, &self.limits)
     }

@@ -7,12 +7,12 @@
 //! - Meshes that are placed differently.
 //! - Meshes that have a face in common: the second is another use of the same data, not a
 //!   duplicate of the first.
-//! - Primitives of one mesh with the same faces, such as a coloured surface and an outline over
-//!   it. They are *layers*, whose vertices are not welded to each other, whether they name the
-//!   same accessors or copies.
+//! - Primitives of one mesh with a face in common, such as a coloured surface and an outline or a
+//!   decal over it. They are *layers*, whose vertices are not welded to each other, whether they
+//!   name the same accessors or copies. One face decides: where one layer was edited and the other
+//!   was not, those that nobody moved still tell that they are two.
 
-use std::collections::hash_map::Entry;
-use std::collections::{HashMap, VecDeque};
+use std::collections::{HashMap, HashSet, VecDeque};
 
 use foldhash::fast::RandomState;
 use nalgebra::Point3;
@@ -27,19 +27,40 @@ pub(super) struct Sharing {
     blocks: HashMap<u64, Vec<usize>>,
     /// The faces of blocks that several meshes use: their sorted corners, with the mesh.
     faces: HashMap<usize, HashMap<[u32; 3], usize, RandomState>>,
-    /// The first primitive of the current mesh with so many faces, until there is another.
-    alone: HashMap<usize, usize>,
-    /// How many primitives of the current mesh have these faces.
-    layers: HashMap<Signature, u32>,
+    /// The only primitive with faces of the current mesh, until there is another.
+    alone: Option<usize>,
+    /// The layers of the current mesh, once it has two primitives.
+    layers: Vec<Layer>,
     /// Which primitives share a block, in their order, where that was decided before.
     given: Option<VecDeque<usize>>,
     /// The block of each of these groups.
     groups: HashMap<usize, usize>,
 }
 
-/// A sum over the faces of a primitive by which those with the same faces are found, whatever
-/// the order of faces and corners.
-type Signature = [u64; 2];
+/// Where the triangles of a layer are.
+#[derive(Debug, Default)]
+struct Layer {
+    faces: HashSet<u64, RandomState>,
+    /// How many of them each edge has; not counted for the first layer.
+    edges: HashMap<u64, u32, RandomState>,
+}
+
+impl Layer {
+    /// Whether none of these triangles is there.
+    fn is_free(&self, mut triangles: impl Iterator<Item = Triangle>) -> bool {
+        !triangles.any(|triangle| self.faces.contains(&place(&triangle)))
+    }
+
+    /// Whether no edge would have more than two triangles.
+    fn has_room(&self, edges: &HashMap<u64, u32, RandomState>) -> bool {
+        let there = |edge| self.edges.get(edge).copied().unwrap_or(0);
+        let mut edges = edges.iter().map(|(edge, &count)| (there(edge), count));
+        edges.all(|(there, count)| there == 0 || there + count <= 2)
+    }
+}
+
+/// The corners of a triangle.
+type Triangle = [Point3<f64>; 3];
 
 impl Sharing {
     /// Primitives with faces share their vertices as these numbers say, in their order.
@@ -104,35 +125,54 @@ impl Reader<'_> {
         Ok(block)
     }
 
-    /// How many primitives of the mesh before this one have the same faces; its vertices are those
-    /// of `block`.
+    /// The layer of a primitive whose vertices are those of `block`: the first one if it has no face
+    /// in common with any; else the first of the others with which it has none, and whose edges it
+    /// leaves with two triangles at most.
     fn layer(&mut self, block: usize, corners: &[u32]) -> u32 {
+        let positions = &self.parsed.positions;
+        let start = self.geometry.blocks[block].vertices.start;
         let (faces, _) = corners.as_chunks::<3>();
-        let num_faces = faces.iter().filter(is_proper).count();
-        if num_faces == 0 {
+        let faces = faces.iter().filter(is_proper);
+        let triangles = faces.map(|face| face.map(|v| positions[start + v as usize]));
+        let sharing = &mut self.sharing;
+        if sharing.layers.is_empty() {
+            let Some(first) = sharing.alone else {
+                sharing.alone = Some(self.geometry.pieces.len());
+                return 0;
+            };
+            let first = self.geometry.pieces.get(first);
+            let first = first.map_or(0..0, |piece| piece.faces.clone());
+            let first = first.filter_map(|face| self.parsed.faces.get(face)?.first_chunk::<3>());
+            let first = first.filter(is_proper);
+            let first = first.map(|face| place(&face.map(|v| positions[v as usize])));
+            sharing.layers.push(Layer {
+                faces: first.collect(),
+                ..Layer::default()
+            });
+        }
+        let layers = &mut sharing.layers;
+        // Who lies over anything is not of the first layer, although that may have been moved away.
+        if layers.iter().all(|layer| layer.is_free(triangles.clone())) {
+            layers[0].faces.extend(triangles.map(|t| place(&t)));
             return 0;
         }
-        let positions = &self.parsed.positions;
-        let first = match self.sharing.alone.entry(num_faces) {
-            Entry::Vacant(entry) => {
-                entry.insert(self.geometry.pieces.len());
-                return 0;
+        let mut edges = HashMap::default();
+        for [a, b, c] in triangles.clone() {
+            for edge in [[a, b], [b, c], [c, a]] {
+                *edges.entry(place(&edge)).or_default() += 1;
             }
-            Entry::Occupied(mut entry) => std::mem::replace(entry.get_mut(), usize::MAX),
-        };
-        if let Some(first) = self.geometry.pieces.get(first) {
-            let faces = first.faces.clone();
-            let faces = faces.filter_map(|face| self.parsed.faces.get(face)?.first_chunk::<3>());
-            let faces = faces.filter(is_proper);
-            let signature = sum(faces.map(|face| face.map(|v| positions[v as usize])));
-            self.sharing.layers.insert(signature, 1);
         }
-        let start = self.geometry.blocks[block].vertices.start;
-        let faces = faces.iter().filter(is_proper);
-        let signature = sum(faces.map(|face| face.map(|v| positions[start + v as usize])));
-        let layers = self.sharing.layers.entry(signature).or_default();
-        *layers += 1;
-        *layers - 1
+        let fits = |layer: &Layer| layer.is_free(triangles.clone()) && layer.has_room(&edges);
+        let found = layers.iter().skip(1).position(fits);
+        let layer = found.map_or(layers.len(), |found| found + 1);
+        if layer == layers.len() {
+            layers.push(Layer::default());
+        }
+        layers[layer].faces.extend(triangles.map(|t| place(&t)));
+        for (edge, count) in edges {
+            *layers[layer].edges.entry(edge).or_default() += count;
+        }
+        layer as u32
     }
 
     /// Whether a primitive may have the vertices of a block: none of its faces is one of another
@@ -170,7 +210,7 @@ impl Reader<'_> {
 
     /// Forgets the layers of the mesh before.
     pub(super) fn begin_mesh(&mut self) {
-        self.sharing.alone.clear();
+        self.sharing.alone = None;
         self.sharing.layers.clear();
     }
 }
@@ -185,19 +225,15 @@ fn sorted(mut face: [u32; 3]) -> [u32; 3] {
     face
 }
 
-fn sum(faces: impl Iterator<Item = [Point3<f64>; 3]>) -> Signature {
-    let mut sum = [0u64; 2];
-    for face in faces {
-        let corner = |p: Point3<f64>| {
-            // A negative zero is the same place as a positive one.
-            let bits = p.coords.map(|x| (x + 0.0).to_bits());
-            mixed(mixed(mixed(bits.x) ^ bits.y) ^ bits.z)
-        };
-        let face = face.map(corner).into_iter().fold(0, u64::wrapping_add);
-        sum[0] = sum[0].wrapping_add(mixed(face));
-        sum[1] = sum[1].wrapping_add(mixed(face ^ 0x9e37_79b9_7f4a_7c15));
-    }
-    sum
+/// A number for where some points are, whatever their order. Two places have the same one with a
+/// probability of 2⁻⁶⁴; then two primitives are read as layers that are none.
+fn place(points: &[Point3<f64>]) -> u64 {
+    let point = |p: &Point3<f64>| {
+        // A negative zero is the same place as a positive one.
+        let bits = p.coords.map(|x| (x + 0.0).to_bits());
+        mixed(mixed(mixed(bits.x) ^ bits.y) ^ bits.z)
+    };
+    mixed(points.iter().map(point).fold(0, u64::wrapping_add))
 }
 
 /// The finalizer of SplitMix64 (Steele, Lea and Flood 2014): every bit depends on every bit.

@@ -1,7 +1,7 @@
 use super::*;
 
 use cotan::shapes;
-use cotan_io::{Repair, Weld, read};
+use cotan_io::{Limits, Repair, Weld, read};
 use nalgebra::{Matrix4, Point3};
 use proptest::prelude::*;
 
@@ -33,7 +33,11 @@ impl Bench {
     }
 
     fn read(&self, path: &Path) -> (Vec<Constraint>, Vec<Group>) {
-        let file = HandlesFile { path, def: None };
+        let file = HandlesFile {
+            path,
+            def: None,
+            max_bytes: u64::MAX,
+        };
         let flat = file.read(&self.document, &self.processing, None).unwrap();
         let groups = file
             .read_groups(&self.document, &self.processing, None)
@@ -205,6 +209,7 @@ fn copies_of_a_repair_become_the_vertex_of_the_file() {
     let file = HandlesFile {
         path: &path,
         def: None,
+        max_bytes: u64::MAX,
     };
     let read = file.read_groups(&bench.document, &bench.processing, Some(&file_vertices));
     assert_eq!(read.unwrap()[0].vertices, [0, 5, 2]);

@@ -146,6 +146,41 @@ fn the_same_faces_at_the_same_place_are_kept_apart() {
 }
 
 #[test]
+fn layers_stay_layers_when_one_of_them_was_moved() {
+    // A surface, an outline over it, and a decal over one of its faces.
+    let mut made = Made::default();
+    let positions = made.floats("VEC3", &CORNERS);
+    let copies = made.floats("VEC3", &CORNERS);
+    let indices = [made.indices(&FACES), made.indices(&FACES[3..6])];
+    let primitive = |positions: usize, indices: usize| json!({"attributes": {"POSITION": positions}, "indices": indices});
+    let glb = made.glb(&json!({"meshes": [{"primitives": [
+        primitive(positions, indices[0]),
+        primitive(positions, indices[0]),
+        primitive(copies, indices[1]),
+    ]}]}));
+    let document = open(&glb).unwrap();
+    assert_eq!(document.positions().len(), 12);
+    let warning = &document.warnings()[0].message;
+    assert!(warning.contains("at the same place: 2;"), "{warning}");
+    // Of every layer one vertex moves, and one face at least keeps its place.
+    for moved in 0..8 {
+        let mut document = document.clone();
+        let to = document.positions()[moved] + Vector3::new(0.25, 0.5, 0.125);
+        document.set_position(moved, to).unwrap();
+        for format in [Format::Glb, Format::Gltf] {
+            let again = open(&document.write(format).unwrap()).unwrap();
+            assert_eq!(again.positions(), document.positions());
+            assert_eq!(again.faces(), document.faces());
+            assert_eq!(again.surface().unwrap().mesh().num_faces(), 9);
+            let repaired = Repair::all().apply(&again).unwrap();
+            // The decal's accessor has a vertex that no face uses.
+            let dropped = [Change::DroppedVertex { vertex: 10 }];
+            assert_eq!(repaired.changes, dropped, "vertex {moved}");
+        }
+    }
+}
+
+#[test]
 fn a_repair_of_layers_leaves_them_layers() {
     // Each layer has a bow-tie: two tetrahedra that meet in a vertex, which is split.
     let far = CORNERS.map(|x| -x);
@@ -215,6 +250,39 @@ fn nodes_that_share_a_mesh_stay_instances_and_are_all_converted() {
     let bytes = document.write(Format::Glb).unwrap();
     assert_eq!(json_of(&bytes)["nodes"], nodes);
     assert_eq!(open(&bytes).unwrap().positions(), document.positions());
+}
+
+#[test]
+fn a_document_with_other_attributes_keeps_its_instances_and_names_what_is_lost() {
+    // Each mesh has a face without area, which a repair drops.
+    let mut made = Made::default();
+    let positions = made.floats("VEC3", &CORNERS);
+    let indices = made.indices(&[&[1, 1, 2], &FACES[..]].concat());
+    let primitive = json!({"attributes": {"POSITION": positions}, "indices": indices});
+    let glb = made.glb(&json!({
+        "nodes": [
+            {"mesh": 0}, {"mesh": 0, "translation": [5, 0, 0]}, {"mesh": 1, "scale": [-1, 1, 1]},
+            {"mesh": 1, "translation": [0, 7, 0]}, {"camera": 0},
+        ],
+        "meshes": [{"primitives": [primitive]}, {"primitives": [primitive]}],
+        "cameras": [{"type": "perspective", "perspective": {"yfov": 1, "znear": 1}}],
+    }));
+    let document = open(&glb).unwrap();
+    let attributes = document.attributes().unwrap().into_owned();
+    let detached = document.with_attributes(attributes).unwrap();
+    let repaired = Repair::default().apply(&detached).unwrap().document;
+    assert_eq!(repaired.faces().len(), 8);
+    for (made, num_faces) in [(&detached, 20), (&repaired, 16)] {
+        let losses = made.losses(Format::Glb).join("\n");
+        assert!(losses.contains("camera"), "{losses}");
+        for format in [Format::Glb, Format::Obj, Format::Ply] {
+            let bytes = made.write(format).unwrap();
+            let again = crate::read(bytes, None, &Default::default()).unwrap();
+            assert_eq!(again.faces().len(), num_faces, "{format}");
+            let volume = volume(&again);
+            assert!((volume - 4.0 / 6.0).abs() < 1e-12, "{format}: {volume}");
+        }
+    }
 }
 
 #[test]

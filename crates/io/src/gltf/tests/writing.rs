@@ -1,4 +1,4 @@
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 use serde_json::{Value, json};
 
@@ -444,4 +444,25 @@ pub(super) fn kitchen_sink() -> Vec<u8> {
             {"primitives": [{"attributes": {"POSITION": sparse, "TEXCOORD_0": uvs}, "mode": 6}]},
         ],
     }))
+}
+
+#[test]
+fn an_edit_far_from_the_origin_without_a_node_is_warned_of() {
+    let far = CORNERS.map(|x| x + 4e6);
+    let mut made = Made::default();
+    let positions = made.floats("VEC3", &far);
+    let indices = made.indices(&FACES);
+    let primitive = json!({"attributes": {"POSITION": positions}, "indices": indices});
+    let glb = made.glb(&json!({"meshes": [{"primitives": [primitive]}]}));
+    let mut document = open(&glb).unwrap();
+    assert_eq!(document.losses(Format::Glb), Vec::<String>::new());
+    let p = document.positions()[3] + Vector3::new(0.1, 0.0, 0.2);
+    document.set_position(3, p).unwrap();
+    let losses = document.losses(Format::Glb).join("\n");
+    assert!(
+        losses.contains(
+            "single precision, too little so far from its origin: vertices move by 0.1 at most"
+        ),
+        "{losses}"
+    );
 }
