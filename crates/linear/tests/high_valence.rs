@@ -25,7 +25,9 @@ fn corrected(system: &mut PreparedSystem, n: usize) -> VertexMap<Vector3<f64>> {
     let mut correction = VertexMap::filled(n, Vector3::zeros());
     let (mismatch, pull) = (field(n, 0.3), field(n, 2.7));
     let defect = Defect::of_laplacian(&mismatch).with_pull(&pull);
-    system.correct(&defect, &mut correction).unwrap();
+    system
+        .correct(&defect, &mut correction)
+        .expect("a correction");
     correction
 }
 

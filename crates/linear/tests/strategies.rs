@@ -109,7 +109,9 @@ fn corrected<T: Scalar>(
         .with_tension(&tension)
         .with_pull(&pull);
     system.residual(&defect, &mut residual);
-    system.correct(&defect, &mut correction).unwrap();
+    system
+        .correct(&defect, &mut correction)
+        .expect("a correction");
     [residual, correction]
 }
 

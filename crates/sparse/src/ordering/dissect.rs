@@ -203,7 +203,7 @@ fn split_leaves(
         .collect();
     let (trees, inner): (Vec<_>, Vec<_>) = split.into_iter().unzip();
     let (tree, numbers) = tree.replace_leaves(&trees);
-    parallel::update(&labels[..], |_, label| {
+    parallel::update(labels, |_, label| {
         use std::sync::atomic::Ordering::Relaxed;
         label.store(numbers[label.load(Relaxed) as usize], Relaxed);
     });
