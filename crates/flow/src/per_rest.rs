@@ -65,7 +65,7 @@ mod tests {
     #[test]
     fn a_value_is_computed_once_for_every_rest_shape() {
         let [a, b] = [icosphere::<f64>(1), torus::<f64>(1.0, 0.3, 8, 6)]
-            .map(|s| Rest::new(&s.mesh, &s.positions, Cotangent::default()).unwrap());
+            .map(|s| Rest::new(s.connectivity(), s.positions(), Cotangent::default()).unwrap());
         let mut computed = 0;
         let mut count = PerRest::new();
         for rest in [&a, &a, &b, &b] {

@@ -431,7 +431,7 @@ mod tests {
         }
         let operator = Operator::<f64>::new(graph, weights, Symmetry::Symmetric).unwrap();
         let x: Positions<f64> = shape
-            .positions
+            .positions()
             .values()
             .chain(shape.positions().values())
             .copied()
