@@ -15,7 +15,7 @@ use crate::rest::{Identity, Rest};
 /// use cotan_laplacian::Cotangent;
 ///
 /// let shape = cotan_geometry::shapes::icosphere::<f64>(1);
-/// let rest = Rest::new(&shape.mesh, &shape.positions, Cotangent::default())?;
+/// let rest = Rest::new(shape.connectivity(), shape.positions(), Cotangent::default())?;
 /// let mut longest = PerRest::new();
 /// let measure = |rest: &Rest<f64>| rest.magnitudes().values().copied().fold(0.0, f64::max);
 /// assert!(*longest.get(&rest, measure) > 0.0);

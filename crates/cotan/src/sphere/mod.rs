@@ -14,7 +14,7 @@
 //! use cotan::sphere::{SphereOptions, spherical};
 //! // A shape remeshed by the even triangles of an icosphere.
 //! let shape = cotan::shapes::creature::<f64>(40);
-//! let sphere = spherical(&shape, &SphereOptions { authalic: 1.0, ..Default::default() })?;
+//! let sphere = spherical(&shape, &SphereOptions::default().authalic(1.0))?;
 //! let remeshed = sphere.map.remesh(shape.positions(), 4)?;
 //! assert_eq!(remeshed.num_vertices(), 2562);
 //! # Ok::<(), cotan::sphere::SphereError>(())
