@@ -6,8 +6,8 @@
 //! ```
 //!
 //! Medians over the steps of one drag, on a machine that does nothing else. The solve is timed on a
-//! system of its own, prepared alike. Real models are skipped where they are not beside the project.
-//! Before the table: what it takes to assemble the operator, in nanoseconds a face.
+//! system of its own, prepared alike. Real models are skipped where they are not beside the
+//! project. Before the table: what it takes to assemble the operator, in nanoseconds a face.
 
 use std::time::Instant;
 

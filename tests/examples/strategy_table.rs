@@ -5,11 +5,10 @@
 //! ```
 //!
 //! HANDLES point handles (default 32) spread over each model. `factor` is analysis and numbers (the
-//! time to prepare a system with one handle), `prepare` has the columns too; `exchange` puts one handle
-//! for another; `correct` is one correction.
-//! Medians, in milliseconds of processor time of all threads, so that other work on the machine counts
-//! little. `apart` is the largest difference of the corrections by the two
-//! strategies, over the largest correction.
+//! time to prepare a system with one handle), `prepare` has the columns too; `exchange` puts one
+//! handle for another; `correct` is one correction. Medians, in milliseconds of processor time of
+//! all threads, so that other work on the machine counts little. `apart` is the largest difference
+//! of the corrections by the two strategies, over the largest correction.
 
 use cotan::flow::Flow;
 use cotan::geometry::{Mesh, shapes};

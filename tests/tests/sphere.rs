@@ -1,5 +1,5 @@
-//! Spherical parameterization on real models: the reference cases of part B, the paper's claims, and
-//! no flipped triangle anywhere.
+//! Spherical parameterization on real models: the reference cases of part B, the paper's claims,
+//! and no flipped triangle anywhere.
 
 use cotan::flow::{AlongNormal, Flow, Projection, Rest, Schedule, Start, nearest_rotation};
 use cotan::prelude::*;
@@ -158,8 +158,8 @@ impl Projection<f64> for Free {
     }
 }
 
-/// The rule without anything that fixes the scale: r ← 3 κ r², a collapse. With one-ring areas it is
-/// that exactly; with area vectors, as in the reference, a discretisation factor comes in.
+/// The rule without anything that fixes the scale: r ← 3 κ r², a collapse. With one-ring areas it
+/// is that exactly; with area vectors, as in the reference, a discretisation factor comes in.
 #[test]
 fn a_fixed_curvature_collapses_as_in_the_reference() {
     let Some(reference) = json("reference/sphere-smoothing-public-models.json") else {
@@ -227,8 +227,8 @@ fn cotangents_keep_angles_and_tutte_evens_them_out() {
     }
 }
 
-/// How uneven edge lengths are between neighbours (the mean over triangles of ln(longest / shortest)),
-/// and the root mean square of the angles about 60°.
+/// How uneven edge lengths are between neighbours (the mean over triangles of ln(longest /
+/// shortest)), and the root mean square of the angles about 60°.
 fn evenness(surface: &Surface<'_, f64>) -> [f64; 2] {
     let mesh = surface.mesh();
     let (mut edges, mut angles) = (0.0, 0.0);

@@ -101,8 +101,8 @@ fn a_surface_without_volume_is_mapped_too() {
     let _ = checked(shape.connectivity(), shape.positions(), &options());
 }
 
-/// A thin tube of many rings, closed by a vertex at either end: its conformal map shrinks by a factor
-/// e a radius, far below the smallest number.
+/// A thin tube of many rings, closed by a vertex at either end: its conformal map shrinks by a
+/// factor e a radius, far below the smallest number.
 fn tube(rings: u32, sides: u32) -> Mesh<f64> {
     let mut points = vec![Point3::new(0.0, 0.0, -1.0)];
     for ring in 0..rings {

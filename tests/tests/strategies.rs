@@ -1,5 +1,5 @@
-//! The strategies of the linear system, through whole deformations: what is chosen changes how long it
-//! takes, not what comes out.
+//! The strategies of the linear system, through whole deformations: what is chosen changes how long
+//! it takes, not what comes out.
 
 use cotan::linear::{Method, Strategy, SystemOptions};
 use cotan::prelude::*;

@@ -1,9 +1,9 @@
 //! Pictures: a mesh before and after, side by side, seen by the same camera; and, in [`heat`],
 //! surfaces coloured by a quantity.
 //!
-//! The surface is drawn by the software rasterizer `euc` (depth buffer, perspective), three by three
-//! samples a pixel; handles are coloured: what stays in blue, what moves in orange. Same bytes in
-//! every run.
+//! The surface is drawn by the software rasterizer `euc` (depth buffer, perspective), three by
+//! three samples a pixel; handles are coloured: what stays in blue, what moves in orange. Same
+//! bytes in every run.
 
 mod camera;
 mod color_bar;

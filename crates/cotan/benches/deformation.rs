@@ -1,8 +1,8 @@
 //! What an interactive edit costs, phase by phase, at two sizes.
 //!
-//! `cargo bench -p cotan --bench deformation` takes a minute or two. Everything up to the factorization is paid once a
-//! mesh and set of handles; the solve and the iteration are paid again and again, so that the
-//! distance between the two is what keeping a `Session` saves.
+//! `cargo bench -p cotan --bench deformation` takes a minute or two. Everything up to the
+//! factorization is paid once a mesh and set of handles; the solve and the iteration are paid again
+//! and again, so that the distance between the two is what keeping a `Session` saves.
 
 use std::hint::black_box;
 use std::time::{Duration, Instant};

@@ -1,5 +1,5 @@
-//! A harmonic field with fixed values: between the rims of a cylinder it is linear in z, on the mesh
-//! as well.
+//! A harmonic field with fixed values: between the rims of a cylinder it is linear in z, on the
+//! mesh as well.
 //!
 //! `cargo run -p cotan --example harmonic_field`
 

@@ -1,5 +1,5 @@
-//! Geodesic distances by the heat method (Crane, Weischedel, Wardetzky 2013): heat flows for a short
-//! time, and its gradients, all made equally long, are those of the distance.
+//! Geodesic distances by the heat method (Crane, Weischedel, Wardetzky 2013): heat flows for a
+//! short time, and its gradients, all made equally long, are those of the distance.
 //!
 //! L has no factor ½, so the areas and the divergence have none either.
 //!

@@ -47,8 +47,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         );
     }
 
-    // One more vertex is taken hold of where it is by now, and pushed in: what was solved and factorized
-    // for the others is kept.
+    // One more vertex is taken hold of where it is by now, and pushed in: what was solved and
+    // factorized for the others is kept.
     let middle = shape
         .surface()
         .vertices_where(|p| p.z.abs() < 0.05 && p.x > 0.29);

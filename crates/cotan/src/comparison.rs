@@ -85,8 +85,8 @@ impl<'m, T: Scalar> ShapeComparison<'m, T> {
         Ok(self.fields(positions)?.errors())
     }
 
-    /// ln (area / area before) around every vertex of another shape of the mesh: positive where it has
-    /// grown; 0 where there is no area.
+    /// ln (area / area before) around every vertex of another shape of the mesh: positive where it
+    /// has grown; 0 where there is no area.
     ///
     /// # Errors
     /// As [`Self::fields`].

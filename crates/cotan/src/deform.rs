@@ -23,8 +23,9 @@ pub struct Deformed<T: Scalar> {
 /// The surface may have boundaries; every component needs a handle.
 ///
 /// # Errors
-/// [`Error`] for a mesh that is no surface, and for handles that do not exist, contradict each other
-/// or leave a component free. Reaching the iteration limit is no error: see [`Deformed::report`].
+/// [`Error`] for a mesh that is no surface, and for handles that do not exist, contradict each
+/// other or leave a component free. Reaching the iteration limit is no error: see
+/// [`Deformed::report`].
 ///
 /// **Source**: paper, section 3.2; the default orientation is ours (`docs/decisions`), the paper's
 /// own settings are [`DeformOptions::paper`].

@@ -13,8 +13,8 @@ use crate::handles::{HandleId, Handles, Motion};
 use crate::options::DeformOptions;
 use crate::unmoved::Unmoved;
 
-/// A mesh held by its handles: factorized once, then moved and stepped as often as you like. Handles
-/// can be added and let go of on the way.
+/// A mesh held by its handles: factorized once, then moved and stepped as often as you like.
+/// Handles can be added and let go of on the way.
 ///
 /// ```
 /// use cotan::prelude::*;
@@ -59,8 +59,8 @@ impl<T: Scalar> Session<T> {
         Self::from_flow(options.flow(surface), handles)
     }
 
-    /// A session of a flow with any scheme, updater, orientation or energy, yours included; `handles`
-    /// take the place of those that the flow was given.
+    /// A session of a flow with any scheme, updater, orientation or energy, yours included;
+    /// `handles` take the place of those that the flow was given.
     ///
     /// ```
     /// use cotan::prelude::*;
@@ -97,8 +97,8 @@ impl<T: Scalar> Session<T> {
         &self.handles
     }
 
-    /// Moves a handle to where `motion` takes its *original* positions. The shape follows in the next
-    /// steps. A number names the handle that was added after so many others.
+    /// Moves a handle to where `motion` takes its *original* positions. The shape follows in the
+    /// next steps. A number names the handle that was added after so many others.
     ///
     /// # Errors
     /// [`Error`] if there is no such handle, the motion does not fit it, or a vertex that it shares
@@ -155,7 +155,8 @@ impl<T: Scalar> Session<T> {
         self.move_handle(handle, &Motion::Transform(matrix))
     }
 
-    /// Puts other handles in the place of all at hand. The shape is kept and follows in the next steps.
+    /// Puts other handles in the place of all at hand. The shape is kept and follows in the next
+    /// steps.
     ///
     /// Few handles on a mesh whose system is solved by columns
     /// ([`cotan_linear::Strategy::Columns`]) cost a solve or two for every three new vertices, and
@@ -200,8 +201,8 @@ impl<T: Scalar> Session<T> {
         }
     }
 
-    /// Puts another shape in the place of the one at hand (an earlier one, say, to which its owner has
-    /// gone back); hard handles stay at their targets. Nothing is factorized.
+    /// Puts another shape in the place of the one at hand (an earlier one, say, to which its owner
+    /// has gone back); hard handles stay at their targets. Nothing is factorized.
     ///
     /// # Errors
     /// [`Error`] for a shape of another mesh or with a position that is not finite.

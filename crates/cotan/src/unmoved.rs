@@ -8,8 +8,8 @@ use cotan_halfedge::{Components, HalfedgeMesh};
 ///
 /// If every handle of a component is at its original place, the original shape is an exact
 /// solution: its Laplacian coordinates are met, nothing pulls. What a solve leaves of it is the
-/// rounding of the coordinates, times what the system makes of that: a few units in the last place of
-/// the size, and thousands where triangles without area have weights of 10⁶. A component whose
+/// rounding of the coordinates, times what the system makes of that: a few units in the last place
+/// of the size, and thousands where triangles without area have weights of 10⁶. A component whose
 /// vertices all lie within √ε of the size from the original (ε the spacing of the numbers at 1, so
 /// that half of the digits agree) is the original; one that ended farther away, in another solution
 /// say, is what it is.

@@ -254,8 +254,8 @@ impl Editor {
         self.solver.post(goal);
     }
 
-    /// Shows a scene that is not on the way of the one before: what the solver still makes of that is
-    /// not wanted.
+    /// Shows a scene that is not on the way of the one before: what the solver still makes of that
+    /// is not wanted.
     fn show_as_is(&mut self) {
         self.post(Pace::Still);
         self.accepted_from = self.tag;
@@ -303,7 +303,8 @@ impl Editor {
         };
         let is_drawn = self.drawn.as_ref().is_some_and(|s| Arc::ptr_eq(s, &shape));
         let mesh = Arc::clone(&open.mesh.processing);
-        // Everything is compared with the mesh as it was opened, whatever a job has made of it since.
+        // Everything is compared with the mesh as it was opened, whatever a job has made of it
+        // since.
         let original = Arc::clone(&open.original);
         if !is_drawn && let Ok(surface) = Surface::new(mesh.mesh(), &shape) {
             let normals = vertex_normals(&surface);
@@ -314,7 +315,8 @@ impl Editor {
             .measured
             .as_ref()
             .is_some_and(|(s, f, _)| Arc::ptr_eq(s, &shape) && *f == field);
-        // Two numbers need not change with every frame while the solver has better use for the processor.
+        // Two numbers need not change with every frame while the solver has better use for the
+        // processor.
         let may_wait = field == Field::Plain && self.solver.state().0 == State::Running;
         let is_recent = |(.., when): &(_, _, Instant)| when.elapsed() < NUMBERS_EVERY;
         if !is_measured && may_wait && self.measured.as_ref().is_some_and(is_recent) {

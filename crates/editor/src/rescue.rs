@@ -1,7 +1,7 @@
 //! What is put aside while the program breaks down.
 //!
-//! The window hands over its work with every frame (a few pointers); a panic anywhere writes it to the
-//! autosave, before anything else happens.
+//! The window hands over its work with every frame (a few pointers); a panic anywhere writes it to
+//! the autosave, before anything else happens.
 
 use std::panic::PanicHookInfo;
 use std::path::PathBuf;

@@ -1,7 +1,7 @@
 //! What is edited: the mesh, its handles and settings, and how it was before.
 //!
-//! A [`Scene`] is a value that never changes: an edit makes a new one, which shares what is the same.
-//! So undo is a list of scenes, and the solver can hold one while the next is made.
+//! A [`Scene`] is a value that never changes: an edit makes a new one, which shares what is the
+//! same. So undo is a list of scenes, and the solver can hold one while the next is made.
 
 use std::sync::Arc;
 
@@ -154,7 +154,8 @@ impl Scene {
     }
 }
 
-/// The command line's defaults, but to a tolerance at which two ways to a shape end at the same one.
+/// The command line's defaults, but to a tolerance at which two ways to a shape end at the same
+/// one.
 pub fn editor_options() -> DeformOptions {
     DeformOptions::default().tolerance(SETTLED)
 }

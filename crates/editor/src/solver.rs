@@ -1,7 +1,7 @@
 //! The thread that solves beside the drawing.
 //!
-//! The window posts [`Goal`]s, of which only the newest counts, and takes [`Update`]s, of which it only
-//! ever sees the newest. Neither waits for the other.
+//! The window posts [`Goal`]s, of which only the newest counts, and takes [`Update`]s, of which it
+//! only ever sees the newest. Neither waits for the other.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -219,8 +219,8 @@ fn serve(shared: &Shared) {
     }
 }
 
-/// Follows goals on one mesh and rest shape, with one factorization for all it can; returns the first
-/// goal that asks for another.
+/// Follows goals on one mesh and rest shape, with one factorization for all it can; returns the
+/// first goal that asks for another.
 fn follow(shared: &Shared, first: Goal) -> Next {
     let mesh = Arc::clone(&first.mesh);
     let rest = Arc::clone(&first.rest);

@@ -291,7 +291,8 @@ impl<T: Scalar> FlowBuilder<T> {
         }
     }
 
-    /// Whether the iteration starts from the original shape, and not from zero vectors or another one.
+    /// Whether the iteration starts from the original shape, and not from zero vectors or another
+    /// one.
     pub fn starts_from_original(&self) -> bool {
         self.start != Start::Zero && self.first_shape.is_none()
     }

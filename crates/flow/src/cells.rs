@@ -20,9 +20,9 @@ pub(crate) fn as_f64<T: Scalar>(v: Vector3<T>) -> Vector3<f64> {
 /// g_ij = − Σ_{T at the edge ij} (cot_ij (x⁰_j − x⁰_i) + cot_ik (x⁰_k − x⁰_i))
 /// ```
 ///
-/// with k the third corner of T and cot the cotangent of the angle opposite an edge in T: the gradient
-/// at i of the energy of the two triangles at the edge. With them sums over triangles are sums over
-/// neighbours:
+/// with k the third corner of T and cot the cotangent of the angle opposite an edge in T: the
+/// gradient at i of the energy of the two triangles at the edge. With them sums over triangles are
+/// sums over neighbours:
 ///
 /// ```text
 /// Σ_{T at i} Σ_{e in T} cot_e e e⁰ᵀ = Σ_j (x_j − x_i) g_jiᵀ

@@ -130,8 +130,8 @@ impl<T: Scalar> Flow<T> {
     }
 
     /// The current positions, in the units of the input. Hard handles are exactly at their targets
-    /// (unless something projects the flow), and a vertex that has not moved has exactly its original
-    /// position.
+    /// (unless something projects the flow), and a vertex that has not moved has exactly its
+    /// original position.
     ///
     /// Positions are computed in box units, as numbers up to 1, and each step rounds them to the
     /// spacing ε of such numbers: a vertex within 4 ε of its original place in each coordinate has
@@ -165,8 +165,9 @@ impl<T: Scalar> Flow<T> {
     }
 
     /// Moves all handles to new targets, in the order of [`Self::handles`]. The shape is kept and
-    /// follows in the next steps; the schedule and the acceleration start over, so that a flow whose
-    /// handles move before every step takes plain steps. Targets that are the same change nothing.
+    /// follows in the next steps; the schedule and the acceleration start over, so that a flow
+    /// whose handles move before every step takes plain steps. Targets that are the same change
+    /// nothing.
     ///
     /// # Errors
     /// [`FlowError`] if there are too few or too many targets, or one is not finite.
@@ -202,8 +203,8 @@ impl<T: Scalar> Flow<T> {
         Ok(())
     }
 
-    /// Changes the schedule of the steps from here on: 1 while a handle is held, say, and a falling one
-    /// when it is let go of.
+    /// Changes the schedule of the steps from here on: 1 while a handle is held, say, and a falling
+    /// one when it is let go of.
     ///
     /// # Errors
     /// [`FlowError`] for ratios out of range.

@@ -91,7 +91,8 @@ impl<T: Scalar> Rest<T> {
         fans.areas(&positions, &mut sums);
         let mut cotangents = HalfedgeMap::filled(mesh.num_halfedges(), T::zero());
         Cotangent::default().opposite_cotangents(&surface, &mut cotangents);
-        // With the weights of the same cotangents K is L/2 to the last digit, and one array serves both.
+        // With the weights of the same cotangents K is L/2 to the last digit, and one array serves
+        // both.
         let own = Operator::assemble_on(
             &rings,
             &SumOf {
@@ -233,8 +234,8 @@ impl<T: Scalar> Rest<T> {
         self.row_cotangents.is_none()
     }
 
-    /// Σ_j w_ij (x_j − x_i) and Σ_j s_ij (x_j − x_i) at vertex number `i`: the Laplacian coordinate,
-    /// and by how much the membrane's edges pull.
+    /// Σ_j w_ij (x_j − x_i) and Σ_j s_ij (x_j − x_i) at vertex number `i`: the Laplacian
+    /// coordinate, and by how much the membrane's edges pull.
     #[inline]
     pub(crate) fn laplacian_and_pull(
         &self,

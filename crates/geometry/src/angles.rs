@@ -56,8 +56,9 @@ pub fn triangle_cotangents_with_floor<T: Scalar>(
     }
 }
 
-/// [`triangle_cotangents_with_floor`] of the two corners that are not the apex, at the ends of `left`
-/// and of `right`, for sums around the apex that have the edges from it and twice the area at hand.
+/// [`triangle_cotangents_with_floor`] of the two corners that are not the apex, at the ends of
+/// `left` and of `right`, for sums around the apex that have the edges from it and twice the area
+/// at hand.
 #[inline]
 pub fn far_cotangents<T: Scalar>(
     left: &Vector3<T>,

@@ -1,8 +1,8 @@
 //! Numbers by place: neighbours in space become neighbours in memory.
 //!
 //! A mesh whose vertices are numbered at random makes every pass over its triangles wait for
-//! memory: building it takes four times as long, and so do weights, normals and right-hand sides. Sorting
-//! the vertices along a curve that fills space (Z-order: the bits of the three coordinates
+//! memory: building it takes four times as long, and so do weights, normals and right-hand sides.
+//! Sorting the vertices along a curve that fills space (Z-order: the bits of the three coordinates
 //! interleaved) costs less than what one such pass loses.
 
 use cotan_halfedge::{FaceId, HalfedgeMesh, VertexId, VertexMap};
@@ -121,7 +121,8 @@ impl SpatialOrder {
         self.old[new]
     }
 
-    /// The triangles with new numbers, sorted by the first of their corners, and the old number of each.
+    /// The triangles with new numbers, sorted by the first of their corners, and the old number of
+    /// each.
     ///
     /// # Panics
     /// If a corner is no vertex.

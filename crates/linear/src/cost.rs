@@ -1,9 +1,10 @@
 //! What a strategy will cost, before anything is factorized.
 //!
-//! By rules of growth on closed round meshes of 100k and 655k vertices (one thread; the medians that the
-//! constants are fitted to stand beside them), corrected by the analysis where one has been made. Round meshes were measured: on limbed ones factors have half of these entries, for
-//! both kinds of matrices alike, so the comparison stands. Seconds are those of one machine; only their
-//! ratios matter.
+//! By rules of growth on closed round meshes of 100k and 655k vertices (one thread; the medians
+//! that the constants are fitted to stand beside them), corrected by the analysis where one has
+//! been made. Round meshes were measured: on limbed ones factors have half of these entries, for
+//! both kinds of matrices alike, so the comparison stands. Seconds are those of one machine; only
+//! their ratios matter.
 
 use cotan_sparse::Precision;
 
@@ -102,14 +103,14 @@ struct Factor {
 }
 
 impl Factor {
-    /// Of L: 5.2 and 50 million entries, analysis .13 and .96 s, numeric .061 and .93 s, solve .0082
-    /// and .085 s.
+    /// Of L: 5.2 and 50 million entries, analysis .13 and .96 s, numeric .061 and .93 s, solve
+    /// .0082 and .085 s.
     fn one_ring(n: f64, size: f64) -> Self {
         Self::of(n, size * 52.0 * n * (n / 1e5).powf(0.166), 1.28e-6)
     }
 
-    /// Of LᵀL: 17 and 151 million entries, analysis .28 and 2.3 s, numeric .38 and 5.5 s, solve .026
-    /// and .22 s.
+    /// Of LᵀL: 17 and 151 million entries, analysis .28 and 2.3 s, numeric .38 and 5.5 s, solve
+    /// .026 and .22 s.
     fn two_rings(n: f64, size: f64) -> Self {
         Self::of(n, size * 172.0 * n * (n / 1e5).powf(0.155), 2.8e-6)
     }
@@ -131,13 +132,13 @@ const STREAM: f64 = 0.8e-9;
 /// factorize it.
 const DENSE_SOLVE: f64 = 1.2e-8;
 const DENSE_FACTOR: f64 = 3e-10;
-/// Values a vertex that the matrix takes beside its factor while it is factorized: index and number of
-/// the lower triangle, 4 and 10 entries a vertex, and as much again where it is permuted.
+/// Values a vertex that the matrix takes beside its factor while it is factorized: index and number
+/// of the lower triangle, 4 and 10 entries a vertex, and as much again where it is permuted.
 const MATRIX_ONE_RING: f64 = 16.0;
 const MATRIX_TWO_RINGS: f64 = 40.0;
 
-/// Values a vertex of a hierarchy with its work space (20 entries of 12 bytes, six vectors), and seconds a
-/// vertex of a solve with it: measured on a closed mesh of 164k vertices.
+/// Values a vertex of a hierarchy with its work space (20 entries of 12 bytes, six vectors), and
+/// seconds a vertex of a solve with it: measured on a closed mesh of 164k vertices.
 const HIERARCHY: f64 = 48.0;
 const ITERATIVE_SOLVE: f64 = 4.7e-6;
 

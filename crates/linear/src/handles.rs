@@ -10,9 +10,9 @@ use crate::error::LinearError;
 pub enum Hold {
     /// Exactly: the vertex is eliminated from the system. The best conditioned choice.
     ///
-    /// Its own row of L stays among those whose squares are summed. What is minimised is |Lx − ℓ|² over
-    /// *all* rows, with x given at hard handles, so that a field with ℓ = 0 is biharmonic around them.
-    /// To meet the rows of the free vertices exactly and drop the others, take a
+    /// Its own row of L stays among those whose squares are summed. What is minimised is |Lx − ℓ|²
+    /// over *all* rows, with x given at hard handles, so that a field with ℓ = 0 is biharmonic
+    /// around them. To meet the rows of the free vertices exactly and drop the others, take a
     /// [`LinearSystem`](crate::LinearSystem).
     #[default]
     Hard,

@@ -11,8 +11,8 @@
 //! once, each solve takes three right-hand sides and allocates nothing.
 //!
 //! It solves for the *correction* of a shape at hand and not for positions: what enters is how far
-//! the shape is from fulfilling each term. A shape that fulfils them all is then left alone exactly,
-//! a mesh far from the origin loses no digit, and every solve refines the one before.
+//! the shape is from fulfilling each term. A shape that fulfils them all is then left alone
+//! exactly, a mesh far from the origin loses no digit, and every solve refines the one before.
 //!
 //! There are two ways to the solution, and [`Strategy::Auto`] takes the one that is predicted to be
 //! the faster:
@@ -28,8 +28,8 @@
 //! Equations that are met exactly and not in the sense of least squares are solved by
 //! [`LinearSystem`]: harmonic fields, Poisson's equation, implicit steps of diffusion.
 //!
-//! The factorization is that of `cotan-sparse`, always in `f64`: the condition number of the system is the square of the
-//! Laplacian's, and `f32` fails silently from some ten thousand vertices on.
+//! The factorization is that of `cotan-sparse`, always in `f64`: the condition number of the system
+//! is the square of the Laplacian's, and `f32` fails silently from some ten thousand vertices on.
 
 mod column_store;
 mod columns;

@@ -1,4 +1,5 @@
-//! (D − L) x = b with fixed values: harmonic fields, Poisson's equation, implicit steps of diffusion.
+//! (D − L) x = b with fixed values: harmonic fields, Poisson's equation, implicit steps of
+//! diffusion.
 
 use std::sync::Arc;
 
@@ -22,9 +23,9 @@ use crate::weights::Weights;
 ///                            x_i = given   at fixed vertices
 /// ```
 ///
-/// with the weights w of a symmetric operator and d ≥ 0. Without d this is Poisson's equation for the
-/// negative Laplacian (b = 0: a harmonic field); with masses over a time step for d it is an implicit
-/// step of diffusion.
+/// with the weights w of a symmetric operator and d ≥ 0. Without d this is Poisson's equation for
+/// the negative Laplacian (b = 0: a harmonic field); with masses over a time step for d it is an
+/// implicit step of diffusion.
 ///
 /// The equations of fixed vertices are left out: this is not what a
 /// [`PreparedSystem`](crate::PreparedSystem) does, which minimises the squares of *all* rows and so
@@ -81,8 +82,8 @@ impl LinearSystem {
     ///
     /// # Errors
     /// [`LinearError`]: an operator that is not symmetric, a vertex that does not exist or is given
-    /// twice, a component without a fixed vertex ([`LinearError::Singular`]), or weights that do not
-    /// make a positive definite matrix.
+    /// twice, a component without a fixed vertex ([`LinearError::Singular`]), or weights that do
+    /// not make a positive definite matrix.
     pub fn poisson<T: Scalar>(
         operator: &Operator<T>,
         fixed: &[VertexId],
@@ -249,8 +250,8 @@ impl LinearSystem {
         x
     }
 
-    /// As [`Self::solve`] for one vector per vertex, in place: three systems for the price of little more
-    /// than one. Allocates nothing of the size of the mesh.
+    /// As [`Self::solve`] for one vector per vertex, in place: three systems for the price of
+    /// little more than one. Allocates nothing of the size of the mesh.
     ///
     /// # Panics
     /// If `x` has not one entry per vertex.
@@ -291,7 +292,8 @@ impl LinearSystem {
         solution
     }
 
-    /// Moves the fixed values to the right-hand sides of their neighbours, solves, and puts them back.
+    /// Moves the fixed values to the right-hand sides of their neighbours, solves, and puts them
+    /// back.
     fn overwrite<X>(&self, x: &mut [X], solve: impl FnOnce(&mut [X]))
     where
         X: Copy + Default + std::ops::AddAssign + std::ops::Mul<f64, Output = X>,
@@ -321,8 +323,8 @@ impl LinearSystem {
 }
 
 impl Equation {
-    /// D − L; fixed vertices are cut off, with a diagonal of the usual size and entries that stay in the
-    /// pattern.
+    /// D − L; fixed vertices are cut off, with a diagonal of the usual size and entries that stay
+    /// in the pattern.
     fn matrix(&self, graph: &Graph, components: &Components) -> Result<LowerTriangle, LinearError> {
         self.check_diagonal()?;
         self.check_components(components)?;
@@ -353,8 +355,8 @@ impl Equation {
         }
     }
 
-    /// Every component needs a vertex that is fixed or has a positive diagonal: without one, constants
-    /// are in the null space, which rounding may hide from the factorization.
+    /// Every component needs a vertex that is fixed or has a positive diagonal: without one,
+    /// constants are in the null space, which rounding may hide from the factorization.
     fn check_components(&self, components: &Components) -> Result<(), LinearError> {
         let holds = |&i: &u32| self.is_fixed[i as usize] || self.diagonal_at(i as usize) > 0.0;
         for component in 0..components.len() {

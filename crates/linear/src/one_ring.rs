@@ -9,8 +9,8 @@ use crate::weights::Weights;
 /// Assembles W + diag(d) over all vertices.
 ///
 /// Ground vertices are cut off: their entries beside the diagonal are zeros that stay in the
-/// pattern, so that every matrix of a mesh has the same analysis. `diagonal` is given the vertex and
-/// Σ_j W_ij and returns the diagonal entry.
+/// pattern, so that every matrix of a mesh has the same analysis. `diagonal` is given the vertex
+/// and Σ_j W_ij and returns the diagonal entry.
 pub(crate) fn assemble(
     graph: &Graph,
     weights: &Weights,

@@ -9,8 +9,8 @@
 //!
 //! W is singular: constants on every component. One vertex a component is its *ground*: the entries
 //! beside its diagonal are cut, and its right-hand side is set to 0. A right-hand side whose sum
-//! over the component is zero is then solved exactly, up to a constant. The mean of what goes in and
-//! of what comes out is subtracted, which makes M⁺ symmetric.
+//! over the component is zero is then solved exactly, up to a constant. The mean of what goes in
+//! and of what comes out is subtracted, which makes M⁺ symmetric.
 
 use std::sync::Arc;
 
@@ -301,8 +301,8 @@ impl PseudoInverse {
         Ok(())
     }
 
-    /// x with W x = what `of` makes of x less its mean over every component, and x = 0 at the grounds;
-    /// then what `after` makes of it.
+    /// x with W x = what `of` makes of x less its mean over every component, and x = 0 at the
+    /// grounds; then what `after` makes of it.
     fn solve_grounded(
         &mut self,
         x: &mut [Vector3<f64>],
@@ -328,8 +328,8 @@ impl PseudoInverse {
         grounded.solve_between(x, before, after)
     }
 
-    /// As [`Self::solve_grounded`], less a multiple of D² such that the sum over every component is 0.
-    /// `of` is given the entry of D as well.
+    /// As [`Self::solve_grounded`], less a multiple of D² such that the sum over every component is
+    /// 0. `of` is given the entry of D as well.
     fn solve_balanced(
         &mut self,
         x: &mut [Vector3<f64>],

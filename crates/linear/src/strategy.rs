@@ -19,16 +19,16 @@ pub enum Strategy {
     /// What is predicted to be the fastest and fits into memory.
     #[default]
     Auto,
-    /// The normal equations LᵀL + μK + D, hard handles eliminated: for every operator and any number
-    /// of handles, but factorized again for other handles.
+    /// The normal equations LᵀL + μK + D, hard handles eliminated: for every operator and any
+    /// number of handles, but factorized again for other handles.
     Normal,
-    /// Factors of the one-ring matrix, which serve every set of handles, and a column of the inverse
-    /// for each handle: for few handles, weights that are symmetric (or are when each row is scaled, as
-    /// Tutte's), and no membrane or one that is proportional to the operator.
+    /// Factors of the one-ring matrix, which serve every set of handles, and a column of the
+    /// inverse for each handle: for few handles, weights that are symmetric (or are when each row
+    /// is scaled, as Tutte's), and no membrane or one that is proportional to the operator.
     Columns,
-    /// As [`Self::Columns`], but the one-ring matrices are not factorized: each solve is an iteration,
-    /// conjugate gradients preconditioned by multigrid. Memory grows in proportion to the mesh; a solve
-    /// takes some ten times as long. Where no factor fits into memory.
+    /// As [`Self::Columns`], but the one-ring matrices are not factorized: each solve is an
+    /// iteration, conjugate gradients preconditioned by multigrid. Memory grows in proportion to
+    /// the mesh; a solve takes some ten times as long. Where no factor fits into memory.
     Iterative,
 }
 
@@ -238,8 +238,8 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
-    /// Plans for `held` in the place of the problem's own handles. `at_hand` is what solves the problem
-    /// by now.
+    /// Plans for `held` in the place of the problem's own handles. `at_hand` is what solves the
+    /// problem by now.
     pub(crate) fn new(
         problem: &Problem,
         held: &Held,
@@ -337,8 +337,8 @@ impl Plan {
         }
     }
 
-    /// The fastest that fits, or the fastest of all if none does. The iteration is for what does not
-    /// fit: its speed depends on the mesh too much to be predicted.
+    /// The fastest that fits, or the fastest of all if none does. The iteration is for what does
+    /// not fit: its speed depends on the mesh too much to be predicted.
     fn fastest(&self, methods: &[Method]) -> Choice {
         let fits = |m: &Method| {
             let bytes = self.estimate(*m).bytes;
@@ -360,8 +360,8 @@ impl Plan {
         Choice { method, reason }
     }
 
-    /// Does what was planned. Where it turns out not to serve, or not to fit, the next does, unless it
-    /// was asked for.
+    /// Does what was planned. Where it turns out not to serve, or not to fit, the next does, unless
+    /// it was asked for.
     pub(crate) fn carry_out(
         mut self,
         columns: impl Fn(&Means) -> Result<Solver, LinearError>,
@@ -389,8 +389,8 @@ impl Plan {
         }
         let too_large = matches!(error, LinearError::MemoryLimit { .. });
         let next = match (self.choice.method, too_large) {
-            // Where the normal equations are the fastest there are many handles: their columns would
-            // be larger still.
+            // Where the normal equations are the fastest there are many handles: their columns
+            // would be larger still.
             (Method::Columns, true) if self.has_columns => Method::Iterative,
             (Method::Columns | Method::Iterative, false) => Method::Normal,
             _ => return Err(error),

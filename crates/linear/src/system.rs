@@ -65,9 +65,9 @@ impl PreparedSystem {
     /// As [`Self::prepare`], with a strategy or a limit of memory of one's own.
     ///
     /// # Errors
-    /// As [`Self::prepare`]; [`LinearError::StrategyUnsuitable`] and [`LinearError::IllConditioned`]
-    /// for a strategy that was asked for and cannot serve; [`LinearError::MemoryLimit`] before
-    /// anything is factorized.
+    /// As [`Self::prepare`]; [`LinearError::StrategyUnsuitable`] and
+    /// [`LinearError::IllConditioned`] for a strategy that was asked for and cannot serve;
+    /// [`LinearError::MemoryLimit`] before anything is factorized.
     pub fn prepare_with<T: Scalar>(
         operator: &Operator<T>,
         handles: &[Handle],
@@ -90,10 +90,10 @@ impl PreparedSystem {
         Ok(system)
     }
 
-    /// Holds other vertices, or the same ones otherwise. By [`crate::Strategy::Columns`] nothing is factorized:
-    /// vertices that stay handles keep their columns, and three new ones cost two solves.
-    /// [`crate::Strategy::Normal`] factorizes again; with [`crate::Strategy::Auto`] whatever is predicted to be
-    /// the faster from here on is done.
+    /// Holds other vertices, or the same ones otherwise. By [`crate::Strategy::Columns`] nothing is
+    /// factorized: vertices that stay handles keep their columns, and three new ones cost two
+    /// solves. [`crate::Strategy::Normal`] factorizes again; with [`crate::Strategy::Auto`]
+    /// whatever is predicted to be the faster from here on is done.
     ///
     /// # Errors
     /// As [`Self::prepare_with`]; the system is then what it was.
@@ -134,7 +134,8 @@ impl PreparedSystem {
     /// which is not analysed again, and new columns.
     ///
     /// # Errors
-    /// As [`Self::prepare_with`], and [`LinearError::DifferentMesh`]; the system is then what it was.
+    /// As [`Self::prepare_with`], and [`LinearError::DifferentMesh`]; the system is then what it
+    /// was.
     pub fn refactor<T: Scalar>(
         &mut self,
         operator: &Operator<T>,

@@ -106,7 +106,8 @@ impl Weights {
 }
 
 /// D with D_i w_ij = D_j w_ji for every edge within `tolerance`, if there is one: spread from the
-/// first vertex of every component and then checked (Kolmogorov's criterion for a reversible chain).
+/// first vertex of every component and then checked (Kolmogorov's criterion for a reversible
+/// chain).
 fn row_scale(
     graph: &Graph,
     outgoing: &[f64],

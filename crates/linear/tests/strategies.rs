@@ -41,8 +41,8 @@ fn copies(
     )
 }
 
-/// Handles at every component of `n` vertices, a fixed choice for every seed: `per_component` of them,
-/// every second one soft if `soft`.
+/// Handles at every component of `n` vertices, a fixed choice for every seed: `per_component` of
+/// them, every second one soft if `soft`.
 fn handles(
     n: usize,
     components: usize,
@@ -253,8 +253,8 @@ fn a_patch_of_handles_is_told_apart() {
     }
 }
 
-/// Weights that were computed in single precision are symmetric, row-scaled and proportional to their
-/// membrane within its rounding.
+/// Weights that were computed in single precision are symmetric, row-scaled and proportional to
+/// their membrane within its rounding.
 #[test]
 fn single_precision_takes_columns_too() {
     let double = shapes::creature::<f64>(16);
@@ -406,7 +406,8 @@ fn iteration_and_single_precision_agree_with_the_normal_equations() {
     }
 }
 
-/// Under a limit of memory what fits is taken, and what cannot fit is refused before it is factorized.
+/// Under a limit of memory what fits is taken, and what cannot fit is refused before it is
+/// factorized.
 #[test]
 fn a_limit_of_memory_chooses_and_refuses() {
     let shape = shapes::creature::<f64>(110);

@@ -41,8 +41,8 @@ impl Cholesky {
     /// Orders, analyses and factorizes a matrix.
     ///
     /// # Errors
-    /// [`SparseError`]: a matrix that is not positive definite or too large, or a factor that a check
-    /// solve finds inaccurate.
+    /// [`SparseError`]: a matrix that is not positive definite or too large, or a factor that a
+    /// check solve finds inaccurate.
     pub fn factor(matrix: &LowerTriangle) -> Result<Self, SparseError> {
         let symbolic = Symbolic::of(matrix)?;
         Self::with_analysis(Arc::new(symbolic), matrix, Precision::Double)
@@ -83,8 +83,8 @@ impl Cholesky {
         Self::with_analysis(self.factor.symbolic().clone(), matrix, precision)
     }
 
-    /// Factorizes another matrix of the same pattern in place of this one. After an error the factor
-    /// is of no use.
+    /// Factorizes another matrix of the same pattern in place of this one. After an error the
+    /// factor is of no use.
     ///
     /// # Errors
     /// As [`Self::with_analysis`].
@@ -115,8 +115,8 @@ impl Cholesky {
     }
 
     /// As [`Self::solve`]: the right-hand side is what `before` makes of the index and the value of
-    /// every entry, and what is written is what `after` makes of the solution. This saves passes over
-    /// the vectors.
+    /// every entry, and what is written is what `after` makes of the solution. This saves passes
+    /// over the vectors.
     ///
     /// # Panics
     /// If there is not one entry per unknown.
@@ -224,7 +224,8 @@ fn check_room(bytes: u64) -> Result<(), TryReserveError> {
 }
 
 /// # Errors
-/// [`SparseError::DifferentPattern`], and [`SparseError::NotPositiveDefinite`] if a value is not finite.
+/// [`SparseError::DifferentPattern`], and [`SparseError::NotPositiveDefinite`] if a value is not
+/// finite.
 fn check(symbolic: &Symbolic, matrix: &LowerTriangle) -> Result<(), SparseError> {
     if !symbolic.is_of(matrix) {
         return Err(SparseError::DifferentPattern);

@@ -7,8 +7,8 @@
 //!   factor would not fit into memory.
 //!
 //! Both are solved through `&self`: each solve takes its memory from a pool and gives it back, so
-//! that nothing of the size of the matrix is allocated after the first. The results do not depend on
-//! the number of threads.
+//! that nothing of the size of the matrix is allocated after the first. The results do not depend
+//! on the number of threads.
 //!
 //! ```
 //! use cotan_sparse::{Cholesky, LowerTriangle};

@@ -11,7 +11,8 @@ pub struct LowerTriangle {
 }
 
 impl LowerTriangle {
-    /// The matrix whose column j has the entries `offsets[j]..offsets[j + 1]` of `rows` and `values`.
+    /// The matrix whose column j has the entries `offsets[j]..offsets[j + 1]` of `rows` and
+    /// `values`.
     ///
     /// **Shapes**: one offset more than there are columns; as many rows as values. The rows of a
     /// column ascend, and the first is not above the diagonal.

@@ -75,8 +75,8 @@ impl HandlesFile<'_> {
     /// As [`HandlesFile::read`], with the vertices that move alike kept together: the handles of a
     /// JSON file, the lines of a text file, what a `.sel` file fixes and what it moves.
     ///
-    /// [`constraints`] makes of them what [`HandlesFile::read`] gives, but for the places in the file
-    /// and, of a `.sel` file, the order.
+    /// [`constraints`] makes of them what [`HandlesFile::read`] gives, but for the places in the
+    /// file and, of a `.sel` file, the order.
     ///
     /// # Errors
     /// As [`HandlesFile::read`].

@@ -1,12 +1,11 @@
 //! What the programs of cotan share: the command line and the editor.
 //!
-//! Files that name handles, read and written ([`handles_file`]); files that are written whole or not
-//! at all ([`files`]), and never over an input or each other ([`paths`]); temporary files
-//! removed when
-//! a signal ends the program ([`interrupt`]); from numbers to colours ([`color_scale`]);
-//! messages in
-//! the numbers of the user's file ([`numbers`]); the memory that work takes ([`memory`]); and
-//! repairs of `cotan_io` with holes that `cotan` makes smooth ([`repair`]). Nothing here prints.
+//! Files that name handles, read and written ([`handles_file`]); files that are written whole or
+//! not at all ([`files`]), and never over an input or each other ([`paths`]); temporary files
+//! removed when a signal ends the program ([`interrupt`]); from numbers to colours
+//! ([`color_scale`]); messages in the numbers of the user's file ([`numbers`]); the memory that
+//! work takes ([`memory`]); and repairs of `cotan_io` with holes that `cotan` makes smooth
+//! ([`repair`]). Nothing here prints.
 
 pub mod color_scale;
 pub mod error;

@@ -19,8 +19,8 @@ of wall time; other programs that run meanwhile make them longer.";
 
 #[derive(Debug, Args)]
 pub(crate) struct BenchArgs {
-    /// Mesh file (.obj, .ply, .off, .stl, .gltf, .glb; also with .gz); the built-in model if none is
-    /// given
+    /// Mesh file (.obj, .ply, .off, .stl, .gltf, .glb; also with .gz); the built-in model if none
+    /// is given
     pub(crate) mesh: Option<InputPath>,
     /// How often each phase is measured, at most
     #[arg(long, value_name = "N", default_value = "5")]

@@ -146,8 +146,8 @@ pub(crate) struct MethodArgs {
     /// relative to the size of the mesh [default: 0.0175]
     #[arg(long, value_name = "X", value_parser = values::positive)]
     bending_length: Option<f64>,
-    /// How the linear system is solved: by the normal equations, or by columns of the inverse, one a
-    /// handle vertex; the report tells what auto chose
+    /// How the linear system is solved: by the normal equations, or by columns of the inverse, one
+    /// a handle vertex; the report tells what auto chose
     #[arg(long, value_name = "NAME", value_parser = values::strategy(), default_value = "auto")]
     strategy: Strategy,
 }

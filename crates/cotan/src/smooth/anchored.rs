@@ -138,8 +138,8 @@ impl<T: Scalar> Anchored<'_, T> {
         Ok(Arc::new(Rest::new(self.mesh, self.rest, scheme)?))
     }
 
-    /// Runs `iterations` updates, each with one solve, and returns the positions in the units of the
-    /// input. `rest` is from [`Self::rest`].
+    /// Runs `iterations` updates, each with one solve, and returns the positions in the units of
+    /// the input. `rest` is from [`Self::rest`].
     pub(crate) fn run(
         &self,
         rest: Arc<Rest<T>>,

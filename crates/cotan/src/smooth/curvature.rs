@@ -17,7 +17,8 @@ pub enum Direction {
     /// whatever the scheme.
     #[default]
     Normal,
-    /// The whole vector, its direction kept up to the sign; areas are sums of triangles. The paper's.
+    /// The whole vector, its direction kept up to the sign; areas are sums of triangles. The
+    /// paper's.
     Whole,
     /// Size of the whole vector, areas of triangles, all of it along the normal.
     NormalAlone,
@@ -89,8 +90,8 @@ impl<T: Scalar> ScalarFieldUpdater<T> for SmoothedCurvature {
 /// ℓ along the direction that the current surface has, of the signed size d of the field.
 ///
 /// [`Direction::Whole`] gives d sgn(ℓ·n) ℓ/|ℓ|, and d n where ℓ = 0; [`Direction::Normal`] d n plus
-/// the tangential part of ℓ; [`Direction::NormalAlone`] d n. ℓ is that of the *original* operator at
-/// the current positions.
+/// the tangential part of ℓ; [`Direction::NormalAlone`] d n. ℓ is that of the *original* operator
+/// at the current positions.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct AlongCurvature {
     /// What the field is the size of.
@@ -209,8 +210,8 @@ impl Curvature {
 
 /// ⅛ Σ_j w_ij |e_ij|².
 ///
-/// It can be small or negative where triangles are obtuse: it is at least half of what it would be if
-/// all weights had one sign.
+/// It can be small or negative where triangles are obtuse: it is at least half of what it would be
+/// if all weights had one sign.
 fn cell<T: Scalar>(rest: &Rest<T>, x: &Positions<T>, v: VertexId) -> f64 {
     let weights = rest.operator().weights();
     let (mut sum, mut size) = (0.0, 0.0);

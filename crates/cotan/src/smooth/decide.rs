@@ -66,8 +66,9 @@ impl Decision {
 
 /// Spreads below this are creases.
 ///
-/// Measured with noise of 0 to 0.3 mean edge lengths: fandisk 0.045 to 0.050, a sheet-metal part 0.052;
-/// organic shapes 0.17 to 0.49 clean, 0.07 to 0.16 with the strongest noise, whose filter flattens them.
+/// Measured with noise of 0 to 0.3 mean edge lengths: fandisk 0.045 to 0.050, a sheet-metal part
+/// 0.052; organic shapes 0.17 to 0.49 clean, 0.07 to 0.16 with the strongest noise, whose filter
+/// flattens them.
 const CREASED: f64 = 0.06;
 
 fn spread<T: Scalar>(surface: &Surface<'_, T>, noise: f64) -> f64 {

@@ -10,10 +10,10 @@ use super::parallel::fill_each;
 /// ℓ_i = −Σ_e 2 sin(θ_e/2) |e| N_e over the edges at i, with the dihedral angles θ filtered by a
 /// bilateral mean over edges that share a vertex.
 ///
-/// θ is positive where the surface is convex, N_e the unit bisector of the normals of the two faces.
-/// For the angles as they are this is an identity of the cotangent Laplacian. The weight of edge f
-/// in the mean at e is exp(−(θ_e − θ_f)²/2σ²), and 1 for e itself; σ is the median of |θ| of the
-/// original mesh, at least 1° and at most 20°: noise is averaged, a crease is not.
+/// θ is positive where the surface is convex, N_e the unit bisector of the normals of the two
+/// faces. For the angles as they are this is an identity of the cotangent Laplacian. The weight of
+/// edge f in the mean at e is exp(−(θ_e − θ_f)²/2σ²), and 1 for e itself; σ is the median of |θ| of
+/// the original mesh, at least 1° and at most 20°: noise is averaged, a crease is not.
 ///
 /// **Shapes**: one ℓ a vertex. **Units**: box units. Boundary edges have no angle.
 ///

@@ -87,10 +87,11 @@ pub fn mean_curvature_rms<T: Scalar>(surface: &Surface<'_, T>) -> f64 {
     }
 }
 
-/// H = ½ (κ₁ + κ₂) of every vertex by the cotangent Laplacian: ℓ·n = −4 A H with A = ⅛ Σ_j w_ij |e_ij|².
+/// H = ½ (κ₁ + κ₂) of every vertex by the cotangent Laplacian: ℓ·n = −4 A H with A = ⅛ Σ_j w_ij
+/// |e_ij|².
 ///
-/// Positive where convex; exactly 1/r, up to the normals, for a mesh inscribed in a sphere. 0 at boundary
-/// vertices and where there is no area.
+/// Positive where convex; exactly 1/r, up to the normals, for a mesh inscribed in a sphere. 0 at
+/// boundary vertices and where there is no area.
 ///
 /// **Shapes**: one value a vertex. **Units**: one over a length.
 pub fn mean_curvatures<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<f64> {

@@ -1,8 +1,8 @@
 //! Smoothing that does not shrink.
 //!
 //! A mesh's geometry is a scalar field, the mean curvature, that can be filtered and put back: the
-//! second job of the generic [`cotan_flow::Flow`] that is not deformation. What all methods but the two
-//! for comparison share is the *anchored* system
+//! second job of the generic [`cotan_flow::Flow`] that is not deformation. What all methods but the
+//! two for comparison share is the *anchored* system
 //!
 //! ```text
 //! (LᵀL + μ² I) x = Lᵀ ℓ + μ² x⁰

@@ -47,12 +47,12 @@ impl SmoothMethod {
 named!(
     /// How a mesh is smoothed. Measured side by side in `docs/decisions`.
     Smoother, "smoother", {
-        /// [`super::SmoothedCurvature`] of second order on umbrella weights, from a lightly smoothed
-        /// start, anchored as firmly as the noise of the mesh allows.
+        /// [`super::SmoothedCurvature`] of second order on umbrella weights, from a lightly
+        /// smoothed start, anchored as firmly as the noise of the mesh allows.
         #[default]
         Curvature = "curvature",
-        /// [`super::SmoothedCurvature`] of the paper on cotangent weights, every vertex anchored with
-        /// μ = 1, five steps.
+        /// [`super::SmoothedCurvature`] of the paper on cotangent weights, every vertex anchored
+        /// with μ = 1, five steps.
         Anchored = "anchored",
         /// The paper's section 4.2 to the letter, signs and the factor 4 put right: one vertex of
         /// every component pinned. It loses or gains volume without bound.
@@ -83,8 +83,8 @@ impl Smoother {
 /// What becomes of faces that would point against their neighbours and did not before.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum NewFolds {
-    /// The vertices around them stay where they were. The methods for comparison (Taubin, implicit, the
-    /// paper's) allow them all the same.
+    /// The vertices around them stay where they were. The methods for comparison (Taubin, implicit,
+    /// the paper's) allow them all the same.
     #[default]
     Prevent,
     /// They stay: the method as it is.
@@ -99,8 +99,8 @@ pub struct SmoothOptions {
     pub method: SmoothMethod,
     /// How often; `None` for what the method needs. 0 changes nothing.
     pub iterations: Option<usize>,
-    /// s, above 0 and at most 1: how much of a step of the curvature is taken; for `implicit` the time
-    /// of a step is s/2 squared mean edge lengths. Other methods have no use for it.
+    /// s, above 0 and at most 1: how much of a step of the curvature is taken; for `implicit` the
+    /// time of a step is s/2 squared mean edge lengths. Other methods have no use for it.
     pub step: f64,
     /// μ > 0: how firmly every vertex is held where it was, beside the operator, whose diagonal is
     /// about 7. Smaller smooths more. `None` for what suits the method and the noise.

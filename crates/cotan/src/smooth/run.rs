@@ -33,8 +33,8 @@ pub struct Smoothed<T: Scalar> {
     pub iterations: usize,
     /// μ of the anchors, for methods that have them.
     pub anchor: Option<f64>,
-    /// Vertices that stayed where they were, as faces around them would have turned over. The methods
-    /// for comparison (Taubin, implicit, the paper's) are as they are and have none.
+    /// Vertices that stayed where they were, as faces around them would have turned over. The
+    /// methods for comparison (Taubin, implicit, the paper's) are as they are and have none.
     pub kept_vertices: usize,
     /// The noise that was estimated, in mean edge lengths, for methods that ask.
     pub noise: Option<NoiseEstimate>,
@@ -215,7 +215,8 @@ impl<T: Scalar> Run<'_, T> {
         }
     }
 
-    /// The anchored system on these positions, with the anchor asked for or `anchor`, which is noted.
+    /// The anchored system on these positions, with the anchor asked for or `anchor`, which is
+    /// noted.
     fn system(&self, anchor: f64, smoothed: &mut Smoothed<T>) -> Anchored<'_, T> {
         smoothed.anchor = Some(self.options.anchor.unwrap_or(anchor));
         Anchored {
@@ -255,8 +256,8 @@ impl<T: Scalar> Run<'_, T> {
         system.run(system.rest(scheme)?, updater, AlongCurvature { direction })
     }
 
-    /// Where there is noise the start is smoothed lightly, so that the normals of the first step are
-    /// not those of the noise; the anchors pull to the positions as they were.
+    /// Where there is noise the start is smoothed lightly, so that the normals of the first step
+    /// are not those of the noise; the anchors pull to the positions as they were.
     fn curvature(&self, smoothed: &mut Smoothed<T>) -> Result<(), Error> {
         let (mesh, positions) = (self.surface.mesh(), self.surface.positions());
         let noise = self.noise(smoothed);
@@ -304,14 +305,15 @@ impl<T: Scalar> Run<'_, T> {
 /// Double steps of the pilot.
 const PILOT_STEPS: usize = 5;
 
-/// Noise above which there is a pilot, in mean edge lengths; below it normals are off by few degrees.
+/// Noise above which there is a pilot, in mean edge lengths; below it normals are off by few
+/// degrees.
 const PILOT_FROM: f64 = 0.05;
 
 /// μ of the feature method: a third of the reference's, as the wanted normals are trusted.
 const FEATURE_ANCHOR: f64 = 0.3;
 
-/// μ = 5.5 detail / noise: the most likely surface if both are Gaussian, up to the factor, which was
-/// measured.
+/// μ = 5.5 detail / noise: the most likely surface if both are Gaussian, up to the factor, which
+/// was measured.
 fn anchor_for(noise: &NoiseEstimate) -> f64 {
     let ratio = ANCHOR_FACTOR * noise.detail / noise.noise;
     // Not a number for a plane, where any anchor does.

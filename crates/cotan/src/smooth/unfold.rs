@@ -9,9 +9,10 @@ use crate::error::Error;
 /// neighbours, until no such face is left; after ten rounds with all of the component that it is
 /// in.
 ///
-/// Needles are where this happens: their cotangents are huge and their normals chance. `correct` gets
-/// the positions and the vertices that it must leave alone: held ones, which stay at their targets, and
-/// those that were put back. Returns the positions, and how many vertices were put back.
+/// Needles are where this happens: their cotangents are huge and their normals chance. `correct`
+/// gets the positions and the vertices that it must leave alone: held ones, which stay at their
+/// targets, and those that were put back. Returns the positions, and how many vertices were put
+/// back.
 pub(crate) fn without_new_folds<T: Scalar>(
     surface: &Surface<'_, T>,
     mut moved: Positions<T>,

@@ -21,16 +21,16 @@ const TIME_STEP: f64 = 0.1;
 /// A mass below this part of the mean would be lost beside the stiffness.
 const LEAST_MASS: f64 = 1e-14;
 
-/// Implicit mean-curvature flow whose stiffness is that of the original mesh while its masses follow
-/// the surface:
+/// Implicit mean-curvature flow whose stiffness is that of the original mesh while its masses
+/// follow the surface:
 ///
 /// ```text
 /// (D_t − δ L⁰/2) X_{t+1} = D_t X_t,    D_t lumped masses of X_t, area 1 after every step
 /// ```
 ///
-/// Each step factorizes new numbers in a pattern that is analysed once. Stops when no vertex moves by
-/// more than the tolerance (in radii), at ten times the one of the other methods, since it goes on
-/// shrinking what it has. The result is projected radially.
+/// Each step factorizes new numbers in a pattern that is analysed once. Stops when no vertex moves
+/// by more than the tolerance (in radii), at ten times the one of the other methods, since it goes
+/// on shrinking what it has. The result is projected radially.
 ///
 /// **Source**: Kazhdan, Solomon, Ben-Chen, "Can Mean-Curvature Flow Be Made Non-Singular?", 2012.
 pub(crate) fn cmcf(

@@ -62,8 +62,8 @@ impl ConstantCurvature {
     }
 }
 
-/// E = −Σ x·Lx: four times the Dirichlet energy for cotangent weights; 16π for a conformal map to the
-/// unit sphere.
+/// E = −Σ x·Lx: four times the Dirichlet energy for cotangent weights; 16π for a conformal map to
+/// the unit sphere.
 pub(crate) fn energy<T: Scalar>(
     mesh: &HalfedgeMesh,
     weights: &HalfedgeMap<f64>,

@@ -102,8 +102,8 @@ impl<T: Scalar> Morph<T> {
     }
 }
 
-/// The straight way from a shape (at 0) to its map (at 1), vertex by vertex: for pictures. The sphere
-/// has the middle of the shape's box, and the radius of the mean distance from there.
+/// The straight way from a shape (at 0) to its map (at 1), vertex by vertex: for pictures. The
+/// sphere has the middle of the shape's box, and the radius of the mean distance from there.
 ///
 /// **Shapes**: one position a vertex in both; `map` is on the unit sphere.
 pub fn towards_sphere<T: Scalar>(

@@ -43,8 +43,8 @@ pub struct SphereOptions {
     pub scheme: SchemeKind,
     /// How the mesh is mapped.
     pub method: SphereMethod,
-    /// From 0, angles are kept (conformal), to 1, areas are kept (authalic). Above 0 the robust method
-    /// is the hierarchy and not the iteration, whose settings then say nothing.
+    /// From 0, angles are kept (conformal), to 1, areas are kept (authalic). Above 0 the robust
+    /// method is the hierarchy and not the iteration, whose settings then say nothing.
     pub authalic: f64,
     /// Whether a Möbius map centres the result.
     pub centering: Centering,

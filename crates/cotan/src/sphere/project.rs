@@ -39,9 +39,9 @@ impl Projection<f64> for KeepSize {
 }
 
 /// The robust variant: free steps of ratio 0.85 of fixed size until the surface is nearly a sphere;
-/// from then on every step is carried back onto the unit sphere, Möbius-centred by the source areas,
-/// and turned onto the one before. That removes the modes of which the plain iteration drifts or
-/// oscillates, and full steps contract by a third.
+/// from then on every step is carried back onto the unit sphere, Möbius-centred by the source
+/// areas, and turned onto the one before. That removes the modes of which the plain iteration
+/// drifts or oscillates, and full steps contract by a third.
 ///
 /// **Source**: paper, section 4.1, for the iteration; the projection is ours.
 #[derive(Debug)]

@@ -156,8 +156,8 @@ impl Triangle {
         self.double_area.atan2(self.dot(k))
     }
 
-    /// σ1/σ2 of the affine map to another triangle: σ1² + σ2² is the Dirichlet energy over the area,
-    /// σ1 σ2 the ratio of the areas.
+    /// σ1/σ2 of the affine map to another triangle: σ1² + σ2² is the Dirichlet energy over the
+    /// area, σ1 σ2 the ratio of the areas.
     fn sigma_ratio(&self, image: &Self) -> f64 {
         let energy: f64 = (0..3)
             .map(|k| self.dot(k) * image.edges[k].norm_squared())

@@ -121,7 +121,8 @@ fn take_out_flipped(layout: &mut Layout, mut flipped: Vec<usize>) -> Option<(Hie
     Some((hierarchy, touched))
 }
 
-/// The collapse at a flipped face's corners, or into them, after which the fewest faces are flipped.
+/// The collapse at a flipped face's corners, or into them, after which the fewest faces are
+/// flipped.
 fn best_rescue(layout: &Layout, face: usize) -> Option<u32> {
     let corners = layout.table.triangle(face);
     let few = |v: &u32| layout.table.valence(*v) <= MOST_VALENCE;

@@ -177,8 +177,8 @@ impl Editor {
             return;
         };
         let mut scene = open.history.present().clone();
-        // Another rest shape for the solver, though the same: it starts afresh, and not from where the
-        // handles of before had brought it.
+        // Another rest shape for the solver, though the same: it starts afresh, and not from where
+        // the handles of before had brought it.
         scene.rest = Arc::new(Positions::clone(&scene.rest));
         scene.shape = Arc::clone(&scene.rest);
         scene.handles = Arc::new(new);

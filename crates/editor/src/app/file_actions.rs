@@ -347,8 +347,9 @@ impl Editor {
         }
     }
 
-    /// Puts the work aside when it has changed and some time has passed, or tells how long that is still
-    /// to be; and hands it to the rescue, which puts it aside if the program breaks down in between.
+    /// Puts the work aside when it has changed and some time has passed, or tells how long that is
+    /// still to be; and hands it to the rescue, which puts it aside if the program breaks down in
+    /// between.
     pub(super) fn autosave_if_due(&mut self) -> Option<Duration> {
         let is_changed = self.is_changed();
         let (Some(open), Some(autosave)) = (&self.open, &self.autosave) else {
@@ -427,7 +428,8 @@ impl Editor {
         };
         let shape: Positions<f64> = found.positions.iter().copied().collect();
         let shape = Arc::new(shape);
-        // Without the rest shape of a mesh that was smoothed, the shape itself is what one goes on from.
+        // Without the rest shape of a mesh that was smoothed, the shape itself is what one goes on
+        // from.
         let is_reshaped = found
             .state
             .get("reshaped")

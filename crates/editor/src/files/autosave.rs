@@ -1,8 +1,10 @@
-//! What a crash must not take: positions, handles and the editor's state, put aside while one works.
+//! What a crash must not take: positions, handles and the editor's state, put aside while one
+//! works.
 //!
 //! Each open mesh of each process has two files in the folder of autosaves: `NAME.autosave`, always
-//! whole, and `NAME.lock`, which the process holds locked as long as it lives. The system takes that
-//! lock away from a process that ends, however it ends; what is then left is found by [`list`].
+//! whole, and `NAME.lock`, which the process holds locked as long as it lives. The system takes
+//! that lock away from a process that ends, however it ends; what is then left is found by
+//! [`list`].
 
 mod error;
 mod format;

@@ -184,7 +184,8 @@ enum Tried {
     Repair,
 }
 
-/// The file, and what it was like before it was read: what changes meanwhile is noticed at the save.
+/// The file, and what it was like before it was read: what changes meanwhile is noticed at the
+/// save.
 fn load(path: &Path) -> Result<(Document, Fingerprint), OpenError> {
     let metadata = std::fs::metadata(path).map_err(|e| in_file(path, IoError::Read(e)))?;
     if !metadata.is_file() {

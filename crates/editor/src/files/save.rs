@@ -115,7 +115,8 @@ impl SaveError {
     }
 }
 
-/// Saves `document` with the vertices of its surface at `positions`, in the format of the extension.
+/// Saves `document` with the vertices of its surface at `positions`, in the format of the
+/// extension.
 ///
 /// The document itself stays at rest. The file is written beside the old one and takes its place in
 /// one step; a file that may not be written is refused, though it could be replaced.

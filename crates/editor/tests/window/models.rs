@@ -58,8 +58,8 @@ impl Place {
         self.folder.path()
     }
 
-    /// How far the mesh in a file is from a shape at most, over the diagonal of the bounding box; turned
-    /// about an axis beforehand, if there is one about which it may turn.
+    /// How far the mesh in a file is from a shape at most, over the diagonal of the bounding box;
+    /// turned about an axis beforehand, if there is one about which it may turn.
     pub(crate) fn distance(
         &self,
         file: &Path,

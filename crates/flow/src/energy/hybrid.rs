@@ -22,9 +22,9 @@ use crate::state::FlowState;
 ///
 /// The first term is the flow's; the second is that of as-rigid-as-possible editing over all edges
 /// of the triangles around a vertex ("spokes and rims"). P = Ω², Ω the mean over a vertex and its
-/// neighbours: every rotation serves a *wide cell*, which keeps neighbouring rotations alike and the
-/// surface from creasing. R_i (by a fit) and x (by the solve, whose matrix gains μK with K = L/2)
-/// lower E in turn, so the iteration cannot oscillate.
+/// neighbours: every rotation serves a *wide cell*, which keeps neighbouring rotations alike and
+/// the surface from creasing. R_i (by a fit) and x (by the solve, whose matrix gains μK with K =
+/// L/2) lower E in turn, so the iteration cannot oscillate.
 ///
 /// μ = 4 (area / n) / λ², with λ the bending length: details smaller than λ are kept by the flow's
 /// term, shapes larger than λ by the membrane's, whatever the resolution of the mesh.
@@ -95,8 +95,8 @@ impl Hybrid {
             gradients: fit_gradients,
             membrane: 0.25 * *weight,
         };
-        // Ωᵀ twice: a vertex hands a share to its neighbours, taken where its value is written. The means
-        // of the last fit are no longer needed.
+        // Ωᵀ twice: a vertex hands a share to its neighbours, taken where its value is written. The
+        // means of the last fit are no longer needed.
         let [value, size] =
             state.fuse_rest_laplacian(|laplacian| run_both(&cells, scratch, laplacian));
         let values = &*scratch;
@@ -177,9 +177,9 @@ impl<T: Scalar> LocalGlobal<T> for Hybrid {
     }
 
     fn wanted_tension(&self, rest: &Rest<T>, out: &mut VertexMap<Vector3<f64>>) {
-        // Every triangle wants its original edges turned by the mean of its corners' means. Gathered
-        // at a vertex: a third of each neighbour's for the two triangles at their edge, and of its
-        // own for all triangles, each of which lies at two edges.
+        // Every triangle wants its original edges turned by the mean of its corners' means.
+        // Gathered at a vertex: a third of each neighbour's for the two triangles at their edge,
+        // and of its own for all triangles, each of which lies at two edges.
         let tensions = Tensions {
             graph: rest.graph(),
             gradients: &self.pull_gradients,

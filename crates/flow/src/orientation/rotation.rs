@@ -14,9 +14,9 @@ use crate::per_rest::PerRest;
 use crate::rest::Rest;
 use crate::state::FlowState;
 
-/// ℓ_i = (d_i/|ℓ⁰_i|) R_i ℓ⁰_i with R_i the rotation that fits the triangles around i best, weighted
-/// by cotangents as in as-rigid-as-possible editing ("spokes and rims", Chao et al. 2010). Boundary
-/// vertices need no special rule.
+/// ℓ_i = (d_i/|ℓ⁰_i|) R_i ℓ⁰_i with R_i the rotation that fits the triangles around i best,
+/// weighted by cotangents as in as-rigid-as-possible editing ("spokes and rims", Chao et al. 2010).
+/// Boundary vertices need no special rule.
 ///
 /// Its rotations do not minimise the energy that its solve minimises, so nothing keeps it from
 /// oscillating: it converges on supported shapes and not on limbs.

@@ -23,10 +23,10 @@ pub enum Numbering {
 /// A blob whose vertices lie irregularly: a closed surface of genus 0 with valences from 3 to 12,
 /// for measurements.
 ///
-/// It has 10·f² + 2 vertices, as many as come nearest to `num_vertices` (from 12 to 16 million). The
-/// points of a geodesic sphere are moved about on it, edges flipped towards Delaunay triangles and then
-/// some more of them at random; the radius swells by a few long waves. The same `seed` gives the
-/// same mesh.
+/// It has 10·f² + 2 vertices, as many as come nearest to `num_vertices` (from 12 to 16 million).
+/// The points of a geodesic sphere are moved about on it, edges flipped towards Delaunay triangles
+/// and then some more of them at random; the radius swells by a few long waves. The same `seed`
+/// gives the same mesh.
 ///
 /// ```
 /// use cotan_geometry::shapes::{Numbering, irregular};

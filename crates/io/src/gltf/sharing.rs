@@ -125,9 +125,9 @@ impl Reader<'_> {
         Ok(block)
     }
 
-    /// The layer of a primitive whose vertices are those of `block`: the first one if it has no face
-    /// in common with any; else the first of the others with which it has none, and whose edges it
-    /// leaves with two triangles at most.
+    /// The layer of a primitive whose vertices are those of `block`: the first one if it has no
+    /// face in common with any; else the first of the others with which it has none, and whose
+    /// edges it leaves with two triangles at most.
     fn layer(&mut self, block: usize, corners: &[u32]) -> u32 {
         let positions = &self.parsed.positions;
         let start = self.geometry.blocks[block].vertices.start;

@@ -8,7 +8,8 @@
 //!
 //! The file's bytes are kept. What is decoded on request ([`decode`]), replaced ([`rewrite`]) or
 //! carried over to another mesh ([`rebuild`]) is found again by one walk over the cells of each row
-//! ([`rows`]), the same for text and for both byte orders. Source: G. Turk, "The PLY Polygon File Format", 1994.
+//! ([`rows`]), the same for text and for both byte orders. Source: G. Turk, "The PLY Polygon File
+//! Format", 1994.
 
 #[cfg(test)]
 mod attribute_tests;

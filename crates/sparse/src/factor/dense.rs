@@ -26,9 +26,9 @@ const LARGE: usize = 8_000_000;
 
 /// Eliminates the columns of a front.
 ///
-/// `panel` holds the front's `width` first columns, of `height` rows each, column-major: they become
-/// those of the factor. `update`, the lower triangle of the square below (side `height − width`),
-/// loses their products. What is above the diagonals is not read.
+/// `panel` holds the front's `width` first columns, of `height` rows each, column-major: they
+/// become those of the factor. `update`, the lower triangle of the square below (side `height −
+/// width`), loses their products. What is above the diagonals is not read.
 #[inline(always)]
 pub(super) fn eliminate(
     panel: &mut [f64],
@@ -133,8 +133,8 @@ fn eliminate_blocked(
     Ok(())
 }
 
-/// target −= left leftᵀ on the lower trapezoid: row i and column j of the target belong to the rows i
-/// and j of `left`.
+/// target −= left leftᵀ on the lower trapezoid: row i and column j of the target belong to the rows
+/// i and j of `left`.
 fn subtract_product(target: MatMut<'_, f64>, left: MatRef<'_, f64>, is_large: bool) {
     let tiles = tiles(target);
     each(tiles, is_large, |(row, column, mut tile)| {

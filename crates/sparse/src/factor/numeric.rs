@@ -16,9 +16,9 @@ pub enum Precision {
     /// Eight bytes a value.
     #[default]
     Double,
-    /// Four bytes a value: half the memory; every solve is refined once by a second one, which leaves
-    /// errors of about 1e-12 for one-ring matrices, and too large ones for the normal equations of
-    /// large meshes.
+    /// Four bytes a value: half the memory; every solve is refined once by a second one, which
+    /// leaves errors of about 1e-12 for one-ring matrices, and too large ones for the normal
+    /// equations of large meshes.
     Single,
 }
 

@@ -1,9 +1,9 @@
 //! How the panel of a supernode is stored: in the order in which a solve reads it.
 //!
-//! Columns go in blocks of four, then of two and one. A block is its diagonal square by columns, the
-//! inverses of the pivots on its diagonal, then what is below it in tiles of four rows, column by
-//! column within a tile, the last tile filled up with zeros. So a solve reads one stream, in whole
-//! vectors.
+//! Columns go in blocks of four, then of two and one. A block is its diagonal square by columns,
+//! the inverses of the pivots on its diagonal, then what is below it in tiles of four rows, column
+//! by column within a tile, the last tile filled up with zeros. So a solve reads one stream, in
+//! whole vectors.
 
 use super::numeric::Value;
 

@@ -72,9 +72,9 @@ impl Factor {
         self.solve_between(rhs, |_, b| *b, |_, x| x, buffers);
     }
 
-    /// As [`Self::solve`]: the right-hand side is what `before` makes of the number and the value of every
-    /// entry, and what is written is what `after` makes of the solution. So passes over the vectors are
-    /// saved.
+    /// As [`Self::solve`]: the right-hand side is what `before` makes of the number and the value
+    /// of every entry, and what is written is what `after` makes of the solution. So passes over
+    /// the vectors are saved.
     pub(crate) fn solve_between(
         &self,
         x: &mut [Vector3<f64>],

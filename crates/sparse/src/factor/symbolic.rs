@@ -51,8 +51,8 @@ impl Symbolic {
     /// Orders and analyses the pattern of `matrix`.
     ///
     /// # Errors
-    /// [`SparseError::OutOfMemory`] if the matrix has too many entries for the 32 bits in which they
-    /// are counted.
+    /// [`SparseError::OutOfMemory`] if the matrix has too many entries for the 32 bits in which
+    /// they are counted.
     pub fn of(matrix: &LowerTriangle) -> Result<Self, SparseError> {
         // Both triangles are counted.
         if matrix.rows.len() > u32::MAX as usize / 2 {
@@ -64,8 +64,8 @@ impl Symbolic {
         Ok(Self::analyse(matrix, order_of(matrix)))
     }
 
-    /// Bytes that a factor takes, with its structure, the matrix where that is kept too, and the work
-    /// space of the factorization.
+    /// Bytes that a factor takes, with its structure, the matrix where that is kept too, and the
+    /// work space of the factorization.
     pub fn bytes(&self, precision: Precision) -> u64 {
         let (entries, unknowns) = (self.columns.rows.len() as u64, self.num_unknowns() as u64);
         let kept = self.num_entries() as u64 * precision.bytes();

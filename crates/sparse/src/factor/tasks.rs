@@ -13,8 +13,8 @@ pub(super) struct Tasks {
     pub(super) subtrees: Vec<Range<usize>>,
     /// The supernodes above, in elimination order.
     pub(super) top: Vec<u32>,
-    /// Beside `Symbolic::rows`: where the solve finds each row, in the buffer of its group (columns,
-    /// then tail) or in that of the top.
+    /// Beside `Symbolic::rows`: where the solve finds each row, in the buffer of its group
+    /// (columns, then tail) or in that of the top.
     pub(super) slots: Vec<u32>,
     /// Lengths of these buffers: one a group, then the top's.
     pub(super) lengths: Vec<usize>,

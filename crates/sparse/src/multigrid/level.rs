@@ -26,8 +26,8 @@ const DEGREE: usize = 3;
 const RANGE: f64 = 12.0;
 
 impl Level {
-    /// The level of `matrix` and the matrix of the next; `None` if a diagonal entry is not positive or
-    /// there is nothing to join.
+    /// The level of `matrix` and the matrix of the next; `None` if a diagonal entry is not positive
+    /// or there is nothing to join.
     pub(super) fn new(matrix: Csr, depth: usize) -> Option<(Self, Csr)> {
         let n = matrix.num_rows();
         let diagonal: Vec<f64> = (0..n)
@@ -126,8 +126,8 @@ pub(super) struct LevelWork {
     pub(super) correction: Vec<Vector3<f64>>,
 }
 
-/// A bound of the eigenvalues of D⁻¹A: the lesser of Gershgorin's and a safe multiple of what a power
-/// iteration finds.
+/// A bound of the eigenvalues of D⁻¹A: the lesser of Gershgorin's and a safe multiple of what a
+/// power iteration finds.
 fn radius(matrix: &Csr, inverse_diagonal: &[f64]) -> f64 {
     const STEPS: usize = 12;
     const SAFETY: f64 = 1.1;

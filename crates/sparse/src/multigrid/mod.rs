@@ -1,9 +1,9 @@
-//! Conjugate gradients preconditioned by smoothed-aggregation multigrid: for meshes whose factor would
-//! not fit into memory.
+//! Conjugate gradients preconditioned by smoothed-aggregation multigrid: for meshes whose factor
+//! would not fit into memory.
 //!
-//! Source: Vaněk, Mandel, Brezina, "Algebraic multigrid by smoothed aggregation", 1996; smoothing by
-//! Chebyshev polynomials as in Adams, Brezina, Hu, Tuminaro, "Parallel multigrid smoothing", 2003.
-//! The coarsest level is factorized.
+//! Source: Vaněk, Mandel, Brezina, "Algebraic multigrid by smoothed aggregation", 1996; smoothing
+//! by Chebyshev polynomials as in Adams, Brezina, Hu, Tuminaro, "Parallel multigrid smoothing",
+//! 2003. The coarsest level is factorized.
 
 mod aggregate;
 mod level;
@@ -28,8 +28,8 @@ const ACCEPTED: f64 = 1e-8;
 /// Iterations after which a solve is given up.
 const MOST_ITERATIONS: usize = 400;
 
-/// A symmetric positive definite matrix, solved by iteration. Memory: about 300 bytes an unknown for a
-/// one-ring matrix.
+/// A symmetric positive definite matrix, solved by iteration. Memory: about 300 bytes an unknown
+/// for a one-ring matrix.
 pub struct Multigrid {
     levels: Vec<Level>,
     coarsest: Cholesky,
@@ -59,9 +59,9 @@ impl Multigrid {
     /// Builds the hierarchy.
     ///
     /// # Errors
-    /// [`SparseError::NotPositiveDefinite`] if a diagonal entry is not positive, a level does not get
-    /// smaller, or the coarsest cannot be factorized; [`SparseError::Inaccurate`] if a solve does not
-    /// converge.
+    /// [`SparseError::NotPositiveDefinite`] if a diagonal entry is not positive, a level does not
+    /// get smaller, or the coarsest cannot be factorized; [`SparseError::Inaccurate`] if a solve
+    /// does not converge.
     pub fn new(matrix: &LowerTriangle) -> Result<Self, SparseError> {
         let n = matrix.offsets.len() - 1;
         let not_positive = || SparseError::NotPositiveDefinite { unknowns: n };
@@ -272,8 +272,8 @@ mod tests {
         matrix
     }
 
-    /// On a round and on a limbed mesh, with and without a shift: the factor's solution, in a number
-    /// of iterations that is far from the limit.
+    /// On a round and on a limbed mesh, with and without a shift: the factor's solution, in a
+    /// number of iterations that is far from the limit.
     #[test]
     fn agrees_with_the_factorization() {
         for shape in [icosphere(6), creature(110)] {

@@ -1,13 +1,13 @@
 //! Fill-reducing orderings of symmetric sparsity graphs: nested dissection on one hierarchy.
 //!
 //! A vertex separator splits a graph in two halves that do not touch; ordered last, it keeps the
-//! elimination of either half from filling in the other (George 1973). The separators come from
-//! a multilevel scheme as in METIS (Karypis and Kumar 1998), with one difference that makes it
-//! about four times as fast: the graph is coarsened *once*, not once for every part. The whole tree of
-//! separators goes up the hierarchy together. On every level each separator is made narrower by
-//! the moves of Fiduccia and Mattheyses (1982), parents before children, and parts that have
-//! become large enough are split further. The parts that are left at the end are small enough for
-//! the exact minimum degree algorithm on bit sets, in which the separators around a part count as
+//! elimination of either half from filling in the other (George 1973). The separators come from a
+//! multilevel scheme as in METIS (Karypis and Kumar 1998), with one difference that makes it about
+//! four times as fast: the graph is coarsened *once*, not once for every part. The whole tree of
+//! separators goes up the hierarchy together. On every level each separator is made narrower by the
+//! moves of Fiduccia and Mattheyses (1982), parents before children, and parts that have become
+//! large enough are split further. The parts that are left at the end are small enough for the
+//! exact minimum degree algorithm on bit sets, in which the separators around a part count as
 //! neighbours that are never eliminated (Pellegrini, Roman and Amestoy 2000).
 //!
 //! Surfaces with thin limbs are better served by approximate minimum degree. A coarse level tells:

@@ -11,7 +11,8 @@ pub struct FileVertices {
 }
 
 impl FileVertices {
-    /// `num_vertices` is the file's; `sources` gives the file's vertex for each vertex of the document.
+    /// `num_vertices` is the file's; `sources` gives the file's vertex for each vertex of the
+    /// document.
     pub fn new(num_vertices: usize, sources: Vec<usize>) -> Self {
         let mut copies: Vec<_> = sources
             .iter()

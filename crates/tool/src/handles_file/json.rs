@@ -30,9 +30,9 @@ pub(super) fn read(
     Ok(constraints)
 }
 
-/// The groups that [`to_json`](super::to_json) wrote, read without a mesh: their vertices are listed
-/// by number and move by a matrix, to points, or not at all. Whether there are such vertices is for
-/// the caller to see.
+/// The groups that [`to_json`](super::to_json) wrote, read without a mesh: their vertices are
+/// listed by number and move by a matrix, to points, or not at all. Whether there are such vertices
+/// is for the caller to see.
 ///
 /// # Errors
 /// [`HandlesError`] with the handle, and what is wrong; also for a box, a sphere or a transform by

@@ -4,11 +4,12 @@ use cotan_halfedge::VertexMap;
 
 use super::{CurvatureEdit, CurvatureField};
 
-/// H* = coarse H + f (middle) + g (fine): the field cut at two scales, each band with its own factor.
+/// H* = coarse H + f (middle) + g (fine): the field cut at two scales, each band with its own
+/// factor.
 ///
 /// fine = H − H after `fine_passes` half steps of the umbrella; coarse = H after `coarse_passes`;
-/// middle is what lies between. A pass reaches one edge farther, n passes about √n edges. Both factors
-/// 1 change nothing.
+/// middle is what lies between. A pass reaches one edge farther, n passes about √n edges. Both
+/// factors 1 change nothing.
 ///
 /// ```
 /// use cotan::prelude::*;

@@ -1,7 +1,7 @@
 //! Editing the curvature field: details exaggerated, faded, mixed, painted.
 //!
-//! A [`CurvatureEdit`] maps the field of mean curvatures of the original mesh to the one wanted; edits
-//! compose ([`Sum`], [`Blend`], [`Sequence`]). [`CurvatureUpdater`] makes one a
+//! A [`CurvatureEdit`] maps the field of mean curvatures of the original mesh to the one wanted;
+//! edits compose ([`Sum`], [`Blend`], [`Sequence`]). [`CurvatureUpdater`] makes one a
 //! [`ScalarFieldUpdater`], and [`edit_detail`] rebuilds the surface from it in the anchored system.
 
 mod band_pass;
@@ -130,8 +130,8 @@ impl<E: CurvatureEdit + ?Sized> CurvatureEdit for &E {
     }
 }
 
-/// A [`CurvatureEdit`] as a [`ScalarFieldUpdater`]: d = −4 A⁰ H*, with the *input's* areas, since with
-/// the current ones the scale runs away. Constant once computed.
+/// A [`CurvatureEdit`] as a [`ScalarFieldUpdater`]: d = −4 A⁰ H*, with the *input's* areas, since
+/// with the current ones the scale runs away. Constant once computed.
 ///
 /// The orientation to go with it is [`super::AlongCurvature`] with the same direction.
 #[derive(Clone, PartialEq, Debug)]

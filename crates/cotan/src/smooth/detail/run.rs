@@ -79,8 +79,8 @@ pub struct Detailed<T: Scalar> {
 /// **Shapes**: one position a vertex. `handles` may hold further vertices, or move some.
 ///
 /// # Errors
-/// [`Error`] for a mesh that is no surface, handles that do not exist, a field of the wrong length, and
-/// positions that run away.
+/// [`Error`] for a mesh that is no surface, handles that do not exist, a field of the wrong length,
+/// and positions that run away.
 ///
 /// **Source**: paper, section 4.2; the anchors and the use of the input's areas are ours.
 pub fn edit_detail<'m, T: Scalar>(
@@ -94,7 +94,8 @@ pub fn edit_detail<'m, T: Scalar>(
     Ok(edited.positions)
 }
 
-/// As [`edit_detail`]; the observer sees the number of every iteration as it ends, and may stop the job.
+/// As [`edit_detail`]; the observer sees the number of every iteration as it ends, and may stop the
+/// job.
 ///
 /// # Errors
 /// As [`edit_detail`], and [`Error::Cancelled`] if the observer stopped it.

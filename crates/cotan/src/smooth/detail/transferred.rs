@@ -9,8 +9,8 @@ use crate::smooth::measure::mollified_mean_curvatures;
 
 /// H* = coarse H + (H' − coarse H'): the coarse shape of this mesh with the details of another.
 ///
-/// The other mesh has the same connectivity, or is sampled through a map of vertices. Its field H' is
-/// in box units of its own, so that details keep their size beside the shape.
+/// The other mesh has the same connectivity, or is sampled through a map of vertices. Its field H'
+/// is in box units of its own, so that details keep their size beside the shape.
 ///
 /// ```
 /// use cotan::prelude::*;
