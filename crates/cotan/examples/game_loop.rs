@@ -40,7 +40,7 @@ impl ScalarFieldUpdater<f64> for Softer {
     }
 }
 
-/// What the game keeps of a creature.
+/// The game's part of a creature.
 struct Creature {
     session: Session<f64>,
     hand: HandleId,

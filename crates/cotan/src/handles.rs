@@ -76,7 +76,7 @@ impl HandleId {
         Self(index)
     }
 
-    /// How many handles were added before it.
+    /// The number of handles that were added before it.
     pub const fn index(self) -> usize {
         self.0
     }
@@ -114,12 +114,12 @@ impl<T: Scalar> HandleGroup<T> {
         &self.vertices
     }
 
-    /// Where they go.
+    /// Their motion.
     pub fn motion(&self) -> &Motion<T> {
         &self.motion
     }
 
-    /// How firmly they are held.
+    /// The firmness with which they are held.
     pub fn hold(&self) -> Hold {
         self.hold
     }

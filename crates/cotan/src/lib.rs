@@ -71,8 +71,8 @@ pub use reconstruct::{reconstruct, reconstruct_observed};
 pub use session::Session;
 pub use sphere::spherical;
 
-/// What most programs need, in one line: the jobs, and the traits with what their methods take, for
-/// schemes, updaters, orientations and energies of one's own.
+/// The names that most programs need, in one line: the jobs, and the traits with what their methods
+/// take, for schemes, updaters, orientations and energies of one's own.
 pub mod prelude {
     pub use crate::{
         DeformOptions, Deformed, DetailSize, Error, HandleGroup, HandleId, Handles, Motion,

@@ -77,7 +77,7 @@ pub struct FlowBuilder<T: Scalar> {
     settings: Settings<T>,
 }
 
-/// Where the rest shape comes from.
+/// The source of the rest shape.
 enum Source<T: Scalar> {
     Measured(Arc<Rest<T>>),
     Mesh {
@@ -363,7 +363,7 @@ impl<T: Scalar> FlowBuilder<T> {
         Flow::begin(work, rule, self.start)
     }
 
-    /// What can be said without the rest shape.
+    /// The checks that need no rest shape.
     fn check(&self) -> Result<(), FlowError> {
         self.settings.schedule.check()?;
         if !(self.settings.tolerance >= 0.0) {

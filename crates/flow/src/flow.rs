@@ -244,7 +244,7 @@ impl<T: Scalar> Flow<T> {
     /// One iteration: a solve, then what the rule does with it.
     ///
     /// # Errors
-    /// What an updater, orientation or scheme reports. The shape is then somewhere between two
+    /// Errors of the updater, orientation or scheme. The shape is then somewhere between two
     /// steps.
     pub fn step(&mut self) -> Result<StepReport, FlowError> {
         self.rule.step(&mut self.work)

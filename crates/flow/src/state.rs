@@ -53,7 +53,7 @@ impl<'a, T: Scalar> FlowState<'a, T> {
     /// ℓ = L(v)v with the weights of the *current* mesh.
     ///
     /// # Errors
-    /// What the scheme reports of the current mesh.
+    /// Errors of the scheme on the current mesh.
     pub fn laplacian(&self) -> Result<&'a VertexMap<Vector3<T>>, FlowError> {
         self.current.laplacian(self.rest)
     }

@@ -1,4 +1,4 @@
-//! What every rule works on: the shape between two steps, and the system.
+//! The workspace of every rule: the shape between two steps, and the system.
 
 use std::sync::Arc;
 

@@ -407,7 +407,7 @@ mod tests {
         Ok(())
     }
 
-    /// What is gone must be gone, and edges that are merged must have met in the triangle.
+    /// Removed elements must be gone, and merged edges must have met in the triangle.
     fn check_collapsed(
         before: &HalfedgeMesh,
         after: &HalfedgeMesh,

@@ -27,7 +27,7 @@ pub(crate) fn reserve_exact<T>(list: &mut Vec<T>, more: usize) -> Result<(), IoE
         .map_err(|_| missing::<T>(list.len().saturating_add(more)))
 }
 
-/// What the small allocations of the program need beside those that are asked for.
+/// Room for the small allocations of the program, beside those that are asked for.
 const MARGIN: usize = 8 << 20;
 
 /// Whether the system has something left to give after a large list got its room: a list must not

@@ -162,7 +162,7 @@ impl<T: Scalar> Operator<T> {
     /// The operator as a sparse matrix: **−L**, with Σ_j w_ij on the diagonal and −w_ij beside it,
     /// so that it is positive semi-definite for the cotangent scheme.
     ///
-    /// **Mesh**: n × n, row and column = vertex number, columns ascending. Every row sums to
+    /// **Shape**: n × n, row and column = vertex number, columns ascending. Every row sums to
     /// exactly zero.
     ///
     /// # Panics

@@ -70,7 +70,7 @@ impl OneRings {
         &self.halfedges
     }
 
-    /// What is given row after row, by halfedge.
+    /// Values in the order of the rows, by halfedge.
     ///
     /// # Panics
     /// If there is not one value per entry.
@@ -83,7 +83,7 @@ impl OneRings {
         out
     }
 
-    /// What is given by halfedge, row after row.
+    /// Values by halfedge, in the order of the rows.
     pub fn by_row<A: Clone>(&self, halfedges: &HalfedgeMap<A>) -> Vec<A> {
         self.halfedges
             .iter()

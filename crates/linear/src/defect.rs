@@ -1,4 +1,4 @@
-//! How far a shape is from fulfilling each term of the system.
+//! The defect of a shape: what each term of the system still lacks.
 
 use cotan_halfedge::VertexMap;
 use nalgebra::Vector3;

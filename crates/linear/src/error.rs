@@ -21,7 +21,7 @@ pub enum LinearError {
     ComponentWithoutHandle {
         /// The component's lowest vertex.
         vertex: VertexId,
-        /// How many vertices the component has.
+        /// The number of vertices of the component.
         num_vertices: usize,
     },
     /// A handle at a vertex that the mesh does not have.
@@ -64,7 +64,7 @@ pub enum LinearError {
     Singular {
         /// The component's lowest vertex.
         vertex: VertexId,
-        /// How many vertices the component has.
+        /// The number of vertices of the component.
         num_vertices: usize,
     },
     /// A diagonal entry that is negative or not finite.
@@ -121,7 +121,7 @@ impl From<SparseError> for LinearError {
     }
 }
 
-/// What a mesh has to do with it.
+/// Advice to the owner of a mesh, behind the message of the solver.
 fn advice(error: &SparseError) -> &'static str {
     match error {
         SparseError::NotPositiveDefinite { .. } => {

@@ -57,7 +57,7 @@ pub struct LinearSystem {
     cholesky: Cholesky,
 }
 
-/// What the matrix is made of.
+/// The parts of the matrix.
 #[derive(Clone)]
 struct Equation {
     weights: Arc<Weights>,

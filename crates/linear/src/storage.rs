@@ -1,4 +1,4 @@
-//! How factors are stored, and what they may take.
+//! The storage of factors, and the limit of their memory.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use cotan_sparse::{Cholesky, LowerTriangle, Precision, Symbolic};
 use crate::error::LinearError;
 use crate::strategy::Strategy;
 
-/// How a factor is stored, and its limit.
+/// The storage of a factor, and its limit.
 #[derive(Clone, Default)]
 pub(crate) struct Storage {
     pub(crate) precision: Precision,
@@ -22,7 +22,7 @@ pub(crate) struct Storage {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Limit {
     pub(crate) strategy: Strategy,
-    /// How many factors there will be, and bytes that are taken beside them.
+    /// The number of factors to come, and bytes that are taken beside them.
     pub(crate) factors: u64,
     pub(crate) beside: u64,
     pub(crate) permitted: u64,

@@ -100,8 +100,6 @@ impl<'a> Mapper<'a> {
             },
         );
         let Spherical { map, report } = done.map_err(refuse)?;
-        // The map refers to the mesh alone, not to the positions here.
-        let map = SphereMap::new(mesh, map.into_positions()).map_err(refuse)?;
         Ok(Mapped {
             map: self.turned(map, &positions)?,
             positions,

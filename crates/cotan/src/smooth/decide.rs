@@ -6,7 +6,7 @@ use super::noise::NoiseEstimate;
 use super::normal_filter::NormalFilter;
 use super::options::Smoother;
 
-/// What [`SmoothMethod::Auto`](super::SmoothMethod::Auto) decided, and from what.
+/// The decision of [`SmoothMethod::Auto`](super::SmoothMethod::Auto), and its grounds.
 ///
 /// The face normals are filtered for the estimated noise. On parts from CAD what is left of the
 /// dihedral angles sits on few edges, on organic shapes it is spread: with lengths as weights,

@@ -29,7 +29,7 @@ pub struct FilteredNormals {
     original: PerRest<Original>,
 }
 
-/// What is measured on the original mesh.
+/// Measures of the original mesh.
 #[derive(Clone, Debug)]
 struct Original {
     /// Cotangent of the angle opposite each halfedge.

@@ -5,7 +5,7 @@ use super::preserve::Preserve;
 use crate::options::{named, setters};
 
 named!(
-    /// How a mesh is to be smoothed.
+    /// The choice of a method of smoothing.
     SmoothMethod, "smoothing method", {
         /// By [`Smoother::Curvature`] or [`Smoother::Feature`], whichever suits the mesh
         /// ([`super::Decision`]).
@@ -45,7 +45,7 @@ impl SmoothMethod {
 }
 
 named!(
-    /// How a mesh is smoothed. Measured side by side in `docs/decisions`.
+    /// The methods of smoothing, measured side by side in `docs/decisions`.
     Smoother, "smoother", {
         /// [`super::SmoothedCurvature`] of second order on umbrella weights, from a lightly
         /// smoothed start, anchored as firmly as the noise of the mesh allows.
@@ -95,7 +95,7 @@ pub enum NewFolds {
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[non_exhaustive]
 pub struct SmoothOptions {
-    /// How.
+    /// The method.
     pub method: SmoothMethod,
     /// How often; `None` for what the method needs. 0 changes nothing.
     pub iterations: Option<usize>,

@@ -1,4 +1,4 @@
-//! What makes an iteration faster than its plain steps.
+//! Acceleration of an iteration beyond its plain steps.
 
 mod anderson;
 mod lbfgs;

@@ -15,7 +15,7 @@ use crate::state::FlowState;
 /// An energy, as a sum in which terms cancel.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Energy {
-    /// What is left; never negative.
+    /// The energy that is left; never negative.
     pub value: f64,
     /// The sum of the sizes of the terms. The value is exact but for a few units in the last place
     /// of this, in double precision.

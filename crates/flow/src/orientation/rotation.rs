@@ -27,7 +27,7 @@ pub struct BestRotation {
     fit: PerRest<Fit>,
 }
 
-/// What is known of one rest shape.
+/// Measures of one rest shape.
 #[derive(Clone, Debug)]
 struct Fit {
     gradients: Vec<[f64; 3]>,

@@ -25,7 +25,7 @@ pub(crate) struct Descent<T: Scalar> {
     lbfgs: Option<Lbfgs>,
     /// Σ s_ij (x_j − x_i) less what the model wants of it.
     tension: VertexMap<Vector3<f64>>,
-    /// Where a step searches; empty without acceleration.
+    /// The direction in which a step searches; empty without acceleration.
     direction: VertexMap<Vector3<f64>>,
     /// That of the current positions, with the springs of soft handles.
     energy: Option<Energy>,

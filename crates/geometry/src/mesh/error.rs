@@ -1,4 +1,4 @@
-//! What can be wrong with the buffers of a mesh.
+//! Errors in the buffers of a mesh.
 
 use cotan_halfedge::BuildError;
 use thiserror::Error;
@@ -10,7 +10,7 @@ pub enum MeshError {
     /// A list of triangle corners that is cut short.
     #[error("{count} indices are not a multiple of three; give three per triangle")]
     Indices {
-        /// How many indices were given.
+        /// The number of indices that were given.
         count: usize,
     },
     /// Nothing to build from.
@@ -19,7 +19,7 @@ pub enum MeshError {
     /// Every face has fewer than three different positions.
     #[error("all {num_faces} faces collapse when equal positions are welded")]
     AllCollapsed {
-        /// How many faces were given.
+        /// The number of faces that were given.
         num_faces: usize,
     },
     /// A vertex without a face.

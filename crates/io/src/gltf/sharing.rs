@@ -37,11 +37,11 @@ pub(super) struct Sharing {
     groups: HashMap<usize, usize>,
 }
 
-/// Where the triangles of a layer are.
+/// The places of the triangles of a layer.
 #[derive(Debug, Default)]
 struct Layer {
     faces: HashSet<u64, RandomState>,
-    /// How many of them each edge has; not counted for the first layer.
+    /// The number of triangles at each edge; not counted for the first layer.
     edges: HashMap<u64, u32, RandomState>,
 }
 
