@@ -1,6 +1,5 @@
 //! The polygons of a document.
 
-use std::collections::TryReserveError;
 use std::ops::Range;
 
 use crate::error::IoError;
@@ -116,13 +115,9 @@ impl FaceList {
     }
 
     /// As [`FaceList::reserve`], where the counts are guesses.
-    pub(crate) fn try_reserve(
-        &mut self,
-        faces: usize,
-        corners: usize,
-    ) -> Result<(), TryReserveError> {
-        self.ends.try_reserve(faces)?;
-        self.corners.try_reserve(corners)
+    pub(crate) fn reserve_if_there(&mut self, faces: usize, corners: usize) {
+        room::reserve_if_there(&mut self.ends, faces);
+        room::reserve_if_there(&mut self.corners, corners);
     }
 
     /// Ends the face that is being built and returns its degree.

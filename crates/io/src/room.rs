@@ -27,8 +27,17 @@ pub(crate) fn reserve_exact<T>(list: &mut Vec<T>, more: usize) -> Result<(), IoE
         .map_err(|_| missing::<T>(list.len().saturating_add(more)))
 }
 
-/// Room for the small allocations of the program, beside those that are asked for.
-const MARGIN: usize = 8 << 20;
+/// Makes room for so many more elements if the system has it and has a margin left; a refusal
+/// only means that the list grows as it fills.
+pub(crate) fn reserve_if_there<T>(list: &mut Vec<T>, more: usize) {
+    if reserve(list, more).is_err() {
+        list.shrink_to_fit();
+    }
+}
+
+/// Room for the small allocations of the program, such as the pieces of a text that threads parse
+/// at the same time, beside those that are asked for.
+pub(crate) const MARGIN: usize = 32 << 20;
 
 /// Whether the system has something left to give after a large list got its room: a list must not
 /// take the last bytes, without which not even the refusal could be told.

@@ -48,6 +48,10 @@ pub(super) fn parse_by(bytes: &[u8], limits: &Limits, piece: usize) -> Result<Me
     let mut file = Mesh::default();
     let mut largest = 0;
     let mut start = text::after_bom(bytes);
+    if bytes.len() > piece {
+        // What the pieces hold together; the lists of the file leave as much free.
+        room::check(room::MARGIN as u64)?;
+    }
     let mut batch = Batch::default();
     let mut next = Batch::default();
     start = batch.cut(bytes, start, piece);
@@ -151,17 +155,16 @@ impl Batch {
             return;
         };
         if last.1 == all {
-            let _ = file.positions.try_reserve_exact(vertices);
-            let _ = file.faces.try_reserve(faces, corners);
+            room::reserve_if_there(&mut file.positions, vertices);
+            file.faces.reserve_if_there(faces, corners);
         } else if vertices > 0 && corners > 0 {
             // Vertices and faces in turns: everything grows at the same pace.
             let times = 1.02 * all as f64 / (last.1 - first.0).max(1) as f64;
             let guess = |count: usize| (count as f64 * times) as usize;
             let [vertices, faces, corners] = [vertices, faces, corners].map(guess);
             if limits.check_memory(all, vertices, corners).is_ok() {
-                // A refusal only means that the vectors grow as they fill.
-                let _ = file.positions.try_reserve(vertices);
-                let _ = file.faces.try_reserve(faces, corners);
+                room::reserve_if_there(&mut file.positions, vertices);
+                file.faces.reserve_if_there(faces, corners);
             }
         }
     }

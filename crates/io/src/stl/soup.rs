@@ -33,7 +33,9 @@ impl<'a, K: Hash + Eq> Soup<'a, K> {
         let expected = (num_facets / 2).min(limits.max_vertices);
         let mut numbers = HashMap::default();
         // Without the room the table grows as vertices come.
-        let _ = numbers.try_reserve(expected);
+        if numbers.try_reserve(expected).is_err() || room::check(room::MARGIN as u64).is_err() {
+            numbers = HashMap::default();
+        }
         Self {
             limits,
             held_bytes,
@@ -62,8 +64,11 @@ impl<'a, K: Hash + Eq> Soup<'a, K> {
             .check_memory(self.held_bytes, self.positions.len() + 3, num_corners)?;
         self.faces.make_room(1, 3)?;
         room::reserve(&mut self.positions, 3)?;
-        let table = self.numbers.try_reserve(3);
-        table.map_err(|_| room::missing::<(K, u32)>(self.numbers.len()))?;
+        if self.numbers.capacity() - self.numbers.len() < 3 {
+            let table = self.numbers.try_reserve(3);
+            table.map_err(|_| room::missing::<(K, u32)>(self.numbers.len()))?;
+            room::check(room::MARGIN as u64)?;
+        }
         for (place, position) in corners {
             let next = self.positions.len() as u32;
             let vertex = *self.numbers.entry(place).or_insert(next);
