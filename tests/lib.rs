@@ -102,6 +102,51 @@ pub fn boxed(mesh: &ProcessingMesh) -> Positions<f64> {
         .map(|p| Point3::from((p - bounds.min) / bounds.longest_side()))
 }
 
+/// The edits of `shared/reference/solid`, each with the shape of an elastic body; and what other
+/// methods gave there, by name of the edit.
+pub fn solid_cases() -> (Vec<(Case, Positions<f64>)>, Value) {
+    let Some(table) = shared("reference/solid/table.json") else {
+        return (Vec::new(), Value::Null);
+    };
+    let text = std::fs::read_to_string(table).expect("readable");
+    let table: Value = serde_json::from_str(&text).expect("valid JSON");
+    let names = table
+        .as_object()
+        .into_iter()
+        .flatten()
+        .map(|(name, _)| name);
+    let cases = names.filter_map(|name| solid_case(name)).collect();
+    (cases, table)
+}
+
+fn solid_case(name: &str) -> Option<(Case, Positions<f64>)> {
+    let load = |part: &str| {
+        let path = shared(&format!("reference/solid/{name}.{part}.ply"))?;
+        let document = cotan_io::load(&path).expect("a reference shape loads");
+        let mesh = document.surface_numbered(Weld::AsFormat, Numbering::Document);
+        Some(mesh.expect("a reference shape is a manifold"))
+    };
+    let (mesh, solid) = (load("rest")?, load("solid")?);
+    let path = shared(&format!("reference/solid/{name}.handles.txt"))?;
+    let text = std::fs::read_to_string(path).expect("readable");
+    let (mut vertices, mut targets) = (Vec::new(), Vec::new());
+    for line in text.lines() {
+        let words: Vec<f64> = line.split_whitespace().flat_map(str::parse).collect();
+        if let [v, x, y, z] = words[..] {
+            vertices.push(VertexId::new(v as usize));
+            targets.push(Point3::new(x, y, z));
+        }
+    }
+    let case = Case {
+        name: name.to_owned(),
+        positions: mesh.positions().clone(),
+        mesh,
+        handles: Handles::new().add(vertices, Motion::To(targets)),
+        reference: None,
+    };
+    Some((case, solid.positions().clone()))
+}
+
 /// A deformation to run: a mesh in box units with handles.
 pub struct Case {
     /// Mesh and drag.

@@ -82,7 +82,8 @@ pub mod prelude {
     pub use cotan_flow::{
         Acceleration, BestRotation, Energy, Flow, FlowBuilder, FlowError, FlowState, Hybrid,
         KeepMagnitude, Limited, LocalGlobal, Orientation, Reflect, ReflectFirst, Report,
-        RescaleByArea, Rest, ScalarFieldUpdater, Schedule, Start, StepReport, StopReason,
+        RescaleByArea, Rest, ScalarFieldUpdater, Schedule, Start, StepReport, Stiffness,
+        StopReason,
     };
     pub use cotan_geometry::{
         BuiltMesh, Mesh, MeshBuilder, MeshError, Positions, Scalar, Surface, SurfaceError, scalar,

@@ -3,6 +3,7 @@
 use cotan_flow::{
     Acceleration, BestRotation, DEFAULT_ITERATION_LIMIT, DEFAULT_TOLERANCE, Flow, FlowBuilder,
     Hybrid, KeepMagnitude, Limited, Reflect, ReflectFirst, RescaleByArea, Schedule, Start,
+    Stiffness,
 };
 use cotan_geometry::{Scalar, Surface};
 use cotan_laplacian::{ClampedCotangent, Cotangent, EdgeLength, LaplacianScheme, Tutte, Uniform};
@@ -135,6 +136,8 @@ pub struct DeformOptions {
     pub orientation: OrientationKind,
     /// The hybrid's bending length, relative to the size of the mesh; see [`Hybrid`].
     pub bending_length: f64,
+    /// How a body resists beyond its surface, by the hybrid; see [`Stiffness`].
+    pub stiffness: Stiffness,
     /// What happens to the size of details.
     pub detail_size: DetailSize,
     /// The Laplacian coordinates of the first solve.
@@ -155,6 +158,7 @@ setters!(DeformOptions {
     scheme: SchemeKind,
     orientation: OrientationKind,
     bending_length: f64,
+    stiffness: Stiffness,
     detail_size: DetailSize,
     start: Start,
     acceleration: Acceleration,
@@ -170,6 +174,7 @@ impl Default for DeformOptions {
             scheme: SchemeKind::default(),
             orientation: OrientationKind::default(),
             bending_length: Hybrid::DEFAULT_BENDING_LENGTH,
+            stiffness: Stiffness::default(),
             detail_size: DetailSize::default(),
             start: Start::default(),
             acceleration: Acceleration::default(),
@@ -245,7 +250,9 @@ impl DeformOptions {
             DetailSize::Rescale => flow.updater(RescaleByArea),
         };
         match self.orientation {
-            OrientationKind::Hybrid => flow.energy(Hybrid::new(self.bending_length)),
+            OrientationKind::Hybrid => {
+                flow.energy(Hybrid::new(self.bending_length).stiffness(self.stiffness))
+            }
             OrientationKind::Rotation => flow.orientation(BestRotation::new()),
             OrientationKind::Limited => flow.orientation(Limited::new()),
             OrientationKind::LimitedMagnitude => flow.orientation(Limited::exact_magnitude()),

@@ -10,10 +10,9 @@ pub mod render;
 pub mod select;
 pub mod snapshot;
 
-mod tree;
-
 pub use camera::{Camera, StandardView, UpAxis};
+pub use cotan::geometry::Ray;
 pub use pick::{Hit, Picker};
 pub use render::{Line, Mark, Renderer, Shading, Style};
 pub use select::{Reach, brush, lasso};
-pub use snapshot::{CameraSnapshot, Ray};
+pub use snapshot::CameraSnapshot;

@@ -39,7 +39,7 @@ mod workspace;
 
 pub use box_units::BoxUnits;
 pub use builder::{Acceleration, DEFAULT_ITERATION_LIMIT, DEFAULT_TOLERANCE, FlowBuilder, Start};
-pub use energy::{Energy, Hybrid, LocalGlobal};
+pub use energy::{Energy, Hybrid, LocalGlobal, Stiffness};
 pub use error::FlowError;
 pub use flow::Flow;
 pub use nearest_rotation::nearest_rotation;

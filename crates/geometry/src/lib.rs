@@ -40,6 +40,7 @@ mod spatial_order;
 mod surface;
 #[cfg(feature = "testing")]
 pub mod testing;
+mod triangle_tree;
 mod volume;
 
 pub use angles::{
@@ -74,4 +75,5 @@ pub use shapes::{
 };
 pub use spatial_order::SpatialOrder;
 pub use surface::{Positions, Surface, SurfaceError};
+pub use triangle_tree::{Meeting, Ray, TriangleTree, triangle_corners, triangle_on_ray};
 pub use volume::{surface_centroid, volume, volume_centroid};

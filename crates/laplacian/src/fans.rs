@@ -123,6 +123,25 @@ impl Fans {
         });
     }
 
+    /// Σ of the area vectors of the triangles around vertex `i`, in double precision.
+    ///
+    /// # Panics
+    /// If there is no such vertex, or there are fewer positions than vertices.
+    #[inline]
+    pub fn area_vector<T: Scalar>(&self, positions: &Positions<T>, i: usize) -> Vector3<f64> {
+        let x = positions.as_slice();
+        let fan = &self.neighbours[self.rings.graph().range(i)];
+        let edge = |j: &VertexId| (x[j.index()] - x[i]).map(T::as_f64);
+        let mut sum = Vector3::zeros();
+        for pair in fan.windows(2) {
+            sum += edge(&pair[0]).cross(&edge(&pair[1]));
+        }
+        if let ([first, .., last], false) = (fan, self.is_open.as_slice()[i]) {
+            sum += edge(last).cross(&edge(first));
+        }
+        sum * 0.5
+    }
+
     /// Sums over the fan of vertex `i`; without Laplacian coordinates if there is no floor.
     #[inline]
     fn sums<T: Scalar>(&self, positions: &Positions<T>, i: usize, floor: Option<T>) -> Sums<T> {

@@ -5,13 +5,13 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use cotan::geometry::BoundingBox;
+use cotan::geometry::{BoundingBox, Ray};
 use eframe::egui::{Pos2, Rect, Vec2};
 use nalgebra::{Matrix4, Point3, UnitQuaternion, Vector3};
 use transform_gizmo_egui::GizmoConfig;
 use transform_gizmo_egui::math::DMat4;
 
-use crate::view::snapshot::{CameraSnapshot, Lens, Ray};
+use crate::view::snapshot::{CameraSnapshot, Lens};
 
 /// A camera that turns around a target.
 #[derive(Clone, Debug)]

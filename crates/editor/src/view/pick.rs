@@ -3,17 +3,16 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use cotan::geometry::Positions;
+use cotan::geometry::{Positions, Ray, TriangleTree, triangle_corners};
 use cotan::halfedge::{FaceId, HalfedgeMesh, VertexId};
 use eframe::egui::Pos2;
 use nalgebra::Point3;
 
-use crate::view::snapshot::{CameraSnapshot, Ray};
-use crate::view::tree::{Tree, corners};
+use crate::view::snapshot::CameraSnapshot;
 
 /// Finds triangles and vertices of one shape by rays.
 pub struct Picker {
-    tree: Tree,
+    tree: TriangleTree,
     positions: Positions<f64>,
 }
 
@@ -39,7 +38,7 @@ impl Picker {
         let triangle = |f| mesh.triangle(f).map(|v| v.index() as u32);
         let triangles = mesh.faces().map(triangle).collect();
         Self {
-            tree: Tree::build(triangles, positions),
+            tree: TriangleTree::build(triangles, positions),
             positions: positions.clone(),
         }
     }
@@ -67,7 +66,8 @@ impl Picker {
         let meeting = self.tree.first(ray, &self.positions)?;
         let point = ray.at(meeting.distance);
         let triangle = self.tree.triangles()[meeting.triangle];
-        let squares = corners(triangle, &self.positions).map(|p| (p - point).norm_squared());
+        let squares =
+            triangle_corners(triangle, &self.positions).map(|p| (p - point).norm_squared());
         Some(Hit {
             face: FaceId::new(meeting.triangle),
             vertex: VertexId::new(triangle[least(squares)] as usize),

@@ -1,10 +1,10 @@
 use cotan::Mesh;
+use cotan::geometry::triangle_on_ray;
 use cotan::shapes::{bar, icosphere, torus};
 use eframe::egui::{Rect, pos2, vec2};
 
 use super::*;
 use crate::view::camera::Camera;
-use crate::view::tree::intersect;
 
 const RECT: Rect = Rect {
     min: Pos2::new(0.0, 0.0),
@@ -35,7 +35,7 @@ fn all_hits(shape: &Mesh<f64>, ray: &Ray) -> impl Iterator<Item = (f64, FaceId)>
             .connectivity()
             .triangle(f)
             .map(|v| shape.positions()[v]);
-        intersect(ray, corners).map(|d| (d, f))
+        triangle_on_ray(ray, corners).map(|d| (d, f))
     })
 }
 

@@ -1,24 +1,8 @@
 //! The camera of one frame, looking into one rectangle: between the model and the screen.
 
+use cotan::geometry::Ray;
 use eframe::egui::{Pos2, Rect};
 use nalgebra::{Matrix4, Point3, Rotation3, Vector3};
-
-/// A half-line.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Ray {
-    /// Where it begins.
-    pub origin: Point3<f64>,
-    /// Where it goes, of length 1.
-    pub direction: Vector3<f64>,
-}
-
-impl Ray {
-    /// The point at `distance` from the origin.
-    #[must_use]
-    pub fn at(&self, distance: f64) -> Point3<f64> {
-        self.origin + self.direction * distance
-    }
-}
 
 /// How the picture is taken.
 #[derive(Clone, Copy, PartialEq, Debug)]

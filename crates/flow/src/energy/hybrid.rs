@@ -3,9 +3,13 @@
 use cotan_geometry::{Scalar, surface_area};
 use cotan_halfedge::VertexMap;
 use cotan_laplacian::Graph;
+use cotan_parallel as parallel;
 use nalgebra::{Matrix3, Point3, Vector3};
 
-use super::{Energy, LocalGlobal};
+use super::bodies::Bodies;
+use super::struts::{Strut, Struts, energy_of};
+use super::volume::SoftVolume;
+use super::{Energy, LocalGlobal, Stiffness};
 use crate::cells::{Means, as_f64, cell_share, edge_gradients, four_of, in_rows};
 use crate::error::FlowError;
 use crate::nearest_rotation::{IDENTITY, Mat3, flat, nearest_rotations_from};
@@ -39,6 +43,7 @@ use crate::state::FlowState;
 #[derive(Debug)]
 pub struct Hybrid {
     bending_length: f64,
+    stiffness: Stiffness,
     /// μ, once the mesh is known.
     weight: f64,
     /// What turns edges into covariances and means into tensions, row after row: μ/6 g_ji and
@@ -52,6 +57,9 @@ pub struct Hybrid {
     /// R̄ = P R: the mean of the rotations that serve each vertex.
     means: Vec<Mat3>,
     scratch: Vec<Mat3>,
+    /// Empty where there are none.
+    struts: Option<Struts>,
+    volume: Option<SoftVolume>,
 }
 
 impl Hybrid {
@@ -62,6 +70,7 @@ impl Hybrid {
     pub fn new(bending_length: f64) -> Self {
         Self {
             bending_length,
+            stiffness: Stiffness::default(),
             weight: 0.0,
             fit_gradients: Vec::new(),
             pull_gradients: Vec::new(),
@@ -69,7 +78,16 @@ impl Hybrid {
             rotations: Vec::new(),
             means: Vec::new(),
             scratch: Vec::new(),
+            struts: None,
+            volume: None,
         }
+    }
+
+    /// How a body resists beyond its surface. Default: [`Stiffness::SOLID`].
+    #[must_use]
+    pub fn stiffness(mut self, stiffness: Stiffness) -> Self {
+        self.stiffness = stiffness;
+        self
     }
 
     /// The rotations of the current state, and the energy with them.
@@ -85,6 +103,7 @@ impl Hybrid {
             rotations,
             means: spread,
             scratch,
+            struts,
             ..
         } = self;
         let cells = CellsAt {
@@ -94,6 +113,8 @@ impl Hybrid {
             field: field.as_slice(),
             gradients: fit_gradients,
             membrane: 0.25 * *weight,
+            struts: struts.as_ref().map_or(&[], |s| s.of_vertex()),
+            weight: *weight,
         };
         // Ωᵀ twice: a vertex hands a share to its neighbours, taken where its value is written. The
         // means of the last fit are no longer needed.
@@ -120,6 +141,7 @@ impl Default for Hybrid {
 
 impl<T: Scalar> LocalGlobal<T> for Hybrid {
     fn begin(&mut self, rest: &Rest<T>) -> Result<f64, FlowError> {
+        self.stiffness.check()?;
         if !(self.bending_length > 0.0) {
             return Err(FlowError::Setting {
                 setting: "bending length",
@@ -146,6 +168,21 @@ impl<T: Scalar> LocalGlobal<T> for Hybrid {
                 size: sum.size + size,
             }
         });
+        let Stiffness { struts, volume } = self.stiffness;
+        if struts > 0.0 || volume > 0.0 {
+            let bodies = Bodies::new(rest);
+            self.struts = (struts > 0.0)
+                .then(|| Struts::new(rest, &bodies, struts, self.weight))
+                .filter(|struts| !struts.is_empty());
+            self.volume = (volume > 0.0)
+                .then(|| SoftVolume::new(rest, &bodies, volume))
+                .filter(|volume| !volume.is_empty());
+        } else {
+            (self.struts, self.volume) = (None, None);
+        }
+        let of_struts = self.struts.as_ref().map_or(0.0, |s| s.rest_energy);
+        self.rest_energy.value += of_struts;
+        self.rest_energy.size += of_struts;
         Ok(self.weight)
     }
 
@@ -160,7 +197,7 @@ impl<T: Scalar> LocalGlobal<T> for Hybrid {
         field: &VertexMap<T>,
         out: &mut VertexMap<Vector3<T>>,
     ) -> Result<Energy, FlowError> {
-        let energy = self.rotate(state, field);
+        let mut energy = self.rotate(state, field);
         let (rest, graph) = (state.rest(), &**state.rest().graph());
         let values = &self.rotations;
         let [] = run(&Means { graph, values }, &mut self.scratch);
@@ -173,6 +210,14 @@ impl<T: Scalar> LocalGlobal<T> for Hybrid {
             field: field.as_slice(),
         };
         let [] = run_both(&turning, &mut self.means, out.as_mut_slice());
+        if let Some(struts) = &mut self.struts {
+            struts.pull(state.positions(), &self.means);
+        }
+        if let Some(volume) = &mut self.volume {
+            let of_volume = volume.measure(rest, state.positions());
+            energy.value += self.weight * of_volume.value;
+            energy.size += self.weight * of_volume.size;
+        }
         Ok(energy)
     }
 
@@ -186,6 +231,16 @@ impl<T: Scalar> LocalGlobal<T> for Hybrid {
             means: &self.means,
         };
         let [] = run(&tensions, out.as_mut_slice());
+        if self.struts.is_some() || self.volume.is_some() {
+            parallel::update(out.as_mut_slice(), |i, tension| {
+                if let Some(struts) = &self.struts {
+                    *tension += struts.force_at(i);
+                }
+                if let Some(volume) = &self.volume {
+                    *tension += volume.force_at(i);
+                }
+            });
+        }
     }
 }
 
@@ -198,6 +253,10 @@ struct CellsAt<'a, T: Scalar> {
     gradients: &'a [[f64; 3]],
     /// μ/4, the weight of both halves of every edge.
     membrane: f64,
+    /// One a vertex, or none at all.
+    struts: &'a [Strut],
+    /// μ.
+    weight: f64,
 }
 
 /// Writes the covariances of the triangles around the vertices times their shares, and L⁰x. Returns
@@ -231,6 +290,13 @@ impl<T: Scalar> PassOfTwo<Mat3, Vector3<f64>, 2> for CellsAt<'_, T> {
             *ell = now.vector().into();
             let wanted = wanted(self.rest, self.field, i);
             sum.add_outer(now, &wanted);
+            if let Some(strut) = self.struts.get(i).filter(|s| s.weight > 0.0) {
+                let span = strut.span(own, x);
+                let weight = self.weight * strut.weight;
+                sum.add_outer(span * Four::all(weight), &strut.rest);
+                let energy = energy_of(span, weight);
+                flow += energy.value;
+            }
             *entry = sum.times(cell_share(self.graph, i));
             let wanted = Four::of_vector(&wanted);
             flow += (now * now + wanted * wanted).sum();

@@ -1,12 +1,17 @@
 //! Energies that a local step and the system's solve lower in turn.
 
+mod bodies;
 mod hybrid;
+mod stiffness;
+mod struts;
+mod volume;
 
 use cotan_geometry::Scalar;
 use cotan_halfedge::VertexMap;
 use nalgebra::{Matrix3, Vector3};
 
 pub use hybrid::Hybrid;
+pub use stiffness::Stiffness;
 
 use crate::error::FlowError;
 use crate::rest::Rest;

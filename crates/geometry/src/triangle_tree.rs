@@ -9,28 +9,48 @@ use std::ops::ControlFlow;
 use bvh::aabb::{Aabb, Bounded};
 use bvh::bounding_hierarchy::{BHShape, BoundingHierarchy};
 use bvh::bvh::{Bvh, BvhNode};
-use cotan::geometry::Positions;
 use nalgebra::{Point3, Vector3};
 
-use crate::view::snapshot::Ray;
+use crate::surface::Positions;
 
 type Box3 = Aabb<f64, 3>;
 
 /// A tree of boxes over triangles.
-pub(super) struct Tree {
+#[derive(Debug)]
+pub struct TriangleTree {
     bvh: Bvh<f64, 3>,
     triangles: Vec<[u32; 3]>,
 }
 
-/// Where a ray meets a triangle.
+/// A half-line.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Meeting {
-    pub(super) triangle: usize,
-    pub(super) distance: f64,
+pub struct Ray {
+    /// Where it begins.
+    pub origin: Point3<f64>,
+    /// Where it goes, of length 1.
+    pub direction: Vector3<f64>,
 }
 
-impl Tree {
-    pub(super) fn build(triangles: Vec<[u32; 3]>, positions: &Positions<f64>) -> Self {
+impl Ray {
+    /// The point at `distance` from the origin.
+    #[must_use]
+    pub fn at(&self, distance: f64) -> Point3<f64> {
+        self.origin + self.direction * distance
+    }
+}
+
+/// A point where a ray meets a triangle.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Meeting {
+    /// The index of the triangle.
+    pub triangle: usize,
+    /// Its distance from the ray's origin.
+    pub distance: f64,
+}
+
+impl TriangleTree {
+    /// A tree over triangles, given by the indices of their corners.
+    pub fn build(triangles: Vec<[u32; 3]>, positions: &Positions<f64>) -> Self {
         let mut leaves: Vec<Leaf> = triangles
             .iter()
             .map(|t| Leaf {
@@ -44,13 +64,14 @@ impl Tree {
         }
     }
 
-    pub(super) fn triangles(&self) -> &[[u32; 3]] {
+    /// The triangles, in the order in which they came.
+    pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
 
     /// Fits the boxes to moved vertices. The tree stays right; it becomes slow if what was near is
     /// near no more.
-    pub(super) fn refit(&mut self, positions: &Positions<f64>) {
+    pub fn refit(&mut self, positions: &Positions<f64>) {
         let mut boxes = vec![Box3::empty(); self.bvh.nodes.len()];
         // `bvh` stores a node before its children.
         for i in (0..self.bvh.nodes.len()).rev() {
@@ -74,7 +95,7 @@ impl Tree {
     }
 
     /// The first triangle on the ray.
-    pub(super) fn first(&self, ray: &Ray, positions: &Positions<f64>) -> Option<Meeting> {
+    pub fn first(&self, ray: &Ray, positions: &Positions<f64>) -> Option<Meeting> {
         let mut best = None;
         self.walk(ray, f64::INFINITY, positions, |meeting| {
             best = Some(meeting);
@@ -83,8 +104,26 @@ impl Tree {
         best
     }
 
+    /// The first triangle on the ray, of those that `counts`.
+    pub fn first_of(
+        &self,
+        ray: &Ray,
+        positions: &Positions<f64>,
+        counts: impl Fn([u32; 3]) -> bool,
+    ) -> Option<Meeting> {
+        let (mut best, mut limit) = (None, f64::INFINITY);
+        self.walk(ray, limit, positions, |meeting| {
+            if counts(self.triangles[meeting.triangle]) {
+                best = Some(meeting);
+                limit = meeting.distance;
+            }
+            ControlFlow::Continue(limit)
+        });
+        best
+    }
+
     /// Whether the ray meets a triangle nearer than `limit`, of those that `counts`.
-    pub(super) fn meets_any(
+    pub fn meets_any(
         &self,
         ray: &Ray,
         limit: f64,
@@ -122,7 +161,10 @@ impl Tree {
             match self.bvh.nodes.get(index) {
                 None => {}
                 Some(&BvhNode::Leaf { shape_index, .. }) => {
-                    let met = intersect(ray, corners(self.triangles[shape_index], positions));
+                    let met = triangle_on_ray(
+                        ray,
+                        triangle_corners(self.triangles[shape_index], positions),
+                    );
                     let Some(distance) = met.filter(|d| *d < limit) else {
                         continue;
                     };
@@ -154,7 +196,7 @@ impl Tree {
     }
 
     /// Calls `each` with the triangles whose boxes, seen as balls, pass `wanted(centre, radius)`.
-    pub(super) fn each_near(
+    pub fn each_near(
         &self,
         wanted: impl Fn(Point3<f64>, f64) -> bool,
         mut each: impl FnMut([u32; 3]),
@@ -186,7 +228,7 @@ impl Tree {
 }
 
 /// The corners of a triangle.
-pub(super) fn corners(triangle: [u32; 3], positions: &Positions<f64>) -> [Point3<f64>; 3] {
+pub fn triangle_corners(triangle: [u32; 3], positions: &Positions<f64>) -> [Point3<f64>; 3] {
     let points = positions.as_slice();
     triangle.map(|v| points[v as usize])
 }
@@ -195,7 +237,7 @@ pub(super) fn corners(triangle: [u32; 3], positions: &Positions<f64>) -> [Point3
 ///
 /// **Source**: Möller and Trumbore 1997, Fast, minimum storage ray/triangle intersection. The
 /// borders belong to the triangle, with a tolerance: a ray through an edge must not slip between.
-pub(super) fn intersect(ray: &Ray, [a, b, c]: [Point3<f64>; 3]) -> Option<f64> {
+pub fn triangle_on_ray(ray: &Ray, [a, b, c]: [Point3<f64>; 3]) -> Option<f64> {
     let (ab, ac) = (b - a, c - a);
     let p = ray.direction.cross(&ac);
     let determinant = ab.dot(&p);
@@ -267,7 +309,7 @@ impl BHShape<f64, 3> for Leaf {
 }
 
 fn bounds(triangle: [u32; 3], positions: &Positions<f64>) -> Box3 {
-    let [a, b, c] = corners(triangle, positions);
+    let [a, b, c] = triangle_corners(triangle, positions);
     let (min, max) = (a.inf(&b).inf(&c), a.sup(&b).sup(&c));
     // `bvh` has another version of nalgebra: numbers alone go over.
     let array = |p: Point3<f64>| <[f64; 3]>::from(p);

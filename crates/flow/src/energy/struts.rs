@@ -1,0 +1,229 @@
+//! Struts: what keeps the walls of a body apart.
+
+use cotan_geometry::{Positions, Ray, Scalar, TriangleTree};
+use cotan_halfedge::FaceId;
+use cotan_parallel as parallel;
+use nalgebra::{Point3, Vector3};
+
+use super::Energy;
+use super::bodies::Bodies;
+use crate::cells::as_f64;
+use crate::nearest_rotation::Mat3;
+use crate::passes::{Four, turned};
+use crate::rest::Rest;
+
+/// A strut joins a vertex to the point of the opposite wall that a ray into the body meets first.
+///
+/// ```text
+/// Σ_j ν_j |(x_j − y_j) − R̄_j d_j|²,   y_j = Σ_k b_k x_k,   ν_j = β μ min(A_j / |d_j|², 0.03)
+/// ```
+///
+/// with d_j the strut of the original shape and A_j a third of the area around the vertex. The cap
+/// keeps thin webs from becoming stiffer than the rest of the system by orders of magnitude.
+#[derive(Debug)]
+pub(super) struct Struts {
+    of_vertex: Vec<Strut>,
+    /// The struts that end at each vertex's triangles: those of vertex i from `starts[i]` on, each
+    /// with its share.
+    starts: Vec<u32>,
+    ends: Vec<(u32, f64)>,
+    /// Half the gradient of each strut's energy by x_j − y_j, over μ.
+    forces: Vec<[f64; 3]>,
+    /// Σ ν_j |d_j|².
+    pub(super) rest_energy: f64,
+}
+
+/// The strut of one vertex.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Strut {
+    /// Corners of the triangle where it ends, and their shares of the end.
+    corners: [u32; 3],
+    shares: [f64; 3],
+    /// d.
+    pub(super) rest: [f64; 3],
+    /// ν over μ; 0 where there is no strut.
+    pub(super) weight: f64,
+}
+
+impl Strut {
+    /// x_j − y_j, for the vertex at `from`.
+    #[inline(always)]
+    pub(super) fn span<T: Scalar>(&self, from: Four, positions: &[Point3<T>]) -> Four {
+        let mut span = from;
+        for (corner, share) in self.corners.iter().zip(self.shares) {
+            span = span - Four::of_point(&positions[*corner as usize]) * Four::all(share);
+        }
+        span
+    }
+}
+
+impl Struts {
+    /// Struts of weight β = `stiffness`; μ = `membrane`.
+    pub(super) fn new<T: Scalar>(
+        rest: &Rest<T>,
+        bodies: &Bodies,
+        stiffness: f64,
+        membrane: f64,
+    ) -> Self {
+        /// The most that a strut weighs beside an edge.
+        const MOST: f64 = 0.03;
+        let points = rest.positions().map(|p| p.map(T::as_f64));
+        let walls = Walls::new(rest, bodies, &points);
+        let areas = rest.areas().as_slice();
+        let mut of_vertex = parallel::filled(points.len(), |j| walls.strut(j));
+        for (j, strut) in of_vertex.iter_mut().enumerate() {
+            if strut.weight > 0.0 {
+                let squared = Vector3::from(strut.rest).norm_squared();
+                let area = areas[j].as_f64() / 3.0;
+                strut.weight = stiffness * (area / squared).min(MOST);
+            }
+        }
+        let (starts, ends) = ends_at(&of_vertex);
+        let squares = |s: &Strut| s.weight * Vector3::from(s.rest).norm_squared();
+        Self {
+            rest_energy: membrane * of_vertex.iter().map(squares).sum::<f64>(),
+            forces: vec![[0.0; 3]; of_vertex.len()],
+            of_vertex,
+            starts,
+            ends,
+        }
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.ends.is_empty()
+    }
+
+    pub(super) fn of_vertex(&self) -> &[Strut] {
+        &self.of_vertex
+    }
+
+    /// Measures the forces at these positions, with R̄ = `means`.
+    pub(super) fn pull<T: Scalar>(&mut self, positions: &Positions<T>, means: &[Mat3]) {
+        let (struts, x) = (&self.of_vertex, positions.as_slice());
+        parallel::fill(&mut self.forces, |j| {
+            let strut = &struts[j];
+            if strut.weight == 0.0 {
+                return [0.0; 3];
+            }
+            let span = strut.span(Four::of_point(&x[j]), x);
+            ((span - turned(&means[j], &strut.rest)) * Four::all(strut.weight)).vector()
+        });
+    }
+
+    /// No strut pulls until the next [`Self::pull`].
+    pub(super) fn rest(&mut self) {
+        self.forces.fill([0.0; 3]);
+    }
+
+    /// Half the gradient of all struts' energy at vertex `i`, over μ.
+    #[inline]
+    pub(super) fn force_at(&self, i: usize) -> Vector3<f64> {
+        let mut force = Vector3::from(self.forces[i]);
+        for (strut, share) in &self.ends[self.starts[i] as usize..self.starts[i + 1] as usize] {
+            force -= Vector3::from(self.forces[*strut as usize]) * *share;
+        }
+        force
+    }
+}
+
+/// The terms of a strut in its cell: ν |x − y|², beside what the original gives.
+#[inline(always)]
+pub(super) fn energy_of(span: Four, weight: f64) -> Energy {
+    let value = weight * (span * span).sum();
+    Energy { value, size: value }
+}
+
+/// For every vertex the struts that end on a triangle of its, with its share of the end.
+fn ends_at(struts: &[Strut]) -> (Vec<u32>, Vec<(u32, f64)>) {
+    let held = || struts.iter().filter(|s| s.weight > 0.0);
+    let mut starts = vec![0; struts.len() + 1];
+    for corner in held().flat_map(|s| s.corners) {
+        starts[corner as usize + 1] += 1;
+    }
+    for i in 0..struts.len() {
+        starts[i + 1] += starts[i];
+    }
+    let mut next = starts.clone();
+    let mut ends = vec![(0, 0.0); 3 * held().count()];
+    for (j, strut) in struts.iter().enumerate().filter(|(_, s)| s.weight > 0.0) {
+        for (corner, share) in strut.corners.iter().zip(strut.shares) {
+            let at = &mut next[*corner as usize];
+            ends[*at as usize] = (j as u32, share);
+            *at += 1;
+        }
+    }
+    (starts, ends)
+}
+
+/// The surface, as rays see it.
+struct Walls<'a, T: Scalar> {
+    rest: &'a Rest<T>,
+    bodies: &'a Bodies,
+    points: &'a Positions<f64>,
+    tree: TriangleTree,
+}
+
+impl<'a, T: Scalar> Walls<'a, T> {
+    fn new(rest: &'a Rest<T>, bodies: &'a Bodies, points: &'a Positions<f64>) -> Self {
+        let mesh = rest.mesh();
+        let corners = |f: FaceId| mesh.triangle(f).map(|v| v.index() as u32);
+        let triangles = mesh.faces().map(corners).collect();
+        Self {
+            rest,
+            bodies,
+            points,
+            tree: TriangleTree::build(triangles, points),
+        }
+    }
+
+    /// The strut of vertex `j`, of weight 1 if there is one.
+    fn strut(&self, j: usize) -> Strut {
+        /// The least cosine between ray and wall: what is hit at a flatter angle is no opposite
+        /// wall.
+        const LEAST_COSINE: f64 = 0.2;
+        let none = Strut::default();
+        let outwards = self.bodies.outwards(j);
+        let into = as_f64(self.rest.normals().as_slice()[j]) * -outwards;
+        if outwards == 0.0 || into == Vector3::zeros() {
+            return none;
+        }
+        let ray = Ray {
+            origin: self.points.as_slice()[j],
+            direction: into,
+        };
+        let body = self.bodies.of(j);
+        let is_wall = |corners: [u32; 3]| {
+            corners.iter().all(|c| *c as usize != j) && self.bodies.of(corners[0] as usize) == body
+        };
+        let Some(meeting) = self.tree.first_of(&ray, self.points, is_wall) else {
+            return none;
+        };
+        let corners = self.tree.triangles()[meeting.triangle];
+        let [a, b, c] = corners.map(|v| self.points.as_slice()[v as usize]);
+        let vector = (b - a).cross(&(c - a));
+        let area = vector.norm();
+        if !(vector.dot(&into) * outwards > LEAST_COSINE * area) {
+            return none;
+        }
+        let end = ray.at(meeting.distance);
+        let share = |p: Point3<f64>, q: Point3<f64>| {
+            let part = (p - end).cross(&(q - end)).dot(&vector);
+            (part / (area * area)).clamp(0.0, 1.0)
+        };
+        let shares = [share(b, c), share(c, a), share(a, b)];
+        let sum: f64 = shares.iter().sum();
+        if !(sum > 0.5) {
+            return none;
+        }
+        let mut strut = Strut {
+            corners,
+            shares: shares.map(|s| s / sum),
+            ..none
+        };
+        // As it is measured later: a shape at rest pulls by nothing at all.
+        let x = self.rest.positions().as_slice();
+        strut.rest = strut.span(Four::of_point(&x[j]), x).vector();
+        strut.weight = f64::from(Vector3::from(strut.rest).norm_squared() > 0.0);
+        strut
+    }
+}

@@ -1,0 +1,143 @@
+//! A soft volume: bodies resist being hollowed out, and grow thinner where they are stretched.
+
+use cotan_geometry::{Positions, Scalar};
+use cotan_parallel as parallel;
+use nalgebra::Vector3;
+
+use super::Energy;
+use super::bodies::Bodies;
+use crate::rest::Rest;
+
+/// The volumes of the closed components, each with an energy
+///
+/// ```text
+/// κ (V − V⁰)²,   κ = γ μ A / V⁰²
+/// ```
+///
+/// with A the component's area.
+#[derive(Debug)]
+pub(super) struct SoftVolume {
+    bodies: Vec<Body>,
+    /// The index of each vertex's body; that of none where a component has no volume.
+    of_vertex: Vec<u32>,
+    /// ∂V/∂x, and x·∂V/∂x about the body's first vertex.
+    gradients: Vec<[f64; 3]>,
+    moments: Vec<f64>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Body {
+    first: usize,
+    /// V⁰, and κ over μ.
+    rest: f64,
+    stiffness: f64,
+    /// V as it was measured last, and the sum of the sizes of its terms.
+    now: f64,
+    size: f64,
+}
+
+const NONE: u32 = u32::MAX;
+
+impl SoftVolume {
+    /// Volumes of weight γ = `stiffness`.
+    pub(super) fn new<T: Scalar>(rest: &Rest<T>, bodies: &Bodies, stiffness: f64) -> Self {
+        /// Bodies that enclose less, of the cube of the root of their area, are sheets. A ball
+        /// encloses 0.094.
+        const LEAST_VOLUME: f64 = 1e-3;
+        let mut index_of = Vec::new();
+        let mut held = Vec::new();
+        for body in bodies.all() {
+            let encloses = body.volume.abs() > LEAST_VOLUME * body.area.powf(1.5);
+            if body.is_open || !encloses {
+                index_of.push(NONE);
+                continue;
+            }
+            index_of.push(held.len() as u32);
+            held.push(Body {
+                first: body.first,
+                rest: body.volume,
+                stiffness: stiffness * body.area / body.volume.powi(2),
+                now: body.volume,
+                size: 0.0,
+            });
+        }
+        let n = if held.is_empty() {
+            0
+        } else {
+            rest.positions().len()
+        };
+        Self {
+            of_vertex: (0..n).map(|i| index_of[bodies.of(i) as usize]).collect(),
+            gradients: vec![[0.0; 3]; n],
+            moments: vec![0.0; n],
+            bodies: held,
+        }
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.bodies.is_empty()
+    }
+
+    /// Measures the volumes at these positions. Returns their energy, over μ.
+    pub(super) fn measure<T: Scalar>(
+        &mut self,
+        rest: &Rest<T>,
+        positions: &Positions<T>,
+    ) -> Energy {
+        let (fans, x) = (rest.fans(), positions.as_slice());
+        let (bodies, of_vertex) = (&self.bodies, &self.of_vertex);
+        parallel::update(
+            (&mut self.gradients[..], &mut self.moments[..]),
+            |i, (gradient, moment)| {
+                let Some(body) = bodies.get(of_vertex[i] as usize) else {
+                    return;
+                };
+                let vector = fans.area_vector(positions, i) / 3.0;
+                *moment = (x[i] - x[body.first]).map(T::as_f64).dot(&vector) / 3.0;
+                *gradient = vector.into();
+            },
+        );
+        for body in &mut self.bodies {
+            (body.now, body.size) = (0.0, 0.0);
+        }
+        for (of, moment) in self.of_vertex.iter().zip(&self.moments) {
+            if let Some(body) = self.bodies.get_mut(*of as usize) {
+                body.now += moment;
+                body.size += moment.abs();
+            }
+        }
+        let mut energy = Energy::default();
+        for body in &self.bodies {
+            let gap = body.now - body.rest;
+            energy.value += body.stiffness * gap * gap;
+            energy.size += body.stiffness * gap.abs() * (gap.abs() + 2.0 * body.size);
+        }
+        energy
+    }
+
+    /// Half the gradient of the volumes' energy at vertex `i`, over μ.
+    #[inline]
+    pub(super) fn force_at(&self, i: usize) -> Vector3<f64> {
+        let of = self.of_vertex.get(i).copied().unwrap_or(NONE);
+        match self.bodies.get(of as usize) {
+            Some(body) => {
+                Vector3::from(self.gradients[i]) * (body.stiffness * (body.now - body.rest))
+            }
+            None => Vector3::zeros(),
+        }
+    }
+
+    /// Nothing pulls until the next [`Self::measure`].
+    pub(super) fn rest(&mut self) {
+        for body in &mut self.bodies {
+            body.now = body.rest;
+        }
+    }
+
+    /// Takes the volumes that were measured last for those of the original.
+    pub(super) fn adopt(&mut self) {
+        for body in &mut self.bodies {
+            body.rest = body.now;
+        }
+    }
+}
