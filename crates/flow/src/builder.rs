@@ -354,7 +354,7 @@ impl<T: Scalar> FlowBuilder<T> {
             settings: self.settings,
             iteration: 0,
             since_move: 0,
-            first_rotations: None,
+            first_guess: None,
             rest,
             targets,
             system,

@@ -14,7 +14,7 @@ use crate::report::{Report, StepReport, StopReason};
 use crate::rest::Rest;
 use crate::rule::Rule;
 use crate::schedule::Schedule;
-use crate::start::interpolated_rotations;
+use crate::start::first_guess;
 use crate::targets::Changed;
 use crate::workspace::Workspace;
 
@@ -64,9 +64,10 @@ impl<T: Scalar> Flow<T> {
         match start {
             Start::Original | Start::Updated => {}
             Start::HandleRotations => {
-                work.first_rotations = interpolated_rotations(&mut work)?;
-                if let Some(rotations) = &work.first_rotations {
-                    for (ell, rotation) in work.laplacian.values_mut().zip(rotations.values()) {
+                work.first_guess = first_guess(&mut work)?;
+                if let Some(guess) = &work.first_guess {
+                    for (ell, rotation) in work.laplacian.values_mut().zip(guess.rotations.values())
+                    {
                         *ell = (rotation * ell.map(T::as_f64)).map(T::of_f64);
                     }
                 }

@@ -1,4 +1,5 @@
-//! Rotations of the handle regions, spread over the mesh: a first guess of all rotations.
+//! The first guess of all rotations: one turn of all handles, and how each differs from it, spread
+//! over the mesh.
 
 use cotan_geometry::Scalar;
 use cotan_halfedge::VertexMap;
@@ -6,32 +7,77 @@ use cotan_linear::{Defect, Handle};
 use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
 
 use crate::error::FlowError;
-use crate::nearest_rotation::nearest_rotation;
+use crate::fit::{Fit, Pair};
 use crate::rest::Rest;
 use crate::vectors::add_scaled;
 use crate::workspace::Workspace;
 
-/// The rotation vectors of the handle regions, spread over the mesh by the system itself; `None`
-/// if no region is turned.
-pub(crate) fn interpolated_rotations<T: Scalar>(
+/// A first guess of how the mesh is turned, from its handles.
+///
+/// **Shapes**: one entry per vertex.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct FirstGuess {
+    /// The rotation of every vertex.
+    pub rotations: VertexMap<Matrix3<f64>>,
+    /// The scale of the one similarity that moves all handles: the original counts as scaled by it
+    /// from here on. 1 where there is no such similarity.
+    pub scale: f64,
+    /// By how much handle regions that are scaled swell the body around them; `None` where none is
+    /// scaled by itself.
+    pub swelling: Option<VertexMap<f64>>,
+}
+
+/// The guess that the handles give; `None` if they turn nothing.
+pub(crate) fn first_guess<T: Scalar>(
     work: &mut Workspace<T>,
-) -> Result<Option<VertexMap<Matrix3<f64>>>, FlowError> {
-    let (rest, targets) = (&*work.rest, &work.targets);
-    let at_handles = handle_rotations(rest, targets.handles(), targets.in_box());
-    if at_handles.iter().all(|w| w.norm() < 1e-12) {
+) -> Result<Option<FirstGuess>, FlowError> {
+    let groups = Groups::new(&work.rest, work.targets.handles(), work.targets.in_box());
+    let common = groups.common();
+    let turns = groups.turns(&common.rotation);
+    let is_turned = turns.iter().any(|w| w.norm() >= LEAST_TURN);
+    let is_common = (common.rotation - Matrix3::identity()).norm() >= LEAST_TURN;
+    let swelling = match groups.swelling() {
+        Some(logarithms) if common.scale == 1.0 => {
+            let at_handles = groups.at_handles(work, &logarithms);
+            Some(spread(work, at_handles)?.map(|s| s.x.exp()))
+        }
+        _ => None,
+    };
+    if !is_turned && !is_common && common.scale == 1.0 && swelling.is_none() {
         return Ok(None);
     }
-    let n = rest.positions().len();
-    let mut turn = VertexMap::filled(n, Vector3::zeros());
-    for (handle, w) in targets.handles().iter().zip(at_handles) {
-        turn[handle.vertex] = w;
-    }
-    // The smoothest field with these values: mismatch 0 − Lω, tension Σ s (ω_j − ω_i).
+    let n = work.rest.positions().len();
+    let rotations = if is_turned {
+        let at_handles = groups.at_handles(work, &turns);
+        let turns = spread(work, at_handles)?;
+        turns.map(|w| Rotation3::new(*w).into_inner() * common.rotation)
+    } else {
+        VertexMap::filled(n, common.rotation)
+    };
+    Ok(Some(FirstGuess {
+        rotations,
+        scale: common.scale,
+        swelling,
+    }))
+}
+
+/// A smaller turn, in radians, is rounding.
+const LEAST_TURN: f64 = 1e-12;
+
+/// The smoothest field with the values of `field` at the handles, which is zero elsewhere, by the
+/// flow's own system: mismatch 0 − Lω, tension Σ s (ω_j − ω_i).
+fn spread<T: Scalar>(
+    work: &mut Workspace<T>,
+    mut field: VertexMap<Vector3<f64>>,
+) -> Result<VertexMap<Vector3<f64>>, FlowError> {
+    let rest = &*work.rest;
     let terms = &mut work.terms;
+    let n = field.len();
     let mut membrane = VertexMap::filled(n, Vector3::zeros());
     for i in 0..n {
         let (mut ell, mut tension) = (Vector3::zeros(), Vector3::zeros());
-        let at = turn.as_slice();
+        let at = field.as_slice();
         for (j, k) in rest.graph().row(i) {
             let step = at[j.index()] - at[i];
             ell -= step * rest.operator().weights()[k];
@@ -42,86 +88,182 @@ pub(crate) fn interpolated_rotations<T: Scalar>(
     }
     let defect = Defect::of_laplacian(&terms.mismatch).with_tension(&membrane);
     work.system.correct(&defect, &mut terms.correction)?;
-    add_scaled(turn.as_mut_slice(), 1.0, terms.correction.as_slice());
-    Ok(Some(turn.map(|w| Rotation3::new(*w).into_inner())))
+    add_scaled(field.as_mut_slice(), 1.0, terms.correction.as_slice());
+    Ok(field)
 }
 
-/// The rotation vector (axis times angle in radians) of every handle vertex: that of its connected
-/// region of handle vertices, by Kabsch's method; zero for a region that does not determine one.
-fn handle_rotations<T: Scalar>(
-    rest: &Rest<T>,
-    handles: &[Handle],
-    targets: &[Point3<T>],
-) -> Vec<Vector3<f64>> {
-    let mut handle_of = vec![None; rest.positions().len()];
-    for (index, handle) in handles.iter().enumerate() {
-        handle_of[handle.vertex.index()] = Some(index);
-    }
-    let mut rotations = vec![Vector3::zeros(); handles.len()];
-    let mut is_done = vec![false; handles.len()];
-    for start in 0..handles.len() {
-        if is_done[start] {
-            continue;
+/// The handles in their groups: those that are connected through handles.
+struct Groups {
+    /// Original and target of every handle.
+    pairs: Vec<Pair>,
+    members: Vec<Vec<usize>>,
+    centers: Vec<Pair>,
+}
+
+/// One motion of all handles.
+struct Common {
+    rotation: Matrix3<f64>,
+    scale: f64,
+}
+
+impl Groups {
+    fn new<T: Scalar>(rest: &Rest<T>, handles: &[Handle], targets: &[Point3<T>]) -> Self {
+        let pair = |(handle, target): (&Handle, &Point3<T>)| Pair {
+            before: rest.positions()[handle.vertex].map(T::as_f64).coords,
+            after: target.map(T::as_f64).coords,
+            weight: 1.0,
+        };
+        let pairs: Vec<Pair> = handles.iter().zip(targets).map(pair).collect();
+        let mut handle_of = vec![None; rest.positions().len()];
+        for (index, handle) in handles.iter().enumerate() {
+            handle_of[handle.vertex.index()] = Some(index);
         }
-        let region = region(rest, handles, &handle_of, start, &mut is_done);
-        let rotation = fit(rest, handles, targets, &region);
-        for index in region {
-            rotations[index] = rotation;
+        let mut members = Vec::new();
+        let mut is_done = vec![false; handles.len()];
+        for start in 0..handles.len() {
+            if !is_done[start] {
+                members.push(group(rest, handles, &handle_of, start, &mut is_done));
+            }
+        }
+        let center = |group: &Vec<usize>| Pair::center(group.iter().map(|&k| pairs[k]));
+        Self {
+            centers: members.iter().map(center).collect(),
+            pairs,
+            members,
         }
     }
-    rotations
+
+    /// The similarity that moves all handles best, each group counting as the root of its size; of
+    /// scale 1 unless it moves them exactly.
+    fn common(&self) -> Common {
+        /// The residual, over the extent, of handles that one similarity moves.
+        const EXACT: f64 = 1e-6;
+        let mut weighted = Vec::with_capacity(self.pairs.len());
+        for group in &self.members {
+            let weight = 1.0 / (group.len() as f64).sqrt();
+            weighted.extend(group.iter().map(|&k| Pair {
+                weight,
+                ..self.pairs[k]
+            }));
+        }
+        let fit = Fit::new(&weighted);
+        let [first, second, third] = fit.singular_values;
+        let flat = second + third;
+        let is_spatial = flat > 0.01 * first || flat > 25.0 * fit.residual_squared;
+        let rotation = if first <= f64::EPSILON * fit.spread {
+            Matrix3::identity()
+        } else if is_spatial {
+            fit.rotation
+        } else {
+            fit.least_turn
+        };
+        let is_exact = fit.residual_squared <= EXACT.powi(2) * fit.spread;
+        let is_scaled = (fit.scale - 1.0).abs() > EXACT;
+        let is_similar = is_spatial && second > 0.01 * first && is_exact && is_scaled;
+        Common {
+            rotation,
+            scale: if is_similar { fit.scale } else { 1.0 },
+        }
+    }
+
+    /// A field that has a value of its own at the handles of every group, and is zero elsewhere.
+    fn at_handles<T: Scalar>(
+        &self,
+        work: &Workspace<T>,
+        values: &[Vector3<f64>],
+    ) -> VertexMap<Vector3<f64>> {
+        let mut field = VertexMap::filled(work.rest.positions().len(), Vector3::zeros());
+        for (group, value) in self.members.iter().zip(values) {
+            for &k in group {
+                field[work.targets.handles()[k].vertex] = *value;
+            }
+        }
+        field
+    }
+
+    /// The logarithm of every group's scale, in the first coordinate; `None` if none is scaled.
+    fn swelling(&self) -> Option<Vec<Vector3<f64>>> {
+        /// A smaller logarithm is no scale that anybody asked for.
+        const LEAST: f64 = 1e-3;
+        let logarithm = |group: &Vec<usize>| {
+            let own: Vec<Pair> = group.iter().map(|&k| self.pairs[k]).collect();
+            let fit = Fit::new(&own);
+            match fit.determines_rotation(own.len()) {
+                true => Vector3::new(fit.scale.ln(), 0.0, 0.0),
+                false => Vector3::zeros(),
+            }
+        };
+        let logarithms: Vec<_> = self.members.iter().map(logarithm).collect();
+        logarithms
+            .iter()
+            .any(|l| l.x.abs() > LEAST)
+            .then_some(logarithms)
+    }
+
+    /// The rotation vector of every group beyond the common rotation.
+    fn turns(&self, common: &Matrix3<f64>) -> Vec<Vector3<f64>> {
+        let beyond = |r: Matrix3<f64>| {
+            Rotation3::from_matrix_unchecked(r * common.transpose()).scaled_axis()
+        };
+        let turn = |(g, group): (usize, &Vec<usize>)| {
+            let own: Vec<Pair> = group.iter().map(|&k| self.pairs[k]).collect();
+            let fit = Fit::new(&own);
+            if fit.determines_rotation(own.len()) {
+                return beyond(fit.rotation);
+            }
+            self.turn_among_others(g).map_or(Vector3::zeros(), beyond)
+        };
+        self.members.iter().enumerate().map(turn).collect()
+    }
+
+    /// The rotation of the groups around group `g`, by their centres; `None` if these do not
+    /// determine one.
+    fn turn_among_others(&self, g: usize) -> Option<Matrix3<f64>> {
+        if self.centers.len() < 4 {
+            return None;
+        }
+        let squared = |c: &Pair| (c.before - self.centers[g].before).norm_squared();
+        let mut sorted: Vec<f64> = self.centers.iter().map(squared).collect();
+        sorted.sort_by(f64::total_cmp);
+        let near = 0.25 * sorted[3];
+        if !(near > 0.0) {
+            return None;
+        }
+        let weighted: Vec<Pair> = self
+            .centers
+            .iter()
+            .map(|c| Pair {
+                weight: (near / (squared(c) + near)).powi(2),
+                ..*c
+            })
+            .collect();
+        let fit = Fit::new(&weighted);
+        let [first, second, third] = fit.singular_values;
+        (second + third.min(0.0) > 0.02 * first).then_some(fit.rotation)
+    }
 }
 
 /// The handles that are connected to handle `start` through handles.
-fn region<T: Scalar>(
+fn group<T: Scalar>(
     rest: &Rest<T>,
     handles: &[Handle],
     handle_of: &[Option<usize>],
     start: usize,
     is_done: &mut [bool],
 ) -> Vec<usize> {
-    let mut region = vec![start];
+    let mut group = vec![start];
     is_done[start] = true;
     let mut next = 0;
-    while next < region.len() {
-        let vertex = handles[region[next]].vertex;
+    while next < group.len() {
+        let vertex = handles[group[next]].vertex;
         next += 1;
         for (j, _) in rest.graph().row(vertex.index()) {
             if let Some(index) = handle_of[j.index()]
                 && !std::mem::replace(&mut is_done[index], true)
             {
-                region.push(index);
+                group.push(index);
             }
         }
     }
-    region
-}
-
-/// The rotation that carries the region's original positions onto its targets best.
-fn fit<T: Scalar>(
-    rest: &Rest<T>,
-    handles: &[Handle],
-    targets: &[Point3<T>],
-    region: &[usize],
-) -> Vector3<f64> {
-    let before = |k: usize| rest.positions()[handles[k].vertex].map(T::as_f64).coords;
-    let after = |k: usize| targets[k].map(T::as_f64).coords;
-    let mean = |f: &dyn Fn(usize) -> Vector3<f64>| {
-        region.iter().map(|&k| f(k)).sum::<Vector3<f64>>() / region.len() as f64
-    };
-    let (center_before, center_after) = (mean(&before), mean(&after));
-    let mut covariance = Matrix3::zeros();
-    let mut spread = Matrix3::zeros();
-    for &k in region {
-        let (a, b) = (before(k) - center_before, after(k) - center_after);
-        covariance += b * a.transpose();
-        spread += a * a.transpose();
-    }
-    // Points on a line (or one point) leave the turn about it open.
-    let mut sizes = covariance.singular_values();
-    sizes.as_mut_slice().sort_by(|a, b| b.total_cmp(a));
-    if region.len() < 3 || !(sizes[1] > 1e-6 * spread.trace()) {
-        return Vector3::zeros();
-    }
-    Rotation3::from_matrix_unchecked(nearest_rotation(&covariance)).scaled_axis()
+    group
 }

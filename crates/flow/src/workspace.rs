@@ -6,13 +6,14 @@ use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::VertexMap;
 use cotan_linear::{Defect, PreparedSystem};
 use cotan_parallel as parallel;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 use crate::current::Current;
 use crate::error::FlowError;
 use crate::report::StepReport;
 use crate::rest::Rest;
 use crate::schedule::Schedule;
+use crate::start::FirstGuess;
 use crate::state::FlowState;
 use crate::targets::Targets;
 use crate::updater::ScalarFieldUpdater;
@@ -37,7 +38,7 @@ pub(crate) struct Workspace<T: Scalar> {
     /// Iterations since a handle moved: 0 right after.
     pub(crate) since_move: usize,
     /// The first guess of the rotations, until somebody has oriented by it.
-    pub(crate) first_rotations: Option<VertexMap<Matrix3<f64>>>,
+    pub(crate) first_guess: Option<FirstGuess>,
 }
 
 /// The vectors of one solve.
@@ -223,7 +224,7 @@ impl<T: Scalar> Workspace<T> {
         &mut self,
         updater: &mut dyn ScalarFieldUpdater<T>,
     ) -> Result<(), FlowError> {
-        let first = self.first_rotations.as_ref();
+        let first = self.first_guess.as_ref().map(|guess| &guess.rotations);
         let state = FlowState::new(&self.rest, &self.current, self.iteration, first);
         updater.update(&state, &mut self.field)
     }
@@ -237,10 +238,10 @@ impl<T: Scalar> Workspace<T> {
             &mut VertexMap<Vector3<T>>,
         ) -> Result<R, FlowError>,
     ) -> Result<R, FlowError> {
-        let first = self.first_rotations.as_ref();
+        let first = self.first_guess.as_ref().map(|guess| &guess.rotations);
         let state = FlowState::new(&self.rest, &self.current, self.iteration, first);
         let result = orient(&state, &self.field, &mut self.laplacian);
-        self.first_rotations = None;
+        self.first_guess = None;
         result
     }
 }

@@ -4,18 +4,19 @@ use cotan_geometry::{Scalar, surface_area};
 use cotan_halfedge::VertexMap;
 use cotan_laplacian::Graph;
 use cotan_parallel as parallel;
-use nalgebra::{Matrix3, Point3, Vector3};
+use nalgebra::{Point3, Vector3};
 
 use super::bodies::Bodies;
 use super::struts::{Strut, Struts, energy_of};
 use super::volume::SoftVolume;
-use super::{Energy, LocalGlobal, Stiffness};
+use super::{Energy, LocalGlobal, NextStep, Stiffness};
 use crate::cells::{Means, as_f64, cell_share, edge_gradients, four_of, in_rows};
 use crate::error::FlowError;
 use crate::nearest_rotation::{IDENTITY, Mat3, flat, nearest_rotations_from};
 use crate::orientation::field_scale;
 use crate::passes::{Columns, Four, Pass, PassOfTwo, run, run_both, turned};
 use crate::rest::Rest;
+use crate::start::FirstGuess;
 use crate::state::FlowState;
 
 /// Laplacian coordinates turn with rotations that minimise, together with the positions,
@@ -44,6 +45,8 @@ use crate::state::FlowState;
 pub struct Hybrid {
     bending_length: f64,
     stiffness: Stiffness,
+    /// Of the body beside the original: 1, but where one similarity moves all handles.
+    size: f64,
     /// μ, once the mesh is known.
     weight: f64,
     /// What turns edges into covariances and means into tensions, row after row: μ/6 g_ji and
@@ -57,9 +60,11 @@ pub struct Hybrid {
     /// R̄ = P R: the mean of the rotations that serve each vertex.
     means: Vec<Mat3>,
     scratch: Vec<Mat3>,
-    /// Empty where there are none.
     struts: Option<Struts>,
     volume: Option<SoftVolume>,
+    /// Whether the volume of the next shape counts as that of the original: handles that are
+    /// scaled would fight it.
+    adopts_volume: bool,
 }
 
 impl Hybrid {
@@ -71,6 +76,7 @@ impl Hybrid {
         Self {
             bending_length,
             stiffness: Stiffness::default(),
+            size: 1.0,
             weight: 0.0,
             fit_gradients: Vec::new(),
             pull_gradients: Vec::new(),
@@ -80,6 +86,7 @@ impl Hybrid {
             scratch: Vec::new(),
             struts: None,
             volume: None,
+            adopts_volume: false,
         }
     }
 
@@ -88,6 +95,24 @@ impl Hybrid {
     pub fn stiffness(mut self, stiffness: Stiffness) -> Self {
         self.stiffness = stiffness;
         self
+    }
+
+    /// Takes the original, scaled, for the original.
+    fn resize(&mut self, scale: f64) {
+        self.size *= scale;
+        for gradients in [&mut self.fit_gradients, &mut self.pull_gradients] {
+            for x in gradients.iter_mut().flatten() {
+                *x *= scale;
+            }
+        }
+        self.rest_energy.value *= scale * scale;
+        self.rest_energy.size *= scale * scale;
+        if let Some(struts) = &mut self.struts {
+            struts.resize(scale);
+        }
+        if let Some(volume) = &mut self.volume {
+            volume.resize(scale);
+        }
     }
 
     /// The rotations of the current state, and the energy with them.
@@ -104,6 +129,7 @@ impl Hybrid {
             means: spread,
             scratch,
             struts,
+            size,
             ..
         } = self;
         let cells = CellsAt {
@@ -115,6 +141,7 @@ impl Hybrid {
             membrane: 0.25 * *weight,
             struts: struts.as_ref().map_or(&[], |s| s.of_vertex()),
             weight: *weight,
+            size: *size,
         };
         // Ωᵀ twice: a vertex hands a share to its neighbours, taken where its value is written. The
         // means of the last fit are no longer needed.
@@ -186,9 +213,18 @@ impl<T: Scalar> LocalGlobal<T> for Hybrid {
         Ok(self.weight)
     }
 
-    fn start_from(&mut self, rotations: &VertexMap<Matrix3<f64>>) {
-        self.rotations = rotations.values().map(flat).collect();
+    fn start_from(&mut self, guess: &FirstGuess) {
+        self.rotations = guess.rotations.values().map(flat).collect();
         self.means.clone_from(&self.rotations);
+        if guess.scale != 1.0 {
+            self.resize(guess.scale);
+        }
+        if let Some(swelling) = &guess.swelling {
+            for (mean, scale) in self.means.iter_mut().zip(swelling.values()) {
+                *mean = mean.map(|x| x * scale);
+            }
+            self.adopts_volume = true;
+        }
     }
 
     fn fit(
@@ -208,20 +244,24 @@ impl<T: Scalar> LocalGlobal<T> for Hybrid {
             },
             rest,
             field: field.as_slice(),
+            size: self.size,
         };
         let [] = run_both(&turning, &mut self.means, out.as_mut_slice());
         if let Some(struts) = &mut self.struts {
             struts.pull(state.positions(), &self.means);
         }
         if let Some(volume) = &mut self.volume {
-            let of_volume = volume.measure(rest, state.positions());
+            let mut of_volume = volume.measure(rest, state.positions());
+            if std::mem::take(&mut self.adopts_volume) && volume.adopt() {
+                of_volume = volume.measure(rest, state.positions());
+            }
             energy.value += self.weight * of_volume.value;
             energy.size += self.weight * of_volume.size;
         }
         Ok(energy)
     }
 
-    fn wanted_tension(&self, rest: &Rest<T>, out: &mut VertexMap<Vector3<f64>>) {
+    fn wanted_tension(&self, rest: &Rest<T>, next: NextStep, out: &mut VertexMap<Vector3<f64>>) {
         // Every triangle wants its original edges turned by the mean of its corners' means.
         // Gathered at a vertex: a third of each neighbour's for the two triangles at their edge,
         // and of its own for all triangles, each of which lies at two edges.
@@ -232,17 +272,26 @@ impl<T: Scalar> LocalGlobal<T> for Hybrid {
         };
         let [] = run(&tensions, out.as_mut_slice());
         if self.struts.is_some() || self.volume.is_some() {
+            let of_volume = match next {
+                NextStep::Searched => 1.0,
+                NextStep::Taken => 1.0 / (1.0 + BREATHING * self.stiffness.volume),
+            };
             parallel::update(out.as_mut_slice(), |i, tension| {
                 if let Some(struts) = &self.struts {
                     *tension += struts.force_at(i);
                 }
                 if let Some(volume) = &self.volume {
-                    *tension += volume.force_at(i);
+                    *tension += volume.force_at(i) * of_volume;
                 }
             });
         }
     }
 }
+
+/// κ gᵀA⁻¹g over γ, with g the gradient of the volume: by so much more than the membrane a volume of
+/// weight 1 resists that a body breathes. It is 4.5 for a ball and 4 for a long rod. A step that is
+/// taken as it is would go too far by this.
+const BREATHING: f64 = 4.5;
 
 /// What the first pass of a fit reads.
 struct CellsAt<'a, T: Scalar> {
@@ -257,6 +306,7 @@ struct CellsAt<'a, T: Scalar> {
     struts: &'a [Strut],
     /// μ.
     weight: f64,
+    size: f64,
 }
 
 /// Writes the covariances of the triangles around the vertices times their shares, and L⁰x. Returns
@@ -288,7 +338,7 @@ impl<T: Scalar> PassOfTwo<Mat3, Vector3<f64>, 2> for CellsAt<'_, T> {
                 sizes += terms * Four::all(c.abs());
             }
             *ell = now.vector().into();
-            let wanted = wanted(self.rest, self.field, i);
+            let wanted = wanted(self.rest, self.field, i, self.size);
             sum.add_outer(now, &wanted);
             if let Some(strut) = self.struts.get(i).filter(|s| s.weight > 0.0) {
                 let span = strut.span(own, x);
@@ -339,6 +389,7 @@ struct Turning<'a, T: Scalar> {
     means: Means<'a>,
     rest: &'a Rest<T>,
     field: &'a [T],
+    size: f64,
 }
 
 impl<T: Scalar> PassOfTwo<Mat3, Vector3<T>, 0> for Turning<'_, T> {
@@ -346,7 +397,8 @@ impl<T: Scalar> PassOfTwo<Mat3, Vector3<T>, 0> for Turning<'_, T> {
     fn on(&self, first: usize, means: &mut [Mat3], ell: &mut [Vector3<T>]) -> [f64; 0] {
         for (k, (mean, ell)) in means.iter_mut().zip(ell).enumerate() {
             *mean = self.means.mean(first + k);
-            let [x, y, z] = turned(mean, &wanted(self.rest, self.field, first + k)).vector();
+            let [x, y, z] =
+                turned(mean, &wanted(self.rest, self.field, first + k, self.size)).vector();
             *ell = Vector3::new(T::of_f64(x), T::of_f64(y), T::of_f64(z));
         }
         []
@@ -381,15 +433,15 @@ impl Pass<Vector3<f64>, 0> for Tensions<'_> {
     }
 }
 
-/// ℓ⁰ of vertex `i`, of the size that the field prescribes.
+/// ℓ⁰ of vertex `i`, of the size that the field prescribes, times a factor.
 #[inline(always)]
-fn wanted<T: Scalar>(rest: &Rest<T>, field: &[T], i: usize) -> [f64; 3] {
+fn wanted<T: Scalar>(rest: &Rest<T>, field: &[T], i: usize, size: f64) -> [f64; 3] {
     let scale = field_scale(field[i], rest.magnitudes().as_slice()[i]);
     let ell = &rest.laplacian().as_slice()[i];
     [
-        (ell.x * scale).as_f64(),
-        (ell.y * scale).as_f64(),
-        (ell.z * scale).as_f64(),
+        (ell.x * scale).as_f64() * size,
+        (ell.y * scale).as_f64() * size,
+        (ell.z * scale).as_f64() * size,
     ]
 }
 

@@ -8,13 +8,14 @@ mod volume;
 
 use cotan_geometry::Scalar;
 use cotan_halfedge::VertexMap;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 pub use hybrid::Hybrid;
 pub use stiffness::Stiffness;
 
 use crate::error::FlowError;
 use crate::rest::Rest;
+use crate::start::FirstGuess;
 use crate::state::FlowState;
 
 /// An energy, as a sum in which terms cancel.
@@ -32,6 +33,15 @@ impl Energy {
     pub fn rounding<T: Scalar>(&self) -> f64 {
         64.0 * (T::default_epsilon().as_f64() * self.value + f64::EPSILON * self.size)
     }
+}
+
+/// The step that follows a solve.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum NextStep {
+    /// Its length is chosen so that the energy falls.
+    Searched,
+    /// It is taken as it is: handles have moved, and there is no energy to compare with.
+    Taken,
 }
 
 /// An energy of the positions x and of a local state R (rotations, say) with
@@ -59,7 +69,7 @@ pub trait LocalGlobal<T: Scalar>: Send + Sync {
 
     /// Takes a first guess of the rotation of every vertex, before the first solve. Not called
     /// where there is none: the state is then that of the rest shape.
-    fn start_from(&mut self, rotations: &VertexMap<Matrix3<f64>>);
+    fn start_from(&mut self, guess: &FirstGuess);
 
     /// Minimises over R at the current positions. Writes ℓ(R), for the magnitudes that `field`
     /// prescribes, and returns the energy.
@@ -78,7 +88,11 @@ pub trait LocalGlobal<T: Scalar>: Send + Sync {
     /// Writes Σ_j s_ij e*_ij over the edges at every vertex, as the last [`Self::fit`] or
     /// [`Self::start_from`] wants them: what the membrane's edges pull beyond it is half the
     /// negative gradient of its energy, without μ.
-    fn wanted_tension(&self, rest: &Rest<T>, out: &mut VertexMap<Vector3<f64>>);
+    ///
+    /// An energy may have further terms, whose gradient is written here as well, negative and
+    /// without μ. The system knows nothing of them, so that a step may go too far; `next` says
+    /// whether that would be noticed.
+    fn wanted_tension(&self, rest: &Rest<T>, next: NextStep, out: &mut VertexMap<Vector3<f64>>);
 }
 
 macro_rules! forward {
@@ -88,8 +102,8 @@ macro_rules! forward {
                 (**self).begin(rest)
             }
 
-            fn start_from(&mut self, rotations: &VertexMap<Matrix3<f64>>) {
-                (**self).start_from(rotations);
+            fn start_from(&mut self, guess: &FirstGuess) {
+                (**self).start_from(guess);
             }
 
             fn fit(
@@ -101,8 +115,13 @@ macro_rules! forward {
                 (**self).fit(state, field, out)
             }
 
-            fn wanted_tension(&self, rest: &Rest<T>, out: &mut VertexMap<Vector3<f64>>) {
-                (**self).wanted_tension(rest, out);
+            fn wanted_tension(
+                &self,
+                rest: &Rest<T>,
+                next: NextStep,
+                out: &mut VertexMap<Vector3<f64>>,
+            ) {
+                (**self).wanted_tension(rest, next, out);
             }
         }
     };

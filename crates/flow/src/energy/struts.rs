@@ -110,9 +110,12 @@ impl Struts {
         });
     }
 
-    /// No strut pulls until the next [`Self::pull`].
-    pub(super) fn rest(&mut self) {
-        self.forces.fill([0.0; 3]);
+    /// Takes all struts times a factor for the original ones.
+    pub(super) fn resize(&mut self, scale: f64) {
+        for strut in &mut self.of_vertex {
+            strut.rest = strut.rest.map(|x| x * scale);
+        }
+        self.rest_energy *= scale * scale;
     }
 
     /// Half the gradient of all struts' energy at vertex `i`, over μ.

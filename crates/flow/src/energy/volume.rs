@@ -127,17 +127,27 @@ impl SoftVolume {
         }
     }
 
-    /// Nothing pulls until the next [`Self::measure`].
-    pub(super) fn rest(&mut self) {
+    /// Takes the bodies, scaled, for the original ones.
+    pub(super) fn resize(&mut self, scale: f64) {
         for body in &mut self.bodies {
+            body.rest *= scale.powi(3);
             body.now = body.rest;
+            body.stiffness *= scale.powi(-4);
         }
     }
 
-    /// Takes the volumes that were measured last for those of the original.
-    pub(super) fn adopt(&mut self) {
+    /// Takes the volumes that were measured last for those of the original, where they are
+    /// volumes of that sign and not another body altogether. Returns whether any changed.
+    pub(super) fn adopt(&mut self) -> bool {
+        let mut is_changed = false;
         for body in &mut self.bodies {
-            body.rest = body.now;
+            let ratio = body.now / body.rest;
+            if ratio > 0.1 && ratio < 10.0 {
+                body.stiffness *= ratio.powf(-4.0 / 3.0);
+                body.rest = body.now;
+                is_changed = true;
+            }
         }
+        is_changed
     }
 }

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 
 use super::Rule;
 use crate::accelerate::Lbfgs;
-use crate::energy::{Energy, LocalGlobal};
+use crate::energy::{Energy, LocalGlobal, NextStep};
 use crate::error::FlowError;
 use crate::report::StepReport;
 use crate::updater::ScalarFieldUpdater;
@@ -60,7 +60,13 @@ impl<T: Scalar> Descent<T> {
         if self.tension.len() != n {
             self.tension = VertexMap::filled(n, Vector3::zeros());
         }
-        self.model.wanted_tension(&work.rest, &mut self.tension);
+        let next = if work.since_move == 0 {
+            NextStep::Taken
+        } else {
+            NextStep::Searched
+        };
+        self.model
+            .wanted_tension(&work.rest, next, &mut self.tension);
         work.solve_with_tension(&mut self.tension)
     }
 
@@ -111,10 +117,25 @@ impl<T: Scalar> Descent<T> {
             };
         }
         lbfgs.reset();
-        work.move_by_correction(1.0);
-        if self.fit(work)?.value <= value + rounding {
-            self.follow_field(work)?;
+        self.plain(work, 1.0)
+    }
+
+    /// The plain step, or a part of it that does not raise the energy beyond rounding. The system
+    /// may know less than the energy: the whole step can go too far.
+    fn plain(&mut self, work: &mut Workspace<T>, ratio: f64) -> Result<Search, FlowError> {
+        const MOST_TRIALS: usize = 8;
+        let Some(before) = self.energy else {
+            work.move_by_correction(ratio);
+            self.update(work)?;
             return Ok(Search::Went);
+        };
+        let highest = before.value + before.rounding::<T>();
+        for trial in 0..MOST_TRIALS {
+            work.move_by_correction(ratio * 0.5_f64.powi(trial as i32));
+            if self.fit(work)?.value <= highest {
+                self.follow_field(work)?;
+                return Ok(Search::Went);
+            }
         }
         let start = work.start.as_slice();
         work.current.write().as_mut_slice().copy_from_slice(start);
@@ -157,8 +178,14 @@ impl<T: Scalar> Descent<T> {
 
 impl<T: Scalar> Rule<T> for Descent<T> {
     fn begin(&mut self, work: &mut Workspace<T>) -> Result<(), FlowError> {
-        if let Some(rotations) = work.first_rotations.take() {
-            self.model.start_from(&rotations);
+        if let Some(guess) = work.first_guess.take() {
+            self.model.start_from(&guess);
+            let swelling = guess.swelling.as_ref().map(|s| s.as_slice());
+            if guess.scale != 1.0 || swelling.is_some() {
+                parallel::update(work.laplacian.as_mut_slice(), |i, ell| {
+                    *ell *= T::of_f64(guess.scale * swelling.map_or(1.0, |s| s[i]));
+                });
+            }
         }
         work.pin();
         Ok(())
@@ -187,8 +214,7 @@ impl<T: Scalar> Rule<T> for Descent<T> {
                     // What it learned spans whole steps of its own only.
                     lbfgs.reset();
                 }
-                work.move_by_correction(step.ratio);
-                self.update(work).map(|()| Search::Went)
+                self.plain(work, step.ratio)
             }
         };
         self.lbfgs = lbfgs;
