@@ -4,7 +4,7 @@
 use cotan_geometry::Scalar;
 use cotan_halfedge::VertexMap;
 use cotan_linear::{Defect, Handle};
-use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
+use nalgebra::{Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
 
 use crate::error::FlowError;
 use crate::fit::{Fit, Pair};
@@ -202,8 +202,10 @@ impl Groups {
 
     /// The rotation vector of every group beyond the common rotation.
     fn turns(&self, common: &Matrix3<f64>) -> Vec<Vector3<f64>> {
+        // By a quaternion: the angle of a matrix near the identity is lost in its trace.
         let beyond = |r: Matrix3<f64>| {
-            Rotation3::from_matrix_unchecked(r * common.transpose()).scaled_axis()
+            let rotation = Rotation3::from_matrix_unchecked(r * common.transpose());
+            UnitQuaternion::from_rotation_matrix(&rotation).scaled_axis()
         };
         let turn = |(g, group): (usize, &Vec<usize>)| {
             let own: Vec<Pair> = group.iter().map(|&k| self.pairs[k]).collect();
