@@ -40,7 +40,7 @@ mod workspace;
 
 pub use box_units::BoxUnits;
 pub use builder::{Acceleration, DEFAULT_ITERATION_LIMIT, DEFAULT_TOLERANCE, FlowBuilder, Start};
-pub use energy::{Energy, Hybrid, LocalGlobal, NextStep, Stiffness};
+pub use energy::{Energy, FittedCells, Hybrid, LocalGlobal, NextStep, Stiffness};
 pub use error::FlowError;
 pub use flow::Flow;
 pub use nearest_rotation::nearest_rotation;

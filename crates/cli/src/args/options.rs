@@ -2,8 +2,8 @@
 
 use std::num::NonZeroUsize;
 
-use clap::Args;
-use cotan::flow::{Acceleration, Schedule, Start};
+use clap::{Args, ValueEnum};
+use cotan::flow::{Acceleration, Schedule, Start, Stiffness};
 use cotan::linear::Strategy;
 use cotan::{DeformOptions, DetailSize, OrientationKind, SchemeKind};
 
@@ -146,10 +146,28 @@ pub(crate) struct MethodArgs {
     /// relative to the size of the mesh [default: 0.0175]
     #[arg(long, value_name = "X", value_parser = values::positive)]
     bending_length: Option<f64>,
+    /// Whether a body resists like a solid, or like a thin shell that is filled with nothing
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = StiffnessName::Solid)]
+    stiffness: StiffnessName,
+    /// How firmly struts keep opposite walls at their distance, relative to the hybrid's membrane;
+    /// 0 for no struts [default: 0.3, or 0 for thin]
+    #[arg(long, value_name = "BETA", value_parser = values::weight)]
+    strut_weight: Option<f64>,
+    /// How firmly closed bodies keep their volume, relative to the hybrid's membrane; 0 for not at
+    /// all [default: 1, or 0 for thin]
+    #[arg(long, value_name = "GAMMA", value_parser = values::weight)]
+    volume_weight: Option<f64>,
     /// How the linear system is solved: by the normal equations, or by columns of the inverse, one
     /// a handle vertex; the report tells what auto chose
     #[arg(long, value_name = "NAME", value_parser = values::strategy(), default_value = "auto")]
     strategy: Strategy,
+}
+
+/// A stiffness with a name.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum StiffnessName {
+    Solid,
+    Thin,
 }
 
 /// How a run is carried out and what it leaves behind.
@@ -214,6 +232,17 @@ pub(crate) struct ReconstructArgs {
 }
 
 impl MethodArgs {
+    fn stiffness(&self) -> Stiffness {
+        let named = match self.stiffness {
+            StiffnessName::Solid => Stiffness::SOLID,
+            StiffnessName::Thin => Stiffness::THIN,
+        };
+        Stiffness::new(
+            self.strut_weight.unwrap_or(named.struts),
+            self.volume_weight.unwrap_or(named.volume),
+        )
+    }
+
     /// The settings; what is not named here has the library's default.
     fn options(&self) -> DeformOptions {
         let default = DeformOptions::default();
@@ -223,6 +252,7 @@ impl MethodArgs {
             .scheme(self.scheme)
             .orientation(self.orientation)
             .bending_length(self.bending_length.unwrap_or(default.bending_length))
+            .stiffness(self.stiffness())
             .detail_size(if self.rescale {
                 DetailSize::Rescale
             } else {

@@ -184,6 +184,13 @@ pub(super) fn odd_size(text: &str) -> Result<usize, String> {
         .ok_or_else(|| "give an odd number from 3 to 4097".to_owned())
 }
 
+/// A weight beside that of the membrane.
+pub(super) fn weight(text: &str) -> Result<f64, String> {
+    number(text)
+        .filter(|x| (0.0..=1000.0).contains(x))
+        .ok_or_else(|| "give a number between 0 and 1000".to_owned())
+}
+
 /// A spring weight or a length: finite, above 0.
 pub(super) fn positive(text: &str) -> Result<f64, String> {
     number(text)

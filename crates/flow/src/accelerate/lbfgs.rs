@@ -23,6 +23,7 @@ use cotan_halfedge::VertexMap;
 use nalgebra::Vector3;
 use pulp::{Simd, WithSimd};
 
+use super::Coarse;
 use crate::vectors::{CHUNKS, flat, flat_mut, total};
 
 type Field = VertexMap<Vector3<f64>>;
@@ -42,6 +43,9 @@ struct Pair {
     with_older: Vec<[f64; 2]>,
     /// (s·r, z·r) with the latest r.
     with_r: [f64; 2],
+    /// With a coarse correction φKφᵀ of A⁻¹: φᵀy and Kφᵀy.
+    restricted: Vec<f64>,
+    corrected: Vec<f64>,
 }
 
 /// Where the last step started.
@@ -49,6 +53,15 @@ struct Pair {
 struct Start {
     r: Field,
     d: Field,
+    /// φᵀr.
+    restricted: Vec<f64>,
+}
+
+/// Half the negative gradient as a coarse correction sees it: φᵀr and Kφᵀr.
+#[derive(Clone, Debug)]
+pub(crate) struct Restricted {
+    pub(crate) r: Vec<f64>,
+    pub(crate) corrected: Vec<f64>,
 }
 
 /// The history of a descent and the directions that it proposes.
@@ -82,8 +95,18 @@ impl Lbfgs {
     pub(crate) fn reset(&mut self) {
         self.gamma = 1.0;
         self.last = None;
+        self.start.restricted.clear();
         self.spare = self.pairs.pop_front().or(self.spare.take());
         self.pairs.clear();
+    }
+
+    /// Takes up a coarse correction that was computed anew.
+    pub(crate) fn refreshed(&mut self, coarse: &Coarse) {
+        for pair in &mut self.pairs {
+            if !pair.restricted.is_empty() {
+                pair.corrected = coarse.apply(&pair.restricted);
+            }
+        }
     }
 
     /// Notes an accepted step, taken from where half the negative gradient was `r` and the plain
@@ -97,6 +120,8 @@ impl Lbfgs {
     ) {
         let n = r.len();
         let mut pair = self.spare.take().unwrap_or_default();
+        pair.restricted.clear();
+        pair.corrected.clear();
         for field in [&mut pair.s, &mut pair.z] {
             field.resize(n, Vector3::zeros());
         }
@@ -112,7 +137,7 @@ impl Lbfgs {
     }
 
     /// Completes the pair of the last step, and multiplies all pairs with r.
-    fn remember(&mut self, r: &[f64], d: &[f64]) {
+    fn remember(&mut self, r: &[f64], d: &[f64], coarse: Option<(&Coarse, &Restricted)>) {
         let Some(mut new) = self.last.take() else {
             let sums = self.products(None, r, d);
             for (pair, with_r) in self.pairs.iter_mut().zip(sums.as_chunks().0) {
@@ -136,7 +161,11 @@ impl Lbfgs {
             self.spare = Some(new);
             return;
         }
-        if zy > 0.0 {
+        if let Some((coarse, restricted)) = coarse {
+            let change = self.start.restricted.iter().zip(&restricted.r);
+            new.restricted = change.map(|(start, r)| start - r).collect();
+            new.corrected = coarse.apply(&new.restricted);
+        } else if zy > 0.0 {
             self.gamma = sy / zy;
         }
         (new.rho, new.own) = (1.0 / sy, zy);
@@ -191,10 +220,19 @@ impl Lbfgs {
 
     /// Writes the direction to go from where half the negative gradient is `r` and the plain step
     /// `d`. Returns its product with `r`: the rate at which half the energy falls along it.
-    pub(crate) fn direction(&mut self, r: &Field, d: &Field, out: &mut Field) -> f64 {
+    ///
+    /// With a coarse correction the first guess is A⁻¹ + φKφᵀ: the vector q is returned as well,
+    /// and φq is to be added to the direction.
+    pub(crate) fn direction(
+        &mut self,
+        r: &Field,
+        d: &Field,
+        coarse: Option<(&Coarse, &Restricted)>,
+        out: &mut Field,
+    ) -> (f64, Vec<f64>) {
         let (r, d) = (flat(r.as_slice()), flat(d.as_slice()));
-        self.remember(r, d);
-        let [of_steps, of_changes] = self.coefficients();
+        self.remember(r, d, coarse);
+        let [of_steps, of_changes] = self.coefficients(coarse.map(|(_, restricted)| restricted));
         let out = flat_mut(out.as_mut_slice());
         let partial = CHUNKS.map((out, r, d), |first, (out, r, d)| {
             pulp::Arch::new().dispatch(Combination {
@@ -208,18 +246,38 @@ impl Lbfgs {
                 out,
             })
         });
-        partial.into_iter().sum()
+        let mut rate = partial.into_iter().sum();
+        let mut q = Vec::new();
+        if let Some((_, restricted)) = coarse {
+            q.clone_from(&restricted.corrected);
+            for (pair, factor) in self.pairs.iter().zip(&of_changes) {
+                for (q, x) in q.iter_mut().zip(&pair.corrected) {
+                    *q += factor * x;
+                }
+            }
+            rate += small_dot(&restricted.r, &q);
+            self.start.restricted.clone_from(&restricted.r);
+        }
+        (rate, q)
     }
 
     /// The recursion: the factors of all s and z in the direction γd + Σ a_k s_k + Σ b_k z_k.
-    fn coefficients(&self) -> [Vec<f64>; 2] {
+    fn coefficients(&self, restricted: Option<&Restricted>) -> [Vec<f64>; 2] {
         let m = self.pairs.len();
         // s_k·y_j and y_k·z_j = z_k·y_j of pairs k before j.
         let sy = |k: usize, j: usize| self.pairs[j].with_older[k][0];
-        let yz = |k: usize, j: usize| match k.cmp(&j) {
+        let fine = |k: usize, j: usize| match k.cmp(&j) {
             std::cmp::Ordering::Less => self.pairs[j].with_older[k][1],
             std::cmp::Ordering::Equal => self.pairs[k].own,
             std::cmp::Ordering::Greater => self.pairs[k].with_older[j][1],
+        };
+        let yz = |k: usize, j: usize| {
+            fine(k, j) + small_dot(&self.pairs[k].restricted, &self.pairs[j].corrected)
+        };
+        let zr = |k: usize| {
+            let coarse =
+                restricted.map_or(0.0, |r| small_dot(&self.pairs[k].restricted, &r.corrected));
+            self.pairs[k].with_r[1] + coarse
         };
         // Signs: all vectors are those of descent, so the recursion runs on −q.
         let mut alphas = vec![0.0; m];
@@ -231,13 +289,18 @@ impl Lbfgs {
         let mut of_steps = vec![0.0; m];
         for k in 0..m {
             // y_k·d = z_k·r.
-            let mut product = self.gamma * self.pairs[k].with_r[1];
+            let mut product = self.gamma * zr(k);
             product += (0..m).map(|j| of_changes[j] * yz(k, j)).sum::<f64>();
             product += (0..k).map(|j| of_steps[j] * sy(j, k)).sum::<f64>();
             of_steps[k] = alphas[k] - self.pairs[k].rho * product;
         }
         [of_steps, of_changes]
     }
+}
+
+/// Σ a_i b_i of two short vectors; 0 if either is empty.
+fn small_dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Products of a new pair with itself and with r: s·y, s·s, s·r, y·y, z·y, z·r.
@@ -406,7 +469,7 @@ mod tests {
             let mut r: Field =
                 VertexMap::from_vec(x.iter().zip(h).map(|(x, h)| (goal - x) * h).collect());
             let (mut d, mut p) = (r.clone(), zeros.clone());
-            lbfgs.direction(&r, &d, &mut p);
+            lbfgs.direction(&r, &d, None, &mut p);
             x.iter_mut().zip(p.values()).for_each(|(x, p)| *x += p);
             let write = |s: &mut [Vector3<f32>]| {
                 s.iter_mut()

@@ -9,7 +9,7 @@ use nalgebra::{Point3, Vector3};
 use super::bodies::Bodies;
 use super::struts::{Strut, Struts, energy_of};
 use super::volume::SoftVolume;
-use super::{Energy, LocalGlobal, NextStep, Stiffness};
+use super::{Energy, FittedCells, LocalGlobal, NextStep, Stiffness};
 use crate::cells::{Means, as_f64, cell_share, edge_gradients, four_of, in_rows};
 use crate::error::FlowError;
 use crate::nearest_rotation::{IDENTITY, Mat3, flat, nearest_rotations_from};
@@ -261,6 +261,16 @@ impl<T: Scalar> LocalGlobal<T> for Hybrid {
         Ok(energy)
     }
 
+    fn cells(&self) -> Option<FittedCells<'_>> {
+        Some(FittedCells {
+            rotations: &self.rotations,
+            gradients: &self.fit_gradients,
+            weight: self.weight,
+            size: self.size,
+            struts: self.struts.as_ref().map_or(&[], Struts::of_vertex),
+        })
+    }
+
     fn wanted_tension(&self, rest: &Rest<T>, next: NextStep, out: &mut VertexMap<Vector3<f64>>) {
         // Every triangle wants its original edges turned by the mean of its corners' means.
         // Gathered at a vertex: a third of each neighbour's for the two triangles at their edge,
@@ -435,7 +445,7 @@ impl Pass<Vector3<f64>, 0> for Tensions<'_> {
 
 /// ℓ⁰ of vertex `i`, of the size that the field prescribes, times a factor.
 #[inline(always)]
-fn wanted<T: Scalar>(rest: &Rest<T>, field: &[T], i: usize, size: f64) -> [f64; 3] {
+pub(super) fn wanted<T: Scalar>(rest: &Rest<T>, field: &[T], i: usize, size: f64) -> [f64; 3] {
     let scale = field_scale(field[i], rest.magnitudes().as_slice()[i]);
     let ell = &rest.laplacian().as_slice()[i];
     [

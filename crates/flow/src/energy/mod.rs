@@ -12,8 +12,10 @@ use nalgebra::Vector3;
 
 pub use hybrid::Hybrid;
 pub use stiffness::Stiffness;
+use struts::Strut;
 
 use crate::error::FlowError;
+use crate::nearest_rotation::Mat3;
 use crate::rest::Rest;
 use crate::start::FirstGuess;
 use crate::state::FlowState;
@@ -93,6 +95,44 @@ pub trait LocalGlobal<T: Scalar>: Send + Sync {
     /// without μ. The system knows nothing of them, so that a step may go too far; `next` says
     /// whether that would be noticed.
     fn wanted_tension(&self, rest: &Rest<T>, next: NextStep, out: &mut VertexMap<Vector3<f64>>);
+
+    /// The rotations that the last fit found, if the energy fits rotations as [`Hybrid`] does; one
+    /// that wraps it forwards this. Without them the descent is right and may be slow.
+    fn cells(&self) -> Option<FittedCells<'_>>;
+}
+
+/// The rotations that an energy fits, and what it fits them to: by these a descent foresees how
+/// they follow when a part of the mesh moves as a whole.
+#[derive(Clone, Copy, Debug)]
+pub struct FittedCells<'a> {
+    /// R, as fitted last.
+    pub(crate) rotations: &'a [Mat3],
+    /// The covariance of the cells at i is Σ_j (x_j − x_i) g_ijᵀ + (L⁰x)_i ℓᵢᵀ, and that of a strut.
+    pub(crate) gradients: &'a [[f64; 3]],
+    /// μ.
+    pub(crate) weight: f64,
+    size: f64,
+    struts: &'a [Strut],
+}
+
+impl FittedCells<'_> {
+    /// The Laplacian coordinate that vertex `i` wants before it is turned.
+    #[inline]
+    pub(crate) fn wanted<T: Scalar>(
+        &self,
+        rest: &Rest<T>,
+        field: &VertexMap<T>,
+        i: usize,
+    ) -> Vector3<f64> {
+        hybrid::wanted(rest, field.as_slice(), i, self.size).into()
+    }
+
+    /// The strut of vertex `i` and its weight.
+    #[inline]
+    pub(crate) fn strut(&self, i: usize) -> Option<(&Strut, f64)> {
+        let strut = self.struts.get(i).filter(|s| s.weight > 0.0)?;
+        Some((strut, self.weight * strut.weight))
+    }
 }
 
 macro_rules! forward {
@@ -122,6 +162,10 @@ macro_rules! forward {
                 out: &mut VertexMap<Vector3<f64>>,
             ) {
                 (**self).wanted_tension(rest, next, out);
+            }
+
+            fn cells(&self) -> Option<FittedCells<'_>> {
+                (**self).cells()
             }
         }
     };

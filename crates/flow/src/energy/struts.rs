@@ -35,17 +35,23 @@ pub(super) struct Struts {
 
 /// The strut of one vertex.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Strut {
+pub(crate) struct Strut {
     /// Corners of the triangle where it ends, and their shares of the end.
     corners: [u32; 3],
     shares: [f64; 3],
     /// d.
-    pub(super) rest: [f64; 3],
+    pub(crate) rest: [f64; 3],
     /// ν over μ; 0 where there is no strut.
     pub(super) weight: f64,
 }
 
 impl Strut {
+    /// Where it ends: vertices and their shares.
+    pub(crate) fn ends(&self) -> impl Iterator<Item = (usize, f64)> {
+        let corners = self.corners.map(|c| c as usize);
+        corners.into_iter().zip(self.shares)
+    }
+
     /// x_j − y_j, for the vertex at `from`.
     #[inline(always)]
     pub(super) fn span<T: Scalar>(&self, from: Four, positions: &[Point3<T>]) -> Four {

@@ -1,0 +1,369 @@
+//! Overlapping clusters of vertices that can move and turn as rigid bodies.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use cotan_geometry::Scalar;
+use cotan_halfedge::VertexId;
+use cotan_laplacian::Graph;
+use nalgebra::Vector3;
+
+use crate::rest::Rest;
+use crate::vectors::CHUNKS;
+
+/// The scalar functions w_j [1, (X − c_j)/ρ] of clusters j: smooth weights w_j times the affine
+/// functions of the original positions. They vanish at the handles; away from them the weights add
+/// up to 1.
+#[derive(Debug)]
+pub(super) struct Clusters {
+    /// c.
+    pub(super) centers: Vec<Vector3<f64>>,
+    /// The first so many clusters move and turn; the others turn about a point handle.
+    pub(super) num_moving: usize,
+    /// ρ.
+    pub(super) radius: f64,
+    /// Clusters and weights at each vertex: those of vertex i from `starts[i]` on.
+    starts: Vec<u32>,
+    entries: Vec<(u32, f64)>,
+}
+
+/// Functions of one cluster.
+pub(super) const FUNCTIONS: usize = 4;
+
+impl Clusters {
+    /// Spreads clusters over the vertices between those that are held; `None` if all are held.
+    pub(super) fn new<T: Scalar>(rest: &Rest<T>, held: &[VertexId]) -> Option<Self> {
+        let n = rest.positions().len();
+        let points: Vec<Vector3<f64>> = rest
+            .positions()
+            .values()
+            .map(|p| p.map(T::as_f64).coords)
+            .collect();
+        let surface = Net {
+            graph: rest.graph(),
+            points: &points,
+        };
+        let mut distances = Distances::new(n);
+        for v in held {
+            distances.spread(&surface, v.index());
+        }
+        let mut seeds = Vec::new();
+        let wanted = (n / VERTICES_EACH).clamp(FEWEST, MOST);
+        while seeds.len() < wanted
+            && let Some((seed, _)) = distances.farthest()
+        {
+            seeds.push(seed);
+            distances.spread(&surface, seed);
+        }
+        let (_, covering) = distances.farthest()?;
+        let radius = OVERLAP * covering;
+        let handles = surface.kernels_of_handles(held, radius);
+        let mut kernels = vec![Vec::new(); n];
+        let mut ball = Ball::new(n);
+        for (j, &seed) in seeds.iter().enumerate() {
+            ball.visit(&surface, seed, radius, |i, k| {
+                kernels[i].push((j as u32, k))
+            });
+        }
+        let num_moving = seeds.len();
+        let (mut starts, mut entries) = (vec![0], Vec::new());
+        for (i, own) in kernels.iter().enumerate() {
+            let of_handles = &handles.at[i];
+            let largest = of_handles
+                .iter()
+                .map(|(_, k)| *k)
+                .fold(handles.of_regions[i], f64::max);
+            let sum: f64 = own.iter().map(|(_, k)| k).sum::<f64>().max(LEAST_SUM);
+            let weighted = own.iter().map(|(j, k)| (*j, (1.0 - largest) * k / sum));
+            entries.extend(weighted.filter(|(_, w)| *w > 0.0));
+            let sum: f64 = of_handles.iter().map(|(_, k)| k).sum::<f64>() + handles.of_regions[i];
+            let weighted = of_handles
+                .iter()
+                .map(|(h, k)| (num_moving as u32 + h, largest * k / sum));
+            entries.extend(weighted.filter(|(_, w)| *w > 0.0));
+            starts.push(entries.len() as u32);
+        }
+        let mut clusters = Self {
+            centers: vec![Vector3::zeros(); num_moving],
+            num_moving,
+            radius,
+            starts,
+            entries,
+        };
+        let mut weights = vec![0.0; num_moving];
+        for (i, point) in points.iter().enumerate() {
+            for &(j, w) in clusters.at(i) {
+                if let Some(weight) = weights.get_mut(j as usize) {
+                    *weight += w;
+                }
+            }
+            for k in clusters.starts[i]..clusters.starts[i + 1] {
+                let (j, w) = clusters.entries[k as usize];
+                if let Some(center) = clusters.centers.get_mut(j as usize) {
+                    *center += point * w;
+                }
+            }
+        }
+        for (j, weight) in weights.iter().enumerate() {
+            clusters.centers[j] = if *weight > 0.0 {
+                clusters.centers[j] / *weight
+            } else {
+                points[seeds[j]]
+            };
+        }
+        clusters
+            .centers
+            .extend(handles.single.iter().map(|&v| points[v]));
+        Some(clusters)
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.centers.len()
+    }
+
+    /// The clusters at vertex `i` and their weights.
+    #[inline]
+    pub(super) fn at(&self, i: usize) -> &[(u32, f64)] {
+        &self.entries[self.starts[i] as usize..self.starts[i + 1] as usize]
+    }
+
+    /// The functions of a cluster where its weight is `weight`.
+    #[inline]
+    pub(super) fn functions(
+        &self,
+        (j, weight): (u32, f64),
+        point: &Vector3<f64>,
+    ) -> [f64; FUNCTIONS] {
+        let [x, y, z] = ((point - self.centers[j as usize]) * (weight / self.radius)).into();
+        [weight, x, y, z]
+    }
+
+    /// φᵀv: for every cluster and function a vector, one after another.
+    pub(super) fn restrict<T: Scalar>(&self, rest: &Rest<T>, v: &[Vector3<f64>]) -> Vec<f64> {
+        let x = rest.positions().as_slice();
+        let len = self.len() * FUNCTIONS * 3;
+        let partial = CHUNKS.map(v, |first, chunk| {
+            let mut sums = vec![0.0; len];
+            for (k, v) in chunk.iter().enumerate() {
+                let point = x[first + k].map(T::as_f64).coords;
+                for entry in self.at(first + k) {
+                    let at = entry.0 as usize * FUNCTIONS * 3;
+                    let functions = self.functions(*entry, &point);
+                    for (m, f) in functions.iter().enumerate() {
+                        for a in 0..3 {
+                            sums[at + 3 * m + a] += f * v[a];
+                        }
+                    }
+                }
+            }
+            sums
+        });
+        crate::vectors::total(partial)
+    }
+
+    /// (φq)_i.
+    #[inline]
+    pub(super) fn prolong<T: Scalar>(&self, rest: &Rest<T>, q: &[f64], i: usize) -> Vector3<f64> {
+        let point = rest.positions().as_slice()[i].map(T::as_f64).coords;
+        let mut sum = Vector3::zeros();
+        for entry in self.at(i) {
+            let at = entry.0 as usize * FUNCTIONS * 3;
+            let functions = self.functions(*entry, &point);
+            for (m, f) in functions.iter().enumerate() {
+                sum += Vector3::from_column_slice(&q[at + 3 * m..at + 3 * m + 3]) * *f;
+            }
+        }
+        sum
+    }
+}
+
+/// Vertices for each cluster, and bounds of the number of clusters.
+const VERTICES_EACH: usize = 250;
+const FEWEST: usize = 12;
+const MOST: usize = 48;
+
+/// ρ over the radius at which the clusters cover the mesh. At 1.3 the descent is slower, at 2 a
+/// step costs twice as much.
+const OVERLAP: f64 = 1.5;
+
+/// Where the kernels add up to less than this, away from all seeds, the weights fade.
+const LEAST_SUM: f64 = 0.02;
+
+/// More point handles than this hold the mesh so well that they need no clusters.
+const MOST_POINTS: usize = 24;
+
+/// (1 − t)⁴ (4t + 1): Wendland's kernel of smoothness 2, zero from t = 1 on.
+fn kernel(t: f64) -> f64 {
+    let rest = (1.0 - t).max(0.0);
+    rest.powi(4) * (4.0 * t + 1.0)
+}
+
+/// The edges with their lengths.
+struct Net<'a> {
+    graph: &'a Graph,
+    points: &'a [Vector3<f64>],
+}
+
+/// The kernels of the handles.
+struct HandleKernels {
+    /// Vertices that are handles by themselves.
+    single: Vec<usize>,
+    /// The kernels of these at every vertex, by their index.
+    at: Vec<Vec<(u32, f64)>>,
+    /// The largest kernel of the regions, at every vertex.
+    of_regions: Vec<f64>,
+}
+
+impl Net<'_> {
+    fn neighbours(&self, i: usize) -> impl Iterator<Item = usize> + '_ {
+        self.graph.neighbours()[self.graph.range(i)]
+            .iter()
+            .map(|j| j.index())
+    }
+
+    fn length(&self, i: usize, j: usize) -> f64 {
+        (self.points[j] - self.points[i]).norm()
+    }
+
+    fn kernels_of_handles(&self, held: &[VertexId], radius: f64) -> HandleKernels {
+        let n = self.points.len();
+        let mut is_held = vec![false; n];
+        held.iter().for_each(|v| is_held[v.index()] = true);
+        let is_single = |v: usize| self.neighbours(v).all(|j| !is_held[j]);
+        let (single, regions): (Vec<usize>, Vec<usize>) =
+            held.iter().map(|v| v.index()).partition(|&v| is_single(v));
+        let (single, regions) = if single.len() > MOST_POINTS {
+            (Vec::new(), [single, regions].concat())
+        } else {
+            (single, regions)
+        };
+        let mut at = vec![Vec::new(); n];
+        let mut ball = Ball::new(n);
+        for (h, &v) in single.iter().enumerate() {
+            ball.visit(self, v, radius, |i, k| at[i].push((h as u32, k)));
+        }
+        // The distance from the handle vertex that is nearest along the edges.
+        let mut nearest = Distances::new(n);
+        for &v in &regions {
+            nearest.spread(self, v);
+        }
+        let of_regions = (0..n)
+            .map(|i| match nearest.source[i] {
+                u32::MAX => 0.0,
+                source => kernel(self.length(i, source as usize) / radius),
+            })
+            .collect();
+        HandleKernels {
+            single,
+            at,
+            of_regions,
+        }
+    }
+}
+
+/// Lengths of the shortest ways along the edges from the nearest of several sources.
+struct Distances {
+    of_vertex: Vec<f64>,
+    source: Vec<u32>,
+    waiting: BinaryHeap<Waiting>,
+}
+
+/// A vertex and its distance, the nearest first.
+#[derive(PartialEq)]
+struct Waiting(f64, u32);
+
+impl Eq for Waiting {}
+
+impl PartialOrd for Waiting {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Waiting {
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.0.total_cmp(&self.0).then(other.1.cmp(&self.1))
+    }
+}
+
+impl Distances {
+    fn new(n: usize) -> Self {
+        Self {
+            of_vertex: vec![f64::INFINITY; n],
+            source: vec![u32::MAX; n],
+            waiting: BinaryHeap::new(),
+        }
+    }
+
+    /// Adds a source.
+    fn spread(&mut self, net: &Net<'_>, source: usize) {
+        self.of_vertex[source] = 0.0;
+        self.source[source] = source as u32;
+        self.waiting.push(Waiting(0.0, source as u32));
+        while let Some(Waiting(distance, i)) = self.waiting.pop() {
+            let i = i as usize;
+            if distance > self.of_vertex[i] {
+                continue;
+            }
+            for j in net.neighbours(i) {
+                let beyond = distance + net.length(i, j);
+                if beyond < self.of_vertex[j] {
+                    self.of_vertex[j] = beyond;
+                    self.source[j] = source as u32;
+                    self.waiting.push(Waiting(beyond, j as u32));
+                }
+            }
+        }
+    }
+
+    /// The vertex that is farthest from all sources and can be reached from one.
+    fn farthest(&self) -> Option<(usize, f64)> {
+        let mut best = None;
+        for (i, &d) in self.of_vertex.iter().enumerate() {
+            if d.is_finite() && d > best.map_or(0.0, |(_, most)| most) {
+                best = Some((i, d));
+            }
+        }
+        best
+    }
+}
+
+/// Vertices that are connected to a centre inside a ball around it.
+struct Ball {
+    /// The number of the visit in which each vertex was seen.
+    seen: Vec<u32>,
+    visit: u32,
+    open: Vec<usize>,
+}
+
+impl Ball {
+    fn new(n: usize) -> Self {
+        Self {
+            seen: vec![0; n],
+            visit: 0,
+            open: Vec::new(),
+        }
+    }
+
+    /// Calls `each` with every vertex and the kernel there.
+    fn visit(
+        &mut self,
+        net: &Net<'_>,
+        center: usize,
+        radius: f64,
+        mut each: impl FnMut(usize, f64),
+    ) {
+        self.visit += 1;
+        self.seen[center] = self.visit;
+        self.open.push(center);
+        while let Some(i) = self.open.pop() {
+            each(i, kernel(net.length(center, i) / radius));
+            for j in net.neighbours(i) {
+                if self.seen[j] != self.visit && net.length(center, j) < radius {
+                    self.seen[j] = self.visit;
+                    self.open.push(j);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,104 @@
+//! Groups of cells whose rotations are taken to follow as one.
+
+use cotan_geometry::Scalar;
+
+use crate::cells::cell_share;
+use crate::rest::Rest;
+
+/// For every vertex the groups of the cells that its terms serve, with the shares P 1_c.
+#[derive(Debug)]
+pub(super) struct Groups {
+    pub(super) len: usize,
+    starts: Vec<u32>,
+    entries: Vec<(u32, f64)>,
+}
+
+impl Groups {
+    /// Halves the vertices by the median of their original positions, until there are enough
+    /// groups.
+    pub(super) fn new<T: Scalar>(rest: &Rest<T>) -> Self {
+        /// Groups of a mesh that is fine enough, and cells of a group where it is not.
+        const MOST: usize = 256;
+        const FEWEST_CELLS: usize = 4;
+        let n = rest.positions().len();
+        let depth = MOST.min(n / FEWEST_CELLS).max(1).ilog2();
+        let mut order: Vec<u32> = (0..n as u32).collect();
+        halve(rest, &mut order, depth);
+        let mut group_of = vec![0_u32; n];
+        let mut len = 0;
+        number(&order, depth, &mut |cells| {
+            cells.iter().for_each(|&i| group_of[i as usize] = len);
+            len += 1;
+        });
+        let graph = rest.graph();
+        let around = |i: usize| {
+            let row = graph.neighbours()[graph.range(i)].iter().map(|j| j.index());
+            std::iter::once(i).chain(row)
+        };
+        let (mut starts, mut entries) = (vec![0], Vec::new());
+        let mut own: Vec<(u32, f64)> = Vec::new();
+        for j in 0..n {
+            own.clear();
+            for k in around(j) {
+                let share = cell_share(graph, j) * cell_share(graph, k);
+                for i in around(k) {
+                    match own.iter_mut().find(|(g, _)| *g == group_of[i]) {
+                        Some((_, sum)) => *sum += share,
+                        None => own.push((group_of[i], share)),
+                    }
+                }
+            }
+            entries.extend_from_slice(&own);
+            starts.push(entries.len() as u32);
+        }
+        Self {
+            len: len as usize,
+            starts,
+            entries,
+        }
+    }
+
+    /// The groups of the cells that vertex `j` serves, with its shares.
+    #[inline]
+    pub(super) fn at(&self, j: usize) -> &[(u32, f64)] {
+        &self.entries[self.starts[j] as usize..self.starts[j + 1] as usize]
+    }
+}
+
+fn halve<T: Scalar>(rest: &Rest<T>, cells: &mut [u32], depth: u32) {
+    if depth == 0 || cells.len() < 2 {
+        return;
+    }
+    let x = rest.positions().as_slice();
+    let at = |i: u32, k: usize| x[i as usize][k].as_f64();
+    let extent = |k: usize| {
+        let (low, high) = cells.iter().fold((f64::MAX, f64::MIN), |(low, high), &i| {
+            (low.min(at(i, k)), high.max(at(i, k)))
+        });
+        high - low
+    };
+    let extents = [0, 1, 2].map(extent);
+    let mut axis = 0;
+    for k in 1..3 {
+        if extents[k] > extents[axis] {
+            axis = k;
+        }
+    }
+    let middle = cells.len() / 2;
+    cells.select_nth_unstable_by(middle, |&i, &j| {
+        at(i, axis).total_cmp(&at(j, axis)).then(i.cmp(&j))
+    });
+    let (left, right) = cells.split_at_mut(middle);
+    halve(rest, left, depth - 1);
+    halve(rest, right, depth - 1);
+}
+
+fn number(cells: &[u32], depth: u32, each: &mut impl FnMut(&[u32])) {
+    if depth == 0 || cells.len() < 2 {
+        each(cells);
+        return;
+    }
+    let (left, right) = cells.split_at(cells.len() / 2);
+    number(left, depth - 1, each);
+    number(right, depth - 1, each);
+}
