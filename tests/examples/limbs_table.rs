@@ -14,7 +14,11 @@ fn main() {
     println!("| case | vertices | stiffness | iterations | stop | % off | seconds |");
     println!("|---|---|---|---|---|---|---|");
     let solid = solid_cases().0.into_iter().map(|(case, _)| case);
-    for case in reference_cases().into_iter().chain(bend_cases()).chain(solid) {
+    for case in reference_cases()
+        .into_iter()
+        .chain(bend_cases())
+        .chain(solid)
+    {
         if wanted.is_empty() || wanted.iter().any(|w| case.name.contains(w.as_str())) {
             for (name, stiffness) in [("thin", Stiffness::THIN), ("solid", Stiffness::SOLID)] {
                 row(&case, name, stiffness);

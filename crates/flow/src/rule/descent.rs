@@ -25,6 +25,8 @@ pub(crate) struct Descent<T: Scalar> {
     lbfgs: Option<Lbfgs>,
     /// Built where a descent takes long; kept while the handles are the same vertices.
     coarse: Option<Coarse>,
+    /// Whether it cannot be built for these handles.
+    is_refused: bool,
     /// Σ s_ij (x_j − x_i) less what the model wants of it.
     tension: VertexMap<Vector3<f64>>,
     /// The direction in which a step searches; empty without acceleration.
@@ -40,8 +42,13 @@ enum Search {
     Stalled,
 }
 
-/// The step at which the coarse correction is built, and those at which it is refreshed.
-const BUILT_AT: usize = 6;
+/// The coarse correction is built at the first of these steps, or at the second where the plain
+/// steps are so short by then, over the tolerance, that the descent will end soon.
+const EARLY: usize = 4;
+const LATE: usize = 10;
+const NEAR: f64 = 5.0;
+
+/// The steps at which it is refreshed.
 const REFRESHED_AT: [usize; 9] = [1, 3, 6, 10, 15, 22, 32, 46, 66];
 
 /// The foreseen step ends a run at this part of the tolerance: together with it a shape is within
@@ -60,6 +67,7 @@ impl<T: Scalar> Descent<T> {
             model,
             lbfgs: (memory > 0).then(|| Lbfgs::new(memory)),
             coarse: None,
+            is_refused: false,
             tension: VertexMap::default(),
             direction: VertexMap::default(),
             energy: None,
@@ -196,21 +204,34 @@ impl<T: Scalar> Descent<T> {
     }
 
     /// What the coarse correction makes of the residual; builds or refreshes it where that is due.
-    fn restrict(&mut self, lbfgs: &mut Lbfgs, work: &Workspace<T>) -> Option<Restricted> {
+    fn restrict(
+        &mut self,
+        lbfgs: &mut Lbfgs,
+        work: &Workspace<T>,
+        residual: f64,
+    ) -> Option<Restricted> {
         // The first step that is searched for is number 1. Quick descents end before it is built.
         let step = work.since_move.saturating_sub(1);
+        let is_near = residual < NEAR * work.settings.tolerance;
+        let is_due = step >= if is_near { LATE } else { EARLY };
         let cells = self.model.cells()?;
         // The step is not taken yet: the positions are those before it.
         let (rest, field, positions) = (&*work.rest, &work.field, &work.start);
         match &mut self.coarse {
-            None if step == BUILT_AT => {
+            None if is_due && !self.is_refused => {
+                let t0 = std::time::Instant::now();
                 self.coarse =
                     Coarse::new(rest, &work.targets, &work.system, field, &cells, positions);
+                eprintln!("built {:?}", t0.elapsed());
+                self.is_refused = self.coarse.is_none();
                 lbfgs.reset();
             }
             None => {}
             Some(coarse) if REFRESHED_AT.contains(&step) => {
-                if coarse.refresh(rest, field, &cells, positions) {
+                let t0 = std::time::Instant::now();
+                let ok = coarse.refresh(rest, field, &cells, positions);
+                eprintln!("refreshed {:?}", t0.elapsed());
+                if ok {
                     lbfgs.refreshed(coarse);
                 } else {
                     self.coarse = None;
@@ -266,7 +287,9 @@ impl<T: Scalar> Rule<T> for Descent<T> {
         let mut residual = step.residual;
         let mut tolerance = work.settings.tolerance;
         let restricted = match &mut lbfgs {
-            Some(lbfgs) if !step.is_first && step.ratio == 1.0 => self.restrict(lbfgs, work),
+            Some(lbfgs) if !step.is_first && step.ratio == 1.0 => {
+                self.restrict(lbfgs, work, step.residual)
+            }
             _ => None,
         };
         if let (Some(coarse), Some(restricted)) = (&self.coarse, &restricted) {
@@ -314,6 +337,7 @@ impl<T: Scalar> Rule<T> for Descent<T> {
         work.pin();
         self.energy = None;
         self.coarse = self.coarse.take().filter(|c| c.is_for(&work.targets));
+        self.is_refused = false;
         if let Some(lbfgs) = &mut self.lbfgs {
             lbfgs.reset();
         }

@@ -28,7 +28,7 @@ use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::{VertexId, VertexMap};
 use cotan_linear::{Hold, PreparedSystem};
 use cotan_parallel as parallel;
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Matrix3, SMatrix, Vector3};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Matrix3, Matrix4, SMatrix, Vector3};
 
 use clusters::{Clusters, FUNCTIONS};
 use groups::Groups;
@@ -48,8 +48,8 @@ pub(crate) struct Coarse {
     clusters: Clusters,
     groups: Groups,
     /// φᵀAφ, and the same of the struts.
-    system: DMatrix<f64>,
-    struts: DMatrix<f64>,
+    system: Blocks,
+    struts: Blocks,
     /// p: for every group and function the vector by which a multiple of the function changes the
     /// group's covariance.
     moments: Vec<Vector3<f64>>,
@@ -129,10 +129,13 @@ impl Coarse {
         let Some(of_system) = Cholesky::new(regular(system.clone())) else {
             return false;
         };
-        let mut shift = 1e-3;
+        let base = &system + &struts - &lost;
+        let mut shift = 0.0;
         while shift < 1e3 {
-            let hessian = &system * (1.0 + shift) + &struts - &lost;
-            if let Some(hessian) = Cholesky::new(regular(hessian)) {
+            let is_definite = Cholesky::new(regular(&base + &system * shift)).is_some();
+            if let Some(hessian) =
+                Cholesky::new(regular(&base + &system * (shift + SOFTEST))).filter(|_| is_definite)
+            {
                 self.state = State {
                     motions,
                     starts,
@@ -141,7 +144,7 @@ impl Coarse {
                 };
                 return true;
             }
-            shift *= 3.0;
+            shift = (3.0 * shift).max(SOFTEST);
         }
         false
     }
@@ -235,8 +238,8 @@ impl Coarse {
         let covariances = self.covariances(rest, field, cells, positions);
         let num_unknowns = starts.last().copied().unwrap_or(0);
         let len = self.clusters.len() * FUNCTIONS;
-        // The columns of N^(-1/2) J, group after group, and the sum of their products.
-        let mut all = DMatrix::zeros(3 * self.groups.len, num_unknowns);
+        let mut out = DMatrix::zeros(num_unknowns, num_unknowns);
+        let mut touched: Vec<(usize, SMatrix<f64, 3, 6>)> = Vec::new();
         for (g, covariance) in covariances.iter().enumerate() {
             let rotation = nearest_rotation(covariance);
             let s = covariance * rotation.transpose();
@@ -252,6 +255,7 @@ impl Coarse {
                 .map(|x| x.max(1e-9 * largest).sqrt().recip());
             let root = Matrix3::from_diagonal(&root) * eigen.eigenvectors.transpose();
             let moments = &self.moments[g * len..(g + 1) * len];
+            touched.clear();
             for (j, own) in moments.chunks_exact(FUNCTIONS).enumerate() {
                 if own.iter().all(|p| *p == Vector3::zeros()) {
                     continue;
@@ -262,13 +266,19 @@ impl Coarse {
                     let arm = root * (rotation * p).cross_matrix();
                     exerted.fixed_view_mut::<3, 3>(0, 3 * m).copy_from(&arm);
                 }
-                let by_unknowns = exerted * motions[j];
-                let (from, len) = (starts[j], starts[j + 1] - starts[j]);
-                all.view_mut((3 * g, from), (3, len))
-                    .copy_from(&by_unknowns.columns(6 - len, len));
+                touched.push((j, exerted * motions[j]));
+            }
+            for (p, (i, of_i)) in touched.iter().enumerate() {
+                for (j, of_j) in &touched[..=p] {
+                    let block = of_i.tr_mul(of_j);
+                    let (rows, columns) = (starts[i + 1] - starts[*i], starts[j + 1] - starts[*j]);
+                    let mut sum = out.view_mut((starts[*i], starts[*j]), (rows, columns));
+                    sum += block.view((6 - rows, 6 - columns), (rows, columns));
+                }
             }
         }
-        all.tr_mul(&all)
+        out.fill_upper_triangle_with_lower_triangle();
+        out
     }
 
     /// The covariance of every group at these positions.
@@ -314,6 +324,9 @@ impl Coarse {
     }
 }
 
+/// No motion counts as softer than this, of A: the model of the rotations is not exact.
+const SOFTEST: f64 = 1e-3;
+
 fn held<T: Scalar>(targets: &Targets<T>) -> Vec<VertexId> {
     let held = targets.held();
     let hard = held.iter().filter(|h| h.hold == Hold::Hard);
@@ -330,12 +343,14 @@ fn regular(mut matrix: DMatrix<f64>) -> DMatrix<f64> {
 }
 
 /// Tᵀ (a ⊗ I₃) T.
-fn reduced(a: &DMatrix<f64>, motions: &[Motions], starts: &[usize]) -> DMatrix<f64> {
+fn reduced(a: &Blocks, motions: &[Motions], starts: &[usize]) -> DMatrix<f64> {
     let num_unknowns = starts.last().copied().unwrap_or(0);
     let mut out = DMatrix::zeros(num_unknowns, num_unknowns);
     for i in 0..motions.len() {
         for j in 0..=i {
-            let block = a.fixed_view::<FUNCTIONS, FUNCTIONS>(FUNCTIONS * i, FUNCTIONS * j);
+            // Of the two halves only one is summed up.
+            let block = a.at(i, j) + a.at(j, i).transpose();
+            let block = if i == j { block * 0.5 } else { block };
             if block.iter().all(|x| *x == 0.0) {
                 continue;
             }
@@ -352,10 +367,43 @@ fn reduced(a: &DMatrix<f64>, motions: &[Motions], starts: &[usize]) -> DMatrix<f
     out
 }
 
+/// A matrix of the functions of all clusters, in blocks of one cluster each; of the blocks (i, j)
+/// and (j, i) either holds the sum, or both hold a part.
+#[derive(Clone, Debug)]
+struct Blocks {
+    num_clusters: usize,
+    entries: Vec<[f64; FUNCTIONS * FUNCTIONS]>,
+}
+
+impl Blocks {
+    fn zeros(num_clusters: usize) -> Self {
+        Self {
+            num_clusters,
+            entries: vec![[0.0; FUNCTIONS * FUNCTIONS]; num_clusters * num_clusters],
+        }
+    }
+
+    fn at(&self, i: usize, j: usize) -> Matrix4<f64> {
+        Matrix4::from_row_slice(&self.entries[i * self.num_clusters + j])
+    }
+
+    fn at_mut(&mut self, i: u32, j: u32) -> &mut [f64; FUNCTIONS * FUNCTIONS] {
+        &mut self.entries[i as usize * self.num_clusters + j as usize]
+    }
+
+    fn add(&mut self, other: &Self) {
+        for (sum, part) in self.entries.iter_mut().zip(&other.entries) {
+            for (sum, x) in sum.iter_mut().zip(part) {
+                *sum += x;
+            }
+        }
+    }
+}
+
 /// Sums over the original shape.
 struct Sums {
-    system: DMatrix<f64>,
-    struts: DMatrix<f64>,
+    system: Blocks,
+    struts: Blocks,
     moments: Vec<Vector3<f64>>,
 }
 
@@ -368,10 +416,22 @@ struct Around {
     stiffness: Vec<[f64; FUNCTIONS]>,
     strut: Vec<[f64; FUNCTIONS]>,
     moments: Vec<[Vector3<f64>; FUNCTIONS]>,
+    /// The place of every cluster in the lists, or more than there are.
+    places: Vec<u32>,
 }
 
 impl Around {
+    fn new(num_clusters: usize) -> Self {
+        Self {
+            places: vec![u32::MAX; num_clusters],
+            ..Self::default()
+        }
+    }
+
     fn clear(&mut self) {
+        for cluster in &self.clusters {
+            self.places[*cluster as usize] = u32::MAX;
+        }
         self.clusters.clear();
         for list in [
             &mut self.own,
@@ -386,9 +446,11 @@ impl Around {
 
     /// The place of a cluster in the lists.
     fn place(&mut self, cluster: u32) -> usize {
-        if let Some(at) = self.clusters.iter().position(|c| *c == cluster) {
-            return at;
+        let place = &mut self.places[cluster as usize];
+        if *place != u32::MAX {
+            return *place as usize;
         }
+        *place = self.clusters.len() as u32;
         self.clusters.push(cluster);
         for list in [
             &mut self.own,
@@ -424,11 +486,11 @@ fn measure<T: Scalar>(
     }
     let part = |part: usize| {
         let mut sums = Sums {
-            system: DMatrix::zeros(len, len),
-            struts: DMatrix::zeros(len, len),
+            system: Blocks::zeros(clusters.len()),
+            struts: Blocks::zeros(clusters.len()),
             moments: vec![Vector3::zeros(); groups.len * len],
         };
-        let mut around = Around::default();
+        let mut around = Around::new(clusters.len());
         for i in part * n / PARTS..(part + 1) * n / PARTS {
             look_around(rest, field, cells, clusters, i, &mut around);
             add(&mut sums, &around, cells.weight, springs[i]);
@@ -445,16 +507,16 @@ fn measure<T: Scalar>(
     };
     let parts = parallel::Chunks::of(1).filled(PARTS, part);
     let sums = parts.into_iter().reduce(|mut all, part| {
-        all.system += part.system;
-        all.struts += part.struts;
+        all.system.add(&part.system);
+        all.struts.add(&part.struts);
         for (sum, p) in all.moments.iter_mut().zip(part.moments) {
             *sum += p;
         }
         all
     });
     sums.unwrap_or_else(|| Sums {
-        system: DMatrix::zeros(len, len),
-        struts: DMatrix::zeros(len, len),
+        system: Blocks::zeros(clusters.len()),
+        struts: Blocks::zeros(clusters.len()),
         moments: Vec::new(),
     })
 }
@@ -535,30 +597,42 @@ fn look_around<T: Scalar>(
 /// Adds the products of the functions at one vertex.
 fn add(sums: &mut Sums, around: &Around, membrane: f64, spring: f64) {
     for (p, &a) in around.clusters.iter().enumerate() {
-        let (of_p, own, strut) = (&around.laplacian[p], &around.own[p], &around.strut[p]);
+        let (laplacian, own, strut) = (&around.laplacian[p], &around.own[p], &around.strut[p]);
+        let is_own = *own != [0.0; FUNCTIONS];
         for (q, &b) in around.clusters.iter().enumerate() {
-            let mut system = sums.system.fixed_view_mut::<FUNCTIONS, FUNCTIONS>(
-                FUNCTIONS * a as usize,
-                FUNCTIONS * b as usize,
-            );
-            let (of_q, stiffness) = (&around.laplacian[q], &around.stiffness[q]);
-            for k in 0..FUNCTIONS {
-                for m in 0..FUNCTIONS {
-                    system[(m, k)] += of_p[m] * of_q[k]
-                        + own[m] * (membrane * stiffness[k] + spring * around.own[q][k]);
+            // φᵀKφ of both halves, what is symmetric once.
+            if q > p && !is_own {
+                continue;
+            }
+            let block = sums.system.at_mut(a, b);
+            if q <= p {
+                add_product(block, laplacian, &around.laplacian[q], 1.0);
+                if spring != 0.0 {
+                    add_product(block, own, &around.own[q], spring);
                 }
             }
-            if *strut != [0.0; FUNCTIONS] {
-                let mut struts = sums.struts.fixed_view_mut::<FUNCTIONS, FUNCTIONS>(
-                    FUNCTIONS * a as usize,
-                    FUNCTIONS * b as usize,
-                );
-                for k in 0..FUNCTIONS {
-                    for m in 0..FUNCTIONS {
-                        struts[(m, k)] += strut[m] * around.strut[q][k];
-                    }
-                }
+            if is_own {
+                let half = if q == p { membrane } else { 0.5 * membrane };
+                add_product(block, own, &around.stiffness[q], half);
             }
+            if q <= p && *strut != [0.0; FUNCTIONS] {
+                add_product(sums.struts.at_mut(a, b), strut, &around.strut[q], 1.0);
+            }
+        }
+    }
+}
+
+/// block += factor a bᵀ.
+#[inline]
+fn add_product(
+    block: &mut [f64; FUNCTIONS * FUNCTIONS],
+    a: &[f64; FUNCTIONS],
+    b: &[f64; FUNCTIONS],
+    factor: f64,
+) {
+    for (row, a) in block.as_chunks_mut::<FUNCTIONS>().0.iter_mut().zip(a) {
+        for (entry, b) in row.iter_mut().zip(b) {
+            *entry += factor * a * b;
         }
     }
 }
