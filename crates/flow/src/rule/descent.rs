@@ -219,19 +219,14 @@ impl<T: Scalar> Descent<T> {
         let (rest, field, positions) = (&*work.rest, &work.field, &work.start);
         match &mut self.coarse {
             None if is_due && !self.is_refused => {
-                let t0 = std::time::Instant::now();
                 self.coarse =
                     Coarse::new(rest, &work.targets, &work.system, field, &cells, positions);
-                eprintln!("built {:?}", t0.elapsed());
                 self.is_refused = self.coarse.is_none();
                 lbfgs.reset();
             }
             None => {}
             Some(coarse) if REFRESHED_AT.contains(&step) => {
-                let t0 = std::time::Instant::now();
-                let ok = coarse.refresh(rest, field, &cells, positions);
-                eprintln!("refreshed {:?}", t0.elapsed());
-                if ok {
+                if coarse.refresh(rest, field, &cells, positions) {
                     lbfgs.refreshed(coarse);
                 } else {
                     self.coarse = None;

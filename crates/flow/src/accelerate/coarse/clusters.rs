@@ -44,16 +44,14 @@ impl Clusters {
             points: &points,
         };
         let mut distances = Distances::new(n);
-        for v in held {
-            distances.spread(&surface, v.index());
-        }
+        distances.spread(&surface, held.iter().map(|v| v.index()));
         let mut seeds = Vec::new();
         let wanted = (n / VERTICES_EACH).clamp(FEWEST, MOST);
         while seeds.len() < wanted
             && let Some((seed, _)) = distances.farthest()
         {
             seeds.push(seed);
-            distances.spread(&surface, seed);
+            distances.spread(&surface, [seed]);
         }
         let (_, covering) = distances.farthest()?;
         let radius = OVERLAP * covering;
@@ -66,6 +64,8 @@ impl Clusters {
             });
         }
         let num_moving = seeds.len();
+        let mut is_held = vec![false; n];
+        held.iter().for_each(|v| is_held[v.index()] = true);
         let (mut starts, mut entries) = (vec![0], Vec::new());
         for (i, own) in kernels.iter().enumerate() {
             let of_handles = &handles.at[i];
@@ -76,11 +76,29 @@ impl Clusters {
             let sum: f64 = own.iter().map(|(_, k)| k).sum::<f64>().max(LEAST_SUM);
             let weighted = own.iter().map(|(j, k)| (*j, (1.0 - largest) * k / sum));
             entries.extend(weighted.filter(|(_, w)| *w > 0.0));
-            let sum: f64 = of_handles.iter().map(|(_, k)| k).sum::<f64>() + handles.of_regions[i];
-            let weighted = of_handles
+            // Of a handle nothing is left at the others.
+            let region = handles.of_regions[i];
+            let all: f64 = of_handles.iter().map(|(_, k)| 1.0 - k).product();
+            let alone = |at: usize, k: f64| {
+                let others = of_handles
+                    .iter()
+                    .enumerate()
+                    .filter(|(other, _)| *other != at);
+                k * (1.0 - region) * others.map(|(_, (_, k))| 1.0 - k).product::<f64>()
+            };
+            let own: Vec<f64> = of_handles
                 .iter()
-                .map(|(h, k)| (num_moving as u32 + h, largest * k / sum));
-            entries.extend(weighted.filter(|(_, w)| *w > 0.0));
+                .enumerate()
+                .map(|(at, (_, k))| alone(at, *k))
+                .collect();
+            let sum = own.iter().sum::<f64>() + region * all;
+            if !is_held[i] && sum > 0.0 {
+                let weighted = of_handles
+                    .iter()
+                    .zip(&own)
+                    .map(|((h, _), k)| (num_moving as u32 + h, largest * k / sum));
+                entries.extend(weighted.filter(|(_, w)| *w > 0.0));
+            }
             starts.push(entries.len() as u32);
         }
         let mut clusters = Self {
@@ -244,9 +262,7 @@ impl Net<'_> {
         }
         // The distance from the handle vertex that is nearest along the edges.
         let mut nearest = Distances::new(n);
-        for &v in &regions {
-            nearest.spread(self, v);
-        }
+        nearest.spread(self, regions.iter().copied());
         let of_regions = (0..n)
             .map(|i| match nearest.source[i] {
                 u32::MAX => 0.0,
@@ -295,11 +311,13 @@ impl Distances {
         }
     }
 
-    /// Adds a source.
-    fn spread(&mut self, net: &Net<'_>, source: usize) {
-        self.of_vertex[source] = 0.0;
-        self.source[source] = source as u32;
-        self.waiting.push(Waiting(0.0, source as u32));
+    /// Adds sources.
+    fn spread(&mut self, net: &Net<'_>, sources: impl IntoIterator<Item = usize>) {
+        for source in sources {
+            self.of_vertex[source] = 0.0;
+            self.source[source] = source as u32;
+            self.waiting.push(Waiting(0.0, source as u32));
+        }
         while let Some(Waiting(distance, i)) = self.waiting.pop() {
             let i = i as usize;
             if distance > self.of_vertex[i] {
@@ -309,7 +327,7 @@ impl Distances {
                 let beyond = distance + net.length(i, j);
                 if beyond < self.of_vertex[j] {
                     self.of_vertex[j] = beyond;
-                    self.source[j] = source as u32;
+                    self.source[j] = self.source[i];
                     self.waiting.push(Waiting(beyond, j as u32));
                 }
             }
