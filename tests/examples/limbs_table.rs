@@ -32,21 +32,7 @@ fn row(case: &Case, name: &str, stiffness: Stiffness) {
     let options = DeformOptions::default().stiffness(stiffness);
     let mut session = Session::new(surface, &case.handles, &options).expect("a session");
     let start = Instant::now();
-    let report = session
-        .run_observed(|_, s| {
-            if std::env::var("VERBOSE").is_ok() {
-                eprintln!(
-                    "{} res {:.2e} change {:.2e} E {:.12e} {}",
-                    s.iteration,
-                    s.residual,
-                    s.change,
-                    s.energy.unwrap_or(0.0),
-                    s.stalled
-                );
-            }
-            std::ops::ControlFlow::Continue(())
-        })
-        .expect("a run");
+    let report = session.run().expect("a run");
     let seconds = start.elapsed().as_secs_f64();
     let reached = session.positions();
     // The same run, on to the minimum.

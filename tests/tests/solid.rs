@@ -4,7 +4,7 @@
 
 use cotan::prelude::*;
 use cotan::shapes::{bar, icosphere, torus};
-use cotan_tests::{Case, solid_cases};
+use cotan_tests::{Case, reference_cases, solid_cases};
 use nalgebra::{Isometry3, Rotation3, Similarity3, Translation3, UnitQuaternion, Vector3};
 
 fn farthest(a: &Positions<f64>, b: &Positions<f64>) -> f64 {
@@ -260,4 +260,98 @@ fn handles_that_are_scaled_do_not_fight_the_volume() {
     let volume = quality.volume_ratio.unwrap();
     assert!(volume > 1.3, "{volume}");
     assert_eq!(quality.flipped_faces, 0);
+}
+
+/// By how much a run misses the minimum of its energy, over the longest side; and its iterations.
+fn off_minimum<'m>(surface: impl Into<Surface<'m, f64>>, handles: &Handles<f64>) -> (f64, usize) {
+    let surface = surface.into();
+    let options = DeformOptions::default();
+    let run = deform(surface, handles, &options).unwrap();
+    assert_eq!(run.report.stop, StopReason::Converged);
+    let exact = options.tolerance(1e-8).iteration_limit(3_000);
+    let minimum = deform(surface, handles, &exact).unwrap();
+    assert_eq!(minimum.report.stop, StopReason::Converged);
+    let size = cotan::geometry::bounding_box(&surface).longest_side();
+    let gap = farthest(&run.positions, &minimum.positions) / size;
+    (gap, run.report.iterations)
+}
+
+/// "Converged" means within 0.3 % of the size of the minimum, limbs included.
+#[test]
+fn limbs_arrive() {
+    let limbs = ["dinosaur", "armadillo", "spot", "fandisk"];
+    for case in reference_cases() {
+        if limbs.iter().any(|name| case.name.contains(name)) {
+            let surface = Surface::assume_checked(case.mesh.mesh(), &case.positions);
+            let (gap, iterations) = off_minimum(surface, &case.handles);
+            assert!(gap < 0.003, "{}: {gap}", case.name);
+            assert!(iterations <= 40, "{}: {iterations}", case.name);
+        }
+    }
+    // A long thin arm, held at one end and pulled aside by a point at the other.
+    let arm = bar::<f64>([12.0, 0.6, 0.6], [96, 5, 5]);
+    let surface = arm.surface();
+    let base = surface.vertices_where(|p| p.x < -5.9);
+    let tip = surface.vertices_where(|p| p.x > 5.99 && p.y > 0.29 && p.z > 0.29);
+    let target = arm.positions()[tip[0]] + Vector3::new(-3.0, 6.0, 2.0);
+    let handles = Handles::new().fix(base).move_to(tip[0], target);
+    let (gap, iterations) = off_minimum(&arm, &handles);
+    assert!(gap < 0.003 && iterations <= 60, "{gap} {iterations}");
+}
+
+/// Open surfaces and several components at once.
+#[test]
+fn open_surfaces_and_several_components_arrive() {
+    let sheet = cotan::shapes::bumpy_plane::<f64>([2.0, 2.0], [24, 24], 0.05);
+    let ball = icosphere::<f64>(3);
+    let n = sheet.positions().len() as u32;
+    let beside = ball
+        .positions()
+        .values()
+        .map(|p| p + Vector3::new(5.0, 0.0, 0.0));
+    let positions: Positions<f64> = sheet.positions().values().copied().chain(beside).collect();
+    let faces = |shape: &Mesh<f64>, offset: u32| -> Vec<[u32; 3]> {
+        let mesh = shape.connectivity();
+        let corners = mesh.faces().map(|f| mesh.triangle(f));
+        corners
+            .map(|t| t.map(|v| v.index() as u32 + offset))
+            .collect()
+    };
+    let all = [faces(&sheet, 0), faces(&ball, n)].concat();
+    let mesh = HalfedgeMesh::from_faces(positions.len(), &all).unwrap();
+    let surface = Surface::new(&mesh, &positions).unwrap();
+    let bounds = cotan::geometry::bounding_box(&sheet.surface());
+    let (low, high) = (bounds.min.x + 0.02, bounds.max.x - 0.02);
+    let held = surface.vertices_where(|p| p.x < low);
+    let lifted = surface.vertices_where(|p| p.x > high && p.x < 3.0);
+    let on_ball = surface.vertices_where(|p| p.x > 5.9);
+    let under_ball = surface.vertices_where(|p| p.x > 3.0 && p.x < 4.1);
+    let turn = Rotation3::new(Vector3::y() * -1.2).to_homogeneous();
+    let lift = Isometry3::new(Vector3::new(0.5, 0.0, 0.5), Vector3::zeros()).to_homogeneous();
+    let handles = Handles::new()
+        .fix(held)
+        .transform(lifted, turn)
+        .fix(under_ball)
+        .transform(on_ball, lift);
+    let (gap, iterations) = off_minimum(surface, &handles);
+    assert!(gap < 0.003 && iterations <= 60, "{gap} {iterations}");
+}
+
+/// The same shapes in single precision, to 1e-4 of the size.
+#[test]
+fn single_precision_gives_the_same_shapes() {
+    let shape = bar::<f64>([4.0, 1.0, 1.0], [24, 6, 6]);
+    let [left, right] = ends(&shape);
+    let handles = Handles::new()
+        .fix(left.clone())
+        .transform(right.clone(), twist(1.5));
+    let double = deform(&shape, &handles, &DeformOptions::default().tolerance(1e-6)).unwrap();
+    let positions: Positions<f32> = shape.positions().map(|p| p.map(|x| x as f32));
+    let surface = Surface::new(shape.connectivity(), &positions).unwrap();
+    let handles = Handles::new()
+        .fix(left)
+        .transform(right, twist(1.5).map(|x| x as f32));
+    let single = deform(surface, &handles, &DeformOptions::default().tolerance(1e-5)).unwrap();
+    let single: Positions<f64> = single.positions.map(|p| p.map(f64::from));
+    assert!(farthest(&double.positions, &single) < 4e-4);
 }
