@@ -3,7 +3,10 @@
 //!
 //! `cargo run -p cotan --example own_energy`
 
-use cotan::flow::{Energy, FlowError, FlowState, LocalGlobal, Rest, nearest_rotation};
+use cotan::flow::{
+    Energy, FirstGuess, FittedCells, FlowError, FlowState, LocalGlobal, NextStep, Rest,
+    nearest_rotation,
+};
 use cotan::linear::Handle;
 use cotan::prelude::*;
 
@@ -14,7 +17,7 @@ impl LocalGlobal<f64> for OneRotation {
         Ok(0.0)
     }
 
-    fn start_from(&mut self, _: &VertexMap<Matrix3<f64>>) {}
+    fn start_from(&mut self, _: &FirstGuess) {}
 
     fn fit(
         &mut self,
@@ -35,8 +38,12 @@ impl LocalGlobal<f64> for OneRotation {
         Ok(energy)
     }
 
-    fn wanted_tension(&self, _: &Rest<f64>, out: &mut VertexMap<Vector3<f64>>) {
+    fn wanted_tension(&self, _: &Rest<f64>, _: NextStep, out: &mut VertexMap<Vector3<f64>>) {
         out.values_mut().for_each(|t| *t = Vector3::zeros());
+    }
+
+    fn cells(&self) -> Option<FittedCells<'_>> {
+        None
     }
 }
 
