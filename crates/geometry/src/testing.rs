@@ -1,6 +1,7 @@
 //! Proptest strategies for random surfaces and motions, for the property tests of every crate.
 //!
-//! Behind the feature `testing`. All shapes are valid triangle meshes without degenerate faces.
+//! Behind the feature `testing`. All shapes are valid triangle meshes without degenerate faces, in
+//! double precision; [`rounded`] makes those of another scalar type of them.
 
 use std::f64::consts::{PI, TAU};
 
@@ -9,6 +10,7 @@ use proptest::prelude::*;
 
 use crate::lengths::edge_lengths;
 use crate::mesh::Mesh;
+use crate::scalar::Scalar;
 use crate::shapes::{bar, bumpy_plane, cylinder, icosphere, tetrahedron, torus};
 
 /// A small surface of any kind, at most 400 vertices: closed (genus 0 or 1) or a disc, regular or
@@ -52,6 +54,22 @@ pub fn blobs() -> impl Strategy<Value = Mesh<f64>> {
             }
             shape
         })
+}
+
+/// The meshes of a strategy with positions rounded to `T`; they shrink as those do.
+///
+/// ```
+/// use cotan_geometry::testing::{rounded, surfaces};
+/// use proptest::prelude::*;
+///
+/// proptest!(|(mesh in rounded::<f32>(surfaces()))| {
+///     prop_assert!(mesh.surface().area() > 0.0);
+/// });
+/// ```
+pub fn rounded<T: Scalar>(
+    meshes: impl Strategy<Value = Mesh<f64>>,
+) -> impl Strategy<Value = Mesh<T>> {
+    meshes.prop_map(|mesh| mesh.cast())
 }
 
 /// A rotation about a random axis by 0 … π.
@@ -142,6 +160,11 @@ mod tests {
         #[test]
         fn surfaces_are_small_and_sound(shape in surfaces()) {
             prop_assert!(shape.num_vertices() <= 400);
+            prop_assert!(degenerate_faces(&shape.surface(), 1e-3).is_empty());
+        }
+
+        #[test]
+        fn single_precision_keeps_surfaces_sound(shape in rounded::<f32>(surfaces())) {
             prop_assert!(degenerate_faces(&shape.surface(), 1e-3).is_empty());
         }
 
