@@ -24,6 +24,7 @@ mod feature;
 mod filtered_normals;
 mod implicit;
 mod measure;
+mod methods;
 mod mollified;
 mod noise;
 mod normal_filter;
