@@ -8,7 +8,6 @@
 use cotan_halfedge::{BuildError, FaceId, HalfedgeMesh, VertexId, VertexMap};
 use cotan_parallel as parallel;
 use nalgebra::Point3;
-use rayon::slice::ParallelSliceMut;
 
 use crate::mesh::Mesh;
 use crate::scalar::Scalar;
@@ -59,7 +58,7 @@ impl SpatialOrder {
         // The upper half of the key decides nearly always, and with the number it fits one word.
         let key = |i: usize| (grid.key(&points[i]) >> 32 << 32) | i as u64;
         let mut sorted: Vec<u64> = parallel::filled(points.len(), key);
-        sorted.par_sort_unstable();
+        parallel::sort_unstable(&mut sorted);
         let number = |entry: u64| entry as u32 as usize;
         for run in sorted.chunk_by_mut(|a, b| a >> 32 == b >> 32) {
             if run.len() > LONGEST_RUN {
