@@ -5,11 +5,12 @@ use std::ops::ControlFlow;
 use cotan_flow::KeepMagnitude;
 use cotan_geometry::{Positions, Scalar, Surface};
 
-use super::anchored::{Anchored, InteriorCotangent, InteriorUmbrella, Observer};
+use super::anchored::{Anchored, Observer};
 use super::curvature::{AlongCurvature, Direction, Order, SmoothedCurvature};
 use super::feature::FeaturePreserving;
 use super::filtered_normals::FilteredNormals;
 use super::implicit::ImplicitFlow;
+use super::interior::{InteriorCotangent, InteriorUmbrella};
 use super::noise::NoiseEstimate;
 use super::normal_filter::NormalFilter;
 use super::options::{SmoothOptions, Smoother};
