@@ -4,7 +4,6 @@ use cotan::flow::{BestRotation, Flow, FlowBuilder, Hybrid};
 use cotan::laplacian::{Cotangent, Operator};
 use cotan::linear::{Defect, Handle, Membrane, PreparedSystem};
 use cotan::prelude::*;
-use cotan::Mesh;
 use cotan::shapes::{Numbering, irregular};
 
 /// The mesh, its numbers at random: caches hold it in any order.
@@ -75,7 +74,7 @@ pub fn solve_setup() -> Solve {
     let operator = operator();
     let still = VertexMap::filled(operator.num_rows(), Vector3::zeros());
     let mut mismatch = still.clone();
-    operator.apply(&shape().positions, &mut mismatch);
+    operator.apply(shape().positions(), &mut mismatch);
     Solve {
         system: prepare(&operator),
         mismatch,
