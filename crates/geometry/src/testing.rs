@@ -8,7 +8,6 @@ use std::f64::consts::{PI, TAU};
 use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 
-use crate::lengths::edge_lengths;
 use crate::mesh::Mesh;
 use crate::scalar::Scalar;
 use crate::shapes::{bar, bumpy_plane, cylinder, icosphere, tetrahedron, torus};
@@ -137,7 +136,9 @@ fn place(shapes: impl Strategy<Value = Mesh<f64>>) -> impl Strategy<Value = Mesh
 }
 
 fn shortest_edge(shape: &Mesh<f64>) -> f64 {
-    edge_lengths(&shape.surface())
+    shape
+        .surface()
+        .edge_lengths()
         .values()
         .copied()
         .fold(f64::INFINITY, f64::min)
@@ -154,18 +155,17 @@ fn noise(seed: u64, index: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::degenerate_faces;
 
     proptest! {
         #[test]
         fn surfaces_are_small_and_sound(shape in surfaces()) {
             prop_assert!(shape.num_vertices() <= 400);
-            prop_assert!(degenerate_faces(&shape.surface(), 1e-3).is_empty());
+            prop_assert!(shape.surface().degenerate_faces(1e-3).is_empty());
         }
 
         #[test]
         fn single_precision_keeps_surfaces_sound(shape in rounded::<f32>(surfaces())) {
-            prop_assert!(degenerate_faces(&shape.surface(), 1e-3).is_empty());
+            prop_assert!(shape.surface().degenerate_faces(1e-3).is_empty());
         }
 
         #[test]

@@ -152,8 +152,8 @@ fn check(options: &SmoothOptions) -> Result<(), Error> {
 
 #[cfg(test)]
 mod tests {
+    use cotan_geometry::Mesh;
     use cotan_geometry::shapes::{bar, bumpy_plane, icosphere, torus};
-    use cotan_geometry::{Mesh, bounding_box, volume};
     use cotan_halfedge::HalfedgeMesh;
     use cotan_halfedge::VertexId;
     use nalgebra::{Point3, Rotation3, Vector3};
@@ -292,7 +292,7 @@ mod tests {
             };
             let smoothed = run(&shape, &x, &options);
             assert!(error(&smoothed) < 0.4 * error(&x), "{}", method.name());
-            let [before, after] = [&x, &smoothed].map(|x| volume(&rest.with_positions(x)));
+            let [before, after] = [&x, &smoothed].map(|x| rest.with_positions(x).volume());
             assert!((after / before - 1.0).abs() < 1e-9, "{}", method.name());
         }
     }
@@ -330,7 +330,7 @@ mod tests {
         let smoothed = run(&shape, &x, &options);
         assert!(farthest(&smoothed, &x) <= 0.015 * (1.0 + 1e-12));
         let rest = shape.surface();
-        let [before, after] = [&x, &smoothed].map(|x| volume(&rest.with_positions(x)));
+        let [before, after] = [&x, &smoothed].map(|x| rest.with_positions(x).volume());
         assert!((after / before - 1.0).abs() < 1e-9);
     }
 
@@ -342,8 +342,7 @@ mod tests {
             ..by(SmoothMethod::Taubin)
         };
         let smoothed = run(&shape, shape.positions(), &options);
-        let area =
-            |x: &Positions<f64>| cotan_geometry::surface_area(&shape.surface().with_positions(x));
+        let area = |x: &Positions<f64>| shape.surface().with_positions(x).area();
         assert!((area(&smoothed) / area(shape.positions()) - 1.0).abs() < 1e-9);
     }
 
@@ -425,6 +424,6 @@ mod tests {
         let far = shape.positions().map(|p| p + Vector3::x() * 2.0);
         let d = Displacement::measure(&shape.surface(), &shape.surface().with_positions(&far));
         assert!((d.rms - 2.0).abs() < 1e-12 && (d.max - 2.0).abs() < 1e-12);
-        assert!(bounding_box(&shape.surface()).longest_side() > 1.0);
+        assert!(shape.surface().bounding_box().longest_side() > 1.0);
     }
 }
