@@ -11,7 +11,7 @@ use cotan::prelude::*;
 use cotan_instructions::{
     Solve, faces, hybrid_flow, operator, prepare, rotation_flow, shape, solve_setup,
 };
-use gungraun::{LibraryBenchmarkConfig, library_benchmark, library_benchmark_group, main};
+use gungraun::{library_benchmark, library_benchmark_group, main};
 
 #[library_benchmark]
 #[bench::irregular(faces())]
@@ -66,8 +66,4 @@ library_benchmark_group!(
     name = system;
     benchmarks = prepare_system, solve, step
 );
-main!(
-    // One thread: how rayon shares work out would change the counts.
-    config = LibraryBenchmarkConfig::default().env("RAYON_NUM_THREADS", "1");
-    library_benchmark_groups = mesh, system
-);
+main!(library_benchmark_groups = mesh, system);
