@@ -97,7 +97,7 @@ pub fn points(value: &Value) -> Vec<Point3<f64>> {
 /// The mesh's positions in a box of longest side 1 with its lower corner at 0.
 pub fn boxed(mesh: &ProcessingMesh) -> Positions<f64> {
     let surface = Surface::new(mesh.mesh(), mesh.positions()).expect("a surface");
-    let bounds = cotan_geometry::bounding_box(&surface);
+    let bounds = surface.bounding_box();
     mesh.positions()
         .map(|p| Point3::from((p - bounds.min) / bounds.longest_side()))
 }

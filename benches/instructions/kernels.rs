@@ -5,15 +5,13 @@
 use std::hint::black_box;
 
 use cotan::flow::{Flow, StepReport};
-use cotan::geometry::vertex_normals;
 use cotan::laplacian::{Cotangent, OneRings, Operator};
 use cotan::linear::PreparedSystem;
 use cotan::prelude::*;
-use cotan::Mesh;
 use cotan_instructions::{
     Solve, faces, hybrid_flow, operator, prepare, rotation_flow, shape, solve_setup,
 };
-use gungraun::{LibraryBenchmarkConfig, library_benchmark, library_benchmark_group, main};
+use gungraun::{library_benchmark, library_benchmark_group, main};
 
 #[library_benchmark]
 #[bench::irregular(faces())]
@@ -37,7 +35,7 @@ fn weights_and_assembly(shape: Mesh<f64>) -> Operator<f64> {
 #[library_benchmark]
 #[bench::irregular(shape())]
 fn normals(shape: Mesh<f64>) -> VertexMap<Vector3<f64>> {
-    vertex_normals(black_box(&shape.surface()))
+    black_box(&shape.surface()).vertex_normals()
 }
 
 #[library_benchmark]
@@ -68,8 +66,4 @@ library_benchmark_group!(
     name = system;
     benchmarks = prepare_system, solve, step
 );
-main!(
-    // One thread: how rayon shares work out would change the counts.
-    config = LibraryBenchmarkConfig::default().env("RAYON_NUM_THREADS", "1");
-    library_benchmark_groups = mesh, system
-);
+main!(library_benchmark_groups = mesh, system);

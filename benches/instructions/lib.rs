@@ -4,11 +4,21 @@ use cotan::flow::{BestRotation, Flow, FlowBuilder, Hybrid};
 use cotan::laplacian::{Cotangent, Operator};
 use cotan::linear::{Defect, Handle, Membrane, PreparedSystem};
 use cotan::prelude::*;
-use cotan::Mesh;
 use cotan::shapes::{Numbering, irregular};
+
+/// Makes the calling thread the only one of rayon: callgrind counts on the thread that calls the
+/// kernel, and would miss what another one does for it.
+fn stay_on_this_thread() {
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .use_current_thread();
+    // Refused if that is done already.
+    let _ = pool.build_global();
+}
 
 /// The mesh, its numbers at random: caches hold it in any order.
 pub fn shape() -> Mesh<f64> {
+    stay_on_this_thread();
     irregular(2_562, Numbering::Random, 1)
 }
 
@@ -75,7 +85,7 @@ pub fn solve_setup() -> Solve {
     let operator = operator();
     let still = VertexMap::filled(operator.num_rows(), Vector3::zeros());
     let mut mismatch = still.clone();
-    operator.apply(&shape().positions, &mut mismatch);
+    operator.apply(shape().positions(), &mut mismatch);
     Solve {
         system: prepare(&operator),
         mismatch,

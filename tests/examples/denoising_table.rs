@@ -7,7 +7,6 @@
 
 use std::time::Instant;
 
-use cotan::geometry::{mean_edge_length, volume};
 use cotan::prelude::*;
 use cotan::smooth::{NormalError, SmoothMethod, SmoothOptions, smooth, with_normal_noise};
 use cotan_tests::model;
@@ -36,7 +35,7 @@ fn main() {
         let Some(mesh) = model(name) else { continue };
         let rest = Surface::new(mesh.mesh(), mesh.positions()).expect("a surface");
         for noise in [0.1, 0.2, 0.3] {
-            let x = with_normal_noise(&rest, noise * mean_edge_length(&rest), 1);
+            let x = with_normal_noise(&rest, noise * rest.mean_edge_length(), 1);
             row(&format!("{name} {noise}"), &rest, &x);
         }
     }
@@ -47,7 +46,7 @@ fn main() {
 fn row(name: &str, clean: &Surface<'_, f64>, noisy: &Positions<f64>) {
     let error = |x: &Positions<f64>| NormalError::measure(clean, &clean.with_positions(x)).mean;
     print!("| {name} | {:.2} |", error(noisy));
-    let before = volume(&clean.with_positions(noisy));
+    let before = clean.with_positions(noisy).volume();
     for (_, method, iterations) in COLUMNS {
         let options = SmoothOptions::default()
             .method(method)
@@ -58,7 +57,7 @@ fn row(name: &str, clean: &Surface<'_, f64>, noisy: &Positions<f64>) {
             &options,
         )
         .expect("models smooth");
-        let ratio = volume(&clean.with_positions(&smoothed.positions)) / before;
+        let ratio = clean.with_positions(&smoothed.positions).volume() / before;
         print!(" {:.2} ({ratio:.4}) |", error(&smoothed.positions));
     }
     println!();

@@ -9,7 +9,6 @@ use std::error::Error;
 use std::hint::black_box;
 
 use cotan::flow::BestRotation;
-use cotan::geometry::vertex_normals;
 use cotan::laplacian::{Cotangent, Operator};
 use cotan::prelude::*;
 use cotan::shapes::{Numbering as Order, irregular};
@@ -61,7 +60,7 @@ fn report(name: &str, document: &Document) -> Result<(), Box<dyn Error>> {
         let surface = Surface::new(built.mesh(), built.positions())?;
         let weights = median(|| Operator::assemble(&Cotangent::default(), &surface).map(drop))?;
         let normals = median(|| {
-            black_box(vertex_normals(&surface));
+            black_box(surface.vertex_normals());
             Ok::<_, Box<dyn Error>>(())
         })?;
         let held = [0, document.positions().len() / 2].map(|v| built.vertex(v));

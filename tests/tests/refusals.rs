@@ -1,7 +1,7 @@
 //! Bad input gets one clear error, or the right result; never a panic, never NaN.
 
 use cotan::prelude::*;
-use cotan_geometry::{Mesh, bounding_box};
+use cotan_geometry::Mesh;
 
 fn options() -> DeformOptions {
     DeformOptions::default()
@@ -308,7 +308,7 @@ fn single_precision_agrees_with_double() {
     )
     .expect("deforms");
     assert_eq!(single.report.stop, StopReason::Converged);
-    let size = bounding_box(&shape.surface()).diagonal();
+    let size = shape.surface().bounding_box().diagonal();
     for (a, b) in single.positions.values().zip(double.positions.values()) {
         assert!((a.map(f64::from) - b).norm() < 1e-3 * size);
     }

@@ -1,10 +1,7 @@
 //! Smoothing on real models: the reference cases of
 //! `shared/reference/sphere-smoothing-public-models.json`, and what the user is promised.
 
-use cotan::geometry::{
-    dihedral_angles, edge_lengths, folded_faces, mean_edge_length, surface_area, vertex_normals,
-    volume,
-};
+use cotan::geometry::folded_faces;
 use cotan::halfedge::{HalfedgeMesh, VertexMap};
 use cotan::prelude::*;
 use cotan::smooth::{
@@ -138,7 +135,7 @@ fn the_reference_cases_are_reproduced() {
         let Some(mesh) = named(name) else { continue };
         let (connectivity, clean) = (mesh.mesh(), centred(mesh.positions()));
         let rest = Surface::new(connectivity, &clean).expect("a surface");
-        let edge = mean_edge_length(&rest);
+        let edge = rest.mean_edge_length();
         let noise = number(&case, "noise");
         let noisy = with_normal_noise(&rest, noise * edge, 1);
         let x = run(connectivity, &noisy, method_of(&case));
@@ -194,8 +191,8 @@ fn exaggeration_matches_the_reference() {
         )
         .expect("runs");
         let rough = |x: &Positions<f64>| {
-            let angles = dihedral_angles(&rest.with_positions(x));
-            let lengths = edge_lengths(&rest);
+            let angles = rest.with_positions(x).dihedral_angles();
+            let lengths = rest.edge_lengths();
             let pairs = angles.values().zip(lengths.values());
             let sum: f64 = pairs.map(|(a, l)| l * a * a).sum();
             (sum / lengths.values().sum::<f64>()).sqrt().to_degrees()
@@ -203,7 +200,7 @@ fn exaggeration_matches_the_reference() {
         assert_near("rough_in", rough(&clean), number(&case, "rough_in"), 1e-3);
         let expected = number(&case, "rough_out");
         assert_near("rough_out", rough(&x), expected, 0.01 * expected);
-        let ratio = volume(&rest.with_positions(&x)) / volume(&rest);
+        let ratio = rest.with_positions(&x).volume() / rest.volume();
         assert_near("volume", ratio, number(&case, "volume_ratio"), 1e-3);
     }
 }
@@ -225,7 +222,7 @@ fn volume_changes_by_less_than_a_percent_or_not_at_all() {
             let options = SmoothOptions::default().method(method).iterations(Some(10));
             let ratio = |options| {
                 let x = run(connectivity, x, options);
-                volume(&rest.with_positions(&x)) / volume(&rest)
+                rest.with_positions(&x).volume() / rest.volume()
             };
             let plain = ratio(options);
             assert!(
@@ -285,11 +282,11 @@ fn hard_meshes_are_smoothed_without_flips() {
                 .preserve(Preserve::Volume);
             let x = run(mesh.mesh(), mesh.positions(), options);
             let smoothed = rest.with_positions(&x);
-            assert!(surface_area(&smoothed).is_finite(), "{name}");
+            assert!(smoothed.area().is_finite(), "{name}");
             let flips = folded_faces(&rest, &x).expect("same mesh").len();
             assert_eq!(flips, 0, "{name} {boundary:?}");
             let rim = |surface: &Surface<'_, f64>| -> f64 {
-                let lengths = edge_lengths(surface);
+                let lengths = surface.edge_lengths();
                 let is_rim = |e: &cotan::halfedge::EdgeId| mesh.mesh().is_boundary_edge(*e);
                 mesh.mesh().edges().filter(is_rim).map(|e| lengths[e]).sum()
             };
@@ -331,5 +328,5 @@ fn a_users_edit_runs() {
     );
     assert!(moved.max > 0.0 && moved.max < 0.1);
     assert_eq!(mean_curvatures(&shape.surface()).len(), x.len());
-    assert_eq!(vertex_normals(&shape.surface()).len(), x.len());
+    assert_eq!(shape.surface().vertex_normals().len(), x.len());
 }

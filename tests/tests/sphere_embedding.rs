@@ -34,7 +34,7 @@ fn real_models_are_embedded_with_their_areas() {
 /// The mean of |ln area ratio| over the source's area.
 fn log_area(map: &SphereMap<f64>, source: &Positions<f64>) -> f64 {
     let surface = Surface::new(map.mesh(), source).expect("a surface");
-    let areas = cotan_geometry::face_areas(&surface);
+    let areas = surface.face_areas();
     let total: f64 = areas.values().sum();
     let of_face = |(f, area): (FaceId, &f64)| {
         let share = area / total;

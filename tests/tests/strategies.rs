@@ -3,7 +3,7 @@
 
 use cotan::linear::{Method, Strategy, SystemOptions};
 use cotan::prelude::*;
-use cotan_geometry::{Mesh, bounding_box, shapes};
+use cotan_geometry::{Mesh, shapes};
 
 /// Feet that stand, and a head that is pulled: point handles.
 fn handles(shape: &Mesh<f64>) -> Handles<f64> {
@@ -33,7 +33,7 @@ fn options(strategy: Strategy) -> DeformOptions {
 /// The largest distance, over the longest side of the box.
 fn apart(shape: &Mesh<f64>, a: &Positions<f64>, b: &Positions<f64>) -> f64 {
     let distance = a.values().zip(b.values()).map(|(a, b)| (a - b).norm());
-    distance.fold(0.0, f64::max) / bounding_box(&shape.surface()).longest_side()
+    distance.fold(0.0, f64::max) / shape.surface().bounding_box().longest_side()
 }
 
 #[test]

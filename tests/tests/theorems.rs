@@ -4,8 +4,8 @@ use std::ops::ControlFlow;
 
 use cotan::flow::Flow;
 use cotan::prelude::*;
+use cotan_geometry::Mesh;
 use cotan_geometry::testing::{blobs, rigid_motions, rotations, surfaces};
-use cotan_geometry::{Mesh, bounding_box};
 use cotan_laplacian::{LaplacianScheme, Operator};
 use nalgebra::{Isometry3, Translation3};
 use proptest::prelude::*;
@@ -13,7 +13,7 @@ use proptest::prelude::*;
 /// Held vertices: those beyond two planes, at either end of the longest axis. At least four.
 fn ends(shape: &Mesh<f64>) -> [Vec<VertexId>; 2] {
     let surface = shape.surface();
-    let bounds = bounding_box(&surface);
+    let bounds = surface.bounding_box();
     let axis = bounds.extents().imax();
     let mut order: Vec<VertexId> = shape.connectivity().vertices().collect();
     order.sort_by(|a, b| {
@@ -26,7 +26,7 @@ fn ends(shape: &Mesh<f64>) -> [Vec<VertexId>; 2] {
 }
 
 fn diagonal(shape: &Mesh<f64>) -> f64 {
-    bounding_box(&shape.surface()).diagonal()
+    shape.surface().bounding_box().diagonal()
 }
 
 fn longest_difference(a: &Positions<f64>, b: &Positions<f64>) -> f64 {
@@ -40,7 +40,7 @@ fn longest_difference(a: &Positions<f64>, b: &Positions<f64>) -> f64 {
 fn bend(shape: &Mesh<f64>) -> Handles<f64> {
     let [low, high] = ends(shape);
     let diagonal = diagonal(shape);
-    let center = bounding_box(&shape.surface()).center();
+    let center = shape.surface().bounding_box().center();
     let turn = Translation3::from(center.coords)
         * Isometry3::rotation(Vector3::new(0.2, 0.3, -0.1))
         * Translation3::from(-center.coords);
@@ -283,11 +283,7 @@ fn results_do_not_depend_on_the_number_of_threads() {
     let shape = cotan::shapes::creature::<f64>(96);
     let handles = bend(&shape);
     let run = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .expect("a pool");
-        pool.install(|| deform_by(&shape, &handles, 5))
+        cotan_parallel::on_threads(threads, || deform_by(&shape, &handles, 5)).expect("threads")
     };
     let one = run(1);
     assert!(run(2) == one && run(5) == one);

@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use cotan::flow::Flow;
-use cotan::geometry::{BoundingBox, Surface, bounding_box};
+use cotan::geometry::{BoundingBox, Surface};
 use cotan::laplacian::{Cotangent, Operator};
 use cotan::linear::{Defect, Handle, PreparedSystem, SystemOptions};
 use cotan::prelude::{
@@ -123,7 +123,7 @@ impl Plan<'_> {
             vertices: mesh.num_vertices(),
             faces: mesh.num_faces(),
             handles: moves.len(),
-            threads: rayon::current_num_threads(),
+            threads: cotan_parallel::num_threads(),
             orientation: self.orientation.name(),
             is_renumbered: processing.is_renumbered(),
             seconds: PhaseSeconds {
@@ -284,7 +284,7 @@ fn prepare(
 /// upper turned and lifted; and components that have no part in it, held still.
 fn standard_drag(surface: &Surface<'_, f64>) -> Moves {
     let (mesh, positions) = (surface.mesh(), surface.positions());
-    let bounds = bounding_box(surface);
+    let bounds = surface.bounding_box();
     let axis = bounds.extents().imax();
     let mut along: Vec<VertexId> = mesh.vertices().collect();
     along.sort_by(|&a, &b| positions[a][axis].total_cmp(&positions[b][axis]));

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use cotan::flow::{Flow, Report as FlowReport, StepReport};
-use cotan::geometry::{Positions, Scalar, Surface, bounding_box};
+use cotan::geometry::{Positions, Scalar, Surface};
 use cotan::linear::Hold;
 use cotan::{DeformOptions, Quality, Session, ShapeErrors};
 use cotan_io::{Document, ProcessingMesh, Weld};
@@ -132,7 +132,7 @@ impl Edit<'_> {
     fn origin(&self, original: &Surface<'_, f64>) -> Point3<f64> {
         match self.precision {
             Precision::F64 => Point3::origin(),
-            Precision::F32 => bounding_box(original).center(),
+            Precision::F32 => original.bounding_box().center(),
         }
     }
 

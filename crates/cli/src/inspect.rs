@@ -5,10 +5,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use cotan::geometry::{
-    AngleStatistics, BoundingBox, Surface, angle_statistics, negative_cotangent_share,
-    surface_area, volume,
-};
+use cotan::geometry::{AngleStatistics, BoundingBox, Surface, negative_cotangent_share};
 use cotan_io::{Cure, Document, IoError, ProcessingMesh, Weld};
 use serde::Serialize;
 
@@ -295,7 +292,7 @@ impl Inspection {
         self.genus = Some((2 * components - loops - self.euler_characteristic) / 2);
         if let Ok(surface) = Surface::new(processing.mesh(), processing.positions()) {
             self.negative_cotangent_share = Some(negative_cotangent_share(&surface));
-            self.volume = self.closed.then(|| volume(&surface));
+            self.volume = self.closed.then(|| surface.volume());
         }
     }
 
@@ -303,12 +300,12 @@ impl Inspection {
         let Ok(surface) = Surface::new(soup.mesh(), soup.positions()) else {
             return;
         };
-        self.area = Some(surface_area(&surface));
+        self.area = Some(surface.area());
         let AngleStatistics {
             min,
             max,
             mean_smallest,
-        } = angle_statistics(&surface);
+        } = surface.angle_statistics();
         self.angles = Some(Angles {
             min_degrees: min.to_degrees(),
             max_degrees: max.to_degrees(),

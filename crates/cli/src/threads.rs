@@ -2,7 +2,7 @@
 
 use std::num::NonZeroUsize;
 
-use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
+use cotan_parallel::{Threads, on_threads};
 
 use crate::error::CliError;
 
@@ -14,11 +14,10 @@ pub(crate) fn with_threads<R: Send>(
     let Some(threads) = threads.map(NonZeroUsize::get) else {
         return Ok(work());
     };
-    let pool = pool(threads).map_err(|e| CliError::Threads {
+    on_threads(threads, work).map_err(|e| CliError::Threads {
         threads,
         problem: e.to_string(),
-    })?;
-    Ok(pool.install(work))
+    })
 }
 
 /// Runs `work` in a pool of one thread a core, or of as many as the system gives: it may have no
@@ -26,8 +25,8 @@ pub(crate) fn with_threads<R: Send>(
 pub(crate) fn within_pool<R: Send>(work: impl FnOnce() -> R + Send) -> Result<R, CliError> {
     let mut threads = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
     loop {
-        match pool(threads) {
-            Ok(pool) => return Ok(pool.install(work)),
+        match Threads::new(threads) {
+            Ok(threads) => return Ok(threads.run(work)),
             Err(_) if threads > 1 => threads /= 2,
             Err(error) => {
                 return Err(CliError::Threads {
@@ -37,8 +36,4 @@ pub(crate) fn within_pool<R: Send>(work: impl FnOnce() -> R + Send) -> Result<R,
             }
         }
     }
-}
-
-fn pool(threads: usize) -> Result<ThreadPool, ThreadPoolBuildError> {
-    ThreadPoolBuilder::new().num_threads(threads).build()
 }

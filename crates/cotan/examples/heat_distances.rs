@@ -5,7 +5,7 @@
 //!
 //! `cargo run -p cotan --example heat_distances`
 
-use cotan::geometry::{dual_areas, face_area_vector, mean_edge_length, triangle_cotangents};
+use cotan::geometry::{face_area_vector, triangle_cotangents};
 use cotan::laplacian::{Cotangent, Operator};
 use cotan::linear::LinearSystem;
 use cotan::prelude::*;
@@ -15,8 +15,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (surface, source) = (ball.surface(), VertexId::new(0));
     let operator = Operator::assemble(&Cotangent::default(), &surface)?;
 
-    let time = mean_edge_length(&surface).powi(2);
-    let masses = dual_areas(&surface).map(|area| 2.0 * area / time);
+    let time = surface.mean_edge_length().powi(2);
+    let masses = surface.dual_areas().map(|area| 2.0 * area / time);
     let mut heat = VertexMap::filled(ball.positions().len(), 0.0);
     heat[source] = 1.0;
     let heat = LinearSystem::screened(&operator, masses.as_slice(), &[])?.solve(&heat);

@@ -8,7 +8,6 @@
 //!
 //! `cargo run -p cotan --example mean_curvature_flow`
 
-use cotan::geometry::dual_areas;
 use cotan::laplacian::{Cotangent, Operator};
 use cotan::linear::LinearSystem;
 use cotan::prelude::*;
@@ -21,7 +20,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut system = None;
     for _ in 0..STEPS {
         let operator = Operator::assemble(&Cotangent::default(), &ball.surface())?;
-        let masses = dual_areas(&ball.surface()).map(|area| 2.0 * area / TIME_STEP);
+        let masses = ball
+            .surface()
+            .dual_areas()
+            .map(|area| 2.0 * area / TIME_STEP);
         let system = match &mut system {
             None => system.insert(LinearSystem::screened(&operator, masses.as_slice(), &[])?),
             Some(system) => {

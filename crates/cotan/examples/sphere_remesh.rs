@@ -5,7 +5,6 @@
 //!
 //! `cargo run -p cotan --example sphere_remesh`
 
-use cotan::geometry::volume;
 use cotan::prelude::*;
 use cotan::sphere::{BitDepth, Morph, SphereMap};
 use nalgebra::Rotation3;
@@ -23,10 +22,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .map(|p| Point3::new(p.x, p.y, 1.5 * p.z + 0.3 * p.z * p.z));
 
     println!("the urchin by icospheres, volume against the original's:");
-    let original = volume(&urchin.surface().with_positions(&urchin_shape));
+    let original = urchin.surface().with_positions(&urchin_shape).volume();
     for level in 2..=6 {
         let remeshed = urchin_map.remesh(&urchin_shape, level)?;
-        let share = volume(&remeshed.surface()) / original;
+        let share = remeshed.surface().volume() / original;
         println!(
             "  level {level}: {:6} vertices, {share:.5}",
             remeshed.num_vertices()
@@ -40,7 +39,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for t in [0.0, 0.25, 0.5, 0.75, 1.0] {
         println!(
             "  t = {t:.2}: volume {:.4}",
-            volume(&morph.shape_at(t).surface())
+            morph.shape_at(t).surface().volume()
         );
     }
 

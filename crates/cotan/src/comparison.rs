@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use cotan_geometry::{Positions, Scalar, Surface, bounding_box, dual_areas};
+use cotan_geometry::{Positions, Scalar, Surface};
 use cotan_halfedge::{HalfedgeMap, HalfedgeMesh, VertexMap};
 use cotan_laplacian::{Cotangent, LaplacianScheme, OneRings, apply_weights};
 use nalgebra::Vector3;
@@ -44,13 +44,13 @@ impl<'m, T: Scalar> ShapeComparison<'m, T> {
         let mesh = original.mesh();
         let rings = Arc::new(OneRings::new(mesh));
         let (weights, laplacian) = measure(original, &rings)?;
-        let size = bounding_box(original).longest_side().as_f64();
+        let size = original.bounding_box().longest_side().as_f64();
         Ok(Self {
             mesh,
             rings,
             weights,
             laplacian,
-            areas: dual_areas(original),
+            areas: original.dual_areas(),
             // A mesh at one point has Laplacian coordinates of zero: any size serves.
             size: if size > 0.0 { size } else { 1.0 },
         })
@@ -91,7 +91,7 @@ impl<'m, T: Scalar> ShapeComparison<'m, T> {
     /// # Errors
     /// As [`Self::fields`].
     pub fn area_log_ratios(&self, positions: &Positions<T>) -> Result<VertexMap<f64>, Error> {
-        let areas = dual_areas(&Surface::new(self.mesh, positions)?);
+        let areas = Surface::new(self.mesh, positions)?.dual_areas();
         let ratios = areas
             .values()
             .zip(self.areas.values())

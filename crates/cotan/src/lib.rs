@@ -36,9 +36,13 @@
 //! - The crates underneath are re-exported: [`halfedge`], [`geometry`], [`laplacian`], [`linear`],
 //!   [`flow`]. A [`flow::Flow`] takes any [`laplacian::LaplacianScheme`],
 //!   [`flow::ScalarFieldUpdater`] and [`flow::Orientation`], yours included.
+//! - With the feature `testing`, `cotan::testing` has proptest strategies for random surfaces and
+//!   motions.
 
 pub use cotan_flow as flow;
 pub use cotan_geometry as geometry;
+#[cfg(feature = "testing")]
+pub use cotan_geometry::testing;
 pub use cotan_geometry::{BuiltMesh, Mesh, MeshBuilder, MeshError, Surface, shapes};
 pub use cotan_halfedge as halfedge;
 pub use cotan_laplacian as laplacian;

@@ -1,10 +1,7 @@
 //! What a deformation did to a mesh.
 
 use cotan_flow::nearest_rotation;
-use cotan_geometry::{
-    Scalar, Surface, area_distortion, degenerate_faces, edge_distortion_rms, face_normals,
-    folded_faces, scalar, surface_area, volume,
-};
+use cotan_geometry::{Scalar, Surface, area_distortion, edge_distortion_rms, folded_faces, scalar};
 use cotan_halfedge::HalfedgeMap;
 use cotan_laplacian::{Cotangent, LaplacianScheme};
 use nalgebra::Matrix3;
@@ -77,7 +74,7 @@ impl Quality {
         let deformed = &original.with_positions(deformed.positions());
         let is_closed = original.mesh().is_closed();
         let moved = deformed.positions();
-        let volumes = [original, deformed].map(|s| volume(s).as_f64());
+        let volumes = [original, deformed].map(|s| s.volume().as_f64());
         Ok(Self {
             errors,
             edge_distortion_rms: edge_distortion_rms(original, moved)?.as_f64(),
@@ -85,7 +82,7 @@ impl Quality {
             volume_ratio: (is_closed && volumes[0] != 0.0).then(|| volumes[1] / volumes[0]),
             flipped_faces: folded_faces(original, moved)?.len(),
             folded_edges: folded_edges(original, deformed),
-            degenerate_faces: degenerate_faces(deformed, scalar(1e-9)).len(),
+            degenerate_faces: deformed.degenerate_faces(scalar(1e-9)).len(),
             arap_energy: arap_energy(original, deformed)?,
         })
     }
@@ -114,7 +111,7 @@ fn check_same_mesh<T: Scalar>(a: &Surface<'_, T>, b: &Surface<'_, T>) -> Result<
 /// Edges at which the surface turns back on itself (normals more than 120° apart) and did not.
 fn folded_edges<T: Scalar>(original: &Surface<'_, T>, deformed: &Surface<'_, T>) -> usize {
     let mesh = original.mesh();
-    let (before, after) = (face_normals(original), face_normals(deformed));
+    let (before, after) = (original.face_normals(), deformed.face_normals());
     let threshold = scalar::<T>(-0.5);
     mesh.edges()
         .filter(|e| {
@@ -147,6 +144,6 @@ fn arap_energy<T: Scalar>(
             energy += 0.125 * weights[h].as_f64() * strain.norm_squared();
         }
     }
-    let area = surface_area(original).as_f64();
+    let area = original.area().as_f64();
     Ok(if area > 0.0 { energy / area } else { 0.0 })
 }

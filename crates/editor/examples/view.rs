@@ -13,7 +13,7 @@ use std::error::Error;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use cotan::geometry::{BoundingBox, Positions, Surface, vertex_normals};
+use cotan::geometry::{BoundingBox, Positions, Surface};
 use cotan::halfedge::{HalfedgeMesh, VertexMap};
 use cotan_editor::view::{
     Camera, Mark, Picker, Reach, Renderer, Shading, StandardView, Style, brush, lasso,
@@ -69,10 +69,10 @@ impl Viewer {
         positions: Positions<f64>,
     ) -> Result<Self, String> {
         let surface = Surface::new(&mesh, &positions).map_err(|e| e.to_string())?;
-        let bounds = cotan::geometry::bounding_box(&surface);
+        let bounds = surface.bounding_box();
         let mut renderer = Renderer::new(gl)?;
         renderer.set_mesh(&mesh);
-        renderer.set_shape(&positions, &vertex_normals(&surface));
+        renderer.set_shape(&positions, &surface.vertex_normals());
         let start = Instant::now();
         let picker = Picker::new(&mesh, &positions);
         println!(
@@ -245,7 +245,7 @@ impl Viewer {
         };
         let moved: Positions<f64> = self.positions.map(twisted);
         let start = Instant::now();
-        let normals = vertex_normals(&Surface::new(&self.mesh, &moved).ok()?);
+        let normals = Surface::new(&self.mesh, &moved).ok()?.vertex_normals();
         let normals_took = milliseconds(start);
         let start = Instant::now();
         self.draw_by(|renderer| renderer.set_shape(&moved, &normals));

@@ -14,7 +14,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use cotan::geometry::{Positions, Surface, bounding_box, vertex_normals};
+use cotan::geometry::{Positions, Surface};
 use cotan::halfedge::{VertexId, VertexMap};
 use cotan::smooth::SmoothOptions;
 use cotan::sphere::SphereOptions;
@@ -177,7 +177,7 @@ impl Editor {
             times: None,
             reading: None,
             measured: None,
-            camera: Camera::new(&bounding_box(&cotan::shapes::icosphere::<f64>(0).surface())),
+            camera: Camera::new(&cotan::shapes::icosphere::<f64>(0).surface().bounding_box()),
             renderer: Arc::new(Mutex::new(renderer)),
             drawn: None,
             looks: Looks::default(),
@@ -307,7 +307,7 @@ impl Editor {
         // since.
         let original = Arc::clone(&open.original);
         if !is_drawn && let Ok(surface) = Surface::new(mesh.mesh(), &shape) {
-            let normals = vertex_normals(&surface);
+            let normals = surface.vertex_normals();
             self.give_renderer(&shape, &normals);
         }
         let field = self.looks.field;

@@ -192,7 +192,7 @@ fn read(subject: &Subject, comparison: Option<&ShapeComparison<'_, f64>>) -> Rea
     let colors = match subject.field {
         Field::Plain => None,
         Field::Curvature => surface.map(|surface| {
-            let size = cotan::geometry::bounding_box(&surface).longest_side();
+            let size = surface.bounding_box().longest_side();
             signed(&mean_curvatures(&surface).map(|h| h * size))
         }),
         Field::Parameterization => fields.as_ref().map(|f| size(&f.parameterization)),

@@ -10,7 +10,7 @@ use std::thread::JoinHandle;
 use std::time::Instant;
 
 use cotan::flow::{Schedule, StepReport};
-use cotan::geometry::{Positions, Surface, vertex_normals};
+use cotan::geometry::{Positions, Surface};
 use cotan::halfedge::{VertexId, VertexMap};
 use cotan::{DeformOptions, Session};
 use cotan_io::ProcessingMesh;
@@ -422,7 +422,7 @@ impl Tracker<'_> {
     fn publish(&self, session: &Session<f64>, goal: &Goal, state: &State) {
         let shape = session.positions();
         let normals = match Surface::new(self.mesh.mesh(), &shape) {
-            Ok(surface) => vertex_normals(&surface),
+            Ok(surface) => surface.vertex_normals(),
             // A step to a shape that is none was told of above.
             Err(_) => return,
         };

@@ -95,19 +95,15 @@ pub fn angle_between<T: Scalar>(a: &Vector3<T>, b: &Vector3<T>) -> T {
     a.cross(b).norm().atan2(a.dot(b))
 }
 
-/// The cotangent of the angle opposite each halfedge in its face; zero for boundary halfedges.
-///
-/// The paper's weight of the edge of halfedge h is w = `cot[h] + cot[h.twin()]`.
-///
-/// **Shapes**: one entry a halfedge. **Units**: none. Degenerate faces: see [`cotangent`].
+/// See [`Surface::opposite_cotangents`].
 #[must_use]
-pub fn opposite_cotangents<T: Scalar>(surface: &Surface<'_, T>) -> HalfedgeMap<T> {
+pub(crate) fn opposite_cotangents<T: Scalar>(surface: &Surface<'_, T>) -> HalfedgeMap<T> {
     let mut out = HalfedgeMap::default();
     opposite_cotangents_into(surface, &mut out);
     out
 }
 
-/// [`opposite_cotangents`] into a map that is kept (and replaced if it has another length).
+/// [`Surface::opposite_cotangents`] into a map that is kept (and replaced if it has another length).
 ///
 /// On one thread: a face gives three entries for one cross product, which is faster than
 /// computing every entry by itself on four.
@@ -145,13 +141,9 @@ pub fn opposite_cotangent<T: Scalar>(surface: &Surface<'_, T>, halfedge: Halfedg
     cotangent(&apex, &left, &right)
 }
 
-/// The angle of the corner that each halfedge leaves, within its face; zero for boundary
-/// halfedges.
-///
-/// **Shapes**: one entry a halfedge. **Units**: radians. A face without area has angles of 0 and
-/// π, or only 0 where corners coincide.
+/// See [`Surface::corner_angles`].
 #[must_use]
-pub fn corner_angles<T: Scalar>(surface: &Surface<'_, T>) -> HalfedgeMap<T> {
+pub(crate) fn corner_angles<T: Scalar>(surface: &Surface<'_, T>) -> HalfedgeMap<T> {
     maps::filled(surface.mesh().num_halfedges(), |h| {
         halfedge_corner_angle(surface, h)
     })
@@ -181,8 +173,8 @@ pub struct AngleStatistics<T> {
     pub mean_smallest: T,
 }
 
-/// Measures every corner.
-pub fn angle_statistics<T: Scalar>(surface: &Surface<'_, T>) -> AngleStatistics<T> {
+/// See [`Surface::angle_statistics`].
+pub(crate) fn angle_statistics<T: Scalar>(surface: &Surface<'_, T>) -> AngleStatistics<T> {
     let angles = corner_angles(surface);
     let mesh = surface.mesh();
     let mut statistics = AngleStatistics {

@@ -51,31 +51,22 @@ pub fn face_area_vectors_into<T: Scalar>(surface: &Surface<'_, T>, out: &mut Fac
     });
 }
 
-/// The area of every face.
-///
-/// **Shapes**: one entry a face. **Units**: area.
+/// See [`Surface::face_areas`].
 #[must_use]
-pub fn face_areas<T: Scalar>(surface: &Surface<'_, T>) -> FaceMap<T> {
+pub(crate) fn face_areas<T: Scalar>(surface: &Surface<'_, T>) -> FaceMap<T> {
     maps::filled(surface.mesh().num_faces(), |f| {
         face_area_vector(surface, f).norm()
     })
 }
 
-/// [`face_areas`] into a map that is kept (and replaced if it has another length).
+/// [`Surface::face_areas`] into a map that is kept (and replaced if it has another length).
 pub fn face_areas_into<T: Scalar>(surface: &Surface<'_, T>, out: &mut FaceMap<T>) {
     maps::refill(out, surface.mesh().num_faces(), |f| {
         face_area_vector(surface, f).norm()
     });
 }
 
-/// A_i of the paper: the **sum** of the areas of the triangles around each vertex, not a third
-/// of it.
-///
-/// Summed over the vertices it is three times the area of the surface.
-///
-/// **Shapes**: `n` vertices. **Units**: area. A boundary vertex has the area of its open fan.
-///
-/// **Source**: Au et al. 2005, section 2, where the mean curvature normal is κ_i n_i = ℓ_i / (4 A_i).
+/// [`Surface::one_ring_areas`] as a function.
 #[must_use]
 pub fn one_ring_areas<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<T> {
     let mut out = VertexMap::default();
@@ -83,7 +74,7 @@ pub fn one_ring_areas<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<T> {
     out
 }
 
-/// [`one_ring_areas`] into a map that is kept (and replaced if it has another length).
+/// [`Surface::one_ring_areas`] into a map that is kept (and replaced if it has another length).
 ///
 /// On one thread, as [`vertex_normals_into`](crate::vertex_normals_into) and for its reason.
 pub fn one_ring_areas_into<T: Scalar>(surface: &Surface<'_, T>, out: &mut VertexMap<T>) {
@@ -97,28 +88,22 @@ pub fn one_ring_areas_into<T: Scalar>(surface: &Surface<'_, T>, out: &mut Vertex
     }
 }
 
-/// A third of the area of the triangles around each vertex: the barycentric dual cells.
-///
-/// Summed over the vertices it is the area of the surface.
-///
-/// **Shapes**: `n` vertices. **Units**: area.
+/// See [`Surface::dual_areas`].
 #[must_use]
-pub fn dual_areas<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<T> {
+pub(crate) fn dual_areas<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<T> {
     let mut out = VertexMap::default();
     dual_areas_into(surface, &mut out);
     out
 }
 
-/// [`dual_areas`] into a map that is kept (and replaced if it has another length).
+/// [`Surface::dual_areas`] into a map that is kept (and replaced if it has another length).
 pub fn dual_areas_into<T: Scalar>(surface: &Surface<'_, T>, out: &mut VertexMap<T>) {
     one_ring_areas_into(surface, out);
     let third = scalar::<T>(1.0 / 3.0);
     out.values_mut().for_each(|area| *area *= third);
 }
 
-/// The area of the surface.
-///
-/// **Units**: area.
+/// [`Surface::area`] as a function.
 pub fn surface_area<T: Scalar>(surface: &Surface<'_, T>) -> T {
     let num_faces = surface.mesh().num_faces();
     T::of_f64(maps::sum(num_faces, |f| {

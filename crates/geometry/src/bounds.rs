@@ -66,9 +66,7 @@ impl<T: Scalar> BoundingBox<T> {
     }
 }
 
-/// The bounding box of the vertices of a surface.
-///
-/// **Units**: length.
+/// [`Surface::bounding_box`] as a function.
 pub fn bounding_box<T: Scalar>(surface: &Surface<'_, T>) -> BoundingBox<T> {
     // A surface has a face, hence a vertex: the origin stands in for what cannot be.
     BoundingBox::of(surface.positions().values()).unwrap_or(BoundingBox {

@@ -2,7 +2,7 @@
 //! angle defects.
 //!
 //! Both are integrals over the surface, exact for the polyhedron itself; divide by
-//! [`dual_areas`](crate::dual_areas) for pointwise values.
+//! [`Surface::dual_areas`](crate::dual_areas) for pointwise values.
 
 use cotan_halfedge::{EdgeId, EdgeMap, VertexMap};
 use nalgebra::RealField;
@@ -31,27 +31,15 @@ pub fn dihedral_angle<T: Scalar>(surface: &Surface<'_, T>, edge: EdgeId) -> T {
     left.cross(&right).dot(&axis).atan2(left.dot(&right))
 }
 
-/// [`dihedral_angle`] of every edge.
-///
-/// **Shapes**: one entry an edge. **Units**: radians.
+/// See [`Surface::dihedral_angles`].
 #[must_use]
-pub fn dihedral_angles<T: Scalar>(surface: &Surface<'_, T>) -> EdgeMap<T> {
+pub(crate) fn dihedral_angles<T: Scalar>(surface: &Surface<'_, T>) -> EdgeMap<T> {
     maps::filled(surface.mesh().num_edges(), |e| dihedral_angle(surface, e))
 }
 
-/// The integral of the mean curvature H = ½ (κ₁ + κ₂) over the dual cell of each vertex,
-/// ¼ Σ_e θ_e |e| over the edges at the vertex, θ the [`dihedral_angle`].
-///
-/// The integral over one edge is ½ θ |e|, and each of its ends takes half. Summed over the
-/// vertices it converges to 4π for the unit sphere, and is π (a + b + c) for a box of these sides.
-/// Positive where convex (with outward normals); it does not depend on the triangulation of
-/// flat parts.
-///
-/// **Shapes**: `n` vertices. **Units**: length. Boundary edges contribute nothing.
-///
-/// **Source**: Steiner's formula; Cohen-Steiner and Morvan 2003.
+/// See [`Surface::integrated_mean_curvatures`].
 #[must_use]
-pub fn integrated_mean_curvatures<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<T> {
+pub(crate) fn integrated_mean_curvatures<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<T> {
     let mesh = surface.mesh();
     let per_edge: EdgeMap<T> = maps::filled(mesh.num_edges(), |e| {
         scalar::<T>(0.25) * dihedral_angle(surface, e) * edge_length(surface, e)
@@ -62,14 +50,9 @@ pub fn integrated_mean_curvatures<T: Scalar>(surface: &Surface<'_, T>) -> Vertex
     })
 }
 
-/// The angle defect of each vertex: the integral of the Gaussian curvature over its dual cell.
-///
-/// 2π (π at the boundary) less the angles around the vertex; at the boundary the geodesic
-/// curvature is included. Summed over the vertices it is 2πχ, χ the Euler characteristic.
-///
-/// **Shapes**: `n` vertices. **Units**: radians.
+/// See [`Surface::angle_defects`].
 #[must_use]
-pub fn angle_defects<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<T> {
+pub(crate) fn angle_defects<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<T> {
     let mesh = surface.mesh();
     maps::filled(mesh.num_vertices(), |v| {
         let full = if mesh.is_boundary_vertex(v) {

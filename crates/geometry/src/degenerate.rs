@@ -24,16 +24,9 @@ pub fn relative_height<T: Scalar>(a: &Point3<T>, b: &Point3<T>, c: &Point3<T>) -
     u.cross(&v).norm() / square
 }
 
-/// The faces that have no area, or whose [`relative_height`] is at most `eps`, in ascending order.
-///
-/// **Units**: `eps` has none; 0 finds exact zeros, 1e-6 what no modeller meant.
-///
-/// ```
-/// use cotan_geometry::{degenerate_faces, icosphere};
-/// assert!(degenerate_faces(&icosphere::<f64>(2).surface(), 0.1).is_empty());
-/// ```
+/// See [`Surface::degenerate_faces`].
 #[must_use]
-pub fn degenerate_faces<T: Scalar>(surface: &Surface<'_, T>, eps: T) -> Vec<FaceId> {
+pub(crate) fn degenerate_faces<T: Scalar>(surface: &Surface<'_, T>, eps: T) -> Vec<FaceId> {
     let is_degenerate = |f: &FaceId| {
         let [a, b, c] = surface.mesh().triangle(*f).map(|v| surface.position(v));
         let no_normal = || unit_or_zero(&triangle_area_vector(&a, &b, &c)).norm() == T::zero();

@@ -6,38 +6,25 @@ use crate::maps;
 use crate::scalar::Scalar;
 use crate::surface::Surface;
 
-/// The length of one edge.
-///
-/// **Units**: length. Zero if the two ends coincide.
+/// See [`Surface::edge_length`].
 #[inline]
-pub fn edge_length<T: Scalar>(surface: &Surface<'_, T>, edge: EdgeId) -> T {
+pub(crate) fn edge_length<T: Scalar>(surface: &Surface<'_, T>, edge: EdgeId) -> T {
     surface.halfedge_vector(edge.halfedge()).norm()
 }
 
-/// The length of every edge.
-///
-/// **Shapes**: one entry an edge. **Units**: length.
-///
-/// ```
-/// use cotan_geometry::{edge_lengths, tetrahedron};
-/// let shape = tetrahedron::<f64>();
-/// let lengths = edge_lengths(&shape.surface());
-/// assert!(lengths.values().all(|l| (l - (8.0_f64 / 3.0).sqrt()).abs() < 1e-15));
-/// ```
+/// See [`Surface::edge_lengths`].
 #[must_use]
-pub fn edge_lengths<T: Scalar>(surface: &Surface<'_, T>) -> EdgeMap<T> {
+pub(crate) fn edge_lengths<T: Scalar>(surface: &Surface<'_, T>) -> EdgeMap<T> {
     maps::filled(surface.mesh().num_edges(), |e| edge_length(surface, e))
 }
 
-/// [`edge_lengths`] into a map that is kept (and replaced if it has another length).
+/// [`Surface::edge_lengths`] into a map that is kept (and replaced if it has another length).
 pub fn edge_lengths_into<T: Scalar>(surface: &Surface<'_, T>, out: &mut EdgeMap<T>) {
     maps::refill(out, surface.mesh().num_edges(), |e| edge_length(surface, e));
 }
 
-/// The mean of the edge lengths.
-///
-/// **Units**: length.
-pub fn mean_edge_length<T: Scalar>(surface: &Surface<'_, T>) -> T {
+/// See [`Surface::mean_edge_length`].
+pub(crate) fn mean_edge_length<T: Scalar>(surface: &Surface<'_, T>) -> T {
     let num_edges = surface.mesh().num_edges();
     let total: f64 = maps::sum(num_edges, |e| edge_length(surface, e).as_f64());
     T::of_f64(total / num_edges as f64)

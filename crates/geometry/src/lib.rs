@@ -2,10 +2,10 @@
 //! sample shapes.
 //!
 //! A [`Mesh`] owns a [`HalfedgeMesh`](cotan_halfedge::HalfedgeMesh) and [`Positions`]; a
-//! [`Surface`] borrows them. Every quantity is a free function of a surface, generic over `f32`
-//! and `f64`, and those of a whole surface are also its methods; those that an iteration needs in
-//! every step also come as `…_into`, which fills a map that is kept. Long loops run in
-//! parallel where that pays, and the bytes never depend on the number of threads. Sums over the
+//! [`Surface`] borrows them, and its measures are its methods, generic over `f32` and `f64`. What
+//! belongs to single corners and triangles, or compares two surfaces, is a free function. Those
+//! that an iteration needs in every step also come as functions `…_into`, which fill a map that is
+//! kept. Long loops run in parallel where that pays, and the bytes never depend on the number of threads. Sums over the
 //! surface are kept in `f64`.
 //!
 //! ```
@@ -44,28 +44,26 @@ mod triangle_tree;
 mod volume;
 
 pub use angles::{
-    AngleStatistics, angle_between, angle_statistics, corner_angle, corner_angles, cotangent,
-    far_cotangents, halfedge_corner_angle, negative_cotangent_share, opposite_cotangent,
-    opposite_cotangents, opposite_cotangents_into, opposite_cotangents_with_floor_into,
-    triangle_cotangents, triangle_cotangents_with_floor,
+    AngleStatistics, angle_between, corner_angle, cotangent, far_cotangents, halfedge_corner_angle,
+    negative_cotangent_share, opposite_cotangent, opposite_cotangents_into,
+    opposite_cotangents_with_floor_into, triangle_cotangents, triangle_cotangents_with_floor,
 };
 pub use areas::{
-    dual_areas, dual_areas_into, face_area_vector, face_area_vectors, face_area_vectors_into,
-    face_areas, face_areas_into, one_ring_areas, one_ring_areas_into, surface_area,
-    triangle_area_vector,
+    dual_areas_into, face_area_vector, face_area_vectors, face_area_vectors_into, face_areas_into,
+    one_ring_areas, one_ring_areas_into, surface_area, triangle_area_vector,
 };
 pub use bounds::{BoundingBox, bounding_box};
-pub use curvature::{angle_defects, dihedral_angle, dihedral_angles, integrated_mean_curvatures};
-pub use degenerate::{degenerate_faces, relative_height};
+pub use curvature::dihedral_angle;
+pub use degenerate::relative_height;
 pub use distortion::{
     Distortion, angle_distortion_rms, area_distortion, edge_distortion, edge_distortion_rms,
     edge_length_ratios, folded_faces,
 };
-pub use lengths::{edge_length, edge_lengths, edge_lengths_into, mean_edge_length};
+pub use lengths::edge_lengths_into;
 pub use mesh::{BuiltMesh, Mesh, MeshBuilder, MeshError};
 pub use normals::{
-    face_normal, face_normals, face_normals_into, unit_or_zero, vertex_area_vectors,
-    vertex_area_vectors_into, vertex_normals, vertex_normals_into,
+    face_normals_into, unit_or_zero, vertex_area_vectors, vertex_area_vectors_into, vertex_normals,
+    vertex_normals_into,
 };
 pub use readable::Readable;
 pub use scalar::{Scalar, scalar};
@@ -76,4 +74,4 @@ pub use shapes::{
 pub use spatial_order::SpatialOrder;
 pub use surface::{Positions, Surface, SurfaceError};
 pub use triangle_tree::{Meeting, Ray, TriangleTree, triangle_corners, triangle_on_ray};
-pub use volume::{surface_centroid, volume, volume_centroid};
+pub use volume::{surface_centroid, volume};

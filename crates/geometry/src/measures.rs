@@ -1,5 +1,4 @@
-//! The measures of a surface as its methods. Each is the free function of the same topic, where
-//! the definition is.
+//! The measures of a surface: its methods, each computed in the file of its topic.
 
 use cotan_halfedge::{EdgeId, EdgeMap, FaceId, FaceMap, HalfedgeMap, VertexMap};
 use nalgebra::{Point3, Vector3};
@@ -17,179 +16,231 @@ use crate::volume::{surface_centroid, volume, volume_centroid};
 
 /// Measures. With a coordinate that is not finite the results are not finite.
 impl<T: Scalar> Surface<'_, T> {
-    /// The area of the surface. **Units**: area.
+    /// The area of the surface.
     ///
-    /// See [`surface_area`].
+    /// **Units**: area.
     #[must_use]
     pub fn area(&self) -> T {
         surface_area(self)
     }
 
-    /// The signed volume that a closed surface encloses, positive if its normals point outwards.
-    /// **Units**: length cubed.
+    /// The signed volume that a closed surface encloses: ⅙ Σ_f (a × b)·c.
     ///
-    /// See [`volume`], also for open surfaces.
+    /// Corners are taken relative to the centre of the bounding box, so that a mesh far from the
+    /// origin keeps its digits. Positive if the faces are counter-clockwise seen from the outside.
+    ///
+    /// **Units**: length cubed. Of an open surface it is the volume of the cone over it with its apex
+    /// at that centre: unchanged by translation, but not a property of the surface alone.
+    ///
+    /// ```
+    /// use cotan_geometry::bar;
+    /// let shape = bar::<f64>([1.0, 2.0, 3.0], [1, 2, 3]);
+    /// assert!((shape.surface().volume() - 6.0).abs() < 1e-14);
+    /// ```
     #[must_use]
     pub fn volume(&self) -> T {
         volume(self)
     }
 
-    /// The centroid of the surface, each face weighted with its area. **Units**: a point.
+    /// The centroid of the surface, each face weighted with its area.
     ///
-    /// See [`surface_centroid`].
+    /// **Units**: a point. If the area vanishes, the mean of the vertices.
     #[must_use]
     pub fn centroid(&self) -> Point3<T> {
         surface_centroid(self)
     }
 
     /// The centroid of the body that a closed surface encloses, or `None` if it encloses no volume.
-    /// **Units**: a point.
     ///
-    /// See [`volume_centroid`].
+    /// **Units**: a point. Meaningless for open surfaces.
     #[must_use]
     pub fn volume_centroid(&self) -> Option<Point3<T>> {
         volume_centroid(self)
     }
 
-    /// The axis-aligned bounding box of the vertices. **Units**: length.
+    /// The axis-aligned bounding box of the vertices.
     ///
-    /// See [`bounding_box`].
+    /// **Units**: length.
     #[must_use]
     pub fn bounding_box(&self) -> BoundingBox<T> {
         bounding_box(self)
     }
 
-    /// The length of one edge. **Units**: length.
+    /// The length of one edge.
     ///
-    /// See [`edge_length`].
+    /// **Units**: length. Zero if the two ends coincide.
     #[inline]
     #[must_use]
     pub fn edge_length(&self, edge: EdgeId) -> T {
         edge_length(self, edge)
     }
 
-    /// The length of every edge. **Units**: length.
+    /// The length of every edge.
     ///
-    /// See [`edge_lengths`].
+    /// **Shapes**: one entry an edge. **Units**: length.
+    ///
+    /// ```
+    /// use cotan_geometry::tetrahedron;
+    /// let shape = tetrahedron::<f64>();
+    /// let lengths = shape.surface().edge_lengths();
+    /// assert!(lengths.values().all(|l| (l - (8.0_f64 / 3.0).sqrt()).abs() < 1e-15));
+    /// ```
     #[must_use]
     pub fn edge_lengths(&self) -> EdgeMap<T> {
         edge_lengths(self)
     }
 
-    /// The mean of the edge lengths. **Units**: length.
+    /// The mean of the edge lengths.
     ///
-    /// See [`mean_edge_length`].
+    /// **Units**: length.
     #[must_use]
     pub fn mean_edge_length(&self) -> T {
         mean_edge_length(self)
     }
 
-    /// The area of every face. **Units**: area.
+    /// The area of every face.
     ///
-    /// See [`face_areas`].
+    /// **Shapes**: one entry a face. **Units**: area.
     #[must_use]
     pub fn face_areas(&self) -> FaceMap<T> {
         face_areas(self)
     }
 
-    /// A third of the area of the triangles around each vertex. **Units**: area.
+    /// A third of the area of the triangles around each vertex: the barycentric dual cells.
     ///
-    /// See [`dual_areas`].
+    /// Summed over the vertices it is the area of the surface.
+    ///
+    /// **Shapes**: `n` vertices. **Units**: area.
     #[must_use]
     pub fn dual_areas(&self) -> VertexMap<T> {
         dual_areas(self)
     }
 
-    /// The sum of the areas of the triangles around each vertex. **Units**: area.
+    /// A_i of the paper: the **sum** of the areas of the triangles around each vertex, not a third
+    /// of it.
     ///
-    /// See [`one_ring_areas`].
+    /// Summed over the vertices it is three times the area of the surface.
+    ///
+    /// **Shapes**: `n` vertices. **Units**: area. A boundary vertex has the area of its open fan.
+    ///
+    /// **Source**: Au et al. 2005, section 2, where the mean curvature normal is κ_i n_i = ℓ_i / (4 A_i).
     #[must_use]
     pub fn one_ring_areas(&self) -> VertexMap<T> {
         one_ring_areas(self)
     }
 
-    /// The unit normal of one face; zero if the face has no area. **Units**: none.
+    /// The unit normal of one face; zero if the face has no area.
     ///
-    /// See [`face_normal`].
+    /// **Units**: none.
     #[inline]
     #[must_use]
     pub fn face_normal(&self, face: FaceId) -> Vector3<T> {
         face_normal(self, face)
     }
 
-    /// The unit normal of every face; zero where a face has no area. **Units**: none.
+    /// The unit normal of every face; zero where a face has no area.
     ///
-    /// See [`face_normals`].
+    /// **Shapes**: one entry a face. **Units**: none.
     #[must_use]
     pub fn face_normals(&self) -> FaceMap<Vector3<T>> {
         face_normals(self)
     }
 
-    /// The unit normal of every vertex: the direction of the sum of the area vectors of the faces
-    /// around it, or zero where that vanishes. **Units**: none.
+    /// N_i of the paper: the unit normal of every vertex, the direction of the sum of the area
+    /// vectors of the faces around it.
     ///
-    /// See [`vertex_normals`].
+    /// **Shapes**: `n` vertices. **Units**: none. At the boundary the open fan counts. Zero where the
+    /// sum vanishes: all faces without area, or a fan folded flat onto itself.
+    ///
+    /// ```
+    /// use cotan_geometry::icosphere;
+    /// let shape = icosphere::<f64>(3);
+    /// let normals = shape.surface().vertex_normals();
+    /// for (v, normal) in normals.iter() {
+    ///     assert!((normal - shape.positions()[v].coords).norm() < 0.05);
+    /// }
+    /// ```
+    ///
+    /// **Source**: Au et al. 2005, section 2: area-weighted average of the face normals.
     #[must_use]
     pub fn vertex_normals(&self) -> VertexMap<Vector3<T>> {
         vertex_normals(self)
     }
 
-    /// The angle of the corner that each halfedge leaves, within its face; zero at the boundary.
-    /// **Units**: radians.
+    /// The angle of the corner that each halfedge leaves, within its face; zero for boundary
+    /// halfedges.
     ///
-    /// See [`corner_angles`].
+    /// **Shapes**: one entry a halfedge. **Units**: radians. A face without area has angles of 0 and
+    /// π, or only 0 where corners coincide.
     #[must_use]
     pub fn corner_angles(&self) -> HalfedgeMap<T> {
         corner_angles(self)
     }
 
-    /// Smallest, largest and mean smallest corner angle. **Units**: radians.
+    /// Smallest, largest and mean smallest corner angle.
     ///
-    /// See [`angle_statistics`].
+    /// **Units**: radians.
     #[must_use]
     pub fn angle_statistics(&self) -> AngleStatistics<T> {
         angle_statistics(self)
     }
 
-    /// The cotangent of the angle opposite each halfedge in its face; zero at the boundary.
-    /// **Units**: none.
+    /// The cotangent of the angle opposite each halfedge in its face; zero for boundary halfedges.
     ///
-    /// See [`opposite_cotangents`].
+    /// The paper's weight of the edge of halfedge h is w = `cot[h] + cot[h.twin()]`.
+    ///
+    /// **Shapes**: one entry a halfedge. **Units**: none. Degenerate faces: see [`cotangent`](crate::cotangent).
     #[must_use]
     pub fn opposite_cotangents(&self) -> HalfedgeMap<T> {
         opposite_cotangents(self)
     }
 
     /// The signed angle between the normals of the two faces at each edge, positive where the
-    /// surface is convex. **Units**: radians.
+    /// surface is convex: see [`dihedral_angle`](crate::dihedral_angle).
     ///
-    /// See [`dihedral_angles`].
+    /// **Shapes**: one entry an edge. **Units**: radians.
     #[must_use]
     pub fn dihedral_angles(&self) -> EdgeMap<T> {
         dihedral_angles(self)
     }
 
-    /// The integral of the Gaussian curvature over the cell of each vertex: 2π less the sum of
-    /// the angles around it. **Units**: radians.
+    /// The angle defect of each vertex: the integral of the Gaussian curvature over its dual cell.
     ///
-    /// See [`angle_defects`], also for the boundary.
+    /// 2π (π at the boundary) less the angles around the vertex; at the boundary the geodesic
+    /// curvature is included. Summed over the vertices it is 2πχ, χ the Euler characteristic.
+    ///
+    /// **Shapes**: `n` vertices. **Units**: radians.
     #[must_use]
     pub fn angle_defects(&self) -> VertexMap<T> {
         angle_defects(self)
     }
 
-    /// The integral of the mean curvature over the cell of each vertex. **Units**: length.
+    /// The integral of the mean curvature H = ½ (κ₁ + κ₂) over the dual cell of each vertex,
+    /// ¼ Σ_e θ_e |e| over the edges at the vertex, θ the
+    /// [dihedral angle](crate::dihedral_angle).
     ///
-    /// See [`integrated_mean_curvatures`].
+    /// The integral over one edge is ½ θ |e|, and each of its ends takes half. Summed over the
+    /// vertices it converges to 4π for the unit sphere, and is π (a + b + c) for a box of these sides.
+    /// Positive where convex (with outward normals); it does not depend on the triangulation of
+    /// flat parts.
+    ///
+    /// **Shapes**: `n` vertices. **Units**: length. Boundary edges contribute nothing.
+    ///
+    /// **Source**: Steiner's formula; Cohen-Steiner and Morvan 2003.
     #[must_use]
     pub fn integrated_mean_curvatures(&self) -> VertexMap<T> {
         integrated_mean_curvatures(self)
     }
 
-    /// The faces without area, or whose smallest height over the longest edge is at most `eps`, in
-    /// ascending order. **Units**: `eps` has none.
+    /// The faces that have no area, or whose [`relative_height`](crate::relative_height) is at most
+    /// `eps`, in ascending order.
     ///
-    /// See [`degenerate_faces`].
+    /// **Units**: `eps` has none; 0 finds exact zeros, 1e-6 what no modeller meant.
+    ///
+    /// ```
+    /// let sphere = cotan_geometry::icosphere::<f64>(2);
+    /// assert!(sphere.surface().degenerate_faces(0.1).is_empty());
+    /// ```
     #[must_use]
     pub fn degenerate_faces(&self, eps: T) -> Vec<FaceId> {
         degenerate_faces(self, eps)

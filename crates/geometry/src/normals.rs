@@ -28,41 +28,24 @@ pub fn unit_or_zero<T: Scalar>(v: &Vector3<T>) -> Vector3<T> {
     }
 }
 
-/// The unit normal of one face; zero if the face has no area.
+/// See [`Surface::face_normal`].
 #[inline]
-pub fn face_normal<T: Scalar>(surface: &Surface<'_, T>, face: FaceId) -> Vector3<T> {
+pub(crate) fn face_normal<T: Scalar>(surface: &Surface<'_, T>, face: FaceId) -> Vector3<T> {
     unit_or_zero(&face_area_vector(surface, face))
 }
 
-/// The unit normal of every face; zero where a face has no area.
-///
-/// **Shapes**: one entry a face. **Units**: none.
+/// See [`Surface::face_normals`].
 #[must_use]
-pub fn face_normals<T: Scalar>(surface: &Surface<'_, T>) -> FaceMap<Vector3<T>> {
+pub(crate) fn face_normals<T: Scalar>(surface: &Surface<'_, T>) -> FaceMap<Vector3<T>> {
     maps::filled(surface.mesh().num_faces(), |f| face_normal(surface, f))
 }
 
-/// [`face_normals`] into a map that is kept (and replaced if it has another length).
+/// [`Surface::face_normals`] into a map that is kept (and replaced if it has another length).
 pub fn face_normals_into<T: Scalar>(surface: &Surface<'_, T>, out: &mut FaceMap<Vector3<T>>) {
     maps::refill(out, surface.mesh().num_faces(), |f| face_normal(surface, f));
 }
 
-/// N_i of the paper: the unit normal of every vertex, the direction of the sum of the area
-/// vectors of the faces around it.
-///
-/// **Shapes**: `n` vertices. **Units**: none. At the boundary the open fan counts. Zero where the
-/// sum vanishes: all faces without area, or a fan folded flat onto itself.
-///
-/// ```
-/// use cotan_geometry::{icosphere, vertex_normals};
-/// let shape = icosphere::<f64>(3);
-/// let normals = vertex_normals(&shape.surface());
-/// for (v, normal) in normals.iter() {
-///     assert!((normal - shape.positions()[v].coords).norm() < 0.05);
-/// }
-/// ```
-///
-/// **Source**: Au et al. 2005, section 2: area-weighted average of the face normals.
+/// [`Surface::vertex_normals`] as a function.
 #[must_use]
 pub fn vertex_normals<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<Vector3<T>> {
     let mut out = VertexMap::default();
@@ -70,7 +53,7 @@ pub fn vertex_normals<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<Vector3<
     out
 }
 
-/// [`vertex_normals`] into a map that is kept (and replaced if it has another length).
+/// [`Surface::vertex_normals`] into a map that is kept (and replaced if it has another length).
 ///
 /// On one thread, on purpose: adding each face's vector to its corners reads memory in order, and
 /// takes a sixth of the time of walking around each vertex.

@@ -5,10 +5,9 @@
 //! Sorting the vertices along a curve that fills space (Z-order: the bits of the three coordinates
 //! interleaved) costs less than what one such pass loses.
 
-use cotan_halfedge::{FaceId, HalfedgeMesh, VertexId, VertexMap};
+use cotan_halfedge::{BuildError, FaceId, HalfedgeMesh, VertexId, VertexMap};
 use cotan_parallel as parallel;
 use nalgebra::Point3;
-use rayon::slice::ParallelSliceMut;
 
 use crate::mesh::Mesh;
 use crate::scalar::Scalar;
@@ -59,7 +58,7 @@ impl SpatialOrder {
         // The upper half of the key decides nearly always, and with the number it fits one word.
         let key = |i: usize| (grid.key(&points[i]) >> 32 << 32) | i as u64;
         let mut sorted: Vec<u64> = parallel::filled(points.len(), key);
-        sorted.par_sort_unstable();
+        parallel::sort_unstable(&mut sorted);
         let number = |entry: u64| entry as u32 as usize;
         for run in sorted.chunk_by_mut(|a, b| a >> 32 == b >> 32) {
             if run.len() > LONGEST_RUN {
@@ -215,19 +214,17 @@ fn spread(x: u64) -> u64 {
 
 impl<T: Scalar> Mesh<T> {
     /// The same mesh with its vertices and faces numbered by place, and the order that leads back.
-    #[must_use]
-    pub fn in_spatial_order(&self) -> (Self, SpatialOrder) {
+    ///
+    /// # Errors
+    /// Those of [`HalfedgeMesh::from_faces`], none of which other numbers bring about.
+    pub fn in_spatial_order(&self) -> Result<(Self, SpatialOrder), BuildError> {
         let order = SpatialOrder::of(self.positions());
         let corners = |f| self.connectivity().triangle(f).map(|v| v.index() as u32);
         let faces: Vec<[u32; 3]> = self.connectivity().faces().map(corners).collect();
         let faces = order.faces(&faces).0;
-        let connectivity = match HalfedgeMesh::from_faces(self.num_vertices(), &faces) {
-            Ok(connectivity) => connectivity,
-            // Other numbers make no other surface.
-            Err(error) => panic!("a mesh that is no manifold: {error}"),
-        };
+        let connectivity = HalfedgeMesh::from_faces(self.num_vertices(), &faces)?;
         let positions = order.gather(self.positions());
-        (Self::assume_checked(connectivity, positions), order)
+        Ok((Self::assume_checked(connectivity, positions), order))
     }
 }
 
@@ -260,7 +257,7 @@ mod tests {
     #[test]
     fn the_order_is_a_permutation_and_the_surface_stays() {
         let shape = irregular::<f64>(6_000, Numbering::Random, 2);
-        let (near, order) = shape.in_spatial_order();
+        let (near, order) = shape.in_spatial_order().unwrap();
         let mut seen: Vec<VertexId> = shape
             .connectivity()
             .vertices()
@@ -295,7 +292,7 @@ mod tests {
         for size in [5_000, 60_000] {
             let random = irregular(size, Numbering::Random, 4);
             assert!(is_scattered(&random));
-            assert!(!is_scattered(&random.in_spatial_order().0));
+            assert!(!is_scattered(&random.in_spatial_order().unwrap().0));
             assert!(!is_scattered(&irregular(size, Numbering::Natural, 4)));
         }
         assert!(!is_scattered(&irregular(1_000, Numbering::Random, 4)));
@@ -316,7 +313,7 @@ mod tests {
             sum / mesh.num_edges() as f64
         };
         let random = irregular::<f64>(40_000, Numbering::Random, 9);
-        let near = random.in_spatial_order().0;
+        let near = random.in_spatial_order().unwrap().0;
         assert!(
             20.0 * distance(&near) < distance(&random),
             "{}",

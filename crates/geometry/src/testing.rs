@@ -1,14 +1,15 @@
 //! Proptest strategies for random surfaces and motions, for the property tests of every crate.
 //!
-//! Behind the feature `testing`. All shapes are valid triangle meshes without degenerate faces.
+//! Behind the feature `testing`. All shapes are valid triangle meshes without degenerate faces, in
+//! double precision; [`rounded`] makes those of another scalar type of them.
 
 use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 
-use crate::lengths::edge_lengths;
 use crate::mesh::Mesh;
+use crate::scalar::Scalar;
 use crate::shapes::{bar, bumpy_plane, cylinder, icosphere, tetrahedron, torus};
 
 /// A small surface of any kind, at most 400 vertices: closed (genus 0 or 1) or a disc, regular or
@@ -52,6 +53,22 @@ pub fn blobs() -> impl Strategy<Value = Mesh<f64>> {
             }
             shape
         })
+}
+
+/// The meshes of a strategy with positions rounded to `T`; they shrink as those do.
+///
+/// ```
+/// use cotan_geometry::testing::{rounded, surfaces};
+/// use proptest::prelude::*;
+///
+/// proptest!(|(mesh in rounded::<f32>(surfaces()))| {
+///     prop_assert!(mesh.surface().area() > 0.0);
+/// });
+/// ```
+pub fn rounded<T: Scalar>(
+    meshes: impl Strategy<Value = Mesh<f64>>,
+) -> impl Strategy<Value = Mesh<T>> {
+    meshes.prop_map(|mesh| mesh.cast())
 }
 
 /// A rotation about a random axis by 0 … π.
@@ -119,7 +136,9 @@ fn place(shapes: impl Strategy<Value = Mesh<f64>>) -> impl Strategy<Value = Mesh
 }
 
 fn shortest_edge(shape: &Mesh<f64>) -> f64 {
-    edge_lengths(&shape.surface())
+    shape
+        .surface()
+        .edge_lengths()
         .values()
         .copied()
         .fold(f64::INFINITY, f64::min)
@@ -136,13 +155,17 @@ fn noise(seed: u64, index: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::degenerate_faces;
 
     proptest! {
         #[test]
         fn surfaces_are_small_and_sound(shape in surfaces()) {
             prop_assert!(shape.num_vertices() <= 400);
-            prop_assert!(degenerate_faces(&shape.surface(), 1e-3).is_empty());
+            prop_assert!(shape.surface().degenerate_faces(1e-3).is_empty());
+        }
+
+        #[test]
+        fn single_precision_keeps_surfaces_sound(shape in rounded::<f32>(surfaces())) {
+            prop_assert!(shape.surface().degenerate_faces(1e-3).is_empty());
         }
 
         #[test]

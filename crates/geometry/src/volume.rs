@@ -9,19 +9,7 @@ use crate::maps;
 use crate::scalar::{Scalar, scalar};
 use crate::surface::Surface;
 
-/// The signed volume that a closed surface encloses: ⅙ Σ_f (a × b)·c.
-///
-/// Corners are taken relative to the centre of the bounding box, so that a mesh far from the
-/// origin keeps its digits. Positive if the faces are counter-clockwise seen from the outside.
-///
-/// **Units**: length cubed. Of an open surface it is the volume of the cone over it with its apex
-/// at that centre: unchanged by translation, but not a property of the surface alone.
-///
-/// ```
-/// use cotan_geometry::{bar, volume};
-/// let shape = bar::<f64>([1.0, 2.0, 3.0], [1, 2, 3]);
-/// assert!((volume(&shape.surface()) - 6.0).abs() < 1e-14);
-/// ```
+/// [`Surface::volume`] as a function.
 pub fn volume<T: Scalar>(surface: &Surface<'_, T>) -> T {
     let apex = bounding_box(surface).center();
     T::of_f64(maps::sum(surface.mesh().num_faces(), |f| {
@@ -30,9 +18,7 @@ pub fn volume<T: Scalar>(surface: &Surface<'_, T>) -> T {
     }))
 }
 
-/// The centroid of the surface, each face weighted with its area.
-///
-/// **Units**: a point. If the area vanishes, the mean of the vertices.
+/// [`Surface::centroid`] as a function.
 pub fn surface_centroid<T: Scalar>(surface: &Surface<'_, T>) -> Point3<T> {
     let center = bounding_box(surface).center();
     let moments: nalgebra::Vector4<f64> = maps::sum(surface.mesh().num_faces(), |f| {
@@ -51,10 +37,8 @@ pub fn surface_centroid<T: Scalar>(surface: &Surface<'_, T>) -> Point3<T> {
     center + (sum / num_vertices as f64).map(T::of_f64)
 }
 
-/// The centroid of the body that a closed surface encloses, or `None` if it encloses no volume.
-///
-/// **Units**: a point. Meaningless for open surfaces.
-pub fn volume_centroid<T: Scalar>(surface: &Surface<'_, T>) -> Option<Point3<T>> {
+/// See [`Surface::volume_centroid`].
+pub(crate) fn volume_centroid<T: Scalar>(surface: &Surface<'_, T>) -> Option<Point3<T>> {
     let bounds = bounding_box(surface);
     let center = bounds.center();
     let moments: nalgebra::Vector4<f64> = maps::sum(surface.mesh().num_faces(), |f| {

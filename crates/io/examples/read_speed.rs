@@ -198,10 +198,7 @@ fn copy(path: &Path) -> Result<usize, Error> {
 }
 
 fn cotan(path: &Path, threads: usize) -> Result<usize, Error> {
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()?;
-    let document = pool.install(|| load(path))?;
+    let document = cotan_parallel::on_threads(threads, || load(path))??;
     Ok(black_box(&document).positions().len())
 }
 

@@ -185,7 +185,7 @@ const CHUNKS: Chunks = Chunks::of(1024);
 #[cfg(test)]
 mod tests {
     use cotan_geometry::testing::surfaces;
-    use cotan_geometry::{one_ring_areas, vertex_area_vectors};
+    use cotan_geometry::vertex_area_vectors;
     use cotan_halfedge::HalfedgeMap;
     use proptest::prelude::*;
 
@@ -212,7 +212,7 @@ mod tests {
             scheme.weights(&surface, &mut weights)?;
             let mut expected = zeros();
             apply_weights(&rings, &weights, shape.positions(), &mut expected);
-            let by_face = one_ring_areas(&surface);
+            let by_face = surface.one_ring_areas();
             let vectors_by_face = vertex_area_vectors(&surface);
             let largest = weights.values().fold(1.0f64, |m, w| m.max(w.abs()));
             for (v, area) in sums.areas.iter() {

@@ -51,8 +51,10 @@ impl RowId {
 
 /// In the default construction a vertex is its own row.
 impl From<VertexId> for RowId {
+    #[inline]
     fn from(vertex: VertexId) -> Self {
-        Self::new(vertex.index())
+        // An id has 32 bits.
+        Self(vertex.index() as u32)
     }
 }
 

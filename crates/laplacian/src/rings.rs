@@ -36,9 +36,10 @@ impl OneRings {
         for vertex in mesh.vertices() {
             for h in mesh.outgoing_halfedges(vertex) {
                 let end = &mut ends[mesh.target(h).index()];
-                neighbours[*end as usize] = vertex.into();
-                halfedges[*end as usize] = h.twin();
+                let place = *end as usize;
                 *end += 1;
+                neighbours[place] = vertex.into();
+                halfedges[place] = h.twin();
             }
         }
         Self {

@@ -75,6 +75,16 @@ pub enum LinearError {
         /// The entry that was refused.
         value: f64,
     },
+    /// A diagonal of another length than the operator.
+    #[error(
+        "the diagonal has {found} entries, but the operator has {expected} rows; give one per row"
+    )]
+    DiagonalLength {
+        /// How many rows there are.
+        expected: usize,
+        /// How many entries were given.
+        found: usize,
+    },
     /// An operator whose weights differ in the two directions of an edge.
     #[error(
         "the weights of the operator are not symmetric; take a symmetric scheme, such as the cotangent one"

@@ -96,10 +96,8 @@ impl LinearSystem {
     /// **Shapes**: one entry of the diagonal D per vertex, at least 0.
     ///
     /// # Errors
-    /// As [`Self::poisson`]; a component needs a fixed vertex or a positive entry of D.
-    ///
-    /// # Panics
-    /// If `diagonal` has not one entry per vertex.
+    /// As [`Self::poisson`]; a component needs a fixed vertex or a positive entry of D; a diagonal of
+    /// another length ([`LinearError::DiagonalLength`]).
     pub fn screened<T: Scalar>(
         operator: &Operator<T>,
         diagonal: &[f64],
@@ -112,16 +110,13 @@ impl LinearSystem {
     ///
     /// # Errors
     /// As [`Self::screened`], and [`LinearError::MemoryLimit`] before anything is factorized.
-    ///
-    /// # Panics
-    /// If `diagonal` has not one entry per vertex.
     pub fn screened_within<T: Scalar>(
         operator: &Operator<T>,
         diagonal: &[f64],
         fixed: &[VertexId],
         max_memory: Option<u64>,
     ) -> Result<Self, LinearError> {
-        check_len(operator.num_rows(), diagonal.len());
+        check_diagonal_length(operator.num_rows(), diagonal)?;
         Self::new(operator, diagonal, fixed, max_memory)
     }
 
@@ -173,15 +168,12 @@ impl LinearSystem {
     ///
     /// # Errors
     /// As [`Self::set_operator`].
-    ///
-    /// # Panics
-    /// If `diagonal` has not one entry per vertex.
     pub fn set_screened<T: Scalar>(
         &mut self,
         operator: &Operator<T>,
         diagonal: &[f64],
     ) -> Result<(), LinearError> {
-        check_len(self.graph.num_rows(), diagonal.len());
+        check_diagonal_length(self.graph.num_rows(), diagonal)?;
         self.check_mesh(operator)?;
         self.change(Equation {
             weights: Arc::new(weigh(operator)?),
@@ -194,11 +186,8 @@ impl LinearSystem {
     ///
     /// # Errors
     /// As [`Self::screened`]; the system is then what it was.
-    ///
-    /// # Panics
-    /// If `diagonal` has not one entry per vertex.
     pub fn set_diagonal(&mut self, diagonal: &[f64]) -> Result<(), LinearError> {
-        check_len(self.graph.num_rows(), diagonal.len());
+        check_diagonal_length(self.graph.num_rows(), diagonal)?;
         self.change(Equation {
             diagonal: diagonal.to_vec(),
             ..self.equation.clone()
@@ -298,7 +287,7 @@ impl LinearSystem {
     where
         X: Copy + Default + std::ops::AddAssign + std::ops::Mul<f64, Output = X>,
     {
-        check_len(self.graph.num_rows(), x.len());
+        assert_eq!(x.len(), self.graph.num_rows(), "one entry per vertex");
         let Equation {
             weights,
             fixed,
@@ -397,8 +386,11 @@ fn flags(n: usize, vertices: &[VertexId]) -> Result<Vec<bool>, LinearError> {
     Ok(is_in)
 }
 
-fn check_len(vertices: usize, entries: usize) {
-    assert_eq!(entries, vertices, "one entry per vertex");
+fn check_diagonal_length(expected: usize, diagonal: &[f64]) -> Result<(), LinearError> {
+    let found = diagonal.len();
+    (found == expected)
+        .then_some(())
+        .ok_or(LinearError::DiagonalLength { expected, found })
 }
 
 /// Systems that are solved together.
@@ -487,6 +479,14 @@ mod tests {
         };
         assert_eq!(LinearSystem::poisson(&operator, &[]).unwrap_err(), singular);
         assert_eq!(refused(&[0.0; 4], &[]), singular);
+        let short = LinearError::DiagonalLength {
+            expected: 4,
+            found: 3,
+        };
+        assert_eq!(refused(&[1.0; 3], &[]), short);
+        let mut system = LinearSystem::poisson(&operator, &[vertex]).unwrap();
+        assert_eq!(system.set_diagonal(&[1.0; 3]), Err(short.clone()));
+        assert_eq!(system.set_screened(&operator, &[1.0; 3]), Err(short));
         assert_eq!(
             refused(&[-1.0, 0.0, 0.0, 0.0], &[]),
             LinearError::Diagonal {

@@ -1,10 +1,9 @@
 //! The normal equations: LᵀL + μK + D on the free vertices, factorized.
 
 use cotan_laplacian::Graph;
-use cotan_parallel as parallel;
+use cotan_parallel::{self as parallel, Chunks};
 use cotan_sparse::{Cholesky, LowerTriangle};
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 use crate::error::LinearError;
 use crate::handles::Hold;
@@ -122,29 +121,27 @@ fn assemble(
         held,
         ..
     } = problem;
-    const CHUNK: usize = 2048;
-    let blocks: Vec<(Vec<usize>, Vec<u32>, Vec<f64>)> = free
-        .par_chunks(CHUNK)
-        .map_init(
-            || Column::new(free_index.len()),
-            |column, vertices| {
-                let (mut lengths, mut rows, mut values) = (Vec::new(), Vec::new(), Vec::new());
-                for &i in vertices {
-                    column.gather(graph, weights, stretched, i);
-                    column.add_membrane(graph, weights, i, membrane.as_ref());
-                    column.values[i] += held.spring(i);
-                    column.emit(
-                        free_index,
-                        free_index[i],
-                        &mut lengths,
-                        &mut rows,
-                        &mut values,
-                    );
-                }
-                (lengths, rows, values)
-            },
-        )
-        .collect();
+    const CHUNKS: Chunks = Chunks::of(2048);
+    let blocks: Vec<(Vec<usize>, Vec<u32>, Vec<f64>)> = CHUNKS.map_with(
+        free,
+        || Column::new(free_index.len()),
+        |column, _, vertices| {
+            let (mut lengths, mut rows, mut values) = (Vec::new(), Vec::new(), Vec::new());
+            for &i in vertices {
+                column.gather(graph, weights, stretched, i);
+                column.add_membrane(graph, weights, i, membrane.as_ref());
+                column.values[i] += held.spring(i);
+                column.emit(
+                    free_index,
+                    free_index[i],
+                    &mut lengths,
+                    &mut rows,
+                    &mut values,
+                );
+            }
+            (lengths, rows, values)
+        },
+    );
     let mut offsets = Vec::with_capacity(free.len() + 1);
     let mut rows = Vec::with_capacity(blocks.iter().map(|b| b.1.len()).sum());
     let mut values = Vec::with_capacity(blocks.iter().map(|b| b.2.len()).sum());

@@ -48,6 +48,30 @@ impl Chunks {
         }
     }
 
+    /// As [`Self::map`] with a scratch space, which is made once per thread or somewhat more often.
+    ///
+    /// The results must not depend on what earlier chunks left in it.
+    ///
+    /// # Panics
+    /// If the slices have different lengths.
+    pub fn map_with<S: Slices, W, R: Send>(
+        self,
+        slices: S,
+        scratch: impl Fn() -> W + Sync + Send,
+        work: impl Fn(&mut W, usize, S) -> R + Sync + Send,
+    ) -> Vec<R> {
+        match slices.num_entries() {
+            0 => Vec::new(),
+            len if len <= self.0 => vec![work(&mut scratch(), 0, slices)],
+            _ => {
+                let chunks = self.cut(slices).into_par_iter();
+                let results =
+                    chunks.map_init(scratch, |space, (first, chunk)| work(space, first, chunk));
+                results.collect()
+            }
+        }
+    }
+
     /// As [`Self::map`], without results.
     ///
     /// # Panics
@@ -75,6 +99,21 @@ impl Chunks {
         }
         let indices = (0..len).into_par_iter().with_min_len(self.0);
         indices.map(value).collect()
+    }
+
+    /// What `pick(i)` gives for i < `len`, in order, without the `None`.
+    pub fn filter_map<A: Send>(
+        self,
+        len: usize,
+        pick: impl Fn(usize) -> Option<A> + Sync + Send,
+    ) -> Vec<A> {
+        let parts = self.map(0..len, |_, indices| {
+            indices.filter_map(&pick).collect::<Vec<A>>()
+        });
+        let mut parts = parts.into_iter();
+        let mut picked = parts.next().unwrap_or_default();
+        parts.for_each(|part| picked.extend(part));
+        picked
     }
 
     /// Calls `change(i, entries)` with the entries `i` of one or several slices.
@@ -160,13 +199,9 @@ fn add<const N: usize>(sums: &mut [f64; N], terms: &[f64; N]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::on_threads;
 
     const CHUNKS: Chunks = Chunks::of(64);
-
-    fn on_threads<R: Send>(threads: usize, run: impl FnOnce() -> R + Send) -> R {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        pool.expect("a thread pool").install(run)
-    }
 
     #[test]
     fn same_bytes_for_any_number_of_threads() {
@@ -181,7 +216,30 @@ mod tests {
             let sum: f64 = CHUNKS.sum(len, term);
             (sum.to_bits(), sums.map(f64::to_bits), both)
         };
-        assert_eq!(on_threads(1, run), on_threads(3, run));
+        assert_eq!(on_threads(1, run).unwrap(), on_threads(3, run).unwrap());
+    }
+
+    #[test]
+    fn what_is_picked_stays_in_order() {
+        for len in [0, 1, 64, 65, 1000] {
+            let pick = |i: usize| (i % 7 != 3).then_some(2 * i);
+            let picked = on_threads(3, || CHUNKS.filter_map(len, pick)).unwrap();
+            assert_eq!(picked, (0..len).filter_map(pick).collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
+    fn a_scratch_space_serves_chunk_after_chunk() {
+        let len = 10 * CHUNKS.size() + 17;
+        let total = |space: &mut Vec<usize>, _, indices: std::ops::Range<usize>| {
+            space.clear();
+            space.extend(indices);
+            space.iter().sum::<usize>()
+        };
+        let run = || CHUNKS.map_with(0..len, Vec::new, total);
+        let expected = CHUNKS.map(0..len, |_, indices| indices.sum::<usize>());
+        assert_eq!(on_threads(1, run).unwrap(), expected);
+        assert_eq!(on_threads(3, run).unwrap(), expected);
     }
 
     #[test]

@@ -24,9 +24,11 @@
 
 mod chunks;
 mod slices;
+mod threads;
 
 pub use chunks::Chunks;
 pub use slices::Slices;
+pub use threads::{ThreadError, Threads, num_threads, on_threads};
 
 use rayon::prelude::*;
 
@@ -58,6 +60,24 @@ pub fn max(len: usize, value: impl Fn(usize) -> f64 + Sync) -> f64 {
 /// Whether `holds(i)` for all i < `len`.
 pub fn all(len: usize, holds: impl Fn(usize) -> bool + Sync + Send) -> bool {
     GRAIN.all(len, holds)
+}
+
+/// What `pick(i)` gives for i < `len`, in order, without the `None`.
+pub fn filter_map<A: Send>(len: usize, pick: impl Fn(usize) -> Option<A> + Sync + Send) -> Vec<A> {
+    GRAIN.filter_map(len, pick)
+}
+
+/// Sorts the entries. Equal ones may change places, so they should be the same in all that counts.
+pub fn sort_unstable<A: Ord + Send>(entries: &mut [A]) {
+    entries.par_sort_unstable();
+}
+
+/// Runs `a` and `b`, perhaps at the same time, and returns both results.
+pub fn join<A: Send, B: Send>(
+    a: impl FnOnce() -> A + Send,
+    b: impl FnOnce() -> B + Send,
+) -> (A, B) {
+    rayon::join(a, b)
 }
 
 /// Runs `work` on every item, each as a task of its own, and returns the results in order.

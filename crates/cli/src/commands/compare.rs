@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use cotan::Quality;
-use cotan::geometry::{Surface, bounding_box};
+use cotan::geometry::Surface;
 use cotan_io::Document;
 use cotan_tool::numbers::in_file_numbers;
 use serde::Serialize;
@@ -61,7 +61,7 @@ pub(crate) fn run(args: &CompareArgs, console: &Console) -> Result<(), CliError>
         quality: QualityFields::from(&quality),
         max_displacement: longest,
         rms_displacement: mean_square.sqrt(),
-        max_relative_displacement: longest / bounding_box(&a).diagonal(),
+        max_relative_displacement: longest / a.bounding_box().diagonal(),
     };
     if args.json {
         return console.print(&json_text(&comparison)?);

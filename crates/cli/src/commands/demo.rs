@@ -4,7 +4,7 @@
 
 use std::fmt::Write as _;
 
-use cotan::geometry::{Mesh, Region, mean_edge_length};
+use cotan::geometry::{Mesh, Region};
 use cotan::shapes::{CREATURE_RESOLUTION, creature, creature_regions};
 use cotan::smooth::{SmoothOptions, smooth, with_normal_noise};
 use cotan::{DeformOptions, Handles};
@@ -68,7 +68,7 @@ pub(crate) fn run(args: &DemoArgs, console: &Console) -> Result<(), CliError> {
 /// The model with noise, and smoothed: meshes and a picture of their curvature.
 fn smoothing(model: &Mesh<f64>, folder: &OutputFolder, console: &Console) -> Result<(), CliError> {
     let surface = model.surface();
-    let noisy = with_normal_noise(&surface, NOISE * mean_edge_length(&surface), 1);
+    let noisy = with_normal_noise(&surface, NOISE * surface.mean_edge_length(), 1);
     let smoothed = smooth(
         model.surface().with_positions(&noisy),
         &Handles::new(),

@@ -1,6 +1,6 @@
 //! `cotan morph`: a shape between two, over the sphere that both are mapped to.
 
-use cotan::geometry::{Mesh, Positions, bounding_box};
+use cotan::geometry::{Mesh, Positions};
 use cotan::sphere::{Morph, SphereMap};
 use cotan_io::Document;
 
@@ -110,7 +110,7 @@ fn aligned(
 
 /// The positions relative to the bounding box, so that two shapes of other size and place compare.
 fn in_box(mapped: &Mapped<f64>) -> Positions<f64> {
-    let bounds = bounding_box(&mapped.surface());
+    let bounds = mapped.surface().bounding_box();
     let (center, size) = (bounds.center(), bounds.diagonal());
     mapped.positions.map(|p| ((p - center) / size).into())
 }

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
 
-use cotan::geometry::{Positions, Surface, folded_faces, surface_area, volume};
+use cotan::geometry::{Positions, Surface, folded_faces};
 use cotan::halfedge::VertexMap;
 use cotan::smooth::{
     DetailOptions, Displacement, NormalError, ScaledCurvature, SmoothOptions, TargetCurvature,
@@ -273,10 +273,10 @@ impl SmoothReport {
         let moves = Displacement::measure(surface, &smoothed);
         self.vertices = surface.mesh().num_vertices();
         self.faces = surface.mesh().num_faces();
-        self.volume_before = is_closed.then(|| volume(surface));
-        self.volume_after = is_closed.then(|| volume(&smoothed));
-        self.area_before = surface_area(surface);
-        self.area_after = surface_area(&smoothed);
+        self.volume_before = is_closed.then(|| surface.volume());
+        self.volume_after = is_closed.then(|| smoothed.volume());
+        self.area_before = surface.area();
+        self.area_after = smoothed.area();
         self.rms_displacement = moves.rms;
         self.max_displacement = moves.max;
         self.mean_curvature_rms = Pair {

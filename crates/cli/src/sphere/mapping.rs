@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
 
-use cotan::geometry::{Positions, Scalar, Surface, bounding_box};
+use cotan::geometry::{Positions, Scalar, Surface};
 use cotan::sphere::{
     SphereError, SphereMap, SphereOptions, SphereQuality, SphereReport, Spherical,
     spherical_observed,
@@ -75,7 +75,7 @@ impl<'a> Mapper<'a> {
         let mesh = processing.mesh();
         let surface = Surface::new(mesh, processing.positions()).map_err(|e| refuse(e.into()))?;
         let origin = match T::default_epsilon().as_f64() > f64::EPSILON {
-            true => bounding_box(&surface).center(),
+            true => surface.bounding_box().center(),
             false => Point3::origin(),
         };
         let unit = power_of_two(processing.positions(), &origin);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use cotan::geometry::{Scalar, Surface, bounding_box};
+use cotan::geometry::{Scalar, Surface};
 use cotan::halfedge::VertexId;
 use cotan_io::{Document, IoError, ProcessingMesh};
 use nalgebra::{Point3, Vector3};
@@ -32,7 +32,7 @@ pub(crate) fn place_unused<T: Scalar>(
         at_place.entry(place(p)).or_insert(v);
     }
     let surface = Surface::assume_checked(mesh, processing.positions());
-    let centre = bounding_box(&surface).center();
+    let centre = surface.bounding_box().center();
     for &vertex in &unused {
         let image = match at_place.get(&place(&source[vertex])) {
             Some(&twin) => mapped.map.positions()[twin],

@@ -1,6 +1,6 @@
 //! What one does with a sphere map: turn it, unwrap it, `cotan resample` and `cotan morph`.
 
-use cotan::geometry::{Surface, volume};
+use cotan::geometry::Surface;
 use cotan_io::{Document, UV};
 use nalgebra::Point3;
 
@@ -136,7 +136,7 @@ fn a_geometry_image_has_its_size_and_bounds_in_the_report() {
 fn a_resampled_shape_has_the_icospheres_counts_and_the_models_volume() {
     let sandbox = with_creature();
     let shape = creature();
-    let before = volume(&shape.surface());
+    let before = shape.surface().volume();
     for (level, precision) in [(0, "f64"), (3, "f64"), (5, "f32")] {
         sandbox.cotan_ok(&format!(
             "resample creature.obj --level {level} --authalic 1 -o even.obj --report r.json \
@@ -153,7 +153,7 @@ fn a_resampled_shape_has_the_icospheres_counts_and_the_models_volume() {
         if level == 5 {
             let even = document.surface().unwrap();
             let surface = Surface::new(even.mesh(), even.positions()).unwrap();
-            let after = volume(&surface);
+            let after = surface.volume();
             assert!((after / before - 1.0).abs() < 0.05, "{after} {before}");
         }
     }

@@ -1,6 +1,6 @@
 //! Which method suits a mesh, and why.
 
-use cotan_geometry::{Readable, Scalar, Surface, angle_between, edge_lengths};
+use cotan_geometry::{Readable, Scalar, Surface, angle_between};
 
 use super::noise::NoiseEstimate;
 use super::normal_filter::NormalFilter;
@@ -75,7 +75,7 @@ fn spread<T: Scalar>(surface: &Surface<'_, T>, noise: f64) -> f64 {
     let mesh = surface.mesh();
     let normals = NormalFilter::for_noise(noise).filter(surface);
     let (mut total, mut first, mut second) = (0.0, 0.0, 0.0);
-    for (e, length) in edge_lengths(surface).iter() {
+    for (e, length) in surface.edge_lengths().iter() {
         let [a, b] = e.halfedges().map(|h| mesh.face(h));
         if let (Some(a), Some(b)) = (a, b) {
             let (angle, length) = (angle_between(&normals[a], &normals[b]), length.as_f64());

@@ -1,7 +1,7 @@
 //! Smoothing that keeps creases: the field lives on the edges.
 
 use cotan_flow::{FlowError, FlowState, Orientation, PerRest, Rest};
-use cotan_geometry::{Scalar, Surface, dihedral_angles, face_normals};
+use cotan_geometry::{Scalar, Surface};
 use cotan_halfedge::{EdgeId, EdgeMap, HalfedgeId, VertexMap};
 use nalgebra::Vector3;
 
@@ -49,7 +49,7 @@ impl<T: Scalar> Orientation<T> for FeaturePreserving {
     ) -> Result<(), FlowError> {
         let sigma = *self.sigma.get(state.rest(), median_angle);
         let surface = Surface::assume_checked(state.rest().mesh(), state.positions());
-        let mut angles = dihedral_angles(&surface).map(|a| a.as_f64());
+        let mut angles = surface.dihedral_angles().map(|a| a.as_f64());
         for _ in 0..self.passes {
             average(state, sigma, &mut angles);
         }
@@ -66,7 +66,7 @@ impl<T: Scalar> Orientation<T> for FeaturePreserving {
 
 /// σ: the median of |θ| of the original mesh, within bounds.
 fn median_angle<T: Scalar>(rest: &Rest<T>) -> f64 {
-    let angles = dihedral_angles(&rest.surface());
+    let angles = rest.surface().dihedral_angles();
     let mesh = rest.mesh();
     let inner = angles.iter().filter(|(e, _)| !mesh.is_boundary_edge(*e));
     let mut sizes: Vec<f64> = inner.map(|(_, a)| a.abs().as_f64()).collect();
@@ -104,7 +104,7 @@ fn average<T: Scalar>(state: &FlowState<'_, T>, sigma: f64, angles: &mut EdgeMap
 /// 2 sin(θ/2) |e| N of every edge; 0 on the boundary and where the two normals are opposite.
 fn edge_bends<T: Scalar>(surface: &Surface<'_, T>, angles: &EdgeMap<f64>) -> EdgeMap<Vector3<f64>> {
     let mesh = surface.mesh();
-    let normals = face_normals(surface);
+    let normals = surface.face_normals();
     let mut bends = EdgeMap::filled(mesh.num_edges(), Vector3::zeros());
     fill_each(&mut bends, |e: EdgeId| {
         let normal = |h: HalfedgeId| mesh.face(h).map(|f| normals[f].map(T::as_f64));
@@ -135,7 +135,7 @@ mod tests {
         let x = with_normal_noise(&shape.surface(), 0.03, 2);
         let surface = shape.surface();
         let surface = surface.with_positions(&x);
-        let bends = edge_bends(&surface, &dihedral_angles(&surface));
+        let bends = edge_bends(&surface, &surface.dihedral_angles());
         let operator = Operator::assemble(&Cotangent::default(), &surface).unwrap();
         for v in shape.connectivity().vertices() {
             let sum: Vector3<f64> = shape

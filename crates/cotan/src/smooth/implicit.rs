@@ -1,6 +1,6 @@
 //! Implicit mean-curvature flow, for comparison.
 
-use cotan_geometry::{Positions, Scalar, Surface, dual_areas, mean_edge_length};
+use cotan_geometry::{Positions, Scalar, Surface};
 use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
 use cotan_laplacian::{Cotangent, Operator};
 use nalgebra::Vector3;
@@ -39,10 +39,10 @@ impl ImplicitFlow {
         let mut now = positions.clone();
         for _ in 0..iterations {
             let surface = Surface::new(mesh, &now)?;
-            let length = mean_edge_length(&surface).as_f64();
+            let length = surface.mean_edge_length().as_f64();
             let step = Step {
                 operator: Operator::assemble(&Cotangent::default(), &surface)?,
-                areas: dual_areas(&surface).map(|a| a.as_f64()),
+                areas: surface.dual_areas().map(|a| a.as_f64()),
                 half_time: 0.5 * self.time * length * length,
                 is_held,
             };

@@ -1,9 +1,6 @@
 //! How far a smoothed mesh is from the truth, and how curved it is.
 
-use cotan_geometry::{
-    Scalar, Surface, angle_between, dual_areas, face_areas, face_normals,
-    integrated_mean_curvatures, vertex_normals,
-};
+use cotan_geometry::{Scalar, Surface, angle_between};
 use cotan_halfedge::{HalfedgeMap, VertexId, VertexMap};
 use cotan_laplacian::Cotangent;
 use nalgebra::Vector3;
@@ -26,10 +23,10 @@ impl NormalError {
     /// # Panics
     /// If the two have not the same number of faces.
     pub fn measure<T: Scalar>(truth: &Surface<'_, T>, other: &Surface<'_, T>) -> Self {
-        let (a, b) = (face_normals(truth), face_normals(other));
+        let (a, b) = (truth.face_normals(), other.face_normals());
         assert_eq!(a.len(), b.len(), "two embeddings of one mesh");
         let (mut sum, mut weighted, mut total) = (0.0, 0.0, 0.0);
-        for ((a, b), area) in a.values().zip(b.values()).zip(face_areas(truth).values()) {
+        for ((a, b), area) in a.values().zip(b.values()).zip(truth.face_areas().values()) {
             let angle = angle_between(&a.map(T::as_f64), &b.map(T::as_f64));
             sum += angle;
             weighted += area.as_f64() * angle;
@@ -70,8 +67,8 @@ impl Displacement {
 /// **Units**: one over a length. By dihedral angles and barycentric dual areas; vertices without area
 /// are left out.
 pub fn mean_curvature_rms<T: Scalar>(surface: &Surface<'_, T>) -> f64 {
-    let areas = dual_areas(surface);
-    let integrals = integrated_mean_curvatures(surface);
+    let areas = surface.dual_areas();
+    let integrals = surface.integrated_mean_curvatures();
     let (mut sum, mut total) = (0.0, 0.0);
     for (h, area) in integrals.values().zip(areas.values()) {
         let (h, area) = (h.as_f64(), area.as_f64());
@@ -116,7 +113,7 @@ fn sizes_and_areas<T: Scalar>(
     cotangents: &HalfedgeMap<T>,
 ) -> (VertexMap<f64>, VertexMap<f64>) {
     let mesh = surface.mesh();
-    let normals = vertex_normals(surface);
+    let normals = surface.vertex_normals();
     let both = filled(mesh.num_vertices(), |v: VertexId| {
         let (mut ell, mut sum, mut size) = (Vector3::zeros(), 0.0, 0.0);
         for h in mesh.outgoing_halfedges(v) {

@@ -23,7 +23,9 @@ mod detail;
 mod feature;
 mod filtered_normals;
 mod implicit;
+mod interior;
 mod measure;
+mod methods;
 mod mollified;
 mod noise;
 mod normal_filter;
@@ -34,7 +36,7 @@ mod run;
 mod taubin;
 mod unfold;
 
-pub use anchored::{Boundary, InteriorCotangent, InteriorUmbrella};
+pub use anchored::Boundary;
 pub use curvature::{AlongCurvature, Direction, Order, SmoothedCurvature};
 pub use decide::Decision;
 pub use detail::{
@@ -45,6 +47,7 @@ pub use detail::{
 pub use feature::FeaturePreserving;
 pub use filtered_normals::FilteredNormals;
 pub use implicit::ImplicitFlow;
+pub use interior::{InteriorCotangent, InteriorUmbrella};
 pub use measure::{Displacement, NormalError, mean_curvature_rms, mean_curvatures};
 pub use mollified::MollifiedCotangent;
 pub use noise::{GaussianNoise, NoiseEstimate, with_normal_noise};

@@ -5,7 +5,7 @@ use cotan_halfedge::{FaceId, HalfedgeMap, HalfedgeMesh, VertexId, VertexMap};
 use cotan_laplacian::{Cotangent, LaplacianScheme, SchemeError, Symmetry};
 use nalgebra::Point3;
 
-use super::anchored::clear_boundary_rows;
+use super::interior::{clear_boundary_rows, symmetry_of_interior};
 use super::parallel::filled;
 
 /// Cotangent weights whose slivers are mollified, without the rows of boundary vertices.
@@ -26,12 +26,9 @@ pub struct MollifiedCotangent {
 impl MollifiedCotangent {
     /// The weights for `mesh`.
     pub fn of(mesh: &HalfedgeMesh) -> Self {
-        let symmetry = if mesh.is_closed() {
-            Symmetry::Symmetric
-        } else {
-            Symmetry::General
-        };
-        Self { symmetry }
+        Self {
+            symmetry: symmetry_of_interior(mesh),
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! How noisy a mesh is, from the mesh alone.
 
-use cotan_geometry::{Positions, Scalar, Surface, mean_edge_length, vertex_normals};
+use cotan_geometry::{Positions, Scalar, Surface};
 use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
 use cotan_laplacian::OneRings;
 use nalgebra::Vector3;
@@ -36,7 +36,7 @@ impl NoiseEstimate {
     /// Estimates noise and detail. Both 0 for a plane, and for a mesh without edges of any length.
     pub fn of<T: Scalar>(surface: &Surface<'_, T>) -> Self {
         let (mesh, positions) = (surface.mesh(), surface.positions());
-        let length = mean_edge_length(surface).as_f64();
+        let length = surface.mean_edge_length().as_f64();
         if !(length > 0.0) {
             return Self {
                 noise: 0.0,
@@ -48,7 +48,10 @@ impl NoiseEstimate {
             .map(|v| mesh.is_boundary_vertex(v))
             .collect();
         let pilot = Taubin::default().run(mesh, positions, 5, &held);
-        let normals = vertex_normals(&surface.with_positions(&pilot)).map(|n| n.map(T::as_f64));
+        let normals = surface
+            .with_positions(&pilot)
+            .vertex_normals()
+            .map(|n| n.map(T::as_f64));
         let rings = OneRings::new(mesh);
         let heights = moments(mesh, &rings, &normals, |v, k| {
             positions[v][k].as_f64() / length
@@ -167,7 +170,7 @@ pub fn with_normal_noise<T: Scalar>(
     deviation: f64,
     seed: u64,
 ) -> Positions<T> {
-    let normals = vertex_normals(surface);
+    let normals = surface.vertex_normals();
     let noise = GaussianNoise::new(seed);
     let moved = surface.positions().iter().zip(noise);
     moved
@@ -184,7 +187,7 @@ mod tests {
     #[test]
     fn noise_is_found_again() {
         let shape = torus::<f64>(1.0, 0.4, 90, 40);
-        let length = mean_edge_length(&shape.surface());
+        let length = shape.surface().mean_edge_length();
         for noise in [0.05, 0.1, 0.2, 0.3] {
             let x = with_normal_noise(&shape.surface(), noise * length, 11);
             let found = NoiseEstimate::of(&shape.surface().with_positions(&x)).noise;

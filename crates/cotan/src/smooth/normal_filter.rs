@@ -1,6 +1,6 @@
 //! Face normals, filtered: total variation that lets go of creases.
 
-use cotan_geometry::{Scalar, Surface, edge_lengths, face_areas, face_normals, unit_or_zero};
+use cotan_geometry::{Scalar, Surface, unit_or_zero};
 use cotan_halfedge::{EdgeId, EdgeMap, FaceId, FaceMap, HalfedgeMesh};
 use nalgebra::Vector3;
 
@@ -48,9 +48,9 @@ impl NormalFilter {
     /// The filtered normals of a surface.
     pub fn filter<T: Scalar>(&self, surface: &Surface<'_, T>) -> FaceMap<Vector3<f64>> {
         let mesh = surface.mesh();
-        let noisy = face_normals(surface).map(|n| n.map(T::as_f64));
-        let fidelity = over_mean(&face_areas(surface).map(|a| a.as_f64()));
-        let lengths = over_mean(&edge_lengths(surface).map(|l| l.as_f64()));
+        let noisy = surface.face_normals().map(|n| n.map(T::as_f64));
+        let fidelity = over_mean(&surface.face_areas().map(|a| a.as_f64()));
+        let lengths = over_mean(&surface.edge_lengths().map(|l| l.as_f64()));
         let mut bounds = lengths.map(|l| self.strength * l);
         let mut solver = PrimalDual::new(mesh, &noisy, &fidelity);
         solver.run(&bounds, self.steps);

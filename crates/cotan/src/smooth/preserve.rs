@@ -1,6 +1,6 @@
 //! Volume or area kept exactly, and displacements bounded.
 
-use cotan_geometry::{Positions, Scalar, unit_or_zero, vertex_normals};
+use cotan_geometry::{Positions, Scalar, unit_or_zero};
 use cotan_geometry::{Surface, triangle_area_vector};
 use cotan_halfedge::{FaceId, HalfedgeMesh, VertexId, VertexMap};
 use nalgebra::{Point3, Vector3};
@@ -39,7 +39,7 @@ impl<T: Scalar> Correction<'_, T> {
             return Ok(smoothed.clone());
         }
         let surface = Surface::new(self.mesh, smoothed)?;
-        let normals = vertex_normals(&surface);
+        let normals = surface.vertex_normals();
         let mut result = smoothed.clone();
         for part in parts(self.mesh) {
             let offset = self.offset(&part, smoothed, &normals)?;

@@ -1,6 +1,6 @@
 //! Turning one sphere map so that it fits another: by landmarks, or by an attribute of both.
 
-use cotan_geometry::{Positions, Scalar, Surface, one_ring_areas};
+use cotan_geometry::{Positions, Scalar, Surface};
 use cotan_halfedge::{VertexId, VertexMap};
 use nalgebra::{Rotation3, Vector3};
 
@@ -95,7 +95,9 @@ impl<T: Scalar> SphereMap<T> {
     /// # Errors
     /// [`SphereError::Surface`] if the positions are no surface on this mesh.
     pub fn area_density(&self, source: &Positions<T>) -> Result<VertexMap<T>, SphereError> {
-        let areas = one_ring_areas(&Surface::new(self.mesh(), source)?).map(|a| a.as_f64());
+        let areas = Surface::new(self.mesh(), source)?
+            .one_ring_areas()
+            .map(|a| a.as_f64());
         let mut on_sphere = VertexMap::filled(areas.len(), 0.0);
         for face in self.mesh().faces() {
             let angle = self.solid_angle(face);
@@ -185,9 +187,8 @@ mod tests {
             .rotated(&Rotation3::new(Vector3::new(2.0, -1.0, 0.5)))
             .unwrap();
         let run = |threads| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-            pool.expect("a thread pool")
-                .install(|| turned.align(&source, &map, &source).unwrap())
+            cotan_parallel::on_threads(threads, || turned.align(&source, &map, &source).unwrap())
+                .unwrap()
         };
         let aligned = run(1);
         assert!(farthest(&aligned.map, &map) < 1e-3);

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use cotan_flow::{Report, StepReport, StopReason};
-use cotan_geometry::{Positions, Surface, bounding_box, one_ring_areas};
+use cotan_geometry::{Positions, Surface};
 use cotan_halfedge::{HalfedgeMesh, VertexMap};
 use cotan_laplacian::Operator;
 use cotan_linear::LinearSystem;
@@ -40,7 +40,7 @@ pub(crate) fn cmcf(
     observer: Observer<'_>,
 ) -> Result<Iterated, SphereError> {
     let scheme = symmetric(options.scheme);
-    let size = bounding_box(&Surface::new(mesh, source)?).longest_side();
+    let size = Surface::new(mesh, source)?.bounding_box().longest_side();
     let mut x = source.map(|p| p / size);
     normalise(mesh, &mut x);
     let operator = Operator::assemble(&*scheme, &Surface::assume_checked(mesh, &x))?;
@@ -96,7 +96,7 @@ pub(crate) fn cmcf(
 
 /// 2 D / δ: with the paper's weights, which lack a factor ½, on the scale of L itself.
 fn masses(mesh: &HalfedgeMesh, x: &Positions<f64>) -> Vec<f64> {
-    let areas = one_ring_areas(&Surface::assume_checked(mesh, x));
+    let areas = Surface::assume_checked(mesh, x).one_ring_areas();
     let least = LEAST_MASS / areas.len() as f64;
     areas
         .values()
@@ -106,7 +106,7 @@ fn masses(mesh: &HalfedgeMesh, x: &Positions<f64>) -> Vec<f64> {
 
 /// Centres by area and scales to area 1.
 fn normalise(mesh: &HalfedgeMesh, x: &mut Positions<f64>) {
-    let areas = one_ring_areas(&Surface::assume_checked(mesh, x));
+    let areas = Surface::assume_checked(mesh, x).one_ring_areas();
     let (a, p) = (areas.as_slice(), x.as_slice());
     let total = sums::sum(p.len(), |i| a[i]);
     let mean: Vector3<f64> = sums::sum(p.len(), |i| p[i].coords * a[i]) / total;

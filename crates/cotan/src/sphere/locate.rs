@@ -11,8 +11,8 @@
 
 use cotan_geometry::{Positions, Scalar, scalar};
 use cotan_halfedge::FaceId;
+use cotan_parallel::Chunks;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 use robust::{Coord3D, orient3d};
 
 use super::barycentric::barycentric;
@@ -104,12 +104,10 @@ impl<T: Scalar> PointLocation<'_, T> {
     /// # Errors
     /// As [`PointLocation::locate`].
     pub fn locate_all(&self, directions: &Positions<T>) -> Result<Vec<Located<T>>, SphereError> {
-        directions
-            .as_slice()
-            .par_iter()
-            .with_min_len(1 << 8)
-            .map(|p| self.locate(&p.coords))
-            .collect()
+        const CHUNKS: Chunks = Chunks::of(1 << 8);
+        let points = directions.as_slice();
+        let places = CHUNKS.filled(points.len(), |i| self.locate(&points[i].coords));
+        places.into_iter().collect()
     }
 
     /// The map that is searched.

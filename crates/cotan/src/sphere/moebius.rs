@@ -217,8 +217,8 @@ const MOST_GATHERED: f64 = 0.95;
 
 #[cfg(test)]
 mod tests {
+    use cotan_geometry::icosphere;
     use cotan_geometry::testing::directions;
-    use cotan_geometry::{icosphere, one_ring_areas};
     use proptest::prelude::*;
 
     use super::*;
@@ -321,7 +321,7 @@ mod tests {
         let shape = icosphere::<f64>(3);
         let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
         let mut points = unit_sphere(3);
-        let weights = one_ring_areas(&shape.surface());
+        let weights = shape.surface().one_ring_areas();
         let norm = center(&mut points, weights.as_slice());
         assert!(norm < 1e-14);
         assert_eq!(points, unit_sphere(3));
@@ -355,9 +355,7 @@ mod tests {
         let run = |threads| {
             let mut points = unit_sphere(5);
             let weights = lopsided(&points, &Vector3::y(), 3.0);
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-            pool.expect("a thread pool")
-                .install(|| center(&mut points, &weights));
+            cotan_parallel::on_threads(threads, || center(&mut points, &weights)).unwrap();
             points
         };
         assert_eq!(run(1), run(3));

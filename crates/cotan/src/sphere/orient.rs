@@ -1,7 +1,7 @@
 //! Turning a sphere map into a position of its own: by the principal axes of the source shape, or
 //! by landmarks.
 
-use cotan_geometry::{Positions, Scalar, Surface, one_ring_areas};
+use cotan_geometry::{Positions, Scalar, Surface};
 use cotan_halfedge::VertexId;
 use nalgebra::{Matrix3, Rotation3, SymmetricEigen, Vector3};
 
@@ -78,7 +78,7 @@ struct Samples {
 
 impl Samples {
     fn of<T: Scalar>(surface: &Surface<'_, T>) -> Result<Self, SphereError> {
-        let areas = one_ring_areas(surface);
+        let areas = surface.one_ring_areas();
         let total: f64 = areas.values().map(|a| a.as_f64()).sum();
         if !(total > 0.0 && total.is_finite()) {
             let message = "the shape has no area that could be measured, and so no principal axes";

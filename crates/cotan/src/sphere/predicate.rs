@@ -1,12 +1,10 @@
 //! The exact sign that decides whether a triangle of a sphere map is flipped.
 
-use cotan_geometry::Scalar;
+use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::{FaceId, HalfedgeMesh};
+use cotan_parallel as parallel;
 use nalgebra::Point3;
 use robust::{Coord3D, orient3d};
-
-use cotan_geometry::Positions;
-use rayon::prelude::*;
 
 /// Whether a, b, c turn counter-clockwise seen from outside the unit sphere: det(a, b, c) > 0, by
 /// the exact sign of the determinant of the coordinates as they are stored. The central projection
@@ -30,15 +28,11 @@ pub fn is_upright<T: Scalar>(a: &Point3<T>, b: &Point3<T>, c: &Point3<T>) -> boo
 
 /// The faces that are flipped or degenerate on the sphere, ascending.
 pub fn flipped_faces<T: Scalar>(mesh: &HalfedgeMesh, positions: &Positions<T>) -> Vec<FaceId> {
-    (0..mesh.num_faces())
-        .into_par_iter()
-        .with_min_len(1 << 11)
-        .map(FaceId::new)
-        .filter(|&f| {
-            let [a, b, c] = mesh.triangle(f).map(|v| positions[v]);
-            !is_upright(&a, &b, &c)
-        })
-        .collect()
+    parallel::filter_map(mesh.num_faces(), |i| {
+        let f = FaceId::new(i);
+        let [a, b, c] = mesh.triangle(f).map(|v| positions[v]);
+        (!is_upright(&a, &b, &c)).then_some(f)
+    })
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! What a sphere map does to angles and areas.
 
-use cotan_geometry::{Scalar, Surface, face_areas};
+use cotan_geometry::{Scalar, Surface};
 use cotan_halfedge::{FaceId, FaceMap};
 use cotan_parallel as parallel;
 use nalgebra::Vector3;
@@ -57,7 +57,7 @@ impl SphereQuality {
         // Huge or tiny coordinates would leave their squares no digits.
         let positions = unit_sized(source.positions());
         let source = &Surface::assume_checked(source.mesh(), &positions);
-        let areas = face_areas(source);
+        let areas = source.face_areas();
         let ratios = log_ratios(source, map);
         let measure = |f| Face::measure(source, map, FaceId::new(f));
         let faces = parallel::filled(areas.len(), measure);
@@ -94,7 +94,7 @@ pub fn area_log_ratios<T: Scalar>(source: &Surface<'_, T>, map: &SphereMap<T>) -
 }
 
 fn log_ratios<T: Scalar>(source: &Surface<'_, f64>, map: &SphereMap<T>) -> FaceMap<f64> {
-    let areas = face_areas(source);
+    let areas = source.face_areas();
     let total: f64 = areas.values().sum();
     let whole = 4.0 * std::f64::consts::PI;
     FaceMap::from_vec(parallel::filled(areas.len(), |f| {

@@ -103,7 +103,7 @@ fn sort(boxes: &mut [(Bounds, u32)], depth: u32) {
         sort(left, depth - 1);
         sort(right, depth - 1);
     } else {
-        rayon::join(|| sort(left, depth - 1), || sort(right, depth - 1));
+        parallel::join(|| sort(left, depth - 1), || sort(right, depth - 1));
     }
 }
 

@@ -114,7 +114,7 @@ mod tests {
     ) -> f64 {
         let map = SphereMap::new(mesh, sphere.clone()).expect("a valid map");
         let surface = cotan_geometry::Surface::new(mesh, source).expect("a surface");
-        let areas = cotan_geometry::face_areas(&surface);
+        let areas = surface.face_areas();
         let total: f64 = areas.values().sum();
         let of_face = |f: FaceId| {
             let share = areas[f] / total;

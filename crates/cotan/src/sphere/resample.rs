@@ -93,7 +93,6 @@ const MAX_LEVEL: u32 = 8;
 #[cfg(test)]
 mod tests {
     use cotan_geometry::testing::{blobs, rotations};
-    use cotan_geometry::volume;
     use nalgebra::Point3;
     use proptest::prelude::*;
 
@@ -126,10 +125,10 @@ mod tests {
             .positions()
             .map(|p| Point3::new(3.0 * p.x, p.y, 2.0 * p.z));
         let exact = Mesh::new(shape.connectivity().clone(), source.clone()).unwrap();
-        let exact = volume(&exact.surface());
+        let exact = exact.surface().volume();
         let error = |level| {
             let shape = map.remesh(&source, level).unwrap();
-            (volume(&shape.surface()) / exact - 1.0).abs()
+            (shape.surface().volume() / exact - 1.0).abs()
         };
         let errors = [2, 3, 4, 5, 6].map(error);
         assert!(errors.windows(2).all(|e| e[1] < 0.5 * e[0]), "{errors:?}");

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use cotan_flow::{FlowError, StepReport};
-use cotan_geometry::{Positions, Scalar, Surface, volume};
+use cotan_geometry::{Positions, Scalar, Surface};
 use cotan_halfedge::{FaceId, HalfedgeMesh};
 use cotan_linear::{LinearError, SparseError};
 use nalgebra::{Point3, Vector3};
@@ -126,7 +126,7 @@ pub(super) fn unit_sized<T: Scalar>(positions: &Positions<T>) -> Positions<f64> 
 
 /// The same surface with its faces turned outwards: an inside-out mesh is reflected in the origin.
 fn outward(mesh: &HalfedgeMesh, positions: Positions<f64>) -> Positions<f64> {
-    if volume(&Surface::assume_checked(mesh, &positions)) < 0.0 {
+    if Surface::assume_checked(mesh, &positions).volume() < 0.0 {
         positions.map(|p| -p)
     } else {
         positions
@@ -287,7 +287,7 @@ impl<'a> Run<'a> {
     /// Möbius-centres by the source areas.
     fn center(&self, positions: &mut Positions<f64>) {
         let surface = Surface::assume_checked(self.mesh, self.source);
-        let areas = cotan_geometry::one_ring_areas(&surface);
+        let areas = surface.one_ring_areas();
         let total: f64 = areas.values().sum();
         let weights: Vec<f64> = areas.values().map(|a| a / total).collect();
         let mut u: Vec<Vector3<f64>> = positions.values().map(|p| p.coords).collect();

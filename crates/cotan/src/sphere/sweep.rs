@@ -1,8 +1,8 @@
 //! Sweeps of single-vertex steps over a layout, in parallel and yet the same for any number of
 //! threads: vertices of one colour are no neighbours, so all of them may move at once.
 
+use cotan_parallel::Chunks;
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 use super::layout::Layout;
 
@@ -70,25 +70,20 @@ impl Sweeper {
 
 /// The steps of vertices that are no neighbours, each with whether it is worth telling the ring.
 fn moves(layout: &Layout, vertices: &[u32], reach: f64) -> Vec<Option<(Vector3<f64>, bool)>> {
-    let one = |star: &mut Vec<_>, &v: &u32| {
+    let one = |star: &mut Vec<_>, v: u32| {
         let place = layout.better_place(v, reach, star)?;
         let from = &layout.place[v as usize];
         let far = (place - from).norm() > WORTH * Layout::size_of_star(star, from);
         Some((place, far))
     };
-    if vertices.len() < PARALLEL_FROM {
-        let mut star = Vec::new();
-        return vertices.iter().map(|v| one(&mut star, v)).collect();
-    }
-    vertices
-        .par_iter()
-        .with_min_len(PARALLEL_FROM / 4)
-        .map_init(Vec::new, one)
-        .collect()
+    let parts = CHUNKS.map_with(vertices, Vec::new, |star, _, part| {
+        part.iter().map(|&v| one(star, v)).collect::<Vec<_>>()
+    });
+    parts.concat()
 }
 
 const NO_COLOUR: u32 = u32::MAX;
-/// Below this, threads cost more than they save.
-const PARALLEL_FROM: usize = 256;
+/// Vertices of a task: fewer would cost more than they save.
+const CHUNKS: Chunks = Chunks::of(128);
 /// A move below this part of the star's size does not wake the neighbours.
 const WORTH: f64 = 1e-3;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use cotan::geometry::{Positions, Surface, bounding_box};
+use cotan::geometry::{Positions, Surface};
 use cotan_io::{Document, Limits};
 use cotan_tool::handles_file::{Group, HandlesFile, groups_in_file, to_json};
 use cotan_tool::paths::Paths;
@@ -135,7 +135,7 @@ impl Editor {
         self.cancel_task();
         let positions = Arc::new(mesh.processing.positions().clone());
         let surface = Surface::assume_checked(mesh.processing.mesh(), &positions);
-        self.camera = Camera::new(&bounding_box(&surface));
+        self.camera = Camera::new(&surface.bounding_box());
         crate::newest::lock(&self.renderer).set_mesh(mesh.processing.mesh());
         self.drawn = None;
         self.solver_shape = None;

@@ -112,7 +112,7 @@ impl Editor {
         if let (Some(open), Some(shape)) = (&self.open, self.displayed()) {
             let mesh = open.mesh.processing.mesh();
             let surface = cotan::geometry::Surface::assume_checked(mesh, &shape);
-            self.camera.fit(&cotan::geometry::bounding_box(&surface));
+            self.camera.fit(&surface.bounding_box());
         }
     }
 

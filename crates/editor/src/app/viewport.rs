@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use cotan::geometry::{Positions, Surface, bounding_box};
+use cotan::geometry::{Positions, Surface};
 use cotan::halfedge::VertexId;
 use eframe::egui::{self, Color32, PointerButton, Pos2, Rect, Sense, Stroke, StrokeKind};
 use eframe::egui_glow;
@@ -295,7 +295,7 @@ impl Editor {
             && let Some(shape) = self.displayed()
         {
             let surface = Surface::assume_checked(open.mesh.processing.mesh(), &shape);
-            self.camera.set_scene(&bounding_box(&surface));
+            self.camera.set_scene(&surface.bounding_box());
         }
         let camera: CameraSnapshot = self.camera.at(rect);
         let renderer = Arc::clone(&self.renderer);

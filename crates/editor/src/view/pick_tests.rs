@@ -20,7 +20,7 @@ fn shapes() -> Vec<Mesh<f64>> {
 }
 
 fn camera_of(shape: &Mesh<f64>, zoom: f64) -> CameraSnapshot {
-    let mut camera = Camera::new(&cotan::geometry::bounding_box(&shape.surface()));
+    let mut camera = Camera::new(&shape.surface().bounding_box());
     camera.zoom(zoom, pos2(430.0, 280.0), RECT);
     camera.at(RECT)
 }

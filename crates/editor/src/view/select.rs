@@ -3,8 +3,8 @@
 use std::collections::HashSet;
 
 use cotan::halfedge::{FaceId, HalfedgeMesh, VertexId};
+use cotan_parallel::Chunks;
 use eframe::egui::{Pos2, Rect, Vec2};
-use rayon::prelude::*;
 
 use crate::view::pick::Picker;
 use crate::view::snapshot::CameraSnapshot;
@@ -80,16 +80,12 @@ pub fn lasso(
 ) -> Vec<VertexId> {
     let bounds = Rect::from_points(polygon);
     let positions = picker.positions().as_slice();
-    let is_inside = |i: &usize| {
+    let is_inside = |i: usize| {
         camera
-            .project(positions[*i])
+            .project(positions[i])
             .is_some_and(|p| bounds.contains(p) && winding(polygon, p) != 0)
     };
-    let vertices = (0..positions.len())
-        .into_par_iter()
-        .filter(is_inside)
-        .map(VertexId::new)
-        .collect();
+    let vertices = CHUNKS.filter_map(positions.len(), |i| is_inside(i).then(|| VertexId::new(i)));
     match reach {
         Reach::Visible => only_visible(vertices, picker, camera),
         Reach::Through => vertices,
@@ -101,10 +97,9 @@ fn only_visible(
     picker: &Picker,
     camera: &CameraSnapshot,
 ) -> Vec<VertexId> {
-    vertices
-        .into_par_iter()
-        .filter(|v| picker.visible(*v, camera))
-        .collect()
+    CHUNKS.filter_map(vertices.len(), |i| {
+        Some(vertices[i]).filter(|v| picker.visible(*v, camera))
+    })
 }
 
 fn cross(a: Vec2, b: Vec2) -> f32 {
@@ -147,6 +142,9 @@ fn winding(polygon: &[Pos2], point: Pos2) -> i32 {
         })
         .sum()
 }
+
+/// Vertices of a task: a ray is shot for each of them.
+const CHUNKS: Chunks = Chunks::of(64);
 
 #[cfg(test)]
 #[path = "select_tests.rs"]

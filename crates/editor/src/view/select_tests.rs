@@ -1,5 +1,4 @@
 use cotan::Mesh;
-use cotan::geometry::bounding_box;
 use cotan::shapes::icosphere;
 use eframe::egui::{pos2, vec2};
 use nalgebra::{Point3, Vector3};
@@ -13,7 +12,7 @@ const RECT: Rect = Rect {
 };
 
 fn seen(shape: &Mesh<f64>, view: StandardView) -> (Picker, CameraSnapshot) {
-    let mut camera = Camera::new(&bounding_box(&shape.surface()));
+    let mut camera = Camera::new(&shape.surface().bounding_box());
     camera.look_from(view);
     camera.jump();
     (
@@ -103,7 +102,7 @@ fn a_lasso_around_all_takes_all_or_the_front() {
     assert_eq!(through, shape.connectivity().vertices().collect::<Vec<_>>());
     let visible = lasso(&picker, &camera, &polygon, Reach::Visible);
     // Of a convex shape one sees the vertices with a triangle that faces the eye.
-    let normals = cotan::geometry::face_normals(&shape.surface());
+    let normals = shape.surface().face_normals();
     let faces_eye = |v: &VertexId| {
         let to_eye = camera.eye() - shape.positions()[*v];
         let mut faces = shape.connectivity().vertex_faces(*v);

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use cotan::geometry::{Positions, Surface, bounding_box};
+use cotan::geometry::{Positions, Surface};
 use cotan_io::{Document, ProcessingMesh};
 use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
 use tempfile::TempDir;
@@ -77,7 +77,7 @@ impl Place {
         };
         let distances = pairs().map(|(p, q)| (turn * p - q).norm());
         let rest = Surface::new(self.surface.mesh(), self.surface.positions());
-        distances.fold(0.0, f64::max) / bounding_box(&rest.unwrap()).diagonal()
+        distances.fold(0.0, f64::max) / rest.unwrap().bounding_box().diagonal()
     }
 }
 

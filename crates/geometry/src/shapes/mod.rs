@@ -46,7 +46,6 @@ const MAX_SEGMENTS: usize = 2048;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{angle_statistics, degenerate_faces, volume};
 
     /// Euler's characteristic and the number of boundary halfedges.
     fn topology(shape: &Mesh<f64>) -> (isize, usize) {
@@ -97,8 +96,8 @@ mod tests {
             assert_eq!(topology(&shape), (chi, 0));
             assert_eq!(num_components(shape.connectivity()), 1);
             let surface = shape.surface();
-            assert!(volume(&surface) > 0.0);
-            assert!(degenerate_faces(&surface, 0.01).is_empty());
+            assert!(surface.volume() > 0.0);
+            assert!(surface.degenerate_faces(0.01).is_empty());
         }
     }
 
@@ -136,7 +135,7 @@ mod tests {
     fn the_cylinder_has_good_triangles() {
         // Edges along as long as around: 2π · 0.5 / 24 wide, rows of about √3/2 of that.
         let shape = cylinder::<f64>(0.5, 2.0, 24, 18);
-        let smallest = angle_statistics(&shape.surface()).min.to_degrees();
+        let smallest = shape.surface().angle_statistics().min.to_degrees();
         assert!(smallest > 40.0, "{smallest}");
     }
 

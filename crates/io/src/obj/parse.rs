@@ -5,8 +5,8 @@
 //! piece stops at what it cannot parse; since it does not know how many lines and vertices stand
 //! above it, it is then read once more with that known, for the error.
 
+use cotan_parallel as parallel;
 use nalgebra::Point3;
-use rayon::prelude::*;
 
 use crate::coordinate;
 use crate::error::{Element, IoError, Place, quote};
@@ -62,7 +62,7 @@ pub(super) fn parse_by(bytes: &[u8], limits: &Limits, piece: usize) -> Result<Me
             largest = batch.append_to(&mut file, bytes, limits)?.max(largest);
         } else {
             // One thread puts the last pieces together while the others parse the next ones.
-            let (appended, ()) = rayon::join(
+            let (appended, ()) = parallel::join(
                 || batch.append_to(&mut file, bytes, limits),
                 || next.read(bytes, limits),
             );
@@ -110,9 +110,9 @@ impl Batch {
         if self.ranges.len() < WORTH_THREADS {
             jobs.for_each(|(piece, &(from, to))| piece.read(bytes, from, to, limits));
         } else {
-            let jobs: Vec<_> = jobs.collect();
-            jobs.into_par_iter()
-                .for_each(|(piece, &(from, to))| piece.read(bytes, from, to, limits));
+            parallel::tasks(jobs.collect(), |(piece, &(from, to))| {
+                piece.read(bytes, from, to, limits);
+            });
         }
     }
 

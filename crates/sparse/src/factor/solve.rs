@@ -2,10 +2,9 @@
 
 use std::ops::Range;
 
-use cotan_parallel::Chunks;
+use cotan_parallel::{self as parallel, Chunks};
 use nalgebra::Vector3;
 use pulp::{Simd, WithSimd};
-use rayon::prelude::*;
 
 use super::numeric::{Factor, Value, Values};
 use super::packed;
@@ -169,25 +168,22 @@ impl<V: Value> Job<'_, V> {
                 *vector = before(unknown, &rhs[unknown]);
             }
         };
-        groups
-            .par_iter_mut()
-            .zip(&mut *group_fronts)
-            .zip(&tasks.subtrees)
-            .with_max_len(1)
-            .for_each(|((vectors, front), range)| {
-                let columns = symbolic.columns_of(range.clone());
-                // The tail gathers sums: it starts from zero.
-                vectors[columns.len()..].fill([0.0; A]);
-                take(vectors, &symbolic.order[columns]);
-                pulp::Arch::new().dispatch(Sweep {
-                    symbolic,
-                    values,
-                    vectors,
-                    front,
-                    direction: Direction::Forward,
-                    supernodes: range.clone(),
-                });
+        let down = groups.iter_mut().zip(&mut *group_fronts);
+        let down = down.zip(&tasks.subtrees).collect();
+        parallel::tasks(down, |((vectors, front), range)| {
+            let columns = symbolic.columns_of(range.clone());
+            // The tail gathers sums: it starts from zero.
+            vectors[columns.len()..].fill([0.0; A]);
+            take(vectors, &symbolic.order[columns]);
+            pulp::Arch::new().dispatch(Sweep {
+                symbolic,
+                values,
+                vectors,
+                front,
+                direction: Direction::Forward,
+                supernodes: range.clone(),
             });
+        });
         take(top, &places.top);
         for (group, vectors) in groups.iter().enumerate() {
             let columns = symbolic.num_columns(tasks.subtrees[group].clone());
@@ -209,26 +205,22 @@ impl<V: Value> Job<'_, V> {
             });
         }
         let top = &*top;
-        groups
-            .par_iter_mut()
-            .zip(group_fronts)
-            .enumerate()
-            .with_max_len(1)
-            .for_each(|(group, (vectors, front))| {
-                let range = tasks.subtrees[group].clone();
-                let columns = symbolic.num_columns(range.clone());
-                for (x, &place) in vectors[columns..].iter_mut().zip(tasks.tail(group)) {
-                    *x = top[place as usize];
-                }
-                pulp::Arch::new().dispatch(Sweep {
-                    symbolic,
-                    values,
-                    vectors,
-                    front,
-                    direction: Direction::Backward,
-                    supernodes: range,
-                });
+        let up = groups.iter_mut().zip(group_fronts).enumerate().collect();
+        parallel::tasks(up, |(group, (vectors, front))| {
+            let range = tasks.subtrees[group].clone();
+            let columns = symbolic.num_columns(range.clone());
+            for (x, &place) in vectors[columns..].iter_mut().zip(tasks.tail(group)) {
+                *x = top[place as usize];
+            }
+            pulp::Arch::new().dispatch(Sweep {
+                symbolic,
+                values,
+                vectors,
+                front,
+                direction: Direction::Backward,
+                supernodes: range,
             });
+        });
         drop(groups);
         let vectors = &*vectors;
         CHUNKS.update((x, &places.of[..]), |i, (x, &place)| {

@@ -163,11 +163,8 @@ fn a_divided_factor_solves_and_does_not_depend_on_the_threads() {
     let symbolic = Symbolic::analyse(&lower, order.clone());
     assert!(symbolic.tasks.subtrees.len() > 1 && !symbolic.tasks.top.is_empty());
     let with = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
-        pool.install(|| solve(&lower, order.clone(), Precision::Double))
+        let run = || solve(&lower, order.clone(), Precision::Double);
+        cotan_parallel::on_threads(threads, run).unwrap()
     };
     let x = with(1);
     assert!(residual(&lower, &x) < 1e-12);

@@ -2,8 +2,7 @@
 
 use std::sync::atomic::AtomicU32;
 
-use cotan_parallel as parallel;
-use rayon::prelude::*;
+use cotan_parallel::{self as parallel, Chunks};
 
 use super::bisect::{Bisector, LEFT, RIGHT, SEPARATOR};
 use super::coarsen::{Clustering, Coarsening, coarsen};
@@ -64,15 +63,13 @@ impl Dissection {
         if depth != DEPTH_OF_VARIANTS {
             return Self::new(level, depth, clustering);
         }
-        let tried: Vec<(f64, Self)> = VARIANTS
-            .par_iter()
-            .filter_map(|&clustering| {
-                let dissection = Self::new(level, depth, clustering)?;
-                let flops = flops(level, &dissection.order(level));
-                Some((flops, dissection))
-            })
-            .collect();
-        let (least, best) = tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let tried = parallel::tasks(VARIANTS.to_vec(), |clustering| {
+            let dissection = Self::new(level, depth, clustering)?;
+            let flops = flops(level, &dissection.order(level));
+            Some((flops, dissection))
+        });
+        let tried = tried.into_iter().flatten();
+        let (least, best) = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
         if level.num_vertices() >= TELLING {
             let other = flops(level, &approximate_minimum_degree(&level.graph()));
             if other < CLEARLY_LESS * least {
@@ -163,7 +160,7 @@ fn refine_below(graph: &Labelled<'_>, t: u32, mut nodes: Nodes<'_>, space: &mut 
         members: right_members,
     };
     if graph.tree.end(t) - t > PARALLEL_NODES {
-        rayon::join(
+        parallel::join(
             || refine_below(graph, t + 1, left_nodes, space),
             || refine_below(graph, right, right_nodes, &mut Workspace::default()),
         );
@@ -187,20 +184,19 @@ fn split_leaves(
         .filter(|&t| tree.is_leaf(t))
         .collect();
     let total = level.total_weight();
-    let split: Vec<(Tree, Vec<u32>)> = leaves
-        .par_iter()
-        .map_init(
-            || Bisector::new(total),
-            |bisector, &t| {
-                let vertices = of_node(t);
-                if vertices.len() <= largest {
-                    return (Tree::leaf(), Vec::new());
-                }
-                let part = level.part(vertices, t, labels, slots);
-                split(&part, largest, bisector)
-            },
-        )
-        .collect();
+    let split: Vec<(Tree, Vec<u32>)> = ONE_BY_ONE.map_with(
+        &leaves[..],
+        || Bisector::new(total),
+        |bisector, _, leaf| {
+            let t = leaf[0];
+            let vertices = of_node(t);
+            if vertices.len() <= largest {
+                return (Tree::leaf(), Vec::new());
+            }
+            let part = level.part(vertices, t, labels, slots);
+            split(&part, largest, bisector)
+        },
+    );
     let (trees, inner): (Vec<_>, Vec<_>) = split.into_iter().unzip();
     let (tree, numbers) = tree.replace_leaves(&trees);
     parallel::update(labels, |_, label| {
@@ -238,7 +234,7 @@ fn split(part: &Level, largest: usize, bisector: &mut Bisector) -> (Tree, Vec<u3
     let (left_part, right_part) = (half(&left, LEFT), half(&right, RIGHT));
     let (left_split, right_split) = if part.num_vertices() > PARALLEL_VERTICES {
         let mut second = bisector.another();
-        rayon::join(
+        parallel::join(
             || split(&left_part, largest, bisector),
             || split(&right_part, largest, &mut second),
         )
@@ -274,7 +270,7 @@ fn assemble(level: &Level, tree: &Tree, labels: &[AtomicU32], slots: &[AtomicU32
         rest = tail;
         pieces.push(piece);
     }
-    pieces.par_iter_mut().enumerate().for_each(|(t, piece)| {
+    ONE_BY_ONE.update(&mut pieces[..], |t, piece| {
         if tree.is_leaf(t as u32) {
             order_leaf(level, piece, t as u32, labels, slots);
         }
@@ -292,6 +288,9 @@ fn emit(tree: &Tree, t: u32, pieces: &[&mut [u32]], order: &mut Vec<u32>) {
     }
     order.extend_from_slice(pieces[t as usize]);
 }
+
+/// Leaves differ in size.
+const ONE_BY_ONE: Chunks = Chunks::of(1);
 
 /// Ways to cluster; the first for the finest levels.
 const VARIANTS: [Clustering; 2] = [

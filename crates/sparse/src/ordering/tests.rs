@@ -240,10 +240,7 @@ fn limbed_meshes_take_no_more_than_with_minimum_degree() {
 #[test]
 fn the_number_of_threads_changes_nothing() {
     let sphere = irregular_sphere(5);
-    let with = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        pool.unwrap().install(|| order(&sphere.graph()))
-    };
+    let with = |threads| cotan_parallel::on_threads(threads, || order(&sphere.graph())).unwrap();
     let one = with(1);
     assert_eq!(one, with(2));
     assert_eq!(one, with(5));

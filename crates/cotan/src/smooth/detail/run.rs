@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use cotan_flow::PrescribedField;
-use cotan_geometry::{Positions, Scalar, Surface, bounding_box};
+use cotan_geometry::{Positions, Scalar, Surface};
 
 use super::{CurvatureEdit, wanted_field};
 use crate::error::Error;
@@ -132,7 +132,7 @@ pub fn edit_detail_observed<'m, T: Scalar>(
     let updater = PrescribedField(wanted_field(&rest, edit, direction));
     let edited = system.run(rest, updater, AlongCurvature { direction })?;
     let surface = Surface::new(mesh, positions)?;
-    let size = bounding_box(&surface).longest_side().as_f64();
+    let size = surface.bounding_box().longest_side().as_f64();
     let bound = options.max_displacement.unwrap_or(LONGEST_MOVE * size);
     let correct = |edited: &Positions<T>, held: &[bool]| {
         let correction = Correction {
@@ -157,7 +157,7 @@ const LONGEST_MOVE: f64 = 0.25;
 #[cfg(test)]
 mod tests {
     use cotan_geometry::shapes::{bar, bumpy_plane, icosphere, torus};
-    use cotan_geometry::{Mesh, folded_faces, volume};
+    use cotan_geometry::{Mesh, folded_faces};
     use cotan_halfedge::HalfedgeMesh;
     use cotan_halfedge::VertexMap;
     use nalgebra::Point3;
@@ -222,7 +222,7 @@ mod tests {
         assert!(all[0] < 0.5 * all[1], "{all:?}");
         assert!(all[2] > 1.3 * all[1], "{all:?}");
         for x in [&faded, &doubled] {
-            let ratio = volume(&surface.with_positions(x)) / volume(&surface);
+            let ratio = surface.with_positions(x).volume() / surface.volume();
             // As much as on the public models of the reference (1.013).
             assert!((ratio - 1.0).abs() < 0.015, "{ratio}");
         }
@@ -359,7 +359,7 @@ mod tests {
             for (k, edit) in all_edits(&shape).iter().enumerate() {
                 let x = edited(&shape, edit);
                 let moved = farthest(&x, shape.positions());
-                let size = bounding_box(&shape.surface()).longest_side();
+                let size = shape.surface().bounding_box().longest_side();
                 assert!(moved < 0.1 * size, "edit {k}: {moved}");
                 let folded = folded_faces(&shape.surface(), &x).expect("positions that fit");
                 assert!(folded.is_empty(), "edit {k}: {folded:?}");

@@ -1,6 +1,6 @@
 //! Any curvature that somebody computed or painted.
 
-use cotan_geometry::{Scalar, Surface, bounding_box};
+use cotan_geometry::{Scalar, Surface};
 use cotan_halfedge::VertexMap;
 
 use super::{CurvatureEdit, CurvatureField, check_length};
@@ -32,7 +32,7 @@ impl TargetCurvature {
     /// The mean curvature that every vertex is to have, ½ (κ₁ + κ₂), positive where convex, in one
     /// over the units of `surface`, the mesh to be edited. See [`crate::smooth::mean_curvatures`].
     pub fn new<T: Scalar>(surface: &Surface<'_, T>, field: &VertexMap<f64>) -> Self {
-        let size = bounding_box(surface).longest_side().as_f64();
+        let size = surface.bounding_box().longest_side().as_f64();
         Self {
             field: field.map(|h| h * size),
         }

@@ -1,6 +1,6 @@
 //! Details of another mesh.
 
-use cotan_geometry::{Scalar, Surface, bounding_box};
+use cotan_geometry::{Scalar, Surface};
 use cotan_halfedge::{VertexId, VertexMap};
 
 use super::{CurvatureEdit, CurvatureField, check_length};
@@ -34,7 +34,7 @@ pub struct TransferredCurvature {
 impl TransferredCurvature {
     /// The details of `other`, which has the same connectivity.
     pub fn from<T: Scalar>(other: &Surface<'_, T>) -> Self {
-        let size = bounding_box(other).longest_side().as_f64();
+        let size = other.bounding_box().longest_side().as_f64();
         let values = mollified_mean_curvatures(other).map(|h| h * size);
         Self { fine: values }
     }

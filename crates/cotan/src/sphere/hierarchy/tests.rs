@@ -43,7 +43,7 @@ proptest! {
         let sphere = check::<f64>(shape.connectivity(), shape.positions(), 1.0);
         let map = SphereMap::new(shape.connectivity(), sphere).expect("valid");
         let surface = shape.surface();
-        let total = cotan_geometry::surface_area(&surface);
+        let total = surface.area();
         let log = |f: FaceId| {
             let share = cotan_geometry::face_area_vector(&surface, f).norm() / total;
             share * (map.solid_angle(f) / (4.0 * std::f64::consts::PI) / share).ln().abs()
@@ -103,12 +103,9 @@ fn a_hub_of_thousands_of_edges_is_embedded() {
 fn the_number_of_threads_changes_nothing() {
     let shape = creature::<f64>(40);
     let with = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .expect("threads");
-        pool.install(|| embed::<f64>(shape.connectivity(), shape.positions(), 0.7))
-            .expect("an embedding")
+        let run = || embed::<f64>(shape.connectivity(), shape.positions(), 0.7);
+        let embedding = cotan_parallel::on_threads(threads, run).expect("threads");
+        embedding.expect("an embedding")
     };
     assert_eq!(with(1), with(3));
 }

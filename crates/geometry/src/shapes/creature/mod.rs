@@ -119,7 +119,7 @@ const TRIANGLE_ROUNDS: usize = 4;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{angle_statistics, bounding_box, negative_cotangent_share, volume};
+    use crate::negative_cotangent_share;
 
     #[test]
     fn the_default_is_a_sphere_with_good_triangles() {
@@ -129,7 +129,7 @@ mod tests {
         assert_eq!(mesh.num_vertices() + mesh.num_faces(), mesh.num_edges() + 2);
         assert!(is_connected(mesh));
         assert!(!mesh.halfedges().any(|h| mesh.is_boundary_halfedge(h)));
-        let angles = angle_statistics(&surface);
+        let angles = surface.angle_statistics();
         assert!(
             angles.min > 28_f64.to_radians(),
             "{}",
@@ -138,8 +138,8 @@ mod tests {
         assert!(angles.mean_smallest > 50_f64.to_radians());
         assert!(negative_cotangent_share(&surface) < 1e-3);
         assert!(mesh.vertices().all(|v| (4..=7).contains(&mesh.valence(v))));
-        assert!(volume(&surface) > 0.5);
-        let bounds = bounding_box(&surface);
+        assert!(surface.volume() > 0.5);
+        let bounds = surface.bounding_box();
         assert!(bounds.min.y.abs() < 0.02);
         assert!(
             (bounds.longest_side() - 2.7).abs() < 0.1,
@@ -164,16 +164,14 @@ mod tests {
     #[test]
     fn same_bytes_whatever_the_number_of_threads() {
         let build = |threads| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-            pool.expect("a thread pool")
-                .install(|| creature::<f64>(MIN_RESOLUTION))
+            cotan_parallel::on_threads(threads, || creature::<f64>(MIN_RESOLUTION)).unwrap()
         };
         assert_eq!(build(1), build(3));
     }
 
     #[test]
     fn finer_grids_converge_to_the_same_body() {
-        let [coarse, fine] = [64, 128].map(|r| volume(&creature::<f32>(r).surface()));
+        let [coarse, fine] = [64, 128].map(|r| creature::<f32>(r).surface().volume());
         assert!((coarse / fine - 1.0).abs() < 0.02, "{coarse} {fine}");
     }
 }
