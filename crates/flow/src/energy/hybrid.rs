@@ -473,6 +473,8 @@ mod tests {
     use cotan_geometry::shapes::torus;
     use cotan_laplacian::{Cotangent, Tutte};
 
+    use nalgebra::Matrix3;
+
     use super::*;
     use crate::current::Current;
 
@@ -490,7 +492,7 @@ mod tests {
             Rest::new(shape.connectivity(), shape.positions(), Tutte),
         ];
         for rest in rests.map(Result::unwrap) {
-            let mut hybrid = Hybrid::new(0.3);
+            let mut hybrid = Hybrid::new(0.3).stiffness(Stiffness::THIN);
             let mu = hybrid.begin(&rest).unwrap();
             let bend = |p: &nalgebra::Point3<f64>| {
                 nalgebra::Point3::new(p.x + p.y * p.z, p.y - 0.3 * p.x * p.x, 1.2 * p.z)
@@ -511,8 +513,8 @@ mod tests {
             let mesh = shape.connectivity();
             let of_vertex = |j: usize, r: Matrix3<f64>| {
                 let now = rest.operator().apply_at(&positions, j);
-                let mut sum =
-                    (now - r * Vector3::from(wanted(&rest, field.as_slice(), j))).norm_squared();
+                let mut sum = (now - r * Vector3::from(wanted(&rest, field.as_slice(), j, 1.0)))
+                    .norm_squared();
                 for face in mesh.vertex_faces(cotan_halfedge::VertexId::new(j)) {
                     for h in mesh.face_halfedges(face) {
                         let [from, to] = [mesh.origin(h), mesh.target(h)];
