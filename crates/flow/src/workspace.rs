@@ -138,7 +138,14 @@ impl<T: Scalar> Workspace<T> {
             terms.residual = terms.correction.clone();
         }
         self.system.residual(&defect, &mut terms.residual);
-        Ok(self.system.correct(&defect, &mut terms.correction)?)
+        let Terms {
+            residual,
+            correction,
+            ..
+        } = terms;
+        Ok(self
+            .system
+            .correct_residual(&defect, residual, correction)?)
     }
 
     /// mismatch ← ℓ − L⁰x.

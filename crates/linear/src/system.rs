@@ -235,6 +235,32 @@ impl PreparedSystem {
         }
     }
 
+    /// As [`Self::correct`], where the [`Self::residual`] of the same defect is at hand.
+    ///
+    /// # Errors
+    /// As [`Self::correct`].
+    ///
+    /// # Panics
+    /// If a map has not one entry per vertex.
+    pub fn correct_residual(
+        &mut self,
+        defect: &Defect<'_>,
+        residual: &VertexMap<Vector3<f64>>,
+        correction: &mut VertexMap<Vector3<f64>>,
+    ) -> Result<(), LinearError> {
+        let n = self.problem.num_vertices();
+        assert_eq!(residual.len(), n, "one entry per vertex");
+        match &mut self.solver {
+            Solver::Normal(normal) => {
+                assert_eq!(correction.len(), n, "one entry per vertex");
+                let residual = residual.as_slice();
+                normal.correct(|i| residual[i], correction.as_mut_slice());
+                Ok(())
+            }
+            Solver::Columns(_) => self.correct(defect, correction),
+        }
+    }
+
     fn log(&self, event: &str) {
         tracing::debug!(
             unknowns = self.num_unknowns(),

@@ -27,6 +27,8 @@ pub(crate) struct Descent<T: Scalar> {
     coarse: Option<Coarse>,
     /// Whether it cannot be built for these handles.
     is_refused: bool,
+    /// The part of a plain step that did not go too far last time.
+    plain_part: f64,
     /// Σ s_ij (x_j − x_i) less what the model wants of it.
     tension: VertexMap<Vector3<f64>>,
     /// The direction in which a step searches; empty without acceleration.
@@ -68,6 +70,7 @@ impl<T: Scalar> Descent<T> {
             lbfgs: (memory > 0).then(|| Lbfgs::new(memory)),
             coarse: None,
             is_refused: false,
+            plain_part: 1.0,
             tension: VertexMap::default(),
             direction: VertexMap::default(),
             energy: None,
@@ -148,19 +151,38 @@ impl<T: Scalar> Descent<T> {
     /// may know less than the energy: the whole step can go too far.
     fn plain(&mut self, work: &mut Workspace<T>, ratio: f64) -> Result<Search, FlowError> {
         const MOST_TRIALS: usize = 8;
+        /// Fraction of the predicted decrease that is asked for. An energy that the system bounds
+        /// from above falls by half of it; a step that falls by less goes beyond its best length.
+        const SUFFICIENT: f64 = 0.45;
         let Some(before) = self.energy else {
             work.move_by_correction(ratio);
             self.update(work)?;
             return Ok(Search::Went);
         };
-        let highest = before.value + before.rounding::<T>();
-        for trial in 0..MOST_TRIALS {
-            work.move_by_correction(ratio * 0.5_f64.powi(trial as i32));
-            if self.fit(work)?.value <= highest {
+        // Half the energy falls at this rate along the step; ratios of their own bend it.
+        let rate = match work.settings.ratios {
+            None => dot(
+                work.terms.residual.as_slice(),
+                work.terms.correction.as_slice(),
+            ),
+            Some(_) => 0.0,
+        };
+        let rounding = before.rounding::<T>();
+        // Where rounding hides the energy, what was short enough last time is taken again.
+        if rate * ratio > 4.0 * rounding {
+            self.plain_part = (2.0 * self.plain_part).min(1.0);
+        }
+        for _ in 0..MOST_TRIALS {
+            let length = ratio * self.plain_part;
+            work.move_by_correction(length);
+            let rise = 0.5 * (self.fit(work)?.value - before.value);
+            if rise <= 0.5 * rounding - SUFFICIENT * length * rate {
                 self.follow_field(work)?;
                 return Ok(Search::Went);
             }
+            self.plain_part *= 0.5;
         }
+        self.plain_part = 1.0;
         let start = work.start.as_slice();
         work.current.write().as_mut_slice().copy_from_slice(start);
         self.fit(work)?;
@@ -333,6 +355,7 @@ impl<T: Scalar> Rule<T> for Descent<T> {
         self.energy = None;
         self.coarse = self.coarse.take().filter(|c| c.is_for(&work.targets));
         self.is_refused = false;
+        self.plain_part = 1.0;
         if let Some(lbfgs) = &mut self.lbfgs {
             lbfgs.reset();
         }
