@@ -29,6 +29,9 @@ pub(crate) struct Report {
     /// The longest move that one more full step would make, in the same unit.
     pub(crate) residual: f64,
     pub(crate) energy: Option<f64>,
+    /// By how much a part turned back, where a stated turn of more than 180° was not held.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) lost_turn_degrees: Option<f64>,
     #[serde(flatten)]
     pub(crate) quality: QualityFields,
     pub(crate) scheme: &'static str,
@@ -135,6 +138,7 @@ impl Report {
             max_relative_change: flow.change,
             residual: flow.residual,
             energy: flow.energy,
+            lost_turn_degrees: flow.lost_turn.map(f64::to_degrees),
             quality: QualityFields::from(&edited.quality),
             scheme: setting.options.scheme.name(),
             orientation: setting.options.orientation.name(),

@@ -5,7 +5,7 @@ use std::fmt;
 use cotan_geometry::{Positions, Scalar, scalar};
 use cotan_halfedge::VertexId;
 use cotan_linear::{Handle, Hold};
-use nalgebra::{Matrix4, Point3};
+use nalgebra::{Matrix4, Point3, Vector3};
 
 use crate::error::Error;
 
@@ -101,6 +101,7 @@ pub struct HandleGroup<T: Scalar> {
     vertices: Vec<VertexId>,
     pub(crate) motion: Motion<T>,
     hold: Hold,
+    turn: Option<Vector3<T>>,
 }
 
 impl<T: Scalar> HandleGroup<T> {
@@ -117,6 +118,11 @@ impl<T: Scalar> HandleGroup<T> {
     /// Their motion.
     pub fn motion(&self) -> &Motion<T> {
         &self.motion
+    }
+
+    /// The rotation vector of its motion, where it is stated: see [`Handles::turned`].
+    pub fn turn(&self) -> Option<Vector3<T>> {
+        self.turn
     }
 
     /// The firmness with which they are held.
@@ -222,6 +228,7 @@ impl<T: Scalar> Handles<T> {
             vertices: vertices.into_iter().collect(),
             motion,
             hold,
+            turn: None,
         });
         id
     }
@@ -260,6 +267,45 @@ impl<T: Scalar> Handles<T> {
             group.hold = Hold::Soft(weight);
         }
         self
+    }
+
+    /// States by how much the group added last is turned by its motion: an axis times an angle in
+    /// radians, which may be more than half a turn. Positions alone cannot tell 270° from −90°.
+    /// A body holds about 85° to 110° of twist for each of its diameters between the handles; what
+    /// it does not hold is told by [`cotan_flow::Report::lost_turn`].
+    ///
+    /// ```
+    /// use cotan::prelude::*;
+    ///
+    /// let shape = cotan::shapes::bar::<f64>([6.0, 1.0, 1.0], [36, 6, 6]);
+    /// let left = shape.surface().vertices_where(|p| p.x < -2.99);
+    /// let right = shape.surface().vertices_where(|p| p.x > 2.99);
+    /// let turn = Vector3::x() * f64::to_radians(270.0);
+    /// let handles = Handles::new()
+    ///     .fix(left)
+    ///     .transform(right, Rotation3::new(turn).to_homogeneous())
+    ///     .turned(turn);
+    /// let deformed = deform(&shape, &handles, &DeformOptions::default())?;
+    /// assert_eq!(deformed.report.lost_turn, None);
+    /// # Ok::<(), cotan::Error>(())
+    /// ```
+    #[must_use]
+    pub fn turned(mut self, turn: Vector3<T>) -> Self {
+        if let Some(group) = self.groups.last_mut() {
+            group.turn = Some(turn);
+        }
+        self
+    }
+
+    /// The stated turns, vertex by vertex.
+    pub(crate) fn stated_turns(&self) -> Vec<(VertexId, Vector3<f64>)> {
+        let of_group = |group: &HandleGroup<T>| {
+            let turn = group.turn.map(|turn| turn.map(T::as_f64));
+            let vertices = group.vertices.iter().copied();
+            let stated = turn.map(|turn| vertices.map(move |v| (v, turn)));
+            stated.into_iter().flatten().collect::<Vec<_>>()
+        };
+        self.groups.iter().flat_map(of_group).collect()
     }
 
     /// Makes all groups added so far that are met exactly be held by `hold` instead.

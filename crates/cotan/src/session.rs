@@ -1,5 +1,6 @@
 //! A deformation that stays alive while its handles move.
 
+use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
 use cotan_flow::{Flow, FlowBuilder, Report, Schedule, StepReport};
@@ -79,8 +80,10 @@ impl<T: Scalar> Session<T> {
     /// ([`cotan_flow::FlowError::MutedUpdater`]).
     pub fn from_flow(flow: FlowBuilder<T>, handles: &Handles<T>) -> Result<Self, Error> {
         let resolved = handles.resolve(flow.original_positions())?;
-        let starts_from_original = flow.starts_from_original();
-        let flow = flow.handles(resolved).build()?;
+        let stated = handles.stated_turns();
+        let is_wound = stated.iter().any(|(_, turn)| turn.norm() > PI);
+        let starts_from_original = flow.starts_from_original() && !is_wound;
+        let flow = flow.handles(resolved).stated_turns(stated).build()?;
         Ok(Self {
             unmoved: starts_from_original.then(|| Unmoved::new(flow.rest().mesh(), flow.size())),
             flow,

@@ -6,7 +6,7 @@ use cotan_geometry::{Positions, Scalar, Surface};
 use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
 use cotan_laplacian::{Cotangent, LaplacianScheme};
 use cotan_linear::{Handle, Membrane, PreparedSystem, SystemOptions};
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 use crate::current::Current;
 use crate::energy::{Hybrid, LocalGlobal};
@@ -17,6 +17,7 @@ use crate::projection::Projection;
 use crate::rest::Rest;
 use crate::rule::{Descent, FixedPoint, Projected, Rule};
 use crate::schedule::Schedule;
+use crate::start::StatedTurns;
 use crate::targets::Targets;
 use crate::updater::{KeepMagnitude, ScalarFieldUpdater};
 use crate::workspace::{Settings, Terms, Workspace};
@@ -73,6 +74,7 @@ pub struct FlowBuilder<T: Scalar> {
     region: Option<Vec<VertexId>>,
     system: SystemOptions,
     start: Start,
+    stated_turns: StatedTurns,
     acceleration: Acceleration,
     settings: Settings<T>,
 }
@@ -135,6 +137,7 @@ impl<T: Scalar> FlowBuilder<T> {
             region: None,
             system: SystemOptions::default(),
             start: Start::default(),
+            stated_turns: Vec::new(),
             acceleration: Acceleration::default(),
             settings: Settings {
                 schedule: Schedule::default(),
@@ -243,6 +246,20 @@ impl<T: Scalar> FlowBuilder<T> {
     #[must_use]
     pub fn start(mut self, start: Start) -> Self {
         self.start = start;
+        self
+    }
+
+    /// States by how much handle vertices turn, as rotation vectors (an axis times an angle in
+    /// radians), which may be more than half a turn: positions alone cannot tell. Of a region the
+    /// vertex with the lowest index in the list of handles speaks for all. Used by
+    /// [`Start::HandleRotations`] where two regions turn by more than half a turn beside each
+    /// other; a turn that the targets contradict is ignored.
+    #[must_use]
+    pub fn stated_turns(
+        mut self,
+        turns: impl IntoIterator<Item = (VertexId, Vector3<f64>)>,
+    ) -> Self {
+        self.stated_turns = turns.into_iter().collect();
         self
     }
 
@@ -360,7 +377,7 @@ impl<T: Scalar> FlowBuilder<T> {
             system,
             membrane_weight,
         };
-        Flow::begin(work, rule, self.start)
+        Flow::begin(work, rule, self.start, &self.stated_turns)
     }
 
     /// The checks that need no rest shape.

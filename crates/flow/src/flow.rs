@@ -14,7 +14,7 @@ use crate::report::{Report, StepReport, StopReason};
 use crate::rest::Rest;
 use crate::rule::Rule;
 use crate::schedule::Schedule;
-use crate::start::first_guess;
+use crate::start::{FirstGuess, StatedTurns, first_guess, wind};
 use crate::targets::Changed;
 use crate::workspace::Workspace;
 
@@ -60,18 +60,22 @@ impl<T: Scalar> Flow<T> {
         mut work: Workspace<T>,
         mut rule: Box<dyn Rule<T>>,
         start: Start,
+        stated: &StatedTurns,
     ) -> Result<Self, FlowError> {
         match start {
             Start::Original | Start::Updated => {}
-            Start::HandleRotations => {
-                work.first_guess = first_guess(&mut work)?;
-                if let Some(guess) = &work.first_guess {
-                    for (ell, rotation) in work.laplacian.values_mut().zip(guess.rotations.values())
-                    {
-                        *ell = (rotation * ell.map(T::as_f64)).map(T::of_f64);
+            Start::HandleRotations => match wind(&mut work, stated)? {
+                Some((shape, guess)) => return Self::begin_wound(work, rule, &shape, guess),
+                None => {
+                    work.first_guess = first_guess(&mut work)?;
+                    if let Some(guess) = &work.first_guess {
+                        let turned = work.laplacian.values_mut().zip(guess.rotations.values());
+                        for (ell, rotation) in turned {
+                            *ell = (rotation * ell.map(T::as_f64)).map(T::of_f64);
+                        }
                     }
                 }
-            }
+            },
             Start::Zero => {
                 let zero = |ell: &mut nalgebra::Vector3<T>| ell.fill(T::zero());
                 work.laplacian.values_mut().for_each(zero);
@@ -81,6 +85,22 @@ impl<T: Scalar> Flow<T> {
         if start == Start::Updated {
             rule.update(&mut work)?;
         }
+        Ok(Self { work, rule })
+    }
+
+    /// Starts from a shape that is wound up with its handles. There is no solve that answers to
+    /// them all at once: it would unwind the shape.
+    fn begin_wound(
+        mut work: Workspace<T>,
+        mut rule: Box<dyn Rule<T>>,
+        shape: &Positions<f64>,
+        guess: FirstGuess,
+    ) -> Result<Self, FlowError> {
+        *work.current.write() = shape.map(|p| p.map(T::of_f64));
+        work.first_guess = Some(guess);
+        rule.begin(&mut work)?;
+        rule.update(&mut work)?;
+        work.since_move = 1;
         Ok(Self { work, rule })
     }
 
@@ -296,6 +316,7 @@ impl<T: Scalar> Flow<T> {
                 break;
             }
         }
+        report.lost_turn = self.rule.lost_turn();
         tracing::debug!(
             iterations = report.iterations,
             stop = report.stop.as_str(),

@@ -168,6 +168,14 @@ impl Job<'_> {
             )),
             _ => {}
         }
+        if let Some(angle) = flow.lost_turn {
+            console.warn(format_args!(
+                "a turn of more than half a turn was lost: a part of the shape came to lie {:.0}° \
+                 from where it was wound to; a body holds about 85° to 110° of twist for each of \
+                 its diameters between the handles",
+                angle.to_degrees()
+            ));
+        }
         let flipped = edited.quality.flipped_faces;
         if flipped > 0 {
             console.warn(format_args!(

@@ -7,7 +7,7 @@ use cotan_parallel as parallel;
 use nalgebra::{Point3, Vector3};
 
 use super::bodies::Bodies;
-use super::struts::{Strut, Struts, energy_of};
+use super::struts::{Strut, Struts};
 use super::volume::SoftVolume;
 use super::{Energy, FittedCells, LocalGlobal, NextStep, Stiffness};
 use crate::cells::{Means, as_f64, cell_share, edge_gradients, four_of, in_rows};
@@ -140,6 +140,7 @@ impl Hybrid {
             gradients: fit_gradients,
             membrane: 0.25 * *weight,
             struts: struts.as_ref().map_or(&[], |s| s.of_vertex()),
+            is_hard: struts.as_ref().is_some_and(Struts::is_hard),
             weight: *weight,
             size: *size,
         };
@@ -218,6 +219,9 @@ impl<T: Scalar> LocalGlobal<T> for Hybrid {
         self.means.clone_from(&self.rotations);
         if guess.scale != 1.0 {
             self.resize(guess.scale);
+        }
+        if let Some(struts) = self.struts.as_mut().filter(|_| guess.is_wound) {
+            struts.harden();
         }
         if let Some(swelling) = &guess.swelling {
             for (mean, scale) in self.means.iter_mut().zip(swelling.values()) {
@@ -314,6 +318,8 @@ struct CellsAt<'a, T: Scalar> {
     membrane: f64,
     /// One a vertex, or none at all.
     struts: &'a [Strut],
+    /// Whether the struts harden.
+    is_hard: bool,
     /// μ.
     weight: f64,
     size: f64,
@@ -354,8 +360,10 @@ impl<T: Scalar> PassOfTwo<Mat3, Vector3<f64>, 2> for CellsAt<'_, T> {
                 let span = strut.span(own, x);
                 let weight = self.weight * strut.weight;
                 sum.add_outer(span * Four::all(weight), &strut.rest);
-                let energy = energy_of(span, weight);
-                flow += energy.value;
+                flow += weight * (span * span).sum();
+                if self.is_hard {
+                    flow += self.weight * strut.hardness(span).energy;
+                }
             }
             *entry = sum.times(cell_share(self.graph, i));
             let wanted = Four::of_vector(&wanted);

@@ -5,7 +5,6 @@ use cotan_halfedge::FaceId;
 use cotan_parallel as parallel;
 use nalgebra::{Point3, Vector3};
 
-use super::Energy;
 use super::bodies::Bodies;
 use crate::cells::as_f64;
 use crate::nearest_rotation::Mat3;
@@ -29,6 +28,7 @@ pub(super) struct Struts {
     ends: Vec<(u32, f64)>,
     /// Half the gradient of each strut's energy by x_j − y_j, over μ.
     forces: Vec<[f64; 3]>,
+    is_hard: bool,
     /// Σ ν_j |d_j|².
     pub(super) rest_energy: f64,
 }
@@ -43,6 +43,17 @@ pub(crate) struct Strut {
     pub(crate) rest: [f64; 3],
     /// ν over μ; 0 where there is no strut.
     pub(super) weight: f64,
+    /// A third of the area around the vertex.
+    area: f64,
+    /// The weight of its hardening over μ; 0 unless the struts harden.
+    hardening: f64,
+}
+
+/// What a strut adds when it is compressed, over μ.
+pub(super) struct Hardness {
+    pub(super) energy: f64,
+    /// Half the gradient by the span, over the span.
+    force: f64,
 }
 
 impl Strut {
@@ -63,6 +74,30 @@ impl Strut {
     }
 }
 
+impl Strut {
+    /// w (ln(λ0/λ))₊^p, with λ the length over the original one: struts that harden under
+    /// compression keep a section from collapsing where the surface is wound up.
+    #[inline(always)]
+    pub(super) fn hardness(&self, span: Four) -> Hardness {
+        /// λ0 and p: of those that were tried the ones that hold the widest turns.
+        const FREE: f64 = 0.9;
+        const POWER: i32 = 2;
+        let squared = (span * span).sum();
+        let ratio = (squared / Vector3::from(self.rest).norm_squared()).sqrt();
+        let over = (FREE / ratio).ln();
+        if !(over > 0.0) || self.hardening == 0.0 {
+            return Hardness {
+                energy: 0.0,
+                force: 0.0,
+            };
+        }
+        Hardness {
+            energy: self.hardening * over.powi(POWER),
+            force: -0.5 * self.hardening * f64::from(POWER) * over.powi(POWER - 1) / squared,
+        }
+    }
+}
+
 impl Struts {
     /// Struts of weight β = `stiffness`; μ = `membrane`.
     pub(super) fn new<T: Scalar>(
@@ -80,8 +115,8 @@ impl Struts {
         for (j, strut) in of_vertex.iter_mut().enumerate() {
             if strut.weight > 0.0 {
                 let squared = Vector3::from(strut.rest).norm_squared();
-                let area = areas[j].as_f64() / 3.0;
-                strut.weight = stiffness * (area / squared).min(MOST);
+                strut.area = areas[j].as_f64() / 3.0;
+                strut.weight = stiffness * (strut.area / squared).min(MOST);
             }
         }
         let (starts, ends) = ends_at(&of_vertex);
@@ -89,6 +124,7 @@ impl Struts {
         Self {
             rest_energy: membrane * of_vertex.iter().map(squares).sum::<f64>(),
             forces: vec![[0.0; 3]; of_vertex.len()],
+            is_hard: false,
             of_vertex,
             starts,
             ends,
@@ -112,8 +148,47 @@ impl Struts {
                 return [0.0; 3];
             }
             let span = strut.span(Four::of_point(&x[j]), x);
-            ((span - turned(&means[j], &strut.rest)) * Four::all(strut.weight)).vector()
+            let mut force = (span - turned(&means[j], &strut.rest)) * Four::all(strut.weight);
+            if strut.hardening > 0.0 {
+                force += span * Four::all(strut.hardness(span).force);
+            }
+            force.vector()
         });
+    }
+
+    /// Has the struts harden under compression, from here on.
+    pub(super) fn harden(&mut self) {
+        /// Weights beside those of the struts, and the most that a strut counts.
+        const WEIGHT: f64 = 10.0;
+        const MOST: f64 = 0.03;
+        let length = |s: &Strut| Vector3::from(s.rest).norm();
+        let mut sorted: Vec<[f64; 2]> = self
+            .of_vertex
+            .iter()
+            .filter(|s| s.weight > 0.0)
+            .map(|s| [length(s), s.area])
+            .collect();
+        sorted.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        let half = 0.5 * sorted.iter().map(|[_, area]| area).sum::<f64>();
+        let mut sum = 0.0;
+        let median = sorted.iter().find(|[_, area]| {
+            sum += area;
+            sum >= half
+        });
+        let Some([median, _]) = median.copied() else {
+            return;
+        };
+        for strut in self.of_vertex.iter_mut().filter(|s| s.weight > 0.0) {
+            let d = length(strut);
+            // Struts from end to end would dominate bends.
+            let near = (median / d).min(1.0).powi(4);
+            strut.hardening = WEIGHT * strut.area.min(MOST * d * d) * near;
+        }
+        self.is_hard = true;
+    }
+
+    pub(super) fn is_hard(&self) -> bool {
+        self.is_hard
     }
 
     /// Takes all struts times a factor for the original ones.
@@ -133,13 +208,6 @@ impl Struts {
         }
         force
     }
-}
-
-/// The terms of a strut in its cell: ν |x − y|², beside what the original gives.
-#[inline(always)]
-pub(super) fn energy_of(span: Four, weight: f64) -> Energy {
-    let value = weight * (span * span).sum();
-    Energy { value, size: value }
 }
 
 /// For every vertex the struts that end on a triangle of its, with its share of the end.

@@ -9,6 +9,7 @@ use super::Rule;
 use crate::accelerate::{Coarse, Lbfgs, Restricted};
 use crate::energy::{Energy, LocalGlobal, NextStep};
 use crate::error::FlowError;
+use crate::nearest_rotation::{Mat3, flat};
 use crate::report::StepReport;
 use crate::updater::ScalarFieldUpdater;
 use crate::vectors::dot;
@@ -27,6 +28,8 @@ pub(crate) struct Descent<T: Scalar> {
     coarse: Option<Coarse>,
     /// Whether it cannot be built for these handles.
     is_refused: bool,
+    /// The rotations of the shape that was wound up with its handles; empty for any other.
+    wound: Vec<Mat3>,
     /// The part of a plain step that did not go too far last time.
     plain_part: f64,
     /// Σ s_ij (x_j − x_i) less what the model wants of it.
@@ -70,6 +73,7 @@ impl<T: Scalar> Descent<T> {
             lbfgs: (memory > 0).then(|| Lbfgs::new(memory)),
             coarse: None,
             is_refused: false,
+            wound: Vec::new(),
             plain_part: 1.0,
             tension: VertexMap::default(),
             direction: VertexMap::default(),
@@ -278,6 +282,9 @@ impl<T: Scalar> Rule<T> for Descent<T> {
     fn begin(&mut self, work: &mut Workspace<T>) -> Result<(), FlowError> {
         if let Some(guess) = work.first_guess.take() {
             self.model.start_from(&guess);
+            if guess.is_wound {
+                self.wound = guess.rotations.values().map(flat).collect();
+            }
             let swelling = guess.swelling.as_ref().map(|s| s.as_slice());
             if guess.scale != 1.0 || swelling.is_some() {
                 parallel::update(work.laplacian.as_mut_slice(), |i, ell| {
@@ -356,9 +363,23 @@ impl<T: Scalar> Rule<T> for Descent<T> {
         self.coarse = self.coarse.take().filter(|c| c.is_for(&work.targets));
         self.is_refused = false;
         self.plain_part = 1.0;
+        // Handles have moved on: what they stated first is no longer the yardstick.
+        self.wound.clear();
         if let Some(lbfgs) = &mut self.lbfgs {
             lbfgs.reset();
         }
+    }
+
+    fn lost_turn(&self) -> Option<f64> {
+        /// Parts that keep their turn come to 90° from it at most, parts that lose it to 170°.
+        const LOST: f64 = 130.0;
+        let cells = self.model.cells()?;
+        let mut farthest = 0.0_f64;
+        for (now, wound) in cells.rotations.iter().zip(&self.wound) {
+            let trace: f64 = now.iter().zip(wound).map(|(a, b)| a * b).sum();
+            farthest = farthest.max((0.5 * (trace - 1.0)).clamp(-1.0, 1.0).acos());
+        }
+        (farthest > LOST.to_radians()).then_some(farthest)
     }
 
     fn pins_handles(&self) -> bool {

@@ -38,6 +38,12 @@ pub(crate) trait Rule<T: Scalar>: Send + Sync {
     /// Whether hard handles are exactly at their targets.
     fn pins_handles(&self) -> bool;
 
+    /// The largest angle in radians by which a part of a shape that was wound up has turned back,
+    /// if that is so much that its turn was lost.
+    fn lost_turn(&self) -> Option<f64> {
+        None
+    }
+
     /// The energy of the current positions, if there is one and it is known.
     fn energy(&self) -> Option<f64> {
         None

@@ -3,7 +3,7 @@
 use cotan::geometry::Scalar;
 use cotan::{Handles, Motion};
 use cotan_io::ProcessingMesh;
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 use super::error::{HandlesError, Place};
 use super::vertices::Vertices;
@@ -17,6 +17,9 @@ pub struct Constraint {
     pub goal: Goal,
     /// The weight of its spring, where the file gives one.
     pub weight: Option<f64>,
+    /// The rotation vector that moves it, in radians, where the file states a rotation of more
+    /// than half a turn.
+    pub turn: Option<Vector3<f64>>,
     /// Where the handles file says so.
     pub place: Place,
 }
@@ -31,9 +34,9 @@ pub enum Goal {
 }
 
 impl Constraint {
-    /// Whether the vertex is to leave its place.
+    /// Whether the vertex is to leave its place, or comes back to it by a whole turn.
     pub fn moves(&self, from: Point3<f64>) -> bool {
-        matches!(self.goal, Goal::To(target) if target != from)
+        self.turn.is_some() || matches!(self.goal, Goal::To(target) if target != from)
     }
 }
 
@@ -82,7 +85,7 @@ pub fn to_handles<T: Scalar>(
     // One group for each run of vertices that are held alike.
     let alike = |a: &Constraint, b: &Constraint| {
         let kinds = [a, b].map(|c| matches!(c.goal, Goal::Stay));
-        a.place == b.place && a.weight == b.weight && kinds[0] == kinds[1]
+        a.place == b.place && a.weight == b.weight && a.turn == b.turn && kinds[0] == kinds[1]
     };
     let mut handles = Handles::new();
     for run in constraints.chunk_by(alike) {
@@ -101,6 +104,9 @@ pub fn to_handles<T: Scalar>(
             Motion::To(targets)
         };
         handles = handles.add(vertices, motion);
+        if let Some(turn) = run[0].turn {
+            handles = handles.turned(turn.map(T::of_f64));
+        }
         if let Some(weight) = run[0].weight {
             handles = handles.soft(weight);
         }

@@ -60,6 +60,7 @@ pub fn constraints(groups: &[Group], positions: &[Point3<f64>]) -> Vec<Constrain
                 vertex,
                 goal,
                 weight,
+                turn: None,
                 place: Place::Handle(index),
             })
             .collect::<Vec<_>>()

@@ -119,6 +119,7 @@ impl HandleEntry {
         let mut map = None;
         let invalid = |problem: String| HandlesError::Invalid { place, problem };
         self.check_weight(place)?;
+        let mut turn = None;
         let vertices = self.vertices.vertices(mesh, place)?;
         let goals = match (&self.to, &self.transform, self.fixed) {
             (Some(targets), None, None) => {
@@ -145,6 +146,7 @@ impl HandleEntry {
                     .matrix(centroid(&positions))
                     .map_err(invalid)?;
                 map = Some(matrix);
+                turn = entry.transform().wide_turn();
                 positions
                     .iter()
                     .map(|&p| Goal::To(apply(&matrix, p)))
@@ -169,6 +171,7 @@ impl HandleEntry {
             vertex,
             goal,
             weight,
+            turn,
             place,
         }));
         Ok(map)

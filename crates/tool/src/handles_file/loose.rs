@@ -47,6 +47,7 @@ impl Loose {
             vertex,
             goal: Goal::Stay,
             weight: None,
+            turn: None,
             place: Place::Loose,
         };
         Some(Self {

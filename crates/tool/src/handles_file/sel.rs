@@ -72,6 +72,7 @@ impl Statuses {
                 vertex,
                 goal,
                 weight: None,
+                turn: None,
                 place,
             })
         };

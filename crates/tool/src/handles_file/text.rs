@@ -39,6 +39,7 @@ pub(super) fn read(contents: &str, mesh: &Vertices<'_>) -> Result<Vec<Constraint
             vertex,
             goal: Goal::To(target),
             weight: None,
+            turn: None,
             place,
         });
     }

@@ -37,6 +37,15 @@ impl Transform {
         }
     }
 
+    /// The rotation vector, in radians, where it is more than half a turn: the matrix does not
+    /// tell it from the rest of a whole one.
+    pub(super) fn wide_turn(&self) -> Option<Vector3<f64>> {
+        let rotate = self.rotate.as_ref()?;
+        let axis = Unit::try_new(rotate.axis, 0.0)?;
+        let is_wide = rotate.degrees.abs() > 180.0;
+        is_wide.then(|| axis.into_inner() * rotate.degrees.to_radians())
+    }
+
     fn compose(&self, centroid: Point3<f64>) -> Result<Matrix4<f64>, String> {
         let mut matrix = Matrix4::identity();
         if let Some(scale) = self.scale {
