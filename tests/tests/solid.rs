@@ -466,6 +466,26 @@ fn a_turn_that_is_lost_is_told() {
     assert!((held - 720.0).abs() > 90.0, "{held}");
 }
 
+/// A winding that is held by force goes beyond what the energy holds by itself.
+#[test]
+fn a_winding_is_held_by_request() {
+    let shape = bumpy(&bar::<f64>([6.0, 1.0, 1.0], [48, 8, 8]), 1.0);
+    let turn = Vector3::x() * f64::to_radians(540.0);
+    let surface = shape.surface();
+    let handles = Handles::new()
+        .fix(surface.vertices_where(|p| p.x < -2.999))
+        .transform(
+            surface.vertices_where(|p| p.x > 2.999),
+            Rotation3::new(turn).to_homogeneous(),
+        )
+        .turned(turn);
+    let options = DeformOptions::default().hold_winding(0.3);
+    let moved = deform(&shape, &handles, &options).unwrap();
+    assert_eq!(moved.report.lost_turn, None);
+    let held = winding(&shape, &moved.positions);
+    assert!((held - 540.0).abs() < 5.0, "{held}");
+}
+
 /// A bar that is bent to a ring of 300° closes cleanly.
 #[test]
 fn a_bar_bends_to_a_ring() {

@@ -138,6 +138,8 @@ pub struct DeformOptions {
     pub bending_length: f64,
     /// How a body resists beyond its surface, by the hybrid; see [`Stiffness`].
     pub stiffness: Stiffness,
+    /// The weight by which a body that was wound up is held so; see [`Hybrid::hold_winding`].
+    pub hold_winding: f64,
     /// What happens to the size of details.
     pub detail_size: DetailSize,
     /// The Laplacian coordinates of the first solve.
@@ -159,6 +161,7 @@ setters!(DeformOptions {
     orientation: OrientationKind,
     bending_length: f64,
     stiffness: Stiffness,
+    hold_winding: f64,
     detail_size: DetailSize,
     start: Start,
     acceleration: Acceleration,
@@ -175,6 +178,7 @@ impl Default for DeformOptions {
             orientation: OrientationKind::default(),
             bending_length: Hybrid::DEFAULT_BENDING_LENGTH,
             stiffness: Stiffness::default(),
+            hold_winding: 0.0,
             detail_size: DetailSize::default(),
             start: Start::default(),
             acceleration: Acceleration::default(),
@@ -251,7 +255,10 @@ impl DeformOptions {
         };
         match self.orientation {
             OrientationKind::Hybrid => {
-                flow.energy(Hybrid::new(self.bending_length).stiffness(self.stiffness))
+                let hybrid = Hybrid::new(self.bending_length)
+                    .stiffness(self.stiffness)
+                    .hold_winding(self.hold_winding);
+                flow.energy(hybrid)
             }
             OrientationKind::Rotation => flow.orientation(BestRotation::new()),
             OrientationKind::Limited => flow.orientation(Limited::new()),

@@ -157,6 +157,11 @@ pub(crate) struct MethodArgs {
     /// all [default: 1, or 0 for thin]
     #[arg(long, value_name = "GAMMA", value_parser = values::weight)]
     volume_weight: Option<f64>,
+    /// Hold stated turns of more than 180° that the body does not hold by itself, by a weight
+    /// relative to the energy [0.3 where none is given]
+    #[arg(long, value_name = "TAU", value_parser = values::weight, num_args = 0..=1,
+        default_missing_value = "0.3")]
+    hold_winding: Option<f64>,
     /// How the linear system is solved: by the normal equations, or by columns of the inverse, one
     /// a handle vertex; the report tells what auto chose
     #[arg(long, value_name = "NAME", value_parser = values::strategy(), default_value = "auto")]
@@ -253,6 +258,7 @@ impl MethodArgs {
             .orientation(self.orientation)
             .bending_length(self.bending_length.unwrap_or(default.bending_length))
             .stiffness(self.stiffness())
+            .hold_winding(self.hold_winding.unwrap_or(default.hold_winding))
             .detail_size(if self.rescale {
                 DetailSize::Rescale
             } else {

@@ -52,7 +52,8 @@ pub enum NextStep {
 /// min over R of E(x, R) = |L⁰x − ℓ(R)|² + μ Σ_e s_e |e − e*(R)|² + const
 /// ```
 ///
-/// up to terms that x does not enter: [`Self::fit`] minimises over R with x given (the *local*
+/// up to terms that x does not enter, and further terms of x that the solve does not know:
+/// [`Self::fit`] minimises over R with x given (the *local*
 /// step), the flow's solve over x with R given (the *global* step). E falls in turn, so the
 /// iteration cannot oscillate; the flow descends it by L-BFGS, and never accepts a step that
 /// raises it (with the springs of soft handles, and for the scalar field before the step).
@@ -91,9 +92,9 @@ pub trait LocalGlobal<T: Scalar>: Send + Sync {
     /// [`Self::start_from`] wants them: what the membrane's edges pull beyond it is half the
     /// negative gradient of its energy, without μ.
     ///
-    /// An energy may have further terms, whose gradient is written here as well, negative and
-    /// without μ. The system knows nothing of them, so that a step may go too far; `next` says
-    /// whether that would be noticed.
+    /// An energy may have further terms: half of their gradient, over μ, is added here. The system
+    /// knows nothing of them, so that a step may go too far; `next` says whether that would be
+    /// noticed.
     fn wanted_tension(&self, rest: &Rest<T>, next: NextStep, out: &mut VertexMap<Vector3<f64>>);
 
     /// The rotations that the last fit found, if the energy fits rotations as [`Hybrid`] does; one
