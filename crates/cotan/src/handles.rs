@@ -12,7 +12,8 @@ use crate::error::Error;
 /// Where the vertices of a handle go.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Motion<T: Scalar> {
-    /// Nowhere: they stay.
+    /// To their original positions. To hold vertices of a running session where they are now, take
+    /// [`Self::To`] with its current positions.
     Stay,
     /// Each to its own position, in the order of the vertices.
     To(Vec<Point3<T>>),
@@ -66,7 +67,7 @@ fn extent<T: Scalar>(positions: &Positions<T>) -> T {
 }
 
 /// The name of a handle among [`Handles`]. The first one that is added is 0, the next one 1; a
-/// handle keeps its name when others are removed, and no name is given twice.
+/// handle keeps its name when others are removed, and within one [`Handles`] no name is given twice.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub struct HandleId(usize);
 
@@ -308,7 +309,7 @@ impl<T: Scalar> Handles<T> {
         self.groups.iter().flat_map(of_group).collect()
     }
 
-    /// Makes all groups added so far that are met exactly be held by `hold` instead.
+    /// Changes every group added so far that is met exactly to `hold`.
     #[must_use]
     pub fn all_held(mut self, hold: Hold) -> Self {
         for group in self.groups.iter_mut().filter(|g| g.hold == Hold::Hard) {

@@ -76,7 +76,7 @@ pub use session::Session;
 pub use sphere::spherical;
 
 /// The names that most programs need, in one line: the jobs, and the traits with what their methods
-/// take, for schemes, updaters, orientations and energies of one's own.
+/// take, for custom schemes, updaters, orientations and energies.
 pub mod prelude {
     pub use crate::{
         DeformOptions, Deformed, DetailSize, Error, HandleGroup, HandleId, Handles, Motion,
@@ -84,10 +84,10 @@ pub mod prelude {
         reconstruct,
     };
     pub use cotan_flow::{
-        Acceleration, BestRotation, Energy, Flow, FlowBuilder, FlowError, FlowState, Hybrid,
-        KeepMagnitude, Limited, LocalGlobal, Orientation, Reflect, ReflectFirst, Report,
-        RescaleByArea, Rest, ScalarFieldUpdater, Schedule, Start, StepReport, Stiffness,
-        StopReason,
+        Acceleration, BestRotation, BoxUnits, Energy, FirstGuess, FittedCells, Flow, FlowBuilder,
+        FlowError, FlowState, Hybrid, KeepMagnitude, Limited, LocalGlobal, NextStep, Orientation,
+        PerRest, Reflect, ReflectFirst, Report, RescaleByArea, Rest, ScalarFieldUpdater, Schedule,
+        Start, StepReport, Stiffness, StopReason, nearest_rotation,
     };
     pub use cotan_geometry::{
         BuiltMesh, Mesh, MeshBuilder, MeshError, Positions, Scalar, Surface, SurfaceError, scalar,
@@ -97,9 +97,9 @@ pub mod prelude {
         VertexId, VertexMap,
     };
     pub use cotan_laplacian::{
-        ClampedCotangent, Cotangent, EdgeLength, LaplacianScheme, Operator, SchemeError, Symmetry,
-        Tutte, Uniform,
+        ClampedCotangent, Cotangent, EdgeLength, FanSums, Fans, LaplacianScheme, Operator,
+        SchemeError, Symmetry, Tutte, Uniform,
     };
-    pub use cotan_linear::{Handle, Hold};
-    pub use nalgebra::{Isometry3, Matrix3, Matrix4, Point3, Vector3};
+    pub use cotan_linear::{Handle, Hold, LinearSystem};
+    pub use nalgebra::{Isometry3, Matrix3, Matrix4, Point3, Rotation3, Vector3};
 }

@@ -130,7 +130,7 @@ pub enum DetailSize {
 #[derive(Clone, PartialEq, Debug)]
 #[non_exhaustive]
 pub struct DeformOptions {
-    /// Who chooses the weights.
+    /// The scheme that chooses the weights.
     pub scheme: SchemeKind,
     /// How Laplacian coordinates are turned.
     pub orientation: OrientationKind,

@@ -17,6 +17,10 @@ use crate::unmoved::Unmoved;
 /// A mesh held by its handles: factorized once, then moved and stepped as often as you like.
 /// Handles can be added and let go of on the way.
 ///
+/// It owns what it needs and is `Send + 'static`: it can be kept in a struct and sent to a thread.
+/// Schemes, updaters and orientations that were given to its flow cannot be reached from outside;
+/// share their state by an `Arc`, if that is needed.
+///
 /// ```
 /// use cotan::prelude::*;
 ///
@@ -159,7 +163,8 @@ impl<T: Scalar> Session<T> {
     }
 
     /// Puts other handles in the place of all at hand. The shape is kept and follows in the next
-    /// steps.
+    /// steps. Names are those of `handles`: to keep the names of the session, change a clone of
+    /// [`Self::handles`].
     ///
     /// Few handles on a mesh whose system is solved by columns
     /// ([`cotan_linear::Strategy::Columns`]) cost a solve or two for every three new vertices, and
@@ -175,7 +180,8 @@ impl<T: Scalar> Session<T> {
     }
 
     /// Adds a group of vertices with its motion, held exactly; returns its name, which stays when
-    /// others go. For a softer one, see [`Handles::push`] and [`Self::set_handles`].
+    /// others go. To hold vertices where they are now, take [`Motion::To`] with
+    /// [`Self::positions`]; [`Motion::Stay`] means their original positions. For a softer one, see [`Handles::push`] and [`Self::set_handles`].
     ///
     /// # Errors
     /// As [`Self::set_handles`].

@@ -26,7 +26,7 @@ pub struct StepReport {
 }
 
 impl StepReport {
-    /// Of an iteration that is no flow's: a plain step of this length.
+    /// For an iteration outside a flow: a plain step of this length.
     #[must_use]
     pub fn new(iteration: usize, change: f64) -> Self {
         Self {
@@ -101,7 +101,7 @@ pub struct Report {
 }
 
 impl Default for Report {
-    /// Of a run that has not begun.
+    /// For a run that has not begun.
     fn default() -> Self {
         Self {
             iterations: 0,

@@ -11,7 +11,7 @@ use crate::rest::Rest;
 /// The current mesh, in box units.
 ///
 /// A quantity is computed when it is first asked for, once for every shape, and shared by all who
-/// ask, from any thread. Who asks for [`Self::laplacian`] before the others saves a pass.
+/// ask, from any thread. Asking for [`Self::laplacian`] before the others saves a pass.
 #[derive(Clone, Copy, Debug)]
 pub struct FlowState<'a, T: Scalar> {
     rest: &'a Rest<T>,

@@ -1,21 +1,6 @@
 //! Local changes of the connectivity. Every edit checks first and changes then, so that a
 //! refused edit leaves the mesh as it was; there are no tombstones, so that ids stay 0, 1, 2, …
-//!
-//! | edit | adds | takes away |
-//! |---|---|---|
-//! | [`HalfedgeMesh::flip_edge`] | | |
-//! | [`HalfedgeMesh::split_edge`] | a vertex, up to three edges, up to two faces | |
-//! | [`HalfedgeMesh::split_face`] | a vertex, an edge a corner, a face a corner less one | |
-//! | [`HalfedgeMesh::connect_corners`] | an edge, a face | |
-//! | [`HalfedgeMesh::triangulate`] | edges and faces | |
-//! | [`HalfedgeMesh::collapse`] | | a vertex, up to three edges, up to two faces |
-//! | [`HalfedgeMesh::delete_faces`] | | faces, and the edges and vertices that only they use |
-//!
-//! New elements get the numbers after the last one, so a map is kept up with
-//! [`DenseMap::push`](crate::DenseMap::push). Edits return the elements that are new with those
-//! they come from ([`SplitEdge`], [`SplitFace`], [`CutFace`]), so that attributes can follow.
-//! Edits that take elements away return a [`Renumbering`] to apply to the maps, a collapse as a
-//! part of [`Collapsed`].
+//! The crate documentation lists them.
 
 mod checks;
 mod collapse;

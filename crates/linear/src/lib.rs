@@ -3,7 +3,7 @@
 //! The paper's core system (equation 3) asks for the positions x that minimise
 //!
 //! ```text
-//! |L x − ℓ|² + Σ_h k_h² |x_h − u_h|²  (+ μ · a membrane term, for orientations that have one)
+//! |L x − ℓ|² + Σ_h k_h² |x_h − u_h|²  (+ μ · a membrane term, for energies that have one)
 //! ```
 //!
 //! with L the operator of the original mesh, ℓ the wanted Laplacian coordinates and u_h the handle
@@ -14,8 +14,8 @@
 //! the shape is from fulfilling each term. A shape that fulfils them all is then left alone
 //! exactly, a mesh far from the origin loses no digit, and every solve refines the one before.
 //!
-//! There are two ways to the solution, and [`Strategy::Auto`] takes the one that is predicted to be
-//! the faster:
+//! There are two direct ways to the solution, and [`Strategy::Auto`] takes the one that is
+//! predicted to be the faster:
 //!
 //! - the **normal equations** LᵀL + μK + D of the free vertices ([`Strategy::Normal`]), for every
 //!   operator and any number of handles;

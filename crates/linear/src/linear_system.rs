@@ -27,6 +27,12 @@ use crate::weights::Weights;
 /// the negative Laplacian (b = 0: a harmonic field); with masses over a time step for d it is an
 /// implicit step of diffusion.
 ///
+/// **The right-hand side**: the weights of [`Cotangent`](cotan_laplacian::Cotangent) carry no ½, so
+/// they stand for twice the integrated Laplacian. For −Δu = f give b_i = 2 A_i f_i, with A_i the
+/// dual area of the vertex ([`cotan_geometry::dual_areas`]); for c u − Δu = f also
+/// d_i = 2 A_i c. Values are `f64`, also for a mesh of `f32`. On a boundary that is not fixed the
+/// normal derivative is zero (Neumann's condition).
+///
 /// The equations of fixed vertices are left out: this is not what a
 /// [`PreparedSystem`](crate::PreparedSystem) does, which minimises the squares of *all* rows and so
 /// gives a biharmonic field.

@@ -126,7 +126,7 @@ impl InputArgs {
 /// The method, where `deform` and `reconstruct` agree.
 #[derive(Debug, Args)]
 pub(crate) struct MethodArgs {
-    /// Who chooses the weights of the Laplacian
+    /// The scheme that chooses the weights of the Laplacian
     #[arg(long, value_name = "NAME", value_parser = values::scheme(), default_value = "cotangent")]
     scheme: SchemeKind,
     /// Let details grow and shrink with the area around them

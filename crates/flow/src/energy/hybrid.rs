@@ -45,7 +45,7 @@ use crate::state::FlowState;
 /// these terms.
 ///
 /// The membrane is weighted by cotangents whatever the scheme, and knows the original edges: it
-/// resists a scheme or a scalar field that want another shape. For those, take another orientation.
+/// resists a scheme or a scalar field that want another shape. For those, take an orientation instead.
 ///
 /// **Units**: λ is relative to twice the greatest distance of a vertex from the centroid, which is
 /// about the size of the bounding box but does not depend on how the mesh is turned.

@@ -62,7 +62,51 @@ pub enum NextStep {
 /// without a membrane returns μ = 0 and a tension of zeros.
 ///
 /// The compiler asks for every method, so that one that wraps another cannot forget one.
-/// Dyn-compatible, and forwarded through `Box<E>` and `&mut E`.
+/// Dyn-compatible, and forwarded through `Box<E>` and `&mut E`. A wrapper of [`Hybrid`] for one
+/// scalar names it in methods without an argument of that scalar:
+///
+/// ```
+/// use cotan_flow::{Energy, FirstGuess, FittedCells, FlowError, FlowState, Hybrid};
+/// use cotan_flow::{LocalGlobal, NextStep, Rest};
+/// use cotan_halfedge::VertexMap;
+/// use nalgebra::Vector3;
+///
+/// /// The default energy, and how often it was fitted.
+/// struct Counted(Hybrid, usize);
+///
+/// impl LocalGlobal<f64> for Counted {
+///     fn begin(&mut self, rest: &Rest<f64>) -> Result<f64, FlowError> {
+///         self.0.begin(rest)
+///     }
+///
+///     fn start_from(&mut self, guess: &FirstGuess) {
+///         LocalGlobal::<f64>::start_from(&mut self.0, guess);
+///     }
+///
+///     fn fit(
+///         &mut self,
+///         state: &FlowState<'_, f64>,
+///         field: &VertexMap<f64>,
+///         out: &mut VertexMap<Vector3<f64>>,
+///     ) -> Result<Energy, FlowError> {
+///         self.1 += 1;
+///         self.0.fit(state, field, out)
+///     }
+///
+///     fn wanted_tension(
+///         &self,
+///         rest: &Rest<f64>,
+///         next: NextStep,
+///         out: &mut VertexMap<Vector3<f64>>,
+///     ) {
+///         self.0.wanted_tension(rest, next, out);
+///     }
+///
+///     fn cells(&self) -> Option<FittedCells<'_>> {
+///         LocalGlobal::<f64>::cells(&self.0)
+///     }
+/// }
+/// ```
 pub trait LocalGlobal<T: Scalar>: Send + Sync {
     /// Takes the rest shape, before the system is assembled. Returns μ.
     ///
@@ -97,8 +141,9 @@ pub trait LocalGlobal<T: Scalar>: Send + Sync {
     /// noticed.
     fn wanted_tension(&self, rest: &Rest<T>, next: NextStep, out: &mut VertexMap<Vector3<f64>>);
 
-    /// The rotations that the last fit found, if the energy fits rotations as [`Hybrid`] does; one
-    /// that wraps it forwards this. Without them the descent is right and may be slow.
+    /// The rotations that the last fit found. Only [`Hybrid`] can make these, and an energy that
+    /// wraps it forwards them; others return `None`. Without them the descent is right and may be
+    /// slow.
     fn cells(&self) -> Option<FittedCells<'_>>;
 }
 
