@@ -274,9 +274,12 @@ mod tests {
 
     #[test]
     fn a_hundredth_of_the_area_does_not_count_in_the_percentile() {
-        let few = (0..100).map(|k| (f64::from(k), if k < 98 { 1.0 } else { 0.4 }));
-        let found = extent(few);
-        assert_eq!((found.p99, found.max), (98.0, 99.0));
+        let last =
+            |weight: f64| (0..100).map(move |k| (f64::from(k), if k < 99 { 1.0 } else { weight }));
+        // The last one is a hundredth of the whole, then more.
+        let of = |weight| extent(last(weight));
+        assert_eq!((of(1.0).p99, of(1.0).max), (98.0, 99.0));
+        assert_eq!((of(2.0).p99, of(2.0).max), (99.0, 99.0));
         assert_eq!(extent(std::iter::empty()), Extent { p99: 1.0, max: 1.0 });
     }
 
