@@ -147,6 +147,34 @@ fn solid_case(name: &str) -> Option<(Case, Positions<f64>)> {
     Some((case, solid.positions().clone()))
 }
 
+/// The as-rigid-as-possible energy as libigl and the reference figures have it: Σ_i Σ_j ⅛ w_ij
+/// |e_ij − R_i e⁰_ij|² over the original area, by single edges with signed weights, which can be
+/// negative. [`Quality::arap_energy`] is summed by triangles, which cannot.
+pub fn arap_energy_by_edges(original: &Surface<'_, f64>, deformed: &Surface<'_, f64>) -> f64 {
+    let mesh = original.mesh();
+    let mut weights = HalfedgeMap::filled(mesh.num_halfedges(), 0.0);
+    let weighed = Cotangent::default().weights(original, &mut weights);
+    weighed.expect("a reference mesh has weights");
+    let mut energy = 0.0;
+    for v in mesh.vertices() {
+        let edges = || {
+            let halfedges = mesh.outgoing_halfedges(v);
+            halfedges.map(|h| {
+                (
+                    weights[h],
+                    original.halfedge_vector(h),
+                    deformed.halfedge_vector(h),
+                )
+            })
+        };
+        let covariance = edges().map(|(w, a, b)| b * a.transpose() * w).sum();
+        let rotation = cotan::flow::nearest_rotation(&covariance);
+        let strains = edges().map(|(w, a, b)| w * (b - rotation * a).norm_squared());
+        energy += 0.125 * strains.sum::<f64>();
+    }
+    energy / original.area()
+}
+
 /// A deformation to run: a mesh in box units with handles.
 pub struct Case {
     /// Mesh and drag.

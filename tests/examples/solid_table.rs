@@ -14,9 +14,9 @@ fn main() {
     let wanted: Vec<String> = std::env::args().skip(1).collect();
     let (cases, table) = solid_cases();
     println!(
-        "| edit | method | distance, % | volume | E_p | E_g | edges, % | folds | iterations | seconds |"
+        "| edit | method | distance, % | volume | E_p | E_g | edges, % | folds | intersecting | dihedral, ° | σ1 99 % | 1/σ2 99 % | iterations | seconds |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|");
     let (mut sum, mut count) = (0.0, 0);
     for (case, solid) in &cases {
         if !wanted.is_empty() && !wanted.iter().any(|w| case.name.contains(w.as_str())) {
@@ -25,7 +25,7 @@ fn main() {
         for (method, values) in table[&case.name].as_object().into_iter().flatten() {
             let value = |key: &str| values[key].as_f64().unwrap_or(f64::NAN);
             println!(
-                "| {} | told: {method} | {:.3} | {:.3} | {:.3} | {:.4} | {:.2} | {} | {} | |",
+                "| {} | told: {method} | {:.3} | {:.3} | {:.3} | {:.4} | {:.2} | {} | {} | {:.1} | | | {} | |",
                 case.name,
                 value("rms_distance_to_solid_percent"),
                 value("vol"),
@@ -33,6 +33,8 @@ fn main() {
                 value("Eg"),
                 value("edge"),
                 value("fold"),
+                value("sx"),
+                value("bend").to_degrees(),
                 value("it"),
             );
         }
@@ -74,13 +76,17 @@ fn run(case: &Case, solid: &Positions<f64>, method: &str, options: &DeformOption
     let size = cotan::geometry::bounding_box(&surface).longest_side();
     let distance = 100.0 * (sum / f64::from(free)).sqrt() / size;
     println!(
-        "| {} | {method} | {distance:.3} | {:.3} | {:.3} | {:.4} | {:.2} | {} | {} {} | {seconds:.2} |",
+        "| {} | {method} | {distance:.3} | {:.3} | {:.3} | {:.4} | {:.2} | {} | {} | {:.1} | {:.3} | {:.3} | {} {} | {seconds:.2} |",
         case.name,
         quality.volume_ratio.unwrap_or(f64::NAN),
         quality.errors.parameterization,
         quality.errors.geometry,
         100.0 * quality.edge_distortion_rms,
         quality.flipped_faces + quality.folded_edges,
+        quality.self_intersecting_faces,
+        quality.max_dihedral_change,
+        quality.stretch.p99,
+        quality.compression.p99,
         deformed.report.iterations,
         deformed.report.stop,
     );

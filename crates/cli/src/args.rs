@@ -213,6 +213,9 @@ pub(crate) struct CompareArgs {
     /// The other mesh: same vertices and faces, other positions
     #[arg(value_name = "B")]
     pub(crate) other: InputPath,
+    /// A third shape of the same vertices and faces; the distance is that of B to it, not to A
+    #[arg(long, value_name = "SHAPE")]
+    pub(crate) distance_to: Option<InputPath>,
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,

@@ -116,6 +116,8 @@ impl Edit<'_> {
                 &moved(&positions, &session.positions(), processing, origin),
             )
             .map_err(in_file)?;
+        // The measures need memory of their own.
+        drop(session);
         let positions = positions_of(document, processing);
         let quality =
             Quality::measure(&original, &original.with_positions(&positions)).map_err(refuse)?;

@@ -4,7 +4,7 @@ use std::io;
 
 use cotan::flow::{StepReport, StopReason};
 use cotan::geometry::Readable;
-use cotan::{DeformOptions, Quality, ShapeErrors};
+use cotan::{DeformOptions, Extent, Quality, ShapeErrors};
 use serde::Serialize;
 
 use crate::args::{OutputPath, Precision};
@@ -60,7 +60,27 @@ pub(crate) struct QualityFields {
     pub(crate) flipped_faces: usize,
     pub(crate) folded_edges: usize,
     pub(crate) degenerate_faces: usize,
+    pub(crate) self_intersecting_faces: usize,
+    /// The greatest change of an angle between neighbouring faces.
+    pub(crate) max_dihedral_change_degrees: f64,
+    /// σ1 of the faces.
+    pub(crate) stretch: ExtentFields,
+    /// 1/σ2 of the faces.
+    pub(crate) compression: ExtentFields,
     pub(crate) arap_energy: f64,
+}
+
+/// [`Extent`] under the names of the report. What is infinite is `null` in JSON.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+pub(crate) struct ExtentFields {
+    pub(crate) p99: f64,
+    pub(crate) max: f64,
+}
+
+impl From<Extent> for ExtentFields {
+    fn from(Extent { p99, max }: Extent) -> Self {
+        Self { p99, max }
+    }
 }
 
 impl From<&Quality> for QualityFields {
@@ -75,6 +95,10 @@ impl From<&Quality> for QualityFields {
             flipped_faces: quality.flipped_faces,
             folded_edges: quality.folded_edges,
             degenerate_faces: quality.degenerate_faces,
+            self_intersecting_faces: quality.self_intersecting_faces,
+            max_dihedral_change_degrees: quality.max_dihedral_change,
+            stretch: quality.stretch.into(),
+            compression: quality.compression.into(),
             arap_energy: quality.arap_energy,
         }
     }
@@ -223,6 +247,18 @@ impl Table {
         self.row("flipped faces", quality.flipped_faces);
         self.row("folded edges", quality.folded_edges);
         self.row("degenerate faces", quality.degenerate_faces);
+        self.row("intersecting faces", quality.self_intersecting_faces);
+        self.row(
+            "dihedral change, max",
+            format!("{}°", number(quality.max_dihedral_change_degrees)),
+        );
+        for (name, extent) in [
+            ("stretch σ1", quality.stretch),
+            ("compression 1/σ2", quality.compression),
+        ] {
+            let [p99, max] = [extent.p99, extent.max].map(number);
+            self.row(name, format!("99 % below {p99}, max {max}"));
+        }
         self.row("ARAP energy", number(quality.arap_energy));
     }
 }

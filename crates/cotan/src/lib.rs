@@ -52,6 +52,7 @@ pub use nalgebra_sparse;
 
 pub mod sphere;
 
+mod arap;
 mod comparison;
 mod deform;
 mod error;
@@ -70,7 +71,7 @@ pub use error::Error;
 pub use fair::fair;
 pub use handles::{HandleGroup, HandleId, Handles, Motion};
 pub use options::{DeformOptions, DetailSize, OrientationKind, SchemeKind, UnknownName};
-pub use quality::{Quality, ShapeErrors};
+pub use quality::{Extent, Quality, ShapeDistance, ShapeErrors};
 pub use reconstruct::{reconstruct, reconstruct_observed};
 pub use session::Session;
 pub use sphere::spherical;
@@ -80,8 +81,8 @@ pub use sphere::spherical;
 pub mod prelude {
     pub use crate::{
         DeformOptions, Deformed, DetailSize, Error, HandleGroup, HandleId, Handles, Motion,
-        OrientationKind, Quality, SchemeKind, Session, ShapeErrors, deform, deform_with,
-        reconstruct,
+        OrientationKind, Quality, SchemeKind, Session, ShapeDistance, ShapeErrors, deform,
+        deform_with, reconstruct,
     };
     pub use cotan_flow::{
         Acceleration, BestRotation, BoxUnits, Energy, FirstGuess, FittedCells, Flow, FlowBuilder,

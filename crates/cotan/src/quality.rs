@@ -1,11 +1,11 @@
 //! What a deformation did to a mesh.
 
-use cotan_flow::nearest_rotation;
-use cotan_geometry::{Scalar, Surface, area_distortion, edge_distortion_rms, folded_faces, scalar};
-use cotan_halfedge::HalfedgeMap;
-use cotan_laplacian::{Cotangent, LaplacianScheme};
-use nalgebra::Matrix3;
+use cotan_geometry::{
+    Scalar, Surface, area_distortion, dihedral_changes, edge_distortion_rms, folded_faces, scalar,
+    singular_values,
+};
 
+use crate::arap::arap_energy;
 use crate::comparison::ShapeComparison;
 use crate::error::Error;
 
@@ -55,10 +55,72 @@ pub struct Quality {
     pub folded_edges: usize,
     /// Faces without area in the deformed mesh.
     pub degenerate_faces: usize,
-    /// As-rigid-as-possible energy Σ_i Σ_j ⅛ w_ij |e_ij − R_i e⁰_ij|² over the original area, by
-    /// single edges with signed weights as libigl and the reference figures have it; 0 for a mesh
-    /// without area.
+    /// Faces of the deformed mesh that cross another face; pairs that share a vertex are not
+    /// examined (see [`Surface::self_intersections`]).
+    pub self_intersecting_faces: usize,
+    /// The greatest change of a dihedral angle, in degrees, up to 360; 0 where nothing can be
+    /// measured (see [`cotan_geometry::dihedral_changes`]).
+    pub max_dihedral_change: f64,
+    /// σ1 over the faces: the factor by which the map of a face stretches the most stretched direction.
+    pub stretch: Extent,
+    /// 1/σ2 over the faces: the factor by which it compresses the most compressed direction; infinite
+    /// where a face has collapsed.
+    pub compression: Extent,
+    /// As-rigid-as-possible energy Σ_i Σ_{T at i} Σ_{e of T} 1/12 cot_e |e − R_i e⁰|² over the original
+    /// area, each rotation fitted to the triangles around its vertex ("spokes and rims"). Never
+    /// negative: the sum over a triangle is its area times a square. Half of the mean square of how
+    /// far the map is from a rotation, without unit; 0 for a mesh without area.
     pub arap_energy: f64,
+}
+
+/// How large a quantity of the faces becomes: 1 where nothing is deformed. Faces that hardly have
+/// an area before (a relative height of at most 1e-9) are left out; 1 where all are.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Extent {
+    /// The smallest value that at least 99 % of the original area does not exceed.
+    pub p99: f64,
+    /// The greatest value.
+    pub max: f64,
+}
+
+/// How far one shape of a mesh is from another one, vertex by vertex.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct ShapeDistance {
+    /// The root mean square of the distances between corresponding vertices, over the longest side
+    /// of the original's box.
+    pub rms: f64,
+    /// The greatest of them, in the same unit.
+    pub max: f64,
+}
+
+impl ShapeDistance {
+    /// The distance from `shape` to `given`; `original` gives the unit, and may be either. For a mesh
+    /// whose vertices are all in one place it is in the unit of the positions.
+    ///
+    /// # Errors
+    /// [`Error`] if the three are not embeddings of the same mesh.
+    pub fn measure<T: Scalar>(
+        original: &Surface<'_, T>,
+        shape: &Surface<'_, T>,
+        given: &Surface<'_, T>,
+    ) -> Result<Self, Error> {
+        check_same_mesh(original, shape)?;
+        check_same_mesh(original, given)?;
+        let side = original.bounding_box().longest_side().as_f64();
+        let size = if side > 0.0 { side } else { 1.0 };
+        let pairs = shape.positions().values().zip(given.positions().values());
+        let squares = || {
+            let steps = pairs
+                .clone()
+                .map(|(a, b)| (b - a).map(|x| x.as_f64() / size));
+            steps.map(|step| step.norm_squared())
+        };
+        let mean = squares().sum::<f64>() / shape.positions().len().max(1) as f64;
+        Ok(Self {
+            rms: mean.sqrt(),
+            max: squares().fold(0.0, f64::max).sqrt(),
+        })
+    }
 }
 
 impl Quality {
@@ -74,6 +136,7 @@ impl Quality {
         let deformed = &original.with_positions(deformed.positions());
         let is_closed = original.mesh().is_closed();
         let moved = deformed.positions();
+        let [stretch, compression] = stretches(original, deformed)?;
         let volumes = [original, deformed].map(|s| s.volume().as_f64());
         Ok(Self {
             errors,
@@ -83,9 +146,51 @@ impl Quality {
             flipped_faces: folded_faces(original, moved)?.len(),
             folded_edges: folded_edges(original, deformed),
             degenerate_faces: deformed.degenerate_faces(scalar(1e-9)).len(),
-            arap_energy: arap_energy(original, deformed)?,
+            self_intersecting_faces: deformed.self_intersections().len(),
+            max_dihedral_change: max_dihedral_change(original, deformed)?,
+            stretch,
+            compression,
+            arap_energy: arap_energy(original, deformed),
         })
     }
+}
+
+fn max_dihedral_change<T: Scalar>(
+    original: &Surface<'_, T>,
+    deformed: &Surface<'_, T>,
+) -> Result<f64, Error> {
+    let changes = dihedral_changes(original, deformed.positions())?;
+    let changes = changes.values().flatten().map(|c| c.as_f64());
+    Ok(changes.fold(0.0, f64::max).to_degrees())
+}
+
+/// σ1 and 1/σ2 over the faces.
+fn stretches<T: Scalar>(
+    original: &Surface<'_, T>,
+    deformed: &Surface<'_, T>,
+) -> Result<[Extent; 2], Error> {
+    let areas = original.face_areas();
+    let values = singular_values(original, deformed.positions())?;
+    let extent = |value: fn([f64; 2]) -> f64| {
+        let faces = values.values().zip(areas.values());
+        extent(faces.filter_map(|(v, area)| Some((value((*v)?), area.as_f64()))))
+    };
+    Ok([extent(|[s1, _]| s1), extent(|[_, s2]| 1.0 / s2)])
+}
+
+/// Of values with weights.
+fn extent(values: impl Iterator<Item = (f64, f64)>) -> Extent {
+    let mut sorted: Vec<(f64, f64)> = values.collect();
+    sorted.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let total: f64 = sorted.iter().map(|(_, weight)| weight).sum();
+    let max = sorted.last().map_or(1.0, |(value, _)| *value);
+    let mut below = 0.0;
+    let reaches = |(_, weight): &&(f64, f64)| {
+        below += weight;
+        below >= 0.99 * total
+    };
+    let p99 = sorted.iter().find(reaches).map_or(max, |(value, _)| *value);
+    Extent { p99, max }
 }
 
 fn check_same_mesh<T: Scalar>(a: &Surface<'_, T>, b: &Surface<'_, T>) -> Result<(), Error> {
@@ -124,26 +229,106 @@ fn folded_edges<T: Scalar>(original: &Surface<'_, T>, deformed: &Surface<'_, T>)
         .count()
 }
 
-fn arap_energy<T: Scalar>(
-    original: &Surface<'_, T>,
-    deformed: &Surface<'_, T>,
-) -> Result<f64, Error> {
-    let mesh = original.mesh();
-    let mut weights = HalfedgeMap::filled(mesh.num_halfedges(), T::zero());
-    Cotangent::default().weights(original, &mut weights)?;
-    let edge = |surface: &Surface<'_, T>, h| surface.halfedge_vector(h).map(T::as_f64);
-    let mut energy = 0.0;
-    for v in mesh.vertices() {
-        let mut covariance = Matrix3::zeros();
-        for h in mesh.outgoing_halfedges(v) {
-            covariance += edge(deformed, h) * edge(original, h).transpose() * weights[h].as_f64();
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cotan_geometry::Positions;
+    use cotan_geometry::shapes::{bar, icosphere};
+    use nalgebra::{Isometry3, Point3, Vector3};
+
+    #[test]
+    fn a_rigid_motion_has_the_measures_of_none() {
+        let shape = icosphere::<f64>(3);
+        let motion = Isometry3::new(Vector3::new(3.0, 1.0, 2.0), Vector3::new(0.3, 1.0, -0.4));
+        let moved = shape.positions().map(|p| motion * p);
+        let surface = shape.surface();
+        let quality = Quality::measure(&surface, &surface.with_positions(&moved)).unwrap();
+        assert_eq!(quality.self_intersecting_faces, 0);
+        assert!(quality.max_dihedral_change < 1e-9);
+        for extent in [quality.stretch, quality.compression] {
+            assert!((extent.p99 - 1.0).abs() < 1e-12 && (extent.max - 1.0).abs() < 1e-12);
         }
-        let rotation = nearest_rotation(&covariance);
-        for h in mesh.outgoing_halfedges(v) {
-            let strain = edge(deformed, h) - rotation * edge(original, h);
-            energy += 0.125 * weights[h].as_f64() * strain.norm_squared();
-        }
+        assert!((0.0..1e-16).contains(&quality.arap_energy));
     }
-    let area = original.area().as_f64();
-    Ok(if area > 0.0 { energy / area } else { 0.0 })
+
+    /// A bar stretched to twice its length and half its height: the four long sides know both.
+    #[test]
+    fn a_stretched_bar_has_its_factors() {
+        let shape = bar::<f64>([4.0, 1.0, 1.0], [16, 4, 4]);
+        let surface = shape.surface();
+        let moved = shape
+            .positions()
+            .map(|p| Point3::new(2.0 * p.x, 0.5 * p.y, p.z));
+        let quality = Quality::measure(&surface, &surface.with_positions(&moved)).unwrap();
+        for (found, expected) in [
+            (quality.stretch.p99, 2.0),
+            (quality.stretch.max, 2.0),
+            (quality.compression.p99, 2.0),
+            (quality.compression.max, 2.0),
+        ] {
+            assert!((found - expected).abs() < 1e-12, "{found}");
+        }
+        assert!(quality.max_dihedral_change < 1e-9);
+        assert!(quality.arap_energy > 0.1);
+    }
+
+    #[test]
+    fn a_hundredth_of_the_area_does_not_count_in_the_percentile() {
+        let last =
+            |weight: f64| (0..100).map(move |k| (f64::from(k), if k < 99 { 1.0 } else { weight }));
+        // The last one is a hundredth of the whole, then more.
+        let of = |weight| extent(last(weight));
+        assert_eq!((of(1.0).p99, of(1.0).max), (98.0, 99.0));
+        assert_eq!((of(2.0).p99, of(2.0).max), (99.0, 99.0));
+        assert_eq!(extent(std::iter::empty()), Extent { p99: 1.0, max: 1.0 });
+    }
+
+    /// The middle of a bar swapped with its end: the walls pass through each other.
+    #[test]
+    fn a_bar_pushed_through_itself_intersects_and_collapsed_faces_are_infinite() {
+        let shape = bar::<f64>([4.0, 1.0, 1.0], [16, 4, 4]);
+        let surface = shape.surface();
+        let narrow = |p: &Point3<f64>| {
+            let share = if p.x > 1.9 { 0.5 } else { 1.0 };
+            let x = if p.x > 1.9 { -1.0 + 0.013 * p.y } else { p.x };
+            Point3::new(x, share * p.y, share * p.z)
+        };
+        let pushed: Positions<f64> = shape.positions().map(narrow);
+        let quality = Quality::measure(&surface, &surface.with_positions(&pushed)).unwrap();
+        assert!(quality.max_dihedral_change > 60.0);
+        // The cap stands within the bar; the walls that lead to it do not cross the outer ones.
+        assert_eq!(quality.self_intersecting_faces, 0);
+        let through = shape.positions().map(|p| {
+            let inside = narrow(p);
+            if p.x > 1.9 {
+                inside + Vector3::y() * 0.6
+            } else {
+                inside
+            }
+        });
+        let quality = Quality::measure(&surface, &surface.with_positions(&through)).unwrap();
+        assert!(quality.self_intersecting_faces > 8);
+
+        let flat = shape.positions().map(|p| Point3::new(p.x, 0.0, p.z));
+        let quality = Quality::measure(&surface, &surface.with_positions(&flat)).unwrap();
+        assert_eq!(quality.compression.max, f64::INFINITY);
+        assert!((quality.stretch.max - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_distance_is_over_the_longest_side_of_the_original() {
+        let shape = bar::<f64>([4.0, 1.0, 1.0], [16, 4, 4]);
+        let surface = shape.surface();
+        let mut given = shape.positions().map(|p| p + Vector3::x());
+        let distance = |given: &Positions<f64>| {
+            ShapeDistance::measure(&surface, &surface, &surface.with_positions(given)).unwrap()
+        };
+        let found = distance(&given);
+        assert!((found.rms - 0.25).abs() < 1e-15 && (found.max - 0.25).abs() < 1e-15);
+        given.as_mut_slice()[0].x += 1.0;
+        let found = distance(&given);
+        assert!((found.max - 0.5).abs() < 1e-15 && found.rms < 0.26);
+        let other = icosphere::<f64>(1);
+        assert!(ShapeDistance::measure(&surface, &surface, &other.surface()).is_err());
+    }
 }

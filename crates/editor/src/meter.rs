@@ -7,7 +7,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 
-use cotan::geometry::{Positions, Surface};
+use cotan::geometry::{Positions, Surface, dihedral_changes, singular_values};
 use cotan::halfedge::VertexMap;
 use cotan::smooth::mean_curvatures;
 use cotan::{ShapeComparison, ShapeErrors};
@@ -30,16 +30,25 @@ pub enum Field {
     Geometry,
     /// How the area around every vertex has grown.
     Area,
+    /// The greatest change of a dihedral angle at every vertex.
+    Bending,
+    /// The greatest σ1 of the faces around every vertex.
+    Stretch,
+    /// The greatest 1/σ2 of them.
+    Compression,
 }
 
 impl Field {
     /// All of them, in the order of the list.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 8] = [
         Self::Plain,
         Self::Curvature,
         Self::Parameterization,
         Self::Geometry,
         Self::Area,
+        Self::Bending,
+        Self::Stretch,
+        Self::Compression,
     ];
 
     /// What the list calls it.
@@ -50,6 +59,9 @@ impl Field {
             Self::Parameterization => "E_p: angles",
             Self::Geometry => "E_g: details",
             Self::Area => "Area distortion",
+            Self::Bending => "Dihedral change",
+            Self::Stretch => "Stretch σ1",
+            Self::Compression => "Compression 1/σ2",
         }
     }
 
@@ -60,6 +72,9 @@ impl Field {
             Self::Parameterization => "E_p per vertex",
             Self::Geometry => "E_g per vertex, box",
             Self::Area => "ln (area / area before)",
+            Self::Bending => "dihedral change, degrees",
+            Self::Stretch => "ln σ1",
+            Self::Compression => "ln (1 / σ2)",
         }
     }
 }
@@ -200,10 +215,76 @@ fn read(subject: &Subject, comparison: Option<&ShapeComparison<'_, f64>>) -> Rea
         Field::Area => {
             comparison.and_then(|c| Some(signed(&c.area_log_ratios(&subject.shape).ok()?)))
         }
+        Field::Bending => bending(subject).map(|field| size(&field)),
+        Field::Stretch => stretch(subject, |[s1, _]| s1.ln()).map(|field| signed(&field)),
+        Field::Compression => stretch(subject, |[_, s2]| -s2.ln()).map(|field| signed(&field)),
     };
     Reading {
         shape: Arc::clone(&subject.shape),
         errors: fields.map(|fields| fields.errors()),
         colors,
+    }
+}
+
+/// The greatest change of a dihedral angle at the edges of every vertex, in degrees.
+fn bending(subject: &Subject) -> Option<VertexMap<f64>> {
+    let mesh = subject.mesh.mesh();
+    let original = Surface::new(mesh, &subject.original).ok()?;
+    let changes = dihedral_changes(&original, &subject.shape).ok()?;
+    let at = |v| mesh.outgoing_halfedges(v).filter_map(|h| changes[h.edge()]);
+    let greatest = |v| at(v).fold(0.0, f64::max).to_degrees();
+    Some(mesh.vertices().map(greatest).collect())
+}
+
+/// The greatest of a quantity of the singular values of the faces around every vertex; no number
+/// where no face has an area.
+fn stretch(subject: &Subject, value: impl Fn([f64; 2]) -> f64) -> Option<VertexMap<f64>> {
+    let mesh = subject.mesh.mesh();
+    let original = Surface::new(mesh, &subject.original).ok()?;
+    let values = singular_values(&original, &subject.shape).ok()?;
+    let at = |v| mesh.vertex_faces(v).filter_map(|f| values[f].map(&value));
+    let greatest = |v| at(v).fold(f64::NAN, f64::max);
+    Some(mesh.vertices().map(greatest).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Point3;
+
+    /// A sphere drawn out to twice its length.
+    fn drawn_out(field: Field) -> (ColorScale, Vec<[u8; 3]>) {
+        let shape = cotan::shapes::icosphere::<f64>(2);
+        let corners = shape.to_triangles();
+        let faces = corners.chunks(3).map(<[u32]>::to_vec).collect();
+        let points = shape.positions().values().copied().collect();
+        let document = cotan_io::Document::new(points, faces).unwrap();
+        let mesh = document.surface().unwrap();
+        let original = mesh.positions().clone();
+        let subject = Subject {
+            shape: Arc::new(original.map(|p| Point3::new(2.0 * p.x, p.y, p.z))),
+            original: Arc::new(original),
+            mesh: Arc::new(mesh),
+            field,
+        };
+        let (of, scale, colors) = read(&subject, None).colors.unwrap();
+        assert_eq!(of, field);
+        (scale, colors)
+    }
+
+    #[test]
+    fn stretch_and_bending_colour_the_vertices() {
+        for field in [Field::Bending, Field::Stretch, Field::Compression] {
+            let (scale, colors) = drawn_out(field);
+            assert_eq!((colors.len(), scale.title()), (162, field.title()));
+        }
+        // ln 2 where it is drawn out most.
+        let [low, high] = drawn_out(Field::Stretch).0.range();
+        assert!(low == -high && (0.6..0.8).contains(&high), "{high}");
+        // Nothing is compressed by more than the faces across the length.
+        let [_, high] = drawn_out(Field::Compression).0.range();
+        assert!(high < 0.1, "{high}");
+        let [low, high] = drawn_out(Field::Bending).0.range();
+        assert!(low == 0.0 && high > 1.0, "{high}");
     }
 }

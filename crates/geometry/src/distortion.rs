@@ -1,15 +1,17 @@
-//! How far one embedding of a mesh is from another: lengths, angles, areas, and folds.
+//! How far one embedding of a mesh is from another: lengths, angles, areas, creases, and folds.
 //!
 //! Each function takes the surface at rest and the deformed positions of the same mesh. All are
 //! zero for rigid motions; angles and folds are for scaling, too.
 
-use cotan_halfedge::{EdgeMap, FaceId, HalfedgeMesh};
+use cotan_halfedge::{EdgeId, EdgeMap, FaceId, FaceMap, HalfedgeMesh};
 use nalgebra::Vector3;
 
 use crate::angles::corner_angles;
 use crate::areas::{face_area_vectors, face_areas};
+use crate::curvature::dihedral_angle;
 use crate::lengths::edge_lengths;
-use crate::scalar::Scalar;
+use crate::maps;
+use crate::scalar::{Scalar, scalar};
 use crate::surface::{Positions, Surface, SurfaceError};
 
 /// Ratios of a positive quantity, deformed over rest, summed up over all elements.
@@ -118,6 +120,37 @@ pub fn angle_distortion_rms<T: Scalar>(
     ))
 }
 
+/// By how much the [dihedral angle](crate::dihedral_angle) at each edge has changed; `None` at the
+/// boundary, and where one of the two faces has hardly any area in either shape (a relative height
+/// of at most 1e-9).
+///
+/// Angles run from −π to π without a jump where a crease closes: one that passes from convex
+/// through flat to concave may change by up to 2π.
+///
+/// **Shapes**: one entry per edge. **Units**: radians, at least 0.
+///
+/// # Errors
+/// [`SurfaceError`] if `deformed` does not embed the mesh.
+pub fn dihedral_changes<T: Scalar>(
+    rest: &Surface<'_, T>,
+    deformed: &Positions<T>,
+) -> Result<EdgeMap<Option<T>>, SurfaceError> {
+    let mesh = rest.mesh();
+    let deformed = Surface::new(mesh, deformed)?;
+    let mut has_area = FaceMap::filled(mesh.num_faces(), true);
+    for shape in [rest, &deformed] {
+        let degenerate = shape.degenerate_faces(scalar(1e-9));
+        degenerate.into_iter().for_each(|f| has_area[f] = false);
+    }
+    Ok(maps::filled(mesh.num_edges(), |e: EdgeId| {
+        let is_measured = |h| mesh.face(h).is_some_and(|f| has_area[f]);
+        e.halfedges().into_iter().all(is_measured).then(|| {
+            let [before, after] = [rest, &deformed].map(|shape| dihedral_angle(shape, e));
+            (after - before).abs()
+        })
+    }))
+}
+
 /// The faces that the deformation folded over, in ascending order.
 ///
 /// A face is folded in one embedding if its area vector has a negative dot product with the
@@ -198,6 +231,35 @@ mod tests {
         let areas = area_distortion(&shape.surface(), &longer).expect("same mesh");
         assert_eq!((areas.min_ratio, areas.max_ratio), (1.0, 2.0));
         assert!(angle_distortion_rms(&shape.surface(), &longer).expect("same mesh") > 0.1);
+    }
+
+    #[test]
+    fn a_hinge_changes_by_the_angle_that_it_is_turned_by() {
+        let hinge = |degrees: f64| {
+            let (sine, cosine) = degrees.to_radians().sin_cos();
+            let corners = [[0.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]];
+            let points = corners.into_iter().chain([[cosine, 0.0, sine]]);
+            points.map(Point3::from).collect::<Positions<f64>>()
+        };
+        let mesh = HalfedgeMesh::from_faces(4, &[[0, 1, 2], [1, 0, 3]]).expect("a hinge");
+        let flat = hinge(0.0);
+        let change = |from: &Positions<f64>, to: &Positions<f64>| {
+            let rest = Surface::new(&mesh, from).expect("a surface");
+            let changes = dihedral_changes(&rest, to).expect("same mesh");
+            let measured: Vec<f64> = changes.values().flatten().copied().collect();
+            assert!(measured.len() <= 1, "the boundary has no angle");
+            measured.first().map(|c| c.to_degrees())
+        };
+        for degrees in [-170.0, -30.0, 0.0, 45.0, 120.0, 179.0] {
+            let found = change(&flat, &hinge(degrees)).expect("two faces");
+            assert!((found - f64::abs(degrees)).abs() < 1e-10, "{found}");
+        }
+        let through_flat = change(&hinge(-170.0), &hinge(170.0)).expect("two faces");
+        assert!((through_flat - 340.0).abs() < 1e-10, "{through_flat}");
+        let mut collapsed = flat.clone();
+        collapsed[VertexId::new(3)] = collapsed[VertexId::new(0)];
+        assert_eq!(change(&flat, &collapsed), None);
+        assert_eq!(change(&collapsed, &flat), None);
     }
 
     #[test]

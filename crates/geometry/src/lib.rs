@@ -35,11 +35,13 @@ mod mesh;
 mod normals;
 mod readable;
 mod scalar;
+mod self_intersections;
 pub mod shapes;
 mod spatial_order;
 mod surface;
 #[cfg(feature = "testing")]
 pub mod testing;
+mod triangle_map;
 mod triangle_tree;
 mod volume;
 
@@ -56,8 +58,8 @@ pub use bounds::{BoundingBox, bounding_box};
 pub use curvature::dihedral_angle;
 pub use degenerate::relative_height;
 pub use distortion::{
-    Distortion, angle_distortion_rms, area_distortion, edge_distortion, edge_distortion_rms,
-    edge_length_ratios, folded_faces,
+    Distortion, angle_distortion_rms, area_distortion, dihedral_changes, edge_distortion,
+    edge_distortion_rms, edge_length_ratios, folded_faces,
 };
 pub use lengths::edge_lengths_into;
 pub use mesh::{BuiltMesh, Mesh, MeshBuilder, MeshError};
@@ -67,11 +69,13 @@ pub use normals::{
 };
 pub use readable::Readable;
 pub use scalar::{Scalar, scalar};
+pub use self_intersections::triangles_cross;
 pub use shapes::{
     CREATURE_RESOLUTION, Region, bar, bumpy_plane, creature, creature_regions, cylinder, icosphere,
     tetrahedron, torus,
 };
 pub use spatial_order::SpatialOrder;
 pub use surface::{Positions, Surface, SurfaceError};
+pub use triangle_map::{TriangleMap, face_map, singular_values};
 pub use triangle_tree::{Meeting, Ray, TriangleTree, triangle_corners, triangle_on_ray};
 pub use volume::{surface_centroid, volume};

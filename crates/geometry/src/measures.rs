@@ -11,6 +11,7 @@ use crate::degenerate::degenerate_faces;
 use crate::lengths::{edge_length, edge_lengths, mean_edge_length};
 use crate::normals::{face_normal, face_normals, vertex_normals};
 use crate::scalar::Scalar;
+use crate::self_intersections::self_intersections;
 use crate::surface::Surface;
 use crate::volume::{surface_centroid, volume, volume_centroid};
 
@@ -244,5 +245,25 @@ impl<T: Scalar> Surface<'_, T> {
     #[must_use]
     pub fn degenerate_faces(&self, eps: T) -> Vec<FaceId> {
         degenerate_faces(self, eps)
+    }
+
+    /// The faces that cross another face, in ascending order. Pairs that share a vertex touch there
+    /// by construction and are not examined.
+    ///
+    /// Faces that only touch do not cross, nor do faces without area; faces that lie on each other
+    /// in one plane do. The signs are exact for the coordinates as they are: what is nearer than their
+    /// last digits may be found or not after a rigid motion, whose rounding moves the vertices.
+    /// A surface that passes through another exactly along edges of both only touches it.
+    ///
+    /// A tree of boxes keeps the time near O(n log n); only where most boxes overlap and nothing
+    /// crosses does it grow to O(n²). **Memory**: about 300 bytes per face.
+    ///
+    /// ```
+    /// let sphere = cotan_geometry::icosphere::<f64>(3);
+    /// assert!(sphere.surface().self_intersections().is_empty());
+    /// ```
+    #[must_use]
+    pub fn self_intersections(&self) -> Vec<FaceId> {
+        self_intersections(self)
     }
 }

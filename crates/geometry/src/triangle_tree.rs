@@ -1,4 +1,5 @@
-//! The tree of boxes over the triangles: what a ray hits, what is near a line of sight.
+//! The tree of boxes over the triangles: what a ray hits, what is near a line of sight,
+//! what overlaps a box.
 //!
 //! The crate `bvh` builds it, well and in parallel. It is walked here, nearest box first, so that a
 //! ray stops at the first thing it meets; and when the shape moves, its boxes are fitted anew
@@ -11,6 +12,7 @@ use bvh::bounding_hierarchy::{BHShape, BoundingHierarchy};
 use bvh::bvh::{Bvh, BvhNode};
 use nalgebra::{Point3, Vector3};
 
+use crate::bounds::BoundingBox;
 use crate::surface::Positions;
 
 type Box3 = Aabb<f64, 3>;
@@ -193,6 +195,41 @@ impl TriangleTree {
                 }
             }
         }
+    }
+
+    /// Whether `wanted` holds for any of the triangles whose boxes overlap, or touch, the given one.
+    pub fn any_overlapping(
+        &self,
+        bounds: &BoundingBox<f64>,
+        mut wanted: impl FnMut([u32; 3]) -> bool,
+    ) -> bool {
+        let overlaps = |other: &Box3| {
+            (0..3).all(|k| bounds.min[k] <= other.max[k] && other.min[k] <= bounds.max[k])
+        };
+        let mut stack = Vec::with_capacity(64);
+        stack.push(0);
+        while let Some(index) = stack.pop() {
+            match self.bvh.nodes.get(index) {
+                None => {}
+                Some(&BvhNode::Leaf { shape_index, .. }) => {
+                    if wanted(self.triangles[shape_index]) {
+                        return true;
+                    }
+                }
+                Some(BvhNode::Node {
+                    child_l_index,
+                    child_l_aabb,
+                    child_r_index,
+                    child_r_aabb,
+                    ..
+                }) => {
+                    let children = [(child_l_index, child_l_aabb), (child_r_index, child_r_aabb)];
+                    let near = children.into_iter().filter(|(_, bounds)| overlaps(bounds));
+                    stack.extend(near.map(|(child, _)| *child));
+                }
+            }
+        }
+        false
     }
 
     /// Calls `each` with the triangles whose boxes, seen as balls, pass `wanted(centre, radius)`.

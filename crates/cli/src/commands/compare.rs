@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use cotan::Quality;
 use cotan::geometry::Surface;
+use cotan::{Quality, ShapeDistance};
 use cotan_io::Document;
 use cotan_tool::numbers::in_file_numbers;
 use serde::Serialize;
@@ -28,6 +28,10 @@ struct Comparison {
     rms_displacement: f64,
     /// The longest move over the diagonal of the original's bounding box.
     max_relative_displacement: f64,
+    /// The distance of the vertices to those of the shape of `--distance-to`, or to the original,
+    /// over the longest side of the original's box.
+    distance_rms: f64,
+    distance_max: f64,
 }
 
 pub(crate) fn run(args: &CompareArgs, console: &Console) -> Result<(), CliError> {
@@ -55,6 +59,19 @@ pub(crate) fn run(args: &CompareArgs, console: &Console) -> Result<(), CliError>
         .collect();
     let longest = moves.iter().copied().fold(0.0, f64::max);
     let mean_square = moves.iter().map(|d| d * d).sum::<f64>() / moves.len().max(1) as f64;
+    let given = match &args.distance_to {
+        None => None,
+        Some(path) => {
+            let document = files::load(path, console)?;
+            check_same_faces([&args.original, path], [&original, &document])?;
+            Some((path, positions_of(&document, &processing)))
+        }
+    };
+    let distance = match &given {
+        None => ShapeDistance::measure(&a, &b, &a),
+        Some((path, positions)) => ShapeDistance::measure(&a, &b, &surface(path, positions)?),
+    };
+    let distance = distance.map_err(|e| refuse(&args.other, e))?;
     let comparison = Comparison {
         vertices: before.len(),
         faces: processing.mesh().num_faces(),
@@ -62,11 +79,14 @@ pub(crate) fn run(args: &CompareArgs, console: &Console) -> Result<(), CliError>
         max_displacement: longest,
         rms_displacement: mean_square.sqrt(),
         max_relative_displacement: longest / a.bounding_box().diagonal(),
+        distance_rms: distance.rms,
+        distance_max: distance.max,
     };
     if args.json {
         return console.print(&json_text(&comparison)?);
     }
-    console.print(&table(&comparison))
+    let given = args.distance_to.as_ref().map_or("A", |_| "SHAPE");
+    console.print(&table(&comparison, given))
 }
 
 /// Refuses two documents that are not embeddings of the same faces, with the first difference.
@@ -99,7 +119,7 @@ pub(crate) fn check_same_faces(
     }
 }
 
-fn table(comparison: &Comparison) -> Text {
+fn table(comparison: &Comparison, given: &str) -> Text {
     let mut table = Table::default();
     table.row(
         "vertices, faces",
@@ -115,5 +135,13 @@ fn table(comparison: &Comparison) -> Text {
         ),
     );
     table.row("move, rms", number(comparison.rms_displacement));
+    table.row(
+        &format!("distance to {given}"),
+        format!(
+            "rms {}, max {} of the longest side",
+            number(comparison.distance_rms),
+            number(comparison.distance_max)
+        ),
+    );
     table.text
 }

@@ -119,9 +119,78 @@ fn compare_agrees_with_the_report() {
         "geometry_error",
         "volume_ratio",
         "folded_edges",
+        "self_intersecting_faces",
+        "max_dihedral_change_degrees",
+        "stretch",
+        "compression",
+        "arap_energy",
     ] {
+        assert!(!comparison[field].is_null(), "{field}");
         assert_eq!(comparison[field], report[field], "{field}");
     }
+    let number = |name: &str, part: &str| comparison[name][part].as_f64().unwrap();
+    for name in ["stretch", "compression"] {
+        assert!(number(name, "p99") > 1.0 && number(name, "max") >= number(name, "p99"));
+    }
+    assert!(comparison["arap_energy"].as_f64().unwrap() > 0.0);
+    let text = sandbox.cotan_ok("compare bar.obj bent.ply").stdout;
+    for row in [
+        "intersecting faces      0",
+        "dihedral change, max",
+        "stretch σ1",
+    ] {
+        assert!(text.contains(row), "{text}");
+    }
+}
+
+#[test]
+fn compare_tells_the_distance_to_a_given_shape() {
+    let sandbox = Sandbox::with_bar();
+    sandbox.write("h.json", json_handles());
+    sandbox.cotan_ok("deform bar.obj --handles h.json -o bent.ply");
+    let compare = |line: &str| -> serde_json::Value {
+        serde_json::from_str(&sandbox.cotan_ok(line).stdout).unwrap()
+    };
+    let to_original = compare("compare bar.obj bent.ply --json");
+    let to_itself = compare("compare bar.obj bent.ply --distance-to bent.ply --json");
+    assert_eq!(to_itself["distance_rms"], 0.0);
+    assert_eq!(to_itself["distance_max"], 0.0);
+    let named = compare("compare bar.obj bent.ply --distance-to bar.obj --json");
+    assert_eq!(named, to_original);
+    let number = |name: &str| to_original[name].as_f64().unwrap();
+    let side = number("max_displacement") / number("distance_max");
+    assert!((number("rms_displacement") / number("distance_rms") / side - 1.0).abs() < 1e-12);
+    let text = sandbox
+        .cotan_ok("compare bar.obj bent.ply --distance-to bent.ply")
+        .stdout;
+    assert!(
+        text.contains("distance to SHAPE       rms 0, max 0"),
+        "{text}"
+    );
+
+    sandbox.write("one.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    let refused = sandbox.cotan("compare bar.obj bent.ply --distance-to one.obj");
+    assert_ne!(refused.code, 0);
+    assert!(refused.stderr.contains("one.obj"), "{}", refused.stderr);
+}
+
+/// A face that has collapsed is compressed without bound, which JSON has no number for.
+#[test]
+fn what_is_infinite_is_null_in_json() {
+    let sandbox = Sandbox::new();
+    let faces = "f 1 2 3\nf 2 1 4\n";
+    sandbox.write(
+        "a.obj",
+        &format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 -1 0\n{faces}"),
+    );
+    sandbox.write(
+        "b.obj",
+        &format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0.5 0 0\n{faces}"),
+    );
+    let json = sandbox.cotan_ok("compare a.obj b.obj --json").stdout;
+    let comparison: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert!(comparison["compression"]["max"].is_null());
+    assert_eq!(comparison["degenerate_faces"], 1);
 }
 
 #[test]
