@@ -210,12 +210,10 @@ impl TriangleTree {
         stack.push(0);
         while let Some(index) = stack.pop() {
             match self.bvh.nodes.get(index) {
-                None => {}
-                Some(&BvhNode::Leaf { shape_index, .. }) => {
-                    if wanted(self.triangles[shape_index]) {
-                        return true;
-                    }
+                Some(&BvhNode::Leaf { shape_index, .. }) if wanted(self.triangles[shape_index]) => {
+                    return true;
                 }
+                None | Some(BvhNode::Leaf { .. }) => {}
                 Some(BvhNode::Node {
                     child_l_index,
                     child_l_aabb,

@@ -181,11 +181,11 @@ fn what_is_infinite_is_null_in_json() {
     let faces = "f 1 2 3\nf 2 1 4\n";
     sandbox.write(
         "a.obj",
-        &format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 -1 0\n{faces}"),
+        format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 -1 0\n{faces}"),
     );
     sandbox.write(
         "b.obj",
-        &format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0.5 0 0\n{faces}"),
+        format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0.5 0 0\n{faces}"),
     );
     let json = sandbox.cotan_ok("compare a.obj b.obj --json").stdout;
     let comparison: serde_json::Value = serde_json::from_str(&json).unwrap();
