@@ -2,7 +2,7 @@
 //! over the mesh.
 
 use cotan_geometry::{Positions, Scalar};
-use cotan_halfedge::{VertexId, VertexMap};
+use cotan_halfedge::{Components, VertexId, VertexMap};
 use cotan_linear::{Defect, Handle};
 use cotan_parallel as parallel;
 use nalgebra::{Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
@@ -38,9 +38,10 @@ pub(crate) fn first_guess<T: Scalar>(
 ) -> Result<Option<FirstGuess>, FlowError> {
     let groups = Groups::new(&work.rest, work.targets.handles(), work.targets.in_box());
     let common = groups.common();
-    let turns = groups.turns(&common.rotation);
+    let turns = groups.turns(&common);
     let is_turned = turns.iter().any(|w| w.norm() >= LEAST_TURN);
-    let is_common = (common.rotation - Matrix3::identity()).norm() >= LEAST_TURN;
+    let is_away = |r: &Matrix3<f64>| (r - Matrix3::identity()).norm() >= LEAST_TURN;
+    let is_common = common.rotations.iter().any(is_away);
     let swelling = match groups.swelling() {
         Some(logarithms) if common.scale == 1.0 => {
             let at_handles = groups.at_handles(work, &logarithms);
@@ -51,13 +52,15 @@ pub(crate) fn first_guess<T: Scalar>(
     if !is_turned && !is_common && common.scale == 1.0 && swelling.is_none() {
         return Ok(None);
     }
+    let of_vertex = |i: usize| common.rotations[groups.component_of(i)];
     let n = work.rest.positions().len();
     let rotations = if is_turned {
         let at_handles = groups.at_handles(work, &turns);
         let turns = spread(work, at_handles)?;
-        turns.map(|w| Rotation3::new(*w).into_inner() * common.rotation)
+        let turned = |v: VertexId| Rotation3::new(turns[v]).into_inner() * of_vertex(v.index());
+        VertexMap::from_fn(n, turned)
     } else {
-        VertexMap::filled(n, common.rotation)
+        VertexMap::from_fn(n, |v: VertexId| of_vertex(v.index()))
     };
     Ok(Some(FirstGuess {
         rotations,
@@ -197,11 +200,16 @@ struct Groups {
     pairs: Vec<Pair>,
     members: Vec<Vec<usize>>,
     centers: Vec<Pair>,
+    /// The component of every group.
+    components: Vec<usize>,
+    of_vertex: Components,
 }
 
-/// One motion of all handles.
+/// One motion of all handles of each component.
 struct Common {
-    rotation: Matrix3<f64>,
+    /// By component; the identity where a component has no handles.
+    rotations: Vec<Matrix3<f64>>,
+    /// Of the similarity that moves the handles of all components, if there is one.
     scale: f64,
 }
 
@@ -224,45 +232,60 @@ impl Groups {
                 members.push(group(rest, handles, &handle_of, start, &mut is_done));
             }
         }
+        let of_vertex = rest.mesh().components();
         let center = |group: &Vec<usize>| Pair::center(group.iter().map(|&k| pairs[k]));
         Self {
             centers: members.iter().map(center).collect(),
+            components: members
+                .iter()
+                .map(|group| of_vertex.of(handles[group[0]].vertex))
+                .collect(),
+            of_vertex,
             pairs,
             members,
         }
     }
 
-    /// The similarity that moves all handles best, each group counting as the root of its size; of
-    /// scale 1 unless it moves them exactly.
+    fn component_of(&self, vertex: usize) -> usize {
+        self.of_vertex.of_vertices().as_slice()[vertex] as usize
+    }
+
+    /// The rotation that moves the handles of each component best, each group counting as the root
+    /// of its size; and the scale of the similarity that moves all handles, 1 unless it does so
+    /// exactly.
     fn common(&self) -> Common {
-        /// The residual, over the extent, of handles that one similarity moves.
-        const EXACT: f64 = 1e-6;
-        let mut weighted = Vec::with_capacity(self.pairs.len());
-        for group in &self.members {
+        let num_components = self.of_vertex.count();
+        let mut rotations = vec![Matrix3::identity(); num_components];
+        let all = self.weighted(|_| true);
+        let whole = Fit::new(&all);
+        if num_components == 1 {
+            rotations[0] = common_rotation(&whole);
+        } else {
+            let mut seen = vec![false; num_components];
+            for &component in &self.components {
+                if !std::mem::replace(&mut seen[component], true) {
+                    let own = self.weighted(|g| self.components[g] == component);
+                    rotations[component] = common_rotation(&Fit::new(&own));
+                }
+            }
+        }
+        Common {
+            rotations,
+            scale: common_scale(&whole),
+        }
+    }
+
+    /// The handles of some groups, each group counting as the root of its size.
+    fn weighted(&self, counts: impl Fn(usize) -> bool) -> Vec<Pair> {
+        let mut weighted = Vec::new();
+        for (_, group) in self.members.iter().enumerate().filter(|(g, _)| counts(*g)) {
             let weight = 1.0 / (group.len() as f64).sqrt();
             weighted.extend(group.iter().map(|&k| Pair {
                 weight,
                 ..self.pairs[k]
             }));
         }
-        let fit = Fit::new(&weighted);
-        let [first, second, third] = fit.singular_values;
-        let flat = second + third;
-        let is_spatial = flat > 0.01 * first || flat > 25.0 * fit.residual_squared;
-        let rotation = if first <= f64::EPSILON * fit.spread {
-            Matrix3::identity()
-        } else if is_spatial {
-            fit.rotation
-        } else {
-            fit.least_turn
-        };
-        let is_exact = fit.residual_squared <= EXACT.powi(2) * fit.spread;
-        let is_scaled = (fit.scale - 1.0).abs() > EXACT;
-        let is_similar = is_spatial && second > 0.01 * first && is_exact && is_scaled;
-        Common {
-            rotation,
-            scale: if is_similar { fit.scale } else { 1.0 },
-        }
+        weighted
     }
 
     /// A field that has a value of its own at the handles of every group, and is zero elsewhere.
@@ -329,9 +352,10 @@ impl Groups {
     }
 
     /// The rotation vector of every group beyond the common rotation.
-    fn turns(&self, common: &Matrix3<f64>) -> Vec<Vector3<f64>> {
+    fn turns(&self, common: &Common) -> Vec<Vector3<f64>> {
         // By a quaternion: the angle of a matrix near the identity is lost in its trace.
-        let beyond = |r: Matrix3<f64>| {
+        let beyond = |g: usize, r: Matrix3<f64>| {
+            let common = common.rotations[self.components[g]];
             let rotation = Rotation3::from_matrix_unchecked(r * common.transpose());
             UnitQuaternion::from_rotation_matrix(&rotation).scaled_axis()
         };
@@ -339,9 +363,10 @@ impl Groups {
             let own: Vec<Pair> = group.iter().map(|&k| self.pairs[k]).collect();
             let fit = Fit::new(&own);
             if fit.determines_rotation(own.len()) {
-                return beyond(fit.rotation);
+                return beyond(g, fit.rotation);
             }
-            self.turn_among_others(g).map_or(Vector3::zeros(), beyond)
+            self.turn_among_others(g)
+                .map_or(Vector3::zeros(), |r| beyond(g, r))
         };
         self.members.iter().enumerate().map(turn).collect()
     }
@@ -349,27 +374,60 @@ impl Groups {
     /// The rotation of the groups around group `g`, by their centres; `None` if these do not
     /// determine one.
     fn turn_among_others(&self, g: usize) -> Option<Matrix3<f64>> {
-        if self.centers.len() < 4 {
+        let mates: Vec<&Pair> = self
+            .centers
+            .iter()
+            .zip(&self.components)
+            .filter(|(_, component)| **component == self.components[g])
+            .map(|(center, _)| center)
+            .collect();
+        if mates.len() < 4 {
             return None;
         }
         let squared = |c: &Pair| (c.before - self.centers[g].before).norm_squared();
-        let mut sorted: Vec<f64> = self.centers.iter().map(squared).collect();
+        let mut sorted: Vec<f64> = mates.iter().map(|c| squared(c)).collect();
         sorted.sort_by(f64::total_cmp);
         let near = 0.25 * sorted[3];
         if !(near > 0.0) {
             return None;
         }
-        let weighted: Vec<Pair> = self
-            .centers
+        let weighted: Vec<Pair> = mates
             .iter()
             .map(|c| Pair {
                 weight: (near / (squared(c) + near)).powi(2),
-                ..*c
+                ..**c
             })
             .collect();
         let fit = Fit::new(&weighted);
         let [first, second, third] = fit.singular_values;
         (second + third.min(0.0) > 0.02 * first).then_some(fit.rotation)
+    }
+}
+
+/// The rotation of a fit, as far as the points determine it.
+fn common_rotation(fit: &Fit) -> Matrix3<f64> {
+    let [first, second, third] = fit.singular_values;
+    let flat = second + third;
+    if first <= f64::EPSILON * fit.spread {
+        Matrix3::identity()
+    } else if flat > 0.01 * first || flat > 25.0 * fit.residual_squared {
+        fit.rotation
+    } else {
+        fit.least_turn
+    }
+}
+
+/// The scale of a fit that carries points off a line onto their images exactly; 1 for any other.
+fn common_scale(fit: &Fit) -> f64 {
+    /// The residual, over the extent, of handles that one similarity moves.
+    const EXACT: f64 = 1e-6;
+    let [first, second, _] = fit.singular_values;
+    let is_exact = fit.residual_squared <= EXACT.powi(2) * fit.spread;
+    let is_scaled = (fit.scale - 1.0).abs() > EXACT;
+    if second > 0.01 * first && is_exact && is_scaled {
+        fit.scale
+    } else {
+        1.0
     }
 }
 

@@ -66,12 +66,18 @@ impl SoftVolume {
         } else {
             rest.positions().len()
         };
-        Self {
+        let mut volume = Self {
             of_vertex: (0..n).map(|i| index_of[bodies.of(i) as usize]).collect(),
             gradients: vec![[0.0; 3]; n],
             moments: vec![0.0; n],
             bodies: held,
+        };
+        // As it is measured later: a shape at rest pulls by nothing at all.
+        let _ = volume.measure(rest, rest.positions());
+        for body in &mut volume.bodies {
+            body.rest = body.now;
         }
+        volume
     }
 
     pub(super) fn is_empty(&self) -> bool {
