@@ -399,15 +399,13 @@ fn winding(shape: &Mesh<f64>, moved: &Positions<f64>) -> f64 {
         let section: Vec<_> = original
             .iter()
             .filter(|(_, p)| (p.x - place).abs() < 0.05)
-            .map(|(v, p)| (*p, moved[v]))
+            .map(|(v, p)| [*p, moved[v]])
             .collect();
         let n = section.len() as f64;
-        let mean = |f: &dyn Fn(&(Point3<f64>, Point3<f64>)) -> Point3<f64>| {
-            section.iter().map(|s| f(s).coords).sum::<Vector3<f64>>() / n
-        };
-        let (before, after) = (mean(&|s| s.0), mean(&|s| s.1));
+        let mean = |k: usize| section.iter().map(|s| s[k].coords).sum::<Vector3<f64>>() / n;
+        let (before, after) = (mean(0), mean(1));
         let (mut re, mut im) = (0.0, 0.0);
-        for (a, b) in &section {
+        for [a, b] in &section {
             let (a, b) = (a.coords - before, b.coords - after);
             re += a.y * b.y + a.z * b.z;
             im += a.y * b.z - a.z * b.y;

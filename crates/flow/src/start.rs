@@ -408,9 +408,11 @@ impl Groups {
 fn common_rotation(fit: &Fit) -> Matrix3<f64> {
     let [first, second, third] = fit.singular_values;
     let flat = second + third;
+    // Of points on a line the turn about it is rounding.
+    let is_off_line = flat > 1e-6 * first && flat > 25.0 * fit.residual_squared;
     if first <= f64::EPSILON * fit.spread {
         Matrix3::identity()
-    } else if flat > 0.01 * first || flat > 25.0 * fit.residual_squared {
+    } else if flat > 0.01 * first || is_off_line {
         fit.rotation
     } else {
         fit.least_turn

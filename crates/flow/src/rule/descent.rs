@@ -86,7 +86,7 @@ impl<T: Scalar> Descent<T> {
         if self.tension.len() != n {
             self.tension = VertexMap::filled(n, Vector3::zeros());
         }
-        let next = if work.since_move == 0 {
+        let next = if work.since_move == 0 && self.energy.is_none() {
             NextStep::Taken
         } else {
             NextStep::Searched
