@@ -9,8 +9,62 @@ use crate::rest::Rest;
 #[derive(Debug)]
 pub(super) struct Groups {
     pub(super) len: usize,
+    of_terms: Rows,
+}
+
+/// Lists of groups with a number each, one list a vertex.
+#[derive(Debug)]
+struct Rows {
     starts: Vec<u32>,
     entries: Vec<(u32, f64)>,
+}
+
+impl Rows {
+    fn at(&self, i: usize) -> &[(u32, f64)] {
+        &self.entries[self.starts[i] as usize..self.starts[i + 1] as usize]
+    }
+}
+
+/// Adds up numbers by group.
+struct Sum {
+    list: Vec<(u32, f64)>,
+    /// The place of every group in the list, or more than there are.
+    places: Vec<u32>,
+}
+
+impl Sum {
+    fn add(&mut self, group: u32, x: f64) {
+        let place = &mut self.places[group as usize];
+        if *place == u32::MAX {
+            *place = self.list.len() as u32;
+            self.list.push((group, 0.0));
+        }
+        self.list[*place as usize].1 += x;
+    }
+
+    fn clear(&mut self) {
+        for (group, _) in self.list.drain(..) {
+            self.places[group as usize] = u32::MAX;
+        }
+    }
+}
+
+fn gather(n: usize, num_groups: u32, each: impl Fn(usize, &mut Sum)) -> Rows {
+    let mut rows = Rows {
+        starts: vec![0],
+        entries: Vec::new(),
+    };
+    let mut sum = Sum {
+        list: Vec::new(),
+        places: vec![u32::MAX; num_groups as usize],
+    };
+    for i in 0..n {
+        sum.clear();
+        each(i, &mut sum);
+        rows.entries.extend_from_slice(&sum.list);
+        rows.starts.push(rows.entries.len() as u32);
+    }
+    rows
 }
 
 impl Groups {
@@ -35,33 +89,29 @@ impl Groups {
             let row = graph.neighbours()[graph.range(i)].iter().map(|j| j.index());
             std::iter::once(i).chain(row)
         };
-        let (mut starts, mut entries) = (vec![0], Vec::new());
-        let mut own: Vec<(u32, f64)> = Vec::new();
-        for j in 0..n {
-            own.clear();
+        let of_cells = gather(n, len, |k, sum| {
+            for i in around(k) {
+                sum.add(group_of[i], 1.0);
+            }
+        });
+        let of_terms = gather(n, len, |j, sum| {
             for k in around(j) {
                 let share = cell_share(graph, j) * cell_share(graph, k);
-                for i in around(k) {
-                    match own.iter_mut().find(|(g, _)| *g == group_of[i]) {
-                        Some((_, sum)) => *sum += share,
-                        None => own.push((group_of[i], share)),
-                    }
+                for (group, count) in of_cells.at(k) {
+                    sum.add(*group, share * count);
                 }
             }
-            entries.extend_from_slice(&own);
-            starts.push(entries.len() as u32);
-        }
+        });
         Self {
             len: len as usize,
-            starts,
-            entries,
+            of_terms,
         }
     }
 
     /// The groups of the cells that vertex `j` serves, with its shares.
     #[inline]
     pub(super) fn at(&self, j: usize) -> &[(u32, f64)] {
-        &self.entries[self.starts[j] as usize..self.starts[j + 1] as usize]
+        self.of_terms.at(j)
     }
 }
 
