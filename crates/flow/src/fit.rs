@@ -81,7 +81,16 @@ impl Fit {
             (Some(u), Some(v)) => {
                 let to = u.column(order[0]).into_owned();
                 let from = v.row(order[0]).transpose();
-                Rotation3::rotation_between(&from, &to).map_or(rotation, Rotation3::into_inner)
+                // By the tangent: an arc cosine turns the rounding of parallel vectors into 1e-8.
+                let (axis, cosine) = (from.cross(&to), from.dot(&to));
+                match nalgebra::Unit::try_new(axis, 1e-12) {
+                    Some(unit) => {
+                        let angle = axis.norm().atan2(cosine);
+                        Rotation3::from_axis_angle(&unit, angle).into_inner()
+                    }
+                    None if cosine > 0.0 => Matrix3::identity(),
+                    None => rotation,
+                }
             }
             _ => rotation,
         };

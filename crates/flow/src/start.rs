@@ -258,14 +258,18 @@ impl Groups {
         let mut rotations = vec![Matrix3::identity(); num_components];
         let all = self.weighted(|_| true);
         let whole = Fit::new(&all);
-        if num_components == 1 {
+        if rests(&all) {
+            // Nothing turns, not even by rounding.
+        } else if num_components == 1 {
             rotations[0] = common_rotation(&whole);
         } else {
             let mut seen = vec![false; num_components];
             for &component in &self.components {
                 if !std::mem::replace(&mut seen[component], true) {
                     let own = self.weighted(|g| self.components[g] == component);
-                    rotations[component] = common_rotation(&Fit::new(&own));
+                    if !rests(&own) {
+                        rotations[component] = common_rotation(&Fit::new(&own));
+                    }
                 }
             }
         }
@@ -402,6 +406,11 @@ impl Groups {
         let [first, second, third] = fit.singular_values;
         (second + third.min(0.0) > 0.02 * first).then_some(fit.rotation)
     }
+}
+
+/// Whether all points stay where they are, to the bit.
+fn rests(pairs: &[Pair]) -> bool {
+    pairs.iter().all(|pair| pair.before == pair.after)
 }
 
 /// The rotation of a fit, as far as the points determine it.
