@@ -25,13 +25,17 @@ pub(crate) fn self_intersections<T: Scalar>(surface: &Surface<'_, T>) -> Vec<Fac
         let Some(bounds) = BoundingBox::of(&triangle) else {
             return false;
         };
-        tree.any_overlapping(&bounds, |other| {
+        tree.any_overlapping(&bounds, MOST_BOXES, |other| {
             let shares_a_vertex = other.iter().any(|v| own.contains(v));
             !shares_a_vertex && triangles_cross(&triangle, &triangle_corners(other, &positions))
         })
     };
     CHUNKS.filter_map(mesh.num_faces(), |f| crosses_any(f).then(|| FaceId::new(f)))
 }
+
+/// Of a face whose box meets those of more others than this, only so many are asked: around a vertex
+/// of a huge valence all boxes meet, and all pairs would take hours.
+const MOST_BOXES: usize = 1000;
 
 /// Whether two triangles cross: each has points strictly on both sides of the other's plane, and
 /// they have a segment in common; or they lie in one plane and their interiors overlap.

@@ -197,10 +197,12 @@ impl TriangleTree {
         }
     }
 
-    /// Whether `wanted` holds for any of the triangles whose boxes overlap, or touch, the given one.
+    /// Whether `wanted` holds for any of the triangles whose boxes overlap, or touch, the given one;
+    /// asked for so many of them at `most`.
     pub fn any_overlapping(
         &self,
         bounds: &BoundingBox<f64>,
+        mut most: usize,
         mut wanted: impl FnMut([u32; 3]) -> bool,
     ) -> bool {
         let overlaps = |other: &Box3| {
@@ -213,7 +215,13 @@ impl TriangleTree {
                 Some(&BvhNode::Leaf { shape_index, .. }) if wanted(self.triangles[shape_index]) => {
                     return true;
                 }
-                None | Some(BvhNode::Leaf { .. }) => {}
+                None => {}
+                Some(BvhNode::Leaf { .. }) => {
+                    most = most.saturating_sub(1);
+                    if most == 0 {
+                        return false;
+                    }
+                }
                 Some(BvhNode::Node {
                     child_l_index,
                     child_l_aabb,

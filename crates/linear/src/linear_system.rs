@@ -29,7 +29,7 @@ use crate::weights::Weights;
 ///
 /// **The right-hand side**: the weights of [`Cotangent`](cotan_laplacian::Cotangent) carry no ½, so
 /// they stand for twice the integrated Laplacian. For −Δu = f give b_i = 2 A_i f_i, with A_i the
-/// dual area of the vertex ([`cotan_geometry::dual_areas`]); for c u − Δu = f also
+/// dual area of the vertex (`Surface::dual_areas`); for c u − Δu = f also
 /// d_i = 2 A_i c. Values are `f64`, also for a mesh of `f32`. On a boundary that is not fixed the
 /// normal derivative is zero (Neumann's condition).
 ///
