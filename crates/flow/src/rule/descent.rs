@@ -360,7 +360,10 @@ impl<T: Scalar> Rule<T> for Descent<T> {
     fn restart(&mut self, work: &mut Workspace<T>) {
         work.pin();
         self.energy = None;
-        self.coarse = self.coarse.take().filter(|c| c.is_for(&work.targets));
+        self.coarse = self
+            .coarse
+            .take()
+            .filter(|c| c.is_for(&work.rest, &work.targets));
         self.is_refused = false;
         self.plain_part = 1.0;
         // Handles have moved on: what they stated first is no longer the yardstick.

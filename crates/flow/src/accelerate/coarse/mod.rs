@@ -45,6 +45,8 @@ use crate::vectors::CHUNKS;
 pub(crate) struct Coarse {
     /// The handles for which it was built.
     held: Vec<VertexId>,
+    /// Whether each component has a handle that is to move.
+    moved: Vec<bool>,
     clusters: Clusters,
     groups: Groups,
     /// φᵀAφ, and the same of the struts.
@@ -82,11 +84,13 @@ impl Coarse {
         positions: &Positions<T>,
     ) -> Option<Self> {
         let held = held(targets);
-        let clusters = Clusters::new(rest, &held)?;
+        let moved = moved(rest, targets);
+        let clusters = Clusters::new(rest, &held, &moved)?;
         let groups = Groups::new(rest);
         let sums = measure(rest, targets, system, field, cells, &clusters, &groups);
         let mut coarse = Self {
             held,
+            moved,
             state: State {
                 motions: Vec::new(),
                 starts: Vec::new(),
@@ -105,8 +109,8 @@ impl Coarse {
     }
 
     /// Whether it was built for these handles.
-    pub(crate) fn is_for<T: Scalar>(&self, targets: &Targets<T>) -> bool {
-        self.held == held(targets)
+    pub(crate) fn is_for<T: Scalar>(&self, rest: &Rest<T>, targets: &Targets<T>) -> bool {
+        self.held == held(targets) && self.moved == moved(rest, targets)
     }
 
     /// Computes the correction anew for these positions. Returns whether that could be done.
@@ -331,6 +335,17 @@ fn held<T: Scalar>(targets: &Targets<T>) -> Vec<VertexId> {
     let held = targets.held();
     let hard = held.iter().filter(|h| h.hold == Hold::Hard);
     hard.map(|h| h.vertex).collect()
+}
+
+/// Whether each component has a handle that is to move. The others are at rest: nothing pulls there
+/// but rounding, which soft modes would make large.
+fn moved<T: Scalar>(rest: &Rest<T>, targets: &Targets<T>) -> Vec<bool> {
+    let components = rest.mesh().components();
+    let mut moved = vec![false; components.count()];
+    for (handle, target) in targets.handles().iter().zip(targets.in_box()) {
+        moved[components.of(handle.vertex)] |= *target != rest.positions()[handle.vertex];
+    }
+    moved
 }
 
 /// The matrix with a diagonal that no empty cluster leaves at zero.
