@@ -97,7 +97,8 @@ fn miss(shape: &Mesh<f64>, held: &[VertexId], motion: Similarity3<f64>) -> f64 {
     farthest(&moved.positions, &wanted) / (bounds.diagonal() * motion.scaling())
 }
 
-/// Any rigid motion of all handles, by any angle, moves the mesh rigidly: points, regions, and both.
+/// Any rigid motion of all handles, by any angle, moves the mesh rigidly: points, regions, and
+/// both.
 #[test]
 fn a_rigid_motion_of_all_handles_moves_the_mesh_rigidly() {
     let mut draw = Draw(7);

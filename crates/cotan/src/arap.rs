@@ -6,8 +6,8 @@ use cotan_halfedge::VertexId;
 use cotan_parallel::Chunks;
 use nalgebra::Matrix3;
 
-/// Σ_i Σ_{T at i} Σ_{e of T} 1/12 cot_e |e − R_i e⁰|² over the original area, with the cotangents of
-/// the original; 0 for a mesh without area.
+/// Σ_i Σ_{T at i} Σ_{e of T} 1/12 cot_e |e − R_i e⁰|² over the original area, with the cotangents
+/// of the original; 0 for a mesh without area.
 ///
 /// The rotation R_i fits the triangles around vertex i best ("spokes and rims"). The inner sum is
 /// 2 A |F − R_i|² with the area A of the triangle and the derivative F of its map, so that no

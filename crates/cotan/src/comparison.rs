@@ -30,8 +30,8 @@ pub struct ShapeComparison<'m, T: Scalar> {
 pub struct ErrorFields {
     /// √(Σ_j (w⁰_ij − w_ij)²), the root mean square of which is E_p. No unit.
     pub parameterization: VertexMap<f64>,
-    /// | |ℓ⁰_i| − |ℓ_i| |, the root of whose sum of squares is E_g, with the original mesh scaled to a
-    /// box of longest side 1.
+    /// | |ℓ⁰_i| − |ℓ_i| |, the root of whose sum of squares is E_g, with the original mesh scaled to
+    /// a box of longest side 1.
     pub geometry: VertexMap<f64>,
 }
 

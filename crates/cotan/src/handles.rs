@@ -67,7 +67,8 @@ fn extent<T: Scalar>(positions: &Positions<T>) -> T {
 }
 
 /// The name of a handle among [`Handles`]. The first one that is added is 0, the next one 1; a
-/// handle keeps its name when others are removed, and within one [`Handles`] no name is given twice.
+/// handle keeps its name when others are removed, and within one [`Handles`] no name is given
+/// twice.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub struct HandleId(usize);
 

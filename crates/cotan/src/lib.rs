@@ -18,7 +18,8 @@
 //! let deformed = deform(&shape, &handles, &DeformOptions::default())?;
 //! assert_eq!(deformed.report.stop, StopReason::Converged);
 //!
-//! let quality = Quality::measure(&shape.surface(), &shape.surface().with_positions(&deformed.positions))?;
+//! let surface = shape.surface();
+//! let quality = Quality::measure(&surface, &surface.with_positions(&deformed.positions))?;
 //! assert_eq!(quality.flipped_faces, 0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -28,8 +29,8 @@
 //!   (`mesh.surface().with_positions(&moved)`). [`Surface`] has the measures as methods.
 //! - [`deform()`] moves handles once; a [`Session`] stays alive while they move.
 //! - [`reconstruct()`] rebuilds a shape from its two scalar fields alone.
-//! - [`spherical()`] maps a closed mesh onto the unit sphere without a flipped triangle; [`sphere`] has
-//!   what one does with such a map.
+//! - [`spherical()`] maps a closed mesh onto the unit sphere without a flipped triangle;
+//!   [`sphere`] works with such maps.
 //! - [`smooth`] smooths without shrinking, and edits the curvature field.
 //! - [`fair()`] makes a part of a surface, such as what fills a hole, continue the rest.
 //! - [`Quality`] measures what a deformation did.

@@ -136,7 +136,7 @@ pub struct DeformOptions {
     pub orientation: OrientationKind,
     /// The hybrid's bending length, relative to the size of the mesh; see [`Hybrid`].
     pub bending_length: f64,
-    /// How a body resists beyond its surface, by the hybrid; see [`Stiffness`].
+    /// The resistance of a body beyond its surface, by the hybrid; see [`Stiffness`].
     pub stiffness: Stiffness,
     /// The weight by which a body that was wound up is held so; see [`Hybrid::hold_winding`].
     pub hold_winding: f64,

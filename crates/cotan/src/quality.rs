@@ -61,20 +61,21 @@ pub struct Quality {
     /// The greatest change of a dihedral angle, in degrees, up to 360; 0 where nothing can be
     /// measured (see [`cotan_geometry::dihedral_changes`]).
     pub max_dihedral_change: f64,
-    /// σ1 over the faces: the factor by which the map of a face stretches the most stretched direction.
+    /// σ1 over the faces: the factor by which the map of a face stretches the most stretched
+    /// direction.
     pub stretch: Extent,
-    /// 1/σ2 over the faces: the factor by which it compresses the most compressed direction; infinite
-    /// where a face has collapsed.
+    /// 1/σ2 over the faces: the factor by which it compresses the most compressed direction;
+    /// infinite where a face has collapsed.
     pub compression: Extent,
-    /// As-rigid-as-possible energy Σ_i Σ_{T at i} Σ_{e of T} 1/12 cot_e |e − R_i e⁰|² over the original
-    /// area, each rotation fitted to the triangles around its vertex ("spokes and rims"). Never
-    /// negative: the sum over a triangle is its area times a square. Half of the mean square of how
-    /// far the map is from a rotation, without unit; 0 for a mesh without area.
+    /// As-rigid-as-possible energy Σ_i Σ_{T at i} Σ_{e of T} 1/12 cot_e |e − R_i e⁰|² over the
+    /// original area, each rotation fitted to the triangles around its vertex ("spokes and rims").
+    /// Never negative: the sum over a triangle is its area times a square. Half of the mean square
+    /// of how far the map is from a rotation, without unit; 0 for a mesh without area.
     pub arap_energy: f64,
 }
 
-/// How large a quantity of the faces becomes: 1 where nothing is deformed. Faces that hardly have
-/// an area before (a relative height of at most 1e-9) are left out; 1 where all are.
+/// The largest values of a quantity of the faces: 1 where nothing is deformed. Faces that hardly
+/// have an area before (a relative height of at most 1e-9) are left out; 1 where all are.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Extent {
     /// The smallest value that at least 99 % of the original area does not exceed.
@@ -83,7 +84,7 @@ pub struct Extent {
     pub max: f64,
 }
 
-/// How far one shape of a mesh is from another one, vertex by vertex.
+/// The distance between two shapes of a mesh, vertex by vertex.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ShapeDistance {
     /// The root mean square of the distances between corresponding vertices, over the longest side
@@ -94,8 +95,8 @@ pub struct ShapeDistance {
 }
 
 impl ShapeDistance {
-    /// The distance from `shape` to `given`; `original` gives the unit, and may be either. For a mesh
-    /// whose vertices are all in one place it is in the unit of the positions.
+    /// The distance from `shape` to `given`; `original` gives the unit, and may be either. For a
+    /// mesh whose vertices are all in one place it is in the unit of the positions.
     ///
     /// # Errors
     /// [`Error`] if the three are not embeddings of the same mesh.

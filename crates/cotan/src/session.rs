@@ -181,7 +181,8 @@ impl<T: Scalar> Session<T> {
 
     /// Adds a group of vertices with its motion, held exactly; returns its name, which stays when
     /// others go. To hold vertices where they are now, take [`Motion::To`] with
-    /// [`Self::positions`]; [`Motion::Stay`] means their original positions. For a softer one, see [`Handles::push`] and [`Self::set_handles`].
+    /// [`Self::positions`]; [`Motion::Stay`] means their original positions. For a softer one, see
+    /// [`Handles::push`] and [`Self::set_handles`].
     ///
     /// # Errors
     /// As [`Self::set_handles`].

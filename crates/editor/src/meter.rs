@@ -1,7 +1,7 @@
 //! Measures the shape that is seen, beside the window: errors, and a field to colour the mesh by.
 //!
-//! Only the newest shape counts: what comes while one is being measured waits, and is replaced by what
-//! comes next.
+//! Only the newest shape counts: what comes while one is being measured waits, and is replaced by
+//! what comes next.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex};

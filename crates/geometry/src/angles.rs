@@ -103,7 +103,8 @@ pub(crate) fn opposite_cotangents<T: Scalar>(surface: &Surface<'_, T>) -> Halfed
     out
 }
 
-/// [`Surface::opposite_cotangents`] into a map that is kept (and replaced if it has another length).
+/// [`Surface::opposite_cotangents`] into a map that is kept (and replaced if it has another
+/// length).
 ///
 /// On one thread: a face gives three entries for one cross product, which is faster than
 /// computing every entry by itself on four.

@@ -1,4 +1,4 @@
-//! How far one embedding of a mesh is from another: lengths, angles, areas, creases, and folds.
+//! Differences between two embeddings of a mesh: lengths, angles, areas, creases, and folds.
 //!
 //! Each function takes the surface at rest and the deformed positions of the same mesh. All are
 //! zero for rigid motions; angles and folds are for scaling, too.

@@ -5,8 +5,8 @@
 //! [`Surface`] borrows them, and its measures are its methods, generic over `f32` and `f64`. What
 //! belongs to single corners and triangles, or compares two surfaces, is a free function. Those
 //! that an iteration needs in every step also come as functions `…_into`, which fill a map that is
-//! kept. Long loops run in parallel where that pays, and the bytes never depend on the number of threads. Sums over the
-//! surface are kept in `f64`.
+//! kept. Long loops run in parallel where that pays, and the bytes never depend on the number of
+//! threads. Sums over the surface are kept in `f64`.
 //!
 //! ```
 //! use cotan_geometry::icosphere;

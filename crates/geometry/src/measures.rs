@@ -30,8 +30,8 @@ impl<T: Scalar> Surface<'_, T> {
     /// Corners are taken relative to the centre of the bounding box, so that a mesh far from the
     /// origin keeps its digits. Positive if the faces are counter-clockwise seen from the outside.
     ///
-    /// **Units**: length cubed. Of an open surface it is the volume of the cone over it with its apex
-    /// at that centre: unchanged by translation, but not a property of the surface alone.
+    /// **Units**: length cubed. Of an open surface it is the volume of the cone over it with its
+    /// apex at that centre: unchanged by translation, but not a property of the surface alone.
     ///
     /// ```
     /// use cotan_geometry::bar;
@@ -124,7 +124,8 @@ impl<T: Scalar> Surface<'_, T> {
     ///
     /// **Shapes**: `n` vertices. **Units**: area. A boundary vertex has the area of its open fan.
     ///
-    /// **Source**: Au et al. 2005, section 2, where the mean curvature normal is κ_i n_i = ℓ_i / (4 A_i).
+    /// **Source**: Au et al. 2005, section 2, where the mean curvature normal is κ_i n_i = ℓ_i / (4
+    /// A_i).
     #[must_use]
     pub fn one_ring_areas(&self) -> VertexMap<T> {
         one_ring_areas(self)
@@ -150,8 +151,8 @@ impl<T: Scalar> Surface<'_, T> {
     /// N_i of the paper: the unit normal of every vertex, the direction of the sum of the area
     /// vectors of the faces around it.
     ///
-    /// **Shapes**: `n` vertices. **Units**: none. At the boundary the open fan counts. Zero where the
-    /// sum vanishes: all faces without area, or a fan folded flat onto itself.
+    /// **Shapes**: `n` vertices. **Units**: none. At the boundary the open fan counts. Zero where
+    /// the sum vanishes: all faces without area, or a fan folded flat onto itself.
     ///
     /// ```
     /// use cotan_geometry::icosphere;
@@ -171,8 +172,8 @@ impl<T: Scalar> Surface<'_, T> {
     /// The angle of the corner that each halfedge leaves, within its face; zero for boundary
     /// halfedges.
     ///
-    /// **Shapes**: one entry a halfedge. **Units**: radians. A face without area has angles of 0 and
-    /// π, or only 0 where corners coincide.
+    /// **Shapes**: one entry a halfedge. **Units**: radians. A face without area has angles of 0
+    /// and π, or only 0 where corners coincide.
     #[must_use]
     pub fn corner_angles(&self) -> HalfedgeMap<T> {
         corner_angles(self)
@@ -190,7 +191,8 @@ impl<T: Scalar> Surface<'_, T> {
     ///
     /// The paper's weight of the edge of halfedge h is w = `cot[h] + cot[h.twin()]`.
     ///
-    /// **Shapes**: one entry a halfedge. **Units**: none. Degenerate faces: see [`cotangent`](crate::cotangent).
+    /// **Shapes**: one entry a halfedge. **Units**: none. Degenerate faces: see
+    /// [`cotangent`](crate::cotangent).
     #[must_use]
     pub fn opposite_cotangents(&self) -> HalfedgeMap<T> {
         opposite_cotangents(self)
@@ -221,9 +223,9 @@ impl<T: Scalar> Surface<'_, T> {
     /// [dihedral angle](crate::dihedral_angle).
     ///
     /// The integral over one edge is ½ θ |e|, and each of its ends takes half. Summed over the
-    /// vertices it converges to 4π for the unit sphere, and is π (a + b + c) for a box of these sides.
-    /// Positive where convex (with outward normals); it does not depend on the triangulation of
-    /// flat parts.
+    /// vertices it converges to 4π for the unit sphere, and is π (a + b + c) for a box of these
+    /// sides. Positive where convex (with outward normals); it does not depend on the triangulation
+    /// of flat parts.
     ///
     /// **Shapes**: `n` vertices. **Units**: length. Boundary edges contribute nothing.
     ///
@@ -251,9 +253,9 @@ impl<T: Scalar> Surface<'_, T> {
     /// by construction and are not examined.
     ///
     /// Faces that only touch do not cross, nor do faces without area; faces that lie on each other
-    /// in one plane do. The signs are exact for the coordinates as they are: what is nearer than their
-    /// last digits may be found or not after a rigid motion, whose rounding moves the vertices.
-    /// A surface that passes through another exactly along edges of both only touches it.
+    /// in one plane do. The signs are exact for the coordinates as they are: what is nearer than
+    /// their last digits may be found or not after a rigid motion, whose rounding moves the
+    /// vertices. A surface that passes through another exactly along edges of both only touches it.
     ///
     /// A tree of boxes keeps the time near O(n log n); only where most boxes overlap and nothing
     /// crosses does it grow to O(n²). **Memory**: about 300 bytes per face.

@@ -33,8 +33,8 @@ pub(crate) fn self_intersections<T: Scalar>(surface: &Surface<'_, T>) -> Vec<Fac
     CHUNKS.filter_map(mesh.num_faces(), |f| crosses_any(f).then(|| FaceId::new(f)))
 }
 
-/// Of a face whose box meets those of more others than this, only so many are asked: around a vertex
-/// of a huge valence all boxes meet, and all pairs would take hours.
+/// Of a face whose box meets those of more others than this, only so many are asked: around a
+/// vertex of a huge valence all boxes meet, and all pairs would take hours.
 const MOST_BOXES: usize = 1000;
 
 /// Whether two triangles cross: each has points strictly on both sides of the other's plane, and

@@ -27,9 +27,9 @@ pub struct TriangleTree {
 /// A half-line.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Ray {
-    /// Where it begins.
+    /// The point at which it begins.
     pub origin: Point3<f64>,
-    /// Where it goes, of length 1.
+    /// Its direction, of length 1.
     pub direction: Vector3<f64>,
 }
 
@@ -99,22 +99,24 @@ impl TriangleTree {
     /// The first triangle on the ray.
     pub fn first(&self, ray: &Ray, positions: &Positions<f64>) -> Option<Meeting> {
         let mut best = None;
-        self.walk(ray, f64::INFINITY, positions, |meeting| {
+        self.walk(ray, f64::INFINITY, usize::MAX, positions, |meeting| {
             best = Some(meeting);
             ControlFlow::Continue(meeting.distance)
         });
         best
     }
 
-    /// The first triangle on the ray, of those that `counts`.
+    /// The first triangle on the ray, of those that `counts`, among the `most` triangles that are
+    /// tried first, roughly from near to far.
     pub fn first_of(
         &self,
         ray: &Ray,
+        most: usize,
         positions: &Positions<f64>,
         counts: impl Fn([u32; 3]) -> bool,
     ) -> Option<Meeting> {
         let (mut best, mut limit) = (None, f64::INFINITY);
-        self.walk(ray, limit, positions, |meeting| {
+        self.walk(ray, limit, most, positions, |meeting| {
             if counts(self.triangles[meeting.triangle]) {
                 best = Some(meeting);
                 limit = meeting.distance;
@@ -133,7 +135,7 @@ impl TriangleTree {
         counts: impl Fn([u32; 3]) -> bool,
     ) -> bool {
         let mut is_met = false;
-        self.walk(ray, limit, positions, |meeting| {
+        self.walk(ray, limit, usize::MAX, positions, |meeting| {
             is_met = counts(self.triangles[meeting.triangle]);
             if is_met {
                 ControlFlow::Break(())
@@ -145,11 +147,12 @@ impl TriangleTree {
     }
 
     /// Calls `meets` with what the ray meets nearer than a limit, roughly in order; it answers
-    /// with the limit from there on, or ends the walk.
+    /// with the limit from there on, or ends the walk. So does the triangle after `most` others.
     fn walk(
         &self,
         ray: &Ray,
         mut limit: f64,
+        mut most: usize,
         positions: &Positions<f64>,
         mut meets: impl FnMut(Meeting) -> ControlFlow<(), f64>,
     ) {
@@ -163,6 +166,10 @@ impl TriangleTree {
             match self.bvh.nodes.get(index) {
                 None => {}
                 Some(&BvhNode::Leaf { shape_index, .. }) => {
+                    if most == 0 {
+                        return;
+                    }
+                    most -= 1;
                     let met = triangle_on_ray(
                         ray,
                         triangle_corners(self.triangles[shape_index], positions),
@@ -197,8 +204,8 @@ impl TriangleTree {
         }
     }
 
-    /// Whether `wanted` holds for any of the triangles whose boxes overlap, or touch, the given one;
-    /// asked for so many of them at `most`.
+    /// Whether `wanted` holds for any of the triangles whose boxes overlap, or touch, the given
+    /// one; at most so many of them are asked.
     pub fn any_overlapping(
         &self,
         bounds: &BoundingBox<f64>,
@@ -208,34 +215,18 @@ impl TriangleTree {
         let overlaps = |other: &Box3| {
             (0..3).all(|k| bounds.min[k] <= other.max[k] && other.min[k] <= bounds.max[k])
         };
-        let mut stack = Vec::with_capacity(64);
-        stack.push(0);
-        while let Some(index) = stack.pop() {
-            match self.bvh.nodes.get(index) {
-                Some(&BvhNode::Leaf { shape_index, .. }) if wanted(self.triangles[shape_index]) => {
-                    return true;
-                }
-                None => {}
-                Some(BvhNode::Leaf { .. }) => {
-                    most = most.saturating_sub(1);
-                    if most == 0 {
-                        return false;
-                    }
-                }
-                Some(BvhNode::Node {
-                    child_l_index,
-                    child_l_aabb,
-                    child_r_index,
-                    child_r_aabb,
-                    ..
-                }) => {
-                    let children = [(child_l_index, child_l_aabb), (child_r_index, child_r_aabb)];
-                    let near = children.into_iter().filter(|(_, bounds)| overlaps(bounds));
-                    stack.extend(near.map(|(child, _)| *child));
-                }
+        let ended = self.visit(overlaps, |triangle| {
+            if most == 0 {
+                return ControlFlow::Break(false);
             }
-        }
-        false
+            most -= 1;
+            if wanted(triangle) {
+                ControlFlow::Break(true)
+            } else {
+                ControlFlow::Continue(())
+            }
+        });
+        ended == ControlFlow::Break(true)
     }
 
     /// Calls `each` with the triangles whose boxes, seen as balls, pass `wanted(centre, radius)`.
@@ -244,11 +235,29 @@ impl TriangleTree {
         wanted: impl Fn(Point3<f64>, f64) -> bool,
         mut each: impl FnMut([u32; 3]),
     ) {
-        let mut stack = vec![0];
+        let enters = |bounds: &Box3| {
+            let (center, radius) = ball(bounds);
+            wanted(center, radius)
+        };
+        let _ = self.visit(enters, |triangle| -> ControlFlow<()> {
+            each(triangle);
+            ControlFlow::Continue(())
+        });
+    }
+
+    /// Calls `each` with the triangles whose boxes, and those around them, `enters` lets in; until
+    /// it ends the visit.
+    fn visit<B>(
+        &self,
+        enters: impl Fn(&Box3) -> bool,
+        mut each: impl FnMut([u32; 3]) -> ControlFlow<B>,
+    ) -> ControlFlow<B> {
+        let mut stack = Vec::with_capacity(64);
+        stack.push(0);
         while let Some(index) = stack.pop() {
             match self.bvh.nodes.get(index) {
                 None => {}
-                Some(&BvhNode::Leaf { shape_index, .. }) => each(self.triangles[shape_index]),
+                Some(&BvhNode::Leaf { shape_index, .. }) => each(self.triangles[shape_index])?,
                 Some(BvhNode::Node {
                     child_l_index,
                     child_l_aabb,
@@ -256,17 +265,13 @@ impl TriangleTree {
                     child_r_aabb,
                     ..
                 }) => {
-                    for (child, bounds) in
-                        [(child_l_index, child_l_aabb), (child_r_index, child_r_aabb)]
-                    {
-                        let (center, radius) = ball(bounds);
-                        if wanted(center, radius) {
-                            stack.push(*child);
-                        }
-                    }
+                    let children = [(child_l_index, child_l_aabb), (child_r_index, child_r_aabb)];
+                    let inside = children.into_iter().filter(|(_, bounds)| enters(bounds));
+                    stack.extend(inside.map(|(child, _)| *child));
                 }
             }
         }
+        ControlFlow::Continue(())
     }
 }
 

@@ -80,9 +80,9 @@ pub enum LinearError {
         "the diagonal has {found} entries, but the operator has {expected} rows; give one per row"
     )]
     DiagonalLength {
-        /// How many rows there are.
+        /// The number of rows.
         expected: usize,
-        /// How many entries were given.
+        /// The number of entries that were given.
         found: usize,
     },
     /// An operator whose weights differ in the two directions of an edge.

@@ -102,8 +102,8 @@ impl LinearSystem {
     /// **Shapes**: one entry of the diagonal D per vertex, at least 0.
     ///
     /// # Errors
-    /// As [`Self::poisson`]; a component needs a fixed vertex or a positive entry of D; a diagonal of
-    /// another length ([`LinearError::DiagonalLength`]).
+    /// As [`Self::poisson`]; a component needs a fixed vertex or a positive entry of D; a diagonal
+    /// of another length ([`LinearError::DiagonalLength`]).
     pub fn screened<T: Scalar>(
         operator: &Operator<T>,
         diagonal: &[f64],
@@ -233,8 +233,8 @@ impl LinearSystem {
 
     /// The solution for one number per vertex.
     ///
-    /// **Shapes**: `given` holds b_i at free vertices and the value at fixed ones; so does the result,
-    /// with x_i in the place of b_i.
+    /// **Shapes**: `given` holds b_i at free vertices and the value at fixed ones; so does the
+    /// result, with x_i in the place of b_i.
     ///
     /// # Panics
     /// If `given` has not one entry per vertex.

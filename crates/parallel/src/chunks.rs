@@ -101,7 +101,7 @@ impl Chunks {
         indices.map(value).collect()
     }
 
-    /// What `pick(i)` gives for i < `len`, in order, without the `None`.
+    /// The values of `pick(i)` for i < `len`, in order, without the `None`.
     pub fn filter_map<A: Send>(
         self,
         len: usize,

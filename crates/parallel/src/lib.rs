@@ -62,7 +62,7 @@ pub fn all(len: usize, holds: impl Fn(usize) -> bool + Sync + Send) -> bool {
     GRAIN.all(len, holds)
 }
 
-/// What `pick(i)` gives for i < `len`, in order, without the `None`.
+/// The values of `pick(i)` for i < `len`, in order, without the `None`.
 pub fn filter_map<A: Send>(len: usize, pick: impl Fn(usize) -> Option<A> + Sync + Send) -> Vec<A> {
     GRAIN.filter_map(len, pick)
 }

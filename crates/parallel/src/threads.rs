@@ -1,4 +1,4 @@
-//! How many threads work.
+//! The number of threads that work.
 
 use std::fmt;
 

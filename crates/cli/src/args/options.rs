@@ -149,12 +149,12 @@ pub(crate) struct MethodArgs {
     /// Whether a body resists like a solid, or like a thin shell that is filled with nothing
     #[arg(long, value_name = "NAME", value_enum, default_value_t = StiffnessName::Solid)]
     stiffness: StiffnessName,
-    /// How firmly struts keep opposite walls at their distance, relative to the hybrid's membrane;
-    /// 0 for no struts [default: 0.3, or 0 for thin]
+    /// Weight of the struts that keep opposite walls at their distance, relative to the hybrid's
+    /// membrane; 0 for no struts [default: 0.3, or 0 for thin]
     #[arg(long, value_name = "BETA", value_parser = values::weight)]
     strut_weight: Option<f64>,
-    /// How firmly closed bodies keep their volume, relative to the hybrid's membrane; 0 for not at
-    /// all [default: 1, or 0 for thin]
+    /// Weight of the volume of closed bodies, relative to the hybrid's membrane; 0 for no weight
+    /// [default: 1, or 0 for thin]
     #[arg(long, value_name = "GAMMA", value_parser = values::weight)]
     volume_weight: Option<f64>,
     /// Hold stated turns of more than 180° that the body does not hold by itself, by a weight

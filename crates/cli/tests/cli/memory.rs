@@ -131,9 +131,9 @@ fn glb(count: usize) -> Vec<u8> {
     out
 }
 
-/// A file decides how much is allocated, and a refusal of the system is an error with exit code
-/// 1: never a signal. In twice the space that the program needs to start, that is: in less, what it needs for
-/// itself fails by chance.
+/// A file decides how much is allocated, and a refusal of the system is an error with exit code 1:
+/// never a signal. In twice the space that the program needs to start, that is: in less, what it
+/// needs for itself fails by chance.
 #[test]
 fn what_a_file_asks_for_and_cannot_have_is_an_error() {
     let sandbox = Sandbox::new();

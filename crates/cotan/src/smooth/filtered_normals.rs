@@ -12,11 +12,11 @@ use super::parallel::fill_each;
 /// ℓ_i = Σ over the faces f at i of their cotangent-weighted edges, each laid into the plane that a
 /// [`NormalFilter`] wants for its face: e − m_f (m_f·e).
 ///
-/// The normals are filtered once, on the original mesh. Every step lays the edges of the current mesh
-/// into the wanted planes, takes the divergence with the weights of the original mesh as the new
-/// Laplacian coordinates, and solves: the matrix is fixed, the right-hand side is explicit and not
-/// linear, as in every flow. Where all faces have their wanted normals, ℓ is the operator's own and
-/// only the anchors move the mesh.
+/// The normals are filtered once, on the original mesh. Every step lays the edges of the current
+/// mesh into the wanted planes, takes the divergence with the weights of the original mesh as the
+/// new Laplacian coordinates, and solves: the matrix is fixed, the right-hand side is explicit and
+/// not linear, as in every flow. Where all faces have their wanted normals, ℓ is the operator's own
+/// and only the anchors move the mesh.
 ///
 /// **Shapes**: one ℓ a vertex. **Units**: box units. The scalar field of the flow is not read.
 ///

@@ -13,8 +13,8 @@ use crate::error::Error;
 /// A are the dual areas, L the cotangent operator of the current mesh, assembled anew in every step
 /// unlike in all other methods here. It shrinks.
 ///
-/// **Source**: Desbrun, Meyer, Schröder, Barr, "Implicit fairing of irregular meshes using diffusion
-/// and curvature flow", 1999.
+/// **Source**: Desbrun, Meyer, Schröder, Barr, "Implicit fairing of irregular meshes using
+/// diffusion and curvature flow", 1999.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ImplicitFlow {
     /// τ of a step, in squared mean edge lengths.

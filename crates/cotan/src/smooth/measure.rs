@@ -64,8 +64,8 @@ impl Displacement {
 
 /// Root mean square over the surface of the mean curvature H = ½ (κ₁ + κ₂).
 ///
-/// **Units**: one over a length. By dihedral angles and barycentric dual areas; vertices without area
-/// are left out.
+/// **Units**: one over a length. By dihedral angles and barycentric dual areas; vertices without
+/// area are left out.
 pub fn mean_curvature_rms<T: Scalar>(surface: &Surface<'_, T>) -> f64 {
     let areas = surface.dual_areas();
     let integrals = surface.integrated_mean_curvatures();

@@ -125,7 +125,7 @@ impl<T: Scalar> Run<'_, T> {
         system.run(system.rest(scheme)?, updater, AlongCurvature { direction })
     }
 
-    /// Where there is noise the start is smoothed lightly, so that the normals of the first step
+    /// If there is noise the start is smoothed lightly, so that the normals of the first step
     /// are not those of the noise; the anchors pull to the positions as they were.
     fn curvature(&self, smoothed: &mut Smoothed<T>) -> Result<(), Error> {
         let (mesh, positions) = (self.surface.mesh(), self.surface.positions());

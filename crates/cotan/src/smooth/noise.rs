@@ -11,17 +11,17 @@ use super::taubin::Taubin;
 
 /// Noise and detail of a mesh, both normal to the surface and in mean edge lengths.
 ///
-/// With U the umbrella (a value less the mean of its neighbours), n the normals of a lightly smoothed
-/// copy, and m_q the root mean square of n·U^q x over that of white noise along n,
+/// With U the umbrella (a value less the mean of its neighbours), n the normals of a lightly
+/// smoothed copy, and m_q the root mean square of n·U^q x over that of white noise along n,
 ///
 /// ```text
 /// m_2² = detail² + noise²        m_6² = ½ detail² + noise²
 /// ```
 ///
-/// Surfaces lose power with frequency, white noise does not: the ½ was found alike (0.45 to 0.64) on
-/// clean scans, models and CAD parts. Where noise drowns the detail, a fifth of what m_1 has more than
-/// m_6 stands for it. On Gaussian noise of 0.1, 0.2, 0.3 of the mean edge the estimate was within 10 %
-/// of the truth on all meshes that were tried.
+/// Surfaces lose power with frequency, white noise does not: the ½ was found alike (0.45 to 0.64)
+/// on clean scans, models and CAD parts. Where noise drowns the detail, a fifth of what m_1 has
+/// more than m_6 stands for it. On Gaussian noise of 0.1, 0.2, 0.3 of the mean edge the estimate
+/// was within 10 % of the truth on all meshes that were tried.
 ///
 /// **Source**: ours; the idea is that of noise estimates from the finest wavelet coefficients.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -77,8 +77,8 @@ impl NoiseEstimate {
     }
 }
 
-/// A number a vertex, dealt out by the distances from the centre: neither the numbers of the vertices
-/// nor the place of the mesh change it (but for vertices at the same distance).
+/// A number a vertex, dealt out by the distances from the centre: neither the numbers of the
+/// vertices nor the place of the mesh change it (but for vertices at the same distance).
 fn white_noise<T: Scalar>(positions: &Positions<T>) -> VertexMap<f64> {
     let at = |v: usize| positions.as_slice()[v].coords.map(T::as_f64);
     let n = positions.len();
@@ -120,7 +120,8 @@ fn root_mean_square(field: &VertexMap<f64>) -> f64 {
     (sum / field.len().max(1) as f64).sqrt()
 }
 
-/// A stream of numbers with normal distribution, mean 0 and deviation 1, the same for the same seed.
+/// A stream of numbers with normal distribution, mean 0 and deviation 1, the same for the same
+/// seed.
 ///
 /// g = √(−2 ln a) cos 2πb with a, b = 1 − 2⁻⁵³ (z ≫ 11) of two successive outputs z of splitmix64.
 ///

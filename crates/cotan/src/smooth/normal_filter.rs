@@ -6,7 +6,8 @@ use nalgebra::Vector3;
 
 use super::parallel::{fill_each, filled};
 
-/// Unit normals m of the faces that are near those of a noisy surface and vary little over its edges:
+/// Unit normals m of the faces that are near those of a noisy surface and vary little over its
+/// edges:
 ///
 /// ```text
 /// minimise  Σ_f ½ A_f |m_f − n_f|² + β Σ_e ω_e |e| |m_l − m_r|        |m_f| = 1
@@ -14,19 +15,20 @@ use super::parallel::{fill_each, filled};
 ///
 /// with areas and lengths over their means. Total variation flattens noise and keeps jumps; the
 /// weights, 1 at first, then ω = 1/√(1 + |m_l − m_r|²/c²) three times, let go of jumps that have
-/// shown to be creases. Solved by a primal-dual iteration without a linear system, every step of which
-/// is a loop over edges and one over faces.
+/// shown to be creases. Solved by a primal-dual iteration without a linear system, every step of
+/// which is a loop over edges and one over faces.
 ///
 /// **Shapes**: one normal a face. Boundary edges couple nothing; faces without area take the normal
 /// of their neighbours.
 ///
-/// **Source**: total variation of normals: Zhang, Wu, Zhang, Deng 2015; the iteration: Chambolle, Pock
-/// 2011; reweighting: Candès, Wakin, Boyd 2008. The numbers are ours, see `docs/decisions`.
+/// **Source**: total variation of normals: Zhang, Wu, Zhang, Deng 2015; the iteration: Chambolle,
+/// Pock 2011; reweighting: Candès, Wakin, Boyd 2008. The numbers are ours, see `docs/decisions`.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct NormalFilter {
     /// β, no unit: about three times the noise in mean edge lengths.
     pub strength: f64,
-    /// c, no unit (a difference of unit vectors, so about an angle in radians): smaller jumps are noise.
+    /// c, no unit (a difference of unit vectors, so about an angle in radians): smaller jumps are
+    /// noise.
     pub crease: f64,
     /// How often creases are weighed again.
     pub reweightings: usize,
@@ -65,7 +67,8 @@ impl NormalFilter {
     }
 }
 
-/// The iteration of Chambolle and Pock: normals m, and on every edge a tension p of at most β ω |e|.
+/// The iteration of Chambolle and Pock: normals m, and on every edge a tension p of at most β ω
+/// |e|.
 struct PrimalDual<'a> {
     mesh: &'a HalfedgeMesh,
     noisy: &'a FaceMap<Vector3<f64>>,

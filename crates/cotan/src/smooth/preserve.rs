@@ -23,8 +23,8 @@ pub enum Preserve {
 /// the one with which its volume or area is that of the original, while no vertex is farther than
 /// the bound from where it was.
 ///
-/// x_i(t) = x⁰_i + clamp(x_i + t n_i − x⁰_i, d), t found by the secant method within a bracket. Held
-/// vertices do not move. Components without volume (open ones, for the volume) are left alone.
+/// x_i(t) = x⁰_i + clamp(x_i + t n_i − x⁰_i, d), t found by the secant method within a bracket.
+/// Held vertices do not move. Components without volume (open ones, for the volume) are left alone.
 pub(crate) struct Correction<'a, T: Scalar> {
     pub(crate) mesh: &'a HalfedgeMesh,
     pub(crate) original: &'a Positions<T>,
@@ -119,7 +119,8 @@ impl<T: Scalar> Correction<'_, T> {
         part.faces.iter().map(area).sum()
     }
 
-    /// With the apex of all cones at the part's first vertex: no digits are lost far from the origin.
+    /// With the apex of all cones at the part's first vertex: no digits are lost far from the
+    /// origin.
     fn volume(&self, part: &Part, at: impl Fn(VertexId) -> Point3<f64>) -> f64 {
         let apex = self.original[part.vertices[0]].map(T::as_f64);
         let cone = |f: &FaceId| {
@@ -167,8 +168,8 @@ fn root(excess: impl Fn(f64) -> f64, reach: f64) -> Option<f64> {
     }
     let (mut low, mut high) = bracket(&excess, at_zero, reach)?;
     for _ in 0..200 {
-        // Secant where it falls inside, else halving; every third step halves anyway, so that neither
-        // end can stay for ever.
+        // Secant where it falls inside, else halving; every third step halves anyway, so that
+        // neither end can stay for ever.
         let secant = low.0 - low.1 * (high.0 - low.0) / (high.1 - low.1);
         let t = secant.clamp(low.0.min(high.0), low.0.max(high.0));
         for t in [t, 0.5 * (low.0 + high.0)] {

@@ -50,7 +50,10 @@ pub struct Smoothed<T: Scalar> {
 /// let options = SmoothOptions::default();
 /// let smoothed = smooth(clean.surface().with_positions(&noisy), &Handles::new(), &options)?;
 ///
-/// let error = |x: &Positions<f64>| NormalError::measure(&clean.surface(), &clean.surface().with_positions(x)).mean;
+/// let surface = clean.surface();
+/// let error = |x: &Positions<f64>| {
+///     NormalError::measure(&surface, &surface.with_positions(x)).mean
+/// };
 /// assert!(error(&smoothed.positions) < 0.3 * error(&noisy));
 /// # Ok::<(), cotan::Error>(())
 /// ```

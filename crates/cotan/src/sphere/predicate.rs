@@ -22,7 +22,8 @@ pub fn is_upright<T: Scalar>(a: &Point3<T>, b: &Point3<T>, c: &Point3<T>) -> boo
         y: 0.0,
         z: 0.0,
     };
-    // Positive where the origin lies below the plane of a, b, c as seen from where they turn clockwise.
+    // Positive where the origin lies below the plane of a, b, c as seen from where they turn
+    // clockwise.
     orient3d(coord(a), coord(b), coord(c), origin) > 0.0
 }
 
@@ -56,7 +57,8 @@ mod tests {
         let a = Point3::new(0.6, 0.8, 0.0);
         let b = Point3::new(0.6, 0.8, 1e-18);
         let c = Point3::new(0.6_f64.next_down(), 0.8, 0.0);
-        // det(a, b, c) = 1e-18 · (0.6 · 0.8 − 0.8 · 0.6') with signs: exact, though far below rounding.
+        // det(a, b, c) = 1e-18 · (0.6 · 0.8 − 0.8 · 0.6') with signs: exact, though far below
+        // rounding.
         assert_ne!(is_upright(&a, &b, &c), is_upright(&a, &c, &b));
     }
 }

@@ -180,7 +180,8 @@ impl Lbfgs {
         }
     }
 
-    /// The products of a new pair, if there is one, whose z is written; then s·r and z·r of all others.
+    /// The products of a new pair, if there is one, whose z is written; then s·r and z·r of all
+    /// others.
     fn products(&self, new: Option<&mut Pair>, r: &[f64], d: &[f64]) -> Vec<f64> {
         let pairs = &self.pairs;
         let lists = if let Some(new) = new {

@@ -2,6 +2,7 @@
 
 mod bodies;
 mod hybrid;
+mod hybrid_passes;
 mod stiffness;
 mod struts;
 mod volume;
@@ -153,7 +154,8 @@ pub trait LocalGlobal<T: Scalar>: Send + Sync {
 pub struct FittedCells<'a> {
     /// R, as fitted last.
     pub(crate) rotations: &'a [Mat3],
-    /// The covariance of the cells at i is Σ_j (x_j − x_i) g_ijᵀ + (L⁰x)_i ℓᵢᵀ, and that of a strut.
+    /// The covariance of the cells at i is Σ_j (x_j − x_i) g_ijᵀ + (L⁰x)_i ℓᵢᵀ, and that of a
+    /// strut.
     pub(crate) gradients: &'a [[f64; 3]],
     /// μ.
     pub(crate) weight: f64,
@@ -170,7 +172,7 @@ impl FittedCells<'_> {
         field: &VertexMap<T>,
         i: usize,
     ) -> Vector3<f64> {
-        hybrid::wanted(rest, field.as_slice(), i, self.size).into()
+        hybrid_passes::wanted(rest, field.as_slice(), i, self.size).into()
     }
 
     /// The strut of vertex `i` and its weight.

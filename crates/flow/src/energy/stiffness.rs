@@ -1,4 +1,4 @@
-//! How a body resists beyond its surface.
+//! The resistance of a body beyond its surface.
 
 use crate::error::FlowError;
 

@@ -49,7 +49,7 @@ pub(crate) struct Strut {
     hardening: f64,
 }
 
-/// What a strut adds when it is compressed, over μ.
+/// The terms that a strut adds when it is compressed, over μ.
 pub(super) struct Hardness {
     pub(super) energy: f64,
     /// Half the gradient by the span, over the span.
@@ -57,7 +57,7 @@ pub(super) struct Hardness {
 }
 
 impl Strut {
-    /// Where it ends: vertices and their shares.
+    /// The vertices on which it ends, and their shares.
     pub(crate) fn ends(&self) -> impl Iterator<Item = (usize, f64)> {
         let corners = self.corners.map(|c| c as usize);
         corners.into_iter().zip(self.shares)
@@ -258,6 +258,9 @@ impl<'a, T: Scalar> Walls<'a, T> {
         /// The least cosine between ray and wall: what is hit at a flatter angle is no opposite
         /// wall.
         const LEAST_COSINE: f64 = 0.2;
+        /// Triangles that are tried for a ray. Around a vertex of a huge valence all boxes meet,
+        /// and trying them all for every vertex would take hours.
+        const MOST_TRIED: usize = 1000;
         let none = Strut::default();
         let outwards = self.bodies.outwards(j);
         let into = as_f64(self.rest.normals().as_slice()[j]) * -outwards;
@@ -272,7 +275,7 @@ impl<'a, T: Scalar> Walls<'a, T> {
         let is_wall = |corners: [u32; 3]| {
             corners.iter().all(|c| *c as usize != j) && self.bodies.of(corners[0] as usize) == body
         };
-        let Some(meeting) = self.tree.first_of(&ray, self.points, is_wall) else {
+        let Some(meeting) = self.tree.first_of(&ray, MOST_TRIED, self.points, is_wall) else {
             return none;
         };
         let corners = self.tree.triangles()[meeting.triangle];

@@ -57,9 +57,9 @@ use crate::state::FlowState;
 /// ```
 pub trait Orientation<T: Scalar>: Send + Sync {
     /// Called once an iteration, after the field was updated; it may keep a state from one to the
-    /// next. Writes ℓ_i for every vertex, of the size that `field` prescribes or, where a rule limits
-    /// parts of it, smaller. The built-in rules leave ℓ_i = 0 where ℓ⁰_i = 0: there is nothing to
-    /// turn.
+    /// next. Writes ℓ_i for every vertex, of the size that `field` prescribes or, where a rule
+    /// limits parts of it, smaller. The built-in rules leave ℓ_i = 0 where ℓ⁰_i = 0: there is
+    /// nothing to turn.
     ///
     /// **Shapes**: one entry per vertex; all of `out` is overwritten. **Units**: box units.
     ///

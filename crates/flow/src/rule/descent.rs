@@ -229,7 +229,8 @@ impl<T: Scalar> Descent<T> {
         });
     }
 
-    /// What the coarse correction makes of the residual; builds or refreshes it where that is due.
+    /// The residual as the coarse correction sees it, which is built or refreshed where that is
+    /// due.
     fn restrict(
         &mut self,
         lbfgs: &mut Lbfgs,

@@ -13,7 +13,7 @@ pub enum EditError {
     NoSuchEdge {
         /// The edge that was given.
         edge: EdgeId,
-        /// How many there are.
+        /// The number of those that exist.
         num_edges: usize,
     },
     /// A halfedge that the mesh does not have.
@@ -21,7 +21,7 @@ pub enum EditError {
     NoSuchHalfedge {
         /// The halfedge that was given.
         halfedge: HalfedgeId,
-        /// How many there are.
+        /// The number of those that exist.
         num_halfedges: usize,
     },
     /// A face that the mesh does not have.
@@ -29,7 +29,7 @@ pub enum EditError {
     NoSuchFace {
         /// The face that was given.
         face: FaceId,
-        /// How many there are.
+        /// The number of those that exist.
         num_faces: usize,
     },
     /// A component that the mesh does not have.
@@ -37,13 +37,13 @@ pub enum EditError {
     NoSuchComponent {
         /// The component that was given.
         component: usize,
-        /// How many there are.
+        /// The number of those that exist.
         num_components: usize,
     },
     /// More elements than 32-bit ids can number.
     #[error("the mesh is full: {num_edges} edges are as many as its ids can number")]
     TooLarge {
-        /// How many edges there would be.
+        /// The number of edges that there would be.
         num_edges: usize,
     },
     /// An edge with one face where two are needed.
@@ -131,7 +131,7 @@ pub enum EditError {
     BowTie {
         /// The vertex.
         vertex: VertexId,
-        /// How many fans would be left there.
+        /// The number of fans that would be left there.
         num_fans: usize,
     },
     /// A face in which every fan has a diagonal that is an edge already.
@@ -147,11 +147,11 @@ pub enum EditError {
     /// A map that does not belong to the mesh as it was before the edit.
     #[error("the map has {found} entries, but there were {expected} {elements} before the edit")]
     MapLength {
-        /// What the map is about.
+        /// The elements that the map is about.
         elements: &'static str,
-        /// How many entries the map should have.
+        /// The number of entries that the map should have.
         expected: usize,
-        /// How many it has.
+        /// The number of entries that it has.
         found: usize,
     },
 }

@@ -1,4 +1,4 @@
-//! What every edit promises: topology, invariants, and maps that follow.
+//! The promises of every edit: topology, invariants, and maps that follow.
 
 use proptest::prelude::*;
 
@@ -8,7 +8,7 @@ use crate::map::{EdgeMap, FaceMap, HalfedgeMap, VertexMap};
 use crate::mesh::HalfedgeMesh;
 use crate::testing::{self, Edit};
 
-/// What an edit promises about the topology, and that a refusal changes nothing.
+/// Checks the promises about the topology, and that a refusal changes nothing.
 fn check(edit: &Edit, mesh: &mut HalfedgeMesh) -> Result<(), TestCaseError> {
     let before = mesh.clone();
     let result = edit.apply(mesh);

@@ -215,7 +215,7 @@ const MOST: usize = 48;
 /// step costs twice as much.
 const OVERLAP: f64 = 1.5;
 
-/// Where the kernels add up to less than this, away from all seeds, the weights fade.
+/// The weights fade away from all seeds, where the kernels add up to less than this.
 const LEAST_SUM: f64 = 0.02;
 
 /// More point handles than this hold the mesh so well that they need no clusters.
