@@ -390,6 +390,17 @@ impl<T: Scalar> FlowBuilder<T> {
                 value: self.settings.tolerance,
             });
         }
+        if let Some((_, turn)) = self
+            .stated_turns
+            .iter()
+            .find(|(_, turn)| !turn.norm().is_finite())
+        {
+            return Err(FlowError::Setting {
+                setting: "stated turn",
+                range: "a finite angle",
+                value: turn.norm(),
+            });
+        }
         if self.updater.is_some() && matches!(self.stepping, Stepping::Default) {
             return Err(FlowError::MutedUpdater);
         }

@@ -1,6 +1,8 @@
 //! The first guess of all rotations: one turn of all handles, and how each differs from it, spread
 //! over the mesh.
 
+use std::cmp::Ordering;
+
 use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::{Components, VertexId, VertexMap};
 use cotan_linear::{Defect, Handle};
@@ -91,16 +93,27 @@ pub(crate) fn wind<T: Scalar>(
     }
     let groups = Groups::new(&work.rest, work.targets.handles(), work.targets.in_box());
     let turns = groups.stated(work, stated);
+    // Most groups are turned by the same.
+    let mut distinct = turns.clone();
+    distinct.sort_by(|a, b| a.iter().partial_cmp(b.iter()).unwrap_or(Ordering::Equal));
+    distinct.dedup();
     let mut widest = 0.0_f64;
-    for (g, a) in turns.iter().enumerate() {
-        for b in &turns[..g] {
+    for (g, a) in distinct.iter().enumerate() {
+        for b in &distinct[..g] {
             widest = widest.max((a - b).norm());
         }
     }
     if widest <= std::f64::consts::PI {
         return Ok(None);
     }
-    let num_steps = (widest / STEP).ceil().min(MOST_STEPS);
+    if !(widest <= WIDEST) {
+        return Err(FlowError::Setting {
+            setting: "stated turn beside another handle, in degrees",
+            range: "at most 36000",
+            value: widest.to_degrees(),
+        });
+    }
+    let num_steps = (widest / STEP).ceil();
     let n = work.rest.positions().len();
     let mut shape: Positions<f64> = work.rest.positions().map(|p| p.map(T::as_f64));
     let mut rotations = VertexMap::filled(n, Matrix3::identity());
@@ -141,8 +154,8 @@ pub(crate) fn wind<T: Scalar>(
     Ok(Some((shape, guess)))
 }
 
-/// More turns than these many steps take are no turns of a body.
-const MOST_STEPS: f64 = 400.0;
+/// A hundred turns: more are no turns of a body.
+const WIDEST: f64 = 200.0 * std::f64::consts::PI;
 
 /// V(ω) and exp(ω): a twist (ω, u) takes x to exp(ω) x + V(ω) u.
 fn twist_matrices(omega: &Vector3<f64>) -> [Matrix3<f64>; 2] {
@@ -378,7 +391,14 @@ impl Groups {
     /// The rotation of the groups around group `g`, by their centres; `None` if these do not
     /// determine one.
     fn turn_among_others(&self, g: usize) -> Option<Matrix3<f64>> {
-        let mates: Vec<&Pair> = self
+        /// Of more groups than this none is looked up: they hold the mesh by themselves.
+        const MOST_GROUPS: usize = 4000;
+        /// The nearest groups count; the weights of others are some 1e-4.
+        const MOST_MATES: usize = 64;
+        if self.centers.len() > MOST_GROUPS {
+            return None;
+        }
+        let mut mates: Vec<&Pair> = self
             .centers
             .iter()
             .zip(&self.components)
@@ -389,6 +409,11 @@ impl Groups {
             return None;
         }
         let squared = |c: &Pair| (c.before - self.centers[g].before).norm_squared();
+        if mates.len() > MOST_MATES {
+            let nearer = |a: &&Pair, b: &&Pair| squared(a).total_cmp(&squared(b));
+            mates.select_nth_unstable_by(MOST_MATES, nearer);
+            mates.truncate(MOST_MATES);
+        }
         let mut sorted: Vec<f64> = mates.iter().map(|c| squared(c)).collect();
         sorted.sort_by(f64::total_cmp);
         let near = 0.25 * sorted[3];

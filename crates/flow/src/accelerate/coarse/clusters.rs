@@ -32,18 +32,7 @@ pub(super) const FUNCTIONS: usize = 4;
 
 impl Clusters {
     /// Spreads clusters over the vertices between those that are held; `None` if all are held.
-    pub(super) fn new<T: Scalar>(
-        rest: &Rest<T>,
-        held: &[VertexId],
-        moved: &[bool],
-    ) -> Option<Self> {
-        let components = rest.mesh().components();
-        let held: Vec<VertexId> = held
-            .iter()
-            .copied()
-            .filter(|v| moved[components.of(*v)])
-            .collect();
-        let held = &held[..];
+    pub(super) fn new<T: Scalar>(rest: &Rest<T>, held: &[VertexId]) -> Option<Self> {
         let n = rest.positions().len();
         let points: Vec<Vector3<f64>> = rest
             .positions()

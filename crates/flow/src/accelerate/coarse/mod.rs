@@ -26,7 +26,7 @@ mod groups;
 mod sums;
 
 use cotan_geometry::{Positions, Scalar};
-use cotan_halfedge::{VertexId, VertexMap};
+use cotan_halfedge::{Components, VertexId, VertexMap};
 use cotan_linear::{Hold, PreparedSystem};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Matrix3, SMatrix, Vector3};
 
@@ -43,6 +43,14 @@ use crate::vectors::CHUNKS;
 /// The correction for one set of handles.
 #[derive(Debug)]
 pub(crate) struct Coarse {
+    model: Model,
+    state: State,
+}
+
+/// The part of it that the original shape and the handles determine.
+#[derive(Debug)]
+struct Model {
+    components: Components,
     /// The handles for which it was built.
     held: Vec<VertexId>,
     /// Whether each component has a handle that is to move.
@@ -55,7 +63,6 @@ pub(crate) struct Coarse {
     /// p: for every group and function the vector by which a multiple of the function changes the
     /// group's covariance.
     moments: Vec<Vector3<f64>>,
-    state: State,
 }
 
 /// The correction at the shape where it was refreshed last.
@@ -83,34 +90,37 @@ impl Coarse {
         cells: &FittedCells<'_>,
         positions: &Positions<T>,
     ) -> Option<Self> {
+        let components = rest.mesh().components();
         let held = held(targets);
-        let moved = moved(rest, targets);
-        let clusters = Clusters::new(rest, &held, &moved)?;
+        let moved = moved(rest, targets, &components);
+        let is_active = |v: &VertexId| moved[components.of(*v)];
+        let active: Vec<VertexId> = held.iter().copied().filter(is_active).collect();
+        let clusters = Clusters::new(rest, &active)?;
         let groups = Groups::new(rest);
         let sums = measure(rest, targets, system, field, cells, &clusters, &groups);
-        let mut coarse = Self {
+        let model = Model {
+            components,
             held,
             moved,
-            state: State {
-                motions: Vec::new(),
-                starts: Vec::new(),
-                hessian: Cholesky::new(DMatrix::identity(1, 1))?,
-                system: Cholesky::new(DMatrix::identity(1, 1))?,
-            },
             clusters,
             groups,
             system: sums.system,
             struts: sums.struts,
             moments: sums.moments,
         };
-        coarse
-            .refresh(rest, field, cells, positions)
-            .then_some(coarse)
+        let state = model.state(rest, field, cells, positions)?;
+        Some(Self { model, state })
     }
 
     /// Whether it was built for these handles.
     pub(crate) fn is_for<T: Scalar>(&self, rest: &Rest<T>, targets: &Targets<T>) -> bool {
-        self.held == held(targets) && self.moved == moved(rest, targets)
+        let Model {
+            components,
+            held: of,
+            moved: as_moved,
+            ..
+        } = &self.model;
+        *of == held(targets) && *as_moved == moved(rest, targets, components)
     }
 
     /// Computes the correction anew for these positions. Returns whether that could be done.
@@ -121,47 +131,23 @@ impl Coarse {
         cells: &FittedCells<'_>,
         positions: &Positions<T>,
     ) -> bool {
-        let motions = self.motions(cells);
-        let mut starts = vec![0];
-        for j in 0..self.clusters.len() {
-            let unknowns = if j < self.clusters.num_moving { 6 } else { 3 };
-            starts.push(starts[j] + unknowns);
+        let state = self.model.state(rest, field, cells, positions);
+        let is_there = state.is_some();
+        if let Some(state) = state {
+            self.state = state;
         }
-        let system = reduced(&self.system, &motions, &starts);
-        let struts = reduced(&self.struts, &motions, &starts);
-        let lost = self.lost(rest, field, cells, positions, &motions, &starts);
-        let Some(of_system) = Cholesky::new(regular(system.clone())) else {
-            return false;
-        };
-        let base = &system + &struts - &lost;
-        let mut shift = 0.0;
-        while shift < 1e3 {
-            let is_definite = Cholesky::new(regular(&base + &system * shift)).is_some();
-            if let Some(hessian) =
-                Cholesky::new(regular(&base + &system * (shift + SOFTEST))).filter(|_| is_definite)
-            {
-                self.state = State {
-                    motions,
-                    starts,
-                    hessian,
-                    system: of_system,
-                };
-                return true;
-            }
-            shift = (3.0 * shift).max(SOFTEST);
-        }
-        false
+        is_there
     }
 
     /// φᵀr.
     pub(crate) fn restrict<T: Scalar>(&self, rest: &Rest<T>, r: &[Vector3<f64>]) -> Vec<f64> {
-        self.clusters.restrict(rest, r)
+        self.model.clusters.restrict(rest, r)
     }
 
     /// (φq)_i.
     #[inline]
     pub(crate) fn prolong<T: Scalar>(&self, rest: &Rest<T>, q: &[f64], i: usize) -> Vector3<f64> {
-        self.clusters.prolong(rest, q, i)
+        self.model.clusters.prolong(rest, q, i)
     }
 
     /// T (H_c⁻¹ − A_c⁻¹) Tᵀ u.
@@ -191,6 +177,42 @@ impl Coarse {
             out[at..at + 12].copy_from_slice(own.as_slice());
         }
         out
+    }
+}
+
+impl Model {
+    /// The correction at these positions; `None` where a matrix cannot be made definite.
+    fn state<T: Scalar>(
+        &self,
+        rest: &Rest<T>,
+        field: &VertexMap<T>,
+        cells: &FittedCells<'_>,
+        positions: &Positions<T>,
+    ) -> Option<State> {
+        let motions = self.motions(cells);
+        let mut starts = vec![0];
+        for j in 0..self.clusters.len() {
+            let unknowns = if j < self.clusters.num_moving { 6 } else { 3 };
+            starts.push(starts[j] + unknowns);
+        }
+        let system = reduced(&self.system, &motions, &starts);
+        let struts = reduced(&self.struts, &motions, &starts);
+        let lost = self.lost(rest, field, cells, positions, &motions, &starts);
+        let base = &system + &struts - &lost;
+        let shifted = |shift: f64| Cholesky::new(regular(&base + &system * shift));
+        let mut shift = 0.0;
+        while shifted(shift).is_none() {
+            shift = (3.0 * shift).max(SOFTEST);
+            if !(shift < 1e3) {
+                return None;
+            }
+        }
+        Some(State {
+            hessian: shifted(shift + SOFTEST)?,
+            system: Cholesky::new(regular(system))?,
+            motions,
+            starts,
+        })
     }
 
     /// T: the rigid motions of every cluster with its mean rotation.
@@ -339,8 +361,7 @@ fn held<T: Scalar>(targets: &Targets<T>) -> Vec<VertexId> {
 
 /// Whether each component has a handle that is to move. The others are at rest: nothing pulls there
 /// but rounding, which soft modes would make large.
-fn moved<T: Scalar>(rest: &Rest<T>, targets: &Targets<T>) -> Vec<bool> {
-    let components = rest.mesh().components();
+fn moved<T: Scalar>(rest: &Rest<T>, targets: &Targets<T>, components: &Components) -> Vec<bool> {
     let mut moved = vec![false; components.count()];
     for (handle, target) in targets.handles().iter().zip(targets.in_box()) {
         moved[components.of(handle.vertex)] |= *target != rest.positions()[handle.vertex];
