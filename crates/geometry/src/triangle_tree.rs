@@ -106,26 +106,6 @@ impl TriangleTree {
         best
     }
 
-    /// The first triangle on the ray, of those that `counts`, among the `most` triangles that are
-    /// tried first, roughly from near to far.
-    pub fn first_of(
-        &self,
-        ray: &Ray,
-        most: usize,
-        positions: &Positions<f64>,
-        counts: impl Fn([u32; 3]) -> bool,
-    ) -> Option<Meeting> {
-        let (mut best, mut limit) = (None, f64::INFINITY);
-        self.walk(ray, limit, most, positions, |meeting| {
-            if counts(self.triangles[meeting.triangle]) {
-                best = Some(meeting);
-                limit = meeting.distance;
-            }
-            ControlFlow::Continue(limit)
-        });
-        best
-    }
-
     /// Whether the ray meets a triangle nearer than `limit`, of those that `counts`.
     pub fn meets_any(
         &self,
@@ -146,9 +126,10 @@ impl TriangleTree {
         is_met
     }
 
-    /// Calls `meets` with what the ray meets nearer than a limit, roughly in order; it answers
-    /// with the limit from there on, or ends the walk. So does the triangle after `most` others.
-    fn walk(
+    /// Calls `meets` with the meetings of the ray and triangles nearer than a limit, roughly in
+    /// order; it answers with the limit from there on, or ends the walk. So does the triangle after
+    /// `most` others.
+    pub fn walk(
         &self,
         ray: &Ray,
         mut limit: f64,

@@ -1,6 +1,8 @@
 //! Struts: what keeps the walls of a body apart.
 
-use cotan_geometry::{Positions, Ray, Scalar, TriangleTree};
+use std::ops::ControlFlow;
+
+use cotan_geometry::{Meeting, Positions, Ray, Scalar, TriangleTree};
 use cotan_halfedge::FaceId;
 use cotan_parallel as parallel;
 use nalgebra::{Point3, Vector3};
@@ -253,6 +255,16 @@ impl<'a, T: Scalar> Walls<'a, T> {
         }
     }
 
+    /// The corners of a triangle, and the cosine between its normal and a ray; 0 if it has no area.
+    fn cosine(&self, triangle: usize, ray: &Ray) -> ([u32; 3], f64) {
+        let corners = self.tree.triangles()[triangle];
+        let [a, b, c] = corners.map(|v| self.points.as_slice()[v as usize]);
+        let vector = (b - a).cross(&(c - a));
+        let area = vector.norm();
+        let cosine = vector.dot(&ray.direction);
+        (corners, if area > 0.0 { cosine / area } else { 0.0 })
+    }
+
     /// The strut of vertex `j`, of weight 1 if there is one.
     fn strut(&self, j: usize) -> Strut {
         /// The least cosine between ray and wall: what is hit at a flatter angle is no opposite
@@ -261,6 +273,8 @@ impl<'a, T: Scalar> Walls<'a, T> {
         /// Triangles that are tried for a ray. Around a vertex of a huge valence all boxes meet,
         /// and trying them all for every vertex would take hours.
         const MOST_TRIED: usize = 1000;
+        /// Distances that differ by less, of themselves, are the same.
+        const TIE: f64 = 1e-9;
         let none = Strut::default();
         let outwards = self.bodies.outwards(j);
         let into = as_f64(self.rest.normals().as_slice()[j]) * -outwards;
@@ -272,19 +286,35 @@ impl<'a, T: Scalar> Walls<'a, T> {
             direction: into,
         };
         let body = self.bodies.of(j);
-        let is_wall = |corners: [u32; 3]| {
-            corners.iter().all(|c| *c as usize != j) && self.bodies.of(corners[0] as usize) == body
-        };
-        let Some(meeting) = self.tree.first_of(&ray, MOST_TRIED, self.points, is_wall) else {
+        // Of triangles that meet at one point of the ray the one that faces it most: an edge or a
+        // corner that is hit is no matter of rounding.
+        let mut nearest: Option<(Meeting, f64)> = None;
+        self.tree
+            .walk(&ray, f64::INFINITY, MOST_TRIED, self.points, |meeting| {
+                let (corners, cosine) = self.cosine(meeting.triangle, &ray);
+                let limit = |distance: f64| ControlFlow::Continue(distance * (1.0 + TIE));
+                let old = nearest.map_or(f64::INFINITY, |(old, _)| old.distance);
+                let is_own = corners.contains(&(j as u32));
+                if is_own || self.bodies.of(corners[0] as usize) != body {
+                    return limit(old);
+                }
+                let is_nearer = meeting.distance < old * (1.0 - TIE);
+                let is_flatter = nearest.is_some_and(|(_, best)| cosine * outwards <= best);
+                if is_nearer || !is_flatter {
+                    nearest = Some((meeting, cosine * outwards));
+                }
+                limit(nearest.map_or(old, |(new, _)| new.distance.min(old)))
+            });
+        let Some((meeting, cosine)) = nearest else {
             return none;
         };
+        if !(cosine > LEAST_COSINE) {
+            return none;
+        }
         let corners = self.tree.triangles()[meeting.triangle];
         let [a, b, c] = corners.map(|v| self.points.as_slice()[v as usize]);
         let vector = (b - a).cross(&(c - a));
         let area = vector.norm();
-        if !(vector.dot(&into) * outwards > LEAST_COSINE * area) {
-            return none;
-        }
         let end = ray.at(meeting.distance);
         let share = |p: Point3<f64>, q: Point3<f64>| {
             let part = (p - end).cross(&(q - end)).dot(&vector);

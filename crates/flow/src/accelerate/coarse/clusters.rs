@@ -18,6 +18,9 @@ use crate::vectors::CHUNKS;
 pub(super) struct Clusters {
     /// c.
     pub(super) centers: Vec<Vector3<f64>>,
+    /// The vertices around which the moving clusters were built, the first one farthest from the
+    /// handles.
+    pub(super) seeds: Vec<usize>,
     /// The first so many clusters move and turn; the others turn about a point handle.
     pub(super) num_moving: usize,
     /// ρ.
@@ -103,6 +106,7 @@ impl Clusters {
         }
         let mut clusters = Self {
             centers: vec![Vector3::zeros(); num_moving],
+            seeds,
             num_moving,
             radius,
             starts,
@@ -126,7 +130,7 @@ impl Clusters {
             clusters.centers[j] = if *weight > 0.0 {
                 clusters.centers[j] / *weight
             } else {
-                points[seeds[j]]
+                points[clusters.seeds[j]]
             };
         }
         clusters
@@ -217,9 +221,9 @@ fn kernel(t: f64) -> f64 {
 }
 
 /// The edges with their lengths.
-struct Net<'a> {
-    graph: &'a Graph,
-    points: &'a [Vector3<f64>],
+pub(super) struct Net<'a> {
+    pub(super) graph: &'a Graph,
+    pub(super) points: &'a [Vector3<f64>],
 }
 
 /// The kernels of the handles.
@@ -278,9 +282,9 @@ impl Net<'_> {
 }
 
 /// Lengths of the shortest ways along the edges from the nearest of several sources.
-struct Distances {
+pub(super) struct Distances {
     of_vertex: Vec<f64>,
-    source: Vec<u32>,
+    pub(super) source: Vec<u32>,
     waiting: BinaryHeap<Waiting>,
 }
 
@@ -303,7 +307,7 @@ impl Ord for Waiting {
 }
 
 impl Distances {
-    fn new(n: usize) -> Self {
+    pub(super) fn new(n: usize) -> Self {
         Self {
             of_vertex: vec![f64::INFINITY; n],
             source: vec![u32::MAX; n],
@@ -312,7 +316,7 @@ impl Distances {
     }
 
     /// Adds sources.
-    fn spread(&mut self, net: &Net<'_>, sources: impl IntoIterator<Item = usize>) {
+    pub(super) fn spread(&mut self, net: &Net<'_>, sources: impl IntoIterator<Item = usize>) {
         for source in sources {
             self.of_vertex[source] = 0.0;
             self.source[source] = source as u32;
@@ -325,7 +329,7 @@ impl Distances {
             }
             for j in net.neighbours(i) {
                 let beyond = distance + net.length(i, j);
-                if beyond < self.of_vertex[j] {
+                if beyond < self.of_vertex[j] * (1.0 - TIE) {
                     self.of_vertex[j] = beyond;
                     self.source[j] = self.source[i];
                     self.waiting.push(Waiting(beyond, j as u32));
@@ -334,17 +338,20 @@ impl Distances {
         }
     }
 
-    /// The vertex that is farthest from all sources and can be reached from one.
-    fn farthest(&self) -> Option<(usize, f64)> {
-        let mut best = None;
-        for (i, &d) in self.of_vertex.iter().enumerate() {
-            if d.is_finite() && d > best.map_or(0.0, |(_, most)| most) {
-                best = Some((i, d));
-            }
-        }
-        best
+    /// The vertex that is farthest from all sources and can be reached from one; of several that
+    /// are as far but for rounding the lowest.
+    pub(super) fn farthest(&self) -> Option<(usize, f64)> {
+        let reached = self.of_vertex.iter().filter(|d| d.is_finite());
+        let most = reached.fold(0.0_f64, |most, d| most.max(*d));
+        let is_farthest = |d: &f64| d.is_finite() && *d >= most * (1.0 - TIE);
+        let at = self.of_vertex.iter().position(is_farthest)?;
+        (most > 0.0).then_some((at, most))
     }
 }
+
+/// Lengths that differ by less, of themselves, are the same: what is decided by them does not
+/// depend on how a mesh is turned or scaled.
+const TIE: f64 = 1e-9;
 
 /// Vertices that are connected to a centre inside a ball around it.
 struct Ball {

@@ -1,8 +1,10 @@
 //! Groups of cells whose rotations are taken to follow as one.
 
 use cotan_geometry::Scalar;
+use nalgebra::Vector3;
 
-use crate::cells::cell_share;
+use super::clusters::{Distances, Net};
+use crate::cells::{as_f64, cell_share};
 use crate::rest::Rest;
 
 /// For every vertex the groups of the cells that its terms serve, with the shares P 1_c.
@@ -68,22 +70,39 @@ fn gather(n: usize, num_groups: u32, each: impl Fn(usize, &mut Sum)) -> Rows {
 }
 
 impl Groups {
-    /// Halves the vertices by the median of their original positions, until there are enough
-    /// groups.
-    pub(super) fn new<T: Scalar>(rest: &Rest<T>) -> Self {
+    /// Groups the cells by the nearest of some vertices, along the edges: those of the clusters and
+    /// more between them. Cells that none of them reaches are one group.
+    pub(super) fn new<T: Scalar>(rest: &Rest<T>, seeds: &[usize]) -> Self {
         /// Groups of a mesh that is fine enough, and cells of a group where it is not.
         const MOST: usize = 256;
         const FEWEST_CELLS: usize = 4;
         let n = rest.positions().len();
-        let depth = MOST.min(n / FEWEST_CELLS).max(1).ilog2();
-        let mut order: Vec<u32> = (0..n as u32).collect();
-        halve(rest, &mut order, depth);
-        let mut group_of = vec![0_u32; n];
-        let mut len = 0;
-        number(&order, depth, &mut |cells| {
-            cells.iter().for_each(|&i| group_of[i as usize] = len);
+        let points: Vec<Vector3<f64>> = rest
+            .positions()
+            .values()
+            .map(|p| as_f64(p.coords))
+            .collect();
+        let net = Net {
+            graph: rest.graph(),
+            points: &points,
+        };
+        let mut distances = Distances::new(n);
+        let mut len = 1_u32;
+        let mut number_of = vec![0_u32; n];
+        for &seed in seeds {
+            distances.spread(&net, [seed]);
+            number_of[seed] = len;
             len += 1;
-        });
+        }
+        while (len as usize) < MOST.min(n / FEWEST_CELLS)
+            && let Some((seed, _)) = distances.farthest()
+        {
+            distances.spread(&net, [seed]);
+            number_of[seed] = len;
+            len += 1;
+        }
+        let group = |source: &u32| number_of.get(*source as usize).copied().unwrap_or(0);
+        let group_of: Vec<u32> = distances.source.iter().map(group).collect();
         let graph = rest.graph();
         let around = |i: usize| {
             let row = graph.neighbours()[graph.range(i)].iter().map(|j| j.index());
@@ -113,42 +132,4 @@ impl Groups {
     pub(super) fn at(&self, j: usize) -> &[(u32, f64)] {
         self.of_terms.at(j)
     }
-}
-
-fn halve<T: Scalar>(rest: &Rest<T>, cells: &mut [u32], depth: u32) {
-    if depth == 0 || cells.len() < 2 {
-        return;
-    }
-    let x = rest.positions().as_slice();
-    let at = |i: u32, k: usize| x[i as usize][k].as_f64();
-    let extent = |k: usize| {
-        let (low, high) = cells.iter().fold((f64::MAX, f64::MIN), |(low, high), &i| {
-            (low.min(at(i, k)), high.max(at(i, k)))
-        });
-        high - low
-    };
-    let extents = [0, 1, 2].map(extent);
-    let mut axis = 0;
-    for k in 1..3 {
-        if extents[k] > extents[axis] {
-            axis = k;
-        }
-    }
-    let middle = cells.len() / 2;
-    cells.select_nth_unstable_by(middle, |&i, &j| {
-        at(i, axis).total_cmp(&at(j, axis)).then(i.cmp(&j))
-    });
-    let (left, right) = cells.split_at_mut(middle);
-    halve(rest, left, depth - 1);
-    halve(rest, right, depth - 1);
-}
-
-fn number(cells: &[u32], depth: u32, each: &mut impl FnMut(&[u32])) {
-    if depth == 0 || cells.len() < 2 {
-        each(cells);
-        return;
-    }
-    let (left, right) = cells.split_at(cells.len() / 2);
-    number(left, depth - 1, each);
-    number(right, depth - 1, each);
 }

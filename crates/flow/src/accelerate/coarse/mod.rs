@@ -96,7 +96,7 @@ impl Coarse {
         let is_active = |v: &VertexId| moved[components.of(*v)];
         let active: Vec<VertexId> = held.iter().copied().filter(is_active).collect();
         let clusters = Clusters::new(rest, &active)?;
-        let groups = Groups::new(rest);
+        let groups = Groups::new(rest, &clusters.seeds);
         let sums = measure(rest, targets, system, field, cells, &clusters, &groups);
         let model = Model {
             components,
