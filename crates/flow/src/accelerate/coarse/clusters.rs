@@ -49,7 +49,12 @@ impl Clusters {
         let mut distances = Distances::new(n);
         distances.spread(&surface, held.iter().map(|v| v.index()));
         let mut seeds = Vec::new();
-        let wanted = (n / VERTICES_EACH).clamp(FEWEST, MOST);
+        let wanted = (n / VERTICES_EACH)
+            .clamp(FEWEST, MOST)
+            .min(n / LEAST_VERTICES);
+        if wanted == 0 {
+            return None;
+        }
         while seeds.len() < wanted
             && let Some((seed, _)) = distances.farthest()
         {
@@ -204,6 +209,10 @@ const VERTICES_EACH: usize = 250;
 const FEWEST: usize = 12;
 const MOST: usize = 48;
 
+/// A cluster has four functions; of fewer vertices than these they would hardly be independent, and
+/// rounding would be a part of the correction.
+const LEAST_VERTICES: usize = 40;
+
 /// ρ over the radius at which the clusters cover the mesh. At 1.3 the descent is slower, at 2 a
 /// step costs twice as much.
 const OVERLAP: f64 = 1.5;
@@ -329,9 +338,12 @@ impl Distances {
             }
             for j in net.neighbours(i) {
                 let beyond = distance + net.length(i, j);
-                if beyond < self.of_vertex[j] * (1.0 - TIE) {
+                let known = self.of_vertex[j];
+                if beyond < known {
                     self.of_vertex[j] = beyond;
-                    self.source[j] = self.source[i];
+                    if beyond < known * (1.0 - TIE) {
+                        self.source[j] = self.source[i];
+                    }
                     self.waiting.push(Waiting(beyond, j as u32));
                 }
             }

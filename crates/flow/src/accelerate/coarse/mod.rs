@@ -278,7 +278,7 @@ impl Model {
             }
             let root = eigen
                 .eigenvalues
-                .map(|x| x.max(1e-9 * largest).sqrt().recip());
+                .map(|x| x.max(LEAST_RESISTANCE * largest).sqrt().recip());
             let root = Matrix3::from_diagonal(&root) * eigen.eigenvectors.transpose();
             let moments = &self.moments[g * len..(g + 1) * len];
             touched.clear();
@@ -349,6 +349,10 @@ impl Model {
         sums.map(|c| Matrix3::from_column_slice(c)).collect()
     }
 }
+
+/// No turn of a group counts as freer than this, of its most resisted one: what is hardly determined
+/// by the covariance is rounding.
+const LEAST_RESISTANCE: f64 = 1e-4;
 
 /// No motion counts as softer than this, of A: the model of the rotations is not exact.
 const SOFTEST: f64 = 1e-3;
