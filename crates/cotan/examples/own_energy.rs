@@ -17,6 +17,10 @@ impl LocalGlobal<f64> for OneRotation {
         Ok(0.0)
     }
 
+    fn point_radius(&self, _: &Rest<f64>) -> f64 {
+        0.0
+    }
+
     fn start_from(&mut self, _: &FirstGuess) {}
 
     fn fit(

@@ -238,14 +238,13 @@ pub(crate) struct ReconstructArgs {
 
 impl MethodArgs {
     fn stiffness(&self) -> Stiffness {
-        let named = match self.stiffness {
+        let mut stiffness = match self.stiffness {
             StiffnessName::Solid => Stiffness::SOLID,
             StiffnessName::Thin => Stiffness::THIN,
         };
-        Stiffness::new(
-            self.strut_weight.unwrap_or(named.struts),
-            self.volume_weight.unwrap_or(named.volume),
-        )
+        stiffness.struts = self.strut_weight.unwrap_or(stiffness.struts);
+        stiffness.volume = self.volume_weight.unwrap_or(stiffness.volume);
+        stiffness
     }
 
     /// The settings; what is not named here has the library's default.

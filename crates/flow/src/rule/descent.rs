@@ -30,6 +30,8 @@ pub(crate) struct Descent<T: Scalar> {
     is_refused: bool,
     /// The rotations of the shape that was wound up with its handles; empty for any other.
     wound: Vec<Mat3>,
+    /// The last step's length as it was foreseen, over the diagonal.
+    foreseen: f64,
     /// The part of a plain step that did not go too far last time.
     plain_part: f64,
     /// Σ s_ij (x_j − x_i) less what the model wants of it.
@@ -74,6 +76,7 @@ impl<T: Scalar> Descent<T> {
             coarse: None,
             is_refused: false,
             wound: Vec::new(),
+            foreseen: f64::INFINITY,
             plain_part: 1.0,
             tension: VertexMap::default(),
             direction: VertexMap::default(),
@@ -160,6 +163,7 @@ impl<T: Scalar> Descent<T> {
         const SUFFICIENT: f64 = 0.45;
         let Some(before) = self.energy else {
             work.move_by_correction(ratio);
+            work.meet();
             self.update(work)?;
             return Ok(Search::Went);
         };
@@ -246,8 +250,7 @@ impl<T: Scalar> Descent<T> {
         let (rest, field, positions) = (&*work.rest, &work.field, &work.start);
         match &mut self.coarse {
             None if is_due && !self.is_refused => {
-                self.coarse =
-                    Coarse::new(rest, &work.targets, &work.system, field, &cells, positions);
+                self.coarse = Coarse::new(work, field, &cells, positions);
                 self.is_refused = self.coarse.is_none();
                 lbfgs.reset();
             }
@@ -298,6 +301,16 @@ impl<T: Scalar> Rule<T> for Descent<T> {
     }
 
     fn step(&mut self, work: &mut Workspace<T>) -> Result<StepReport, FlowError> {
+        let mut miss = work.widest_miss();
+        if miss > self.foreseen && work.since_move > 0 {
+            // What is left to do is to bring the point handles to their targets.
+            work.meet();
+            self.fit(work)?;
+            if let Some(lbfgs) = &mut self.lbfgs {
+                lbfgs.forget_step();
+            }
+            miss = 0.0;
+        }
         self.solve(work)?;
         let before = self.energy;
         let energy_rounding = before.map_or(0.0, |energy| energy.rounding::<T>());
@@ -328,7 +341,8 @@ impl<T: Scalar> Rule<T> for Descent<T> {
             tolerance *= HONEST;
         }
         let is_short = step.ratio * residual < tolerance;
-        let converged = is_short && !step.is_first;
+        let converged = is_short && !step.is_first && miss < tolerance;
+        self.foreseen = residual;
         let search = match &mut lbfgs {
             Some(lbfgs) if !step.is_first && !converged && step.ratio == 1.0 => {
                 self.search(lbfgs, restricted.as_ref(), work)
@@ -367,6 +381,7 @@ impl<T: Scalar> Rule<T> for Descent<T> {
             .filter(|c| c.is_for(&work.rest, &work.targets));
         self.is_refused = false;
         self.plain_part = 1.0;
+        self.foreseen = f64::INFINITY;
         // Handles have moved on: what they stated first is no longer the yardstick.
         self.wound.clear();
         if let Some(lbfgs) = &mut self.lbfgs {
