@@ -31,7 +31,7 @@ use crate::weld::{self, Weld};
 /// degree, and vertices that no face uses are included. Editing happens on a [`ProcessingMesh`],
 /// and [`Document::set_positions`] writes the moved vertices back.
 ///
-/// When written in the format it was read from, a document differs from the original file only in
+/// A document written in the format it was read from differs from the original file only in
 /// the coordinates of moved vertices and in the surface normals there, which rotate with the
 /// surface. Comments, texture coordinates, colours, groups, materials, additional PLY elements,
 /// the nodes and images of a glTF, whitespace and line endings are preserved byte for byte. Any

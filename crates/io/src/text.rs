@@ -11,9 +11,9 @@ pub(crate) fn after_bom(bytes: &[u8]) -> usize {
 
 /// Detects text in an encoding with two or four bytes per character.
 ///
-/// Such text has a byte order mark. Otherwise it is recognized by its zeros: in at least three of
-/// the first four byte pairs, one byte is zero and the other, always in the same half, is an
-/// ASCII character.
+/// Such text has a byte order mark. Otherwise it is recognized by its zeros: in at least three
+/// quarters of the byte pairs at the start, one byte is zero and the other, always in the same
+/// half, is an ASCII character.
 pub(crate) fn wide_encoding(bytes: &[u8]) -> Option<&'static str> {
     if bytes.starts_with(b"\xff\xfe\0\0") || bytes.starts_with(b"\0\0\xfe\xff") {
         return Some("UTF-32");
