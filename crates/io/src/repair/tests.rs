@@ -201,7 +201,7 @@ fn holes_are_filled_up_to_a_size() {
     );
 }
 
-/// Three tetrahedra, each missing one face more than the last, and a lone triangle.
+/// Three tetrahedra missing 0, 1 and 2 faces, and a lone triangle.
 fn four_parts() -> Document {
     let points: Vec<[f64; 3]> = (0..15)
         .map(|v| [f64::from(v * v % 7), f64::from(v % 4), f64::from(v)])
