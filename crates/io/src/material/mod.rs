@@ -5,7 +5,7 @@
 //! | [`Material`] | glTF | MTL |
 //! |---|---|---|
 //! | `base_color` | `baseColorFactor` | `Kd` |
-//! | `opacity`, `alpha` | fourth component, `alphaMode`, `alphaCutoff` | `d` (or 1 − `Tr`), `map_d` |
+//! | `opacity`, `alpha` | 4th component, `alphaMode`, `alphaCutoff` | `d` (or 1 − `Tr`), `map_d` |
 //! | `metallic` | `metallicFactor` | `Pm` |
 //! | `roughness` | `roughnessFactor` | `Pr`, or else 1 − √(`Ns` / 1000) |
 //! | `emission` | `emissiveFactor` × `emissiveStrength` | `Ke` |

@@ -50,7 +50,7 @@ pub(in crate::stl) fn is_text(bytes: &[u8]) -> bool {
 }
 
 /// Returns `true` if a file known to be an STL can only be text: a binary header without a zero
-/// byte would have a count of at least 2^24 facets.
+/// byte has a facet count of at least 2^24.
 pub(in crate::stl) fn starts_as_text(bytes: &[u8]) -> bool {
     let window = &bytes[..bytes.len().min(super::binary::HEADER)];
     let first = Words::new(window, lines::after_bom(window)).next();
