@@ -171,7 +171,7 @@ impl Reader<'_> {
         material
     }
 
-    /// Checks that a number is from 0 to 1.
+    /// Clamps a number to the range 0 to 1, and records if it was outside.
     fn unit(&mut self, x: f32, keyword: &str) -> f32 {
         if !(0.0..=1.0).contains(&x) {
             let text = format!("numbers of materials beyond 0 to 1 ({keyword})");
