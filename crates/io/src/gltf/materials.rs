@@ -172,7 +172,7 @@ impl Reader<'_> {
         if x.is_nan() { 1.0 } else { x.clamp(0.0, 1.0) }
     }
 
-    /// Checks that a number is not negative.
+    /// Replaces a negative or non-finite number by zero, and records it.
     fn light(&mut self, x: f32) -> f32 {
         if x >= 0.0 && x.is_finite() {
             return x;

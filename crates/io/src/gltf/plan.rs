@@ -124,8 +124,8 @@ impl Plan {
         Ok(plan)
     }
 
-    /// If several blocks share an accessor, those whose faces change get their own. The sharing
-    /// depends on the faces, and must be the same when the file is read again.
+    /// Marks groups as not kept if their faces change and other blocks share their accessor. The
+    /// sharing depends on the faces, and must be the same when the file is read again.
     fn part_from_others(&mut self, geometry: &Geometry, remap: &Remap, mesh: Mesh<'_>) {
         let mut counts: HashMap<usize, usize> = HashMap::new();
         for block in &geometry.blocks {

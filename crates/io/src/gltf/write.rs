@@ -353,7 +353,7 @@ impl<'a> Rewrite<'a> {
             let original = file.buffers.bytes(number);
             if number == 0 && is_binary {
                 if buffer.kind != Kind::Chunk {
-                    // The external file of a GLB's buffer stays external.
+                    // In a GLB, a first buffer outside the binary chunk stays there.
                     if file.container.is_binary {
                         if let Some(bytes) = changed {
                             self.editor
