@@ -1,4 +1,5 @@
-//! Handles as JSON: `{"handles": [{"vertices": …, "to" | "transform" | "fixed": …, "weight": k}]}`.
+//! Handles as JSON: `{"handles": [{"vertices": …, "to" | "transform" | "fixed": …, "weight":
+//! k}]}`.
 
 use std::fmt;
 
