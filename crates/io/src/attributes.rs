@@ -133,8 +133,9 @@ impl Values {
         self.len() == 0
     }
 
-    /// Gathers the values of the given elements, with `components` numbers each. Elements past
-    /// the end are skipped; [`NONE`] yields zeros or an empty list.
+    /// Gathers the values of the given elements, with `components` numbers each.
+    ///
+    /// Elements past the end are skipped; [`NONE`] yields zeros or an empty list.
     pub(crate) fn gather(&self, components: usize, elements: impl Iterator<Item = usize>) -> Self {
         fn pick<T: Copy + Default>(
             numbers: &[T],

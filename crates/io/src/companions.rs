@@ -115,8 +115,9 @@ enum Content {
 }
 
 impl Companion {
-    /// Creates a companion with these bytes. `name` is its path relative to the mesh file, with
-    /// `/` as the separator.
+    /// Creates a companion with these bytes.
+    ///
+    /// `name` is its path relative to the mesh file, with `/` as the separator.
     ///
     /// # Errors
     /// The reason why the name does not denote a file in the folder.

@@ -19,8 +19,10 @@ pub struct CutDocument {
 
 impl Document {
     /// Returns the document with the given faces (0-based) replaced by the triangles into which
-    /// `processing` cut them. Vertices are unchanged. Texture coordinates, normals, groups and
-    /// all other data of a face or corner are passed on to its triangles.
+    /// `processing` cut them.
+    ///
+    /// Vertices are unchanged. Texture coordinates, normals, groups and all other data of a face
+    /// or corner are passed on to its triangles.
     ///
     /// Faces that `processing` omitted are kept, and indices out of range are ignored.
     ///

@@ -32,8 +32,9 @@ pub(crate) struct Cuts {
 }
 
 impl Cuts {
-    /// Collects the cuts. `corners` gives the vertex of every corner, `places` the place of every
-    /// vertex.
+    /// Collects the cuts.
+    ///
+    /// `corners` gives the vertex of every corner, `places` the place of every vertex.
     pub(crate) fn new(
         topology: &Topology<'_>,
         corners: &[u32],

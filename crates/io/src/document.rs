@@ -306,8 +306,9 @@ impl Document {
     }
 
     /// Decodes the texture coordinates, normals, colours, groups, materials and all other
-    /// attributes that more than one format can represent. Normals are rotated with the surface
-    /// where vertices have moved.
+    /// attributes that more than one format can represent.
+    ///
+    /// Normals are rotated with the surface where vertices have moved.
     ///
     /// # Errors
     /// [`IoError`] with the line or byte at which the file is invalid: data that is only retained
@@ -435,14 +436,18 @@ impl Document {
         self
     }
 
-    /// Returns a function that maps a vertex to the index of its stretch. The indices are
-    /// ascending, and equal for consecutive vertices of a part that may be welded.
+    /// Returns a function that maps a vertex to the index of its stretch.
+    ///
+    /// The indices are ascending, and equal for consecutive vertices of a part that may be
+    /// welded.
     pub(crate) fn stretch_of(&self) -> impl Fn(usize) -> usize + use<> {
         self.stretches.stretch_of()
     }
 
     /// Creates the document of another mesh made of this one's vertices and faces, with all data
-    /// that the file has for them. `places` is that of the new mesh (see [`Document::places`]).
+    /// that the file has for them.
+    ///
+    /// `places` is that of the new mesh (see [`Document::places`]).
     pub(crate) fn remapped(&self, remap: &Remap, places: Vec<u32>) -> Result<Self, IoError> {
         let gather = |positions: &[Point3<f64>]| -> Vec<Point3<f64>> {
             let old = remap.vertices.iter();

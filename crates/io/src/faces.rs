@@ -6,7 +6,9 @@ use crate::error::IoError;
 use crate::room;
 
 /// A list of polygons of any degree, stored flat: one list of all corners, and the end of each
-/// polygon. A triangle takes 16 bytes.
+/// polygon.
+///
+/// A triangle takes 16 bytes.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct FaceList {
     corners: Vec<u32>,

@@ -100,8 +100,10 @@ pub fn load(path: impl AsRef<Path>) -> Result<Document, IoError> {
     load_with(path, &Limits::default(), &NoFiles)
 }
 
-/// Reads a file within `limits`. The format is detected from the content, then from the
-/// extension. Gzip-compressed content is decompressed first.
+/// Reads a file within `limits`.
+///
+/// The format is detected from the content, then from the extension. Gzip-compressed content is
+/// decompressed first.
 ///
 /// Only this path is opened, never one that is named inside the file. External buffers and images
 /// of a glTF come from `resolver`, either now or when the document is saved.

@@ -34,8 +34,9 @@ impl Format {
         Self::Glb,
     ];
 
-    /// Returns the format for the extension of a file name, ignoring case. For `mesh.obj.gz` this
-    /// is the format of `mesh.obj`.
+    /// Returns the format for the extension of a file name, ignoring case.
+    ///
+    /// For `mesh.obj.gz` this is the format of `mesh.obj`.
     pub fn from_path(path: impl AsRef<Path>) -> Option<Self> {
         let mut path = path.as_ref();
         if gzip::is_gzip_path(path) {

@@ -188,9 +188,10 @@ impl<'a> Copies<'a> {
     }
 }
 
-/// Returns the position of a copy. A vertex that has not moved is placed exactly where the scene
-/// puts it: the file stores it in single precision, which the inverse transform recovers up to
-/// rounding.
+/// Returns the position of a copy.
+///
+/// A vertex that has not moved is placed exactly where the scene puts it: the file stores it in
+/// single precision, which the inverse transform recovers up to rounding.
 fn moved(p: Point3<f64>, instance: &Instance<'_>) -> Point3<f64> {
     let local = instance.from.to_mesh(p);
     let single = local.map(|x| f64::from(x as f32));

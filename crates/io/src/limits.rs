@@ -102,8 +102,10 @@ impl Limits {
     }
 
     /// Checks the memory of a document with a file of `num_bytes` and the given numbers of
-    /// vertices and corners. Called before they are stored, or while they are stored if the
-    /// counts are not known in advance.
+    /// vertices and corners.
+    ///
+    /// Called before they are stored, or while they are stored if the counts are not known in
+    /// advance.
     pub(crate) fn check_memory(
         &self,
         num_bytes: usize,

@@ -15,8 +15,10 @@ pub(crate) fn parse_f64(text: &[u8]) -> Option<f64> {
 }
 
 /// Parses a decimal number that starts at `at`, and returns it with the offset after it, which
-/// must hold whitespace or a line ending. Returns `None` if it does not, or if the number is too
-/// close to the end of the text to load eight bytes at once.
+/// must hold whitespace or a line ending.
+///
+/// Returns `None` if it does not, or if the number is too close to the end of the text to load
+/// eight bytes at once.
 #[inline]
 pub(crate) fn decimal(text: &[u8], at: usize) -> Option<(f64, usize)> {
     let first = *text.get(at)?;

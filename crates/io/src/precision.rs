@@ -105,9 +105,10 @@ fn short(x: f64) -> String {
     }
 }
 
-/// Threshold for a severe rounding, relative to the size of the mesh. Near the origin, single
-/// precision rounds by at most 6e-8 of the size; this is the rounding at a distance of a hundred
-/// sizes.
+/// Threshold for a severe rounding, relative to the size of the mesh.
+///
+/// Near the origin, single precision rounds by at most 6e-8 of the size; this is the rounding at
+/// a distance of a hundred sizes.
 const SEVERE: f64 = 6e-6;
 
 #[cfg(test)]

@@ -43,8 +43,10 @@ pub enum Numbering {
 }
 
 impl ProcessingMesh {
-    /// Builds the mesh. `places` gives for each vertex the first vertex at its place; it is empty
-    /// if none are welded.
+    /// Builds the mesh.
+    ///
+    /// `places` gives for each vertex the first vertex at its place; it is empty if none are
+    /// welded.
     pub(crate) fn build(
         positions: &[Point3<f64>],
         faces: &FaceList,

@@ -15,8 +15,9 @@ pub(crate) struct Remap {
     /// that closes a hole.
     pub(crate) face_sources: Vec<u32>,
     /// For each corner of the new faces, the old corner (counted through all old faces) whose
-    /// vertex, texture coordinate and normal it has. The corners of a face that closes a hole are
-    /// derived from a corner next to the hole.
+    /// vertex, texture coordinate and normal it has.
+    ///
+    /// The corners of a face that closes a hole are derived from a corner next to the hole.
     pub(crate) corner_sources: Vec<u32>,
 }
 

@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 
 use crate::unfinished::{Access, Unfinished};
 
-/// Writes a file atomically: to a temporary file next to the old one, which is then renamed. A
-/// reader sees either the old file or the new one, and a failure leaves the old one intact.
+/// Writes a file atomically: to a temporary file next to the old one, which is then renamed.
+///
+/// A reader sees either the old file or the new one, and a failure leaves the old one intact.
 ///
 /// - Links are followed, including those whose target does not exist yet.
 /// - The permissions of an existing file are kept; the temporary file has them before its first
@@ -41,8 +42,9 @@ pub fn replace_file(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     file.finish(&target)
 }
 
-/// Returns the path at the end of a chain of links, whether or not a file exists there. A path
-/// that is not a link is returned unchanged.
+/// Returns the path at the end of a chain of links, whether or not a file exists there.
+///
+/// A path that is not a link is returned unchanged.
 ///
 /// # Errors
 /// If the links form a cycle.
@@ -93,8 +95,10 @@ pub fn check_replaceable(path: &Path) -> std::io::Result<Option<Metadata>> {
     Ok(Some(metadata))
 }
 
-/// Returns the number of names (hard links) of a file. If it has more than one, [`replace_file`]
-/// replaces the content of one name only; the others keep the old content.
+/// Returns the number of names (hard links) of a file.
+///
+/// If it has more than one, [`replace_file`] replaces the content of one name only; the others
+/// keep the old content.
 ///
 /// Always 1 on systems other than Unix, where it is unknown.
 pub fn num_names(metadata: &Metadata) -> u64 {

@@ -1,5 +1,7 @@
-//! Fallible allocation for sizes determined by a file. Memory is requested before it is filled,
-//! so that an allocation failure is an error and does not abort the program.
+//! Fallible allocation for sizes determined by a file.
+//!
+//! Memory is requested before it is filled, so that an allocation failure is an error and does
+//! not abort the program.
 
 use std::collections::TryReserveError;
 
@@ -27,7 +29,9 @@ pub(crate) fn reserve_exact<T>(list: &mut Vec<T>, more: usize) -> Result<(), IoE
 }
 
 /// Reserves capacity for `more` additional elements if the system can provide it with a margin to
-/// spare. On failure the list simply grows as it is filled.
+/// spare.
+///
+/// On failure the list simply grows as it is filled.
 pub(crate) fn reserve_if_there<T>(list: &mut Vec<T>, more: usize) {
     if reserve(list, more).is_err() {
         list.shrink_to_fit();
@@ -56,8 +60,9 @@ pub(crate) fn push<T>(list: &mut Vec<T>, element: T) -> Result<(), IoError> {
     Ok(())
 }
 
-/// Checks that the system can provide `bytes`. Nothing is written to them, so only address space
-/// is used.
+/// Checks that the system can provide `bytes`.
+///
+/// Nothing is written to them, so only address space is used.
 pub(crate) fn check(bytes: u64) -> Result<(), IoError> {
     let room = usize::try_from(bytes).unwrap_or(usize::MAX);
     reserve_exact(&mut Vec::<u8>::new(), room)

@@ -48,8 +48,9 @@ pub(crate) trait SourceFile: Debug + Send + Sync {
     }
 
     /// Returns the materials for the labels of these attributes, in label order, followed by all
-    /// others. Problems with materials are not errors; they are listed among the materials'
-    /// `others`.
+    /// others.
+    ///
+    /// Problems with materials are not errors; they are listed among the materials' `others`.
     fn materials(&self, _attributes: &Attributes) -> Materials {
         Materials::default()
     }
@@ -65,8 +66,9 @@ pub(crate) trait SourceFile: Debug + Send + Sync {
     }
 
     /// Writes the file in `format` (one that it [writes](SourceFile::writes)), replacing moved
-    /// vertices and rotated normals in place. Without any changes, returns the bytes that were
-    /// read.
+    /// vertices and rotated normals in place.
+    ///
+    /// Without any changes, returns the bytes that were read.
     fn write(&self, format: Format, moves: &Moves<'_>) -> Result<Vec<u8>, IoError>;
 
     /// Visits the instances of the meshes in addition to those where the document places them.

@@ -23,6 +23,8 @@ pub(crate) struct Triangulator<'a> {
     rest: Vec<usize>,
 }
 
+/// Limits on the search for ears, in comparisons of corners.
+///
 /// The search is quadratic for ordinary polygons and cubic in the worst case. These bounds admit
 /// concave polygons of 20,000 corners and limit the time for a hostile file to seconds. Once they
 /// are exceeded, the rest of the polygons become fans.
@@ -66,8 +68,9 @@ impl<'a> Triangulator<'a> {
         }
     }
 
-    /// Like [`Triangulator::cut_corners`], but uses only allowed diagonals. Returns the corners
-    /// of the part in which no ear was found, which are at least three.
+    /// Like [`Triangulator::cut_corners`], but uses only allowed diagonals.
+    ///
+    /// Returns the corners of the part in which no ear was found, which are at least three.
     pub(crate) fn clip_allowed(
         &mut self,
         polygon: &[u32],

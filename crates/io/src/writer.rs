@@ -30,8 +30,9 @@ pub(crate) struct Contents<'a> {
 
 impl Contents<'_> {
     /// Determines how polygons are cut for a triangle format in which vertices at the same
-    /// position are one. The cut matches that of the surface, except where exact welding alone
-    /// makes faces meet.
+    /// position are one.
+    ///
+    /// The cut matches that of the surface, except where exact welding alone makes faces meet.
     pub(crate) fn recuts(&self) -> Recuts {
         if self.faces.iter().all(|polygon| polygon.len() <= 3) {
             return Recuts::default();

@@ -83,8 +83,9 @@ impl Cholesky {
         Self::with_analysis(self.factor.symbolic().clone(), matrix, precision)
     }
 
-    /// Factorizes another matrix of the same pattern in place. After an error the factor is
-    /// unusable.
+    /// Factorizes another matrix of the same pattern in place.
+    ///
+    /// After an error the factor is unusable.
     ///
     /// # Errors
     /// As for [`Self::with_analysis`].
@@ -115,8 +116,9 @@ impl Cholesky {
     }
 
     /// Like [`Self::solve`], but applies `before` to the index and value of every entry to get
-    /// the right-hand side, and `after` to the solution to get the output. This saves passes over
-    /// the vectors.
+    /// the right-hand side, and `after` to the solution to get the output.
+    ///
+    /// This saves passes over the vectors.
     ///
     /// # Panics
     /// If there is not one entry per unknown.

@@ -28,7 +28,9 @@ pub enum Overflow {
 
 impl ColorScale {
     /// Creates a scale for values of both signs with a meaningful zero: white at 0, blue below,
-    /// red above, symmetric about 0. `title` names the quantity and its unit.
+    /// red above, symmetric about 0.
+    ///
+    /// `title` names the quantity and its unit.
     pub fn signed(title: &str, values: impl IntoIterator<Item = f64>) -> Self {
         let values = sorted(values);
         let sizes = sorted(values.iter().map(|x| x.abs()));
@@ -124,8 +126,9 @@ impl ColorScale {
     }
 }
 
-/// Converts an 8-bit colour to linear. Uses the square, which is close enough to sRGB and the
-/// same on every machine.
+/// Converts an 8-bit colour to linear.
+///
+/// Uses the square, which is close enough to sRGB and the same on every machine.
 pub fn decode(encoded: [u8; 3]) -> [f32; 3] {
     encoded.map(|c| (f32::from(c) / 255.0).powi(2))
 }

@@ -8,8 +8,9 @@ use cotan_io::{Access, Format, IoError, Unfinished, check_replaceable, link_targ
 
 use crate::error::ToolError;
 
-/// Writes `bytes` to `path` atomically: a reader sees either the old file or the new one. The
-/// streams of the process are written to directly, see [`Stream`].
+/// Writes `bytes` to `path` atomically: a reader sees either the old file or the new one.
+///
+/// The streams of the process are written to directly, see [`Stream`].
 ///
 /// # Errors
 /// [`ToolError::Write`]; an existing file is intact in that case.
@@ -21,8 +22,10 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), ToolError> {
     written.map_err(|source| cannot_write(path, source))
 }
 
-/// An output that is not a file, as in `--report /dev/stdout`. Only these names are accepted; a
-/// device or a pipe under another name is rejected, even behind a link.
+/// An output that is not a file, as in `--report /dev/stdout`.
+///
+/// Only these names are accepted; a device or a pipe under another name is rejected, even behind
+/// a link.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Stream {
     /// `/dev/stdout`.

@@ -52,9 +52,10 @@ impl HandlesFile<'_> {
         is_sel.then(|| self.path.with_extension("def"))
     }
 
-    /// Reads the handles of a document. Indices in the handles file refer to the mesh file, those
-    /// in the result to the document. A handle on a vertex that a repair split holds all its
-    /// copies.
+    /// Reads the handles of a document.
+    ///
+    /// Indices in the handles file refer to the mesh file, those in the result to the document. A
+    /// handle on a vertex that a repair split holds all its copies.
     ///
     /// # Errors
     /// [`ToolError::Handles`] with the file, the handle or line, and what to do.

@@ -131,8 +131,10 @@ impl MemoryLimit {
         Self::new(memory).within_address_space()
     }
 
-    /// Limits this to four fifths of the process's remaining address space. To be called when all
-    /// threads have started, since their stacks and heaps use address space.
+    /// Limits this to four fifths of the process's remaining address space.
+    ///
+    /// To be called when all threads have started, since their stacks and heaps use address
+    /// space.
     #[must_use]
     pub fn within_address_space(self) -> Self {
         let left = free_addresses().map_or(u64::MAX, four_fifths);

@@ -152,8 +152,8 @@ impl DefectKind {
     /// Returns `true` if no surface can be built from a mesh with such a defect.
     ///
     /// Duplicate faces as such do not prevent it: two that face each other form a closed surface.
-    /// There are exceptions: faces that welding collapses, since the surface omits them, and a
-    /// few faces that run out and back and whose triangles happen to fit.
+    /// Some repeated vertices do not either: faces that welding collapses, since the surface
+    /// omits them, and a few faces that run out and back and whose triangles happen to fit.
     pub fn is_blocking(self) -> bool {
         matches!(
             self,

@@ -14,8 +14,9 @@ use crate::error::IoError;
 use crate::faces::FaceList;
 use crate::topology::{Sets, Side, Topology};
 
-/// Inspects the document. `places` are those of the welding, `exact` those of equal positions;
-/// either may be empty.
+/// Inspects the document.
+///
+/// `places` are those of the welding, `exact` those of equal positions; either may be empty.
 pub(super) fn inspect(
     document: &Document,
     places: &[u32],
@@ -294,8 +295,9 @@ impl Find<'_> {
     }
 }
 
-/// Finds faces that pass through the same places as an earlier one, in either direction. Returns
-/// each with the earlier one, in ascending order.
+/// Finds faces that pass through the same places as an earlier one, in either direction.
+///
+/// Returns each with the earlier one, in ascending order.
 ///
 /// Two faces that are back to back and have no other neighbour enclose nothing but form a closed
 /// surface: neither is a duplicate.

@@ -20,8 +20,10 @@ struct Stretch {
 }
 
 impl Stretches {
-    /// Builds the stretches of `parts`. Some of their vertices are layers, given as vertex ranges
-    /// in ascending order with the layer index.
+    /// Builds the stretches of `parts`.
+    ///
+    /// Some of their vertices are layers, given as vertex ranges in ascending order with the
+    /// layer index.
     pub(super) fn new(parts: &[Part], layers: &[(Range<usize>, u32)]) -> Self {
         let mut stretches = Self::default();
         let mut layers = layers.iter().peekable();

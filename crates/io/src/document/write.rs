@@ -106,7 +106,9 @@ impl Document {
     }
 
     /// Lists the companion files of the file that this document was read from, by their paths in
-    /// its folder: buffers, material libraries, and the images of both. Empty without a file.
+    /// its folder: buffers, material libraries, and the images of both.
+    ///
+    /// Empty without a file.
     ///
     /// They are inputs just like the file itself: overwriting one of them changes the meaning of
     /// the file. They may be missing.

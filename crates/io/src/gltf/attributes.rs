@@ -21,7 +21,7 @@ pub(super) fn decode(file: &GltfFile, mesh: Mesh<'_>) -> Result<Attributes, IoEr
     let columns = columns(file)?;
     let mut vertices = Vec::new();
     let mut num_bytes = file.buffers.num_bytes();
-    // An accessor may have elements but no bytes, and many accessors may share them.
+    // An accessor may have elements but no bytes, and several accessors may share their bytes.
     let per_vertex = columns.values().map(|column| column.components).sum();
     let num_values = num_vertices.saturating_mul(per_vertex);
     if num_values > num_bytes.saturating_mul(VALUES_PER_BYTE) {

@@ -16,8 +16,9 @@ use crate::instances::Instance;
 use crate::limits::Limits;
 use crate::placement::Placement;
 
-/// The vertices of one POSITION accessor. An accessor has several blocks if some of its uses need
-/// separate vertices.
+/// The vertices of one POSITION accessor.
+///
+/// An accessor has several blocks if some of its uses need separate vertices.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Block {
     pub(super) layout: Layout,
@@ -177,8 +178,9 @@ impl Geometry {
 }
 
 impl Geometry {
-    /// Visits the instances of meshes in addition to those where they were read. Returns the
-    /// number of instances whose transform is singular, which are skipped.
+    /// Visits the instances of meshes in addition to those where they were read.
+    ///
+    /// Returns the number of instances whose transform is singular, which are skipped.
     pub(super) fn instances(
         &self,
         buffers: &Buffers,

@@ -81,9 +81,11 @@ fn roles(file: &GltfFile) -> HashMap<u64, Role> {
     roles
 }
 
-/// The integers in the data of extensions. Any of them may be an accessor index, for example of
-/// the translations of `EXT_mesh_gpu_instancing`. Extensions that describe materials or the
-/// compression of data are excluded.
+/// The integers in the data of extensions.
+///
+/// Any of them may be an accessor index, for example of the translations of
+/// `EXT_mesh_gpu_instancing`. Extensions that describe materials, lights or the compression of
+/// data are excluded.
 fn numbers_in_extensions(text: &str) -> BTreeSet<u64> {
     const OTHERS: [&str; 11] = [
         "KHR_materials_",

@@ -359,9 +359,10 @@ impl Rebuild<'_> {
         Ok(())
     }
 
-    /// Removes primitives without remaining faces. The last one of a mesh becomes points of a
-    /// mesh that no node shows, since a mesh must have primitives and other meshes must keep
-    /// their indices.
+    /// Removes primitives without remaining faces.
+    ///
+    /// The last one of a mesh becomes points of a mesh that no node shows, since a mesh must have
+    /// primitives and other meshes must keep their indices.
     fn drop_pieces(&mut self) -> Result<(), IoError> {
         let mut dropped: BTreeMap<usize, HashSet<usize>> = BTreeMap::new();
         for (piece, faces) in self.file.geometry.pieces.iter().zip(&self.plan.faces) {

@@ -28,12 +28,12 @@ pub(super) struct Placements {
 /// The instances of a mesh in addition to the one where it was read.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(super) struct Others {
-    /// The total number of nodes that show it.
+    /// The total number of its instances.
     pub(super) count: usize,
     shown: Vec<Shown>,
     /// The entry of `shown` where it was read.
     first: usize,
-    /// The number of times that scenes other than the default one show it.
+    /// The number of its instances that only scenes other than the default one show.
     pub(super) elsewhere: usize,
 }
 
@@ -112,7 +112,9 @@ impl Placements {
 
 impl Others {
     /// Visits the placement of each additional instance that is invertible, and returns the
-    /// number of those that are not. Instances at the same place as an earlier one are skipped.
+    /// number of those that are not.
+    ///
+    /// Instances at the same place as an earlier one are skipped.
     pub(super) fn for_each(
         &self,
         buffers: &Buffers,

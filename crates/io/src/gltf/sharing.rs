@@ -125,9 +125,11 @@ impl Reader<'_> {
         Ok(block)
     }
 
-    /// Returns the layer of a primitive whose vertices are those of `block`. This is the first
-    /// one if it has no face in common with any layer. Otherwise it is the first of the others
-    /// with which it has no face in common and whose edges would have at most two triangles.
+    /// Returns the layer of a primitive whose vertices are those of `block`.
+    ///
+    /// This is the first one if it has no face in common with any layer. Otherwise it is the
+    /// first of the others with which it has no face in common and whose edges would have at most
+    /// two triangles.
     fn layer(&mut self, block: usize, corners: &[u32]) -> u32 {
         let positions = &self.parsed.positions;
         let start = self.geometry.blocks[block].vertices.start;

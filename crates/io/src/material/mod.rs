@@ -35,7 +35,9 @@ use crate::attributes::{Attributes, LabelKind};
 pub struct Materials {
     /// The material for each name among the labels of kind
     /// [`Material`](crate::LabelKind::Material), in the same order, followed by those that no
-    /// face uses. Empty if only the names are known.
+    /// face uses.
+    ///
+    /// Empty if only the names are known.
     pub list: Vec<Material>,
     /// The images used by textures, each once.
     pub images: Vec<Image>,

@@ -1,6 +1,8 @@
 //! Fast path for lines of the common forms, parsed in one pass over the bytes: `v x y z` with
-//! plain decimals, `f` with plain corners, and lines that are only counted. Anything else is left
-//! to the general statement reader. Both agree on every line that this one accepts.
+//! plain decimals, `f` with plain corners, and lines that are only counted.
+//!
+//! Anything else is left to the general statement reader. Both agree on every line that this one
+//! accepts.
 
 use nalgebra::Point3;
 
@@ -9,6 +11,7 @@ use crate::number::{self, digits8};
 use crate::obj::parse::Piece;
 
 /// Parses the line that starts at `at` into the piece and returns the start of the next one.
+///
 /// Returns `None`, with the piece unchanged, if the line does not have a common form or is too
 /// long.
 #[inline]

@@ -1,5 +1,7 @@
-//! Parallel parsing of the positions and faces of an OBJ file. Pieces of the text are parsed
-//! concurrently with local vertex indices, and then joined in file order.
+//! Parallel parsing of the positions and faces of an OBJ file.
+//!
+//! Pieces of the text are parsed concurrently with local vertex indices, and then joined in file
+//! order.
 //!
 //! The division of the text does not depend on the number of threads, so neither does the result.
 //! A piece stops at the first error. Since it does not know the number of lines and vertices
@@ -143,9 +145,10 @@ impl Batch {
         Ok(largest)
     }
 
-    /// Reserves memory for the whole file, extrapolating from its start. This is only an
-    /// estimate: the vectors grow if more follows, the estimate is bounded by the size of the
-    /// file, and nothing beyond the limits or the available memory is reserved.
+    /// Reserves memory for the whole file, extrapolating from its start.
+    ///
+    /// This is only an estimate: the vectors grow if more follows, the estimate is bounded by the
+    /// size of the file, and nothing beyond the limits or the available memory is reserved.
     fn reserve(&self, file: &mut Mesh, all: usize, limits: &Limits) {
         let pieces = &self.pieces[..self.ranges.len()];
         let vertices = pieces.iter().map(|p| p.positions.len()).sum::<usize>();

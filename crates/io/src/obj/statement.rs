@@ -59,8 +59,9 @@ impl<'a> Iterator for Statements<'a> {
     }
 }
 
-/// Returns `true` if the next line belongs to the same statement. A comment may end in a
-/// backslash (a Windows path) and must not swallow a vertex.
+/// Returns `true` if the next line belongs to the same statement.
+///
+/// A comment may end in a backslash (a Windows path) and must not swallow a vertex.
 #[inline]
 pub(super) fn is_continued(line: &[u8]) -> bool {
     line.ends_with(b"\\") && memchr::memchr(b'#', line).is_none()
@@ -75,8 +76,9 @@ impl<'a> Statement<'a> {
             .map_or(&[][..], |token| token.text)
     }
 
-    /// The words after the first one, up to a comment. Their offsets are relative to the
-    /// statement.
+    /// The words after the first one, up to a comment.
+    ///
+    /// Their offsets are relative to the statement.
     #[inline]
     pub(super) fn arguments(&self) -> Tokens<'a> {
         let mut tokens = Tokens::new(self.text);
@@ -171,7 +173,9 @@ pub(super) fn corner(token: &[u8]) -> Option<Corner> {
 }
 
 /// Resolves an index to a 0-based element, given that `so_far` elements precede it and there are
-/// `total` in the file. Negative indices count back from the latest.
+/// `total` in the file.
+///
+/// Negative indices count back from the latest.
 #[inline]
 pub(super) fn resolve(index: i64, so_far: usize, total: usize) -> Option<u32> {
     let element = if index < 0 {

@@ -16,8 +16,9 @@ use crate::obj::decode::{KINDS, WEIGHT, no_name};
 use crate::obj::mtl::material_names;
 use crate::writer::{Contents, named};
 
-/// Writes the file as text, with 1-based indices. `library` is the file of its materials, if one
-/// is created for it.
+/// Writes the file as text, with 1-based indices.
+///
+/// `library` is the file of its materials, if one is created for it.
 pub(super) fn write(contents: &Contents<'_>, library: Option<&str>) -> String {
     let attributes = contents.attributes.as_ref();
     let mut plan = Plan::new(attributes);

@@ -36,8 +36,9 @@ pub(super) const UVS: [[&str; 2]; 4] = [
     ["texture_s", "texture_t"],
 ];
 
-/// Groups the properties of an element that were not decoded when reading. Groups with
-/// conventional names come first, then the others in file order.
+/// Groups the properties of an element that were not decoded when reading.
+///
+/// Groups with conventional names come first, then the others in file order.
 pub(super) fn of(element: &Element) -> Vec<Group> {
     let mut groups = Vec::new();
     let mut taken = vec![false; element.properties.len()];

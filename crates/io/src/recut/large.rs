@@ -44,9 +44,10 @@ pub(super) fn recut(polygons: Polygons<'_>, faces: &[u32], recuts: Recuts) -> Re
     Recuts::from_sorted(list)
 }
 
-/// Cuts a polygon with allowed diagonals only. While there are too many corners, ears are
-/// clipped, first those inside the outline, then the shortest. The rest gets the optimal
-/// triangulation.
+/// Cuts a polygon with allowed diagonals only.
+///
+/// While there are too many corners, ears are clipped, first those inside the outline, then the
+/// shortest. The rest gets the optimal triangulation.
 fn cut(
     polygons: Polygons<'_>,
     polygon: &[u32],

@@ -23,8 +23,9 @@ pub(super) struct Problem {
 }
 
 impl Problem {
-    /// Builds the problem from the choices of each polygon, in order of preference. Polygons are
-    /// given in decision order.
+    /// Builds the problem from the choices of each polygon, in order of preference.
+    ///
+    /// Polygons are given in decision order.
     pub(super) fn new<'a>(polygons: impl Iterator<Item = &'a [Choice]>) -> Self {
         let (mut starts, mut owner) = (vec![0], Vec::new());
         let mut list: Vec<([u32; 2], u32)> = Vec::new();

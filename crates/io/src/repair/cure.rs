@@ -44,8 +44,9 @@ pub enum Cure {
 }
 
 impl Repair {
-    /// Adds the step that fixes a defect. Equal vertices are welded, and holes of any size are
-    /// filled without new vertices.
+    /// Adds the step that fixes a defect.
+    ///
+    /// Equal vertices are welded, and holes of any size are filled without new vertices.
     pub fn cure(self, cure: Cure) -> Self {
         match cure {
             Cure::Weld => self.weld(Weld::Exact),

@@ -16,9 +16,11 @@ pub enum Filling {
         /// Maximum number of edges of a hole to fill; longer ones stay open.
         most_edges: NonZeroUsize,
     },
-    /// Holes are filled like this and refined with new vertices, as dense as those around the
-    /// hole. If no such triangles exist, the hole is filled with a fan around one new vertex. At
-    /// most 100,000 vertices are added in total.
+    /// Holes are filled as by [`Filling::Plain`], and refined with new vertices, as dense as
+    /// those around the hole.
+    ///
+    /// If there are no such triangles, the hole is filled with a fan around one new vertex. At
+    /// most 100,000 vertices are added to all holes together.
     ///
     /// The new vertices lie in the plain triangles. `cotan_tool::repair` fairs the patch so that
     /// it continues the surface.

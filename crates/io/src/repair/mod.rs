@@ -113,7 +113,9 @@ impl Repair {
     }
 
     /// All repairs that a surface may need: vertices are welded where they are equal, all holes
-    /// are filled, and unused vertices are dropped. Faces without area are kept.
+    /// are filled, and unused vertices are dropped.
+    ///
+    /// Faces without area are kept.
     ///
     /// The repaired document either has a [surface](Document::surface) or no faces.
     pub fn all() -> Self {
@@ -151,8 +153,9 @@ impl Repair {
         self
     }
 
-    /// Drops faces whose triangles all have no area although their vertices differ. This opens
-    /// holes, or leaves corners in the middle of an edge.
+    /// Drops faces whose triangles all have no area although their vertices differ.
+    ///
+    /// This opens holes, or leaves corners in the middle of an edge.
     pub fn drop_zero_area(mut self) -> Self {
         self.zero_area = Toggle::On;
         self
@@ -167,8 +170,10 @@ impl Repair {
         self
     }
 
-    /// Reverses faces until neighbours agree, as few as possible in each component. Then reverses
-    /// closed components that point inward, except those that may be cavities of another.
+    /// Reverses faces until neighbours agree, as few as possible in each component.
+    ///
+    /// Then reverses closed components that point inward, except those that may be cavities of
+    /// another.
     ///
     /// A one-sided component is left unchanged, unless edges may be split.
     pub fn orient(mut self) -> Self {
@@ -182,16 +187,19 @@ impl Repair {
         self
     }
 
-    /// Separates the faces at edges with more than two. The two sides of a wedge of the solid
-    /// stay together, others get their own edges. One-sided components are cut open. Vertices are
-    /// split, too.
+    /// Separates the faces at edges with more than two.
+    ///
+    /// The two sides of a wedge of the solid stay together, others get their own edges. One-sided
+    /// components are cut open. Vertices are split, too.
     pub fn split_edges(mut self) -> Self {
         self.edges = Toggle::On;
         self.split_vertices()
     }
 
     /// Keeps the `num_parts` parts with the most faces, and drops the others together with the
-    /// vertices that only they use. A part is a set of faces connected through edges.
+    /// vertices that only they use.
+    ///
+    /// A part is a set of faces connected through edges.
     pub fn keep_largest(mut self, num_parts: NonZeroUsize) -> Self {
         self.kept.most_parts = num_parts.get();
         self
@@ -210,8 +218,9 @@ impl Repair {
         self
     }
 
-    /// Drops vertices that no face uses, and renumbers the others. A document without faces keeps
-    /// its vertices.
+    /// Drops vertices that no face uses, and renumbers the others.
+    ///
+    /// A document without faces keeps its vertices.
     pub fn compact(mut self) -> Self {
         self.compact = Toggle::On;
         self

@@ -12,8 +12,9 @@ use crate::cuts::Cuts;
 use crate::topology::{Sets, Side, Topology};
 
 impl Work<'_> {
-    /// Gives each fan of faces its own vertex. With `edges` on, faces at edges with more than two
-    /// are separated first.
+    /// Gives each fan of faces its own vertex.
+    ///
+    /// With `edges` on, faces at edges with more than two are separated first.
     pub(super) fn split(&mut self, edges: Toggle) {
         let at = self.at();
         let topology = Topology::new(&self.faces, &at);

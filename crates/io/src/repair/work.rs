@@ -85,8 +85,9 @@ impl<'a> Work<'a> {
         self.sources.len() - self.added.len()
     }
 
-    /// Adds a vertex to a hole. It has the data of the vertex `beside` it, except for the
-    /// position.
+    /// Adds a vertex to a hole.
+    ///
+    /// It has the data of the vertex `beside` it, except for the position.
     pub(super) fn add_vertex(&mut self, beside: u32, position: Point3<f64>) -> u32 {
         let vertex = self.sources.len() as u32;
         self.sources.push(self.sources[beside as usize]);
@@ -241,8 +242,10 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// Orients neighbours consistently. One-sided components are oriented as far as possible if
-    /// their edges may be split, and left unchanged otherwise.
+    /// Orients neighbours consistently.
+    ///
+    /// One-sided components are oriented as far as possible if their edges may be split, and left
+    /// unchanged otherwise.
     pub(super) fn orient(&mut self, edges: Toggle) {
         let at = self.at();
         let topology = Topology::new(&self.faces, &at);

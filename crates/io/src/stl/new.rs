@@ -66,8 +66,9 @@ fn is_attribute(property: &Property) -> bool {
         && matches!(property.values, Values::U16(_))
 }
 
-/// Writes a new binary STL. Polygons are triangulated, coordinates rounded to 32 bits. A document
-/// without faces is an error.
+/// Writes a new binary STL. Polygons are triangulated, coordinates rounded to 32 bits.
+///
+/// A document without faces is an error.
 pub(crate) fn write_new(contents: &Contents<'_>) -> Result<Vec<u8>, IoError> {
     let (positions, faces) = (&*contents.positions, &*contents.faces);
     if faces.is_empty() {

@@ -16,9 +16,10 @@ pub enum Precision {
     /// Eight bytes per value.
     #[default]
     Double,
-    /// Four bytes per value, which halves the memory. Every solve is refined by a second one,
-    /// which leaves errors of about 1e-12 for one-ring matrices, but too large ones for the
-    /// normal equations of large meshes.
+    /// Four bytes per value, which halves the memory.
+    ///
+    /// Every solve is refined by a second one, which leaves errors of about 1e-12 for one-ring
+    /// matrices, but too large ones for the normal equations of large meshes.
     Single,
 }
 

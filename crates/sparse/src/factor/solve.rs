@@ -73,8 +73,9 @@ impl Factor {
     }
 
     /// Like [`Self::solve`], but applies `before` to the index and value of every entry to get
-    /// the right-hand side, and `after` to the solution to get the output. This saves passes over
-    /// the vectors.
+    /// the right-hand side, and `after` to the solution to get the output.
+    ///
+    /// This saves passes over the vectors.
     pub(crate) fn solve_between(
         &self,
         x: &mut [Vector3<f64>],

@@ -79,8 +79,10 @@ impl Symbolic {
             && self.columns.rows.len() == matrix.num_entries()
     }
 
-    /// Analyses the pattern of `matrix` for elimination in the given order. The order is first
-    /// post-ordered, a permutation that changes neither entries nor operations.
+    /// Analyses the pattern of `matrix` for elimination in the given order.
+    ///
+    /// The order is first post-ordered, a permutation that changes neither entries nor
+    /// operations.
     pub(crate) fn analyse(matrix: &LowerTriangle, order: Vec<u32>) -> Self {
         let columns = permute(matrix, &order);
         let tree = elimination_tree(&columns);
@@ -427,9 +429,10 @@ fn column_counts(columns: &Columns, parents: &[u32]) -> Vec<u32> {
     delta.into_iter().map(|c| c as u32).collect()
 }
 
-/// The first columns of the supernodes. Supernodes are runs of columns with the same structure;
-/// small children are merged into the parent that follows them as long as few zeros are stored
-/// for it.
+/// The first columns of the supernodes.
+///
+/// Supernodes are runs of columns with the same structure; small children are merged into the
+/// parent that follows them as long as few zeros are stored for it.
 fn supernodes(parents: &[u32], counts: &[u32]) -> Vec<u32> {
     let n = parents.len();
     /// A finished supernode, which ends where the next one begins.

@@ -158,9 +158,10 @@ fn radius(matrix: &Csr, inverse_diagonal: &[f64]) -> f64 {
     gershgorin.min(SAFETY * estimate)
 }
 
-/// Computes P = (I − ω D⁻¹A) T, where T are the indicators of the groups. Rows of vertices of
-/// high valence are those of T: all their groups would otherwise enter the row of every
-/// neighbour.
+/// Computes P = (I − ω D⁻¹A) T, where T are the indicators of the groups.
+///
+/// Rows of vertices of high valence are those of T: all their groups would otherwise enter the
+/// row of every neighbour.
 fn smoothed(matrix: &Csr, inverse_diagonal: &[f64], groups: &[u32], omega: f64) -> Csr {
     let mut out = Csr {
         offsets: vec![0],

@@ -23,14 +23,16 @@ const COARSEST: usize = 6_000;
 /// The ratio |residual| / |right-hand side| at which a solve ends.
 const TOLERANCE: f64 = 1e-10;
 /// The maximum ratio |residual| / |right-hand side| that a solve may leave after all its
-/// iterations. If rounding keeps it from [`TOLERANCE`], a refinement by the caller still gains
-/// digits.
+/// iterations.
+///
+/// If rounding keeps it from [`TOLERANCE`], a refinement by the caller still gains digits.
 const ACCEPTED: f64 = 1e-8;
 /// Maximum number of iterations of a solve.
 const MOST_ITERATIONS: usize = 400;
 
-/// A symmetric positive definite matrix, solved iteratively. Memory: about 300 bytes per unknown
-/// for a one-ring matrix.
+/// A symmetric positive definite matrix, solved iteratively.
+///
+/// Memory: about 300 bytes per unknown for a one-ring matrix.
 pub struct Multigrid {
     levels: Vec<Level>,
     coarsest: Cholesky,
@@ -110,8 +112,9 @@ impl Multigrid {
         })
     }
 
-    /// Overwrites right-hand sides with their solutions. Allocates nothing of the size of the
-    /// matrix.
+    /// Overwrites right-hand sides with their solutions.
+    ///
+    /// Allocates nothing of the size of the matrix.
     ///
     /// # Errors
     /// [`SparseError::NotConverged`]; the contents of `rhs` are then meaningless.

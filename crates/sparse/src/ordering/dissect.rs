@@ -12,8 +12,9 @@ use super::level::{Level, NONE, get, put, shared};
 use super::refine::{Effort, Labelled, Nodes, Workspace, refine};
 use super::tree::Tree;
 
-/// Returns a permutation of low fill: entry k is the vertex that is eliminated k-th. Returns
-/// `None` if minimum degree promises less fill.
+/// Returns a permutation of low fill: entry k is the vertex that is eliminated k-th.
+///
+/// Returns `None` if minimum degree promises less fill.
 pub(super) fn dissect(finest: &Level) -> Option<Vec<u32>> {
     let dissection = Dissection::new(finest, 0, VARIANTS[0])?;
     Some(dissection.order(finest))
@@ -309,6 +310,7 @@ const DEPTH_OF_VARIANTS: usize = 2;
 /// A level of at least this size determines if minimum degree is better.
 const TELLING: usize = 200;
 /// Minimum degree is chosen if it takes less than this fraction of the flops on the coarse level.
+///
 /// On real models with limbs the ratio was 0.60 to 0.86 where minimum degree was also better on
 /// the finest level, by 8 to 16 %. It was 1.17 to 1.8 on rounder ones, where minimum degree takes
 /// 1.4 to 2.6 times the flops.

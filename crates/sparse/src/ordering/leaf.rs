@@ -14,8 +14,9 @@ use faer::sparse::linalg::amd;
 use super::Graph;
 use super::level::{Level, get};
 
-/// Sorts the vertices of the leaf t into elimination order. `slots` has the position of each of
-/// them in `vertices`.
+/// Sorts the vertices of the leaf t into elimination order.
+///
+/// `slots` has the position of each of them in `vertices`.
 pub(super) fn order_leaf(
     level: &Level,
     vertices: &mut [u32],

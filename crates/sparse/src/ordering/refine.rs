@@ -12,8 +12,9 @@ use std::sync::atomic::AtomicU32;
 use super::level::{Level, NONE, get, put};
 use super::tree::Tree;
 
-/// The cost of a separator: its weight, unless the sides are very uneven. Among separators of
-/// equal weight, the more balanced one is better.
+/// The cost of a separator: its weight, unless the sides are very uneven.
+///
+/// Among separators of equal weight, the more balanced one is better.
 pub(super) fn badness(separator: u64, left: u64, right: u64) -> f64 {
     if left == 0 || right == 0 {
         return f64::INFINITY;

@@ -100,8 +100,9 @@ fn renumber(graph: &Graph<'_>, connected: &[u32], numbers: &[u32]) -> Level {
     }
 }
 
-/// Concatenates rows that were created in blocks. Each block holds the ends of its rows, relative
-/// to its own start, and their entries.
+/// Concatenates rows that were created in blocks.
+///
+/// Each block holds the ends of its rows, relative to its own start, and their entries.
 pub(super) fn join_blocks(blocks: Vec<(Vec<u32>, Vec<u32>)>) -> (Vec<u32>, Vec<u32>) {
     let num_rows: usize = blocks.iter().map(|b| b.0.len()).sum();
     let num_entries = blocks.iter().map(|b| b.1.len()).sum();

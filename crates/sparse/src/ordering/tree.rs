@@ -25,9 +25,10 @@ impl Tree {
         tree
     }
 
-    /// Replaces the leaves by other trees, given in the order of the leaves. Returns the new tree
-    /// and the new index of each old node; the node of a leaf becomes the root of its
-    /// replacement.
+    /// Replaces the leaves by other trees, given in the order of the leaves.
+    ///
+    /// Returns the new tree and the new index of each old node; the node of a leaf becomes the
+    /// root of its replacement.
     pub(super) fn replace_leaves(&self, parts: &[Self]) -> (Self, Vec<u32>) {
         let mut parts = parts.iter();
         let mut tree = Self { end: Vec::new() };

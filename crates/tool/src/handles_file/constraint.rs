@@ -74,8 +74,9 @@ pub(super) fn check(constraints: &[Constraint], mesh: &Vertices<'_>) -> Result<(
     }
 }
 
-/// Converts constraints to handles of the library, relative to `origin`. Targets are rounded to
-/// `T` once.
+/// Converts constraints to handles of the library, relative to `origin`.
+///
+/// Targets are rounded to `T` once.
 ///
 /// Each vertex must be used by a face, which is checked for every file.
 pub fn to_handles<T: Scalar>(

@@ -26,8 +26,9 @@ impl fmt::Display for Place {
     }
 }
 
-/// An error in a handles file. Vertex indices are those of the mesh file, 0-based; so are the
-/// indices of handles in JSON.
+/// An error in a handles file.
+///
+/// Vertex indices are those of the mesh file, 0-based; so are the indices of handles in JSON.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum HandlesError {

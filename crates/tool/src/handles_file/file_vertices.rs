@@ -11,8 +11,10 @@ pub struct FileVertices {
 }
 
 impl FileVertices {
-    /// Creates the mapping. `num_vertices` is the number of file vertices; `sources` gives the
-    /// file vertex of each document vertex.
+    /// Creates the mapping.
+    ///
+    /// `num_vertices` is the number of file vertices; `sources` gives the file vertex of each
+    /// document vertex.
     pub fn new(num_vertices: usize, sources: Vec<usize>) -> Self {
         let mut copies: Vec<_> = sources
             .iter()

@@ -49,8 +49,9 @@ impl Group {
     }
 }
 
-/// Converts groups to constraints per vertex, whose places are the group indices. `positions` are
-/// the rest positions of the document.
+/// Converts groups to constraints per vertex, whose places are the group indices.
+///
+/// `positions` are the rest positions of the document.
 pub fn constraints(groups: &[Group], positions: &[Point3<f64>]) -> Vec<Constraint> {
     let of_group = |(index, group): (usize, &Group)| {
         let weight = group.weight;

@@ -31,9 +31,10 @@ pub(super) fn read(
     Ok(constraints)
 }
 
-/// Reads groups written by [`to_json`](super::to_json) without a mesh. Their vertices are listed
-/// by index and move by a matrix, to points, or not at all. The caller has to check that the
-/// vertices exist.
+/// Reads groups written by [`to_json`](super::to_json) without a mesh.
+///
+/// Their vertices are listed by index and move by a matrix, to points, or not at all. The caller
+/// has to check that the vertices exist.
 ///
 /// # Errors
 /// [`HandlesError`] with the handle and the problem; also for a box, a sphere or a transform

@@ -20,8 +20,9 @@ pub struct Loose {
 }
 
 impl Loose {
-    /// Finds the components without a handle; `None` if all have one. Vertices are document
-    /// indices.
+    /// Finds the components without a handle; `None` if all have one.
+    ///
+    /// Vertices are document indices.
     pub fn of(
         constraints: &[Constraint],
         processing: &ProcessingMesh,

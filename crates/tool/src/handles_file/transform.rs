@@ -19,8 +19,9 @@ pub(super) struct Rotate {
 }
 
 impl Transform {
-    /// Returns the matrix, which acts on columns (x, y, z, 1). `centroid` is that of the handle's
-    /// vertices.
+    /// Returns the matrix, which acts on columns (x, y, z, 1).
+    ///
+    /// `centroid` is that of the handle's vertices.
     ///
     /// # Errors
     /// The problem, worded to follow "handle 3 ".
@@ -38,8 +39,9 @@ impl Transform {
         }
     }
 
-    /// Returns the rotation vector, in radians, if it is more than half a turn. The matrix does
-    /// not distinguish it from the complementary rotation.
+    /// Returns the rotation vector, in radians, if it is more than half a turn.
+    ///
+    /// The matrix does not distinguish it from the complementary rotation.
     pub(super) fn wide_turn(&self) -> Option<Vector3<f64>> {
         let rotate = self.rotate.as_ref()?;
         let axis = Unit::try_new(rotate.axis, 0.0)?;

@@ -33,8 +33,10 @@ impl Vertices<'_> {
             .chain(copies.into_iter().flatten().map(|&(_, v)| v))
     }
 
-    /// Converts the constraints to document indices, with welded vertices held once. If several
-    /// vertices of one handle are one vertex of the surface, the first determines the target.
+    /// Converts the constraints to document indices, with welded vertices held once.
+    ///
+    /// If several vertices of one handle are one vertex of the surface, the first determines the
+    /// target.
     pub(super) fn on_surface(&self, constraints: &[Constraint], kind: Kind) -> Vec<Constraint> {
         let positions = self.document.positions();
         let mut seen = HashSet::new();

@@ -8,8 +8,9 @@ use serde::Serialize;
 
 use super::{FileVertices, Goal, Group, GroupMotion, HandlesError};
 
-/// Formats groups as a handles file, one handle per line. Their vertices are those of the mesh
-/// file.
+/// Formats groups as a handles file, one handle per line.
+///
+/// Their vertices are those of the mesh file.
 ///
 /// Numbers are written so that they read back bit for bit. Groups without vertices are omitted. A
 /// non-finite number becomes `null`, which is rejected when it is read.
@@ -23,8 +24,9 @@ pub fn to_json(groups: &[Group]) -> String {
     format!("{{\"handles\": [{}\n]}}\n", lines.join(","))
 }
 
-/// Replaces the vertices of a repaired document by those of the original file. Copies that a
-/// repair made of a vertex become one.
+/// Replaces the vertices of a repaired document by those of the original file.
+///
+/// Copies that a repair made of a vertex become one.
 ///
 /// # Errors
 /// [`HandlesError::Copies`] if the copies of a vertex are not all held alike, since a handle on

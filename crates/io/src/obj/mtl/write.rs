@@ -10,8 +10,9 @@ use super::read::exponent;
 use crate::material::{Alpha, Material, Materials, unique_names};
 use crate::number::push_f32;
 
-/// Writes the text of a library. `names` are those of the materials, `images` the files of the
-/// images.
+/// Writes the text of a library.
+///
+/// `names` are those of the materials, `images` the files of the images.
 pub(in crate::obj) fn write(materials: &Materials, names: &[String], images: &[String]) -> String {
     let mut out = String::new();
     for (material, name) in materials.list.iter().zip(names) {

@@ -129,8 +129,9 @@ impl<'a> Cover<'a> {
         }
     }
 
-    /// Returns the triangles, as corners of the rim. `is_free` returns `true` if there is no edge
-    /// between two corners yet.
+    /// Returns the triangles, as corners of the rim.
+    ///
+    /// `is_free` returns `true` if there is no edge between two corners yet.
     pub(super) fn triangles(
         &mut self,
         rim: &Rim,

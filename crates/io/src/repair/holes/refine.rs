@@ -55,8 +55,9 @@ impl Patch {
         self.points.len() - self.beside.len()
     }
 
-    /// Adds at most `most` vertices. `is_free` returns `true` for two rim vertices if there is no
-    /// edge between them yet.
+    /// Adds at most `most` vertices.
+    ///
+    /// `is_free` returns `true` for two rim vertices if there is no edge between them yet.
     pub(super) fn refine(&mut self, most: usize, is_free: impl Fn(usize, usize) -> bool) {
         let num_rim = self.num_rim();
         let triangles: Vec<[u32; 3]> = self.triangles.iter().map(|t| t.map(|i| i as u32)).collect();

@@ -77,8 +77,9 @@ impl<'a> Words<'a> {
         Some(word)
     }
 
-    /// Returns the rest of the line without surrounding whitespace, and skips past its end. In a
-    /// file without line endings, a name also ends before `facet normal`.
+    /// Returns the rest of the line without surrounding whitespace, and skips past its end.
+    ///
+    /// In a file without line endings, a name also ends before `facet normal`.
     pub(super) fn solid_name(&mut self) -> Range<usize> {
         let line = self.rest_of_line();
         let Some(length) = facet_in(line) else {
