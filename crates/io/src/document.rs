@@ -329,8 +329,8 @@ impl Document {
     /// Reads the materials, and the images of their textures, in the order of the labels of kind
     /// [`Material`](crate::LabelKind::Material).
     ///
-    /// They are read from the file and its companion files on every call. Unreadable content is
-    /// not an error; it is listed in [`Materials::others`].
+    /// They are decoded, and images are read, on every call; the material libraries of an OBJ are
+    /// read only once. Unreadable content is not an error; it is listed in [`Materials::others`].
     ///
     /// # Errors
     /// As for [`Document::attributes`].

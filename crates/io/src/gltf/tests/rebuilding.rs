@@ -137,7 +137,7 @@ fn a_split_vertex_changes_its_mesh_only() {
     let position = |mesh: usize| &new["meshes"][mesh]["primitives"][0]["attributes"]["POSITION"];
     assert_eq!(position(1), position(2));
     assert_ne!(new["meshes"][1], old["meshes"][1]);
-    // A hole is closed by a face after the others.
+    // A hole is closed by a face next to the others.
     let mut faces: Vec<Vec<u32>> = parsed.faces.iter().map(<[u32]>::to_vec).collect();
     faces.insert(6, vec![4, 6, 7]);
     let mut remap = Remap::identity(12, &parsed.faces);
