@@ -221,7 +221,7 @@ impl<'a, 'b> Search<'a, 'b> {
         }
     }
 
-    /// Pops the move with the best gain, unless it leaves too little on the far side.
+    /// Pops the best current move that leaves some weight on the far side.
     fn best_move(&mut self) -> Option<u32> {
         while let Some(offer) = self.space.offers.pop() {
             let slot = offer as u32;
