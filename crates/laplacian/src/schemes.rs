@@ -250,7 +250,7 @@ mod tests {
         let shape = bar::<f64>([2.0, 2.0, 2.0], [4, 4, 4]);
         let cotangent = weights(Cotangent::default(), &shape.surface());
         let small = cotangent.values().filter(|w| w.abs() < 1e-12).count();
-        // One diagonal a cell, 16 cells on each of six sides, two halfedges each.
+        // One diagonal per cell, 16 cells on each of six sides, two halfedges each.
         assert_eq!(small, 2 * 16 * 6);
     }
 

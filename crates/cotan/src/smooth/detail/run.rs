@@ -218,7 +218,7 @@ mod tests {
     fn details_grow_and_fade_and_the_volume_stays() {
         let shape = rough();
         let surface = shape.surface();
-        // Excludes the curvature of the torus itself.
+        // The curvature of the smooth torus, which is subtracted below.
         let own = mean_curvature_rms(&torus::<f64>(1.0, 0.4, 40, 20).surface());
         let curved = |x: &Positions<f64>| mean_curvature_rms(&surface.with_positions(x)) - own;
         let [faded, doubled] = [0.0, 2.0].map(|f| edited(&shape, &ScaledCurvature::by(f)));

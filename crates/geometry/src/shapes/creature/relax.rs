@@ -86,7 +86,7 @@ pub(super) fn triangulate(net: &Net) -> Vec<[u32; 3]> {
     net.quads.iter().flat_map(cut).collect()
 }
 
-/// Vertices per task; each takes a few hundred evaluations of the field.
+/// Vertices per task, which amounts to a few hundred evaluations of the field.
 const CHUNKS: Chunks = Chunks::of(256);
 
 /// Newton's method converges quadratically, from the error of about a hundredth of a cell left by
