@@ -1,7 +1,7 @@
 //! Access to the real models and reference cases of the stories, if they are available.
 //!
-//! They are in a folder named `shared` next to the project. They are other people's data and
-//! never part of it. Without them the stories print a message and pass.
+//! They are other people's data, in a folder named `shared` next to the project, and never part of
+//! this repository. Without them the stories print a message and pass.
 
 pub mod fuzzing;
 

@@ -170,7 +170,7 @@ fn twist(angle: f64) -> nalgebra::Matrix4<f64> {
 
 /// A handle that is turned frame by frame, with one step each, roughly keeps the volume.
 ///
-/// When it is released, the body reaches the shape of a single turn.
+/// When it is released, the body reaches the same shape as after a single turn.
 #[test]
 fn a_session_keeps_the_volume_while_a_handle_is_dragged() {
     let shape = bar::<f64>([4.0, 1.0, 1.0], [32, 8, 8]);

@@ -142,7 +142,7 @@ pub(crate) fn print_usage(mut usage: clap::Error) {
     for (kind, text) in quoted {
         usage.insert(kind, ContextValue::String(printable(&text).into_owned()));
     }
-    // If the stream is closed, nobody can be told.
+    // If the stream is closed, there is nowhere to report it.
     let _ = usage.print();
 }
 
@@ -164,7 +164,7 @@ pub(crate) fn tell_panics() {
     }));
 }
 
-/// Prints to standard error. If it is closed, nobody can be told.
+/// Prints to standard error. If it is closed, the text is dropped.
 fn say(text: &Text) {
     let _ = std::io::stderr().lock().write_all(text.as_str().as_bytes());
 }

@@ -107,7 +107,7 @@ fn work_thrown_away_is_not_offered_again() {
     window.wait_for_end();
     drop(window);
     only_autosave(&place);
-    // "Later" offers the autosave once more, "discard" does not.
+    // After "Later" the autosave is offered again, after "Throw away" it is not.
     for answer in ["answer-2", "answer-1"] {
         let mut window = start(&mut display, &place, &[]);
         window.wait_for_dialog("recover");
