@@ -1,4 +1,4 @@
-//! `cotan bench` on the command line.
+//! The options of `bench`.
 
 use std::num::{NonZeroU32, NonZeroUsize};
 

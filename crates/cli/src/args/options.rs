@@ -61,7 +61,7 @@ The first solve has Laplacian coordinates of zero: the shape must come from the 
 Laplacian coordinates and the weights alone. Three to six handles that stay where they are say where
 the shape is.";
 
-/// Where the files go that OUT refers to.
+/// The destination of the files that OUT refers to.
 #[derive(Clone, Copy, Debug, Default, Args)]
 pub(crate) struct EmbedArgs {
     /// Write the buffers and images that a glTF refers to into OUT. By default they are copied
@@ -71,7 +71,7 @@ pub(crate) struct EmbedArgs {
 }
 
 impl EmbedArgs {
-    /// Where the files go.
+    /// The destination of these files.
     pub(crate) fn companions(self) -> Companions {
         match self.embed {
             true => Companions::Embedded,
@@ -80,7 +80,7 @@ impl EmbedArgs {
     }
 }
 
-/// What is edited, by which handles, and where the result goes.
+/// The input mesh, its handles, and the output.
 #[derive(Debug, Args)]
 pub(crate) struct InputArgs {
     /// Mesh file (.obj, .ply, .off, .stl, .gltf, .glb; also with .gz)
@@ -108,7 +108,7 @@ pub(crate) struct InputArgs {
 }
 
 impl InputArgs {
-    /// Where the mesh comes from.
+    /// The source of the mesh.
     pub(crate) fn source(&self) -> Source<'_> {
         Source {
             path: &self.mesh,
@@ -123,7 +123,7 @@ impl InputArgs {
     }
 }
 
-/// The method, where `deform` and `reconstruct` agree.
+/// The options of the method that `deform` and `reconstruct` share.
 #[derive(Debug, Args)]
 pub(crate) struct MethodArgs {
     /// The scheme that chooses the weights of the Laplacian
@@ -168,14 +168,14 @@ pub(crate) struct MethodArgs {
     strategy: Strategy,
 }
 
-/// A stiffness with a name.
+/// The names of the stiffnesses.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum StiffnessName {
     Solid,
     Thin,
 }
 
-/// How a run is carried out and what it leaves behind.
+/// The options of a run and its reports.
 #[derive(Debug, Args)]
 pub(crate) struct RunArgs {
     /// The number type of the iteration
@@ -247,7 +247,7 @@ impl MethodArgs {
         stiffness
     }
 
-    /// The settings; what is not named here has the library's default.
+    /// The library's options; those not named here keep their defaults.
     fn options(&self) -> DeformOptions {
         let default = DeformOptions::default();
         default
@@ -279,7 +279,7 @@ impl DeformArgs {
 }
 
 impl ReconstructArgs {
-    /// The settings of [`cotan::reconstruct`].
+    /// The options of [`cotan::reconstruct`].
     pub(crate) fn options(&self) -> DeformOptions {
         self.method
             .options()

@@ -29,7 +29,7 @@ Examples:
 --field is a property of the vertices of a PLY file: the mean curvature that each is to have,
 (k1 + k2) / 2, positive where convex, in one over the unit of the mesh.";
 
-/// Which mesh, and where the result goes.
+/// The input mesh and the output.
 #[derive(Debug, Args)]
 pub(crate) struct MeshArgs {
     /// Mesh file (.obj, .ply, .off, .stl, .gltf, .glb; also with .gz)
@@ -49,7 +49,7 @@ pub(crate) struct MeshArgs {
 }
 
 impl MeshArgs {
-    /// As the input of an edit without handles.
+    /// The arguments as the input of an edit without handles.
     pub(crate) fn input(&self) -> InputArgs {
         InputArgs {
             mesh: self.mesh.clone(),
@@ -63,7 +63,7 @@ impl MeshArgs {
     }
 }
 
-/// What is kept, and what is written beside the mesh.
+/// The constraints to keep, and the outputs in addition to the mesh.
 #[derive(Debug, Args)]
 pub(crate) struct KeepArgs {
     /// Keep the volume of every closed component exactly

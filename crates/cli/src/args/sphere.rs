@@ -1,4 +1,4 @@
-//! The options of `sphere`, and of what is done by way of the sphere.
+//! The options of `sphere`, `resample` and `morph`.
 
 use std::num::NonZeroUsize;
 
@@ -44,7 +44,7 @@ for every -t, so that files of several times make an animation.";
 const MAPPING: &str = "Mapping";
 const MENDING: &str = "Mending";
 
-/// The mesh, and how it is mended before it is mapped.
+/// The input mesh, and its repair before the mapping.
 #[derive(Debug, Args)]
 pub(crate) struct ClosedMeshArgs {
     /// Mesh file (.obj, .ply, .off, .stl, .gltf, .glb; also with .gz)
@@ -53,14 +53,14 @@ pub(crate) struct ClosedMeshArgs {
     pub(crate) mending: MendingArgs,
 }
 
-/// How a mesh is mended before it is mapped.
+/// The repair of a mesh before the mapping.
 #[derive(Debug, Args)]
 pub(crate) struct MendingArgs {
     /// Repair the mesh first, as `cotan repair` without options does
     #[arg(long, help_heading = MENDING)]
     repair: bool,
-    /// Fill holes of at most N edges (=N), or all, first; `smooth` or `smooth:N` adds vertices that
-    /// make the patch continue the surface
+    /// Fill holes of at most N edges (=N), or all, first; `smooth` or `smooth:N` adds vertices
+    /// that make the patch continue the surface
     #[arg(long, value_name = "[smooth][:N]", num_args = 0..=1, require_equals = true,
         value_parser = values::filling, help_heading = MENDING)]
     fill_holes: Option<Option<Filling>>,
@@ -70,7 +70,7 @@ pub(crate) struct MendingArgs {
     weld: Option<Weld>,
 }
 
-/// How the mesh is mapped.
+/// The options of the mapping.
 #[derive(Debug, Args)]
 pub(crate) struct MapArgs {
     /// Who chooses the weights of the Laplacian
@@ -102,7 +102,7 @@ pub(crate) struct MapArgs {
     tolerance: f64,
 }
 
-/// How the mapping is carried out, and what is told about it.
+/// The options of a mapping run and its report.
 #[derive(Debug, Args)]
 pub(crate) struct MapRunArgs {
     /// The number type of the positions on the sphere
@@ -134,8 +134,8 @@ pub(crate) struct SphereArgs {
     /// Draw the mesh and the sphere, coloured by what the map does to areas (PNG)
     #[arg(long, value_name = "P.png")]
     pub(crate) picture: Option<OutputPath>,
-    /// Give OUT texture coordinates: longitude and latitude, with a cut at 180 degrees. The file is
-    /// then written anew from what more than one format can hold
+    /// Give OUT texture coordinates: longitude and latitude, with a cut at 180 degrees. The file
+    /// is then written anew from what more than one format can hold
     #[arg(long)]
     pub(crate) uv: bool,
     /// Write the positions of the mesh as the colours of a square (PNG, 16 bits), the sphere
@@ -147,7 +147,7 @@ pub(crate) struct SphereArgs {
     pub(crate) size: usize,
 }
 
-/// How the sphere is turned.
+/// The rotation of the sphere.
 #[derive(Debug, Args)]
 pub(crate) struct TurnArgs {
     /// principal: the longest axis of the mesh points to the poles, the second to longitude 0
@@ -160,7 +160,7 @@ pub(crate) struct TurnArgs {
     landmarks: Option<InputPath>,
 }
 
-/// How the sphere is turned, unless by landmarks.
+/// The rotation of the sphere if there are no landmarks.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 pub(crate) enum Orient {
     None,
@@ -168,7 +168,7 @@ pub(crate) enum Orient {
 }
 
 impl TurnArgs {
-    /// How the sphere is turned.
+    /// The rotation of the sphere.
     pub(crate) fn turn(&self) -> Turn<'_> {
         match (&self.landmarks, self.orient) {
             (Some(path), _) => Turn::Landmarks(path),
@@ -232,7 +232,7 @@ pub(crate) struct MorphArgs {
     pub(crate) threads: Option<NonZeroUsize>,
 }
 
-/// How one sphere is turned to fit another.
+/// The alignment of one sphere with another.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 pub(crate) enum Align {
     /// Places that are near each other in space, for shapes in like poses
@@ -244,7 +244,7 @@ pub(crate) enum Align {
 }
 
 impl MendingArgs {
-    /// The mesh at `path`, mended in this way.
+    /// The mesh at `path` with these repairs.
     pub(crate) fn source<'a>(&self, path: &'a InputPath) -> Source<'a> {
         let mut repair = self.repair.then(Repair::default);
         let filling = match self.fill_holes {
@@ -269,7 +269,7 @@ impl MendingArgs {
 }
 
 impl MapArgs {
-    /// The settings; what is not said has the default of the method.
+    /// The library's options; those not given keep the defaults of the method.
     pub(crate) fn options(&self) -> SphereOptions {
         let default = match self.method {
             SphereMethod::Paper => SphereOptions::paper(self.scheme),
