@@ -260,3 +260,8 @@ pub fn bend_cases() -> Vec<Case> {
         })
         .collect()
 }
+
+/// Runs the example of the README as a doc test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

@@ -105,3 +105,8 @@ pub mod prelude {
     pub use cotan_linear::{Handle, Hold, LinearSystem};
     pub use nalgebra::{Isometry3, Matrix3, Matrix4, Point3, Rotation3, Vector3};
 }
+
+/// Runs the example of the README as a doc test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

@@ -55,3 +55,8 @@ pub use schedule::Schedule;
 pub use start::FirstGuess;
 pub use state::FlowState;
 pub use updater::{KeepMagnitude, PrescribedField, RescaleByArea, ScalarFieldUpdater};
+
+/// Runs the example of the README as a doc test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

@@ -79,3 +79,8 @@ pub use surface::{Positions, Surface, SurfaceError};
 pub use triangle_map::{TriangleMap, face_map, singular_values};
 pub use triangle_tree::{Meeting, Ray, TriangleTree, triangle_corners, triangle_on_ray};
 pub use volume::{surface_centroid, volume};
+
+/// Runs the example of the README as a doc test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

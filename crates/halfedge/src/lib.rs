@@ -61,3 +61,8 @@ pub use map::{DenseMap, EdgeMap, FaceMap, HalfedgeMap, Pairs, VertexMap};
 pub use mesh::HalfedgeMesh;
 pub use topology::{ComponentTopology, Components};
 pub use validate::ValidateError;
+
+/// Runs the example of the README as a doc test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

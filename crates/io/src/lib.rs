@@ -94,3 +94,8 @@ pub use resolve::{Folder, NoFiles, Resolve};
 pub use unfinished::{Access, Unfinished, remove_unfinished};
 pub use weld::Weld;
 pub use weldable::Weldable;
+
+/// Runs the example of the README as a doc test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

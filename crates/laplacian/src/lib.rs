@@ -30,3 +30,8 @@ pub use operator::{Operator, apply_weights};
 pub use rings::OneRings;
 pub use scheme::{LaplacianScheme, SchemeError, Symmetry};
 pub use schemes::{ClampedCotangent, Cotangent, EdgeLength, Tutte, Uniform};
+
+/// Runs the example of the README as a doc test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

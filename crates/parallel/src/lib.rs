@@ -88,3 +88,8 @@ pub fn tasks<A: Send, R: Send>(items: Vec<A>, work: impl Fn(A) -> R + Sync + Sen
 
 /// Entries per task for loops whose result does not depend on it: about ten microseconds of work.
 const GRAIN: Chunks = Chunks::of(2048);
+
+/// Runs the example of the README as a doc test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

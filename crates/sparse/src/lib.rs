@@ -36,3 +36,8 @@ pub use error::SparseError;
 pub use factor::{Precision, Symbolic};
 pub use lower::LowerTriangle;
 pub use multigrid::Multigrid;
+
+/// Runs the example of the README as a doc test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

@@ -23,3 +23,8 @@ pub mod repair;
 pub use color_scale::{ColorScale, Overflow};
 pub use error::ToolError;
 pub use memory::{MemoryError, MemoryLimit, Work};
+
+/// Runs the example of the README as a doc test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;
