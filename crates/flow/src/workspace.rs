@@ -108,6 +108,27 @@ impl<T: Scalar> Workspace<T> {
         &mut self,
         tension: &mut VertexMap<Vector3<f64>>,
     ) -> Result<(), FlowError> {
+        self.measure_residual(tension);
+        let Terms {
+            mismatch,
+            pull,
+            residual,
+            correction,
+        } = &mut self.terms;
+        let defect = Defect::of_laplacian(mismatch)
+            .with_tension(tension)
+            .with_pull(pull);
+        self.system
+            .correct_residual(&defect, residual, correction)?;
+        if let Some(points) = &mut self.point_handles {
+            points.correct(residual, correction);
+        }
+        Ok(())
+    }
+
+    /// Writes half the negative gradient. `tension` is the wanted pull of the membrane's edges and
+    /// becomes what they pull beyond it.
+    pub(crate) fn measure_residual(&mut self, tension: &mut VertexMap<Vector3<f64>>) {
         let (rest, laplacian) = (&*self.rest, self.laplacian.as_slice());
         let missed = |i: usize, now| laplacian[i].map(T::as_f64) - now;
         let mismatch = self.terms.mismatch.as_mut_slice();
@@ -143,18 +164,9 @@ impl<T: Scalar> Workspace<T> {
             terms.residual = terms.correction.clone();
         }
         self.system.residual(&defect, &mut terms.residual);
-        let Terms {
-            residual,
-            correction,
-            ..
-        } = terms;
-        self.system
-            .correct_residual(&defect, residual, correction)?;
-        if let Some(points) = &mut self.point_handles {
-            points.complete(&self.system, &defect, residual);
-            points.correct(residual, correction);
+        if let Some(points) = &self.point_handles {
+            points.complete(&self.system, &defect, &mut terms.residual);
         }
-        Ok(())
     }
 
     /// mismatch ← ℓ − L⁰x.

@@ -154,10 +154,20 @@ impl Coarse {
     /// T (H_c⁻¹ − A_c⁻¹) Tᵀ u.
     pub(crate) fn apply(&self, u: &[f64]) -> Vec<f64> {
         let State {
-            motions,
-            starts,
-            hessian,
-            system,
+            hessian, system, ..
+        } = &self.state;
+        self.among_motions(u, |reduced| hessian.solve(reduced) - system.solve(reduced))
+    }
+
+    /// T H_c⁻¹ Tᵀ u: the step of Newton's method among the motions of the clusters.
+    pub(crate) fn newton_step(&self, u: &[f64]) -> Vec<f64> {
+        self.among_motions(u, |reduced| self.state.hessian.solve(reduced))
+    }
+
+    /// T f(Tᵀ u).
+    fn among_motions(&self, u: &[f64], f: impl FnOnce(&DVector<f64>) -> DVector<f64>) -> Vec<f64> {
+        let State {
+            motions, starts, ..
         } = &self.state;
         let mut reduced = DVector::zeros(starts.last().copied().unwrap_or(0));
         for (j, motions) in motions.iter().enumerate() {
@@ -169,7 +179,7 @@ impl Coarse {
                 .rows_mut(from, len)
                 .copy_from(&moved.rows(6 - len, len));
         }
-        let solved = hessian.solve(&reduced) - system.solve(&reduced);
+        let solved = f(&reduced);
         let mut out = vec![0.0; u.len()];
         for (j, motions) in motions.iter().enumerate() {
             let at = j * FUNCTIONS * 3;
