@@ -132,7 +132,7 @@ pub(crate) struct MethodArgs {
     /// Let details grow and shrink with the area around them
     #[arg(long)]
     rescale: bool,
-    /// How the Laplacian coordinates are turned; reflect is the paper's
+    /// Orientation of the Laplacian coordinates; reflect is the paper's
     #[arg(long, value_name = "NAME", value_parser = values::orientation(),
         default_value = "hybrid")]
     orientation: OrientationKind,
@@ -146,7 +146,7 @@ pub(crate) struct MethodArgs {
     /// relative to the size of the mesh [default: 0.0175]
     #[arg(long, value_name = "X", value_parser = values::positive)]
     bending_length: Option<f64>,
-    /// Whether a body resists like a solid, or like a thin shell that is filled with nothing
+    /// Resistance of a body: like a solid, or like an empty shell
     #[arg(long, value_name = "NAME", value_enum, default_value_t = StiffnessName::Solid)]
     stiffness: StiffnessName,
     /// Weight of the struts that keep opposite walls at their distance, relative to the hybrid's
@@ -157,13 +157,17 @@ pub(crate) struct MethodArgs {
     /// [default: 1, or 0 for thin]
     #[arg(long, value_name = "GAMMA", value_parser = values::weight)]
     volume_weight: Option<f64>,
+    /// Radius of the disc at which a handle of a single vertex pulls, in bending lengths; 0 pulls
+    /// the vertex alone and leaves a cone [default: 6, or 0 for thin]
+    #[arg(long, value_name = "X", value_parser = values::weight)]
+    point_radius: Option<f64>,
     /// Hold stated turns of more than 180° that the body does not hold by itself, by a weight
     /// relative to the energy [0.3 where none is given]
     #[arg(long, value_name = "TAU", value_parser = values::weight, num_args = 0..=1,
         default_missing_value = "0.3")]
     hold_winding: Option<f64>,
-    /// How the linear system is solved: by the normal equations, or by columns of the inverse, one
-    /// a handle vertex; the report tells what auto chose
+    /// Solver of the linear system: the normal equations, or columns of the inverse, one per
+    /// handle vertex; the report names the choice of auto
     #[arg(long, value_name = "NAME", value_parser = values::strategy(), default_value = "auto")]
     strategy: Strategy,
 }
@@ -181,7 +185,7 @@ pub(crate) struct RunArgs {
     /// The number type of the iteration
     #[arg(long, value_name = "TYPE", value_enum, default_value_t = Precision::F64)]
     pub(crate) precision: Precision,
-    /// How many threads work; the result is the same, byte by byte [default: one a core]
+    /// Number of threads; it changes no byte of the result [default: one per core]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     pub(crate) threads: Option<NonZeroUsize>,
     /// Write a report (JSON)
@@ -224,7 +228,7 @@ pub(crate) struct DeformArgs {
 pub(crate) struct ReconstructArgs {
     #[command(flatten)]
     pub(crate) input: InputArgs,
-    /// How many iterations
+    /// Number of iterations
     #[arg(long, value_name = "N")]
     iterations: NonZeroUsize,
     #[command(flatten)]
@@ -243,6 +247,7 @@ impl MethodArgs {
             StiffnessName::Thin => Stiffness::THIN,
         };
         stiffness.struts = self.strut_weight.unwrap_or(stiffness.struts);
+        stiffness.point_radius = self.point_radius.unwrap_or(stiffness.point_radius);
         stiffness.volume = self.volume_weight.unwrap_or(stiffness.volume);
         stiffness
     }

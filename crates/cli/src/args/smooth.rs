@@ -78,7 +78,7 @@ pub(crate) struct KeepArgs {
     /// Let the boundary of an open mesh move; it stays otherwise
     #[arg(long)]
     free_boundary: bool,
-    /// How many threads work; the result is the same, byte by byte [default: one a core]
+    /// Number of threads; it changes no byte of the result [default: one per core]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     pub(crate) threads: Option<NonZeroUsize>,
     /// Write a report (JSON)
@@ -118,13 +118,13 @@ pub(crate) struct SmoothArgs {
     #[arg(long, visible_alias = "mode", value_name = "NAME", value_parser = values::smooth_method(),
         default_value = "auto")]
     method: SmoothMethod,
-    /// How often [default: what the method needs]
+    /// Number of iterations [default: what the method needs]
     #[arg(long, value_name = "N")]
     iterations: Option<usize>,
     /// Which part of a step of the curvature is taken, above 0 and at most 1
     #[arg(long, value_name = "S", value_parser = values::positive, default_value = "1")]
     step: f64,
-    /// How firmly every vertex is held where it was; smaller smooths more
+    /// Weight that holds each vertex in place; smaller smooths more
     /// [default: what suits the method and the noise of the mesh]
     #[arg(long, value_name = "MU", value_parser = values::positive)]
     anchor: Option<f64>,
@@ -159,10 +159,10 @@ pub(crate) struct DetailArgs {
     /// Give every vertex the mean curvature that this property of the file says
     #[arg(long, value_name = "NAME")]
     pub(crate) field: Option<String>,
-    /// How often
+    /// Number of iterations
     #[arg(long, value_name = "N", default_value = "20")]
     iterations: usize,
-    /// How firmly every vertex is held where it was
+    /// Weight that holds each vertex in place
     #[arg(long, value_name = "MU", value_parser = values::positive, default_value = "0.5")]
     anchor: f64,
     #[command(flatten)]

@@ -73,7 +73,7 @@ pub(crate) struct MendingArgs {
 /// The options of the mapping.
 #[derive(Debug, Args)]
 pub(crate) struct MapArgs {
-    /// Who chooses the weights of the Laplacian
+    /// Weights of the Laplacian
     #[arg(long, value_name = "NAME", value_parser = values::scheme(), default_value = "cotangent",
         help_heading = MAPPING)]
     scheme: SchemeKind,
@@ -89,7 +89,7 @@ pub(crate) struct MapArgs {
     #[arg(long, value_name = "SHARE", value_parser = values::share, default_value = "0",
         help_heading = MAPPING)]
     authalic: f64,
-    /// Whether a Moebius map puts the centre of the mesh's areas at the centre of the sphere
+    /// Put the centre of the mesh's areas at the centre of the sphere, by a Moebius map
     /// [default: on; off for the paper's method]
     #[arg(long, value_name = "on|off", value_parser = values::centering(), help_heading = MAPPING)]
     center: Option<Centering>,
@@ -108,7 +108,7 @@ pub(crate) struct MapRunArgs {
     /// The number type of the positions on the sphere
     #[arg(long, value_name = "TYPE", value_enum, default_value_t = Precision::F64)]
     pub(crate) precision: Precision,
-    /// How many threads work; the result is the same, byte by byte [default: one a core]
+    /// Number of threads; it changes no byte of the result [default: one per core]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     pub(crate) threads: Option<NonZeroUsize>,
     /// Write a report (JSON)
@@ -204,7 +204,7 @@ pub(crate) struct MorphArgs {
     /// Mesh file of the shape at time 1
     #[arg(value_name = "B")]
     pub(crate) end: InputPath,
-    /// Where between: 0 is A, 1 is B
+    /// Time between A and B: 0 is A, 1 is B
     #[arg(short, long, value_name = "T", value_parser = values::share)]
     pub(crate) time: f64,
     /// Resample both to an icosphere of N subdivisions, at most 8; without it OUT is A's file with
@@ -216,7 +216,7 @@ pub(crate) struct MorphArgs {
     pub(crate) output: OutputPath,
     #[command(flatten)]
     pub(crate) embed: EmbedArgs,
-    /// How B's sphere is turned to fit A's
+    /// Alignment of B's sphere with A's
     #[arg(long, value_name = "NAME", value_enum, default_value_t = Align::Pose)]
     pub(crate) align: Align,
     /// Pairs of a vertex of A and one of B that belong together, `a b` a line or a JSON list of
@@ -227,7 +227,7 @@ pub(crate) struct MorphArgs {
     pub(crate) mending: MendingArgs,
     #[command(flatten)]
     pub(crate) map: MapArgs,
-    /// How many threads work; the result is the same, byte by byte [default: one a core]
+    /// Number of threads; it changes no byte of the result [default: one per core]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     pub(crate) threads: Option<NonZeroUsize>,
 }
