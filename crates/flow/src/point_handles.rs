@@ -1,16 +1,25 @@
 //! Handles of a single vertex, which pull at a small disc around it.
 //!
 //! A force on one vertex draws the surface to a cone as wide as the bending length. The force λ of
-//! such a handle h is therefore spread over the vertices of a disc by weights ω with Σω = 1: the
-//! mean Σ ω_j x_j is held, and the vertex itself is free. The mean is chosen such that the vertex
-//! comes close to its target u: what a force on the vertex would have indented there is left out,
+//! such a handle h is therefore spread over the vertices of a disc by weights ω with Σω = 1, and
+//! the vertex itself is free. The mean Σ ω_j x_j is held by a spring,
 //!
 //! ```text
-//! u − x_h = cλ,      c = 1 / (force on h that moves h by 1) − 1 / (force on the disc that does so)
+//! E += |gap|² / c,      gap = u − o − Σ ω_j x_j,      λ = gap / c
 //! ```
 //!
-//! so that the handle pulls the body as far as it would without a disc. That remainder is added to
-//! the positions that the flow returns, as a bump around the vertex.
+//! with u the target and o = x_h − Σ ω_j x_j the way from the mean to the vertex. The spring has
+//! the compliance that the disc lacks beside the vertex,
+//!
+//! ```text
+//! c = 1 / (force on h that moves h by 1) − 1 / (force on the disc that does so)
+//! ```
+//!
+//! so that the handle pulls the body as far as it would without a disc. What is left of the way to
+//! the target is added to the positions that the flow returns, as a bump around the vertex.
+//!
+//! o turns with the surface. It is kept during a descent and taken anew where it has changed by
+//! more than what is left to do.
 //!
 //! The system holds h itself. With A its inverse, ω restricted to the free vertices, and two
 //! columns per handle,
@@ -19,22 +28,18 @@
 //! V = the shape with V_h = 1, 0 at all other handles, free elsewhere        W = A ω
 //! ```
 //!
-//! the correction that leaves the means where they are is Ar + Vδ + Wλ with the forces on h
-//! balanced and the means unchanged:
+//! the correction is Ar + Vδ + Wλ with the forces on h balanced:
 //!
 //! ```text
-//! [ Σ  −G ] [δ]   [ Vᵀr   ]
-//! [ Gᵀ  D ] [λ] = [ −ωᵀAr ]      Σ = VᵀMV,   G = Vᵀω,   D = ωᵀW
+//! [ Σ   −G   ] [δ]   [ Vᵀr        ]
+//! [ Gᵀ  D + c] [λ] = [ gap − ωᵀAr ]      Σ = VᵀMV,   G = Vᵀω,   D = ωᵀW
 //! ```
-//!
-//! λ is then the force that the handle exerts. A correction that moves the vertices by m, in
-//! equilibrium but for forces on the discs, is Vm + W G⁻¹Σ m.
 
-use cotan_geometry::Scalar;
+use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::{VertexId, VertexMap};
 use cotan_linear::{Defect, Hold, PreparedSystem};
 use cotan_parallel as parallel;
-use nalgebra::{DMatrix, Dyn, FullPivLU, MatrixXx3, Vector3};
+use nalgebra::{DMatrix, Dyn, FullPivLU, Matrix3, MatrixXx3, Vector3};
 
 use crate::error::FlowError;
 use crate::net::{Distances, Net};
@@ -53,14 +58,6 @@ pub(crate) struct PointHandles {
     /// Of the small system, with λ in units of `unit`.
     small: FullPivLU<f64, Dyn, Dyn>,
     unit: f64,
-    /// G⁻¹Σ.
-    forces: DMatrix<f64>,
-    /// (1 + cG⁻¹Σ)⁻¹.
-    yields: DMatrix<f64>,
-    /// c.
-    compliances: Vec<f64>,
-    /// λ of the last solve.
-    pulls: Vec<Vector3<f64>>,
 }
 
 /// The vertices that a point handle pulls.
@@ -76,11 +73,36 @@ pub(crate) struct Disc {
     pub(crate) weights: Vec<(u32, f64)>,
     /// The part of the handle's displacement that each vertex around it takes.
     bump: Vec<(u32, f64)>,
+    /// c.
+    compliance: f64,
+    /// o.
+    offset: Vector3<f64>,
+}
+
+impl Disc {
+    /// x_h − Σ ω_j x_j.
+    fn offset_in<T: Scalar>(&self, positions: &Positions<T>) -> Vector3<f64> {
+        let x = positions.as_slice();
+        let vertex = positions[self.vertex];
+        let ways = self.weights.iter();
+        ways.map(|(i, w)| (vertex - x[*i as usize]).map(T::as_f64) * *w)
+            .sum()
+    }
+
+    /// The gap at these positions.
+    fn gap<T: Scalar>(&self, targets: &Targets<T>, positions: &Positions<T>) -> Vector3<f64> {
+        let way = targets.in_box()[self.handle] - positions[self.vertex];
+        // Exactly zero for a shape at rest.
+        way.map(T::as_f64) + (self.offset_in(positions) - self.offset)
+    }
 }
 
 /// More point handles than this hold the mesh so closely that cones are small, and their columns
 /// would take more memory than the factorization.
 pub(crate) const MOST_POINTS: usize = 24;
+
+/// The least compliance of a spring, over that of its disc.
+const STIFFEST: f64 = 1e-3;
 
 impl PointHandles {
     /// Finds the handles of a single vertex and the discs of `radius` around them; `None` where
@@ -90,7 +112,7 @@ impl PointHandles {
         if !(radius > 0.0) || work.membrane_weight == 0.0 {
             return None;
         }
-        let discs = discs(&work.rest, &work.targets, radius);
+        let mut discs = discs(&work.rest, &work.targets, radius);
         if discs.is_empty() {
             return None;
         }
@@ -131,22 +153,19 @@ impl PointHandles {
         };
         let lift = DMatrix::from_fn(k, k, |h, m| mean(h, &discs[m]));
         let give = DMatrix::from_fn(k, k, |m, l| mean(k + l, &discs[m]));
+        let mut give = give;
         let forces = lift.clone().full_piv_lu().solve(&stiffness)?;
-        let compliances: Vec<f64> = (0..k)
-            .map(|h| {
-                let (point, disc) = (stiffness[(h, h)], forces[(h, h)]);
-                let is_held = point > 1e-12 * disc && disc > 0.0;
-                if is_held {
-                    (1.0 / point - 1.0 / disc).max(0.0)
-                } else {
-                    0.0
-                }
-            })
-            .collect();
-        let yielding = DMatrix::from_fn(k, k, |h, m| {
-            f64::from(u8::from(h == m)) + compliances[h] * forces[(h, m)]
-        });
-        let yields = yielding.try_inverse()?;
+        for (h, disc) in discs.iter_mut().enumerate() {
+            let (at_vertex, at_disc) = (stiffness[(h, h)], forces[(h, h)]);
+            let is_held = at_vertex > 1e-12 * at_disc && at_disc > 0.0;
+            let lacking = if is_held {
+                1.0 / at_vertex - 1.0 / at_disc
+            } else {
+                0.0
+            };
+            disc.compliance = lacking.max(STIFFEST * give[(h, h)]);
+            give[(h, h)] += disc.compliance;
+        }
         let trace = stiffness.trace() / k as f64;
         let unit = if trace > 0.0 { trace } else { 1.0 };
         let mut small = DMatrix::zeros(2 * k, 2 * k);
@@ -162,10 +181,6 @@ impl PointHandles {
             columns,
             small,
             unit,
-            forces,
-            yields,
-            compliances,
-            pulls: vec![Vector3::zeros(); k],
         })
     }
 
@@ -190,11 +205,55 @@ impl PointHandles {
         }
     }
 
-    /// Turns the correction that holds the vertices into the one that holds the means.
+    /// Adds the forces of the springs.
+    pub(crate) fn add_forces<T: Scalar>(
+        &self,
+        targets: &Targets<T>,
+        positions: &Positions<T>,
+        residual: &mut VertexMap<Vector3<f64>>,
+    ) {
+        for disc in &self.discs {
+            let force = disc.gap(targets, positions) / disc.compliance;
+            for (i, w) in &disc.weights {
+                residual.as_mut_slice()[*i as usize] += force * *w;
+            }
+        }
+    }
+
+    /// The energy of the springs.
+    pub(crate) fn energy<T: Scalar>(&self, targets: &Targets<T>, positions: &Positions<T>) -> f64 {
+        let of_disc = |d: &Disc| d.gap(targets, positions).norm_squared() / d.compliance;
+        self.discs.iter().map(of_disc).sum()
+    }
+
+    /// The longest change of an offset since it was taken.
+    pub(crate) fn drift<T: Scalar>(&self, positions: &Positions<T>) -> f64 {
+        let drift = |disc: &Disc| (disc.offset_in(positions) - disc.offset).norm();
+        self.discs.iter().map(drift).fold(0.0, f64::max)
+    }
+
+    /// Takes the offsets of these positions.
+    pub(crate) fn take_offsets<T: Scalar>(&mut self, positions: &Positions<T>) {
+        for disc in &mut self.discs {
+            disc.offset = disc.offset_in(positions);
+        }
+    }
+
+    /// Turns and scales the offsets.
+    pub(crate) fn turn_offsets(&mut self, by: impl Fn(VertexId) -> Matrix3<f64>) {
+        for disc in &mut self.discs {
+            disc.offset = by(disc.vertex) * disc.offset;
+        }
+    }
+
+    /// Turns the correction that holds the vertices into the one that the springs hold.
     ///
-    /// **Shapes**: one entry per vertex; the residual is [complete](Self::complete).
-    pub(crate) fn correct(
-        &mut self,
+    /// **Shapes**: one entry per vertex; the residual is [complete](Self::complete) but for the
+    /// springs.
+    pub(crate) fn correct<T: Scalar>(
+        &self,
+        targets: &Targets<T>,
+        positions: &Positions<T>,
         residual: &VertexMap<Vector3<f64>>,
         correction: &mut VertexMap<Vector3<f64>>,
     ) {
@@ -216,9 +275,10 @@ impl PointHandles {
             let held = correction.as_slice();
             let mean = disc.weights.iter().map(|(j, w)| held[*j as usize] * *w);
             let mean: Vector3<f64> = mean.sum();
+            let gap = disc.gap(targets, positions);
             for a in 0..3 {
                 right[(h, a)] = sums[3 * h + a] / self.unit;
-                right[(k + h, a)] = -mean[a];
+                right[(k + h, a)] = gap[a] - mean[a];
             }
         }
         self.small.solve_mut(&mut right);
@@ -227,70 +287,31 @@ impl PointHandles {
             right.row(c).transpose() * unit
         });
         let factors: Vec<Vector3<f64>> = factors.collect();
-        self.pulls.copy_from_slice(&factors[k..]);
         parallel::update(correction.as_mut_slice(), |i, step| {
             *step += self.combine(&factors, i);
         });
     }
 
-    /// The distance of each handle's vertex from where its force wants it; `None` if all are there.
-    pub(crate) fn misses<T: Scalar>(
-        &self,
-        targets: &Targets<T>,
-        positions: &VertexMap<nalgebra::Point3<T>>,
-    ) -> Option<Vec<Vector3<f64>>> {
-        let miss = |(disc, (c, pull)): (&Disc, (&f64, &Vector3<f64>))| {
-            let way = targets.in_box()[disc.handle] - positions[disc.vertex];
-            way.map(T::as_f64) - pull * *c
-        };
-        let pulls = self.compliances.iter().zip(&self.pulls);
-        let misses: Vec<_> = self.discs.iter().zip(pulls).map(miss).collect();
-        misses
-            .iter()
-            .any(|m| *m != Vector3::zeros())
-            .then_some(misses)
-    }
-
-    /// The factors of the correction that takes away these misses.
-    pub(crate) fn moving(&self, by: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
-        let times = |matrix: &DMatrix<f64>, by: &[Vector3<f64>]| -> Vec<Vector3<f64>> {
-            let row = |row: usize| {
-                by.iter()
-                    .enumerate()
-                    .map(move |(c, m)| m * matrix[(row, c)])
-            };
-            (0..by.len()).map(|r| row(r).sum()).collect()
-        };
-        let mut factors = times(&self.yields, by);
-        factors.extend(times(&self.forces, &factors));
-        factors
-    }
-
     /// Calls `each` with the vertices around every handle and the displacements that bring the
-    /// handle, which is at `at`, to its target.
+    /// handle to its target.
     pub(crate) fn bump<T: Scalar>(
         &self,
         targets: &Targets<T>,
-        at: impl Fn(VertexId) -> Vector3<f64>,
-        mut each: impl FnMut(u32, Vector3<f64>),
+        positions: &Positions<T>,
+        mut each: impl FnMut(u32, Vector3<T>),
     ) {
         for disc in &self.discs {
-            let way = targets.in_box()[disc.handle].map(T::as_f64).coords - at(disc.vertex);
-            disc.bump.iter().for_each(|(i, b)| each(*i, way * *b));
-        }
-    }
-
-    /// Notes the forces on a shape that was corrected by these factors.
-    pub(crate) fn moved(&mut self, factors: &[Vector3<f64>]) {
-        let k = self.discs.len();
-        for (pull, more) in self.pulls.iter_mut().zip(&factors[k..]) {
-            *pull += more;
+            let way = targets.in_box()[disc.handle] - positions[disc.vertex];
+            if way != Vector3::zeros() {
+                let displaced = disc.bump.iter().map(|(i, b)| (*i, way * T::of_f64(*b)));
+                displaced.for_each(|(i, by)| each(i, by));
+            }
         }
     }
 
     /// A correction with these factors, at one vertex.
     #[inline]
-    pub(crate) fn combine(&self, factors: &[Vector3<f64>], i: usize) -> Vector3<f64> {
+    fn combine(&self, factors: &[Vector3<f64>], i: usize) -> Vector3<f64> {
         let row = &self.columns[i * factors.len()..][..factors.len()];
         let terms = row.iter().zip(factors);
         terms.fold(Vector3::zeros(), |sum, (c, f)| sum + f * *c)
@@ -368,6 +389,8 @@ fn discs<T: Scalar>(rest: &Rest<T>, targets: &Targets<T>, radius: f64) -> Vec<Di
             handle,
             radius: reach,
             weights,
+            compliance: 0.0,
+            offset: Vector3::zeros(),
         });
     }
     discs
@@ -447,4 +470,96 @@ fn push<T: Scalar>(
     let mut pushed = VertexMap::filled(n, Vector3::zeros());
     work.system.correct(&defect, &mut pushed)?;
     Ok(pushed)
+}
+
+#[cfg(test)]
+mod tests {
+    use cotan_geometry::shapes::icosphere;
+    use cotan_linear::Handle;
+    use nalgebra::Point3;
+
+    use super::*;
+    use crate::flow::Flow;
+    use crate::vectors::add_scaled;
+
+    /// A sphere with a region held below and two points above, and their discs.
+    fn work() -> Workspace<f64> {
+        let shape = icosphere::<f64>(4);
+        let surface = shape.surface();
+        let low = surface.vertices_where(|p| p.z < -0.7);
+        let top = surface.vertices_where(|p| p.z > 1.0 - 1e-9);
+        let side = surface.vertices_where(|p| p.x > 1.0 - 1e-9);
+        let all = low.iter().chain(&top).chain(&side);
+        let target =
+            |v: &VertexId| -> (Handle, Point3<f64>) { (Handle::hard(*v), shape.positions()[*v]) };
+        let flow = Flow::builder(shape.connectivity(), shape.positions())
+            .handles(all.map(target))
+            .build()
+            .unwrap();
+        flow.into_parts().0
+    }
+
+    /// The residual of a shape, at the handles' own vertices as well.
+    fn residual(
+        work: &mut Workspace<f64>,
+        points: &PointHandles,
+        shape: &VertexMap<Vector3<f64>>,
+    ) -> VertexMap<Vector3<f64>> {
+        let tension = defect_of_shape(work, shape);
+        let defect = Defect::of_laplacian(&work.terms.mismatch).with_tension(&tension);
+        let mut residual = VertexMap::filled(shape.len(), Vector3::zeros());
+        work.system.residual(&defect, &mut residual);
+        points.complete(&work.system, &defect, &mut residual);
+        residual
+    }
+
+    /// A shape, corrected once, is in equilibrium with the springs: what is left of its residual are
+    /// their forces.
+    #[test]
+    fn corrections_leave_nothing_but_the_forces_of_the_springs() {
+        let mut work = work();
+        let points = work.point_handles.take().unwrap();
+        assert_eq!(points.discs.len(), 2);
+        let n = work.rest.positions().len();
+        let mut shape = VertexMap::from_fn(n, |v: VertexId| {
+            let t = v.index() as f64;
+            Vector3::new(t.sin(), (1.7 * t).cos(), (0.3 * t).sin())
+        });
+        let held: Vec<Handle> = work.targets.handles().to_vec();
+        for handle in held.iter().filter(|h| !points.contains(h.vertex)) {
+            shape[handle.vertex] = Vector3::zeros();
+        }
+        let before = residual(&mut work, &points, &shape);
+        let tension = defect_of_shape(&mut work, &shape);
+        let defect = Defect::of_laplacian(&work.terms.mismatch).with_tension(&tension);
+        let mut correction = VertexMap::filled(n, Vector3::zeros());
+        work.system.correct(&defect, &mut correction).unwrap();
+        let at = |shape: &VertexMap<Vector3<f64>>| shape.map(|x| Point3::from(*x));
+        points.correct(&work.targets, &at(&shape), &before, &mut correction);
+        add_scaled(shape.as_mut_slice(), 1.0, correction.as_slice());
+        let mut after = residual(&mut work, &points, &shape);
+        points.add_forces(&work.targets, &at(&shape), &mut after);
+        let size = before.values().map(|r| r.norm()).fold(0.0, f64::max);
+        for (i, r) in after.iter() {
+            assert!(r.norm() < 1e-8 * size, "{i:?}: {r:?}");
+        }
+        let pulled: f64 = points.energy(&work.targets, &at(&shape));
+        assert!(pulled > 0.0);
+    }
+
+    #[test]
+    fn discs_end_before_other_handles_and_their_weights_add_up_to_one() {
+        let work = work();
+        let points = work.point_handles.as_ref().unwrap();
+        let held = work.targets.handles();
+        for disc in points.discs() {
+            let sum: f64 = disc.weights.iter().map(|(_, w)| w).sum();
+            assert!((sum - 1.0).abs() < 1e-12);
+            for handle in held.iter().filter(|h| h.vertex != disc.vertex) {
+                let at = handle.vertex.index() as u32;
+                assert!(disc.weights.iter().all(|(i, _)| *i != at));
+                assert!(disc.bump.iter().all(|(i, _)| *i != at));
+            }
+        }
+    }
 }

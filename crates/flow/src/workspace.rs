@@ -120,13 +120,23 @@ impl<T: Scalar> Workspace<T> {
             .with_pull(pull);
         self.system
             .correct_residual(&defect, residual, correction)?;
-        if let Some(points) = &mut self.point_handles {
-            points.correct(residual, correction);
+        if let Some(points) = &self.point_handles {
+            let positions = self.current.positions();
+            points.correct(&self.targets, positions, residual, correction);
         }
+        self.add_point_forces();
         Ok(())
     }
 
-    /// Writes half the negative gradient. `tension` is the wanted pull of the membrane's edges and
+    /// Adds the springs of the point handles to half the negative gradient.
+    pub(crate) fn add_point_forces(&mut self) {
+        if let Some(points) = &self.point_handles {
+            let positions = self.current.positions();
+            points.add_forces(&self.targets, positions, &mut self.terms.residual);
+        }
+    }
+
+    /// Writes half the negative gradient but for the springs of the point handles. `tension` is the wanted pull of the membrane's edges and
     /// becomes what they pull beyond it.
     pub(crate) fn measure_residual(&mut self, tension: &mut VertexMap<Vector3<f64>>) {
         let (rest, laplacian) = (&*self.rest, self.laplacian.as_slice());
@@ -236,12 +246,12 @@ impl<T: Scalar> Workspace<T> {
         });
     }
 
-    /// Puts the hard handles on their targets, those that pull at a disc with the mesh around them.
+    /// Puts the hard handles on their targets, except those that pull at a disc.
     pub(crate) fn pin(&mut self) {
         let points = self.point_handles.as_ref();
         let is_kept = |v| points.is_some_and(|p| p.contains(v));
         self.targets.pin(self.current.write(), is_kept);
-        self.meet();
+        self.take_offsets();
     }
 
     /// Finds the discs of the point handles.
@@ -249,40 +259,26 @@ impl<T: Scalar> Workspace<T> {
         self.point_handles = PointHandles::new(self, self.point_radius);
     }
 
-    /// The factors of the correction that puts the point handles on their targets; `None` if they
-    /// are there.
-    pub(crate) fn missing(&self) -> Option<Vec<Vector3<f64>>> {
-        let points = self.point_handles.as_ref()?;
-        let misses = points.misses(&self.targets, self.current.positions())?;
-        Some(points.moving(&misses))
+    /// Takes the offsets of the point handles from the current positions.
+    pub(crate) fn take_offsets(&mut self) {
+        if let Some(points) = &mut self.point_handles {
+            points.take_offsets(self.current.positions());
+        }
     }
 
-    /// By how much a point handle misses its target at most, over the diagonal.
-    pub(crate) fn widest_miss(&self) -> f64 {
+    /// By how much an offset of a point handle has changed at most, over the diagonal.
+    pub(crate) fn drift(&self) -> f64 {
         let points = self.point_handles.as_ref();
-        let misses = points.and_then(|p| p.misses(&self.targets, self.current.positions()));
-        let lengths = misses.iter().flatten().map(Vector3::norm);
-        lengths.fold(0.0, f64::max) / self.rest.diagonal().as_f64()
+        let drift = points.map_or(0.0, |p| p.drift(self.current.positions()));
+        drift / self.rest.diagonal().as_f64()
     }
 
-    /// Puts the point handles on their targets, and the mesh around them where it is then drawn
-    /// to.
-    pub(crate) fn meet(&mut self) {
-        let missing = self.missing();
-        let (Some(factors), Some(points)) = (missing, &mut self.point_handles) else {
-            return;
-        };
-        points.moved(&factors);
-        let points = &*points;
-        parallel::update(self.current.write().as_mut_slice(), |i, x| {
-            *x += points.combine(&factors, i).map(T::of_f64);
-        });
-    }
-
-    /// Σ k² |x − u|² over the soft handles.
+    /// Σ k² |x − u|² over the soft handles, and the springs of the point handles.
     pub(crate) fn spring_energy(&self) -> f64 {
-        self.targets
-            .spring_energy(self.current.positions(), &self.system)
+        let positions = self.current.positions();
+        let points = self.point_handles.as_ref();
+        let of_points = points.map_or(0.0, |p| p.energy(&self.targets, positions));
+        self.targets.spring_energy(positions, &self.system) + of_points
     }
 
     /// Updates the scalar field from the current positions.

@@ -169,7 +169,6 @@ impl<T: Scalar> Descent<T> {
         const SUFFICIENT: f64 = 0.45;
         let Some(before) = self.energy else {
             work.move_by_correction(ratio);
-            work.meet();
             self.update(work)?;
             self.follow_limbs(work)?;
             return Ok(Search::Went);
@@ -216,6 +215,7 @@ impl<T: Scalar> Descent<T> {
         self.model
             .wanted_tension(&rest, NextStep::Searched, &mut self.tension);
         work.measure_residual(&mut self.tension);
+        work.add_point_forces();
         let r = coarse.restrict(&rest, work.terms.residual.as_slice());
         let q = coarse.newton_step(&r);
         let without = work.current.positions().clone();
@@ -329,7 +329,13 @@ impl<T: Scalar> Descent<T> {
 
 impl<T: Scalar> Rule<T> for Descent<T> {
     fn begin(&mut self, work: &mut Workspace<T>) -> Result<(), FlowError> {
+        work.pin();
         if let Some(guess) = work.first_guess.take() {
+            if let Some(points) = &mut work.point_handles
+                && !guess.is_wound
+            {
+                points.turn_offsets(|v| guess.rotations[v] * guess.scale);
+            }
             self.model.start_from(&guess);
             if guess.is_wound {
                 self.wound = guess.rotations.values().map(flat).collect();
@@ -341,20 +347,24 @@ impl<T: Scalar> Rule<T> for Descent<T> {
                 });
             }
         }
-        work.pin();
         Ok(())
     }
 
     fn step(&mut self, work: &mut Workspace<T>) -> Result<StepReport, FlowError> {
-        let mut miss = work.widest_miss();
-        if miss > self.foreseen && work.since_move > 0 {
-            // What is left to do is to bring the point handles to their targets.
-            work.meet();
-            self.fit(work)?;
+        let mut drift = work.drift();
+        if drift > self.foreseen && work.since_move > 0 {
+            // What is left to do is to turn the offsets of the point handles.
+            let springs = work.spring_energy();
+            work.take_offsets();
+            let change = work.spring_energy() - springs;
+            if let Some(energy) = &mut self.energy {
+                energy.value += change;
+                energy.size += change;
+            }
             if let Some(lbfgs) = &mut self.lbfgs {
                 lbfgs.forget_step();
             }
-            miss = 0.0;
+            drift = 0.0;
         }
         self.solve(work)?;
         let before = self.energy;
@@ -389,7 +399,7 @@ impl<T: Scalar> Rule<T> for Descent<T> {
             tolerance *= HONEST;
         }
         let is_short = step.ratio * residual < tolerance;
-        let converged = is_short && !step.is_first && miss < tolerance;
+        let converged = is_short && !step.is_first && drift < tolerance;
         self.foreseen = residual;
         let search = match &mut lbfgs {
             Some(lbfgs) if !step.is_first && !converged && step.ratio == 1.0 => {
