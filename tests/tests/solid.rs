@@ -3,6 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
+use cotan::linear::Strategy;
 use cotan::prelude::*;
 use cotan::shapes::{bar, icosphere, torus};
 use cotan_tests::{Case, reference_cases, solid_cases};
