@@ -35,7 +35,7 @@ if [ ${#chapters[@]} -eq 0 ]; then
 fi
 
 scratch=$(mktemp -d)
-trap 'rm -rf "$scratch"' EXIT
+[ -n "${KEEP:-}" ] && echo $scratch || trap 'rm -rf "$scratch"' EXIT
 
 # The programs that the examples call, alone in one folder on the PATH.
 programs() {
@@ -115,7 +115,7 @@ check_pictures() {
     done
 }
 
-# Relative links lead to files; anchors are not checked.
+# Relative links lead to files; anchors are not checked, and pictures are checked elsewhere.
 check_links() {
     local chapter=$1 target
     while read -r target; do
@@ -124,7 +124,16 @@ check_links() {
             echo "FAILED: $chapter links to $target, which is not there"
             exit 1
         fi
-    done < <(grep -o '\](\([^)]*\))' "$source/$chapter" | sed 's/^](//; s/)$//' | grep -v '^[a-z]*://')
+    done < <(grep -o '\](\([^)]*\))' "$source/$chapter" | sed 's/^](//; s/)$//' | grep -vE '^[a-z]+://|pictures/')
+}
+
+# Every chapter with Rust examples is one of the doc tests.
+check_doc_tests() {
+    local chapter=$1
+    if grep -qE '^```rust(,no_run)? *$' "$source/$chapter" && ! grep -qF "\"$chapter\"" tests/book.rs; then
+        echo "FAILED: the Rust examples of $chapter are not tested: add it to tests/book.rs"
+        exit 1
+    fi
 }
 
 # Every decision is a page of the book.
@@ -148,6 +157,7 @@ build() {
 
 for chapter in "${chapters[@]}"; do
     check_links "$chapter"
+    check_doc_tests "$chapter"
 done
 check_decisions
 programs

@@ -130,7 +130,7 @@ def main():
     source, target = sys.argv[1:]
     with open(source, "rb") as file:
         picture = scaled(*decode(file.read()))
-    for size in (128, 96, 64, 48, 32, 24, 16):
+    for size in (256, 192, 128, 96, 64, 48, 32, 24, 16):
         data = encode(*picture, size)
         if len(data) <= MOST_BYTES:
             break

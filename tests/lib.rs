@@ -3,6 +3,8 @@
 //! They lie beside the project, in a folder named `shared`, and are other people's data: they are
 //! never part of it. Without them the stories say so and pass.
 
+#[cfg(doctest)]
+mod book;
 pub mod fuzzing;
 
 use std::path::PathBuf;

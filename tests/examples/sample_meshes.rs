@@ -38,6 +38,11 @@ fn plain(folder: &Path) -> Outcome {
         "sheet.obj",
         &shapes::bumpy_plane([2.0, 1.0], [60, 30], 0.1),
     )?;
+    let bar = shapes::bar::<f64>([6.0, 1.0, 1.0], [36, 6, 6]);
+    let dense_at_the_left = |x: f64| 6.0 * (x / 6.0 + 0.5).powf(1.7) - 3.0;
+    let uneven = |p: &Point3<f64>| Point3::new(dense_at_the_left(p.x), p.y, p.z);
+    let uneven = bar.with_positions(bar.positions().map(uneven))?;
+    write(folder, "uneven.obj", &uneven)?;
     let scattered = shapes::irregular(10_000, Numbering::Random, 1);
     write(folder, "blob.ply", &scattered)
 }
@@ -65,8 +70,8 @@ fn star_shaped(folder: &Path) -> Outcome {
 
 /// A ball whose vertices carry the mean curvature that they are to have.
 fn painted(folder: &Path) -> Outcome {
-    let ball = shapes::icosphere::<f64>(5);
-    let curvature = |p: &Point3<f64>| 1.0 + 6.0 * (8.0 * p.y).sin();
+    let ball = shapes::icosphere::<f64>(4);
+    let curvature = |p: &Point3<f64>| 1.0 + 8.0 * (16.0 * p.y).sin();
     let property = Property {
         name: "mean_curvature".to_owned(),
         components: 1,
