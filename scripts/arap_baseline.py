@@ -4,16 +4,19 @@
     pip install libigl numpy  # written for libigl 2.6.3
     python arap_baseline.py [DATA] [--out OUT] [--only NAME ...]
 
-DATA (default ../shared) holds meshes/, meshes/bend_benchmark/ and reference/deform.json. Cases: all of deform.json
-(hard handles; positions scaled by V -> (V - box min) / longest side) and the two bend benchmarks (file units).
-libigl's ARAP in 3D, spokes and rims (its default), starts from the rest positions with the handles moved. It runs one
-iteration at a time, until the largest vertex move over the rest box's diagonal is below 1e-4, or for 200 iterations;
-for 60 where an iteration takes more than 3 s.
+DATA (default ../shared) contains meshes/, meshes/bend_benchmark/ and reference/deform.json. The
+cases are all of deform.json (hard handles; positions scaled by V -> (V - box min) / longest side)
+and the two bend benchmarks (file units). libigl's ARAP in 3D, spokes and rims (its default),
+starts from the rest positions with the handles moved. It runs one iteration at a time until the
+largest displacement of a vertex over the rest box's diagonal is below 1e-4, or for 200 iterations;
+for 60 if an iteration takes more than 3 s.
 
-Writes OUT/<mesh>_<drag>.obj and OUT/<bar|cylinder>_benchmark.obj (vertex order and faces of the input, full precision)
-and OUT/arap.json; prints a markdown table, with rows for the benchmark's own published results.
+Writes OUT/<mesh>_<drag>.obj and OUT/<bar|cylinder>_benchmark.obj (vertex order and faces of the
+input, full precision) and OUT/arap.json. Prints a markdown table, including the published results
+of the benchmark.
 
-Errors, with the longest side of the rest mesh's box scaled to 1; w = cot + cot, l_i = sum_j w_ij (v_j - v_i), 0 = rest:
+Errors, with the longest side of the rest mesh's box scaled to 1; w = cot + cot,
+l_i = sum_j w_ij (v_j - v_i), 0 = rest:
   E_p    sqrt(sum over directed edges (w0 - w)^2 / n)
   E_g    sqrt(sum over vertices (|l0| - |l|)^2)
   ARAP   sum_i sum_j (w0_ij / 8) |e_ij - R_i e0_ij|^2 / rest area, R_i the one-ring's best rotation
@@ -37,7 +40,7 @@ PUBLISHED = ("PriMo", "linear shell", "gradient", "Laplacian", "rotation-invaria
 PLY_TYPES = {"uchar": "u1", "uint8": "u1", "int": "i4", "int32": "i4", "float": "f4", "float32": "f4", "double": "f8"}
 
 
-# Readers of triangle meshes that keep the file's vertex order.
+# Readers of triangle meshes that keep the vertex order of the file.
 def read_obj(path):
     lines = [line.split() for line in path.read_text().splitlines()]
     faces = [[int(corner.split("/")[0]) - 1 for corner in line[1:]] for line in lines if line[:1] == ["f"]]
@@ -51,7 +54,7 @@ def read_off(path):
 
 
 def read_ply(path):
-    """Binary, of either byte order: element vertex with x, y, z, then element face with its one list."""
+    """Reads binary PLY in either byte order: vertices with x, y, z, then faces with one list."""
     header, body = path.read_bytes().split(b"end_header\n", 1)
     lines = [line.split() for line in header.decode("ascii").splitlines()]
     order = {"binary_big_endian": ">", "binary_little_endian": "<"}[lines[1][1]]
@@ -75,7 +78,7 @@ def write_obj(path, vertices, faces):
 
 
 class Measure:
-    """The errors of deformed positions of one mesh. Edges are vertex pairs i < j, with the halfedges merged."""
+    """The errors of deformed positions of one mesh. Edges are undirected vertex pairs i < j."""
 
     def __init__(self, rest, faces):
         self.low, self.scale, self.faces, self.n = rest.min(0), np.ptp(rest, axis=0).max(), faces, len(rest)
@@ -98,7 +101,7 @@ class Measure:
         return np.bincount(self.edge_of, cot.ravel(), len(self.edges))
 
     def at_vertices(self, to_i, to_j):
-        """Sums at the vertices of what each edge gives its ends i and j; rows of numbers."""
+        """Sums per-edge rows of numbers at the vertices: to_i at end i and to_j at end j."""
         i, j = self.edges.T
         return np.stack([np.bincount(i, p, self.n) + np.bincount(j, q, self.n) for p, q in zip(to_i.T, to_j.T)], 1)
 
@@ -157,7 +160,7 @@ def row(name, report):
 
 
 def cases(data):
-    """Each case's name, rest mesh, faces, handles, targets and folder of published results."""
+    """Yields name, rest mesh, faces, handles, targets and folder of published results per case."""
     for folder in sorted((data / "meshes" / "bend_benchmark").iterdir()):
         rest, faces = read_mesh(folder / f"00-{folder.name}-original.off")
         status, matrix = (np.loadtxt(folder / (folder.name + suffix)) for suffix in (".sel", ".def"))

@@ -32,7 +32,7 @@ def main():
             problems.append(f"{what} differ: {a} and {b}")
 
     same("the names of the meshes", list(before.geometry), list(after.geometry))
-    # Cameras get other names at every load.
+    # Only nodes with meshes, because cameras get different names at every load.
     nodes = [sorted(scene.graph.nodes_geometry) for scene in (before, after)]
     same("the nodes that show meshes", *nodes)
     for node in before.graph.nodes_geometry:

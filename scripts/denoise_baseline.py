@@ -1,11 +1,11 @@
-"""What pymeshlab's smoothing filters make of the meshes of the denoising table.
+"""Results of pymeshlab's smoothing filters on the meshes of the denoising table.
 
     pip install numpy pymeshlab
     python scripts/denoise_baseline.py ../shared/meshes
 
-Prints mean normal errors in degrees, every face counted once, for the same noise as
+Prints mean normal errors in degrees, with equal weight for each face, for the same noise as
 `cargo run --release -p cotan-tests --example denoising_table`. pymeshlab has no bilateral normal
-filter; its nearest are the two-step filters, which smooth normals first and fit vertices then.
+filter; the closest are the two-step filters, which smooth the normals and then fit the vertices.
 """
 
 import math
@@ -19,7 +19,7 @@ MASK = (1 << 64) - 1
 
 
 def gaussian_noise(count, seed=1):
-    """As cotan::smooth::GaussianNoise: splitmix64, then Box and Muller's cosine."""
+    """Same as cotan::smooth::GaussianNoise: splitmix64, then the cosine of Box and Muller."""
     state = seed
 
     def uniform():

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Makes the pictures of the editor in docs/pictures anew, or those in another folder:
+# Regenerates the pictures of the editor in docs/pictures, or writes them to another folder:
 #
 #   scripts/editor-pictures.sh [FOLDER]
 #
-# Real events move the pointer of the real program on a display without a screen. Needs what
-# scripts/editor-tools.sh installs.
+# Drives the real program with real pointer events on a virtual display. Requires the tools
+# installed by scripts/editor-tools.sh.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 

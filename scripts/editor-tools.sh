@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Installs what the tests of the editor's window need, where Debian's apt-get is there and may be
-# used: an X server without a screen, a tool that moves its pointer, and a software OpenGL.
+# Installs the tools for the tests of the editor's window with apt-get, if it is available and
+# permitted: a virtual X server, a tool that moves its pointer, and a software OpenGL.
 #
 #   scripts/editor-tools.sh
 set -euo pipefail
@@ -38,5 +38,5 @@ if install; then
     exit 0
 fi
 echo "not installed: what Debian calls ${missing[*]}" >&2
-# Another system has them by other names; these two are what the tests look for.
+# Other systems name the packages differently. The tests look for these two programs.
 command -v Xvfb >/dev/null 2>&1 && command -v xdotool >/dev/null 2>&1

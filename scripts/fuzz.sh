@@ -1,12 +1,14 @@
 #!/usr/bin/env bash
-# Runs the fuzz targets: `scripts/fuzz.sh SECONDS [TARGET...]`, all of them unless some are named.
+# Runs the given fuzz targets, or all of them: `scripts/fuzz.sh SECONDS [TARGET...]`.
 #
-# Each starts from fuzz/corpus, runs for so many seconds within 2 GB, and stops at its first
-# finding, which is left in fuzz/artifacts and makes the script fail in the end. What is new goes to fuzz/target/corpus, not to the
-# corpus of the repository. Needs cargo-fuzz (`cargo install cargo-fuzz`); a nightly compiler is
-# taken if there is one, and the stable one is told to act as such otherwise.
-# SANITIZER=address also checks the memory use of dependencies, at half the speed; FUZZ_OPTIONS go to
-# libFuzzer, as `-seed=1 -runs=20000` for a run that is the same every time.
+# Each target starts from fuzz/corpus, runs for SECONDS within 2 GB, and stops at its first
+# finding, which is stored in fuzz/artifacts and makes the script fail at the end. New inputs go to
+# fuzz/target/corpus, not to the corpus of the repository. Requires cargo-fuzz
+# (`cargo install cargo-fuzz`). Uses a nightly compiler if there is one, and otherwise the stable
+# one with RUSTC_BOOTSTRAP.
+#
+# SANITIZER=address also checks the memory accesses of dependencies, at half the speed.
+# FUZZ_OPTIONS are passed to libFuzzer, for example `-seed=1 -runs=20000` for a reproducible run.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../fuzz"
 

@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
-# Counts the instructions of the kernels by callgrind: `scripts/instructions.sh [OPTION...]`.
+# Counts the instructions of the kernels with callgrind: `scripts/instructions.sh [OPTION...]`.
 #
-# Compares with the last run on this machine; `--save-baseline=NAME` and `--baseline=NAME` with
-# another one. Needs valgrind (Debian: valgrind) and the runner (`cargo install --locked
-# --version 0.20.0 gungraun-runner`). Skipped with exit code 0 where one is absent.
+# Compares with the last run on this machine, or with another one by means of
+# `--save-baseline=NAME` and `--baseline=NAME`. Requires valgrind (Debian: valgrind) and the runner
+# (`cargo install --locked --version 0.20.0 gungraun-runner`). If either is missing, the script is
+# skipped with exit code 0.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 

@@ -1,7 +1,7 @@
-//! The real models and reference cases that stories run on, when they are there.
+//! Access to the real models and reference cases of the stories, if they are available.
 //!
-//! They lie beside the project, in a folder named `shared`, and are other people's data: they are
-//! never part of it. Without them the stories say so and pass.
+//! They are other people's data, in a folder named `shared` next to the project, and never part of
+//! this repository. Without them the stories print a message and pass.
 
 #[cfg(doctest)]
 mod book;
@@ -13,7 +13,7 @@ use cotan::prelude::*;
 use cotan_io::{Numbering, ProcessingMesh, Weld};
 use serde_json::Value;
 
-/// A file of the folder `shared`, or `None` (with a word on standard output) if it is not there.
+/// Returns a file of the folder `shared`, or `None`, with a message, if it does not exist.
 pub fn shared(path: &str) -> Option<PathBuf> {
     let full = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared")).join(path);
     if full.exists() {
@@ -30,7 +30,7 @@ pub fn model(name: &str) -> Option<ProcessingMesh> {
     let document = cotan_io::load(&path).expect("a model of shared/meshes loads");
     Some(
         document
-            // Reference results name vertices of the file.
+            // Reference results use the vertex indices of the file.
             .surface_numbered(Weld::AsFormat, Numbering::Document)
             .expect("a model of shared/meshes is a manifold"),
     )
@@ -65,7 +65,7 @@ pub fn reference() -> Option<Value> {
     Some(serde_json::from_str(&text).expect("valid JSON"))
 }
 
-/// Numbers of a JSON array.
+/// The numbers of a JSON array.
 pub fn numbers(value: &Value) -> Vec<f64> {
     value
         .as_array()
@@ -75,7 +75,7 @@ pub fn numbers(value: &Value) -> Vec<f64> {
         .collect()
 }
 
-/// Vertex ids of a JSON array.
+/// The vertex ids of a JSON array.
 pub fn vertex_ids(value: &Value) -> Vec<VertexId> {
     value
         .as_array()
@@ -86,7 +86,7 @@ pub fn vertex_ids(value: &Value) -> Vec<VertexId> {
         .collect()
 }
 
-/// Points of a JSON array of triples.
+/// The points of a JSON array of triples.
 pub fn points(value: &Value) -> Vec<Point3<f64>> {
     value
         .as_array()
@@ -104,8 +104,8 @@ pub fn boxed(mesh: &ProcessingMesh) -> Positions<f64> {
         .map(|p| Point3::from((p - bounds.min) / bounds.longest_side()))
 }
 
-/// The edits of `shared/reference/solid`, each with the shape of an elastic body; and what other
-/// methods gave there, by name of the edit.
+/// The edits of `shared/reference/solid`, each with the shape of an elastic body, and the results
+/// of other methods by name of the edit.
 pub fn solid_cases() -> (Vec<(Case, Positions<f64>)>, Value) {
     let Some(table) = shared("reference/solid/table.json") else {
         return (Vec::new(), Value::Null);
@@ -149,9 +149,11 @@ fn solid_case(name: &str) -> Option<(Case, Positions<f64>)> {
     Some((case, solid.positions().clone()))
 }
 
-/// The as-rigid-as-possible energy as libigl and the reference figures have it: Σ_i Σ_j ⅛ w_ij
-/// |e_ij − R_i e⁰_ij|² over the original area, by single edges with signed weights, which can be
-/// negative. [`Quality::arap_energy`] is summed by triangles, which cannot.
+/// The as-rigid-as-possible energy as defined by libigl and the reference figures: Σ_i Σ_j ⅛ w_ij
+/// |e_ij − R_i e⁰_ij|² over the original area.
+///
+/// It is summed over edges with signed weights and can be negative. [`Quality::arap_energy`] is
+/// summed over triangles and cannot.
 pub fn arap_energy_by_edges(original: &Surface<'_, f64>, deformed: &Surface<'_, f64>) -> f64 {
     let mesh = original.mesh();
     let mut weights = HalfedgeMap::filled(mesh.num_halfedges(), 0.0);
@@ -179,13 +181,13 @@ pub fn arap_energy_by_edges(original: &Surface<'_, f64>, deformed: &Surface<'_, 
 
 /// A deformation to run: a mesh in box units with handles.
 pub struct Case {
-    /// Mesh and drag.
+    /// The name of mesh and drag.
     pub name: String,
     /// The mesh.
     pub mesh: ProcessingMesh,
-    /// Its positions in box units.
+    /// The positions in box units.
     pub positions: Positions<f64>,
-    /// What is held.
+    /// The handles.
     pub handles: Handles<f64>,
     /// The reference entry, if there is one.
     pub reference: Option<Value>,
@@ -220,7 +222,8 @@ pub fn reference_cases() -> Vec<Case> {
         .collect()
 }
 
-/// The two bend benchmarks (Botsch, Sorkine 2008): `.sel` and `.def` beside the model.
+/// The two bend benchmarks (Botsch, Sorkine 2008), with `.sel` and `.def` files next to the
+/// model.
 pub fn bend_cases() -> Vec<Case> {
     ["bar", "cylinder"]
         .into_iter()
@@ -259,3 +262,8 @@ pub fn bend_cases() -> Vec<Case> {
         })
         .collect()
 }
+
+/// Runs the example of the README as a doc test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

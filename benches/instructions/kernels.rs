@@ -1,6 +1,6 @@
-//! How many instructions each kernel takes: a regression shows on the noisiest machine.
+//! Instruction counts of the kernels, which show a regression even on the noisiest machine.
 //!
-//! `scripts/instructions.sh` runs it, and skips it where valgrind or the runner is absent.
+//! Run by `scripts/instructions.sh`, which skips it if valgrind or the runner is missing.
 
 use std::hint::black_box;
 

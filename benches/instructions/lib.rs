@@ -1,4 +1,5 @@
-//! What the counted kernels start from: a closed irregular mesh of 2,562 vertices, 32 of them held.
+//! The input of the counted kernels: a closed irregular mesh of 2,562 vertices, 32 of them
+//! handles.
 
 use cotan::flow::{BestRotation, Flow, FlowBuilder, Hybrid};
 use cotan::laplacian::{Cotangent, Operator};
@@ -6,23 +7,23 @@ use cotan::linear::{Defect, Handle, Membrane, PreparedSystem};
 use cotan::prelude::*;
 use cotan::shapes::{Numbering, irregular};
 
-/// Makes the calling thread the only one of rayon: callgrind counts on the thread that calls the
-/// kernel, and would miss what another one does for it.
+/// Makes the calling thread the only one of rayon. callgrind counts on the thread that calls the
+/// kernel, and would miss work done by others.
 fn stay_on_this_thread() {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(1)
         .use_current_thread();
-    // Refused if that is done already.
+    // Refused if it was done before.
     let _ = pool.build_global();
 }
 
-/// The mesh, its numbers at random: caches hold it in any order.
+/// The mesh with random numbering. It fits in the caches in any order.
 pub fn shape() -> Mesh<f64> {
     stay_on_this_thread();
     irregular(2_562, Numbering::Random, 1)
 }
 
-/// Number of vertices and faces.
+/// The number of vertices, and the faces.
 pub fn faces() -> (usize, Vec<[u32; 3]>) {
     let shape = shape();
     let corners = |f| shape.connectivity().triangle(f).map(|v| v.index() as u32);
@@ -51,7 +52,7 @@ pub fn flow(choose: impl FnOnce(FlowBuilder<f64>) -> FlowBuilder<f64>) -> Flow<f
     flow
 }
 
-/// The flow of the paper's linear system alone, and of the default.
+/// The flow with the paper's linear system alone.
 pub fn rotation_flow() -> Flow<f64> {
     flow(|flow| flow.orientation(BestRotation::new()))
 }
@@ -61,7 +62,7 @@ pub fn hybrid_flow() -> Flow<f64> {
     flow(|flow| flow.energy(Hybrid::default()))
 }
 
-/// Everything that one solve takes.
+/// The input of one solve.
 pub struct Solve {
     system: PreparedSystem,
     mismatch: VertexMap<Vector3<f64>>,
@@ -95,7 +96,7 @@ pub fn solve_setup() -> Solve {
 }
 
 impl Solve {
-    /// One correction.
+    /// Runs one correction.
     pub fn run(mut self) -> Self {
         let defect = Defect::of_laplacian(&self.mismatch);
         self.system.residual(&defect, &mut self.residual);

@@ -10,7 +10,7 @@
 
 using Kernel = CGAL::Simple_cartesian<double>;
 using Mesh = CGAL::Surface_mesh<Kernel::Point_3>;
-// CGAL's default is an LU factorization; LDLT is the fastest that it works with.
+// CGAL's default is an LU factorization; LDLT is the fastest that works with it.
 using Solver = CGAL::Eigen_solver_traits<
     Eigen::SimplicialLDLT<CGAL::Eigen_sparse_matrix<double>::EigenType>>;
 using Deformation =

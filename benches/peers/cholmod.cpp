@@ -1,6 +1,6 @@
-// CHOLMOD, supernodal, on the two matrices that a deformation can be solved with:
+// Supernodal CHOLMOD on the two matrices used to solve a deformation:
 //   L    the cotangent matrix with its first vertex grounded
-//   AtA  L'L + one on the diagonal of each handle
+//   AtA  L'L plus one on the diagonal of each handle
 //
 //   cholmod JOB L|AtA amd|metis RUNS
 #include <cholmod.h>
@@ -10,7 +10,7 @@
 
 #include "peer.hpp"
 
-// The lower triangle of the cotangent matrix, or with `full` all of it.
+// The lower triangle of the cotangent matrix, or the whole matrix if `full`.
 static cholmod_sparse* cotangent_matrix(const Job& job, bool full, cholmod_common* c) {
     const int n = int(job.points.size());
     const size_t most = 12 * job.faces.size();
@@ -52,7 +52,7 @@ static cholmod_sparse* grounded(cholmod_sparse* matrix, cholmod_common* c) {
     const int n = int(matrix->nrow);
     std::vector<int> kept(n - 1);
     for (int i = 1; i < n; ++i) kept[i - 1] = i;
-    // Submatrices are taken of unsymmetric matrices only.
+    // cholmod_submatrix accepts only unsymmetric matrices.
     matrix->stype = 0;
     cholmod_sparse* part = cholmod_submatrix(matrix, kept.data(), n - 1, kept.data(), n - 1, 1, 1, c);
     part->stype = -1;

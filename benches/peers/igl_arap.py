@@ -3,7 +3,8 @@
 
 igl_arap.py JOB RUNS ITERATIONS
 
-Prints one line of JSON; seconds are [wall, processor] medians. Exit code 3: libigl is not installed.
+Prints one line of JSON; times are [wall, processor] medians in seconds.
+Exit code 3: libigl is not installed.
 """
 import json
 import os
@@ -53,7 +54,7 @@ def main():
     phases = Phases()
     for _ in range(runs):
         phases.time("cotmatrix", lambda: igl.cotmatrix(points, faces))
-        # The benchmark's own energy as the paper of ARAP has it: spokes. It is also the faster one.
+        # The spokes energy of the ARAP paper, which is also the faster one.
         data = igl.ARAPData()
         data.energy = igl.ARAPEnergyType.ARAP_ENERGY_TYPE_SPOKES
         data.max_iter = iterations

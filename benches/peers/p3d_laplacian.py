@@ -3,7 +3,8 @@
 
 p3d_laplacian.py JOB RUNS
 
-Prints one line of JSON; seconds are [wall, processor] medians. Exit code 3: potpourri3d is not installed.
+Prints one line of JSON; times are [wall, processor] medians in seconds.
+Exit code 3: potpourri3d is not installed.
 """
 import json
 import statistics

@@ -1,4 +1,4 @@
-// What the C++ peers share: reading the mesh and the handles, clocks, medians, JSON.
+// Code shared by the C++ peers: reading the mesh and the handles, clocks, medians, JSON.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -44,7 +44,7 @@ inline Job read_job(const char* path) {
     return job;
 }
 
-// Wall and processor seconds since it was made.
+// Wall and processor seconds since its construction.
 class Clock {
   public:
     Clock() : wall_(now(CLOCK_MONOTONIC)), cpu_(now(CLOCK_PROCESS_CPUTIME_ID)) {}

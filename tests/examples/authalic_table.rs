@@ -1,11 +1,11 @@
-//! Prints what the embedding with the slider between angles and areas does to every closed
-//! genus-0 model: seconds, flipped triangles, mean σ1/σ2 and mean |ln area ratio|.
+//! Prints the distortion of every closed genus-0 model for several positions of the slider
+//! between angles and areas: seconds, flipped triangles, mean σ1/σ2 and mean |ln area ratio|.
 //!
 //! ```text
 //! cargo run --release -p cotan-tests --example authalic_table [-- part of a model's name ... [N]]
 //! ```
 //!
-//! A number N cuts every face in four, N times.
+//! A number N splits every face into four, N times.
 
 use std::time::Instant;
 
@@ -38,7 +38,7 @@ fn main() {
     }
 }
 
-/// Every face cut in four.
+/// Splits every face into four.
 fn subdivided(mesh: &HalfedgeMesh, positions: &Positions<f64>) -> (HalfedgeMesh, Positions<f64>) {
     let n = mesh.num_vertices();
     let middle = |h: cotan::halfedge::HalfedgeId| (n + h.edge().index()) as u32;
@@ -107,7 +107,7 @@ fn report<T: Scalar>(
     }
 }
 
-/// From the nearly conformal map to areas, by [`relax`] instead of from the start.
+/// Relaxes the nearly conformal map towards areas by [`relax`], not from scratch.
 fn relaxed(name: &str, mesh: &HalfedgeMesh, positions: &Positions<f64>) {
     let Ok(mut sphere) = embed::<f64>(mesh, positions, 0.0) else {
         return;
@@ -119,7 +119,7 @@ fn relaxed(name: &str, mesh: &HalfedgeMesh, positions: &Positions<f64>) {
     report(name, "0 to 1", mesh, positions, &sphere, start);
 }
 
-/// The nearly conformal map with some vertices swapped, and repaired by [`untangle`].
+/// Swaps some vertices of the nearly conformal map and repairs it by [`untangle`].
 fn tangled(name: &str, mesh: &HalfedgeMesh, positions: &Positions<f64>) {
     let Ok(mut sphere) = embed::<f64>(mesh, positions, 0.0) else {
         return;
@@ -164,7 +164,7 @@ fn distortion<T: Scalar>(
             mesh.triangle(f).map(|v| sphere[v]),
         );
         let share = area(rest) / total;
-        // A face without area has no ratio, and no weight.
+        // A face without area has no ratio and no weight.
         if !(share > 1e-15) {
             continue;
         }

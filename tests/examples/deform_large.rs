@@ -1,4 +1,5 @@
-//! Deforms an irregular mesh of millions of vertices by six points, and tells time and peak memory.
+//! Deforms an irregular mesh of millions of vertices by six points, and prints time and peak
+//! memory.
 //!
 //! ```text
 //! cargo run --release -p cotan-tests --example deform_large [-- VERTICES [ORIENTATION [single]]]
@@ -38,7 +39,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let shape = irregular::<f64>(size, Numbering::Natural, 6);
     told(&format!("{} vertices made", shape.positions().len()));
-    // Five outermost points are held, the sixth is pulled outwards by a fifth of its distance.
+    // Five extreme points are fixed, and the sixth is pulled outwards by a fifth of its distance.
     let handles: Vec<(Handle, Point3<f64>)> = AXES
         .iter()
         .filter_map(|axis| {
@@ -71,7 +72,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The most memory that the process has had, where the system tells.
+/// The peak memory of the process, if the system reports it.
 fn peak() -> String {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find(|line| line.starts_with("VmHWM"));

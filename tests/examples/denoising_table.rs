@@ -11,7 +11,7 @@ use cotan::prelude::*;
 use cotan::smooth::{NormalError, SmoothMethod, SmoothOptions, smooth, with_normal_noise};
 use cotan_tests::model;
 
-/// Name, method and iterations of every column.
+/// Name, method and iterations of each column.
 const COLUMNS: [(&str, SmoothMethod, Option<usize>); 8] = [
     ("auto", SmoothMethod::Auto, None),
     ("curvature", SmoothMethod::Curvature, None),
@@ -42,7 +42,7 @@ fn main() {
     times();
 }
 
-/// One line: degrees, and the volume over that of the noisy mesh.
+/// Prints one line: errors in degrees, and the volume relative to that of the noisy mesh.
 fn row(name: &str, clean: &Surface<'_, f64>, noisy: &Positions<f64>) {
     let error = |x: &Positions<f64>| NormalError::measure(clean, &clean.with_positions(x)).mean;
     print!("| {name} | {:.2} |", error(noisy));
@@ -63,7 +63,7 @@ fn row(name: &str, clean: &Surface<'_, f64>, noisy: &Positions<f64>) {
     println!();
 }
 
-/// Seconds an iteration, from runs of two lengths, and for the whole job.
+/// Prints the time per iteration, from runs of two lengths, and for the whole job.
 fn times() {
     println!("\n| mesh | method | ms an iteration | s in all |\n|---|---|---|---|");
     for name in ["dinosaur.obj", "igea.ply"] {

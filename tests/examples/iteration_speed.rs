@@ -1,13 +1,14 @@
-//! Prints what an iteration costs, in nanoseconds a vertex: the whole step, its solve, and the
-//! rest, for every orientation.
+//! Prints the cost of an iteration in nanoseconds per vertex, for every orientation: the whole
+//! step, its solve, and the rest.
 //!
 //! ```text
-//! RAYON_NUM_THREADS=1 cargo run --release -p cotan-tests --example iteration_speed [-- part of a mesh's name ...]
+//! RAYON_NUM_THREADS=1 cargo run --release -p cotan-tests --example iteration_speed \
+//!     [-- part of a mesh's name ...]
 //! ```
 //!
-//! Medians over the steps of one drag, on a machine that does nothing else. The solve is timed on a
-//! system of its own, prepared alike. Real models are skipped where they are not beside the
-//! project. Before the table: what it takes to assemble the operator, in nanoseconds a face.
+//! Prints medians over the steps of one drag; run it on an idle machine. The solve is timed on a
+//! separate system, prepared in the same way. Real models are skipped if they are not next to the
+//! project. The time to assemble the operator, in nanoseconds per face, comes before the table.
 
 use std::time::Instant;
 
@@ -61,7 +62,7 @@ fn table(name: &str, mesh: &HalfedgeMesh, positions: &Positions<f64>) {
     row("limited, rescaled", rescaled().orientation(Limited::new()));
 }
 
-/// Seconds for the operator: weights, one-rings, rounding.
+/// Seconds to assemble the operator: weights, one-rings, rounding.
 fn assembly(mesh: &HalfedgeMesh, positions: &Positions<f64>) -> f64 {
     let surface = Surface::new(mesh, positions).expect("a surface");
     median(9, || {
@@ -88,8 +89,10 @@ fn print_row(positions: &Positions<f64>, method: &str, builder: FlowBuilder<f64>
     );
 }
 
-/// The lowest vertex and three others held, the highest moved sideways: by so little that a line
-/// search accepts its first trial. Every other trial costs one more update of the rotations.
+/// The lowest vertex and three others are fixed, and the highest is moved sideways.
+///
+/// The move is so small that a line search accepts its first trial; each further trial would cost
+/// another update of the rotations.
 fn drag(positions: &Positions<f64>) -> Vec<(Handle, Point3<f64>)> {
     let mut by_height: Vec<VertexId> = positions.iter().map(|(v, _)| v).collect();
     by_height.sort_by(|a, b| positions[*a].z.total_cmp(&positions[*b].z));
@@ -126,7 +129,7 @@ fn solve(flow: &Flow<f64>) -> f64 {
     })
 }
 
-/// The median of some measurements, in seconds.
+/// The median of several measurements, in seconds.
 fn median(repetitions: usize, mut run: impl FnMut()) -> f64 {
     let mut times: Vec<f64> = (0..repetitions)
         .map(|_| {

@@ -1,4 +1,4 @@
-//! Prints how far a run ends from the minimum of its energy, and after how many iterations.
+//! Prints the distance of a run's result from the minimum of its energy, and its iterations.
 //!
 //! ```text
 //! cargo run --release -p cotan-tests --example limbs_table [-- part of a case's name ...]
@@ -35,7 +35,7 @@ fn row(case: &Case, name: &str, stiffness: Stiffness) {
     let report = session.run().expect("a run");
     let seconds = start.elapsed().as_secs_f64();
     let reached = session.positions();
-    // The same run, on to the minimum.
+    // The same run, continued to the minimum.
     let exact = options.tolerance(1e-8).iteration_limit(3_000);
     let minimum = deform(surface, &case.handles, &exact).expect("an edit");
     let farthest = |a: &Positions<f64>| {

@@ -1,9 +1,9 @@
-//! What scattered vertex numbers cost, and what a spatial order gives back.
+//! Measures the cost of scattered vertex numbering and the benefit of a spatial order.
 //!
 //! `cargo run --release -p cotan-tests --example numbering_speed -- [VERTICES or MESH]...`
 //!
-//! A mesh file is taken with its own numbers and with shuffled ones; a number of vertices stands
-//! for an irregular blob with random numbers. Processor seconds, medians.
+//! A mesh file is measured with its own numbering and with a shuffled one; a number of vertices
+//! stands for a randomly numbered irregular blob. Prints medians in processor seconds.
 
 use std::error::Error;
 use std::hint::black_box;
@@ -82,7 +82,7 @@ fn report(name: &str, document: &Document) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The same surface with its vertices and faces in an order of no meaning.
+/// The same surface with its vertices and faces in random order.
 fn shuffled(document: &Document) -> Result<Document, Box<dyn Error>> {
     let order = permutation(document.positions().len() as u64);
     let mut number = vec![0; order.len()];

@@ -5,8 +5,8 @@
 //! cargo run --release -p cotan-tests --example orientation_table [-- part of a case's name ...]
 //! ```
 //!
-//! Meshes of other programs' results, named after the cases (`spot_twist.obj`), are measured too if
-//! the variable `RESULTS` names their folder.
+//! If the variable `RESULTS` names a folder with meshes produced by other programs, named after
+//! the cases (`spot_twist.obj`), these are measured too.
 
 use std::path::Path;
 use std::time::Instant;
@@ -105,7 +105,7 @@ fn print_row(case: &Case, method: &str, ended: &str, positions: &Positions<f64>,
         case.name,
         quality.errors.parameterization,
         quality.errors.geometry,
-        // As the reference figures and those of libigl have it.
+        // As defined by libigl and the reference figures.
         arap_energy_by_edges(&rest, &moved),
         100.0 * quality.edge_distortion_rms,
         quality.folded_edges,

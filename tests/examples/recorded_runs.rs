@@ -1,6 +1,8 @@
-//! Prints a fingerprint of the positions, and the number of iterations, of 336 runs: jobs,
-//! options, meshes and both scalar types. A change that must not change results prints the same
-//! lines before and after, by the same profile:
+//! Prints a fingerprint of the positions and the number of iterations of 336 runs: jobs, options,
+//! meshes and both scalar types.
+//!
+//! A change that must not change results prints the same lines before and after, with the same
+//! profile:
 //!
 //! ```text
 //! cargo run -p cotan-tests --example recorded_runs > before.txt
@@ -8,8 +10,7 @@
 //! diff before.txt after.txt
 //! ```
 //!
-//! The models are skipped where they are not next to the project; the shapes made by code always
-//! run.
+//! The models are skipped if they are not next to the project; the generated shapes always run.
 
 use cotan::prelude::*;
 use cotan::reconstruct;
@@ -93,7 +94,7 @@ fn spheres() -> Vec<(&'static str, SphereOptions)> {
     ]
 }
 
-/// The vertices in the order of one coordinate.
+/// The vertices sorted by x.
 fn by_x<T: Scalar>(positions: &Positions<T>) -> Vec<VertexId> {
     let mut vertices: Vec<VertexId> = positions.iter().map(|(v, _)| v).collect();
     vertices.sort_by(|a, b| {
@@ -115,7 +116,7 @@ fn points<T: Scalar>(positions: &Positions<T>) -> Handles<T> {
         .move_to(end, moved)
 }
 
-/// A tenth of the vertices at one end held, a tenth at the other turned by 40 degrees and lifted.
+/// A tenth of the vertices at one end fixed, a tenth at the other rotated by 40° and lifted.
 fn ends<T: Scalar>(positions: &Positions<T>) -> Handles<T> {
     let vertices = by_x(positions);
     let tenth = (vertices.len() / 10).max(3);
@@ -155,7 +156,7 @@ fn fingerprint<T: Scalar>(positions: &Positions<T>) -> u64 {
     })
 }
 
-/// The root mean square of the coordinates, to eight digits: how large a difference is.
+/// The root mean square of the coordinates to eight digits, to show the size of a difference.
 fn summary<T: Scalar>(positions: &Positions<T>) -> String {
     let squares = positions
         .values()

@@ -1,5 +1,5 @@
-//! Prints how near the deformations of `shared/reference/solid` come to an elastic body, beside the
-//! figures of other methods.
+//! Prints the distance of the deformations of `shared/reference/solid` from an elastic body, next
+//! to the figures of other methods.
 //!
 //! ```text
 //! cargo run --release -p cotan-tests --example solid_table [-- part of an edit's name ...]
@@ -55,7 +55,7 @@ fn main() {
     }
 }
 
-/// Runs one edit and prints its row; returns the distance.
+/// Runs one edit, prints its row, and returns the distance.
 fn run(case: &Case, solid: &Positions<f64>, method: &str, options: &DeformOptions) -> f64 {
     let surface = Surface::assume_checked(case.mesh.mesh(), &case.positions);
     let start = Instant::now();

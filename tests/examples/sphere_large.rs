@@ -1,4 +1,4 @@
-//! Maps a subdivided model of more than a million vertices, and tells time and peak memory.
+//! Maps a subdivided model of more than a million vertices, and prints time and peak memory.
 //!
 //! ```text
 //! cargo run --release -p cotan-tests --example sphere_large [-- SUBDIVISIONS [AUTHALIC]]
@@ -29,7 +29,7 @@ fn main() {
     println!("{:?}", SphereQuality::measure(&surface, &done.map));
 }
 
-/// Every edge halved, every triangle into four.
+/// Splits every triangle into four at the midpoints of its edges.
 fn subdivide(mesh: &HalfedgeMesh, positions: &Positions<f64>) -> (HalfedgeMesh, Positions<f64>) {
     let mut points: Vec<Point3<f64>> = positions.values().copied().collect();
     let mut middle = HashMap::new();
@@ -50,7 +50,7 @@ fn subdivide(mesh: &HalfedgeMesh, positions: &Positions<f64>) -> (HalfedgeMesh, 
     (mesh, points.into_iter().collect())
 }
 
-/// The most memory that the process has had, where the system tells.
+/// The peak memory of the process, if the system reports it.
 fn peak() -> String {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find(|line| line.starts_with("VmHWM"));

@@ -1,11 +1,13 @@
-//! Measures a sphere map beside its parts and beside conformalized mean-curvature flow, in one run.
+//! Compares the time of a sphere map with that of its parts and of conformalized mean-curvature
+//! flow.
 //!
 //! ```text
-//! cargo run --release -p cotan-tests --example sphere_speed [-- RUNS [part of a model's name ...]]
+//! cargo run --release -p cotan-tests --example sphere_speed \
+//!     [-- RUNS [part of a model's name ...]]
 //! ```
 //!
-//! `unit` is one factorization of the Laplacian (weights, matrix, analysis, numbers) and one solve;
-//! `whole` is the file read, mapped and written; medians, in seconds.
+//! `unit` is one factorization of the Laplacian (weights, matrix, analysis, numbers) and one
+//! solve; `whole` is reading the file, mapping and writing. Prints medians in seconds.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -69,7 +71,7 @@ fn row(name: &str, runs: usize) {
     );
 }
 
-/// One factorization and one solve.
+/// Measures one factorization and one solve.
 fn unit(mesh: &HalfedgeMesh, positions: &Positions<f64>) {
     let surface = Surface::new(mesh, positions).expect("a surface");
     let operator = Operator::assemble(&Cotangent::default(), &surface).expect("weights");
@@ -84,7 +86,7 @@ fn unit(mesh: &HalfedgeMesh, positions: &Positions<f64>) {
     black_box(correction);
 }
 
-/// File in, map, bytes out.
+/// Measures reading the file, mapping and writing.
 fn whole(path: &std::path::Path) {
     let mut document = cotan_io::load(path).expect("a model loads");
     let mesh = document.surface().expect("a model is a manifold");

@@ -1,4 +1,5 @@
-//! Prints what the methods of spherical parameterization do to every closed genus-0 model.
+//! Prints the results of the methods of spherical parameterization for every closed genus-0
+//! model.
 //!
 //! ```text
 //! cargo run --release -p cotan-tests --example sphere_table [-- part of a model's name ...]

@@ -1,14 +1,16 @@
-//! What each strategy of the linear system costs, and how far their corrections are apart.
+//! Prints the cost of each strategy of the linear system, and the difference of their
+//! corrections.
 //!
 //! ```text
 //! cargo run --release -p cotan-tests --example strategy_table [-- HANDLES [RUNS]]
 //! ```
 //!
-//! HANDLES point handles (default 32) spread over each model. `factor` is analysis and numbers (the
-//! time to prepare a system with one handle), `prepare` has the columns too; `exchange` puts one
-//! handle for another; `correct` is one correction. Medians, in milliseconds of processor time of
-//! all threads, so that other work on the machine counts little. `apart` is the largest difference
-//! of the corrections by the two strategies, over the largest correction.
+//! HANDLES point handles (default 32) are spread over each model. `factor` is analysis and
+//! numbers (the time to prepare a system with one handle), `prepare` includes the columns;
+//! `exchange` replaces one handle by another; `correct` is one correction. Prints medians, in
+//! milliseconds of processor time over all threads, so that other work on the machine matters
+//! little. `apart` is the largest difference of the corrections by the two strategies, over the
+//! largest correction.
 
 use cotan::flow::Flow;
 use cotan::geometry::{Mesh, shapes};
@@ -17,7 +19,7 @@ use cotan::linear::{Defect, Membrane, PreparedSystem, Strategy, SystemOptions};
 use cotan::prelude::*;
 use cotan_tests::shared;
 
-/// Which terms the system has.
+/// The terms of the system.
 #[derive(Clone, Copy, PartialEq)]
 enum Terms {
     Membrane,
@@ -47,7 +49,7 @@ fn main() {
     table("torus", &mesh, &positions, handles, runs);
 }
 
-/// A torus whose vertices are moved about, so that no two triangles are alike.
+/// A torus with displaced vertices, so that no two triangles are alike.
 fn rough_torus(around: usize, across: usize) -> Mesh<f64> {
     let mut shape = shapes::torus::<f64>(1.0, 0.4, around, across);
     for (i, p) in shape.positions_mut().iter_mut().enumerate() {
@@ -160,7 +162,7 @@ fn apart(a: &VertexMap<Vector3<f64>>, b: &VertexMap<Vector3<f64>>) -> f64 {
     difference.fold(0.0, f64::max) / size
 }
 
-/// What the threads of this process have worked so far. Linux only: 0 elsewhere.
+/// The processor time used by the threads of this process so far. Linux only; 0 elsewhere.
 fn processor_seconds() -> f64 {
     let nanoseconds = |path: std::path::PathBuf| {
         let text = std::fs::read_to_string(path.join("schedstat")).ok()?;

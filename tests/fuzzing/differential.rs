@@ -1,4 +1,4 @@
-//! Our OBJ reader beside tobj, where both accept a file.
+//! Compares our OBJ reader with tobj on files that both accept.
 
 #[path = "../../crates/io/tests/obj_filter/mod.rs"]
 mod obj_filter;
@@ -8,9 +8,9 @@ use obj_filter::{agree, for_tobj, read_by_tobj};
 
 use super::files::limits;
 
-/// Positions and faces are those that tobj reads.
+/// Checks that positions and faces are those that tobj reads.
 pub fn obj_differential(data: &[u8]) {
-    // What announces another format is not read as an OBJ.
+    // Content that announces another format is not read as an OBJ.
     let is_obj = Format::from_content(data).is_none() && !data.starts_with(b"\x1f\x8b");
     let Some((filtered, num_vertices)) = for_tobj(data).filter(|_| is_obj) else {
         return;

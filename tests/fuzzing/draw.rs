@@ -1,6 +1,6 @@
 //! Decisions drawn from the bytes of a fuzzer.
 
-/// Bytes that are used up from the front; behind the end there are zeros.
+/// Bytes consumed from the front, followed by zeros.
 pub(super) struct Draw<'a> {
     data: &'a [u8],
 }
@@ -31,7 +31,7 @@ impl<'a> Draw<'a> {
         u32::from_le_bytes(self.array())
     }
 
-    /// A number below `bound`, which is not 0.
+    /// A number below `bound`, which must not be 0.
     pub(super) fn below(&mut self, bound: usize) -> usize {
         match bound {
             0..=256 => usize::from(self.byte()) % bound,
@@ -39,7 +39,7 @@ impl<'a> Draw<'a> {
         }
     }
 
-    /// A finite number: mostly a small multiple of 1/16, sometimes any bits.
+    /// A finite number: usually a small multiple of 1/16, sometimes any bits.
     pub(super) fn real(&mut self) -> f64 {
         match self.byte() {
             255 => {
@@ -54,11 +54,11 @@ impl<'a> Draw<'a> {
         }
     }
 
-    /// A name without blanks, sometimes with letters beyond ASCII.
+    /// A name without blanks, sometimes with letters outside of ASCII.
     pub(super) fn name(&mut self) -> String {
         const LETTERS: &[char] = &['a', 'b', 'Z', '_', '0', '9', '-', '.', 'é', '語'];
         let length = 1 + self.below(6);
-        // The first letter keeps keywords and numbers apart.
+        // The first letter distinguishes names from keywords and numbers.
         let mut name = String::from("n");
         name.extend((0..length).map(|_| LETTERS[self.below(LETTERS.len())]));
         name

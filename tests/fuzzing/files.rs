@@ -1,4 +1,4 @@
-//! Files of all formats: read or refused, written back whole, converted.
+//! Files of all formats: read or refused, written back in full, converted.
 
 use cotan_io::{
     Attributes, COLOR, CornerProperty, Document, FaceList, Format, LabelKind, Labels, Limits, NONE,
@@ -8,7 +8,7 @@ use nalgebra::Point3;
 
 use super::draw::Draw;
 
-/// What a fuzzer may make us do: little enough that each run ends soon.
+/// Limits that keep each fuzzing run short.
 pub(super) fn limits() -> Limits {
     Limits {
         max_bytes: 1 << 20,
@@ -20,8 +20,8 @@ pub(super) fn limits() -> Limits {
     }
 }
 
-/// Reads the bytes as a file of `format` (unless they announce another one) and checks everything
-/// that a document promises.
+/// Reads the bytes as a file of `format` (unless they announce another one) and checks all
+/// invariants of the document.
 pub fn read_as(data: &[u8], format: Format) {
     match read(data, Some(format), &limits()) {
         Ok(document) => check(&document, data),
@@ -42,7 +42,7 @@ fn check(document: &Document, bytes: &[u8]) {
         assert!(polygon.len() >= 3 && polygon.iter().all(|&v| (v as usize) < num_vertices));
     }
     let same = write(document, own);
-    // A compressed file is written as what it holds.
+    // A compressed file is written uncompressed.
     assert!(
         same == bytes || bytes.starts_with(b"\x1f\x8b"),
         "{own} changed"
@@ -68,7 +68,8 @@ fn write(document: &Document, format: Format) -> Vec<u8> {
         .unwrap_or_else(|error| panic!("{format}: {error}"))
 }
 
-/// Whether a file written as `format` looks like one of another: a comment may hold any bytes.
+/// Returns `true` if a file written as `format` looks like another format; a comment may hold any
+/// bytes.
 pub(super) fn announces_another(bytes: &[u8], format: Format) -> bool {
     Format::from_content(bytes).is_some_and(|found| found != format)
 }
@@ -77,7 +78,7 @@ fn has_nodes(document: &Document) -> bool {
     matches!(document.format(), Some(Format::Gltf | Format::Glb))
 }
 
-/// Every format holds the surface, or says that its numbers do not.
+/// Checks that every format holds the surface or reports that its number type cannot.
 fn convert(document: &Document, format: Format) {
     let Ok(bytes) = document.write(format) else {
         return;
@@ -93,7 +94,7 @@ fn convert(document: &Document, format: Format) {
             return;
         }
     };
-    // Every further instance of a mesh has faces of its own there, behind all others.
+    // In the new file each further instance of a mesh has faces of its own, after all others.
     let has_instances = has_nodes(document) && !has_nodes(&again);
     let found = again.faces().num_triangles();
     assert!(
@@ -109,7 +110,8 @@ fn convert(document: &Document, format: Format) {
         }
         // Polygons are cut in formats of triangles.
         _ if !is_plain || has_instances => {}
-        // Materials may change the order of faces, and a node that moves a mesh rounds otherwise.
+        // Materials may change the order of faces, and the transform of a node rounds
+        // differently.
         Format::Gltf | Format::Glb => {
             let largest =
                 |points: &[Point3<f64>]| points.iter().map(|p| p.coords.amax()).fold(0.0, f64::max);
@@ -133,7 +135,7 @@ fn convert(document: &Document, format: Format) {
     }
 }
 
-/// Moved vertices come back, and nothing else changes.
+/// Checks that moved vertices are read back and that nothing else changes.
 fn move_all(document: &Document, own: Format) {
     let Ok(surface) = document.surface() else {
         return;
@@ -150,7 +152,7 @@ fn move_all(document: &Document, own: Format) {
     moved
         .set_positions(&surface, &positions)
         .unwrap_or_else(|error| panic!("{error}"));
-    // A number type may be too small, and a normal may be no number.
+    // The number type may be too small, and a normal may be NaN.
     let Ok(bytes) = moved.write(own) else { return };
     if announces_another(&bytes, own) {
         return;
@@ -160,7 +162,7 @@ fn move_all(document: &Document, own: Format) {
     let is_local = matches!(own, Format::Gltf | Format::Glb);
     if own != Format::Stl {
         for (a, b) in again.positions().iter().zip(moved.positions()) {
-            // Through the transform of a node and back, rounding is all that is lost.
+            // A round trip through the transform of a node loses nothing but rounding.
             let scale = b.coords.amax().max(1.0);
             let close = (a - b).amax() <= 1e-3 * scale;
             assert!(close || is_local, "{a} is not {b}");
@@ -168,7 +170,7 @@ fn move_all(document: &Document, own: Format) {
     }
 }
 
-/// Whatever the faces are, the repair of everything leaves a surface or nothing.
+/// Checks that repairing everything leaves a surface or nothing, whatever the faces are.
 fn repair(document: &Document) {
     let Ok(repaired) = Repair::all().apply(document) else {
         return;
@@ -180,7 +182,7 @@ fn repair(document: &Document) {
     }
 }
 
-/// A document with attributes of all kinds, written in every format and read back.
+/// Writes a document with attributes of all kinds in every format and reads it back.
 pub fn document_roundtrip(data: &[u8]) {
     let mut draw = Draw::new(data);
     let Some(document) = arbitrary(&mut draw) else {
@@ -193,7 +195,7 @@ pub fn document_roundtrip(data: &[u8]) {
         let again = match read(bytes.as_slice(), Some(format), &Limits::default()) {
             Ok(again) => again,
             Err(error) => {
-                // A file of triangles cannot say that there are none.
+                // A file of triangles cannot be empty.
                 assert!(document.faces().is_empty(), "{format}: {error}");
                 continue;
             }
@@ -217,14 +219,14 @@ pub fn document_roundtrip(data: &[u8]) {
             }
         }
         assert!(write(&again, format) == bytes, "{format} changed");
-        // A second time through, nothing more is lost.
+        // A second round trip loses nothing more.
         let made = Document::new(again.positions().to_vec(), again.faces().clone())
             .and_then(|made| made.with_attributes(attributes.into_owned()))
             .unwrap_or_else(|error| panic!("{format}: {error}"));
         let twice = read(write(&made, format), Some(format), &Limits::default())
             .unwrap_or_else(|error| panic!("{format}: {error}"));
         if matches!(format, Format::Gltf | Format::Glb) {
-            // Faces that two materials have in common are read with vertices of their own.
+            // Faces shared by two materials are read with separate vertices.
             assert_eq!(places(&twice), places(&again), "{format}");
             continue;
         }
@@ -239,7 +241,8 @@ fn places(document: &Document) -> Vec<Point3<f64>> {
     corners.map(|&v| document.positions()[v as usize]).collect()
 }
 
-/// The same numbers, names and comments, whatever type and table they are kept in.
+/// Checks that numbers, names and comments are the same, whatever type and table they are stored
+/// in.
 fn assert_same(expected: &Attributes, found: &Attributes, format: Format) {
     let numbers = |p: &Property| -> Vec<f64> {
         let unit = unit(&p.name, &p.values);
@@ -251,12 +254,12 @@ fn assert_same(expected: &Attributes, found: &Attributes, format: Format) {
         (&expected.vertices, &found.vertices),
         (&expected.faces, &found.faces),
     ] {
-        // A name may not do in the format; the numbers are enough then.
+        // If the format does not allow a name, comparing the numbers suffices.
         let mut left: Vec<_> = found
             .iter()
             .map(|p| (p.name.as_str(), numbers(p)))
             .collect();
-        // An OBJ has these at the corners.
+        // OBJ stores these per corner.
         let at_corners =
             |p: &Property| format == Format::Obj && [NORMAL, UV].contains(&p.name.as_str());
         for p in expected
@@ -264,7 +267,7 @@ fn assert_same(expected: &Attributes, found: &Attributes, format: Format) {
             .filter(|p| !p.values.is_empty() && !at_corners(p))
         {
             let mut take = |wanted: &[f64]| {
-                // Fractions of a colour's integers are written with the digits of 32 bits.
+                // Colours stored as integers are written as fractions with 32-bit precision.
                 let fraction = |name: &str, other: &Vec<f64>| {
                     p.name == COLOR
                         && name == COLOR
@@ -277,7 +280,8 @@ fn assert_same(expected: &Attributes, found: &Attributes, format: Format) {
                 let at = left.iter().position(same);
                 at.map(|at| left.swap_remove(at)).is_some()
             };
-            // What has no usual names may be kept as one property for each component.
+            // An attribute without standard component names may be stored as one property per
+            // component.
             let numbers = numbers(p);
             let column = |k: usize| -> Vec<f64> {
                 let values = (0..p.values.len()).skip(k).step_by(p.components);
@@ -326,7 +330,7 @@ fn assert_same(expected: &Attributes, found: &Attributes, format: Format) {
     assert_eq!(found.comments, expected.comments, "{format}");
 }
 
-/// What stands for 1: integers of a colour are fractions of their type's largest number.
+/// The value that represents 1: integer colours are fractions of the type's largest value.
 fn unit(name: &str, values: &Values) -> f64 {
     match values {
         _ if name != COLOR => 1.0,
@@ -341,7 +345,7 @@ fn unit(name: &str, values: &Values) -> f64 {
 }
 
 fn close(a: &[f64], b: &[f64], of: &Values) -> bool {
-    // A text says a number of 32 bits with the digits that it takes to read it back.
+    // Text formats write as many digits of a 32-bit number as reading it back requires.
     let is_single = matches!(of, Values::F32(_));
     let same = |(a, b): (&f64, &f64)| {
         a == b || a.is_nan() && b.is_nan() || is_single && (*a as f32) == (*b as f32)
@@ -349,7 +353,7 @@ fn close(a: &[f64], b: &[f64], of: &Values) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(same)
 }
 
-/// A small document; `None` if its faces are refused.
+/// A small document, or `None` if its faces are refused.
 fn arbitrary(draw: &mut Draw<'_>) -> Option<Document> {
     let num_vertices = 3 + draw.below(20);
     let positions = (0..num_vertices)
@@ -457,7 +461,7 @@ fn values(draw: &mut Draw<'_>, count: usize) -> Values {
     match draw.below(4) {
         0 => Values::U8((0..count).map(|_| draw.byte()).collect()),
         1 => Values::I32((0..count).map(|_| draw.u32() as i32).collect()),
-        // Beyond 32 bits would be infinite, which a colour must not be.
+        // Larger values would become infinite in 32 bits, which is not allowed in a colour.
         2 => Values::F32(
             (0..count)
                 .map(|_| draw.real().clamp(f32::MIN.into(), f32::MAX.into()) as f32)

@@ -1,11 +1,11 @@
-//! The half-edge mesh: any faces, any edits.
+//! The half-edge mesh under arbitrary faces and edits.
 
 use cotan::halfedge::{EdgeId, FaceId, HalfedgeId, HalfedgeMesh};
 use cotan::shapes;
 
 use super::draw::Draw;
 
-/// Faces of few vertices, so that they meet; one in 64 numbers is any number.
+/// Faces with few distinct vertices, so that they share some. One index in 64 is arbitrary.
 fn faces(draw: &mut Draw<'_>, most: usize) -> (usize, Vec<Vec<u32>>) {
     let num_vertices = match draw.byte() {
         255 => draw.u32() as usize,
@@ -27,7 +27,8 @@ fn faces(draw: &mut Draw<'_>, most: usize) -> (usize, Vec<Vec<u32>>) {
     (num_vertices, faces)
 }
 
-/// Any list of faces gives a valid mesh with the same faces, or an error that says why not.
+/// Checks that any list of faces gives a valid mesh with these faces, or an error with the
+/// reason.
 pub fn halfedge_build(data: &[u8]) {
     let (num_vertices, faces) = faces(&mut Draw::new(data), 200);
     match HalfedgeMesh::from_faces(num_vertices, &faces) {
@@ -52,7 +53,7 @@ fn check(mesh: &HalfedgeMesh) {
     }
 }
 
-/// Any sequence of edits leaves a valid mesh, whether each is done or refused.
+/// Checks that any sequence of edits, performed or refused, leaves a valid mesh.
 pub fn halfedge_edits(data: &[u8]) {
     let mut draw = Draw::new(data);
     let mut mesh = start(&mut draw);
@@ -86,7 +87,7 @@ pub(super) fn start(draw: &mut Draw<'_>) -> HalfedgeMesh {
     }
 }
 
-/// One edit; element numbers are sometimes out of range.
+/// Performs one edit. Element indices are sometimes out of range.
 pub(super) fn edit(draw: &mut Draw<'_>, mesh: &mut HalfedgeMesh) -> Result<(), ()> {
     let kind = draw.below(8);
     let mut pick = |count: usize| match draw.byte() {

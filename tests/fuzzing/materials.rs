@@ -1,4 +1,4 @@
-//! Material libraries: whatever they say, the mesh is read and written with what they hold.
+//! Material libraries: the mesh is read and written with their contents, whatever they are.
 
 use std::io::{Error, ErrorKind};
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use cotan_io::{
 
 use super::files::limits;
 
-/// A library under one name, and an image under every other one.
+/// A library under one name, and an image under every other name.
 #[derive(Clone, Debug)]
 struct Library(Arc<Vec<u8>>);
 
@@ -32,7 +32,7 @@ impl Resolve for Library {
     }
 }
 
-/// What was written beside a mesh.
+/// The files that were written next to a mesh.
 #[derive(Clone, Debug)]
 struct Beside(Arc<Written>);
 
@@ -49,8 +49,8 @@ impl Resolve for Beside {
     }
 }
 
-/// Reads the bytes as the library of an OBJ and checks what becomes of its materials in the
-/// formats that have some.
+/// Reads the bytes as the library of an OBJ, and checks the materials in all formats that support
+/// them.
 pub fn materials(data: &[u8]) {
     const MESH: &str = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvt 1 0\nvt 0 1\n\
         usemtl b\nf 1/1 3/3 2/2\nusemtl a\nf 1/1 2/2 4/3\nf 2/1 3/2 4/3\nusemtl none\nf 3/1 1/2 4/3\n";
@@ -64,12 +64,12 @@ pub fn materials(data: &[u8]) {
     for format in [Format::Gltf, Format::Glb] {
         let again = through(&document, format);
         let written = known(&again);
-        // The file names the materials whether anything else is known of them or not.
+        // The file names the materials even if nothing else is known about them.
         if !found.list.is_empty() {
             assert_eq!(written.images, found.images, "{format}");
             assert_eq!(written.list.len(), found.list.len());
             for (mut written, found) in written.list.iter().cloned().zip(&found.list) {
-                // What is dark beside the brightest component may vanish.
+                // A component much darker than the brightest may become zero.
                 let most = found.emission.into_iter().fold(0.0, f32::max);
                 let both = written.emission.iter().zip(found.emission);
                 assert!(both.into_iter().all(|(a, b)| (a - b).abs() <= most * 1e-30));
@@ -87,7 +87,7 @@ pub fn materials(data: &[u8]) {
     }
 }
 
-/// The materials, which fit the labels and their own images.
+/// Returns the materials, checked against the labels and their own images.
 fn known(document: &Document) -> Materials {
     let materials = document
         .materials()

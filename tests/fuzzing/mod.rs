@@ -1,7 +1,7 @@
 //! The bodies of the fuzz targets.
 //!
-//! They live here and not in `fuzz/`, so that the ordinary tests run them too, on the corpus and on
-//! everything that a fuzzer ever found. A body panics where a promise is broken.
+//! They are here, and not in `fuzz/`, so that the ordinary tests also run them, on the corpus and
+//! on all findings. A body panics when an invariant is violated.
 
 mod differential;
 mod draw;
@@ -22,7 +22,7 @@ pub use sphere::sphere;
 
 use cotan_io::Format;
 
-/// A fuzz target: bytes in, a panic if something is wrong.
+/// A fuzz target. It panics if something is wrong.
 pub type Target = fn(&[u8]);
 
 /// All targets by name.
@@ -41,7 +41,7 @@ pub const TARGETS: [(&str, Target); 12] = [
     ("sphere", sphere),
 ];
 
-/// The body of a target.
+/// Runs the body of a target.
 ///
 /// # Panics
 /// If there is no such target, or if it finds something.

@@ -1,4 +1,4 @@
-//! A stranger's file all the way: read, repaired, deformed, written.
+//! The whole pipeline on an untrusted file: read, repair, deform, write.
 
 use cotan::prelude::*;
 use cotan_io::{Document, Repair, read};
@@ -6,7 +6,8 @@ use cotan_io::{Document, Repair, read};
 use super::draw::Draw;
 use super::files::{announces_another, limits};
 
-/// A file with two handles: the result is finite and can be saved, or there is an error.
+/// Deforms a file with two handles: either the result is finite and can be saved, or there is an
+/// error.
 ///
 /// The first bytes choose the options; the rest is the file.
 pub fn pipeline(data: &[u8]) {
@@ -47,7 +48,7 @@ fn deform_by<T: Scalar>(mut document: Document, options: &DeformOptions) {
     let mesh = surface.mesh();
     let positions = surface.positions().map(|p| p.map(T::of_f64));
     let (fixed, held) = (VertexId::new(0), VertexId::new(mesh.num_vertices() - 1));
-    // A handle in every component, so that more than one shape gets through.
+    // A handle in every component, so that files with several components also pass.
     let components = mesh.components();
     let mut is_held = vec![false; components.count()];
     let anchors: Vec<VertexId> = mesh

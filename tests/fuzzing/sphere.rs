@@ -1,4 +1,4 @@
-//! Any mesh with any positions, onto the sphere.
+//! Maps arbitrary meshes with arbitrary positions to the sphere.
 
 use cotan::prelude::*;
 use cotan::sphere::{SphereError, SphereOptions, spherical};
@@ -6,8 +6,8 @@ use cotan::sphere::{SphereError, SphereOptions, spherical};
 use super::draw::Draw;
 use super::halfedge::{edit, start};
 
-/// Whatever is a triangulated sphere is mapped without a flipped triangle, whatever its shape; all
-/// else is refused with the reason.
+/// Checks that every triangulated topological sphere is mapped without a flip, whatever its
+/// shape, and that everything else is refused with the reason.
 pub fn sphere(data: &[u8]) {
     let mut draw = Draw::new(data);
     let options = SphereOptions::default()

@@ -1,10 +1,10 @@
-//! The default deformation converges on real models, without folding them.
+//! The default deformation converges on real models without folding them.
 
 use cotan::prelude::*;
 use cotan_tests::{Case, bend_cases, reference_cases};
 
-/// At 1e-4 of the bounding box's diagonal, within 60 solves, with at most the folds of the
-/// reference's converged state (none where there is no reference).
+/// Checks convergence to 1e-4 of the bounding box's diagonal within 60 solves, with no more folds
+/// than the reference's converged state (or none without a reference).
 fn converges_without_folds(case: &Case) {
     let mesh = case.mesh.mesh();
     let options = DeformOptions::default().iteration_limit(60);
@@ -56,7 +56,7 @@ fn bend_benchmarks() {
     }
 }
 
-/// Ends of a shape along x: the low one stays, the high one is moved.
+/// Handles for a shape along x: the low end stays, the high end is moved.
 fn ends(shape: &cotan_geometry::Mesh<f64>, reach: f64, motion: Matrix4<f64>) -> Handles<f64> {
     let surface = shape.surface();
     let low = surface.vertices_where(|p| p.x < -reach);
@@ -117,7 +117,7 @@ fn sample_shapes() {
     }
 }
 
-/// All eleven cases are there where the models are.
+/// If the models are available, all eleven cases are.
 #[test]
 fn no_case_is_dropped_silently() {
     if cotan_tests::shared("reference/deform.json").is_some() {

@@ -1,4 +1,4 @@
-//! The fuzz targets on their seeds, their corpus and everything that they ever found.
+//! Runs the fuzz targets on their seeds, their corpus and all past findings.
 
 use std::path::Path;
 

@@ -1,5 +1,5 @@
-//! The reference cases of `shared/reference/deform.json`, within their stated tolerances: tables 1
-//! and 2 of the paper in kind, on public models.
+//! The reference cases of `shared/reference/deform.json`, within their stated tolerances. They
+//! correspond to tables 1 and 2 of the paper, on public models.
 
 use std::ops::ControlFlow;
 
@@ -11,7 +11,7 @@ use cotan_tests::{
 };
 use serde_json::Value;
 
-/// E_p and E_g after each of the iterations asked for.
+/// E_p and E_g after each of the given iterations.
 fn errors_at(
     mesh: &HalfedgeMesh,
     positions: &Positions<f64>,
@@ -50,7 +50,9 @@ fn assert_close(what: &str, ours: f64, theirs: f64, tolerance: f64) {
     );
 }
 
-/// Compares with rows [iteration, E_p, E_g, E_g rms]; `offset` is our count less theirs.
+/// Compares with rows [iteration, E_p, E_g, E_g rms].
+///
+/// `offset` is our iteration count minus theirs.
 fn compare_rows(
     name: &str,
     rows: &Value,
@@ -101,7 +103,7 @@ fn builder(case: &Case) -> FlowBuilder<f64> {
         .start(Start::Original)
 }
 
-/// Table 2: shapes rebuilt from their two scalar fields, from zero vectors.
+/// Table 2: shapes rebuilt from their two scalar fields, starting from zero vectors.
 #[test]
 fn reconstruction_falls_by_the_papers_decades() {
     let Some(reference) = reference() else { return };
@@ -131,7 +133,7 @@ fn reconstruction_falls_by_the_papers_decades() {
     }
 }
 
-/// Table 1: no updating, and the paper's reorientation, iteration by iteration.
+/// Table 1: without updating, and with the paper's reorientation, iteration by iteration.
 #[test]
 fn the_papers_reorientation_is_reproduced() {
     for case in reference_cases() {
@@ -169,7 +171,7 @@ fn limited_converges_to_the_reference() {
             ("limited_rescaled_converged", true),
         ] {
             let expected = &entry[key];
-            // The reference stalled elsewhere: what a run ends at there is chance.
+            // Where the reference stalled, the final state is arbitrary.
             if expected["last_residual"].as_f64().is_none_or(|r| r >= 1e-5) {
                 continue;
             }
@@ -231,7 +233,7 @@ fn limited_converges_to_the_reference() {
             parameterization.push(quality.errors.parameterization);
         }
         if let [kept, rescaled] = parameterization[..] {
-            // Table 1: rescaling lowers E_p further; spot's twist is the exception, in the
+            // Table 1: rescaling lowers E_p further. The exception is the twist of spot, in the
             // reference (1.102 → 1.115) as here.
             assert!(
                 rescaled < kept || case.name == "spot.obj twist",

@@ -1,4 +1,4 @@
-//! Bad input gets one clear error, or the right result; never a panic, never NaN.
+//! Bad input gives one clear error or the right result, never a panic or NaN.
 
 use cotan::prelude::*;
 use cotan_geometry::Mesh;
@@ -267,7 +267,7 @@ fn tiny_huge_and_distant_meshes() {
     let cases = [
         (1e-9, Vector3::zeros(), 1e-9),
         (1e9, Vector3::zeros(), 1e-9),
-        // Coordinates near 1e6 carry 1e-10 of a unit.
+        // Coordinates near 1e6 have a precision of 1e-10.
         (1.0, Vector3::new(1e6, -1e6, 1e6), 1e-7),
     ];
     for (scale, offset, tolerance) in cases {
@@ -350,7 +350,8 @@ fn groups_that_share_a_vertex_move_together_or_not_at_all() {
         .expect("both move");
     let report = session.run().expect("runs");
     assert_eq!(report.stop, StopReason::Converged);
-    // The same targets again change nothing: the next step still sees a converged shape.
+    // Setting the same targets again changes nothing: the next step still finds the shape
+    // converged.
     session.move_handles(&[(0, up)]).expect("nothing new");
     assert!(session.step().expect("steps").converged);
     assert_says(

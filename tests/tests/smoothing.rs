@@ -1,5 +1,5 @@
-//! Smoothing on real models: the reference cases of
-//! `shared/reference/sphere-smoothing-public-models.json`, and what the user is promised.
+//! Smoothing of real models: the reference cases of
+//! `shared/reference/sphere-smoothing-public-models.json`, and the documented guarantees.
 
 use cotan::geometry::folded_faces;
 use cotan::halfedge::{HalfedgeMesh, VertexMap};
@@ -35,7 +35,7 @@ fn centred(positions: &Positions<f64>) -> Positions<f64> {
     positions.map(|p| Point3::from((p.coords - mean) / size))
 }
 
-/// A model by its name in the reference, if it is one of ours.
+/// The model with this name in the reference, if we have it.
 fn named(name: &str) -> Option<cotan_io::ProcessingMesh> {
     match name {
         "spot" | "fandisk" => model(&format!("{name}.obj")),
@@ -47,8 +47,8 @@ fn named(name: &str) -> Option<cotan_io::ProcessingMesh> {
     }
 }
 
-/// The volume of the cone over a surface with its apex at the origin: what the reference means for
-/// open meshes too.
+/// The volume of the cone over a surface with its apex at the origin, which the reference also
+/// uses for open meshes.
 fn cone_volume(surface: &Surface<'_, f64>) -> f64 {
     let mesh = surface.mesh();
     let cone = |f| {
@@ -88,7 +88,7 @@ fn method_of(case: &Value) -> SmoothOptions {
         .folds(NewFolds::Allow)
 }
 
-/// Root mean square of the distances of `x` from the surface `clean`, looked for within two rings.
+/// The root mean square distance of `x` from the surface `clean`, searched within two rings.
 fn rms_from_surface(clean: &Surface<'_, f64>, x: &Positions<f64>) -> f64 {
     let mesh = clean.mesh();
     let square = |v: VertexId| {
@@ -127,7 +127,7 @@ fn closest_point(p: &Point3<f64>, [a, b, c]: &[Point3<f64>; 3]) -> Point3<f64> {
     nearest.expect("three sides")
 }
 
-/// Part C of the algorithm's description, within the tolerances stated there.
+/// Part C of the description of the algorithm, within the tolerances stated there.
 #[test]
 fn the_reference_cases_are_reproduced() {
     for case in reference("smooth") {
@@ -172,7 +172,7 @@ fn the_reference_cases_are_reproduced() {
     }
 }
 
-/// The paper's scaling of the whole vector along the normal, from the reference.
+/// The paper's scaling of the whole vector along the normal, compared with the reference.
 #[test]
 fn exaggeration_matches_the_reference() {
     for case in reference("rebuild") {
@@ -240,7 +240,8 @@ fn volume_changes_by_less_than_a_percent_or_not_at_all() {
     }
 }
 
-/// The goal for parts from CAD: at most 3° where the noisy mesh has 28.4°, chosen by itself.
+/// The goal for CAD parts: at most 3° where the noisy mesh has 28.4°, with the method chosen
+/// automatically.
 #[test]
 fn the_noisy_fandisk_is_cleaned() {
     let (Some(clean), Some(noisy)) = (model("fandisk.obj"), model("fandisk_noisy.obj")) else {
@@ -264,7 +265,7 @@ fn the_noisy_fandisk_is_cleaned() {
     );
 }
 
-/// Open rims, many handles, slivers: finite, no new flips.
+/// Open boundaries, high genus and slivers: the results are finite without new flips.
 #[test]
 fn hard_meshes_are_smoothed_without_flips() {
     for name in [
@@ -278,7 +279,7 @@ fn hard_meshes_are_smoothed_without_flips() {
         for boundary in [Boundary::Fixed, Boundary::Free] {
             let options = SmoothOptions::default()
                 .boundary(boundary)
-                // The needles of the elephant turn over if the correction does not heed them.
+                // The needles of the elephant flip if the correction ignores them.
                 .preserve(Preserve::Volume);
             let x = run(mesh.mesh(), mesh.positions(), options);
             let smoothed = rest.with_positions(&x);
@@ -303,7 +304,7 @@ fn hard_meshes_are_smoothed_without_flips() {
     }
 }
 
-/// An edit by a user, as the documentation describes it: the trait is enough.
+/// A user-defined edit, as documented: implementing the trait is enough.
 #[test]
 fn a_users_edit_runs() {
     struct Flatten;

@@ -1,4 +1,5 @@
-//! Deformations of bodies: how near they come to an elastic solid, and what rigid motions give.
+//! Deformations of bodies: their distance from an elastic solid, and the results of rigid
+//! motions.
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
@@ -12,7 +13,7 @@ fn farthest(a: &Positions<f64>, b: &Positions<f64>) -> f64 {
     pairs.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
 }
 
-/// Root mean square distance of the free vertices, over the longest side.
+/// The root mean square distance of the free vertices, over the longest side.
 fn distance(case: &Case, moved: &Positions<f64>, solid: &Positions<f64>) -> f64 {
     let mut is_free = vec![true; moved.len()];
     let held = case.handles.vertices().flatten();
@@ -27,9 +28,14 @@ fn distance(case: &Case, moved: &Positions<f64>, solid: &Positions<f64>) -> f64 
     (squares.iter().sum::<f64>() / squares.len() as f64).sqrt() / size
 }
 
-/// At most 1.05 times the distance that was reached when struts and volume were found, 0.65 of
-/// the thin shell's, no fold, no more faces that cross others than then, and volumes within 5 % but
-/// for the stretched cylinder.
+/// Compares with the prototype of struts and volume and with the thin shell.
+///
+/// The distance from the solid is at most 1.05 times that of the prototype and, in the geometric
+/// mean, 0.65 times that of the shell. There are no folds, no more self-intersecting faces than
+/// in the prototype, and volumes are within 5 % except for the stretched cylinder.
+///
+/// The solids of the cases named `p_` have a spike at their point handles, which the prototype
+/// shares. Without discs their bound is the same; with discs, which leave no spike, it is 1.15.
 #[test]
 fn bodies_deform_like_solids() {
     let (cases, table) = solid_cases();
@@ -40,13 +46,30 @@ fn bodies_deform_like_solids() {
             let options = DeformOptions::default().stiffness(stiffness);
             deform(surface, &case.handles, &options).unwrap()
         };
-        let [full, thin] = [Stiffness::SOLID, Stiffness::THIN].map(run);
+        let mut spiked = Stiffness::SOLID;
+        spiked.point_radius = 0.0;
+        let [full, thin, spiked] = [Stiffness::SOLID, Stiffness::THIN, spiked].map(run);
         assert_eq!(full.report.stop, StopReason::Converged, "{}", case.name);
         let [reached, of_shell] = [&full, &thin].map(|d| distance(case, &d.positions, solid));
         let told = &table[&case.name]["prototype: struts and soft volume"];
         let most = told["sx"].as_f64().unwrap() as usize;
         let told = told["rms_distance_to_solid_percent"].as_f64().unwrap() / 100.0;
-        assert!(reached <= 1.05 * told, "{}: {reached} {told}", case.name);
+        let at_vertices = distance(case, &spiked.positions, solid);
+        assert!(
+            at_vertices <= 1.05 * told,
+            "{}: {at_vertices} {told}",
+            case.name
+        );
+        let most_of_told = if case.name.starts_with("p_") {
+            1.15
+        } else {
+            1.05
+        };
+        assert!(
+            reached <= most_of_told * told,
+            "{}: {reached} {told}",
+            case.name
+        );
         let quality = Quality::measure(&surface, &surface.with_positions(&full.positions)).unwrap();
         assert_eq!(
             quality.flipped_faces + quality.folded_edges,
@@ -63,6 +86,89 @@ fn bodies_deform_like_solids() {
         ratio *= (reached / of_shell).powf(1.0 / cases.len() as f64);
     }
     assert!(ratio <= 0.65, "{ratio}");
+}
+
+/// The largest change of a dihedral angle in degrees.
+fn spike(shape: &Mesh<f64>, moved: &Positions<f64>) -> f64 {
+    let surface = shape.surface();
+    let quality = Quality::measure(&surface, &surface.with_positions(moved)).unwrap();
+    quality.max_dihedral_change
+}
+
+/// A ball that is held below and pulled at its top vertex.
+fn pulled_ball() -> (Mesh<f64>, VertexId, Handles<f64>) {
+    let shape = icosphere::<f64>(4);
+    let low = shape.surface().vertices_where(|p| p.z < -0.7);
+    let top = shape.surface().vertices_where(|p| p.z > 1.0 - 1e-9)[0];
+    let up = Translation3::new(0.0, 0.0, 0.5).to_homogeneous();
+    let handles = Handles::new().fix(low).transform([top], up);
+    (shape, top, handles)
+}
+
+/// A single vertex takes the surface around it along, and arrives exactly, with a region as the
+/// other handle.
+#[test]
+fn a_point_handle_leaves_no_cone() {
+    let (shape, top, handles) = pulled_ball();
+    let options = DeformOptions::default();
+    let mut at_vertex = Stiffness::SOLID;
+    at_vertex.point_radius = 0.0;
+    let cone = deform(&shape, &handles, &options.clone().stiffness(at_vertex)).unwrap();
+    let smooth = deform(&shape, &handles, &options).unwrap();
+    assert_eq!(smooth.report.stop, StopReason::Converged);
+    assert!(smooth.report.iterations <= 2 * cone.report.iterations);
+    let [before, after] = [&cone, &smooth].map(|d| spike(&shape, &d.positions));
+    assert!(after <= 0.6 * before, "{after} {before}");
+    let wanted = shape.positions()[top] + Vector3::z() * 0.5;
+    assert!((smooth.positions[top] - wanted).norm() < 1e-12);
+    for v in handles.vertices().flatten().filter(|v| **v != top) {
+        assert_eq!(smooth.positions[*v], shape.positions()[*v]);
+    }
+}
+
+/// The system knows nothing of the discs, whatever solves it.
+#[test]
+fn point_handles_are_the_same_by_all_strategies() {
+    let (shape, _, handles) = pulled_ball();
+    let run = |strategy| {
+        let options = DeformOptions::default().tolerance(1e-7);
+        let options = options.clone().system(options.system.strategy(strategy));
+        deform(&shape, &handles, &options).unwrap().positions
+    };
+    let normal = run(Strategy::Normal);
+    for strategy in [Strategy::Columns, Strategy::Iterative] {
+        let gap = farthest(&run(strategy), &normal);
+        assert!(gap < 1e-5, "{strategy}: {gap}");
+    }
+}
+
+/// Point handles that a session exchanges are those of a new session.
+#[test]
+fn point_handles_are_exchanged() {
+    let shape = torus::<f64>(1.0, 0.4, 60, 30);
+    let at = |x: f64, y: f64| {
+        let far = |p: &Point3<f64>| (p.x - x).hypot(p.y - y);
+        let nearest = shape
+            .positions()
+            .iter()
+            .min_by(|a, b| far(a.1).total_cmp(&far(b.1)));
+        nearest.unwrap().0
+    };
+    let up = Translation3::new(0.0, 0.0, 0.4).to_homogeneous();
+    let first = Handles::new()
+        .fix([at(-1.4, 0.0), at(0.0, -1.4)])
+        .transform([at(1.4, 0.0)], up);
+    let second = Handles::new()
+        .fix([at(-1.4, 0.0), at(0.0, -1.4), at(0.0, 1.4)])
+        .transform([at(1.0, 1.0)], up);
+    let options = DeformOptions::default().tolerance(1e-7);
+    let mut session = Session::new(&shape, &first, &options).unwrap();
+    session.run().unwrap();
+    session.set_handles(&second).unwrap();
+    assert_eq!(session.run().unwrap().stop, StopReason::Converged);
+    let fresh = deform(&shape, &second, &options).unwrap();
+    let gap = farthest(&session.positions(), &fresh.positions);
+    assert!(gap < 1e-3, "{gap}");
 }
 
 /// Deterministic numbers in [-1, 1].
@@ -86,7 +192,7 @@ impl Draw {
     }
 }
 
-/// By how much a mesh misses the motion of its handles, over the diagonal.
+/// The deviation of a mesh from the motion of its handles, over the diagonal.
 fn miss(shape: &Mesh<f64>, held: &[VertexId], motion: Similarity3<f64>) -> f64 {
     let original = shape.positions();
     let targets = held.iter().map(|&v| motion * original[v]).collect();
@@ -97,8 +203,8 @@ fn miss(shape: &Mesh<f64>, held: &[VertexId], motion: Similarity3<f64>) -> f64 {
     farthest(&moved.positions, &wanted) / (bounds.diagonal() * motion.scaling())
 }
 
-/// Any rigid motion of all handles, by any angle, moves the mesh rigidly: points, regions, and
-/// both.
+/// Any rigid motion of all handles, by any angle, moves the mesh rigidly, with point handles,
+/// regions, or both.
 #[test]
 fn a_rigid_motion_of_all_handles_moves_the_mesh_rigidly() {
     let mut draw = Draw(7);
@@ -152,7 +258,7 @@ fn a_similarity_of_all_handles_scales_the_mesh() {
     }
 }
 
-/// Ends of a bar, held and turned.
+/// The ends of a bar, the handles of the tests below.
 fn ends(shape: &Mesh<f64>) -> [Vec<VertexId>; 2] {
     let surface = shape.surface();
     [
@@ -165,8 +271,9 @@ fn twist(angle: f64) -> nalgebra::Matrix4<f64> {
     Rotation3::new(Vector3::x() * angle).to_homogeneous()
 }
 
-/// A handle that is turned frame after frame, a step each, keeps the body's volume near; let go of
-/// where it is, the body comes to the shape of a turn at once.
+/// A handle that is turned frame by frame, with one step each, roughly keeps the volume.
+///
+/// When it is released, the body reaches the same shape as after a single turn.
 #[test]
 fn a_session_keeps_the_volume_while_a_handle_is_dragged() {
     let shape = bar::<f64>([4.0, 1.0, 1.0], [32, 8, 8]);
@@ -180,7 +287,7 @@ fn a_session_keeps_the_volume_while_a_handle_is_dragged() {
         let angle = 1.5 * (f64::from(frame) / 40.0).min(1.0);
         session.transform_handle(1, twist(angle)).unwrap();
         if frame > 40 {
-            // Held where it is, with the least of moves, so that every step is a first one.
+            // Held in place with minimal moves, so that every step is a first one.
             let motion = Rotation3::new(Vector3::x() * (angle + 1e-9 * f64::from(frame)));
             session
                 .transform_handle(1, motion.to_homogeneous())
@@ -200,7 +307,7 @@ fn a_session_keeps_the_volume_while_a_handle_is_dragged() {
     assert!(gap < 0.01, "{gap}");
 }
 
-/// Plain steps, whole or damped, descend as well.
+/// Plain steps, full or damped, reach the minimum as well.
 #[test]
 fn plain_steps_reach_the_same_shape() {
     let shape = bar::<f64>([4.0, 1.0, 1.0], [16, 4, 4]);
@@ -227,7 +334,7 @@ fn plain_steps_reach_the_same_shape() {
     }
 }
 
-/// A body that is inside out deforms alike.
+/// A body that is inside out deforms the same way.
 #[test]
 fn a_body_that_is_inside_out_deforms_alike() {
     let shape = bar::<f64>([4.0, 1.0, 1.0], [16, 4, 4]);
@@ -249,7 +356,7 @@ fn a_body_that_is_inside_out_deforms_alike() {
     assert!(farthest(&a, &b) < 1e-4, "{}", farthest(&a, &b));
 }
 
-/// Regions that are scaled by themselves swell the body and do not fight its volume.
+/// Regions that are scaled inflate the body without working against its volume.
 #[test]
 fn handles_that_are_scaled_do_not_fight_the_volume() {
     let shape = bar::<f64>([4.0, 1.0, 1.0], [16, 4, 4]);
@@ -267,7 +374,8 @@ fn handles_that_are_scaled_do_not_fight_the_volume() {
     assert_eq!(quality.flipped_faces, 0);
 }
 
-/// By how much a run misses the minimum of its energy, over the longest side; and its iterations.
+/// The distance of a run from the minimum of its energy, over the longest side, and its
+/// iterations.
 fn off_minimum<'m>(surface: impl Into<Surface<'m, f64>>, handles: &Handles<f64>) -> (f64, usize) {
     let surface = surface.into();
     let options = DeformOptions::default();
@@ -281,7 +389,7 @@ fn off_minimum<'m>(surface: impl Into<Surface<'m, f64>>, handles: &Handles<f64>)
     (gap, run.report.iterations)
 }
 
-/// "Converged" means within 0.3 % of the size of the minimum, limbs included.
+/// "Converged" means within 0.3 % of the size of the minimum, including limbs.
 #[test]
 fn limbs_arrive() {
     let limbs = ["dinosaur", "armadillo", "spot", "fandisk"];
@@ -293,7 +401,7 @@ fn limbs_arrive() {
             assert!(iterations <= 40, "{}: {iterations}", case.name);
         }
     }
-    // A long thin arm, held at one end and pulled aside by a point at the other.
+    // A long thin arm, fixed at one end and pulled aside by a point at the other.
     let arm = bar::<f64>([12.0, 0.6, 0.6], [96, 5, 5]);
     let surface = arm.surface();
     let base = surface.vertices_where(|p| p.x < -5.9);
@@ -342,7 +450,7 @@ fn open_surfaces_and_several_components_arrive() {
     assert!(gap < 0.003 && iterations <= 60, "{gap} {iterations}");
 }
 
-/// The same shapes in single precision, to 1e-4 of the size.
+/// The same shapes in single precision, within 1e-4 of the size.
 #[test]
 fn single_precision_gives_the_same_shapes() {
     let shape = bar::<f64>([4.0, 1.0, 1.0], [24, 6, 6]);
@@ -361,7 +469,7 @@ fn single_precision_gives_the_same_shapes() {
     assert!(farthest(&double.positions, &single) < 4e-4);
 }
 
-/// A bar, or a rod where it is round, with bumps on its surface of 2 % of its width.
+/// A bar or rod with bumps of 2 % of its width on its surface.
 fn bumpy(shape: &Mesh<f64>, width: f64) -> Mesh<f64> {
     let mut draw = Draw(3);
     let bumps = shape.positions().map(|p| {
@@ -372,7 +480,7 @@ fn bumpy(shape: &Mesh<f64>, width: f64) -> Mesh<f64> {
     Mesh::new(shape.connectivity().clone(), bumps).unwrap()
 }
 
-/// A rod by a bar whose section is rounded.
+/// A rod: a bar with a rounded cross section.
 fn rod(length: f64, radius: f64) -> Mesh<f64> {
     let square = bar::<f64>([length, 2.0 * radius, 2.0 * radius], [48, 10, 10]);
     let round = square.positions().map(|p| {
@@ -383,8 +491,8 @@ fn rod(length: f64, radius: f64) -> Mesh<f64> {
     Mesh::new(square.connectivity().clone(), round).unwrap()
 }
 
-/// The angle in degrees by which the sections of a bar along x turn from end to end, added up from
-/// section to section.
+/// The angle in degrees by which the cross sections of a bar along x turn from end to end, summed
+/// from section to section.
 fn winding(shape: &Mesh<f64>, moved: &Positions<f64>) -> f64 {
     let original = shape.positions();
     let mut places: Vec<f64> = original
@@ -433,8 +541,8 @@ fn wound(shape: &Mesh<f64>, degrees: f64) -> Deformed<f64> {
     deform(shape, &handles, &DeformOptions::default()).unwrap()
 }
 
-/// Stated turns of more than half a turn are held: 330° on a bar of 6 : 1, 360° on a rod of 4 : 1,
-/// in spite of bumps.
+/// Specified turns of more than half a turn are kept in spite of bumps: 330° on a bar of 6 : 1,
+/// 360° on a rod of 4 : 1.
 #[test]
 fn turns_of_more_than_half_a_turn_are_held() {
     let cases = [
@@ -455,7 +563,7 @@ fn turns_of_more_than_half_a_turn_are_held() {
     }
 }
 
-/// More than an energy holds is lost, and told.
+/// A turn beyond what the energy can hold is lost, and the report says so.
 #[test]
 fn a_turn_that_is_lost_is_told() {
     let shape = bumpy(&bar::<f64>([3.0, 1.0, 1.0], [24, 8, 8]), 1.0);
@@ -469,7 +577,7 @@ fn a_turn_that_is_lost_is_told() {
     assert!((held - 720.0).abs() > 90.0, "{held}");
 }
 
-/// A winding that is held by force goes beyond what the energy holds by itself.
+/// Enforcing the winding keeps turns that the energy alone does not.
 #[test]
 fn a_winding_is_held_by_request() {
     let shape = bumpy(&bar::<f64>([6.0, 1.0, 1.0], [48, 8, 8]), 1.0);
@@ -517,7 +625,7 @@ fn a_bar_bends_to_a_ring() {
     assert_eq!(quality.flipped_faces + quality.folded_edges, 0);
     let volume = quality.volume_ratio.unwrap();
     assert!((volume - 1.0).abs() < 0.1, "{volume}");
-    // The middle of the bar lies across the ring from its gap.
+    // The middle of the bar is opposite the gap of the ring.
     let middle = surface.vertices_where(|p| p.x.abs() < 0.07);
     let mean = middle
         .iter()

@@ -1,5 +1,5 @@
-//! Spherical parameterization on real models: the reference cases of part B, the paper's claims,
-//! and no flipped triangle anywhere.
+//! Spherical parameterization of real models: the reference cases of part B, the paper's claims,
+//! and no flipped triangles.
 
 use cotan::flow::{AlongNormal, Flow, Projection, Rest, Schedule, Start, nearest_rotation};
 use cotan::prelude::*;
@@ -36,10 +36,11 @@ fn assert_close(what: &str, ours: f64, theirs: f64, tolerance: f64) {
     );
 }
 
-/// `sphere.json`: the robust iteration with cotangent and uniform weights and conformalized
-/// mean-curvature flow, wherever the reference has no flip. Its tolerances are those of the public
-/// models: 0.5 % of means, 1 % of 99th percentiles; its flow stopped earlier or later than ours,
-/// hence 1 %.
+/// `sphere.json`: the robust iteration with cotangent and uniform weights, and conformalized
+/// mean-curvature flow, wherever the reference has no flip.
+///
+/// The tolerances are those of the public models: 0.5 % for means, 1 % for 99th percentiles. The
+/// flow of the reference stopped earlier or later than ours, hence 1 %.
 #[test]
 fn reference_cases_of_the_models() {
     let Some(reference) = json("reference/sphere.json") else {
@@ -49,7 +50,7 @@ fn reference_cases_of_the_models() {
     for case in reference["cases"].as_array().expect("cases") {
         let name = case["mesh"].as_str().expect("a name");
         if case["vertices"].as_u64().expect("a count") > large {
-            // The table in docs/decisions has them; here they would take minutes.
+            // The table in docs/decisions has these; here they would take minutes.
             continue;
         }
         let Some(mesh) = model(name) else { return };
@@ -84,7 +85,7 @@ fn reference_cases_of_the_models() {
     }
 }
 
-/// The public cases whose models are here, with their iterations and positions.
+/// The public cases whose models are available, with their iterations and positions.
 #[test]
 fn reference_cases_of_the_public_models() {
     let Some(reference) = json("reference/sphere-smoothing-public-models.json") else {
@@ -113,7 +114,7 @@ fn reference_cases_of_the_public_models() {
         assert_eq!(ours.flipped_triangles, 0);
         let iterations = numbers(&case["iterations_per_round"])[0];
         assert!((done.report.iterations as f64 - iterations).abs() <= 2.0);
-        // Centring leaves a rotation open, which three vertices tell.
+        // Centring leaves a rotation free, which three vertices determine.
         let mut covariance = Matrix3::zeros();
         let mut pairs = Vec::new();
         for (vertex, at) in case["vertices"].as_object().expect("positions") {
@@ -136,7 +137,9 @@ fn reference_cases_of_the_public_models() {
     }
 }
 
-/// No projection at all, but for telling the size of the last step.
+/// No projection.
+///
+/// The size of the last step is reported as infinite, so that the run does not stop.
 struct Free;
 
 impl Projection<f64> for Free {
@@ -158,8 +161,10 @@ impl Projection<f64> for Free {
     }
 }
 
-/// The rule without anything that fixes the scale: r ← 3 κ r², a collapse. With one-ring areas it
-/// is that exactly; with area vectors, as in the reference, a discretisation factor comes in.
+/// Without anything that fixes the scale the rule collapses: r ← 3 κ r².
+///
+/// With one-ring areas this is exact; with area vectors, as in the reference, there is a
+/// discretization factor.
 #[test]
 fn a_fixed_curvature_collapses_as_in_the_reference() {
     let Some(reference) = json("reference/sphere-smoothing-public-models.json") else {
@@ -167,7 +172,7 @@ fn a_fixed_curvature_collapses_as_in_the_reference() {
     };
     let radii = numbers(&reference["unit"][0]["radii"]);
     let exact: Vec<f64> = (1..=4).map(|t| 0.9f64.powi(1 << t)).collect();
-    // Ours is another icosphere of the same level.
+    // Our icosphere differs from that of the reference, but has the same level.
     for (measure, radii, tolerance) in [
         (AreaMeasure::Ring, exact, 1e-3),
         (AreaMeasure::Vector, radii, 5e-3),
@@ -178,11 +183,11 @@ fn a_fixed_curvature_collapses_as_in_the_reference() {
     }
 }
 
-/// Radii of an icosphere of radius 0.9 in four steps with κ = 1/3.
+/// The radii of an icosphere of radius 0.9 in four steps with κ = 1/3.
 fn collapse(measure: AreaMeasure) -> Vec<f64> {
     let shape = cotan::shapes::icosphere::<f64>(3);
     let positions = shape.positions().map(|p| p * 0.9);
-    // In box units lengths are divided by 1.8, so that curvatures are multiplied by it.
+    // In box units lengths are divided by 1.8, so curvatures are multiplied by it.
     let size = 1.8;
     let mut flow = Flow::builder(shape.connectivity(), &positions)
         .updater(ConstantCurvature::fixed(size / 3.0, measure))
@@ -204,8 +209,10 @@ fn collapse(measure: AreaMeasure) -> Vec<f64> {
     (0..4).map(|_| step()).collect()
 }
 
-/// Figure 9: both weightings give a map; cotangents keep the angles, Tutte's weights even out the
-/// edge lengths and the angles of the triangles on the sphere.
+/// Figure 9: both weightings give a map.
+///
+/// Cotangents keep the angles; Tutte's weights even out the edge lengths and the angles of the
+/// triangles on the sphere.
 #[test]
 fn cotangents_keep_angles_and_tutte_evens_them_out() {
     for name in [
@@ -227,8 +234,8 @@ fn cotangents_keep_angles_and_tutte_evens_them_out() {
     }
 }
 
-/// How uneven edge lengths are between neighbours (the mean over triangles of ln(longest /
-/// shortest)), and the root mean square of the angles about 60°.
+/// The unevenness of edge lengths (the mean over triangles of ln(longest / shortest)), and the
+/// root mean square deviation of the angles from 60°.
 fn evenness(surface: &Surface<'_, f64>) -> [f64; 2] {
     let mesh = surface.mesh();
     let (mut edges, mut angles) = (0.0, 0.0);
@@ -252,7 +259,7 @@ fn evenness(surface: &Surface<'_, f64>) -> [f64; 2] {
     [edges / n, (angles / n).sqrt()]
 }
 
-/// Every closed genus-0 model, but the large ones, which the example `sphere_table` measures.
+/// Every closed genus-0 model except the large ones, which the example `sphere_table` measures.
 #[test]
 fn no_triangle_of_any_model_is_flipped() {
     for name in closed_models() {
@@ -268,8 +275,9 @@ fn no_triangle_of_any_model_is_flipped() {
     }
 }
 
-/// Angles as in conformalized mean-curvature flow, wherever that has no flip, and with areas asked
-/// for less than a third of the conformal map's area distortion.
+/// Angles are as in conformalized mean-curvature flow, wherever that has no flip.
+///
+/// With areas requested, the area distortion is less than a third of the conformal map's.
 #[test]
 fn angles_are_those_of_the_conformal_flow_and_areas_are_evened_out() {
     for name in closed_models() {

@@ -1,11 +1,11 @@
-//! The embedding on the sphere keeps its word on real models: no flip in either precision, and
-//! areas within a third of what a conformal map does to them.
+//! Guarantees of the embedding on the sphere for real models: no flip in either precision, and
+//! less than a third of the area distortion of a conformal map.
 
 use cotan::prelude::*;
 use cotan::sphere::{SphereMap, embed};
 
-/// Models that are small enough for every run of the tests, with the mean |ln area ratio| of their
-/// conformal maps (`shared/reference/sphere.json`).
+/// Models small enough for every test run, with the mean |ln area ratio| of their conformal maps
+/// (`shared/reference/sphere.json`).
 const MODELS: [(&str, f64); 5] = [
     ("spot.obj", 1.85),
     ("fandisk.obj", 0.73),

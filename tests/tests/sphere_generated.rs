@@ -1,5 +1,5 @@
-//! Spherical parameterization of generated meshes: no flipped triangle on whatever is a sphere, and
-//! the theorems of the map.
+//! Spherical parameterization of generated meshes: no flipped triangle on any topological sphere,
+//! and theorems about the map.
 
 use cotan::flow::nearest_rotation;
 use cotan::prelude::*;
@@ -13,7 +13,7 @@ fn options() -> SphereOptions {
     SphereOptions::default()
 }
 
-/// Maps, and asserts what every map has to fulfil.
+/// Maps a mesh and checks all invariants of a map.
 fn checked(
     mesh: &HalfedgeMesh,
     positions: &Positions<f64>,
@@ -69,7 +69,7 @@ fn needles_pancakes_dumbbells_and_stars_have_no_flip_in_either_precision() {
     }
 }
 
-/// The rotation of the second map onto the first, and the greatest distance that it leaves.
+/// The largest distance between two maps after the second is rotated onto the first.
 fn distance_up_to_rotation(a: &Positions<f64>, b: &Positions<f64>) -> f64 {
     let mut covariance = Matrix3::zeros();
     for (a, b) in a.values().zip(b.values()) {
@@ -82,7 +82,7 @@ fn distance_up_to_rotation(a: &Positions<f64>, b: &Positions<f64>) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Inside out, the same map but for a reflection.
+/// Inside out, the map is the same up to a reflection.
 #[test]
 fn an_inside_out_mesh_is_mapped_as_well() {
     let shape = creature::<f64>(48);
@@ -101,8 +101,10 @@ fn a_surface_without_volume_is_mapped_too() {
     let _ = checked(shape.connectivity(), shape.positions(), &options());
 }
 
-/// A thin tube of many rings, closed by a vertex at either end: its conformal map shrinks by a
-/// factor e a radius, far below the smallest number.
+/// A thin tube of many rings, closed by a vertex at each end.
+///
+/// Its conformal map shrinks by a factor of e per radius, far below the smallest representable
+/// number.
 fn tube(rings: u32, sides: u32) -> Mesh<f64> {
     let mut points = vec![Point3::new(0.0, 0.0, -1.0)];
     for ring in 0..rings {
@@ -153,7 +155,7 @@ fn the_sphere_maps_to_itself() {
     assert!(distance_up_to_rotation(shape.positions(), done.map.positions()) < 1e-4);
 }
 
-/// One split: which element, of which kind, and where in it.
+/// One split: the element, its kind, and the position in it.
 #[derive(Clone, Debug)]
 struct Split {
     pick: usize,
@@ -195,7 +197,7 @@ fn refine(shape: &Mesh<f64>, splits: &[Split]) -> Mesh<f64> {
             positions.push(Point3::from(a * split.at + b * (1.0 - split.at)));
         }
     }
-    // A split edge of triangles leaves quadrangles or triangles, as the mesh has it.
+    // Splitting an edge leaves quadrangles or triangles.
     mesh.triangulate()
         .expect("splits leave polygons that can be cut");
     Mesh::new(mesh, positions).expect("a surface")
@@ -214,7 +216,8 @@ proptest! {
         let _ = checked(shape.connectivity(), shape.positions(), &authalic);
     }
 
-    /// Rigid motion and scaling of the input change nothing but a rotation; renumbering nothing.
+    /// Rigid motion and scaling of the input change the result only by a rotation; renumbering
+    /// changes nothing.
     #[test]
     fn motion_scale_and_numbering_change_nothing_but_a_rotation(
         shape in testing::blobs(), turn in prop::array::uniform3(-3.0..3.0f64), scale in 1e-3..1e3f64,

@@ -1,11 +1,11 @@
-//! The strategies of the linear system, through whole deformations: what is chosen changes how long
-//! it takes, not what comes out.
+//! The strategies of the linear system in whole deformations: they affect the speed, not the
+//! result.
 
 use cotan::linear::{Method, Strategy, SystemOptions};
 use cotan::prelude::*;
 use cotan_geometry::{Mesh, shapes};
 
-/// Feet that stand, and a head that is pulled: point handles.
+/// Point handles: fixed feet and a pulled head.
 fn handles(shape: &Mesh<f64>) -> Handles<f64> {
     let n = shape.num_vertices();
     let extreme = |key: &dyn Fn(&Point3<f64>) -> f64| {
@@ -42,7 +42,7 @@ fn a_deformation_is_the_same_by_both_strategies() {
     let handles = handles(&shape);
     for orientation in [OrientationKind::Hybrid, OrientationKind::Limited] {
         for scheme in [SchemeKind::Cotangent, SchemeKind::Tutte] {
-            // The hybrid's membrane is made of cotangents: with other weights columns cannot serve.
+            // The hybrid's membrane uses cotangents. With other weights columns do not apply.
             if orientation == OrientationKind::Hybrid && scheme == SchemeKind::Tutte {
                 continue;
             }

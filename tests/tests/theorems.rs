@@ -10,7 +10,7 @@ use cotan_laplacian::{LaplacianScheme, Operator};
 use nalgebra::{Isometry3, Translation3};
 use proptest::prelude::*;
 
-/// Held vertices: those beyond two planes, at either end of the longest axis. At least four.
+/// The held vertices: those beyond two planes, at each end of the longest axis. At least four.
 fn ends(shape: &Mesh<f64>) -> [Vec<VertexId>; 2] {
     let surface = shape.surface();
     let bounds = surface.bounding_box();
@@ -50,7 +50,7 @@ fn bend(shape: &Mesh<f64>) -> Handles<f64> {
         .transform(high, (lift * turn).to_homogeneous())
 }
 
-/// Exactly `iterations` steps.
+/// Runs exactly `iterations` steps.
 fn deform_by(shape: &Mesh<f64>, handles: &Handles<f64>, iterations: usize) -> Positions<f64> {
     let options = DeformOptions::default()
         .tolerance(0.0)
@@ -117,8 +117,8 @@ proptest! {
     fn handles_moved_rigidly_move_the_whole_mesh(
         shape in surfaces(), motion in rigid_motions(),
     ) {
-        // The moved mesh is a fixed point of every orientation, but on the coarsest meshes all but
-        // the default are repelled by it: rounding errors grow.
+        // The moved mesh is a fixed point of every orientation, but on the coarsest meshes it
+        // repels all except the default: rounding errors grow.
         let orientation = OrientationKind::Hybrid;
         let [low, high] = ends(&shape);
         let matrix = motion.to_homogeneous();
@@ -250,7 +250,7 @@ proptest! {
     }
 }
 
-/// On a flat mesh the cotangent Laplacian of a linear function is zero inside.
+/// On a flat mesh the cotangent Laplacian of a linear function is zero in the interior.
 #[test]
 fn linear_precision() {
     let shape = cotan::shapes::bumpy_plane::<f64>([2.0, 1.0], [12, 9], 0.0);
@@ -276,7 +276,6 @@ fn linear_precision() {
     assert!(worst < 1e-13, "{worst}");
 }
 
-/// The same bytes, whatever the number of threads.
 #[test]
 fn results_do_not_depend_on_the_number_of_threads() {
     // Large enough for several chunks of every sum.
@@ -289,7 +288,7 @@ fn results_do_not_depend_on_the_number_of_threads() {
     assert!(run(2) == one && run(5) == one);
 }
 
-/// A flow built on its own follows its handles as a session does.
+/// A flow built directly follows its handles as a session does.
 #[test]
 fn a_flow_and_a_session_agree() {
     let shape = cotan::shapes::icosphere::<f64>(3);

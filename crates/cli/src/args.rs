@@ -1,4 +1,4 @@
-//! The command line: commands, options, and the words in `--help`.
+//! The command line: commands, options, and the text of `--help`.
 
 mod bench;
 mod limits;
@@ -34,9 +34,9 @@ pub(crate) struct Arguments {
     pub(crate) command: Command,
 }
 
-/// The arguments, with the word `smooth` behind `--fill-holes` joined to it.
+/// Joins the word `smooth` after `--fill-holes` to that option.
 ///
-/// The value of that option may be missing, so that any other word behind it is a file.
+/// The value of the option is optional, so any other word after it is a file.
 pub(crate) fn joined(arguments: impl Iterator<Item = OsString>) -> Vec<OsString> {
     let mut joined: Vec<OsString> = Vec::new();
     let mut has_ended = false;
@@ -72,7 +72,7 @@ Exit codes: 0 done, 1 an input is bad or a file cannot be written, 2 wrong usage
 
 const MESSAGES: &str = "Messages";
 
-/// How much is said on standard error.
+/// The verbosity of messages on standard error.
 #[derive(Debug, Args)]
 pub(crate) struct Messages {
     /// Say nothing but errors: no progress, no warnings, no summary

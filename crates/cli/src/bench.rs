@@ -1,4 +1,4 @@
-//! What a mesh costs on this machine, phase by phase.
+//! Measures the cost of a mesh on this machine, phase by phase.
 
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -21,16 +21,16 @@ use crate::error::{CliError, Cure};
 use crate::files;
 use crate::memory;
 
-/// What is to be measured.
+/// The parameters of a measurement.
 pub(crate) struct Plan<'a> {
     pub(crate) path: &'a InputPath,
     pub(crate) weld: Weld,
     pub(crate) orientation: OrientationKind,
-    /// How often each phase is run, at most.
+    /// The maximum number of runs of each phase.
     pub(crate) rounds: u32,
 }
 
-/// What came out; the fields are those of the JSON.
+/// The results. The fields are those of the JSON.
 #[derive(Debug, Serialize)]
 pub(crate) struct Measured {
     pub(crate) mesh: String,
@@ -39,14 +39,14 @@ pub(crate) struct Measured {
     pub(crate) handles: usize,
     pub(crate) threads: usize,
     pub(crate) orientation: &'static str,
-    /// Whether the file's order was so bad that the mesh has another.
+    /// `true` if the mesh was renumbered because the order of the file was poor.
     pub(crate) is_renumbered: bool,
     pub(crate) seconds: PhaseSeconds,
     pub(crate) bytes: Bytes,
     pub(crate) job: Drag,
 }
 
-/// Medians, in seconds.
+/// Medians in seconds.
 #[derive(Debug, Serialize)]
 pub(crate) struct PhaseSeconds {
     pub(crate) load: f64,
@@ -56,7 +56,7 @@ pub(crate) struct PhaseSeconds {
     pub(crate) add_handle: f64,
     pub(crate) solve: f64,
     pub(crate) iteration: f64,
-    /// An iteration less one solve.
+    /// An iteration without one solve.
     pub(crate) iteration_rest: f64,
 }
 
@@ -110,7 +110,7 @@ impl Plan<'_> {
         let assemble = assemble.map_err(cotan::flow::FlowError::from)?;
 
         let moves = standard_drag(&surface);
-        // A flow, and two systems beside it while one takes the place of the other.
+        // The memory holds a flow and, while a system is replaced, two more systems.
         let system = SystemOptions::new().max_memory(max_memory / 3);
         let options = DeformOptions::default()
             .orientation(self.orientation)
@@ -145,7 +145,7 @@ impl Plan<'_> {
         })
     }
 
-    /// The whole drag, and a flow that has its handles but has not moved.
+    /// Runs the whole drag. Also returns a flow that has its handles but has not moved.
     fn drag(
         &self,
         surface: &Surface<'_, f64>,
@@ -166,7 +166,7 @@ impl Plan<'_> {
             Ok::<_, cotan::flow::FlowError>(())
         })?;
         let at_rest = moves.iter().map(|&(v, _)| (v, positions[v])).collect();
-        // No step may take the short cut of a converged one.
+        // With tolerance 0 no step takes the shortcut of a converged one.
         let flow = build(at_rest, 0.0)?;
         Ok((
             Drag {
@@ -179,7 +179,7 @@ impl Plan<'_> {
         ))
     }
 
-    /// The linear system of a flow, made and used once more.
+    /// Builds the linear system of a flow and solves it once.
     fn system(
         &self,
         flow: &Flow<f64>,
@@ -210,7 +210,7 @@ impl Plan<'_> {
         })
     }
 
-    /// One handle more.
+    /// Measures adding one handle.
     fn add_handle(
         &self,
         flow: &Flow<f64>,
@@ -223,7 +223,7 @@ impl Plan<'_> {
             .iter()
             .for_each(|h| is_held[h.vertex.index()] = true);
         let mut free = rest.mesh().vertices().filter(|v| !is_held[v.index()]);
-        // Every run adds one more to those before.
+        // Each run adds one handle to those before.
         self.median(|| {
             handles.extend(free.next().map(Handle::hard));
             system.set_handles(&handles)?;
@@ -237,13 +237,13 @@ impl Plan<'_> {
         moves: &Moves,
     ) -> Result<f64, cotan::flow::FlowError> {
         flow.move_handles(moves)?;
-        // The first two answer to the move alone.
+        // The first two steps only respond to the move.
         flow.step()?;
         flow.step()?;
         self.median(|| flow.step().map(drop))
     }
 
-    /// The median of at most so many runs as were asked for, fewer where they take long.
+    /// The median of up to `rounds` runs, fewer if they take long.
     fn median<E>(&self, mut work: impl FnMut() -> Result<(), E>) -> Result<f64, E> {
         let start = Instant::now();
         let mut runs = Vec::new();
@@ -267,7 +267,7 @@ struct SystemSeconds {
     factor_bytes: u64,
 }
 
-/// The system of a flow: what `FlowBuilder::build` does in the end.
+/// Prepares the system of a flow, as the last step of `FlowBuilder::build` does.
 fn prepare(
     flow: &Flow<f64>,
     options: &SystemOptions,
@@ -280,8 +280,10 @@ fn prepare(
     )?)
 }
 
-/// A tenth of the vertices at each end along the longest side of the box, the lower held, the
-/// upper turned and lifted; and components that have no part in it, held still.
+/// The handles of the standard drag.
+///
+/// A tenth of the vertices at each end along the longest side of the box: the lower end is held,
+/// the upper one rotated and lifted. Components without any of these vertices are fixed.
 fn standard_drag(surface: &Surface<'_, f64>) -> Moves {
     let (mesh, positions) = (surface.mesh(), surface.positions());
     let bounds = surface.bounding_box();
@@ -304,7 +306,8 @@ fn standard_drag(surface: &Surface<'_, f64>) -> Moves {
     moves
 }
 
-/// 45° about an axis across the longest side, and a quarter of that side aside.
+/// A rotation by 45° about an axis across the longest side, and a shift by a quarter of that
+/// side.
 fn lift(bounds: &BoundingBox<f64>, axis: usize) -> Isometry3<f64> {
     let across = Vector3::ith((axis + 1) % 3, 1.0);
     let aside = Vector3::ith((axis + 2) % 3, 0.25 * bounds.longest_side());
@@ -313,5 +316,5 @@ fn lift(bounds: &BoundingBox<f64>, axis: usize) -> Isometry3<f64> {
     Isometry3::from(center + aside) * turn * Isometry3::from(-center)
 }
 
-/// A phase is not repeated beyond this.
+/// A phase is not repeated after this time.
 const ENOUGH: Duration = Duration::from_secs(20);

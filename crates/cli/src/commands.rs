@@ -21,7 +21,7 @@ use crate::args::Command;
 use crate::console::Console;
 use crate::error::CliError;
 
-/// Runs a command; gives the exit code.
+/// Runs a command and returns its exit code.
 pub(crate) fn run(command: &Command, console: &Console) -> Result<ExitCode, CliError> {
     match command {
         Command::Demo(args) => demo::run(args, console),

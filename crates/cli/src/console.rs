@@ -1,6 +1,6 @@
-//! What a person sees: results on standard output, everything else on standard error.
+//! Output to the user: results on standard output, everything else on standard error.
 //!
-//! All of it is [`Text`], so that no name from a file acts on the terminal.
+//! All output is [`Text`], so names from files cannot control the terminal.
 
 use std::fmt::Display;
 use std::io::{ErrorKind, IsTerminal, Write};
@@ -15,7 +15,7 @@ use crate::args::Messages;
 use crate::error::CliError;
 use crate::text::Text;
 
-/// How much is said.
+/// The verbosity.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 enum Volume {
     /// Errors only.
@@ -26,7 +26,7 @@ enum Volume {
     Verbose,
 }
 
-/// The two streams.
+/// Standard output and standard error.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Console {
     volume: Volume,
@@ -46,13 +46,13 @@ impl Console {
             2 => Some(tracing::Level::DEBUG),
             _ => Some(tracing::Level::TRACE),
         } {
-            // Fails only if there is a subscriber already, as in tests: then that one serves.
+            // Fails only if there is already a subscriber, as in tests. That one is used then.
             let _ = tracing_subscriber::fmt()
                 .with_max_level(level)
                 .with_writer(|| Log)
                 .without_time()
                 .with_target(false)
-                // Colours would be made visible together with what a file brings along.
+                // Escape sequences for colours would be escaped along with those from files.
                 .with_ansi(false)
                 .try_init();
         }
@@ -62,12 +62,12 @@ impl Console {
         }
     }
 
-    /// A result, to standard output. A reader that has gone away (`| head`) is no error.
+    /// Prints a result to standard output. A closed pipe (`| head`) is not an error.
     pub(crate) fn print(&self, text: &Text) -> Result<(), CliError> {
         self.print_own(text.as_str())
     }
 
-    /// As [`Self::print`], for what no file has a part in.
+    /// Like [`Self::print`], for text that contains nothing from a file.
     pub(crate) fn print_own(&self, text: &str) -> Result<(), CliError> {
         let mut out = std::io::stdout().lock();
         match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
@@ -76,42 +76,42 @@ impl Console {
         }
     }
 
-    /// Whether a command should print what it did, where nobody asked for it.
+    /// Returns `true` if a command should print a summary that was not requested.
     pub(crate) fn wants_summary(&self) -> bool {
         self.volume == Volume::Verbose || (self.volume == Volume::Normal && self.on_terminal)
     }
 
-    /// Whether nothing but errors may be said.
+    /// Returns `true` if only errors may be printed.
     pub(crate) fn is_quiet(&self) -> bool {
         self.volume == Volume::Quiet
     }
 
-    /// Something that did not stop the command but should be known.
+    /// Prints a warning: something that did not stop the command but that the user should know.
     pub(crate) fn warn(&self, warning: impl Display) {
         if self.volume > Volume::Quiet {
             say(&Text::of(format_args!("warning: {warning}")));
         }
     }
 
-    /// Something that the command did besides what it was asked for.
+    /// Prints a note about something the command did in addition to its task.
     pub(crate) fn tell(&self, text: impl Display) {
         if self.volume > Volume::Quiet {
             say(&Text::of(format_args!("note: {text}")));
         }
     }
 
-    /// A summary, to standard error.
+    /// Prints a summary to standard error.
     pub(crate) fn note(&self, text: &Text) {
         if self.wants_summary() {
             say(text);
         }
     }
 
-    /// A bar over the iterations; it shows on a terminal only.
+    /// A progress bar over the iterations, shown on a terminal only.
     pub(crate) fn progress(&self, iterations: usize) -> Progress {
         let target = match self.volume {
             Volume::Quiet => ProgressDrawTarget::hidden(),
-            // Hides itself where standard error is no terminal.
+            // Hidden automatically if standard error is not a terminal.
             _ => ProgressDrawTarget::stderr(),
         };
         let bar = ProgressBar::with_draw_target(Some(iterations as u64), target);
@@ -124,14 +124,14 @@ impl Console {
 
 const TEMPLATE: &str = "{prefix:>11} [{bar:32}] {pos}/{len} {msg}";
 
-/// Prints an error, the last thing that a failing command does.
+/// Prints an error. This is the last thing a failing command does.
 pub(crate) fn print_error(error: &CliError) {
     say(&Text::of(format_args!("error: {error}")));
 }
 
-/// Prints why the command line was not understood, or the help that it asks for.
+/// Prints a usage error or the requested help.
 pub(crate) fn print_usage(mut usage: clap::Error) {
-    // What it quotes may be a file's name, as a shell's pattern found it.
+    // Quoted arguments may be file names expanded by the shell.
     let quoted: Vec<(ContextKind, String)> = usage
         .context()
         .filter_map(|(kind, value)| match value {
@@ -142,12 +142,13 @@ pub(crate) fn print_usage(mut usage: clap::Error) {
     for (kind, text) in quoted {
         usage.insert(kind, ContextValue::String(printable(&text).into_owned()));
     }
-    // If the stream is gone, there is no one left to tell.
+    // If the stream is closed, there is nowhere to report it.
     let _ = usage.print();
 }
 
-/// From now on a panic is told in one printable line: it is a fault of the program, but its message
-/// may quote a file.
+/// Installs a panic hook that prints one printable line.
+///
+/// A panic is a bug in this program, but its message may quote a file.
 pub(crate) fn tell_panics() {
     std::panic::set_hook(Box::new(|info: &PanicHookInfo<'_>| {
         let payload = info.payload();
@@ -163,12 +164,12 @@ pub(crate) fn tell_panics() {
     }));
 }
 
-/// Standard error; if it is gone, there is no one left to tell.
+/// Prints to standard error. If it is closed, the text is dropped.
 fn say(text: &Text) {
     let _ = std::io::stderr().lock().write_all(text.as_str().as_bytes());
 }
 
-/// Standard error for the log, which hands over one event at a time.
+/// Standard error as the writer of the log, which passes one event at a time.
 struct Log;
 
 impl Write for Log {
@@ -182,21 +183,21 @@ impl Write for Log {
     }
 }
 
-/// A progress bar that goes away when it is dropped.
+/// A progress bar that is removed when dropped.
 #[derive(Debug)]
 pub(crate) struct Progress {
     bar: ProgressBar,
 }
 
 impl Progress {
-    /// Names what is going on.
+    /// Sets the name of the current phase.
     pub(crate) fn phase(&self, name: &'static str) {
         tracing::info!("{name}");
         self.bar.set_prefix(name);
         self.bar.enable_steady_tick(Duration::from_millis(100));
     }
 
-    /// After an iteration.
+    /// Updates the bar after an iteration.
     pub(crate) fn step(&self, iteration: usize, change: f64) {
         self.bar.set_position(iteration as u64);
         self.bar.set_message(format!("change {change:.1e}"));

@@ -1,4 +1,4 @@
-//! The edit that `deform`, `reconstruct` and `demo` share: document and handles in, document out.
+//! The edit shared by `deform`, `reconstruct` and `demo`: document and handles in, document out.
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -18,7 +18,7 @@ use crate::console::{Console, Progress};
 use crate::error::{CliError, Cure};
 use crate::report::{HistoryEntry, Seconds};
 
-/// What is to be done to a document.
+/// The parameters of an edit.
 #[derive(Debug)]
 pub(crate) struct Edit<'a> {
     /// The mesh file, for messages.
@@ -29,18 +29,18 @@ pub(crate) struct Edit<'a> {
     pub(crate) soft: Option<f64>,
     pub(crate) precision: Precision,
     pub(crate) history: History,
-    /// How the vertices of the file are found, if the mesh was repaired.
+    /// Maps vertices of the file, if the mesh was repaired.
     pub(crate) file_vertices: Option<&'a FileVertices>,
 }
 
-/// Whether the errors are measured after every iteration.
+/// The policy for measuring errors after every iteration.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum History {
     Skip,
     Keep,
 }
 
-/// What an edit did.
+/// The result of an edit.
 #[derive(Debug)]
 pub(crate) struct Edited {
     /// The positions that were written to the document, in the order of the processing mesh.
@@ -51,7 +51,7 @@ pub(crate) struct Edited {
 }
 
 impl Edit<'_> {
-    /// Moves the handles; the document has the new positions afterwards.
+    /// Moves the handles and writes the new positions to the document.
     ///
     /// # Errors
     /// [`CliError::Mesh`] for a mesh that cannot be edited with these handles.
@@ -116,7 +116,7 @@ impl Edit<'_> {
                 &moved(&positions, &session.positions(), processing, origin),
             )
             .map_err(in_file)?;
-        // The measures need memory of their own.
+        // Free the session: the measures need memory of their own.
         drop(session);
         let positions = positions_of(document, processing);
         let quality =
@@ -129,8 +129,10 @@ impl Edit<'_> {
         })
     }
 
-    /// The point that counts as the origin: in single precision the middle of the mesh, so that one
-    /// that lies far away keeps its digits.
+    /// The point used as the origin.
+    ///
+    /// In single precision it is the centre of the mesh, so that a mesh far from the origin keeps
+    /// its digits.
     fn origin(&self, original: &Surface<'_, f64>) -> Point3<f64> {
         match self.precision {
             Precision::F64 => Point3::origin(),
@@ -146,8 +148,9 @@ impl Edit<'_> {
     }
 }
 
-/// The positions after the edit in the mesh's own coordinates; a vertex that has not moved has
-/// exactly the position that it had.
+/// The edited positions in the coordinates of the mesh.
+///
+/// A vertex that has not moved keeps its exact position.
 fn moved<T: Scalar>(
     before: &Positions<T>,
     after: &Positions<T>,
@@ -167,12 +170,12 @@ fn moved<T: Scalar>(
         .collect()
 }
 
-/// Measures the errors after every iteration, if they are wanted.
+/// Measures the errors after every iteration, if requested.
 struct Recorder<'a> {
     original: Surface<'a, f64>,
-    /// What was measured so far, or why that went wrong.
+    /// The measurements so far, or the error that stopped them.
     entries: Result<Option<Vec<HistoryEntry>>, cotan::Error>,
-    /// Seconds that the measurements took.
+    /// Time spent on measurements, in seconds.
     seconds: f64,
 }
 
@@ -207,7 +210,7 @@ impl<'a> Recorder<'a> {
         ControlFlow::Continue(())
     }
 
-    /// The history, and the seconds that it took.
+    /// Returns the history and the seconds spent on it.
     fn finish(self) -> Result<(Option<Vec<HistoryEntry>>, f64), cotan::Error> {
         Ok((self.entries?, self.seconds))
     }

@@ -1,4 +1,4 @@
-//! What ends a command with exit code 1, or 2 where it was used wrongly.
+//! Errors that end a command with exit code 1, or 2 for wrong usage.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -14,104 +14,104 @@ use crate::files;
 use crate::inspect::weld_option;
 use crate::sphere::LandmarksError;
 
-/// Why a command could not do its work.
+/// The reason why a command failed.
 #[derive(Debug, Error)]
 pub(crate) enum CliError {
-    /// A mesh file that cannot be read, built from, or written.
+    /// A mesh file cannot be read, built or written.
     #[error(transparent)]
     Io(#[from] IoError),
-    /// An output that is an input or another output.
+    /// An output is also an input or another output.
     #[error(transparent)]
     Conflict(Box<Conflict>),
-    /// A handles file, or an output that cannot be written.
+    /// A handles file is invalid, or an output cannot be written.
     #[error(transparent)]
     Tool(#[from] ToolError),
-    /// A mesh from which no surface can be built, and what to do about it.
+    /// No surface can be built from the mesh. Includes a remedy.
     #[error("{}: {source}; {remedy}", path.display())]
     Unsound {
         path: PathBuf,
         source: Box<BuildError>,
         remedy: String,
     },
-    /// A mesh that cannot be edited or measured.
+    /// The mesh cannot be edited or measured.
     #[error("{}: {source}", path.display())]
     Mesh {
         path: PathBuf,
         #[source]
         source: cotan::Error,
     },
-    /// A mesh that cannot be mapped to the sphere.
+    /// The mesh cannot be mapped to the sphere.
     #[error("{}: {source}{remedy}", path.display())]
     Sphere {
         path: PathBuf,
         #[source]
         source: SphereError,
-        /// What else is to be said; may be empty.
+        /// Further advice; may be empty.
         remedy: String,
     },
-    /// Work that would take too much memory.
+    /// The work would take too much memory.
     #[error("{}: {source}", path.display())]
     Memory {
         path: PathBuf,
         #[source]
         source: MemoryError,
     },
-    /// A file of landmarks.
+    /// A file of landmarks is invalid.
     #[error("{}: {source}", path.display())]
     Landmarks {
         path: PathBuf,
         #[source]
         source: LandmarksError,
     },
-    /// Two files that cannot be compared.
+    /// The two files cannot be compared.
     #[error("{} and {} cannot be compared: {problem}", paths[0].display(), paths[1].display())]
     Compare {
         paths: [PathBuf; 2],
         problem: String,
     },
-    /// A field that the file does not hold.
+    /// The file has no such field.
     #[error("{}: the vertices have no finite number \"{name}\"; their numbers are: {known}", path.display())]
     NoField {
         path: PathBuf,
         name: String,
         known: String,
     },
-    /// A report, a picture or a folder that cannot be written.
+    /// A report, a picture or a folder cannot be written.
     #[error("{}: cannot write: {source}", path.display())]
     Write {
         path: PathBuf,
         #[source]
         source: io::Error,
     },
-    /// Standard output.
+    /// Standard output cannot be written.
     #[error("cannot write to standard output: {0}")]
     Output(#[source] io::Error),
-    /// The editor is another package, which may not be there.
+    /// The editor, which is a separate package, is not installed.
     #[error(
         "the program `cotan-editor` is neither beside this one nor on the PATH; install it with \
          `cargo install cotan-editor`, or build it in a checkout with `cargo build -p cotan-editor`"
     )]
     NoEditor,
-    /// A program that is there and does not start.
+    /// A program exists but cannot be started.
     #[error("{}: cannot start: {source}", program.display())]
     Start {
         program: PathBuf,
         #[source]
         source: io::Error,
     },
-    /// The thread pool.
+    /// The thread pool cannot be started.
     #[error("cannot start {threads} threads: {problem}; ask for fewer with --threads")]
     Threads { threads: usize, problem: String },
 }
 
-/// What can be said about repairs where a surface cannot be built.
+/// The repair that an error message can suggest when no surface can be built.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Cure {
-    /// There is a command for it.
+    /// The `repair` command.
     Command,
-    /// The command at hand has `--repair`, too.
+    /// The `--repair` option of the current command.
     Offered,
-    /// `--repair` was given and is not enough.
+    /// None of the safe repairs: `--repair` was given and was not enough.
     Beyond,
 }
 
@@ -124,7 +124,7 @@ impl CliError {
         }
     }
 
-    /// Why no surface can be built, with the repair that helps.
+    /// Makes the error for a mesh without a surface, with the repair that helps.
     pub(crate) fn surface(path: &Path, error: IoError, cure: Cure, weld: Weld) -> Self {
         let (source, needed) = match (error.cure(), error) {
             (Some(needed), IoError::NotManifold(source)) => (Box::new(source), needed),
@@ -132,12 +132,12 @@ impl CliError {
         };
         let is_safe = needed != cotan_io::Cure::SplitEdges;
         let needed = match cure {
-            // What the safe repairs left over is left by all but one.
+            // Splitting edges is the only cure for defects that the safe repairs leave.
             Cure::Beyond => cotan_io::Cure::SplitEdges,
             _ => needed,
         };
         let mut option = cotan_tool::repair::option(needed).to_owned();
-        // What was welded and parted must not be welded again.
+        // After welding and splitting, the mesh must not be welded again.
         let mut then = "";
         if let Some(weld) = weld_option(weld) {
             option = format!("{weld} {option}");

@@ -1,4 +1,4 @@
-//! Mesh files, read with their warnings told, and outputs, which are [`OutputPath`]s.
+//! Reading mesh files with their warnings, and writing outputs, which are [`OutputPath`]s.
 
 use cotan_io::{Document, Folder, Format, IoError, load_with, save_with};
 pub(crate) use cotan_tool::files::in_file;
@@ -8,8 +8,9 @@ use crate::console::Console;
 use crate::error::CliError;
 use crate::{memory, paths};
 
-/// Reads a mesh file, and warns of what is odd about it; the buffers of a glTF may lie in the
-/// file's own folder.
+/// Reads a mesh file and prints its warnings.
+///
+/// The buffers of a glTF must be in the folder of the file.
 pub(crate) fn load(path: &InputPath, console: &Console) -> Result<Document, CliError> {
     let document = load_with(path, memory::limits(), &Folder::of(path))?;
     paths::check_companions(&document, path)?;
@@ -27,17 +28,18 @@ pub(crate) fn load(path: &InputPath, console: &Console) -> Result<Document, CliE
 /// The format of a mesh to be written.
 ///
 /// # Errors
-/// [`cotan_io::IoError::UnknownFormat`] for an extension that names none.
+/// [`cotan_io::IoError::UnknownFormat`] for an unknown extension.
 pub(crate) fn mesh_format(path: &OutputPath) -> Result<Format, CliError> {
     Ok(cotan_tool::files::mesh_format(path)?)
 }
 
-/// Writes a mesh file in the format of its extension, in one step; tells which files were copied
-/// beside it, and warns of what it lacks.
+/// Writes a mesh file in one step, in the format of its extension.
+///
+/// Reports the files that were copied next to it, and warns about what the file lacks.
 ///
 /// # Errors
-/// [`CliError::Io`]; an older file is whole then. [`CliError::Conflict`] if a file that was copied
-/// has the name of another output, which is not written then.
+/// [`CliError::Io`]; an existing file stays intact. [`CliError::Conflict`] if a copied file has
+/// the name of another output, which is not written then.
 pub(crate) fn save(
     document: &Document,
     path: &OutputPath,
@@ -63,10 +65,10 @@ pub(crate) fn save(
 /// Writes a report or a picture in one step.
 ///
 /// # Errors
-/// [`CliError::Tool`]; an older file is whole then.
+/// [`CliError::Tool`]; an existing file stays intact.
 pub(crate) fn write(path: &OutputPath, bytes: &[u8]) -> Result<(), CliError> {
     Ok(cotan_tool::files::write(path, bytes)?)
 }
 
-/// How many oddities of a file are told.
+/// The largest number of warnings printed for a file.
 const MOST_WARNINGS: usize = 10;

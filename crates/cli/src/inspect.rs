@@ -1,7 +1,7 @@
-//! What a mesh file holds, manifold or not.
+//! Describes the contents of a mesh file, manifold or not.
 //!
-//! Topology and defects are those of [`Document::inspect`]. Areas and angles are measured on the
-//! surface of polygons, or on the same faces with corners of their own, which always is a surface.
+//! Topology and defects come from [`Document::inspect`]. Areas and angles are measured on the
+//! polygonal surface, or on the same faces with separate corners, which always form a surface.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,7 +9,7 @@ use cotan::geometry::{AngleStatistics, BoundingBox, Surface, negative_cotangent_
 use cotan_io::{Cure, Document, IoError, ProcessingMesh, Weld};
 use serde::Serialize;
 
-/// A defect with its elements, as the file numbers them, from 0.
+/// A defect and its elements, with the indices of the file, from 0.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize)]
 pub(crate) struct Defect {
     pub(crate) kind: &'static str,
@@ -37,17 +37,17 @@ impl From<&cotan_io::Defect> for Defect {
     }
 }
 
-/// The option of `cotan repair` that welds so; `None` if it has none.
+/// The option of `cotan repair` for this welding; `None` if there is none.
 pub(crate) fn weld_option(weld: Weld) -> Option<String> {
     match weld {
         Weld::Exact => Some("--weld exact".to_owned()),
-        // Every digit, to be pasted.
+        // All digits, so that the option can be pasted.
         Weld::Within(distance) => Some(format!("--weld {distance:?}")),
         Weld::AsFormat | Weld::Off => None,
     }
 }
 
-/// How many defects of each kind there are, and the first of each.
+/// Counts the defects of each kind and lists the first `limit` of each.
 pub(crate) fn listed(
     defects: &[cotan_io::Defect],
     limit: usize,
@@ -63,7 +63,7 @@ pub(crate) fn listed(
     (counts, listed)
 }
 
-/// A part of a file that has several.
+/// One part of a file that has several.
 #[derive(Clone, PartialEq, Eq, Debug, Serialize)]
 pub(crate) struct Part {
     pub(crate) name: String,
@@ -71,21 +71,21 @@ pub(crate) struct Part {
     pub(crate) faces: usize,
 }
 
-/// Everything that `cotan info` tells.
+/// The output of `cotan info`.
 #[derive(Debug, Serialize)]
 pub(crate) struct Inspection {
     pub(crate) file: String,
     pub(crate) format: Option<String>,
-    /// What is odd about the file and was read nevertheless.
+    /// Oddities of the file that did not prevent reading it.
     pub(crate) warnings: Vec<String>,
     /// The meshes of the file, if it has several.
     pub(crate) parts: Vec<Part>,
-    /// What the file says about vertices, corners and faces, by name.
+    /// The names of the attributes of vertices, corners and faces.
     pub(crate) attributes: Vec<String>,
     pub(crate) vertices: usize,
     /// Vertices that no face uses.
     pub(crate) unreferenced_vertices: usize,
-    /// Faces of the file, and how many have how many corners.
+    /// The number of faces in the file, and the number of faces per corner count.
     pub(crate) faces: usize,
     pub(crate) corners: BTreeMap<usize, usize>,
     /// Triangles that the faces are cut into.
@@ -98,24 +98,25 @@ pub(crate) struct Inspection {
     pub(crate) closed: bool,
     /// V − E + F of the used vertices and the file's faces.
     pub(crate) euler_characteristic: i64,
-    /// Where the mesh is manifold: holes, and handles (in the sense of topology) of all components.
+    /// The numbers of holes and of topological handles over all components, if the mesh is
+    /// manifold.
     pub(crate) boundary_loops: Option<usize>,
     pub(crate) genus: Option<i64>,
     pub(crate) bounding_box: Bounds,
     pub(crate) area: Option<f64>,
-    /// Enclosed volume; `null` unless closed and manifold.
+    /// The enclosed volume; `null` unless closed and manifold.
     pub(crate) volume: Option<f64>,
     pub(crate) angles: Option<Angles>,
     pub(crate) edge_lengths: Option<Lengths>,
-    /// Share of the edges with cot α + cot β < 0, where the mesh is manifold.
+    /// The share of edges with cot α + cot β < 0, if the mesh is manifold.
     pub(crate) negative_cotangent_share: Option<f64>,
     pub(crate) degenerate_faces: usize,
-    /// What welding would join, in words.
+    /// A description of what welding would join.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) weldable: Option<String>,
-    /// Why no half-edge mesh can be built, if that is so.
+    /// The reason why no half-edge mesh can be built, if so.
     pub(crate) problem: Option<String>,
-    /// How many defects of each kind there are.
+    /// The number of defects of each kind.
     pub(crate) defect_counts: BTreeMap<&'static str, usize>,
     /// The first defects of each kind.
     pub(crate) defects: Vec<Defect>,
@@ -128,7 +129,7 @@ pub(crate) struct Bounds {
     pub(crate) diagonal: f64,
 }
 
-/// In degrees.
+/// Angles in degrees.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(crate) struct Angles {
     pub(crate) min_degrees: f64,
@@ -143,7 +144,7 @@ pub(crate) struct Lengths {
     pub(crate) max: f64,
 }
 
-/// Inspects a document that was read from `file`; at most `limit` defects of a kind are listed.
+/// Inspects a document that was read from `file`. Lists at most `limit` defects of each kind.
 pub(crate) fn inspect(
     file: String,
     document: &Document,
@@ -153,7 +154,7 @@ pub(crate) fn inspect(
     let found = document.inspect(weld)?;
     let processing = document.surface_with(weld);
     let problem = processing.as_ref().err().map(|error| match error {
-        // What cures it is listed with the defects.
+        // The cure is listed with the defects.
         IoError::NotManifold(error) => error.to_string(),
         error => error.to_string(),
     });
@@ -213,7 +214,8 @@ pub(crate) fn inspect(
     }
     let has_polygons = document.faces().num_triangles() > document.faces().len();
     match processing {
-        // Cut with a view to each other, as they are worked on.
+        // The triangulation that other commands work on, in which neighbouring faces are cut
+        // consistently.
         Ok(processing) if has_polygons => inspection.measure_triangles(&processing),
         _ => {
             if let Some(soup) = soup(document) {
@@ -236,7 +238,7 @@ fn parts(document: &Document) -> Vec<Part> {
     }
 }
 
-/// Names of the attributes, or why they cannot be told.
+/// Names of the attributes, or the reason why they cannot be read.
 fn attributes(document: &Document) -> Vec<String> {
     let attributes = match document.attributes() {
         Ok(attributes) => attributes,
@@ -269,7 +271,7 @@ fn attributes(document: &Document) -> Vec<String> {
 }
 
 impl Inspection {
-    /// Completes the options that cure the defects: they were found with this welding.
+    /// Adds this welding to the options that cure the defects, which were found with it.
     pub(crate) fn cure_with(&mut self, weld: Weld) {
         for defect in &mut self.defects {
             let Some(cure) = &mut defect.cure else {
@@ -314,7 +316,7 @@ impl Inspection {
     }
 }
 
-/// The document's polygons, cut into triangles, none of which share a vertex.
+/// The document's polygons, cut into triangles that share no vertices.
 fn soup(document: &Document) -> Option<ProcessingMesh> {
     let positions = document
         .faces()
@@ -341,7 +343,7 @@ fn degrees(document: &Document) -> BTreeMap<usize, usize> {
 }
 
 fn bounds(document: &Document) -> Bounds {
-    // A document has a vertex.
+    // A document has at least one vertex.
     let bounds = BoundingBox::of(document.positions()).map(|b| (b.min, b.max, b.diagonal()));
     let (min, max, diagonal) = bounds.unwrap_or_default();
     Bounds {

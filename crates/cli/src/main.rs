@@ -1,4 +1,4 @@
-//! The command `cotan`: arguments to a command, its outcome to an exit code.
+//! The `cotan` command: parses the arguments, runs the command, and returns the exit code.
 
 mod args;
 mod bench;
@@ -35,7 +35,8 @@ fn main() -> ExitCode {
     let (arguments, matches) = match parsed {
         Ok(parsed) => parsed,
         Err(usage) => {
-            // Help goes to standard output with 0, a usage error to standard error with 2.
+            // Help goes to standard output with exit code 0, a usage error to standard error with
+            // 2.
             let code = u8::try_from(usage.exit_code()).unwrap_or(2);
             console::print_usage(usage);
             return ExitCode::from(code);

@@ -1,7 +1,7 @@
-//! The memory of this run: the limits of reading, and whether work will fit.
+//! The memory of this run: limits for reading, and checks that work will fit.
 //!
-//! Memory belongs to the process, and so does its limit: `main` sets it once, before anything is
-//! read.
+//! The memory belongs to the process, and so does its limit: `main` sets it once, before anything
+//! is read.
 
 use std::path::Path;
 use std::sync::OnceLock;
@@ -19,11 +19,11 @@ struct Run {
 
 static RUN: OnceLock<Run> = OnceLock::new();
 
-/// Sets the limits; those that were set first stay.
+/// Sets the limits. Later calls have no effect.
 pub(crate) fn set(args: &LimitArgs) {
     let memory = args.memory();
     let limits = args.reading(memory);
-    // A second call has nothing to add.
+    // Fails on a second call, which is ignored.
     let _ = RUN.set(Run { memory, limits });
 }
 
@@ -35,12 +35,12 @@ fn run() -> &'static Run {
     })
 }
 
-/// The limits of reading a mesh file.
+/// The limits for reading a mesh file.
 pub(crate) fn limits() -> &'static Limits {
     &run().limits
 }
 
-/// Refuses work that would take more memory than is allowed; how many bytes it leaves for factors.
+/// Refuses work that would exceed the memory limit. Returns the number of bytes left for factors.
 pub(crate) fn check(work: Work, path: &Path, document: &Document) -> Result<u64, CliError> {
     let checked = run().memory.check(work, document);
     checked.map_err(|source| CliError::Memory {

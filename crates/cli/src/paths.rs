@@ -11,11 +11,11 @@ use crate::args::{InputPath, OutputPath};
 use crate::console::Console;
 use crate::error::CliError;
 
-/// Finds all files that the command line names, and refuses an output that is an input or another
-/// output, or that cannot be written. Nothing was read yet.
+/// Checks all files that the command line names, before anything is read.
 ///
 /// # Errors
-/// [`CliError::Conflict`]; [`CliError::Tool`] for an output that cannot be written.
+/// [`CliError::Conflict`] for an output that is also an input or another output;
+/// [`CliError::Tool`] for an output that cannot be written.
 pub(crate) fn check(
     command: &Command,
     matches: &ArgMatches,
@@ -32,7 +32,7 @@ pub(crate) fn check(
     Ok(())
 }
 
-/// Refuses a file that a command reads without its being named on the command line.
+/// Refuses an input that is not named on the command line if it is an output.
 ///
 /// # Errors
 /// [`CliError::Conflict`] if it is an output.
@@ -41,7 +41,7 @@ pub(crate) fn check_read(name: &str, path: &Path) -> Result<(), CliError> {
     Ok(checked.transpose().map(drop)?)
 }
 
-/// The files that the command line names, for those that are found later.
+/// The files that the command line names, to be checked against files found later.
 static NAMED: OnceLock<Paths> = OnceLock::new();
 
 fn named(command: &Command, matches: &ArgMatches) -> Paths {
@@ -52,7 +52,7 @@ fn named(command: &Command, matches: &ArgMatches) -> Paths {
     let command = command.find_subcommand(name);
     for id in matches.ids() {
         let name = || name_of(command, id.as_str());
-        // Arguments of other types, and groups, are errors here.
+        // Arguments of other types, and groups, give errors here.
         if let Ok(Some(inputs)) = matches.try_get_many::<InputPath>(id.as_str()) {
             inputs.for_each(|path| paths.read(name(), path.to_path_buf()));
         }
@@ -63,7 +63,7 @@ fn named(command: &Command, matches: &ArgMatches) -> Paths {
     paths
 }
 
-/// The argument as a person writes it: `--report`, `MESH`.
+/// The argument in the notation of the command line: `--report`, `MESH`.
 fn name_of(command: Option<&Command>, id: &str) -> String {
     let is_it = |argument: &&Arg| argument.get_id() == id;
     let argument = command.and_then(|command| command.get_arguments().find(is_it));
@@ -87,23 +87,22 @@ fn warn_of_other_names(path: &Path, console: &Console) {
     }
 }
 
-/// Refuses a mesh one of whose further files (buffers, material libraries, images) is an output.
+/// Refuses a mesh if one of its further files (buffers, material libraries, images) is an output.
 ///
 /// # Errors
-/// [`CliError::Conflict`] with the file; [`CliError::Io`] if they cannot be looked for.
+/// [`CliError::Conflict`] with the file; [`CliError::Io`] if the files cannot be determined.
 pub(crate) fn check_companions(document: &Document, path: &Path) -> Result<(), CliError> {
     let companions = document
         .companions()
         .map_err(|source| cotan_tool::files::in_file(path, source))?;
     let folder = cotan_tool::files::folder_of(path);
     let paths = companions.iter().map(|companion| folder.join(companion));
-    // A file that is not there is not read.
+    // A missing file is not read.
     let mut paths = paths.filter(|path| path.exists());
     paths.try_for_each(|path| check_read("a file that the mesh refers to,", &path))
 }
 
-/// Refuses to go on after files were written beside a mesh one of which another output would
-/// overwrite.
+/// Fails if another output would overwrite one of the files that were copied next to a mesh.
 ///
 /// # Errors
 /// [`CliError::Conflict`] with the file.

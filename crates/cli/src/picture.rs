@@ -1,9 +1,9 @@
-//! Pictures: a mesh before and after, side by side, seen by the same camera; and, in [`heat`],
+//! Pictures: a mesh before and after, side by side under the same camera; and, in [`heat`],
 //! surfaces coloured by a quantity.
 //!
-//! The surface is drawn by the software rasterizer `euc` (depth buffer, perspective), three by
-//! three samples a pixel; handles are coloured: what stays in blue, what moves in orange. Same
-//! bytes in every run.
+//! The surface is drawn by the software rasterizer `euc` (depth buffer, perspective) with three
+//! by three samples per pixel. Fixed handles are blue, moved ones orange. The output is the same
+//! in every run.
 
 mod camera;
 mod color_bar;
@@ -30,18 +30,18 @@ use scene::Scene;
 
 use cotan_tool::handles_file::Constraint;
 
-/// What a vertex is to the picture.
+/// The role of a vertex in the picture.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Mark {
-    /// It follows.
+    /// Not a handle.
     Free,
-    /// It is held in its place.
+    /// A fixed handle.
     Fixed,
-    /// It is moved.
+    /// A moved handle.
     Moved,
 }
 
-/// What the handles make of every vertex.
+/// The role of each vertex, according to the handles.
 pub(crate) fn marks(constraints: &[Constraint], processing: &ProcessingMesh) -> VertexMap<Mark> {
     let mut marks = VertexMap::filled(processing.mesh().num_vertices(), Mark::Free);
     for constraint in constraints {
@@ -54,7 +54,7 @@ pub(crate) fn marks(constraints: &[Constraint], processing: &ProcessingMesh) -> 
     marks
 }
 
-/// One mesh, twice.
+/// One mesh with two sets of positions.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BeforeAfter<'a> {
     pub(crate) mesh: &'a HalfedgeMesh,
@@ -75,7 +75,7 @@ impl BeforeAfter<'_> {
         Image::beside(&panels).png()
     }
 
-    /// The surface, coloured by its handles, and dots at lone handles.
+    /// The surface, coloured by its handles, with dots at isolated handles.
     fn scene<'s>(&'s self, positions: &Positions<f64>, camera: &'s Camera) -> Scene<'s> {
         let color = |v| self.marks[v].color();
         let mut scene = Scene::new(self.mesh, positions, camera, |_, v| color(v));
@@ -85,8 +85,8 @@ impl BeforeAfter<'_> {
         scene
     }
 
-    /// Whether a handle vertex has no face all of whose corners are handles, so that its colour
-    /// hardly shows.
+    /// Returns `true` if a handle vertex has no face with three handle corners, so that its
+    /// colour hardly shows.
     fn is_lone(&self, v: VertexId) -> bool {
         let is_held = |v: VertexId| self.marks[v] != Mark::Free;
         let is_held_face = |f: FaceId| self.mesh.triangle(f).into_iter().all(is_held);
@@ -95,7 +95,7 @@ impl BeforeAfter<'_> {
 }
 
 impl Mark {
-    /// Linear.
+    /// The colour in linear RGB.
     fn color(self) -> [f32; 3] {
         match self {
             Self::Free => [0.62, 0.63, 0.60],

@@ -1,4 +1,4 @@
-//! The mesh of a job: read, repaired if asked for, and built.
+//! The mesh of a job: read, repaired if requested, and built.
 
 use std::time::Instant;
 
@@ -15,30 +15,30 @@ use crate::files;
 use crate::memory;
 use crate::report::{Seconds, counted};
 
-/// Where the mesh of a job comes from.
+/// The source of the mesh of a job.
 #[derive(Clone, Debug)]
 pub(crate) struct Source<'a> {
     pub(crate) path: &'a InputPath,
-    /// The repairs that are made first, if any; welding is said below.
+    /// The repairs to make first, if any, without welding.
     pub(crate) repair: Option<Repair>,
-    /// What these do about holes.
+    /// The handling of holes in these repairs.
     pub(crate) filling: Filling,
     pub(crate) weld: Weld,
-    /// What can be said about repairs if no surface can be built.
+    /// The repair to suggest if no surface can be built.
     pub(crate) cure: Cure,
 }
 
-/// A mesh that can be worked on.
+/// A mesh that is ready for processing.
 #[derive(Debug)]
 pub(crate) struct Prepared {
     pub(crate) document: Document,
     pub(crate) processing: ProcessingMesh,
-    /// How the vertices of the file are found, if the mesh was repaired.
+    /// Maps vertices of the file, if the mesh was repaired.
     pub(crate) file_vertices: Option<FileVertices>,
     /// The face of the file for each face of the document, if the mesh was repaired; `None` for
     /// faces that fill holes.
     pub(crate) file_faces: Option<Vec<Option<usize>>>,
-    /// What the repair did.
+    /// The changes made by the repair.
     pub(crate) changes: Vec<Change>,
 }
 
@@ -60,7 +60,7 @@ pub(crate) fn prepare(
     let clock = Instant::now();
     let mut repaired = None;
     if let Some(repair) = &source.repair {
-        // Welded before the repair and not after it: what was parted would be joined again.
+        // Weld before the repair: welding afterwards would join what the repair has split.
         let repair = repair.clone().weld_in_place(source.weld);
         let mended = mend(&repair, &document).map_err(in_file)?;
         if let Some(problem) = &mended.unfair {
@@ -82,7 +82,7 @@ pub(crate) fn prepare(
         processing.map_err(|error| CliError::surface(path, error, source.cure, source.weld))?;
     let (mut file_vertices, mut file_faces, mut changes) = (None, None, Vec::new());
     if let Some(mut done) = repaired {
-        // Welding is about the surface here, and the file keeps its vertices.
+        // Welding concerns only the surface here; the file keeps its vertices.
         done.changes
             .retain(|change| !matches!(change, Change::MergedVertex { .. }));
         let num_vertices = document.positions().len();
@@ -101,7 +101,7 @@ pub(crate) fn prepare(
     })
 }
 
-/// Warns of patches that do not continue the surface.
+/// Warns about patches that do not continue the surface smoothly.
 pub(crate) fn warn_unfair(path: &InputPath, problem: &str, console: &Console) {
     console.warn(format_args!(
         "{}: the holes were filled, but not smoothly: {problem}",
@@ -109,18 +109,17 @@ pub(crate) fn warn_unfair(path: &InputPath, problem: &str, console: &Console) {
     ));
 }
 
-/// What welding would join, in words, unless it was told not to.
+/// Describes what welding would join, unless welding is off.
 pub(crate) fn weldable(document: &Document, weld: Weld) -> Option<String> {
     if weld == Weld::Off {
         return None;
     }
-    // A tolerance that is no distance was refused before.
+    // Invalid tolerances were refused earlier.
     let found = document.weldable(weld).ok().flatten();
     found.map(|weldable| weldable.to_string())
 }
 
-/// Warns where parts of a mesh that is in pieces will be held still, though welding would join
-/// them.
+/// Warns if parts of a mesh in several pieces will be fixed although welding would join them.
 pub(crate) fn warn_weldable(source: &Source<'_>, prepared: &Prepared, console: &Console) {
     if prepared.processing.mesh().components().count() < 2 {
         return;
@@ -130,14 +129,14 @@ pub(crate) fn warn_weldable(source: &Source<'_>, prepared: &Prepared, console: &
     }
 }
 
-/// Whether a repair did something.
+/// The outcome of a repair: whether it changed anything.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Repairs {
     None,
     Some,
 }
 
-/// Warns of what a repair did, and of holes that it left open.
+/// Warns about the changes of a repair, and about holes that it left open.
 fn tell_repairs(source: &Source<'_>, changes: &[Change], console: &Console) -> Repairs {
     let path = source.path.display();
     for change in changes {

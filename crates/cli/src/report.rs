@@ -13,7 +13,7 @@ use crate::error::CliError;
 use crate::files;
 use crate::text::Text;
 
-/// What an edit did, for programs. The fields are stable; further ones may come.
+/// The machine-readable report of an edit. The fields are stable; more may be added.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub(crate) struct Report {
     /// Vertices and faces (triangles) of the surface that was edited.
@@ -24,19 +24,20 @@ pub(crate) struct Report {
     pub(crate) iterations: usize,
     pub(crate) stop_reason: &'static str,
     pub(crate) converged: bool,
-    /// The last step's longest move of a vertex, over the diagonal of the bounding box.
+    /// The largest displacement of a vertex in the last step, over the diagonal of the bounding
+    /// box.
     pub(crate) max_relative_change: f64,
-    /// The longest move that one more full step would make, in the same unit.
+    /// The largest displacement that one more full step would make, in the same unit.
     pub(crate) residual: f64,
     pub(crate) energy: Option<f64>,
-    /// By how much a part turned back, where a stated turn of more than 180° was not held.
+    /// The angle by which a part turned back, if a specified turn of more than 180° was not kept.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) lost_turn_degrees: Option<f64>,
     #[serde(flatten)]
     pub(crate) quality: QualityFields,
     pub(crate) scheme: &'static str,
     pub(crate) orientation: &'static str,
-    /// How the linear system was solved, and why so.
+    /// The strategy for the linear system, and the reason for it.
     pub(crate) strategy: Option<&'static str>,
     pub(crate) strategy_reason: Option<&'static str>,
     pub(crate) precision: &'static str,
@@ -61,7 +62,7 @@ pub(crate) struct QualityFields {
     pub(crate) folded_edges: usize,
     pub(crate) degenerate_faces: usize,
     pub(crate) self_intersecting_faces: usize,
-    /// The greatest change of an angle between neighbouring faces.
+    /// The largest change of an angle between neighbouring faces.
     pub(crate) max_dihedral_change_degrees: f64,
     /// σ1 of the faces.
     pub(crate) stretch: ExtentFields,
@@ -70,7 +71,7 @@ pub(crate) struct QualityFields {
     pub(crate) arap_energy: f64,
 }
 
-/// [`Extent`] under the names of the report. What is infinite is `null` in JSON.
+/// [`Extent`] under the names of the report. Infinite values are `null` in JSON.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub(crate) struct ExtentFields {
     pub(crate) p99: f64,
@@ -104,7 +105,7 @@ impl From<&Quality> for QualityFields {
     }
 }
 
-/// How long the phases took.
+/// Durations of the phases.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize)]
 pub(crate) struct Seconds {
     /// File to document.
@@ -139,7 +140,7 @@ impl HistoryEntry {
     }
 }
 
-/// What was edited, beside what came out.
+/// The setting of an edit, reported in addition to its result.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Setting<'a> {
     pub(crate) faces: usize,
@@ -221,7 +222,7 @@ pub(crate) fn json_text(value: &impl Serialize) -> Result<Text, CliError> {
     Text::json(value).map_err(|e| CliError::Output(io::Error::from(e)))
 }
 
-/// Lines of a name and a value.
+/// Lines with a name and a value.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Table {
     pub(crate) text: Text,
@@ -263,7 +264,7 @@ impl Table {
     }
 }
 
-/// A number of things, in words.
+/// A count with its noun.
 pub(crate) fn counted(count: usize, thing: &str) -> String {
     format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
 }

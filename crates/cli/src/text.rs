@@ -1,14 +1,14 @@
-//! Lines for a terminal.
+//! Printable text for a terminal.
 //!
-//! What reaches standard output or standard error is a [`Text`], whose lines are made harmless one
-//! by one: a name from a file can neither act on the terminal nor begin a line of its own.
+//! Everything written to standard output or standard error is a [`Text`], whose lines are escaped
+//! one by one: a name from a file can neither control the terminal nor start a line of its own.
 
 use std::fmt::Display;
 
 use cotan_io::{Printable, printable_json};
 use serde::Serialize;
 
-/// Lines, each of them printable.
+/// Lines of printable text.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub(crate) struct Text(String);
 
@@ -31,10 +31,10 @@ impl Text {
         self.0.push_str(&other.0);
     }
 
-    /// A value as indented JSON, in which strings have escapes for what a terminal acts on.
+    /// A value as indented JSON, with control characters in strings escaped.
     ///
     /// # Errors
-    /// What the value says of itself.
+    /// Returns the error of the value's serialization.
     pub(crate) fn json(value: &impl Serialize) -> Result<Self, serde_json::Error> {
         let json = serde_json::to_string_pretty(value)?;
         Ok(Self(printable_json(&json).into_owned() + "\n"))

@@ -6,7 +6,7 @@ use cotan_parallel::{Threads, on_threads};
 
 use crate::error::CliError;
 
-/// Runs `work` in a pool of `threads` threads; in the pool of the run if none is asked for.
+/// Runs `work` in a pool of `threads` threads, or in the pool of the run if `threads` is `None`.
 pub(crate) fn with_threads<R: Send>(
     threads: Option<NonZeroUsize>,
     work: impl FnOnce() -> R + Send,
@@ -20,8 +20,9 @@ pub(crate) fn with_threads<R: Send>(
     })
 }
 
-/// Runs `work` in a pool of one thread a core, or of as many as the system gives: it may have no
-/// memory for more stacks. The pool that rayon makes by itself would panic then.
+/// Runs `work` in a pool of one thread per core, or of as many as the system allows.
+///
+/// Memory may not suffice for more stacks, in which case rayon's default pool would panic.
 pub(crate) fn within_pool<R: Send>(work: impl FnOnce() -> R + Send) -> Result<R, CliError> {
     let mut threads = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
     loop {

@@ -1,8 +1,8 @@
-//! What an interactive edit costs, phase by phase, at two sizes.
+//! Cost of an interactive edit, phase by phase, at two mesh sizes.
 //!
 //! `cargo bench -p cotan --bench deformation` takes a minute or two. Everything up to the
-//! factorization is paid once a mesh and set of handles; the solve and the iteration are paid again
-//! and again, so that the distance between the two is what keeping a `Session` saves.
+//! factorization is paid once per mesh and set of handles, while the solve and the iteration are
+//! paid repeatedly. The difference is the saving from keeping a `Session`.
 
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -13,21 +13,21 @@ use cotan::linear::{Defect, Handle, PreparedSystem};
 use cotan::prelude::*;
 use criterion::{Criterion, SamplingMode, Throughput, criterion_group, criterion_main};
 
-/// Of all vertices, the share that is held: half of it fixed, half of it moved.
+/// The fraction of vertices that are held: half of them fixed, half of them moved.
 const HANDLE_SHARE: f64 = 0.05;
-/// Iterations that follow a move of the handles: about as many as an edit takes.
+/// Iterations after each move of the handles, about as many as an edit takes.
 const STEPS_PER_MOVE: usize = 10;
 
 fn deformation(criterion: &mut Criterion) {
     phases(criterion, &shapes::creature(103));
-    // The creature ends at 87,000 vertices.
+    // The largest creature has 87,000 vertices.
     phases(criterion, &bumpy_torus(510, 255));
 }
 
 fn phases(criterion: &mut Criterion, shape: &Mesh<f64>) {
     let n = shape.num_vertices();
     let mut group = criterion.benchmark_group(format!("{n} vertices"));
-    // Ten runs of a second each say as much on a shared machine as a hundred.
+    // On a shared machine, ten runs of a second each are as informative as a hundred.
     group.sample_size(10).sampling_mode(SamplingMode::Flat);
     group
         .warm_up_time(Duration::from_millis(500))
@@ -63,8 +63,8 @@ fn phases(criterion: &mut Criterion, shape: &Mesh<f64>) {
         });
     });
 
-    // A step costs more or less by where it stands between a move and convergence, so whole runs
-    // of steps are timed: a tenth of this is an iteration.
+    // The cost of a step depends on its position between a move and convergence, so whole runs of
+    // steps are timed. One iteration takes a tenth of the result.
     let mut poses = [0.8, 0.4]
         .map(|angle| ends.turned(shape, angle))
         .into_iter()
@@ -86,7 +86,7 @@ fn phases(criterion: &mut Criterion, shape: &Mesh<f64>) {
     group.finish();
 }
 
-/// The system of a flow, factorized once more: what `FlowBuilder::build` does in the end.
+/// Factorizes the system of a flow again, as `FlowBuilder::build` does at the end.
 fn prepare(flow: &Flow<f64>) -> PreparedSystem {
     PreparedSystem::prepare(flow.rest().operator(), flow.handles(), flow.membrane())
         .expect("held at both ends")
@@ -112,13 +112,13 @@ impl Ends {
         let held = self.fixed.iter().chain(&self.moved);
         Flow::builder(shape.connectivity(), shape.positions())
             .handles(held.map(|&v| (Handle::hard(v), shape.positions()[v])))
-            // No step may take the short cut of a converged one.
+            // A zero tolerance keeps a converged step from being cut short.
             .tolerance(0.0)
             .build()
             .expect("a closed surface with handles")
     }
 
-    /// The moved end, turned about the z axis.
+    /// The moved end, rotated about the z axis.
     fn turned(&self, shape: &Mesh<f64>, angle: f64) -> Vec<(VertexId, Point3<f64>)> {
         let turn = Isometry3::rotation(Vector3::z() * angle);
         self.moved
@@ -128,7 +128,7 @@ impl Ends {
     }
 }
 
-/// A torus with bumps: on a smooth one the details would be too easy.
+/// A torus with bumps. The details of a smooth one would be too easy.
 fn bumpy_torus(around: usize, across: usize) -> Mesh<f64> {
     let mut shape = shapes::torus::<f64>(1.0, 0.4, around, across);
     for p in shape.positions_mut().iter_mut() {

@@ -1,7 +1,7 @@
-//! A Laplacian scheme of one's own: a material that is softer in some places.
+//! A custom Laplacian scheme: a material that is softer in some places.
 //!
-//! A scheme only chooses a weight for every edge. Here the cotangent weights are lowered in the
-//! middle of a bar, so that the bend gathers there as in a joint.
+//! A scheme only chooses a weight for each edge. Here the cotangent weights are reduced in the
+//! middle of a bar, so that the bend concentrates there as in a joint.
 //!
 //! `cargo run -p cotan --example custom_scheme`
 
@@ -14,7 +14,7 @@ use cotan::laplacian::{Cotangent, LaplacianScheme, SchemeError, Symmetry};
 use cotan::linear::Handle;
 use cotan::prelude::*;
 
-/// Cotangent weights times the mean stiffness of the edge's two ends.
+/// Cotangent weights times the mean stiffness of the two ends of the edge.
 struct Material {
     stiffness: VertexMap<f64>,
 }
@@ -34,12 +34,12 @@ impl<T: Scalar> LaplacianScheme<T> for Material {
         Ok(())
     }
 
-    /// Both directions of an edge got the same factor.
+    /// Both directions of an edge have the same factor.
     fn symmetry(&self) -> Symmetry {
         Symmetry::Symmetric
     }
 
-    /// Appears in the messages of errors.
+    /// Appears in error messages.
     fn name(&self) -> &str {
         "material"
     }
@@ -67,7 +67,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             .map(|p| if p.x.abs() < 0.5 { softness } else { 1.0 });
         let mut flow = Flow::builder(shape.connectivity(), shape.positions())
             .scheme(Material { stiffness })
-            // The default energy has a membrane, which knows the shape but not the material.
+            // The default energy has a membrane, which is based on the shape but not on the
+            // material.
             .orientation(BestRotation::new())
             .handles(targets.iter().copied())
             .build()?;
@@ -88,11 +89,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// By how much the right end is turned, in radians.
+/// The angle by which the right end is turned, in radians.
 const BEND: f64 = 1.0;
 
-/// The turn about z of the bar's cross-section at `x`: where its upper vertices lie, seen from its
-/// lower ones.
+/// The rotation about z of the bar's cross-section at `x`, given by the position of its upper
+/// vertices relative to its lower ones.
 fn section_angle(original: &Surface<'_, f64>, positions: &Positions<f64>, x: f64) -> f64 {
     let section = original.vertices_where(|p| (p.x - x).abs() < 1e-6);
     let up = section

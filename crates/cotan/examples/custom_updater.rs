@@ -1,8 +1,8 @@
-//! A scalar field of one's own: details that fade out along a sheet.
+//! A custom scalar field: details that fade out along a sheet.
 //!
-//! The updater says how long every Laplacian coordinate is to be in the next step, nothing else;
-//! the flow finds the shape. Here the bumps of a sheet keep their size on the left and are asked to
-//! vanish on the right.
+//! The updater only prescribes the length of each Laplacian coordinate in the next step; the flow
+//! computes the shape. Here the bumps of a sheet keep their size on the left and vanish on the
+//! right.
 //!
 //! `cargo run -p cotan --example custom_updater`
 
@@ -13,7 +13,7 @@ use cotan::geometry::{Mesh, scalar};
 use cotan::linear::Handle;
 use cotan::prelude::*;
 
-/// d_i = f(x_i) |ℓ⁰_i|, f falling from 1 to 0 over the middle third of the bounding box.
+/// d_i = f(x_i) |ℓ⁰_i|, where f falls from 1 to 0 over the middle third of the bounding box.
 struct FadeOut;
 
 impl<T: Scalar> ScalarFieldUpdater<T> for FadeOut {
@@ -23,7 +23,8 @@ impl<T: Scalar> ScalarFieldUpdater<T> for FadeOut {
         field: &mut VertexMap<T>,
     ) -> Result<(), FlowError> {
         for (v, magnitude) in state.rest().magnitudes().iter() {
-            // Box units: the lower corner of the original's bounding box is 0, its longest side 1.
+            // Box units: the lower corner of the original's bounding box is at 0, its longest
+            // side is 1.
             let x = state.rest().positions()[v].x;
             let fade = (scalar::<T>(2.0) - x * scalar(3.0)).clamp(T::zero(), T::one());
             field[v] = *magnitude * fade;
@@ -31,7 +32,8 @@ impl<T: Scalar> ScalarFieldUpdater<T> for FadeOut {
         Ok(())
     }
 
-    /// The field does not follow the shape, so one update is enough where a step would need two.
+    /// The field does not depend on the current shape, so one update suffices where a step would
+    /// need two.
     fn is_constant(&self) -> bool {
         true
     }
@@ -39,12 +41,12 @@ impl<T: Scalar> ScalarFieldUpdater<T> for FadeOut {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let shape = cotan::shapes::bumpy_plane::<f64>([2.0, 1.0], [60, 30], 0.1);
-    // The left and right edges hold the sheet; the two long ones are free.
+    // The left and right edges hold the sheet; the two long edges are free.
     let ends = shape.surface().vertices_where(|p| p.x.abs() > 0.999);
 
     let mut flow = Flow::builder(shape.connectivity(), shape.positions())
         .updater(FadeOut)
-        // The default energy has a membrane, which would pull the bumps back.
+        // The default energy has a membrane, which would restore the bumps.
         .orientation(Limited::new())
         .handles(
             ends.iter()

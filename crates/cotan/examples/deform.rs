@@ -1,23 +1,23 @@
-//! The shortest useful program: bend a bar by its two ends and say what that did to it.
+//! A minimal program: bends a bar by its two ends and reports the quality of the result.
 //!
 //! `cargo run -p cotan --example deform`
 
 use cotan::prelude::*;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    // Any triangle mesh and one position a vertex will do; sample shapes need no file.
+    // Any triangle mesh with one position per vertex works. Sample shapes need no file.
     let shape = cotan::shapes::bar::<f64>([4.0, 1.0, 1.0], [16, 4, 4]);
     let left = shape.surface().vertices_where(|p| p.x < -1.99);
     let right = shape.surface().vertices_where(|p| p.x > 1.99);
 
-    // One end stays, the other is raised by 1 and turned by 0.7 radians about z.
+    // One end stays; the other is raised by 1 and rotated by 0.7 radians about z.
     let turn = Isometry3::new(Vector3::new(0.0, 1.0, 0.0), Vector3::new(0.0, 0.0, 0.7));
     let handles = Handles::new()
         .fix(left)
         .transform(right, turn.to_homogeneous());
 
     let deformed = deform(&shape, &handles, &DeformOptions::default())?;
-    // A run that ends at its limit is no error: the report tells.
+    // Reaching the iteration limit is not an error; the report shows it.
     println!(
         "{} after {} iterations",
         deformed.report.stop, deformed.report.iterations

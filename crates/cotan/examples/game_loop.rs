@@ -1,5 +1,5 @@
-//! A session in a struct that a game loop holds, on a thread of its own: a scheme and an updater of
-//! one's own, goals sent in, shapes sent back.
+//! A session in a struct owned by a game loop, on a separate thread, with a custom scheme and
+//! updater. Goals are sent in, shapes are sent back.
 //!
 //! `cargo run -p cotan --example game_loop`
 
@@ -26,7 +26,7 @@ impl LaplacianScheme<f64> for Grain {
     }
 }
 
-/// Details are a tenth smaller than they were.
+/// Reduces the details to 90 % of their original size.
 struct Softer;
 
 impl ScalarFieldUpdater<f64> for Softer {
@@ -40,7 +40,7 @@ impl ScalarFieldUpdater<f64> for Softer {
     }
 }
 
-/// The game's part of a creature.
+/// The data of a creature in the game.
 struct Creature {
     session: Session<f64>,
     hand: HandleId,

@@ -1,5 +1,5 @@
-//! A harmonic field with fixed values: between the rims of a cylinder it is linear in z, on the
-//! mesh as well.
+//! A harmonic field with fixed values. Between the rims of a cylinder it is linear in z, also on
+//! the mesh.
 //!
 //! `cargo run -p cotan --example harmonic_field`
 
@@ -12,7 +12,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let surface = shape.surface();
     let operator = Operator::assemble(&Cotangent::default(), &surface)?;
 
-    // Both caps are fixed at the values of a linear function.
+    // Both caps are fixed to the values of a linear function.
     let exact = shape.positions().map(|p| 0.5 * (p.z + 1.0));
     let caps = surface.vertices_where(|p| p.z.abs() > 1.0 - 1e-9);
     let system = LinearSystem::poisson(&operator, &caps)?;

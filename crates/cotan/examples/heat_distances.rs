@@ -1,5 +1,5 @@
-//! Geodesic distances by the heat method (Crane, Weischedel, Wardetzky 2013): heat flows for a
-//! short time, and its gradients, all made equally long, are those of the distance.
+//! Geodesic distances by the heat method (Crane, Weischedel, Wardetzky 2013): heat diffuses for a
+//! short time, and its normalized gradients are those of the distance.
 //!
 //! L has no factor ½, so the areas and the divergence have none either.
 //!
@@ -42,7 +42,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     given[source] = 0.0;
     let distances = LinearSystem::poisson(&operator, &[source])?.solve(&given);
 
-    // On a unit sphere the distance is the angle.
+    // On a unit sphere the distance equals the angle.
     let pole = ball.positions()[source].coords;
     let angle = |v| ball.positions()[v].coords.angle(&pole);
     let errors = distances.iter().map(|(v, d)| (d - angle(v)).abs());

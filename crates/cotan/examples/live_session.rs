@@ -1,7 +1,7 @@
-//! An editor's loop: a handle moves every frame, and no frame may take long.
+//! The loop of an editor: a handle moves in every frame, and no frame may take long.
 //!
-//! A `Session` keeps the factorization, so that a frame costs a few solves. The observer breaks a
-//! run when the frame's time is up; the next frame goes on from the shape reached so far.
+//! A `Session` keeps the factorization, so a frame costs a few solves. The observer stops a run
+//! when the time of the frame is up; the next frame continues from the current shape.
 //!
 //! `cargo run -p cotan --example live_session`
 
@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use cotan::prelude::*;
 
-/// What a frame may spend on the shape.
+/// The time budget of a frame.
 const BUDGET: Duration = Duration::from_millis(10);
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -18,13 +18,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let bottom = shape.surface().vertices_where(|p| p.z < -1.4);
     let top = shape.surface().vertices_where(|p| p.z > 1.4);
 
-    // Groups are numbered in the order in which they are added: the top is number 1.
+    // Groups are numbered in the order in which they are added, so the top has id 1.
     let handles = Handles::new().fix(bottom).add(top, Motion::Stay);
     let options = DeformOptions::default();
     let mut session = Session::new(&shape, &handles, &options)?;
 
     for frame in 1..=8 {
-        // Motions are of the *original* positions, so that frames do not add up their errors.
+        // Motions apply to the *original* positions, so errors do not accumulate over frames.
         let t = f64::from(frame) / 8.0;
         let drag = Isometry3::new(
             Vector3::new(1.2 * t, 0.0, -0.5 * t),
@@ -34,7 +34,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
         let start = Instant::now();
         let report = session.run_observed(|_, _| {
-            // Whatever was reached by then is drawn: cancelled is not failed.
+            // The shape reached so far is drawn; a cancelled run is not a failure.
             if start.elapsed() < BUDGET {
                 ControlFlow::Continue(())
             } else {
@@ -47,15 +47,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         );
     }
 
-    // One more vertex is taken hold of where it is by now, and pushed in: what was solved and
-    // factorized for the others is kept.
+    // One more vertex is grabbed at its current position and pushed in. Solves and factorizations
+    // for the other handles are reused.
     let middle = shape
         .surface()
         .vertices_where(|p| p.z.abs() < 0.05 && p.x > 0.29);
     let place = session.positions()[middle[0]] - Vector3::x() * 0.1;
     session.add_handle([middle[0]], Motion::To(vec![place]))?;
 
-    // The hand lets go: there is time to finish.
+    // The handle is released, so there is time to finish.
     let report = session.run()?;
     println!(
         "released: {}, iterations: {}",

@@ -1,10 +1,10 @@
-//! Implicit mean-curvature flow (Desbrun et al. 1999): a unit sphere has the radius √(1 − 4t).
+//! Implicit mean-curvature flow (Desbrun et al. 1999): a unit sphere shrinks to radius √(1 − 4t).
 //!
 //! ```text
 //! (2A/t − L) x = 2A/t x₀        A: areas of the vertices, L without the factor ½
 //! ```
 //!
-//! Areas and weights follow the surface; the pattern of the matrix is analysed once.
+//! Areas and weights follow the surface, while the matrix pattern is analysed only once.
 //!
 //! `cargo run -p cotan --example mean_curvature_flow`
 

@@ -1,5 +1,5 @@
-//! An energy of one's own, descended by L-BFGS: one rotation for the whole shape.
-//! E(x, R) = |L⁰x − R ℓ⁰|² with a single R: the local step finds R, the flow's solve finds x.
+//! A custom energy, minimized by L-BFGS, with one rotation for the whole shape. E(x, R) = |L⁰x −
+//! R ℓ⁰|² with a single R: the local step finds R, the solve of the flow finds x.
 //!
 //! `cargo run -p cotan --example own_energy`
 
@@ -15,6 +15,10 @@ struct OneRotation;
 impl LocalGlobal<f64> for OneRotation {
     fn begin(&mut self, _: &Rest<f64>) -> Result<f64, FlowError> {
         Ok(0.0)
+    }
+
+    fn point_radius(&self, _: &Rest<f64>) -> f64 {
+        0.0
     }
 
     fn start_from(&mut self, _: &FirstGuess) {}

@@ -1,7 +1,7 @@
-//! What one does with a sphere map: remesh, morph, write a geometry image.
+//! Applications of a sphere map: remeshing, morphing, writing a geometry image.
 //!
-//! Two shapes are pulled out of spheres, so that the spheres themselves are their maps; a mesh
-//! from a file gets its map from the flow.
+//! Two shapes are pulled out of spheres, so the spheres themselves are their maps. For a mesh
+//! from a file, the flow computes the map.
 //!
 //! `cargo run -p cotan --example sphere_remesh`
 
@@ -10,7 +10,7 @@ use cotan::sphere::{BitDepth, Morph, SphereMap};
 use nalgebra::Rotation3;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    // A sea urchin of 2562 vertices, and an egg whose map stands askew.
+    // A sea urchin with 2562 vertices, and an egg whose map is tilted.
     let urchin = cotan::shapes::icosphere::<f64>(4);
     let urchin_map = SphereMap::new(urchin.connectivity(), urchin.positions().clone())?;
     let urchin_shape = urchin.positions().map(spike);
@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         );
     }
 
-    // The egg upright, its longest axis from pole to pole, as the urchin stands already.
+    // The egg upright, with its longest axis from pole to pole, like the urchin.
     let egg_map = egg_map.orient_principal(&egg_shape)?;
     let morph = Morph::on_icosphere((&urchin_map, &urchin_shape), (&egg_map, &egg_shape), 4)?;
     println!("from the urchin to the egg:");
@@ -65,7 +65,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Pulls the surface out along its radius around the six axes.
+/// Pulls the surface outwards along its radius around the six axes.
 fn spike(p: &Point3<f64>) -> Point3<f64> {
     p * (1.0 + 0.8 * p.coords.amax().powi(24))
 }

@@ -1,4 +1,4 @@
-//! An orientation that wraps another: any rule, kept to one side of a plane.
+//! An orientation that wraps another one: any rule, restricted to one side of a plane.
 //!
 //! `cargo run -p cotan --example wrapped_orientation`
 
@@ -6,7 +6,8 @@ use cotan::flow::{BestRotation, FlowError, FlowState, Limited, Orientation};
 use cotan::linear::Handle;
 use cotan::prelude::*;
 
-/// Turns by the rule where x > 0 of the original's middle; the rest keeps its original directions.
+/// Applies the rule where x > 0 relative to the middle of the original. The rest keeps its
+/// original directions.
 struct RightHalf<O>(O);
 
 impl<T: Scalar, O: Orientation<T>> Orientation<T> for RightHalf<O> {

@@ -1,4 +1,4 @@
-//! The as-rigid-as-possible energy of a deformation, triangle by triangle.
+//! The as-rigid-as-possible energy of a deformation, computed per triangle.
 
 use cotan_flow::nearest_rotation;
 use cotan_geometry::{Scalar, Surface, TriangleMap, face_map};
@@ -7,15 +7,15 @@ use cotan_parallel::Chunks;
 use nalgebra::Matrix3;
 
 /// Σ_i Σ_{T at i} Σ_{e of T} 1/12 cot_e |e − R_i e⁰|² over the original area, with the cotangents
-/// of the original; 0 for a mesh without area.
+/// of the original. Returns 0 for a mesh without area.
 ///
-/// The rotation R_i fits the triangles around vertex i best ("spokes and rims"). The inner sum is
-/// 2 A |F − R_i|² with the area A of the triangle and the derivative F of its map, so that no
-/// term is negative, whatever the signs of the cotangents. The energy is half of the integral of
-/// the mean of |F − R_i|² over the three corners. Triangles that hardly have an area before count
-/// nothing.
+/// The rotation R_i is the best fit to the triangles around vertex i ("spokes and rims"). The
+/// inner sum is 2 A |F − R_i|², where A is the area of the triangle and F the derivative of its
+/// map, so no term is negative regardless of the signs of the cotangents. The energy is half of
+/// the integral of the mean of |F − R_i|² over the three corners. Triangles with almost no
+/// original area are ignored.
 ///
-/// **Units**: none.
+/// **Units**: dimensionless.
 pub(crate) fn arap_energy<T: Scalar>(original: &Surface<'_, T>, deformed: &Surface<'_, T>) -> f64 {
     let mesh = original.mesh();
     let around = |v: VertexId| {
@@ -39,7 +39,7 @@ pub(crate) fn arap_energy<T: Scalar>(original: &Surface<'_, T>, deformed: &Surfa
     }
 }
 
-/// A F: the share of a triangle in what a rotation is fitted to.
+/// A F: the contribution of a triangle to the matrix that a rotation is fitted to.
 fn covariance(map: &TriangleMap) -> Matrix3<f64> {
     let pairs = map.images.iter().zip(&map.axes);
     pairs
@@ -47,7 +47,7 @@ fn covariance(map: &TriangleMap) -> Matrix3<f64> {
         .sum()
 }
 
-/// |F − R|² over the triangle's plane.
+/// |F − R|² within the plane of the triangle.
 fn misfit(map: &TriangleMap, rotation: &Matrix3<f64>) -> f64 {
     let pairs = map.images.iter().zip(&map.axes);
     pairs
@@ -65,7 +65,7 @@ mod tests {
     use nalgebra::{Point3, Vector3};
     use proptest::prelude::*;
 
-    /// The formula as it is written, by edges with signed cotangents, with the given rotations.
+    /// The formula as written, by edges with signed cotangents, for given rotations.
     fn by_edges(original: &Surface<'_, f64>, deformed: &Surface<'_, f64>) -> f64 {
         let mesh = original.mesh();
         let cotangents = original.opposite_cotangents();
@@ -120,7 +120,8 @@ mod tests {
         }
     }
 
-    /// Scaled by s, F − R is (s − 1) times a rotation: |F − R|² = 2 (s − 1)² everywhere.
+    /// For a scaling by s, F − R is (s − 1) times a rotation, so |F − R|² = 2 (s − 1)²
+    /// everywhere.
     #[test]
     fn a_scaling_has_its_closed_form() {
         let shape = cotan_geometry::icosphere::<f64>(2);

@@ -1,4 +1,4 @@
-//! The paper's two errors of many shapes against one.
+//! The paper's two errors for comparing many shapes with one original.
 
 use std::sync::Arc;
 
@@ -10,7 +10,8 @@ use nalgebra::Vector3;
 use crate::error::Error;
 use crate::quality::ShapeErrors;
 
-/// A mesh to compare shapes with: what is measured on it once serves all comparisons.
+/// A mesh to compare shapes with. Its own measurements are made once and reused by all
+/// comparisons.
 ///
 /// **Source**: paper, section 3.5.
 #[derive(Clone, Debug)]
@@ -21,17 +22,17 @@ pub struct ShapeComparison<'m, T: Scalar> {
     laplacian: VertexMap<Vector3<T>>,
     /// The areas around the vertices.
     areas: VertexMap<T>,
-    /// The longest side of the original's box.
+    /// The longest side of the original's bounding box.
     size: f64,
 }
 
-/// How much each vertex adds to the two errors; see [`ShapeErrors`].
+/// The contribution of each vertex to the two errors; see [`ShapeErrors`].
 #[derive(Clone, PartialEq, Debug)]
 pub struct ErrorFields {
-    /// √(Σ_j (w⁰_ij − w_ij)²), the root mean square of which is E_p. No unit.
+    /// √(Σ_j (w⁰_ij − w_ij)²), whose root mean square is E_p. Dimensionless.
     pub parameterization: VertexMap<f64>,
-    /// | |ℓ⁰_i| − |ℓ_i| |, the root of whose sum of squares is E_g, with the original mesh scaled to
-    /// a box of longest side 1.
+    /// | |ℓ⁰_i| − |ℓ_i| |, the root of whose sum of squares is E_g, with the original mesh scaled
+    /// so that the longest side of its box is 1.
     pub geometry: VertexMap<f64>,
 }
 
@@ -39,7 +40,7 @@ impl<'m, T: Scalar> ShapeComparison<'m, T> {
     /// Measures the original.
     ///
     /// # Errors
-    /// [`Error`] if it cannot be weighted.
+    /// [`Error`] if its weights cannot be computed.
     pub fn new(original: &Surface<'m, T>) -> Result<Self, Error> {
         let mesh = original.mesh();
         let rings = Arc::new(OneRings::new(mesh));
@@ -51,15 +52,15 @@ impl<'m, T: Scalar> ShapeComparison<'m, T> {
             weights,
             laplacian,
             areas: original.dual_areas(),
-            // A mesh at one point has Laplacian coordinates of zero: any size serves.
+            // A mesh collapsed to a point has zero Laplacian coordinates, so any size works.
             size: if size > 0.0 { size } else { 1.0 },
         })
     }
 
-    /// What each vertex of another shape of the mesh adds to the errors.
+    /// Computes the contribution of each vertex to the errors of another shape of the mesh.
     ///
     /// # Errors
-    /// [`Error`] for positions that are not those of the mesh, or not finite.
+    /// [`Error`] if the positions do not match the mesh or are not finite.
     pub fn fields(&self, positions: &Positions<T>) -> Result<ErrorFields, Error> {
         let surface = Surface::new(self.mesh, positions)?;
         let (weights, laplacian) = measure(&surface, &self.rings)?;
@@ -77,19 +78,19 @@ impl<'m, T: Scalar> ShapeComparison<'m, T> {
         })
     }
 
-    /// The errors of another shape of the mesh.
+    /// Computes the errors of another shape of the mesh.
     ///
     /// # Errors
-    /// As [`Self::fields`].
+    /// Same as [`Self::fields`].
     pub fn errors(&self, positions: &Positions<T>) -> Result<ShapeErrors, Error> {
         Ok(self.fields(positions)?.errors())
     }
 
-    /// ln (area / area before) around every vertex of another shape of the mesh: positive where it
-    /// has grown; 0 where there is no area.
+    /// Computes ln (area / original area) around each vertex of another shape of the mesh.
+    /// Positive where the area has grown; 0 where there is no area.
     ///
     /// # Errors
-    /// As [`Self::fields`].
+    /// Same as [`Self::fields`].
     pub fn area_log_ratios(&self, positions: &Positions<T>) -> Result<VertexMap<f64>, Error> {
         let areas = Surface::new(self.mesh, positions)?.dual_areas();
         let ratios = areas
@@ -104,7 +105,7 @@ impl<'m, T: Scalar> ShapeComparison<'m, T> {
 }
 
 impl ErrorFields {
-    /// The errors of the whole.
+    /// The errors of the whole shape.
     pub fn errors(&self) -> ShapeErrors {
         let n = self.geometry.len() as f64;
         let squares = |field: &VertexMap<f64>| field.values().map(|e| e * e).sum::<f64>();

@@ -8,27 +8,27 @@ use crate::handles::Handles;
 use crate::options::DeformOptions;
 use crate::session::Session;
 
-/// A deformed mesh and how the iteration ended.
+/// A deformed mesh and the report of the iteration.
 #[derive(Clone, PartialEq, Debug)]
 #[must_use = "the report says whether the shape converged"]
 pub struct Deformed<T: Scalar> {
     /// The new positions, in the units of the input.
     pub positions: Positions<T>,
-    /// How the iteration ended.
+    /// The report of the iteration.
     pub report: Report,
 }
 
-/// Moves `handles` and lets the surface follow, its details turned and sized as it bends.
+/// Moves `handles` and lets the surface follow. Its details are rotated and scaled as it bends.
 ///
-/// The surface may have boundaries; every component needs a handle.
+/// The surface may have boundaries. Every component needs a handle.
 ///
 /// # Errors
-/// [`Error`] for a mesh that is no surface, and for handles that do not exist, contradict each
-/// other or leave a component free. Reaching the iteration limit is no error: see
-/// [`Deformed::report`].
+/// [`Error`] for a mesh that is not a valid surface, and for handles that do not exist,
+/// contradict each other or leave a component free. Reaching the iteration limit is not an error:
+/// see [`Deformed::report`].
 ///
-/// **Source**: paper, section 3.2; the default orientation is ours (`docs/decisions`), the paper's
-/// own settings are [`DeformOptions::paper`].
+/// **Source**: paper, section 3.2. The default orientation differs from the paper (see
+/// `docs/decisions`); its own settings are [`DeformOptions::paper`].
 pub fn deform<'m, T: Scalar>(
     surface: impl Into<Surface<'m, T>>,
     handles: &Handles<T>,
@@ -37,10 +37,11 @@ pub fn deform<'m, T: Scalar>(
     deform_with(options.flow(surface), handles)
 }
 
-/// As [`deform()`], by a flow with any scheme, updater, orientation or energy, yours included.
+/// Like [`deform()`], but with a flow that has any scheme, updater, orientation or energy,
+/// including custom ones.
 ///
 /// # Errors
-/// As [`deform()`]; and an updater that the flow's energy would not ask
+/// Same as [`deform()`], and an error for an updater that the energy of the flow would not use
 /// ([`cotan_flow::FlowError::MutedUpdater`]).
 pub fn deform_with<T: Scalar>(
     flow: FlowBuilder<T>,

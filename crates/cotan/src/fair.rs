@@ -1,4 +1,4 @@
-//! A part of a surface made to continue the rest.
+//! Fairing: a part of a surface is moved so that it continues the rest.
 
 use cotan_geometry::{Positions, Scalar, Surface};
 use cotan_halfedge::{VertexId, VertexMap};
@@ -8,26 +8,27 @@ use nalgebra::Vector3;
 
 use crate::error::Error;
 
-/// Moves the free vertices to where the surface bends least, and no others:
+/// Moves the free vertices, and no others, so that the surface bends least:
 ///
 /// ```text
 /// Σ_i |ℓ_i|² → min,        ℓ = Laplacian coordinates
 /// ```
 ///
-/// over all vertices, which is the thin-plate energy of the patch. As the coordinates of the
-/// vertices round the patch count, too, it joins the rest without a crease.
+/// summed over all vertices. This is the thin-plate energy of the patch. It includes the
+/// Laplacian coordinates of the vertices around the patch, so the patch joins the rest without a
+/// crease.
 ///
-/// The weights are cotangents of the positions given, or all equal where these are not finite
-/// (triangles without area). **Shapes**: a position for each vertex. Without a free vertex, or if a
-/// component has no other, nothing moves there.
+/// The weights are the cotangents of the given positions, or all equal if those are not finite
+/// (triangles without area). **Shapes**: one position per vertex. If there are no free vertices,
+/// nothing moves; a component that has only free vertices does not move either.
 ///
 /// # Errors
-/// [`Error::Surface`] for a mesh that is not one of triangles or has positions that are not finite,
+/// [`Error::Surface`] for a mesh that is not a triangle mesh or has non-finite positions,
 /// [`Error::Flow`] if the system cannot be solved.
 ///
 /// **Source**: P. Liepa, "Filling holes in meshes", SGP 2003, section 5: second-order umbrella
-/// operator. He takes the scale-dependent or harmonic one per vertex; here they are not divided by
-/// areas, which makes no difference where triangles are of about the same size.
+/// operator. Liepa uses the scale-dependent or harmonic operator per vertex; here the rows are
+/// not divided by areas, which makes no difference if the triangles are of similar size.
 pub fn fair<'m, T: Scalar>(
     surface: impl Into<Surface<'m, T>>,
     free: &[VertexId],
@@ -65,7 +66,7 @@ pub fn fair<'m, T: Scalar>(
         .collect())
 }
 
-/// The displacement of every vertex.
+/// Solves for the displacement of each vertex.
 fn solve<T: Scalar, S: LaplacianScheme<T>>(
     scheme: &S,
     surface: &Surface<'_, T>,

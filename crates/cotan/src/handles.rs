@@ -1,4 +1,4 @@
-//! What a person holds: groups of vertices and where they go.
+//! Handles: groups of vertices and their target positions.
 
 use std::fmt;
 
@@ -9,20 +9,20 @@ use nalgebra::{Matrix4, Point3, Vector3};
 
 use crate::error::Error;
 
-/// Where the vertices of a handle go.
+/// The motion of the vertices of a handle.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Motion<T: Scalar> {
-    /// To their original positions. To hold vertices of a running session where they are now, take
-    /// [`Self::To`] with its current positions.
+    /// The vertices stay at their original positions. To hold vertices of a running session at
+    /// their current positions, use [`Self::To`] with these.
     Stay,
-    /// Each to its own position, in the order of the vertices.
+    /// Each vertex moves to its own position, in the order of the vertices.
     To(Vec<Point3<T>>),
-    /// All by one transform (a 4 × 4 matrix acting on columns (x, y, z, 1)).
+    /// All vertices move by one transform (a 4 × 4 matrix acting on columns (x, y, z, 1)).
     Transform(Matrix4<T>),
 }
 
 impl<T: Scalar> Motion<T> {
-    /// Where this motion takes the vertices.
+    /// The target positions of the vertices.
     pub(crate) fn targets(
         &self,
         group: usize,
@@ -47,7 +47,7 @@ impl<T: Scalar> Motion<T> {
 
 fn transform<T: Scalar>(matrix: &Matrix4<T>, p: Point3<T>) -> Point3<T> {
     let image = matrix * p.to_homogeneous();
-    // A projective last row is honoured; a zero there shows up as a target that is not finite.
+    // A projective last row is respected; a zero weight results in a non-finite target.
     Point3::from(image.xyz() / image.w)
 }
 
@@ -58,7 +58,7 @@ fn firmness(hold: Hold) -> f64 {
     }
 }
 
-/// The largest coordinate.
+/// The largest absolute coordinate.
 fn extent<T: Scalar>(positions: &Positions<T>) -> T {
     positions
         .values()
@@ -66,14 +66,13 @@ fn extent<T: Scalar>(positions: &Positions<T>) -> T {
         .fold(T::zero(), |a, b| a.max(b))
 }
 
-/// The name of a handle among [`Handles`]. The first one that is added is 0, the next one 1; a
-/// handle keeps its name when others are removed, and within one [`Handles`] no name is given
-/// twice.
+/// The id of a handle within [`Handles`]. The first handle added is 0, the next one is 1. A
+/// handle keeps its id when others are removed, and ids are never reused within one [`Handles`].
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub struct HandleId(usize);
 
 impl HandleId {
-    /// The handle that was added after `index` others.
+    /// The id of the handle that was added after `index` others.
     pub const fn new(index: usize) -> Self {
         Self(index)
     }
@@ -96,7 +95,7 @@ impl fmt::Display for HandleId {
     }
 }
 
-/// One group of vertices with its motion.
+/// A group of vertices with its motion.
 #[derive(Clone, PartialEq, Debug)]
 pub struct HandleGroup<T: Scalar> {
     id: HandleId,
@@ -107,36 +106,37 @@ pub struct HandleGroup<T: Scalar> {
 }
 
 impl<T: Scalar> HandleGroup<T> {
-    /// Its name.
+    /// The id of the handle.
     pub fn id(&self) -> HandleId {
         self.id
     }
 
-    /// The vertices that it holds, in the order in which they were given.
+    /// The vertices of the handle, in the order in which they were given.
     pub fn vertices(&self) -> &[VertexId] {
         &self.vertices
     }
 
-    /// Their motion.
+    /// The motion of the vertices.
     pub fn motion(&self) -> &Motion<T> {
         &self.motion
     }
 
-    /// The rotation vector of its motion, where it is stated: see [`Handles::turned`].
+    /// The rotation vector of the motion, if it was stated: see [`Handles::turned`].
     pub fn turn(&self) -> Option<Vector3<T>> {
         self.turn
     }
 
-    /// The firmness with which they are held.
+    /// The firmness with which the vertices are held.
     pub fn hold(&self) -> Hold {
         self.hold
     }
 }
 
-/// The handles of a deformation: groups of vertices, each fixed, moved vertex by vertex, or moved
-/// by one transform; met exactly or by springs. Groups have names that stay, see [`HandleId`].
+/// The handles of a deformation: groups of vertices, each of which is fixed, moved vertex by
+/// vertex, or moved by one transform, and met exactly or by springs. Groups have stable ids, see
+/// [`HandleId`].
 ///
-/// A vertex may be in two groups if both want it at the same place; the firmer of them holds it.
+/// A vertex may be in two groups if both require the same position; the firmer group holds it.
 ///
 /// ```
 /// use cotan::prelude::*;
@@ -148,7 +148,7 @@ impl<T: Scalar> HandleGroup<T> {
 /// ```
 #[derive(Clone, PartialEq, Debug)]
 pub struct Handles<T: Scalar> {
-    /// In ascending order of their names.
+    /// In ascending order of their ids.
     groups: Vec<HandleGroup<T>>,
     next: usize,
 }
@@ -169,7 +169,7 @@ impl<'a, T: Scalar> IntoIterator for &'a Handles<T> {
 }
 
 impl<T: Scalar> Handles<T> {
-    /// No handles.
+    /// Creates an empty set of handles.
     pub fn new() -> Self {
         Self {
             groups: Vec::new(),
@@ -182,24 +182,24 @@ impl<T: Scalar> Handles<T> {
         self.groups.len()
     }
 
-    /// Whether there is no group.
+    /// Returns true if there are no groups.
     pub fn is_empty(&self) -> bool {
         self.groups.is_empty()
     }
 
-    /// Adds vertices that stay where they are.
+    /// Adds vertices that stay at their original positions.
     #[must_use]
     pub fn fix(self, vertices: impl IntoIterator<Item = VertexId>) -> Self {
         self.add(vertices, Motion::Stay)
     }
 
-    /// Adds one vertex that goes to `target`.
+    /// Adds a vertex that moves to `target`.
     #[must_use]
     pub fn move_to(self, vertex: VertexId, target: Point3<T>) -> Self {
         self.add([vertex], Motion::To(vec![target]))
     }
 
-    /// Adds vertices that a 4 × 4 matrix moves together.
+    /// Adds vertices that are moved together by a 4 × 4 matrix.
     #[must_use]
     pub fn transform(
         self,
@@ -209,14 +209,14 @@ impl<T: Scalar> Handles<T> {
         self.add(vertices, Motion::Transform(matrix))
     }
 
-    /// Adds a group with any motion, met exactly.
+    /// Adds a group with any motion, which is met exactly.
     #[must_use]
     pub fn add(mut self, vertices: impl IntoIterator<Item = VertexId>, motion: Motion<T>) -> Self {
         self.push(vertices, motion, Hold::Hard);
         self
     }
 
-    /// Adds a group in place; the name that it has from now on.
+    /// Adds a group in place and returns its id.
     pub fn push(
         &mut self,
         vertices: impl IntoIterator<Item = VertexId>,
@@ -235,18 +235,18 @@ impl<T: Scalar> Handles<T> {
         id
     }
 
-    /// Takes a group out; the others keep their names.
+    /// Removes and returns a group. The others keep their ids.
     pub fn remove(&mut self, id: HandleId) -> Option<HandleGroup<T>> {
         let at = self.place(id)?;
         Some(self.groups.remove(at))
     }
 
-    /// The group with this name.
+    /// The group with this id.
     pub fn get(&self, id: HandleId) -> Option<&HandleGroup<T>> {
         self.place(id).map(|at| &self.groups[at])
     }
 
-    /// Gives a group another motion; the one that it had.
+    /// Replaces the motion of a group and returns the previous one.
     pub fn set_motion(&mut self, id: HandleId, motion: Motion<T>) -> Option<Motion<T>> {
         let at = self.place(id)?;
         Some(std::mem::replace(&mut self.groups[at].motion, motion))
@@ -256,13 +256,13 @@ impl<T: Scalar> Handles<T> {
         self.groups.binary_search_by_key(&id, |group| group.id).ok()
     }
 
-    /// The groups, in the order in which they were added.
+    /// The groups in the order in which they were added.
     pub fn iter(&self) -> std::slice::Iter<'_, HandleGroup<T>> {
         self.groups.iter()
     }
 
-    /// Makes the group added last a soft one: a spring of weight `weight`, relative to the mean
-    /// |L_ii| (see [`Hold::Soft`]). Nothing happens if there is no group.
+    /// Makes the most recently added group soft: a spring of weight `weight`, relative to the
+    /// mean |L_ii| (see [`Hold::Soft`]). Does nothing if there is no group.
     #[must_use]
     pub fn soft(mut self, weight: f64) -> Self {
         if let Some(group) = self.groups.last_mut() {
@@ -271,10 +271,10 @@ impl<T: Scalar> Handles<T> {
         self
     }
 
-    /// States by how much the group added last is turned by its motion: an axis times an angle in
-    /// radians, which may be more than half a turn. Positions alone cannot tell 270° from −90°.
-    /// A body holds about 85° to 110° of twist for each of its diameters between the handles; what
-    /// it does not hold is told by [`cotan_flow::Report::lost_turn`].
+    /// States the rotation of the most recently added group: an axis times an angle in radians,
+    /// which may exceed half a turn. Positions alone cannot distinguish 270° from −90°. A body
+    /// holds about 85° to 110° of twist per diameter of distance between the handles. Any twist
+    /// that it does not hold is reported in [`cotan_flow::Report::lost_turn`].
     ///
     /// ```
     /// use cotan::prelude::*;
@@ -299,7 +299,7 @@ impl<T: Scalar> Handles<T> {
         self
     }
 
-    /// The stated turns, vertex by vertex.
+    /// The stated rotations, per vertex.
     pub(crate) fn stated_turns(&self) -> Vec<(VertexId, Vector3<f64>)> {
         let of_group = |group: &HandleGroup<T>| {
             let turn = group.turn.map(|turn| turn.map(T::as_f64));
@@ -310,7 +310,7 @@ impl<T: Scalar> Handles<T> {
         self.groups.iter().flat_map(of_group).collect()
     }
 
-    /// Changes every group added so far that is met exactly to `hold`.
+    /// Changes all groups added so far that are met exactly to `hold`.
     #[must_use]
     pub fn all_held(mut self, hold: Hold) -> Self {
         for group in self.groups.iter_mut().filter(|g| g.hold == Hold::Hard) {
@@ -319,16 +319,17 @@ impl<T: Scalar> Handles<T> {
         self
     }
 
-    /// The vertices of every group, in the order of the groups.
+    /// The vertices of each group, in the order of the groups.
     pub fn vertices(&self) -> impl Iterator<Item = &[VertexId]> {
         self.groups.iter().map(HandleGroup::vertices)
     }
 
-    /// One handle a vertex, ascending, with its target: what a [`cotan_flow::FlowBuilder`] takes.
+    /// Resolves the groups to one handle per vertex in ascending order, with its target, as
+    /// required by [`cotan_flow::FlowBuilder`].
     ///
     /// # Errors
-    /// [`Error`] for a group without vertices, a vertex that does not exist, a motion that does not
-    /// fit its group, and two groups that want a vertex at two places.
+    /// [`Error`] for a group without vertices, a vertex that does not exist, a motion that does
+    /// not match its group, and two groups that require different positions of a vertex.
     pub fn resolve(&self, positions: &Positions<T>) -> Result<Vec<(Handle, Point3<T>)>, Error> {
         let mut all = Vec::new();
         for group in &self.groups {
@@ -356,7 +357,7 @@ impl<T: Scalar> Handles<T> {
             }));
         }
         all.sort_by_key(|(handle, _, index)| (handle.vertex, *index));
-        // Transforms that agree differ by rounding.
+        // Transforms that agree may differ by rounding.
         let rounding = extent(positions) * scalar::<T>(1e3) * T::default_epsilon();
         let contradict = |a: &Point3<T>, b: &Point3<T>| !((a - b).amax() <= rounding);
         if let Some(pair) = all.windows(2).find(|w| {
@@ -371,7 +372,7 @@ impl<T: Scalar> Handles<T> {
                 vertex: pair[0].0.vertex,
             });
         }
-        // Of groups that agree about a vertex the firmest holds it.
+        // Among groups that agree about a vertex, the firmest one holds it.
         all.dedup_by(|later, kept| {
             let is_same = later.0.vertex == kept.0.vertex;
             if is_same && firmness(later.0.hold) > firmness(kept.0.hold) {

@@ -1,8 +1,8 @@
-//! Edit triangle meshes in code: move a few handles, and the surface follows with its details
-//! turned and scaled as an eye expects.
+//! Triangle mesh editing: move a few handles, and the surface follows with its details rotated
+//! and scaled naturally.
 //!
-//! cotan implements, and goes beyond, "Mesh Editing with Curvature Flow Laplacian Operator" (Au,
-//! Tai, Fu, Liu 2005). One iteration drives everything: solve a sparse system whose matrix never
+//! cotan implements and extends "Mesh Editing with Curvature Flow Laplacian Operator" (Au, Tai,
+//! Fu, Liu 2005). Everything is based on one iteration: solve a sparse system whose matrix never
 //! changes, then rebuild the right-hand side from the new positions.
 //!
 //! ```
@@ -24,19 +24,19 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! - A [`Mesh`] is made from flat buffers of positions and indices, and gives them back. Every job
-//!   takes `&mesh`, or a [`Surface`] where the positions are others
+//! - A [`Mesh`] is built from flat buffers of positions and indices, and converted back to them.
+//!   Every job takes `&mesh`, or a [`Surface`] for other positions
 //!   (`mesh.surface().with_positions(&moved)`). [`Surface`] has the measures as methods.
-//! - [`deform()`] moves handles once; a [`Session`] stays alive while they move.
+//! - [`deform()`] moves handles once; a [`Session`] is kept while they move.
 //! - [`reconstruct()`] rebuilds a shape from its two scalar fields alone.
-//! - [`spherical()`] maps a closed mesh onto the unit sphere without a flipped triangle;
+//! - [`spherical()`] maps a closed mesh onto the unit sphere without flipped triangles;
 //!   [`sphere`] works with such maps.
 //! - [`smooth`] smooths without shrinking, and edits the curvature field.
-//! - [`fair()`] makes a part of a surface, such as what fills a hole, continue the rest.
-//! - [`Quality`] measures what a deformation did.
-//! - The crates underneath are re-exported: [`halfedge`], [`geometry`], [`laplacian`], [`linear`],
-//!   [`flow`]. A [`flow::Flow`] takes any [`laplacian::LaplacianScheme`],
-//!   [`flow::ScalarFieldUpdater`] and [`flow::Orientation`], yours included.
+//! - [`fair()`] makes a part of a surface, such as a filled hole, continue the rest.
+//! - [`Quality`] measures the effects of a deformation.
+//! - The underlying crates are re-exported: [`halfedge`], [`geometry`], [`laplacian`],
+//!   [`linear`], [`flow`]. A [`flow::Flow`] takes any [`laplacian::LaplacianScheme`],
+//!   [`flow::ScalarFieldUpdater`] and [`flow::Orientation`], including custom ones.
 //! - With the feature `testing`, `cotan::testing` has proptest strategies for random surfaces and
 //!   motions.
 
@@ -77,8 +77,8 @@ pub use reconstruct::{reconstruct, reconstruct_observed};
 pub use session::Session;
 pub use sphere::spherical;
 
-/// The names that most programs need, in one line: the jobs, and the traits with what their methods
-/// take, for custom schemes, updaters, orientations and energies.
+/// The names that most programs need: the jobs, and the traits for custom schemes, updaters,
+/// orientations and energies with their argument types.
 pub mod prelude {
     pub use crate::{
         DeformOptions, Deformed, DetailSize, Error, HandleGroup, HandleId, Handles, Motion,
@@ -105,3 +105,8 @@ pub mod prelude {
     pub use cotan_linear::{Handle, Hold, LinearSystem};
     pub use nalgebra::{Isometry3, Matrix3, Matrix4, Point3, Rotation3, Vector3};
 }
+
+/// Runs the example of the README as a doc test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

@@ -1,4 +1,4 @@
-//! The settings of a deformation, as plain values with names.
+//! The settings of a deformation as plain, named values.
 
 use cotan_flow::{
     Acceleration, BestRotation, DEFAULT_ITERATION_LIMIT, DEFAULT_TOLERANCE, Flow, FlowBuilder,
@@ -10,11 +10,11 @@ use cotan_laplacian::{ClampedCotangent, Cotangent, EdgeLength, LaplacianScheme, 
 use cotan_linear::SystemOptions;
 use thiserror::Error;
 
-/// A name that no built-in has.
+/// A name that does not match any built-in value.
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
 #[error("there is no {what} named \"{name}\"; the names are {known}")]
 pub struct UnknownName {
-    /// What was asked for.
+    /// The kind of value that was requested.
     pub what: &'static str,
     /// The name that was given.
     pub name: String,
@@ -32,10 +32,10 @@ macro_rules! named {
         }
 
         impl $type {
-            /// All of them.
+            /// All values.
             pub const ALL: &[Self] = &[$(Self::$variant),+];
 
-            /// Its name on the command line.
+            /// The name on the command line.
             pub fn name(self) -> &'static str {
                 match self { $(Self::$variant => $name),+ }
             }
@@ -59,7 +59,7 @@ macro_rules! named {
 
 pub(crate) use named;
 
-/// A method for each setting that gives the settings with another value of it.
+/// Generates a method for each setting that returns the settings with a new value for it.
 macro_rules! setters {
     ($type:ident { $($name:ident: $value:ty),+ $(,)? }) => {
         impl $type {
@@ -83,7 +83,7 @@ pub(crate) use setters;
 named!(
     /// The built-in Laplacian schemes.
     SchemeKind, "scheme", {
-        /// [`Cotangent`]: the paper's.
+        /// [`Cotangent`], the scheme of the paper.
         #[default]
         Cotangent = "cotangent",
         /// [`Tutte`].
@@ -98,9 +98,10 @@ named!(
 );
 
 named!(
-    /// The built-in orientations; see `docs/decisions` for how they compare.
+    /// The built-in orientations. See `docs/decisions` for a comparison.
     OrientationKind, "orientation", {
-        /// [`Hybrid`]: an energy between the flow's and as-rigid-as-possible editing's.
+        /// [`Hybrid`]: an energy between that of the flow and that of as-rigid-as-possible
+        /// editing.
         #[default]
         Hybrid = "hybrid",
         /// [`BestRotation`].
@@ -109,20 +110,21 @@ named!(
         Limited = "limited",
         /// [`Limited::exact_magnitude`].
         LimitedMagnitude = "limited-magnitude",
-        /// [`Reflect`]: the paper's.
+        /// [`Reflect`], the orientation of the paper.
         Reflect = "reflect",
-        /// [`ReflectFirst`]: ten steps of the paper's, then [`Limited`]; for reconstructions.
+        /// [`ReflectFirst`]: ten steps of the paper's orientation, then [`Limited`]. For
+        /// reconstructions.
         ReflectFirst = "reflect-first",
     }
 );
 
-/// What happens to the size of details where the surface is stretched or squeezed.
+/// The size of details where the surface is stretched or compressed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum DetailSize {
-    /// They keep their size (paper, section 3.2).
+    /// Details keep their size (paper, section 3.2).
     #[default]
     Keep,
-    /// They scale with the square root of the area around them (paper, section 3.3).
+    /// Details scale with the square root of the surrounding area (paper, section 3.3).
     Rescale,
 }
 
@@ -130,29 +132,32 @@ pub enum DetailSize {
 #[derive(Clone, PartialEq, Debug)]
 #[non_exhaustive]
 pub struct DeformOptions {
-    /// The scheme that chooses the weights.
+    /// The scheme that defines the weights.
     pub scheme: SchemeKind,
-    /// How Laplacian coordinates are turned.
+    /// The rule that turns the Laplacian coordinates.
     pub orientation: OrientationKind,
-    /// The hybrid's bending length, relative to the size of the mesh; see [`Hybrid`].
+    /// The bending length of the hybrid orientation, relative to the size of the mesh; see
+    /// [`Hybrid`].
     pub bending_length: f64,
-    /// The resistance of a body beyond its surface, by the hybrid; see [`Stiffness`].
+    /// The resistance of the body beyond its surface, used by the hybrid orientation; see
+    /// [`Stiffness`].
     pub stiffness: Stiffness,
-    /// The weight by which a body that was wound up is held so; see [`Hybrid::hold_winding`].
+    /// The weight with which a wound-up body is held in that state; see [`Hybrid::hold_winding`].
     pub hold_winding: f64,
-    /// What happens to the size of details.
+    /// The size of details under stretching.
     pub detail_size: DetailSize,
     /// The Laplacian coordinates of the first solve.
     pub start: Start,
-    /// Whether and how to accelerate.
+    /// The acceleration of the iteration, if any.
     pub acceleration: Acceleration,
     /// The updating ratio over the iterations.
     pub schedule: Schedule,
-    /// Stop when no vertex moves by more than this ratio of the bounding box's diagonal.
+    /// The run stops when no vertex moves by more than this fraction of the bounding box's
+    /// diagonal.
     pub tolerance: f64,
-    /// The most iterations of a run.
+    /// The maximum number of iterations of a run.
     pub iteration_limit: usize,
-    /// How the linear system is solved, and what memory it may take.
+    /// The solver of the linear system and its memory limit.
     pub system: SystemOptions,
 }
 
@@ -191,8 +196,9 @@ impl Default for DeformOptions {
 }
 
 impl DeformOptions {
-    /// The paper's own settings, sections 3.2 and 3.4: reflection, original Laplacian coordinates
-    /// first, no acceleration, the ratio falling from 1 to 0.1 in five steps.
+    /// The settings of the paper, sections 3.2 and 3.4: reflection, starting from the original
+    /// Laplacian coordinates, no acceleration, and a ratio that falls from 1 to 0.1 in five
+    /// steps.
     pub fn paper() -> Self {
         Self {
             orientation: OrientationKind::Reflect,
@@ -205,8 +211,9 @@ impl DeformOptions {
 }
 
 impl DeformOptions {
-    /// These settings for [`crate::reconstruct()`]: from zero vectors; and as the hybrid's membrane
-    /// knows the directions of the original edges, [`OrientationKind::ReflectFirst`] in its place.
+    /// Adapts these settings for [`crate::reconstruct()`]. The start is set to zero vectors.
+    /// [`OrientationKind::Hybrid`] is replaced by [`OrientationKind::ReflectFirst`], because the
+    /// membrane of the hybrid knows the directions of the original edges.
     #[must_use]
     pub fn for_reconstruction(mut self) -> Self {
         self.start = Start::Zero;
@@ -218,7 +225,7 @@ impl DeformOptions {
 }
 
 impl SchemeKind {
-    /// The scheme with this name.
+    /// Creates the scheme with this name.
     pub fn scheme<T: Scalar>(self) -> Box<dyn LaplacianScheme<T>> {
         match self {
             Self::Cotangent => Box::new(Cotangent::default()),
@@ -231,15 +238,15 @@ impl SchemeKind {
 }
 
 impl DeformOptions {
-    /// A flow of this surface, which is copied, with these settings, whose parts can be changed for
-    /// others; see [`Session::from_flow`](crate::Session::from_flow) and
+    /// Creates a flow of this surface, which is copied, with these settings. Its parts can then
+    /// be replaced by others; see [`Session::from_flow`](crate::Session::from_flow) and
     /// [`deform_with`](crate::deform_with).
     pub fn flow<'m, T: Scalar>(&self, surface: impl Into<Surface<'m, T>>) -> FlowBuilder<T> {
         let surface = surface.into();
         self.apply(Flow::builder(surface.mesh(), surface.positions()))
     }
 
-    /// A flow with these settings.
+    /// Applies these settings to a flow.
     pub fn apply<T: Scalar>(&self, flow: FlowBuilder<T>) -> FlowBuilder<T> {
         let flow = flow
             .scheme(self.scheme.scheme())

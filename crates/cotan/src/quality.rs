@@ -1,4 +1,4 @@
-//! What a deformation did to a mesh.
+//! Measures of the effects of a deformation.
 
 use cotan_geometry::{
     Scalar, Surface, area_distortion, dihedral_changes, edge_distortion_rms, folded_faces, scalar,
@@ -12,16 +12,17 @@ use crate::error::Error;
 /// The paper's two errors.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ShapeErrors {
-    /// E_p = √((1/n) Σ_i Σ_j (w⁰_ij − w_ij)²), both directions of an edge counted. No unit.
+    /// E_p = √((1/n) Σ_i Σ_j (w⁰_ij − w_ij)²), with both directions of each edge. Dimensionless.
     pub parameterization: f64,
-    /// E_g = √(Σ_i (|ℓ⁰_i| − |ℓ_i|)²), with the original mesh scaled to a box of longest side 1.
+    /// E_g = √(Σ_i (|ℓ⁰_i| − |ℓ_i|)²), with the original mesh scaled to a box with longest
+    /// side 1.
     pub geometry: f64,
     /// Root mean square of | |ℓ⁰_i| − |ℓ_i| |: E_g / √n.
     pub geometry_rms: f64,
 }
 
 impl ShapeErrors {
-    /// Compares two embeddings of one mesh by cotangent weights.
+    /// Compares two embeddings of a mesh by cotangent weights.
     ///
     /// # Errors
     /// [`Error`] if the two are not embeddings of the same mesh.
@@ -36,7 +37,7 @@ impl ShapeErrors {
     }
 }
 
-/// Measures of a deformation, original against deformed.
+/// Measures of a deformation, comparing the deformed mesh with the original.
 #[derive(Clone, PartialEq, Debug)]
 #[non_exhaustive]
 pub struct Quality {
@@ -46,57 +47,59 @@ pub struct Quality {
     pub edge_distortion_rms: f64,
     /// Root mean square over the faces of area/area⁰ − 1.
     pub area_distortion_rms: f64,
-    /// Enclosed volume over the original one; `None` for an open mesh.
+    /// Enclosed volume relative to the original; `None` for an open mesh.
     pub volume_ratio: Option<f64>,
-    /// Faces that point against their neighbours and did not before
-    /// (see [`cotan_geometry::folded_faces`]).
+    /// Faces that point against their neighbours but did not in the original (see
+    /// [`cotan_geometry::folded_faces`]).
     pub flipped_faces: usize,
-    /// Edges whose two faces include less than 60° and did not before: sharp folds.
+    /// Edges whose two faces enclose less than 60° but did not in the original: sharp folds.
     pub folded_edges: usize,
     /// Faces without area in the deformed mesh.
     pub degenerate_faces: usize,
-    /// Faces of the deformed mesh that cross another face; pairs that share a vertex are not
+    /// Faces of the deformed mesh that cross another face. Pairs that share a vertex are not
     /// examined (see [`Surface::self_intersections`]).
     pub self_intersecting_faces: usize,
-    /// The greatest change of a dihedral angle, in degrees, up to 360; 0 where nothing can be
+    /// The largest change of a dihedral angle, in degrees, up to 360. It is 0 if nothing can be
     /// measured (see [`cotan_geometry::dihedral_changes`]).
     pub max_dihedral_change: f64,
-    /// σ1 over the faces: the factor by which the map of a face stretches the most stretched
-    /// direction.
+    /// σ1 over the faces: the factor by which the map of a face stretches the direction that is
+    /// stretched most.
     pub stretch: Extent,
-    /// 1/σ2 over the faces: the factor by which it compresses the most compressed direction;
-    /// infinite where a face has collapsed.
+    /// 1/σ2 over the faces: the factor by which the map compresses the direction that is
+    /// compressed most. Infinite if a face has collapsed.
     pub compression: Extent,
     /// As-rigid-as-possible energy Σ_i Σ_{T at i} Σ_{e of T} 1/12 cot_e |e − R_i e⁰|² over the
-    /// original area, each rotation fitted to the triangles around its vertex ("spokes and rims").
-    /// Never negative: the sum over a triangle is its area times a square. Half of the mean square
-    /// of how far the map is from a rotation, without unit; 0 for a mesh without area.
+    /// original area, with each rotation fitted to the triangles around its vertex ("spokes and
+    /// rims"). Never negative, because the sum over a triangle is its area times a square. It
+    /// equals half of the mean squared distance of the map from a rotation and is dimensionless;
+    /// 0 for a mesh without area.
     pub arap_energy: f64,
 }
 
-/// The largest values of a quantity of the faces: 1 where nothing is deformed. Faces that hardly
-/// have an area before (a relative height of at most 1e-9) are left out; 1 where all are.
+/// The largest values of a quantity of the faces; 1 without deformation. Faces with almost no
+/// original area (a relative height of at most 1e-9) are excluded; the values are 1 if that
+/// excludes all faces.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Extent {
     /// The smallest value that at least 99 % of the original area does not exceed.
     pub p99: f64,
-    /// The greatest value.
+    /// The largest value.
     pub max: f64,
 }
 
 /// The distance between two shapes of a mesh, vertex by vertex.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ShapeDistance {
-    /// The root mean square of the distances between corresponding vertices, over the longest side
-    /// of the original's box.
+    /// The root mean square of the distances between corresponding vertices, relative to the
+    /// longest side of the original's bounding box.
     pub rms: f64,
-    /// The greatest of them, in the same unit.
+    /// The largest of these distances, in the same unit.
     pub max: f64,
 }
 
 impl ShapeDistance {
-    /// The distance from `shape` to `given`; `original` gives the unit, and may be either. For a
-    /// mesh whose vertices are all in one place it is in the unit of the positions.
+    /// Measures the distance from `shape` to `given`. `original` defines the unit and may be
+    /// either of them. If all its vertices coincide, the result is in the unit of the positions.
     ///
     /// # Errors
     /// [`Error`] if the three are not embeddings of the same mesh.
@@ -125,7 +128,7 @@ impl ShapeDistance {
 }
 
 impl Quality {
-    /// Measures everything.
+    /// Computes all measures.
     ///
     /// # Errors
     /// [`Error`] if the two are not embeddings of the same mesh.
@@ -179,7 +182,7 @@ fn stretches<T: Scalar>(
     Ok([extent(|[s1, _]| s1), extent(|[_, s2]| 1.0 / s2)])
 }
 
-/// Of values with weights.
+/// The extent of values with weights.
 fn extent(values: impl Iterator<Item = (f64, f64)>) -> Extent {
     let mut sorted: Vec<(f64, f64)> = values.collect();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
@@ -214,7 +217,8 @@ fn check_same_mesh<T: Scalar>(a: &Surface<'_, T>, b: &Surface<'_, T>) -> Result<
     }
 }
 
-/// Edges at which the surface turns back on itself (normals more than 120° apart) and did not.
+/// Edges at which the surface folds back on itself (normals more than 120° apart) but did not in
+/// the original.
 fn folded_edges<T: Scalar>(original: &Surface<'_, T>, deformed: &Surface<'_, T>) -> usize {
     let mesh = original.mesh();
     let (before, after) = (original.face_normals(), deformed.face_normals());
@@ -252,7 +256,7 @@ mod tests {
         assert!((0.0..1e-16).contains(&quality.arap_energy));
     }
 
-    /// A bar stretched to twice its length and half its height: the four long sides know both.
+    /// A bar stretched to twice its length and half its height: the four long sides undergo both.
     #[test]
     fn a_stretched_bar_has_its_factors() {
         let shape = bar::<f64>([4.0, 1.0, 1.0], [16, 4, 4]);
@@ -277,14 +281,15 @@ mod tests {
     fn a_hundredth_of_the_area_does_not_count_in_the_percentile() {
         let last =
             |weight: f64| (0..100).map(move |k| (f64::from(k), if k < 99 { 1.0 } else { weight }));
-        // The last one is a hundredth of the whole, then more.
+        // The last value has exactly a hundredth of the total weight, then more.
         let of = |weight| extent(last(weight));
         assert_eq!((of(1.0).p99, of(1.0).max), (98.0, 99.0));
         assert_eq!((of(2.0).p99, of(2.0).max), (99.0, 99.0));
         assert_eq!(extent(std::iter::empty()), Extent { p99: 1.0, max: 1.0 });
     }
 
-    /// The middle of a bar swapped with its end: the walls pass through each other.
+    /// The end of a bar is pushed back into its middle, so that the walls pass through each
+    /// other.
     #[test]
     fn a_bar_pushed_through_itself_intersects_and_collapsed_faces_are_infinite() {
         let shape = bar::<f64>([4.0, 1.0, 1.0], [16, 4, 4]);
@@ -297,7 +302,7 @@ mod tests {
         let pushed: Positions<f64> = shape.positions().map(narrow);
         let quality = Quality::measure(&surface, &surface.with_positions(&pushed)).unwrap();
         assert!(quality.max_dihedral_change > 60.0);
-        // The cap stands within the bar; the walls that lead to it do not cross the outer ones.
+        // The cap is inside the bar, and the walls that lead to it do not cross the outer ones.
         assert_eq!(quality.self_intersecting_faces, 0);
         let through = shape.positions().map(|p| {
             let inside = narrow(p);

@@ -1,4 +1,4 @@
-//! A shape from its two scalar fields.
+//! Reconstruction of a shape from its two scalar fields.
 
 use std::ops::ControlFlow;
 
@@ -14,12 +14,12 @@ use crate::session::Session;
 /// Rebuilds the mesh from its Laplacian coefficients and the magnitudes of its Laplacian
 /// coordinates, without their directions: the first solve has ℓ = 0.
 ///
-/// A few handles (three to six) say where the shape is. The settings are
-/// [`DeformOptions::for_reconstruction`] of `options`; the paper's experiment has
+/// A few handles (three to six) determine the position of the shape. The settings are
+/// [`DeformOptions::for_reconstruction`] of `options`. The experiment in the paper uses
 /// [`crate::OrientationKind::Reflect`], no acceleration and full steps.
 ///
 /// # Errors
-/// As [`crate::deform()`].
+/// Same as [`crate::deform()`].
 ///
 /// **Source**: paper, section 3.4, figure 8 and table 2.
 pub fn reconstruct<'m, T: Scalar>(
@@ -30,10 +30,10 @@ pub fn reconstruct<'m, T: Scalar>(
     reconstruct_observed(surface, handles, options, |_, _| ControlFlow::Continue(()))
 }
 
-/// As [`reconstruct`]; the observer sees every step and may stop the run.
+/// Like [`reconstruct`], with an observer that is called after each step and may stop the run.
 ///
 /// # Errors
-/// As [`reconstruct`].
+/// Same as [`reconstruct`].
 pub fn reconstruct_observed<'m, T: Scalar>(
     surface: impl Into<Surface<'m, T>>,
     handles: &Handles<T>,

@@ -1,4 +1,4 @@
-//! A deformation that stays alive while its handles move.
+//! A deformation that is kept while its handles move.
 
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
@@ -14,12 +14,12 @@ use crate::handles::{HandleId, Handles, Motion};
 use crate::options::DeformOptions;
 use crate::unmoved::Unmoved;
 
-/// A mesh held by its handles: factorized once, then moved and stepped as often as you like.
-/// Handles can be added and let go of on the way.
+/// A mesh held by its handles: factorized once, then moved and stepped any number of times.
+/// Handles can be added and removed along the way.
 ///
-/// It owns what it needs and is `Send + 'static`: it can be kept in a struct and sent to a thread.
-/// Schemes, updaters and orientations that were given to its flow cannot be reached from outside;
-/// share their state by an `Arc`, if that is needed.
+/// A session owns its data and is `Send + 'static`, so it can be stored in a struct and sent to a
+/// thread. Schemes, updaters and orientations passed to its flow are not accessible from outside;
+/// share their state through an `Arc` if necessary.
 ///
 /// ```
 /// use cotan::prelude::*;
@@ -43,19 +43,19 @@ use crate::unmoved::Unmoved;
 pub struct Session<T: Scalar> {
     flow: Flow<T>,
     handles: Handles<T>,
-    /// Finds the components that nothing has moved; `None` for a run that does not start from the
+    /// Finds the components that have not moved. `None` for a run that does not start from the
     /// original.
     unmoved: Option<Unmoved<T>>,
 }
 
 impl<T: Scalar> Session<T> {
-    /// Assembles and factorizes the system of a surface with `handles`. The session owns what it
-    /// needs, a copy of mesh and positions; to share them, give a flow their `Arc`s and take
+    /// Assembles and factorizes the system of a surface with `handles`. The session owns a copy
+    /// of mesh and positions; to share them, pass their `Arc`s to a flow and use
     /// [`Self::from_flow`].
     ///
     /// # Errors
-    /// [`Error`] for a mesh that is no surface, and for handles that do not exist, contradict each
-    /// other or leave a component of the mesh free.
+    /// [`Error`] for a mesh that is not a valid surface, and for handles that do not exist,
+    /// contradict each other or leave a component of the mesh free.
     pub fn new<'m>(
         surface: impl Into<Surface<'m, T>>,
         handles: &Handles<T>,
@@ -64,8 +64,8 @@ impl<T: Scalar> Session<T> {
         Self::from_flow(options.flow(surface), handles)
     }
 
-    /// A session of a flow with any scheme, updater, orientation or energy, yours included;
-    /// `handles` take the place of those that the flow was given.
+    /// Creates a session from a flow with any scheme, updater, orientation or energy, including
+    /// custom ones. `handles` replace those of the flow.
     ///
     /// ```
     /// use cotan::prelude::*;
@@ -80,8 +80,8 @@ impl<T: Scalar> Session<T> {
     /// ```
     ///
     /// # Errors
-    /// As [`Self::new`]; and an updater that the flow's energy would not ask
-    /// ([`cotan_flow::FlowError::MutedUpdater`]).
+    /// Same as [`Self::new`], and an error for an updater that the energy of the flow would not
+    /// use ([`cotan_flow::FlowError::MutedUpdater`]).
     pub fn from_flow(flow: FlowBuilder<T>, handles: &Handles<T>) -> Result<Self, Error> {
         let resolved = handles.resolve(flow.original_positions())?;
         let stated = handles.stated_turns();
@@ -99,17 +99,18 @@ impl<T: Scalar> Session<T> {
         self.flow.rest().original_positions()
     }
 
-    /// The handles, with their motions and how firmly they hold.
+    /// The handles, with their motions and firmness.
     pub fn handles(&self) -> &Handles<T> {
         &self.handles
     }
 
-    /// Moves a handle to where `motion` takes its *original* positions. The shape follows in the
-    /// next steps. A number names the handle that was added after so many others.
+    /// Moves a handle to the image of its *original* positions under `motion`. The shape follows
+    /// in the next steps. A handle given as a number is the one that was added after that many
+    /// others.
     ///
     /// # Errors
-    /// [`Error`] if there is no such handle, the motion does not fit it, or a vertex that it shares
-    /// with another handle is wanted at two places; nothing has moved then.
+    /// [`Error`] if there is no such handle, the motion does not match it, or a vertex shared
+    /// with another handle would have two targets. Nothing has moved in that case.
     pub fn move_handle(
         &mut self,
         handle: impl Into<HandleId>,
@@ -118,10 +119,10 @@ impl<T: Scalar> Session<T> {
         self.move_handles(&[(handle.into(), motion.clone())])
     }
 
-    /// Moves several handles at once, which may share vertices if they agree about them.
+    /// Moves several handles at once. They may share vertices if they agree about them.
     ///
     /// # Errors
-    /// As [`Self::move_handle`].
+    /// Same as [`Self::move_handle`].
     pub fn move_handles<H: Copy + Into<HandleId>>(
         &mut self,
         moves: &[(H, Motion<T>)],
@@ -153,7 +154,7 @@ impl<T: Scalar> Session<T> {
     /// Moves a handle by a transform of its original positions.
     ///
     /// # Errors
-    /// As [`Self::move_handle`].
+    /// Same as [`Self::move_handle`].
     pub fn transform_handle(
         &mut self,
         handle: impl Into<HandleId>,
@@ -162,16 +163,16 @@ impl<T: Scalar> Session<T> {
         self.move_handle(handle, &Motion::Transform(matrix))
     }
 
-    /// Puts other handles in the place of all at hand. The shape is kept and follows in the next
-    /// steps. Names are those of `handles`: to keep the names of the session, change a clone of
-    /// [`Self::handles`].
+    /// Replaces all current handles. The shape is kept and follows in the next steps. The ids are
+    /// those of `handles`: to keep the ids of the session, modify a clone of [`Self::handles`].
     ///
-    /// Few handles on a mesh whose system is solved by columns
-    /// ([`cotan_linear::Strategy::Columns`]) cost a solve or two for every three new vertices, and
-    /// vertices that are held already cost nothing; else the system is factorized again.
+    /// With few handles on a mesh whose system is solved by columns
+    /// ([`cotan_linear::Strategy::Columns`]), this costs a solve or two for every three new
+    /// vertices, and vertices that are already held cost nothing. Otherwise the system is
+    /// factorized again.
     ///
     /// # Errors
-    /// As [`Self::new`]; nothing has changed then.
+    /// Same as [`Self::new`]. Nothing has changed in that case.
     pub fn set_handles(&mut self, handles: &Handles<T>) -> Result<(), Error> {
         let resolved = handles.resolve(self.original())?;
         self.flow.set_handles(&resolved)?;
@@ -179,13 +180,13 @@ impl<T: Scalar> Session<T> {
         Ok(())
     }
 
-    /// Adds a group of vertices with its motion, held exactly; returns its name, which stays when
-    /// others go. To hold vertices where they are now, take [`Motion::To`] with
-    /// [`Self::positions`]; [`Motion::Stay`] means their original positions. For a softer one, see
-    /// [`Handles::push`] and [`Self::set_handles`].
+    /// Adds a group of vertices with its motion, held exactly, and returns its id, which stays
+    /// valid when others are removed. To hold vertices at their current positions, use
+    /// [`Motion::To`] with [`Self::positions`]; [`Motion::Stay`] means their original positions.
+    /// For a soft group, see [`Handles::push`] and [`Self::set_handles`].
     ///
     /// # Errors
-    /// As [`Self::set_handles`].
+    /// Same as [`Self::set_handles`].
     pub fn add_handle(
         &mut self,
         vertices: impl IntoIterator<Item = VertexId>,
@@ -197,11 +198,11 @@ impl<T: Scalar> Session<T> {
         Ok(handle)
     }
 
-    /// Lets go of a handle; the others keep their names.
+    /// Removes a handle. The others keep their ids.
     ///
     /// # Errors
-    /// [`Error`] if there is no such handle, or a component of the mesh would be left free; nothing
-    /// has changed then.
+    /// [`Error`] if there is no such handle, or if a component of the mesh would be left free.
+    /// Nothing has changed in that case.
     pub fn remove_handle(&mut self, handle: impl Into<HandleId>) -> Result<(), Error> {
         let handle = handle.into();
         let mut handles = self.handles.clone();
@@ -211,27 +212,27 @@ impl<T: Scalar> Session<T> {
         }
     }
 
-    /// Puts another shape in the place of the one at hand (an earlier one, say, to which its owner
-    /// has gone back); hard handles stay at their targets. Nothing is factorized.
+    /// Replaces the current shape, for example with an earlier one after an undo. Hard handles
+    /// stay at their targets. Nothing is factorized.
     ///
     /// # Errors
-    /// [`Error`] for a shape of another mesh or with a position that is not finite.
+    /// [`Error`] for a shape of another mesh or with a non-finite position.
     pub fn set_shape(&mut self, shape: &Positions<T>) -> Result<(), Error> {
         Ok(self.flow.set_shape(shape)?)
     }
 
-    /// Changes the schedule of the steps from here on; see [`Flow::set_schedule`].
+    /// Changes the schedule for the following steps; see [`Flow::set_schedule`].
     ///
     /// # Errors
-    /// [`Error`] for ratios out of range.
+    /// [`Error`] if a ratio is out of range.
     pub fn set_schedule(&mut self, schedule: Schedule) -> Result<(), Error> {
         Ok(self.flow.set_schedule(schedule)?)
     }
 
-    /// One iteration.
+    /// Performs one iteration.
     ///
     /// # Errors
-    /// What the flow reports.
+    /// Errors of the flow.
     pub fn step(&mut self) -> Result<StepReport, Error> {
         Ok(self.flow.step()?)
     }
@@ -239,15 +240,15 @@ impl<T: Scalar> Session<T> {
     /// Iterates until convergence or the iteration limit.
     ///
     /// # Errors
-    /// What the flow reports.
+    /// Errors of the flow.
     pub fn run(&mut self) -> Result<Report, Error> {
         Ok(self.flow.run_to_end()?)
     }
 
-    /// As [`Self::run`]; the observer sees every step and may stop the run.
+    /// Like [`Self::run`], with an observer that is called after each step and may stop the run.
     ///
     /// # Errors
-    /// What the flow reports.
+    /// Errors of the flow.
     pub fn run_observed(
         &mut self,
         observer: impl FnMut(&Flow<T>, &StepReport) -> ControlFlow<()>,
@@ -257,8 +258,8 @@ impl<T: Scalar> Session<T> {
 
     /// The current positions, in the units of the input.
     ///
-    /// A component whose handles are all at their original places has its original positions to the
-    /// last digit, unless it was left far from them: see [`Flow::positions`] for other vertices
+    /// A component whose handles are all at their original positions has exactly its original
+    /// positions, unless it was left far from them. See [`Flow::positions`] for other vertices
     /// that have not moved.
     pub fn positions(&self) -> Positions<T> {
         let mut positions = self.flow.positions();
@@ -268,7 +269,7 @@ impl<T: Scalar> Session<T> {
         positions
     }
 
-    /// The flow underneath.
+    /// The underlying flow.
     pub fn flow(&self) -> &Flow<T> {
         &self.flow
     }
@@ -281,7 +282,8 @@ mod tests {
 
     use super::*;
 
-    /// Gone back to an earlier shape and its handles, a session ends where it had ended then.
+    /// After returning to an earlier shape and its handles, a session converges to the same
+    /// result as before.
     #[test]
     fn an_earlier_shape_is_taken_up_again() {
         let shape = bar::<f64>([4.0, 1.0, 1.0], [16, 4, 4]);

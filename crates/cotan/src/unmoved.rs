@@ -1,18 +1,18 @@
-//! Components of a deformed mesh that nothing has moved.
+//! Detection of components of a deformed mesh that have not moved.
 
 use cotan_flow::Flow;
 use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::{Components, HalfedgeMesh};
 
-/// Tells components that are at rest from those that are deformed.
+/// Distinguishes components at rest from deformed ones.
 ///
-/// If every handle of a component is at its original place, the original shape is an exact
-/// solution: its Laplacian coordinates are met, nothing pulls. What a solve leaves of it is the
-/// rounding of the coordinates, times what the system makes of that: a few units in the last place
-/// of the size, and thousands where triangles without area have weights of 10⁶. A component whose
-/// vertices all lie within √ε of the size from the original (ε the spacing of the numbers at 1, so
-/// that half of the digits agree) is the original; one that ended farther away, in another solution
-/// say, is what it is.
+/// If every handle of a component is at its original position, the original shape is an exact
+/// solution: its Laplacian coordinates are matched, and there are no forces. A solve then changes
+/// it only by the rounding error of the coordinates, amplified by the system: a few units in the
+/// last place of the size, or thousands if triangles without area have weights of 10⁶. If all
+/// vertices of a component lie within √ε of the size from the original (ε is the machine epsilon,
+/// so half of the digits agree), the component is set to the original. A component that ended
+/// farther away, for example in another solution, is kept.
 #[derive(Debug)]
 pub(crate) struct Unmoved<T: Scalar> {
     components: Components,
@@ -20,7 +20,7 @@ pub(crate) struct Unmoved<T: Scalar> {
 }
 
 impl<T: Scalar> Unmoved<T> {
-    /// For a mesh of this size.
+    /// Creates the detector for a mesh of this size.
     pub(crate) fn new(mesh: &HalfedgeMesh, size: T) -> Self {
         Self {
             components: mesh.components(),
@@ -28,7 +28,7 @@ impl<T: Scalar> Unmoved<T> {
         }
     }
 
-    /// Gives the components at rest their original positions.
+    /// Resets the components at rest to their original positions.
     pub(crate) fn put_back(&self, flow: &Flow<T>, positions: &mut Positions<T>) {
         let original = flow.rest().original_positions();
         let mut is_at_rest = vec![true; self.components.count()];
@@ -41,7 +41,7 @@ impl<T: Scalar> Unmoved<T> {
             return;
         }
         for (v, p) in positions.iter() {
-            // Not by the largest coordinate, which drops a NaN.
+            // Not tested by the largest coordinate, which would ignore a NaN.
             if !(p - original[v]).iter().all(|x| x.abs() <= self.reach) {
                 is_at_rest[self.components.of(v)] = false;
             }

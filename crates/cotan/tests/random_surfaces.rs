@@ -1,10 +1,10 @@
-//! Property tests with the strategies of the feature `testing`, by way of this crate alone.
+//! Property tests with the strategies of the feature `testing`, using only this crate.
 
 use cotan::prelude::*;
 use cotan::testing::{closed_surfaces, rigid_motions, rounded, surfaces};
 use proptest::prelude::*;
 
-/// Deforms with the first vertex held where it is and the last one moved by `step`.
+/// Deforms with the first vertex held in place and the last one moved by `step`.
 fn pulled<T: Scalar>(mesh: &Mesh<T>, step: Vector3<T>) -> Positions<T> {
     let [first, last] = [0, mesh.num_vertices() - 1].map(VertexId::new);
     let positions = mesh.positions();
@@ -17,7 +17,7 @@ fn pulled<T: Scalar>(mesh: &Mesh<T>, step: Vector3<T>) -> Positions<T> {
         .positions
 }
 
-/// Handles that stay where they are leave the mesh where it was, to the bit.
+/// Handles that stay in place leave the mesh exactly unchanged.
 fn check_rest<T: Scalar>(mesh: &Mesh<T>) -> Result<(), TestCaseError> {
     prop_assert_eq!(&pulled(mesh, Vector3::zeros()), mesh.positions());
     Ok(())

@@ -1,11 +1,12 @@
-//! How soon the picture follows the pointer, measured at the window by real X events.
+//! Latency from pointer to picture, measured at the window with real X events.
 //!
 //! `cargo build --release -p cotan-editor --bins`, then
 //! `cargo run --release -p cotan-editor --example latency -- MESH...`
 //!
-//! On each mesh three vertices are fixed and one is dragged by its mark: two hundred events, sixty a
-//! second. An event is answered when the frame is on the screen whose shape was computed for where the
-//! pointer was then, or later: when the next frame begins, or where none follows, when it has been drawn.
+//! On each mesh three vertices are fixed and one is dragged by its mark, with two hundred events
+//! at sixty per second. An event is answered when the screen shows a frame whose shape was
+//! computed for that pointer position or a later one. A frame counts as shown when the next one
+//! begins, or when it has been drawn if there is no next one.
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -69,7 +70,7 @@ fn measure(program: &Path, mesh: &Path) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// How busy the machine is, where it tells.
+/// The load of the machine, if the system reports it.
 fn load() -> String {
     let load = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
     let minute = load.split(' ').next().unwrap_or_default();
@@ -77,13 +78,13 @@ fn load() -> String {
     format!("load {minute} on {cores} cores")
 }
 
-/// An event: when it was sent, in seconds since 1970, and where the pointer was, in pixels.
+/// An event: its time in seconds since 1970, and the pointer position in pixels.
 struct Event {
     at: f64,
     pointer: [i32; 2],
 }
 
-/// Drags the handle along a curve that comes to no place twice.
+/// Drags the handle along a curve that never returns to the same place.
 fn drag(window: &mut Window<'_>) -> Result<Vec<Event>, Box<dyn Error>> {
     let at = window.handle_at(3);
     let [x, y, _] = project(&window.now(), at).ok_or("the handle is not seen")?;
@@ -108,7 +109,7 @@ fn drag(window: &mut Window<'_>) -> Result<Vec<Event>, Box<dyn Error>> {
         window.move_to(f64::from(pointer[0]), f64::from(pointer[1]));
         events.push(Event { at, pointer });
     }
-    // The answers to the last events are of the drag, too.
+    // The answers to the last events belong to the drag, too.
     std::thread::sleep(Duration::from_millis(300));
     window.release();
     window.wait("the handle to be let go of", |line| {
@@ -119,17 +120,17 @@ fn drag(window: &mut Window<'_>) -> Result<Vec<Event>, Box<dyn Error>> {
 
 /// A frame that shows a new shape.
 struct Answer {
-    /// Up to which event.
+    /// The last event that the frame answers.
     event: usize,
-    /// When it was on the screen.
+    /// The time when the frame was on the screen.
     at: f64,
-    /// How long its goal waited for the solver, and the solver took.
+    /// The time that the goal waited for the solver, and the time to solve.
     waited: f64,
     solved: f64,
-    /// How long it took to make, and to show.
+    /// The time to draw the frame, and the time to show it.
     drawn: f64,
     shown: f64,
-    /// Whether its goal is answered for the first time.
+    /// `true` if this is the first answer to its goal.
     is_first: bool,
 }
 
@@ -205,7 +206,7 @@ fn report(frames: &[Value], events: &[Event]) {
     );
 }
 
-/// Median and 95th percentile of some seconds.
+/// Prints the median and the 95th percentile of a list of seconds.
 fn tell(name: &str, mut seconds: Vec<f64>) {
     seconds.sort_by(f64::total_cmp);
     let part = |share: f64| {

@@ -1,6 +1,7 @@
-//! Pictures of the editor at work on its sample, for the README: `pictures FOLDER`.
+//! Makes the README's pictures of the editor with its sample: `pictures FOLDER`.
 //!
-//! Real events make them, as in the tests of the window; `scripts/editor-pictures.sh` runs this.
+//! They are made with real events, like the tests of the window. Run by
+//! `scripts/editor-pictures.sh`.
 
 use std::error::Error;
 use std::fs::File;
@@ -32,7 +33,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     smooth_and_map(&program, &folder)
 }
 
-/// The window on the sample, which fills it.
+/// Opens the window on the sample, zoomed to fill the view.
 fn open<'d>(display: &'d mut Display, program: &Path, data: &Path) -> Window<'d> {
     let start = Start {
         program,
@@ -104,7 +105,7 @@ fn smooth_and_map(program: &Path, folder: &Path) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Paints parts of the sample with the brush: what is seen of them.
+/// Paints the visible surface of parts of the sample with the brush.
 fn paint(window: &mut Window<'_>, parts: &[&str]) -> Result<(), Box<dyn Error>> {
     window.key("b");
     let regions = creature_regions::<f64>();
@@ -130,7 +131,7 @@ fn paint(window: &mut Window<'_>, parts: &[&str]) -> Result<(), Box<dyn Error>> 
     Ok(())
 }
 
-/// Makes a handle of what is selected, the last of so many.
+/// Makes a handle of the selection and waits until there are `count` handles.
 fn hold(window: &mut Window<'_>, key: &str, count: usize) {
     window.key(key);
     window.wait("a handle", |line| {
@@ -144,7 +145,7 @@ fn choose_colours(window: &mut Window<'_>, index: usize) {
     at_rest(window);
 }
 
-/// Waits until nothing is drawn any more.
+/// Waits until no more frames are drawn.
 fn at_rest(window: &mut Window<'_>) {
     let mut last = (0, Instant::now());
     while last.1.elapsed() < Duration::from_millis(700) {

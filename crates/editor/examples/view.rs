@@ -1,13 +1,13 @@
-//! A window on a mesh, with nothing but the editor's 3D view.
+//! A window on a mesh with only the editor's 3D view.
 //!
 //! `cargo run --release -p cotan-editor --example view -- mesh.obj [offset]`
 //!
-//! The offset is added to all coordinates: one looks at a mesh far from the origin.
+//! The offset is added to all coordinates, to view a mesh far from the origin.
 //!
-//! Left drag turns, right or middle drag shifts, the wheel zooms to the pointer; a click marks a
-//! vertex, a drag with Shift paints. Keys: W wireframe, S shading, H heat map, N normals, T theme,
-//! F fit, 1 2 3 front, right and top, D deform on and on, P measure picking, Q quit. Milliseconds
-//! are printed each second.
+//! Left drag orbits, right or middle drag pans, the wheel zooms to the pointer; a click marks a
+//! vertex, a drag with Shift paints. Keys: W wireframe, S shading, H heat map, N normals, T
+//! theme, F fit, 1 2 3 front, right and top, D continuous deformation, P measure picking, Q quit.
+//! Timings in milliseconds are printed each second.
 
 use std::error::Error;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -58,7 +58,7 @@ struct Viewer {
     marks: Vec<Mark>,
     tints: Vec<u8>,
     has_heat: bool,
-    /// Since when the shape swings, if it does.
+    /// The start of the swinging motion, if it is on.
     swings: Option<Instant>,
 }
 
@@ -236,7 +236,7 @@ impl Viewer {
         );
     }
 
-    /// Twists the shape to and fro, as a solver would: all that changes each frame is measured.
+    /// Twists the shape back and forth like a solver, so that per-frame updates are measured.
     fn swing(&self, seconds: f64) -> Option<()> {
         let (center, size) = (self.bounds.center(), self.bounds.longest_side());
         let twisted = |p: &nalgebra::Point3<f64>| {
@@ -296,7 +296,7 @@ impl eframe::App for Viewer {
 const KEYS: &str = "W wireframe   S shading   H heat   N normals   T theme   F fit   1 2 3 views   \
                     D swing   P measure picking   Q quit   click: mark a vertex   Shift and drag: paint";
 
-/// The height of each vertex as a colour, from blue over grey to red.
+/// The height of each vertex as a colour, from blue through grey to red.
 fn heat(positions: &Positions<f64>, bounds: &BoundingBox<f64>) -> Vec<[u8; 3]> {
     let heights: VertexMap<f64> =
         positions.map(|p| (p.y - bounds.min.y) / bounds.extents().y.max(f64::MIN_POSITIVE));
@@ -326,13 +326,13 @@ fn milliseconds(start: Instant) -> f64 {
     start.elapsed().as_secs_f64() * 1e3
 }
 
-/// Milliseconds of the frames of the last second.
+/// Timings of the frames in the last second.
 #[derive(Default)]
 struct Times {
     uploads: Vec<Duration>,
     frames: Vec<Duration>,
     printed: Option<Instant>,
-    /// Computing normals, and giving the shape to the renderer.
+    /// Milliseconds to compute normals and to pass the shape to the renderer.
     shape: [f64; 2],
 }
 

@@ -1,4 +1,4 @@
-//! The window: what is open, what is seen, and what a person does with it.
+//! The window: the open mesh, its picture, and the user's actions.
 
 mod actions;
 mod dialogs;
@@ -35,28 +35,28 @@ use dialogs::Dialogs;
 use drag::Drag;
 use viewport::{GizmoTool, Tool};
 
-/// What the program was started with.
+/// The arguments that the program was started with.
 #[derive(Debug, Default)]
 pub struct Startup {
-    /// The mesh to open; the sample if there is none.
+    /// The mesh to open, or the sample if there is none.
     pub mesh: Option<PathBuf>,
-    /// Handles to put on it.
+    /// A file of handles to put on the mesh.
     pub handles: Option<PathBuf>,
-    /// Where every frame is told of, for tests and measurements.
+    /// The trace that records every frame, for tests and measurements.
     pub trace: Option<Trace>,
-    /// Whether keys that break the program on purpose work, for tests of what that leaves behind.
+    /// Enables keys that crash the program on purpose, for tests of crash recovery.
     pub breakable: bool,
 }
 
-/// A mesh that is open.
+/// The open mesh.
 pub(crate) struct Open {
     pub(crate) mesh: OpenedMesh,
     pub(crate) history: History,
     /// The shape as it was opened.
     original: Arc<Positions<f64>>,
-    /// The history's position and the shape when the file was last written or read.
+    /// The position of the history and the shape when the file was last read or written.
     saved: (u64, Arc<Positions<f64>>),
-    /// Whether `mesh.path` names a file that is there.
+    /// `true` if `mesh.path` names an existing file.
     has_file: bool,
 }
 
@@ -66,18 +66,18 @@ pub struct Editor {
     solver: Solver,
     meter: Meter,
     task: Option<Task<TaskResult>>,
-    /// Of the goal posted last, and the first whose answers are still of interest.
+    /// The tag of the goal posted last, and the first tag whose updates are still accepted.
     tag: u64,
     accepted_from: u64,
-    /// The shape that the solver is at, as far as is known.
+    /// The last known shape of the solver.
     solver_shape: Option<Arc<Positions<f64>>>,
     times: Option<[Instant; 3]>,
     reading: Option<Reading>,
-    /// What the reading was asked for, and when.
+    /// The shape and field of the last measurement requested, and the time of the request.
     measured: Option<(Arc<Positions<f64>>, Field, Instant)>,
     camera: Camera,
     renderer: Arc<Mutex<Renderer>>,
-    /// The shape that the renderer was given last.
+    /// The shape last passed to the renderer.
     drawn: Option<Arc<Positions<f64>>>,
     looks: Looks,
     tool: Tool,
@@ -90,19 +90,21 @@ pub struct Editor {
     jobs: Jobs,
     dialogs: Dialogs,
     autosave: Option<Arc<Autosave>>,
-    /// When the last was written, and of what, if it is still there.
+    /// The time of the last autosave, and its contents if the file still exists.
     autosaved: (Instant, Option<Aside>),
     trace: Option<Trace>,
     startup: Startup,
     is_closing: bool,
-    /// What the window's bar says: told only when it changes, as telling draws a frame.
+    /// The current window title.
+    ///
+    /// It is set only when it changes, because setting it requests a redraw.
     shown_title: String,
 }
 
-/// The shape and the handles that an autosave holds.
+/// The shape and the handles in an autosave.
 type Aside = (Arc<Positions<f64>>, Arc<Vec<HandleGroup>>);
 
-/// How the mesh is shown.
+/// The display settings of the mesh.
 #[derive(Clone, Copy, Debug, Default)]
 struct Looks {
     shading: Shading,
@@ -111,31 +113,31 @@ struct Looks {
     field: Field,
 }
 
-/// The settings of the jobs in the side panel, and what they have come to.
+/// The settings of the jobs in the side panel, and their results.
 struct Jobs {
     tab: Tab,
     smooth: SmoothOptions,
-    /// How strongly smoothing acts, from 0 to 1, where the method has a strength.
+    /// Strength of smoothing, from 0 to 1, for methods that have one.
     strength: f64,
     detail: f64,
     sphere: SphereOptions,
-    /// What a slider's job began from, while it is that slider's result that is seen.
+    /// The starting point of a slider's job, while the result of that slider is shown.
     base: Option<JobBase>,
     map: Option<SphereView>,
     soft_weight: f64,
 }
 
-/// A scene and the job that goes on from it.
+/// A scene and the name of the job that starts from it.
 struct JobBase {
     name: &'static str,
     scene: Scene,
-    /// The history's position at which it is seen.
+    /// The position of the history at which the scene is shown.
     position: u64,
-    /// Whether that is a result of the job, in whose place the next one comes.
+    /// `true` if the present scene is a result of the job, to be replaced by the next one.
     has_result: bool,
 }
 
-/// A map of the shape to the sphere, and how far the picture has gone towards it.
+/// A map of the shape to the sphere, and the state of the morph between the two.
 struct SphereView {
     source: Arc<Positions<f64>>,
     map: Arc<Positions<f64>>,
@@ -144,7 +146,7 @@ struct SphereView {
     report: String,
 }
 
-/// The jobs' pages.
+/// The tabs of the jobs.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Tab {
     Deform,
@@ -156,7 +158,7 @@ impl Editor {
     /// Makes the editor in eframe's window.
     ///
     /// # Errors
-    /// One sentence: no OpenGL, or no threads.
+    /// One sentence: OpenGL is missing, or a thread cannot be started.
     pub fn new(cc: &eframe::CreationContext<'_>, mut startup: Startup) -> Result<Self, String> {
         let gl = cc.gl.as_ref().ok_or("the window has no OpenGL")?;
         let renderer = Renderer::new(gl)?;
@@ -214,7 +216,7 @@ impl Editor {
         Ok(editor)
     }
 
-    /// The shape on the screen.
+    /// The shape that is shown on the screen.
     fn displayed(&self) -> Option<Arc<Positions<f64>>> {
         if let Some(view) = &self.jobs.map
             && view.share > 0.0
@@ -229,7 +231,7 @@ impl Editor {
         Some(self.open.as_ref()?.history.present())
     }
 
-    /// Gives the solver the handles as they are.
+    /// Posts the current handles to the solver.
     fn post(&mut self, pace: Pace) {
         let Some(open) = &self.open else {
             return;
@@ -254,15 +256,16 @@ impl Editor {
         self.solver.post(goal);
     }
 
-    /// Shows a scene that is not on the way of the one before: what the solver still makes of that
-    /// is not wanted.
+    /// Shows a scene that does not continue the previous one.
+    ///
+    /// Updates for the previous scene are discarded.
     fn show_as_is(&mut self) {
         self.post(Pace::Still);
         self.accepted_from = self.tag;
         self.solver.clear_samples();
     }
 
-    /// Takes what the threads have come to.
+    /// Collects the results of the worker threads.
     fn collect(&mut self, ctx: &egui::Context) {
         if let Some(update) = self.solver.take()
             && update.tag >= self.accepted_from
@@ -281,7 +284,7 @@ impl Editor {
             }
         }
         if matches!(self.solver.state().0, State::Failed(_)) {
-            // It begins anew, and must be told from where.
+            // The solver restarts and needs a starting shape.
             self.solver_shape = None;
         }
         if let Some(reading) = self.meter.take() {
@@ -296,15 +299,15 @@ impl Editor {
         self.refresh(ctx);
     }
 
-    /// Brings picture and meter up to date with the shape on the screen.
+    /// Brings the picture and the meter up to date with the shape on the screen.
     fn refresh(&mut self, ctx: &egui::Context) {
         let (Some(shape), Some(open)) = (self.displayed(), &self.open) else {
             return;
         };
         let is_drawn = self.drawn.as_ref().is_some_and(|s| Arc::ptr_eq(s, &shape));
         let mesh = Arc::clone(&open.mesh.processing);
-        // Everything is compared with the mesh as it was opened, whatever a job has made of it
-        // since.
+        // Measurements compare with the mesh as it was opened, even after a job has replaced the
+        // rest shape.
         let original = Arc::clone(&open.original);
         if !is_drawn && let Ok(surface) = Surface::new(mesh.mesh(), &shape) {
             let normals = surface.vertex_normals();
@@ -315,8 +318,8 @@ impl Editor {
             .measured
             .as_ref()
             .is_some_and(|(s, f, _)| Arc::ptr_eq(s, &shape) && *f == field);
-        // Two numbers need not change with every frame while the solver has better use for the
-        // processor.
+        // Without colours the errors need not be measured in every frame while the solver is
+        // busy.
         let may_wait = field == Field::Plain && self.solver.state().0 == State::Running;
         let is_recent = |(.., when): &(_, _, Instant)| when.elapsed() < NUMBERS_EVERY;
         if !is_measured && may_wait && self.measured.as_ref().is_some_and(is_recent) {
@@ -337,7 +340,7 @@ impl Editor {
         self.drawn = Some(Arc::clone(shape));
     }
 
-    /// Whether there is something that is in no file.
+    /// Returns `true` if there are unsaved changes.
     fn is_changed(&self) -> bool {
         self.open.as_ref().is_some_and(|open| {
             let scene = open.history.present();
@@ -356,7 +359,7 @@ impl Editor {
     }
 }
 
-/// How often the errors are measured while the shape moves and no colours show them.
+/// Interval between error measurements while the shape moves and no colours show them.
 const NUMBERS_EVERY: Duration = Duration::from_millis(250);
 
 impl eframe::App for Editor {
@@ -371,7 +374,7 @@ impl eframe::App for Editor {
         self.viewport(ui);
         self.show_dialogs(&ctx);
         if let Some(wait) = self.autosave_if_due() {
-            // Nothing else may happen until then.
+            // Without other events the next frame comes only then.
             ctx.request_repaint_after(wait);
         }
         self.close_if_asked(&ctx);
@@ -389,7 +392,7 @@ impl eframe::App for Editor {
 
     fn on_exit(&mut self, _gl: Option<&eframe::glow::Context>) {
         if let Some(autosave) = &self.autosave {
-            // Closed as it should be: what was not saved was not wanted.
+            // A regular exit: unsaved changes were discarded deliberately.
             let _ = autosave.remove();
         }
     }

@@ -1,9 +1,9 @@
 //! Opening, saving and autosaving, without a window.
 //!
-//! A mesh is opened within the limits of the command line ([`open`]), repaired if that is asked for
-//! ([`open_repaired`]), and saved in one step ([`save`]), unless the file is another one by now
-//! ([`Fingerprint`]). What a crash must not take is put aside by [`Autosave`] and found again by
-//! [`list`].
+//! [`open`] reads a mesh within the limits of the command line, and [`open_repaired`] repairs it
+//! as well. [`save`] writes it in one step, unless the file on disk has changed in the meantime
+//! ([`Fingerprint`]). [`Autosave`] keeps the work for the case of a crash, and [`list`] finds it
+//! again.
 
 mod autosave;
 mod fingerprint;

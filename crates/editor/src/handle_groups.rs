@@ -1,4 +1,4 @@
-//! Handles of the window as groups of a handles file, and back.
+//! Conversion between the handles of the window and the groups of a handles file.
 
 use cotan::geometry::Positions;
 use cotan::halfedge::VertexId;
@@ -9,7 +9,7 @@ use nalgebra::{Matrix4, Point3};
 
 use crate::scene::{HandleGroup, Origin, Role};
 
-/// The handles in the numbers of the document.
+/// Converts handles to groups with the vertex indices of the document.
 pub(crate) fn groups_of(handles: &[HandleGroup], processing: &ProcessingMesh) -> Vec<Group> {
     let group = |handle: &HandleGroup| {
         let motion = match handle.job_motion() {
@@ -33,7 +33,7 @@ pub(crate) fn groups_of(handles: &[HandleGroup], processing: &ProcessingMesh) ->
     handles.iter().map(group).collect()
 }
 
-/// Handles of groups in the numbers of the document.
+/// Converts groups with the vertex indices of the document to handles.
 pub(crate) fn handles_of(
     groups: &[Group],
     processing: &ProcessingMesh,

@@ -1,6 +1,7 @@
-//! The interactive editor: a window on a mesh, its handles, and the solver beside it.
+//! The interactive editor: a window that shows a mesh and its handles, with the solver on a
+//! thread of its own.
 //!
-//! Nothing of mesh editing is computed here: all three jobs are those of the crate [`cotan`].
+//! This crate does no mesh editing of its own: all three jobs come from the crate [`cotan`].
 
 pub mod app;
 pub mod files;

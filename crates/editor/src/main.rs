@@ -10,12 +10,13 @@ use cotan_editor::rescue;
 use cotan_io::Printable;
 use eframe::egui;
 
-/// Edit a triangle mesh by hand: drag a handle, and the surface follows with its details turned and
-/// scaled.
+/// Edit a triangle mesh by hand: drag a handle, and the surface follows with its details turned
+/// and scaled.
 #[derive(Debug, Parser)]
 #[command(version)]
 struct Arguments {
-    /// The mesh: .obj, .ply, .off, .stl, .gltf or .glb, also with .gz behind; a sample without one.
+    /// The mesh: .obj, .ply, .off, .stl, .gltf or .glb, also with .gz behind; a sample without
+    /// one.
     mesh: Option<PathBuf>,
     /// Handles to begin with, as `cotan deform` takes them.
     #[arg(long, value_name = "FILE", requires = "mesh")]
@@ -47,7 +48,7 @@ fn main() -> ExitCode {
     if let Err(error) = cotan_tool::interrupt::remove_files_on_signals() {
         eprintln!("warning: a signal may leave a temporary file behind: {error}");
     }
-    // What a missing system library makes of starting a window is no concern of a person's.
+    // A missing system library may cause a panic while the window is opened.
     let outcome = catch_unwind(AssertUnwindSafe(|| run(arguments)));
     match outcome {
         Ok(Ok(())) => ExitCode::SUCCESS,
@@ -91,7 +92,7 @@ fn run(arguments: Arguments) -> Result<(), String> {
     eframe::run_native("cotan", options, made).map_err(|error| no_window(&error))
 }
 
-/// Why there is no window, without where in its libraries the system's answer was found.
+/// Explains why there is no window, without the source locations that the libraries add.
 fn no_window(error: &eframe::Error) -> String {
     let problem = match error {
         eframe::Error::AppCreation(problem) => problem.to_string(),

@@ -1,7 +1,8 @@
-//! Measures the shape that is seen, beside the window: errors, and a field to colour the mesh by.
+//! Measures the shape that is shown, on a thread of its own: errors, and a field that colours the
+//! mesh.
 //!
-//! Only the newest shape counts: what comes while one is being measured waits, and is replaced by
-//! what comes next.
+//! Only the newest shape counts: one that arrives during a measurement waits and is replaced by
+//! the next.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex};
@@ -16,30 +17,30 @@ use cotan_tool::ColorScale;
 
 use crate::newest::{Newest, lock};
 
-/// What the mesh is coloured by.
+/// The quantity that colours the mesh.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Field {
-    /// One colour.
+    /// A single colour.
     #[default]
     Plain,
     /// The mean curvature.
     Curvature,
-    /// What every vertex adds to E_p.
+    /// The contribution of each vertex to E_p.
     Parameterization,
-    /// What every vertex adds to E_g.
+    /// The contribution of each vertex to E_g.
     Geometry,
-    /// How the area around every vertex has grown.
+    /// The change of the area around each vertex.
     Area,
-    /// The greatest change of a dihedral angle at every vertex.
+    /// The largest change of a dihedral angle at each vertex.
     Bending,
-    /// The greatest σ1 of the faces around every vertex.
+    /// The largest σ1 of the faces around each vertex.
     Stretch,
-    /// The greatest 1/σ2 of them.
+    /// The largest 1/σ2 of the faces around each vertex.
     Compression,
 }
 
 impl Field {
-    /// All of them, in the order of the list.
+    /// All fields, in the order of the list.
     pub const ALL: [Self; 8] = [
         Self::Plain,
         Self::Curvature,
@@ -51,7 +52,7 @@ impl Field {
         Self::Compression,
     ];
 
-    /// What the list calls it.
+    /// The name in the list.
     pub fn name(self) -> &'static str {
         match self {
             Self::Plain => "Plain",
@@ -84,26 +85,26 @@ impl Field {
 pub struct Subject {
     /// The mesh.
     pub mesh: Arc<ProcessingMesh>,
-    /// What it is compared with.
+    /// The shape to compare with.
     pub original: Arc<Positions<f64>>,
-    /// The shape.
+    /// The shape to measure.
     pub shape: Arc<Positions<f64>>,
-    /// What the colours are to show.
+    /// The field that colours the mesh.
     pub field: Field,
 }
 
-/// What was measured.
+/// The result of a measurement.
 #[derive(Clone, Debug)]
 pub struct Reading {
-    /// Of which shape.
+    /// The shape that was measured.
     pub shape: Arc<Positions<f64>>,
-    /// E_p and E_g; `None` where they cannot be measured.
+    /// E_p and E_g, or `None` if they cannot be measured.
     pub errors: Option<ShapeErrors>,
-    /// Scale and colours of the field, one a vertex.
+    /// The field with its scale and one colour per vertex.
     pub colors: Option<(Field, ColorScale, Vec<[u8; 3]>)>,
 }
 
-/// The thread that measures.
+/// The measuring thread.
 #[derive(Debug)]
 pub struct Meter {
     shared: Arc<Shared>,
@@ -123,10 +124,10 @@ impl std::fmt::Debug for Shared {
 }
 
 impl Meter {
-    /// Starts the thread; `notify` is called from it when there is a reading.
+    /// Starts the thread. `notify` is called from it when there is a reading.
     ///
     /// # Errors
-    /// If the system has no thread for it.
+    /// Fails if the system cannot start a thread.
     pub fn start(notify: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
         let shared = Arc::new(Shared {
             subjects: Newest::new(),
@@ -139,7 +140,7 @@ impl Meter {
             .spawn(move || {
                 let mut next = own.subjects.wait();
                 while let Some(subject) = next {
-                    // A shape that cannot be measured has no reading; that is all there is to lose.
+                    // If a measurement panics, only its reading is lost.
                     let measured = catch_unwind(AssertUnwindSafe(|| own.measure(subject)));
                     next = measured.unwrap_or_else(|_| own.subjects.wait());
                 }
@@ -150,12 +151,12 @@ impl Meter {
         })
     }
 
-    /// Asks for a reading.
+    /// Requests a measurement.
     pub fn post(&self, subject: Subject) {
         self.shared.subjects.post(|_| subject);
     }
 
-    /// The newest reading, if it was not taken yet.
+    /// Takes the newest reading, if it was not taken yet.
     pub fn take(&self) -> Option<Reading> {
         lock(&self.shared.reading).take()
     }
@@ -171,7 +172,8 @@ impl Drop for Meter {
 }
 
 impl Shared {
-    /// Measures shapes as long as they are compared with the same one; returns the first other.
+    /// Measures shapes as long as they are compared with the same original. Returns the first
+    /// subject with another one.
     fn measure(&self, first: Subject) -> Option<Subject> {
         let mesh = Arc::clone(&first.mesh);
         let original = Arc::clone(&first.original);
@@ -226,7 +228,7 @@ fn read(subject: &Subject, comparison: Option<&ShapeComparison<'_, f64>>) -> Rea
     }
 }
 
-/// The greatest change of a dihedral angle at the edges of every vertex, in degrees.
+/// The largest change of a dihedral angle at the edges of each vertex, in degrees.
 fn bending(subject: &Subject) -> Option<VertexMap<f64>> {
     let mesh = subject.mesh.mesh();
     let original = Surface::new(mesh, &subject.original).ok()?;
@@ -236,8 +238,8 @@ fn bending(subject: &Subject) -> Option<VertexMap<f64>> {
     Some(mesh.vertices().map(greatest).collect())
 }
 
-/// The greatest of a quantity of the singular values of the faces around every vertex; no number
-/// where no face has an area.
+/// The maximum of `value` over the singular values of the faces around each vertex; NaN where no
+/// face has an area.
 fn stretch(subject: &Subject, value: impl Fn([f64; 2]) -> f64) -> Option<VertexMap<f64>> {
     let mesh = subject.mesh.mesh();
     let original = Surface::new(mesh, &subject.original).ok()?;
@@ -252,7 +254,7 @@ mod tests {
     use super::*;
     use nalgebra::Point3;
 
-    /// A sphere drawn out to twice its length.
+    /// Measures a sphere stretched to twice its length.
     fn drawn_out(field: Field) -> (ColorScale, Vec<[u8; 3]>) {
         let shape = cotan::shapes::icosphere::<f64>(2);
         let corners = shape.to_triangles();
@@ -278,10 +280,10 @@ mod tests {
             let (scale, colors) = drawn_out(field);
             assert_eq!((colors.len(), scale.title()), (162, field.title()));
         }
-        // ln 2 where it is drawn out most.
+        // ln 2 where the stretch is largest.
         let [low, high] = drawn_out(Field::Stretch).0.range();
         assert!(low == -high && (0.6..0.8).contains(&high), "{high}");
-        // Nothing is compressed by more than the faces across the length.
+        // Stretching along one axis compresses nothing: σ2 is at least 1 everywhere.
         let [_, high] = drawn_out(Field::Compression).0.range();
         assert!(high < 0.1, "{high}");
         let [low, high] = drawn_out(Field::Bending).0.range();

@@ -1,8 +1,8 @@
-//! A box of letters that holds one: what is put in takes the place of what was not taken yet.
+//! A channel that keeps only the latest value: a new one replaces the one not yet received.
 
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
-/// Between a window that asks and a thread that works.
+/// A channel between the window and a worker thread.
 #[derive(Debug)]
 pub(crate) struct Newest<T> {
     inside: Mutex<Inside<T>>,
@@ -15,7 +15,7 @@ struct Inside<T> {
     is_closed: bool,
 }
 
-/// What is in the box right now.
+/// The content of the channel at one moment.
 pub(crate) enum Look<T> {
     Letter(T),
     Nothing,
@@ -33,7 +33,7 @@ impl<T> Newest<T> {
         }
     }
 
-    /// Puts in what `make` makes of the letter that was not taken yet, if there is one.
+    /// Stores the value that `make` returns, given the value that was not received yet, if any.
     pub(crate) fn post(&self, make: impl FnOnce(Option<T>) -> T) {
         let mut inside = lock(&self.inside);
         let unseen = inside.letter.take();
@@ -42,13 +42,13 @@ impl<T> Newest<T> {
         self.wake.notify_one();
     }
 
-    /// There will be no more.
+    /// Closes the channel.
     pub(crate) fn close(&self) {
         lock(&self.inside).is_closed = true;
         self.wake.notify_one();
     }
 
-    /// Waits for a letter; `None` when the box is closed.
+    /// Waits for a value. Returns `None` once the channel is closed.
     pub(crate) fn wait(&self) -> Option<T> {
         let mut inside = lock(&self.inside);
         loop {
@@ -76,7 +76,7 @@ impl<T> Newest<T> {
     }
 }
 
-/// The data behind a lock, also after a thread has panicked: every value is whole at all times.
+/// Locks a mutex even if a thread panicked while holding it. The data is consistent at all times.
 pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,7 +1,7 @@
-//! What is put aside while the program breaks down.
+//! Saving the work when the program crashes.
 //!
-//! The window hands over its work with every frame (a few pointers); a panic anywhere writes it to
-//! the autosave, before anything else happens.
+//! The window hands over its work in every frame (a few pointers). A panic in any thread writes
+//! it to the autosave before anything else happens.
 
 use std::panic::PanicHookInfo;
 use std::path::PathBuf;
@@ -15,7 +15,7 @@ use crate::files::{Autosave, AutosaveError, Fingerprint};
 use crate::handle_groups::groups_of;
 use crate::scene::HandleGroup;
 
-/// A person's work, as it is seen.
+/// The user's work as it is shown.
 #[derive(Clone, Debug)]
 pub(crate) struct Work {
     pub(crate) mesh: PathBuf,
@@ -28,7 +28,7 @@ pub(crate) struct Work {
 }
 
 impl Work {
-    /// Puts it aside.
+    /// Writes the work to the autosave.
     pub(crate) fn write(&self, autosave: &Autosave) -> Result<(), AutosaveError> {
         let groups = groups_of(&self.handles, &self.processing);
         let is_reshaped = *self.rest != *self.processing.positions();
@@ -40,24 +40,24 @@ impl Work {
     }
 }
 
-/// The work at hand, and where it goes.
+/// The current work and its autosave.
 static AT_HAND: Mutex<Option<(Arc<Autosave>, Work)>> = Mutex::new(None);
 
-/// Hands over the work that a panic must not take.
+/// Stores the work to be saved on a panic.
 pub(crate) fn keep(autosave: &Arc<Autosave>, work: Work) {
     *crate::newest::lock(&AT_HAND) = Some((Arc::clone(autosave), work));
 }
 
-/// There is nothing to lose.
+/// Clears the stored work: there is nothing to lose.
 pub(crate) fn forget() {
     *crate::newest::lock(&AT_HAND) = None;
 }
 
-/// From now on every panic, in any thread, puts the work aside before it is told.
+/// Installs a panic hook that saves the work before the panic is reported, in any thread.
 pub fn install() {
     let tell = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |info: &PanicHookInfo<'_>| {
-        // A panic within this very lock would wait for itself.
+        // A panic while this lock is held would deadlock.
         let at_hand = match AT_HAND.try_lock() {
             Ok(guard) => guard,
             Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),

@@ -1,7 +1,8 @@
-//! What is edited: the mesh, its handles and settings, and how it was before.
+//! The document being edited: the mesh, its handles and settings, and the undo history.
 //!
-//! A [`Scene`] is a value that never changes: an edit makes a new one, which shares what is the
-//! same. So undo is a list of scenes, and the solver can hold one while the next is made.
+//! A [`Scene`] is immutable: an edit makes a new one that shares the unchanged parts with the old
+//! one. Undo is therefore a list of scenes, and the solver can hold one while the next is being
+//! made.
 
 use std::sync::Arc;
 
@@ -11,43 +12,44 @@ use cotan::linear::Hold;
 use cotan::{DeformOptions, Handles, Motion};
 use nalgebra::{Matrix4, Point3, Vector3};
 
-/// Vertices that a person holds.
+/// A group of vertices held by the user.
 #[derive(Clone, PartialEq, Debug)]
 pub struct HandleGroup {
-    /// What the list of handles calls it.
+    /// The name shown in the list of handles.
     pub name: String,
-    /// Sorted, each once.
+    /// The vertices, sorted and without duplicates.
     pub vertices: Vec<VertexId>,
-    /// Whether a person means to move it.
+    /// The role: fixed or movable.
     pub role: Role,
-    /// Where it was when it was made.
+    /// The positions of the vertices when the group was made.
     pub origin: Origin,
-    /// How it was moved from there.
+    /// The motion applied to the group since then.
     pub matrix: Matrix4<f64>,
-    /// Exactly or by springs.
+    /// The kind of constraint: exact or by springs.
     pub hold: Hold,
 }
 
-/// Whether a group is there to be moved.
+/// The role of a group of handles.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Role {
-    /// It stays where it is.
+    /// The group stays where it is.
     Fixed,
-    /// It can be dragged.
+    /// The group can be dragged.
     Movable,
 }
 
-/// Where the vertices of a group were when it was made.
+/// The positions of a group's vertices when it was made.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Origin {
-    /// Where they are in the rest shape.
+    /// The positions in the rest shape.
     Rest,
-    /// Each at its own place, in the order of the vertices: made on a deformed shape, or read.
+    /// One position per vertex, in the order of `vertices`: the group was made on a deformed
+    /// shape or read from a file.
     Places(Vec<Point3<f64>>),
 }
 
 impl HandleGroup {
-    /// A group at the places that its vertices have in `shape`.
+    /// Makes a group whose vertices are held at their positions in `shape`.
     pub fn new(
         name: String,
         vertices: Vec<VertexId>,
@@ -73,7 +75,7 @@ impl HandleGroup {
         }
     }
 
-    /// The motion as a job takes it.
+    /// Returns the motion in the form that a deformation takes.
     pub fn job_motion(&self) -> Motion<f64> {
         let is_still = self.matrix == Matrix4::identity();
         match &self.origin {
@@ -87,7 +89,7 @@ impl HandleGroup {
         }
     }
 
-    /// The middle of the group before it was moved, in a rest shape.
+    /// The centroid of the group before it was moved, given the rest shape.
     pub fn pivot(&self, rest: &Positions<f64>) -> Point3<f64> {
         let share = 1.0 / self.vertices.len().max(1) as f64;
         let mut sum = Vector3::zeros();
@@ -101,7 +103,7 @@ impl HandleGroup {
         Point3::from(sum)
     }
 
-    /// The middle of the group where it is now.
+    /// The centroid of the group at its current position.
     pub fn center(&self, rest: &Positions<f64>) -> Point3<f64> {
         self.matrix.transform_point(&self.pivot(rest))
     }
@@ -110,22 +112,22 @@ impl HandleGroup {
 /// One state of everything that an edit can change.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// What led here, for the names of undo and redo.
+    /// The edit that led here, used to name undo and redo.
     pub label: String,
-    /// The shape that deformation keeps to: the file's, or what smoothing made of it.
+    /// The rest shape of the deformation: as read from the file or as left by a smoothing job.
     pub rest: Arc<Positions<f64>>,
-    /// The shape that is seen and saved.
+    /// The shape that is shown and saved.
     pub shape: Arc<Positions<f64>>,
-    /// Whether the shape follows its handles to the end, as far as the tolerance asks.
+    /// `true` if the shape has converged to its handles, within the tolerance.
     pub is_settled: bool,
-    /// Who holds the mesh.
+    /// The handles that hold the mesh.
     pub handles: Arc<Vec<HandleGroup>>,
-    /// How it follows.
+    /// The options of the deformation.
     pub options: DeformOptions,
 }
 
 impl Scene {
-    /// A mesh as it was opened.
+    /// Makes the scene of a mesh that was just opened.
     pub fn new(positions: Arc<Positions<f64>>) -> Self {
         Self {
             label: "Open".to_owned(),
@@ -137,8 +139,10 @@ impl Scene {
         }
     }
 
-    /// The handles as a job takes them, with what no handle holds held still by a last group: each
-    /// connected part needs one. `loose` are the vertices of those parts.
+    /// Builds the handles of a deformation.
+    ///
+    /// Each connected part needs a handle, so a last group fixes the vertices in `loose`, those
+    /// of the parts that have none.
     pub fn job_handles(handles: &[HandleGroup], loose: &[VertexId]) -> Handles<f64> {
         let mut all = Handles::new();
         for group in handles {
@@ -154,27 +158,28 @@ impl Scene {
     }
 }
 
-/// The command line's defaults, but to a tolerance at which two ways to a shape end at the same
-/// one.
+/// The defaults of the command line, with a tolerance tight enough that two paths to a shape end
+/// at the same shape.
 pub fn editor_options() -> DeformOptions {
     DeformOptions::default().tolerance(SETTLED)
 }
 
-/// Of the diagonal: what is left is far below a pixel, and 1e-6 of the box is safely met.
+/// Tolerance relative to the diagonal. The remaining change is far below a pixel, and 1e-6 of the
+/// bounding box is met with a margin.
 const SETTLED: f64 = 1e-9;
 
-/// Scenes in the order in which they were made, and which of them is seen.
+/// The scenes in the order in which they were made, and the one that is shown.
 #[derive(Debug)]
 pub struct History {
     past: Vec<Scene>,
     present: Scene,
     future: Vec<Scene>,
-    /// How many edits lie before the present, in all: also those that were forgotten.
+    /// Number of edits before the present one, including those that were dropped.
     count: u64,
 }
 
 impl History {
-    /// Begins with a scene.
+    /// Starts a history with one scene.
     pub fn new(scene: Scene) -> Self {
         Self {
             past: Vec::new(),
@@ -184,22 +189,24 @@ impl History {
         }
     }
 
-    /// What is seen.
+    /// The scene that is shown.
     pub fn present(&self) -> &Scene {
         &self.present
     }
 
-    /// The present, to follow what the solver makes of it; no step of its own.
+    /// The scene that is shown, to be updated as the solver proceeds. This adds no undo step.
     pub fn present_mut(&mut self) -> &mut Scene {
         &mut self.present
     }
 
-    /// A number that differs between any two states of one history that are an edit apart.
+    /// A number that differs between any two states of the history that are one edit apart.
     pub fn position(&self) -> u64 {
         self.count
     }
 
-    /// Goes on to a new scene; what was undone is forgotten, and so are scenes long past.
+    /// Appends a new scene.
+    ///
+    /// Drops the scenes that were undone, and the oldest ones beyond the limit.
     pub fn push(&mut self, scene: Scene) {
         self.future.clear();
         self.count += 1;
@@ -208,17 +215,17 @@ impl History {
         self.past.drain(..forgotten);
     }
 
-    /// What undo would take back, if there is something.
+    /// The label of the edit that undo would revert, if any.
     pub fn undo_label(&self) -> Option<&str> {
         (!self.past.is_empty()).then_some(self.present.label.as_str())
     }
 
-    /// What redo would do again, if there is something.
+    /// The label of the edit that redo would repeat, if any.
     pub fn redo_label(&self) -> Option<&str> {
         self.future.last().map(|scene| scene.label.as_str())
     }
 
-    /// Goes back by one edit.
+    /// Goes back by one edit. Returns `false` if there is none.
     pub fn undo(&mut self) -> bool {
         let Some(scene) = self.past.pop() else {
             return false;
@@ -229,7 +236,7 @@ impl History {
         true
     }
 
-    /// Goes forward by one edit that was undone.
+    /// Repeats one edit that was undone. Returns `false` if there is none.
     pub fn redo(&mut self) -> bool {
         let Some(scene) = self.future.pop() else {
             return false;
@@ -239,14 +246,14 @@ impl History {
         true
     }
 
-    /// Scenes that fit the memory meant for them.
+    /// The number of past scenes that fit in the memory reserved for them.
     fn most_past(&self) -> usize {
         let bytes = self.present.shape.len().max(1) * size_of::<Point3<f64>>();
         (MOST_BYTES / bytes).clamp(20, 1000)
     }
 }
 
-/// Positions of past scenes, which mostly differ.
+/// Memory for the positions of past scenes, which mostly differ.
 const MOST_BYTES: usize = 512 << 20;
 
 #[cfg(test)]
@@ -301,7 +308,7 @@ mod tests {
         assert_eq!(group.job_motion(), Motion::Stay);
         group.matrix = Matrix4::new_translation(&Vector3::z());
         assert_eq!(group.center(&rest), Point3::new(1.0, 0.0, 1.0));
-        // Made on a deformed shape, it is held where it is there.
+        // A group made on a deformed shape is held where it is in that shape.
         let bent = rest.map(|p| p + Vector3::y());
         let made = HandleGroup::new("B".to_owned(), all, Role::Fixed, &rest, &bent);
         assert_eq!(made.center(&rest), Point3::new(1.0, 1.0, 0.0));

@@ -1,7 +1,7 @@
-//! The thread that solves beside the drawing.
+//! The solver thread.
 //!
-//! The window posts [`Goal`]s, of which only the newest counts, and takes [`Update`]s, of which it
-//! only ever sees the newest. Neither waits for the other.
+//! The window posts [`Goal`]s and takes [`Update`]s. Only the newest goal counts, only the newest
+//! update is kept, and neither side waits for the other.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -20,84 +20,86 @@ use nalgebra::Vector3;
 use crate::newest::{Look, Newest, lock};
 use crate::scene::{HandleGroup, Scene};
 
-/// Where the shape is to go.
+/// The shape that the solver should reach.
 #[derive(Clone, Debug)]
 pub struct Goal {
-    /// Grows with every goal; comes back in the updates.
+    /// Tag of the goal, increasing with every goal and repeated in its updates.
     pub tag: u64,
     /// The mesh.
     pub mesh: Arc<ProcessingMesh>,
-    /// The shape that the deformation keeps to.
+    /// The rest shape of the deformation.
     pub rest: Arc<Positions<f64>>,
-    /// Who holds it, and where.
+    /// The handles and their current positions.
     pub handles: Arc<Vec<HandleGroup>>,
-    /// How it follows.
+    /// The options of the deformation.
     pub options: DeformOptions,
-    /// The shape to go on from, if not the solver's own.
+    /// The shape to start from, if not the solver's own.
     pub shape: Option<Arc<Positions<f64>>>,
-    /// Whether there is anything to do.
+    /// The kind of work to do.
     pub pace: Pace,
-    /// When the pointer said so.
+    /// The time of the pointer event.
     pub posted: Instant,
 }
 
-/// What the solver does about a goal.
+/// The kind of work that a goal asks for.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Pace {
-    /// A handle is held: whole steps (an updating ratio of 1).
+    /// A handle is being dragged: full steps (an updating ratio of 1).
     Held,
-    /// It has been let go of: to rest, by the schedule and acceleration of the options.
+    /// The handle was released: iterate to convergence with the schedule and acceleration of the
+    /// options.
     Settle,
-    /// Nothing: the shape is exactly what it is to be, until the next goal.
+    /// No work: the shape is final until the next goal.
     Still,
 }
 
-/// What the solver has come to.
+/// A result of the solver.
 #[derive(Clone, Debug)]
 pub struct Update {
     /// The tag of the goal that this answers.
     pub tag: u64,
     /// The shape.
     pub shape: Arc<Positions<f64>>,
-    /// Its normals, for the picture.
+    /// The vertex normals of the shape, for rendering.
     pub normals: Arc<VertexMap<Vector3<f64>>>,
-    /// Whether more will come without a new goal.
+    /// The state of the solver, which says whether more updates will follow.
     pub state: State,
-    /// When the goal was posted, when the solver took it up, and when it was done.
+    /// The times when the goal was posted, when the solver took it up, and when the step was
+    /// done.
     pub times: [Instant; 3],
 }
 
-/// What the solver is doing.
+/// The state of the solver.
 #[derive(Clone, PartialEq, Debug)]
 pub enum State {
-    /// There are no handles, or nothing was asked for.
+    /// There are no handles, or there was no request.
     Idle,
     /// The system is being factorized.
     Preparing,
-    /// It steps.
+    /// The solver is iterating.
     Running,
-    /// The shape has settled within the tolerance, or to rounding.
+    /// The shape has converged, within the tolerance or to rounding.
     Settled,
-    /// It cannot go on: why.
+    /// The solver failed, for the given reason.
     Failed(String),
 }
 
-/// One step, for the numbers and the plot.
+/// The figures of one step, for the display and the plot.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Sample {
     /// Iterations since the handles were set up.
     pub iteration: usize,
-    /// The longest move of the step, relative to the diagonal.
+    /// The largest displacement in this step, relative to the diagonal.
     pub change: f64,
-    /// What a whole plain step would move.
+    /// The largest displacement that a full plain step would make.
     pub residual: f64,
     /// The energy, for orientations that have one.
     pub energy: Option<f64>,
-    /// What the step took, all but the making of this picture.
+    /// Duration of the step, without the time to prepare the picture.
     pub milliseconds: f64,
 }
 
-/// The thread, and what it shares with the window.
+/// The solver thread and the state it shares with the window.
 #[derive(Debug)]
 pub struct Solver {
     shared: Arc<Shared>,
@@ -111,7 +113,7 @@ struct Shared {
     samples: Mutex<Vec<Sample>>,
     /// Tells the window that there is something new.
     notify: Box<dyn Fn() + Send + Sync>,
-    /// For tests of what a panic leaves behind.
+    /// Makes the next step panic, for tests of crash recovery.
     panics: AtomicBool,
 }
 
@@ -122,10 +124,10 @@ impl std::fmt::Debug for Shared {
 }
 
 impl Solver {
-    /// Starts the thread; `notify` is called from it whenever there is something new.
+    /// Starts the thread. `notify` is called from it whenever there is something new.
     ///
     /// # Errors
-    /// If the system has no thread for it.
+    /// Fails if the system cannot start a thread.
     pub fn start(notify: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
         let shared = Arc::new(Shared {
             goals: Newest::new(),
@@ -145,7 +147,7 @@ impl Solver {
         })
     }
 
-    /// Gives the solver a new goal in the place of any that it has not taken up yet.
+    /// Posts a new goal, which replaces any goal not taken up yet.
     pub fn post(&self, mut goal: Goal) {
         self.shared.goals.post(|unseen| {
             if let Some(unseen) = unseen
@@ -153,19 +155,19 @@ impl Solver {
                 && Arc::ptr_eq(&unseen.mesh, &goal.mesh)
                 && Arc::ptr_eq(&unseen.rest, &goal.rest)
             {
-                // A shape to begin from is not lost because the pointer went on.
+                // A starting shape must survive being replaced by a goal without one.
                 goal.shape = unseen.shape;
             }
             goal
         });
     }
 
-    /// The newest shape, if there is one that was not taken yet.
+    /// Takes the newest update, if it was not taken yet.
     pub fn take(&self) -> Option<Update> {
         lock(&self.shared.latest).take()
     }
 
-    /// What the solver is doing, and by what strategy it solves.
+    /// The state of the solver and the strategy it solves with.
     pub fn state(&self) -> (State, String) {
         lock(&self.shared.state).clone()
     }
@@ -175,12 +177,12 @@ impl Solver {
         lock(&self.shared.samples).clone()
     }
 
-    /// Forgets the steps so far.
+    /// Clears the recorded steps.
     pub fn clear_samples(&self) {
         lock(&self.shared.samples).clear();
     }
 
-    /// Makes the thread panic at its next step: for tests of what that leaves behind.
+    /// Makes the thread panic at its next step, for tests of crash recovery.
     pub fn provoke_panic(&self) {
         self.shared.panics.store(true, Ordering::Relaxed);
     }
@@ -190,13 +192,14 @@ impl Drop for Solver {
     fn drop(&mut self) {
         self.shared.goals.close();
         if let Some(thread) = self.thread.take() {
-            // It ends after the step at hand; that it panicked was told when it happened.
+            // The thread ends after the current step. A panic was already reported when it
+            // happened.
             let _ = thread.join();
         }
     }
 }
 
-/// What becomes of a goal when the next is looked at.
+/// The next event for the solver thread.
 enum Next {
     Goal(Box<Goal>),
     Closed,
@@ -219,8 +222,10 @@ fn serve(shared: &Shared) {
     }
 }
 
-/// Follows goals on one mesh and rest shape, with one factorization for all it can; returns the
-/// first goal that asks for another.
+/// Follows the goals that share one mesh and rest shape, reusing the factorization where
+/// possible.
+///
+/// Returns the first goal that needs another one.
 fn follow(shared: &Shared, first: Goal) -> Next {
     let mesh = Arc::clone(&first.mesh);
     let rest = Arc::clone(&first.rest);
@@ -263,7 +268,8 @@ fn follow(shared: &Shared, first: Goal) -> Next {
         .as_ref()
         .is_some_and(|shape| Arc::ptr_eq(shape, &rest))
     {
-        // From its rest shape a session starts better by itself: with the rotations of the handles.
+        // From its rest shape a session starts better by itself, with the rotations of the
+        // handles.
         goal.shape = None;
     }
     let mut tracker = Tracker {
@@ -297,7 +303,7 @@ fn follow(shared: &Shared, first: Goal) -> Next {
                 tracker.taken = Instant::now();
                 if let Err(error) = session.set_handles(&jobs(&next)) {
                     shared.tell(State::Failed(error.to_string()));
-                    // The handles at hand stay; the next goal may be sound.
+                    // The current handles stay. The next goal may be valid.
                     goal.pace = Pace::Still;
                     goal.tag = next.tag;
                     continue;
@@ -311,7 +317,7 @@ fn follow(shared: &Shared, first: Goal) -> Next {
     }
 }
 
-/// Brings shape and schedule of a goal into a session that has its handles.
+/// Applies the shape and schedule of a goal to a session that already has its handles.
 fn take_up(session: &mut Session<f64>, goal: &Goal) -> Result<(), cotan::Error> {
     if let Some(shape) = &goal.shape {
         session.set_shape(shape)?;
@@ -322,7 +328,7 @@ fn take_up(session: &mut Session<f64>, goal: &Goal) -> Result<(), cotan::Error> 
     })
 }
 
-/// The vertices of connected parts that no handle holds.
+/// The vertices of the connected parts that no handle holds.
 fn loose_vertices(
     mesh: &ProcessingMesh,
     components: &cotan::halfedge::Components,
@@ -337,7 +343,7 @@ fn loose_vertices(
 }
 
 impl Goal {
-    /// Whether the factorization for another goal may serve.
+    /// Returns `true` if the factorization for another goal can be reused.
     fn has_system_of(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.mesh, &other.mesh)
             && Arc::ptr_eq(&self.rest, &other.rest)
@@ -354,7 +360,7 @@ impl Shared {
         }
     }
 
-    /// A new goal, if there is one.
+    /// Returns a new goal, if there is one.
     fn peek(&self) -> Option<Next> {
         match self.goals.look() {
             Look::Letter(goal) => Some(Next::Goal(Box::new(goal))),
@@ -373,16 +379,16 @@ impl Shared {
     }
 }
 
-/// Makes steps and shows them.
+/// Runs steps and publishes their results.
 struct Tracker<'a> {
     shared: &'a Shared,
     mesh: &'a ProcessingMesh,
-    /// When the goal at hand was taken up.
+    /// The time when the current goal was taken up.
     taken: Instant,
 }
 
 impl Tracker<'_> {
-    /// One step; returns the state in which the goal has ended, if it has.
+    /// Runs one step. Returns the final state of the goal if it has ended.
     fn step(&mut self, session: &mut Session<f64>, goal: &Goal) -> Option<State> {
         assert!(
             !self.shared.panics.swap(false, Ordering::Relaxed),
@@ -423,7 +429,7 @@ impl Tracker<'_> {
         let shape = session.positions();
         let normals = match Surface::new(self.mesh.mesh(), &shape) {
             Ok(surface) => surface.vertex_normals(),
-            // A step to a shape that is none was told of above.
+            // A step to an invalid shape was already reported above.
             Err(_) => return,
         };
         *lock(&self.shared.latest) = Some(Update {
@@ -436,7 +442,7 @@ impl Tracker<'_> {
     }
 }
 
-/// The plot shows no more, and a handle may be held for hours.
+/// The limit of the recorded steps. The plot shows no more, and a handle may be held for hours.
 const MOST_SAMPLES: usize = 4000;
 
 fn sample(step: &StepReport, milliseconds: f64) -> Sample {
@@ -486,7 +492,7 @@ mod tests {
         }
     }
 
-    /// The last update once the solver has nothing more to do about `tag`.
+    /// Waits until the solver is done with `tag` and returns its last update.
     fn settled(solver: &Solver, tag: u64) -> Update {
         let deadline = Instant::now() + Duration::from_secs(60);
         let mut last: Option<Update> = None;

@@ -1,20 +1,20 @@
-//! One longer job at a time, beside the window: it tells how far it is, and can be cancelled.
+//! A longer job on a thread of its own, one at a time, with progress and cancellation.
 
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, mpsc};
 
-/// A job that runs.
+/// A running job.
 #[derive(Debug)]
 pub struct Task<T> {
-    /// What it does, for the progress bar.
+    /// The name shown next to the progress bar.
     pub name: String,
     control: Arc<Control>,
     result: mpsc::Receiver<Result<T, TaskError>>,
 }
 
-/// What a job and its window share.
+/// The state shared by a job and its window.
 #[derive(Debug, Default)]
 pub struct Control {
     is_cancelled: AtomicBool,
@@ -22,22 +22,22 @@ pub struct Control {
     of: AtomicUsize,
 }
 
-/// Why a job has no result.
+/// The reason why a job has no result.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 pub enum TaskError {
-    /// It was asked to stop.
+    /// The job was cancelled.
     #[error("cancelled")]
     Cancelled,
-    /// It cannot be done: why.
+    /// The job failed, for the given reason.
     #[error("{0}")]
     Failed(String),
-    /// A fault of this program.
+    /// The job panicked, which is a bug in this program.
     #[error("the job broke down, which is a fault of this program; your mesh is as it was before")]
     Panicked,
 }
 
 impl Control {
-    /// Tells how far the job is, and asks whether to go on.
+    /// Reports progress. Returns `Break` if the job was cancelled.
     pub fn advance(&self, done: usize, of: usize) -> ControlFlow<()> {
         self.done.store(done, Ordering::Relaxed);
         self.of.store(of, Ordering::Relaxed);
@@ -49,10 +49,10 @@ impl Control {
 }
 
 impl<T: Send + 'static> Task<T> {
-    /// Starts `work` on a thread of its own; `notify` is called when it has ended.
+    /// Starts `work` on a new thread and calls `notify` when it has ended.
     ///
     /// # Errors
-    /// If the system has no thread for it.
+    /// Fails if the system cannot start a thread.
     pub fn start(
         name: impl Into<String>,
         notify: impl Fn() + Send + 'static,
@@ -65,7 +65,7 @@ impl<T: Send + 'static> Task<T> {
             .name("job".to_owned())
             .spawn(move || {
                 let outcome = catch_unwind(AssertUnwindSafe(|| work(&own)));
-                // A window that has gone has no use for it.
+                // If the window is gone, nobody needs the result.
                 let _ = sender.send(outcome.unwrap_or(Err(TaskError::Panicked)));
                 notify();
             })?;
@@ -76,24 +76,24 @@ impl<T: Send + 'static> Task<T> {
         })
     }
 
-    /// Asks the job to stop. Its result, should it have one all the same, is still to be taken.
+    /// Asks the job to stop. The task must still be polled until it ends.
     pub fn cancel(&self) {
         self.control.is_cancelled.store(true, Ordering::Relaxed);
     }
 
-    /// Whether it was asked to stop.
+    /// Returns `true` if the job was asked to stop.
     pub fn is_cancelled(&self) -> bool {
         self.control.is_cancelled.load(Ordering::Relaxed)
     }
 
-    /// Which part is done, if the job knows.
+    /// The completed fraction, if the job reports it.
     pub fn progress(&self) -> Option<f32> {
         let of = self.control.of.load(Ordering::Relaxed);
         let done = self.control.done.load(Ordering::Relaxed);
         (of > 0).then(|| done as f32 / of as f32)
     }
 
-    /// The result, once there is one. What was cancelled has none.
+    /// Returns the result once there is one. The result of a cancelled job is discarded.
     pub fn poll(&self) -> Option<Result<T, TaskError>> {
         match self.result.try_recv() {
             Ok(_) if self.is_cancelled() => Some(Err(TaskError::Cancelled)),

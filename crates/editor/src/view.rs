@@ -1,8 +1,8 @@
-//! The 3D view: camera, picture, picking and selecting. It knows nothing of handles or jobs.
+//! The 3D view: camera, rendering, picking and selection. It does not depend on handles or jobs.
 //!
-//! Each frame a [`Camera`] looks into the rectangle that egui has for the picture, which gives a
-//! [`CameraSnapshot`]. The [`Renderer`] draws by it, from within a paint callback; the [`Picker`]
-//! tells by it what is under the pointer. `examples/view.rs` has all of it in one file.
+//! In each frame a [`Camera`] and the rectangle of the picture give a [`CameraSnapshot`]. The
+//! [`Renderer`] draws with it from a paint callback, and the [`Picker`] uses it to find what is
+//! under the pointer. `examples/view.rs` shows everything in one file.
 
 pub mod camera;
 pub mod pick;

@@ -342,9 +342,10 @@ impl<T: Scalar> FlowBuilder<T> {
             Acceleration::Memory(_) | Acceleration::Off => 0,
         };
         let updater = self.updater.unwrap_or_else(|| Box::new(KeepMagnitude));
-        let mut membrane_weight = 0.0;
+        let (mut membrane_weight, mut point_radius) = (0.0, 0.0);
         let mut descend = |mut energy: Box<dyn LocalGlobal<T>>, updater| {
             membrane_weight = energy.begin(&rest)?;
+            point_radius = energy.point_radius(&rest);
             Ok::<_, FlowError>(Box::new(Descent::new(updater, energy, memory)))
         };
         let rule: Box<dyn Rule<T>> = match self.stepping {
@@ -362,7 +363,7 @@ impl<T: Scalar> FlowBuilder<T> {
         let system =
             PreparedSystem::prepare_with(operator, &targets.held(), membrane, &self.system)?;
         let first = self.first_shape;
-        let work = Workspace {
+        let mut work = Workspace {
             current: Current::new(first.unwrap_or_else(|| rest.positions().clone())),
             start: rest.positions().clone(),
             field: rest.magnitudes().clone(),
@@ -371,12 +372,15 @@ impl<T: Scalar> FlowBuilder<T> {
             settings: self.settings,
             iteration: 0,
             since_move: 0,
+            point_handles: None,
+            point_radius,
             first_guess: None,
             rest,
             targets,
             system,
             membrane_weight,
         };
+        work.find_point_handles();
         Flow::begin(work, rule, self.start, &self.stated_turns)
     }
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use cotan_geometry::{Positions, Scalar, Surface};
 use cotan_halfedge::{HalfedgeMesh, VertexId};
 use cotan_linear::{Handle, Membrane, PreparedSystem};
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 use crate::builder::{FlowBuilder, Start, membrane};
 use crate::error::FlowError;
@@ -161,19 +161,35 @@ impl<T: Scalar> Flow<T> {
         let rest = &self.work.rest;
         let units = rest.box_units();
         let rounding = T::default_epsilon() * T::of_f64(UNMOVED);
+        let points = self.work.point_handles.as_ref();
+        let missing = points.zip(self.work.missing());
         let mut positions: Positions<T> = rest
             .original_positions()
             .values()
             .zip(rest.positions().values())
             .zip(self.box_positions().values())
-            .map(|((original, rest), now)| {
-                let way = now - rest;
+            .enumerate()
+            .map(|(i, ((original, rest), now))| {
+                let mut way = now - rest;
+                if let Some((points, factors)) = &missing {
+                    way += points.combine(factors, i).map(T::of_f64);
+                }
                 match way.iter().all(|x| x.abs() <= rounding) {
                     true => *original,
                     false => original + units.vector_from_box(way),
                 }
             })
             .collect();
+        if let Some(points) = points {
+            let at = |v: VertexId| {
+                let met = missing.as_ref();
+                let moved = met.map_or(Vector3::zeros(), |(p, f)| p.combine(f, v.index()));
+                self.box_positions()[v].coords.map(T::as_f64) + moved
+            };
+            points.bump(&self.work.targets, at, |i, way| {
+                positions.as_mut_slice()[i as usize] += units.vector_from_box(way.map(T::of_f64));
+            });
+        }
         if self.rule.pins_handles() {
             self.work.targets.pin_in_input(&mut positions);
         }
@@ -219,7 +235,11 @@ impl<T: Scalar> Flow<T> {
     /// [`FlowError`] as from [`FlowBuilder::build`]; nothing has changed then.
     pub fn set_handles(&mut self, handles: &[(Handle, Point3<T>)]) -> Result<(), FlowError> {
         let work = &mut self.work;
+        work.meet();
         let changed = work.targets.replace(handles, &mut work.system)?;
+        if changed == Changed::Yes {
+            work.find_point_handles();
+        }
         self.follow(changed);
         Ok(())
     }

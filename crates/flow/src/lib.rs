@@ -23,9 +23,11 @@ mod error;
 mod fit;
 mod flow;
 mod nearest_rotation;
+mod net;
 mod orientation;
 mod passes;
 mod per_rest;
+mod point_handles;
 mod projection;
 mod report;
 mod rest;
@@ -53,3 +55,8 @@ pub use schedule::Schedule;
 pub use start::FirstGuess;
 pub use state::FlowState;
 pub use updater::{KeepMagnitude, PrescribedField, RescaleByArea, ScalarFieldUpdater};
+
+/// Runs the example of the README as a doc test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

@@ -182,7 +182,7 @@ const LEAST_TURN: f64 = 1e-12;
 
 /// The smoothest field with the values of `field` at the handles, which is zero elsewhere, by the
 /// flow's own system: mismatch 0 − Lω, tension Σ s (ω_j − ω_i).
-fn spread<T: Scalar>(
+pub(crate) fn spread<T: Scalar>(
     work: &mut Workspace<T>,
     mut field: VertexMap<Vector3<f64>>,
 ) -> Result<VertexMap<Vector3<f64>>, FlowError> {

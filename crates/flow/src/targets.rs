@@ -133,18 +133,18 @@ impl<T: Scalar> Targets<T> {
         Changed::Yes
     }
 
-    /// Puts the hard handles on their targets, in box units.
-    pub(crate) fn pin(&self, positions: &mut Positions<T>) {
-        self.each_hard(&self.in_box, positions);
+    /// Puts the hard handles on their targets, in box units, except those that are kept.
+    pub(crate) fn pin(&self, positions: &mut Positions<T>, is_kept: impl Fn(VertexId) -> bool) {
+        for (handle, target) in self.handles.iter().zip(&self.in_box) {
+            if handle.hold == Hold::Hard && !is_kept(handle.vertex) {
+                positions[handle.vertex] = *target;
+            }
+        }
     }
 
     /// Puts the hard handles on their targets, in the units of the input.
     pub(crate) fn pin_in_input(&self, positions: &mut Positions<T>) {
-        self.each_hard(&self.in_input, positions);
-    }
-
-    fn each_hard(&self, targets: &[Point3<T>], positions: &mut Positions<T>) {
-        for (handle, target) in self.handles.iter().zip(targets) {
+        for (handle, target) in self.handles.iter().zip(&self.in_input) {
             if handle.hold == Hold::Hard {
                 positions[handle.vertex] = *target;
             }

@@ -10,6 +10,7 @@ use nalgebra::Vector3;
 
 use crate::current::Current;
 use crate::error::FlowError;
+use crate::point_handles::PointHandles;
 use crate::report::StepReport;
 use crate::rest::Rest;
 use crate::schedule::Schedule;
@@ -37,6 +38,10 @@ pub(crate) struct Workspace<T: Scalar> {
     pub(crate) iteration: usize,
     /// Iterations since a handle moved: 0 right after.
     pub(crate) since_move: usize,
+    /// The handles that pull at a disc; none for a rule without a membrane.
+    pub(crate) point_handles: Option<PointHandles>,
+    /// That of their discs, in box units.
+    pub(crate) point_radius: f64,
     /// The first guess of the rotations, until somebody has oriented by it.
     pub(crate) first_guess: Option<FirstGuess>,
 }
@@ -103,6 +108,27 @@ impl<T: Scalar> Workspace<T> {
         &mut self,
         tension: &mut VertexMap<Vector3<f64>>,
     ) -> Result<(), FlowError> {
+        self.measure_residual(tension);
+        let Terms {
+            mismatch,
+            pull,
+            residual,
+            correction,
+        } = &mut self.terms;
+        let defect = Defect::of_laplacian(mismatch)
+            .with_tension(tension)
+            .with_pull(pull);
+        self.system
+            .correct_residual(&defect, residual, correction)?;
+        if let Some(points) = &mut self.point_handles {
+            points.correct(residual, correction);
+        }
+        Ok(())
+    }
+
+    /// Writes half the negative gradient. `tension` is the wanted pull of the membrane's edges and
+    /// becomes what they pull beyond it.
+    pub(crate) fn measure_residual(&mut self, tension: &mut VertexMap<Vector3<f64>>) {
         let (rest, laplacian) = (&*self.rest, self.laplacian.as_slice());
         let missed = |i: usize, now| laplacian[i].map(T::as_f64) - now;
         let mismatch = self.terms.mismatch.as_mut_slice();
@@ -138,14 +164,9 @@ impl<T: Scalar> Workspace<T> {
             terms.residual = terms.correction.clone();
         }
         self.system.residual(&defect, &mut terms.residual);
-        let Terms {
-            residual,
-            correction,
-            ..
-        } = terms;
-        Ok(self
-            .system
-            .correct_residual(&defect, residual, correction)?)
+        if let Some(points) = &self.point_handles {
+            points.complete(&self.system, &defect, &mut terms.residual);
+        }
     }
 
     /// mismatch ← ℓ − L⁰x.
@@ -215,9 +236,47 @@ impl<T: Scalar> Workspace<T> {
         });
     }
 
-    /// Puts the hard handles on their targets.
+    /// Puts the hard handles on their targets, those that pull at a disc with the mesh around them.
     pub(crate) fn pin(&mut self) {
-        self.targets.pin(self.current.write());
+        let points = self.point_handles.as_ref();
+        let is_kept = |v| points.is_some_and(|p| p.contains(v));
+        self.targets.pin(self.current.write(), is_kept);
+        self.meet();
+    }
+
+    /// Finds the discs of the point handles.
+    pub(crate) fn find_point_handles(&mut self) {
+        self.point_handles = PointHandles::new(self, self.point_radius);
+    }
+
+    /// The factors of the correction that puts the point handles on their targets; `None` if they
+    /// are there.
+    pub(crate) fn missing(&self) -> Option<Vec<Vector3<f64>>> {
+        let points = self.point_handles.as_ref()?;
+        let misses = points.misses(&self.targets, self.current.positions())?;
+        Some(points.moving(&misses))
+    }
+
+    /// By how much a point handle misses its target at most, over the diagonal.
+    pub(crate) fn widest_miss(&self) -> f64 {
+        let points = self.point_handles.as_ref();
+        let misses = points.and_then(|p| p.misses(&self.targets, self.current.positions()));
+        let lengths = misses.iter().flatten().map(Vector3::norm);
+        lengths.fold(0.0, f64::max) / self.rest.diagonal().as_f64()
+    }
+
+    /// Puts the point handles on their targets, and the mesh around them where it is then drawn
+    /// to.
+    pub(crate) fn meet(&mut self) {
+        let missing = self.missing();
+        let (Some(factors), Some(points)) = (missing, &mut self.point_handles) else {
+            return;
+        };
+        points.moved(&factors);
+        let points = &*points;
+        parallel::update(self.current.write().as_mut_slice(), |i, x| {
+            *x += points.combine(&factors, i).map(T::of_f64);
+        });
     }
 
     /// Σ k² |x − u|² over the soft handles.

@@ -1,4 +1,4 @@
-//! Angles of corners and their cotangents.
+//! Corner angles and their cotangents.
 
 use cotan_halfedge::{HalfedgeId, HalfedgeMap};
 use nalgebra::{Point3, Vector3};
@@ -7,17 +7,18 @@ use crate::maps;
 use crate::scalar::{Scalar, scalar};
 use crate::surface::Surface;
 
-/// Cotangent of the angle at corner `apex` of a triangle, finite for every finite input.
+/// Cotangent of the angle at corner `apex` of a triangle. Finite for every finite input.
 ///
-/// cot = (a·b) / max(|a×b|, φ·s), with a and b the edges from the apex and s the sum of the
-/// squares of all three edges. The floor only meets needles: |a×b| is 0.29 s for an equilateral
-/// triangle and falls in proportion to the height over the longest edge.
+/// cot = (a·b) / max(|a×b|, φ·s), where a and b are the edges from the apex and s is the sum of
+/// the squares of all three edges. The floor only affects needles: |a×b| is 0.29 s for an
+/// equilateral triangle and decreases in proportion to the height over the longest edge.
 ///
-/// **Units**: none; scale does not matter. Zero if all three corners coincide. At most ½/φ.
+/// **Units**: dimensionless and independent of scale. Zero if all three corners coincide. At most
+/// ½/φ.
 ///
-/// φ is 1e-12 in `f64`, far below any triangle that was meant. In `f32` it is the spacing of the
-/// numbers, 1.2e-7: the rounding of a×b is about as large as φ·s, so that what the floor replaces
-/// holds no correct digit, and the result stays below 5e6 and can be summed.
+/// φ is 1e-12 in `f64`, far below any intended triangle. In `f32` it is the machine epsilon,
+/// 1.2e-7: the rounding error of a×b is about as large as φ·s, so the floor only replaces values
+/// without correct digits, and the result stays below 5e6 and can be summed.
 ///
 /// ```
 /// use nalgebra::Point3;
@@ -32,13 +33,13 @@ pub fn cotangent<T: Scalar>(apex: &Point3<T>, left: &Point3<T>, right: &Point3<T
     triangle_cotangents(apex, left, right)[0]
 }
 
-/// [`cotangent`] of the angles at all three corners, which share the cross product.
+/// [`cotangent`] of the angles at all three corners, with a shared cross product.
 #[inline]
 pub fn triangle_cotangents<T: Scalar>(a: &Point3<T>, b: &Point3<T>, c: &Point3<T>) -> [T; 3] {
     triangle_cotangents_with_floor(a, b, c, cotangent_floor())
 }
 
-/// [`triangle_cotangents`] with another floor φ, for those who square what comes out.
+/// [`triangle_cotangents`] with another floor φ, for callers that square the result.
 #[inline]
 pub fn triangle_cotangents_with_floor<T: Scalar>(
     a: &Point3<T>,
@@ -56,9 +57,9 @@ pub fn triangle_cotangents_with_floor<T: Scalar>(
     }
 }
 
-/// [`triangle_cotangents_with_floor`] of the two corners that are not the apex, at the ends of
-/// `left` and of `right`, for sums around the apex that have the edges from it and twice the area
-/// at hand.
+/// [`triangle_cotangents_with_floor`] of the two corners other than the apex, at the ends of
+/// `left` and `right`. For sums around the apex, where the edges and twice the area are already
+/// known.
 #[inline]
 pub fn far_cotangents<T: Scalar>(
     left: &Vector3<T>,
@@ -81,13 +82,13 @@ pub fn far_cotangents<T: Scalar>(
 
 /// Angle at corner `apex` of a triangle, in 0 … π.
 ///
-/// **Units**: radians. Zero if one of the edges at the apex has no length.
+/// **Units**: radians. Zero if an edge at the apex has zero length.
 #[inline]
 pub fn corner_angle<T: Scalar>(apex: &Point3<T>, left: &Point3<T>, right: &Point3<T>) -> T {
     angle_between(&(left - apex), &(right - apex))
 }
 
-/// Angle between two vectors, in 0 … π; accurate near both ends, unlike the arc cosine.
+/// Angle between two vectors, in 0 … π. Unlike the arc cosine, it is accurate near both ends.
 ///
 /// **Units**: radians. Zero if one of the vectors is zero.
 #[inline]
@@ -103,11 +104,11 @@ pub(crate) fn opposite_cotangents<T: Scalar>(surface: &Surface<'_, T>) -> Halfed
     out
 }
 
-/// [`Surface::opposite_cotangents`] into a map that is kept (and replaced if it has another
-/// length).
+/// [`Surface::opposite_cotangents`] into an existing map, which is replaced if its length
+/// differs.
 ///
-/// On one thread: a face gives three entries for one cross product, which is faster than
-/// computing every entry by itself on four.
+/// Single-threaded: a face gives three entries for one cross product, which is faster than
+/// computing each entry separately on four threads.
 pub fn opposite_cotangents_into<T: Scalar>(surface: &Surface<'_, T>, out: &mut HalfedgeMap<T>) {
     opposite_cotangents_with_floor_into(surface, cotangent_floor(), out);
 }
@@ -123,13 +124,13 @@ pub fn opposite_cotangents_with_floor_into<T: Scalar>(
     for f in mesh.faces() {
         let h = mesh.face_halfedge(f);
         let [next, prev] = [mesh.next(h), mesh.prev(h)];
-        // The first halfedge leaves corner a and lies opposite c.
+        // The first halfedge starts at corner a and is opposite c.
         let [a, b, c] = mesh.triangle(f).map(|v| surface.position(v));
         [out[next], out[prev], out[h]] = triangle_cotangents_with_floor(&a, &b, &c, floor);
     }
 }
 
-/// The cotangent of the angle opposite one halfedge in its face; zero for a boundary halfedge.
+/// The cotangent of the angle opposite a halfedge in its face, or zero for a boundary halfedge.
 #[inline]
 pub fn opposite_cotangent<T: Scalar>(surface: &Surface<'_, T>, halfedge: HalfedgeId) -> T {
     let mesh = surface.mesh();
@@ -150,7 +151,7 @@ pub(crate) fn corner_angles<T: Scalar>(surface: &Surface<'_, T>) -> HalfedgeMap<
     })
 }
 
-/// The angle of the corner that one halfedge leaves; zero for a boundary halfedge.
+/// The angle of the corner at the origin of a halfedge, or zero for a boundary halfedge.
 #[inline]
 pub fn halfedge_corner_angle<T: Scalar>(surface: &Surface<'_, T>, halfedge: HalfedgeId) -> T {
     let mesh = surface.mesh();
@@ -161,16 +162,16 @@ pub fn halfedge_corner_angle<T: Scalar>(surface: &Surface<'_, T>, halfedge: Half
     angle_between(&a, &-surface.halfedge_vector(mesh.prev(halfedge)))
 }
 
-/// Smallest, largest and mean angle of the corners of a surface, for a judgement of its triangles.
+/// Smallest, largest and mean corner angles of a surface, as a measure of triangle quality.
 ///
 /// **Units**: radians.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct AngleStatistics<T> {
-    /// The smallest angle of any corner.
+    /// The smallest corner angle.
     pub min: T,
-    /// The largest angle of any corner.
+    /// The largest corner angle.
     pub max: T,
-    /// The mean over the faces of their smallest angle; π/3 if all are equilateral.
+    /// The mean over the faces of their smallest angle; π/3 if all faces are equilateral.
     pub mean_smallest: T,
 }
 
@@ -197,10 +198,10 @@ pub(crate) fn angle_statistics<T: Scalar>(surface: &Surface<'_, T>) -> AngleStat
     statistics
 }
 
-/// The share of the edges whose weight cot α + cot β is negative, in 0 … 1.
+/// The fraction of edges whose weight cot α + cot β is negative, in 0 … 1.
 ///
-/// Such edges are what makes a cotangent Laplacian lose the maximum principle. The diagonals of
-/// right-angled grids, whose weight is zero but for rounding, do not count: the bound is −√ε.
+/// Such edges make a cotangent Laplacian lose the maximum principle. The diagonals of
+/// right-angled grids, whose weight is zero up to rounding, are not counted: the bound is −√ε.
 pub fn negative_cotangent_share<T: Scalar>(surface: &Surface<'_, T>) -> T {
     let bound = -T::default_epsilon().sqrt();
     let is_negative = |e: cotan_halfedge::EdgeId| {
@@ -212,14 +213,14 @@ pub fn negative_cotangent_share<T: Scalar>(surface: &Surface<'_, T>) -> T {
     T::of_f64(maps::sum(num_edges, is_negative) / num_edges as f64)
 }
 
-/// φ in [`cotangent`].
+/// The floor φ in [`cotangent`].
 #[inline]
 fn cotangent_floor<T: Scalar>() -> T {
     T::default_epsilon().max(scalar(1e-12))
 }
 
-/// Sums of squares between which [`cotangent`] can be computed directly: it squares them once
-/// more, and needle-shaped triangles need some digits below that.
+/// The range of sums of squares in which [`cotangent`] can be computed directly: it squares them
+/// once more, and needles need some digits below that.
 #[inline]
 fn direct_squares<T: Scalar>() -> (T, T) {
     let low = if T::default_epsilon() < scalar(1e-12) {
@@ -230,7 +231,7 @@ fn direct_squares<T: Scalar>() -> (T, T) {
     (scalar(low), scalar(1.0 / low))
 }
 
-/// Cotangents at the origins of three edges that run round a triangle.
+/// Cotangents at the origins of three edges that form a triangle in order.
 #[inline]
 fn cotangents_of_edges<T: Scalar>([u, v, w]: &[Vector3<T>; 3], squares: T, floor: T) -> [T; 3] {
     let doubled_area = u.cross(v).norm().max(floor * squares);
@@ -246,11 +247,11 @@ fn sum_of_squares<T: Scalar>([u, v, w]: &[Vector3<T>; 3]) -> T {
     u.norm_squared() + v.norm_squared() + w.norm_squared()
 }
 
-/// [`triangle_cotangents`] where squares underflow or overflow: the edges are brought to unit
+/// [`triangle_cotangents`] for squares that underflow or overflow: the edges are scaled to unit
 /// size first.
 #[cold]
 fn scaled_cotangents<T: Scalar>(a: &Point3<T>, b: &Point3<T>, c: &Point3<T>, floor: T) -> [T; 3] {
-    // A quarter, so that the difference of two huge coordinates does not overflow.
+    // Scaled by a quarter, so that the difference of two huge coordinates does not overflow.
     let [a, b, c] = [a, b, c].map(|p| p.coords * scalar::<T>(0.25));
     let edges = [b - a, c - b, a - c];
     let largest = edges.iter().fold(T::zero(), |l, e| l.max(e.amax()));

@@ -1,4 +1,4 @@
-//! Areas of faces, of one-rings, and of the surface.
+//! Areas of faces, of one-rings and of the surface.
 //!
 //! The area vector of a triangle is half the cross product of two of its edges: its length is the
 //! area, its direction the normal.
@@ -10,10 +10,10 @@ use crate::maps;
 use crate::scalar::{Scalar, scalar};
 use crate::surface::Surface;
 
-/// Area vector ½ (b − a) × (c − a) of a triangle whose corners run counter-clockwise seen from
+/// Area vector ½ (b − a) × (c − a) of a triangle whose corners are counter-clockwise as seen from
 /// the outside.
 ///
-/// **Units**: area. Zero if the corners lie on a line.
+/// **Units**: area. Zero if the corners are collinear.
 ///
 /// ```
 /// use nalgebra::{Point3, Vector3};
@@ -25,7 +25,7 @@ pub fn triangle_area_vector<T: Scalar>(a: &Point3<T>, b: &Point3<T>, c: &Point3<
     (b - a).cross(&(c - a)) * scalar::<T>(0.5)
 }
 
-/// The area vector of one face.
+/// The area vector of a face.
 ///
 /// **Units**: area.
 #[inline]
@@ -34,17 +34,17 @@ pub fn face_area_vector<T: Scalar>(surface: &Surface<'_, T>, face: FaceId) -> Ve
     triangle_area_vector(&a, &b, &c)
 }
 
-/// The area vector of every face.
+/// The area vector of each face.
 ///
-/// On a closed surface they sum to zero.
+/// They sum to zero on a closed surface.
 ///
-/// **Shapes**: one entry a face. **Units**: area.
+/// **Shapes**: one entry per face. **Units**: area.
 #[must_use]
 pub fn face_area_vectors<T: Scalar>(surface: &Surface<'_, T>) -> FaceMap<Vector3<T>> {
     maps::filled(surface.mesh().num_faces(), |f| face_area_vector(surface, f))
 }
 
-/// [`face_area_vectors`] into a map that is kept (and replaced if it has another length).
+/// [`face_area_vectors`] into an existing map, which is replaced if its length differs.
 pub fn face_area_vectors_into<T: Scalar>(surface: &Surface<'_, T>, out: &mut FaceMap<Vector3<T>>) {
     maps::refill(out, surface.mesh().num_faces(), |f| {
         face_area_vector(surface, f)
@@ -59,7 +59,7 @@ pub(crate) fn face_areas<T: Scalar>(surface: &Surface<'_, T>) -> FaceMap<T> {
     })
 }
 
-/// [`Surface::face_areas`] into a map that is kept (and replaced if it has another length).
+/// [`Surface::face_areas`] into an existing map, which is replaced if its length differs.
 pub fn face_areas_into<T: Scalar>(surface: &Surface<'_, T>, out: &mut FaceMap<T>) {
     maps::refill(out, surface.mesh().num_faces(), |f| {
         face_area_vector(surface, f).norm()
@@ -74,9 +74,9 @@ pub fn one_ring_areas<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<T> {
     out
 }
 
-/// [`Surface::one_ring_areas`] into a map that is kept (and replaced if it has another length).
+/// [`Surface::one_ring_areas`] into an existing map, which is replaced if its length differs.
 ///
-/// On one thread, as [`vertex_normals_into`](crate::vertex_normals_into) and for its reason.
+/// Single-threaded, for the same reason as [`vertex_normals_into`](crate::vertex_normals_into).
 pub fn one_ring_areas_into<T: Scalar>(surface: &Surface<'_, T>, out: &mut VertexMap<T>) {
     let mesh = surface.mesh();
     maps::clear(out, mesh.num_vertices());
@@ -96,7 +96,7 @@ pub(crate) fn dual_areas<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<T> {
     out
 }
 
-/// [`Surface::dual_areas`] into a map that is kept (and replaced if it has another length).
+/// [`Surface::dual_areas`] into an existing map, which is replaced if its length differs.
 pub fn dual_areas_into<T: Scalar>(surface: &Surface<'_, T>, out: &mut VertexMap<T>) {
     one_ring_areas_into(surface, out);
     let third = scalar::<T>(1.0 / 3.0);

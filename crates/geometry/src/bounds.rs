@@ -15,7 +15,7 @@ pub struct BoundingBox<T: Scalar> {
 }
 
 impl<T: Scalar> BoundingBox<T> {
-    /// The smallest box around some points, or `None` if there are none.
+    /// The smallest box that contains all points, or `None` if there are none.
     ///
     /// ```
     /// use cotan_geometry::BoundingBox;
@@ -48,7 +48,7 @@ impl<T: Scalar> BoundingBox<T> {
         self.extents().norm()
     }
 
-    /// The length of the longest side: the paper's errors are measured with this scaled to 1.
+    /// The length of the longest side. The paper scales it to 1 when it measures errors.
     pub fn longest_side(&self) -> T {
         self.extents().max()
     }
@@ -56,11 +56,11 @@ impl<T: Scalar> BoundingBox<T> {
     /// The centre.
     pub fn center(&self) -> Point3<T> {
         let half = scalar::<T>(0.5);
-        // Halves first: the sum of two huge coordinates would overflow.
+        // Halves are added because the sum of two huge coordinates would overflow.
         Point3::from(self.min.coords * half + self.max.coords * half)
     }
 
-    /// Whether `point` lies in the box or on its border.
+    /// Returns true if `point` lies in the box or on its border.
     pub fn contains(&self, point: &Point3<T>) -> bool {
         (0..3).all(|k| self.min[k] <= point[k] && point[k] <= self.max[k])
     }
@@ -68,7 +68,7 @@ impl<T: Scalar> BoundingBox<T> {
 
 /// [`Surface::bounding_box`] as a function.
 pub fn bounding_box<T: Scalar>(surface: &Surface<'_, T>) -> BoundingBox<T> {
-    // A surface has a face, hence a vertex: the origin stands in for what cannot be.
+    // A surface has a face and therefore a vertex, so the fallback to the origin is never used.
     BoundingBox::of(surface.positions().values()).unwrap_or(BoundingBox {
         min: Point3::origin(),
         max: Point3::origin(),

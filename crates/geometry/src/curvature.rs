@@ -1,8 +1,8 @@
-//! Integrated curvature: dihedral angles, mean curvature from them, Gaussian curvature from
-//! angle defects.
+//! Integrated curvature: dihedral angles, the mean curvature derived from them, and the Gaussian
+//! curvature from angle defects.
 //!
-//! Both are integrals over the surface, exact for the polyhedron itself; divide by
-//! [`Surface::dual_areas`](crate::dual_areas) for pointwise values.
+//! Both curvatures are integrals over the surface and exact for the polyhedron itself. Divide by
+//! [`Surface::dual_areas`](crate::dual_areas) to get pointwise values.
 
 use cotan_halfedge::{EdgeId, EdgeMap, VertexMap};
 use nalgebra::RealField;
@@ -16,7 +16,7 @@ use crate::surface::Surface;
 
 /// The signed angle between the normals of the two faces at an edge, in −π … π.
 ///
-/// Positive where the surface is convex, zero where it is flat, at the boundary, and where one of
+/// Positive where the surface is convex. Zero where it is flat, at the boundary, and where one of
 /// the faces has no area.
 ///
 /// **Units**: radians.
@@ -98,7 +98,7 @@ mod tests {
 
     #[test]
     fn a_torus_has_two_pi_squared_times_its_radius() {
-        // ∫ H dA = 2π² R, whatever the minor radius.
+        // ∫ H dA = 2π² R for any minor radius.
         let shape = torus::<f64>(1.0, 0.3, 200, 100);
         let total: f64 = integrated_mean_curvatures(&shape.surface()).values().sum();
         assert!((total / (2.0 * PI * PI) - 1.0).abs() < 2e-3, "{total}");

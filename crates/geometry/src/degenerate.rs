@@ -1,4 +1,4 @@
-//! Triangles that are hardly triangles.
+//! Degenerate and nearly degenerate triangles.
 
 use cotan_halfedge::FaceId;
 use nalgebra::Point3;
@@ -8,17 +8,17 @@ use crate::normals::unit_or_zero;
 use crate::scalar::Scalar;
 use crate::surface::Surface;
 
-/// The smallest height of a triangle over its longest edge: √3/2 if it is equilateral, 0 if it
-/// has no area or no extent.
+/// The smallest height of a triangle divided by its longest edge: √3/2 for an equilateral
+/// triangle, 0 if it has no area or no extent.
 ///
-/// **Units**: none; scale does not matter.
+/// **Units**: dimensionless and independent of scale.
 pub fn relative_height<T: Scalar>(a: &Point3<T>, b: &Point3<T>, c: &Point3<T>) -> T {
     let edges = [b - a, c - b, a - c];
     let longest = edges.iter().fold(T::zero(), |l, e| l.max(e.amax()));
     if longest <= T::zero() || !longest.is_finite() {
         return T::zero();
     }
-    // Unit size first, so that squares neither underflow nor overflow.
+    // Scaled to unit size first, so that squares neither underflow nor overflow.
     let [u, v, w] = edges.map(|e| e / longest);
     let square = u.norm_squared().max(v.norm_squared()).max(w.norm_squared());
     u.cross(&v).norm() / square

@@ -1,7 +1,7 @@
-//! Differences between two embeddings of a mesh: lengths, angles, areas, creases, and folds.
+//! Differences between two embeddings of a mesh: lengths, angles, areas, creases and folds.
 //!
-//! Each function takes the surface at rest and the deformed positions of the same mesh. All are
-//! zero for rigid motions; angles and folds are for scaling, too.
+//! Each function takes the surface at rest and the deformed positions of the same mesh. All
+//! measures are zero for rigid motions; angles and folds are zero for uniform scaling as well.
 
 use cotan_halfedge::{EdgeId, EdgeMap, FaceId, FaceMap, HalfedgeMesh};
 use nalgebra::Vector3;
@@ -14,7 +14,7 @@ use crate::maps;
 use crate::scalar::{Scalar, scalar};
 use crate::surface::{Positions, Surface, SurfaceError};
 
-/// Ratios of a positive quantity, deformed over rest, summed up over all elements.
+/// Statistics over all elements of the ratio q'/q of a positive quantity, deformed over rest.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Distortion<T> {
     /// sqrt(mean((q'/q − 1)²)).
@@ -23,15 +23,16 @@ pub struct Distortion<T> {
     pub min_ratio: T,
     /// The largest q'/q.
     pub max_ratio: T,
-    /// How many elements were compared.
+    /// The number of elements compared.
     pub num_compared: usize,
-    /// How many were left out because the quantity is zero at rest.
+    /// The number of elements skipped because the quantity is zero at rest.
     pub num_skipped: usize,
 }
 
-/// The ratio of each edge's deformed length to its length at rest; `None` where that is zero.
+/// The ratio of the deformed length of each edge to its length at rest, or `None` if that is
+/// zero.
 ///
-/// **Shapes**: one entry an edge. **Units**: none.
+/// **Shapes**: one entry per edge. **Units**: dimensionless.
 ///
 /// # Errors
 /// [`SurfaceError`] if `deformed` does not embed the mesh.
@@ -45,9 +46,9 @@ pub fn edge_length_ratios<T: Scalar>(
     Ok(before.values().zip(after.values()).map(ratio).collect())
 }
 
-/// Edge-length distortion: [`Distortion`] of the lengths of the edges.
+/// Edge-length distortion: the [`Distortion`] of the edge lengths.
 ///
-/// **Units**: none. Edges without length at rest are skipped and counted.
+/// **Units**: dimensionless. Edges with zero length at rest are skipped and counted.
 ///
 /// # Errors
 /// [`SurfaceError`] if `deformed` does not embed the mesh.
@@ -80,9 +81,9 @@ pub fn edge_distortion_rms<T: Scalar>(
     Ok(edge_distortion(rest, deformed)?.rms)
 }
 
-/// Area distortion: [`Distortion`] of the areas of the faces.
+/// Area distortion: the [`Distortion`] of the face areas.
 ///
-/// **Units**: none. Faces without area at rest are skipped and counted.
+/// **Units**: dimensionless. Faces with zero area at rest are skipped and counted.
 ///
 /// # Errors
 /// [`SurfaceError`] if `deformed` does not embed the mesh.
@@ -96,10 +97,10 @@ pub fn area_distortion<T: Scalar>(
     Ok(summarize(before.values().zip(after.values()).map(ratio)))
 }
 
-/// Angle distortion: the root mean square of the change of the angle of every corner.
+/// Angle distortion: the root mean square of the change of all corner angles.
 ///
-/// **Units**: radians. Zero for rigid motions and scaling, and only for maps that keep the shape
-/// of every triangle.
+/// **Units**: radians. Zero for rigid motions and uniform scaling, and only for maps that
+/// preserve the shape of every triangle.
 ///
 /// # Errors
 /// [`SurfaceError`] if `deformed` does not embed the mesh.
@@ -120,14 +121,14 @@ pub fn angle_distortion_rms<T: Scalar>(
     ))
 }
 
-/// By how much the [dihedral angle](crate::dihedral_angle) at each edge has changed; `None` at the
-/// boundary, and where one of the two faces has hardly any area in either shape (a relative height
+/// The absolute change of the [dihedral angle](crate::dihedral_angle) at each edge. `None` at the
+/// boundary, and where one of the two faces has almost no area in either shape (a relative height
 /// of at most 1e-9).
 ///
-/// Angles run from −π to π without a jump where a crease closes: one that passes from convex
-/// through flat to concave may change by up to 2π.
+/// Angles range from −π to π without a jump when a crease closes: an angle that passes from
+/// convex through flat to concave may change by up to 2π.
 ///
-/// **Shapes**: one entry per edge. **Units**: radians, at least 0.
+/// **Shapes**: one entry per edge. **Units**: radians, non-negative.
 ///
 /// # Errors
 /// [`SurfaceError`] if `deformed` does not embed the mesh.
@@ -153,10 +154,11 @@ pub fn dihedral_changes<T: Scalar>(
 
 /// The faces that the deformation folded over, in ascending order.
 ///
-/// A face is folded in one embedding if its area vector has a negative dot product with the
-/// sum of the area vectors of the faces across its edges: it faces away from its surroundings.
-/// Listed are the faces folded in the deformed embedding and not at rest. The crest of a crease
-/// sharper than 90° may be listed too; faces without area, or without neighbours, never are.
+/// A face is folded in an embedding if its area vector has a negative dot product with the sum of
+/// the area vectors of the faces across its edges, that is, if it faces away from its
+/// surroundings. The result lists the faces that are folded in the deformed embedding but not at
+/// rest. The crest of a crease sharper than 90° may be listed as well. Faces without area or
+/// without neighbours are never listed.
 ///
 /// # Errors
 /// [`SurfaceError`] if `deformed` does not embed the mesh.
@@ -200,7 +202,7 @@ fn summarize<T: Scalar>(ratios: impl Iterator<Item = Option<T>>) -> Distortion<T
         squares += (ratio.as_f64() - 1.0).powi(2);
         range = Some(range.map_or((ratio, ratio), |(lo, hi)| (lo.min(ratio), hi.max(ratio))));
     }
-    // Where nothing can be compared nothing is distorted.
+    // If nothing can be compared, nothing is distorted.
     let (min_ratio, max_ratio) = range.unwrap_or((T::one(), T::one()));
     let rms = T::of_f64((squares / num_compared.max(1) as f64).sqrt());
     Distortion {
@@ -300,7 +302,7 @@ mod tests {
                 .expect("same mesh")
                 .is_empty()
         );
-        // What was folded before is not the deformation's fault.
+        // Faces that were already folded at rest are not attributed to the deformation.
         let rest = surface.with_positions(&pulled);
         assert!(folded_faces(&rest, &pulled).expect("same mesh").is_empty());
     }

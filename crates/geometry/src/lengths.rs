@@ -1,4 +1,4 @@
-//! Lengths of edges.
+//! Edge lengths.
 
 use cotan_halfedge::{EdgeId, EdgeMap};
 
@@ -18,7 +18,7 @@ pub(crate) fn edge_lengths<T: Scalar>(surface: &Surface<'_, T>) -> EdgeMap<T> {
     maps::filled(surface.mesh().num_edges(), |e| edge_length(surface, e))
 }
 
-/// [`Surface::edge_lengths`] into a map that is kept (and replaced if it has another length).
+/// [`Surface::edge_lengths`] into an existing map, which is replaced if its length differs.
 pub fn edge_lengths_into<T: Scalar>(surface: &Surface<'_, T>, out: &mut EdgeMap<T>) {
     maps::refill(out, surface.mesh().num_edges(), |e| edge_length(surface, e));
 }

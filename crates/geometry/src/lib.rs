@@ -1,12 +1,12 @@
-//! Positions on connectivity: lengths, angles, areas, normals, curvature, volume, distortion, and
-//! sample shapes.
+//! Geometry of meshes: lengths, angles, areas, normals, curvature, volume, distortion, and sample
+//! shapes.
 //!
 //! A [`Mesh`] owns a [`HalfedgeMesh`](cotan_halfedge::HalfedgeMesh) and [`Positions`]; a
-//! [`Surface`] borrows them, and its measures are its methods, generic over `f32` and `f64`. What
-//! belongs to single corners and triangles, or compares two surfaces, is a free function. Those
-//! that an iteration needs in every step also come as functions `…_into`, which fill a map that is
-//! kept. Long loops run in parallel where that pays, and the bytes never depend on the number of
-//! threads. Sums over the surface are kept in `f64`.
+//! [`Surface`] borrows them and has the measures as methods, generic over `f32` and `f64`.
+//! Measures of single corners and triangles, and comparisons of two surfaces, are free functions.
+//! Measures that an iteration needs in every step also have a variant named `…_into` that fills
+//! an existing map. Long loops run in parallel where that pays off, and the resulting bytes never
+//! depend on the number of threads. Sums over the surface are accumulated in `f64`.
 //!
 //! ```
 //! use cotan_geometry::icosphere;
@@ -20,7 +20,7 @@
 //! assert!((total - 4.0 * PI).abs() < 1e-9);
 //! ```
 //!
-//! This crate never assembles a matrix, never iterates towards a solution, and reads no file.
+//! This crate never assembles a matrix, never iterates towards a solution, and reads no files.
 
 mod angles;
 mod areas;
@@ -79,3 +79,8 @@ pub use surface::{Positions, Surface, SurfaceError};
 pub use triangle_map::{TriangleMap, face_map, singular_values};
 pub use triangle_tree::{Meeting, Ray, TriangleTree, triangle_corners, triangle_on_ray};
 pub use volume::{surface_centroid, volume};
+
+/// Runs the example of the README as a doc test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

@@ -1,4 +1,4 @@
-//! Dense maps filled in parallel, and sums over ids.
+//! Parallel filling of dense maps, and sums over ids.
 
 use std::iter::Sum;
 
@@ -6,17 +6,17 @@ use cotan_halfedge::{DenseMap, Id};
 use cotan_parallel::{self as parallel, Chunks};
 use num_traits::Zero;
 
-/// Sets every entry to `value(id)`, with the same result for any number of threads.
+/// Sets each entry to `value(id)`, with the same result for any number of threads.
 pub fn fill<I: Id, V: Send>(out: &mut DenseMap<I, V>, value: impl Fn(I) -> V + Sync) {
     parallel::fill(out.as_mut_slice(), |i| value(I::new(i)));
 }
 
-/// A new map of `len` entries `value(id)`.
+/// Creates a map of `len` entries `value(id)`.
 pub fn filled<I: Id, V: Send>(len: usize, value: impl Fn(I) -> V + Sync + Send) -> DenseMap<I, V> {
     DenseMap::from_vec(parallel::filled(len, |i| value(I::new(i))))
 }
 
-/// Sets `out`, which is replaced if it has another length, to `value(id)` for the ids below `len`.
+/// Sets `out` to `value(id)` for the ids below `len`, replacing the map if its length differs.
 pub(crate) fn refill<I: Id, V: Zero + Copy + Send>(
     out: &mut DenseMap<I, V>,
     len: usize,
@@ -32,15 +32,15 @@ pub(crate) fn clear<I: Id, V: Zero + Copy>(out: &mut DenseMap<I, V>, len: usize)
     out.as_mut_slice().fill(V::zero());
 }
 
-/// The sum of `term(id)` over the ids below `len`.
+/// Returns the sum of `term(id)` over the ids below `len`.
 ///
-/// Callers add in `f64`: a sum of a million `f32` terms would keep four digits.
+/// Sum in `f64`: a sum of a million `f32` terms keeps only about four digits.
 pub(crate) fn sum<I: Id, S: Sum + Send>(len: usize, term: impl Fn(I) -> S + Sync) -> S {
     const CHUNKS: Chunks = Chunks::of(2048);
     CHUNKS.sum(len, |i| term(I::new(i)))
 }
 
-/// Replaces `out` if it has another length.
+/// Replaces `out` if its length differs from `len`.
 fn resize<I: Id, V: Zero + Copy>(out: &mut DenseMap<I, V>, len: usize) {
     if out.len() != len {
         *out = DenseMap::filled(len, V::zero());

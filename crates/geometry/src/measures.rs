@@ -1,4 +1,4 @@
-//! The measures of a surface: its methods, each computed in the file of its topic.
+//! The measures of a surface as methods. Each is implemented in the module of its topic.
 
 use cotan_halfedge::{EdgeId, EdgeMap, FaceId, FaceMap, HalfedgeMap, VertexMap};
 use nalgebra::{Point3, Vector3};
@@ -15,7 +15,7 @@ use crate::self_intersections::self_intersections;
 use crate::surface::Surface;
 use crate::volume::{surface_centroid, volume, volume_centroid};
 
-/// Measures. With a coordinate that is not finite the results are not finite.
+/// Measures. They are not finite if a coordinate is not finite.
 impl<T: Scalar> Surface<'_, T> {
     /// The area of the surface.
     ///
@@ -25,13 +25,15 @@ impl<T: Scalar> Surface<'_, T> {
         surface_area(self)
     }
 
-    /// The signed volume that a closed surface encloses: ⅙ Σ_f (a × b)·c.
+    /// The signed volume enclosed by a closed surface: ⅙ Σ_f (a × b)·c.
     ///
     /// Corners are taken relative to the centre of the bounding box, so that a mesh far from the
-    /// origin keeps its digits. Positive if the faces are counter-clockwise seen from the outside.
+    /// origin loses no digits. Positive if the faces are counter-clockwise as seen from the
+    /// outside.
     ///
-    /// **Units**: length cubed. Of an open surface it is the volume of the cone over it with its
-    /// apex at that centre: unchanged by translation, but not a property of the surface alone.
+    /// **Units**: length cubed. For an open surface it is the volume of the cone over the surface
+    /// with its apex at that centre: invariant under translation, but not a property of the
+    /// surface alone.
     ///
     /// ```
     /// use cotan_geometry::bar;
@@ -43,15 +45,15 @@ impl<T: Scalar> Surface<'_, T> {
         volume(self)
     }
 
-    /// The centroid of the surface, each face weighted with its area.
+    /// The centroid of the surface, weighted by face area.
     ///
-    /// **Units**: a point. If the area vanishes, the mean of the vertices.
+    /// **Units**: a point. The mean of the vertices if the total area is zero.
     #[must_use]
     pub fn centroid(&self) -> Point3<T> {
         surface_centroid(self)
     }
 
-    /// The centroid of the body that a closed surface encloses, or `None` if it encloses no volume.
+    /// The centroid of the body enclosed by a closed surface, or `None` if it encloses no volume.
     ///
     /// **Units**: a point. Meaningless for open surfaces.
     #[must_use]
@@ -67,7 +69,7 @@ impl<T: Scalar> Surface<'_, T> {
         bounding_box(self)
     }
 
-    /// The length of one edge.
+    /// The length of an edge.
     ///
     /// **Units**: length. Zero if the two ends coincide.
     #[inline]
@@ -76,9 +78,9 @@ impl<T: Scalar> Surface<'_, T> {
         edge_length(self, edge)
     }
 
-    /// The length of every edge.
+    /// The length of each edge.
     ///
-    /// **Shapes**: one entry an edge. **Units**: length.
+    /// **Shapes**: one entry per edge. **Units**: length.
     ///
     /// ```
     /// use cotan_geometry::tetrahedron;
@@ -91,7 +93,7 @@ impl<T: Scalar> Surface<'_, T> {
         edge_lengths(self)
     }
 
-    /// The mean of the edge lengths.
+    /// The mean edge length.
     ///
     /// **Units**: length.
     #[must_use]
@@ -99,9 +101,9 @@ impl<T: Scalar> Surface<'_, T> {
         mean_edge_length(self)
     }
 
-    /// The area of every face.
+    /// The area of each face.
     ///
-    /// **Shapes**: one entry a face. **Units**: area.
+    /// **Shapes**: one entry per face. **Units**: area.
     #[must_use]
     pub fn face_areas(&self) -> FaceMap<T> {
         face_areas(self)
@@ -109,7 +111,7 @@ impl<T: Scalar> Surface<'_, T> {
 
     /// A third of the area of the triangles around each vertex: the barycentric dual cells.
     ///
-    /// Summed over the vertices it is the area of the surface.
+    /// They sum to the area of the surface.
     ///
     /// **Shapes**: `n` vertices. **Units**: area.
     #[must_use]
@@ -117,42 +119,43 @@ impl<T: Scalar> Surface<'_, T> {
         dual_areas(self)
     }
 
-    /// A_i of the paper: the **sum** of the areas of the triangles around each vertex, not a third
-    /// of it.
+    /// A_i of the paper: the **sum** of the areas of the triangles around each vertex, not a
+    /// third of it.
     ///
-    /// Summed over the vertices it is three times the area of the surface.
+    /// They sum to three times the area of the surface.
     ///
     /// **Shapes**: `n` vertices. **Units**: area. A boundary vertex has the area of its open fan.
     ///
-    /// **Source**: Au et al. 2005, section 2, where the mean curvature normal is κ_i n_i = ℓ_i / (4
-    /// A_i).
+    /// **Source**: Au et al. 2005, section 2, where the mean curvature normal is κ_i n_i = ℓ_i /
+    /// (4 A_i).
     #[must_use]
     pub fn one_ring_areas(&self) -> VertexMap<T> {
         one_ring_areas(self)
     }
 
-    /// The unit normal of one face; zero if the face has no area.
+    /// The unit normal of a face, or zero if the face has no area.
     ///
-    /// **Units**: none.
+    /// **Units**: dimensionless.
     #[inline]
     #[must_use]
     pub fn face_normal(&self, face: FaceId) -> Vector3<T> {
         face_normal(self, face)
     }
 
-    /// The unit normal of every face; zero where a face has no area.
+    /// The unit normal of each face, or zero for a face without area.
     ///
-    /// **Shapes**: one entry a face. **Units**: none.
+    /// **Shapes**: one entry per face. **Units**: dimensionless.
     #[must_use]
     pub fn face_normals(&self) -> FaceMap<Vector3<T>> {
         face_normals(self)
     }
 
-    /// N_i of the paper: the unit normal of every vertex, the direction of the sum of the area
+    /// N_i of the paper: the unit normal of each vertex, in the direction of the sum of the area
     /// vectors of the faces around it.
     ///
-    /// **Shapes**: `n` vertices. **Units**: none. At the boundary the open fan counts. Zero where
-    /// the sum vanishes: all faces without area, or a fan folded flat onto itself.
+    /// **Shapes**: `n` vertices. **Units**: dimensionless. At the boundary the open fan is used.
+    /// Zero where the sum vanishes, that is, where all faces have no area or a fan is folded flat
+    /// onto itself.
     ///
     /// ```
     /// use cotan_geometry::icosphere;
@@ -169,11 +172,11 @@ impl<T: Scalar> Surface<'_, T> {
         vertex_normals(self)
     }
 
-    /// The angle of the corner that each halfedge leaves, within its face; zero for boundary
+    /// The angle of the corner at the origin of each halfedge, within its face; zero for boundary
     /// halfedges.
     ///
-    /// **Shapes**: one entry a halfedge. **Units**: radians. A face without area has angles of 0
-    /// and π, or only 0 where corners coincide.
+    /// **Shapes**: one entry per halfedge. **Units**: radians. A face without area has angles of
+    /// 0 and π, or only 0 where corners coincide.
     #[must_use]
     pub fn corner_angles(&self) -> HalfedgeMap<T> {
         corner_angles(self)
@@ -191,7 +194,7 @@ impl<T: Scalar> Surface<'_, T> {
     ///
     /// The paper's weight of the edge of halfedge h is w = `cot[h] + cot[h.twin()]`.
     ///
-    /// **Shapes**: one entry a halfedge. **Units**: none. Degenerate faces: see
+    /// **Shapes**: one entry per halfedge. **Units**: dimensionless. For degenerate faces see
     /// [`cotangent`](crate::cotangent).
     #[must_use]
     pub fn opposite_cotangents(&self) -> HalfedgeMap<T> {
@@ -201,7 +204,7 @@ impl<T: Scalar> Surface<'_, T> {
     /// The signed angle between the normals of the two faces at each edge, positive where the
     /// surface is convex: see [`dihedral_angle`](crate::dihedral_angle).
     ///
-    /// **Shapes**: one entry an edge. **Units**: radians.
+    /// **Shapes**: one entry per edge. **Units**: radians.
     #[must_use]
     pub fn dihedral_angles(&self) -> EdgeMap<T> {
         dihedral_angles(self)
@@ -209,8 +212,9 @@ impl<T: Scalar> Surface<'_, T> {
 
     /// The angle defect of each vertex: the integral of the Gaussian curvature over its dual cell.
     ///
-    /// 2π (π at the boundary) less the angles around the vertex; at the boundary the geodesic
-    /// curvature is included. Summed over the vertices it is 2πχ, χ the Euler characteristic.
+    /// It is 2π (π at the boundary) minus the sum of the angles around the vertex; at the
+    /// boundary this includes the geodesic curvature. The sum over all vertices is 2πχ, where χ
+    /// is the Euler characteristic.
     ///
     /// **Shapes**: `n` vertices. **Units**: radians.
     #[must_use]
@@ -218,14 +222,14 @@ impl<T: Scalar> Surface<'_, T> {
         angle_defects(self)
     }
 
-    /// The integral of the mean curvature H = ½ (κ₁ + κ₂) over the dual cell of each vertex,
-    /// ¼ Σ_e θ_e |e| over the edges at the vertex, θ the
-    /// [dihedral angle](crate::dihedral_angle).
+    /// The integral of the mean curvature H = ½ (κ₁ + κ₂) over the dual cell of each vertex: ¼
+    /// Σ_e θ_e |e| over the edges at the vertex, where θ is the [dihedral
+    /// angle](crate::dihedral_angle).
     ///
-    /// The integral over one edge is ½ θ |e|, and each of its ends takes half. Summed over the
-    /// vertices it converges to 4π for the unit sphere, and is π (a + b + c) for a box of these
-    /// sides. Positive where convex (with outward normals); it does not depend on the triangulation
-    /// of flat parts.
+    /// The integral over one edge is ½ θ |e|, and each of its ends takes half. The sum over all
+    /// vertices converges to 4π for the unit sphere, and is π (a + b + c) for a box with these
+    /// side lengths. Positive where the surface is convex (with outward normals), and independent
+    /// of the triangulation of flat parts.
     ///
     /// **Shapes**: `n` vertices. **Units**: length. Boundary edges contribute nothing.
     ///
@@ -235,10 +239,11 @@ impl<T: Scalar> Surface<'_, T> {
         integrated_mean_curvatures(self)
     }
 
-    /// The faces that have no area, or whose [`relative_height`](crate::relative_height) is at most
+    /// The faces that have no area or a [`relative_height`](crate::relative_height) of at most
     /// `eps`, in ascending order.
     ///
-    /// **Units**: `eps` has none; 0 finds exact zeros, 1e-6 what no modeller meant.
+    /// **Units**: `eps` is dimensionless. 0 finds exact zeros; 1e-6 finds slivers that are
+    /// certainly unintended.
     ///
     /// ```
     /// let sphere = cotan_geometry::icosphere::<f64>(2);
@@ -249,16 +254,16 @@ impl<T: Scalar> Surface<'_, T> {
         degenerate_faces(self, eps)
     }
 
-    /// The faces that cross another face, in ascending order. Pairs that share a vertex touch there
-    /// by construction and are not examined.
+    /// The faces that cross another face, in ascending order. Pairs that share a vertex touch by
+    /// construction and are not examined.
     ///
-    /// Faces that only touch do not cross, nor do faces without area; faces that lie on each other
-    /// in one plane do. The signs are exact for the coordinates as they are: what is nearer than
-    /// their last digits may be found or not after a rigid motion, whose rounding moves the
-    /// vertices. A surface that passes through another exactly along edges of both only touches it.
+    /// Faces that only touch do not cross, nor do faces without area. Coplanar faces that overlap
+    /// do. The signs are exact for the given coordinates, so a crossing that is within the last
+    /// digits may appear or disappear after a rigid motion, which rounds the vertices. A surface
+    /// that passes through another exactly along edges of both only touches it.
     ///
-    /// A tree of boxes keeps the time near O(n log n); only where most boxes overlap and nothing
-    /// crosses does it grow to O(n²). **Memory**: about 300 bytes per face.
+    /// A tree of bounding boxes keeps the time near O(n log n). It grows to O(n²) only if most
+    /// boxes overlap and nothing crosses. **Memory**: about 300 bytes per face.
     ///
     /// ```
     /// let sphere = cotan_geometry::icosphere::<f64>(3);

@@ -14,8 +14,8 @@ pub use error::MeshError;
 
 /// A triangle mesh: connectivity and one position per vertex, both owned.
 ///
-/// It is made from flat buffers and gives them back; in between it lends a [`Surface`], which is
-/// measured and passed to every job.
+/// Built from flat buffers and converted back to them. In between, [`Surface`] borrows it for
+/// measuring and for every job.
 ///
 /// ```
 /// use cotan_geometry::Mesh;
@@ -31,12 +31,11 @@ pub use error::MeshError;
 /// # Ok::<(), cotan_geometry::MeshError>(())
 /// ```
 ///
-/// There are only triangles, and always as many positions as vertices, so that
-/// [`Mesh::surface`] cannot fail. Open boundaries, several components and degenerate triangles
-/// are allowed.
+/// There are only triangles, and always as many positions as vertices, so [`Mesh::surface`]
+/// cannot fail. Open boundaries, several components and degenerate triangles are allowed.
 ///
-/// To edit the connectivity, take the mesh apart by [`Mesh::into_parts`], keep the positions in
-/// line with each edit, and put both together again by [`Mesh::new`].
+/// To edit the connectivity, take the mesh apart with [`Mesh::into_parts`], update the positions
+/// with each edit, and put the two together again with [`Mesh::new`].
 #[derive(Clone, PartialEq, Debug)]
 pub struct Mesh<T: Scalar> {
     connectivity: HalfedgeMesh,
@@ -44,11 +43,12 @@ pub struct Mesh<T: Scalar> {
 }
 
 impl<T: Scalar> Mesh<T> {
-    /// Joins connectivity and positions.
+    /// Combines connectivity and positions.
     ///
     /// # Errors
-    /// As [`Surface::new`]: the mesh is empty or has a larger polygon, the number of positions is
-    /// not the number of vertices, or a coordinate is not finite.
+    /// Same as [`Surface::new`]: the mesh is empty or has a polygon with more than three corners,
+    /// the number of positions differs from the number of vertices, or a coordinate is not
+    /// finite.
     pub fn new(connectivity: HalfedgeMesh, positions: Positions<T>) -> Result<Self, SurfaceError> {
         Surface::new(&connectivity, &positions)?;
         Ok(Self {
@@ -57,11 +57,11 @@ impl<T: Scalar> Mesh<T> {
         })
     }
 
-    /// Joins connectivity and positions that [`Mesh::new`] or [`Surface::new`] once accepted,
-    /// without checking them again.
+    /// Combines connectivity and positions that [`Mesh::new`] or [`Surface::new`] has accepted
+    /// before, without checking them again.
     ///
     /// # Panics
-    /// If the number of positions is not the number of vertices.
+    /// If the number of positions differs from the number of vertices.
     #[must_use]
     pub fn assume_checked(connectivity: HalfedgeMesh, positions: Positions<T>) -> Self {
         assert_eq!(
@@ -75,17 +75,17 @@ impl<T: Scalar> Mesh<T> {
         }
     }
 
-    /// Builds a mesh from positions and three indices per triangle, counter-clockwise seen from
-    /// the outside.
+    /// Builds a mesh from positions and three indices per triangle, counter-clockwise as seen
+    /// from the outside.
     ///
-    /// Vertices and triangles keep their numbers. For meshes with split vertices or with vertices
-    /// that no triangle uses, see [`MeshBuilder`].
+    /// Vertices and triangles keep their indices. For meshes with duplicate or unused vertices,
+    /// see [`MeshBuilder`].
     ///
-    /// **Units**: those of `positions`, whose scalar type need not be the mesh's.
+    /// **Units**: those of `positions`, whose scalar type may differ from that of the mesh.
     ///
     /// # Errors
-    /// [`MeshError`] if the triangles do not form an oriented 2-manifold, a vertex belongs to none
-    /// of them, or a coordinate is not finite.
+    /// [`MeshError`] if the triangles do not form an oriented 2-manifold, a vertex belongs to
+    /// none of them, or a coordinate is not finite.
     pub fn from_triangles<P: Scalar>(
         positions: &[[P; 3]],
         indices: &[u32],
@@ -93,16 +93,17 @@ impl<T: Scalar> Mesh<T> {
         Ok(MeshBuilder::new().triangles(positions, indices)?.mesh)
     }
 
-    /// Builds a mesh from positions and polygons of three or more corners, counter-clockwise seen
-    /// from the outside.
+    /// Builds a mesh from positions and polygons with at least three corners, counter-clockwise
+    /// as seen from the outside.
     ///
-    /// Vertices keep their numbers; polygons are cut as [`HalfedgeMesh::triangulate`] describes,
-    /// without regard to their shape: those that are not convex should be cut before.
+    /// Vertices keep their indices. Polygons are cut as described for
+    /// [`HalfedgeMesh::triangulate`], which ignores their shape, so cut non-convex polygons
+    /// beforehand.
     ///
-    /// **Units**: those of `positions`, whose scalar type need not be the mesh's.
+    /// **Units**: those of `positions`, whose scalar type may differ from that of the mesh.
     ///
     /// # Errors
-    /// As [`Mesh::from_triangles`].
+    /// Same as [`Mesh::from_triangles`].
     ///
     /// ```
     /// use cotan_geometry::Mesh;
@@ -118,14 +119,14 @@ impl<T: Scalar> Mesh<T> {
         Ok(MeshBuilder::new().faces(positions, faces)?.mesh)
     }
 
-    /// The mesh as a surface, which can be measured and passed to jobs. Costs nothing.
+    /// Borrows the mesh as a surface, which can be measured and passed to jobs. Free of cost.
     #[inline]
     #[must_use]
     pub fn surface(&self) -> Surface<'_, T> {
         Surface::assume_checked(&self.connectivity, &self.positions)
     }
 
-    /// The connectivity: triangles only.
+    /// The connectivity, which consists of triangles only.
     #[inline]
     pub fn connectivity(&self) -> &HalfedgeMesh {
         &self.connectivity
@@ -137,25 +138,25 @@ impl<T: Scalar> Mesh<T> {
         &self.positions
     }
 
-    /// The positions for modification, in the order of the vertices.
+    /// The positions in vertex order, mutable.
     ///
-    /// The values are not checked: with a coordinate that is not finite, measures are not finite
-    /// either, and jobs return an error.
+    /// The values are not checked: if a coordinate is not finite, measures are not finite either,
+    /// and jobs return an error.
     #[inline]
     pub fn positions_mut(&mut self) -> &mut [Point3<T>] {
         self.positions.as_mut_slice()
     }
 
-    /// The same connectivity with other positions.
+    /// Clones the connectivity with other positions.
     ///
     /// # Errors
-    /// [`SurfaceError`] if the number of positions is not the number of vertices, or if a
+    /// [`SurfaceError`] if the number of positions differs from the number of vertices, or if a
     /// coordinate is not finite.
     pub fn with_positions(&self, positions: Positions<T>) -> Result<Self, SurfaceError> {
         Self::new(self.connectivity.clone(), positions)
     }
 
-    /// Connectivity and positions, for edits.
+    /// Takes the mesh apart into connectivity and positions, for edits.
     pub fn into_parts(self) -> (HalfedgeMesh, Positions<T>) {
         (self.connectivity, self.positions)
     }
@@ -170,7 +171,7 @@ impl<T: Scalar> Mesh<T> {
         self.connectivity.num_faces()
     }
 
-    /// The positions as a flat buffer, rounded to `P`.
+    /// Returns the positions as a flat buffer, rounded to `P`.
     ///
     /// **Shapes**: one entry per vertex. **Units**: those of the mesh.
     #[must_use]
@@ -181,8 +182,8 @@ impl<T: Scalar> Mesh<T> {
             .collect()
     }
 
-    /// The corners of all triangles as a flat buffer of vertex numbers, as
-    /// [`Mesh::from_triangles`] takes them.
+    /// Returns the corners of all triangles as a flat buffer of vertex indices, in the form that
+    /// [`Mesh::from_triangles`] takes.
     ///
     /// **Shapes**: three entries per triangle.
     #[must_use]
@@ -191,9 +192,9 @@ impl<T: Scalar> Mesh<T> {
         self.connectivity.faces().flat_map(corners).collect()
     }
 
-    /// The same mesh with positions of another scalar type, rounded once.
+    /// Converts the positions to another scalar type, with a single rounding.
     ///
-    /// A coordinate too large for the other type becomes infinite.
+    /// A coordinate that is too large for the other type becomes infinite.
     #[must_use]
     pub fn cast<P: Scalar>(&self) -> Mesh<P> {
         Mesh {

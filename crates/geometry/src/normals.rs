@@ -1,4 +1,4 @@
-//! Normals of faces and of vertices.
+//! Normals of faces and vertices.
 
 use cotan_halfedge::{FaceId, FaceMap, VertexMap};
 use nalgebra::Vector3;
@@ -8,10 +8,10 @@ use crate::maps;
 use crate::scalar::Scalar;
 use crate::surface::Surface;
 
-/// `v` divided by its length, or the zero vector if `v` is zero or not finite.
+/// Returns `v` divided by its length, or the zero vector if `v` is zero or not finite.
 ///
-/// Vectors whose squared length underflows or overflows are scaled first, so that a mesh
-/// measured in ångströms (in metres, `f32`) has normals.
+/// Vectors whose squared length underflows or overflows are scaled first, so normals are correct
+/// even for a mesh of ångström size stored in metres as `f32`.
 ///
 /// ```
 /// use nalgebra::Vector3;
@@ -40,7 +40,7 @@ pub(crate) fn face_normals<T: Scalar>(surface: &Surface<'_, T>) -> FaceMap<Vecto
     maps::filled(surface.mesh().num_faces(), |f| face_normal(surface, f))
 }
 
-/// [`Surface::face_normals`] into a map that is kept (and replaced if it has another length).
+/// [`Surface::face_normals`] into an existing map, which is replaced if its length differs.
 pub fn face_normals_into<T: Scalar>(surface: &Surface<'_, T>, out: &mut FaceMap<Vector3<T>>) {
     maps::refill(out, surface.mesh().num_faces(), |f| face_normal(surface, f));
 }
@@ -53,17 +53,17 @@ pub fn vertex_normals<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<Vector3<
     out
 }
 
-/// [`Surface::vertex_normals`] into a map that is kept (and replaced if it has another length).
+/// [`Surface::vertex_normals`] into an existing map, which is replaced if its length differs.
 ///
-/// On one thread, on purpose: adding each face's vector to its corners reads memory in order, and
-/// takes a sixth of the time of walking around each vertex.
+/// Deliberately single-threaded: adding the area vector of each face to its corners reads memory
+/// in order and takes a sixth of the time of walking around each vertex.
 pub fn vertex_normals_into<T: Scalar>(surface: &Surface<'_, T>, out: &mut VertexMap<Vector3<T>>) {
     vertex_area_vectors_into(surface, out);
     out.values_mut().for_each(|n| *n = unit_or_zero(n));
 }
 
-/// The sum of the area vectors of the faces around each vertex (on a closed surface they sum to
-/// zero; a third of it is the gradient of the enclosed volume).
+/// The sum of the area vectors of the faces around each vertex. On a closed surface these sums
+/// add up to zero, and a third of each is the gradient of the enclosed volume.
 ///
 /// **Shapes**: `n` vertices. **Units**: area.
 #[must_use]
@@ -73,7 +73,7 @@ pub fn vertex_area_vectors<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<Vec
     out
 }
 
-/// [`vertex_area_vectors`] into a map that is kept (and replaced if it has another length).
+/// [`vertex_area_vectors`] into an existing map, which is replaced if its length differs.
 pub fn vertex_area_vectors_into<T: Scalar>(
     surface: &Surface<'_, T>,
     out: &mut VertexMap<Vector3<T>>,
@@ -88,7 +88,8 @@ pub fn vertex_area_vectors_into<T: Scalar>(
     }
 }
 
-/// Squared lengths below this have lost digits to underflow: the smallest normal number over ε.
+/// Squared lengths below this have lost digits to underflow: the smallest normal number divided
+/// by ε.
 #[inline]
 fn smallest_square<T: Scalar>() -> T {
     T::min_value().map_or_else(T::zero, |lowest| T::one() / -lowest) / T::default_epsilon()
@@ -179,7 +180,8 @@ mod tests {
 
         #[test]
         fn volume_grows_along_the_area_vectors(shape in testing::closed_surfaces()) {
-            // dV = (1/3) Σ N_i · dx_i on closed surfaces; a translation changes nothing.
+            // On closed surfaces dV = (1/3) Σ N_i · dx_i, and a translation does not change the
+            // volume.
             let surface = shape.surface();
             let v = VertexId::new(shape.positions().len() / 2);
             let step = Vector3::new(0.3, -0.2, 0.5) * 1e-3;

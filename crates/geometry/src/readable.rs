@@ -1,11 +1,11 @@
-//! Numbers for people.
+//! Number formatting for human readers.
 
 use std::fmt;
 
-/// A number with the digits that a person reads: at most six, without the zeros behind them, and
-/// with an exponent where the number would be long otherwise.
+/// A number formatted for reading: at most six significant digits, no trailing zeros, and an
+/// exponent if the number would be long otherwise.
 ///
-/// It is for messages and tables. Files and JSON keep every digit and never go through this.
+/// Meant for messages and tables. Files and JSON keep every digit and never use it.
 ///
 /// ```
 /// use cotan_geometry::Readable;
@@ -21,11 +21,11 @@ impl fmt::Display for Readable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let x = self.0;
         if x == 0.0 || !x.is_finite() {
-            // Also −0, whose sign tells a person nothing.
+            // Also drops the sign of −0, which means nothing to a reader.
             let x = if x == 0.0 { 0.0 } else { x };
             return f.pad(&x.to_string());
         }
-        // The exponent after rounding, which may carry: 999999.9 is 1e6.
+        // The exponent after rounding, which may carry: 999999.9 becomes 1e6.
         let scientific = format!("{x:.*e}", DIGITS - 1);
         let (mantissa, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
         let text = match exponent.parse::<i32>() {
@@ -42,7 +42,7 @@ impl fmt::Display for Readable {
 /// Significant digits.
 const DIGITS: usize = 6;
 
-/// Exponents of ten of the numbers that are written without one.
+/// The range of decimal exponents that are written without an exponent.
 const PLAIN_FROM: i32 = -4;
 const PLAIN_BELOW: i32 = DIGITS as i32;
 
@@ -91,7 +91,7 @@ mod tests {
         fn the_text_is_short_and_close_to_the_number(x in proptest::num::f64::NORMAL) {
             let text = Readable(x).to_string();
             prop_assert!(text.len() <= "-1.23457e-308".len(), "{text}");
-            // The largest numbers may round to beyond what there is.
+            // The largest numbers may round beyond the range of `f64`.
             let read: f64 = text.parse().expect("a number");
             prop_assert!((read / x - 1.0).abs() <= 5.1e-6 || read.is_infinite(), "{x:e} {text}");
         }

@@ -1,17 +1,17 @@
-//! The one bound of everything that computes.
+//! The scalar type bound used by all computations.
 
 use nalgebra::RealField;
 use num_traits::{FromPrimitive, ToPrimitive};
 
-/// A floating-point type that the workspace computes with: `f32` or `f64`.
+/// A floating-point type supported by the workspace: `f32` or `f64`.
 ///
-/// It gathers what nalgebra and num-traits ask for, so that a user's bound is one word.
-/// Constants are written [`scalar`]`(0.5)`.
+/// It combines the required bounds of nalgebra and num-traits into one. Constants are written as
+/// [`scalar`]`(0.5)`.
 pub trait Scalar: RealField + Copy + FromPrimitive + ToPrimitive {
     /// The value as `f64` (exact for both types).
     fn as_f64(self) -> f64;
 
-    /// The nearest value to an `f64`.
+    /// The value nearest to an `f64`.
     fn of_f64(value: f64) -> Self;
 }
 
@@ -39,7 +39,7 @@ impl Scalar for f64 {
     }
 }
 
-/// The constant `value` in the type at hand.
+/// Converts the constant `value` to type `T`.
 #[inline]
 pub fn scalar<T: Scalar>(value: f64) -> T {
     T::of_f64(value)

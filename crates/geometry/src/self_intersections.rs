@@ -1,4 +1,4 @@
-//! Faces that cross other faces of the same surface, found by a tree and exact predicates.
+//! Self-intersections of a surface, found with a bounding-box tree and exact predicates.
 
 use std::cmp::Ordering;
 
@@ -33,15 +33,16 @@ pub(crate) fn self_intersections<T: Scalar>(surface: &Surface<'_, T>) -> Vec<Fac
     CHUNKS.filter_map(mesh.num_faces(), |f| crosses_any(f).then(|| FaceId::new(f)))
 }
 
-/// Of a face whose box meets those of more others than this, only so many are asked: around a
-/// vertex of a huge valence all boxes meet, and all pairs would take hours.
+/// The maximum number of overlapping boxes examined per face: around a vertex with a huge valence
+/// all boxes overlap, and testing all pairs would take hours.
 const MOST_BOXES: usize = 1000;
 
-/// Whether two triangles cross: each has points strictly on both sides of the other's plane, and
-/// they have a segment in common; or they lie in one plane and their interiors overlap.
+/// Returns true if two triangles cross, which means that each has points strictly on both sides
+/// of the other's plane and they share a segment, or that they are coplanar and their interiors
+/// overlap.
 ///
-/// Decided exactly, for the coordinates as they are. Triangles that only touch do not cross, and
-/// a triangle without area crosses nothing. The order of the corners does not matter.
+/// The result is exact for the given coordinates. Triangles that only touch do not cross, and a
+/// triangle without area crosses nothing. The order of the corners does not matter.
 ///
 /// **Source**: Guigue and Devillers 2003, Fast and robust triangle-triangle overlap test using
 /// orientation predicates; here with strict inequalities.
@@ -63,7 +64,7 @@ pub fn triangles_cross(first: &[Point3<f64>; 3], second: &[Point3<f64>; 3]) -> b
         ],
         sides[apex_of_second],
     );
-    // Each apex above the other triangle's plane.
+    // Orients both triangles so that each apex is above the other triangle's plane.
     if above.is_lt() {
         first.swap(1, 2);
     }
@@ -71,23 +72,26 @@ pub fn triangles_cross(first: &[Point3<f64>; 3], second: &[Point3<f64>; 3]) -> b
         second.swap(1, 2);
     }
     let ([p, q, r], [a, b, c]) = (first, second);
-    // Both meet the line of the two planes in an interval; each begins before the other ends.
+    // Both triangles meet the intersection line of the planes in an interval. The intervals
+    // overlap if each begins before the other ends.
     side(&[p, q, a], &b).is_lt() && side(&[p, r, c], &a).is_lt()
 }
 
-/// On which side of a triangle's plane a point is: above where the corners are counter-clockwise.
+/// The side of a triangle's plane on which a point lies; above is where the corners appear
+/// counter-clockwise.
 fn side([a, b, c]: &[Point3<f64>; 3], point: &Point3<f64>) -> Ordering {
     let coord = |p: &Point3<f64>| Coord3D {
         x: p.x,
         y: p.y,
         z: p.z,
     };
-    // The crate's sign is that of a point below.
+    // The crate's predicate is positive for a point below.
     let below = orient3d(coord(a), coord(b), coord(c), coord(point));
     0.0_f64.partial_cmp(&below).unwrap_or(Ordering::Equal)
 }
 
-/// The corner that is alone on its side of a plane; `None` unless corners are on both sides.
+/// The corner that is alone on its side of a plane, or `None` unless there are corners on both
+/// sides.
 fn apex(sides: [Ordering; 3]) -> Option<usize> {
     let has = |side| sides.contains(&side);
     if !(has(Ordering::Less) && has(Ordering::Greater)) {
@@ -98,12 +102,13 @@ fn apex(sides: [Ordering; 3]) -> Option<usize> {
     })
 }
 
-/// The triangle with another corner first and the same orientation.
+/// Rotates the corners so that `first` comes first, which preserves the orientation.
 fn rotated(triangle: &[Point3<f64>; 3], first: usize) -> [Point3<f64>; 3] {
     [0, 1, 2].map(|k| triangle[(first + k) % 3])
 }
 
-/// Whether the interiors of two triangles in one plane overlap: no edge's line separates them.
+/// Returns true if the interiors of two coplanar triangles overlap, that is, if no edge line
+/// separates them.
 fn overlap_in_plane(first: &[Point3<f64>; 3], second: &[Point3<f64>; 3]) -> bool {
     let [a, b, c] = first;
     let dropped = (b - a).cross(&(c - a)).iamax();
@@ -122,8 +127,8 @@ fn overlap_in_plane(first: &[Point3<f64>; 3], second: &[Point3<f64>; 3]) -> bool
     !is_separated(&first, &second) && !is_separated(&second, &first)
 }
 
-/// The positions scaled by a power of two, which is exact, to coordinates of about 1: products of
-/// huge or tiny ones would leave the range of numbers.
+/// Scales the positions by a power of two, which is exact, to coordinates of about 1, because
+/// products of huge or tiny coordinates would overflow or underflow.
 fn unit_sized<T: Scalar>(positions: &Positions<T>) -> Positions<f64> {
     let sizes = positions.values().map(|p| p.coords.amax().as_f64());
     let size = sizes.fold(f64::MIN_POSITIVE, f64::max);
@@ -132,7 +137,7 @@ fn unit_sized<T: Scalar>(positions: &Positions<T>) -> Positions<f64> {
     positions.map(|p| p.map(|x| x.as_f64() * scale))
 }
 
-/// Faces per task: a search takes microseconds.
+/// Faces per task; one search takes microseconds.
 const CHUNKS: Chunks = Chunks::of(256);
 
 #[cfg(test)]
@@ -150,7 +155,7 @@ mod tests {
         faces.into_iter().map(FaceId::index).collect()
     }
 
-    /// Two shapes as one mesh.
+    /// Combines two shapes into one mesh.
     fn both(first: &Mesh<f64>, second: &Mesh<f64>) -> Mesh<f64> {
         let n = first.num_vertices() as u32;
         let points = first
@@ -170,7 +175,7 @@ mod tests {
         shape.with_positions(positions).expect("as many")
     }
 
-    /// All pairs, without a tree.
+    /// Tests all pairs without a tree.
     fn by_pairs(shape: &Mesh<f64>) -> Vec<usize> {
         let mesh = shape.connectivity();
         let corners = |f| mesh.triangle(f).map(|v| shape.positions()[v]);
@@ -222,14 +227,14 @@ mod tests {
             found.iter().all(|&f| from_circle(f) < edge),
             "near the circle only"
         );
-        // On either sphere the circle passes through one face after another.
+        // On each sphere, the circle of intersection passes through one face after another.
         let circumference = std::f64::consts::TAU * radius;
         assert!(
             found.len() as f64 > 2.0 * circumference / edge,
             "{}",
             found.len()
         );
-        // Apart, and one within the other.
+        // Apart from each other, and one inside the other.
         assert!(crossing(&both(&ball, &moved(&ball, [2.1, 0.0, 0.0]))).is_empty());
         let small = ball
             .with_positions(ball.positions().map(|p| p * 0.5))
@@ -254,7 +259,7 @@ mod tests {
         assert_eq!(crossing(&band), [0, 1, 6, 7]);
         let single = self_intersections(&band.cast::<f32>().surface());
         assert_eq!(single.len(), 4);
-        // Of any size, and far from the origin.
+        // At any scale, and far from the origin.
         for scale in [1e-200, 1e-30, 1e30, 1e200] {
             let scaled = band.positions().map(|p| p * scale);
             assert_eq!(
@@ -292,7 +297,7 @@ mod tests {
             [0.5, 0.6, 1.0],
             [0.6, 0.5, -1.0]
         ]));
-        // A corner or an edge that touches; beside it; above.
+        // Touching at a corner or an edge; next to it; above it.
         assert!(!crosses([
             [0.5, 0.5, 0.0],
             [0.5, 0.5, 1.0],
@@ -313,7 +318,7 @@ mod tests {
             [2.0, 0.0, 0.1],
             [0.0, 2.0, 0.1]
         ]));
-        // In the plane: the same, within, beside along an edge, with a corner in common, apart.
+        // Coplanar: identical, inside, adjacent along an edge, with a common corner, apart.
         assert!(crosses([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]]));
         assert!(crosses([[0.2, 0.2, 0.0], [0.5, 0.2, 0.0], [0.2, 0.5, 0.0]]));
         assert!(!crosses([
@@ -331,7 +336,7 @@ mod tests {
             [6.0, 5.0, 0.0],
             [5.0, 6.0, 0.0]
         ]));
-        // Without area.
+        // Triangles without area.
         assert!(!crosses([
             [0.5, 0.5, -1.0],
             [0.5, 0.5, 1.0],
@@ -340,7 +345,8 @@ mod tests {
         assert!(!crosses([[0.5, 0.5, 0.0]; 3]));
     }
 
-    /// Whether an edge of one triangle passes through the other, by plain arithmetic.
+    /// Returns true if an edge of one triangle passes through the other, computed without exact
+    /// predicates.
     fn pierces(first: &[Point3<f64>; 3], second: &[Point3<f64>; 3]) -> bool {
         let volume = |a: &Point3<f64>, b: &Point3<f64>, c: &Point3<f64>, d: &Point3<f64>| {
             (b - a).cross(&(c - a)).dot(&(d - a))
@@ -354,7 +360,7 @@ mod tests {
         any(first, second) || any(second, first)
     }
 
-    /// Made coarsely, the creature crosses itself in some places.
+    /// At a coarse resolution the creature intersects itself in a few places.
     #[test]
     fn what_is_found_is_what_edges_pierce() {
         let shape = creature::<f64>(64);
@@ -407,7 +413,7 @@ mod tests {
             let turned: Isometry3<f64> = motion;
             let turned = pair.positions().map(|p| turned * p);
             let turned = crossing(&pair.with_positions(turned)?);
-            // A crossing within the last digits may come or go.
+            // A crossing within the last digits may appear or disappear.
             prop_assert!(found.len().abs_diff(turned.len()) <= 1 + found.len() / 10);
         }
     }

@@ -1,9 +1,9 @@
-//! Numbers by place: neighbours in space become neighbours in memory.
+//! Spatial vertex order: neighbours in space become neighbours in memory.
 //!
-//! A mesh whose vertices are numbered at random makes every pass over its triangles wait for
-//! memory: building it takes four times as long, and so do weights, normals and right-hand sides.
-//! Sorting the vertices along a curve that fills space (Z-order: the bits of the three coordinates
-//! interleaved) costs less than what one such pass loses.
+//! If the vertices of a mesh are in random order, every pass over its triangles waits for memory:
+//! building the mesh takes four times as long, and so do weights, normals and right-hand sides.
+//! Sorting the vertices along a space-filling curve (Z-order: the interleaved bits of the three
+//! coordinates) costs less than one such pass loses.
 
 use cotan_halfedge::{BuildError, FaceId, HalfedgeMesh, VertexId, VertexMap};
 use cotan_parallel as parallel;
@@ -13,9 +13,9 @@ use crate::mesh::Mesh;
 use crate::scalar::Scalar;
 use crate::surface::Positions;
 
-/// New numbers for the vertices of a mesh, along a curve that fills its bounding box.
+/// A permutation of the vertices of a mesh along a curve that fills its bounding box.
 ///
-/// It depends on positions alone: two embeddings of one mesh are numbered in two ways. Use one
+/// It depends on the positions only, so two embeddings of one mesh have different orders. Use one
 /// order for both.
 ///
 /// ```
@@ -42,20 +42,21 @@ use crate::surface::Positions;
 /// ```
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct SpatialOrder {
-    /// The old number of each vertex, by its new one, and the other way round.
+    /// The old index of each vertex by its new one, and vice versa.
     old: VertexMap<VertexId>,
     new: VertexMap<VertexId>,
 }
 
 impl SpatialOrder {
-    /// Sorts the vertices by their places; those at one place stay in the order that they have.
+    /// Sorts the vertices by position. Vertices with equal positions keep their relative order.
     ///
-    /// Takes some 30 nanoseconds a vertex.
+    /// Takes about 30 nanoseconds per vertex.
     #[must_use]
     pub fn of<T: Scalar>(positions: &Positions<T>) -> Self {
         let points = positions.as_slice();
         let grid = Grid::of(points);
-        // The upper half of the key decides nearly always, and with the number it fits one word.
+        // The upper half of the key nearly always decides, and fits into one word together with
+        // the index.
         let key = |i: usize| (grid.key(&points[i]) >> 32 << 32) | i as u64;
         let mut sorted: Vec<u64> = parallel::filled(points.len(), key);
         parallel::sort_unstable(&mut sorted);
@@ -76,12 +77,14 @@ impl SpatialOrder {
         }
     }
 
-    /// Whether triangles that stand together in `faces` have corners all over the place, so that a
-    /// spatial order pays.
+    /// Returns true if triangles that are close together in `faces` have widely scattered
+    /// corners, so that a spatial order pays off.
     ///
-    /// Counts the blocks of 16 vertex numbers that runs of 64 faces touch: some 0.2 a face where
-    /// numbers are near each other, up to 3 at random; more than 1 counts as scattered.
-    /// Small meshes never do: caches hold them in any order. Looks at a sample of the faces.
+    /// Counts the blocks of 16 vertex indices that runs of 64 faces touch: about 0.2 per face if
+    /// the indices are close together, up to 3 if they are random. More than 1 counts as
+    /// scattered.
+    /// Small meshes are never scattered, because caches hold them in any order. Only a sample of
+    /// the faces is examined.
     #[must_use]
     pub fn is_scattered(num_vertices: usize, faces: &[[u32; 3]]) -> bool {
         if num_vertices < SMALL || faces.len() < RUN {
@@ -100,7 +103,7 @@ impl SpatialOrder {
         num_blocks > num_runs * RUN
     }
 
-    /// The new number of a vertex.
+    /// The new index of a vertex.
     ///
     /// # Panics
     /// If there is no such vertex.
@@ -110,7 +113,7 @@ impl SpatialOrder {
         self.new[old]
     }
 
-    /// The number that a vertex had before.
+    /// The old index of a vertex.
     ///
     /// # Panics
     /// If there is no such vertex.
@@ -120,16 +123,16 @@ impl SpatialOrder {
         self.old[new]
     }
 
-    /// The triangles with new numbers, sorted by the first of their corners, and the old number of
-    /// each.
+    /// Renumbers the triangles and sorts them by their first corner. Returns them with the old
+    /// index of each.
     ///
     /// # Panics
-    /// If a corner is no vertex.
+    /// If a corner is not a vertex.
     #[must_use]
     pub fn faces(&self, faces: &[[u32; 3]]) -> (Vec<[u32; 3]>, Vec<FaceId>) {
         let renumbered =
             |face: &[u32; 3]| face.map(|v| self.new[VertexId::new(v as usize)].index() as u32);
-        // A counting sort: the next free place of the faces of each vertex.
+        // A counting sort: for each vertex, the next free slot for its faces.
         let mut places = vec![0u32; self.new.len() + 1];
         let first: Vec<u32> = faces
             .iter()
@@ -151,20 +154,20 @@ impl SpatialOrder {
         (sorted.collect(), old)
     }
 
-    /// Brings a map from the old numbers to the new ones.
+    /// Reorders a map from the old indices to the new ones.
     ///
     /// # Panics
-    /// If the map has not one entry a vertex.
+    /// If the map does not have one entry per vertex.
     #[must_use]
     pub fn gather<V: Clone>(&self, map: &VertexMap<V>) -> VertexMap<V> {
         assert_eq!(map.len(), self.old.len(), "one entry a vertex");
         self.old.map(|&v| map[v].clone())
     }
 
-    /// Brings a map back from the new numbers to the old ones.
+    /// Reorders a map from the new indices back to the old ones.
     ///
     /// # Panics
-    /// If the map has not one entry a vertex.
+    /// If the map does not have one entry per vertex.
     #[must_use]
     pub fn scatter<V: Clone>(&self, map: &VertexMap<V>) -> VertexMap<V> {
         assert_eq!(map.len(), self.new.len(), "one entry a vertex");
@@ -193,16 +196,16 @@ impl Grid {
         }
     }
 
-    /// The number of the point's cell along the curve; 0 where there is no place to speak of.
+    /// The index of the point's cell along the curve, or 0 if the position is not meaningful.
     fn key<T: Scalar>(&self, p: &Point3<T>) -> u64 {
         let cell = (p.map(Scalar::as_f64) - self.low) * self.cells_per_length;
-        // A cast turns NaN into 0 and clamps the rest.
+        // Casting turns NaN into 0; everything else is clamped.
         let [x, y, z] = [cell.x, cell.y, cell.z].map(|x| spread(x.clamp(0.0, CELLS - 1.0) as u64));
         x | y << 1 | z << 2
     }
 }
 
-/// Puts two zeros between the lowest 21 bits.
+/// Inserts two zeros between each of the lowest 21 bits.
 fn spread(x: u64) -> u64 {
     let mut x = x & 0x1f_ffff;
     x = (x | x << 32) & 0x001f_0000_0000_ffff;
@@ -213,10 +216,10 @@ fn spread(x: u64) -> u64 {
 }
 
 impl<T: Scalar> Mesh<T> {
-    /// The same mesh with its vertices and faces numbered by place, and the order that leads back.
+    /// Returns the same mesh with its vertices and faces in spatial order, and the order itself.
     ///
     /// # Errors
-    /// Those of [`HalfedgeMesh::from_faces`], none of which other numbers bring about.
+    /// Those of [`HalfedgeMesh::from_faces`], none of which can be caused by renumbering.
     pub fn in_spatial_order(&self) -> Result<(Self, SpatialOrder), BuildError> {
         let order = SpatialOrder::of(self.positions());
         let corners = |f| self.connectivity().triangle(f).map(|v| v.index() as u32);
@@ -230,17 +233,19 @@ impl<T: Scalar> Mesh<T> {
 
 const CELLS: f64 = (1 << 21) as f64;
 
-/// Vertices that one cell of the upper half of the bits may hold in any order: a few cache lines.
+/// The number of vertices that may share a cell of the upper half of the key in any order: a few
+/// cache lines.
 const LONGEST_RUN: usize = 16;
 
-/// Meshes below this many vertices, a few hundred bytes each, fit a core's cache.
+/// Meshes with fewer vertices than this fit into a core's cache at a few hundred bytes per
+/// vertex.
 const SMALL: usize = 1 << 12;
 
-/// Faces of a run, and vertex numbers of a block: 16 positions are six cache lines.
+/// Faces per run, and vertex indices per block: 16 positions are six cache lines.
 const RUN: usize = 64;
 const BLOCK: u32 = 16;
 
-/// Runs that are looked at, evenly spread.
+/// The number of runs examined, evenly spread.
 const MOST_RUNS: usize = 256;
 
 #[cfg(test)]
@@ -334,7 +339,7 @@ mod tests {
         assert_eq!(order(&[[3.0; 3]; 3]), [0, 1, 2]);
         assert_eq!(order(&[[f64::MAX; 3], [-f64::MAX; 3]]).len(), 2);
         assert_eq!(order(&[[1.0; 3], [f64::NAN; 3], [0.0; 3]]).len(), 3);
-        // Forty points in one cell of the upper bits, far from another.
+        // Forty points in one cell of the upper bits, far from another point.
         let mut points: Vec<[f64; 3]> = (0..40)
             .map(|k| [1e-5 * f64::from(40 - k), 0.0, 0.0])
             .collect();

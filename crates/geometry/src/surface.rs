@@ -1,4 +1,4 @@
-//! A triangle mesh together with its positions: what every quantity is measured on.
+//! A triangle mesh together with its positions, on which all quantities are measured.
 
 use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
 use nalgebra::{Point3, Vector3};
@@ -6,22 +6,22 @@ use thiserror::Error;
 
 use crate::scalar::Scalar;
 
-/// A position per vertex.
+/// One position per vertex.
 pub type Positions<T> = VertexMap<Point3<T>>;
 
-/// Why a mesh and positions do not form a surface that can be measured.
+/// The reason why a mesh and positions do not form a measurable surface.
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
 #[non_exhaustive]
 pub enum SurfaceError {
-    /// The number of positions is not the number of vertices.
+    /// The number of positions differs from the number of vertices.
     #[error("there are {positions} positions for {vertices} vertices; give one position a vertex")]
     LengthMismatch {
-        /// How many positions were given.
+        /// The number of positions given.
         positions: usize,
-        /// How many vertices the mesh has.
+        /// The number of vertices of the mesh.
         vertices: usize,
     },
-    /// A face that is not a triangle.
+    /// A face is not a triangle.
     #[error("face {face} has {degree} corners; triangulate the mesh first")]
     NotTriangles {
         /// The face, counted from 0.
@@ -29,21 +29,21 @@ pub enum SurfaceError {
         /// Its number of corners.
         degree: usize,
     },
-    /// A coordinate that is NaN or infinite.
+    /// A coordinate is NaN or infinite.
     #[error("vertex {vertex} has a coordinate that is not a finite number")]
     NonFinite {
         /// The vertex.
         vertex: VertexId,
     },
-    /// Nothing to measure.
+    /// The mesh has no faces.
     #[error("the mesh has no faces")]
     Empty,
 }
 
 /// A triangle mesh and the positions of its vertices, both borrowed.
 ///
-/// A `Surface` made by [`Surface::new`] has only triangles, one position a vertex, and finite
-/// coordinates; it may have boundaries, several components and degenerate triangles.
+/// A `Surface` created by [`Surface::new`] has only triangles, one position per vertex, and
+/// finite coordinates. It may have boundaries, several components and degenerate triangles.
 #[derive(Debug)]
 pub struct Surface<'a, T: Scalar> {
     mesh: &'a HalfedgeMesh,
@@ -68,8 +68,8 @@ impl<'a, T: Scalar> Surface<'a, T> {
     /// Checks that `positions` embed `mesh` and pairs the two.
     ///
     /// # Errors
-    /// [`SurfaceError`] if the mesh is empty or has a larger polygon, if a position is missing, or
-    /// if a coordinate is not finite.
+    /// [`SurfaceError`] if the mesh is empty or has a polygon with more than three corners, if a
+    /// position is missing, or if a coordinate is not finite.
     pub fn new(mesh: &'a HalfedgeMesh, positions: &'a Positions<T>) -> Result<Self, SurfaceError> {
         if mesh.num_faces() == 0 {
             return Err(SurfaceError::Empty);
@@ -95,12 +95,13 @@ impl<'a, T: Scalar> Surface<'a, T> {
         Ok(Self { mesh, positions })
     }
 
-    /// Pairs a mesh and positions that [`Surface::new`] once accepted, without looking again.
+    /// Pairs a mesh and positions that [`Surface::new`] has accepted before, without checking
+    /// them again.
     ///
-    /// For what keeps a checked surface's parts and measures them in every iteration.
+    /// For code that stores the parts of a checked surface and measures it in every iteration.
     ///
     /// # Panics
-    /// If there is not one position a vertex.
+    /// If there is not one position per vertex.
     #[must_use]
     pub fn assume_checked(mesh: &'a HalfedgeMesh, positions: &'a Positions<T>) -> Self {
         assert_eq!(
@@ -111,12 +112,12 @@ impl<'a, T: Scalar> Surface<'a, T> {
         Self { mesh, positions }
     }
 
-    /// The same mesh with other positions, whose length is checked and whose values are not.
+    /// Pairs the same mesh with other positions. Their number is checked, their values are not.
     ///
     /// For iterations that move the vertices of a surface that was checked once.
     ///
     /// # Panics
-    /// If there is not one position a vertex.
+    /// If there is not one position per vertex.
     #[must_use]
     pub fn with_positions<'b>(&self, positions: &'b Positions<T>) -> Surface<'b, T>
     where
@@ -145,7 +146,8 @@ impl<'a, T: Scalar> Surface<'a, T> {
         self.positions
     }
 
-    /// The vertices whose position fulfils a condition, ascending: a region to hold.
+    /// The vertices whose position satisfies a condition, in ascending order, for example as a
+    /// handle.
     pub fn vertices_where(&self, condition: impl Fn(&Point3<T>) -> bool) -> Vec<VertexId> {
         self.positions
             .iter()
@@ -154,13 +156,13 @@ impl<'a, T: Scalar> Surface<'a, T> {
             .collect()
     }
 
-    /// The position of one vertex.
+    /// The position of a vertex.
     #[inline]
     pub fn position(&self, vertex: VertexId) -> Point3<T> {
         self.positions[vertex]
     }
 
-    /// The vector along a halfedge, from its origin to its target.
+    /// The vector from the origin of a halfedge to its target.
     #[inline]
     pub fn halfedge_vector(&self, halfedge: cotan_halfedge::HalfedgeId) -> Vector3<T> {
         self.position(self.mesh.target(halfedge)) - self.position(self.mesh.origin(halfedge))

@@ -1,7 +1,7 @@
-//! Proptest strategies for random surfaces and motions, for the property tests of every crate.
+//! Proptest strategies for random surfaces and motions, for the property tests of all crates.
 //!
-//! Behind the feature `testing`. All shapes are valid triangle meshes without degenerate faces, in
-//! double precision; [`rounded`] makes those of another scalar type of them.
+//! Requires the feature `testing`. All shapes are valid triangle meshes without degenerate faces,
+//! in double precision; [`rounded`] converts them to another scalar type.
 
 use std::f64::consts::{PI, TAU};
 
@@ -12,23 +12,24 @@ use crate::mesh::Mesh;
 use crate::scalar::Scalar;
 use crate::shapes::{bar, bumpy_plane, cylinder, icosphere, tetrahedron, torus};
 
-/// A small surface of any kind, at most 400 vertices: closed (genus 0 or 1) or a disc, regular or
-/// jittered by up to a tenth of the shortest edge, placed, turned and scaled (0.1 … 10) at random.
+/// A small surface of any kind with at most 400 vertices: closed (genus 0 or 1) or a disc,
+/// regular or jittered by up to a tenth of the shortest edge, with random position, rotation and
+/// scale (0.1 … 10).
 pub fn surfaces() -> impl Strategy<Value = Mesh<f64>> {
     place(prop_oneof![closed_shapes(), discs()])
 }
 
-/// As [`surfaces`], but closed: genus 0 or 1.
+/// Like [`surfaces`], but closed: genus 0 or 1.
 pub fn closed_surfaces() -> impl Strategy<Value = Mesh<f64>> {
     place(closed_shapes())
 }
 
-/// As [`surfaces`], but closed and of genus 0.
+/// Like [`surfaces`], but closed and of genus 0.
 pub fn spheres() -> impl Strategy<Value = Mesh<f64>> {
     place(genus_zero_shapes())
 }
 
-/// As [`surfaces`], but with one boundary loop.
+/// Like [`surfaces`], but with one boundary loop.
 pub fn open_surfaces() -> impl Strategy<Value = Mesh<f64>> {
     place(discs())
 }
@@ -55,7 +56,7 @@ pub fn blobs() -> impl Strategy<Value = Mesh<f64>> {
         })
 }
 
-/// The meshes of a strategy with positions rounded to `T`; they shrink as those do.
+/// The meshes of a strategy with positions rounded to `T`. They shrink in the same way.
 ///
 /// ```
 /// use cotan_geometry::testing::{rounded, surfaces};
@@ -84,7 +85,7 @@ pub fn rigid_motions() -> impl Strategy<Value = Isometry3<f64>> {
     })
 }
 
-/// A unit vector, uniform on the sphere.
+/// A uniformly distributed unit vector.
 pub fn directions() -> impl Strategy<Value = Vector3<f64>> {
     (-1.0..1.0_f64, 0.0..TAU).prop_map(|(z, angle)| {
         let radius = (1.0 - z * z).max(0.0).sqrt();
@@ -119,7 +120,7 @@ fn discs() -> impl Strategy<Value = Mesh<f64>> {
         .prop_map(|(size, segments, amplitude)| bumpy_plane(size, segments, amplitude))
 }
 
-/// Jitters, scales, turns and moves.
+/// Jitters, scales, rotates and translates the shapes.
 fn place(shapes: impl Strategy<Value = Mesh<f64>>) -> impl Strategy<Value = Mesh<f64>> {
     let jitter = prop_oneof![Just(0.0), 0.0..0.1_f64];
     (shapes, jitter, any::<u64>(), -1.0..1.0_f64, rigid_motions()).prop_map(
@@ -144,7 +145,7 @@ fn shortest_edge(shape: &Mesh<f64>) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-/// A number in −1 … 1 that depends on `seed` and `index` alone (the mixer of SplitMix64).
+/// A number in −1 … 1 that depends only on `seed` and `index` (the mixer of SplitMix64).
 fn noise(seed: u64, index: usize) -> f64 {
     let mut z = seed.wrapping_add((index as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15));
     z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);

@@ -1,4 +1,5 @@
-//! The affine map from a triangle to another shape of it: how far it stretches and compresses.
+//! The affine map from a triangle to its deformed shape, and the amounts by which it stretches
+//! and compresses.
 
 use cotan_halfedge::{FaceId, FaceMap};
 use nalgebra::{Point3, Vector3};
@@ -8,26 +9,26 @@ use crate::maps;
 use crate::scalar::Scalar;
 use crate::surface::{Positions, Surface, SurfaceError};
 
-/// The affine map of a triangle's plane onto that of its deformed shape.
+/// The affine map from the plane of a triangle to that of its deformed shape.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct TriangleMap {
-    /// Two directions of length 1 in the triangle's plane, at right angles.
+    /// Two orthogonal unit vectors in the triangle's plane.
     pub axes: [Vector3<f64>; 2],
     /// The images of the two directions: the derivative of the map.
     pub images: [Vector3<f64>; 2],
-    /// The area of the triangle before. **Units**: area.
+    /// The area of the triangle before the deformation. **Units**: area.
     pub area: f64,
 }
 
 impl TriangleMap {
-    /// The map between two triangles; `None` if the first has hardly any area, with a relative
-    /// height of at most 1e-9.
+    /// Computes the map between two triangles. Returns `None` if the first has almost no area,
+    /// that is, a relative height of at most 1e-9.
     pub fn new<T: Scalar>(before: [Point3<T>; 3], after: [Point3<T>; 3]) -> Option<Self> {
         let [before, after] = [before, after].map(|t| t.map(|p| p.map(T::as_f64)));
         if relative_height(&before[0], &before[1], &before[2]) <= LEAST_HEIGHT {
             return None;
         }
-        // Along the longest edge, so that the height is the least rounded.
+        // Based on the longest edge, which minimizes the rounding error of the height.
         let square = |k: usize| (before[(k + 1) % 3] - before[k]).norm_squared();
         let first = (0..3).max_by(|&i, &j| square(i).total_cmp(&square(j)))?;
         let edges = |t: &[Point3<f64>; 3]| {
@@ -50,27 +51,27 @@ impl TriangleMap {
         })
     }
 
-    /// σ1 ≥ σ2 ≥ 0: by how much the map lengthens the direction that it stretches most, and the
-    /// one that it stretches least.
+    /// The singular values σ1 ≥ σ2 ≥ 0: the largest and the smallest factor by which the map
+    /// stretches a direction.
     pub fn singular_values(&self) -> [f64; 2] {
         let [x, y] = self.images;
         let p = x.norm();
         if p == 0.0 {
             return [y.norm(), 0.0];
         }
-        // In a frame with the first image along its first axis, the map is (p q; 0 r).
+        // In a frame whose first axis is along the first image, the map is (p q; 0 r).
         let (q, r) = (x.dot(&y) / p, x.cross(&y).norm() / p);
         let largest = 0.5 * ((p + r).hypot(q) + (p - r).hypot(q));
         [largest, p * r / largest]
     }
 }
 
-/// The singular values σ1 ≥ σ2 of the map of every face onto its deformed shape; `None` for a face
-/// that has hardly any area at rest (a relative height of at most 1e-9).
+/// The singular values σ1 ≥ σ2 of the map of each face onto its deformed shape. `None` for a face
+/// with almost no area at rest (a relative height of at most 1e-9).
 ///
 /// Both are 1 for rigid motions, and s for a scaling by s. σ2 is 0 where a face has collapsed.
 ///
-/// **Shapes**: one entry per face. **Units**: none.
+/// **Shapes**: one entry per face. **Units**: dimensionless.
 ///
 /// # Errors
 /// [`SurfaceError`] if `deformed` does not embed the mesh.
@@ -110,7 +111,7 @@ pub fn face_map<T: Scalar>(
     )
 }
 
-/// Below this relative height a triangle has a shape by rounding only.
+/// Below this relative height, the shape of a triangle is determined by rounding errors.
 const LEAST_HEIGHT: f64 = 1e-9;
 
 #[cfg(test)]
@@ -139,7 +140,7 @@ mod tests {
         // A shear by 1: the golden ratio and its inverse.
         let golden = 0.5 * (1.0 + 5.0_f64.sqrt());
         near([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]], [golden, 1.0 / golden]);
-        // Onto a line, and onto a point.
+        // Collapsed to a line, and to a point.
         near([[0.0, 0.0], [1.0, 0.0], [0.5, 0.0]], [1.25_f64.sqrt(), 0.0]);
         near([[2.0, 2.0]; 3], [0.0, 0.0]);
         let line = flat([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]]);
@@ -173,7 +174,7 @@ mod tests {
                 prop_assert!((largest / scale - 1.0).abs() < 1e-9);
                 prop_assert!((least / scale - 1.0).abs() < 1e-9);
             }
-            // The derivative takes the axes to their images.
+            // The derivative maps the axes to their images.
             let turned = shape.surface().with_positions(&moved);
             let rotation: Matrix3<f64> = motion.rotation.to_rotation_matrix().into_inner() * scale;
             let map = face_map(&shape.surface(), &turned, FaceId::new(0)).expect("an area");

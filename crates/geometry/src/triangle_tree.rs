@@ -1,9 +1,8 @@
-//! The tree of boxes over the triangles: what a ray hits, what is near a line of sight,
-//! what overlaps a box.
+//! A bounding-box tree over triangles, for queries by ray, by line of sight and by box.
 //!
-//! The crate `bvh` builds it, well and in parallel. It is walked here, nearest box first, so that a
-//! ray stops at the first thing it meets; and when the shape moves, its boxes are fitted anew
-//! without another tree, which takes a fraction of the time.
+//! The crate `bvh` builds the tree, in parallel. The traversal here visits the nearest box first,
+//! so that a ray stops at the first triangle it meets. When the shape moves, the boxes are
+//! refitted without rebuilding the tree, which takes a fraction of the time.
 
 use std::ops::ControlFlow;
 
@@ -17,7 +16,7 @@ use crate::surface::Positions;
 
 type Box3 = Aabb<f64, 3>;
 
-/// A tree of boxes over triangles.
+/// A bounding-box tree over triangles.
 #[derive(Debug)]
 pub struct TriangleTree {
     bvh: Bvh<f64, 3>,
@@ -27,7 +26,7 @@ pub struct TriangleTree {
 /// A half-line.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Ray {
-    /// The point at which it begins.
+    /// The origin of the ray.
     pub origin: Point3<f64>,
     /// Its direction, of length 1.
     pub direction: Vector3<f64>,
@@ -41,7 +40,7 @@ impl Ray {
     }
 }
 
-/// A point where a ray meets a triangle.
+/// An intersection of a ray and a triangle.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Meeting {
     /// The index of the triangle.
@@ -51,7 +50,7 @@ pub struct Meeting {
 }
 
 impl TriangleTree {
-    /// A tree over triangles, given by the indices of their corners.
+    /// Builds a tree over triangles, given by the indices of their corners.
     pub fn build(triangles: Vec<[u32; 3]>, positions: &Positions<f64>) -> Self {
         let mut leaves: Vec<Leaf> = triangles
             .iter()
@@ -66,13 +65,13 @@ impl TriangleTree {
         }
     }
 
-    /// The triangles, in the order in which they came.
+    /// The triangles, in their original order.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
 
-    /// Fits the boxes to moved vertices. The tree stays right; it becomes slow if what was near is
-    /// near no more.
+    /// Fits the boxes to moved vertices. Queries stay correct, but become slow if triangles that
+    /// were close together move far apart.
     pub fn refit(&mut self, positions: &Positions<f64>) {
         let mut boxes = vec![Box3::empty(); self.bvh.nodes.len()];
         // `bvh` stores a node before its children.
@@ -96,7 +95,7 @@ impl TriangleTree {
         }
     }
 
-    /// The first triangle on the ray.
+    /// The first triangle along the ray.
     pub fn first(&self, ray: &Ray, positions: &Positions<f64>) -> Option<Meeting> {
         let mut best = None;
         self.walk(ray, f64::INFINITY, usize::MAX, positions, |meeting| {
@@ -106,7 +105,7 @@ impl TriangleTree {
         best
     }
 
-    /// Whether the ray meets a triangle nearer than `limit`, of those that `counts`.
+    /// Returns true if the ray meets, closer than `limit`, a triangle accepted by `counts`.
     pub fn meets_any(
         &self,
         ray: &Ray,
@@ -126,9 +125,9 @@ impl TriangleTree {
         is_met
     }
 
-    /// Calls `meets` with the meetings of the ray and triangles nearer than a limit, roughly in
-    /// order; it answers with the limit from there on, or ends the walk. So does the triangle after
-    /// `most` others.
+    /// Calls `meets` for the intersections of the ray with triangles closer than a limit, roughly
+    /// in order of distance. `meets` returns the new limit or ends the walk. The walk also ends
+    /// after `most` triangles.
     pub fn walk(
         &self,
         ray: &Ray,
@@ -175,7 +174,7 @@ impl TriangleTree {
                     let right = line.entry(child_r_aabb, limit);
                     let left = left.map(|entry| (*child_l_index, entry));
                     let right = right.map(|entry| (*child_r_index, entry));
-                    // The nearer child goes on the stack last: it is taken first.
+                    // The nearer child is pushed last, so it is popped first.
                     match (left, right) {
                         (Some(l), Some(r)) if l.1 <= r.1 => stack.extend([r, l]),
                         (l, r) => stack.extend(l.into_iter().chain(r)),
@@ -185,8 +184,8 @@ impl TriangleTree {
         }
     }
 
-    /// Whether `wanted` holds for any of the triangles whose boxes overlap, or touch, the given
-    /// one; at most so many of them are asked.
+    /// Returns true if `wanted` holds for any of the triangles whose boxes overlap or touch the
+    /// given one. At most `most` triangles are tested.
     pub fn any_overlapping(
         &self,
         bounds: &BoundingBox<f64>,
@@ -210,7 +209,8 @@ impl TriangleTree {
         ended == ControlFlow::Break(true)
     }
 
-    /// Calls `each` with the triangles whose boxes, seen as balls, pass `wanted(centre, radius)`.
+    /// Calls `each` with the triangles whose boxes, treated as balls, satisfy
+    /// `wanted(centre, radius)`.
     pub fn each_near(
         &self,
         wanted: impl Fn(Point3<f64>, f64) -> bool,
@@ -226,8 +226,8 @@ impl TriangleTree {
         });
     }
 
-    /// Calls `each` with the triangles whose boxes, and those around them, `enters` lets in; until
-    /// it ends the visit.
+    /// Calls `each` with the triangles whose boxes, including all enclosing ones, are accepted by
+    /// `enters`, until `each` ends the visit.
     fn visit<B>(
         &self,
         enters: impl Fn(&Box3) -> bool,
@@ -265,7 +265,8 @@ pub fn triangle_corners(triangle: [u32; 3], positions: &Positions<f64>) -> [Poin
 /// The distance along a ray at which it meets a triangle, from either side.
 ///
 /// **Source**: Möller and Trumbore 1997, Fast, minimum storage ray/triangle intersection. The
-/// borders belong to the triangle, with a tolerance: a ray through an edge must not slip between.
+/// border belongs to the triangle, with a tolerance, so that a ray through an edge cannot slip
+/// between two triangles.
 pub fn triangle_on_ray(ray: &Ray, [a, b, c]: [Point3<f64>; 3]) -> Option<f64> {
     let (ab, ac) = (b - a, c - a);
     let p = ray.direction.cross(&ac);
@@ -282,7 +283,7 @@ pub fn triangle_on_ray(ray: &Ray, [a, b, c]: [Point3<f64>; 3]) -> Option<f64> {
     (is_inside && distance >= 0.0).then_some(distance)
 }
 
-/// A ray made ready for boxes.
+/// A ray prepared for box tests.
 struct Line {
     origin: Point3<f64>,
     inverse: Vector3<f64>,
@@ -296,7 +297,7 @@ impl Line {
         }
     }
 
-    /// The distance at which the ray enters a box before `limit`.
+    /// The distance at which the ray enters a box, if that is below `limit`.
     #[inline]
     fn entry(&self, bounds: &Box3, limit: f64) -> Option<f64> {
         let (mut enter, mut leave) = (0.0_f64, limit);
@@ -307,11 +308,11 @@ impl Line {
             } else {
                 (bounds.max[k], bounds.min[k])
             };
-            // A ray within a side's plane gives 0·∞, no number: `max` and `min` pass over it.
+            // A ray within the plane of a side gives 0·∞ = NaN, which `max` and `min` ignore.
             enter = enter.max((front - self.origin[k]) * inverse);
             leave = leave.min((back - self.origin[k]) * inverse);
         }
-        // A flat box is entered and left at once, up to rounding.
+        // A flat box is entered and left at the same distance, up to rounding.
         (enter <= leave * (1.0 + 1e-12)).then_some(enter)
     }
 }
@@ -340,12 +341,12 @@ impl BHShape<f64, 3> for Leaf {
 fn bounds(triangle: [u32; 3], positions: &Positions<f64>) -> Box3 {
     let [a, b, c] = triangle_corners(triangle, positions);
     let (min, max) = (a.inf(&b).inf(&c), a.sup(&b).sup(&c));
-    // `bvh` has another version of nalgebra: numbers alone go over.
+    // `bvh` uses another version of nalgebra, so plain arrays are passed.
     let array = |p: Point3<f64>| <[f64; 3]>::from(p);
     Box3::with_bounds(array(min).into(), array(max).into())
 }
 
-/// The ball around a box.
+/// The bounding ball of a box.
 fn ball(bounds: &Box3) -> (Point3<f64>, f64) {
     let (min, max) = (bounds.min, bounds.max);
     let center = Point3::new(
@@ -357,5 +358,5 @@ fn ball(bounds: &Box3) -> (Point3<f64>, f64) {
     (center, (corner - center).norm())
 }
 
-/// How far outside a triangle, of its sides, a ray still hits it.
+/// The distance outside a triangle, relative to its sides, within which a ray still hits it.
 const TOLERANCE: f64 = 1e-12;

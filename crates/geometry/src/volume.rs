@@ -1,4 +1,4 @@
-//! Enclosed volume, and the centroids of the surface and of what it encloses.
+//! Enclosed volume, and the centroids of the surface and of the enclosed body.
 
 use cotan_halfedge::FaceId;
 use nalgebra::{Point3, Vector3};
@@ -43,11 +43,12 @@ pub(crate) fn volume_centroid<T: Scalar>(surface: &Surface<'_, T>) -> Option<Poi
     let center = bounds.center();
     let moments: nalgebra::Vector4<f64> = maps::sum(surface.mesh().num_faces(), |f| {
         let (six_volumes, corner_sum) = cone(surface, &center, f);
-        // A tetrahedron's centroid is the mean of its corners; the fourth is the origin.
+        // The centroid of a tetrahedron is the mean of its corners; the fourth corner is the
+        // origin.
         let mean = corner_sum * scalar::<T>(0.25);
         (mean * six_volumes).push(six_volumes).map(T::as_f64)
     });
-    // Less than rounding leaves of a body that fills its box.
+    // The rounding error of the volume of a body that fills its box.
     let noise = T::default_epsilon().as_f64() * bounds.extents().map(T::as_f64).norm().powi(3);
     (moments.w.abs() > noise).then(|| center + (moments.xyz() / moments.w).map(T::of_f64))
 }
@@ -85,7 +86,7 @@ mod tests {
         let shape = icosphere::<f64>(3);
         let far = shape.positions().map(|p| p + Vector3::new(1e6, -1e6, 1e6));
         let surface = shape.surface();
-        // Positions at 1e6 are rounded by 1e-10; the volume must not lose more than that.
+        // Positions near 1e6 are rounded by 1e-10; the volume must not lose more than that.
         let ratio = volume(&surface.with_positions(&far)) / volume(&surface);
         assert!((ratio - 1.0).abs() < 1e-10);
     }

@@ -6,9 +6,9 @@ use std::time::Instant;
 
 use cotan_halfedge::{BuildError, HalfedgeMesh};
 
-/// Points along each of the two circles of the torus: 2 · 708² is a little above a million.
+/// Points along each of the two circles of the torus; 2 · 708² is slightly above a million.
 const SIDE: u32 = 708;
-/// The best of a few runs: the others measure the machine's other work.
+/// Only the fastest run counts: the others also measure other load on the machine.
 const RUNS: usize = 5;
 
 fn main() -> Result<(), BuildError> {
@@ -38,7 +38,7 @@ fn report(order: &str, faces: &[[u32; 3]]) -> Result<(), BuildError> {
     Ok(())
 }
 
-/// A square grid closed both ways, each square cut into two triangles.
+/// A square grid closed in both directions, with each square cut into two triangles.
 fn torus() -> Vec<[u32; 3]> {
     let at = |i: u32, j: u32| (i % SIDE) * SIDE + j % SIDE;
     let squares = (0..SIDE).flat_map(|i| (0..SIDE).map(move |j| (i, j)));
@@ -50,7 +50,7 @@ fn torus() -> Vec<[u32; 3]> {
         .collect()
 }
 
-/// The SplitMix64 generator: enough for a shuffle that is the same on every run.
+/// The SplitMix64 generator, sufficient for a reproducible shuffle.
 struct SplitMix(u64);
 
 impl SplitMix {

@@ -1,8 +1,9 @@
-//! Construction from faces in linear time, with an error that names the element at fault.
+//! Construction from faces in linear time. Errors name the element at fault.
 //!
-//! Corner c of the face list is the halfedge from that corner's vertex to the next corner's.
-//! Corners are bucketed by the smaller of their two vertices (one counting pass); the two sides
-//! of an edge then meet in a bucket of a few entries. No hash map, no allocation per edge.
+//! Corner c of the face list is the halfedge from the vertex of that corner to the vertex of the
+//! next one. Corners are bucketed by the smaller of their two vertices in one counting pass,
+//! which puts the two sides of an edge into the same bucket of a few entries. There is no hash
+//! map and no allocation per edge.
 
 use crate::build_error::BuildError;
 use crate::edit::MOST_EDGES;
@@ -13,14 +14,14 @@ use crate::mesh::HalfedgeMesh;
 impl HalfedgeMesh {
     /// Builds the connectivity of `num_vertices` vertices and the given faces.
     ///
-    /// Each face lists its corners counter-clockwise seen from the outside; faces may have any
-    /// number of corners from three. Vertices and faces keep their numbers; the first halfedge of
-    /// a face leaves its first corner; edges are numbered by their first appearance in the faces.
-    /// Linear in the number of corners (two passes over them and one counting sort).
+    /// Each face lists its corners counter-clockwise as seen from the outside and has at least
+    /// three of them. Vertices and faces keep their indices. The first halfedge of a face starts
+    /// at its first corner. Edges are numbered by their first appearance in the faces. The time
+    /// is linear in the number of corners (two passes over them and one counting sort).
     ///
     /// # Errors
-    /// The first defect found, in this order: sizes (more vertices than corners among them),
-    /// corners of a face, edges, vertices. See [`BuildError`].
+    /// The first defect found, checked in this order: sizes (including more vertices than
+    /// corners), corners of a face, edges, vertices. See [`BuildError`].
     ///
     /// ```
     /// use cotan_halfedge::HalfedgeMesh;
@@ -42,10 +43,10 @@ impl HalfedgeMesh {
     }
 }
 
-/// The faces, flattened: one entry a corner.
+/// The faces, flattened: one entry per corner.
 struct Corners {
     num_vertices: usize,
-    /// First corner of each face, and the total at the end.
+    /// The first corner of each face, followed by the total number of corners.
     starts: Vec<u32>,
     origins: Vec<u32>,
     targets: Vec<u32>,
@@ -116,12 +117,12 @@ impl Corners {
         Ok(())
     }
 
-    /// The face of corner `c` (only for errors: a binary search).
+    /// The face of corner `c`. A binary search, used only for errors.
     fn face_of(&self, c: u32) -> usize {
         self.starts.partition_point(|&start| start <= c) - 1
     }
 
-    /// For every corner the corner on the other side of its edge, or `NONE`.
+    /// For each corner, the corner on the other side of its edge, or `NONE`.
     fn match_twins(&self) -> Result<Vec<u32>, BuildError> {
         let n = self.origins.len();
         let low = |c: usize| self.origins[c].min(self.targets[c]) as usize;
@@ -132,7 +133,7 @@ impl Corners {
         for v in 0..self.num_vertices {
             bucket_ends[v + 1] += bucket_ends[v];
         }
-        // One bucket per smaller vertex, filled in the order of the corners.
+        // One bucket per smaller vertex, filled in corner order.
         let mut entries = vec![Side(0); n];
         let mut cursor = bucket_ends.clone();
         for c in 0..n {
@@ -143,7 +144,8 @@ impl Corners {
         let mut twins = vec![NONE; n];
         for v in 0..self.num_vertices {
             let bucket = &mut entries[bucket_ends[v] as usize..bucket_ends[v + 1] as usize];
-            // A handful of entries, save for hubs; the sides of an edge become neighbours.
+            // Buckets have a handful of entries, except at hubs. Sorting makes the sides of an
+            // edge adjacent.
             bucket.sort_unstable();
             for edge in bucket.chunk_by(|a, b| a.high() == b.high()) {
                 match *edge {
@@ -219,7 +221,7 @@ impl Corners {
         mesh
     }
 
-    /// Chains the sides without a face into boundary loops.
+    /// Links the sides without a face into boundary loops.
     fn link_boundary(&self, twins: &[u32], mesh: &mut HalfedgeMesh) -> Result<(), BuildError> {
         if !twins.contains(&NONE) {
             return Ok(());
@@ -249,14 +251,15 @@ impl Corners {
     }
 }
 
-/// A corner as one side of an edge, packed so that a plain sort brings the sides of an edge
-/// together: the larger vertex, then the corner, then whether it runs up to the larger vertex.
+/// A corner as one side of an edge, packed so that a plain sort makes the sides of an edge
+/// adjacent: the larger vertex, then the corner, then a bit that is set if the corner points to
+/// the larger vertex.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Side(u64);
 
 impl Side {
     fn new(origin: u32, target: u32, corner: usize) -> Self {
-        // A corner is below 2^31, so it leaves a bit for the direction.
+        // A corner is below 2^31, which leaves a bit for the direction.
         let low_half = (corner as u64) << 1 | u64::from(origin < target);
         Self(u64::from(origin.max(target)) << 32 | low_half)
     }
@@ -274,9 +277,9 @@ impl Side {
     }
 }
 
-/// A vertex that a face passes through twice, if there is one.
+/// Returns a vertex that a face visits twice, if there is one.
 fn repeated(polygon: &[u32], sorted: &mut Vec<u32>) -> Option<u32> {
-    // Up to here comparing each with each beats sorting.
+    // Up to this size, pairwise comparison is faster than sorting.
     const FEW: usize = 8;
     if polygon.len() <= FEW {
         let twice = |&(i, v): &(usize, &u32)| polygon[..i].contains(v);
@@ -291,9 +294,10 @@ fn repeated(polygon: &[u32], sorted: &mut Vec<u32>) -> Option<u32> {
         .map(|pair| pair[0])
 }
 
-/// The error for more vertices than corners: one of the lowest of them must be without a face.
+/// The error for more vertices than corners: one of the lowest vertices must be without a face.
 ///
-/// Found before anything is allocated for the vertices, whose number may come from a hostile file.
+/// Detected before anything is allocated for the vertices, whose number may come from a hostile
+/// file.
 fn first_unused<F: AsRef<[u32]>>(faces: &[F], num_corners: usize) -> BuildError {
     let mut used = vec![false; num_corners + 1];
     for &v in faces.iter().flat_map(|face| face.as_ref()) {
@@ -308,15 +312,15 @@ fn first_unused<F: AsRef<[u32]>>(faces: &[F], num_corners: usize) -> BuildError 
 }
 
 impl HalfedgeMesh {
-    /// Checks that every vertex has exactly one fan of faces, by counting the fans.
+    /// Checks that every vertex has exactly one fan of faces, by counting fans.
     fn check_fans(&self) -> Result<(), BuildError> {
         if let Some(i) = self.vertex_halfedge.iter().position(|h| h.0 == NONE) {
             return Err(BuildError::IsolatedVertex {
                 vertex: VertexId::new(i),
             });
         }
-        // In the order of the halfedges, which the faces give: neighbours are near in memory then,
-        // however the vertices are numbered.
+        // Visiting halfedges in index order follows the faces, whose neighbours are close in
+        // memory regardless of the vertex order.
         let mut seen = vec![false; self.num_halfedges()];
         let mut num_fans = 0;
         for start in self.halfedges() {
@@ -329,7 +333,7 @@ impl HalfedgeMesh {
         if num_fans == self.num_vertices() {
             return Ok(());
         }
-        // Some vertex has halfedges that its stored one does not lead to: find the first one.
+        // Some vertex has halfedges that cannot be reached from its stored one. Find the first.
         let mut leaving = vec![0usize; self.num_vertices()];
         for h in self.halfedges() {
             leaving[self.origin(h).index()] += 1;
@@ -346,10 +350,10 @@ impl HalfedgeMesh {
         }
     }
 
-    /// How many fans of faces meet at `vertex`.
+    /// Counts the fans of faces that meet at `vertex`.
     ///
-    /// Only for errors, since it looks at every halfedge. It walks through faces alone, so that
-    /// the boundary need not be linked.
+    /// Used only for errors, since it visits every halfedge. It walks through faces only, so the
+    /// boundary does not have to be linked.
     fn count_fans(&self, vertex: VertexId) -> usize {
         let (open, inner): (Vec<HalfedgeId>, Vec<HalfedgeId>) = self
             .halfedges()
@@ -357,7 +361,7 @@ impl HalfedgeMesh {
             .partition(|&h| self.is_boundary_halfedge(h));
         let mut seen = HalfedgeMap::filled(self.num_halfedges(), false);
         let mut num_fans = 0;
-        // An open fan is walked from its boundary halfedge on, a closed one from anywhere.
+        // An open fan is walked from its boundary halfedge, a closed one from any halfedge.
         for start in open.into_iter().chain(inner) {
             num_fans += usize::from(!seen[start]);
             let mut h = start;
@@ -479,7 +483,7 @@ mod tests {
         let mut fan: Vec<_> = (1..N).map(|i| [hub, i, i + 1]).collect();
         let mesh = HalfedgeMesh::from_faces(N as usize + 1, &fan).unwrap();
         assert_eq!(mesh.valence(VertexId(hub)), N as usize);
-        // The same hub, broken in the middle.
+        // The same hub, interrupted in the middle.
         fan.remove(N as usize / 2);
         assert!(message(N as usize + 1, &fan).starts_with("vertex 0 joins 2 separate fans"));
     }

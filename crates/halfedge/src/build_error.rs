@@ -1,22 +1,22 @@
-//! What can be wrong with a list of faces.
+//! Errors in a list of faces.
 
 use thiserror::Error;
 
 use crate::ids::VertexId;
 
-/// Why a list of faces is not an oriented 2-manifold.
+/// The reason why a list of faces is not an oriented 2-manifold.
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
 #[non_exhaustive]
 pub enum BuildError {
-    /// More elements than 32-bit ids can number.
+    /// There are more elements than 32-bit ids can number.
     #[error("{count} {elements} are too many: a mesh holds fewer than 2^31 corners and vertices")]
     TooLarge {
-        /// What there are too many of.
+        /// The kind of element.
         elements: &'static str,
-        /// How many were given.
+        /// The number of elements given.
         count: usize,
     },
-    /// A face with fewer than three corners.
+    /// A face has fewer than three corners.
     #[error("face {face} has {degree} corners; a face needs three or more")]
     TooFewCorners {
         /// The face, counted from 0.
@@ -24,55 +24,55 @@ pub enum BuildError {
         /// Its number of corners.
         degree: usize,
     },
-    /// A corner that refers to a vertex that does not exist.
+    /// A corner refers to a vertex that does not exist.
     #[error(
         "face {face} refers to vertex {vertex}, but there are only {num_vertices} vertices (numbered from 0)"
     )]
     IndexOutOfRange {
         /// The face, counted from 0.
         face: usize,
-        /// The vertex number that was given.
+        /// The vertex index that was given.
         vertex: usize,
-        /// How many vertices there are.
+        /// The number of vertices.
         num_vertices: usize,
     },
-    /// A face that passes twice through the same vertex.
+    /// A face visits the same vertex twice.
     #[error("face {face} passes twice through vertex {vertex}; drop or split the face")]
     RepeatedVertex {
         /// The face, counted from 0.
         face: usize,
-        /// The vertex that is repeated.
+        /// The repeated vertex.
         vertex: VertexId,
     },
-    /// An edge with three or more faces.
+    /// An edge has three or more faces.
     #[error("the edge between vertices {} and {} has {num_faces} faces (among them face {face}); a manifold edge has at most two", vertices[0], vertices[1])]
     NonManifoldEdge {
         /// The ends of the edge.
         vertices: [VertexId; 2],
-        /// How many faces meet there.
+        /// The number of faces at the edge.
         num_faces: usize,
-        /// One of them.
+        /// One of these faces.
         face: usize,
     },
-    /// Two faces that run through an edge in the same direction.
+    /// Two faces traverse an edge in the same direction.
     #[error("faces {} and {} both run from vertex {} to vertex {}: they are oriented against each other; flip one of them", faces[0], faces[1], vertices[0], vertices[1])]
     InconsistentOrientation {
-        /// Origin and target of the directed edge that both faces have.
+        /// Origin and target of the directed edge that both faces contain.
         vertices: [VertexId; 2],
         /// The two faces.
         faces: [usize; 2],
     },
-    /// A vertex whose faces form more than one fan (a bow-tie).
+    /// The faces at a vertex form more than one fan (a bow-tie).
     #[error(
         "vertex {vertex} joins {num_fans} separate fans of faces (a bow-tie); split it into one vertex a fan"
     )]
     SeveralFans {
         /// The vertex.
         vertex: VertexId,
-        /// How many fans meet there.
+        /// The number of fans at the vertex.
         num_fans: usize,
     },
-    /// A vertex that no face uses.
+    /// A vertex is not used by any face.
     #[error("vertex {vertex} belongs to no face; leave unreferenced vertices out")]
     IsolatedVertex {
         /// The vertex.
@@ -81,9 +81,9 @@ pub enum BuildError {
 }
 
 impl BuildError {
-    /// The same error in other numbers of vertices and faces, for a mesh that was built from parts
-    /// of another one. Sizes, numbers out of range and unused vertices stay as they are; an edge is
-    /// named by its lower end first.
+    /// Translates the error to other vertex and face indices, for a mesh that was built from
+    /// parts of another one. Sizes, out-of-range indices and unused vertices stay unchanged. An
+    /// edge is named with its lower end first.
     pub fn renumbered(
         self,
         vertex: impl Fn(VertexId) -> VertexId,

@@ -1,20 +1,20 @@
-//! Walks around a vertex, a face or a hole, in both directions.
+//! Iterators around a vertex, a face or a hole, in both directions.
 //!
-//! Each iterator knows where it ends and carries a step count as a second bound, so that even a
-//! broken mesh cannot make one run for ever.
+//! Each iterator has a fixed end and also a step count as a second bound, so that it terminates
+//! even on a broken mesh.
 
 use std::iter::FusedIterator;
 
 use crate::ids::{HalfedgeId, VertexId};
 use crate::mesh::HalfedgeMesh;
 
-/// A cyclic walk from a first halfedge to a last one, from either end.
+/// A cyclic walk from a first halfedge to a last one, double-ended.
 #[derive(Clone, Debug)]
 struct Walk<'m> {
     mesh: &'m HalfedgeMesh,
     front: HalfedgeId,
     back: HalfedgeId,
-    /// Steps that remain at most; 0 ends the walk.
+    /// Upper bound of the remaining steps; 0 ends the walk.
     remaining: usize,
 }
 
@@ -63,17 +63,17 @@ impl<'m> Walk<'m> {
     }
 }
 
-/// The outgoing halfedge that follows `h` counter-clockwise around its origin.
+/// The next outgoing halfedge counter-clockwise around the origin of `h`.
 fn rotate_ccw(mesh: &HalfedgeMesh, h: HalfedgeId) -> HalfedgeId {
     mesh.prev(h).twin()
 }
 
-/// The outgoing halfedge that follows `h` clockwise around its origin.
+/// The next outgoing halfedge clockwise around the origin of `h`.
 fn rotate_cw(mesh: &HalfedgeMesh, h: HalfedgeId) -> HalfedgeId {
     mesh.next(h.twin())
 }
 
-/// Iterator of [`HalfedgeMesh::outgoing_halfedges`].
+/// Iterator returned by [`HalfedgeMesh::outgoing_halfedges`].
 #[derive(Clone, Debug)]
 pub struct OutgoingHalfedges<'m>(Walk<'m>);
 
@@ -91,11 +91,11 @@ impl<'m> OutgoingHalfedges<'m> {
     }
 }
 
-/// Iterator of [`HalfedgeMesh::incoming_halfedges`].
+/// Iterator returned by [`HalfedgeMesh::incoming_halfedges`].
 #[derive(Clone, Debug)]
 pub struct IncomingHalfedges<'m>(pub(crate) OutgoingHalfedges<'m>);
 
-/// Iterator of [`HalfedgeMesh::face_halfedges`].
+/// Iterator returned by [`HalfedgeMesh::face_halfedges`].
 #[derive(Clone, Debug)]
 pub struct FaceHalfedges<'m>(Walk<'m>);
 
@@ -106,7 +106,7 @@ impl<'m> FaceHalfedges<'m> {
     }
 }
 
-/// Iterator of [`HalfedgeMesh::boundary_loop`].
+/// Iterator returned by [`HalfedgeMesh::boundary_loop`].
 #[derive(Clone, Debug)]
 pub struct BoundaryLoop<'m>(Walk<'m>);
 
@@ -177,7 +177,7 @@ mod tests {
         let mut backward: Vec<T> = walk.clone().rev().collect();
         backward.reverse();
         prop_assert_eq!(&forward, &backward);
-        // From both ends at once every element comes once, too.
+        // When iterating from both ends at once, each element appears once as well.
         let (mut front, mut back, mut walk) = (Vec::new(), Vec::new(), walk);
         while let Some(first) = walk.next() {
             front.push(first);
@@ -233,7 +233,8 @@ mod tests {
             for v in mesh.vertices() {
                 let fan: Vec<_> = mesh.outgoing_halfedges(v).collect();
                 for (&h, &after) in fan.iter().zip(&fan[1..]) {
-                    // Counter-clockwise: the face on the left of one is on the right of the next.
+                    // In counter-clockwise order, the face left of one halfedge is right of the
+                    // next.
                     prop_assert_eq!(mesh.origin(h), v);
                     prop_assert_eq!(mesh.face(h), mesh.face(after.twin()));
                 }

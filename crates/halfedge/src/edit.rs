@@ -1,6 +1,8 @@
-//! Local changes of the connectivity. Every edit checks first and changes then, so that a
-//! refused edit leaves the mesh as it was; there are no tombstones, so that ids stay 0, 1, 2, …
-//! The crate documentation lists them.
+//! Local edits of the connectivity.
+//!
+//! Each edit checks its conditions before it changes anything, so a rejected edit leaves the mesh
+//! unchanged. There are no tombstones: ids stay 0, 1, 2, … The crate documentation lists the
+//! edits.
 
 mod checks;
 mod collapse;
@@ -23,7 +25,7 @@ pub use flip::FlippedEdge;
 pub use renumbering::Renumbering;
 pub use split_edge::SplitEdge;
 pub use split_face::{CutFace, SplitFace};
-/// Appends for every child a clone of its parent's value. The children have the next numbers.
+/// Appends a clone of its parent's value for each child. The children have the next ids.
 fn inherit<I: Id, T: Clone>(
     elements: &'static str,
     map: &mut DenseMap<I, T>,

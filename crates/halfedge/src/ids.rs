@@ -1,19 +1,19 @@
-//! Typed element numbers. An id is a plain index into the dense maps.
+//! Typed element ids. An id is a plain index into the dense maps.
 
 use std::fmt;
 
-/// Number that no element has: the "none" of the packed arrays.
+/// The index that no element has: "none" in the packed arrays.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// What the four id types have in common, so that one dense map serves them all.
+/// The common interface of the four id types, which lets one dense map serve them all.
 pub trait Id: Copy + Eq + Ord + fmt::Debug + Send + Sync + 'static {
-    /// The id with number `index`.
+    /// Creates the id with this index.
     ///
     /// # Panics
     /// If `index` does not fit in 32 bits.
     fn new(index: usize) -> Self;
 
-    /// The number of this id, from 0.
+    /// The index, starting from 0.
     fn index(self) -> usize;
 }
 
@@ -24,7 +24,7 @@ macro_rules! id_type {
         pub struct $name(pub(crate) u32);
 
         impl $name {
-            /// The id with number `index`.
+            /// Creates the id with this index.
             ///
             /// # Panics
             /// If `index` does not fit in 32 bits.
@@ -34,7 +34,8 @@ macro_rules! id_type {
                 Self(index as u32)
             }
 
-            /// The number of this element, from 0: its row in every dense map and matrix.
+            /// The index of this element, starting from 0: its entry in every dense map and its
+            /// row in every matrix.
             #[inline]
             pub const fn index(self) -> usize {
                 self.0 as usize
@@ -74,7 +75,7 @@ macro_rules! id_type {
 }
 
 id_type!(
-    /// A vertex. Its number is the row of every matrix built on the mesh.
+    /// A vertex. Its index is its row in every matrix built on the mesh.
     VertexId,
     "v"
 );
@@ -82,7 +83,7 @@ id_type!(
     /// A halfedge: one of the two directed sides of an edge.
     ///
     /// Halfedges 2e and 2e + 1 are the two sides of edge e, so [`HalfedgeId::twin`] and
-    /// [`HalfedgeId::edge`] are bit arithmetic.
+    /// [`HalfedgeId::edge`] are bit operations.
     HalfedgeId,
     "h"
 );
@@ -98,7 +99,7 @@ id_type!(
 );
 
 impl HalfedgeId {
-    /// The other side of the same edge, running the other way.
+    /// The other side of the same edge, in the opposite direction.
     #[inline]
     #[must_use]
     pub const fn twin(self) -> Self {
@@ -113,13 +114,13 @@ impl HalfedgeId {
 }
 
 impl EdgeId {
-    /// The two sides of this edge: numbers 2e and 2e + 1.
+    /// The two sides of this edge, with indices 2e and 2e + 1.
     #[inline]
     pub const fn halfedges(self) -> [HalfedgeId; 2] {
         [HalfedgeId(self.0 * 2), HalfedgeId(self.0 * 2 + 1)]
     }
 
-    /// The first side of this edge: number 2e.
+    /// The first side of this edge, with index 2e.
     #[inline]
     pub const fn halfedge(self) -> HalfedgeId {
         HalfedgeId(self.0 * 2)

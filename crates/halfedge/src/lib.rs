@@ -1,11 +1,12 @@
 //! Connectivity of polygon meshes: a compact half-edge structure with typed ids, dense maps,
 //! checked construction and checked edits.
 //!
-//! This crate holds no floating-point number and knows no other crate of the workspace: positions
-//! and every other attribute live beside the mesh, in a [`VertexMap`], [`HalfedgeMap`],
-//! [`EdgeMap`] or [`FaceMap`]. Ids are `u32` newtypes without gaps, halfedges come in pairs
-//! (twin and edge are bit arithmetic), boundary loops are explicit. Every construction and edit
-//! returns a `Result` that names the element at fault; no input panics.
+//! This crate contains no floating-point numbers and does not depend on other crates of the
+//! workspace. Positions and all other attributes are stored in a separate [`VertexMap`],
+//! [`HalfedgeMap`], [`EdgeMap`] or [`FaceMap`]. Ids are `u32` newtypes without gaps, halfedges
+//! come in pairs (twin and edge are bit operations), and boundary loops are explicit.
+//! Construction and edits return a `Result` whose error names the element at fault; no input
+//! panics.
 //!
 //! ```
 //! use cotan_halfedge::{HalfedgeMesh, VertexId};
@@ -19,24 +20,23 @@
 //!
 //! # Edits
 //!
-//! Every edit checks first and changes then, so that a refused one leaves the mesh as it was; ids
-//! stay 0, 1, 2, … without gaps.
+//! Each edit checks its conditions before it changes anything, so a rejected edit leaves the mesh
+//! unchanged. Ids stay 0, 1, 2, … without gaps.
 //!
-//! | edit | adds | takes away |
+//! | edit | adds | removes |
 //! |---|---|---|
 //! | [`HalfedgeMesh::flip_edge`] | | |
 //! | [`HalfedgeMesh::split_edge`] | a vertex, up to three edges, up to two faces | |
-//! | [`HalfedgeMesh::split_face`] | a vertex, an edge a corner, a face a corner less one | |
+//! | [`HalfedgeMesh::split_face`] | a vertex, an edge per corner, a face per corner minus one | |
 //! | [`HalfedgeMesh::connect_corners`] | an edge, a face | |
 //! | [`HalfedgeMesh::triangulate`] | edges and faces | |
 //! | [`HalfedgeMesh::collapse`] | | a vertex, up to three edges, up to two faces |
 //! | [`HalfedgeMesh::delete_faces`] | | faces, and the edges and vertices that only they use |
 //!
-//! New elements get the numbers after the last one, so a map is kept up with
-//! [`DenseMap::push`]. Edits return the elements that are new with those
-//! they come from ([`SplitEdge`], [`SplitFace`], [`CutFace`]), so that attributes can follow.
-//! Edits that take elements away return a [`Renumbering`] to apply to the maps, a collapse as a
-//! part of [`Collapsed`].
+//! New elements get the ids after the last one, so maps are extended with [`DenseMap::push`].
+//! Edits return the new elements with their parents ([`SplitEdge`], [`SplitFace`], [`CutFace`]),
+//! so that attributes can be transferred. Edits that remove elements return a [`Renumbering`] to
+//! apply to the maps; a collapse returns it as part of [`Collapsed`].
 
 mod build;
 mod build_error;
@@ -61,3 +61,8 @@ pub use map::{DenseMap, EdgeMap, FaceMap, HalfedgeMap, Pairs, VertexMap};
 pub use mesh::HalfedgeMesh;
 pub use topology::{ComponentTopology, Components};
 pub use validate::ValidateError;
+
+/// Runs the example of the README as a doc test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

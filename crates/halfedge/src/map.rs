@@ -1,4 +1,4 @@
-//! Dense maps from ids to values: data lives beside the connectivity, never in it.
+//! Dense maps from ids to values: data is stored separately from the connectivity.
 
 use std::iter::{Enumerate, FusedIterator};
 use std::marker::PhantomData;
@@ -7,10 +7,10 @@ use std::sync::Arc;
 
 use crate::ids::{EdgeId, FaceId, HalfedgeId, Id, VertexId};
 
-/// A value for every element of one kind, stored contiguously in the order of the ids.
+/// A value for each element of one kind, stored contiguously in id order.
 ///
-/// Entry `i` belongs to the element with number `i`, so the slice of a
-/// [`VertexMap`] is also the column of a matrix whose rows are vertices.
+/// Entry `i` belongs to the element with index `i`, so the slice of a [`VertexMap`] is also a
+/// matrix column whose rows are vertices.
 ///
 /// ```
 /// use cotan_halfedge::{VertexId, VertexMap};
@@ -23,25 +23,25 @@ use crate::ids::{EdgeId, FaceId, HalfedgeId, Id, VertexId};
 /// assert_eq!(height.as_slice(), [0.0, 3.5, 2.0]);
 /// ```
 ///
-/// A loop over a map gives pairs of id and value, as [`DenseMap::iter`] does. A map is collected
-/// and extended from values alone: each gets the next id.
+/// Iterating over a map yields pairs of id and value, like [`DenseMap::iter`]. Collecting and
+/// extending take values only; each gets the next id.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct DenseMap<I, T> {
     values: Vec<T>,
     kind: PhantomData<fn(I) -> I>,
 }
 
-/// A value per vertex.
+/// One value per vertex.
 pub type VertexMap<T> = DenseMap<VertexId, T>;
-/// A value per halfedge.
+/// One value per halfedge.
 pub type HalfedgeMap<T> = DenseMap<HalfedgeId, T>;
-/// A value per edge.
+/// One value per edge.
 pub type EdgeMap<T> = DenseMap<EdgeId, T>;
-/// A value per face.
+/// One value per face.
 pub type FaceMap<T> = DenseMap<FaceId, T>;
 
 impl<I: Id, T> DenseMap<I, T> {
-    /// A map whose entry `i` is `values[i]`.
+    /// Creates a map whose entry `i` is `values[i]`.
     pub fn from_vec(values: Vec<T>) -> Self {
         Self {
             values,
@@ -49,7 +49,7 @@ impl<I: Id, T> DenseMap<I, T> {
         }
     }
 
-    /// A map of `len` entries, each a clone of `value`.
+    /// Creates a map of `len` entries, each a clone of `value`.
     pub fn filled(len: usize, value: T) -> Self
     where
         T: Clone,
@@ -57,7 +57,7 @@ impl<I: Id, T> DenseMap<I, T> {
         Self::from_vec(vec![value; len])
     }
 
-    /// A map of `len` entries computed from their ids.
+    /// Creates a map of `len` entries computed from their ids.
     pub fn from_fn(len: usize, mut value: impl FnMut(I) -> T) -> Self {
         Self::from_vec((0..len).map(|i| value(I::new(i))).collect())
     }
@@ -67,7 +67,7 @@ impl<I: Id, T> DenseMap<I, T> {
         self.values.len()
     }
 
-    /// Whether there is no entry.
+    /// Returns true if there are no entries.
     pub fn is_empty(&self) -> bool {
         self.values.is_empty()
     }
@@ -77,58 +77,59 @@ impl<I: Id, T> DenseMap<I, T> {
         self.values.get(id.index())
     }
 
-    /// The entry of `id` for modification, or `None` if the map is too short.
+    /// A mutable reference to the entry of `id`, or `None` if the map is too short.
     pub fn get_mut(&mut self, id: I) -> Option<&mut T> {
         self.values.get_mut(id.index())
     }
 
-    /// All entries in the order of the ids.
+    /// All entries in id order.
     pub fn as_slice(&self) -> &[T] {
         &self.values
     }
 
-    /// All entries in the order of the ids, to change.
+    /// All entries in id order, mutable.
     pub fn as_mut_slice(&mut self) -> &mut [T] {
         &mut self.values
     }
 
-    /// The entries as a vector, in the order of the ids.
+    /// Converts the map into a vector in id order.
     pub fn into_vec(self) -> Vec<T> {
         self.values
     }
 
-    /// The values in the order of the ids.
+    /// The values in id order.
     pub fn values(&self) -> std::slice::Iter<'_, T> {
         self.values.iter()
     }
 
-    /// The values in the order of the ids, to change.
+    /// The values in id order, mutable.
     pub fn values_mut(&mut self) -> std::slice::IterMut<'_, T> {
         self.values.iter_mut()
     }
 
-    /// Pairs of id and value, in the order of the ids.
+    /// Pairs of id and value in id order.
     pub fn iter(&self) -> Pairs<I, std::slice::Iter<'_, T>> {
         Pairs::new(self.values.iter())
     }
 
-    /// Pairs of id and value, in the order of the ids; the values can be modified.
+    /// Pairs of id and mutable value in id order.
     pub fn iter_mut(&mut self) -> Pairs<I, std::slice::IterMut<'_, T>> {
         Pairs::new(self.values.iter_mut())
     }
 
-    /// A map of the same length whose values are computed from this one's.
+    /// Creates a map of the same length by applying `f` to each value.
     pub fn map<U>(&self, f: impl FnMut(&T) -> U) -> DenseMap<I, U> {
         DenseMap::from_vec(self.values.iter().map(f).collect())
     }
 
-    /// Appends the value of the next id and returns that id (after an edit that adds elements).
+    /// Appends the value of the next id and returns that id. Used after an edit that adds
+    /// elements.
     pub fn push(&mut self, value: T) -> I {
         self.values.push(value);
         I::new(self.values.len() - 1)
     }
 
-    /// Drops the entries from number `len` on.
+    /// Drops the entries from index `len` onwards.
     pub(crate) fn truncate(&mut self, len: usize) {
         self.values.truncate(len);
     }
@@ -143,7 +144,7 @@ impl<I, T> Default for DenseMap<I, T> {
     }
 }
 
-/// A copy that can be shared: for what takes `impl Into<Arc<…>>`.
+/// Clones the map into an `Arc`, for functions that take `impl Into<Arc<…>>`.
 impl<I: Clone, T: Clone> From<&DenseMap<I, T>> for Arc<DenseMap<I, T>> {
     fn from(map: &DenseMap<I, T>) -> Self {
         Self::new(map.clone())
@@ -208,7 +209,7 @@ impl<I: Id, T> IntoIterator for DenseMap<I, T> {
     }
 }
 
-/// Iterator over the entries of a [`DenseMap`]: pairs of id and value, in the order of the ids.
+/// Iterator over the entries of a [`DenseMap`]: pairs of id and value in id order.
 ///
 /// `V` iterates over the values: by reference, by mutable reference, or by value.
 #[derive(Clone, Debug)]

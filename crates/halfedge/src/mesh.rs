@@ -1,11 +1,11 @@
-//! The mesh itself: packed arrays and the questions that they answer in constant time.
+//! The mesh type: packed arrays and constant-time queries on them.
 
 use std::sync::Arc;
 
 use crate::circulate::{BoundaryLoop, FaceHalfedges, IncomingHalfedges, OutgoingHalfedges};
 use crate::ids::{EdgeId, FaceId, HalfedgeId, VertexId};
 
-/// Connectivity of a 2-manifold polygon mesh, with or without boundary, oriented consistently.
+/// Connectivity of a consistently oriented 2-manifold polygon mesh, with or without boundary.
 ///
 /// ```text
 ///              target(h)
@@ -18,38 +18,37 @@ use crate::ids::{EdgeId, FaceId, HalfedgeId, VertexId};
 ///              origin(h)   round the hole from one boundary halfedge to the following one
 /// ```
 ///
-/// **Invariants** (checked by [`HalfedgeMesh::validate`], kept by every edit): ids of each kind
-/// are 0, 1, 2, … without gaps; halfedges 2e and 2e + 1 are the sides of edge e; `next` and
+/// **Invariants** (checked by [`HalfedgeMesh::validate`], preserved by every edit): ids of each
+/// kind are 0, 1, 2, … without gaps; halfedges 2e and 2e + 1 are the sides of edge e; `next` and
 /// `prev` are inverse permutations; every vertex has an edge and exactly one fan of faces; the
-/// outgoing halfedge stored for a boundary vertex is its boundary one; no two edges join the
-/// same two vertices; no face passes twice through a vertex.
+/// outgoing halfedge stored for a boundary vertex is its boundary halfedge; no two edges join the
+/// same two vertices; no face visits a vertex twice.
 ///
-/// The mesh holds no positions: those live in a [`VertexMap`](crate::VertexMap) beside it.
+/// The mesh holds no positions: these are stored in a separate [`VertexMap`](crate::VertexMap).
 ///
-/// Two faces may share several edges, and an inner vertex may have only two: a polygon mesh can
-/// be a cell complex without being a simplicial one.
+/// Two faces may share several edges, and an inner vertex may have only two edges: a polygon mesh
+/// can be a cell complex without being a simplicial complex.
 ///
 /// # Panics
-/// The questions of this type index arrays: like a slice they panic if they are asked about an
-/// element that the mesh does not have. Construction and edits check their input and return an
-/// error instead.
+/// The queries of this type index into arrays: like a slice, they panic for an element that the
+/// mesh does not have. Construction and edits check their input and return an error instead.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct HalfedgeMesh {
-    /// Per vertex: an outgoing halfedge, the boundary one where there is one.
+    /// Per vertex: an outgoing halfedge, namely the boundary halfedge if there is one.
     pub(crate) vertex_halfedge: Vec<HalfedgeId>,
     /// Per face: its first halfedge.
     pub(crate) face_halfedge: Vec<HalfedgeId>,
-    /// Per halfedge: the vertex that it points to.
+    /// Per halfedge: its target vertex.
     pub(crate) target: Vec<VertexId>,
-    /// Per halfedge: the following halfedge of the same face or boundary loop.
+    /// Per halfedge: the next halfedge of the same face or boundary loop.
     pub(crate) next: Vec<HalfedgeId>,
-    /// Per halfedge: the preceding halfedge of the same face or boundary loop.
+    /// Per halfedge: the previous halfedge of the same face or boundary loop.
     pub(crate) prev: Vec<HalfedgeId>,
-    /// Per halfedge: the number of the face on its left, `NONE` on the boundary.
+    /// Per halfedge: the index of the face on its left, or `NONE` on the boundary.
     pub(crate) face: Vec<u32>,
 }
 
-/// A copy that can be shared: for what takes `impl Into<Arc<HalfedgeMesh>>`.
+/// Clones the mesh into an `Arc`, for functions that take `impl Into<Arc<HalfedgeMesh>>`.
 impl From<&HalfedgeMesh> for Arc<HalfedgeMesh> {
     fn from(mesh: &HalfedgeMesh) -> Self {
         Self::new(mesh.clone())
@@ -77,7 +76,7 @@ impl HalfedgeMesh {
         self.face_halfedge.len()
     }
 
-    /// Bytes that the connectivity takes: 16 a halfedge, 4 a vertex and 4 a face.
+    /// Memory used by the connectivity, in bytes: 16 per halfedge, 4 per vertex and 4 per face.
     pub fn num_bytes(&self) -> usize {
         let handles = self.vertex_halfedge.len() + self.face_halfedge.len();
         size_of::<HalfedgeId>() * (handles + 4 * self.target.len())
@@ -119,13 +118,13 @@ impl HalfedgeMesh {
         self.target[halfedge.twin().index()]
     }
 
-    /// The following halfedge of the same face or boundary loop.
+    /// The next halfedge of the same face or boundary loop.
     #[inline]
     pub fn next(&self, halfedge: HalfedgeId) -> HalfedgeId {
         self.next[halfedge.index()]
     }
 
-    /// The preceding halfedge of the same face or boundary loop.
+    /// The previous halfedge of the same face or boundary loop.
     #[inline]
     pub fn prev(&self, halfedge: HalfedgeId) -> HalfedgeId {
         self.prev[halfedge.index()]
@@ -137,7 +136,7 @@ impl HalfedgeMesh {
         FaceId::some(self.face[halfedge.index()])
     }
 
-    /// An outgoing halfedge of `vertex`: its boundary halfedge if it lies on the boundary.
+    /// An outgoing halfedge of `vertex`, namely its boundary halfedge if it lies on the boundary.
     #[inline]
     pub fn vertex_halfedge(&self, vertex: VertexId) -> HalfedgeId {
         self.vertex_halfedge[vertex.index()]
@@ -149,20 +148,20 @@ impl HalfedgeMesh {
         self.face_halfedge[face.index()]
     }
 
-    /// Whether there is no face on the left of `halfedge`.
+    /// Returns true if there is no face on the left of `halfedge`.
     #[inline]
     pub fn is_boundary_halfedge(&self, halfedge: HalfedgeId) -> bool {
         self.face[halfedge.index()] == crate::ids::NONE
     }
 
-    /// Whether one side of `edge` has no face.
+    /// Returns true if one side of `edge` has no face.
     pub fn is_boundary_edge(&self, edge: EdgeId) -> bool {
         edge.halfedges()
             .into_iter()
             .any(|h| self.is_boundary_halfedge(h))
     }
 
-    /// Whether `vertex` lies on a boundary loop.
+    /// Returns true if `vertex` lies on a boundary loop.
     #[inline]
     pub fn is_boundary_vertex(&self, vertex: VertexId) -> bool {
         self.is_boundary_halfedge(self.vertex_halfedge(vertex))
@@ -184,7 +183,7 @@ impl HalfedgeMesh {
         self.face_halfedges(face).count()
     }
 
-    /// Whether every face has three corners.
+    /// Returns true if every face has three corners.
     pub fn is_triangle_mesh(&self) -> bool {
         self.faces().all(|f| {
             let h = self.face_halfedge(f);
@@ -192,9 +191,9 @@ impl HalfedgeMesh {
         })
     }
 
-    /// The three corners of a triangle, from the origin of its first halfedge.
+    /// The three corners of a triangle, starting at the origin of its first halfedge.
     ///
-    /// Of a larger polygon these are the first three corners.
+    /// For a larger polygon, the first three corners.
     #[inline]
     pub fn triangle(&self, face: FaceId) -> [VertexId; 3] {
         let h = self.face_halfedge(face);
@@ -202,9 +201,10 @@ impl HalfedgeMesh {
         [self.origin(h), self.target(h), self.target(n)]
     }
 
-    /// The halfedge that runs from `origin` to `target`, if an edge joins them.
+    /// The halfedge from `origin` to `target`, if an edge joins them.
     ///
-    /// Takes as long as the smaller of the two valences: a hub costs no more than its neighbour.
+    /// The time is proportional to the smaller of the two valences, so a hub costs no more than
+    /// its neighbour.
     pub fn halfedge_between(&self, origin: VertexId, target: VertexId) -> Option<HalfedgeId> {
         let mut from_target = self.outgoing_halfedges(target);
         for h in self.outgoing_halfedges(origin) {
@@ -219,10 +219,10 @@ impl HalfedgeMesh {
         None
     }
 
-    /// The halfedges that leave `vertex`, counter-clockwise seen from the outside.
+    /// The halfedges that leave `vertex`, counter-clockwise as seen from the outside.
     ///
-    /// Of a boundary vertex the last one is the boundary halfedge, so the fan runs from one
-    /// border to the other. Reverse it (`.rev()`) to walk clockwise.
+    /// At a boundary vertex the boundary halfedge comes last, so the fan runs from one border to
+    /// the other. Use `.rev()` to walk clockwise.
     #[inline]
     pub fn outgoing_halfedges(&self, vertex: VertexId) -> OutgoingHalfedges<'_> {
         OutgoingHalfedges::new(self, vertex)
@@ -263,17 +263,17 @@ impl HalfedgeMesh {
         self.face_halfedges(face).map(|h| self.origin(h))
     }
 
-    /// The halfedges of the boundary loop that `halfedge` belongs to, from it on.
+    /// The halfedges of the boundary loop that contains `halfedge`, starting with it.
     ///
     /// Empty if `halfedge` has a face.
     pub fn boundary_loop(&self, halfedge: HalfedgeId) -> BoundaryLoop<'_> {
         BoundaryLoop::new(self, halfedge)
     }
 
-    /// The vertex numbers of every face, as [`Self::from_faces`] takes them.
+    /// The vertex indices of each face, in the form that [`Self::from_faces`] takes.
     ///
-    /// Building from them gives back this mesh: the same vertices, faces and first corners; edges
-    /// may be numbered anew if the mesh was edited.
+    /// Building from them gives this mesh again, with the same vertices, faces and first corners.
+    /// If the mesh was edited, the edge ids may differ.
     pub fn to_faces(&self) -> Vec<Vec<u32>> {
         self.faces()
             .map(|f| self.face_vertices(f).map(|v| v.0).collect())

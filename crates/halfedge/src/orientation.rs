@@ -1,10 +1,10 @@
-//! Turning a component inside out.
+//! Reversing the orientation of a component.
 
 use crate::edit::EditError;
 use crate::mesh::HalfedgeMesh;
 
 impl HalfedgeMesh {
-    /// Reverses all faces of a component, numbered as in [`HalfedgeMesh::components`]. O(n).
+    /// Reverses all faces of a component, indexed as in [`HalfedgeMesh::components`]. O(n).
     ///
     /// ```text
     ///         c                   c
@@ -13,8 +13,9 @@ impl HalfedgeMesh {
     ///      a ──h─▶ b           a ◀─h── b
     /// ```
     ///
-    /// Every element keeps its number, every halfedge its face, every face its first corner; the
-    /// halfedges run the other way, those of the boundary loops, too. Twice is the identity.
+    /// Every element keeps its id, every halfedge its face, and every face its first corner. The
+    /// halfedges, including those of boundary loops, are reversed. Applying it twice is the
+    /// identity.
     ///
     /// # Errors
     /// [`EditError::NoSuchComponent`].
@@ -27,14 +28,14 @@ impl HalfedgeMesh {
                 num_components,
             });
         }
-        // Faces first: the vertex of a face is read from halfedges as they are now.
+        // Faces first: their vertices are read from the halfedges before these change.
         for face in self.faces() {
             let first = self.face_halfedge(face);
             if components.of(self.target(first)) == component {
                 self.face_halfedge[face.index()] = self.prev(first);
             }
         }
-        // What left a vertex before it in the face will arrive there, and the other way round.
+        // A halfedge that left a vertex before it in the face will arrive there, and vice versa.
         for vertex in self.vertices().filter(|&v| components.of(v) == component) {
             self.vertex_halfedge[vertex.index()] = self.prev(self.vertex_halfedge(vertex));
         }

@@ -1,7 +1,7 @@
 //! Random meshes and random edits for property tests (feature `testing`).
 //!
-//! Every strategy of a mesh in the workspace comes from here. Meshes have up to about 200 faces,
-//! random vertex numbers and face order, and shrink towards small ones in natural order.
+//! All mesh strategies of the workspace build on this module. Meshes have up to about 200 faces
+//! and a random vertex and face order, and shrink towards small meshes in natural order.
 
 mod edits;
 mod shapes;
@@ -16,7 +16,7 @@ use crate::mesh::HalfedgeMesh;
 pub use edits::{Edit, edits};
 pub use shapes::{PolygonFaces, TriangleFaces};
 
-/// Triangulated spheres: a platonic solid changed by random splits and flips.
+/// Triangulated spheres: a platonic solid modified by random splits and flips.
 pub fn genus_zero() -> impl Strategy<Value = HalfedgeMesh> {
     genus_zero_faces().prop_map(built)
 }
@@ -32,7 +32,7 @@ pub fn genus_zero_faces() -> impl Strategy<Value = TriangleFaces> {
     (solid, choices, any::<u64>()).prop_map(|(solid, choices, seed)| {
         let mut mesh = built(solid);
         for (kind, at) in choices {
-            // A flip may be refused; the mesh is a sphere either way.
+            // A flip may be rejected; the mesh is a sphere either way.
             let _ = match kind {
                 0 => Edit::FlipEdge(at).apply(&mut mesh),
                 1 => Edit::SplitEdge(at).apply(&mut mesh),
@@ -92,7 +92,7 @@ pub fn triangle_faces() -> impl Strategy<Value = TriangleFaces> {
     })
 }
 
-/// Polygon meshes: grids and tori of squares, duals of closed triangle meshes, prisms.
+/// Polygon meshes: grids and tori of quads, duals of closed triangle meshes, and prisms.
 pub fn polygon_mesh() -> impl Strategy<Value = HalfedgeMesh> {
     let faces = prop_oneof![
         (1..9u32, 1..9u32, any::<u64>())
@@ -112,7 +112,7 @@ pub fn arbitrary_mesh() -> impl Strategy<Value = HalfedgeMesh> {
         for edit in edits {
             let _ = edit.apply(&mut edited);
         }
-        // Deletion may leave nothing.
+        // Deletion may leave an empty mesh.
         if edited.num_faces() == 0 {
             mesh
         } else {
@@ -121,7 +121,7 @@ pub fn arbitrary_mesh() -> impl Strategy<Value = HalfedgeMesh> {
     })
 }
 
-/// That V − E + F = 2c − 2g − b in every component, for a whole number g that is not negative.
+/// Checks that V − E + F = 2c − 2g − b holds in every component for some integer g ≥ 0.
 ///
 /// # Errors
 /// If the formula does not hold.
@@ -163,7 +163,7 @@ fn built_polygons(faces: &PolygonFaces) -> HalfedgeMesh {
         .expect("a generator of test meshes makes manifold ones")
 }
 
-/// The SplitMix64 generator: shuffles that a seed determines.
+/// The SplitMix64 generator, for shuffles determined by a seed.
 struct SplitMix(u64);
 
 impl SplitMix {
@@ -182,7 +182,7 @@ impl SplitMix {
     }
 }
 
-/// The faces around every vertex, in counter-clockwise order: the polygons of the dual mesh.
+/// The faces around each vertex in counter-clockwise order: the polygons of the dual mesh.
 fn fans(mesh: &HalfedgeMesh) -> Vec<Vec<u32>> {
     let fan = |v: VertexId| mesh.vertex_faces(v).map(|f| f.0).collect();
     mesh.vertices().map(fan).collect()

@@ -1,13 +1,13 @@
-//! What the mesh is as a surface: components, boundary loops, Euler characteristic, genus.
+//! Topology of the surface: components, boundary loops, Euler characteristic, genus.
 //!
-//! The formula behind all of it is Euler's, for an oriented surface of c components, b boundary
+//! All of it follows from Euler's formula for an oriented surface with c components, b boundary
 //! loops and total genus g: V − E + F = 2c − 2g − b.
 
 use crate::ids::{HalfedgeId, NONE, VertexId};
 use crate::map::{HalfedgeMap, VertexMap};
 use crate::mesh::HalfedgeMesh;
 
-/// The connected components of a mesh, numbered from 0 in the order of their lowest vertex.
+/// The connected components of a mesh, indexed from 0 in the order of their lowest vertex.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Components {
     of_vertex: VertexMap<u32>,
@@ -28,18 +28,18 @@ impl Components {
         self.of_vertex[vertex] as usize
     }
 
-    /// The component of every vertex.
+    /// The component of each vertex.
     pub fn of_vertices(&self) -> &VertexMap<u32> {
         &self.of_vertex
     }
 
-    /// Number of vertices of every component.
+    /// The number of vertices of each component.
     pub fn sizes(&self) -> &[usize] {
         &self.sizes
     }
 }
 
-/// The counts of one component and what follows from them.
+/// The element counts of a component and the quantities derived from them.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct ComponentTopology {
     /// Number of vertices.
@@ -59,16 +59,16 @@ impl ComponentTopology {
         self.num_vertices as i64 - self.num_edges as i64 + self.num_faces as i64
     }
 
-    /// Number of handles: (2 − χ − b) / 2, where b counts the boundary loops.
+    /// Number of handles: (2 − χ − b) / 2, where b is the number of boundary loops.
     ///
-    /// 0 for a sphere and a disc, with or without further holes; 1 for a torus.
+    /// It is 0 for a sphere and for a disc with or without holes, and 1 for a torus.
     #[must_use]
     pub fn genus(&self) -> usize {
         let twice = 2 - self.euler_characteristic() - self.num_boundary_loops as i64;
         usize::try_from(twice / 2).unwrap_or(0)
     }
 
-    /// Whether the component has no boundary.
+    /// Returns true if the component has no boundary.
     #[must_use]
     pub fn is_closed(&self) -> bool {
         self.num_boundary_loops == 0
@@ -76,7 +76,7 @@ impl ComponentTopology {
 }
 
 impl HalfedgeMesh {
-    /// The connected components, numbered by their lowest vertex. O(n).
+    /// The connected components, ordered by their lowest vertex. O(n).
     ///
     /// ```
     /// use cotan_halfedge::{HalfedgeMesh, VertexId};
@@ -112,9 +112,9 @@ impl HalfedgeMesh {
         Components { of_vertex, sizes }
     }
 
-    /// One halfedge of every boundary loop: the one with the lowest number, in ascending order.
+    /// The halfedge with the lowest index of each boundary loop, in ascending order.
     ///
-    /// [`HalfedgeMesh::boundary_loop`] walks on from there.
+    /// [`HalfedgeMesh::boundary_loop`] continues from there.
     pub fn boundary_loops(&self) -> Vec<HalfedgeId> {
         let mut seen = HalfedgeMap::filled(self.num_halfedges(), false);
         let mut loops = Vec::new();
@@ -132,12 +132,12 @@ impl HalfedgeMesh {
         self.num_vertices() as i64 - self.num_edges() as i64 + self.num_faces() as i64
     }
 
-    /// Whether there is no boundary. True of the mesh without elements.
+    /// Returns true if there is no boundary, which includes the empty mesh.
     pub fn is_closed(&self) -> bool {
         !self.halfedges().any(|h| self.is_boundary_halfedge(h))
     }
 
-    /// The counts of every component, in the order of [`HalfedgeMesh::components`]. O(n).
+    /// The element counts of each component, in the order of [`HalfedgeMesh::components`]. O(n).
     pub fn topology(&self) -> Vec<ComponentTopology> {
         let components = self.components();
         let mut topology = vec![ComponentTopology::default(); components.count()];
@@ -156,9 +156,9 @@ impl HalfedgeMesh {
         topology
     }
 
-    /// Number of handles, summed over the components. O(n).
+    /// Number of handles, summed over all components. O(n).
     ///
-    /// [`HalfedgeMesh::topology`] has the genus of each component.
+    /// [`HalfedgeMesh::topology`] reports the genus of each component.
     pub fn genus(&self) -> usize {
         self.topology().iter().map(ComponentTopology::genus).sum()
     }

@@ -1,45 +1,45 @@
-//! The full check of a mesh: every invariant that [`HalfedgeMesh`] promises.
+//! A complete check of a mesh: every invariant that [`HalfedgeMesh`] guarantees.
 //!
-//! Construction and edits keep these by design; the check is for tests, fuzzing and for those who
-//! want to see. It trusts nothing: ranges come first, so that a broken mesh gives an error and
-//! not a panic.
+//! Construction and edits preserve these by design; the check is meant for tests, fuzzing and
+//! debugging. It assumes nothing: ranges are checked first, so a broken mesh gives an error
+//! rather than a panic.
 
 use thiserror::Error;
 
 use crate::ids::{EdgeId, FaceId, HalfedgeId, NONE, VertexId};
 use crate::mesh::HalfedgeMesh;
 
-/// An invariant that a mesh breaks, and where.
+/// An invariant that a mesh violates, with its location.
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
 #[non_exhaustive]
 pub enum ValidateError {
-    /// The arrays of the halfedges have different lengths, or an odd one.
+    /// The halfedge arrays have different lengths, or an odd length.
     #[error("the halfedge arrays have lengths {lengths:?}; they must be equal and even")]
     Lengths {
         /// Lengths of target, next, prev, face.
         lengths: [usize; 4],
     },
-    /// A halfedge that refers to an element that does not exist.
+    /// A halfedge refers to an element that does not exist.
     #[error("halfedge {halfedge} refers to a {element} that does not exist")]
     HalfedgeRange {
         /// The halfedge.
         halfedge: HalfedgeId,
-        /// What it refers to.
+        /// The kind of element that it refers to.
         element: &'static str,
     },
-    /// A vertex whose stored halfedge does not exist or starts elsewhere.
+    /// The halfedge stored for a vertex does not exist or starts at another vertex.
     #[error("the halfedge stored for vertex {vertex} does not leave it")]
     VertexHalfedge {
         /// The vertex.
         vertex: VertexId,
     },
-    /// A boundary vertex whose stored halfedge is not the boundary one.
+    /// The halfedge stored for a boundary vertex is not its boundary halfedge.
     #[error("vertex {vertex} lies on the boundary, but its stored halfedge does not")]
     NotBoundaryHalfedge {
         /// The vertex.
         vertex: VertexId,
     },
-    /// A face whose first halfedge does not exist or belongs elsewhere.
+    /// The first halfedge of a face does not exist or belongs to another face.
     #[error("the first halfedge of face {face} does not belong to it")]
     FaceHalfedge {
         /// The face.
@@ -51,37 +51,37 @@ pub enum ValidateError {
         /// The halfedge.
         halfedge: HalfedgeId,
     },
-    /// A halfedge whose successor starts from another vertex.
+    /// The successor of a halfedge starts at another vertex.
     #[error("the halfedge after {halfedge} does not start where it ends")]
     Disconnected {
         /// The halfedge.
         halfedge: HalfedgeId,
     },
-    /// A halfedge whose successor has another face.
+    /// The successor of a halfedge has another face.
     #[error("the halfedge after {halfedge} belongs to another face")]
     FaceChanges {
         /// The halfedge.
         halfedge: HalfedgeId,
     },
-    /// An edge from a vertex to itself.
+    /// An edge joins a vertex to itself.
     #[error("edge {edge} joins a vertex to itself")]
     SelfLoop {
         /// The edge.
         edge: EdgeId,
     },
-    /// An edge with no face on either side.
+    /// An edge has no face on either side.
     #[error("edge {edge} has no face")]
     LooseEdge {
         /// The edge.
         edge: EdgeId,
     },
-    /// Two edges with the same ends.
+    /// Two edges have the same ends.
     #[error("edges {} and {} join the same two vertices", edges[0], edges[1])]
     DoubleEdge {
         /// The two edges.
         edges: [EdgeId; 2],
     },
-    /// A face with fewer than three corners.
+    /// A face has fewer than three corners.
     #[error("face {face} has only {degree} corners")]
     TooFewCorners {
         /// The face.
@@ -89,7 +89,7 @@ pub enum ValidateError {
         /// Its number of corners.
         degree: usize,
     },
-    /// A face that passes twice through a vertex.
+    /// A face visits a vertex twice.
     #[error("face {face} passes twice through vertex {vertex}")]
     RepeatedVertex {
         /// The face.
@@ -97,13 +97,13 @@ pub enum ValidateError {
         /// The vertex.
         vertex: VertexId,
     },
-    /// Halfedges that carry the number of a face but are not on its loop.
+    /// Some halfedges refer to a face but are not on its loop.
     #[error("face {face} is more than one loop of halfedges")]
     SeveralLoops {
         /// The face.
         face: FaceId,
     },
-    /// A vertex with outgoing halfedges that its fan does not reach.
+    /// A vertex has outgoing halfedges that its fan does not reach.
     #[error("vertex {vertex} joins more than one fan of faces")]
     SeveralFans {
         /// The vertex.
@@ -112,12 +112,12 @@ pub enum ValidateError {
 }
 
 impl HalfedgeMesh {
-    /// Checks every invariant of [`HalfedgeMesh`]. O(n log n).
+    /// Checks all invariants of [`HalfedgeMesh`]. O(n log n).
     ///
-    /// A mesh from [`HalfedgeMesh::from_faces`] and from any sequence of edits passes.
+    /// A mesh built by [`HalfedgeMesh::from_faces`] passes, also after any sequence of edits.
     ///
     /// # Errors
-    /// The first invariant that does not hold, with the element at fault.
+    /// The first violated invariant, with the element at fault.
     pub fn validate(&self) -> Result<(), ValidateError> {
         self.validate_ranges()?;
         self.validate_links()?;
@@ -331,7 +331,7 @@ mod tests {
 
     #[test]
     fn two_fans_and_double_edges_are_found() {
-        // Two tetrahedra, then vertex 4 is made the same as vertex 0.
+        // Two tetrahedra; vertex 4 is then identified with vertex 0.
         let tetrahedron = [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2u32]];
         let faces: Vec<[u32; 3]> = [0, 4]
             .into_iter()

@@ -1,9 +1,9 @@
-//! How fast files of a mesh of a million vertices are loaded, beside other readers and beside
-//! reading the bytes and copying them; how long the half-edge mesh then takes; and the memory that
-//! loading takes at most. Medians of interleaved runs, all in one process.
+//! Benchmark of loading files of a mesh with a million vertices, in comparison with other readers
+//! and with reading and copying the bytes. Also measures the construction of the half-edge mesh
+//! and the peak memory of loading. Reports medians of interleaved runs, all in one process.
 //!
-//! `cargo run --release -p cotan-io --example read_speed [RUNS] [FILE] [READER]`, the words to run
-//! only the files and readers whose names hold them.
+//! `cargo run --release -p cotan-io --example read_speed [RUNS] [FILE] [READER]`. With FILE and
+//! READER, only files and readers whose names contain these words are run.
 
 use std::fmt::Write as _;
 use std::hint::black_box;
@@ -15,12 +15,12 @@ use nalgebra::Point3;
 use ply_rs::parser::Parser;
 use ply_rs::ply::DefaultElement;
 
-/// Vertices along one side of the grid.
+/// Number of vertices along one side of the grid.
 const SIDE: usize = 1000;
 
 type Error = Box<dyn std::error::Error>;
 
-/// Loads a file and gives the number of its vertices.
+/// Loads a file and returns the number of its vertices.
 type Reader = (&'static str, fn(&Path) -> Result<usize, Error>);
 
 fn main() -> Result<(), Error> {
@@ -47,7 +47,8 @@ fn main() -> Result<(), Error> {
     build(runs)
 }
 
-/// A file: its name, its extension, what makes its bytes, and who reads it besides cotan.
+/// A file: its name, its extension, a function that creates its bytes, and the readers in
+/// addition to cotan.
 type File = (
     &'static str,
     &'static str,
@@ -125,7 +126,7 @@ fn triangles() -> impl Iterator<Item = [u32; 3]> {
     })
 }
 
-/// The grid as cotan writes it.
+/// The grid as written by cotan.
 fn written(format: Format) -> Result<Vec<u8>, Error> {
     let faces: FaceList = triangles().collect();
     let document = Document::new(points().map(Point3::from).collect(), faces)?;
@@ -153,7 +154,7 @@ fn float_ply() -> Vec<u8> {
     out
 }
 
-/// What the corners of an OBJ refer to.
+/// The references of OBJ corners.
 #[derive(Clone, Copy, PartialEq)]
 enum Corners {
     /// `v`
@@ -202,7 +203,7 @@ fn cotan(path: &Path, threads: usize) -> Result<usize, Error> {
     Ok(black_box(&document).positions().len())
 }
 
-/// Neither triangulated nor merged: the least work that it can be asked for.
+/// Neither triangulated nor merged: the minimum work that it can be asked for.
 fn tobj(path: &Path) -> Result<usize, Error> {
     let bytes = std::fs::read(path)?;
     let options = tobj::LoadOptions::default();
@@ -218,7 +219,7 @@ fn ply_rs(path: &Path) -> Result<usize, Error> {
     Ok(black_box(&ply).payload["vertex"].len())
 }
 
-/// What `gltf::import` does for a file without images, and its readers into vectors.
+/// The steps of `gltf::import` for a file without images, followed by its readers into vectors.
 fn gltf(path: &Path) -> Result<usize, Error> {
     let gltf::Gltf { document, blob } = gltf::Gltf::from_slice(&std::fs::read(path)?)?;
     let blob = blob.unwrap_or_default();
@@ -242,7 +243,7 @@ fn measure(name: &str, path: &PathBuf, runs: usize, readers: &[Reader]) -> Resul
     for _ in 0..runs {
         for (k, (_, read)) in readers.iter().enumerate() {
             let before = resident("VmRSS:");
-            // From here on the peak counts anew.
+            // Resets the peak memory.
             let _ = std::fs::write("/proc/self/clear_refs", "5");
             let clock = Instant::now();
             read(path)?;
@@ -266,7 +267,7 @@ fn measure(name: &str, path: &PathBuf, runs: usize, readers: &[Reader]) -> Resul
     Ok(())
 }
 
-/// The surface of the document: triangles cut, half-edges built.
+/// Builds the surface of the document: triangulation and half-edges.
 fn build(runs: usize) -> Result<(), Error> {
     let document = Document::new(points().map(Point3::from).collect(), triangles().collect())?;
     let mut times = Vec::new();
@@ -284,14 +285,14 @@ fn build(runs: usize) -> Result<(), Error> {
     Ok(())
 }
 
-/// Kilobytes that the system says this process has, where it says so.
+/// A memory figure of this process in kilobytes, if the system reports it.
 fn resident(what: &str) -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix(what))?;
     line.split_whitespace().next()?.parse().ok()
 }
 
-/// The median; the times are sorted afterwards.
+/// Returns the median, and leaves the times sorted.
 fn median(times: &mut [f64]) -> f64 {
     times.sort_unstable_by(f64::total_cmp);
     times[times.len() / 2]

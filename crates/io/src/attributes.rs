@@ -1,35 +1,35 @@
-//! What a mesh file says about vertices, corners and faces beyond positions and connectivity.
+//! Data of a mesh file on vertices, corners and faces beyond positions and connectivity.
 
 use crate::remap::Remap;
 
-/// The name of the property that holds normals, in every format.
+/// Name of the property that holds normals, in every format.
 pub const NORMAL: &str = "normal";
-/// The name of the property that holds texture coordinates, in every format.
+/// Name of the property that holds texture coordinates, in every format.
 ///
-/// The second one goes upward, as in OBJ and PLY; glTF has it downward, so that it is read and
+/// The second coordinate points up, as in OBJ and PLY. In glTF it points down, so it is read and
 /// written there as 1 − v.
 pub const UV: &str = "uv";
-/// The name of the property that holds colours, in every format: integers from 0 to the type's
-/// largest, or real numbers from 0 to 1; three components, or four with alpha.
+/// Name of the property that holds colours, in every format: integers from 0 to the maximum of
+/// the type, or real numbers from 0 to 1; three components, or four with alpha.
 pub const COLOR: &str = "color";
 
-/// In an index list: this corner or face has no value.
+/// Entry of an index list for a corner or face without a value.
 pub const NONE: u32 = u32::MAX;
 
-/// Everything that a document has besides positions and faces and that more than one format can
-/// hold.
+/// The contents of a document besides positions and faces that more than one format can
+/// represent.
 ///
-/// What only the file's own format can say (a glTF animation, a free-form curve of an OBJ) is not
-/// here; it stays in the file and is written back with it.
+/// Contents specific to one format (a glTF animation, a free-form curve of an OBJ) are not
+/// included; they stay in the file and are written back with it.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Attributes {
-    /// One value a vertex.
+    /// Per-vertex values.
     pub vertices: Vec<Property>,
-    /// One value a face.
+    /// Per-face values.
     pub faces: Vec<Property>,
-    /// Values that corners share by number, as the `vt` and `vn` of an OBJ.
+    /// Values shared by corners through an index, like the `vt` and `vn` of an OBJ.
     pub corners: Vec<CornerProperty>,
-    /// Names that faces bear: groups, objects, materials, smoothing groups.
+    /// Names assigned to faces: groups, objects, materials, smoothing groups.
     pub labels: Vec<Labels>,
     /// Comments, in order.
     pub comments: Vec<String>,
@@ -37,57 +37,57 @@ pub struct Attributes {
     pub libraries: Vec<String>,
 }
 
-/// One property of all vertices, or of all faces.
+/// A property of all vertices, or of all faces.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Property {
-    /// [`NORMAL`], [`UV`], [`COLOR`], or the name that the file gives.
+    /// [`NORMAL`], [`UV`], [`COLOR`], or the name given in the file.
     pub name: String,
-    /// Numbers of each element; 1 for a plain number. Without meaning for [`Values::Lists`].
+    /// Number of components per element; 1 for a scalar. Unused for [`Values::Lists`].
     pub components: usize,
-    /// The numbers: `components` for each element, element after element.
+    /// The values: `components` numbers per element, in element order.
     pub values: Values,
 }
 
-/// A table of values, and which of them each corner has.
+/// A table of values, and an index into it for each corner.
 #[derive(Clone, PartialEq, Debug)]
 pub struct CornerProperty {
-    /// [`NORMAL`], [`UV`], [`COLOR`], or the name that the file gives.
+    /// [`NORMAL`], [`UV`], [`COLOR`], or the name given in the file.
     pub name: String,
-    /// Numbers of each value.
+    /// Number of components per value.
     pub components: usize,
-    /// The table: `components` numbers for each value.
+    /// The table, with `components` numbers per value.
     pub values: Values,
-    /// For every corner, face after face, the number of its value, or [`NONE`].
+    /// For each corner, in face order, the index of its value, or [`NONE`].
     pub indices: Vec<u32>,
 }
 
-/// Names of one kind, and which of them each face bears.
+/// Names of one kind, and the faces that they are assigned to.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Labels {
-    /// What the names are.
+    /// The kind of the names.
     pub kind: LabelKind,
-    /// The names, in order of first use. A face in several groups bears their names with blanks
-    /// between, as the file writes them.
+    /// The names, in order of first use. The label of a face in several groups is their names
+    /// separated by spaces, as in the file.
     pub names: Vec<String>,
-    /// For every face the number of its name, or [`NONE`].
+    /// For each face, the index of its name, or [`NONE`].
     pub faces: Vec<u32>,
 }
 
-/// What a label says.
+/// The meaning of a label.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 #[non_exhaustive]
 pub enum LabelKind {
-    /// `o` of an OBJ, a mesh of a glTF, a solid of an STL.
+    /// `o` in an OBJ, a mesh of a glTF, a solid of an STL.
     Object,
-    /// `g` of an OBJ.
+    /// `g` in an OBJ.
     Group,
-    /// `usemtl` of an OBJ, a material of a glTF.
+    /// `usemtl` in an OBJ, a material of a glTF.
     Material,
-    /// `s` of an OBJ.
+    /// `s` in an OBJ.
     Smoothing,
 }
 
-/// Numbers in the type of the file.
+/// Numbers in the number type of the file.
 #[derive(Clone, PartialEq, Debug)]
 #[non_exhaustive]
 #[expect(
@@ -103,17 +103,17 @@ pub enum Values {
     U32(Vec<u32>),
     F32(Vec<f32>),
     F64(Vec<f64>),
-    /// A list of numbers for each element, as PLY has them.
+    /// One list of numbers per element, as in PLY.
     Lists {
-        /// Where the list of each element ends among the items.
+        /// End offset of each element's list in `items`.
         ends: Vec<usize>,
-        /// The items of all lists; not lists themselves.
+        /// The concatenated items of all lists; not lists themselves.
         items: Box<Values>,
     },
 }
 
 impl Values {
-    /// How many numbers there are; for lists, how many lists.
+    /// The count of numbers, or of lists.
     pub fn len(&self) -> usize {
         match self {
             Self::I8(v) => v.len(),
@@ -128,13 +128,14 @@ impl Values {
         }
     }
 
-    /// Whether there is no number.
+    /// Returns `true` if there are no values.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The numbers of some elements with `components` numbers each; elements beyond the end are
-    /// left out, [`NONE`] gives zeros or an empty list.
+    /// Gathers the values of the given elements, with `components` numbers each.
+    ///
+    /// Elements past the end are skipped; [`NONE`] yields zeros or an empty list.
     pub(crate) fn gather(&self, components: usize, elements: impl Iterator<Item = usize>) -> Self {
         fn pick<T: Copy + Default>(
             numbers: &[T],
@@ -182,7 +183,7 @@ impl Values {
         }
     }
 
-    /// Replaces the number at `index`, rounded to the type; beyond the end nothing happens.
+    /// Replaces the number at `index`, rounded to the type. Does nothing past the end.
     pub(crate) fn set(&mut self, index: usize, value: f64) {
         fn put<T>(numbers: &mut [T], index: usize, value: T) {
             if let Some(number) = numbers.get_mut(index) {
@@ -203,7 +204,7 @@ impl Values {
         }
     }
 
-    /// Appends a number, rounded to the type; lists stay as they are.
+    /// Appends a number, rounded to the type. Lists are left unchanged.
     pub(crate) fn push(&mut self, value: f64) {
         let index = self.len();
         match self {
@@ -220,7 +221,7 @@ impl Values {
         self.set(index, value);
     }
 
-    /// The number at `index`, exactly; `None` beyond the end and for lists.
+    /// The exact number at `index`; `None` past the end and for lists.
     pub fn get(&self, index: usize) -> Option<f64> {
         match self {
             Self::I8(v) => v.get(index).map(|&x| x.into()),
@@ -237,32 +238,32 @@ impl Values {
 }
 
 impl Attributes {
-    /// Whether there is nothing.
+    /// Returns `true` if there are no attributes.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
 
-    /// The property of the vertices with this name.
+    /// The vertex property with this name.
     pub fn vertex(&self, name: &str) -> Option<&Property> {
         self.vertices.iter().find(|p| p.name == name)
     }
 
-    /// The property of the faces with this name.
+    /// The face property with this name.
     pub fn face(&self, name: &str) -> Option<&Property> {
         self.faces.iter().find(|p| p.name == name)
     }
 
-    /// The property of the corners with this name.
+    /// The corner property with this name.
     pub fn corner(&self, name: &str) -> Option<&CornerProperty> {
         self.corners.iter().find(|p| p.name == name)
     }
 
-    /// The labels of a kind.
+    /// The labels of this kind.
     pub fn label(&self, kind: LabelKind) -> Option<&Labels> {
         self.labels.iter().find(|l| l.kind == kind)
     }
 
-    /// The attributes of a mesh made of this one's vertices and faces.
+    /// Returns the attributes of a mesh made of this one's vertices and faces.
     pub(crate) fn remapped(&self, remap: &Remap) -> Self {
         let gather = |p: &Property, sources: &[u32]| Property {
             values: p
@@ -305,7 +306,7 @@ impl Attributes {
         }
     }
 
-    /// What does not fit a mesh of so many vertices, faces and corners, in words.
+    /// Describes the first mismatch with a mesh of these numbers of vertices, faces and corners.
     pub(crate) fn misfit(
         &self,
         num_vertices: usize,

@@ -1,7 +1,7 @@
-//! Companions written beside a file: all of them or none, and never over another file.
+//! Companion files written next to a file: all or none, and never over an existing file.
 //!
-//! Everything is checked and written under temporary names first. Then the files get their names,
-//! and then the mesh file is written; if that fails, they are removed again.
+//! Everything is first checked and written under temporary names. Then the files are renamed, and
+//! finally the mesh file is written. If that fails, they are removed again.
 
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
@@ -14,14 +14,14 @@ use crate::error::IoError;
 use crate::file::folder_of;
 use crate::unfinished::{Access, Unfinished};
 
-/// Companions that were checked and wait under temporary names.
+/// Companions that have been checked and written under temporary names.
 #[derive(Debug)]
 pub(crate) struct Beside {
     waiting: Vec<(Unfinished, PathBuf)>,
     placed: Placed,
 }
 
-/// Companions in their places; removed when this is dropped, but for [`Placed::keep`].
+/// Companions under their final names; removed on drop unless [`Placed::keep`] is called.
 #[derive(Debug, Default)]
 pub(crate) struct Placed {
     folders: Vec<PathBuf>,
@@ -29,10 +29,12 @@ pub(crate) struct Placed {
 }
 
 impl Beside {
-    /// Checks what is to lie beside `out`, and writes what is not there yet under temporary names.
+    /// Checks the companions of `out`, and writes those that do not exist yet under temporary
+    /// names.
     ///
-    /// In `home`, the folder of the file that was read, its own files are in their place. What
-    /// cannot be found is noted in `left`: the document was without it before.
+    /// In `home`, the folder of the original file, its own companions are already in place.
+    /// Companions that cannot be found are noted in `left`, since they were already missing from
+    /// the document.
     pub(crate) fn prepare(
         companions: &[Companion],
         out: &Path,
@@ -43,7 +45,7 @@ impl Beside {
         let root = folder.canonicalize().map_err(IoError::Write)?;
         let is_home = home == Some(root.as_path());
         if is_home {
-            // Every reference leads where it led before.
+            // In the same folder every reference resolves as before.
             left.clear();
         }
         let mut beside = Self {
@@ -91,7 +93,7 @@ impl Beside {
         Ok(beside)
     }
 
-    /// Writes a file that is to be renamed to `path`.
+    /// Writes a temporary file that will be renamed to `path`.
     fn wait(&mut self, path: &Path, bytes: &[u8]) -> std::io::Result<()> {
         let folder = folder_of(path);
         let missing: Vec<&Path> = folder
@@ -109,7 +111,7 @@ impl Beside {
         Ok(())
     }
 
-    /// Gives the files their names.
+    /// Renames the files to their final names.
     pub(crate) fn place(self) -> Result<Placed, IoError> {
         let Self {
             waiting,
@@ -129,7 +131,7 @@ impl Beside {
 }
 
 impl Placed {
-    /// Leaves the files where they are, and lists them.
+    /// Keeps the files, and returns their paths.
     pub(crate) fn keep(mut self) -> Vec<PathBuf> {
         self.folders.clear();
         std::mem::take(&mut self.files)
@@ -138,7 +140,8 @@ impl Placed {
 
 impl Drop for Placed {
     fn drop(&mut self) {
-        // What cannot be removed is a copy that nothing refers to.
+        // A file that cannot be removed is a copy that nothing refers to, so the error is
+        // ignored.
         for file in &self.files {
             let _ = std::fs::remove_file(file);
         }
@@ -148,15 +151,15 @@ impl Drop for Placed {
     }
 }
 
-/// Whether a companion would be written where the mesh file goes; on some systems the case of
-/// letters makes no difference.
+/// Returns `true` if a companion would overwrite the mesh file. Case is ignored, because some
+/// file systems ignore it.
 fn is_same_file(path: &Path, out: &Path) -> bool {
     let lower = |path: &Path| path.to_string_lossy().to_lowercase();
     let real = |path: &Path| path.canonicalize().ok();
     lower(path) == lower(out) || real(path).is_some_and(|path| real(out) == Some(path))
 }
 
-/// Refuses a path that leads out of `root` by a link on its way, and folders that are no folders.
+/// Rejects a path that leads out of `root` through a link, or whose parents are not folders.
 fn check_inside(path: &Path, root: &Path) -> Result<(), String> {
     let mut folders = path.ancestors().skip(1);
     let there = folders.find(|folder| folder.symlink_metadata().is_ok());
@@ -174,7 +177,7 @@ fn check_inside(path: &Path, root: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// Whether the file is there already; an error if another one is.
+/// Returns `true` if the file already exists with these bytes; an error if it exists with others.
 fn is_there(path: &Path, bytes: &[u8]) -> Result<bool, String> {
     if path.symlink_metadata().is_err() {
         return Ok(false);

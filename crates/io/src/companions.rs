@@ -1,4 +1,4 @@
-//! Files that belong beside a mesh file: the buffers and images that a glTF refers to.
+//! Companion files of a mesh file, such as the buffers and images that a glTF refers to.
 
 use std::borrow::Cow;
 use std::io::{Error, ErrorKind};
@@ -7,29 +7,29 @@ use std::sync::Arc;
 
 use crate::resolve::{Resolve, inside};
 
-/// Where the files go that a mesh file refers to.
+/// The destination of the files that a mesh file refers to.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[non_exhaustive]
 pub enum Companions {
-    /// Beside the file, under the names by which it refers to them.
+    /// Next to the file, under the names by which it refers to them.
     ///
-    /// A file that is there already is never replaced: it may stay if it has the same bytes, and
-    /// otherwise the mesh is not written either. References that lead out of the folder stay as
-    /// they are, and [`Saved::left`] names them.
+    /// An existing file is never replaced. If it has the same bytes it stays, otherwise the mesh
+    /// is not written either. References that lead out of the folder are left unchanged and
+    /// listed in [`Saved::left`].
     #[default]
     Beside,
-    /// Into the file: as data URIs in a `.gltf`, in the binary chunk of a `.glb`. Formats that
-    /// cannot hold other files have them beside.
+    /// Inside the file: as data URIs in a `.gltf`, in the binary chunk of a `.glb`. For formats
+    /// that cannot embed files, the companions are placed next to the file.
     Embedded,
 }
 
-/// How a document is written.
+/// Options for writing a document.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub struct WriteOptions<'a> {
-    /// Where the files go that it refers to.
+    /// The destination of the files that it refers to.
     pub companions: Companions,
-    /// The name that the file will have, without its extension: files that are made for it are
+    /// The name of the output file without its extension; companion files created for it are
     /// named after it.
     pub name: &'a str,
 }
@@ -44,14 +44,14 @@ impl Default for WriteOptions<'_> {
 }
 
 impl<'a> WriteOptions<'a> {
-    /// These options with another place for the files.
+    /// Sets the destination of the companion files.
     #[must_use]
     pub fn companions(mut self, companions: Companions) -> Self {
         self.companions = companions;
         self
     }
 
-    /// These options with another name.
+    /// Sets the name.
     #[must_use]
     pub fn name(mut self, name: &'a str) -> Self {
         self.name = name;
@@ -59,14 +59,14 @@ impl<'a> WriteOptions<'a> {
     }
 }
 
-/// A file in memory, with the files that belong beside it.
+/// A file in memory, together with its companion files.
 #[derive(Clone, Debug)]
 pub struct Written {
     /// The file.
     pub bytes: Vec<u8>,
-    /// What belongs beside it.
+    /// The files that belong next to it.
     pub companions: Vec<Companion>,
-    /// References to what does not belong into its folder, one sentence each.
+    /// References to files outside its folder, one sentence each.
     pub left: Vec<String>,
 }
 
@@ -80,23 +80,23 @@ impl From<Vec<u8>> for Written {
     }
 }
 
-/// What a save did besides writing the file.
+/// The side effects of saving a file.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Saved {
-    /// Files that were written beside it. Those that were there already are not listed.
+    /// Companion files that were written. Those that already existed are not listed.
     pub copied: Vec<PathBuf>,
-    /// References that were left as they are and may lead nowhere now, one sentence each.
+    /// References that were left unchanged and may be broken now, one sentence each.
     pub left: Vec<String>,
 }
 
-/// What a file refers to.
+/// The references of a file.
 #[derive(Debug, Default)]
 pub(crate) struct References {
     pub(crate) companions: Vec<Companion>,
     pub(crate) left: Vec<String>,
 }
 
-/// A file that belongs beside a mesh file, in its folder or in one below.
+/// A file that belongs next to a mesh file, in its folder or a subfolder.
 #[derive(Clone, Debug)]
 pub struct Companion {
     path: PathBuf,
@@ -106,7 +106,7 @@ pub struct Companion {
 #[derive(Clone, Debug)]
 enum Content {
     Made(Arc<Vec<u8>>),
-    /// A file of the document that was read, under this name.
+    /// A file referenced by the original document, under this name.
     Found {
         files: Arc<dyn Resolve>,
         name: String,
@@ -115,19 +115,21 @@ enum Content {
 }
 
 impl Companion {
-    /// A file with these bytes; `name` is its path relative to the mesh file, with `/` between
-    /// folders.
+    /// Creates a companion with these bytes.
+    ///
+    /// `name` is its path relative to the mesh file, with `/` as the separator.
     ///
     /// # Errors
-    /// Why the name is not that of a file in the folder.
+    /// The reason why the name does not denote a file in the folder.
     pub(crate) fn new(name: &str, bytes: Arc<Vec<u8>>) -> Result<Self, &'static str> {
         Self::at(name, Content::Made(bytes))
     }
 
-    /// A file that is found under the same name by the resolver of the document, when it is needed.
+    /// Creates a companion whose content the document's resolver supplies on demand, under the
+    /// same name.
     ///
     /// # Errors
-    /// Why the name is not that of a file in the folder.
+    /// The reason why the name does not denote a file in the folder.
     pub(crate) fn found(
         name: &str,
         files: Arc<dyn Resolve>,
@@ -149,15 +151,15 @@ impl Companion {
         }
     }
 
-    /// Its path relative to the folder of the mesh file; does not lead out of it.
+    /// The path relative to the folder of the mesh file; never leads out of it.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Its bytes, read now if they are in a file that the document refers to.
+    /// Returns its bytes, reading them now if they are in a file that the document refers to.
     ///
     /// # Errors
-    /// Why that file cannot be read.
+    /// The reason why that file cannot be read.
     pub fn bytes(&self) -> Result<Cow<'_, [u8]>, Error> {
         match &self.content {
             Content::Made(bytes) => Ok(Cow::Borrowed(bytes)),
@@ -178,7 +180,7 @@ impl Companion {
         }
     }
 
-    /// Whether it is a file of the document that was read and is not held in memory.
+    /// Returns `true` for a file of the original document that is not held in memory.
     pub(crate) fn is_found(&self) -> bool {
         matches!(self.content, Content::Found { .. })
     }

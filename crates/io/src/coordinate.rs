@@ -6,7 +6,8 @@ use crate::error::{Element, IoError, Place, quote};
 use crate::number;
 use crate::text::Token;
 
-/// The position that the next three tokens give, and where the first of them starts.
+/// Parses the position in the next three tokens, and returns it with the offset of the first
+/// token.
 #[inline]
 pub(crate) fn position<'a>(
     tokens: &mut impl Iterator<Item = Token<'a>>,
@@ -30,7 +31,7 @@ pub(crate) fn position<'a>(
     Ok((position, start))
 }
 
-/// A finite number.
+/// Parses a finite number.
 #[inline]
 pub(crate) fn coordinate(token: &[u8], vertex: usize, place: Place) -> Result<f64, IoError> {
     match number::parse_f64(token) {

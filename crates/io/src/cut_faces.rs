@@ -1,4 +1,4 @@
-//! Polygons of a document written as the triangles that they were cut into.
+//! Replacement of document polygons by the triangles into which they were cut.
 
 use cotan_halfedge::FaceId;
 
@@ -8,25 +8,27 @@ use crate::processing::ProcessingMesh;
 use crate::remap::Remap;
 use crate::weld::Weld;
 
-/// A document some of whose polygons became triangles.
+/// A document in which some polygons have been replaced by triangles.
 #[derive(Clone, Debug)]
 pub struct CutDocument {
     /// The document.
     pub document: Document,
-    /// For each of its faces the face of the document before, counted from 0.
+    /// For each of its faces, the 0-based index of the face in the original document.
     pub face_sources: Vec<usize>,
 }
 
 impl Document {
-    /// The document with some of its faces, counted from 0, replaced by the triangles that
-    /// `processing` cut them into. Vertices stay as they are; texture coordinates, normals, groups
-    /// and everything else that the file says of a face or a corner goes to its triangles.
+    /// Returns the document with the given faces (0-based) replaced by the triangles into which
+    /// `processing` cut them.
     ///
-    /// A face that `processing` left out stays, and so does a number beyond the faces.
+    /// Vertices are unchanged. Texture coordinates, normals, groups and all other data of a face
+    /// or corner are passed on to its triangles.
+    ///
+    /// Faces that `processing` omitted are kept, and indices out of range are ignored.
     ///
     /// # Errors
-    /// [`IoError::PositionCount`] if `processing` is not of this document, and what is wrong in the
-    /// file where it has to be read for this.
+    /// [`IoError::PositionCount`] if `processing` does not belong to this document, and any error
+    /// in the parts of the file that have to be decoded.
     pub fn with_faces_cut(
         &self,
         processing: &ProcessingMesh,
@@ -56,7 +58,7 @@ impl Document {
 fn remap(document: &Document, processing: &ProcessingMesh, is_cut: &[bool]) -> Remap {
     let mesh = processing.mesh();
     let is_cut = |face: usize| is_cut.get(face) == Some(&true);
-    // The triangles of each face, together and in the order of the faces.
+    // The triangles of each face, contiguous and in face order.
     let mut triangles: Vec<(usize, FaceId)> = mesh
         .faces()
         .map(|f| (processing.document_face(f), f))

@@ -1,4 +1,4 @@
-//! The edges that polygons get inside when they are cut into triangles.
+//! The interior edges created by triangulating polygons.
 
 use cotan_geometry::relative_height;
 use nalgebra::Point3;
@@ -7,30 +7,33 @@ use crate::faces::FaceList;
 use crate::recut::{Cutter, Polygons, Recuts};
 use crate::topology::Topology;
 
-/// A triangle has no area if its smallest height is at most this ratio of its longest edge.
+/// A triangle counts as having no area if the ratio of its smallest height to its longest edge is
+/// at most this.
 pub(crate) const FLAT: f64 = 1e-9;
 
-/// A side of a triangle that is no side of its polygon.
+/// A side of a triangle that is not a side of its polygon.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 struct Cut {
-    /// The places at its ends, the lower one first.
+    /// The places at its ends, in ascending order.
     ends: [u32; 2],
     face: u32,
     is_forward: bool,
 }
 
-/// What cutting the polygons of a mesh comes to.
+/// The result of triangulating the polygons of a mesh.
 #[derive(Debug, Default)]
 pub(crate) struct Cuts {
     /// Sorted by their ends.
     sides: Vec<Cut>,
-    /// Faces of which a triangle passes twice through a place.
+    /// Faces with a triangle that passes through a place twice.
     pub(crate) repeating: Vec<u32>,
-    /// Faces of which a triangle has no area, and whether all have none.
+    /// Faces with a triangle of no area, and `true` if all their triangles have none.
     pub(crate) flat: Vec<(u32, bool)>,
 }
 
 impl Cuts {
+    /// Collects the cuts.
+    ///
     /// `corners` gives the vertex of every corner, `places` the place of every vertex.
     pub(crate) fn new(
         topology: &Topology<'_>,
@@ -90,7 +93,7 @@ impl Cuts {
                 inner.extend([side(a, b), side(b, c), side(c, a)]);
             }
             inner.sort_unstable();
-            // What the polygon has itself goes; both lists are sorted.
+            // Remove the polygon's own sides; both lists are sorted.
             let mut rest = own.iter().peekable();
             inner.retain(|side| {
                 while rest.next_if(|own| *own < side).is_some() {}
@@ -102,7 +105,8 @@ impl Cuts {
         cuts
     }
 
-    /// Polygons with a cut where another face has an edge or a cut, with the ends of the cut.
+    /// Finds polygons with a cut that coincides with an edge or a cut of another face, with the
+    /// ends of the cut.
     pub(crate) fn conflicts(&self, topology: &Topology<'_>) -> Vec<(u32, [u32; 2])> {
         let mut conflicts = Vec::new();
         let mut edges = topology.edges().map(|sides| sides[0].ends).peekable();

@@ -1,4 +1,4 @@
-//! The user's file in memory: what is worked on, and everything else, kept.
+//! The user's mesh file in memory: the mesh to work on, and everything else, preserved.
 
 mod stretches;
 mod write;
@@ -25,24 +25,24 @@ use crate::remap::Remap;
 use crate::source::{Mesh, SourceFile};
 use crate::weld::{self, Weld};
 
-/// A mesh file: positions, polygons, and everything else that it holds.
+/// A mesh file: positions, polygons, and all its other contents.
 ///
-/// Vertices and faces have the numbers of the file, counted from 0; polygons keep their degree;
-/// vertices that no face uses are there. Work happens on a [`ProcessingMesh`], and
-/// [`Document::set_positions`] brings the moved vertices back.
+/// Vertices and faces keep the order of the file and are indexed from 0. Polygons keep their
+/// degree, and vertices that no face uses are included. Editing happens on a [`ProcessingMesh`],
+/// and [`Document::set_positions`] writes the moved vertices back.
 ///
-/// Written in the format that it was read from, a document differs from the file only in the
-/// coordinates of the vertices that were moved and in the normals of the surface there, which
-/// turn with it: comments, texture coordinates, colours, groups, materials, further PLY elements,
-/// the nodes and images of a glTF, spaces and line ends are kept byte by byte. Any other format
-/// gets what it can hold of the [`Attributes`]. [`Document::losses`] says what a write would drop
-/// or leave stale.
+/// A document written in the format it was read from differs from the original file only in
+/// the coordinates of moved vertices and in the surface normals there, which rotate with the
+/// surface. Comments, texture coordinates, colours, groups, materials, additional PLY elements,
+/// the nodes and images of a glTF, whitespace and line endings are preserved byte for byte. Any
+/// other format receives the [`Attributes`] that it can represent. [`Document::losses`] lists
+/// what a write would drop or leave stale.
 ///
-/// The vertices of a glTF are those of its meshes, each once however many nodes show it, placed by
-/// the first node that does: an edit of a mesh shows at all of its places, as in the file, and
-/// formats without nodes get the mesh at each. Meshes that share an accessor have vertices of
-/// their own if they are placed differently or have a face in common, and so have primitives of
-/// one mesh with a face in common.
+/// The vertices of a glTF are those of its meshes. Each is stored once, no matter how many nodes
+/// show it, and placed by the first node that does: an edit of a mesh shows at all its instances,
+/// as in the file, and formats without nodes receive one copy per instance. Meshes that share an
+/// accessor get separate vertices if they are placed differently or have a face in common, and so
+/// do primitives of one mesh that have a face in common.
 #[derive(Clone, Debug)]
 pub struct Document {
     positions: Vec<Point3<f64>>,
@@ -51,62 +51,63 @@ pub struct Document {
     stretches: Stretches,
     places: Places,
     warnings: Vec<Warning>,
-    /// Of a document made in memory; what a file has is decoded on request.
+    /// Attributes of a document made in memory; those of a file are decoded on request.
     attributes: Attributes,
     source: Option<Arc<dyn SourceFile>>,
-    /// Those that were given, in place of those of the file.
+    /// Materials that replace those of the file, if any were set.
     materials: Option<Arc<Materials>>,
-    /// The file that a document comes from which is no longer tied to it: its meshes are where the
-    /// file has them, its materials are those of the file, and everything else of it is lost.
+    /// The file that a detached document comes from. It still supplies the instances of its
+    /// meshes and its materials; everything else in it is lost.
     origin: Option<Arc<dyn SourceFile>>,
-    /// The positions as the file has them; empty as long as no vertex was moved.
+    /// The positions in the file; empty as long as no vertex has moved.
     original: Vec<Point3<f64>>,
-    /// The folder of the file, in which the files lie that it refers to; `None` without a path.
+    /// The folder of the file, in which its companion files are found; `None` without a path.
     home: Option<PathBuf>,
 }
 
-/// Which vertices count as one where the document is welded as its format means it.
+/// The vertices that count as one when the document is welded as its format implies.
 #[derive(Clone, Debug)]
 enum Places {
-    /// None do.
+    /// No vertices are merged.
     Own,
-    /// Those at exactly the same place of a part: the format splits vertices.
+    /// Vertices at exactly the same position within a part are merged, because the format splits
+    /// vertices.
     Exact,
-    /// For each vertex the first one that it is one with, as a repair left it.
+    /// For each vertex, the first vertex that it is merged with, as left by a repair.
     Given(Vec<u32>),
 }
 
-/// A part of a document with vertices and faces of its own: a mesh of a glTF.
+/// A part of a document with its own vertices and faces, such as a mesh of a glTF.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Part {
     /// The name in the file; may be empty.
     pub name: String,
-    /// Its vertices.
+    /// The vertices of the part.
     pub vertices: Range<usize>,
-    /// Its faces.
+    /// The faces of the part.
     pub faces: Range<usize>,
 }
 
-/// What a reader found.
+/// The result of a reader.
 #[derive(Debug, Default)]
 pub(crate) struct Parsed {
     pub(crate) positions: Vec<Point3<f64>>,
     pub(crate) faces: FaceList,
     /// Empty if the document is one part.
     pub(crate) parts: Vec<Part>,
-    /// Vertices of parts that are layers of these; see [`Stretches`].
+    /// Vertex ranges of parts that are layers; see [`Stretches`].
     pub(crate) layers: Vec<(Range<usize>, u32)>,
-    /// Whether vertices at the same place in a part are one vertex of the surface.
+    /// `true` if vertices at the same position within a part are one vertex of the surface.
     pub(crate) is_split: bool,
     pub(crate) warnings: Vec<Warning>,
 }
 
 impl Document {
-    /// A document made in memory.
+    /// Creates a document in memory.
     ///
     /// # Errors
     /// [`IoError`] if there is no vertex, a coordinate is not finite, a face has fewer than three
-    /// corners, or a corner refers to a vertex that is not there.
+    /// corners, or a corner refers to a vertex that does not exist.
     pub fn new(positions: Vec<Point3<f64>>, faces: FaceList) -> Result<Self, IoError> {
         let num_vertices = positions.len();
         if num_vertices == 0 {
@@ -138,16 +139,16 @@ impl Document {
         Ok(Self::from_parsed(parsed, None))
     }
 
-    /// The same document with these attributes; it is then no longer tied to a file.
+    /// Replaces the attributes. The resulting document is detached from its file.
     ///
     /// # Errors
-    /// [`IoError::Attributes`] if they do not fit the vertices, faces and corners.
+    /// [`IoError::Attributes`] if they do not match the vertices, faces and corners.
     pub fn with_attributes(self, attributes: Attributes) -> Result<Self, IoError> {
         let (vertices, faces) = (self.positions.len(), &self.faces);
         if let Some(problem) = attributes.misfit(vertices, faces.len(), faces.num_corners()) {
             return Err(IoError::Attributes { problem });
         }
-        // Attributes come and go, materials and places stay.
+        // Attributes are replaced, but materials and instances stay.
         let origin = self.origin().cloned();
         Ok(Self {
             attributes,
@@ -158,12 +159,12 @@ impl Document {
         })
     }
 
-    /// The same document with these materials; it is then no longer tied to a file.
+    /// Replaces the materials. The resulting document is detached from its file.
     ///
     /// # Errors
-    /// [`IoError::Attributes`] if a number or an image does not fit, or if the labels of kind
+    /// [`IoError::Attributes`] if a number or an image is invalid, or if the labels of kind
     /// [`Material`](crate::LabelKind::Material) have more names than there are materials;
-    /// [`IoError`] as [`Document::attributes`].
+    /// [`IoError`] as for [`Document::attributes`].
     pub fn with_materials(self, materials: Materials) -> Result<Self, IoError> {
         let attributes = self.attributes()?.into_owned();
         if let Some(problem) = materials.misfit(&attributes) {
@@ -175,10 +176,10 @@ impl Document {
         })
     }
 
-    /// A document of a half-edge mesh and its positions.
+    /// Creates a document from a half-edge mesh and its positions.
     ///
     /// # Errors
-    /// As [`Document::new`], and if there is not one position a vertex.
+    /// As for [`Document::new`], and if there is not exactly one position per vertex.
     pub fn from_mesh<T: Scalar>(
         mesh: &HalfedgeMesh,
         positions: &Positions<T>,
@@ -203,7 +204,7 @@ impl Document {
         )
     }
 
-    /// What a reader found; its checks are those of [`Document::new`].
+    /// Creates a document from the result of a reader, with the checks of [`Document::new`].
     pub(crate) fn from_source(
         parsed: Parsed,
         source: impl SourceFile + 'static,
@@ -249,7 +250,7 @@ impl Document {
         }
     }
 
-    /// The same document, read from a file in this folder.
+    /// Sets the folder that the document was read from.
     pub(crate) fn at_home(self, home: Option<PathBuf>) -> Self {
         Self { home, ..self }
     }
@@ -259,37 +260,37 @@ impl Document {
         self.home.as_deref()
     }
 
-    /// The format of the file, or `None` if the document was made in memory.
+    /// The format of the file, or `None` for a document made in memory.
     pub fn format(&self) -> Option<Format> {
         self.source.as_ref().map(|source| source.format())
     }
 
-    /// Bytes of the file that are kept, unpacked; 0 if the document was made in memory.
+    /// Size of the retained file in bytes, uncompressed; 0 for a document made in memory.
     pub fn num_bytes(&self) -> usize {
         self.source.as_ref().map_or(0, |source| source.num_bytes())
     }
 
-    /// What is odd about the file and was read nevertheless.
+    /// Irregularities of the file that did not prevent reading it.
     pub fn warnings(&self) -> &[Warning] {
         &self.warnings
     }
 
-    /// The parts, in the order of the file; at least one.
+    /// The parts, in file order; at least one.
     pub fn parts(&self) -> &[Part] {
         &self.parts
     }
 
-    /// All positions, in the order of the file.
+    /// All positions, in file order.
     pub fn positions(&self) -> &[Point3<f64>] {
         &self.positions
     }
 
-    /// All faces, in the order of the file.
+    /// All faces, in file order.
     pub fn faces(&self) -> &FaceList {
         &self.faces
     }
 
-    /// The positions as the file has them.
+    /// The positions in the file.
     fn file_positions(&self) -> &[Point3<f64>] {
         match self.original.as_slice() {
             [] => &self.positions,
@@ -304,13 +305,14 @@ impl Document {
         }
     }
 
-    /// Texture coordinates, normals, colours, groups, materials and all other attributes that
-    /// more than one format can hold, decoded from the file; normals have turned with the surface
-    /// where vertices were moved.
+    /// Decodes the texture coordinates, normals, colours, groups, materials and all other
+    /// attributes that more than one format can represent.
+    ///
+    /// Normals are rotated with the surface where vertices have moved.
     ///
     /// # Errors
-    /// [`IoError`] with the line or byte where the file is wrong: what is only kept is not checked
-    /// when the file is read.
+    /// [`IoError`] with the line or byte at which the file is invalid: data that is only retained
+    /// is not checked when the file is read.
     pub fn attributes(&self) -> Result<Cow<'_, Attributes>, IoError> {
         let mut attributes = match &self.source {
             Some(source) => Cow::Owned(source.attributes(self.mesh())?),
@@ -324,19 +326,19 @@ impl Document {
         Ok(attributes)
     }
 
-    /// The materials, and the images of their textures, in the order of the labels of kind
+    /// Reads the materials, and the images of their textures, in the order of the labels of kind
     /// [`Material`](crate::LabelKind::Material).
     ///
-    /// They are read from the file, and from the files that it refers to, every time that this is
-    /// called. What cannot be read is no error: [`Materials::others`] names it.
+    /// They are decoded, and images are read, on every call; the material libraries of an OBJ are
+    /// read only once. Unreadable content is not an error; it is listed in [`Materials::others`].
     ///
     /// # Errors
-    /// As [`Document::attributes`].
+    /// As for [`Document::attributes`].
     pub fn materials(&self) -> Result<Materials, IoError> {
         Ok(self.materials_of(&*self.attributes()?))
     }
 
-    /// [`Document::materials`], given the attributes.
+    /// Like [`Document::materials`], for given attributes.
     pub(crate) fn materials_of(&self, attributes: &Attributes) -> Materials {
         match (&self.materials, self.origin()) {
             (Some(materials), _) => Materials::clone(materials),
@@ -345,31 +347,33 @@ impl Document {
         }
     }
 
-    /// The file that the document comes from, also where it is no longer tied to it.
+    /// The file that the document comes from, even if the document is detached from it.
     pub(crate) fn origin(&self) -> Option<&Arc<dyn SourceFile>> {
         self.source.as_ref().or(self.origin.as_ref())
     }
 
-    /// Whether an OBJ of the document names the material libraries of the OBJ that it comes from.
+    /// Returns `true` if an OBJ written from the document keeps the material libraries of the OBJ
+    /// it comes from.
     pub(crate) fn keeps_libraries(&self) -> bool {
         let is_obj = |origin: &Arc<dyn SourceFile>| origin.writes(Format::Obj);
         self.materials.is_none() && self.origin().is_some_and(is_obj)
     }
 
-    /// The triangulated half-edge mesh of this document, with maps both ways, welded as the format
-    /// means it; see [`Document::surface_with`].
+    /// Builds the triangulated half-edge mesh of this document, with index maps in both
+    /// directions, welded as the format implies; see [`Document::surface_with`].
     ///
     /// # Errors
-    /// As [`Document::surface_with`].
+    /// As for [`Document::surface_with`].
     pub fn surface(&self) -> Result<ProcessingMesh, IoError> {
         self.surface_with(Weld::AsFormat)
     }
 
-    /// The triangulated half-edge mesh of this document, with maps both ways.
+    /// Builds the triangulated half-edge mesh of this document, with index maps in both
+    /// directions.
     ///
-    /// Vertices that no face uses are left out; larger polygons are cut into triangles inside
-    /// their outline, also where it is concave. Faces of which welding leaves fewer than three
-    /// corners are left out.
+    /// Vertices that no face uses are omitted. Polygons are triangulated inside their outline,
+    /// even where it is concave. Faces left with fewer than three corners after welding are
+    /// omitted.
     ///
     /// # Errors
     /// [`IoError::NoFaces`] if there is nothing to build from, [`IoError::NotManifold`] if the
@@ -378,10 +382,10 @@ impl Document {
         self.surface_numbered(weld, Numbering::Auto)
     }
 
-    /// [`Document::surface_with`], its vertices and triangles numbered as asked for.
+    /// Like [`Document::surface_with`], with the given order of vertices and triangles.
     ///
     /// # Errors
-    /// As [`Document::surface_with`].
+    /// As for [`Document::surface_with`].
     pub fn surface_numbered(
         &self,
         weld: Weld,
@@ -391,13 +395,14 @@ impl Document {
         ProcessingMesh::build(&self.positions, &self.faces, &places, numbering)
     }
 
-    /// For each vertex the first one that it is welded to; empty if there is nothing to weld.
+    /// For each vertex, the first vertex that it is welded to; empty if there is nothing to weld.
     pub(crate) fn places(&self, weld: Weld) -> Result<Cow<'_, [u32]>, IoError> {
         let part = self.stretches.group_of();
         Ok(match weld {
             Weld::AsFormat => match &self.places {
                 Places::Own => Cow::Borrowed(&[]),
-                // Of the file: what is one vertex stays one when it is moved.
+                // Uses the positions in the file, so that a merged vertex stays merged when it
+                // moves.
                 Places::Exact => Cow::Owned(weld::exact(self.file_positions(), part)),
                 Places::Given(places) => Cow::Borrowed(places),
             },
@@ -410,7 +415,7 @@ impl Document {
         })
     }
 
-    /// The mesh with every instance of it, welded as the format means it.
+    /// The mesh with all its instances, welded as the format implies.
     pub(crate) fn expanded(&self) -> Result<Expanded<'_>, IoError> {
         let places = self.places(Weld::AsFormat)?;
         Expanded::new(
@@ -422,7 +427,7 @@ impl Document {
         )
     }
 
-    /// The same document as one of a format that splits vertices, in these parts.
+    /// The same document, as if from a format that splits vertices, with these parts.
     #[cfg(test)]
     pub(crate) fn split_into(mut self, parts: Vec<Part>) -> Self {
         self.places = Places::Exact;
@@ -431,14 +436,18 @@ impl Document {
         self
     }
 
-    /// The number of the stretch of vertices that a vertex belongs to: ascending, and the same for
-    /// vertices of a part that may be welded and stand together.
+    /// Returns a function that maps a vertex to the index of its stretch.
+    ///
+    /// The indices are ascending, and equal for consecutive vertices of a part that may be
+    /// welded.
     pub(crate) fn stretch_of(&self) -> impl Fn(usize) -> usize + use<> {
         self.stretches.stretch_of()
     }
 
-    /// The document of another mesh made of this one's vertices and faces, with everything that
-    /// the file says about them; `places` is that of the new mesh (see [`Document::places`]).
+    /// Creates the document of another mesh made of this one's vertices and faces, with all data
+    /// that the file has for them.
+    ///
+    /// `places` is that of the new mesh (see [`Document::places`]).
     pub(crate) fn remapped(&self, remap: &Remap, places: Vec<u32>) -> Result<Self, IoError> {
         let gather = |positions: &[Point3<f64>]| -> Vec<Point3<f64>> {
             let old = remap.vertices.iter();
@@ -453,7 +462,7 @@ impl Document {
         let source = source
             .map(|source| source.rebuild(remap, file))
             .transpose()?;
-        // Vertices and faces of a part stay together, so counting is enough.
+        // Vertices and faces of a part stay contiguous, so counting is enough.
         let mut parts = self.parts.clone();
         let (mut vertex, mut face) = (0, 0);
         for (part, old) in parts.iter_mut().zip(&self.parts) {
@@ -461,7 +470,7 @@ impl Document {
             let vertices = vertices.take_while(|&&v| (v as usize) < old.vertices.end);
             part.vertices = vertex..vertex + vertices.count();
             vertex = part.vertices.end;
-            // A face that closes a hole stands behind the faces of its part.
+            // A face that closes a hole comes after the faces of its part.
             let faces = remap.face_sources[face..].iter();
             let faces = faces.take_while(|&&f| f == NONE || (f as usize) < old.faces.end);
             part.faces = face..face + faces.count();
@@ -489,14 +498,15 @@ impl Document {
         })
     }
 
-    /// Brings positions of the processing mesh back: every vertex whose position differs from the
-    /// document's is moved; all others, and vertices that no face uses, stay as they are, to the
-    /// last digit of the file.
+    /// Writes positions of the processing mesh back to the document.
+    ///
+    /// Every vertex whose position differs from the document's is moved. All others, and vertices
+    /// that no face uses, are preserved to the last digit of the file.
     ///
     /// # Errors
-    /// [`IoError::PositionCount`] if the positions do not belong to `processing` or that not to
-    /// this document, [`IoError::NonFinitePosition`] if one is not finite; the document is then
-    /// unchanged.
+    /// [`IoError::PositionCount`] if the positions do not match `processing`, or `processing`
+    /// does not match this document; [`IoError::NonFinitePosition`] if one is not finite. The
+    /// document is unchanged in these cases.
     pub fn set_positions<T: Scalar>(
         &mut self,
         processing: &ProcessingMesh,
@@ -523,12 +533,13 @@ impl Document {
             };
             let (first, p) = (processing.document_vertex(v), positions[v]);
             let old = self.positions[first];
-            // Compared in the caller's type: what f32 cannot tell apart was not moved.
+            // Compare in the caller's type: positions that `f32` cannot tell apart have not
+            // moved.
             if p == old.map(T::of_f64) {
                 continue;
             }
             let p = p.map(Scalar::as_f64);
-            // Welded within a tolerance, a vertex keeps its distance to the first one.
+            // A vertex welded within a tolerance keeps its offset from the first one.
             let [at, first] = [vertex, first].map(|v| self.file_positions()[v]);
             let p = match () {
                 () if at == first => p,
@@ -546,11 +557,11 @@ impl Document {
         Ok(())
     }
 
-    /// Moves one vertex of the document, counted from 0.
+    /// Moves one vertex of the document, given its 0-based index.
     ///
     /// # Errors
-    /// [`IoError::NonFinitePosition`] if the position is not finite, [`IoError::NoSuchVertex`]
-    /// if there is no such vertex.
+    /// [`IoError::NonFinitePosition`] if the position is not finite, [`IoError::NoSuchVertex`] if
+    /// the index is out of range.
     pub fn set_position(&mut self, vertex: usize, position: Point3<f64>) -> Result<(), IoError> {
         if vertex >= self.positions.len() {
             return Err(IoError::NoSuchVertex {

@@ -1,13 +1,13 @@
-//! Long polygons shortened where there is no plane to see them in.
+//! Shortening of long polygons in space, without projecting them to a plane.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use nalgebra::Point3;
 
-/// Clips the ears with the shortest new edges, until so many corners or no ears are left.
+/// Clips the ears with the shortest new edges until at most `most` corners or no ears are left.
 ///
-/// `rest` holds the corners in order; new edges are those that are free. Takes n log n time.
+/// `rest` holds the corners in order. New edges must be free. Takes O(n log n) time.
 pub(crate) fn clip_short_ears(
     rest: &mut Vec<usize>,
     most: usize,
@@ -20,7 +20,7 @@ pub(crate) fn clip_short_ears(
     let mut prev: Vec<usize> = (0..m).map(|i| (i + m - 1) % m).collect();
     let mut is_left = vec![true; m];
     let mut num_left = m;
-    // Squares of lengths are not negative, so that their bits have their order.
+    // Squared lengths are not negative, so their bit patterns sort in the same order.
     let key = |i: usize, prev: &[usize], next: &[usize]| {
         let (a, b) = (prev[i], next[i]);
         let square = (point(rest[a]) - point(rest[b])).norm_squared();

@@ -1,4 +1,4 @@
-//! What can be wrong with a file, and where.
+//! Errors and warnings about files, with their locations.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -11,13 +11,13 @@ use crate::format::Format;
 use crate::printable::printable;
 use crate::repair::Cure;
 
-/// A place in a file.
+/// A location in a file.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum Place {
-    /// A line of a text file, counted from 1.
+    /// A 1-based line number in a text file.
     Line(usize),
-    /// A byte of a binary file, counted from 0.
+    /// A 0-based byte offset in a binary file.
     Byte(usize),
 }
 
@@ -30,12 +30,12 @@ impl fmt::Display for Place {
     }
 }
 
-/// Something odd in a file that was read nevertheless.
+/// An irregularity in a file that could still be read.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Warning {
-    /// Where, if it has a place.
+    /// The location, if there is one.
     pub place: Option<Place>,
-    /// What is odd, and how it was read.
+    /// The irregularity, and how it was interpreted.
     pub message: String,
 }
 
@@ -48,283 +48,284 @@ impl fmt::Display for Warning {
     }
 }
 
-/// Why a mesh file could not be read, built or written.
+/// An error while reading, building or writing a mesh file.
 ///
-/// Vertices and faces are counted from 0, as everywhere in cotan, unless the text says otherwise.
+/// Vertex and face indices are 0-based, as everywhere in cotan, unless stated otherwise.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum IoError {
-    /// Another error, with the file that it concerns.
+    /// Another error, together with the file that it concerns.
     #[error("{}: {source}", path.display())]
     InFile {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The error.
         source: Box<IoError>,
     },
     /// The file could not be opened or read.
     #[error("cannot read the file: {0}")]
     Read(#[source] std::io::Error),
-    /// The file could not be written; an older file of that name is untouched.
+    /// The file could not be written. An existing file of that name is left untouched.
     #[error("cannot write the file: {0}")]
     Write(#[source] std::io::Error),
-    /// Neither the content nor the name tells the format.
+    /// The format can be determined neither from the content nor from the name.
     #[error(
         "the format is not known; cotan reads and writes .obj, .ply, .off, .stl, .gltf and .glb, also with .gz behind"
     )]
     UnknownFormat,
-    /// More than [`Limits`](crate::Limits) allow.
+    /// The file exceeds one of the [`Limits`](crate::Limits).
     #[error("more than {limit} {what}; raise the limit if you trust the file")]
     OverLimit {
-        /// What there is too much of.
+        /// The quantity that is limited.
         what: &'static str,
-        /// How many are allowed.
+        /// The limit.
         limit: u64,
     },
-    /// The system does not give the memory that the file asks for.
+    /// The system could not provide the memory that the file requires.
     #[error("not enough memory: {bytes} bytes at once are needed for this file and cannot be had")]
     OutOfMemory {
-        /// How many were asked for at once.
+        /// Size of the failed allocation, in bytes.
         bytes: u64,
     },
-    /// The file holds no vertex at all: an empty mesh, or not a mesh file.
+    /// The file contains no vertices: it is an empty mesh, or not a mesh file.
     #[error("no vertices: this is an empty mesh or not {format} at all")]
     NoVertices {
-        /// The format that it was read as.
+        /// The format in which it was read.
         format: Format,
     },
-    /// A file without a byte.
+    /// The file has zero bytes.
     #[error("the file is empty")]
     EmptyFile,
-    /// A document was to be made in memory without a vertex.
+    /// A document created in memory has no vertices.
     #[error("there are no vertices")]
     Empty,
-    /// A header that breaks the rules of its format.
+    /// A header that violates the rules of its format.
     #[error("line {line}: {problem}")]
     Header {
-        /// The line, counted from 1.
+        /// The 1-based line number.
         line: usize,
-        /// What is wrong, and what is expected.
+        /// The problem, and what was expected.
         problem: String,
     },
-    /// A file that breaks the rules of its format.
+    /// A file that violates the rules of its format.
     #[error("{place}: {problem}")]
     Malformed {
-        /// Where.
+        /// The location.
         place: Place,
-        /// What is wrong, and what is expected.
+        /// The problem, and what was expected.
         problem: String,
     },
-    /// Something in a glTF that breaks its rules.
+    /// Part of a glTF file that violates the specification.
     #[error("{path}: {problem}")]
     Gltf {
-        /// Where in the JSON, as `accessors[3].count`.
+        /// The location in the JSON, such as `accessors[3].count`.
         path: String,
-        /// What is wrong, and what is expected.
+        /// The problem, and what was expected.
         problem: String,
     },
-    /// A feature of the format that is not read.
+    /// A feature of the format that is not supported.
     #[error("{feature} is not supported; {remedy}")]
     Unsupported {
         /// The feature.
         feature: String,
-        /// What to do.
+        /// The suggested remedy.
         remedy: &'static str,
     },
-    /// A file that this file refers to and that could not be had.
+    /// A referenced file could not be read.
     #[error("the file refers to `{uri}`, which cannot be read: {problem}")]
     External {
         /// The reference (shortened).
         uri: String,
-        /// Why not.
+        /// The reason.
         problem: String,
     },
-    /// A file that the document refers to and that cannot lie beside the file to be written.
+    /// A file that the document refers to cannot be placed next to the output file.
     #[error("the mesh needs the file {} beside it: {problem}; nothing was written", path.display())]
     Companion {
-        /// Where the file belongs.
+        /// The path at which the file is needed.
         path: PathBuf,
-        /// Why it cannot be there, and what to do.
+        /// Why it cannot be placed there, and what to do.
         problem: String,
     },
-    /// Something that is not a number where one is needed.
+    /// Text that is not a number where one is required.
     #[error("{place}: {element} has `{text}` where {expected} is expected")]
     BadNumber {
-        /// Where.
+        /// The location.
         place: Place,
         /// The element, such as `vertex 12`.
         element: Element,
-        /// What stands there (shortened).
+        /// The text that was found (shortened).
         text: String,
-        /// What should stand there.
+        /// A description of the expected value.
         expected: &'static str,
     },
-    /// A coordinate that is NaN, infinite, or too large for 64 bits.
+    /// A coordinate that is NaN, infinite, or too large for `f64`.
     #[error("{place}: vertex {vertex} has the coordinate {value}, which is not a finite number")]
     NonFinite {
-        /// Where.
+        /// The location.
         place: Place,
-        /// The vertex.
+        /// The vertex index.
         vertex: usize,
         /// The value (or its text).
         value: String,
     },
-    /// A row with fewer numbers than it needs.
+    /// A row with too few numbers.
     #[error("{place}: {element} has {found} numbers; it needs {needed}")]
     TooFewNumbers {
-        /// Where.
+        /// The location.
         place: Place,
         /// The element.
         element: Element,
-        /// How many numbers stand there.
+        /// The number of values found.
         found: usize,
-        /// How many are needed.
+        /// The number of values needed.
         needed: usize,
     },
     /// The file ends before all promised elements were read.
     #[error("{place}: the file ends at {element}, but {promised} were promised; it was cut short")]
     CutShort {
-        /// Where it ends.
+        /// The location of the end.
         place: Place,
-        /// The first element that is missing.
+        /// The first missing element.
         element: Element,
-        /// How many the header promises.
+        /// The count in the header.
         promised: u64,
     },
-    /// Rows behind the last face that the header promises.
+    /// Extra rows after the last face that the header promises.
     #[error("{place}: more rows follow the {promised} faces that the header promises")]
     MoreThanPromised {
-        /// Where.
+        /// The location.
         place: Place,
-        /// How many faces the header promises.
+        /// The face count in the header.
         promised: u64,
     },
-    /// A face that refers to a vertex that is not there.
+    /// A face that refers to a vertex that does not exist.
     #[error("{place}: face {face} refers to vertex {index}, but {}", vertices_there(*first, *num_vertices))]
     IndexOutOfRange {
-        /// Where.
+        /// The location.
         place: Place,
-        /// The face.
+        /// The face index.
         face: usize,
-        /// The index as the file writes it.
+        /// The index as written in the file.
         index: i64,
-        /// The number of the first vertex in this format: 1 for OBJ, otherwise 0.
+        /// The index of the first vertex in this format: 1 for OBJ, otherwise 0.
         first: u32,
-        /// How many vertices there are.
+        /// The number of vertices.
         num_vertices: usize,
     },
     /// A face with fewer than three corners.
     #[error("{place}: face {face} has {degree} corners; a face needs three or more")]
     TooFewCorners {
-        /// Where.
+        /// The location.
         place: Place,
-        /// The face.
+        /// The face index.
         face: usize,
-        /// Its number of corners.
+        /// The number of its corners.
         degree: usize,
     },
-    /// A face that was given in memory has fewer than three corners.
+    /// A face given in memory has fewer than three corners.
     #[error("face {face} has {degree} corners; a face needs three or more")]
     FaceCorners {
-        /// The face.
+        /// The face index.
         face: usize,
-        /// Its number of corners.
+        /// The number of its corners.
         degree: usize,
     },
-    /// A face that was given in memory refers to a vertex that is not there.
+    /// A face given in memory refers to a vertex that does not exist.
     #[error(
         "face {face} refers to vertex {vertex}, but there are only {num_vertices} vertices (numbered from 0)"
     )]
     FaceVertex {
-        /// The face.
+        /// The face index.
         face: usize,
-        /// The vertex.
+        /// The vertex index.
         vertex: usize,
-        /// How many vertices there are.
+        /// The number of vertices.
         num_vertices: usize,
     },
-    /// A vertex that the document does not have.
+    /// A vertex index that is out of range for the document.
     #[error("there is no vertex {vertex}; there are {num_vertices} vertices, numbered from 0")]
     NoSuchVertex {
-        /// The vertex.
+        /// The vertex index.
         vertex: usize,
-        /// How many vertices there are.
+        /// The number of vertices.
         num_vertices: usize,
     },
-    /// The document has vertices and no faces, so there is no surface to work on.
+    /// The document has vertices but no faces, so there is no surface to work on.
     #[error("there are {num_vertices} vertices and no faces; a surface needs faces")]
     NoFaces {
-        /// How many vertices there are.
+        /// The number of vertices.
         num_vertices: usize,
     },
-    /// The faces do not form an oriented manifold. Numbers are those of the file, from 0.
+    /// The faces do not form an oriented manifold. Indices are those of the file, 0-based.
     #[error(
         "the faces do not form a manifold surface: {} (vertices and faces are numbered from 0, as in the file){}",
         _0,
         cure_text(_0)
     )]
     NotManifold(#[source] BuildError),
-    /// Welding left no face with three corners.
+    /// After welding, no face has three distinct corners left.
     #[error("all {num_faces} faces collapse when vertices are welded; weld less")]
     AllCollapsed {
-        /// How many faces there are.
+        /// The number of faces.
         num_faces: usize,
     },
-    /// All parts are too small to be kept.
+    /// Every part is too small to be kept.
     #[error(
         "every part has fewer than {least_faces} faces, the largest {num_faces}; nothing would be \
          left, so ask for fewer"
     )]
     NoPartLeft {
-        /// How many faces a part was to have.
+        /// The minimum number of faces per part.
         least_faces: usize,
-        /// How many the largest one has.
+        /// The number of faces of the largest part.
         num_faces: usize,
     },
-    /// A tolerance for welding that is not a distance.
+    /// A welding tolerance that is not a valid distance.
     #[error("{} is not a distance to weld within; it must be finite and not negative", Readable(*tolerance))]
     WeldTolerance {
         /// The tolerance.
         tolerance: f64,
     },
-    /// Attributes that do not belong to this document.
+    /// Attributes that do not fit the document.
     #[error("{problem}; the document was not changed")]
     Attributes {
-        /// What does not fit.
+        /// The mismatch.
         problem: String,
     },
-    /// Positions that do not belong to this document.
+    /// The number of positions does not match the document.
     #[error("{found} positions were given where {expected} are needed")]
     PositionCount {
-        /// How many are needed.
+        /// The number of positions needed.
         expected: usize,
-        /// How many were given.
+        /// The number of positions given.
         found: usize,
     },
-    /// A position that is NaN or infinite was to be stored.
+    /// A new position is NaN or infinite.
     #[error("the new position of vertex {vertex} is not finite; the document was not changed")]
     NonFinitePosition {
-        /// The vertex of the document.
+        /// The vertex index in the document.
         vertex: usize,
     },
-    /// A coordinate that the file's own number type cannot hold.
+    /// A coordinate that cannot be represented in the number type of the file.
     #[error(
         "vertex {vertex}: {} does not fit the file's type `{number_type}`; save in another format",
         Readable(*value)
     )]
     DoesNotFit {
-        /// The vertex.
+        /// The vertex index.
         vertex: usize,
         /// The coordinate.
         value: f64,
-        /// The type that the PLY header declares for it.
+        /// The type declared in the PLY header.
         number_type: &'static str,
     },
 }
 
 impl IoError {
-    /// The step of [`Repair`](crate::Repair) that cures what keeps a surface from being built;
-    /// `None` for every other error.
+    /// Returns the step of [`Repair`](crate::Repair) that fixes whatever keeps the surface from
+    /// being
+    /// built, or `None` for every other error.
     pub fn cure(&self) -> Option<Cure> {
         match self {
             Self::InFile { source, .. } => source.cure(),
@@ -354,12 +355,12 @@ fn cure_text(error: &BuildError) -> &'static str {
     }
 }
 
-/// An element of a file, for error messages: its kind and number, counted from 0.
+/// An element of a file, for error messages: its kind and its 0-based index.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Element {
-    /// `vertex`, `face`, or the name that a PLY header gives.
+    /// `vertex`, `face`, or the element name from a PLY header.
     pub kind: String,
-    /// Its number, counted from 0.
+    /// The 0-based index.
     pub number: usize,
 }
 
@@ -388,7 +389,7 @@ fn vertices_there(first: u32, num_vertices: usize) -> String {
     }
 }
 
-/// The text that was refused, short enough for a message and free of what a terminal acts on.
+/// Quotes rejected text, shortened for a message and stripped of terminal control characters.
 pub(crate) fn quote(text: &[u8]) -> String {
     const LONGEST: usize = 40;
     let cut = &text[..text.len().min(LONGEST)];

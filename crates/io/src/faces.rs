@@ -5,8 +5,10 @@ use std::ops::Range;
 use crate::error::IoError;
 use crate::room;
 
-/// A list of polygons of any degree, stored flat: all corners in one list, and where each polygon
-/// ends. A triangle takes 16 bytes.
+/// A list of polygons of any degree, stored flat: one list of all corners, and the end of each
+/// polygon.
+///
+/// A triangle takes 16 bytes.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct FaceList {
     corners: Vec<u32>,
@@ -14,7 +16,7 @@ pub struct FaceList {
 }
 
 impl FaceList {
-    /// An empty list.
+    /// Creates an empty list.
     pub fn new() -> Self {
         Self::default()
     }
@@ -24,37 +26,37 @@ impl FaceList {
         self.ends.len()
     }
 
-    /// Whether there is no face.
+    /// Returns `true` if there are no faces.
     pub fn is_empty(&self) -> bool {
         self.ends.is_empty()
     }
 
-    /// Number of corners of all faces together.
+    /// Total number of corners of all faces.
     pub fn num_corners(&self) -> usize {
         self.corners.len()
     }
 
-    /// Number of triangles that the faces make: degree − 2 each.
+    /// Number of triangles after triangulation: degree − 2 per face.
     pub fn num_triangles(&self) -> usize {
         self.iter()
             .map(|polygon| polygon.len().saturating_sub(2))
             .sum()
     }
 
-    /// The vertices of face `face`, counted from 0, or `None` if there is no such face.
+    /// The vertices of `face` (0-based), or `None` if the index is out of range.
     pub fn get(&self, face: usize) -> Option<&[u32]> {
         (face < self.len()).then(|| &self.corners[self.corner_range(face)])
     }
 
-    /// The vertices of all corners, face after face.
+    /// The vertices of all corners, in face order.
     pub fn corners(&self) -> &[u32] {
         &self.corners
     }
 
-    /// The numbers of the corners of face `face`, counted through all faces.
+    /// The corner indices of `face`, counted through all faces.
     ///
     /// # Panics
-    /// If there is no such face.
+    /// If `face` is out of range.
     pub fn corner_range(&self, face: usize) -> Range<usize> {
         let start = match face {
             0 => 0,
@@ -63,12 +65,12 @@ impl FaceList {
         start as usize..self.ends[face] as usize
     }
 
-    /// The face that a corner belongs to, counted through all faces.
+    /// The face that contains `corner`, where corners are counted through all faces.
     pub(crate) fn face_of(&self, corner: usize) -> usize {
         self.ends.partition_point(|&end| end as usize <= corner)
     }
 
-    /// The faces in order, each as the list of its vertices, counted from 0.
+    /// Iterates over the faces in order, each as a slice of its 0-based vertex indices.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = &[u32]> + Clone {
         let mut start = 0;
         self.ends.iter().map(move |&end| {
@@ -78,7 +80,7 @@ impl FaceList {
         })
     }
 
-    /// Triangles, given by their corners; there are fewer than 2^32.
+    /// Creates a list of triangles from their corners, of which there must be fewer than 2^32.
     pub(crate) fn from_triangles(corners: Vec<u32>) -> Result<Self, IoError> {
         let mut ends = Vec::new();
         room::reserve_exact(&mut ends, corners.len() / 3)?;
@@ -86,13 +88,13 @@ impl FaceList {
         Ok(Self { corners, ends })
     }
 
-    /// Appends a corner to the face that is being built.
+    /// Appends a corner to the current face.
     #[inline]
     pub(crate) fn push_corner(&mut self, vertex: u32) {
         self.corners.push(vertex);
     }
 
-    /// Appends faces: their corners, and where each ends among those.
+    /// Appends faces, given by their corners and the end of each face within them.
     ///
     /// The readers keep the number of corners below 2^32 (`Limits::check_corners`).
     pub(crate) fn append(&mut self, corners: &[u32], ends: &[u32]) {
@@ -101,26 +103,27 @@ impl FaceList {
         self.ends.extend(ends.iter().map(|end| start + end));
     }
 
-    /// Makes room for more faces and corners.
+    /// Reserves capacity for additional faces and corners.
     pub(crate) fn reserve(&mut self, faces: usize, corners: usize) {
         self.ends.reserve(faces);
         self.corners.reserve(corners);
     }
 
-    /// Makes room for more faces and corners, or says that there is none.
+    /// Reserves capacity for additional faces and corners, or returns an error if memory is
+    /// exhausted.
     #[inline]
     pub(crate) fn make_room(&mut self, faces: usize, corners: usize) -> Result<(), IoError> {
         room::reserve(&mut self.ends, faces)?;
         room::reserve(&mut self.corners, corners)
     }
 
-    /// As [`FaceList::reserve`], where the counts are guesses.
+    /// Like [`FaceList::reserve`], for estimated counts.
     pub(crate) fn reserve_if_there(&mut self, faces: usize, corners: usize) {
         room::reserve_if_there(&mut self.ends, faces);
         room::reserve_if_there(&mut self.corners, corners);
     }
 
-    /// Ends the face that is being built and returns its degree.
+    /// Completes the current face and returns its degree.
     ///
     /// The readers keep the number of corners below 2^32 (`Limits::check_corners`).
     #[inline]

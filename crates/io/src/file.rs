@@ -1,4 +1,4 @@
-//! Files: opened within limits, replaced in one step.
+//! Loading files within limits and replacing them atomically.
 
 use std::io::Read;
 use std::path::Path;
@@ -16,11 +16,12 @@ use crate::{gltf, gzip, obj, off, ply, room, stl, text};
 
 /// Reads a document from bytes.
 ///
-/// The content decides the format (see [`Format::from_content`]); what announces nothing is read
-/// as `hint`, or as OBJ if there is none. What is compressed by gzip is read as what it holds.
+/// The format is detected from the content (see [`Format::from_content`]). Content without a
+/// signature is read as `hint`, or as OBJ if there is no hint. Gzip-compressed content is
+/// decompressed first.
 ///
 /// # Errors
-/// [`IoError`] naming the line or byte, the element and what is wrong with it. No input panics.
+/// [`IoError`] with the line or byte, the element and the problem. No input panics.
 ///
 /// ```
 /// use cotan_io::{Limits, read};
@@ -37,10 +38,10 @@ pub fn read(
     read_with(bytes, hint, limits, &NoFiles)
 }
 
-/// As [`read`]; the files that the content refers to come from `resolver`.
+/// Like [`read`], but fetches the files that the content refers to from `resolver`.
 ///
 /// # Errors
-/// As [`read`], and [`IoError::External`] for a buffer that the resolver refuses.
+/// As for [`read`], and [`IoError::External`] for a buffer that the resolver refuses.
 pub fn read_with(
     bytes: impl Into<Vec<u8>>,
     hint: Option<Format>,
@@ -62,7 +63,7 @@ fn unpacked(bytes: Vec<u8>, limits: &Limits) -> Result<Vec<u8>, IoError> {
     }
 }
 
-/// Refuses text of which no line would make sense; a binary STL may begin with anything.
+/// Rejects UTF-16 and UTF-32 text. A binary STL is exempt, since it may begin with any bytes.
 fn check_encoding(bytes: &[u8]) -> Result<(), IoError> {
     match text::wide_encoding(bytes) {
         Some(encoding) if !stl::is_stl(bytes) => Err(IoError::Unsupported {
@@ -94,20 +95,22 @@ fn read_as(
 /// Reads a file within the default [`Limits`].
 ///
 /// # Errors
-/// [`IoError::InFile`] with the path and what is wrong.
+/// [`IoError::InFile`] with the path and the problem.
 pub fn load(path: impl AsRef<Path>) -> Result<Document, IoError> {
     load_with(path, &Limits::default(), &NoFiles)
 }
 
-/// Reads a file within `limits`. The content decides the format, then the extension; what is
-/// compressed by gzip is read as what it holds.
+/// Reads a file within `limits`.
 ///
-/// Only this path is opened, never one that the file names: the buffers and images of a glTF
-/// that are files of their own come from `resolver`, now or when the document is saved.
+/// The format is detected from the content, then from the extension. Gzip-compressed content is
+/// decompressed first.
+///
+/// Only this path is opened, never one that is named inside the file. External buffers and images
+/// of a glTF come from `resolver`, either now or when the document is saved.
 ///
 /// # Errors
-/// [`IoError::InFile`] with the path and what is wrong; [`IoError::UnknownFormat`] if neither
-/// content nor extension tells the format.
+/// [`IoError::InFile`] with the path and the problem; [`IoError::UnknownFormat`] if neither
+/// content nor extension determines the format.
 pub fn load_with(
     path: impl AsRef<Path>,
     limits: &Limits,
@@ -129,8 +132,8 @@ pub fn load_with(
 fn read_bytes(path: &Path, limits: &Limits) -> Result<Vec<u8>, IoError> {
     let (file, size) = open_regular(path).map_err(IoError::Read)?;
     limits.check_bytes(size)?;
-    // Room for what the file is said to hold now; the reading itself is bounded too, since the
-    // file may grow meanwhile.
+    // Reserve the reported file size. The read itself is bounded too, since the file may grow in
+    // the meantime.
     let mut bytes = Vec::new();
     let length = usize::try_from(size).unwrap_or(usize::MAX);
     limits.check_memory(length, 0, 0)?;
@@ -142,25 +145,25 @@ fn read_bytes(path: &Path, limits: &Limits) -> Result<Vec<u8>, IoError> {
     Ok(bytes)
 }
 
-/// Writes a document to a file, in the format of the path's extension; compressed by gzip if that
-/// is followed by `.gz`.
+/// Writes a document to a file in the format of the path's extension, compressed with gzip if the
+/// path ends in `.gz`.
 ///
-/// See [`Document::write`] for what is kept. The new file is written beside the old one and takes
-/// its place in one step, so that after a failure the old file is whole. Files that the document
-/// refers to are copied beside it first; see [`Companions::Beside`].
+/// See [`Document::write`] for what is preserved. The new file is written next to the old one and
+/// replaces it atomically, so that a failure leaves the old file intact. Files that the document
+/// refers to are copied next to the new file first; see [`Companions::Beside`].
 ///
 /// # Errors
-/// [`IoError::InFile`] with the path and what is wrong; [`IoError::UnknownFormat`] if the
-/// extension is not known; [`IoError::Companion`] if a file that belongs beside it cannot be
-/// there. Nothing has changed then.
+/// [`IoError::InFile`] with the path and the problem; [`IoError::UnknownFormat`] if the extension
+/// is not known; [`IoError::Companion`] if a companion file cannot be placed next to the output.
+/// Nothing is changed in these cases.
 pub fn save(document: &Document, path: impl AsRef<Path>) -> Result<Saved, IoError> {
     save_with(document, path, Companions::Beside)
 }
 
-/// As [`save`], with a choice of where the files go that the document refers to.
+/// Like [`save`], with a choice of where the files that the document refers to are placed.
 ///
 /// # Errors
-/// As [`save`].
+/// As for [`save`].
 pub fn save_with(
     document: &Document,
     path: impl AsRef<Path>,
@@ -182,7 +185,7 @@ pub fn save_with(
             companions,
             mut left,
         } = written;
-        // Its files lie beside the file itself, not beside a link to it.
+        // Companions are placed next to the file itself, not next to a symbolic link to it.
         let target = link_target(path).map_err(IoError::Write)?;
         let home = document.home();
         let placed = Beside::prepare(&companions, &target, home, &mut left)?.place()?;
@@ -195,7 +198,7 @@ pub fn save_with(
     write().map_err(|source| in_file(path, source))
 }
 
-/// The name of a file without its extensions: `mesh` for `mesh.obj` and `mesh.obj.gz`.
+/// Returns the file name without its extensions: `mesh` for `mesh.obj` and `mesh.obj.gz`.
 fn stem(path: &Path) -> &str {
     let packed = path.file_stem().filter(|_| gzip::is_gzip_path(path));
     let inner = packed.map_or(path, Path::new);
@@ -203,7 +206,7 @@ fn stem(path: &Path) -> &str {
     stem.unwrap_or("mesh")
 }
 
-/// The folder that a file lies in.
+/// Returns the folder that contains a file.
 pub(crate) fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,

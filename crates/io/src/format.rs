@@ -1,4 +1,4 @@
-//! The file formats, and how they are told apart.
+//! File formats and their detection.
 
 use std::fmt;
 use std::path::Path;
@@ -34,8 +34,9 @@ impl Format {
         Self::Glb,
     ];
 
-    /// The format that a file name's extension stands for, in any case of letters; of
-    /// `mesh.obj.gz` that of `mesh.obj`.
+    /// Returns the format for the extension of a file name, ignoring case.
+    ///
+    /// For `mesh.obj.gz` this is the format of `mesh.obj`.
     pub fn from_path(path: impl AsRef<Path>) -> Option<Self> {
         let mut path = path.as_ref();
         if gzip::is_gzip_path(path) {
@@ -47,11 +48,11 @@ impl Format {
             .find(|format| extension.eq_ignore_ascii_case(format.extension()))
     }
 
-    /// The format that the content announces: the word `ply`, the magic number of a GLB, a JSON
-    /// object, a binary STL whose count of facets gives its size, the word `solid` with facets
-    /// behind it, or a header word that ends in `OFF`.
+    /// Detects the format from the content: the word `ply`, the magic number of a GLB, a JSON
+    /// object, a binary STL whose facet count matches its size, the word `solid` followed by
+    /// facets, or a header word that ends in `OFF`.
     ///
-    /// OBJ announces nothing, so an OBJ file gives `None`. Compressed files are not looked into.
+    /// OBJ has no signature, so an OBJ file yields `None`. Compressed files are not decompressed.
     pub fn from_content(bytes: &[u8]) -> Option<Self> {
         let start = text::after_bom(bytes);
         let body = &bytes[start..];
@@ -67,7 +68,7 @@ impl Format {
         if stl::is_stl(bytes) {
             return Some(Self::Stl);
         }
-        // Comments may precede the header word of OFF; an OBJ often starts with comments too.
+        // Comments may precede the OFF header word, but many OBJ files start with comments too.
         let first = text::Lines::new(bytes, start)
             .map(|line| text::before_comment(line.text))
             .find_map(|line| text::Tokens::new(line).next())?;

@@ -1,4 +1,4 @@
-//! Files compressed by gzip (RFC 1952).
+//! Gzip-compressed files (RFC 1952).
 
 use std::io::{ErrorKind, Read, Write};
 use std::path::Path;
@@ -10,20 +10,20 @@ use crate::error::{IoError, Place};
 use crate::limits::Limits;
 use crate::room;
 
-/// Whether the content starts as a gzip file does.
+/// Returns `true` if the content starts with the gzip signature.
 pub(crate) fn is_gzip(bytes: &[u8]) -> bool {
     bytes.starts_with(b"\x1f\x8b")
 }
 
-/// Whether a path ends in `.gz`.
+/// Returns `true` if a path ends in `.gz`.
 pub(crate) fn is_gzip_path(path: &Path) -> bool {
     path.extension()
         .is_some_and(|extension| extension.eq_ignore_ascii_case("gz"))
 }
 
-/// The content of a gzip file, of all its members one behind the other, within the limits.
+/// Decompresses all members of a gzip file, concatenated, within the limits.
 ///
-/// Zeros behind the last member, which tapes and blocks leave there, are passed over.
+/// Zero padding after the last member, as left by tapes and block devices, is ignored.
 pub(crate) fn decompress(bytes: &[u8], limits: &Limits) -> Result<Vec<u8>, IoError> {
     let mut content = Vec::new();
     let mut chunk = vec![0; CHUNK];
@@ -56,11 +56,11 @@ pub(crate) fn decompress(bytes: &[u8], limits: &Limits) -> Result<Vec<u8>, IoErr
     })
 }
 
-/// More than any program writes (bgzip begins one every 64 KiB of content); each takes some
-/// microseconds, also an empty one.
+/// More than any program writes (bgzip starts a member every 64 KiB of content). Each member
+/// costs a few microseconds, even an empty one.
 const MOST_MEMBERS: u64 = 1 << 18;
 
-/// How much is inflated before the limits are looked at.
+/// Number of bytes inflated between checks of the limits.
 const CHUNK: usize = 1 << 16;
 
 fn malformed(at: usize, error: &std::io::Error) -> IoError {
@@ -76,7 +76,7 @@ fn malformed(at: usize, error: &std::io::Error) -> IoError {
     }
 }
 
-/// The content as a gzip file, the same bytes on every machine and at any time.
+/// Compresses the content to a gzip file, with the same bytes on every machine and at any time.
 pub(crate) fn compress(bytes: &[u8]) -> Vec<u8> {
     let mut encoder = GzBuilder::new()
         .mtime(0)
@@ -87,7 +87,7 @@ pub(crate) fn compress(bytes: &[u8]) -> Vec<u8> {
     encoder.finish().unwrap_or_default()
 }
 
-/// What RFC 1952 writes for an operating system that is not told.
+/// The RFC 1952 value for an unknown operating system.
 const UNKNOWN_SYSTEM: u8 = 255;
 
 #[cfg(test)]
@@ -115,7 +115,7 @@ mod tests {
             save(&again, &path).unwrap();
             assert_eq!(std::fs::read(&path).unwrap(), written, "{name}");
         }
-        // The name may lie about the compression either way.
+        // The file name may be wrong about the compression in either direction.
         let path = folder.path().join("plain.obj.gz");
         std::fs::write(&path, TRIANGLE).unwrap();
         assert!(load(&path).is_ok());
@@ -145,7 +145,7 @@ mod tests {
         };
         let error = decompress(&bomb, &limits).unwrap_err().to_string();
         assert!(error.contains("bytes of memory"), "{error}");
-        // Exactly as much as is allowed.
+        // Exactly at the limit.
         let limits = Limits {
             max_bytes: 8 << 20,
             ..Limits::default()

@@ -1,7 +1,7 @@
-//! The copies of a mesh that nodes show at other places, for formats without nodes.
+//! Copies of a mesh that nodes show at additional places, for formats without nodes.
 //!
-//! A document has a mesh once, where it is shown first. A format without nodes gets the faces of
-//! every further place behind all others, with vertices of their own.
+//! A document contains a mesh once, at its first instance. In a format without nodes, the faces
+//! of every further instance follow all others, with their own vertices.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -16,14 +16,14 @@ use crate::placement::Placement;
 use crate::remap::Remap;
 use crate::source::{Mesh, SourceFile};
 
-/// A further place of a mesh.
+/// An additional instance of a mesh.
 #[derive(Clone, Debug)]
 pub(crate) struct Instance<'a> {
-    /// The part of the document that is the mesh.
+    /// Index of the document part that is the mesh.
     pub(crate) part: usize,
-    /// Where the document has it.
+    /// The placement in the document.
     pub(crate) from: &'a Placement,
-    /// Where else it is.
+    /// The placement of this instance.
     pub(crate) to: &'a Placement,
 }
 
@@ -32,12 +32,12 @@ pub(crate) struct Expanded<'a> {
     pub(crate) positions: Cow<'a, [Point3<f64>]>,
     pub(crate) faces: Cow<'a, FaceList>,
     pub(crate) attributes: Cow<'a, Attributes>,
-    /// For each vertex the first one that it is welded to; may be empty.
+    /// For each vertex, the first vertex that it is welded to; may be empty.
     pub(crate) places: Cow<'a, [u32]>,
 }
 
 impl<'a> Expanded<'a> {
-    /// The mesh of a source with the instances behind it.
+    /// Appends the instances to the mesh of a source.
     pub(crate) fn new(
         source: Option<&dyn SourceFile>,
         mesh: Mesh<'a>,
@@ -98,9 +98,10 @@ struct Copies<'a> {
     remap: Remap,
     positions: Vec<Point3<f64>>,
     places: Vec<u32>,
-    /// The vertices of each copy, with the transforms.
+    /// The vertex range of each copy, with its transforms.
     ranges: Vec<(Range<usize>, Placement, Placement)>,
-    /// Which copy an old vertex has in the copy at hand, and of which it is the first at its place.
+    /// For each old vertex, its index in the current copy; for each old place, the first vertex
+    /// of the current copy there.
     numbers: Vec<u32>,
     firsts: Vec<u32>,
 }
@@ -119,7 +120,7 @@ impl<'a> Copies<'a> {
         }
     }
 
-    /// Starts with the mesh as it is.
+    /// Starts with the unmodified mesh.
     fn begin(&mut self) {
         let num_vertices = self.mesh.positions.len();
         self.remap = Remap::identity(num_vertices, self.mesh.faces);
@@ -143,7 +144,7 @@ impl<'a> Copies<'a> {
         for face in faces_of_mesh.clone() {
             corners.extend(faces.get(face).unwrap_or(&[]));
         }
-        // In the order in which the mesh has them.
+        // In the order of the mesh.
         let mut vertices = corners;
         vertices.sort_unstable();
         vertices.dedup();
@@ -164,7 +165,7 @@ impl<'a> Copies<'a> {
         for face in faces_of_mesh {
             let mut order: Vec<usize> = faces.corner_range(face).collect();
             if is_turned {
-                // The first corner stays the first.
+                // The first corner stays first.
                 if let Some(rest) = order.get_mut(1..) {
                     rest.reverse();
                 }
@@ -187,8 +188,10 @@ impl<'a> Copies<'a> {
     }
 }
 
-/// The position of a copy. A vertex that was not moved is exactly where the scene puts it: its
-/// file has it in single precision, which undoing the transform meets but for rounding.
+/// Returns the position of a copy.
+///
+/// A vertex that has not moved is placed exactly where the scene puts it: the file stores it in
+/// single precision, which the inverse transform recovers up to rounding.
 fn moved(p: Point3<f64>, instance: &Instance<'_>) -> Point3<f64> {
     let local = instance.from.to_mesh(p);
     let single = local.map(|x| f64::from(x as f32));

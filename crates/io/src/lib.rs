@@ -1,17 +1,17 @@
-//! Mesh files, safely: bytes to a [`Document`] to a half-edge mesh, and back.
+//! Safe reading and writing of mesh files: bytes to a [`Document`] to a half-edge mesh, and back.
 //!
-//! A [`Document`] is the user's file and stays whole: vertex order, polygons, texture
-//! coordinates, materials, nodes, images, comments, the very bytes. Processing sees a welded,
-//! triangulated [`ProcessingMesh`] built from it; positions are written back, and normals turn
-//! with the surface. OBJ, PLY and STL (text and binary), OFF, glTF and GLB are read and written,
-//! also compressed by gzip.
+//! A [`Document`] is the user's file and is kept in full: vertex order, polygons, texture
+//! coordinates, materials, nodes, images, comments, down to the original bytes. Processing
+//! operates on a welded, triangulated [`ProcessingMesh`] built from it. Positions are written
+//! back, and normals rotate with the surface. OBJ, PLY and STL (text and binary), OFF, glTF and
+//! GLB are supported for reading and writing, optionally compressed with gzip.
 //!
-//! [`Document::attributes`] decodes what a file says besides; [`Document::inspect`] lists what is
-//! wrong with its mesh, and [`Repair`] does what can be done about it without guessing a shape.
+//! [`Document::attributes`] decodes the remaining data of a file. [`Document::inspect`] lists the
+//! defects of its mesh, and [`Repair`] fixes those that can be fixed without guessing a shape.
 //!
-//! No input panics or allocates more than a small multiple of its own size; what is refused is
-//! refused with the line or byte, the element, and what to do. This crate opens no path that a
-//! file names.
+//! No input causes a panic or an allocation larger than a small multiple of the input size.
+//! Rejected input is reported with the line or byte, the element, and a remedy. This crate never
+//! opens a path that is named inside a file.
 //!
 //! ```
 //! use cotan_io::{Format, Limits, read};
@@ -94,3 +94,8 @@ pub use resolve::{Folder, NoFiles, Resolve};
 pub use unfinished::{Access, Unfinished, remove_unfinished};
 pub use weld::Weld;
 pub use weldable::Weldable;
+
+/// Runs the example of the README as a doc test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

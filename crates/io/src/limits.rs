@@ -1,14 +1,14 @@
-//! How much of an untrusted file is read before it is refused.
+//! Limits on what is read from untrusted files.
 
 use crate::error::IoError;
 use crate::room;
 
-/// Upper bounds on what a reader accepts.
+/// Upper bounds on the input that a reader accepts.
 ///
-/// Memory is never reserved from a count that a file states, only from bytes that are there, so
-/// these bounds decide what is refused, not what is safe. The defaults admit every mesh that the
-/// half-edge structure can hold on a workstation; a server that reads strangers' files sets them
-/// lower.
+/// Memory is never reserved from a count stated in a file, only from bytes that are present, so
+/// these bounds determine what is rejected, not what is safe. The defaults admit every mesh that
+/// the half-edge structure can hold on a workstation. A server that reads untrusted files should
+/// set lower values.
 ///
 /// ```
 /// use cotan_io::{Limits, read};
@@ -18,22 +18,23 @@ use crate::room;
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Limits {
-    /// Largest file, in bytes (default 2 GiB).
+    /// Maximum file size, in bytes (default 2 GiB).
     pub max_bytes: u64,
-    /// Most vertices (default 2^28, about 268 million).
+    /// Maximum number of vertices (default 2^28, about 268 million).
     pub max_vertices: usize,
-    /// Most faces (default 2^29: twice the vertices, as in a closed triangle mesh).
+    /// Maximum number of faces (default 2^29: twice the vertices, as in a closed triangle mesh).
     pub max_faces: usize,
-    /// Most face corners in all (default 2^31 − 2, what a half-edge mesh can number).
+    /// Maximum total number of face corners (default 2^31 − 2, the index range of a half-edge
+    /// mesh).
     pub max_corners: usize,
-    /// Most corners of one face (default 2^20).
+    /// Maximum number of corners per face (default 2^20).
     pub max_degree: usize,
-    /// Deepest nesting of JSON, and of the nodes of a glTF (default 128).
+    /// Maximum nesting depth of JSON, and of the nodes of a glTF (default 128).
     pub max_depth: usize,
-    /// Longest line of a text file in bytes, with the lines that continue it (default 64 MiB).
+    /// Maximum length of a text line in bytes, including its continuation lines (default 64 MiB).
     pub max_line: usize,
-    /// Most memory in bytes that a document takes when it has been read, the bytes of its file
-    /// among it (default 16 GiB).
+    /// Maximum memory of a document after reading, in bytes, including the bytes of its file
+    /// (default 16 GiB).
     pub max_memory: u64,
 }
 
@@ -53,7 +54,7 @@ impl Default for Limits {
 }
 
 impl Limits {
-    /// No bounds, for what the program has made itself, such as a file that it has just written.
+    /// No bounds, for trusted data such as a file that the program has just written.
     pub const NONE: Self = Self {
         max_bytes: u64::MAX,
         max_vertices: usize::MAX,
@@ -78,7 +79,7 @@ impl Limits {
     }
 
     pub(crate) fn check_corners(&self, count: usize) -> Result<(), IoError> {
-        // Offsets into the corner list are 32-bit whatever the caller allows.
+        // Offsets into the corner list are 32-bit regardless of the limits.
         check(
             "face corners",
             count as u64,
@@ -86,12 +87,12 @@ impl Limits {
         )
     }
 
-    /// One face.
+    /// Checks the number of corners of one face.
     pub(crate) fn check_degree(&self, degree: usize) -> Result<(), IoError> {
         check("corners of a face", degree as u64, self.max_degree as u64)
     }
 
-    /// One line of a text.
+    /// Checks the length of one text line.
     pub(crate) fn check_line(&self, length: usize) -> Result<(), IoError> {
         check("bytes in a line", length as u64, self.max_line as u64)
     }
@@ -100,8 +101,11 @@ impl Limits {
         check("levels of nesting", depth as u64, self.max_depth as u64)
     }
 
-    /// A document of a file of `num_bytes` with so many vertices and corners; called before they
-    /// are stored, and while they are where their number is not known beforehand.
+    /// Checks the memory of a document with a file of `num_bytes` and the given numbers of
+    /// vertices and corners.
+    ///
+    /// Called before they are stored, or while they are stored if the counts are not known in
+    /// advance.
     pub(crate) fn check_memory(
         &self,
         num_bytes: usize,
@@ -116,7 +120,8 @@ impl Limits {
 }
 
 impl Limits {
-    /// As [`Self::check_memory`], and whether the system has as much for the vertices and corners.
+    /// Like [`Self::check_memory`], and also checks that the system can provide memory for the
+    /// vertices and corners.
     pub(crate) fn check_room(
         &self,
         num_bytes: usize,
@@ -129,7 +134,8 @@ impl Limits {
     }
 }
 
-/// Bytes of a position and its place in the file; of a corner and its share of the end of its face.
+/// Bytes per vertex (a position and its offset in the file) and per corner (including its share
+/// of the face end offsets).
 const VERTEX: u64 = 32;
 const CORNER: u64 = 6;
 

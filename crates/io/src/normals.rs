@@ -1,9 +1,10 @@
-//! Normals that turn with the surface.
+//! Rotation of normals with the surface.
 //!
-//! A file's normals are kept as their owner made them, and where vertices moved each is turned by
-//! the rotation that takes the old surface normal there to the new one. So creases stay creases,
-//! weighted or flipped normals stay so, and where nothing moved no bit changes. Corners at one
-//! place with the same normal belong together, also across a texture seam that splits the vertex.
+//! The normals of a file are kept as its author made them. Where vertices have moved, each normal
+//! is rotated by the rotation that takes the old surface normal to the new one. Creases and
+//! weighted or flipped normals are thus preserved, and nothing changes where nothing moved.
+//! Corners at one place with the same normal belong together, even across a texture seam that
+//! splits the vertex.
 
 use std::collections::HashMap;
 
@@ -14,30 +15,30 @@ use crate::attributes::{Attributes, NONE, NORMAL, Values};
 use crate::faces::FaceList;
 use crate::weld;
 
-/// The normals that change, in the shape in which the file has them. Lists are ascending.
+/// The normals that change, in the layout of the file. Lists are in ascending order.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(crate) struct Normals {
-    /// Of vertices.
+    /// Per-vertex normals.
     pub(crate) vertices: Vec<(u32, [f64; 3])>,
-    /// Of faces, as an STL has them.
+    /// Per-face normals, as in an STL.
     pub(crate) faces: Vec<(u32, [f64; 3])>,
-    /// Of corners, as an OBJ has them.
+    /// Corner normals, as in an OBJ.
     pub(crate) corners: CornerNormals,
 }
 
-/// Normals that corners share by number.
+/// Normals shared by corners through an index.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(crate) struct CornerNormals {
-    /// Entries of the table with their new values.
+    /// Changed entries of the table, with their new values.
     pub(crate) changed: Vec<(u32, [f64; 3])>,
-    /// Entries behind the end of the table: corners that shared a normal no longer do.
+    /// Entries appended to the table, for corners that no longer share a normal.
     pub(crate) added: Vec<[f64; 3]>,
-    /// Corners (counted through all faces) that refer to another entry now, and which.
+    /// Corners (counted through all faces) that now refer to another entry, with its index.
     pub(crate) corners: Vec<(u32, u32)>,
 }
 
 impl Normals {
-    /// The normals of `attributes` after the vertices went from `before` to `after`.
+    /// Rotates the normals of `attributes` for a move of the vertices from `before` to `after`.
     pub(crate) fn turned(
         attributes: &Attributes,
         faces: &FaceList,
@@ -59,7 +60,7 @@ impl Normals {
         normals
     }
 
-    /// Puts the changes into the attributes that they were made from.
+    /// Applies the changes to the attributes from which they were computed.
     pub(crate) fn apply(&self, attributes: &mut Attributes) {
         let put = |values: &mut Values, changes: &[(u32, [f64; 3])]| {
             for &(element, normal) in changes {
@@ -88,25 +89,25 @@ impl Normals {
     }
 }
 
-/// A place on the surface and the normal that its corners have there.
+/// A place on the surface, and the normal that its corners have there.
 type Group = (u32, [u64; 3]);
-/// Their numbers.
+/// The index of each group.
 type Groups = HashMap<Group, usize, RandomState>;
 
-/// Whose corners have a normal together.
+/// The scope within which equal corner normals are shared.
 #[derive(Clone, Copy)]
 enum Sharing {
-    /// Those of one vertex.
+    /// The corners of one vertex.
     Vertex,
-    /// Those at one place: seams split vertices.
+    /// The corners at one place, because seams split vertices.
     Place,
 }
 
 struct Turn<'a> {
     faces: &'a FaceList,
-    /// The first vertex at the place of each vertex.
+    /// For each vertex, the first vertex at its place.
     places: Vec<u32>,
-    /// Whether a face at the place of each vertex moved; indexed by place.
+    /// For each place, `true` if a face there moved.
     is_affected: Vec<bool>,
     before: &'a [Point3<f64>],
     after: &'a [Point3<f64>],
@@ -120,8 +121,9 @@ impl<'a> Turn<'a> {
         moved: &[bool],
         sharing: Sharing,
     ) -> Self {
-        // Vertices at one place belong together if they also go to one place: what moves apart was
-        // two surfaces that touched. A corner's normal belongs to its vertex alone.
+        // Vertices at one place belong together only if they also move to one place: if they
+        // separate, they were two surfaces that touched. A corner's normal belongs to its vertex
+        // alone.
         let places = match sharing {
             Sharing::Vertex => (0..before.len() as u32).collect(),
             Sharing::Place => {
@@ -147,9 +149,10 @@ impl<'a> Turn<'a> {
         }
     }
 
-    /// Gives every corner at an affected place its group, and every group its turn.
+    /// Assigns every corner at an affected place to its group, and computes the rotated normal of
+    /// every group.
     ///
-    /// `normal` is the normal of a corner, given its number and its vertex.
+    /// `normal` returns the normal of a corner, given its index and its vertex.
     fn groups(
         &self,
         normal: impl Fn(usize, u32) -> Option<[f64; 3]>,
@@ -235,7 +238,7 @@ impl<'a> Turn<'a> {
         };
         let (numbers, turned) = self.groups(|corner, _| normal(corner));
         let table = values.len() / 3;
-        // Which turn holds each entry of the table: that of the first corner that refers to it.
+        // The group that owns each table entry: that of the first corner that refers to it.
         let mut holder: Vec<Option<Option<usize>>> = vec![None; table];
         let mut added: HashMap<(u32, usize), u32, RandomState> = HashMap::default();
         let mut changes = CornerNormals::default();
@@ -272,14 +275,14 @@ impl<'a> Turn<'a> {
     }
 }
 
-/// The three numbers of an element.
+/// The three components of an element.
 fn triple(values: &Values, element: u32) -> Option<[f64; 3]> {
     let at = 3 * element as usize;
     let n = [values.get(at)?, values.get(at + 1)?, values.get(at + 2)?];
     n.iter().all(|x| x.is_finite()).then_some(n)
 }
 
-/// The normals of the faces at a place, weighted by their angles.
+/// The sum of the face normals at a place, weighted by angle.
 #[derive(Clone, Copy, Default)]
 struct Sum {
     normal: Vector3<f64>,
@@ -292,7 +295,7 @@ impl Sum {
         self.weight += angle;
     }
 
-    /// The unit normal, or zero where the faces cancel and only rounding is left.
+    /// The unit normal, or zero if the faces cancel and only rounding error is left.
     fn direction(&self) -> Vector3<f64> {
         match self.normal.norm() > 1e-9 * self.weight {
             true => self.normal.normalize(),
@@ -301,21 +304,21 @@ impl Sum {
     }
 }
 
-/// The unit normal of a polygon (Newell), or zero.
+/// The unit normal of a polygon (Newell), or zero if it has none.
 fn newell(positions: &[Point3<f64>], polygon: &[u32]) -> Vector3<f64> {
     let p = |k: usize| positions[polygon[k % polygon.len()] as usize];
     let side = |k: usize| p(k) - p(0);
     let size = (1..polygon.len())
         .map(|k| side(k).amax())
         .fold(0.0, f64::max);
-    // Scaled, so that no product leaves the range of numbers.
+    // Scaled so that no product overflows or underflows.
     let sum: Vector3<f64> = (1..polygon.len())
         .map(|k| (side(k) / size).cross(&(side(k + 1) / size)))
         .sum();
     sum.try_normalize(0.0).unwrap_or_default()
 }
 
-/// The angle of a polygon at its corner `k`; 0 where two corners are at one place.
+/// The angle of a polygon at its corner `k`; 0 if adjacent corners coincide.
 fn angle(positions: &[Point3<f64>], polygon: &[u32], k: usize) -> f64 {
     let n = polygon.len();
     let p = |k: usize| positions[polygon[k % n] as usize];
@@ -329,7 +332,7 @@ fn angle(positions: &[Point3<f64>], polygon: &[u32], k: usize) -> f64 {
     }
 }
 
-/// A normal turned as the surface did; `None` if that changes nothing or one of the surface's
+/// Rotates a normal with the surface; `None` if that changes nothing or one of the surface
 /// normals is zero.
 fn turned(normal: [f64; 3], old: Vector3<f64>, new: Vector3<f64>) -> Option<[f64; 3]> {
     if old == new || old.norm_squared() == 0.0 || new.norm_squared() == 0.0 {
@@ -338,7 +341,7 @@ fn turned(normal: [f64; 3], old: Vector3<f64>, new: Vector3<f64>) -> Option<[f64
     let normal = Vector3::from(normal);
     let result = match Rotation3::rotation_between(&old, &new) {
         Some(rotation) => rotation * normal,
-        // Turned right over: about any axis in the surface.
+        // Rotated by a half turn, about any axis in the surface.
         None => -normal,
     };
     let result: [f64; 3] = result.into();
@@ -350,7 +353,7 @@ mod tests {
     use super::*;
     use crate::attributes::{CornerProperty, Property};
 
-    /// Two squares that share the edge 1–4, the right one folded up by the move.
+    /// Two squares that share the edge 1–4; the move folds up the right one.
     fn fold() -> (FaceList, [Vec<Point3<f64>>; 2]) {
         let faces = [[0u32, 1, 4, 3], [1, 2, 5, 4]].iter().collect();
         let flat = |x: f64, y: f64| Point3::new(x, y, 0.0);
@@ -375,7 +378,7 @@ mod tests {
     #[test]
     fn vertex_normals_turn_where_the_surface_did() {
         let (faces, [before, after]) = fold();
-        // Twice the unit length, and pointing inward: both are the owner's business.
+        // Twice unit length and pointing inward: the author's choice must be preserved.
         let attributes = Attributes {
             vertices: vec![Property {
                 name: NORMAL.into(),
@@ -394,7 +397,7 @@ mod tests {
         changes.apply(&mut changed);
         assert_eq!(changed.vertices[0].values.get(0), Some(0.0));
         assert!((changed.vertices[0].values.get(6).unwrap() - 2.0).abs() < 1e-12);
-        // Nothing moved, nothing changes.
+        // Nothing moved, so nothing changes.
         assert_eq!(
             Normals::turned(&attributes, &faces, &before, &before),
             Normals::default()
@@ -414,7 +417,7 @@ mod tests {
             ..Attributes::default()
         };
         let changes = Normals::turned(&attributes, &faces, &before, &after).corners;
-        // The first corner does not turn and keeps the entry.
+        // The first corner is not rotated and keeps the entry.
         assert!(changes.changed.is_empty());
         let corners: Vec<u32> = changes.corners.iter().map(|&(c, _)| c).collect();
         assert_eq!(corners, [1, 2, 4, 5, 7]);
@@ -437,7 +440,7 @@ mod tests {
         let (_, [mut before, mut after]) = fold();
         let faces = [[0u32, 1, 4, 3], [1, 2, 5, 4], [6, 7, 10, 9], [7, 8, 11, 10]];
         let faces = faces.iter().collect();
-        // A second sheet on the first, which stays.
+        // A second sheet on top of the first, which does not move.
         before.extend_from_within(..);
         after.extend_from_slice(&before[6..]);
         let up = [0.0, 0.0, 1.0];
@@ -487,7 +490,7 @@ mod tests {
         let changes = Normals::turned(&attributes, &faces, &before, &after);
         assert_eq!(changes, Normals::default());
 
-        // Where squares overflow, directions do not.
+        // Directions must be correct even if squares overflow.
         let (faces, [before, after]) = fold();
         for size in [1e200, 1e-200] {
             let [before, after] =

@@ -1,21 +1,24 @@
-//! Decimal numbers to bits and back: exactly rounded, and the shortest that reads back.
+//! Conversion between decimal text and floating point: correctly rounded parsing, and shortest
+//! round-trip formatting.
 
 use std::fmt::Write as _;
 
-/// The nearest f64 to a decimal number; `None` for anything else.
+/// Parses a decimal number to the nearest `f64`; `None` for anything else.
 ///
-/// Up to 2^53 in the digits and 10^±22 in the exponent both operands of one multiplication or
-/// division are exact, so its result is the correctly rounded one (Clinger 1990, "How to read
-/// floating point numbers accurately", section 3). Everything else goes to the standard library,
-/// including `nan` and `inf`, which the caller refuses where they matter.
+/// With at most 2^53 in the digits and 10^±22 in the exponent, both operands of one
+/// multiplication or division are exact, so its result is correctly rounded (Clinger 1990, "How
+/// to read floating point numbers accurately", section 3). Everything else goes to a full parser,
+/// including `nan` and `inf`, which the caller rejects where they matter.
 #[inline]
 pub(crate) fn parse_f64(text: &[u8]) -> Option<f64> {
     parse_short(text).or_else(|| fast_float2::parse(text).ok())
 }
 
-/// A decimal number that starts at `at` and the place behind it, where a blank or line end stands;
-/// `None` if it is not followed by one of those, or too close to the end of the text for a look
-/// at eight bytes at once.
+/// Parses a decimal number that starts at `at`, and returns it with the offset after it, which
+/// must hold whitespace or a line ending.
+///
+/// Returns `None` if it does not, or if the number is too close to the end of the text to load
+/// eight bytes at once.
 #[inline]
 pub(crate) fn decimal(text: &[u8], at: usize) -> Option<(f64, usize)> {
     let first = *text.get(at)?;
@@ -45,8 +48,8 @@ pub(crate) fn decimal(text: &[u8], at: usize) -> Option<(f64, usize)> {
         }
         end += num_fraction;
     }
-    // Zeros before the point and directly behind it count as digits here: a mantissa of more may
-    // have run over.
+    // Zeros before and directly after the point count as digits here. With more digits the
+    // mantissa may have overflowed.
     let num_digits = num_whole + num_fraction;
     if *text.get(end)? > b' ' || num_digits == 0 || num_digits > MOST_DIGITS {
         return long_decimal(text, at);
@@ -63,31 +66,31 @@ pub(crate) fn decimal(text: &[u8], at: usize) -> Option<(f64, usize)> {
     Some((value, end))
 }
 
-/// The f64 nearest to `mantissa` · 10^−`count`, for a mantissa above 2^53 and up to 19 decimals;
-/// `None` if 64 bits of the power of ten do not decide which one that is.
+/// Returns the `f64` nearest to `mantissa` · 10^−`count`, for a mantissa above 2^53 and up to 19
+/// decimals, or `None` if 64 bits of the power of ten are not enough to determine it.
 ///
 /// Lemire 2021, "Number parsing at a gigabyte per second", section 5: the product of the mantissa
-/// and the power, both shifted up to 64 bits, is below the true one by less than one unit in its
-/// last 64 bits. So the bits behind the 53 that count say whether to round up, unless they are so
-/// close to one half that the missing part decides.
+/// and the power, both normalized to 64 bits, is below the true product by less than one unit in
+/// its upper 64 bits. The bits after the 53 significant ones therefore determine the rounding,
+/// unless they are so close to one half that the truncated part matters.
 #[inline]
 fn tenths(mantissa: u64, count: usize) -> Option<f64> {
     let (power, exponent) = *TENTHS.get(count)?;
     let shift = mantissa.leading_zeros();
     let product = u128::from(mantissa << shift) * u128::from(power);
-    // Exactly 53 bits, the bit behind them, and whether there is more.
+    // Exactly 53 bits, followed by the rounding bits.
     let top = product.leading_zeros();
     let product = product << top;
     let bits = (product >> 75) as u64;
     let rest = product & ((1 << 75) - 1);
     let half = 1u128 << 74;
-    // What the product lacks is less than 2^64, twice that after the shift.
+    // The truncation error is less than 2^64, or twice that after the shift.
     if rest.abs_diff(half) <= 1 << 65 {
         return None;
     }
     let rounded = bits + u64::from(rest > half);
-    // The value is rounded · 2^(75 − top − shift) · 2^exponent; all of these are normal numbers,
-    // and a carry into the 54th bit is right with this sum, too.
+    // The value is rounded · 2^(75 − top − shift) · 2^exponent. All of these are normal numbers,
+    // and the exponent is also correct after a carry into the 54th bit.
     let power_of_two = 75 - top as i32 - shift as i32 + exponent;
     Some(rounded as f64 * f64::from_bits(((1023 + power_of_two) as u64) << 52))
 }
@@ -98,7 +101,7 @@ const TENTHS: [(u64, i32); 20] = {
     let mut count = 0;
     let mut ten: u128 = 1;
     while count < powers.len() {
-        // The largest shift at which the quotient has 64 bits.
+        // The largest shift for which the quotient has 64 bits.
         let bits = 128 - ten.leading_zeros() as i32;
         let mut shift = 62 + bits;
         if ((1u128 << shift) / ten) >> 63 == 0 {
@@ -111,7 +114,7 @@ const TENTHS: [(u64, i32); 20] = {
     powers
 };
 
-/// A number of any form.
+/// Parses a number of any form.
 #[inline(never)]
 fn long_decimal(text: &[u8], at: usize) -> Option<(f64, usize)> {
     let (value, length) = fast_float2::parse_partial(text.get(at..)?).ok()?;
@@ -119,16 +122,16 @@ fn long_decimal(text: &[u8], at: usize) -> Option<(f64, usize)> {
     (*text.get(end)? <= b' ').then_some((value, end))
 }
 
-/// The number that up to eight digits from `at` on give, and how many there are; `None` if there
-/// are not eight bytes.
+/// Parses up to eight digits starting at `at`, and returns the number and the digit count; `None`
+/// if fewer than eight bytes are available.
 ///
-/// All eight bytes are worked on at once: those behind the first that is no digit are shifted
-/// out, zeros come in at the front, and three multiplications join the digits in pairs.
+/// All eight bytes are processed at once: those from the first non-digit on are shifted out,
+/// zeros are shifted in at the front, and three multiplications combine the digits in pairs.
 #[inline]
 pub(crate) fn digits8(text: &[u8], at: usize) -> Option<(u32, usize)> {
     let bytes = *text.get(at..)?.first_chunk::<8>()?;
     let digits = u64::from_le_bytes(bytes) ^ 0x3030_3030_3030_3030;
-    // The high bit of every byte above 9; a carry reaches only bytes behind such a one.
+    // The high bit of every byte above 9. A carry affects only bytes after such a byte.
     let others = (digits.wrapping_add(0x7676_7676_7676_7676) | digits) & 0x8080_8080_8080_8080;
     let count = (others.trailing_zeros() / 8) as usize;
     if count == 0 {
@@ -154,7 +157,7 @@ const TENS: [u64; 9] = [
     100_000_000,
 ];
 
-/// More digits can overflow 64 bits.
+/// Maximum number of digits that cannot overflow 64 bits.
 const MOST_DIGITS: usize = 19;
 
 #[inline]
@@ -181,7 +184,7 @@ fn parse_short(text: &[u8]) -> Option<f64> {
             num_digits += 1;
             at += 1;
         }
-        // A number of more than 19 digits is refused below, so the cast keeps the value.
+        // Numbers with more than 19 digits are rejected below, so the cast preserves the value.
         exponent = ((at - point) as i32).wrapping_neg();
     }
     if num_digits == 0 || num_digits > MOST_DIGITS {
@@ -211,7 +214,7 @@ fn digit(text: &[u8], at: usize) -> Option<u64> {
     (d < 10).then_some(u64::from(d))
 }
 
-/// An exponent of at most three digits.
+/// Parses an exponent of at most three digits.
 fn parse_exponent(text: &[u8]) -> Option<i32> {
     let (sign, digits) = match text {
         [b'-', rest @ ..] => (-1, rest),
@@ -232,13 +235,14 @@ fn parse_exponent(text: &[u8]) -> Option<i32> {
     Some(sign * value)
 }
 
-/// The powers of ten that an f64 holds exactly.
+/// The powers of ten that are exact in `f64`.
 const POWERS_OF_TEN: [f64; 23] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
     1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
 ];
 
-/// A decimal integer with an optional sign; `None` for anything else or beyond 18 digits.
+/// Parses a decimal integer with an optional sign; `None` for anything else or more than 18
+/// digits.
 #[inline]
 pub(crate) fn parse_integer(text: &[u8]) -> Option<i64> {
     let (negative, digits) = match text {
@@ -260,9 +264,9 @@ pub(crate) fn parse_integer(text: &[u8]) -> Option<i64> {
     Some(if negative { -value } else { value })
 }
 
-/// Appends a whole number.
+/// Appends an integer.
 pub(crate) fn push_integer(out: &mut String, mut value: u64) {
-    // The largest has 20 digits.
+    // `u64::MAX` has 20 digits.
     let mut digits = [b'0'; 20];
     let mut start = digits.len();
     loop {
@@ -276,7 +280,7 @@ pub(crate) fn push_integer(out: &mut String, mut value: u64) {
     out.extend(digits[start..].iter().map(|&d| char::from(d)));
 }
 
-/// Appends the shortest decimal number that reads back as `value`.
+/// Appends the shortest decimal number that parses back to `value`.
 pub(crate) fn push_f64(out: &mut String, value: f64) {
     // Writing to a String cannot fail.
     let _ = if is_plain(value.abs()) {
@@ -286,7 +290,7 @@ pub(crate) fn push_f64(out: &mut String, value: f64) {
     };
 }
 
-/// Appends the shortest decimal number that reads back as `value` in 32 bits.
+/// Appends the shortest decimal number that parses back to `value` as `f32`.
 pub(crate) fn push_f32(out: &mut String, value: f32) {
     let plain = is_plain(f64::from(value.abs()));
     let _ = if plain {
@@ -296,7 +300,8 @@ pub(crate) fn push_f32(out: &mut String, value: f32) {
     };
 }
 
-/// Whether a magnitude is written without an exponent (which would cost up to 300 zeros).
+/// Returns `true` if a magnitude is written without an exponent (which could otherwise need up to
+/// 300 zeros).
 fn is_plain(magnitude: f64) -> bool {
     magnitude == 0.0 || (1e-5..1e16).contains(&magnitude)
 }
@@ -360,7 +365,7 @@ mod tests {
             state = state
                 .wrapping_mul(6_364_136_223_846_793_005)
                 .wrapping_add(1_442_695_040_888_963_407);
-            // What is written of doubles, and arbitrary digits.
+            // Formatted doubles, and arbitrary digits.
             let x = (state >> 11) as f64 / (1u64 << 53) as f64;
             let digits = format!("{:019}", state >> 1);
             let point = (state % 8) as usize;
@@ -379,7 +384,7 @@ mod tests {
                 );
             }
         }
-        // Ties, and their neighbours.
+        // Ties and their neighbours.
         for text in [
             "9007199254740993",
             "9007199254740993.0",

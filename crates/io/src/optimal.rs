@@ -1,15 +1,15 @@
-//! The triangulation of a polygon of least cost, by dynamic programming.
+//! Minimum-cost triangulation of a polygon by dynamic programming.
 //!
-//! W(i, j), the least cost of the part between corners i and j, is the least over the corners k
-//! between them of W(i, k) + W(k, j) + cost of the triangle (i, k, j). Costs of triangles may look
-//! at the triangles beyond their inner sides. Time O(n³), memory O(n²).
+//! W(i, j), the minimum cost of the part between corners i and j, is the minimum over the corners
+//! k between them of W(i, k) + W(k, j) + cost of the triangle (i, k, j). The cost of a triangle
+//! may depend on the triangles across its inner sides. Time O(n³), memory O(n²).
 //!
 //! Source: G. Barequet and M. Sharir, "Filling gaps in the boundary of a polyhedron", CAGD 12
 //! (1995); P. Liepa, "Filling holes in meshes", SGP 2003, section 3.
 
 use crate::attributes::NONE;
 
-/// The cost of triangles: the worst of them counts first, then the sum.
+/// The cost of triangles, ordered by the worst triangle first and then by the sum.
 #[derive(Clone, Copy, PartialEq, PartialOrd, Debug, Default)]
 pub(crate) struct Cost {
     pub(crate) worst: f64,
@@ -30,8 +30,8 @@ impl Cost {
     }
 }
 
-/// A triangle i < k < j of a polygon, and the corners across its two lower sides where these are
-/// inside of the polygon.
+/// A triangle i < k < j of a polygon, with the corners across its two lower sides if these are
+/// inside the polygon.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Candidate {
     pub(crate) corners: [usize; 3],
@@ -41,10 +41,10 @@ pub(crate) struct Candidate {
     pub(crate) behind: Option<usize>,
 }
 
-/// The triangles of least cost that cover a polygon of `n` corners; `None` if every way to cut it
-/// has a triangle or a diagonal that is not allowed.
+/// Returns the minimum-cost triangulation of a polygon with `n` corners, or `None` if every
+/// triangulation contains a triangle or a diagonal that is not allowed.
 ///
-/// `is_allowed` is asked for every diagonal, `cost` for every triangle between allowed ones.
+/// `is_allowed` is called for every diagonal, `cost` for every triangle between allowed ones.
 pub(crate) fn triangulation(
     n: usize,
     is_allowed: impl Fn(usize, usize) -> bool,
@@ -97,7 +97,7 @@ pub(crate) fn triangulation(
     Some(triangles)
 }
 
-/// The best way to cut what lies between two corners.
+/// The best triangulation of the part between two corners.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     cost: Cost,
@@ -143,10 +143,10 @@ mod tests {
         let quad = triangulation(4, |i, j| (i, j) != (0, 2), even).unwrap();
         assert_eq!(quad, [[0, 1, 3], [1, 2, 3]]);
         assert!(triangulation(4, |_, _| false, even).is_none());
-        // Of a pentagon, all diagonals but two from one corner.
+        // Only the two diagonals from one corner of the pentagon are allowed.
         let fan = triangulation(5, |i, j| i == 1 || j == 1, even).unwrap();
         assert!(fan.iter().all(|t| t.contains(&1)), "{fan:?}");
-        // Two that cross are not enough.
+        // Two crossing diagonals are not enough.
         let allowed = |i, j| [(0, 2), (1, 3)].contains(&(i, j));
         assert!(triangulation(5, allowed, even).is_none());
     }

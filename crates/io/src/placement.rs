@@ -1,15 +1,15 @@
-//! Affine transforms that can be undone: where a scene puts a mesh.
+//! Invertible affine transforms that place a mesh in a scene.
 
 use nalgebra::{Matrix3, Matrix4, Point3, Vector3};
 
-/// From the coordinates of a mesh to those of the scene, and back.
+/// A transform from mesh coordinates to scene coordinates, and its inverse.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) struct Placement {
     linear: Matrix3<f64>,
     offset: Vector3<f64>,
     inverse: Matrix3<f64>,
     is_identity: bool,
-    /// Whether it is a reflection, which turns faces round.
+    /// `true` for a reflection, which reverses the orientation of faces.
     pub(crate) is_mirrored: bool,
 }
 
@@ -26,7 +26,7 @@ impl Default for Placement {
 }
 
 impl Placement {
-    /// `None` if the transform cannot be undone.
+    /// Returns `None` if the transform is not invertible.
     pub(crate) fn new(matrix: &Matrix4<f64>) -> Option<Self> {
         let linear: Matrix3<f64> = matrix.fixed_view::<3, 3>(0, 0).into_owned();
         let offset: Vector3<f64> = matrix.fixed_view::<3, 1>(0, 3).into_owned();
@@ -35,7 +35,8 @@ impl Placement {
             bottom[0] == 0.0 && bottom[1] == 0.0 && bottom[2] == 0.0 && bottom[3] == 1.0;
         let inverse = linear.try_inverse()?;
         let finite = linear.iter().chain(&offset).chain(&inverse);
-        // What a change of scale does to a determinant must not hide that it is zero.
+        // Use the condition number: the determinant depends on the scale and could hide a
+        // singular matrix.
         let condition = linear.norm() * inverse.norm();
         if !is_affine || !finite.copied().all(f64::is_finite) || !(condition < 1e12) {
             return None;
@@ -66,7 +67,7 @@ impl Placement {
         }
     }
 
-    /// A normal turned as the surface is; its length stays.
+    /// Transforms a normal with the surface, preserving its length.
     pub(crate) fn normal_to_scene(&self, n: Vector3<f64>) -> Vector3<f64> {
         if self.is_identity {
             n
@@ -75,7 +76,7 @@ impl Placement {
         }
     }
 
-    /// The other way round.
+    /// The inverse of `normal_to_scene`.
     pub(crate) fn normal_to_mesh(&self, n: Vector3<f64>) -> Vector3<f64> {
         if self.is_identity {
             n

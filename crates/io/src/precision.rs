@@ -1,4 +1,5 @@
-//! What single precision does to a mesh: how far vertices move, and which faces lose their area.
+//! The effect of single precision on a mesh: vertex displacements, and faces that lose their
+//! area.
 
 use std::fmt;
 
@@ -8,24 +9,24 @@ use nalgebra::Point3;
 use crate::cuts::FLAT;
 use crate::faces::FaceList;
 
-/// What the number type of a file does to the positions of a mesh.
+/// The effect of a file's number type on the positions of a mesh.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Rounding {
-    /// The greatest change of a coordinate.
+    /// The largest change of a coordinate.
     pub(crate) farthest: f64,
     /// The longest side of the bounding box.
     pub(crate) size: f64,
-    /// How many faces have an area before, and none after.
+    /// The number of faces that have an area before rounding but none after.
     pub(crate) num_flat: usize,
 }
 
-/// A position in single precision.
+/// Rounds a position to single precision.
 pub(crate) fn single(p: Point3<f64>) -> Point3<f64> {
     p.map(|x| f64::from(x as f32))
 }
 
 impl Rounding {
-    /// Compares a mesh with what a file stores of it; `None` if every position is the same.
+    /// Compares a mesh with its stored form; `None` if all positions are equal.
     pub(crate) fn measure(
         positions: &[Point3<f64>],
         faces: &FaceList,
@@ -50,7 +51,7 @@ impl Rounding {
         };
         let before = |vertex: usize| positions[vertex];
         let is_lost = |face: &&[u32]| is_flat(face, &stored) && !is_flat(face, &before);
-        // Rounding that is far below the size of every face flattens none.
+        // Rounding far below the size of every face does not flatten any.
         let num_flat = match farthest > 1e-12 * size {
             true => faces.iter().filter(is_lost).count(),
             false => 0,
@@ -62,12 +63,12 @@ impl Rounding {
         })
     }
 
-    /// Whether the shape suffers, and not only digits that nobody measures.
+    /// Returns `true` if the shape is visibly affected, and not only insignificant digits.
     pub(crate) fn is_severe(&self) -> bool {
         self.num_flat > 0 || self.farthest > SEVERE * self.size
     }
 
-    /// What will be lost, in words.
+    /// Describes the loss.
     pub(crate) fn loss(&self) -> String {
         match self.is_severe() {
             true => format!("the exact shape, which is far from the origin for its size ({self}),"),
@@ -95,7 +96,7 @@ impl fmt::Display for Rounding {
     }
 }
 
-/// A number with two digits.
+/// Formats a number with two significant digits.
 fn short(x: f64) -> String {
     let digits = format!("{x:.1e}");
     match digits.parse::<f64>() {
@@ -104,8 +105,10 @@ fn short(x: f64) -> String {
     }
 }
 
-/// A single-precision number of the size of the mesh is rounded by 6e-8 of it at most; this is
-/// what remains of the digits a hundred sizes from the origin.
+/// Threshold for a severe rounding, relative to the size of the mesh.
+///
+/// Near the origin, single precision rounds by at most 6e-8 of the size; this is the rounding at
+/// a distance of a hundred sizes.
 const SEVERE: f64 = 6e-6;
 
 #[cfg(test)]

@@ -1,19 +1,19 @@
-//! Text from files, made harmless for a terminal.
+//! Sanitizing of text from files for output on a terminal.
 //!
-//! Names, attributes, messages about them and names of files may hold anything. On a terminal,
-//! control characters act: they set colours and titles, clear the screen, or end a line and begin
-//! one that looks like ours. Bidirectional formatting reorders what stands around it. All of it
-//! becomes visible escapes here, and nowhere else.
+//! Names, attributes, error messages and file names may contain anything. On a terminal, control
+//! characters have effects: they set colours and titles, clear the screen, or end a line and
+//! start one that looks like our own output. Bidirectional formatting reorders the surrounding
+//! text. All of these are turned into visible escapes here, and nowhere else.
 
 use std::borrow::Cow;
 use std::fmt::{self, Write as _};
 
-/// The text on one line, with every character that a terminal acts on as an escape: `\n`, `\t`,
-/// `\u{1b}`.
+/// Returns the text on one line, with every character that a terminal interprets replaced by an
+/// escape: `\n`, `\t`, `\u{1b}`.
 ///
-/// Control characters (C0, DEL and C1), separators of lines and paragraphs, and bidirectional
-/// formatting are escaped. Joiners and other invisible characters stay: scripts and emoji need
-/// them.
+/// Control characters (C0, DEL and C1), line and paragraph separators, and bidirectional
+/// formatting characters are escaped. Joiners and other invisible characters are kept, because
+/// scripts and emoji need them.
 ///
 /// ```
 /// use cotan_io::printable;
@@ -35,7 +35,7 @@ pub fn printable(text: &str) -> Cow<'_, str> {
     Cow::Owned(printable)
 }
 
-/// Displays a value as [`printable`] does: for paths and errors in messages.
+/// Displays a value through [`printable`]; for paths and errors in messages.
 ///
 /// ```
 /// use cotan_io::Printable;
@@ -53,10 +53,10 @@ impl<T: fmt::Display> fmt::Display for Printable<T> {
     }
 }
 
-/// JSON whose strings have no character that a terminal acts on; it says the same.
+/// Returns equivalent JSON whose strings contain no character that a terminal interprets.
 ///
-/// The writer of the JSON escapes C0 already; the others are replaced by `\uXXXX` here. They can
-/// stand in strings only, so that the result is JSON again.
+/// JSON writers already escape C0; the remaining characters are replaced by `\uXXXX` here. They
+/// can occur only inside strings, so the result is valid JSON.
 pub fn printable_json(json: &str) -> Cow<'_, str> {
     let acts = |c: char| is_unprintable(c) && !matches!(c, '\n' | '\t' | '\r');
     if !json.contains(acts) {
@@ -65,7 +65,7 @@ pub fn printable_json(json: &str) -> Cow<'_, str> {
     let mut printable = String::with_capacity(json.len() + 8);
     for c in json.chars() {
         match acts(c) {
-            // All of them lie in the basic plane: one unit each.
+            // All of them are in the basic multilingual plane: one UTF-16 unit each.
             true => {
                 let _ = write!(printable, "\\u{:04x}", u32::from(c));
             }
@@ -75,7 +75,7 @@ pub fn printable_json(json: &str) -> Cow<'_, str> {
     Cow::Owned(printable)
 }
 
-/// As Rust writes it: short for the common ones, else by number.
+/// The escape as Rust writes it: a short form for common characters, otherwise the code point.
 fn escape(c: char) -> impl Iterator<Item = char> {
     let short = matches!(c, '\n' | '\r' | '\t').then(|| c.escape_default());
     let number = short.is_none().then(|| c.escape_unicode());
@@ -85,12 +85,12 @@ fn escape(c: char) -> impl Iterator<Item = char> {
         .chain(number.into_iter().flatten())
 }
 
-/// Whether a terminal would act on a character rather than show it.
+/// Returns `true` if a terminal would interpret the character rather than display it.
 fn is_unprintable(c: char) -> bool {
     c.is_control()
         || matches!(
             c,
-            // Separators of lines and paragraphs.
+            // Line and paragraph separators.
             '\u{2028}' | '\u{2029}'
             // Arabic letter mark, left-to-right and right-to-left marks.
             | '\u{61c}' | '\u{200e}' | '\u{200f}'

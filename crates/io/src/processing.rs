@@ -1,4 +1,4 @@
-//! The triangulated half-edge mesh that is worked on, and the way back to the document.
+//! The triangulated half-edge mesh used for processing, and its mapping back to the document.
 
 use std::borrow::Cow;
 
@@ -10,11 +10,13 @@ use crate::error::IoError;
 use crate::faces::FaceList;
 use crate::recut::{Cutter, Polygons, Recuts};
 
-/// A mesh of triangles built from a [`Document`](crate::Document), with maps both ways.
+/// A triangle mesh built from a [`Document`](crate::Document), with index maps in both
+/// directions.
 ///
-/// Vertices come in the order of the document without those that no face uses, triangles in the
-/// order of the document's faces; or both in the order of their places, if the document's is so
-/// bad that the mesh would be slow: see [`Numbering`]. The maps hold in any case.
+/// Vertices follow the order of the document, without those that no face uses, and triangles
+/// follow the order of the document's faces. If that order is so scattered that processing would
+/// be slow, both are sorted spatially instead: see [`Numbering`]. The maps are valid in either
+/// case.
 #[derive(Clone, Debug)]
 pub struct ProcessingMesh {
     mesh: HalfedgeMesh,
@@ -25,23 +27,26 @@ pub struct ProcessingMesh {
     is_renumbered: bool,
 }
 
-/// How the vertices and triangles of a [`ProcessingMesh`] are numbered.
+/// The order of the vertices and triangles of a [`ProcessingMesh`].
 ///
-/// Where neighbours have far numbers, each pass over a large mesh waits for memory: several times
-/// as long as where they have near ones.
+/// If neighbours have distant indices, each pass over a large mesh waits for memory and takes
+/// several times as long.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Numbering {
-    /// As the document has them, unless its numbers are scattered ([`SpatialOrder::is_scattered`]).
+    /// The order of the document, unless it is scattered ([`SpatialOrder::is_scattered`]).
     #[default]
     Auto,
-    /// As the document has them.
+    /// The order of the document.
     Document,
-    /// Along a curve through space ([`SpatialOrder`]).
+    /// The order along a space-filling curve ([`SpatialOrder`]).
     Spatial,
 }
 
 impl ProcessingMesh {
-    /// `places` gives for each vertex the first vertex at its place; empty if none are welded.
+    /// Builds the mesh.
+    ///
+    /// `places` gives for each vertex the first vertex at its place; it is empty if none are
+    /// welded.
     pub(crate) fn build(
         positions: &[Point3<f64>],
         faces: &FaceList,
@@ -49,8 +54,8 @@ impl ProcessingMesh {
         numbering: Numbering,
     ) -> Result<Self, IoError> {
         let alone = Self::build_cut(positions, faces, places, numbering, &Recuts::default());
-        // Where polygons are in each other's way there is no manifold, so that no time is lost on
-        // looking for that where there is one.
+        // Polygons whose diagonals conflict are not manifold, so the search for conflicts is
+        // needed only if building fails.
         let Err(IoError::NotManifold(_)) = alone else {
             return alone;
         };
@@ -98,7 +103,7 @@ impl ProcessingMesh {
         }
         let mut document_vertices = VertexMap::default();
         let mut vertices: Vec<Option<VertexId>> = vec![None; positions.len()];
-        // The vertex of each place, given to the first vertex there that a face uses.
+        // The vertex of each place, assigned at the first vertex there that a face uses.
         let mut at_place = vec![None; places.len()];
         for v in (0..positions.len()).filter(|&v| is_corner[v]) {
             let mut fresh = || document_vertices.push(v as u32);
@@ -110,7 +115,7 @@ impl ProcessingMesh {
                 Some(_) => None,
             };
         }
-        // A vertex in no face that is welded to one in a face is that one.
+        // An unused vertex that is welded to a used one is the same vertex.
         if !places.is_empty() {
             for (vertex, &place) in vertices.iter_mut().zip(places) {
                 *vertex = vertex.or(at_place[place as usize]);
@@ -119,7 +124,7 @@ impl ProcessingMesh {
         let mut triangles = Vec::with_capacity(faces.num_triangles());
         let mut document_faces = Vec::with_capacity(faces.num_triangles());
         let mut cutter = Cutter::new(positions, faces.num_corners(), recuts);
-        // Every corner of a polygon that is cut is used, so it has a number.
+        // Every corner of a triangulated polygon is used, so it has an index.
         let number = |v: u32| vertices[v as usize].map_or(0, |id: VertexId| id.index() as u32);
         polygons.each(|face, polygon| {
             cutter.cut(face as u32, polygon, |triangle| {
@@ -149,63 +154,63 @@ impl ProcessingMesh {
         if is_renumbered {
             numbered = match numbered.in_space() {
                 Ok(built) => return Ok(built),
-                // The first defect is to be that of the document.
+                // Report the first defect in document order.
                 Err(numbered) => *numbered,
             };
         }
         numbered.build()
     }
 
-    /// The connectivity: triangles only.
+    /// The connectivity, which consists of triangles only.
     pub fn mesh(&self) -> &HalfedgeMesh {
         &self.mesh
     }
 
-    /// The mesh with its positions, to be measured and passed to jobs.
+    /// The mesh with its positions, for measurements and jobs.
     pub fn surface(&self) -> Surface<'_, f64> {
         Surface::assume_checked(&self.mesh, &self.positions)
     }
 
-    /// The positions at the time of building.
+    /// The positions when the mesh was built.
     pub fn positions(&self) -> &Positions<f64> {
         &self.positions
     }
 
-    /// The document's vertex, counted from 0, that a vertex stands for; the first of them if
-    /// several were welded.
+    /// The 0-based document vertex that `vertex` represents; the first of them if several were
+    /// welded.
     ///
     /// # Panics
-    /// If the mesh has no such vertex.
+    /// If `vertex` is out of range.
     pub fn document_vertex(&self, vertex: VertexId) -> usize {
         self.document_vertices[vertex] as usize
     }
 
-    /// The vertex that stands for a vertex of the document, counted from 0, or `None` if no face
-    /// uses it or one that it is welded to, or there is no such vertex.
+    /// The vertex that represents a 0-based document vertex, or `None` if neither that vertex nor
+    /// one welded to it is used by a face, or if the index is out of range.
     pub fn vertex(&self, document_vertex: usize) -> Option<VertexId> {
         *self.vertices.get(document_vertex)?
     }
 
-    /// The document's face, counted from 0, that a triangle was cut from.
+    /// The 0-based document face that a triangle was cut from.
     ///
     /// # Panics
-    /// If the mesh has no such face.
+    /// If `face` is out of range.
     pub fn document_face(&self, face: FaceId) -> usize {
         self.document_faces[face] as usize
     }
 
-    /// Whether vertices and triangles have other numbers than the order of the document gives them.
+    /// Returns `true` if the order of vertices and triangles differs from that of the document.
     pub fn is_renumbered(&self) -> bool {
         self.is_renumbered
     }
 
-    /// Number of vertices of the document, with those that no face uses.
+    /// Number of vertices in the document, including those that no face uses.
     pub fn num_document_vertices(&self) -> usize {
         self.vertices.len()
     }
 }
 
-/// Everything that a mesh is built from.
+/// The input from which a mesh is built.
 struct Numbered {
     triangles: Vec<[u32; 3]>,
     positions: Positions<f64>,
@@ -227,7 +232,7 @@ impl Numbered {
         }
     }
 
-    /// Builds with other numbers, or gives itself back.
+    /// Builds the mesh in spatial order, or returns `self` on failure.
     fn in_space(self) -> Result<ProcessingMesh, Box<Self>> {
         let order = SpatialOrder::of(&self.positions);
         let (triangles, old_faces) = order.faces(&self.triangles);
@@ -263,8 +268,8 @@ impl Numbered {
     }
 }
 
-/// The polygons without the corners that are welded to the corner before them, and without those
-/// of which fewer than three corners are left.
+/// The polygons after welding: corners welded to the preceding corner are removed, and so are
+/// polygons left with fewer than three corners.
 struct Uncollapsed<'a> {
     faces: &'a FaceList,
     places: &'a [u32],
@@ -301,7 +306,7 @@ impl<'a> Uncollapsed<'a> {
     }
 }
 
-/// The corners that [`Uncollapsed`] gives of every face; none of a face that it leaves out.
+/// Returns the corners that [`Uncollapsed`] keeps of every face; empty for a removed face.
 pub(crate) fn uncollapsed(faces: &FaceList, places: &[u32]) -> FaceList {
     let mut list = FaceList::new();
     Uncollapsed::new(faces, places).each(|face, polygon| {
@@ -317,7 +322,7 @@ pub(crate) fn uncollapsed(faces: &FaceList, places: &[u32]) -> FaceList {
     list
 }
 
-/// The same error with the document's numbers of vertices and faces.
+/// Translates the vertex and face indices of an error to those of the document.
 fn in_document(error: BuildError, vertices: &VertexMap<u32>, faces: &FaceMap<u32>) -> IoError {
     let vertex = |v: VertexId| vertices.get(v).map_or(v, |&n| VertexId::new(n as usize));
     let face = |f: usize| faces.as_slice().get(f).map_or(f, |&n| n as usize);

@@ -1,30 +1,30 @@
-//! Input files: regular ones and nothing else.
+//! Opening input files, restricted to regular files.
 //!
-//! A pipe may keep its reader waiting for ever, and a device may give bytes for ever or act when it
-//! is opened. Neither is opened, also where a link leads to it.
+//! A pipe may block its reader forever. A device may supply bytes forever or have side effects
+//! when opened. Neither is opened, not even through a link.
 
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read};
 use std::path::Path;
 
-/// Opens a regular file for reading, a link followed; also gives its length.
+/// Opens a regular file for reading, following links, and returns it with its length.
 ///
 /// # Errors
-/// What the system says; [`ErrorKind::IsADirectory`] for a folder, [`ErrorKind::InvalidInput`]
-/// for a pipe or a device, which are not opened.
+/// The error of the operating system; [`ErrorKind::IsADirectory`] for a folder,
+/// [`ErrorKind::InvalidInput`] for a pipe or a device, which are not opened.
 pub fn open_regular(path: &Path) -> Result<(File, u64), Error> {
     check_regular(&std::fs::metadata(path)?)?;
     let file = File::open(path)?;
-    // Of the file that was opened: another may have come to its name meanwhile.
+    // Check the file that was actually opened, since the path may refer to another one by now.
     let metadata = file.metadata()?;
     check_regular(&metadata)?;
     Ok((file, metadata.len()))
 }
 
-/// The bytes of a regular file of at most `max_bytes`.
+/// Reads a regular file of at most `max_bytes`.
 ///
 /// # Errors
-/// As [`open_regular`]; [`ErrorKind::FileTooLarge`] for a larger file.
+/// As for [`open_regular`]; [`ErrorKind::FileTooLarge`] for a larger file.
 pub fn read_regular(path: &Path, max_bytes: u64) -> Result<Vec<u8>, Error> {
     let too_large = || Error::new(ErrorKind::FileTooLarge, "it is larger than the limit");
     let (file, length) = open_regular(path)?;
@@ -36,7 +36,7 @@ pub fn read_regular(path: &Path, max_bytes: u64) -> Result<Vec<u8>, Error> {
     bytes
         .try_reserve_exact(room)
         .map_err(|_| ErrorKind::OutOfMemory)?;
-    // A file may grow while it is read.
+    // A file may grow while it is being read.
     file.take(max_bytes.saturating_add(1))
         .read_to_end(&mut bytes)?;
     match bytes.len() as u64 > max_bytes {

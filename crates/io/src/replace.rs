@@ -1,4 +1,4 @@
-//! Files replaced in one step.
+//! Atomic replacement of files.
 
 use std::ffi::OsStr;
 use std::fs::{File, Metadata};
@@ -7,20 +7,22 @@ use std::path::{Path, PathBuf};
 
 use crate::unfinished::{Access, Unfinished};
 
-/// Writes a file in one step: beside the old one, then in its place, so that a reader sees the old
-/// file or the new one, and after a failure the old one is whole.
+/// Writes a file atomically: to a temporary file next to the old one, which is then renamed.
 ///
-/// - A link is followed, also one that leads to no file yet.
-/// - The rights of an old file stay; the temporary file has them before its first byte. A new file
-///   has the usual ones.
-/// - Owner and group stay where the process may set them, as the superuser may. A group that
-///   cannot be kept gets no more rights than everybody has.
-/// - Further names of the old file (hard links) keep the old content; see [`num_names`].
-/// - Access control lists and extended attributes are not carried over.
+/// A reader sees either the old file or the new one, and a failure leaves the old one intact.
+///
+/// - Links are followed, including those whose target does not exist yet.
+/// - The permissions of an existing file are kept; the temporary file has them before its first
+///   byte is written. A new file gets the default permissions.
+/// - Owner and group are kept if the process may set them, as the superuser may. If the group
+///   cannot be kept, the new group gets no more permissions than everyone has.
+/// - Other names of the old file (hard links) keep the old content; see [`num_names`].
+/// - Access control lists and extended attributes are not preserved.
 ///
 /// # Errors
-/// What the system says; [`ErrorKind::PermissionDenied`] for a file that is marked read-only,
-/// [`ErrorKind::IsADirectory`] and [`ErrorKind::InvalidInput`] for what is no regular file.
+/// The error of the operating system; [`ErrorKind::PermissionDenied`] for a read-only file,
+/// [`ErrorKind::IsADirectory`] and [`ErrorKind::InvalidInput`] for anything that is not a regular
+/// file.
 pub fn replace_file(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     let target = link_target(path)?;
     let folder = match target.parent() {
@@ -40,11 +42,12 @@ pub fn replace_file(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     file.finish(&target)
 }
 
-/// The path that a chain of links leads to, whether there is a file or not; the path itself if
-/// it is no link.
+/// Returns the path at the end of a chain of links, whether or not a file exists there.
+///
+/// A path that is not a link is returned unchanged.
 ///
 /// # Errors
-/// For links that lead in a circle.
+/// If the links form a cycle.
 pub fn link_target(path: &Path) -> std::io::Result<PathBuf> {
     let mut target = path.to_owned();
     for _ in 0..MOST_LINKS {
@@ -57,13 +60,13 @@ pub fn link_target(path: &Path) -> std::io::Result<PathBuf> {
     Err(Error::other("too many links, or links in a circle"))
 }
 
-/// As many as Linux follows.
+/// The limit on Linux.
 const MOST_LINKS: usize = 40;
 
-/// What is known of the file at `path`, a link followed; `None` if there is none.
+/// Returns the metadata of the file at `path`, following links; `None` if there is none.
 ///
 /// # Errors
-/// Refuses what must not be replaced, which a change of names alone would not notice: see
+/// Rejects files that must not be replaced, which a rename alone would not detect: see
 /// [`replace_file`].
 pub fn check_replaceable(path: &Path) -> std::io::Result<Option<Metadata>> {
     let metadata = match std::fs::metadata(path) {
@@ -92,10 +95,12 @@ pub fn check_replaceable(path: &Path) -> std::io::Result<Option<Metadata>> {
     Ok(Some(metadata))
 }
 
-/// How many names (hard links) a file has. With more than one, [`replace_file`] gives the new
-/// content to one name, and the others keep the old.
+/// Returns the number of names (hard links) of a file.
 ///
-/// Unknown on systems other than Unix, where it is 1.
+/// If it has more than one, [`replace_file`] replaces the content of one name only; the others
+/// keep the old content.
+///
+/// Always 1 on systems other than Unix, where it is unknown.
 pub fn num_names(metadata: &Metadata) -> u64 {
     #[cfg(unix)]
     return std::os::unix::fs::MetadataExt::nlink(metadata);
@@ -106,7 +111,7 @@ pub fn num_names(metadata: &Metadata) -> u64 {
     }
 }
 
-/// Gives a new file the owner, the group and the rights of the old one, as far as possible.
+/// Gives a new file the owner, group and permissions of the old one, as far as possible.
 #[cfg(unix)]
 fn adopt(file: &File, old: &Metadata) -> std::io::Result<()> {
     use std::os::unix::fs::{MetadataExt, PermissionsExt, fchown};
@@ -115,14 +120,15 @@ fn adopt(file: &File, old: &Metadata) -> std::io::Result<()> {
     let is_group_kept = new.gid() == old.gid() || fchown(file, None, Some(old.gid())).is_ok();
     let is_owner_kept = new.uid() == old.uid() || fchown(file, Some(old.uid()), None).is_ok();
     if !is_group_kept {
-        // Another group: what all may do, and not what that group might.
+        // With a different group, grant only the permissions of everyone, not those of the old
+        // group.
         let of_all = mode & 0o007;
         mode &= !0o2070 | (of_all << 3);
     }
     if !is_owner_kept {
         mode &= !0o4000;
     }
-    // Last: a change of the owner takes some of the bits away.
+    // Must come last: changing the owner clears some of the mode bits.
     file.set_permissions(std::fs::Permissions::from_mode(mode))
 }
 
@@ -166,7 +172,7 @@ mod tests {
             assert_eq!(std::fs::read(path("third")).unwrap(), b"new");
             assert!(symlink_metadata(path("first")).unwrap().is_symlink());
             assert!(symlink_metadata(path("sub/second")).unwrap().is_symlink());
-            // Now there is a file at the end.
+            // Now the chain ends at an existing file.
             replace_file(&path("first"), b"newer").unwrap();
             assert_eq!(std::fs::read(path("third")).unwrap(), b"newer");
         }

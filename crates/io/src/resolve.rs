@@ -1,4 +1,4 @@
-//! Files that a file refers to, opened only by whom the caller trusts with it.
+//! Resolution of files that a mesh file refers to, controlled by the caller.
 
 use std::fmt::Debug;
 use std::io::{Error, ErrorKind};
@@ -7,26 +7,26 @@ use std::sync::Arc;
 
 use crate::regular::read_regular;
 
-/// Finds the files that a mesh file refers to, such as the buffers and images of a glTF.
+/// Provides the files that a mesh file refers to, such as the buffers and images of a glTF.
 ///
-/// A reader never opens a path by itself; it asks the resolver that the caller gave it.
+/// A reader never opens a path by itself; it asks the resolver passed by the caller.
 pub trait Resolve: Debug + Send + Sync {
-    /// The bytes of the file that `uri` names, at most `max_bytes` of them.
+    /// Returns the bytes of the file that `uri` names, at most `max_bytes` of them.
     ///
-    /// `uri` is what the file says, with percent escapes decoded.
+    /// `uri` is the reference in the file, with percent escapes decoded.
     ///
     /// # Errors
-    /// Why the file is not available: [`ErrorKind::NotFound`] if there is none,
+    /// The reason why the file is not available: [`ErrorKind::NotFound`] if it does not exist,
     /// [`ErrorKind::PermissionDenied`] if the resolver refuses to open it,
     /// [`ErrorKind::FileTooLarge`] if it is larger than `max_bytes`.
     fn resolve(&self, uri: &str, max_bytes: u64) -> Result<Vec<u8>, Error>;
 
-    /// The same resolver for the document to keep: images are only read when the document is
-    /// saved to another folder.
+    /// Returns the same resolver for the document to keep: images are read only when the document
+    /// is saved to another folder.
     fn shared(&self) -> Arc<dyn Resolve>;
 }
 
-/// The resolver that finds nothing.
+/// A resolver that finds no files.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoFiles;
 
@@ -43,20 +43,20 @@ impl Resolve for NoFiles {
     }
 }
 
-/// The resolver that finds the regular files in one folder and the folders below, and nothing
-/// outside of it: no absolute paths, no `..`, no links that lead out, no network.
+/// A resolver that finds the regular files in one folder and its subfolders, and nothing outside:
+/// no absolute paths, no `..`, no links that lead out, no network.
 #[derive(Clone, Debug)]
 pub struct Folder {
     root: PathBuf,
 }
 
 impl Folder {
-    /// The folder `root`.
+    /// Creates a resolver for the folder `root`.
     pub fn new(root: impl Into<PathBuf>) -> Self {
         Self { root: root.into() }
     }
 
-    /// The folder that a file lies in.
+    /// Creates a resolver for the folder that contains `file`.
     pub fn of(file: impl AsRef<Path>) -> Self {
         match file.as_ref().parent() {
             Some(folder) if !folder.as_os_str().is_empty() => Self::new(folder),
@@ -65,10 +65,11 @@ impl Folder {
     }
 }
 
-/// The path inside a folder that a reference (with percent escapes decoded) names, normalized;
-/// or why it names none.
+/// Returns the normalized path inside a folder that a reference (with percent escapes decoded)
+/// names, or the reason why it is not allowed.
 pub(crate) fn inside(uri: &str) -> Result<PathBuf, &'static str> {
-    // A colon makes a scheme, a drive or a stream of it; a backslash is a separator elsewhere.
+    // A colon would make it a scheme, a drive or a stream. A backslash is a separator on some
+    // systems.
     if uri.contains([':', '\\', '\0']) || uri.starts_with('/') {
         return Err("only files in the folder of the mesh are opened");
     }

@@ -1,46 +1,49 @@
-//! Room for what a file decides the size of: asked for before it is filled, so that a refusal of
-//! the system is an error and not the end of the program.
+//! Fallible allocation for sizes determined by a file.
+//!
+//! Memory is requested before it is filled, so that an allocation failure is an error and does
+//! not abort the program.
 
 use std::collections::TryReserveError;
 
 use crate::error::IoError;
 
-/// Makes room for so many more elements. Few or many at a time: the room grows as that of a
-/// vector does.
+/// Reserves capacity for `more` additional elements, with the amortized growth of a vector.
 #[inline]
 pub(crate) fn reserve<T>(list: &mut Vec<T>, more: usize) -> Result<(), IoError> {
     if list.capacity() - list.len() >= more {
         return Ok(());
     }
     let grown = list.try_reserve(more);
-    // Twice as much as there is may be too much where what is asked for is not.
+    // Doubling may be too much even if the requested amount is not.
     grown
         .or_else(|_| list.try_reserve_exact(more))
         .and_then(|()| leave_margin(list))
         .map_err(|_| missing::<T>(list.len().saturating_add(more)))
 }
 
-/// As [`reserve`], with no room to spare.
+/// Like [`reserve`], without spare capacity.
 pub(crate) fn reserve_exact<T>(list: &mut Vec<T>, more: usize) -> Result<(), IoError> {
     list.try_reserve_exact(more)
         .and_then(|()| leave_margin(list))
         .map_err(|_| missing::<T>(list.len().saturating_add(more)))
 }
 
-/// Makes room for so many more elements if the system has it and has a margin left; a refusal
-/// only means that the list grows as it fills.
+/// Reserves capacity for `more` additional elements if the system can provide it with a margin to
+/// spare.
+///
+/// On failure the list simply grows as it is filled.
 pub(crate) fn reserve_if_there<T>(list: &mut Vec<T>, more: usize) {
     if reserve(list, more).is_err() {
         list.shrink_to_fit();
     }
 }
 
-/// Room for the small allocations of the program, such as the pieces of a text that threads parse
-/// at the same time, beside those that are asked for.
+/// Memory kept free for small allocations of the program, such as the pieces of a text that
+/// threads parse at the same time.
 pub(crate) const MARGIN: usize = 32 << 20;
 
-/// Whether the system has something left to give after a large list got its room: a list must not
-/// take the last bytes, without which not even the refusal could be told.
+/// Checks that the system can still provide memory after a large list was allocated. A list must
+/// not take the last bytes, without which not even the error could be reported.
 fn leave_margin<T>(list: &Vec<T>) -> Result<(), TryReserveError> {
     const LARGE: usize = 1 << 20;
     match list.capacity().saturating_mul(size_of::<T>()) {
@@ -57,14 +60,15 @@ pub(crate) fn push<T>(list: &mut Vec<T>, element: T) -> Result<(), IoError> {
     Ok(())
 }
 
-/// Whether the system has so many bytes to give. Nothing is written to them, so that it costs
-/// addresses only.
+/// Checks that the system can provide `bytes`.
+///
+/// Nothing is written to them, so only address space is used.
 pub(crate) fn check(bytes: u64) -> Result<(), IoError> {
     let room = usize::try_from(bytes).unwrap_or(usize::MAX);
     reserve_exact(&mut Vec::<u8>::new(), room)
 }
 
-/// The error of a refusal of room for so many elements.
+/// The error for a failed allocation of `count` elements.
 #[cold]
 pub(crate) fn missing<T>(count: usize) -> IoError {
     IoError::OutOfMemory {

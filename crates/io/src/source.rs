@@ -1,4 +1,5 @@
-//! The file that a document was read from: kept whole, written again with vertices moved.
+//! The file that a document was read from, kept in full so that it can be rewritten with moved
+//! vertices.
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -15,55 +16,62 @@ use crate::material::Materials;
 use crate::normals::Normals;
 use crate::remap::Remap;
 
-/// A file as it was read; each format has its own.
+/// A file as it was read. Each format has its own implementation.
 pub(crate) trait SourceFile: Debug + Send + Sync {
     fn format(&self) -> Format;
 
-    /// Whether the file can be written as `format` with everything that it has.
+    /// Returns `true` if the file can be written as `format` without loss.
     fn writes(&self, format: Format) -> bool {
         format == self.format()
     }
 
-    /// Bytes of the file that it keeps.
+    /// Size of the file's retained bytes.
     fn num_bytes(&self) -> usize;
 
-    /// What [`Attributes`] can hold of it, decoded, as the file has it.
+    /// Decodes the part of the file that [`Attributes`] can represent.
     ///
-    /// An error names the line or byte: what is only kept is not checked when the file is read.
+    /// Errors name the line or byte: data that is only retained is not checked when the file is
+    /// read.
     fn attributes(&self, mesh: Mesh<'_>) -> Result<Attributes, IoError>;
 
-    /// Whether [`SourceFile::attributes`] has normals, to be turned where vertices move.
+    /// Returns `true` if [`SourceFile::attributes`] contains normals, which must rotate where
+    /// vertices move.
     fn has_normals(&self) -> bool;
 
-    /// What the file has that [`Attributes`] cannot hold, in words: another format drops it.
+    /// Descriptions of the contents that [`Attributes`] cannot represent and that other formats
+    /// drop.
     fn extras(&self) -> Vec<String>;
 
-    /// Whether [`SourceFile::materials`] may have something.
+    /// Returns `true` if [`SourceFile::materials`] may be non-empty.
     fn has_materials(&self) -> bool {
         false
     }
 
-    /// The materials of the labels of these attributes, in their order, and then all others. What
-    /// is wrong with them is no error but named among the others of the materials.
+    /// Returns the materials for the labels of these attributes, in label order, followed by all
+    /// others.
+    ///
+    /// Problems with materials are not errors; they are listed among the materials' `others`.
     fn materials(&self, _attributes: &Attributes) -> Materials {
         Materials::default()
     }
 
-    /// What no longer fits once vertices move and is not brought along, in words.
+    /// Descriptions of contents that become stale when vertices move and are not updated.
     fn stale(&self) -> Vec<String> {
         Vec::new()
     }
 
-    /// The position that a file from [`SourceFile::write`] has for a vertex that was moved there.
+    /// Returns the position that [`SourceFile::write`] stores for a vertex moved to `position`.
     fn stored(&self, _vertex: usize, position: Point3<f64>) -> Point3<f64> {
         position
     }
 
-    /// The file in `format` (one that it [writes](SourceFile::writes)), with the moved vertices
-    /// and the turned normals replaced where they stand; without any, the bytes that were read.
+    /// Writes the file in `format` (one that it [writes](SourceFile::writes)), replacing moved
+    /// vertices and rotated normals in place.
+    ///
+    /// Without any changes, returns the bytes that were read.
     fn write(&self, format: Format, moves: &Moves<'_>) -> Result<Vec<u8>, IoError>;
 
-    /// Where its meshes are besides the places where the document has them.
+    /// Visits the instances of the meshes in addition to those where the document places them.
     fn instances(
         &self,
         _visit: &mut dyn FnMut(Instance<'_>) -> Result<(), IoError>,
@@ -71,41 +79,41 @@ pub(crate) trait SourceFile: Debug + Send + Sync {
         Ok(())
     }
 
-    /// The files beside it that a file from [`SourceFile::write`] refers to.
+    /// Lists the companion files that the output of [`SourceFile::write`] refers to.
     fn references(&self, _written: &[u8]) -> Result<References, IoError> {
         Ok(References::default())
     }
 
-    /// The files beside it that the file refers to as it was read.
+    /// Lists the companion files that the file refers to as it was read.
     fn own_references(&self) -> Result<References, IoError> {
         self.references(&[])
     }
 
-    /// A file from [`SourceFile::write`] with the files in it that it refers to, as far as its
-    /// format can hold them.
+    /// Embeds the companion files in the output of [`SourceFile::write`], as far as the format
+    /// allows.
     fn embedded(&self, written: Vec<u8>) -> Result<Vec<u8>, IoError> {
         Ok(written)
     }
 
-    /// The file of another mesh made of this one's vertices and faces, nothing moved; positions
-    /// and faces are those of the old mesh.
+    /// Builds the file of another mesh made of this one's vertices and faces, without moving
+    /// anything. `mesh` holds the old positions and faces.
     fn rebuild(&self, remap: &Remap, mesh: Mesh<'_>) -> Result<Arc<dyn SourceFile>, IoError>;
 }
 
-/// The mesh of a document, for its source.
+/// The mesh of a document, as passed to its source.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Mesh<'a> {
     pub(crate) positions: &'a [Point3<f64>],
     pub(crate) faces: &'a FaceList,
 }
 
-/// What is to be replaced in a file.
+/// The replacements to make in a file.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Moves<'a> {
     pub(crate) mesh: Mesh<'a>,
-    /// Whether each vertex was moved; empty if none was.
+    /// For each vertex, `true` if it moved; empty if none did.
     pub(crate) moved: &'a [bool],
-    /// The normals that turned with the surface.
+    /// The normals rotated with the surface.
     pub(crate) normals: &'a Normals,
 }
 
@@ -117,7 +125,7 @@ impl Moves<'_> {
     }
 }
 
-/// A text that is copied with some words replaced, from front to back.
+/// A copy of a text with some words replaced, built from front to back.
 pub(crate) struct TextPatch<'a> {
     bytes: &'a [u8],
     copied: usize,
@@ -127,7 +135,7 @@ pub(crate) struct TextPatch<'a> {
 
 impl<'a> TextPatch<'a> {
     pub(crate) fn new(bytes: &'a [u8]) -> Self {
-        // New numbers are often longer than old ones: room for an eighth more.
+        // New numbers are often longer than old ones, so reserve an extra eighth.
         let out = Vec::with_capacity(bytes.len() + bytes.len() / 8);
         Self {
             bytes,
@@ -137,7 +145,7 @@ impl<'a> TextPatch<'a> {
         }
     }
 
-    /// Replaces `length` bytes at `start`, which lies behind everything replaced so far.
+    /// Replaces `length` bytes at `start`, which must lie after all previous replacements.
     pub(crate) fn replace(&mut self, start: usize, length: usize, write: impl FnOnce(&mut String)) {
         self.number.clear();
         write(&mut self.number);
@@ -146,14 +154,14 @@ impl<'a> TextPatch<'a> {
         self.copied = start + length;
     }
 
-    /// Replaces `length` bytes at `start`, which lies behind everything replaced so far.
+    /// Replaces `length` bytes at `start`, which must lie after all previous replacements.
     pub(crate) fn replace_bytes(&mut self, start: usize, length: usize, new: &[u8]) {
         self.out.extend_from_slice(&self.bytes[self.copied..start]);
         self.out.extend_from_slice(new);
         self.copied = start + length;
     }
 
-    /// Inserts bytes at `start`, which does not lie before anything replaced so far.
+    /// Inserts bytes at `start`, which must not lie before any previous replacement.
     pub(crate) fn insert(&mut self, start: usize, new: &[u8]) {
         self.replace_bytes(start, 0, new);
     }

@@ -1,6 +1,6 @@
 //! Text files as bytes: lines and tokens, without UTF-8 checks and without copies.
 
-/// Where the text starts: after a UTF-8 byte order mark, if there is one.
+/// Returns the start of the text: after a UTF-8 byte order mark, if there is one.
 pub(crate) fn after_bom(bytes: &[u8]) -> usize {
     if bytes.starts_with(b"\xef\xbb\xbf") {
         3
@@ -9,10 +9,11 @@ pub(crate) fn after_bom(bytes: &[u8]) -> usize {
     }
 }
 
-/// The encoding of a text in which a character takes two or four bytes, if that is what it is.
+/// Detects text in an encoding with two or four bytes per character.
 ///
-/// With a byte order mark, or else by its zeros: in at least three of four pairs of the first bytes
-/// one is zero and the other, always in the same half, a character of ASCII.
+/// Such text has a byte order mark. Otherwise it is recognized by its zeros: in at least three
+/// quarters of the byte pairs at the start, one byte is zero and the other, always in the same
+/// half, is an ASCII character.
 pub(crate) fn wide_encoding(bytes: &[u8]) -> Option<&'static str> {
     if bytes.starts_with(b"\xff\xfe\0\0") || bytes.starts_with(b"\0\0\xfe\xff") {
         return Some("UTF-32");
@@ -34,8 +35,8 @@ pub(crate) fn wide_encoding(bytes: &[u8]) -> Option<&'static str> {
     (num_pairs >= 4 && most * 4 >= num_pairs * 3).then_some("UTF-16")
 }
 
-/// A name or comment of unknown encoding: UTF-8, or else Latin-1, in which every byte is a
-/// character.
+/// Decodes a name or comment of unknown encoding as UTF-8 or, failing that, as Latin-1, in which
+/// every byte is a character.
 pub(crate) fn decode(bytes: &[u8]) -> String {
     match std::str::from_utf8(bytes) {
         Ok(text) => text.to_owned(),
@@ -48,22 +49,22 @@ pub(crate) fn before_comment(line: &[u8]) -> &[u8] {
     line.split(|&b| b == b'#').next().unwrap_or(line)
 }
 
-/// A line without its end.
+/// A line without its line ending.
 #[derive(Clone, Copy)]
 pub(crate) struct Line<'a> {
-    /// Counted from 1.
+    /// 1-based line number.
     pub(crate) number: usize,
-    /// Where the line starts in the file.
+    /// Byte offset of the line in the file.
     pub(crate) start: usize,
     pub(crate) text: &'a [u8],
 }
 
-/// The lines of a file; `\n`, `\r\n` and a lone `\r` end a line.
+/// Iterator over the lines of a file; `\n`, `\r\n` and a lone `\r` end a line.
 #[derive(Clone)]
 pub(crate) struct Lines<'a> {
     bytes: &'a [u8],
     next: usize,
-    /// Number of the last line that was given out.
+    /// Number of the last line returned.
     pub(crate) number: usize,
 }
 
@@ -76,7 +77,7 @@ impl<'a> Lines<'a> {
         }
     }
 
-    /// Where the following line starts.
+    /// Offset of the following line.
     pub(crate) fn position(&self) -> usize {
         self.next
     }
@@ -108,17 +109,18 @@ impl<'a> Iterator for Lines<'a> {
     }
 }
 
-/// A word between blanks.
+/// A word delimited by whitespace.
 #[derive(Clone, Copy)]
 pub(crate) struct Token<'a> {
-    /// Where the token starts in the text that is split.
+    /// Offset of the token in the text that is split.
     pub(crate) start: usize,
     pub(crate) text: &'a [u8],
 }
 
-/// The tokens of a text up to a comment: whatever stands between blanks and line ends before `#`.
+/// Iterator over the tokens of a text: words delimited by whitespace and line endings, up to a
+/// `#` comment.
 ///
-/// A backslash before a line end (the line continuation of OBJ) counts as a blank.
+/// A backslash before a line ending (the line continuation of OBJ) counts as whitespace.
 pub(crate) struct Tokens<'a> {
     text: &'a [u8],
     next: usize,

@@ -1,17 +1,17 @@
-//! How the faces of any list of polygons hang together, manifold or not.
+//! Connectivity of an arbitrary polygon list, manifold or not.
 //!
-//! Corners are numbered through all faces, and each stands at a *place*: its vertex, or the first
-//! vertex that this is welded to. A corner also names the side of its face that starts there.
-//! Everything is sorted or linear, so that hostile input costs no more than a large mesh.
+//! Corners are numbered through all faces. The *place* of a corner is its vertex, or the first
+//! vertex that its vertex is welded to. A corner also identifies the side of its face that starts
+//! there. Every step is linear or a sort, so that hostile input costs no more than a large mesh.
 
 use crate::attributes::NONE;
 use crate::faces::FaceList;
 
-/// The corners of every face without those that enclose nothing; empty where fewer than three are
-/// left.
+/// Returns the corners of every face without those that enclose nothing; empty if fewer than
+/// three remain.
 ///
-/// Left out are corners at the place of the corner before them, and the tips of spikes: corners
-/// from which the outline runs straight back to where it came from.
+/// Removed are corners at the place of the preceding corner, and the tips of spikes: corners from
+/// which the outline runs straight back to where it came from.
 pub(crate) fn outlines(faces: &FaceList, at: &[u32]) -> FaceList {
     let place = |corner: u32| at[corner as usize];
     let mut outlines = FaceList::new();
@@ -27,7 +27,7 @@ pub(crate) fn outlines(faces: &FaceList, at: &[u32]) -> FaceList {
                 _ => kept.push(corner),
             }
         }
-        // The same where the outline closes.
+        // The same at the closing side of the outline.
         let mut rest = kept.as_slice();
         loop {
             match *rest {
@@ -50,26 +50,26 @@ pub(crate) fn outlines(faces: &FaceList, at: &[u32]) -> FaceList {
 /// One side of a face.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub(crate) struct Side {
-    /// The places at its ends, the lower one first.
+    /// The places at its ends, in ascending order.
     pub(crate) ends: [u32; 2],
     /// The corner that it starts from.
     pub(crate) corner: u32,
     pub(crate) face: u32,
-    /// Whether it runs from the lower end to the upper one.
+    /// `true` if it runs from the lower end to the upper one.
     pub(crate) is_forward: bool,
 }
 
-/// Faces, their sides and the edges that these make.
+/// Faces, their sides, and the edges that these form.
 #[derive(Debug)]
 pub(crate) struct Topology<'a> {
     pub(crate) outlines: FaceList,
     /// The place of every corner.
     pub(crate) at: &'a [u32],
-    /// Sorted by their ends, so that the sides of an edge are neighbours.
+    /// Sorted by their ends, so that the sides of an edge are adjacent.
     sides: Vec<Side>,
-    /// For each corner the next one of its outline; [`NONE`] if it is in none.
+    /// For each corner, the next corner of its outline; [`NONE`] if it is in no outline.
     next: Vec<u32>,
-    /// For each corner its face; [`NONE`] if it is in no outline.
+    /// For each corner, its face; [`NONE`] if it is in no outline.
     face: Vec<u32>,
 }
 
@@ -107,7 +107,7 @@ impl<'a> Topology<'a> {
         self.sides.chunk_by(|a, b| a.ends == b.ends)
     }
 
-    /// Whether a face encloses something.
+    /// Returns `true` if the face has an outline.
     pub(crate) fn is_face(&self, face: usize) -> bool {
         self.outlines.get(face).is_some_and(|o| !o.is_empty())
     }
@@ -120,12 +120,12 @@ impl<'a> Topology<'a> {
         self.next[corner as usize]
     }
 
-    /// The face of a corner; [`NONE`] for a corner that no outline has.
+    /// The face of a corner; [`NONE`] for a corner in no outline.
     pub(crate) fn face(&self, corner: u32) -> u32 {
         self.face[corner as usize]
     }
 
-    /// The sides of the edges with just two sides, each with the other; [`NONE`] for all others.
+    /// Pairs the sides of the edges with exactly two sides; [`NONE`] for all others.
     pub(crate) fn pairs(&self) -> Vec<u32> {
         let mut partners = vec![NONE; self.at.len()];
         for sides in self.edges() {
@@ -137,12 +137,12 @@ impl<'a> Topology<'a> {
         partners
     }
 
-    /// Whether the faces of two sides of an edge run through it in opposite directions.
+    /// Returns `true` if the faces of two sides of an edge traverse it in opposite directions.
     pub(crate) fn agree(&self, a: u32, b: u32) -> bool {
         self.place(a) != self.place(b)
     }
 
-    /// Joins the corners of two sides of an edge that lie at the same place.
+    /// Joins the corners of two sides of an edge that are at the same place.
     pub(crate) fn join_ends(&self, fans: &mut Sets, a: u32, b: u32) {
         let (next_a, next_b) = (self.next(a), self.next(b));
         if self.agree(a, b) {
@@ -154,7 +154,7 @@ impl<'a> Topology<'a> {
         }
     }
 
-    /// The corners that hang together by edges at their place.
+    /// The sets of corners connected through edges at their place.
     pub(crate) fn fans(&self) -> Sets {
         let mut fans = Sets::new(self.at.len());
         for sides in self.edges() {
@@ -165,7 +165,7 @@ impl<'a> Topology<'a> {
         fans
     }
 
-    /// Faces that hang together by edges.
+    /// The sets of faces connected through edges.
     pub(crate) fn components(&self) -> Sets {
         let mut components = Sets::new(self.outlines.len());
         for sides in self.edges() {
@@ -176,9 +176,9 @@ impl<'a> Topology<'a> {
         components
     }
 
-    /// Gives every face a direction that agrees with its neighbours where that is possible.
+    /// Orients every face consistently with its neighbours where that is possible.
     ///
-    /// Neighbours are faces that share an edge with just two sides.
+    /// Neighbours are faces that share an edge with exactly two sides.
     pub(crate) fn orientation(&self, partners: &[u32]) -> Orientation {
         let num_faces = self.outlines.len();
         let mut orientation = Orientation {
@@ -221,11 +221,12 @@ impl<'a> Topology<'a> {
         orientation
     }
 
-    /// The loops that the sides of edges with one face make, in the order of their first side.
+    /// Finds the loops formed by the sides of edges with one face, in the order of their first
+    /// side.
     ///
-    /// `fans` are those of [`Topology::fans`]; a loop goes on within a fan.
+    /// `fans` must be the result of [`Topology::fans`]; a loop continues within a fan.
     pub(crate) fn boundary_loops(&self, fans: &mut Sets) -> Vec<BoundaryLoop> {
-        // Every end of a boundary side, with the fan that it lies in.
+        // Every end of a boundary side, with the fan that contains it.
         let mut ends: Vec<(u32, u32)> = Vec::new();
         let mut sides: Vec<u32> = Vec::new();
         for edge in self.edges() {
@@ -241,7 +242,7 @@ impl<'a> Topology<'a> {
             let start = ends.partition_point(|&(f, _)| f < fan);
             start..ends.partition_point(|&(f, _)| f <= fan)
         };
-        // Up to where the ends of each fan were used, kept at the first of them.
+        // The number of ends used in each fan, stored at the first of them.
         let mut used = vec![0u32; ends.len()];
         let mut is_done = vec![false; self.at.len()];
         let mut loops = Vec::new();
@@ -291,26 +292,26 @@ impl<'a> Topology<'a> {
     }
 }
 
-/// Which faces have to be turned round.
+/// The faces that have to be reversed for a consistent orientation.
 #[derive(Debug)]
 pub(crate) struct Orientation {
-    /// For each face the number of the set of faces that it hangs together with; [`NONE`] for a
-    /// face without an outline.
+    /// For each face, the index of its connected component; [`NONE`] for a face without an
+    /// outline.
     pub(crate) component: Vec<u32>,
-    /// Against the first face of the component.
+    /// For each face, `true` if it is reversed relative to the first face of its component.
     pub(crate) is_turned: Vec<bool>,
-    /// For each component.
+    /// One entry per component.
     pub(crate) is_orientable: Vec<bool>,
 }
 
-/// Sides with one face each, one after the other.
+/// A sequence of connected sides with one face each.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct BoundaryLoop {
-    /// The corner that each side is entered from.
+    /// The corner through which each side is entered.
     pub(crate) corners: Vec<u32>,
-    /// The sides, by the corner that each starts from.
+    /// The sides, identified by the corner at which each starts.
     pub(crate) sides: Vec<u32>,
-    /// Whether it closes, and passes through each of its fans once.
+    /// `true` if the loop is closed and passes through each of its fans once.
     pub(crate) is_simple: bool,
 }
 
@@ -327,7 +328,7 @@ impl Sets {
         }
     }
 
-    /// The lowest number of the set of `x`.
+    /// The smallest number in the set of `x`.
     pub(crate) fn root(&mut self, mut x: u32) -> u32 {
         while self.parents[x as usize] != x {
             let grandparent = self.parents[self.parents[x as usize] as usize];
@@ -371,21 +372,21 @@ mod tests {
         ] {
             assert!(reduced(nothing).is_empty(), "{nothing:?}");
         }
-        // A hole that is bridged to the outline encloses something.
+        // A hole that is bridged to the outline is not a spike.
         let bridged = [0, 1, 2, 3, 0, 4, 5, 6, 4];
         assert_eq!(reduced(&bridged), bridged);
     }
 
     #[test]
     fn loops_go_on_within_a_fan() {
-        // Two triangles that share one vertex: two loops.
+        // Two triangles that share one vertex have two loops.
         let faces: FaceList = [[0u32, 1, 2], [0, 3, 4]].iter().collect();
         let at = faces.corners().to_vec();
         let topology = Topology::new(&faces, &at);
         let loops = topology.boundary_loops(&mut topology.fans());
         assert_eq!(loops.len(), 2);
         assert!(loops.iter().all(|l| l.is_simple && l.sides.len() == 3));
-        // Against each other across their edge: still one loop.
+        // Opposite orientations across the shared edge still give one loop.
         let faces: FaceList = [[0u32, 1, 2], [0, 1, 3]].iter().collect();
         let at = faces.corners().to_vec();
         let topology = Topology::new(&faces, &at);

@@ -1,29 +1,33 @@
-//! Polygons cut into triangles inside their outline, also where it is concave.
+//! Triangulation of polygons inside their outline, even where it is concave.
 //!
-//! The polygon is seen along its Newell normal n = ½ Σ p_i × p_{i+1}. If every corner turns left
-//! it is cut into a fan from its first corner; otherwise ears are clipped: corners that turn left
-//! and whose triangle holds no other corner that does not (Meisters 1975, "Polygons have ears").
-//! Where no ear is left, in polygons that cross themselves or lie on a line, the rest becomes a
-//! fan, so every polygon of degree d gives d − 2 triangles that cover its corners in order.
+//! The polygon is projected along its Newell normal n = ½ Σ p_i × p_{i+1}. If every corner turns
+//! left, it is cut into a fan from its first corner. Otherwise ears are clipped: corners that
+//! turn left and whose triangle contains no other corner that does not (Meisters 1975, "Polygons
+//! have ears"). If no ear is left, in polygons that cross themselves or lie on a line, the rest
+//! becomes a fan. Every polygon of degree d thus yields d − 2 triangles that cover its corners in
+//! order.
 //!
-//! Each polygon is seen alone here; see [`Recuts`](crate::recut::Recuts) for its neighbours.
+//! Each polygon is triangulated independently here; see [`Recuts`](crate::recut::Recuts) for
+//! conflicts with its neighbours.
 
 use nalgebra::{Point2, Point3, Vector3};
 
-/// Cuts the polygons of one document.
+/// Triangulates the polygons of one document.
 pub(crate) struct Triangulator<'a> {
     positions: &'a [Point3<f64>],
-    /// How many more corners may be compared with an ear, in all polygons together.
+    /// The remaining number of corners that may be compared with an ear, over all polygons.
     budget: usize,
-    /// The corners of the polygon at hand, in its plane.
+    /// The corners of the current polygon, projected to its plane.
     flat: Vec<Point2<f64>>,
     /// The corners that are left.
     rest: Vec<usize>,
 }
 
-/// The search is quadratic for ordinary polygons and cubic for the worst. These bounds admit
-/// concave polygons of 20,000 corners and keep a hostile file within seconds; past them, the rest
-/// of the polygons become fans.
+/// Limits on the search for ears, in comparisons of corners.
+///
+/// The search is quadratic for ordinary polygons and cubic in the worst case. These bounds admit
+/// concave polygons of 20,000 corners and limit the time for a hostile file to seconds. Once they
+/// are exceeded, the rest of the polygons become fans.
 const BUDGET_PER_CORNER: usize = 256;
 const BUDGET: usize = 1 << 28;
 
@@ -40,8 +44,7 @@ impl<'a> Triangulator<'a> {
         }
     }
 
-    /// Cuts one polygon, given by numbers of positions, into triangles of its corners, counted
-    /// from 0.
+    /// Cuts one polygon, given by indices of positions, into triangles of its 0-based corners.
     pub(crate) fn cut_corners(&mut self, polygon: &[u32], mut triangle: impl FnMut([usize; 3])) {
         if polygon.len() == 3 {
             return triangle([0, 1, 2]);
@@ -65,8 +68,9 @@ impl<'a> Triangulator<'a> {
         }
     }
 
-    /// As [`Triangulator::cut_corners`], with those diagonals alone that are allowed; returns the
-    /// corners of the part for which no ear was found, which are at least three.
+    /// Like [`Triangulator::cut_corners`], but uses only allowed diagonals.
+    ///
+    /// Returns the corners of the part in which no ear was found, which are at least three.
     pub(crate) fn clip_allowed(
         &mut self,
         polygon: &[u32],
@@ -80,14 +84,14 @@ impl<'a> Triangulator<'a> {
         &self.rest
     }
 
-    /// Twice the signed area, in the plane of the polygon, of a triangle of the corners of the
-    /// polygon that was cut or flattened last.
+    /// Twice the signed area of a triangle of corners of the polygon that was cut or flattened
+    /// last, in the plane of that polygon.
     pub(crate) fn area(&self, corners: [usize; 3]) -> f64 {
         let [a, b, c] = corners.map(|i| self.flat[i]);
         turn(a, b, c)
     }
 
-    /// Projects the polygon to the plane of its Newell normal.
+    /// Projects the polygon onto the plane of its Newell normal.
     pub(crate) fn flatten(&mut self, polygon: &[u32]) {
         let p = |i: usize| self.positions[polygon[i % polygon.len()] as usize];
         let origin = p(0);
@@ -113,7 +117,7 @@ impl<'a> Triangulator<'a> {
         self.flat.extend(flat);
     }
 
-    /// Clips ears until three corners, no ear, or no budget is left.
+    /// Clips ears until three corners, no ears, or no budget are left.
     fn clip_ears(
         &mut self,
         mut clip: impl FnMut([usize; 3]),
@@ -128,7 +132,7 @@ impl<'a> Triangulator<'a> {
                 clip(ear);
                 self.rest.remove(at % m);
                 failures = 0;
-                // Skipping one corner keeps the triangles from crowding round one of them.
+                // Skipping one corner keeps the triangles from clustering around a single corner.
                 at = if at >= self.rest.len() { 0 } else { at + 1 };
             } else {
                 failures += 1;
@@ -180,7 +184,7 @@ mod tests {
     fn an_l_is_covered_once() {
         let l = [(0, 0), (2, 0), (2, 2), (1, 2), (1, 1), (0, 1)];
         let points = l.map(|(x, y)| Point3::new(f64::from(x), f64::from(y), 7.0));
-        // From every corner, since a fan from some corners would do by luck.
+        // Test every starting corner, since a fan from some corners would succeed by luck.
         for first in 0..6 {
             let mut points = points;
             points.rotate_left(first);
@@ -231,8 +235,8 @@ mod tests {
     }
 
     proptest! {
-        // A star-shaped polygon is simple, so its triangles cover it once: all face its way and
-        // their areas add up to its own.
+        // A star-shaped polygon is simple, so its triangles cover it exactly once: all have its
+        // orientation, and their areas add up to its own.
         #[test]
         fn triangles_of_a_star_shaped_polygon_cover_it_once(
             radii in prop::collection::vec(0.2f64..2.0, 4..40),

@@ -1,7 +1,8 @@
-//! Files that are being written: temporary, and known to whoever has to remove them.
+//! Files being written: temporary, and registered for removal on a signal.
 //!
-//! A file is written under a temporary name and then renamed. An error or a panic removes it; a
-//! signal ends the process without either, and a handler calls [`remove_unfinished`] first.
+//! A file is written under a temporary name and then renamed. On an error or a panic it is
+//! removed automatically. A signal ends the process without unwinding, so its handler must call
+//! [`remove_unfinished`] first.
 
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
@@ -12,28 +13,28 @@ use std::time::Duration;
 
 use tempfile::{NamedTempFile, PersistError};
 
-/// A file under a temporary name. Dropped before it is finished, it is removed.
+/// A file under a temporary name, removed if it is dropped before it is finished.
 #[derive(Debug)]
 pub struct Unfinished {
-    // Removed before it is taken from the list: fields are dropped in this order.
+    // Fields are dropped in this order: the file is removed before its list entry.
     file: NamedTempFile,
     listed: Listed,
 }
 
-/// The rights of a new file.
+/// The permissions of a new file.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Access {
-    /// For its owner alone.
+    /// Accessible to its owner only.
     Private,
-    /// As any new file: what the process's mask leaves of reading and writing for all.
+    /// The default: read and write for all, as restricted by the process umask.
     Usual,
 }
 
 impl Unfinished {
-    /// A new file in `folder`, whose name begins with `prefix` and ends with `suffix`.
+    /// Creates a file in `folder` whose name begins with `prefix` and ends with `suffix`.
     ///
     /// # Errors
-    /// What the system says.
+    /// The error of the operating system.
     pub fn create(
         folder: &Path,
         prefix: &OsStr,
@@ -53,7 +54,7 @@ impl Unfinished {
         }
         #[cfg(not(unix))]
         let _ = access;
-        // Held until the name is listed, so that no signal comes between.
+        // Held until the name is listed, so that no signal handler runs in between.
         let mut list = lock();
         let file = builder.tempfile_in(folder)?;
         list.insert(file.path().to_owned());
@@ -71,23 +72,23 @@ impl Unfinished {
         self.file.as_file_mut()
     }
 
-    /// Where it is, for now.
+    /// The current path.
     pub fn path(&self) -> &Path {
         self.file.path()
     }
 
-    /// Stores what was written, and gives the file its name in the place of an older file.
+    /// Flushes the data to disk and renames the file to `target`, replacing an existing file.
     ///
     /// # Errors
-    /// What the system says; the older file is whole then.
+    /// The error of the operating system; the old file is intact in that case.
     pub fn finish(self, target: &Path) -> std::io::Result<()> {
         self.renamed(|file| file.persist(target))
     }
 
-    /// As [`Self::finish`], where no file may be replaced.
+    /// Like [`Self::finish`], but never replaces an existing file.
     ///
     /// # Errors
-    /// What the system says, as that there is a file of that name.
+    /// The error of the operating system, for example that the file exists.
     pub fn finish_new(self, target: &Path) -> std::io::Result<()> {
         self.renamed(|file| file.persist_noclobber(target))
     }
@@ -98,20 +99,20 @@ impl Unfinished {
     ) -> std::io::Result<()> {
         let Self { file, listed } = self;
         file.as_file().sync_all()?;
-        // No signal comes between the removal of what is unfinished and the end of the process.
+        // Held so that no signal handler runs between the rename and the removal from the list.
         let list = lock();
         let renamed = rename(file);
         drop(list);
         drop(listed);
-        // If there is an error it holds the file, which is removed here.
+        // On failure the error holds the file, which is removed here.
         renamed.map(drop).map_err(|error| error.error)
     }
 }
 
-/// Removes all files that are being written; for a process that is about to end.
+/// Removes all files that are being written. For a process that is about to exit.
 ///
-/// From here on no file is begun or finished: threads that try to wait for ever. Waits a second at
-/// most for a file that is just being created or renamed.
+/// Afterwards no file can be created or finished: threads that try block forever. Waits at most
+/// one second for a file that is just being created or renamed.
 pub fn remove_unfinished() {
     for _ in 0..ATTEMPTS {
         let list = match UNFINISHED.try_lock() {
@@ -136,11 +137,11 @@ const ATTEMPTS: usize = 100;
 static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
 fn lock() -> MutexGuard<'static, BTreeSet<PathBuf>> {
-    // Of paths alone: there is nothing that a panic could have left half done.
+    // The list holds only paths, so a panic cannot leave it inconsistent.
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// An entry of the list.
+/// An entry in the list of unfinished files.
 #[derive(Debug)]
 struct Listed(PathBuf);
 

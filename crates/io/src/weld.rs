@@ -1,4 +1,4 @@
-//! Vertices that stand for one point of the surface.
+//! Welding: vertices that represent one point of the surface.
 
 use std::collections::HashMap;
 
@@ -7,42 +7,43 @@ use nalgebra::Point3;
 
 use crate::attributes::NONE;
 
-/// Which vertices of a document count as one vertex of its surface.
+/// The vertices of a document that count as one vertex of its surface.
 ///
-/// Texture seams split vertices in glTF, and an STL is a soup of triangles: without welding what
-/// is one closed surface would be many open ones. Only the surface is welded, never the file.
+/// Texture seams split vertices in glTF, and an STL is a triangle soup. Without welding, one
+/// closed surface would become many open ones. Only the surface is welded, never the file.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub enum Weld {
-    /// As the format means it: vertices at exactly the same place within one mesh of a glTF and in
-    /// an STL, none in the other formats.
+    /// As the format implies: vertices at exactly the same position within one mesh of a glTF or
+    /// in an STL, none in other formats.
     #[default]
     AsFormat,
-    /// Every vertex of the document by itself.
+    /// Every document vertex is separate.
     Off,
-    /// Vertices at exactly the same place.
+    /// Vertices at exactly the same position are welded.
     Exact,
-    /// Vertices within this distance of each other, in the file's units; finite and not negative.
+    /// Vertices within this distance of each other, in file units, are welded. The distance must
+    /// be finite and not negative.
     Within(f64),
 }
 
-/// For each vertex the first vertex at the same place and of the same part.
+/// For each vertex, the first vertex at the same position in the same part.
 pub(crate) fn exact(positions: &[Point3<f64>], part: impl Fn(usize) -> u32) -> Vec<u32> {
     let mut first = HashMap::with_capacity_and_hasher(positions.len() / 2, RandomState::default());
     positions
         .iter()
         .enumerate()
         .map(|(v, p)| {
-            // A negative zero is the same place as a positive one.
+            // Negative and positive zero are the same position.
             let place: [u64; 3] = p.coords.map(|x| (x + 0.0).to_bits()).into();
             *first.entry((part(v), place)).or_insert(v as u32)
         })
         .collect()
 }
 
-/// For each vertex the first vertex within `tolerance` that stands for a place of its own.
+/// For each vertex, the first representative vertex within `tolerance`.
 ///
-/// Taken in order, so that the outcome is the same on every machine, and two vertices that stand
-/// for places of their own are further apart than the tolerance.
+/// Vertices are processed in order, so that the result is the same on every machine. Two
+/// representatives are always further apart than the tolerance.
 pub(crate) fn within(
     positions: &[Point3<f64>],
     part: impl Fn(usize) -> u32,
@@ -55,11 +56,11 @@ pub(crate) fn within(
         .iter()
         .map(|p| (p - low).amax())
         .fold(0.0, f64::max);
-    // Cells that a cell number cannot tell apart would gather all vertices in one.
+    // If cell indices exceeded the precision of `f64`, all vertices could end up in one cell.
     if !(tolerance > extent * f64::EPSILON) {
         return exact(positions, part);
     }
-    // Each cell lists its places by a chain through the vertices.
+    // Each cell lists its representatives in a linked list through the vertices.
     let mut cells: HashMap<(u32, [i64; 3]), u32, RandomState> = HashMap::default();
     let mut chain = vec![NONE; positions.len()];
     let mut places = Vec::with_capacity(positions.len());

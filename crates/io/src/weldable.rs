@@ -1,5 +1,5 @@
-//! Faces that would hang together if vertices at the same place were one: a soup of triangles, or
-//! sheets that were written one by one.
+//! Detection of faces that would be connected if vertices at the same position were welded: a
+//! triangle soup, or patches that were written separately.
 
 use std::fmt;
 
@@ -8,24 +8,24 @@ use crate::error::IoError;
 use crate::topology::Topology;
 use crate::weld::Weld;
 
-/// What welding would join; its text says so in numbers.
+/// The edges that welding would join. Its `Display` text gives the numbers.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub struct Weldable {
-    /// Vertices that faces use.
+    /// Number of vertices used by faces.
     pub num_vertices: usize,
-    /// Their distinct places.
+    /// Number of distinct places of these vertices.
     pub num_places: usize,
-    /// Edges with one face that would get a second one.
+    /// Number of edges with one face that would get a second one.
     pub num_joined: usize,
 }
 
 impl Document {
-    /// What [`Weld::Exact`] would join that `weld` does not; `None` if no edge with one face would
-    /// meet another.
+    /// Reports what [`Weld::Exact`] would join that `weld` does not; `None` if no edge with one
+    /// face would meet another.
     ///
     /// # Errors
-    /// [`IoError::WeldTolerance`] for a tolerance that is not a distance.
+    /// [`IoError::WeldTolerance`] for a tolerance that is not a valid distance.
     ///
     /// ```
     /// use cotan_io::{Limits, Weld, read};
@@ -112,8 +112,8 @@ mod tests {
             (found.num_vertices, found.num_places, found.num_joined),
             (12, 4, 12)
         );
-        // Two closed solids at the same place, and triangles that touch at a corner: no open edge
-        // meets another.
+        // No open edge meets another between two closed solids at the same place, or between
+        // triangles that touch at a corner.
         let twice = [corners, corners].concat();
         let both = [solid, solid.map(|face| face.map(|v| v + 4))].concat();
         assert_eq!(weldable(&twice, &both), None);

@@ -1,4 +1,4 @@
-//! New files: a document in a format that it was not read from.
+//! New files: a document written in a format that it was not read from.
 
 use std::borrow::Cow;
 use std::collections::HashSet;
@@ -16,21 +16,23 @@ use crate::material::Materials;
 use crate::recut::{Polygons, Recuts};
 use crate::{gltf, obj, off, ply, stl, weld};
 
-/// What a new file is made from.
+/// The contents of a new file.
 ///
-/// Vertices are welded: where the old format splits a vertex at a seam, the properties that differ
-/// there have become properties of corners.
+/// Vertices are welded. Where the old format splits a vertex at a seam, the properties that
+/// differ there have become corner properties.
 pub(crate) struct Contents<'a> {
     pub(crate) positions: Cow<'a, [Point3<f64>]>,
     pub(crate) faces: Cow<'a, FaceList>,
     pub(crate) attributes: Cow<'a, Attributes>,
-    /// Those that the new file describes itself.
+    /// The materials that the new file itself describes.
     pub(crate) materials: Materials,
 }
 
 impl Contents<'_> {
-    /// How the polygons are cut for a format of triangles in which vertices at the same place are
-    /// one: the same cut as that of the surface, save where only this makes faces meet.
+    /// Determines how polygons are cut for a triangle format in which vertices at the same
+    /// position are one.
+    ///
+    /// The cut matches that of the surface, except where exact welding alone makes faces meet.
     pub(crate) fn recuts(&self) -> Recuts {
         if self.faces.iter().all(|polygon| polygon.len() <= 3) {
             return Recuts::default();
@@ -44,7 +46,7 @@ impl Contents<'_> {
     }
 }
 
-/// The document as a new file, with the files that it refers to.
+/// Writes the document as a new file, together with its companion files.
 pub(crate) fn write(
     document: &Document,
     format: Format,
@@ -69,7 +71,7 @@ pub(crate) fn write(
     Ok(Written::from(bytes?))
 }
 
-/// What a new file of this format cannot hold, in words.
+/// Lists what a new file of this format cannot represent.
 pub(crate) fn losses(document: &Document, format: Format) -> Result<Vec<String>, IoError> {
     let contents = contents(document, format)?;
     Ok(match format {
@@ -104,7 +106,7 @@ fn contents(document: &Document, format: Format) -> Result<Contents<'_>, IoError
             materials,
         });
     }
-    // A vertex that stands for its place keeps its turn among them.
+    // The representatives of the places keep their relative order.
     let kept: Vec<usize> = (0..positions.len())
         .filter(|&v| places[v] as usize == v)
         .collect();
@@ -147,7 +149,7 @@ fn contents(document: &Document, format: Format) -> Result<Contents<'_>, IoError
     })
 }
 
-/// Whether vertices at one place differ in a property.
+/// Returns `true` if vertices at one place differ in a property.
 fn differs(property: &Property, places: &[u32]) -> bool {
     let k = property.components;
     let value = |v: usize, i: usize| property.values.get(k * v + i).map(f64::to_bits);
@@ -156,7 +158,7 @@ fn differs(property: &Property, places: &[u32]) -> bool {
     })
 }
 
-/// The names of properties, for a warning; each once.
+/// Lists the names of properties for a warning, each once.
 pub(crate) fn named<'a>(kind: &str, names: impl Iterator<Item = &'a str>) -> Option<String> {
     let mut seen = HashSet::new();
     let names: Vec<&str> = names.filter(|name| seen.insert(*name)).collect();
@@ -167,7 +169,7 @@ pub(crate) fn named<'a>(kind: &str, names: impl Iterator<Item = &'a str>) -> Opt
     }
 }
 
-/// The labels that faces bear, for a warning.
+/// Lists the kinds of face labels for a warning.
 pub(crate) fn labels_named(attributes: &Attributes) -> impl Iterator<Item = String> {
     attributes.labels.iter().map(|labels| {
         let words = match labels.kind {

@@ -1,4 +1,4 @@
-//! The files that a glTF refers to, when it is saved: beside the new file or in it, and never over
+//! Saving of the files that a glTF refers to: next to the new file or inside it, and never over
 //! another file.
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
@@ -12,7 +12,7 @@ use cotan_io::{
 use nalgebra::Point3;
 use serde_json::{Value, json};
 
-/// Two folders: `a` has a glTF with its files.
+/// Two folders: `a` contains a glTF with its files.
 struct Folders(tempfile::TempDir);
 
 const PNG: &[u8] = b"\x89PNG\r\n\x1a\nno pixels";
@@ -93,7 +93,7 @@ fn tetrahedron() -> Value {
     })
 }
 
-/// Its images replaced.
+/// The tetrahedron with its images replaced.
 fn with_images(images: &Value) -> Value {
     let mut root = tetrahedron();
     root["images"] = images.clone();
@@ -128,7 +128,7 @@ fn a_file_saved_elsewhere_has_its_files_with_it() {
         assert_eq!(a, b, "{file}");
     }
     same_mesh(&folders.load("b/m.gltf"), &document);
-    // Again: the same bytes are there, and nothing is to be copied.
+    // The second time the same bytes exist already, and nothing is copied.
     let saved = save(&document, folders.path("b/m.gltf")).unwrap();
     assert!(saved.copied.is_empty(), "{saved:?}");
 }
@@ -142,7 +142,7 @@ fn an_edited_or_repaired_file_has_its_files_with_it() {
         .unwrap();
     save(&document, folders.path("b/edited.gltf")).unwrap();
     same_mesh(&folders.load("b/edited.gltf"), &document);
-    // What changed is in the file; the rest is beside it.
+    // The changed data is in the file; the rest is next to it.
     assert_eq!(
         folders.files("b"),
         ["edited.gltf", "faces.bin", "textures/", "textures/a b.png"]
@@ -157,7 +157,7 @@ fn another_file_is_never_replaced_and_nothing_is_written() {
     let folders = Folders::new();
     let document = folders.load("a/m.gltf");
     for other in ["points.bin", "faces.bin", "textures"] {
-        // As long as the right one, or a file instead of a folder.
+        // A file with the same length as the right one, or a file instead of a folder.
         folders.write(&format!("b/{other}"), &[0; 24]);
         folders.write("b/m.gltf", b"old");
         let error = save(&document, folders.path("b/m.gltf")).unwrap_err();
@@ -214,7 +214,7 @@ fn references_out_of_the_folder_are_left_and_named() {
         assert_eq!(json["images"], images);
     }
     assert_eq!(folders.files("b"), ["faces.bin", "m.gltf", "points.bin"]);
-    // In the folder of the file they lead where they led before.
+    // In the folder of the original they resolve as before.
     let saved = save(&document, folders.path("a/n.gltf")).unwrap();
     assert_eq!(saved, cotan_io::Saved::default());
 }
@@ -232,7 +232,7 @@ fn without_a_resolver_a_file_is_not_torn_from_its_images() {
         "{text}"
     );
     assert!(folders.files("b").is_empty());
-    // In the same folder they stay beside it.
+    // In the same folder they stay external.
     save(&document, folders.path("a/two.glb")).unwrap();
     assert_eq!(folders.read("a/one.glb"), folders.read("a/two.glb"));
 }
@@ -246,7 +246,7 @@ fn embedded_files_are_in_the_file() {
         assert_eq!(saved, cotan_io::Saved::default(), "{name}");
         let own = load(folders.path(name)).unwrap();
         same_mesh(&own, &document);
-        // Nothing outside is needed any more, wherever it goes.
+        // Nothing external is needed any more, wherever the file is moved.
         let written = own.write_with(Format::Gltf, &cotan_io::WriteOptions::default());
         assert!(written.unwrap().companions.is_empty());
     }
@@ -279,7 +279,7 @@ fn embedded_files_are_in_the_file() {
 fn images_get_a_chunk_where_a_glb_has_none() {
     let folders = Folders::new();
     let mut root = tetrahedron();
-    // No bytes: four vertices at the origin, which is odd and allowed.
+    // Without bytes: four vertices at the origin, which is odd but valid.
     root["accessors"] = json!([
         {"componentType": 5126, "count": 4, "type": "VEC3"},
         {"componentType": 5123, "count": 12, "type": "SCALAR"},
@@ -327,17 +327,17 @@ fn links_do_not_lead_a_copy_out_of_the_folder() {
         "{error}"
     );
     fs::remove_file(folders.path("b/textures")).unwrap();
-    // A link that leads nowhere is not followed either.
+    // A dangling link is not followed either.
     symlink("../outside/new.bin", folders.path("b/points.bin")).unwrap();
     let error = save(&document, folders.path("b/m.gltf")).unwrap_err();
     assert!(error.to_string().contains("points.bin"), "{error}");
     assert!(folders.files("outside").is_empty());
-    // One that leads to the same bytes may stay.
+    // A link to the same bytes may stay.
     fs::remove_file(folders.path("b/points.bin")).unwrap();
     symlink("../a/points.bin", folders.path("b/points.bin")).unwrap();
     let saved = save(&document, folders.path("b/m.gltf")).unwrap();
     assert_eq!(saved.copied.len(), 2, "{saved:?}");
-    // The file itself may be a link: its files lie where the file lies.
+    // The file itself may be a link: its companions are placed next to the link's target.
     symlink("../outside/real.gltf", folders.path("b/link.gltf")).unwrap();
     folders.write("outside/real.gltf", b"old");
     save(&document, folders.path("b/link.gltf")).unwrap();

@@ -1,5 +1,6 @@
-//! A vertex that does not move keeps its digits, in every format and number type: the bytes of the
-//! file are the same when nothing moves, and those of the other vertices when one does.
+//! A vertex that does not move keeps its digits, in every format and number type. The bytes of
+//! the file are the same if nothing moves, and those of the other vertices are the same if one
+//! does.
 
 use std::io::Write as _;
 
@@ -10,14 +11,14 @@ use flate2::{Compression, write::GzEncoder};
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 
-/// A file, and what a moved vertex may change in it.
+/// A file, and the changes that a moved vertex may cause in it.
 struct Case {
     name: &'static str,
     bytes: Vec<u8>,
     format: Format,
 }
 
-/// Coordinates as people and programs write them: more digits than a number has, zeros behind,
+/// Coordinates as people and programs write them: more digits than a number has, trailing zeros,
 /// signs, exponents.
 fn odd_number(x: f64, style: u32) -> String {
     match style % 6 {
@@ -113,7 +114,7 @@ fn ply_binary(shape: &Mesh<f64>, number: &str, order: &str) -> Vec<u8> {
     bytes
 }
 
-/// Facets with normals that are zero, as many programs write them.
+/// Facets with zero normals, as many programs write them.
 fn stl_text(shape: &Mesh<f64>) -> Vec<u8> {
     let mut text = String::from("solid odd digits\n");
     for f in shape.connectivity().faces() {
@@ -141,10 +142,11 @@ fn written(shape: &Mesh<f64>, format: Format) -> Vec<u8> {
     document.write(format).expect("a file")
 }
 
-/// With a node that turns, scales and moves its mesh.
+/// A glTF with a node that rotates, scales and translates its mesh.
 fn gltf(shape: &Mesh<f64>, node: &str) -> Vec<u8> {
     let text = String::from_utf8(written(shape, Format::Gltf)).expect("text");
-    // A file of a mesh that is small for its place has a node already.
+    // The file of a mesh that is small relative to its distance from the origin already has a
+    // node.
     let (before, rest) = text.split_once(r#""nodes":[{"mesh":0"#).expect("a node");
     let (_, after) = rest.split_once("}]").expect("an end");
     let placed = format!(r#"{before}"nodes":[{{"mesh":0,{node}}}]{after}"#);
@@ -205,7 +207,7 @@ fn unpacked(bytes: &[u8]) -> Vec<u8> {
     document.write(format).expect("a file")
 }
 
-/// What a job in this number type gives back where it moves nothing but `moved`.
+/// Simulates a job in this number type that moves nothing but `moved`.
 fn set<T: Scalar>(document: &mut Document, moved: Option<(usize, Vector3<f64>)>) {
     let processing = document.surface().expect("a surface");
     let mut positions: Positions<T> = processing.positions().map(|p| p.map(T::of_f64));
@@ -278,7 +280,8 @@ proptest! {
                     prop_assert_eq!(p, q, "{}", case.name);
                 }
             }
-            // Where a vertex has its line no other line changes; an STL has one for each facet.
+            // In formats with one line per vertex no other line changes; an STL has one line per
+            // facet.
             let corners = document.faces().corners().iter();
             let num_facets = corners.filter(|&&v| before[v as usize] == at).count();
             let num_places = if case.format == Format::Stl { num_facets } else { num_moved };
@@ -291,7 +294,8 @@ proptest! {
                 }
             } else if !matches!(case.format, Format::Glb) {
                 let changed = as_read.iter().zip(&bytes).filter(|(was, is)| was != is).count();
-                // Three numbers of at most eight bytes; in an STL of four, with the normal's three.
+                // Three numbers of at most eight bytes; in an STL of four bytes, plus the three
+                // of the normal.
                 prop_assert!(changed <= 24 * num_places, "{}: {changed} bytes", case.name);
             }
         }
@@ -308,7 +312,7 @@ fn an_edit_of_a_file_of_32_bits_far_from_the_origin_is_warned_of() {
         for (bytes, format) in [
             (ply_binary(&shape, "float", "little"), Format::Ply),
             (ply_text(&shape, "float"), Format::Ply),
-            // Its node has the distance, so that its numbers are small.
+            // Its node holds the offset, so that its numbers are small.
             (written(&shape, Format::Gltf), Format::Gltf),
         ] {
             let mut document = read(bytes, None, &Limits::default()).unwrap();
@@ -319,10 +323,10 @@ fn an_edit_of_a_file_of_32_bits_far_from_the_origin_is_warned_of() {
             let is_warned = losses.contains("single precision, too little so far from its origin");
             let is_severe = is_severe && format != Format::Gltf;
             assert_eq!(is_warned, is_severe, "{format} at {distance}: {losses}");
-            // What is told is what happens.
+            // The reported losses are the actual ones.
             let again = document.write(format).unwrap();
             let again = read(again, None, &Limits::default()).unwrap();
-            // As a program that reads numbers of 32 bits has it.
+            // As seen by a program that reads 32-bit numbers.
             let moved = (again.positions()[5].map(|x| f64::from(x as f32)) - p).amax();
             if let Some((_, told)) = losses.split_once("vertices move by ") {
                 let told: f64 = told.split(' ').next().unwrap().parse().unwrap();

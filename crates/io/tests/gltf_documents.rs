@@ -1,7 +1,8 @@
-//! Documents with shared accessors, files of their own, instances, transforms and materials:
-//! edited, repaired and converted, they lose nothing that `losses` does not name.
+//! Documents with shared accessors, external files, instances, transforms and materials are
+//! edited, repaired and converted without losing anything that `losses` does not list.
 //!
-//! What a document shows is computed here from how it was made, without the reader.
+//! The expected contents of a document are computed here from its construction, without the
+//! reader.
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 #![allow(clippy::type_complexity, reason = "tuples of strategies")]
@@ -18,7 +19,7 @@ use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 use serde_json::{Value, json};
 
-/// How a document is made.
+/// The construction of a document.
 #[derive(Clone, Debug)]
 struct Made {
     /// The size of the tetrahedron of each POSITION accessor.
@@ -26,7 +27,7 @@ struct Made {
     /// The primitives of each mesh.
     meshes: Vec<Vec<Primitive>>,
     nodes: Vec<Node>,
-    /// Whether each of the two buffers is a file of its own.
+    /// For each of the two buffers, `true` if it is an external file.
     is_external: [bool; 2],
     extras: u32,
 }
@@ -34,7 +35,7 @@ struct Made {
 #[derive(Clone, Copy, Debug)]
 struct Primitive {
     positions: usize,
-    /// Which of the index accessors: the last has a face without area.
+    /// The index accessor; the last one has a face without area.
     indices: usize,
     material: Option<usize>,
 }
@@ -46,7 +47,7 @@ struct Node {
     /// In quarters, so that all sums are exact.
     translation: [i8; 3],
     scale: f64,
-    /// Whether its mesh is shown at each corner of the first tetrahedron.
+    /// `true` if its mesh is shown at each corner of the first tetrahedron.
     is_instanced: bool,
 }
 
@@ -65,7 +66,7 @@ const PNG: &[u8] = b"\x89PNG\r\n\x1a\nno pixels";
 impl Made {
     fn corner(&self, accessor: usize, v: u16) -> [f32; 3] {
         let [x, y, z] = CORNERS[usize::from(v)].map(|x| x * f32::from(self.sizes[accessor]));
-        // No two touch.
+        // No two tetrahedra touch.
         [x + 8.0 * accessor as f32, y, z]
     }
 
@@ -74,7 +75,7 @@ impl Made {
         FACES.into_iter().chain(flat).collect()
     }
 
-    /// The texture coordinate of a vertex; it is different in each accessor.
+    /// The texture coordinate of a vertex; it differs between accessors.
     fn uv(accessor: usize, v: u16) -> [f32; 2] {
         [f32::from(v) / 4.0, accessor as f32 / 4.0]
     }
@@ -178,7 +179,7 @@ impl Made {
         fs::write(folder.join("m.gltf"), json.to_string()).unwrap();
     }
 
-    /// From the coordinates of a node to those of the scene: a factor and an offset.
+    /// The transform from node coordinates to scene coordinates: a factor and an offset.
     fn global(&self, node: usize) -> (f64, Vector3<f64>) {
         let own = self.nodes[node];
         let offset = Vector3::from(own.translation.map(|x| f64::from(x) / 4.0));
@@ -188,7 +189,7 @@ impl Made {
         }
     }
 
-    /// Where a mesh is shown; where it stands if no node shows it. A place counts once.
+    /// The places at which a mesh is shown, each once; its own coordinates if no node shows it.
     fn places(&self, mesh: usize) -> Vec<(f64, Vector3<f64>)> {
         let mut places = Vec::new();
         let mut seen = BTreeSet::new();
@@ -266,7 +267,7 @@ enum Flat {
     Dropped,
 }
 
-/// A face: its corners in any order, and what it bears, as far as it is compared.
+/// A face: its corners in any order, and the attributes that are compared.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Debug)]
 struct Shown {
     corners: Vec<([i64; 3], Option<[i64; 2]>)>,
@@ -281,7 +282,7 @@ impl Shown {
         material: Option<String>,
         object: Option<String>,
     ) -> Self {
-        // All coordinates are multiples of a small power of two: nothing is rounded here.
+        // All coordinates are multiples of a small power of two, so this does not round.
         let whole = |x: f64| {
             let scaled = x * 4096.0;
             assert_eq!(scaled.fract(), 0.0, "{x}");
@@ -301,7 +302,7 @@ impl Shown {
     }
 }
 
-/// Which attributes of a file are compared.
+/// The attributes of a file that are compared.
 #[derive(Clone, Copy, Debug)]
 struct Compared {
     uvs: bool,
@@ -341,7 +342,7 @@ fn shown_by(document: &Document, compared: Compared) -> BTreeMap<Shown, usize> {
     shown
 }
 
-/// What is compared of what is shown.
+/// Reduces the faces to the attributes that are compared.
 fn only(shown: BTreeMap<Shown, usize>, compared: Compared) -> BTreeMap<Shown, usize> {
     let mut out = BTreeMap::new();
     for (mut face, count) in shown {
@@ -387,7 +388,7 @@ fn made() -> impl Strategy<Value = Made> {
             (Option<usize>, prop::sample::Index, [i8; 3], f64, bool),
         )| Node {
             mesh: mesh.map(|mesh| mesh % num_meshes),
-            // One of the nodes before, or none.
+            // One of the previous nodes, or none.
             parent: parent.index(n + 1).checked_sub(1),
             translation,
             scale,
@@ -409,7 +410,7 @@ fn open(path: &Path) -> Document {
     load_with(path, &Limits::default(), &Folder::of(path)).unwrap()
 }
 
-/// Saves a document to another folder and looks at what is there.
+/// Saves a document to another folder and checks the result.
 fn check_saved(
     document: &Document,
     original: &Value,
@@ -479,7 +480,8 @@ proptest! {
         let original: Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
         let mut document = open(&path);
 
-        // Converted, every instance has its faces, and what the format can hold of their data.
+        // After conversion, every instance has its faces, with the data that the format can
+        // represent.
         let all = made.shown(Flat::Kept);
         for (format, compared) in [
             (Format::Obj, Compared { uvs: true, labels: true }),
@@ -492,11 +494,11 @@ proptest! {
             prop_assert_eq!(&converted, &only(all.clone(), compared), "{}", format);
             let losses = document.losses(format).join("\n");
             prop_assert!(compared.labels || losses.contains("material"), "{}", losses);
-            // An OBJ has its material library and the images beside it.
+            // An OBJ has its material library and the images next to it.
             prop_assert!(format == Format::Obj || losses.contains("image"), "{}", losses);
         }
 
-        // A repair drops the faces without area and nothing else.
+        // A repair drops exactly the faces without area.
         let repaired = Repair::default().apply(&document).unwrap();
         let is_drop = |change: &Change| matches!(change, Change::DroppedDegenerate { .. });
         prop_assert!(repaired.changes.iter().all(is_drop), "{:?}", repaired.changes);
@@ -506,7 +508,7 @@ proptest! {
         let compared = Compared { uvs: true, labels: true };
         prop_assert_eq!(shown_by(&obj.unwrap(), compared), made.shown(Flat::Dropped));
 
-        // Edited, repaired, or as it was: in another folder it is the same with all its files.
+        // Edited, repaired, or unchanged: in another folder it is the same, with all its files.
         let mut edited = repaired.clone();
         for document in [&mut document, &mut edited] {
             for (vertex, by) in &moves {

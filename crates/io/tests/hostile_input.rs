@@ -1,4 +1,4 @@
-//! Whatever the bytes are: no panic, and a document that is read is whole.
+//! For arbitrary bytes, nothing panics, and a document that is read is complete.
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
@@ -15,7 +15,7 @@ const PLY: &str = "ply\nformat ascii 1.0\ncomment c\nelement vertex 4\nproperty 
                    element face 2\nproperty list uchar int vertex_indices\nend_header\n\
                    1 2 0 0 0 9\n0 1 0 0 9\n0 1 1 0 9\n0 0 1 0 9\n4 0 1 2 3\n3 0 2 1\n";
 
-/// A binary PLY file, the same mesh.
+/// The same mesh as a binary PLY file.
 fn binary() -> Vec<u8> {
     let document = read(PLY, None, &Limits::default()).unwrap();
     let off = document.write(Format::Off).unwrap();
@@ -25,7 +25,7 @@ fn binary() -> Vec<u8> {
         .unwrap()
 }
 
-/// What must hold of every document, however it came about.
+/// Checks the invariants of every document.
 fn check(document: &Document, bytes: &[u8]) {
     let num_vertices = document.positions().len();
     assert!(num_vertices > 0);
@@ -43,7 +43,7 @@ fn check(document: &Document, bytes: &[u8]) {
         .into_iter()
         .filter(|&format| Some(format) != document.format())
     {
-        // What is only kept is decoded now, and may be wrong.
+        // Data that was only retained is decoded now, and may be invalid.
         if let Err(refused) = document.attributes() {
             let error = document.write(format).unwrap_err();
             assert_eq!(error.to_string(), refused.to_string());
@@ -54,7 +54,7 @@ fn check(document: &Document, bytes: &[u8]) {
         assert_eq!(again.positions(), document.positions());
         assert_eq!(again.faces(), document.faces());
     }
-    // An STL has numbers of 32 bits, and of vertices only those that faces use.
+    // An STL has 32-bit numbers, and only the vertices that faces use.
     if let Ok(written) = document.write(Format::Stl) {
         let again = read(written, None, &Limits::default()).unwrap();
         assert_eq!(again.format(), Some(Format::Stl));
@@ -111,7 +111,7 @@ fn every_prefix_is_read_or_refused() {
     }
 }
 
-/// A change to a file: overwrite, insert or remove at a place.
+/// A change to a file: overwrite, insert or remove at a position.
 #[derive(Clone, Debug)]
 enum Mutation {
     Overwrite(prop::sample::Index, u8),

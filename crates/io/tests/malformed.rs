@@ -1,6 +1,7 @@
-//! Broken and odd files that developers have in a folder beside the workspace; it need not exist.
+//! Tests on broken and odd files that developers have in a folder next to the workspace; it need
+//! not exist.
 //!
-//! Every file is read, its surface built and its defects looked for, inside 1 GB and 5 s each.
+//! Every file is read, its surface built and its defects searched, within 1 GB and 5 s each.
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
@@ -18,7 +19,7 @@ const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/malfo
 const MOST_MEGABYTES: f32 = 1000.0;
 const MOST_SECONDS: f64 = 5.0;
 
-/// What a refusal must say, by file: the place, or the thing that is wrong.
+/// The words that each error must contain, by file: the location, or the element that is wrong.
 const WORDS: &[(&str, &str)] = &[
     (
         "obj_relative_index_no_vertices.obj",

@@ -1,4 +1,4 @@
-//! Materials through every format: what is missing afterwards was named before.
+//! Material conversion between all formats: everything that is lost was reported beforehand.
 
 #![allow(clippy::type_complexity, reason = "looks by the places of corners")]
 
@@ -14,7 +14,7 @@ use cotan_io::{
 use nalgebra::Point3;
 use proptest::prelude::*;
 
-/// The files beside a mesh.
+/// The files next to a mesh.
 #[derive(Clone, Debug, Default)]
 struct Files(BTreeMap<String, Vec<u8>>);
 
@@ -29,7 +29,7 @@ impl Resolve for Files {
     }
 }
 
-/// Writes a document and reads it again, with what was written beside it.
+/// Writes a document and reads it again, with its companion files.
 fn through(document: &Document, format: Format) -> Document {
     let written = document
         .write_with(format, &WriteOptions::default())
@@ -45,7 +45,7 @@ fn through(document: &Document, format: Format) -> Document {
     read_with(written.bytes, Some(format), &Limits::default(), &files).expect("no failure")
 }
 
-/// A number that the text of no format shortens.
+/// A number that no text format shortens.
 fn unit() -> impl Strategy<Value = f32> {
     prop_oneof![Just(0.0), Just(1.0), Just(0.5), 0.0f32..1.0]
 }
@@ -143,7 +143,7 @@ fn document() -> impl Strategy<Value = Document> {
                 .map(|face| [0, 1, 2].map(|k| corner(face, k)))
                 .collect();
             let num_materials = materials.list.len();
-            // The last choice stands for no material; some materials are on no face.
+            // The last choice stands for no material; some materials are not used by any face.
             let names: Vec<String> = materials.list.iter().map(|m| m.name.clone()).collect();
             let label = |face: usize| match usize::from(choices[face]) % (num_materials + 1) {
                 k if k == num_materials => NONE,
@@ -176,8 +176,8 @@ fn document() -> impl Strategy<Value = Document> {
     )
 }
 
-/// The look of a material with the images themselves instead of their indices, since two lists may
-/// number them differently.
+/// The appearance of a material with the images themselves instead of their indices, since two
+/// lists may number them differently.
 type Look = (Material, [Option<Vec<u8>>; 3]);
 
 fn look(materials: &Materials, material: &Material) -> Look {
@@ -198,7 +198,7 @@ fn look(materials: &Materials, material: &Material) -> Look {
     (plain, images)
 }
 
-/// The look of every face, by the places of its corners; and those of materials on no face.
+/// The appearance of every face, by the positions of its corners, and of unused materials.
 fn looks(document: &Document) -> (BTreeMap<Vec<[u64; 3]>, Option<Look>>, Vec<Look>) {
     let materials = document.materials().expect("no failure");
     let attributes = document.attributes().expect("no failure");
@@ -224,7 +224,7 @@ fn looks(document: &Document) -> (BTreeMap<Vec<[u64; 3]>, Option<Look>>, Vec<Loo
     (of_faces, unused.collect())
 }
 
-/// What is left of a look behind these losses.
+/// The expected appearance after these losses.
 fn expected((mut material, images): Look, losses: &[String]) -> Look {
     let is_lost = |words: &str| losses.iter().any(|loss| loss.contains(words));
     if is_lost("doubleSided") {
@@ -252,7 +252,7 @@ fn sorted(looks: Vec<Look>) -> Vec<String> {
     texts
 }
 
-/// Compares a document with what was read of a file of it.
+/// Compares a document with the one read from its file.
 fn check(before: &Document, after: &Document, losses: &[String], format: Format) {
     let (faces, unused) = looks(before);
     let is_lost = |words: &str| losses.iter().any(|loss| loss.contains(words));
@@ -295,7 +295,7 @@ fn check(before: &Document, after: &Document, losses: &[String], format: Format)
         sorted(unused.collect()),
         "{format}: {losses:?}"
     );
-    // Texture coordinates where a texture lies, whatever else becomes of them.
+    // Texture coordinates are needed where there is a texture.
     let has_uv = |document: &Document| {
         let attributes = document.attributes().expect("no failure");
         attributes.corner(UV).is_some() || attributes.vertex(UV).is_some()
@@ -327,7 +327,7 @@ proptest! {
     fn edits_and_repairs_keep_materials(document in document(), by in prop::sample::select(vec![0.5, 2.0, 4.0])) {
         for format in [Format::Obj, Format::Gltf, Format::Glb] {
             let mut edited = through(&document, format);
-            // The same file with every vertex elsewhere.
+            // The same file with every vertex moved.
             let surface = edited.surface().expect("no failure");
             let moved = surface.positions().map(|p| p * by);
             edited.set_positions(&surface, &moved).expect("no failure");
@@ -337,7 +337,7 @@ proptest! {
                 prop_assert_eq!(&materials, &through(&document, format).materials().expect("no failure"));
                 for target in Format::ALL {
                     let losses = kept.losses(target);
-                    // The libraries of an OBJ stay beside it as they are.
+                    // The libraries of an OBJ stay next to it unchanged.
                     let again = match target == format && format == Format::Obj {
                         true => continue,
                         false => through(kept, target),
@@ -357,7 +357,7 @@ const MESH: &str = "mtllib my stuff.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 
 const LIBRARY: &str = "newmtl red\nKa 0 0 0\nKd 0.9 0.1 0\nd 0.5\nNs 250\n\
     newmtl wood\nKd 1 1 1\nPm 0\nPr 0.75\nmap_Kd tex/oak plank.png\nmap_Bump ../outside.png\n";
 
-/// An OBJ with its library and an image in a folder below.
+/// An OBJ with its library and an image in a subfolder.
 fn put(folder: &std::path::Path) {
     std::fs::create_dir_all(folder.join("tex")).expect("no failure");
     std::fs::write(folder.join("a.obj"), MESH).expect("no failure");
@@ -398,7 +398,7 @@ fn an_obj_takes_its_materials_into_a_glb_and_out_again() {
     save(&document, at("b.glb")).expect("no failure");
     assert_eq!(names(folder.path()), ["b.glb", "in"]);
 
-    // A reader that is not ours sees the same.
+    // An independent reader sees the same.
     let (glb, blob) = {
         let gltf = gltf::Gltf::open(at("b.glb")).expect("no failure");
         (gltf.document, gltf.blob.expect("no failure"))
@@ -428,7 +428,7 @@ fn an_obj_takes_its_materials_into_a_glb_and_out_again() {
         materials.iter().map(roughness).collect::<Vec<_>>(),
         [0.75, 0.5]
     );
-    // Downward, as glTF has it.
+    // Pointing down, as in glTF.
     let primitive = glb
         .meshes()
         .next()
@@ -475,7 +475,7 @@ fn an_obj_that_stays_one_takes_its_library_along() {
     let at = |name: &str| folder.path().join(name);
     put(&at("in"));
     let document = open(at("in/a.obj"));
-    // In its own folder everything is in its place.
+    // In its own folder everything is already in place.
     let saved = save(&document, at("in/b.obj")).expect("no failure");
     assert_eq!((saved.copied.len(), saved.left.len()), (0, 0));
     std::fs::create_dir(at("out")).expect("no failure");
@@ -494,7 +494,7 @@ fn an_obj_that_stays_one_takes_its_library_along() {
         document.materials().expect("no failure")
     );
 
-    // Also with other attributes, which make a new file of it.
+    // The same with other attributes, which require a new file.
     let attributes = document.attributes().expect("no failure").into_owned();
     let made = document
         .clone()
@@ -548,14 +548,14 @@ fn what_is_missing_is_named_and_no_error() {
         .collect();
     assert_eq!(names, ["wood", "red"]);
 
-    // A library outside of the folder is not opened.
+    // A library outside the folder is not opened.
     put(&at("in"));
     let outside = MESH.replace("my stuff.mtl", "../in/my stuff.mtl");
     std::fs::write(at("out/b.obj"), outside).expect("no failure");
     let document = open(at("out/b.obj"));
     assert!(document.materials().expect("no failure").list.is_empty());
     assert!(document.losses(Format::Glb)[0].contains("only files in the folder of the mesh"));
-    // Without a resolver nothing is.
+    // Without a resolver no library is opened.
     let document = cotan_io::load(at("in/a.obj")).expect("no failure");
     assert!(document.materials().expect("no failure").list.is_empty());
     assert_eq!(document.losses(Format::Glb).len(), 1);

@@ -1,4 +1,4 @@
-//! Meshes whose numbers are scattered are renumbered where they are worked on, and nowhere else.
+//! Meshes with scattered indices are renumbered for processing, and nowhere else.
 
 use cotan_geometry::Mesh;
 use cotan_geometry::shapes::{Numbering as Order, irregular};
@@ -89,7 +89,7 @@ fn defects_are_those_of_the_document() {
         .faces()
         .map(|f| shape.connectivity().triangle(f).map(|v| v.index() as u32))
         .collect();
-    // Two faces turned over: each gives three edges that run the same way twice.
+    // Two reversed faces: each gives three edges with the same direction twice.
     for face in [4_000, 70] {
         faces[face].swap(0, 1);
     }

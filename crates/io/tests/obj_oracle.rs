@@ -1,4 +1,4 @@
-//! The OBJ reader beside tobj: where both accept a file, positions and faces are the same.
+//! Comparison of the OBJ reader with tobj: if both accept a file, positions and faces are equal.
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
@@ -11,7 +11,7 @@ use proptest::prelude::*;
 
 use obj_filter::{agree, for_tobj, read_by_tobj};
 
-/// Compares if both accept; whether they did.
+/// Compares the results if both readers accept the text. Returns `true` if they do.
 fn compare(text: &[u8]) -> bool {
     let Some((filtered, num_vertices)) = for_tobj(text) else {
         return false;
@@ -30,7 +30,7 @@ fn compare(text: &[u8]) -> bool {
     true
 }
 
-/// A file with all forms of numbers and indices that both readers know.
+/// A file with all forms of numbers and indices that both readers support.
 fn text() -> impl Strategy<Value = String> {
     let number = prop_oneof![
         "-?[0-9]{1,9}(\\.[0-9]{0,9})?",
@@ -110,7 +110,7 @@ fn what_tobj_panics_on_is_kept_from_it() {
     assert_eq!(for_tobj(b"v 0 0 0 \\\n1\n"), None);
 }
 
-/// Real meshes that developers have in a folder beside the workspace; it need not exist.
+/// Real meshes that developers have in a folder next to the workspace; it need not exist.
 #[test]
 fn real_meshes_are_read_the_same() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/meshes");

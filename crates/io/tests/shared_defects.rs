@@ -1,5 +1,5 @@
-//! Defects of the real and broken files that developers have in a folder beside the workspace,
-//! against the tables there; the folder need not exist.
+//! Defects of real and broken files that developers have in a folder next to the workspace,
+//! compared with the tables there; the folder need not exist.
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
@@ -22,7 +22,7 @@ fn table(name: &str) -> Option<Value> {
     Some(serde_json::from_str(&text).unwrap())
 }
 
-/// `None` for a format that is not read, said aloud.
+/// Returns `None`, with a message, for an unsupported format.
 fn inspect(path: &Path) -> Option<Inspection> {
     match load_with(path, &Limits::default(), &Folder::of(path)) {
         Ok(document) => Some(document.inspect(Weld::AsFormat).unwrap()),
@@ -37,7 +37,7 @@ fn inspect(path: &Path) -> Option<Inspection> {
     }
 }
 
-/// What the tables name, and the count of it here.
+/// The quantities named in the tables, with their counts here.
 fn counts(inspection: &Inspection) -> [(&'static str, usize); 9] {
     let count = |kind| inspection.count(kind);
     let one_sided = |defect: &&Defect| defect.kind() == DefectKind::NotOrientable;
@@ -95,7 +95,7 @@ fn broken_files_have_the_defects_of_the_table() {
     for file in files.as_array().unwrap() {
         let name = file["file"].as_str().unwrap();
         let path = Path::new(FOLDER).join("malformed").join(name);
-        // An empty list says nothing.
+        // An empty list carries no information.
         let is_described = !file["defects"].as_object().unwrap().is_empty();
         if !is_described || Format::from_path(&path).is_none() {
             continue;
@@ -105,18 +105,19 @@ fn broken_files_have_the_defects_of_the_table() {
         };
         for (what, count) in counts(&found) {
             let of_triangles = file["defects"][what].as_u64().unwrap_or(0) as usize;
-            // The table counts on polygons cut into fans, we on the polygons; it compares the
-            // vertices of faces, we their outlines, which for triangles is the same but for two
-            // that are each other's back and closed: those are no duplicates here.
+            // The table counts on polygons cut into fans, we count on polygons. The table
+            // compares the vertices of faces, we compare outlines. For triangles this is
+            // equivalent, except for two closed ones back to back, which are not duplicates here.
             let expected = match (name, what) {
-                // The quad has the triangles of two other faces; as a polygon, it repeats none.
+                // The quad has the triangles of two other faces; as a polygon, it repeats
+                // neither.
                 ("obj_mixed_formats.obj", "dupF") => 1,
-                // One polygon of hundreds of corners that repeat.
+                // One polygon with hundreds of repeated corners.
                 ("obj_backslash_longline.obj", "nmE") => 4,
                 ("obj_backslash_longline.obj", "dupF") => 0,
                 ("obj_backslash_longline.obj", "zero_area") => 1,
-                // Faces that pass twice through a vertex are listed as that, not as duplicates and
-                // faces without area as well.
+                // Faces that pass twice through a vertex are listed only as such, not also as
+                // duplicates and faces without area.
                 ("stl_spider_degenerate.stl", "dupF" | "zero_area") => 0,
                 ("stl_zero_area_facet.stl", "zero_area") => 1,
                 _ => of_triangles,
@@ -157,7 +158,7 @@ fn broken_files_are_repaired_written_and_read_again() {
         let again = again.unwrap_or_else(|e| panic!("{name}: {e}"));
         assert_eq!(again.faces().len(), document.faces().len(), "{name}");
         eprintln!("{name}: {} changes", repaired.changes.len());
-        // What was parted at one position meets again where only positions are stored.
+        // Vertices separated at one position meet again in formats that store only positions.
         if matches!(format, Format::Obj | Format::Ply | Format::Off) {
             assert_eq!(again.faces(), document.faces(), "{name}");
             assert_eq!(again.positions(), document.positions(), "{name}");

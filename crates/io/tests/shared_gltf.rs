@@ -1,5 +1,5 @@
-//! glTF files, real and broken, that developers have in a folder beside the workspace; it need
-//! not exist.
+//! Tests on real and broken glTF files that developers have in a folder next to the workspace; it
+//! need not exist.
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
@@ -30,7 +30,7 @@ fn broken_files_do_what_is_expected() {
         return;
     };
     let table: Value = serde_json::from_str(&std::fs::read_to_string(&table).unwrap()).unwrap();
-    // A word of the message that each refusal must have.
+    // A word that each error message must contain.
     let words = |file: &str| match file {
         "gltf_index_out_of_range/IndexOutOfRange.gltf" => "refers to vertex",
         "gltf_missing_bin/BoxTextured.gltf" => ".bin",
@@ -124,7 +124,8 @@ fn sparse_positions_are_replaced() {
     assert_eq!([y(8), y(10), y(12)], [2.0, 3.0, 4.0]);
 }
 
-/// What a reader of its own finds in a GLB: positions, UVs, indices and image of each primitive.
+/// The positions, UVs, indices and image of each primitive of a GLB, as found by an independent
+/// reader.
 fn second_reader(bytes: &[u8]) -> (gltf::Document, Vec<u8>) {
     let gltf = gltf::Gltf::from_slice(bytes).unwrap();
     (gltf.document, gltf.blob.unwrap())
@@ -154,7 +155,7 @@ fn a_moved_duck_keeps_everything_else() {
     assert!(((high - low).norm() - 2.5376).abs() < 1e-4);
     assert!(volume(&document) > 0.0);
 
-    // A bend of the upper half.
+    // Bend the upper half.
     let moved = surface.positions().map(|p| {
         let lift = (p.y - 0.9).max(0.0);
         Point3::new(p.x + 0.3 * lift * lift, p.y, p.z - 0.1 * lift)
@@ -246,7 +247,7 @@ fn a_moved_duck_keeps_everything_else() {
         assert_eq!(bounds.min[k], column().fold(f32::MAX, f32::min));
         assert_eq!(bounds.max[k], column().fold(f32::MIN, f32::max));
     }
-    // Normals above the bend have turned and are of unit length; those far below are as they were.
+    // Normals above the bend have rotated and have unit length; those far below are unchanged.
     let normals: Vec<[f32; 3]> = reader.read_normals().unwrap().collect();
     let old_normals: Vec<[f32; 3]> = old_reader.read_normals().unwrap().collect();
     assert_ne!(normals, old_normals);
@@ -257,7 +258,7 @@ fn a_moved_duck_keeps_everything_else() {
             assert_eq!(n, old, "normal {v}");
         }
     }
-    // The image has its bytes.
+    // The image bytes are preserved.
     let image =
         |document: &gltf::Document, blob: &[u8]| match document.images().next().unwrap().source() {
             gltf::image::Source::View { view, .. } => {
@@ -267,7 +268,7 @@ fn a_moved_duck_keeps_everything_else() {
         };
     assert_eq!(image(&old, &old_blob), image(&new, &new_blob));
 
-    // To the other container and back: the same mesh, and the same bytes of data.
+    // To the other container and back: the same mesh, and the same data bytes.
     let text = document.write(Format::Gltf).unwrap();
     let other = read(text, None, &Limits::default()).unwrap();
     assert_eq!(other.format(), Some(Format::Gltf));

@@ -1,4 +1,4 @@
-//! Real files that developers have in a folder beside the workspace; it need not exist.
+//! Tests on real files that developers have in a folder next to the workspace; it need not exist.
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
@@ -10,7 +10,7 @@ use serde_json::Value;
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/meshes");
 
-/// The models with what is known about them, or nothing (said aloud) without the folder.
+/// The models with their known facts, or nothing (with a message) without the folder.
 fn models() -> Vec<(PathBuf, Value)> {
     let Ok(text) = std::fs::read_to_string(Path::new(FOLDER).join("facts.json")) else {
         eprintln!("skipped: there is no folder {FOLDER}");
@@ -81,7 +81,8 @@ fn real_meshes_are_written_back_byte_by_byte() {
         let format = document.format().unwrap();
         let bytes = std::fs::read(&path).unwrap();
         assert!(document.write(format).unwrap() == bytes, "{}", name(&path));
-        // A vertex moved there and back, and one that is read again, are the same too.
+        // The same holds for a vertex that is moved there and back, and for a file that is read
+        // again.
         let mut moved = document.clone();
         let first = moved.positions()[0];
         moved
@@ -123,7 +124,7 @@ fn real_meshes_convert_to_every_format_with_positions_and_topology() {
             let what = format!("{} as {format}", name(&path));
             let bytes = document.write(format).unwrap();
             let again = read(bytes, Some(format), &Limits::default()).unwrap();
-            // STL and glTF hold 32 bits, and glTF sorts faces by material.
+            // STL and glTF store 32 bits, and glTF sorts faces by material.
             let is_single = matches!(format, Format::Stl | Format::Gltf | Format::Glb);
             let corners = |document: &Document| -> Vec<Point3<f64>> {
                 let corners = document.faces().corners().iter();

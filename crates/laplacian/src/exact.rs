@@ -1,4 +1,4 @@
-//! Weights whose sums are exact, so that L·1 = 0.
+//! Rounding of weights so that their sums are exact and L·1 = 0 holds.
 
 use cotan_geometry::{Scalar, scalar};
 use cotan_halfedge::{EdgeId, HalfedgeMap};
@@ -6,13 +6,12 @@ use cotan_parallel as parallel;
 
 use crate::graph::Graph;
 
-/// Rounds every weight to a multiple of a power of two that is coarse enough for all sums around
-/// its two ends to be exact in T. `weights` are given row after row.
+/// Rounds each weight to a multiple of a power of two that is coarse enough to make all sums
+/// around both of its ends exact in T. `weights` are stored row by row.
 ///
 /// With q_i = 2^k the unit in the last place of 4 Σ_j |w_ij|, every partial sum of multiples of
-/// q_i that stays below 2 Σ |w_ij| is representable. An edge takes the coarser unit of its ends,
-/// which keeps symmetric weights symmetric. What is lost is of the order of the rounding error of
-/// the row's sum.
+/// q_i below 2 Σ |w_ij| is representable. An edge takes the coarser unit of its ends, which keeps
+/// symmetric weights symmetric. The loss is of the order of the rounding error of the row sum.
 pub(crate) fn round_to_exact_sums<T: Scalar>(graph: &Graph, weights: &mut [T]) {
     let units = exact_units(graph, weights);
     let mut left = weights;
@@ -32,10 +31,10 @@ pub(crate) fn round_to_exact_sums<T: Scalar>(graph: &Graph, weights: &mut [T]) {
     });
 }
 
-/// Rows that one task rounds.
+/// Rows per task.
 const ROWS: usize = 2048;
 
-/// Calls `change` with the two values of every edge, in parallel.
+/// Calls `change` with the two values of each edge, in parallel.
 pub(crate) fn update_edges<T: Send>(
     map: &mut HalfedgeMap<T>,
     change: impl Fn(EdgeId, &mut [T; 2]) + Sync,
@@ -44,7 +43,7 @@ pub(crate) fn update_edges<T: Send>(
     parallel::update(pairs, |edge, pair| change(EdgeId::new(edge), pair));
 }
 
-/// q_i of every row, 0 where all weights are.
+/// The unit q_i of each row, or 0 if all its weights are 0.
 pub(crate) fn exact_units<T: Scalar>(graph: &Graph, weights: &[T]) -> Vec<T> {
     let eps = T::default_epsilon();
     let unit = |i| {
@@ -59,8 +58,8 @@ pub(crate) fn exact_units<T: Scalar>(graph: &Graph, weights: &[T]) -> Vec<T> {
     parallel::filled(graph.num_rows(), unit)
 }
 
-/// The least power of two that is not below a positive number; the number itself where it is so
-/// small that it has no exponent of its own.
+/// Returns the smallest power of two that is not below the positive `size`, or `size` itself if
+/// it is subnormal.
 fn power_above(size: f64) -> f64 {
     const EXPONENT: u64 = 0x7ff << 52;
     let power = f64::from_bits(size.to_bits() & EXPONENT);
@@ -73,11 +72,11 @@ fn power_above(size: f64) -> f64 {
     }
 }
 
-/// The nearest multiple of `unit`, of which `weight` is less than 1/ε; the weight itself where that
-/// is 0.
+/// Rounds `weight`, which must be less than `unit` / ε, to the nearest multiple of `unit`.
+/// Returns it unchanged if `unit` is 0.
 pub(crate) fn round_to<T: Scalar>(weight: T, unit: T) -> T {
     if unit > T::zero() {
-        // Numbers of this size are multiples of the unit, and so the sum is rounded to one.
+        // Numbers as large as `grid` are multiples of `unit`, so the sum is rounded to one.
         let grid = unit * (scalar::<T>(1.5) / T::default_epsilon());
         (weight + grid) - grid
     } else {

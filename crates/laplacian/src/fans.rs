@@ -1,4 +1,4 @@
-//! Sums over the triangles around every vertex of a surface, in one pass.
+//! Sums over the triangles around each vertex of a surface, in a single pass.
 
 use std::sync::Arc;
 
@@ -9,32 +9,33 @@ use nalgebra::Vector3;
 
 use crate::rings::OneRings;
 
-/// The neighbours of every vertex counter-clockwise, so that two that follow each other are the
-/// other corners of a triangle; row after row, as long as the rows of [`OneRings`].
+/// The neighbours of each vertex in counter-clockwise order, so that two consecutive ones are the
+/// other corners of a triangle. Stored row by row, with the same row lengths as [`OneRings`].
 ///
-/// Every triangle is met at each of its corners: three times the arithmetic of a loop over
-/// triangles, but no scattered sums, which cannot be shared out to threads and wait for memory.
+/// Each triangle is visited once per corner. That is three times the arithmetic of a loop over
+/// triangles, but avoids scattered sums, which cannot be parallelized and are bound by memory
+/// latency.
 #[derive(Clone, Debug)]
 pub struct Fans {
     rings: Arc<OneRings>,
     neighbours: Vec<VertexId>,
-    /// Whether the fan ends at a boundary instead of closing.
+    /// True if the fan ends at a boundary instead of closing.
     is_open: VertexMap<bool>,
 }
 
-/// Sums over the triangles around every vertex.
+/// Sums over the triangles around each vertex.
 ///
 /// **Shapes**: one entry per vertex. **Units**: those of the positions; areas are integrated.
 #[derive(Clone, PartialEq, Debug)]
 pub struct FanSums<T: Scalar> {
     /// Σ A_T over the triangles T around the vertex.
     pub areas: VertexMap<T>,
-    /// Σ of their area vectors, each half the cross product of two edges.
+    /// Σ of their area vectors; an area vector is half the cross product of two edges.
     pub area_vectors: VertexMap<Vector3<T>>,
 }
 
 impl<T: Scalar> Default for FanSums<T> {
-    /// Of no vertex.
+    /// Sums for zero vertices.
     fn default() -> Self {
         Self {
             areas: VertexMap::default(),
@@ -44,7 +45,7 @@ impl<T: Scalar> Default for FanSums<T> {
 }
 
 impl<T: Scalar> FanSums<T> {
-    /// Room for the sums of `num_vertices` vertices.
+    /// Resizes the sums to `num_vertices` entries.
     pub fn resize(&mut self, num_vertices: usize) {
         if self.areas.len() != num_vertices {
             self.areas = VertexMap::filled(num_vertices, T::zero());
@@ -53,7 +54,7 @@ impl<T: Scalar> FanSums<T> {
     }
 }
 
-/// Sums over the fan of one vertex; areas doubled.
+/// Sums over the fan of one vertex, with areas doubled.
 struct Sums<T: Scalar> {
     laplacian: Vector3<T>,
     vector: Vector3<T>,
@@ -61,7 +62,7 @@ struct Sums<T: Scalar> {
 }
 
 impl Fans {
-    /// Gathers the fans of a mesh with the given one-rings.
+    /// Builds the fans of a mesh from its one-rings.
     pub fn new(mesh: &HalfedgeMesh, rings: Arc<OneRings>) -> Self {
         let mut neighbours = Vec::with_capacity(mesh.num_halfedges());
         for v in mesh.vertices() {
@@ -79,7 +80,7 @@ impl Fans {
         &self.rings
     }
 
-    /// Areas and area vectors around every vertex.
+    /// Computes the areas and area vectors around each vertex.
     ///
     /// # Panics
     /// If there are fewer positions than vertices.
@@ -94,12 +95,13 @@ impl Fans {
         });
     }
 
-    /// As [`Self::areas`], and ℓ_i = Σ_j w_ij (v_j − v_i) with the cotangent weights of these
-    /// positions, triangles thinner than `floor` altered as by [`crate::Cotangent`]. The weights
-    /// are never written down.
+    /// Like [`Self::areas`], and also computes ℓ_i = Σ_j w_ij (v_j − v_i) with the cotangent
+    /// weights of these positions. Triangles thinner than `floor` are adjusted as in
+    /// [`crate::Cotangent`]. The weights are never stored.
     ///
     /// # Panics
-    /// If there are fewer positions than vertices, or `laplacian` has not one entry per vertex.
+    /// If there are fewer positions than vertices, or if `laplacian` does not have one entry per
+    /// vertex.
     pub fn areas_and_cotangent_laplacian<T: Scalar>(
         &self,
         positions: &Positions<T>,
@@ -123,7 +125,7 @@ impl Fans {
         });
     }
 
-    /// Σ of the area vectors of the triangles around vertex `i`, in double precision.
+    /// Returns Σ of the area vectors of the triangles around vertex `i`, in double precision.
     ///
     /// # Panics
     /// If there is no such vertex, or there are fewer positions than vertices.
@@ -142,7 +144,7 @@ impl Fans {
         sum * 0.5
     }
 
-    /// Sums over the fan of vertex `i`; without Laplacian coordinates if there is no floor.
+    /// Sums over the fan of vertex `i`, without Laplacian coordinates if `floor` is `None`.
     #[inline]
     fn sums<T: Scalar>(&self, positions: &Positions<T>, i: usize, floor: Option<T>) -> Sums<T> {
         let x = positions.as_slice();
@@ -169,7 +171,7 @@ impl Fans {
             sums.vector += vector;
             sums.area += doubled_area;
             if let Some(floor) = floor {
-                // Each edge is weighted by the cotangent of the angle that it does not touch.
+                // Each edge is weighted by the cotangent of the opposite angle.
                 let [at_left, at_right] = far_cotangents(&left, &right, doubled_area, floor);
                 sums.laplacian += right * at_left + left * at_right;
             }
@@ -179,7 +181,7 @@ impl Fans {
     }
 }
 
-/// Vertices that one task works on.
+/// Vertices per task.
 const CHUNKS: Chunks = Chunks::of(1024);
 
 #[cfg(test)]

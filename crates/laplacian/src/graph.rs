@@ -1,22 +1,22 @@
-//! The graph of an operator: its rows, and the neighbours of each.
+//! The graph of an operator: its rows and their neighbours.
 
 use std::sync::OnceLock;
 
 use cotan_halfedge::VertexId;
 
-/// Rows and their neighbours, each pair of neighbours in both rows: the sparsity pattern of an
-/// operator.
+/// The sparsity pattern of an operator: rows and their neighbours. Each pair of neighbours
+/// appears in both rows.
 ///
-/// One row is one unknown. The graph of a mesh has a row per vertex and a pair per edge
-/// ([`crate::OneRings`]); other graphs may have further pairs (between the parts of a model, say),
-/// or rows that several vertices of a mesh share.
+/// A row stands for one unknown. The graph of a mesh has one row per vertex and one pair per edge
+/// ([`crate::OneRings`]). Other graphs may have additional pairs (between the parts of a model,
+/// for example), or rows shared by several vertices of a mesh.
 ///
-/// The entries of row `i` are [`Self::range`]`(i)` of all arrays that are given row after row.
+/// In every array stored row by row, the entries of row `i` are those in [`Self::range`]`(i)`.
 #[derive(Clone, Debug)]
 pub struct Graph {
     offsets: Vec<u32>,
     neighbours: Vec<RowId>,
-    /// Found when it is first asked for.
+    /// Computed on first use.
     reverse: OnceLock<Vec<u32>>,
 }
 
@@ -28,42 +28,42 @@ impl PartialEq for Graph {
 
 impl Eq for Graph {}
 
-/// The index of a row: of one unknown.
+/// The index of a row, that is, of one unknown.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub struct RowId(u32);
 
 impl RowId {
-    /// The row with this index.
+    /// Creates the row id with this index.
     ///
     /// # Panics
-    /// If it has more than 32 bits.
+    /// If the index does not fit into 32 bits.
     #[inline]
     pub fn new(index: usize) -> Self {
         Self(u32::try_from(index).expect("an operator has fewer than 2³² rows"))
     }
 
-    /// Its index.
+    /// The index as a `usize`.
     #[inline(always)]
     pub fn index(self) -> usize {
         self.0 as usize
     }
 }
 
-/// In the default construction a vertex is its own row.
+/// In the default construction each vertex is its own row.
 impl From<VertexId> for RowId {
     #[inline]
     fn from(vertex: VertexId) -> Self {
-        // An id has 32 bits.
+        // Ids have 32 bits.
         Self(vertex.index() as u32)
     }
 }
 
 impl Graph {
-    /// The graph with these pairs of neighbours. A pair that comes twice, in either order, is one;
-    /// a row is no neighbour of itself.
+    /// Builds the graph with these pairs of neighbours. Duplicate pairs, in either order, count
+    /// once, and pairs of a row with itself are ignored.
     ///
     /// # Panics
-    /// If a pair names a row that does not exist.
+    /// If a pair refers to a row that does not exist.
     pub fn from_pairs(num_rows: usize, pairs: &[[RowId; 2]]) -> Self {
         let mut entries: Vec<[RowId; 2]> = pairs
             .iter()
@@ -86,7 +86,7 @@ impl Graph {
         Self::from_rows(offsets, entries.iter().map(|[_, column]| *column).collect())
     }
 
-    /// From symmetric rows whose neighbours ascend.
+    /// Builds the graph from symmetric rows with ascending neighbours.
     pub(crate) fn from_rows(offsets: Vec<u32>, neighbours: Vec<RowId>) -> Self {
         Self {
             offsets,
@@ -101,19 +101,19 @@ impl Graph {
         self.offsets.len() - 1
     }
 
-    /// Number of entries beside the diagonal: two per pair of neighbours.
+    /// Number of off-diagonal entries: two per pair of neighbours.
     #[inline]
     pub fn num_entries(&self) -> usize {
         self.neighbours.len()
     }
 
-    /// The places of row `i` in what is given row after row.
+    /// The range of row `i` in arrays stored row by row.
     #[inline(always)]
     pub fn range(&self, i: usize) -> std::ops::Range<usize> {
         self.offsets[i] as usize..self.offsets[i + 1] as usize
     }
 
-    /// The neighbours of row `i`, ascending, each with its place.
+    /// The neighbours of row `i` in ascending order, each with its entry index.
     #[inline]
     pub fn row(&self, i: usize) -> impl ExactSizeIterator<Item = (RowId, usize)> + '_ {
         let range = self.range(i);
@@ -121,16 +121,17 @@ impl Graph {
         neighbours.zip(range)
     }
 
-    /// The neighbours of all rows, row after row.
+    /// The neighbours of all rows, row by row.
     #[inline(always)]
     pub fn neighbours(&self) -> &[RowId] {
         &self.neighbours
     }
 
-    /// For the place of every entry (i, j) that of (j, i).
+    /// For the index of each entry (i, j), the index of (j, i).
     pub fn reverse(&self) -> &[u32] {
         self.reverse.get_or_init(|| {
-            // Row after row each entry is the next one of its neighbour's row that points back.
+            // When rows are visited in order, each entry is the next unused one in its
+            // neighbour's row.
             let mut next = self.offsets.clone();
             let mut reverse = vec![0; self.neighbours.len()];
             for (back, j) in reverse.iter_mut().zip(&self.neighbours) {

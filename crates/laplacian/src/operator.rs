@@ -14,28 +14,28 @@ use crate::graph::Graph;
 use crate::rings::OneRings;
 use crate::scheme::{LaplacianScheme, SchemeError, Symmetry};
 
-/// Weights on a graph, ready to be applied and factorized: those that a scheme chose on a surface,
-/// with a row per vertex, or any others.
+/// Weights on a graph, ready to be applied and factorized. They come from a scheme on a surface,
+/// with one row per vertex, or from any other source.
 ///
 /// The weights are rounded (by at most a few units in the last place of the largest weight
-/// nearby) so that every sum of weights of a row is *exact*: the rows of
-/// [`Operator::matrix`] sum to zero exactly, whatever the order of the summation, and a constant
-/// is in its null space without an error.
+/// nearby) so that every sum of weights in a row is *exact*. The rows of [`Operator::matrix`]
+/// then sum to exactly zero in any order of summation, and constants lie in its null space
+/// without error.
 #[derive(Clone, Debug)]
 pub struct Operator<T: Scalar> {
     graph: Arc<Graph>,
-    /// Row after row. In double precision whatever T is: beside the huge weight of one needle
-    /// those of its neighbours would lose their digits.
+    /// Stored row by row, in double precision for any T: next to the huge weight of a single
+    /// needle, the weights of its neighbours would otherwise lose their digits.
     weights: Vec<f64>,
     symmetry: Symmetry,
     number: PhantomData<fn(T) -> T>,
 }
 
 impl<T: Scalar> Operator<T> {
-    /// Asks `scheme` for the weights of `surface`, checks and rounds them.
+    /// Asks `scheme` for the weights of `surface`, then checks and rounds them.
     ///
     /// # Errors
-    /// What the scheme reports, and [`SchemeError::NonFiniteWeight`] naming the edge.
+    /// The errors of the scheme, and [`SchemeError::NonFiniteWeight`], which names the edge.
     pub fn assemble<S: LaplacianScheme<T> + ?Sized>(
         scheme: &S,
         surface: &Surface<'_, T>,
@@ -43,10 +43,10 @@ impl<T: Scalar> Operator<T> {
         Self::assemble_on(&OneRings::new(surface.mesh()), scheme, surface)
     }
 
-    /// As [`Self::assemble`], with the one-rings of the mesh already at hand.
+    /// Like [`Self::assemble`], for a mesh whose one-rings are already available.
     ///
     /// # Errors
-    /// As [`Self::assemble`].
+    /// Same as [`Self::assemble`].
     pub fn assemble_on<S: LaplacianScheme<T> + ?Sized>(
         rings: &OneRings,
         scheme: &S,
@@ -68,20 +68,20 @@ impl<T: Scalar> Operator<T> {
         })
     }
 
-    /// The operator with these weights, row after row, on any graph.
+    /// Creates the operator with these weights, stored row by row, on any graph.
     ///
     /// # Errors
-    /// The place of a weight that is not finite, or whose row has no finite sum.
+    /// The index of a weight that is not finite, or whose row has no finite sum.
     ///
     /// # Panics
-    /// If there is not one weight per entry of the graph.
+    /// If the number of weights differs from the number of entries of the graph.
     pub fn new(
         graph: Arc<Graph>,
         mut weights: Vec<f64>,
         symmetry: Symmetry,
     ) -> Result<Self, usize> {
         assert_eq!(weights.len(), graph.num_entries(), "one weight per entry");
-        // A weight whose row sum overflows comes out as not finite too.
+        // A weight whose row sum overflows becomes non-finite as well.
         round_to_exact_sums(&graph, &mut weights);
         match weights.iter().position(|w| !w.is_finite()) {
             Some(place) => Err(place),
@@ -94,7 +94,7 @@ impl<T: Scalar> Operator<T> {
         }
     }
 
-    /// The weights w_ij row after row, in the order of [`Graph::neighbours`].
+    /// The weights w_ij row by row, in the order of [`Graph::neighbours`].
     #[inline]
     pub fn weights(&self) -> &[f64] {
         &self.weights
@@ -106,18 +106,18 @@ impl<T: Scalar> Operator<T> {
         &self.graph
     }
 
-    /// Whether w_ij = w_ji for every edge.
+    /// The symmetry of the weights.
     pub fn symmetry(&self) -> Symmetry {
         self.symmetry
     }
 
-    /// Number of unknowns: of rows and of columns.
+    /// Number of unknowns, which is the number of rows and of columns.
     pub fn num_rows(&self) -> usize {
         self.graph.num_rows()
     }
 
-    /// Mean over the rows of |Σ_j w_ij|: the size of the diagonal, to which the weights of
-    /// soft handles are relative.
+    /// Mean over the rows of |Σ_j w_ij|. This is the scale of the diagonal, to which the weights
+    /// of soft handles are relative.
     pub fn mean_diagonal(&self) -> f64 {
         let n = self.num_rows();
         let row_sum = |i| self.weights[self.graph.range(i)].iter().sum::<f64>();
@@ -125,10 +125,11 @@ impl<T: Scalar> Operator<T> {
         sums.sum::<f64>() / n.max(1) as f64
     }
 
-    /// ℓ_i = Σ_j w_ij (v_j − v_i) of every row. Exactly zero where all v are equal.
+    /// Computes ℓ_i = Σ_j w_ij (v_j − v_i) for each row. The result is exactly zero where all v
+    /// are equal.
     ///
     /// # Panics
-    /// If `positions` or `out` has not one entry a vertex.
+    /// If `positions` or `out` does not have one entry per vertex.
     pub fn apply(&self, positions: &Positions<T>, out: &mut VertexMap<Vector3<T>>) {
         assert_eq!(positions.len(), self.num_rows(), "one position a vertex");
         assert_eq!(
@@ -141,10 +142,10 @@ impl<T: Scalar> Operator<T> {
         });
     }
 
-    /// ℓ of row `i`, in double precision.
+    /// Computes ℓ of row `i`, in double precision.
     ///
     /// # Panics
-    /// If there is no such vertex, or fewer positions than vertices.
+    /// If there is no such vertex, or if there are fewer positions than vertices.
     #[inline]
     pub fn apply_at(&self, positions: &Positions<T>, i: usize) -> Vector3<f64> {
         let x = positions.as_slice();
@@ -159,19 +160,18 @@ impl<T: Scalar> Operator<T> {
         sum
     }
 
-    /// The operator as a sparse matrix: **−L**, with Σ_j w_ij on the diagonal and −w_ij beside it,
-    /// so that it is positive semi-definite for the cotangent scheme.
+    /// Returns the operator as a sparse matrix: **−L**, with Σ_j w_ij on the diagonal and −w_ij
+    /// off the diagonal, so that it is positive semi-definite for the cotangent scheme.
     ///
-    /// **Shape**: n × n, row and column = vertex number, columns ascending. Every row sums to
-    /// exactly zero.
+    /// **Shape**: n × n, indexed by vertex, columns ascending. Each row sums to exactly zero.
     ///
     /// # Panics
     /// Never: the pattern is sorted and within bounds by construction.
     pub fn matrix(&self) -> CsrMatrix<T> {
-        /// Rows that one task fills.
+        /// Rows per task.
         const CHUNKS: Chunks = Chunks::of(2048);
         let n = self.num_rows();
-        // Rounded once more where T is coarser than f64; nothing changes where it is not.
+        // Rounded again if T is coarser than f64; unchanged otherwise.
         let weights: Vec<T> = self.weights.iter().map(|w| T::of_f64(*w)).collect();
         let units = exact_units(&self.graph, &weights);
         let blocks = CHUNKS.map(0..n, |_, rows| {
@@ -183,7 +183,7 @@ impl<T: Scalar> Operator<T> {
         });
         let mut offsets = Vec::with_capacity(n + 1);
         offsets.push(0);
-        // Every row has a diagonal entry beside its ring.
+        // Each row has a diagonal entry in addition to its ring.
         offsets.extend((0..n).map(|i| self.graph.range(i).end + i + 1));
         let mut columns = Vec::with_capacity(weights.len() + n);
         let mut values = Vec::with_capacity(weights.len() + n);
@@ -195,7 +195,7 @@ impl<T: Scalar> Operator<T> {
             .expect("sorted rows within bounds")
     }
 
-    /// Appends row `i` of the matrix, its diagonal in its place.
+    /// Appends row `i` of the matrix, with the diagonal in its sorted position.
     fn push_row(
         &self,
         i: usize,
@@ -225,7 +225,7 @@ impl<T: Scalar> Operator<T> {
     }
 }
 
-/// A scheme that says that it is symmetric must be, within rounding.
+/// Checks that a scheme that claims to be symmetric is symmetric up to rounding.
 fn check_symmetry<T: Scalar, S: LaplacianScheme<T> + ?Sized>(
     scheme: &S,
     surface: &Surface<'_, T>,
@@ -252,10 +252,11 @@ fn check_symmetry<T: Scalar, S: LaplacianScheme<T> + ?Sized>(
     }
 }
 
-/// ℓ_i = Σ_j w_ij (v_j − v_i) with weights that need not belong to an operator, in parallel.
+/// Computes ℓ_i = Σ_j w_ij (v_j − v_i) in parallel, for weights that need not belong to an
+/// operator.
 ///
 /// # Panics
-/// If a map has not one entry an element.
+/// If a map does not have one entry per element.
 pub fn apply_weights<T: Scalar>(
     rings: &OneRings,
     weights: &HalfedgeMap<T>,
@@ -381,7 +382,7 @@ mod tests {
         let single = Operator::assemble(&Cotangent::default(), &shape.surface()).unwrap();
         assert!(exact.weights().iter().any(|w| *w > 1e3));
         for (a, b) in exact.weights().iter().zip(single.weights()) {
-            // What single precision loses is lost in the positions, not in the rounding.
+            // Single precision loses digits in the positions, not in the rounding.
             assert!((a - b).abs() <= 2e-2 * a.abs().max(1.0), "{a} {b}");
         }
     }
@@ -406,7 +407,8 @@ mod tests {
         assert!(error.to_string().contains("Symmetry::General"), "{error}");
     }
 
-    /// Two spheres and one pair more, which is no edge of theirs: rows need not come of a mesh.
+    /// The graph of two spheres plus one pair that is not an edge: rows need not come from a
+    /// mesh.
     #[test]
     fn a_graph_may_have_pairs_that_are_no_edges() {
         let shape = cotan_geometry::shapes::icosphere::<f64>(1);

@@ -1,4 +1,4 @@
-//! The one-rings of all vertices, flattened: the graph of every operator that a scheme weighs.
+//! The one-rings of all vertices, flattened: the graph of every operator built by a scheme.
 
 use std::sync::Arc;
 
@@ -6,10 +6,10 @@ use cotan_halfedge::{HalfedgeId, HalfedgeMap, HalfedgeMesh, VertexId};
 
 use crate::graph::{Graph, RowId};
 
-/// Neighbours of every vertex in ascending order, with the halfedge that leads to each: the graph
-/// of a mesh, and what belongs to its entries.
+/// The graph of a mesh: the neighbours of each vertex in ascending order, with the halfedge that
+/// leads to each.
 ///
-/// It is built once a mesh and replaces the walk around a vertex in everything that runs every
+/// Built once per mesh, it replaces the walk around a vertex in everything that runs in every
 /// iteration.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct OneRings {
@@ -28,8 +28,8 @@ impl OneRings {
         for i in 0..n {
             offsets[i + 1] += offsets[i];
         }
-        // A vertex that comes in ascending order to the rings of all its neighbours leaves them
-        // sorted.
+        // Visiting the vertices in ascending order and appending each to the rings of its
+        // neighbours leaves the rings sorted.
         let mut ends = offsets.clone();
         let mut neighbours = vec![RowId::new(0); mesh.num_halfedges()];
         let mut halfedges = vec![HalfedgeId::new(0); mesh.num_halfedges()];
@@ -48,7 +48,7 @@ impl OneRings {
         }
     }
 
-    /// The same without the mesh: a row per vertex.
+    /// The graph alone, with one row per vertex.
     pub fn graph(&self) -> &Arc<Graph> {
         &self.graph
     }
@@ -58,23 +58,23 @@ impl OneRings {
         self.graph.num_rows()
     }
 
-    /// Neighbours of vertex number `i`, ascending, with the halfedges that lead there.
+    /// The neighbours of vertex `i` in ascending order, with the halfedges that lead to them.
     #[inline]
     pub fn ring(&self, i: usize) -> impl ExactSizeIterator<Item = (VertexId, HalfedgeId)> + '_ {
         let row = self.graph.row(i);
         row.map(|(j, k)| (VertexId::new(j.index()), self.halfedges[k]))
     }
 
-    /// The halfedges to the neighbours of all vertices, row after row: one per entry of the graph.
+    /// The halfedges to the neighbours of all vertices, row by row: one per entry of the graph.
     #[inline]
     pub fn halfedges(&self) -> &[HalfedgeId] {
         &self.halfedges
     }
 
-    /// Values in the order of the rows, by halfedge.
+    /// Converts values in row order to values by halfedge.
     ///
     /// # Panics
-    /// If there is not one value per entry.
+    /// If there is not exactly one value per entry.
     pub fn by_halfedge<A: Clone + Default>(&self, rows: &[A]) -> HalfedgeMap<A> {
         assert_eq!(rows.len(), self.halfedges.len(), "one value per entry");
         let mut out = HalfedgeMap::filled(rows.len(), A::default());
@@ -84,7 +84,7 @@ impl OneRings {
         out
     }
 
-    /// Values by halfedge, in the order of the rows.
+    /// Converts values by halfedge to values in row order.
     pub fn by_row<A: Clone>(&self, halfedges: &HalfedgeMap<A>) -> Vec<A> {
         self.halfedges
             .iter()

@@ -1,4 +1,4 @@
-//! The trait that chooses weights.
+//! The trait for Laplacian weights.
 
 use std::sync::Arc;
 
@@ -10,41 +10,41 @@ use thiserror::Error;
 use crate::fans::{FanSums, Fans};
 use crate::operator::apply_weights;
 
-/// Whether w_ij = w_ji for every edge, which decides what factorization can serve.
+/// Symmetry of the weights, which decides which factorizations can be used.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Symmetry {
     /// w_ij = w_ji for every edge.
     Symmetric,
-    /// The two directions of an edge may differ (row-normalised schemes).
+    /// The two directions of an edge may have different weights (row-normalized schemes).
     General,
 }
 
-/// Why weights could not be chosen.
+/// Reasons why weights could not be computed.
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
 #[non_exhaustive]
 pub enum SchemeError {
-    /// A weight that is NaN or infinite.
+    /// A weight is NaN or infinite.
     #[error("the {scheme} weight of the edge from vertex {} to vertex {} is not a finite number; look for vertices that coincide", vertices[0], vertices[1])]
     NonFiniteWeight {
-        /// Name of the scheme.
+        /// The name of the scheme.
         scheme: String,
         /// Origin and target of the halfedge.
         vertices: [VertexId; 2],
     },
-    /// A scheme that this surface cannot be weighted by, in the scheme's own words.
+    /// The scheme cannot handle this surface, for a reason that the scheme gives.
     #[error("the {scheme} scheme cannot weight this mesh: {reason}")]
     Unsuitable {
-        /// Name of the scheme.
+        /// The name of the scheme.
         scheme: String,
-        /// What is wrong and what to do.
+        /// The problem and its remedy.
         reason: String,
     },
 }
 
-/// Chooses the weights w_ij of ℓ_i = Σ_j w_ij (v_j − v_i): what of a shape counts as its
-/// *parameterization* (paper, section 3.1).
+/// A choice of the weights w_ij in ℓ_i = Σ_j w_ij (v_j − v_i), which defines the part of a shape
+/// that counts as its *parameterization* (paper, section 3.1).
 ///
-/// The trait is dyn-compatible and forwarded through `&S`, `&mut S`, `Box<S>` and `Arc<S>`.
+/// The trait is dyn-compatible and implemented for `&S`, `&mut S`, `Box<S>` and `Arc<S>`.
 ///
 /// ```
 /// use cotan_geometry::{Scalar, Surface, scalar};
@@ -72,32 +72,32 @@ pub enum SchemeError {
 /// }
 /// ```
 pub trait LaplacianScheme<T: Scalar>: Send + Sync {
-    /// Writes the weight w_ij of every halfedge i→j.
+    /// Computes the weight w_ij of each halfedge i→j.
     ///
-    /// **Shapes**: `out` has one entry a halfedge; all of them are overwritten.
+    /// **Shapes**: `out` has one entry per halfedge; all of them are overwritten.
     ///
     /// # Errors
-    /// [`SchemeError`] if the surface cannot be weighted. Weights that are not finite need not be
-    /// reported here: [`crate::Operator::assemble`] finds them.
+    /// [`SchemeError`] if no weights can be computed for the surface. Non-finite weights need not
+    /// be reported here: [`crate::Operator::assemble`] detects them.
     fn weights(
         &self,
         surface: &Surface<'_, T>,
         out: &mut HalfedgeMap<T>,
     ) -> Result<(), SchemeError>;
 
-    /// Whether w_ij = w_ji for every edge.
+    /// States whether w_ij = w_ji for every edge.
     fn symmetry(&self) -> Symmetry;
 
-    /// Measures a surface with its own weights: ℓ_i = Σ_j w_ij (v_j − v_i), and the sums of areas
-    /// around every vertex. `weights` is room that may be used.
+    /// Measures a surface with the weights that it has itself: ℓ_i = Σ_j w_ij (v_j − v_i) and the
+    /// area sums around each vertex. `weights` is scratch space.
     ///
-    /// Provided: it asks for the weights and applies them. A scheme whose sums can be taken
-    /// without writing the weights down, as those of [`crate::Cotangent`] can, may do so.
+    /// The default implementation computes the weights and applies them. Override it for a scheme
+    /// whose sums can be computed without storing the weights, such as [`crate::Cotangent`].
     ///
     /// **Shapes**: `laplacian` has one entry per vertex; all entries are overwritten.
     ///
     /// # Errors
-    /// As [`Self::weights`].
+    /// Same as [`Self::weights`].
     fn measure(
         &self,
         surface: &Surface<'_, T>,
@@ -116,7 +116,7 @@ pub trait LaplacianScheme<T: Scalar>: Send + Sync {
         Ok(())
     }
 
-    /// A name for messages.
+    /// The name used in messages.
     fn name(&self) -> &str {
         "custom"
     }

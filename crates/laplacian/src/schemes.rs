@@ -1,4 +1,4 @@
-//! The built-in schemes: plain values.
+//! The built-in schemes, which are plain values.
 
 use cotan_geometry::{Scalar, Surface, opposite_cotangents_with_floor_into, scalar};
 use cotan_halfedge::{EdgeId, HalfedgeMap, VertexMap};
@@ -10,32 +10,34 @@ use crate::scheme::{LaplacianScheme, SchemeError, Symmetry};
 
 /// w_ij = cot α_ij + cot β_ij, the curvature-flow weights (paper, equation 6; no ½).
 ///
-/// α and β are the angles opposite the edge; at a boundary edge there is one. Weights are
-/// negative where α + β > 180° and are *kept so*: clamping them in the system makes the flow
-/// diverge (see [`ClampedCotangent`]).
+/// α and β are the angles opposite the edge; a boundary edge has only one of them. Weights are
+/// negative where α + β > 180° and are *left negative*: clamping them in the system makes the
+/// flow diverge (see [`ClampedCotangent`]).
 ///
 /// The cotangent is (a·b) / max(|a × b|, `area_floor` · Σ e²), where e are the three edges of the
-/// triangle: only triangles thinner than the floor, whose cotangent would be meaningless or
-/// infinite, are altered.
+/// triangle. Only triangles thinner than the floor, whose cotangent would be meaningless or
+/// infinite, are affected.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Cotangent {
-    /// Least 2·area of a triangle, relative to the sum of its squared edge lengths (no unit).
+    /// Lower bound for twice the area of a triangle, relative to the sum of its squared edge
+    /// lengths (dimensionless).
     pub area_floor: f64,
 }
 
 impl Default for Cotangent {
     fn default() -> Self {
-        // Angles below 2e-6 radians carry no shape; with 1e-12 a zero-area triangle has weights
-        // of 1e12, whose square drowns every other digit of the normal equations.
+        // Angles below 2e-6 radians carry no shape information. With a floor of 1e-12, a
+        // zero-area triangle would have weights of 1e12, whose squares swamp all other digits of
+        // the normal equations.
         Self { area_floor: 1e-6 }
     }
 }
 
 impl Cotangent {
-    /// The cotangent of the angle opposite each halfedge in its triangle, 0 on the boundary: w_ij
-    /// is the sum over the two sides of the edge.
+    /// Computes the cotangent of the angle opposite each halfedge in its triangle, or 0 on the
+    /// boundary. w_ij is the sum over the two sides of the edge.
     ///
-    /// **Shapes**: one entry a halfedge; `out` is replaced if it has another length.
+    /// **Shapes**: one entry per halfedge; `out` is replaced if its length differs.
     pub fn opposite_cotangents<T: Scalar>(
         &self,
         surface: &Surface<'_, T>,
@@ -45,13 +47,14 @@ impl Cotangent {
     }
 }
 
-/// The cotangent weights with every w_ij raised to at least `floor`.
+/// The cotangent weights with each w_ij raised to at least `floor`.
 ///
-/// A convex-combination operator, for maps that must not flip. As the system of a deformation it
-/// is a bad choice: linear precision is lost, so flat regions get tangential coordinates.
+/// This is a convex-combination operator, for maps that must not flip. It is a poor choice for
+/// the system of a deformation: linear precision is lost, so flat regions get tangential
+/// coordinates.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ClampedCotangent {
-    /// The least weight (no unit; an equilateral mesh has weights of 1.15).
+    /// The smallest weight (dimensionless; an equilateral mesh has weights of 1.15).
     pub floor: f64,
     /// The weights that are clamped.
     pub cotangent: Cotangent,
@@ -74,9 +77,9 @@ pub struct Tutte;
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Uniform;
 
-/// w_ij = |e_ij|⁻¹ / mean of |e|⁻¹: Fujiwara's weights, made free of units.
+/// w_ij = |e_ij|⁻¹ / mean of |e|⁻¹: Fujiwara's weights, normalized to be dimensionless.
 ///
-/// Edges shorter than 1e-9 of the mean length count as that long.
+/// Edges shorter than 1e-9 of the mean length are treated as having that length.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct EdgeLength;
 
@@ -210,12 +213,12 @@ impl<T: Scalar> LaplacianScheme<T> for EdgeLength {
     }
 }
 
-/// Fills both halves of every edge with the same value, in parallel.
+/// Sets both halfedges of each edge to the same value, in parallel.
 fn per_edge<T: Scalar>(out: &mut HalfedgeMap<T>, weight: impl Fn(EdgeId) -> T + Sync) {
     update_edges(out, |edge, pair| pair.fill(weight(edge)));
 }
 
-/// Replaces the two values of every edge by one that is made of both.
+/// Replaces the two values of each edge by a combination of both.
 fn per_edge_pair<T: Scalar>(out: &mut HalfedgeMap<T>, combine: impl Fn(T, T) -> T) {
     for pair in out.as_mut_slice().chunks_exact_mut(2) {
         pair.fill(combine(pair[0], pair[1]));
@@ -247,7 +250,7 @@ mod tests {
         let shape = bar::<f64>([2.0, 2.0, 2.0], [4, 4, 4]);
         let cotangent = weights(Cotangent::default(), &shape.surface());
         let small = cotangent.values().filter(|w| w.abs() < 1e-12).count();
-        // One diagonal a cell, 16 cells on each of six sides, two halfedges each.
+        // One diagonal per cell, 16 cells on each of six sides, two halfedges each.
         assert_eq!(small, 2 * 16 * 6);
     }
 

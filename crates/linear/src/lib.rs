@@ -58,3 +58,8 @@ pub use linear_system::LinearSystem;
 pub use problem::Membrane;
 pub use strategy::{Choice, Method, Reason, Strategy, SystemOptions};
 pub use system::PreparedSystem;
+
+/// Runs the example of the README as a doc test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

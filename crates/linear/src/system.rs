@@ -208,6 +208,16 @@ impl PreparedSystem {
         }
     }
 
+    /// As [`Self::residual`] at one vertex, also where it is a hard handle: less the force by which
+    /// the handle is held.
+    ///
+    /// # Panics
+    /// If a map has not one entry per vertex, or the vertex does not exist.
+    pub fn residual_at(&self, defect: &Defect<'_>, vertex: VertexId) -> Vector3<f64> {
+        defect.check(self.problem.num_vertices());
+        self.problem.residual_at(defect, vertex.index())
+    }
+
     /// The correction δ, the solution for [`Self::residual`]; 0 at hard handles. Allocates nothing
     /// of the size of the mesh.
     ///

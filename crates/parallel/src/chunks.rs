@@ -1,4 +1,4 @@
-//! Loops cut into chunks of a fixed size.
+//! Loops over slices, split into chunks of a fixed size.
 
 use std::iter::Sum;
 
@@ -6,10 +6,10 @@ use rayon::prelude::*;
 
 use crate::slices::Slices;
 
-/// The number of entries that a task works on: a constant of the caller.
+/// A chunk size: the number of entries that one task processes.
 ///
-/// A partial sum belongs to each chunk, so that another size gives a sum that is rounded
-/// differently. It must never follow from the number of threads.
+/// Each chunk has its own partial sum, so a different size rounds sums differently. The size must
+/// be a constant; it must never depend on the number of threads.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Chunks(usize);
 
@@ -23,13 +23,13 @@ impl Chunks {
         Self(size)
     }
 
-    /// Number of entries of a chunk.
+    /// The number of entries per chunk.
     pub const fn size(self) -> usize {
         self.0
     }
 
-    /// Calls `work` with the index of the first entry and with the entries of every chunk, and
-    /// returns the results in order. No entry at all gives no chunk.
+    /// Calls `work` with the index of the first entry and the entries of each chunk, and returns
+    /// the results in order. An empty slice has no chunks.
     ///
     /// # Panics
     /// If the slices have different lengths.
@@ -48,9 +48,9 @@ impl Chunks {
         }
     }
 
-    /// As [`Self::map`] with a scratch space, which is made once per thread or somewhat more often.
+    /// Like [`Self::map`], but passes a scratch space that is created about once per thread.
     ///
-    /// The results must not depend on what earlier chunks left in it.
+    /// The results must not depend on what earlier chunks left in the scratch space.
     ///
     /// # Panics
     /// If the slices have different lengths.
@@ -72,7 +72,7 @@ impl Chunks {
         }
     }
 
-    /// As [`Self::map`], without results.
+    /// Like [`Self::map`], but without results.
     ///
     /// # Panics
     /// If the slices have different lengths.
@@ -92,7 +92,7 @@ impl Chunks {
         self.update(out, |i, entry| *entry = value(i));
     }
 
-    /// A vector of `len` entries `value(i)`.
+    /// Returns a vector of `len` entries with `value(i)` at index `i`.
     pub fn filled<A: Send>(self, len: usize, value: impl Fn(usize) -> A + Sync + Send) -> Vec<A> {
         if len <= self.0 {
             return (0..len).map(value).collect();
@@ -101,7 +101,7 @@ impl Chunks {
         indices.map(value).collect()
     }
 
-    /// The values of `pick(i)` for i < `len`, in order, without the `None`.
+    /// Returns the values of `pick(i)` for i < `len` in order, leaving out each `None`.
     pub fn filter_map<A: Send>(
         self,
         len: usize,
@@ -116,7 +116,8 @@ impl Chunks {
         picked
     }
 
-    /// Calls `change(i, entries)` with the entries `i` of one or several slices.
+    /// Calls `change(i, entries)` for every index `i`, with the entries of one or more slices at
+    /// that index.
     ///
     /// # Panics
     /// If the slices have different lengths.
@@ -126,7 +127,7 @@ impl Chunks {
         });
     }
 
-    /// As [`Self::update`]; returns the sums of what `change` returns.
+    /// Like [`Self::update`], and returns the sums of the values returned by `change`.
     ///
     /// # Panics
     /// If the slices have different lengths.
@@ -143,23 +144,23 @@ impl Chunks {
         total(&partial)
     }
 
-    /// The sum of the terms `term(i)` for i < `len`.
+    /// Returns the sum of `term(i)` for i < `len`.
     ///
-    /// Sums of single-precision numbers should be taken in `f64`: a million `f32` terms would keep
-    /// four digits.
+    /// Sum single-precision values in `f64`: a sum of a million `f32` terms keeps only about four
+    /// digits.
     pub fn sum<S: Sum + Send>(self, len: usize, term: impl Fn(usize) -> S + Sync) -> S {
         let partial = self.map(0..len, |_, indices| indices.map(&term).sum::<S>());
         partial.into_iter().sum()
     }
 
-    /// The largest of the numbers `value(i)` and zero; NaN if any of them is NaN.
+    /// Returns the maximum of zero and all `value(i)`, or NaN if any of them is NaN.
     pub fn max(self, len: usize, value: impl Fn(usize) -> f64 + Sync) -> f64 {
         let greater = |m: f64, x: f64| if x > m || x.is_nan() { x } else { m };
         let partial = self.map(0..len, |_, indices| indices.map(&value).fold(0.0, greater));
         partial.into_iter().fold(0.0, greater)
     }
 
-    /// Whether `holds(i)` for all i < `len`.
+    /// Returns true if `holds(i)` for all i < `len`.
     pub fn all(self, len: usize, holds: impl Fn(usize) -> bool + Sync + Send) -> bool {
         if len <= self.0 {
             return (0..len).all(holds);
@@ -183,7 +184,7 @@ impl Chunks {
     }
 }
 
-/// The sums of the entries, added in order.
+/// Adds the partial sums in order.
 fn total<const N: usize>(partial: &[[f64; N]]) -> [f64; N] {
     let mut sums = [0.0; N];
     partial.iter().for_each(|part| add(&mut sums, part));

@@ -1,27 +1,27 @@
-//! Slices of the same length that a loop walks over together.
+//! Slices of equal length that are iterated together.
 
 use std::ops::Range;
 
-/// One slice, a range of indices, or several of them with the same length as a tuple.
+/// A slice, a range of indices, or a tuple of these with equal lengths.
 ///
 /// Implemented for `&[A]`, `&mut [A]`, `Range<usize>` and tuples of two to five of these.
 pub trait Slices: Send + Sized {
     /// The entries at one index: `&A`, `&mut A`, `usize`, or a tuple of these.
     type Entry;
 
-    /// Number of entries.
+    /// The number of entries.
     ///
     /// # Panics
     /// If the slices of a tuple have different lengths.
     fn num_entries(&self) -> usize;
 
-    /// The entries before `middle` and those from it on.
+    /// Splits the slice into the entries before `middle` and the rest.
     ///
     /// # Panics
     /// If there are fewer than `middle` entries.
     fn split(self, middle: usize) -> (Self, Self);
 
-    /// Calls `visit` with all entries in order, counted from zero.
+    /// Calls `visit` with each index and entry, in order.
     fn for_each_entry(self, visit: impl FnMut(usize, Self::Entry));
 }
 

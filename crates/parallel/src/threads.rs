@@ -1,30 +1,30 @@
-//! The number of threads that work.
+//! The number of worker threads.
 
 use std::fmt;
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-/// A number of threads, waiting for work.
+/// A pool with a given number of threads.
 #[derive(Debug)]
 pub struct Threads(ThreadPool);
 
 impl Threads {
-    /// Starts them.
+    /// Starts the threads.
     ///
     /// # Errors
-    /// [`ThreadError`] if the system has no room for so many.
+    /// [`ThreadError`] if the system cannot start that many.
     pub fn new(threads: usize) -> Result<Self, ThreadError> {
         let pool = ThreadPoolBuilder::new().num_threads(threads).build();
         pool.map(Self).map_err(ThreadError)
     }
 
-    /// Runs `work` on one of them; its loops are shared out among all.
+    /// Runs `work` on one of the threads; its loops use all of them.
     pub fn run<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
         self.0.install(work)
     }
 }
 
-/// Threads that the system does not give.
+/// The system could not start the requested threads.
 #[derive(Debug)]
 pub struct ThreadError(rayon::ThreadPoolBuildError);
 
@@ -40,7 +40,7 @@ impl std::error::Error for ThreadError {
     }
 }
 
-/// Runs `work` on [`Threads`] of its own.
+/// Runs `work` on a new pool of [`Threads`].
 ///
 /// ```
 /// let sum = || cotan_parallel::Chunks::of(100).sum::<f64>(10_000, |i| (i as f64).sqrt());
@@ -50,7 +50,7 @@ impl std::error::Error for ThreadError {
 /// ```
 ///
 /// # Errors
-/// As [`Threads::new`]; `work` has not run then.
+/// Same as [`Threads::new`], in which case `work` has not run.
 pub fn on_threads<R: Send>(
     threads: usize,
     work: impl FnOnce() -> R + Send,
@@ -58,7 +58,7 @@ pub fn on_threads<R: Send>(
     Ok(Threads::new(threads)?.run(work))
 }
 
-/// Number of threads among which a loop that starts here is shared out.
+/// The number of threads available to a loop that starts here.
 #[must_use]
 pub fn num_threads() -> usize {
     rayon::current_num_threads()

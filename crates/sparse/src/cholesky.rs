@@ -1,4 +1,4 @@
-//! Factorized matrices: analysed once, factorized and solved as often as asked, and checked.
+//! Factorized matrices: analysed once, factorized and solved any number of times, and checked.
 
 use std::collections::TryReserveError;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use crate::pool::Pool;
 /// A factorized symmetric positive definite matrix.
 pub struct Cholesky {
     factor: Factor,
-    /// For a factor in single precision: the matrix, to refine its solutions.
+    /// For a factor in single precision: the matrix, for the refinement of solutions.
     matrix: Option<Csr>,
     pool: Pool<Work>,
 }
@@ -23,7 +23,7 @@ pub struct Cholesky {
 /// The memory of a solve.
 struct Work {
     buffers: Buffers,
-    /// For a factor in single precision: a right-hand side and what a solution leaves of it.
+    /// For a factor in single precision: a right-hand side and its residual.
     rhs: Vec<Vector3<f64>>,
     residual: Vec<Vector3<f64>>,
 }
@@ -41,8 +41,8 @@ impl Cholesky {
     /// Orders, analyses and factorizes a matrix.
     ///
     /// # Errors
-    /// [`SparseError`]: a matrix that is not positive definite or too large, or a factor that a
-    /// check solve finds inaccurate.
+    /// [`SparseError`] if the matrix is not positive definite or too large, or if a check solve
+    /// finds the factor inaccurate.
     pub fn factor(matrix: &LowerTriangle) -> Result<Self, SparseError> {
         let symbolic = Symbolic::of(matrix)?;
         Self::with_analysis(Arc::new(symbolic), matrix, Precision::Double)
@@ -51,7 +51,7 @@ impl Cholesky {
     /// Factorizes a matrix whose pattern has been analysed.
     ///
     /// # Errors
-    /// As [`Self::factor`], and [`SparseError::DifferentPattern`].
+    /// As for [`Self::factor`], and [`SparseError::DifferentPattern`].
     pub fn with_analysis(
         symbolic: Arc<Symbolic>,
         matrix: &LowerTriangle,
@@ -74,20 +74,21 @@ impl Cholesky {
         Ok(cholesky)
     }
 
-    /// Factorizes another matrix of the same pattern beside this one; the analysis is shared.
+    /// Factorizes another matrix of the same pattern into a new factor that shares the analysis.
     ///
     /// # Errors
-    /// As [`Self::with_analysis`].
+    /// As for [`Self::with_analysis`].
     pub fn factor_like(&self, matrix: &LowerTriangle) -> Result<Self, SparseError> {
         let precision = self.factor.precision();
         Self::with_analysis(self.factor.symbolic().clone(), matrix, precision)
     }
 
-    /// Factorizes another matrix of the same pattern in place of this one. After an error the
-    /// factor is of no use.
+    /// Factorizes another matrix of the same pattern in place.
+    ///
+    /// After an error the factor is unusable.
     ///
     /// # Errors
-    /// As [`Self::with_analysis`].
+    /// As for [`Self::with_analysis`].
     pub fn refactor(&mut self, matrix: &LowerTriangle) -> Result<(), SparseError> {
         check(self.factor.symbolic(), matrix)?;
         self.factor
@@ -106,7 +107,7 @@ impl Cholesky {
         self.factor.symbolic().num_entries()
     }
 
-    /// Overwrites right-hand sides by their solutions: x, y and z are three systems.
+    /// Overwrites right-hand sides with their solutions; x, y and z are three systems.
     ///
     /// # Panics
     /// If there is not one entry per unknown.
@@ -114,9 +115,10 @@ impl Cholesky {
         self.solve_between(rhs, |_, b| *b, |_, x| x);
     }
 
-    /// As [`Self::solve`]: the right-hand side is what `before` makes of the index and the value of
-    /// every entry, and what is written is what `after` makes of the solution. This saves passes
-    /// over the vectors.
+    /// Like [`Self::solve`], but applies `before` to the index and value of every entry to get
+    /// the right-hand side, and `after` to the solution to get the output.
+    ///
+    /// This saves passes over the vectors.
     ///
     /// # Panics
     /// If there is not one entry per unknown.
@@ -142,7 +144,7 @@ impl Cholesky {
         );
     }
 
-    /// Overwrites one right-hand side by its solution.
+    /// Overwrites one right-hand side with its solution.
     ///
     /// # Panics
     /// If there is not one entry per unknown.
@@ -157,8 +159,7 @@ impl Cholesky {
         x.iter_mut().zip(&vectors).for_each(|(x, v)| *x = v.x);
     }
 
-    /// A factor in single precision is asked twice: its first answer leaves a residual, which it
-    /// answers too.
+    /// Solves with one step of iterative refinement, for a factor in single precision.
     fn solve_refined(&self, x: &mut [Vector3<f64>], matrix: &Csr, work: &mut Work) {
         let Work {
             buffers,
@@ -187,10 +188,10 @@ impl Cholesky {
         assert_eq!(len, unknowns, "one entry per unknown");
     }
 
-    /// Solves one right-hand side and measures the backward error |Mx − b| / (|M||x| + |b|).
+    /// Solves one right-hand side and checks the backward error |Mx − b| / (|M||x| + |b|).
     fn check_solve(&self, matrix: &LowerTriangle) -> Result<(), SparseError> {
-        // A stable factorization has a backward error of a few times 1e-16 whatever the condition
-        // number.
+        // A stable factorization has a backward error of a few times 1e-16, whatever the
+        // condition number.
         const WORST: f64 = 1e-10;
         let n = matrix.offsets.len() - 1;
         // A fixed sequence without structure: multiples of the golden ratio, mod 1.
@@ -217,12 +218,14 @@ impl Cholesky {
     }
 }
 
-/// Whether the system has so much memory to give.
+/// Checks that the system can provide this much memory.
 fn check_room(bytes: u64) -> Result<(), TryReserveError> {
     let bytes = usize::try_from(bytes).unwrap_or(usize::MAX);
     Vec::<u8>::new().try_reserve_exact(bytes)
 }
 
+/// Checks that the matrix has the analysed pattern and finite values.
+///
 /// # Errors
 /// [`SparseError::DifferentPattern`], and [`SparseError::NotPositiveDefinite`] if a value is not
 /// finite.

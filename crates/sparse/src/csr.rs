@@ -13,11 +13,11 @@ pub(crate) struct Csr {
 }
 
 impl Csr {
-    /// Both triangles of a symmetric matrix.
+    /// Creates the matrix with both triangles of a symmetric matrix.
     pub(crate) fn from_lower(lower: &LowerTriangle) -> Self {
         let n = lower.offsets.len() - 1;
         let mut offsets = vec![0usize; n + 1];
-        // Rows get their entries in the order of the columns: lower ones first.
+        // Rows get their entries in column order, lower ones first.
         let entries =
             || (0..n).flat_map(|j| (lower.offsets[j]..lower.offsets[j + 1]).map(move |k| (j, k)));
         for (j, k) in entries() {
@@ -119,12 +119,12 @@ impl Csr {
         }
     }
 
-    /// A B, row by row in parallel.
+    /// Computes A B, row by row in parallel.
     pub(crate) fn times(&self, other: &Self, num_columns: usize) -> Self {
-        // Few chunks: each takes a list of all columns.
+        // Few chunks, since each needs a list of all columns.
         const CHUNKS: Chunks = Chunks::of(1 << 15);
         let blocks = CHUNKS.map(0..self.num_rows(), |_, rows| {
-            // Where in the row at hand each column stands: at least `begin` if it is there.
+            // The position of each column in the current row: at least `begin` if it is present.
             let mut places = vec![usize::MAX; num_columns];
             let (mut ends, mut columns, mut values) = (Vec::new(), Vec::new(), Vec::new());
             for i in rows {

@@ -2,22 +2,22 @@
 
 use thiserror::Error;
 
-/// Why a sparse system could not be solved.
+/// An error while solving a sparse system.
 #[derive(Clone, Copy, PartialEq, Debug, Error)]
 #[non_exhaustive]
 pub enum SparseError {
-    /// Arrays that are not the lower triangle of a matrix.
+    /// The arrays do not form the lower triangle of a matrix.
     #[error(
         "column {column} of the lower triangle is malformed: its rows must ascend from the diagonal, stay below the number of columns, and have one value each"
     )]
     Malformed {
-        /// The first column at fault.
+        /// The first invalid column.
         column: usize,
     },
-    /// A matrix with another pattern than the one that was analysed.
+    /// The pattern of the matrix differs from the analysed one.
     #[error("the matrix does not have the pattern that was analysed; analyse it anew")]
     DifferentPattern,
-    /// A matrix that cannot be factorized.
+    /// The matrix cannot be factorized.
     #[error(
         "the system of {unknowns} unknowns cannot be factorized: it is not positive definite in double precision"
     )]
@@ -25,7 +25,7 @@ pub enum SparseError {
         /// Number of unknowns.
         unknowns: usize,
     },
-    /// A factorization that does not reproduce its matrix.
+    /// The factorization does not reproduce its matrix.
     #[error(
         "the factorization of {unknowns} unknowns is not accurate: a check solve left a relative residual of {residual:.1e}"
     )]
@@ -35,14 +35,14 @@ pub enum SparseError {
         /// Normwise backward error of the check solve.
         residual: f64,
     },
-    /// An iteration that did not reach its tolerance.
+    /// The iteration did not reach its tolerance.
     #[error(
         "the iteration for {unknowns} unknowns did not converge: a relative residual of {residual:.1e} is left"
     )]
     NotConverged {
         /// Number of unknowns.
         unknowns: usize,
-        /// The largest |residual| / |right-hand side| that is left.
+        /// The largest remaining ratio |residual| / |right-hand side|.
         residual: f64,
     },
     /// Not enough memory.
@@ -50,7 +50,7 @@ pub enum SparseError {
     OutOfMemory {
         /// Number of unknowns.
         unknowns: usize,
-        /// Size of the factor.
+        /// Size of the factor in bytes.
         bytes: u64,
     },
 }

@@ -1,14 +1,14 @@
 //! Symmetric positive definite sparse systems A x = b in double precision.
 //!
-//! - [`Cholesky`]: a factorization. The pattern is analysed once ([`Symbolic`]: nested dissection,
-//!   elimination tree, supernodes) and serves every matrix with that pattern; solves stream the
-//!   factor for three right-hand sides at once.
-//! - [`Multigrid`]: conjugate gradients preconditioned by smoothed aggregation, for matrices whose
-//!   factor would not fit into memory.
+//! - [`Cholesky`]: a factorization. The pattern is analysed once ([`Symbolic`]: nested
+//!   dissection, elimination tree, supernodes) and reused for every matrix with that pattern;
+//!   solves stream the factor for three right-hand sides at once.
+//! - [`Multigrid`]: conjugate gradients preconditioned by smoothed aggregation, for matrices
+//!   whose factor would not fit into memory.
 //!
-//! Both are solved through `&self`: each solve takes its memory from a pool and gives it back, so
-//! that nothing of the size of the matrix is allocated after the first. The results do not depend
-//! on the number of threads.
+//! Both are solved through `&self`: each solve takes its memory from a pool and returns it, so
+//! that nothing of the size of the matrix is allocated after the first one. The results do not
+//! depend on the number of threads.
 //!
 //! ```
 //! use cotan_sparse::{Cholesky, LowerTriangle};
@@ -36,3 +36,8 @@ pub use error::SparseError;
 pub use factor::{Precision, Symbolic};
 pub use lower::LowerTriangle;
 pub use multigrid::Multigrid;
+
+/// Runs the example of the README as a doc test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

@@ -11,14 +11,14 @@ pub struct LowerTriangle {
 }
 
 impl LowerTriangle {
-    /// The matrix whose column j has the entries `offsets[j]..offsets[j + 1]` of `rows` and
-    /// `values`.
+    /// Creates the matrix whose column j has the entries `offsets[j]..offsets[j + 1]` of `rows`
+    /// and `values`.
     ///
     /// **Shapes**: one offset more than there are columns; as many rows as values. The rows of a
     /// column ascend, and the first is not above the diagonal.
     ///
     /// # Errors
-    /// [`SparseError::Malformed`]. Whether the values are finite is found by a factorization.
+    /// [`SparseError::Malformed`]. Non-finite values are only detected by a factorization.
     pub fn new(offsets: Vec<usize>, rows: Vec<u32>, values: Vec<f64>) -> Result<Self, SparseError> {
         let n = offsets.len().saturating_sub(1);
         let is_whole = offsets.first() == Some(&0)
@@ -48,7 +48,7 @@ impl LowerTriangle {
         })
     }
 
-    /// Number of unknowns: of rows and of columns.
+    /// Number of unknowns, that is, of rows and of columns.
     pub fn num_unknowns(&self) -> usize {
         self.offsets.len() - 1
     }
@@ -58,7 +58,7 @@ impl LowerTriangle {
         self.rows.len()
     }
 
-    /// out = M x for one vector.
+    /// Computes out = M x for one vector.
     ///
     /// # Panics
     /// If a vector has fewer entries than there are unknowns.
@@ -75,7 +75,7 @@ impl LowerTriangle {
         }
     }
 
-    /// Greatest sum of the absolute entries of a row.
+    /// The maximum absolute row sum.
     pub(crate) fn norm(&self) -> f64 {
         let mut sums = vec![0.0; self.offsets.len() - 1];
         for j in 0..sums.len() {
@@ -90,6 +90,8 @@ impl LowerTriangle {
         sums.into_iter().fold(0.0, f64::max)
     }
 
+    /// Checks that all values are finite.
+    ///
     /// # Errors
     /// [`SparseError::NotPositiveDefinite`] if a value is not finite.
     pub(crate) fn check_finite(&self) -> Result<(), SparseError> {
@@ -115,7 +117,7 @@ mod tests {
         let malformed = |column| SparseError::Malformed { column };
         assert_eq!(refused(&[], &[]), malformed(0));
         assert_eq!(refused(&[0, 1], &[0, 0]), malformed(0));
-        // Above the diagonal, outside, descending, offsets that descend.
+        // Above the diagonal, out of range, descending rows, descending offsets.
         assert_eq!(refused(&[0, 1, 2], &[0, 0]), malformed(1));
         assert_eq!(refused(&[0, 2, 3], &[0, 2, 1]), malformed(0));
         assert_eq!(refused(&[0, 3, 3, 3], &[0, 2, 1]), malformed(0));

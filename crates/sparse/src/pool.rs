@@ -1,10 +1,10 @@
-//! Memory that solves take and give back.
+//! Pooled memory for solves.
 
 use std::sync::{Mutex, PoisonError};
 
-/// Values that are made when they are needed and kept for the next user.
+/// Values that are created on demand and kept for the next user.
 ///
-/// There are never more of them than there were users at the same time.
+/// There are never more of them than there were simultaneous users.
 pub(crate) struct Pool<W>(Mutex<Vec<W>>);
 
 impl<W> Pool<W> {
@@ -12,7 +12,7 @@ impl<W> Pool<W> {
         Self(Mutex::new(Vec::new()))
     }
 
-    /// Runs `user` with a value of the pool, or with a new one if all are in use.
+    /// Runs `user` with a value from the pool, or with a new one if all are in use.
     pub(crate) fn with<R>(&self, new: impl FnOnce() -> W, user: impl FnOnce(&mut W) -> R) -> R {
         let kept = self.lock(Vec::pop);
         let mut value = kept.unwrap_or_else(new);
@@ -21,7 +21,7 @@ impl<W> Pool<W> {
         result
     }
 
-    /// A user that panics keeps its value, so that those in the pool are whole.
+    /// A panicking user does not return its value, so the pooled values are never corrupt.
     fn lock<R>(&self, change: impl FnOnce(&mut Vec<W>) -> R) -> R {
         change(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }

@@ -1,34 +1,36 @@
-//! From numbers to colours: one scale for all panels of a picture.
+//! Conversion of numbers to colours, with one scale for all panels of a picture.
 
 use colorous::Gradient;
 
-/// What a number looks like, and what the numbers are.
+/// A mapping from numbers to colours, with a title.
 ///
-/// The range leaves out the outermost hundredth of the values, so that a few extreme faces do not
-/// take the colours away from all others; what lies beyond gets the colour of the end, which the
-/// bar shows by an arrow.
+/// The range excludes the outermost hundredth of the values, so that a few extreme faces do not
+/// use up the colours for all others. Values out of range get the colour of the end, which the
+/// colour bar indicates by an arrow.
 #[derive(Clone, Debug)]
 pub struct ColorScale {
     title: String,
     gradient: Gradient,
     low: f64,
     high: f64,
-    /// Whether values lie beyond the ends of the range.
+    /// The overflow at each end of the range.
     overflows: [Overflow; 2],
 }
 
-/// Whether there are values beyond an end of the range.
+/// The presence of values beyond an end of the range.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Overflow {
     /// There are none.
     None,
-    /// There are some, which have the colour of the end.
+    /// There are some, shown in the colour of the end.
     Some,
 }
 
 impl ColorScale {
-    /// For values of both signs whose zero means something: white at 0, blue below, red above, as
-    /// far on either side. `title` names the quantity and its unit.
+    /// Creates a scale for values of both signs with a meaningful zero: white at 0, blue below,
+    /// red above, symmetric about 0.
+    ///
+    /// `title` names the quantity and its unit.
     pub fn signed(title: &str, values: impl IntoIterator<Item = f64>) -> Self {
         let values = sorted(values);
         let sizes = sorted(values.iter().map(|x| x.abs()));
@@ -36,7 +38,7 @@ impl ColorScale {
         Self::new(title, [-most, most], &values, colorous::RED_BLUE)
     }
 
-    /// For sizes, which are never below 0: dark at 0, bright at the largest.
+    /// Creates a scale for non-negative values: dark at 0, bright at the maximum.
     pub fn size(title: &str, values: impl IntoIterator<Item = f64>) -> Self {
         let values = sorted(values);
         let most = nice_end(values.as_slice());
@@ -60,28 +62,28 @@ impl ColorScale {
         }
     }
 
-    /// What the numbers are.
+    /// The quantity and its unit.
     pub fn title(&self) -> &str {
         &self.title
     }
 
-    /// The numbers at the two ends.
+    /// The values at the two ends.
     pub fn range(&self) -> [f64; 2] {
         [self.low, self.high]
     }
 
-    /// Whether values lie below the low end, and above the high one.
+    /// The overflow at the low end and at the high end.
     pub fn overflows(&self) -> [Overflow; 2] {
         self.overflows
     }
 
-    /// Where a value is between the ends of the scale, from 0 to 1; `None` for what is no number.
+    /// The position of a value between the ends of the scale, from 0 to 1; `None` for NaN.
     pub fn share(&self, value: f64) -> Option<f64> {
         let share = (value - self.low) / (self.high - self.low);
         (!value.is_nan()).then(|| share.clamp(0.0, 1.0))
     }
 
-    /// The colour at a share of the scale, in eight bits.
+    /// The 8-bit colour at a position on the scale.
     pub fn color_at(&self, share: f64) -> [u8; 3] {
         // The gradient runs from red to blue.
         let along = match self.low < 0.0 {
@@ -91,14 +93,14 @@ impl ColorScale {
         self.gradient.eval_continuous(along).into_array()
     }
 
-    /// The linear colour of a value; grey for what is no number.
+    /// The linear colour of a value; grey for NaN.
     pub fn color(&self, value: f64) -> [f32; 3] {
         self.share(value)
             .map_or(NO_VALUE, |share| decode(self.color_at(share)))
     }
 
-    /// How far a value is from the middle of a signed scale or the low end of the other, from 0 to
-    /// 1; 0 for what is no number.
+    /// The distance of a value from the middle of a signed scale, or from the low end of a size
+    /// scale, from 0 to 1; 0 for NaN.
     pub fn strength(&self, value: f64) -> f64 {
         let share = self.share(value);
         match self.low < 0.0 {
@@ -107,7 +109,7 @@ impl ColorScale {
         }
     }
 
-    /// Round numbers along the scale, with the text of each.
+    /// Round numbers along the scale, each with its text.
     pub fn ticks(&self) -> Vec<(f64, String)> {
         let step = round_step((self.high - self.low) / MOST_TICKS);
         let count = |end: f64| (end / step * (1.0 + 1e-9)).trunc() as i64;
@@ -124,19 +126,20 @@ impl ColorScale {
     }
 }
 
-/// The linear colour of eight bits: their square, near enough to sRGB, and the same on every
-/// machine.
+/// Converts an 8-bit colour to linear.
+///
+/// Uses the square, which is close enough to sRGB and the same on every machine.
 pub fn decode(encoded: [u8; 3]) -> [f32; 3] {
     encoded.map(|c| (f32::from(c) / 255.0).powi(2))
 }
 
-/// Of no value, linear.
+/// The linear colour of NaN.
 const NO_VALUE: [f32; 3] = [0.25, 0.25, 0.25];
 
-/// At most so many steps between ticks.
+/// Maximum number of steps between ticks.
 const MOST_TICKS: f64 = 8.0;
 
-/// The finite values in order, and infinities as the largest numbers.
+/// The values in order, without NaN, with infinities clamped to the largest finite numbers.
 fn sorted(values: impl IntoIterator<Item = f64>) -> Vec<f64> {
     let numbers = values.into_iter().filter(|x| !x.is_nan());
     let mut sorted: Vec<f64> = numbers.map(|x| x.clamp(-f64::MAX, f64::MAX)).collect();
@@ -144,12 +147,12 @@ fn sorted(values: impl IntoIterator<Item = f64>) -> Vec<f64> {
     sorted
 }
 
-/// The end of a scale for sizes in order: above 99 of 100, and above 0.
+/// The end of a scale for sorted sizes: above 99 of 100, and above 0.
 fn nice_end(sorted: &[f64]) -> f64 {
     let place = (sorted.len() as f64 * 0.99) as usize;
     let size = sorted.get(place.min(sorted.len().saturating_sub(1)));
     match size {
-        // Half of the largest: the length of a signed scale must be a number, too.
+        // At most half of the maximum, since the length of a signed scale must be finite too.
         Some(&size) if size > 0.0 => {
             let size = size.clamp(f64::MIN_POSITIVE * 1e16, f64::MAX / 4.0);
             let step = round_step(size / 10.0);
@@ -159,7 +162,7 @@ fn nice_end(sorted: &[f64]) -> f64 {
     }
 }
 
-/// The smallest of 1, 2, 5, 10, … times a power of ten that is not below `least`.
+/// The smallest of 1, 2, 5, 10, … times a power of ten that is at least `least`.
 fn round_step(least: f64) -> f64 {
     let power = 10f64.powi(least.log10().floor() as i32);
     let fits = |factor: &f64| factor * power >= least * (1.0 - 1e-9);

@@ -1,4 +1,4 @@
-//! Why a file of a program could not be read or written.
+//! Errors while reading or writing a file of a program.
 
 use std::io;
 use std::path::PathBuf;
@@ -8,19 +8,19 @@ use thiserror::Error;
 
 use crate::handles_file::HandlesError;
 
-/// Why a file could not be read or written, with its path.
+/// An error while reading or writing a file, with its path.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ToolError {
-    /// A mesh file.
+    /// An error of a mesh file.
     #[error(transparent)]
     Io(#[from] IoError),
-    /// A handles file.
+    /// An error of a handles file.
     #[error("{}: {source}", path.display())]
     Handles {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The error.
         #[source]
         source: HandlesError,
     },
@@ -29,16 +29,16 @@ pub enum ToolError {
     Write {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The error of the operating system.
         #[source]
         source: io::Error,
     },
-    /// An output whose folder is not there.
+    /// The folder of an output does not exist.
     #[error("{}: the folder {} does not exist; make it first", path.display(), folder.display())]
     NoFolder {
-        /// The file that was to be written.
+        /// The output file.
         path: PathBuf,
-        /// The folder that is missing.
+        /// The missing folder.
         folder: PathBuf,
     },
 }

@@ -1,4 +1,4 @@
-//! Files that are written whole or not at all.
+//! Files that are written atomically.
 
 use std::ffi::OsStr;
 use std::io::{ErrorKind, Write};
@@ -8,11 +8,12 @@ use cotan_io::{Access, Format, IoError, Unfinished, check_replaceable, link_targ
 
 use crate::error::ToolError;
 
-/// Writes `bytes` to `path` in one step: a reader sees the old file or the new one. The streams of
-/// the process are written to as they are, see [`Stream`].
+/// Writes `bytes` to `path` atomically: a reader sees either the old file or the new one.
+///
+/// The streams of the process are written to directly, see [`Stream`].
 ///
 /// # Errors
-/// [`ToolError::Write`]; an older file is whole then.
+/// [`ToolError::Write`]; an existing file is intact in that case.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), ToolError> {
     let written = match Stream::of(path) {
         Some(stream) => stream.write(bytes),
@@ -21,8 +22,10 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), ToolError> {
     written.map_err(|source| cannot_write(path, source))
 }
 
-/// An output that is no file: `--report /dev/stdout`. Only these names are; a device or a pipe of
-/// another name is refused, also behind a link.
+/// An output that is not a file, as in `--report /dev/stdout`.
+///
+/// Only these names are accepted; a device or a pipe under another name is rejected, even behind
+/// a link.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Stream {
     /// `/dev/stdout`.
@@ -31,12 +34,12 @@ pub enum Stream {
     Error,
     /// `/dev/null`.
     Null,
-    /// `/dev/fd/N`, as shells name what a command reads.
+    /// `/dev/fd/N`, the name that shells give to a command's input.
     Descriptor(PathBuf),
 }
 
 impl Stream {
-    /// The stream of that name; none on systems other than Unix.
+    /// The stream with this name; always `None` on systems other than Unix.
     pub fn of(path: &Path) -> Option<Self> {
         if !cfg!(unix) {
             return None;
@@ -66,16 +69,16 @@ impl Stream {
     }
 }
 
-/// Refuses a path to write to before the work is done rather than after it.
+/// Rejects an output path that cannot be written, before the work is done rather than after it.
 ///
 /// # Errors
-/// [`ToolError::Write`] for what is no regular file, a file that may not be written, or a folder in
-/// which nothing can be; [`ToolError::NoFolder`] for a file in none.
+/// [`ToolError::Write`] for anything but a regular file, a file without write permission, or a
+/// folder in which nothing can be written; [`ToolError::NoFolder`] if the folder does not exist.
 pub fn check_writable(path: &Path) -> Result<(), ToolError> {
     let failed = |source| cannot_write(path, source);
     if let Some(stream) = Stream::of(path) {
         return match stream {
-            // Only of those that are open.
+            // Only open descriptors.
             Stream::Descriptor(path) => std::fs::metadata(path).map(drop).map_err(failed),
             _ => Ok(()),
         };
@@ -88,12 +91,12 @@ pub fn check_writable(path: &Path) -> Result<(), ToolError> {
             folder: folder.to_owned(),
         });
     }
-    // `name/` is a folder that is not there yet, and would become a file.
+    // `name/` denotes a folder that does not exist yet, and would become a file.
     if ends_in_separator(&target) || target.file_name().is_none() {
         return Err(failed(ErrorKind::IsADirectory.into()));
     }
     check_replaceable(&target).map_err(failed)?;
-    // A file is written beside it. Only trying tells whether that can be done.
+    // The output is first written to a file next to it. Only trying shows if that is possible.
     let probe = Unfinished::create(
         folder,
         OsStr::new(".cotan-"),
@@ -115,15 +118,15 @@ fn cannot_write(path: &Path, source: std::io::Error) -> ToolError {
     }
 }
 
-/// The format that the extension of a mesh to be written names.
+/// The mesh format for the extension of an output path.
 ///
 /// # Errors
-/// [`IoError::UnknownFormat`] for another extension.
+/// [`IoError::UnknownFormat`] for any other extension.
 pub fn mesh_format(path: &Path) -> Result<Format, ToolError> {
     Ok(Format::from_path(path).ok_or_else(|| in_file(path, IoError::UnknownFormat))?)
 }
 
-/// An error of a mesh file with the file's name.
+/// Adds the file name to an error of a mesh file.
 pub fn in_file(path: &Path, source: IoError) -> IoError {
     match source {
         named @ IoError::InFile { .. } => named,
@@ -134,7 +137,7 @@ pub fn in_file(path: &Path, source: IoError) -> IoError {
     }
 }
 
-/// The folder that a file lies in; `.` for a bare name.
+/// The folder that contains a file; `.` for a bare name.
 pub fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,

@@ -1,9 +1,9 @@
-//! Handles files: which vertices are held, and where they go.
+//! Handles files: the vertices that are held, and their target positions.
 //!
-//! Three kinds are read: JSON, text with `vertex x y z` a line, and the pair `.sel` + `.def` of the
-//! bend benchmark. All of them end as a list of [`Constraint`]s, one a vertex, checked against the
-//! mesh and each other; or as [`Group`]s, which still know the map that moves them. Groups are
-//! written as JSON by [`to_json`].
+//! Three kinds are supported: JSON, text with one `vertex x y z` per line, and the pair `.sel` +
+//! `.def` of the bend benchmark. All of them are converted to a list of [`Constraint`]s, one per
+//! vertex, checked against the mesh and each other; or to [`Group`]s, which retain the transform
+//! that moves them. Groups are written as JSON by [`to_json`].
 
 mod constraint;
 mod error;
@@ -34,26 +34,28 @@ pub use write::{groups_in_file, to_json};
 use crate::error::ToolError;
 use vertices::Vertices;
 
-/// The files that name the handles.
+/// The files that define the handles.
 #[derive(Clone, Copy, Debug)]
 pub struct HandlesFile<'a> {
     /// JSON, text, or a `.sel` file.
     pub path: &'a Path,
-    /// The matrix of a `.sel` file, where it is not beside it.
+    /// The matrix of a `.sel` file, if it is not next to it.
     pub def: Option<&'a Path>,
-    /// Larger files are refused.
+    /// Maximum file size in bytes; larger files are rejected.
     pub max_bytes: u64,
 }
 
 impl HandlesFile<'_> {
-    /// The file of the matrix, where it is not named but found beside a `.sel` file.
+    /// Returns the matrix file that is implied by a `.sel` file, if none is given.
     pub fn matrix_beside(&self) -> Option<PathBuf> {
         let is_sel = self.def.is_none() && self.kind("") == Kind::Sel;
         is_sel.then(|| self.path.with_extension("def"))
     }
 
-    /// Reads the handles of a document, in the numbers of its file; they come back in those of the
-    /// document. A handle on a vertex that a repair split holds all its copies.
+    /// Reads the handles of a document.
+    ///
+    /// Indices in the handles file refer to the mesh file, those in the result to the document. A
+    /// handle on a vertex that a repair split holds all its copies.
     ///
     /// # Errors
     /// [`ToolError::Handles`] with the file, the handle or line, and what to do.
@@ -72,14 +74,14 @@ impl HandlesFile<'_> {
         Ok(mesh.on_surface(&contents.constraints, contents.kind))
     }
 
-    /// As [`HandlesFile::read`], with the vertices that move alike kept together: the handles of a
-    /// JSON file, the lines of a text file, what a `.sel` file fixes and what it moves.
+    /// Like [`HandlesFile::read`], but keeps vertices that move alike together: the handles of a
+    /// JSON file, the lines of a text file, the fixed and the moved vertices of a `.sel` file.
     ///
-    /// [`constraints`] makes of them what [`HandlesFile::read`] gives, but for the places in the
-    /// file and, of a `.sel` file, the order.
+    /// [`constraints`] converts the result to that of [`HandlesFile::read`], except for the
+    /// locations in the file and, for a `.sel` file, the order.
     ///
     /// # Errors
-    /// As [`HandlesFile::read`].
+    /// As for [`HandlesFile::read`].
     pub fn read_groups(
         &self,
         document: &Document,
@@ -96,7 +98,7 @@ impl HandlesFile<'_> {
         Ok(contents.groups(held, document.positions()))
     }
 
-    /// What the file says, checked.
+    /// The checked contents of the file.
     fn contents(&self, mesh: &Vertices<'_>) -> Result<Contents, ToolError> {
         let here = in_file(self.path);
         let text = self.read_text(self.path)?;
@@ -164,11 +166,11 @@ impl HandlesFile<'_> {
     }
 }
 
-/// What a file says, vertex by vertex, in the numbers of the mesh file.
+/// The contents of a file per vertex, with the indices of the mesh file.
 struct Contents {
     kind: Kind,
     constraints: Vec<Constraint>,
-    /// The maps that move handles, in order; one at most in a `.sel` file.
+    /// The transforms of handles, in order; at most one in a `.sel` file.
     matrices: Vec<(Place, Matrix4<f64>)>,
 }
 
@@ -187,8 +189,8 @@ fn in_file(path: &Path) -> impl Fn(HandlesError) -> ToolError {
     }
 }
 
-/// Room for what is parsed from these bytes: a number takes two bytes of a text, and what it
-/// becomes no more than this many times as many.
+/// Checks that the system can provide memory for parsing these bytes: a number takes at least two
+/// bytes of text, and its parsed form at most this many times as many.
 fn check_room(bytes: &[u8]) -> std::io::Result<()> {
     const BYTES_PER_BYTE: usize = 16;
     let parsed = bytes.len().saturating_mul(BYTES_PER_BYTE);

@@ -1,13 +1,14 @@
-//! Signals that end the program: temporary files are removed first.
+//! Removal of temporary files when a signal ends the program.
 //!
-//! SIGHUP, SIGINT and SIGTERM end it as they would without this, so that a shell sees the usual
-//! status. A signal that was ignored when the program started stays ignored, as `nohup` and shells
-//! mean it. On systems other than Unix nothing is done.
+//! SIGHUP, SIGINT and SIGTERM then end the program as usual, so that a shell sees the usual
+//! status. A signal that was ignored when the program started stays ignored, as `nohup` and
+//! shells expect. On systems other than Unix this module does nothing.
 
-/// Waits for signals from here on, on a thread of its own.
+/// Starts to wait for signals, on a separate thread.
 ///
 /// # Errors
-/// What the system says; signals then end the program at once, and may leave a temporary file.
+/// The error of the operating system. Signals then end the program immediately, and may leave a
+/// temporary file.
 pub fn remove_files_on_signals() -> std::io::Result<()> {
     #[cfg(unix)]
     unix::watch()?;
@@ -32,13 +33,13 @@ mod unix {
             if let Some(signal) = signals.forever().next() {
                 cotan_io::remove_unfinished();
                 let _ = signal_hook::low_level::emulate_default_handler(signal);
-                // That does not return for these.
+                // The default action does not return for these signals.
                 std::process::exit(128 + signal);
             }
         };
         let thread = std::thread::Builder::new().name("signals".to_owned());
         thread.spawn(wait)?;
-        // A file beyond the size that is allowed is an error of the write, and not the end.
+        // Exceeding the file size limit must be a write error, and not end the program.
         signal_hook::flag::register(
             signal_hook::consts::SIGXFSZ,
             Arc::new(AtomicBool::new(false)),
@@ -46,7 +47,8 @@ mod unix {
         Ok(())
     }
 
-    /// One bit per signal, from 1; none where the system does not tell without unsafe code.
+    /// One bit per signal, starting with signal 1; zero if the system does not provide this
+    /// without unsafe code.
     fn ignored_signals() -> u64 {
         let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
         let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
@@ -67,11 +69,11 @@ mod tests {
 
     use cotan_io::{Access, Unfinished};
 
-    /// Names the folder of the process below.
+    /// The variable that names the folder of the process below.
     const FOLDER: &str = "COTAN_TEST_INTERRUPT_FOLDER";
 
-    /// The process that the tests send signals to: it is in the middle of writing a file.
-    /// Without the variable it is not wanted.
+    /// The process that the tests send signals to: it is in the middle of writing a file. Without
+    /// the variable it does nothing.
     #[test]
     fn writer() {
         let Some(folder) = std::env::var_os(FOLDER) else {
@@ -88,7 +90,7 @@ mod tests {
 
     const PATIENCE: Duration = Duration::from_secs(60);
 
-    /// Starts the writer by way of a shell that first runs `before`, and waits until it writes.
+    /// Starts the writer through a shell that first runs `before`, and waits until it is writing.
     fn start(folder: &Path, before: &str) -> Child {
         let script = format!("{before} exec \"$0\" --exact interrupt::tests::writer --nocapture");
         let writer = Command::new("sh")

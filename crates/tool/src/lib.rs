@@ -1,11 +1,14 @@
-//! What the programs of cotan share: the command line and the editor.
+//! Code shared by cotan's programs, the command line and the editor.
 //!
-//! Files that name handles, read and written ([`handles_file`]); files that are written whole or
-//! not at all ([`files`]), and never over an input or each other ([`paths`]); temporary files
-//! removed when a signal ends the program ([`interrupt`]); from numbers to colours
-//! ([`color_scale`]); messages in the numbers of the user's file ([`numbers`]); the memory that
-//! work takes ([`memory`]); and repairs of `cotan_io` with holes that `cotan` makes smooth
-//! ([`repair`]). Nothing here prints.
+//! - [`handles_file`]: reading and writing of files that define handles.
+//! - [`files`], [`paths`]: atomic writing of files, never over an input or another output.
+//! - [`interrupt`]: removal of temporary files when a signal ends the program.
+//! - [`color_scale`]: conversion of numbers to colours.
+//! - [`numbers`]: errors with the indices of the user's file.
+//! - [`memory`]: prediction of the memory that work takes.
+//! - [`repair`]: repairs of `cotan_io`, with holes faired by `cotan`.
+//!
+//! Nothing here prints.
 
 pub mod color_scale;
 pub mod error;
@@ -20,3 +23,8 @@ pub mod repair;
 pub use color_scale::{ColorScale, Overflow};
 pub use error::ToolError;
 pub use memory::{MemoryError, MemoryLimit, Work};
+
+/// Runs the example of the README as a doc test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

@@ -1,44 +1,44 @@
-//! The memory that a program may take, and what its work will take.
+//! The memory limit of a program, and predictions of the memory that its work takes.
 //!
-//! Work is refused before it is begun if it will not fit. What depends on the sizes of the mesh
-//! alone is predicted here; what depends on its pattern (factors, products of matrices) is left to
-//! [`cotan::linear`], which is told how much remains.
+//! Work that does not fit is rejected before it begins. Memory that depends only on the size of
+//! the mesh is predicted here. Memory that depends on its pattern (factors, products of matrices)
+//! is left to [`cotan::linear`], which is given the remaining amount.
 
 use cotan_io::{Document, Limits};
 use thiserror::Error;
 
-/// The most memory that a program may take, in bytes.
+/// The maximum memory of a program, in bytes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct MemoryLimit {
     bytes: u64,
 }
 
-/// More memory than is allowed, or than the system has.
+/// The required memory exceeds the limit, or is not available.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Error)]
 #[non_exhaustive]
 pub enum MemoryError {
-    /// More is predicted than is allowed.
+    /// The prediction exceeds the limit.
     #[error(
         "{work} this mesh is predicted to take {} of memory, but only {} are allowed; raise the limit (--max-memory), or simplify the mesh",
         megabytes(*predicted), megabytes(*permitted)
     )]
     OverLimit {
-        /// What was to be done.
+        /// The work to be done.
         work: Work,
-        /// Bytes that it would take.
+        /// Predicted memory in bytes.
         predicted: u64,
-        /// Bytes that are allowed.
+        /// The limit in bytes.
         permitted: u64,
     },
-    /// The system does not give what is predicted.
+    /// The system cannot provide the predicted memory.
     #[error(
         "{work} this mesh is predicted to take {} of memory, which the system does not give; simplify the mesh",
         megabytes(*predicted)
     )]
     OutOfMemory {
-        /// What was to be done.
+        /// The work to be done.
         work: Work,
-        /// Bytes that it would take.
+        /// Predicted memory in bytes.
         predicted: u64,
     },
 }
@@ -47,7 +47,7 @@ fn megabytes(bytes: u64) -> String {
     format!("{:.1} MB ({bytes} bytes)", bytes as f64 / 1e6)
 }
 
-/// What a program does with a mesh.
+/// An operation of a program on a mesh.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum Work {
@@ -65,7 +65,7 @@ pub enum Work {
     Smooth,
     /// Maps it to the sphere, without the factors.
     Sphere,
-    /// Measures how fast it is edited.
+    /// Measures the speed of editing.
     Bench,
 }
 
@@ -85,8 +85,8 @@ impl std::fmt::Display for Work {
 }
 
 impl Work {
-    /// Bytes per vertex and per triangle with the document itself: at least a quarter above what
-    /// was measured on closed meshes of 41,000 and 164,000 vertices.
+    /// Bytes per vertex and per triangle, including the document itself: at least a quarter above
+    /// the values measured on closed meshes with 41,000 and 164,000 vertices.
     const fn bytes(self) -> [u64; 2] {
         match self {
             Self::Convert => [500, 400],
@@ -100,13 +100,13 @@ impl Work {
         }
     }
 
-    /// Bytes that the work will take, the document and the program itself among them.
+    /// Predicts the memory of the work in bytes, including the document and the program itself.
     pub fn predict(self, document: &Document) -> u64 {
         let faces = document.faces();
         let triangles = faces.num_corners().saturating_sub(2 * faces.len()) as u64;
         let vertices = document.positions().len() as u64;
         let [per_vertex, per_triangle] = self.bytes();
-        // The bytes of the file are kept; a writer makes as many.
+        // The bytes of the file are kept, and a writer creates as many.
         let file = document.num_bytes() as u64;
         PROGRAM
             .saturating_add(vertices.saturating_mul(per_vertex))
@@ -115,36 +115,38 @@ impl Work {
     }
 }
 
-/// Bytes of the program itself.
+/// Memory of the program itself, in bytes.
 const PROGRAM: u64 = 10_000_000;
 
 impl MemoryLimit {
-    /// This many bytes.
+    /// Creates a limit of this many bytes.
     pub const fn new(bytes: u64) -> Self {
         Self { bytes }
     }
 
-    /// Four fifths of what the machine has: of its memory, of what its control group may take,
-    /// or of what is left of the process's address space, whichever is least.
+    /// Four fifths of the available memory: that of the machine, of its control group, or of the
+    /// process's remaining address space, whichever is smallest.
     pub fn of_machine() -> Self {
         let memory = physical_memory().map_or(u64::MAX, four_fifths);
         Self::new(memory).within_address_space()
     }
 
-    /// No more than four fifths of what is left of the process's address space. Asked when all
-    /// threads have started, whose stacks and heaps take of it.
+    /// Limits this to four fifths of the process's remaining address space.
+    ///
+    /// To be called when all threads have started, since their stacks and heaps use address
+    /// space.
     #[must_use]
     pub fn within_address_space(self) -> Self {
         let left = free_addresses().map_or(u64::MAX, four_fifths);
         Self::new(self.bytes.min(left))
     }
 
-    /// The bytes.
+    /// The limit in bytes.
     pub const fn bytes(self) -> u64 {
         self.bytes
     }
 
-    /// Limits of reading, none of which asks for more memory than this.
+    /// Reduces limits of reading to this amount of memory.
     #[must_use]
     pub fn reading(self, limits: Limits) -> Limits {
         Limits {
@@ -153,10 +155,10 @@ impl MemoryLimit {
         }
     }
 
-    /// Whether the work fits; how many bytes it leaves for factors.
+    /// Checks that the work fits, and returns the number of bytes left for factors.
     ///
     /// # Errors
-    /// [`MemoryError`] if it does not, or if the system does not give as much.
+    /// [`MemoryError`] if it does not fit, or if the system cannot provide the memory.
     pub fn check(self, work: Work, document: &Document) -> Result<u64, MemoryError> {
         let predicted = work.predict(document);
         if predicted > self.bytes {
@@ -168,7 +170,7 @@ impl MemoryLimit {
         }
         let more = predicted.saturating_sub(PROGRAM + document.num_bytes() as u64);
         let more = usize::try_from(more).unwrap_or(usize::MAX);
-        // Nothing is written to it, so nothing is taken but addresses.
+        // Nothing is written to it, so only address space is used.
         Vec::<u8>::new()
             .try_reserve_exact(more)
             .map_err(|_| MemoryError::OutOfMemory { work, predicted })?;
@@ -189,7 +191,7 @@ fn four_fifths(bytes: u64) -> u64 {
     bytes / 5 * 4
 }
 
-/// What is left of the address space, if it is limited.
+/// The remaining address space, if it is limited.
 #[cfg(unix)]
 fn free_addresses() -> Option<u64> {
     let limit = rustix::process::getrlimit(rustix::process::Resource::As).current?;
@@ -201,7 +203,7 @@ fn free_addresses() -> Option<u64> {
     None
 }
 
-/// The addresses that the process has taken.
+/// The address space used by the process.
 #[cfg(unix)]
 fn taken_addresses() -> Option<u64> {
     use sysinfo::{ProcessRefreshKind, ProcessesToUpdate};

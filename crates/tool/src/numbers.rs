@@ -1,4 +1,4 @@
-//! Errors in the numbers of the user's file.
+//! Conversion of errors to the indices of the user's file.
 
 use cotan::Error;
 use cotan::flow::FlowError;
@@ -10,7 +10,7 @@ use cotan_io::{IoError, ProcessingMesh, Repaired};
 
 use crate::handles_file::FileVertices;
 
-/// The same error with vertices as the file numbers them.
+/// Converts the vertex indices of an error to those of the file.
 pub fn in_file_numbers(
     error: Error,
     processing: &ProcessingMesh,
@@ -73,7 +73,7 @@ pub fn in_file_numbers(
     }
 }
 
-/// The same error with vertices and faces as the file had them before a repair.
+/// Converts the vertex and face indices of an error to those before a repair.
 pub fn before_repair(error: IoError, repaired: &Repaired) -> IoError {
     let vertex = |v: VertexId| {
         let source = repaired.vertex_sources.get(v.index());

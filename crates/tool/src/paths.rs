@@ -1,8 +1,9 @@
 //! The files of one run: no output overwrites an input or another output.
 //!
-//! Programs name every file that they are going to read or write, and then ask. Two names are one
-//! file whatever their spelling: relative or absolute, by `..`, links and hard links, in other
-//! letters where the file system does not tell these apart, and also where there is no file yet.
+//! Programs register every file that they are going to read or write, and then check. Two paths
+//! denote the same file regardless of spelling: relative or absolute, through `..`, links and
+//! hard links, in different case where the file system ignores it, and even if the file does not
+//! exist yet.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -21,16 +22,16 @@ pub struct Paths {
     outputs: Vec<Named>,
 }
 
-/// A file, and what it is for.
+/// A file and its purpose.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Named {
-    /// The option or argument that names it, as `--report`; or a few words.
+    /// The option or argument that specifies it, such as `--report`, or a short description.
     pub name: String,
     /// The file.
     pub path: PathBuf,
 }
 
-/// Two files of a run that are one, of which at least one would be written.
+/// Two paths of a run that denote the same file, at least one of which would be written.
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
 #[error(
     "{} {} and {} {} are the same file, and writing the one would overwrite the other; write to another \
@@ -45,12 +46,12 @@ pub struct Conflict {
 }
 
 impl Paths {
-    /// Names a file that will be read.
+    /// Registers a file that will be read.
     pub fn read(&mut self, name: impl Into<String>, path: impl Into<PathBuf>) {
         self.inputs.push(Named::new(name, path));
     }
 
-    /// Names a file that will be written.
+    /// Registers a file that will be written.
     pub fn write(&mut self, name: impl Into<String>, path: impl Into<PathBuf>) {
         self.outputs.push(Named::new(name, path));
     }
@@ -60,10 +61,10 @@ impl Paths {
         &self.outputs
     }
 
-    /// Refuses an output that is an input or another output.
+    /// Rejects an output that is an input or another output.
     ///
     /// # Errors
-    /// [`Conflict`] with the first two.
+    /// [`Conflict`] with the first pair.
     pub fn check(&self) -> Result<(), Conflict> {
         let inputs: Vec<_> = self.inputs.iter().map(Place::of).collect();
         let outputs: Vec<_> = self.outputs.iter().map(Place::of).collect();
@@ -76,8 +77,8 @@ impl Paths {
         Ok(())
     }
 
-    /// Refuses a file that is read, too, as was found out meanwhile (the buffer of a glTF), if
-    /// it is one of the outputs.
+    /// Rejects a file that turned out to be read as well (the buffer of a glTF), if it is one of
+    /// the outputs.
     ///
     /// # Errors
     /// [`Conflict`] with the output.
@@ -95,8 +96,8 @@ impl Paths {
         }
     }
 
-    /// Refuses a file that is written, too, as was found out meanwhile (an image beside a mesh), if
-    /// it is an input or an output.
+    /// Rejects a file that turned out to be written as well (an image next to a mesh), if it is
+    /// an input or an output.
     ///
     /// # Errors
     /// [`Conflict`] with that file.
@@ -110,10 +111,10 @@ impl Paths {
         }
     }
 
-    /// Refuses outputs that cannot be written, before the work is done rather than after it.
+    /// Rejects outputs that cannot be written, before the work is done rather than after it.
     ///
     /// # Errors
-    /// As [`files::check_writable`].
+    /// As for [`files::check_writable`].
     pub fn check_writable(&self) -> Result<(), ToolError> {
         self.outputs
             .iter()
@@ -130,22 +131,22 @@ impl Named {
     }
 }
 
-/// Where a file is, as far as the system tells.
+/// The location of a file, as far as the system can tell.
 struct Place<'a> {
     named: &'a Named,
     /// The path with links followed.
     target: PathBuf,
     exists: bool,
-    /// The regular file that is there.
+    /// The regular file that exists there.
     file: Option<Handle>,
-    /// The same with the folder's own path, if there is such a folder.
+    /// `target` with the canonical path of its folder, if the folder exists.
     canonical: Option<PathBuf>,
 }
 
 impl<'a> Place<'a> {
     fn of(named: &'a Named) -> Self {
         let target = link_target(&named.path).unwrap_or_else(|_| named.path.clone());
-        // Nothing else is opened: a pipe would keep us waiting.
+        // Nothing else is opened: a pipe would block.
         let is_file = std::fs::metadata(&named.path).is_ok_and(|metadata| metadata.is_file());
         let file = is_file
             .then(|| Handle::from_path(&named.path).ok())
@@ -163,7 +164,7 @@ impl<'a> Place<'a> {
         }
     }
 
-    /// Whether both are one file.
+    /// Returns `true` if both are the same file.
     fn is_same(&self, other: &Self) -> bool {
         let streams = [self, other].map(|place| Stream::of(&place.named.path));
         if let [Some(a), Some(b)] = streams {
@@ -182,7 +183,8 @@ impl<'a> Place<'a> {
         }
     }
 
-    /// Whether two files that are not there yet would have one name in one folder.
+    /// Returns `true` if two files that do not exist yet would have the same name in the same
+    /// folder.
     fn is_same_name(&self, other: &Self) -> bool {
         let [Some(a), Some(b)] = [self, other].map(|place| place.target.file_name()) else {
             return false;
@@ -200,14 +202,14 @@ impl<'a> Place<'a> {
     }
 }
 
-/// Whether some file system takes two names for one: with letters of another case, or (beyond
-/// ASCII) written with other code points.
+/// Returns `true` if some file system treats two names as equal: with different case, or (beyond
+/// ASCII) with different code points.
 fn could_be_same(a: &OsStr, b: &OsStr) -> bool {
     let [a, b] = [a, b].map(|name| name.to_string_lossy().to_lowercase());
     a == b || !(a.is_ascii() || b.is_ascii())
 }
 
-/// Asks the file system, by a temporary file with the one name behind its own.
+/// Asks the file system, by creating a temporary file whose name ends with one of the names.
 fn are_same_names(folder: &Path, a: &OsStr, b: &OsStr) -> bool {
     if a == b {
         return true;
@@ -215,7 +217,7 @@ fn are_same_names(folder: &Path, a: &OsStr, b: &OsStr) -> bool {
     let prefix = OsStr::new(".cotan-");
     let Ok(probe) = cotan_io::Unfinished::create(folder, prefix, a, cotan_io::Access::Private)
     else {
-        // It cannot be asked, and one of the two would be lost.
+        // The file system cannot be asked. Be cautious, since one of the two files would be lost.
         return a.to_string_lossy().to_lowercase() == b.to_string_lossy().to_lowercase();
     };
     let own = probe.path().file_name().unwrap_or_default();
@@ -238,7 +240,7 @@ mod tests {
     struct Folder(tempfile::TempDir);
 
     impl Folder {
-        /// With `mesh.obj` and `other.obj` in it, and a folder `sub`.
+        /// A folder with `mesh.obj` and `other.obj`, and a subfolder `sub`.
         fn new() -> Self {
             let folder = Self(tempfile::tempdir().unwrap());
             std::fs::write(folder.path("mesh.obj"), "mesh").unwrap();
@@ -287,7 +289,7 @@ mod tests {
             let new = spelling.replace("mesh", "new");
             folder.check(&[], &["new.obj", &new]).unwrap_err();
         }
-        // Neither the folder nor the file is there.
+        // Neither the folder nor the file exists.
         folder.check(&[], &["no/new", "no/new"]).unwrap_err();
     }
 
@@ -329,7 +331,7 @@ mod tests {
             folder.check(&["probe"], &["Probe"]).is_err(),
             is_insensitive
         );
-        // Nothing is left of the question.
+        // The probe leaves nothing behind.
         let count = std::fs::read_dir(folder.0.path()).unwrap().count();
         assert_eq!(count, 4);
         assert!(could_be_same(OsStr::new("\u{e9}"), OsStr::new("e\u{301}")));

@@ -1,24 +1,24 @@
-//! Repairs, with holes that are filled smoothly.
+//! Repairs in which filled holes are faired.
 
 use cotan::halfedge::VertexId;
 use cotan_io::{Cure, Document, IoError, Repair, Repaired};
 
-/// A repaired document, and what became of the patches in it.
+/// A repaired document, and the outcome of fairing its patches.
 #[derive(Clone, Debug)]
 pub struct Mended {
     /// The repair.
     pub repaired: Repaired,
-    /// Why the vertices that fill holes stay in flat triangles, if so.
+    /// The reason why the patches were left flat, if they were.
     pub unfair: Option<String>,
 }
 
-/// Makes the repairs, and moves the vertices that they add to holes to where the surface bends
-/// least ([`cotan::fair`]).
+/// Applies the repairs, and moves the vertices added to holes so that the surface bends as little
+/// as possible ([`cotan::fair`]).
 ///
-/// That is done where a surface can be built of the repaired document; else the patches stay flat.
+/// Fairing requires that the repaired document has a surface; otherwise the patches stay flat.
 ///
 /// # Errors
-/// As [`Repair::apply`].
+/// As for [`Repair::apply`].
 pub fn mend(repair: &Repair, document: &Document) -> Result<Mended, IoError> {
     let mut repaired = repair.apply(document)?;
     let mut unfair = None;
@@ -30,7 +30,7 @@ pub fn mend(repair: &Repair, document: &Document) -> Result<Mended, IoError> {
     Ok(Mended { repaired, unfair })
 }
 
-/// The option of `cotan repair` that makes one repair.
+/// The `cotan repair` option that makes a given repair.
 pub fn option(cure: Cure) -> &'static str {
     match cure {
         Cure::Weld => "--weld",

@@ -1,4 +1,4 @@
-//! The rounds: ours and the others in turn, A B A B, on one mesh.
+//! The rounds on one mesh: our runs and the others alternate, A B A B.
 
 use std::error::Error;
 use std::path::Path;

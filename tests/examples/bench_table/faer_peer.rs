@@ -1,4 +1,5 @@
-//! faer's own Cholesky of the one-ring matrix, one vertex grounded: AMD, supernodal, one thread.
+//! faer's own Cholesky of the one-ring matrix with one vertex grounded: AMD, supernodal, one
+//! thread.
 
 use cotan::prelude::Vector3;
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -14,7 +15,9 @@ use nalgebra_sparse::CsrMatrix;
 use crate::measured::Phases;
 use crate::ours::repeat;
 
-/// Phases "faer prepare" and "faer solve"; nothing if faer refuses the matrix.
+/// Measures the phases "faer prepare" and "faer solve".
+///
+/// Measures nothing if faer refuses the matrix.
 pub(crate) fn measure(matrix: &CsrMatrix<f64>, phases: &mut Phases) {
     let n = matrix.nrows() - 1;
     let (mut offsets, mut rows, mut values) = (vec![0], vec![], vec![]);
@@ -69,7 +72,8 @@ pub(crate) fn measure(matrix: &CsrMatrix<f64>, phases: &mut Phases) {
                 MemStack::new(&mut scratch),
             );
         });
-        // Solutions of solutions would become subnormal.
+        // Start from the same right-hand side: repeated solves of solutions would become
+        // subnormal.
         right
             .iter_mut()
             .enumerate()

@@ -1,4 +1,4 @@
-//! How time and memory grow with the number of vertices.
+//! The growth of time and memory with the number of vertices.
 
 use std::error::Error;
 use std::fmt::Write as _;
@@ -81,7 +81,7 @@ pub(crate) fn table(growth: &Growth) -> String {
     out + "\n"
 }
 
-/// Of the line of least squares.
+/// The slope of the least-squares line.
 fn slope(points: &[(f64, f64)]) -> f64 {
     let count = points.len() as f64;
     let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;

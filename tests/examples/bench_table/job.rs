@@ -1,4 +1,4 @@
-//! Meshes and handles, as files that ours and the peers read.
+//! Meshes and handles, as files that we and the peers read.
 //!
 //! The format, little-endian: three u64 (vertices, faces, handles), positions (three f64 each),
 //! faces (three u32 each), handle vertices (u32), their targets (three f64 each).
@@ -36,7 +36,7 @@ impl Jobs {
 
 pub(crate) type Moves = Vec<(VertexId, Point3<f64>)>;
 
-/// What a file holds.
+/// The contents of a file.
 #[derive(Clone)]
 pub(crate) struct Job {
     pub(crate) positions: Positions<f64>,
@@ -44,7 +44,7 @@ pub(crate) struct Job {
     pub(crate) moves: Moves,
 }
 
-/// The vertices furthest in 32 directions of a spiral; the upper half is bent aside.
+/// The extreme vertices in 32 directions of a spiral; the upper half is bent aside.
 fn point_handles(shape: &Mesh<f64>) -> Moves {
     const COUNT: usize = 32;
     let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
@@ -75,7 +75,7 @@ fn bent(p: &Point3<f64>) -> Point3<f64> {
     turn * p
 }
 
-/// The lowest hundredth fixed, the highest turned by 30° and shifted.
+/// The lowest hundredth fixed, the highest rotated by 30° and shifted.
 fn region_handles(shape: &Mesh<f64>) -> Moves {
     let mut by_z: Vec<VertexId> = shape.connectivity().vertices().collect();
     by_z.sort_unstable_by(|&a, &b| shape.positions()[a].z.total_cmp(&shape.positions()[b].z));

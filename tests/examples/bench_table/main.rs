@@ -1,4 +1,4 @@
-//! Our speed beside that of others, as ratios, measured in one run on one machine.
+//! Our speed compared with that of others, as ratios, measured in one run on one machine.
 //!
 //! ```text
 //! cargo run --release -p cotan-tests --example bench_table -- [OPTIONS]
@@ -12,8 +12,8 @@
 //!   --json FILE       everything that was measured, too
 //! ```
 //!
-//! A peer that is absent is skipped, and said to be. Everything runs in processes of its own, so
-//! that none inherits another's memory. How to install the peers: `benches/peers/README.md`.
+//! Missing peers are skipped with a message. Everything runs in separate processes, so that none
+//! inherits another's memory. To install the peers, see `benches/peers/README.md`.
 
 mod comparison;
 mod faer_peer;
@@ -32,7 +32,7 @@ use options::Options;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let words: Vec<String> = std::env::args().skip(1).collect();
-    // The same program is its own child.
+    // This program is also its own child process.
     if let [mode, job, kind] = &words[..]
         && mode == ours::MODE
     {

@@ -1,4 +1,4 @@
-//! Seconds, medians, and the lines of JSON that children print.
+//! Seconds, medians, and the lines of JSON that child processes print.
 
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -14,8 +14,8 @@ pub(crate) struct Seconds {
 }
 
 impl Seconds {
-    /// What counts with so many threads: the processor's seconds on one, which others on the
-    /// machine disturb least, and the wall's on more.
+    /// The time that counts for this number of threads: processor time for one thread, because
+    /// other processes disturb it least, and wall time for more.
     pub(crate) fn with(self, threads: usize) -> f64 {
         if threads == 1 { self.cpu } else { self.wall }
     }
@@ -42,7 +42,7 @@ pub(crate) fn time<R>(work: impl FnOnce() -> R) -> (R, Seconds) {
     (result, seconds)
 }
 
-/// What a child measured: phases, each the median of its runs, and plain numbers.
+/// The measurements of a child process: phases, each the median of its runs, and plain numbers.
 #[derive(Default)]
 pub(crate) struct Phases {
     runs: BTreeMap<&'static str, Vec<Seconds>>,
@@ -86,7 +86,7 @@ pub(crate) fn median(values: impl Iterator<Item = f64>) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
-/// The lines of all rounds, by a name for who measured what.
+/// The lines of all rounds, by the name of the program that was measured.
 #[derive(Default)]
 pub(crate) struct Results {
     pub(crate) num_vertices: usize,
@@ -105,7 +105,7 @@ impl Results {
         self.lines.entry(name.into()).or_default().push(line);
     }
 
-    /// The median over the rounds of a phase of somebody; `None` if it was not measured.
+    /// The median of a program's phase over the rounds, or `None` if it was not measured.
     pub(crate) fn seconds(&self, name: &str, phase: &str) -> Option<Seconds> {
         let lines = self.lines.get(name)?;
         let runs: Option<Vec<Seconds>> = lines

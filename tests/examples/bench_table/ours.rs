@@ -1,5 +1,4 @@
-//! What is measured of ours, in a process of its own: the only file here that knows how our
-//! crates are called.
+//! Our measurements, in a separate process. This is the only file here that calls our crates.
 
 use std::error::Error;
 use std::hint::black_box;
@@ -16,7 +15,7 @@ use crate::measured::Phases;
 /// The first word of a child's command line.
 pub(crate) const MODE: &str = "--ours";
 
-/// The orientations that are compared: one with a single solve an iteration, and the default.
+/// The orientations to compare: one with a single solve per iteration, and the default.
 pub(crate) const ORIENTATIONS: [&str; 2] = ["rotation", "hybrid"];
 
 pub(crate) fn run(path: &Path, orientation: &str) -> Result<(), Box<dyn Error>> {
@@ -34,7 +33,7 @@ pub(crate) fn run(path: &Path, orientation: &str) -> Result<(), Box<dyn Error>> 
     Ok(())
 }
 
-/// From faces and positions to the deformed mesh, and the memory that takes.
+/// Measures the job from faces and positions to the deformed mesh, and its memory.
 fn whole_job(
     job: &Job,
     options: &DeformOptions,
@@ -71,7 +70,7 @@ fn whole_job(
     Ok(())
 }
 
-/// What loading a file does: a mesh of scattered numbers is worked on in a spatial order.
+/// Reorders a mesh as loading a file does: scattered vertices are put in a spatial order.
 fn in_order(job: &Job) -> Job {
     if !SpatialOrder::is_scattered(job.positions.len(), &job.faces) {
         return job.clone();
@@ -104,12 +103,12 @@ fn flow(
     Ok(options
         .apply(Flow::builder(mesh, &job.positions))
         .handles(at_rest)
-        // No step may take the short cut of a converged one.
+        // With tolerance 0 no step takes the shortcut of a converged one.
         .tolerance(0.0)
         .build()?)
 }
 
-/// Factorization, solve, and a change of handles, with faer's own beside them.
+/// Measures factorization, solve and a change of handles, and faer's own factorization and solve.
 fn system(flow: &Flow<f64>, phases: &mut Phases) -> Result<(), Box<dyn Error>> {
     let rest = flow.rest();
     let prepare =
@@ -124,11 +123,11 @@ fn system(flow: &Flow<f64>, phases: &mut Phases) -> Result<(), Box<dyn Error>> {
         "columns",
         f64::from(u8::from(system.choice().method == Method::Columns)),
     );
-    // Without the columns of the handles: one holds the mesh and needs none.
+    // Without the columns of the handles: with one handle there are none.
     repeat(|| {
         black_box(phases.time("factor", || prepare(&flow.handles()[..1]))).ok();
     });
-    // One handle exchanged for a neighbour, and back.
+    // Exchange one handle for a neighbour, and back.
     let mut changed = flow.handles().to_vec();
     if let Some(handle) = changed.last_mut() {
         let is_free = |v: &VertexId| flow.handles().iter().all(|h| h.vertex != *v);
@@ -161,14 +160,14 @@ fn system(flow: &Flow<f64>, phases: &mut Phases) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Single iterations after the handles moved.
+/// Measures single iterations after the handles have moved.
 fn iterations(
     flow: &mut Flow<f64>,
     moves: &Moves,
     phases: &mut Phases,
 ) -> Result<(), Box<dyn Error>> {
     flow.move_handles(moves)?;
-    // The first two answer to the move alone.
+    // The first two steps only respond to the move.
     for _ in 0..2 {
         flow.step()?;
     }
@@ -178,7 +177,7 @@ fn iterations(
     Ok(())
 }
 
-/// At least once, and again for a while.
+/// Runs `work` at least once, then repeatedly for a while.
 pub(crate) fn repeat(mut work: impl FnMut()) {
     let start = Instant::now();
     for _ in 0..MOST_RUNS {
@@ -189,7 +188,7 @@ pub(crate) fn repeat(mut work: impl FnMut()) {
     }
 }
 
-/// Bytes a second that one thread reads.
+/// The memory bandwidth of one reading thread, in bytes per second.
 fn bandwidth() -> f64 {
     const LEN: usize = 1 << 25;
     let data = vec![1.0f64; LEN];
@@ -208,7 +207,7 @@ fn bandwidth() -> f64 {
     (8 * LEN) as f64 / best
 }
 
-/// The most memory so far, where the system tells.
+/// The peak memory so far, if the system reports it.
 fn peak_megabytes() -> f64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));

@@ -1,4 +1,4 @@
-//! Which peers this machine has, and how each is called.
+//! The peers available on this machine, and their command lines.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -82,7 +82,7 @@ impl Peers {
         println!();
     }
 
-    /// One run of a peer: its line, or `None` with a message if it fails.
+    /// Runs a peer once. Returns its line, or `None`, with a message, if it fails.
     pub(crate) fn run(&self, peer: Peer, words: &[&str]) -> Option<Value> {
         let mut command = match peer.module() {
             None => Command::new(self.programs.join(peer.file())),
@@ -92,8 +92,8 @@ impl Peers {
                 command
             }
         };
-        // Debian's CHOLMOD asks OpenMP for threads of its own whatever it is told, which would
-        // flatter us by 1.75.
+        // Debian's CHOLMOD uses OpenMP threads regardless of its settings, which would flatter us
+        // by a factor of 1.75.
         for variable in [
             "OMP_THREAD_LIMIT",
             "OMP_NUM_THREADS",
@@ -106,7 +106,7 @@ impl Peers {
     }
 }
 
-/// The line of JSON that a child prints.
+/// The line of JSON that a child process prints.
 pub(crate) fn line_of(command: &mut Command, name: &str) -> Option<Value> {
     let output = command.stdin(Stdio::null()).output();
     let line = match &output {

@@ -1,11 +1,11 @@
-//! The ratios of one size as a Markdown table.
+//! The ratios for one size as a Markdown table.
 
 use std::fmt::Write as _;
 
 use crate::comparison::{PEER_ITERATIONS, ours_name};
 use crate::measured::Results;
 
-/// A row: ours over theirs, and what the ratio is to be at most.
+/// A row: our figure over theirs, and the upper bound for the ratio.
 struct Row {
     what: String,
     ours: Option<f64>,
@@ -64,7 +64,7 @@ impl Figures<'_> {
         Some(self.results.seconds(name, phase)?.with(self.threads))
     }
 
-    /// Order + symbolic + numeric of CHOLMOD, the better of its orderings.
+    /// Order + symbolic + numeric of CHOLMOD, with the better of its orderings.
     fn cholmod(&self, matrix: &str) -> Option<f64> {
         let factor = |ordering| {
             let name = format!("CHOLMOD {matrix} {ordering}");
@@ -201,7 +201,7 @@ fn rows(figures: &Figures<'_>) -> Vec<Row> {
     rows
 }
 
-/// What the ratios rest on, in seconds.
+/// The figures behind the ratios, in seconds.
 fn facts(results: &Results, threads: usize) -> String {
     let mut out = String::new();
     let figures = Figures { results, threads };

@@ -1,4 +1,4 @@
-//! `cotan bench` on the command line.
+//! The options of `bench`.
 
 use std::num::{NonZeroU32, NonZeroUsize};
 
@@ -22,10 +22,10 @@ pub(crate) struct BenchArgs {
     /// Mesh file (.obj, .ply, .off, .stl, .gltf, .glb; also with .gz); the built-in model if none
     /// is given
     pub(crate) mesh: Option<InputPath>,
-    /// How often each phase is measured, at most
+    /// Maximum number of times each phase is measured
     #[arg(long, value_name = "N", default_value = "5")]
     pub(crate) rounds: NonZeroU32,
-    /// How Laplacian coordinates are turned
+    /// Orientation of the Laplacian coordinates
     #[arg(long, value_name = "NAME", default_value = OrientationKind::default().name(),
         value_parser = values::orientation())]
     pub(crate) orientation: OrientationKind,

@@ -1,4 +1,4 @@
-//! The limits of every command: memory, and what is read of a file.
+//! The limits of every command: on memory, and on the size of files.
 
 use clap::Args;
 use cotan_io::Limits;
@@ -8,7 +8,7 @@ use super::values;
 
 const LIMITS: &str = "Limits";
 
-/// How much is taken before a run is refused, with exit code 1.
+/// The limits above which a run is refused with exit code 1.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct LimitArgs {
     /// Refuse work that is predicted to take more memory, in bytes or with K, M or G behind the
@@ -46,7 +46,7 @@ pub(crate) struct LimitArgs {
 }
 
 impl LimitArgs {
-    /// The memory that the run may take.
+    /// The memory that the run may use.
     pub(crate) fn memory(&self) -> MemoryLimit {
         match self.max_memory {
             Some(bytes) => MemoryLimit::new(bytes).within_address_space(),
@@ -54,7 +54,7 @@ impl LimitArgs {
         }
     }
 
-    /// The limits of reading, within this memory.
+    /// The limits for reading, within this memory.
     pub(crate) fn reading(&self, memory: MemoryLimit) -> Limits {
         let default = Limits::default();
         memory.reading(Limits {

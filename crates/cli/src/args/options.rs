@@ -61,7 +61,7 @@ The first solve has Laplacian coordinates of zero: the shape must come from the 
 Laplacian coordinates and the weights alone. Three to six handles that stay where they are say where
 the shape is.";
 
-/// Where the files go that OUT refers to.
+/// The destination of the files that OUT refers to.
 #[derive(Clone, Copy, Debug, Default, Args)]
 pub(crate) struct EmbedArgs {
     /// Write the buffers and images that a glTF refers to into OUT. By default they are copied
@@ -71,7 +71,7 @@ pub(crate) struct EmbedArgs {
 }
 
 impl EmbedArgs {
-    /// Where the files go.
+    /// The destination of these files.
     pub(crate) fn companions(self) -> Companions {
         match self.embed {
             true => Companions::Embedded,
@@ -80,7 +80,7 @@ impl EmbedArgs {
     }
 }
 
-/// What is edited, by which handles, and where the result goes.
+/// The input mesh, its handles, and the output.
 #[derive(Debug, Args)]
 pub(crate) struct InputArgs {
     /// Mesh file (.obj, .ply, .off, .stl, .gltf, .glb; also with .gz)
@@ -108,7 +108,7 @@ pub(crate) struct InputArgs {
 }
 
 impl InputArgs {
-    /// Where the mesh comes from.
+    /// The source of the mesh.
     pub(crate) fn source(&self) -> Source<'_> {
         Source {
             path: &self.mesh,
@@ -123,7 +123,7 @@ impl InputArgs {
     }
 }
 
-/// The method, where `deform` and `reconstruct` agree.
+/// The options of the method that `deform` and `reconstruct` share.
 #[derive(Debug, Args)]
 pub(crate) struct MethodArgs {
     /// The scheme that chooses the weights of the Laplacian
@@ -132,7 +132,7 @@ pub(crate) struct MethodArgs {
     /// Let details grow and shrink with the area around them
     #[arg(long)]
     rescale: bool,
-    /// How the Laplacian coordinates are turned; reflect is the paper's
+    /// Orientation of the Laplacian coordinates; reflect is the paper's
     #[arg(long, value_name = "NAME", value_parser = values::orientation(),
         default_value = "hybrid")]
     orientation: OrientationKind,
@@ -146,7 +146,7 @@ pub(crate) struct MethodArgs {
     /// relative to the size of the mesh [default: 0.0175]
     #[arg(long, value_name = "X", value_parser = values::positive)]
     bending_length: Option<f64>,
-    /// Whether a body resists like a solid, or like a thin shell that is filled with nothing
+    /// Resistance of a body: like a solid, or like an empty shell
     #[arg(long, value_name = "NAME", value_enum, default_value_t = StiffnessName::Solid)]
     stiffness: StiffnessName,
     /// Weight of the struts that keep opposite walls at their distance, relative to the hybrid's
@@ -157,31 +157,35 @@ pub(crate) struct MethodArgs {
     /// [default: 1, or 0 for thin]
     #[arg(long, value_name = "GAMMA", value_parser = values::weight)]
     volume_weight: Option<f64>,
+    /// Radius of the disc at which a handle of a single vertex pulls, in bending lengths; 0 pulls
+    /// the vertex alone and leaves a cone [default: 6, or 0 for thin]
+    #[arg(long, value_name = "X", value_parser = values::weight)]
+    point_radius: Option<f64>,
     /// Hold stated turns of more than 180° that the body does not hold by itself, by a weight
     /// relative to the energy [0.3 where none is given]
     #[arg(long, value_name = "TAU", value_parser = values::weight, num_args = 0..=1,
         default_missing_value = "0.3")]
     hold_winding: Option<f64>,
-    /// How the linear system is solved: by the normal equations, or by columns of the inverse, one
-    /// a handle vertex; the report tells what auto chose
+    /// Solver of the linear system: the normal equations, or columns of the inverse, one per
+    /// handle vertex; the report names the choice of auto
     #[arg(long, value_name = "NAME", value_parser = values::strategy(), default_value = "auto")]
     strategy: Strategy,
 }
 
-/// A stiffness with a name.
+/// The names of the stiffnesses.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum StiffnessName {
     Solid,
     Thin,
 }
 
-/// How a run is carried out and what it leaves behind.
+/// The options of a run and its reports.
 #[derive(Debug, Args)]
 pub(crate) struct RunArgs {
     /// The number type of the iteration
     #[arg(long, value_name = "TYPE", value_enum, default_value_t = Precision::F64)]
     pub(crate) precision: Precision,
-    /// How many threads work; the result is the same, byte by byte [default: one a core]
+    /// Number of threads; it changes no byte of the result [default: one per core]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     pub(crate) threads: Option<NonZeroUsize>,
     /// Write a report (JSON)
@@ -224,7 +228,7 @@ pub(crate) struct DeformArgs {
 pub(crate) struct ReconstructArgs {
     #[command(flatten)]
     pub(crate) input: InputArgs,
-    /// How many iterations
+    /// Number of iterations
     #[arg(long, value_name = "N")]
     iterations: NonZeroUsize,
     #[command(flatten)]
@@ -238,17 +242,17 @@ pub(crate) struct ReconstructArgs {
 
 impl MethodArgs {
     fn stiffness(&self) -> Stiffness {
-        let named = match self.stiffness {
+        let mut stiffness = match self.stiffness {
             StiffnessName::Solid => Stiffness::SOLID,
             StiffnessName::Thin => Stiffness::THIN,
         };
-        Stiffness::new(
-            self.strut_weight.unwrap_or(named.struts),
-            self.volume_weight.unwrap_or(named.volume),
-        )
+        stiffness.struts = self.strut_weight.unwrap_or(stiffness.struts);
+        stiffness.point_radius = self.point_radius.unwrap_or(stiffness.point_radius);
+        stiffness.volume = self.volume_weight.unwrap_or(stiffness.volume);
+        stiffness
     }
 
-    /// The settings; what is not named here has the library's default.
+    /// The library's options; those not named here keep their defaults.
     fn options(&self) -> DeformOptions {
         let default = DeformOptions::default();
         default
@@ -280,7 +284,7 @@ impl DeformArgs {
 }
 
 impl ReconstructArgs {
-    /// The settings of [`cotan::reconstruct`].
+    /// The options of [`cotan::reconstruct`].
     pub(crate) fn options(&self) -> DeformOptions {
         self.method
             .options()

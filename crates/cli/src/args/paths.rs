@@ -1,7 +1,8 @@
-//! The files of a command line, told apart by what happens to them.
+//! The types of files on the command line, by their use.
 //!
-//! Every argument that names a file has one of these types. By them `crate::paths` finds all
-//! files of a run, whatever the command, and refuses an output that is an input or another output.
+//! Every argument that names a file has one of these types. `crate::paths` uses them to find all
+//! files of a run, whatever the command, and refuses an output that is an input or another
+//! output.
 
 use std::ffi::OsString;
 use std::ops::Deref;
@@ -20,14 +21,14 @@ pub(crate) struct OutputPath(PathBuf);
 pub(crate) struct OutputFolder(PathBuf);
 
 impl OutputFolder {
-    /// A file in it.
+    /// A file in this folder.
     pub(crate) fn file(&self, name: &str) -> OutputPath {
         OutputPath(self.0.join(name))
     }
 }
 
 impl OutputPath {
-    /// The file as the input of what comes next in the same run.
+    /// The file as an input of a later step of the same run.
     pub(crate) fn as_input(&self) -> InputPath {
         InputPath(self.0.clone())
     }
@@ -88,7 +89,7 @@ mod tests {
                 }
             }
         }
-        // The editor's own options, which it reads itself.
+        // The options of the editor, which parses them itself.
         assert_eq!(found, ["edit options"]);
     }
 }

@@ -74,11 +74,11 @@ pub(crate) struct RepairArgs {
     pub(crate) report: Option<OutputPath>,
 }
 
-/// Adds a repair to those that are made.
+/// A function that adds a repair to the others.
 type Step = fn(Repair) -> Repair;
 
 impl RepairArgs {
-    /// The repairs that are asked for.
+    /// The requested repairs.
     pub(crate) fn repair(&self) -> Repair {
         let mut repair = match self.all {
             true => Repair::all(),

@@ -29,7 +29,7 @@ Examples:
 --field is a property of the vertices of a PLY file: the mean curvature that each is to have,
 (k1 + k2) / 2, positive where convex, in one over the unit of the mesh.";
 
-/// Which mesh, and where the result goes.
+/// The input mesh and the output.
 #[derive(Debug, Args)]
 pub(crate) struct MeshArgs {
     /// Mesh file (.obj, .ply, .off, .stl, .gltf, .glb; also with .gz)
@@ -49,7 +49,7 @@ pub(crate) struct MeshArgs {
 }
 
 impl MeshArgs {
-    /// As the input of an edit without handles.
+    /// The arguments as the input of an edit without handles.
     pub(crate) fn input(&self) -> InputArgs {
         InputArgs {
             mesh: self.mesh.clone(),
@@ -63,7 +63,7 @@ impl MeshArgs {
     }
 }
 
-/// What is kept, and what is written beside the mesh.
+/// The constraints to keep, and the outputs in addition to the mesh.
 #[derive(Debug, Args)]
 pub(crate) struct KeepArgs {
     /// Keep the volume of every closed component exactly
@@ -78,7 +78,7 @@ pub(crate) struct KeepArgs {
     /// Let the boundary of an open mesh move; it stays otherwise
     #[arg(long)]
     free_boundary: bool,
-    /// How many threads work; the result is the same, byte by byte [default: one a core]
+    /// Number of threads; it changes no byte of the result [default: one per core]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     pub(crate) threads: Option<NonZeroUsize>,
     /// Write a report (JSON)
@@ -118,13 +118,13 @@ pub(crate) struct SmoothArgs {
     #[arg(long, visible_alias = "mode", value_name = "NAME", value_parser = values::smooth_method(),
         default_value = "auto")]
     method: SmoothMethod,
-    /// How often [default: what the method needs]
+    /// Number of iterations [default: what the method needs]
     #[arg(long, value_name = "N")]
     iterations: Option<usize>,
     /// Which part of a step of the curvature is taken, above 0 and at most 1
     #[arg(long, value_name = "S", value_parser = values::positive, default_value = "1")]
     step: f64,
-    /// How firmly every vertex is held where it was; smaller smooths more
+    /// Weight that holds each vertex in place; smaller smooths more
     /// [default: what suits the method and the noise of the mesh]
     #[arg(long, value_name = "MU", value_parser = values::positive)]
     anchor: Option<f64>,
@@ -159,10 +159,10 @@ pub(crate) struct DetailArgs {
     /// Give every vertex the mean curvature that this property of the file says
     #[arg(long, value_name = "NAME")]
     pub(crate) field: Option<String>,
-    /// How often
+    /// Number of iterations
     #[arg(long, value_name = "N", default_value = "20")]
     iterations: usize,
-    /// How firmly every vertex is held where it was
+    /// Weight that holds each vertex in place
     #[arg(long, value_name = "MU", value_parser = values::positive, default_value = "0.5")]
     anchor: f64,
     #[command(flatten)]

@@ -1,4 +1,4 @@
-//! The options of `sphere`, and of what is done by way of the sphere.
+//! The options of `sphere`, `resample` and `morph`.
 
 use std::num::NonZeroUsize;
 
@@ -44,7 +44,7 @@ for every -t, so that files of several times make an animation.";
 const MAPPING: &str = "Mapping";
 const MENDING: &str = "Mending";
 
-/// The mesh, and how it is mended before it is mapped.
+/// The input mesh, and its repair before the mapping.
 #[derive(Debug, Args)]
 pub(crate) struct ClosedMeshArgs {
     /// Mesh file (.obj, .ply, .off, .stl, .gltf, .glb; also with .gz)
@@ -53,14 +53,14 @@ pub(crate) struct ClosedMeshArgs {
     pub(crate) mending: MendingArgs,
 }
 
-/// How a mesh is mended before it is mapped.
+/// The repair of a mesh before the mapping.
 #[derive(Debug, Args)]
 pub(crate) struct MendingArgs {
     /// Repair the mesh first, as `cotan repair` without options does
     #[arg(long, help_heading = MENDING)]
     repair: bool,
-    /// Fill holes of at most N edges (=N), or all, first; `smooth` or `smooth:N` adds vertices that
-    /// make the patch continue the surface
+    /// Fill holes of at most N edges (=N), or all, first; `smooth` or `smooth:N` adds vertices
+    /// that make the patch continue the surface
     #[arg(long, value_name = "[smooth][:N]", num_args = 0..=1, require_equals = true,
         value_parser = values::filling, help_heading = MENDING)]
     fill_holes: Option<Option<Filling>>,
@@ -70,10 +70,10 @@ pub(crate) struct MendingArgs {
     weld: Option<Weld>,
 }
 
-/// How the mesh is mapped.
+/// The options of the mapping.
 #[derive(Debug, Args)]
 pub(crate) struct MapArgs {
-    /// Who chooses the weights of the Laplacian
+    /// Weights of the Laplacian
     #[arg(long, value_name = "NAME", value_parser = values::scheme(), default_value = "cotangent",
         help_heading = MAPPING)]
     scheme: SchemeKind,
@@ -89,7 +89,7 @@ pub(crate) struct MapArgs {
     #[arg(long, value_name = "SHARE", value_parser = values::share, default_value = "0",
         help_heading = MAPPING)]
     authalic: f64,
-    /// Whether a Moebius map puts the centre of the mesh's areas at the centre of the sphere
+    /// Put the centre of the mesh's areas at the centre of the sphere, by a Moebius map
     /// [default: on; off for the paper's method]
     #[arg(long, value_name = "on|off", value_parser = values::centering(), help_heading = MAPPING)]
     center: Option<Centering>,
@@ -102,13 +102,13 @@ pub(crate) struct MapArgs {
     tolerance: f64,
 }
 
-/// How the mapping is carried out, and what is told about it.
+/// The options of a mapping run and its report.
 #[derive(Debug, Args)]
 pub(crate) struct MapRunArgs {
     /// The number type of the positions on the sphere
     #[arg(long, value_name = "TYPE", value_enum, default_value_t = Precision::F64)]
     pub(crate) precision: Precision,
-    /// How many threads work; the result is the same, byte by byte [default: one a core]
+    /// Number of threads; it changes no byte of the result [default: one per core]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     pub(crate) threads: Option<NonZeroUsize>,
     /// Write a report (JSON)
@@ -134,8 +134,8 @@ pub(crate) struct SphereArgs {
     /// Draw the mesh and the sphere, coloured by what the map does to areas (PNG)
     #[arg(long, value_name = "P.png")]
     pub(crate) picture: Option<OutputPath>,
-    /// Give OUT texture coordinates: longitude and latitude, with a cut at 180 degrees. The file is
-    /// then written anew from what more than one format can hold
+    /// Give OUT texture coordinates: longitude and latitude, with a cut at 180 degrees. The file
+    /// is then written anew from what more than one format can hold
     #[arg(long)]
     pub(crate) uv: bool,
     /// Write the positions of the mesh as the colours of a square (PNG, 16 bits), the sphere
@@ -147,7 +147,7 @@ pub(crate) struct SphereArgs {
     pub(crate) size: usize,
 }
 
-/// How the sphere is turned.
+/// The rotation of the sphere.
 #[derive(Debug, Args)]
 pub(crate) struct TurnArgs {
     /// principal: the longest axis of the mesh points to the poles, the second to longitude 0
@@ -160,7 +160,7 @@ pub(crate) struct TurnArgs {
     landmarks: Option<InputPath>,
 }
 
-/// How the sphere is turned, unless by landmarks.
+/// The rotation of the sphere if there are no landmarks.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 pub(crate) enum Orient {
     None,
@@ -168,7 +168,7 @@ pub(crate) enum Orient {
 }
 
 impl TurnArgs {
-    /// How the sphere is turned.
+    /// The rotation of the sphere.
     pub(crate) fn turn(&self) -> Turn<'_> {
         match (&self.landmarks, self.orient) {
             (Some(path), _) => Turn::Landmarks(path),
@@ -204,7 +204,7 @@ pub(crate) struct MorphArgs {
     /// Mesh file of the shape at time 1
     #[arg(value_name = "B")]
     pub(crate) end: InputPath,
-    /// Where between: 0 is A, 1 is B
+    /// Time between A and B: 0 is A, 1 is B
     #[arg(short, long, value_name = "T", value_parser = values::share)]
     pub(crate) time: f64,
     /// Resample both to an icosphere of N subdivisions, at most 8; without it OUT is A's file with
@@ -216,7 +216,7 @@ pub(crate) struct MorphArgs {
     pub(crate) output: OutputPath,
     #[command(flatten)]
     pub(crate) embed: EmbedArgs,
-    /// How B's sphere is turned to fit A's
+    /// Alignment of B's sphere with A's
     #[arg(long, value_name = "NAME", value_enum, default_value_t = Align::Pose)]
     pub(crate) align: Align,
     /// Pairs of a vertex of A and one of B that belong together, `a b` a line or a JSON list of
@@ -227,12 +227,12 @@ pub(crate) struct MorphArgs {
     pub(crate) mending: MendingArgs,
     #[command(flatten)]
     pub(crate) map: MapArgs,
-    /// How many threads work; the result is the same, byte by byte [default: one a core]
+    /// Number of threads; it changes no byte of the result [default: one per core]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     pub(crate) threads: Option<NonZeroUsize>,
 }
 
-/// How one sphere is turned to fit another.
+/// The alignment of one sphere with another.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 pub(crate) enum Align {
     /// Places that are near each other in space, for shapes in like poses
@@ -244,7 +244,7 @@ pub(crate) enum Align {
 }
 
 impl MendingArgs {
-    /// The mesh at `path`, mended in this way.
+    /// The mesh at `path` with these repairs.
     pub(crate) fn source<'a>(&self, path: &'a InputPath) -> Source<'a> {
         let mut repair = self.repair.then(Repair::default);
         let filling = match self.fill_holes {
@@ -269,7 +269,7 @@ impl MendingArgs {
 }
 
 impl MapArgs {
-    /// The settings; what is not said has the default of the method.
+    /// The library's options; those not given keep the defaults of the method.
     pub(crate) fn options(&self) -> SphereOptions {
         let default = match self.method {
             SphereMethod::Paper => SphereOptions::paper(self.scheme),

@@ -1,4 +1,4 @@
-//! Values of options: names and numbers, checked while the command line is read.
+//! Parsers for option values, run while the command line is read.
 
 use std::num::NonZeroUsize;
 
@@ -11,7 +11,7 @@ use cotan::sphere::{Centering, SphereMethod};
 use cotan::{OrientationKind, SchemeKind};
 use cotan_io::{Filling, Weld};
 
-/// The number type that the iteration runs in.
+/// The scalar type of the iteration.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 pub(crate) enum Precision {
     /// 32-bit numbers: half the memory, about seven digits
@@ -35,7 +35,7 @@ pub(super) fn scheme() -> impl TypedValueParser<Value = SchemeKind> {
         .try_map(|name| name.parse::<SchemeKind>())
 }
 
-/// The library's names of ways to the sphere.
+/// The library's names of sphere methods.
 pub(super) fn sphere_method() -> impl TypedValueParser<Value = SphereMethod> {
     PossibleValuesParser::new(SphereMethod::ALL.iter().map(|method| method.name()))
         .try_map(|name| name.parse::<SphereMethod>())
@@ -53,7 +53,7 @@ pub(super) fn orientation() -> impl TypedValueParser<Value = OrientationKind> {
         .try_map(|name| name.parse::<OrientationKind>())
 }
 
-/// The library's names of ways to solve a system.
+/// The library's names of strategies.
 pub(super) fn strategy() -> impl TypedValueParser<Value = Strategy> {
     PossibleValuesParser::new(Strategy::ALL.iter().map(|strategy| strategy.name())).map(|name| {
         let named = |strategy: &&Strategy| strategy.name() == name;
@@ -77,7 +77,7 @@ pub(super) fn bytes(text: &str) -> Result<u64, String> {
     number.ok_or_else(|| "give a number of bytes, such as 500M or 4G".to_owned())
 }
 
-/// As [`bytes`], for what lies in memory.
+/// Like [`bytes`], for a length in memory.
 pub(super) fn length(text: &str) -> Result<usize, String> {
     bytes(text).map(|bytes| usize::try_from(bytes).unwrap_or(usize::MAX))
 }
@@ -90,7 +90,7 @@ pub(super) fn threads(text: &str) -> Result<NonZeroUsize, String> {
         .ok_or_else(|| format!("give a number of threads from 1 to {MOST_THREADS}"))
 }
 
-/// More than any machine has use for; each takes some megabytes of addresses.
+/// More threads than any machine can use; each reserves some megabytes of address space.
 const MOST_THREADS: usize = 1024;
 
 /// The library's names of smoothing methods.
@@ -114,7 +114,7 @@ pub(super) fn start() -> impl TypedValueParser<Value = Start> {
     })
 }
 
-/// `off`, or how many of the last steps are remembered.
+/// `off`, or the number of previous steps to remember.
 pub(super) fn acceleration(text: &str) -> Result<Acceleration, String> {
     match (text, text.parse::<usize>()) {
         ("off", _) | (_, Ok(0)) => Ok(Acceleration::Off),
@@ -136,7 +136,7 @@ pub(super) fn weld(text: &str) -> Result<Weld, String> {
     }
 }
 
-/// As [`weld`], for a repair, which merges vertices.
+/// Like [`weld`], for a repair that merges vertices.
 pub(super) fn merge(text: &str) -> Result<Weld, String> {
     weld(text)
         .ok()
@@ -144,7 +144,7 @@ pub(super) fn merge(text: &str) -> Result<Weld, String> {
         .ok_or_else(|| "give exact, or a distance of at least 0".to_owned())
 }
 
-/// How holes are filled: the most edges, `smooth`, or both as `smooth:N`.
+/// The filling of holes: the largest number of edges, `smooth`, or both as `smooth:N`.
 pub(super) fn filling(text: &str) -> Result<Filling, String> {
     let most = |text: &str| text.parse::<NonZeroUsize>().ok();
     let filling = match text.strip_prefix("smooth") {
@@ -158,40 +158,40 @@ pub(super) fn filling(text: &str) -> Result<Filling, String> {
     filling.ok_or_else(|| "give a number of edges from 1, smooth, or smooth:N".to_owned())
 }
 
-/// A tolerance: finite, at least 0.
+/// A tolerance: finite and at least 0.
 pub(super) fn tolerance(text: &str) -> Result<f64, String> {
     number(text)
         .filter(|x| *x >= 0.0)
         .ok_or_else(|| "give a number of at least 0".to_owned())
 }
 
-/// A share: from 0 to 1.
+/// A share from 0 to 1.
 pub(super) fn share(text: &str) -> Result<f64, String> {
     number(text)
         .filter(|x| (0.0..=1.0).contains(x))
         .ok_or_else(|| "give a number from 0 to 1".to_owned())
 }
 
-/// Subdivisions of an icosphere; each makes four faces of one.
+/// The number of subdivisions of an icosphere; each splits every face into four.
 pub(super) fn level() -> impl TypedValueParser<Value = u32> {
     clap::value_parser!(u32).range(0..=8)
 }
 
-/// The side of a geometry image: odd, so that the middle is a pixel.
+/// The side of a geometry image: odd, so that the centre is a pixel.
 pub(super) fn odd_size(text: &str) -> Result<usize, String> {
     let size = text.parse::<usize>().ok();
     size.filter(|n| (3..=4097).contains(n) && n % 2 == 1)
         .ok_or_else(|| "give an odd number from 3 to 4097".to_owned())
 }
 
-/// A weight beside that of the membrane.
+/// A weight relative to that of the membrane.
 pub(super) fn weight(text: &str) -> Result<f64, String> {
     number(text)
         .filter(|x| (0.0..=1000.0).contains(x))
         .ok_or_else(|| "give a number between 0 and 1000".to_owned())
 }
 
-/// A spring weight or a length: finite, above 0.
+/// A spring weight or a length: finite and above 0.
 pub(super) fn positive(text: &str) -> Result<f64, String> {
     number(text)
         .filter(|x| *x > 0.0)

@@ -1,4 +1,4 @@
-//! `cotan bench`: this mesh on this machine.
+//! `cotan bench`: measures the speed of this machine for a mesh.
 
 use cotan::shapes::{CREATURE_RESOLUTION, creature};
 use cotan_io::Document;

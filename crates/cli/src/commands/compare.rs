@@ -1,4 +1,4 @@
-//! `cotan compare`: two embeddings of one connectivity.
+//! `cotan compare`: compares two embeddings of the same connectivity.
 
 use std::path::Path;
 
@@ -16,17 +16,17 @@ use crate::files;
 use crate::report::{QualityFields, Seconds, Table, json_text, number};
 use crate::text::Text;
 
-/// What `compare` prints.
+/// The output of `compare`.
 #[derive(Debug, Serialize)]
 struct Comparison {
     vertices: usize,
     faces: usize,
     #[serde(flatten)]
     quality: QualityFields,
-    /// The longest and the root mean square move of a vertex, in the unit of the files.
+    /// The largest and the root mean square displacement of a vertex, in the unit of the files.
     max_displacement: f64,
     rms_displacement: f64,
-    /// The longest move over the diagonal of the original's bounding box.
+    /// The largest displacement over the diagonal of the original's bounding box.
     max_relative_displacement: f64,
     /// The distance of the vertices to those of the shape of `--distance-to`, or to the original,
     /// over the longest side of the original's box.
@@ -89,7 +89,7 @@ pub(crate) fn run(args: &CompareArgs, console: &Console) -> Result<(), CliError>
     console.print(&table(&comparison, given))
 }
 
-/// Refuses two documents that are not embeddings of the same faces, with the first difference.
+/// Fails with the first difference if two documents do not have the same faces.
 pub(crate) fn check_same_faces(
     paths: [&Path; 2],
     documents: [&Document; 2],

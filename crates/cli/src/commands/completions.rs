@@ -1,4 +1,4 @@
-//! `cotan completions`: a script for a shell.
+//! `cotan completions`: prints a completion script for a shell.
 
 use clap::CommandFactory;
 

@@ -1,4 +1,4 @@
-//! `cotan convert`: the same mesh in another format.
+//! `cotan convert`: writes a mesh in another format.
 
 use cotan_tool::Work;
 

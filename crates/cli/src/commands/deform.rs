@@ -1,4 +1,4 @@
-//! `cotan deform`: handles move, the surface follows.
+//! `cotan deform`: moves handles and lets the surface follow.
 
 use std::time::Instant;
 
@@ -35,7 +35,7 @@ pub(crate) fn run(args: &DeformArgs, console: &Console) -> Result<(), CliError> 
     Ok(())
 }
 
-/// Files in, an edit, files out: what `deform` and `reconstruct` share.
+/// The work that `deform` and `reconstruct` share: read the files, edit, write the files.
 pub(crate) struct Job<'a> {
     pub(crate) input: &'a InputArgs,
     pub(crate) run: &'a RunArgs,
@@ -45,26 +45,26 @@ pub(crate) struct Job<'a> {
     pub(crate) loose: Loose,
 }
 
-/// What happens to parts of the mesh that have no handle.
+/// The treatment of parts of the mesh that have no handle.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Loose {
-    /// They stay where they are.
+    /// The parts stay where they are.
     Hold,
     /// The job is refused.
     Refuse,
 }
 
-/// What reaching the iteration limit means.
+/// The meaning of reaching the iteration limit.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum AtLimit {
-    /// The shape has not settled, which should be known.
+    /// The shape has not converged, which deserves a warning.
     Warn,
-    /// That was asked for.
+    /// The number of iterations was requested.
     Expected,
 }
 
 impl Job<'_> {
-    /// Reads, edits, writes; warns of what should be known.
+    /// Reads, edits and writes, and prints warnings.
     pub(crate) fn run(&self, console: &Console) -> Result<Report, CliError> {
         let clock = Instant::now();
         let format = files::mesh_format(&self.input.output)?;
@@ -186,7 +186,7 @@ impl Job<'_> {
     }
 }
 
-/// Handles that hold still what no handle holds, told in a warning.
+/// Adds handles that fix everything without a handle, and warns about them.
 fn held_still(
     constraints: &[Constraint],
     processing: &ProcessingMesh,

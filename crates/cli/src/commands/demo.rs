@@ -1,6 +1,6 @@
-//! `cotan demo`: the built-in model, deformed, in files to look at.
+//! `cotan demo`: deforms the built-in model and writes files to look at.
 //!
-//! It writes the model and its handles, then does what `cotan deform` would do with them.
+//! It writes the model and its handles, then runs the same edit as `cotan deform`.
 
 use std::fmt::Write as _;
 
@@ -65,7 +65,7 @@ pub(crate) fn run(args: &DemoArgs, console: &Console) -> Result<(), CliError> {
     console.print(&text)
 }
 
-/// The model with noise, and smoothed: meshes and a picture of their curvature.
+/// Writes the model with noise and smoothed, and a picture of the curvature of both.
 fn smoothing(model: &Mesh<f64>, folder: &OutputFolder, console: &Console) -> Result<(), CliError> {
     let surface = model.surface();
     let noisy = with_normal_noise(&surface, NOISE * surface.mean_edge_length(), 1);
@@ -86,10 +86,10 @@ fn smoothing(model: &Mesh<f64>, folder: &OutputFolder, console: &Console) -> Res
     files::write(&folder.file("smoothing.png"), &picture)
 }
 
-/// Of the noisy model, in mean edge lengths.
+/// Noise of the model in mean edge lengths.
 const NOISE: f64 = 0.15;
 
-/// What is written, by kind.
+/// The output files, by kind.
 const OUTPUTS: [(&str, &[&str]); 4] = [
     ("pictures", &["demo.png", "smoothing.png"]),
     (
@@ -100,7 +100,7 @@ const OUTPUTS: [(&str, &[&str]); 4] = [
     ("report", &["report.json"]),
 ];
 
-/// Refuses a folder in which two of the files are one, by links.
+/// Fails if two of the files in the folder are the same because of links.
 fn check_outputs(folder: &OutputFolder) -> Result<(), CliError> {
     let mut paths = Paths::default();
     for name in OUTPUTS.iter().flat_map(|(_, names)| *names) {

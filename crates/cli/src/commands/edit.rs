@@ -1,4 +1,4 @@
-//! `cotan edit`: starts the editor, a program of its own, so that the command line needs no window.
+//! `cotan edit`: starts the editor, a separate program, so that the command line needs no window.
 
 use std::env::consts::EXE_SUFFIX;
 use std::ffi::OsString;
@@ -9,7 +9,7 @@ use std::process::{Command, ExitCode, ExitStatus};
 use crate::args::EditArgs;
 use crate::error::CliError;
 
-/// Waits for the editor; its exit code becomes that of this command.
+/// Runs the editor and returns its exit code.
 pub(crate) fn run(args: &EditArgs) -> Result<ExitCode, CliError> {
     let program = beside().unwrap_or_else(|| EDITOR.into());
     let status = Command::new(&program)
@@ -28,7 +28,7 @@ pub(crate) fn run(args: &EditArgs) -> Result<ExitCode, CliError> {
 
 const EDITOR: &str = "cotan-editor";
 
-/// The editor in the folder of this program, where both were installed or built together.
+/// The editor next to this program, if both were installed or built together.
 fn beside() -> Option<OsString> {
     let own: PathBuf = std::env::current_exe().ok()?;
     let editor = own.with_file_name(format!("{EDITOR}{EXE_SUFFIX}"));
@@ -36,7 +36,7 @@ fn beside() -> Option<OsString> {
 }
 
 fn code(status: ExitStatus) -> ExitCode {
-    // As shells count what a signal ended.
+    // The exit code that shells report for a signal.
     #[cfg(unix)]
     let signal = std::os::unix::process::ExitStatusExt::signal(&status).map(|signal| 128 + signal);
     #[cfg(not(unix))]

@@ -1,4 +1,4 @@
-//! `cotan info`: what a mesh file holds.
+//! `cotan info`: describes the contents of a mesh file.
 
 use cotan_tool::Work;
 
@@ -92,7 +92,7 @@ fn table(info: &Inspection) -> Text {
     table.text
 }
 
-/// Defects of a kind that the table shows; JSON lists more.
+/// Defects of each kind that the table shows; JSON lists more.
 const LISTED: usize = 5;
 
 fn faces(info: &Inspection) -> String {

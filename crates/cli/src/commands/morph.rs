@@ -1,4 +1,4 @@
-//! `cotan morph`: a shape between two, over the sphere that both are mapped to.
+//! `cotan morph`: a shape between two, via the sphere that both are mapped to.
 
 use cotan::geometry::{Mesh, Positions};
 use cotan::sphere::{Morph, SphereMap};
@@ -57,7 +57,7 @@ fn morph(args: &MorphArgs, console: &Console) -> Result<(), CliError> {
     write(args, inputs[0], &shape, console)
 }
 
-/// Writes the shape: on an icosphere as a new file, else as the file of A.
+/// Writes the shape: a new file if it was resampled on an icosphere, otherwise the file of A.
 fn write(
     args: &MorphArgs,
     start: Input<'_>,
@@ -83,7 +83,7 @@ fn write(
     Ok(())
 }
 
-/// B's sphere, turned to fit A's.
+/// The sphere of B, rotated to fit that of A.
 fn aligned(
     args: &MorphArgs,
     inputs: &[Input<'_>; 2],
@@ -108,7 +108,8 @@ fn aligned(
     Ok(aligned.map_err(refuse)?.map)
 }
 
-/// The positions relative to the bounding box, so that two shapes of other size and place compare.
+/// The positions relative to the bounding box, so that shapes of different size and place
+/// compare.
 fn in_box(mapped: &Mapped<f64>) -> Positions<f64> {
     let bounds = mapped.surface().bounding_box();
     let (center, size) = (bounds.center(), bounds.diagonal());

@@ -1,4 +1,4 @@
-//! `cotan reconstruct`: the shape from its two scalar fields.
+//! `cotan reconstruct`: rebuilds a shape from its two scalar fields.
 
 use crate::args::ReconstructArgs;
 use crate::commands::deform::{AtLimit, Job, Loose};

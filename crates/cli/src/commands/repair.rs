@@ -1,4 +1,4 @@
-//! `cotan repair`: what can be done about a mesh without guessing a shape.
+//! `cotan repair`: repairs a mesh as far as possible without guessing a shape.
 
 use std::collections::BTreeMap;
 
@@ -16,15 +16,15 @@ use crate::memory;
 use crate::prepare::warn_unfair;
 use crate::report::{Table, write_json};
 
-/// What was done, for programs.
+/// The machine-readable report of a repair.
 #[derive(Debug, Serialize)]
 struct Report {
     vertices: usize,
     faces: usize,
     changes: Vec<ChangeEntry>,
-    /// How many defects of each kind are left.
+    /// The number of remaining defects of each kind.
     defect_counts: BTreeMap<&'static str, usize>,
-    /// The first of each kind.
+    /// The first defects of each kind.
     defects: Vec<Defect>,
 }
 
@@ -70,10 +70,10 @@ pub(crate) fn run(args: &RepairArgs, console: &Console) -> Result<(), CliError> 
     console.print(&table.text)
 }
 
-/// How many changes and defects of a kind are told.
+/// The largest number of changes and defects of each kind that are printed.
 const LISTED: usize = 5;
 
-/// What a repair did that a file in `format` cannot tell, for warnings.
+/// The changes of a repair that a file in `format` cannot express, for warnings.
 pub(crate) fn forgotten(format: Format, changes: &[Change]) -> Vec<String> {
     let is_parting = |change: &Change| {
         matches!(
@@ -115,7 +115,7 @@ fn tell(changes: &[Change], table: &mut Table) {
     if changes.is_empty() {
         table.row("changes", "none");
     }
-    // Kinds in the order in which they first come.
+    // The kinds in order of first occurrence.
     let mut kinds: Vec<(&str, Vec<&Change>)> = Vec::new();
     for change in changes {
         match kinds.iter_mut().find(|(kind, _)| *kind == change.kind()) {

@@ -1,4 +1,4 @@
-//! `cotan resample`: a closed shape on the even triangles of an icosphere.
+//! `cotan resample`: remeshes a closed shape with the even triangles of an icosphere.
 
 use std::time::Instant;
 

@@ -1,4 +1,4 @@
-//! `cotan smooth` and `cotan detail`: the curvature filtered or edited.
+//! `cotan smooth` and `cotan detail`: filtering and editing of curvature.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -29,13 +29,13 @@ use crate::report::{Seconds, Table, counted, number, write_json};
 use crate::text::Text;
 use crate::threads;
 
-/// What smoothing did, for programs.
+/// The machine-readable report of smoothing.
 #[derive(Clone, Debug, Default, Serialize)]
 struct SmoothReport {
     vertices: usize,
     faces: usize,
     method: &'static str,
-    /// Why this method, where it was chosen.
+    /// The reason for the method, if it was chosen automatically.
     #[serde(skip_serializing_if = "Option::is_none")]
     reason: Option<String>,
     iterations: usize,
@@ -51,7 +51,7 @@ struct SmoothReport {
     max_displacement: f64,
     mean_curvature_rms: Pair,
     flipped_faces: usize,
-    /// Vertices left where they were, as faces around them would have turned over.
+    /// Vertices left in place because faces around them would have flipped.
     kept_vertices: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
     normal_error_degrees: Option<Pair>,
@@ -84,7 +84,7 @@ pub(crate) fn run_detail(args: &DetailArgs, console: &Console) -> Result<(), Cli
     run(&args.mesh, &args.keep, &work, console)
 }
 
-/// What is to be done.
+/// The work to do.
 enum Work<'a> {
     Smooth(SmoothOptions),
     Detail(&'a DetailArgs, DetailOptions),
@@ -108,7 +108,7 @@ fn run(
     Ok(())
 }
 
-/// Reads, smooths, writes, measures.
+/// Reads, smooths, writes and measures.
 fn job(
     mesh: &MeshArgs,
     keep: &KeepArgs,
@@ -176,7 +176,7 @@ fn job(
     Ok(report.clone())
 }
 
-/// New positions, and the report as far as it is known.
+/// The new positions, and the report filled in so far.
 struct Outcome {
     positions: Positions<f64>,
     report: SmoothReport,
@@ -261,7 +261,7 @@ impl From<Smoothed<f64>> for Outcome {
 }
 
 impl SmoothReport {
-    /// Measures `after` against the surface as it was, and both against the truth.
+    /// Measures `after` against the original surface, and both against the truth.
     fn measure(
         &mut self,
         surface: &Surface<'_, f64>,
@@ -346,7 +346,7 @@ fn other_positions(
     Ok(positions_of(&other, processing))
 }
 
-/// A number per vertex that the file holds.
+/// A field of the file with one number per vertex.
 fn field(
     path: &Path,
     document: &Document,

@@ -1,4 +1,4 @@
-//! `cotan sphere`: a closed mesh onto the unit sphere, without a flipped triangle.
+//! `cotan sphere`: maps a closed mesh onto the unit sphere without flipping a triangle.
 
 use std::time::Instant;
 
@@ -24,7 +24,7 @@ pub(crate) fn run(args: &SphereArgs, console: &Console) -> Result<(), CliError> 
     Ok(())
 }
 
-/// Reads, maps, writes; warns of what should be known.
+/// Reads, maps and writes, and prints warnings.
 fn run_as<T: Scalar>(args: &SphereArgs, console: &Console) -> Result<SphereRun, CliError> {
     let clock = Instant::now();
     files::mesh_format(&args.output)?;
@@ -70,8 +70,9 @@ fn run_as<T: Scalar>(args: &SphereArgs, console: &Console) -> Result<SphereRun, 
     Ok(report)
 }
 
-/// Writes the document with all its vertices on the sphere and polygons that every reader cuts
-/// without a flip; warns of what is lost.
+/// Writes the document with all its vertices on the sphere, and warns about losses.
+///
+/// Polygons are written so that every reader cuts them without a flip.
 fn write_sphere<T: Scalar>(
     args: &SphereArgs,
     input: Input<'_>,

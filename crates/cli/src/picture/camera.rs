@@ -1,4 +1,4 @@
-//! Where the mesh is looked at from.
+//! The camera of a picture.
 
 use cotan::geometry::{BoundingBox, Positions, Surface, face_area_vectors, vertex_area_vectors};
 use cotan::halfedge::VertexMap;
@@ -10,30 +10,30 @@ use super::{BeforeAfter, Mark};
 #[derive(Clone, Debug)]
 pub(super) struct Camera {
     center: Point3<f64>,
-    /// Half the diagonal of both shapes' common bounding box.
+    /// Half the diagonal of the shapes' common bounding box.
     radius: f64,
     /// Rows: to the right, up, towards the viewer.
     axes: Matrix3<f64>,
-    /// The middle of the projected shapes, and from their units to half a panel.
+    /// The centre of the projected shapes, and the scale from their units to half a panel.
     middle: [f64; 2],
     scale: [f64; 2],
     panel: [usize; 2],
 }
 
 impl Camera {
-    /// A camera that shows both well.
+    /// A camera that shows both shapes well.
     pub(super) fn for_both(pair: &BeforeAfter<'_>) -> Self {
         let frame = Frame::Area(PANEL_PIXELS);
         Self::new(best_view(pair), &[pair.before, pair.after], frame)
     }
 
-    /// A camera that looks along `axes` (rows: to the right, up, towards the viewer) and shows all
-    /// that is at `shapes`.
+    /// A camera that looks along `axes` (rows: to the right, up, towards the viewer) and shows
+    /// all of `shapes`.
     pub(super) fn new(axes: Matrix3<f64>, shapes: &[&Positions<f64>], frame: Frame) -> Self {
         let points = || shapes.iter().flat_map(|positions| positions.values());
         let bounds = BoundingBox::of(points());
         let center = bounds.map_or(Point3::origin(), |b| b.center());
-        // Halves first: the diagonal of huge coordinates would overflow.
+        // Halve first: the diagonal of huge coordinates would overflow.
         let radius = bounds.map_or(0.0, |b| (b.extents() * 0.5).norm());
         let mut camera = Self {
             center,
@@ -56,7 +56,7 @@ impl Camera {
         self.panel
     }
 
-    /// Chooses panel and scale so that all points are seen.
+    /// Chooses panel and scale so that all points are visible.
     fn fit<'p>(&mut self, points: impl Iterator<Item = &'p Point3<f64>>, frame: Frame) {
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for point in points {
@@ -84,15 +84,15 @@ impl Camera {
             }
         };
         let [width, height] = self.panel.map(|x| x as f64);
-        // The same scale across and up: pixels a unit.
+        // The same scale horizontally and vertically: pixels per unit.
         let pixels = MARGIN * (width / size[0]).min(height / size[1]);
         self.scale = [2.0 * pixels / width, 2.0 * pixels / height];
     }
 
-    /// In units of the radius, seen by the camera: right, up, towards the viewer.
+    /// A point in camera coordinates (right, up, towards the viewer), in units of the radius.
     pub(super) fn local(&self, point: Point3<f64>) -> Vector3<f64> {
         let offset = self.axes * ((point - self.center) / self.radius);
-        // What is not finite (a mesh of the largest numbers) is drawn in the middle.
+        // Coordinates that overflow, in a mesh of huge numbers, are drawn in the centre.
         offset.map(|x| {
             if x.is_finite() {
                 x.clamp(-1.5, 1.5)
@@ -102,7 +102,7 @@ impl Camera {
         })
     }
 
-    /// Homogeneous coordinates on the panel, which is [−1, 1]² × [0, 1], of a local point.
+    /// Homogeneous panel coordinates of a local point. The panel is [−1, 1]² × [0, 1].
     pub(super) fn project(&self, p: Vector3<f64>) -> [f32; 4] {
         let w = DISTANCE - p.z;
         let x = (p.x - self.middle[0] * w) * self.scale[0];
@@ -110,50 +110,53 @@ impl Camera {
         [x, y, w - NEAR, w].map(|x| x as f32)
     }
 
-    /// Length of a pixel at the distance of a local point, in local units.
+    /// The size of a pixel at the depth of a local point, in local units.
     pub(super) fn pixel(&self, p: Vector3<f64>) -> f64 {
         2.0 * (DISTANCE - p.z) / (self.scale[1] * self.panel[1] as f64)
     }
 }
 
-/// How large a panel is.
+/// The size of a panel.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) enum Frame {
-    /// So many pixels, whatever its aspect.
+    /// This many pixels, whatever the aspect ratio.
     Area(f64),
-    /// So high, and as wide as the shapes need.
+    /// This high, and as wide as the shapes need.
     Height { height: usize, least_width: usize },
 }
 
-/// From the camera to the centre, in radii: mild perspective.
+/// The distance from the camera to the centre, in radii: mild perspective.
 const DISTANCE: f64 = 5.0;
 
-/// Nothing is nearer to the camera.
+/// A lower bound for the distance of the scene from the camera.
 const NEAR: f64 = 3.0;
 
-/// How much of a panel the shapes fill.
+/// The fraction of a panel that the shapes fill.
 const MARGIN: f64 = 0.86;
 
-/// Pixels of one panel, whatever its aspect.
+/// Pixels of one panel, whatever the aspect ratio.
 const PANEL_PIXELS: f64 = 720.0 * 720.0;
 
 const LEAST_ASPECT: f64 = 0.6;
 const MOST_ASPECT: f64 = 1.6;
 
-/// Rows right, up, towards the viewer: along the axis that shows most of the surface and its
-/// motion, from the side that shows most of the handles, a little from the right or left and above.
+/// The best view of a pair, as rows right, up, towards the viewer.
+///
+/// It looks along the axis that shows most of the surface and its motion, from the side that
+/// shows most of the handles, slightly from the right or left and from above.
 fn best_view(pair: &BeforeAfter<'_>) -> Matrix3<f64> {
     best_side(best_axis(pair), &held_area(pair))
 }
 
-/// As the best view of a pair, of one shape: along the axis that shows most of the surface, from the
-/// side that shows most of `areas`.
+/// The best view of one shape: along the axis that shows most of the surface, from the side that
+/// shows most of `areas`.
 pub(super) fn view_of(surface: &Surface<'_, f64>, areas: &[Vector3<f64>]) -> Matrix3<f64> {
     let shown = shown_areas(surface);
     best_side(first_best(|axis| shown[axis]), areas)
 }
 
-/// Along the axis, from the side that shows most of `areas`, a little from the right or left.
+/// The view along an axis, from the side that shows most of `areas`, slightly from the right or
+/// left.
 fn best_side(axis: usize, areas: &[Vector3<f64>]) -> Matrix3<f64> {
     let shows = |axes: &Matrix3<f64>| -> f64 {
         let towards = axes.row(2).transpose();
@@ -162,7 +165,7 @@ fn best_side(axis: usize, areas: &[Vector3<f64>]) -> Matrix3<f64> {
     let [right, up, towards] = sides(axis);
     let views = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
     let views = views.map(|(side, yaw)| tilted([right * side, up, towards * side], YAW * yaw));
-    // The first that is best beyond rounding.
+    // The first of the views that are equally good up to rounding.
     let better = |best, view| {
         if shows(&view) > 1.01 * shows(&best) {
             view
@@ -187,7 +190,7 @@ fn best_axis(pair: &BeforeAfter<'_>) -> usize {
         .zip(pair.after.values())
         .map(|(a, b)| b - a);
     let moved: Vector3<f64> = moves.map(|d| d.component_mul(&d)).sum();
-    // The share of the squared motion that is seen when looking along an axis.
+    // The share of the squared motion that is visible along an axis.
     let seen = |k: usize| match moved.sum() {
         total if total > 0.0 => 1.0 - moved[k] / total,
         _ => 1.0,
@@ -196,7 +199,7 @@ fn best_axis(pair: &BeforeAfter<'_>) -> usize {
     first_best(score)
 }
 
-/// How much area of the surface is seen along each axis, front and back.
+/// The area of the surface projected along each axis, front and back.
 fn shown_areas(surface: &Surface<'_, f64>) -> Vector3<f64> {
     let areas = face_area_vectors(surface);
     areas.values().map(|a| a.abs()).sum()
@@ -204,7 +207,7 @@ fn shown_areas(surface: &Surface<'_, f64>) -> Vector3<f64> {
 
 /// The axis with the highest score.
 fn first_best(score: impl Fn(usize) -> f64) -> usize {
-    // z first: it wins where all are alike.
+    // z first, so that it wins a tie.
     let better = |best, k| {
         if score(k) > 1.001 * score(best) {
             k
@@ -215,7 +218,7 @@ fn first_best(score: impl Fn(usize) -> f64) -> usize {
     [0, 1].into_iter().fold(2, better)
 }
 
-/// The area vectors of the handle vertices, before and after; what moves counts most.
+/// The area vectors of the handle vertices, before and after. Moved handles count most.
 fn held_area(pair: &BeforeAfter<'_>) -> Vec<Vector3<f64>> {
     let mut held = Vec::new();
     for positions in [pair.before, pair.after] {
@@ -237,18 +240,18 @@ fn held_area(pair: &BeforeAfter<'_>) -> Vec<Vector3<f64>> {
     held
 }
 
-/// Right, up, towards the viewer, looking along an axis.
+/// The directions right, up, and towards the viewer when looking along an axis.
 fn sides(axis: usize) -> [Vector3<f64>; 3] {
     let (x, y, z) = (Vector3::x(), Vector3::y(), Vector3::z());
     match axis {
         0 => [-z, y, x],
-        // Seen along y, z is taken to be up, as in a modeller where the ground is x–y.
+        // When looking along y, z is up, as in modelling programs whose ground is the x–y plane.
         1 => [x, z, -y],
         _ => [x, y, z],
     }
 }
 
-/// The same view from a little to the right (or left, if `yaw` is negative) and above.
+/// Turns a view slightly to the right (or left, if `yaw` is negative) and upwards.
 fn tilted([right, up, towards]: [Vector3<f64>; 3], yaw: f64) -> Matrix3<f64> {
     let (sin_yaw, cos_yaw) = yaw.to_radians().sin_cos();
     let (sin_pitch, cos_pitch) = PITCH.to_radians().sin_cos();

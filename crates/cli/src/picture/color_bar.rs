@@ -1,16 +1,16 @@
-//! The legend of a heat map: title, colours, numbers.
+//! The legend of a heat map: title, colours and numbers.
 
 use cotan_tool::{ColorScale, Overflow};
 
 use super::image::Image;
 use super::text::{self, INK, LINE};
 
-/// The least width that a bar needs for its title.
+/// The smallest width of a bar that fits its title.
 pub(super) fn least_width(scale: &ColorScale) -> usize {
     text::width(scale.title()) + 2 * BORDER
 }
 
-/// A strip of `width` pixels with the bar in its middle.
+/// A strip of `width` pixels with the bar in its centre.
 pub(super) fn draw(scale: &ColorScale, width: usize, paper: [u8; 3]) -> Image {
     let mut strip = Image::filled(width, HEIGHT, paper);
     let length = width
@@ -42,7 +42,7 @@ pub(super) fn draw(scale: &ColorScale, width: usize, paper: [u8; 3]) -> Image {
     strip
 }
 
-/// A triangle beyond an end of the bar: there are values beyond the numbers.
+/// A triangle at an end of the bar that indicates values beyond the numbers.
 fn tip(strip: &mut Image, color: [u8; 3], column: impl Fn(usize) -> Option<usize>) {
     for x in 0..TIP {
         let inset = (x * THICKNESS / 2) / TIP;
@@ -52,7 +52,7 @@ fn tip(strip: &mut Image, color: [u8; 3], column: impl Fn(usize) -> Option<usize
     }
 }
 
-/// Lengths in pixels, from top to bottom and from side to side.
+/// Lengths in pixels, first vertical, then horizontal.
 const TOP: usize = 16;
 const BAR_TOP: usize = TOP + LINE + 10;
 const THICKNESS: usize = 24;
@@ -62,5 +62,5 @@ const HEIGHT: usize = LABEL_TOP + LINE + 14;
 const BORDER: usize = 40;
 const TIP: usize = 16;
 
-/// A longer bar says no more.
+/// A longer bar would not show more.
 const MOST_LENGTH: usize = 900;

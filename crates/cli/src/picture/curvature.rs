@@ -7,17 +7,17 @@ use cotan_tool::ColorScale;
 
 use super::heat::{HeatMap, Panel, Quantity, Views};
 
-/// The bar's title; the unit is that of the file.
+/// The title of the bar. The unit is that of the file.
 const TITLE: &str = "mean curvature, 1 / unit of length, positive where convex";
 
-/// Two panels by one camera, on a common scale that is symmetric about 0.
+/// Two panels with the same camera, on a common scale that is symmetric about 0.
 pub(crate) fn curvature_picture(
     mesh: &HalfedgeMesh,
     before: &Positions<f64>,
     after: &Positions<f64>,
 ) -> Vec<u8> {
     let curvatures = [before, after].map(|x| mean_curvatures(&Surface::assume_checked(mesh, x)));
-    // Noise would leave no colour for the rest: the scale is that of what comes out.
+    // The scale is that of the result: the noise of the input would use up all colours.
     let scale = ColorScale::signed(TITLE, curvatures[1].values().copied());
     let panel = |positions, quantity, caption| Panel {
         mesh,

@@ -1,10 +1,11 @@
-//! A picture of surfaces coloured by a quantity, with a bar that says which colour is how much.
+//! A picture of surfaces coloured by a quantity, with a colour bar.
 //!
-//! Any number of panels stand side by side, all on one scale of colours:
+//! Any number of panels stand side by side, all on one colour scale:
 //!
 //! ```ignore
 //! let scale = ColorScale::signed("ln of the area ratio (0: kept)", ratios.values().copied());
-//! let panel = |positions, caption| Panel { mesh, positions, quantity: Quantity::Faces(&ratios), caption };
+//! let quantity = Quantity::Faces(&ratios);
+//! let panel = |positions, caption| Panel { mesh, positions, quantity, caption };
 //! let panels = [panel(&before, "mesh"), panel(&after, "sphere")];
 //! let png = HeatMap { panels: &panels, scale: &scale, views: Views::OneDirection }.png();
 //! ```
@@ -21,7 +22,7 @@ use super::raster::{BOTTOM, Canvas, Light, TOP, encode};
 use super::scene::Scene;
 use super::text::{self, LINE};
 
-/// Surfaces side by side, coloured by the same scale.
+/// Surfaces side by side, coloured on the same scale.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct HeatMap<'a> {
     pub(crate) panels: &'a [Panel<'a>],
@@ -39,21 +40,21 @@ pub(crate) struct Panel<'a> {
     pub(crate) caption: &'a str,
 }
 
-/// What the colours say. Values that are not numbers are grey.
+/// The quantity that the colours show. NaN is grey.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Quantity<'a> {
-    /// A number for every face, which is of one colour.
+    /// One number per face, drawn as a single colour.
     Faces(&'a FaceMap<f64>),
-    /// A number for every vertex; colours run from one to the next.
+    /// One number per vertex, interpolated across faces.
     Vertices(&'a VertexMap<f64>),
 }
 
-/// How the panels are looked at. The direction is that which shows most of the first one.
+/// The cameras of the panels. The direction shows most of the first panel.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Views {
-    /// By one camera: sizes and places can be compared.
+    /// One camera for all, so that sizes and positions can be compared.
     OneCamera,
-    /// From the same direction, each as large as its panel allows.
+    /// The same direction for all, each as large as its panel allows.
     OneDirection,
 }
 
@@ -92,7 +93,7 @@ impl HeatMap<'_> {
 
     fn cameras(&self) -> Vec<Camera> {
         let axes = self.direction();
-        // The bar's title must find room below the panels.
+        // The title of the bar must fit below the panels.
         let share = color_bar::least_width(self.scale).div_ceil(self.panels.len().max(1));
         let frame = |captions: &mut dyn Iterator<Item = &str>| Frame::Height {
             height: PANEL_HEIGHT,
@@ -117,7 +118,7 @@ impl HeatMap<'_> {
         }
     }
 
-    /// From where most of the first panel's surface is seen, and most of its colours.
+    /// The view that shows most of the first panel's surface and of its colours.
     fn direction(&self) -> Matrix3<f64> {
         let first = self.panels.first();
         let surface = first.and_then(|p| Some((p, Surface::new(p.mesh, p.positions).ok()?)));
@@ -138,7 +139,7 @@ impl HeatMap<'_> {
         view_of(&surface, &strong)
     }
 
-    /// The captions on `strip`; `None` if there are none.
+    /// Draws the captions on `strip`. Returns `None` if there are none.
     fn captions(&self, cameras: &[Camera], mut strip: Image) -> Option<Image> {
         let mut left = 0;
         for (panel, camera) in self.panels.iter().zip(cameras) {
@@ -162,7 +163,7 @@ impl Panel<'_> {
     }
 }
 
-/// Pixels from top to bottom.
+/// Heights in pixels.
 const PANEL_HEIGHT: usize = 720;
 const CAPTION: usize = LINE + 20;
 

@@ -1,6 +1,6 @@
-//! Pixels in memory, and as PNG.
+//! Images in memory, and as PNG.
 
-/// Red, green and blue of every pixel, row by row.
+/// The RGB values of every pixel, row by row.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct Image {
     width: usize,
@@ -16,13 +16,13 @@ impl Image {
         }
     }
 
-    /// An image of rows of `width` pixels.
+    /// An image made of rows of `width` pixels.
     pub(super) fn from_pixels(width: usize, pixels: Vec<[u8; 3]>) -> Self {
         debug_assert!(width > 0 && pixels.len().is_multiple_of(width));
         Self { width, pixels }
     }
 
-    /// Images of the same height, from left to right.
+    /// Joins images of the same height from left to right.
     pub(super) fn beside(images: &[Self]) -> Self {
         let width = images.iter().map(Self::width).sum();
         let height = images.iter().map(Self::height).min().unwrap_or(0);
@@ -33,7 +33,7 @@ impl Image {
         }
     }
 
-    /// Images of the same width, from top to bottom.
+    /// Joins images of the same width from top to bottom.
     pub(super) fn stacked(images: &[Self]) -> Self {
         Self {
             width: images.first().map_or(0, Self::width),
@@ -57,7 +57,7 @@ impl Image {
         &self.pixels[y * self.width..][..self.width]
     }
 
-    /// The pixel at a place; `None` outside.
+    /// The pixel at a position, or `None` outside of the image.
     pub(super) fn pixel_mut(&mut self, x: usize, y: usize) -> Option<&mut [u8; 3]> {
         match x < self.width {
             true => self.pixels.get_mut(y * self.width + x),
@@ -65,7 +65,7 @@ impl Image {
         }
     }
 
-    /// Paints a rectangle; what lies outside is left out.
+    /// Fills a rectangle, clipped to the image.
     pub(super) fn fill(&mut self, [x, y]: [usize; 2], [width, height]: [usize; 2], color: [u8; 3]) {
         for y in y..y + height {
             for x in x..x + width {
@@ -83,15 +83,15 @@ impl Image {
     }
 }
 
-/// Bits of a colour.
+/// Bits per colour channel.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Depth {
     Eight,
-    /// The high byte first.
+    /// Big-endian.
     Sixteen,
 }
 
-/// A PNG file of red, green and blue, row by row.
+/// Encodes RGB samples, row by row, as a PNG file.
 pub(crate) fn png([width, height]: [usize; 2], depth: Depth, samples: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width as u32, height as u32);
@@ -100,7 +100,7 @@ pub(crate) fn png([width, height]: [usize; 2], depth: Depth, samples: &[u8]) -> 
         Depth::Eight => png::BitDepth::Eight,
         Depth::Sixteen => png::BitDepth::Sixteen,
     });
-    // Writing to memory cannot fail, and the samples have the size that was announced.
+    // Writing to memory cannot fail, and the samples have the announced size.
     let written = encoder.write_header().and_then(|mut writer| {
         writer.write_image_data(samples)?;
         writer.finish()

@@ -1,9 +1,9 @@
-//! Triangles to pixels: `euc` with a depth buffer and one shader.
+//! Rasterization of triangles: `euc` with a depth buffer and one shader.
 //!
-//! `euc` is small, pure Rust, and the only library for this that has a depth buffer; releases are
-//! rare, but it is looked after and what is used of it is finished. A two-dimensional rasterizer
-//! with triangles sorted by depth was the alternative: it leaves hairlines between triangles and
-//! draws folded surfaces wrong.
+//! `euc` is small, pure Rust, and the only such library with a depth buffer. Releases are rare,
+//! but it is maintained, and the parts used here are finished. The alternative, a two-dimensional
+//! rasterizer with triangles sorted by depth, leaves hairlines between triangles and draws folded
+//! surfaces wrong.
 
 use euc::buffer::Buffer2d;
 use euc::rasterizer::{BackfaceCullingDisabled, Triangles};
@@ -11,18 +11,18 @@ use euc::{Interpolate, Pipeline};
 
 use super::image::Image;
 
-/// A corner of a triangle, on the panel.
+/// A corner of a triangle on the panel.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Corner {
-    /// Homogeneous.
+    /// Homogeneous coordinates.
     pub(super) position: [f32; 4],
     pub(super) paint: Paint,
 }
 
-/// What the shader needs. Colours are linear.
+/// The input of the shader. Colours are linear.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Paint {
-    /// As the camera sees it: to the right, up, towards the viewer.
+    /// The normal in camera coordinates: to the right, up, towards the viewer.
     pub(super) normal: [f32; 3],
     pub(super) color: [f32; 3],
 }
@@ -43,7 +43,7 @@ impl Interpolate for Paint {
     }
 }
 
-/// One panel in the making, at several samples a pixel.
+/// A panel being drawn, with several samples per pixel.
 pub(super) struct Canvas {
     panel: [usize; 2],
     color: Buffer2d<[u8; 3]>,
@@ -69,7 +69,7 @@ impl Canvas {
         }
     }
 
-    /// Draws triangles, three corners each; the nearest is seen.
+    /// Draws triangles, given as three corners each, with depth test.
     pub(super) fn draw(&mut self, corners: &[Corner], light: Light) {
         let shader = Shader { light };
         shader.draw::<Triangles<'_, Buffer2d<f32>, BackfaceCullingDisabled>, _>(
@@ -79,7 +79,7 @@ impl Canvas {
         );
     }
 
-    /// The panel at one sample a pixel.
+    /// The panel, downsampled to one sample per pixel.
     pub(super) fn into_image(self) -> Image {
         let [width, height] = self.panel;
         let samples = self.color.as_ref();
@@ -105,16 +105,16 @@ impl Canvas {
 /// Samples along each side of a pixel.
 const SAMPLES: usize = 3;
 
-/// The background, linear.
+/// The background, in linear colours.
 pub(super) const TOP: [f32; 3] = [0.97, 0.975, 0.985];
 pub(super) const BOTTOM: [f32; 3] = [0.80, 0.82, 0.85];
 
-/// How the surface is lit.
+/// The lighting of the surface.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Light {
-    /// Strong light and shade, a little shine: the shape is what is to be seen.
+    /// Strong shading and a slight highlight, to show the shape.
     Sculpture,
-    /// Little shade and no shine: colours are to be read against a scale.
+    /// Weak shading and no highlight, so that colours can be compared with a scale.
     Chart,
 }
 
@@ -134,11 +134,11 @@ impl Pipeline for Shader {
     fn frag(&self, paint: &Paint) -> [u8; 3] {
         let length = dot(paint.normal, paint.normal).sqrt().max(1e-6);
         let normal = paint.normal.map(|x| x / length);
-        // Half of a lambertian's cosine wraps around, so that no side is black.
+        // Wrapped Lambertian shading, so that no side is black.
         let wrap = |light: [f32; 3]| (0.5 + 0.5 * dot(normal, light)).max(0.0);
         let key = wrap(KEY);
         if self.light == Light::Chart {
-            // 1 where the light falls straight on it, so that full light shows the scale's colour.
+            // 1 at normal incidence, so that full light shows the colour of the scale.
             return encode(paint.color.map(|c| c * (0.45 + 0.55 * key)));
         }
         let light = 0.10 + 0.95 * key * key + 0.12 * wrap(FILL);
@@ -152,8 +152,10 @@ fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// Linear to eight bits, by a square root, the inverse of the scale's
-/// [`decode`](cotan_tool::color_scale::decode): near enough to sRGB, and the same on every machine.
+/// Encodes linear values in eight bits by a square root, the inverse of the scale's
+/// [`decode`](cotan_tool::color_scale::decode).
+///
+/// Close enough to sRGB, and the same on every machine.
 pub(super) fn encode(linear: [f32; 3]) -> [u8; 3] {
     linear.map(|c| (c.clamp(0.0, 1.0).sqrt() * 255.0).round() as u8)
 }
@@ -162,5 +164,5 @@ pub(super) fn encode(linear: [f32; 3]) -> [u8; 3] {
 const KEY: [f32; 3] = [-0.45, 0.66, 0.60];
 const FILL: [f32; 3] = [0.80, -0.36, 0.48];
 
-/// Between the key light and the viewer.
+/// The halfway vector between the key light and the viewer.
 const HALFWAY: [f32; 3] = [-0.25, 0.37, 0.894];

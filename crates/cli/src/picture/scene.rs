@@ -7,19 +7,19 @@ use nalgebra::Vector3;
 use super::camera::Camera;
 use super::raster::{Corner, Paint};
 
-/// A surface as a camera sees it, as triangles on the panel.
+/// A surface in camera coordinates, as triangles on the panel.
 #[derive(Clone, Debug)]
 pub(super) struct Scene<'a> {
     mesh: &'a HalfedgeMesh,
     camera: &'a Camera,
-    /// Positions, and area vectors of the faces, as the camera sees them.
+    /// Positions, and area vectors of the faces, in camera coordinates.
     local: VertexMap<Vector3<f64>>,
     areas: Vec<Vector3<f64>>,
     corners: Vec<Corner>,
 }
 
 impl<'a> Scene<'a> {
-    /// The surface; `color` gives the linear colour of a corner, the vertex of a face.
+    /// Makes the surface. `color` gives the linear colour of a corner, the vertex of a face.
     pub(super) fn new(
         mesh: &'a HalfedgeMesh,
         positions: &Positions<f64>,
@@ -43,7 +43,7 @@ impl<'a> Scene<'a> {
         scene
     }
 
-    /// Three corners a triangle.
+    /// Three corners per triangle.
     pub(super) fn corners(&self) -> &[Corner] {
         &self.corners
     }
@@ -52,7 +52,7 @@ impl<'a> Scene<'a> {
         let vertices = self.mesh.triangle(face);
         let corners = vertices.map(|v| self.camera.project(self.local[v]));
         let area = signed_area(corners);
-        // What is seen edge-on covers nothing, and its map to the panel has no inverse.
+        // A triangle seen edge-on covers nothing, and its map to the panel has no inverse.
         if !(area.abs() > 1e-12) {
             return;
         }
@@ -72,7 +72,8 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// The normal of the faces around the vertex that lie at less than the crease angle to this one.
+    /// The normal of the faces around the vertex whose angle to this face is below the crease
+    /// angle.
     fn corner_normal(&self, v: VertexId, face: FaceId) -> Vector3<f64> {
         let area = |f: FaceId| self.areas[f.index()];
         let own = area(face);
@@ -85,7 +86,7 @@ impl<'a> Scene<'a> {
         smooth.try_normalize(0.0).unwrap_or_else(Vector3::z)
     }
 
-    /// A disc that faces the camera, a little in front of the vertex.
+    /// Adds a disc that faces the camera, slightly in front of the vertex.
     pub(super) fn dot(&mut self, v: VertexId, color: [f32; 3]) {
         let center = self.local[v];
         let radius = DOT_PIXELS * self.camera.pixel(center);
@@ -115,14 +116,15 @@ fn signed_area(corners: [[f32; 4]; 3]) -> f32 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// The inside of an open mesh.
+/// The colour of the inside of an open mesh.
 const INSIDE: [f32; 3] = [0.42, 0.30, 0.28];
 
-/// Faces at more than 60° to each other meet in a crease: a box has edges, a coarse ear has none.
+/// Faces at more than 60° to each other form a crease: a box has sharp edges, a coarse ear has
+/// none.
 const COS_CREASE: f64 = 0.5;
 
 const DOT_PIXELS: f64 = 6.0;
 const DOT_SIDES: usize = 16;
 
-/// Seen from the front, a little from above.
+/// The normal of a dot: seen from the front, slightly from above.
 const FACING: [f32; 3] = [0.0, 0.3, 0.95];

@@ -1,7 +1,7 @@
-//! Lines of text on an image, in a small bitmap font (Noto Sans Mono, as its crate has it).
+//! Lines of text on an image, in a small bitmap font (Noto Sans Mono).
 //!
-//! A font that comes as pixels needs no outlines to be drawn and no file of the system: the same
-//! text is the same pixels everywhere.
+//! A bitmap font needs no outlines and no system files: the same text gives the same pixels
+//! everywhere.
 
 use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster, get_raster_width};
 
@@ -10,17 +10,17 @@ use super::image::Image;
 /// Height of a line, in pixels.
 pub(super) const LINE: usize = SIZE.val();
 
-/// Length of a line, in pixels.
+/// Width of a line, in pixels.
 pub(super) fn width(text: &str) -> usize {
     text.chars().count() * get_raster_width(WEIGHT, SIZE)
 }
 
-/// Writes a line with its middle at `x` and its top at `y`; what lies outside is left out.
+/// Draws a line centred at `x` with its top at `y`, clipped to the image.
 pub(super) fn draw(image: &mut Image, text: &str, [x, y]: [usize; 2]) {
     let start = x.saturating_sub(width(text) / 2);
     for (k, character) in text.chars().enumerate() {
         let x = start + k * get_raster_width(WEIGHT, SIZE);
-        // Characters that the font has not got stand as a question mark.
+        // Characters missing from the font become question marks.
         let known = get_raster(character, WEIGHT, SIZE);
         let Some(glyph) = known.or_else(|| get_raster('?', WEIGHT, SIZE)) else {
             continue;
@@ -69,7 +69,7 @@ mod tests {
             inked += usize::from(ink);
         }
         assert!(inked > 30, "{inked}");
-        // Odd characters and places do no harm.
+        // Odd characters and positions do no harm.
         draw(&mut image, "\u{1F42A}", [75, 35]);
     }
 }

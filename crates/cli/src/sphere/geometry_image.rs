@@ -7,20 +7,21 @@ use serde::Serialize;
 use super::Mapped;
 use crate::picture::{Depth, png};
 
-/// What the colours of a geometry image stand for.
+/// The meaning of the colours of a geometry image.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub(crate) struct GeometryImageFields {
-    /// Pixels of a side.
+    /// Pixels per side.
     size: usize,
-    /// Where the least and the largest number of red, green and blue are, in the unit of the file.
+    /// The coordinates represented by the smallest and largest values of red, green and blue, in
+    /// the unit of the file.
     min: [f64; 3],
     max: [f64; 3],
 }
 
-/// The positions over the unfolded octahedron, as a PNG of 16 bits a colour.
+/// The positions over the unfolded octahedron, as a PNG with 16 bits per channel.
 ///
 /// # Errors
-/// [`SphereError::Setting`] for a size that does not do.
+/// [`SphereError::Setting`] for an invalid size.
 pub(crate) fn geometry_image<T: Scalar>(
     mapped: &Mapped<T>,
     size: usize,

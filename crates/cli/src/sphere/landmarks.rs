@@ -1,6 +1,6 @@
-//! Landmark files: vertices of a mesh file, or pairs of vertices of two.
+//! Landmark files: vertices of a mesh file, or pairs of vertices of two files.
 //!
-//! Text has the numbers of one landmark a line, with `#` comments; JSON is a list of numbers, or of
+//! A text file has one landmark per line, with `#` comments; JSON is a list of indices or of
 //! pairs. Vertices are counted from 0.
 
 use std::path::{Path, PathBuf};
@@ -15,7 +15,7 @@ use crate::error::CliError;
 use crate::memory;
 use crate::prepare::Prepared;
 
-/// Why a landmarks file was refused.
+/// The reason why a landmarks file was refused.
 #[derive(Debug, Error)]
 pub(crate) enum LandmarksError {
     #[error("cannot read the file: {0}")]
@@ -44,10 +44,10 @@ pub(crate) enum LandmarksError {
     Unreferenced { mesh: PathBuf, vertex: usize },
 }
 
-/// The three landmarks of a mesh.
+/// Reads the three landmarks of a mesh.
 ///
 /// # Errors
-/// [`CliError::Landmarks`] with what is wrong in the file at `path`.
+/// [`CliError::Landmarks`] with the problem in the file at `path`.
 pub(crate) fn three(path: &Path, mesh: Input<'_>) -> Result<[VertexId; 3], CliError> {
     let here = in_file(path);
     let vertices = read(path)?.concat();
@@ -59,10 +59,10 @@ pub(crate) fn three(path: &Path, mesh: Input<'_>) -> Result<[VertexId; 3], CliEr
     Ok([find(a)?, find(b)?, find(c)?])
 }
 
-/// Pairs of a vertex of each of two meshes.
+/// Reads pairs of a vertex of each of two meshes.
 ///
 /// # Errors
-/// As [`three`].
+/// The same as [`three`].
 pub(crate) fn pairs(path: &Path, [a, b]: [Input<'_>; 2]) -> Result<Vec<[VertexId; 2]>, CliError> {
     let here = in_file(path);
     let rows = read(path)?;
@@ -83,7 +83,7 @@ pub(crate) fn pairs(path: &Path, [a, b]: [Input<'_>; 2]) -> Result<Vec<[VertexId
 }
 
 impl Input<'_> {
-    /// The vertex of the surface that a vertex of the file is.
+    /// The vertex of the surface for a vertex of the file.
     fn find(&self, vertex: usize) -> Result<VertexId, LandmarksError> {
         let Prepared {
             document,
@@ -120,7 +120,7 @@ enum Entry {
     Vertices(Vec<usize>),
 }
 
-/// The numbers of each landmark.
+/// The vertex indices of each landmark.
 fn read(path: &Path) -> Result<Vec<Vec<usize>>, CliError> {
     let here = in_file(path);
     let bytes = read_regular(path, memory::limits().max_bytes)

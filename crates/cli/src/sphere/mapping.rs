@@ -1,4 +1,4 @@
-//! From a prepared mesh to a checked sphere map, in the number type that was asked for.
+//! Maps a prepared mesh to the sphere in the requested scalar type.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -19,14 +19,14 @@ use crate::error::CliError;
 use crate::memory;
 use crate::prepare::{Prepared, Source};
 
-/// A mesh file that is on its way to the sphere.
+/// A mesh file to be mapped to the sphere.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Input<'a> {
     pub(crate) source: &'a Source<'a>,
     pub(crate) prepared: &'a Prepared,
 }
 
-/// How a mesh is mapped.
+/// The parameters of a mapping.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Mapper<'a> {
     pub(crate) input: Input<'a>,
@@ -34,31 +34,31 @@ pub(crate) struct Mapper<'a> {
     pub(crate) turn: Turn<'a>,
 }
 
-/// How the sphere is turned afterwards.
+/// The rotation of the sphere after the mapping.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Turn<'a> {
-    /// As it comes.
+    /// None.
     None,
-    /// The axes of the mesh are those of the sphere.
+    /// The principal axes of the mesh become those of the sphere.
     Principal,
-    /// By the three vertices that a file names.
+    /// By three vertices named in a file.
     Landmarks(&'a Path),
 }
 
-/// A mesh on the sphere.
+/// A mesh and its map to the sphere.
 #[derive(Clone, Debug)]
 pub(crate) struct Mapped<T: Scalar> {
-    /// The source, seen from `origin` and in the unit `unit`.
+    /// The source positions, relative to `origin` and in multiples of `unit`.
     pub(crate) positions: Positions<T>,
-    /// In single precision the middle of the source, so that one that lies far away keeps its
+    /// In single precision the centre of the source, so that a mesh far from the origin keeps its
     /// digits.
     pub(crate) origin: Point3<f64>,
-    /// A power of two near the size of the source, so that areas neither overflow nor vanish and no
-    /// digit changes.
+    /// A power of two near the size of the source, so that areas neither overflow nor underflow
+    /// and no digit changes.
     unit: f64,
     pub(crate) map: SphereMap<T>,
     pub(crate) report: SphereReport,
-    /// How long it took.
+    /// The duration of the mapping.
     pub(crate) seconds: f64,
 }
 
@@ -66,7 +66,7 @@ impl<'a> Mapper<'a> {
     /// Maps the mesh.
     ///
     /// # Errors
-    /// [`CliError::Sphere`] for a mesh that cannot be mapped, in the numbers of its file.
+    /// [`CliError::Sphere`] for a mesh that cannot be mapped, with the indices of its file.
     pub(crate) fn run<T: Scalar>(&self, progress: &Progress) -> Result<Mapped<T>, CliError> {
         let refuse = |error| self.input.refuse(error);
         progress.phase("map");
@@ -93,7 +93,7 @@ impl<'a> Mapper<'a> {
             Surface::assume_checked(mesh, &positions),
             &options,
             |step| {
-                // Of all rounds.
+                // Counted over all rounds.
                 number += 1;
                 progress.step(number, step.change);
                 ControlFlow::Continue(())
@@ -125,40 +125,41 @@ impl<'a> Mapper<'a> {
 }
 
 impl Input<'_> {
-    /// The library's error as that of a command.
+    /// Converts an error of the library to that of a command.
     pub(crate) fn refuse(&self, error: SphereError) -> CliError {
         Refusal::new(self.source, self.prepared).error(error)
     }
 }
 
 impl<T: Scalar> Mapped<T> {
-    /// The source.
+    /// The source surface.
     pub(crate) fn surface(&self) -> Surface<'_, T> {
         Surface::assume_checked(self.map.mesh(), &self.positions)
     }
 
-    /// What the map does to angles and areas.
+    /// Measures the distortion of angles and areas by the map.
     pub(crate) fn quality(&self) -> SphereQuality {
         SphereQuality::measure(&self.surface(), &self.map)
     }
 
-    /// Positions of the source's space as the file has them.
+    /// Converts positions in the space of the source to the coordinates of the file.
     pub(crate) fn in_file(&self, positions: &Positions<T>) -> Positions<f64> {
         positions.map(|p| self.point_in_file(*p))
     }
 
-    /// A point of the source's space as the file has it.
+    /// Converts a point in the space of the source to the coordinates of the file.
     pub(crate) fn point_in_file(&self, p: Point3<T>) -> Point3<f64> {
         self.origin + p.coords.map(T::as_f64) * self.unit
     }
 }
 
-/// The greatest power of two that is at most the greatest coordinate seen from `origin`; 1 where
-/// all are 0, and no subnormal number.
+/// The largest power of two that does not exceed the largest coordinate relative to `origin`.
+///
+/// Returns 1 if all coordinates are 0, and never a subnormal number.
 fn power_of_two(positions: &Positions<f64>, origin: &Point3<f64>) -> f64 {
     let sizes = positions.values().map(|p| (p - origin).amax());
     let size = sizes.fold(0.0, f64::max);
-    // Without the bits of its fraction.
+    // Clear the bits of the fraction.
     let power = f64::from_bits(size.to_bits() & !((1 << (f64::MANTISSA_DIGITS - 1)) - 1));
     match size > 0.0 {
         true => power.max(f64::MIN_POSITIVE),

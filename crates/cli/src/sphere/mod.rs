@@ -1,4 +1,4 @@
-//! A mesh file on the sphere: what the commands share that go by way of a sphere map.
+//! Mesh files on the sphere, shared by the commands that use a sphere map.
 
 mod geometry_image;
 mod landmarks;

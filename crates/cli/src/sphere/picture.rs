@@ -1,4 +1,4 @@
-//! The mesh and its sphere, coloured by what the map does to areas.
+//! The mesh and its sphere, coloured by the change of areas.
 
 use cotan::geometry::Scalar;
 use cotan::sphere::area_log_ratios;

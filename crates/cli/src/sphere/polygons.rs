@@ -1,9 +1,9 @@
-//! Polygons of a sphere that every reader of the file cuts without a flip.
+//! Polygons on a sphere that every reader of the file cuts without a flip.
 //!
-//! A map is checked on the triangles that the polygons had on the mesh as it was. The file with the
-//! vertices on the sphere does not say which these were: a reader cuts each polygon anew, most as a
-//! fan from its first corner, ours by its shape. Where one of these triangles is flipped the
-//! polygon is written as the triangles that were checked.
+//! A map is checked on the triangles that the polygons had in the original mesh. The file with
+//! the vertices on the sphere does not record these: a reader cuts each polygon again, usually as
+//! a fan from its first corner, ours according to its shape. If one of the new triangles is
+//! flipped, the polygon is written as the triangles that were checked.
 
 use std::borrow::Cow;
 
@@ -20,17 +20,19 @@ pub(crate) struct Upright {
     pub(crate) written_as_triangles: usize,
 }
 
-/// Replaces the polygons of which a triangle is flipped, in a file of this format, by those of
-/// `processing`. The vertices of `document` are on the sphere.
+/// Replaces polygons with a flipped triangle, in a file of this format, by the triangles of
+/// `processing`.
+///
+/// The vertices of `document` are on the sphere.
 ///
 /// # Errors
-/// [`IoError`] where something in the file cannot be read that is needed for it.
+/// [`IoError`] if required parts of the file cannot be read.
 pub(crate) fn upright(
     document: Document,
     format: Format,
     processing: &ProcessingMesh,
 ) -> Result<Upright, IoError> {
-    // A polygon that welding left out has no triangles to be written as.
+    // A polygon dropped by welding has no triangles to replace it.
     let mut is_mapped = vec![false; document.faces().len()];
     for f in processing.mesh().faces() {
         is_mapped[processing.document_face(f)] = true;
@@ -63,18 +65,19 @@ pub(crate) fn upright(
     })
 }
 
-/// Neighbours of a polygon that becomes triangles may be cut otherwise; that ends soon, and else
-/// all become triangles.
+/// Replacing a polygon may change how its neighbours are cut, so the check is repeated.
+///
+/// This ends quickly; beyond this number all polygons become triangles.
 const MOST_ROUNDS: usize = 8;
 
-/// A document as it is in a file.
+/// A document as stored in a file.
 struct Written<'a> {
     /// The document that a reader gets.
     document: Cow<'a, Document>,
     numbers: Numbers,
 }
 
-/// Number type of the file, relative to that of the document that stands for it.
+/// The number type of the file, relative to that of the document that represents it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Numbers {
     Same,
@@ -84,17 +87,17 @@ enum Numbers {
 impl<'a> Written<'a> {
     fn new(document: &'a Document, format: Format) -> Result<Self, IoError> {
         Ok(match format {
-            // With as many digits as it takes.
+            // With as many digits as needed.
             Format::Obj | Format::Off => Self {
                 document: Cow::Borrowed(document),
                 numbers: Numbers::Same,
             },
-            // Of the type that its header says.
+            // In the type given by its header.
             Format::Ply => Self {
                 document: Cow::Owned(reread(document, format)?),
                 numbers: Numbers::Same,
             },
-            // Cut into triangles as it is written.
+            // Cut into triangles when written.
             _ => Self {
                 document: Cow::Borrowed(document),
                 numbers: Numbers::Single,
@@ -114,14 +117,14 @@ impl<'a> Written<'a> {
         is_upright(&self.at(a), &self.at(b), &self.at(c))
     }
 
-    /// Which of these polygons have a flipped triangle, cut as a fan or as our reader does.
+    /// The polygons among these that have a flipped triangle, cut as a fan or as our reader does.
     fn flipped_polygons(&self, polygons: &[usize]) -> Vec<usize> {
         let weld = [Weld::AsFormat, Weld::Exact];
         let surface = weld
             .iter()
             .find_map(|&weld| self.document.surface_with(weld).ok());
         let Some(surface) = surface else {
-            // What cannot be told is not promised.
+            // If in doubt, report all polygons.
             return polygons.to_vec();
         };
         let mut is_flipped = vec![false; self.document.faces().len()];
@@ -143,7 +146,7 @@ impl<'a> Written<'a> {
     }
 }
 
-/// The document as a reader of its file has it.
+/// The document as a reader of its file gets it.
 fn reread(document: &Document, format: Format) -> Result<Document, IoError> {
     read(document.write(format)?, Some(format), &Limits::NONE)
 }

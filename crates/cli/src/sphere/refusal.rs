@@ -1,4 +1,4 @@
-//! Why a mesh has no sphere map, in the numbers of its file.
+//! Errors of sphere maps with the indices of the file.
 
 use cotan::halfedge::{FaceId, VertexId};
 use cotan::sphere::SphereError;
@@ -8,7 +8,7 @@ use cotan_tool::numbers::in_file_numbers;
 use crate::error::CliError;
 use crate::prepare::{Prepared, Source, weldable};
 
-/// Turns the library's errors into those of a command.
+/// Converts errors of the library to those of a command.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Refusal<'a> {
     source: &'a Source<'a>,
@@ -20,7 +20,7 @@ impl<'a> Refusal<'a> {
         Self { source, prepared }
     }
 
-    /// The error with the file's name and numbers, and what is left to do.
+    /// The error with the file's name and indices, and a remedy.
     pub(crate) fn error(&self, error: SphereError) -> CliError {
         let mut remedy = String::new();
         if let SphereError::NotClosed { .. } | SphereError::Components { .. } = &error
@@ -71,7 +71,7 @@ impl<'a> Refusal<'a> {
         }
     }
 
-    /// Errors that deformations have, too.
+    /// Converts errors that deformations share.
     fn shared(&self, error: cotan::Error) -> SphereError {
         let file_vertices = self.prepared.file_vertices.as_ref();
         match in_file_numbers(error, &self.prepared.processing, file_vertices) {
@@ -82,15 +82,14 @@ impl<'a> Refusal<'a> {
         }
     }
 
-    /// The lowest vertex of the file at a hole, by which that hole is named everywhere.
+    /// The lowest vertex of the file at a hole, which identifies that hole in all messages.
     fn lowest_at_a_hole(&self) -> Option<VertexId> {
         let mesh = self.prepared.processing.mesh();
         let at_holes = mesh.vertices().filter(|&v| mesh.is_boundary_vertex(v));
         at_holes.map(|v| self.vertex(v)).min()
     }
 
-    /// The lowest vertex of the file and the number of vertices of each component, in the order of
-    /// the file.
+    /// The lowest vertex of the file and the number of vertices of each component, in file order.
     fn components(&self) -> Vec<(VertexId, usize)> {
         let mesh = self.prepared.processing.mesh();
         let components = mesh.components();
@@ -113,7 +112,9 @@ impl<'a> Refusal<'a> {
         VertexId::new(file.map_or(vertex, |file| file.vertex(vertex)))
     }
 
-    /// A face that fills a hole has no number in the file, and keeps that of the repaired one.
+    /// The face of the file.
+    ///
+    /// A face that fills a hole has none and keeps its index in the repaired mesh.
     fn face(&self, face: FaceId) -> FaceId {
         let face = self.prepared.processing.document_face(face);
         let sources = self.prepared.file_faces.as_deref();

@@ -14,8 +14,7 @@ use crate::console::Console;
 use crate::report::{Table, counted, number};
 use crate::text::Text;
 
-/// What a sphere map is like and how it came about, for programs. The fields are stable; further
-/// ones may come.
+/// The machine-readable report of a sphere map. The fields are stable; more may be added.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub(crate) struct SphereRun {
     /// Vertices and faces (triangles) of the surface that was mapped.
@@ -28,25 +27,25 @@ pub(crate) struct SphereRun {
     precision: &'static str,
     iterations: usize,
     stop_reason: &'static str,
-    /// `null` where nothing was iterated.
+    /// `null` if there was no iteration.
     converged: Option<bool>,
-    /// The last step's longest move of a vertex on the unit sphere.
+    /// The largest displacement of a vertex in the last step, on the unit sphere.
     max_change: f64,
     factorizations: usize,
-    /// What was done, in order.
+    /// The stages of the method, in order.
     stages: Vec<&'static str>,
     /// Flipped triangles after the iteration and after each repair.
     flips_by_round: Vec<usize>,
-    /// By exact predicates.
+    /// According to exact predicates.
     flipped_triangles: usize,
-    /// The greatest | |v − c| / r − 1 | of all vertices of the document.
+    /// The maximum of | |v − c| / r − 1 | over all vertices of the document.
     sphericity_error: f64,
     /// σ1/σ2 of the map of each triangle: 1 where angles are kept.
     conformal_distortion: SpreadFields,
     angle_error_degrees: AngleFields,
-    /// |ln (share of the sphere / share of the area)| of each triangle: 0 where areas are kept.
+    /// ln (share of the sphere / share of the area)| of each triangle: 0 where areas are kept.
     area_distortion: SpreadFields,
-    /// How many times the triangles cover the sphere.
+    /// The number of times that the triangles cover the sphere.
     degree: i64,
     /// Counts of the written sphere, if one was written.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
@@ -61,12 +60,12 @@ pub(crate) struct SphereRun {
     pub(crate) resampled: Option<Resampled>,
 }
 
-/// Result of writing a sphere.
+/// The result of writing a sphere.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct WrittenSphere {
     pub(crate) unused_vertices: usize,
     pub(crate) written_as_triangles: usize,
-    /// Of all vertices, before they are rounded to the numbers of the format.
+    /// Over all vertices, before they are rounded to the numbers of the format.
     pub(crate) sphericity_error: f64,
 }
 
@@ -86,7 +85,7 @@ pub(crate) struct Resampled {
     pub(crate) faces: usize,
 }
 
-/// How long the phases took, in seconds.
+/// Durations of the phases, in seconds.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize)]
 pub(crate) struct Phases {
     /// File to document.
@@ -101,7 +100,7 @@ pub(crate) struct Phases {
 struct SpreadFields {
     /// Weighted by the areas of the mesh.
     mean: f64,
-    /// 99 of 100 triangles lie below.
+    /// The 99th percentile.
     p99: f64,
     max: f64,
 }
@@ -226,7 +225,8 @@ impl SphereRun {
     }
 }
 
-/// Warns of a map that has not settled, which is checked all the same, and of what was not heeded.
+/// Warns about a map that has not converged (it is checked all the same) and about ignored
+/// options.
 pub(crate) fn warn(report: &SphereReport, options: &SphereOptions, console: &Console) {
     if options.authalic > 0.0 && options.method != SphereMethod::Robust {
         console.warn(format_args!(
@@ -277,8 +277,8 @@ pub(crate) fn warn(report: &SphereReport, options: &SphereOptions, console: &Con
     }
 }
 
-/// Most meshes are near a sphere by then.
+/// Most meshes are near a sphere after this many iterations.
 const USUAL_ITERATIONS: usize = 100;
 
-/// The reason to stop of a map that was made without an iteration.
+/// The stop reason of a map that was made without iterating.
 const NOT_ITERATED: &str = "not iterated";

@@ -7,8 +7,9 @@ use cotan_io::{CornerProperty, Document, IoError, NONE, ProcessingMesh, UV, Valu
 
 use super::Mapped;
 
-/// The document with the longitudes and latitudes of its vertices on the sphere as texture
-/// coordinates, in place of those that it has; it is then no longer tied to its file.
+/// Sets the texture coordinates of a document to the longitudes and latitudes of its vertices.
+///
+/// They replace existing ones. The document is then no longer tied to its file.
 pub(crate) fn with_texture<T: Scalar>(
     document: Document,
     mapped: &Mapped<T>,
@@ -33,7 +34,7 @@ fn corners<T: Scalar>(
 ) -> CornerProperty {
     let mesh = processing.mesh();
     let (table, of_triangles) = uvs.indexed(&mapped.map);
-    // The triangles that each face was cut into, together and in the order of the faces.
+    // The triangles of each face are contiguous and in the order of the faces.
     let mut triangles: Vec<FaceId> = mesh.faces().collect();
     triangles.sort_by_key(|&f| processing.document_face(f));
     let mut triangle = 0;

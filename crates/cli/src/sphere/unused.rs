@@ -1,4 +1,4 @@
-//! Vertices of a document that no face uses, on the sphere.
+//! Placement of the unused vertices of a document on the sphere.
 
 use std::collections::BTreeMap;
 
@@ -9,12 +9,12 @@ use nalgebra::{Point3, Vector3};
 
 use super::Mapped;
 
-/// Brings the vertices that no face uses to the unit sphere, and says how many there are.
+/// Moves the vertices that no face uses to the unit sphere, and returns their number.
 ///
-/// One at exactly the place of a vertex that is mapped goes where that goes. Any other goes to the
-/// direction in which it lies from the centre of the mesh's bounding box; one at the centre, to +z.
+/// A vertex at exactly the position of a mapped vertex moves with it. Any other moves in its
+/// direction from the centre of the mesh's bounding box; one at the centre moves to +z.
 ///
-/// `source` is the document as it was before anything moved.
+/// `source` is the document before anything moved.
 pub(crate) fn place_unused<T: Scalar>(
     document: &mut Document,
     source: &[Point3<f64>],
@@ -43,8 +43,10 @@ pub(crate) fn place_unused<T: Scalar>(
     Ok(unused.len())
 }
 
-/// Puts every vertex that is welded to a mapped one exactly where that is: welded within a
-/// tolerance, an edit would have kept their distance, and one of them off the sphere.
+/// Moves every vertex that is welded to a mapped one exactly to it.
+///
+/// With a welding tolerance, an edit would have kept their distance, and one of them would be off
+/// the sphere.
 pub(crate) fn join_welded(
     document: &mut Document,
     processing: &ProcessingMesh,
@@ -58,21 +60,21 @@ pub(crate) fn join_welded(
     Ok(())
 }
 
-/// The greatest | |v| − 1 | of all vertices of a document.
+/// The maximum of | |v| − 1 | over all vertices of a document.
 pub(crate) fn sphericity_error(document: &Document) -> f64 {
     let off = |p: &Point3<f64>| (p.coords.norm() - 1.0).abs();
     document.positions().iter().map(off).fold(0.0, f64::max)
 }
 
-/// The bits of a position, the two zeros as one.
+/// The bits of a position, with both zeros made equal.
 fn place(p: &Point3<f64>) -> [u64; 3] {
     [p.x, p.y, p.z].map(|x| (x + 0.0).to_bits())
 }
 
-/// The unit vector along another, scaled first so that no square overflows or vanishes.
+/// Normalizes a vector, scaled first so that no square overflows or underflows.
 fn direction(v: &Vector3<f64>) -> Vector3<f64> {
     let size = v.amax();
-    // A difference of the largest numbers may overflow.
+    // A difference of huge numbers may overflow.
     let scaled = match size.is_infinite() {
         true => v.map(|x| if x.is_infinite() { x.signum() } else { 0.0 }),
         false => v / size.max(f64::MIN_POSITIVE),

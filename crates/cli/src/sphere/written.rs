@@ -1,4 +1,4 @@
-//! Whether a map survives the numbers of the file that it was written to.
+//! Checks that a map survives the number type of its file.
 
 use std::path::Path;
 
@@ -11,8 +11,8 @@ use crate::console::Console;
 use crate::edit::positions_of;
 use crate::error::CliError;
 
-/// Warns of triangles that are flipped in the file at `path`, which may hold shorter numbers than
-/// the map has.
+/// Warns about triangles that are flipped in the file at `path`, whose numbers may be shorter
+/// than those of the map.
 pub(crate) fn warn_of_short_numbers<T: Scalar>(
     path: &Path,
     format: Format,
@@ -34,7 +34,7 @@ pub(crate) fn warn_of_short_numbers<T: Scalar>(
     Ok(())
 }
 
-/// The positions that the file holds; `None` if they are those of the map to the bit.
+/// The positions stored in the file; `None` if they equal those of the map bit for bit.
 fn stored<T: Scalar>(
     path: &Path,
     format: Format,
@@ -42,9 +42,9 @@ fn stored<T: Scalar>(
     processing: &ProcessingMesh,
 ) -> Result<Option<Positions<f64>>, IoError> {
     Ok(match format {
-        // Text with as many digits as it takes.
+        // Text with as many digits as needed.
         Format::Obj | Format::Off => None,
-        // It does not keep the order of vertices, but its numbers are known.
+        // STL does not keep the order of the vertices, but the rounding is known.
         Format::Stl => {
             let single = |x: T| f64::from(x.as_f64() as f32);
             Some(mapped.map.positions().map(|p| p.map(single)))

@@ -54,7 +54,7 @@ fn what_cannot_be_edited_is_refused() {
     sandbox.refused("bench nothing.obj", &["nothing.obj"]);
     sandbox.write("points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n");
     sandbox.refused("bench points.obj", &["points.obj"]);
-    // One triangle three times: no surface.
+    // The same triangle three times is not a surface.
     sandbox.write(
         "thrice.obj",
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 3\nf 1 2 3\n",

@@ -1,4 +1,4 @@
-//! The other commands, usage, and exit codes.
+//! The other commands, usage errors, and exit codes.
 
 use crate::sandbox::{Sandbox, json_handles};
 
@@ -174,7 +174,7 @@ fn compare_tells_the_distance_to_a_given_shape() {
     assert!(refused.stderr.contains("one.obj"), "{}", refused.stderr);
 }
 
-/// A face that has collapsed is compressed without bound, which JSON has no number for.
+/// The compression of a collapsed face is infinite, which JSON cannot express.
 #[test]
 fn what_is_infinite_is_null_in_json() {
     let sandbox = Sandbox::new();

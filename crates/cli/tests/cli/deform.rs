@@ -276,7 +276,7 @@ fn a_pipe_stays_silent() {
 #[test]
 fn the_file_is_kept_apart_from_the_positions() {
     let sandbox = Sandbox::new();
-    // Vertex 1 belongs to no face, and faces count from vertex 0 of the file all the same.
+    // Vertex 1 belongs to no face. Indices count from vertex 0 of the file all the same.
     sandbox.write(
         "quad.obj",
         "# a tent\nv 0 0 0\nv 9 9 9 # alone\nv 1.50 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 0.25\nvt 0 1\n\

@@ -1,4 +1,4 @@
-//! A vertex that does not move keeps its digits, whatever moved beside it and whatever the job.
+//! A vertex that does not move keeps its digits, in every job and whatever else moves.
 
 use std::fmt::Write as _;
 
@@ -9,7 +9,7 @@ use nalgebra::{Point3, Vector3};
 
 use crate::sandbox::Sandbox;
 
-/// Two shapes as one mesh.
+/// Joins two shapes into one mesh.
 fn beside(a: &Mesh<f64>, b: &Mesh<f64>) -> Document {
     let n = a.positions().len() as u32;
     let faces_of = |shape: &Mesh<f64>, first: u32| -> Vec<[u32; 3]> {
@@ -36,7 +36,7 @@ fn beside(a: &Mesh<f64>, b: &Mesh<f64>) -> Document {
     Document::new(positions.collect(), faces).expect("a document")
 }
 
-/// The text of a shape, with 20 digits a number and a face without area.
+/// An OBJ of a shape with 20 digits per number and a face without area.
 fn odd_obj(shape: &Mesh<f64>) -> String {
     let mut text = String::new();
     for p in shape.positions().values() {
@@ -47,7 +47,7 @@ fn odd_obj(shape: &Mesh<f64>) -> String {
         .faces()
         .map(|f| mesh.triangle(f).map(|v| v.index() + 1).to_vec())
         .collect();
-    // A vertex on a side of one face alone, and the flat face that closes the gap.
+    // A vertex on a side of a single face, and the flat face that closes the gap.
     let [a, b, c] = [faces[0][0], faces[0][1], faces[0][2]];
     let [p, q] = [a, b].map(|v| shape.positions().as_slice()[v - 1]);
     let m = Point3::from((p.coords * 3.0 + q.coords) / 4.0);
@@ -68,7 +68,7 @@ fn fixed(vertices: impl Iterator<Item = usize>) -> String {
     )
 }
 
-/// Files of the same shape in every format.
+/// Writes the same shape in every format.
 fn in_every_format(sandbox: &Sandbox) -> Vec<&'static str> {
     sandbox.write("in.obj", odd_obj(&shapes::creature(12)));
     let names = [
@@ -111,7 +111,7 @@ fn an_edit_that_moves_nothing_changes_no_byte() {
         let n = sandbox.positions(name).len();
         sandbox.write("some.json", fixed((0..n).step_by(17)));
         sandbox.write("half.json", fixed(0..n / 2));
-        // By a transform that moves nothing, too.
+        // Also with a transform that moves nothing.
         sandbox.write(
             "turned.json",
             r#"{"handles": [{"vertices": [0, 5, 9], "transform": {"translate": [0, 0, 0],
@@ -143,7 +143,7 @@ fn an_edit_that_moves_nothing_changes_no_byte() {
         for line in lines {
             let outcome = sandbox.cotan(&line);
             if outcome.code != 0 {
-                // The flat face is one too many for some settings.
+                // Some settings do not work with the flat face.
                 assert!(
                     line.contains("--scheme") || line.contains("--orientation"),
                     "{outcome:?}"
@@ -201,7 +201,7 @@ fn what_is_held_and_what_no_handle_moves_keeps_its_digits_while_others_move() {
             }
             assert!((is[70] - pulled).norm() < 1e-6, "{name} {precision}");
         }
-        // Line by line, with the very digits.
+        // Compare line by line, including every digit.
         let [was, is] =
             ["in.obj", "out.obj"].map(|name| String::from_utf8(sandbox.read(name)).expect("text"));
         let lines = was
@@ -217,15 +217,16 @@ fn what_is_held_and_what_no_handle_moves_keeps_its_digits_while_others_move() {
     }
 }
 
-/// Two vertices at one place, welded: both go where one of them is moved, to the bit; one in no
-/// face goes with them, and one that is not welded stays.
+/// Two welded vertices at one position: both move exactly with the one that has a handle.
+///
+/// A copy in no face moves with them, and one that is not welded stays.
 #[test]
 fn welded_twins_follow_exactly() {
     let sandbox = Sandbox::new();
     let shape = shapes::icosphere::<f64>(2);
     let n = shape.positions().len();
     let mut positions: Vec<Point3<f64>> = shape.positions().values().copied().collect();
-    // The twin of vertex 3 has one of its faces; that of vertex 4 has none.
+    // The copy of vertex 3 has one of its faces; that of vertex 4 has none.
     positions.extend([positions[3], positions[4], Point3::new(9.0, 9.0, 9.0)]);
     let mut faces: Vec<[u32; 3]> = shape
         .connectivity()
@@ -262,7 +263,7 @@ fn welded_twins_follow_exactly() {
 }
 
 /// A patch shrunk to a point, whose faces a repair drops: all its vertices follow the one that
-/// is left.
+/// remains.
 #[test]
 fn vertices_whose_faces_a_repair_dropped_follow_their_twin() {
     let sandbox = Sandbox::new();

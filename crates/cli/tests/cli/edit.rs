@@ -1,11 +1,11 @@
-//! `cotan edit`, with and without an editor to start.
+//! `cotan edit`, with and without an installed editor.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use crate::sandbox::Sandbox;
 
-/// The command in a folder without an editor, wherever it was built.
+/// A copy of the command in a folder without an editor.
 fn lone_cotan(sandbox: &Sandbox) -> PathBuf {
     let built = Path::new(env!("CARGO_BIN_EXE_cotan"));
     let folder = sandbox.path("bin");
@@ -65,7 +65,7 @@ fn the_editor_gets_the_mesh_and_its_options_and_gives_the_exit_code() {
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     assert_eq!(text, "path bar.obj --handles h.json -q\n");
 
-    // What lies beside the command goes before what the PATH has.
+    // An editor next to the command takes precedence over the PATH.
     script("bin", "cotan-editor", 0);
     let args = ["edit", "bar.obj", "--", "--soft", "3"];
     let output = run(&sandbox, &cotan, &path, &args);

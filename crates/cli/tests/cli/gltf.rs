@@ -1,5 +1,4 @@
-//! glTF files as they are met: shared accessors, files of their own, and places far from the
-//! origin.
+//! Realistic glTF files: shared accessors, external files, and positions far from the origin.
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
@@ -9,11 +8,11 @@ use crate::sandbox::Sandbox;
 
 const CORNERS: [f32; 12] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
 const FACES: [u16; 12] = [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3];
-/// The base of the tetrahedron stays, its tip goes up.
+/// The base of the tetrahedron stays, its tip moves up.
 const HANDLES: &str =
     r#"{"handles":[{"vertices":[0,1,2],"fixed":true},{"vertices":[3],"to":[[0,0,2]]}]}"#;
 
-/// A tetrahedron in the files `pos.bin` and `idx.bin`, shown by `nodes` as one of `meshes`.
+/// A tetrahedron in the files `pos.bin` and `idx.bin`, referenced by `nodes` as one of `meshes`.
 fn tetrahedron(sandbox: &Sandbox, name: &str, nodes: &Value, num_meshes: usize) {
     let folder = name.rsplit_once('/').map_or("", |(folder, _)| folder);
     let at = |file: &str| {
@@ -76,7 +75,7 @@ fn a_second_use_of_an_accessor_is_neither_moved_nor_dropped() {
             assert_eq!(sandbox.json(out)["nodes"], nodes, "{line}");
         }
     }
-    // The tip of one was moved, that of the other was not.
+    // The tip of one instance was moved, that of the other was not.
     sandbox.cotan_ok("deform two.gltf --handles h.json -o out.gltf");
     let places = sandbox.positions_beside("out.gltf");
     assert_eq!((places[3].z, places[7].z), (2.0, 1.0));
@@ -98,7 +97,7 @@ fn nodes_that_share_a_mesh_are_all_converted() {
     let places = sandbox.positions("out.ply");
     assert_eq!(places.len(), 8);
     assert_eq!((places[3].z, places[7].z, places[7].x), (2.0, 2.0, 3.0));
-    // New attributes make a new file, which has both of them too.
+    // New attributes make a new file, which has both instances as well.
     sandbox.cotan_ok("sphere two.gltf -o sphere.glb --uv");
     let places = sandbox.positions("sphere.glb");
     let [near, far] = [0.0, 3.0].map(|x| {
@@ -125,7 +124,7 @@ fn files_go_with_a_gltf_to_another_folder() {
         );
     }
     sandbox.cotan_ok("info b/m.gltf");
-    // Another file of that name is neither replaced nor taken for the right one.
+    // An unrelated file of that name is neither overwritten nor mistaken for the right one.
     sandbox.write("b/idx.bin", [0; 24]);
     for line in [
         "convert a/m.gltf b/out.gltf",
@@ -135,7 +134,7 @@ fn files_go_with_a_gltf_to_another_folder() {
         sandbox.refused(line, &["b/idx.bin", "another file of that name"]);
         assert!(!sandbox.path("b/out.gltf").exists(), "{line}");
         assert_eq!(sandbox.read("b/idx.bin"), [0; 24]);
-        // Embedded, nothing beside it is needed.
+        // With --embed no other file is needed.
         sandbox.cotan_ok(&format!("{line} --embed"));
         std::fs::rename(sandbox.path("b/out.gltf"), sandbox.path("alone.gltf")).unwrap();
         assert_eq!(sandbox.positions("alone.gltf").len(), 4, "{line}");
@@ -153,7 +152,7 @@ fn a_uri_that_many_buffers_name_is_read_once() {
         .set_len(length)
         .unwrap();
     let big = json!({"uri": "big.bin", "byteLength": length});
-    // 200 times 64 MiB are more than the limit of 2 GiB; once is not.
+    // 200 times 64 MiB exceed the limit of 2 GiB; counted once, the buffer does not.
     let buffers = json["buffers"].as_array_mut().unwrap();
     buffers.extend(std::iter::repeat_n(big, 200));
     sandbox.write("m.gltf", json.to_string());

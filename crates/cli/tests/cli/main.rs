@@ -1,4 +1,4 @@
-//! The built command, run as a person runs it.
+//! Tests that run the built command.
 
 mod bench;
 mod commands;

@@ -1,5 +1,5 @@
-//! Memory: limits that can be set, runs within an address space that is too small, and vertices
-//! of a valence whose square no memory holds.
+//! Memory: adjustable limits, runs in address spaces that are too small, and vertices whose
+//! valence squared exceeds any memory.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -10,14 +10,15 @@ use cotan_io::{Document, Format};
 
 use crate::sandbox::Sandbox;
 
-/// How a run ended: its exit code, or `None` for a signal; and what it said.
+/// The end of a run: its exit code, or `None` for a signal, and its standard error.
 struct Ended {
     code: Option<i32>,
     stderr: String,
 }
 
-/// Runs `cotan` in the sandbox with so many kilobytes of addresses; `None` where there is no
-/// shell that could set that.
+/// Runs `cotan` in the sandbox with an address space of `kilobytes`.
+///
+/// Returns `None` if there is no shell that can set the limit.
 fn within(sandbox: &Sandbox, kilobytes: u64, line: &str) -> Option<Ended> {
     let program = env!("CARGO_BIN_EXE_cotan");
     let script = format!("ulimit -v {kilobytes} && exec \"{program}\" {line}");
@@ -33,8 +34,9 @@ fn within(sandbox: &Sandbox, kilobytes: u64, line: &str) -> Option<Ended> {
     })
 }
 
-/// The least address space, of some, in which a small mesh is read; `None`, with a line that
-/// says so, where none can be set.
+/// The smallest tested address space in which a small mesh can be read.
+///
+/// Returns `None`, with a message, if the limit cannot be set.
 fn least_space(sandbox: &Sandbox) -> Option<u64> {
     let shape = icosphere::<f64>(2);
     let document =
@@ -58,7 +60,7 @@ fn gzip(bytes: &[u8]) -> Vec<u8> {
     encoder.finish().expect("in memory")
 }
 
-/// Files that are small on the disk and large in memory, each with so many vertices or faces.
+/// Files that are small on disk and large in memory, each with `count` vertices or faces.
 fn bombs(count: usize) -> Vec<(&'static str, Vec<u8>)> {
     let header = |vertices: usize, faces: usize| {
         format!(
@@ -106,7 +108,7 @@ fn bombs(count: usize) -> Vec<(&'static str, Vec<u8>)> {
     ]
 }
 
-/// A GLB of one primitive with so many vertices and no indices.
+/// A GLB of one primitive with `count` vertices and no indices.
 fn glb(count: usize) -> Vec<u8> {
     let count = count / 3 * 3;
     let length = 12 * count;
@@ -131,9 +133,11 @@ fn glb(count: usize) -> Vec<u8> {
     out
 }
 
-/// A file decides how much is allocated, and a refusal of the system is an error with exit code 1:
-/// never a signal. In twice the space that the program needs to start, that is: in less, what it
-/// needs for itself fails by chance.
+/// A file decides how much is allocated, and a failed allocation must be an error with exit code
+/// 1, never a signal.
+///
+/// The limit is twice the space the program needs to start. With less, its own allocations fail
+/// at random.
 #[test]
 fn what_a_file_asks_for_and_cannot_have_is_an_error() {
     let sandbox = Sandbox::new();
@@ -149,7 +153,7 @@ fn what_a_file_asks_for_and_cannot_have_is_an_error() {
                 format!("info {name}"),
                 format!("convert {name} out.ply"),
                 format!("repair {name} -o out.obj"),
-                // Without the default limit, the system itself refuses.
+                // Without the default limit, the allocation itself fails.
                 format!("info {name} --max-memory 100G"),
                 format!("convert {name} out.obj --max-memory 100G"),
             ] {
@@ -172,9 +176,10 @@ fn what_a_file_asks_for_and_cannot_have_is_an_error() {
     assert!(refused > 50, "{refused}");
 }
 
-/// Every command on a sound mesh, in address spaces from too small to large enough. The smallest
-/// has room for the areas that an allocator sets aside for each thread (64 MB with glibc): without
-/// them what the program needs for itself fails by chance.
+/// Every command on a valid mesh, in address spaces from too small to large enough.
+///
+/// The smallest has room for the arenas that an allocator reserves per thread (64 MB with glibc).
+/// Without them, the program's own allocations fail at random.
 #[test]
 fn no_command_dies_of_a_small_address_space() {
     let sandbox = Sandbox::new();
@@ -310,8 +315,8 @@ fn threads_are_bounded() {
     sandbox.cotan_ok("smooth bar.obj -o out.obj --threads 3");
 }
 
-/// Two vertices of valence 20,000 in a file of less than 2 MB: edited within 300 MB, where the
-/// square of the valence takes gigabytes.
+/// Two vertices of valence 20,000 in a file of less than 2 MB are edited within 300 MB, where the
+/// square of the valence would take gigabytes.
 #[test]
 fn a_vertex_of_valence_20000_is_edited_in_little_memory() {
     let sandbox = Sandbox::new();
@@ -342,7 +347,7 @@ fn a_vertex_of_valence_20000_is_edited_in_little_memory() {
         let outcome = sandbox.cotan(&format!("{line} --max-memory 300M"));
         assert_eq!(outcome.code, 0, "{line}: {outcome:?}");
     }
-    // In an address space of not much more, whatever was predicted.
+    // Verify with an address space of not much more, independently of the prediction.
     if let Some(ended) = within(
         &sandbox,
         600_000,

@@ -1,4 +1,4 @@
-//! Files that are sound, or become so, by a second look: polygons that share a diagonal, holes
+//! Files that look broken but are valid or can be repaired: polygons that share a diagonal, holes
 //! whose first triangulation does not fit, specks, soups, and headers of other programs.
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
@@ -8,8 +8,10 @@ use nalgebra::Point3;
 
 use crate::sandbox::Sandbox;
 
-/// A cube whose top has a vertex in its middle that is joined to two corners: its quads share two
-/// edges, and so a diagonal. The upper quads begin at the given corners.
+/// A cube whose top has a vertex in its centre that is joined to two corners.
+///
+/// The two quads of the top share two edges, and therefore a diagonal. They start at the given
+/// corners.
 fn doublet(first: [usize; 2]) -> String {
     let corners = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n";
     let sides = "f 1 4 3 2\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
@@ -69,7 +71,7 @@ fn a_hole_is_filled_by_another_triangulation_or_by_new_vertices() {
     sandbox.cotan_ok("sphere o.obj -o s.obj");
     sandbox.cotan_ok("sphere two.obj --fill-holes -o s.obj");
 
-    // All vertices of the torus but one, every two of which are joined.
+    // The seven-vertex torus without one vertex: every two of the others are joined by an edge.
     let mut torus: String = (0..6)
         .map(|v| format!("v {v} {} {}\n", v * v, v % 3))
         .collect();
@@ -133,7 +135,7 @@ fn a_hole_in_a_sphere_is_closed_smoothly_in_every_format() {
     sandbox.cotan_ok("repair open.obj -o o.obj --fill-holes smooth:4");
 }
 
-/// A lone triangle, and a closed tetrahedron.
+/// A single triangle and a closed tetrahedron.
 const PARTS: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 5 0 0\nv 6 0 0\nv 5 1 0\n\
     f 5 6 7\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
 

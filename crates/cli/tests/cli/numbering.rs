@@ -1,4 +1,4 @@
-//! Files whose vertices are numbered at random: worked on in another order, which nobody sees.
+//! Files with randomly ordered vertices are processed in another order, which does not show.
 
 use cotan::Mesh;
 use cotan::shapes::{Numbering, irregular};
@@ -8,8 +8,9 @@ use nalgebra::Point3;
 use crate::sandbox::Sandbox;
 use crate::sphere_uses::check_texture;
 
-/// One blob as `natural.obj` and, with other numbers and faces in another order, as `random.obj`;
-/// and the number in the second file of each vertex of the first.
+/// A blob as `natural.obj` and, with vertices and faces in random order, as `random.obj`.
+///
+/// Also returns the index in the second file of each vertex of the first.
 fn two_files() -> (Sandbox, Vec<usize>) {
     let sandbox = Sandbox::new();
     let shapes = [Numbering::Natural, Numbering::Random].map(|n| irregular::<f64>(4_500, n, 8));
@@ -41,7 +42,7 @@ fn save(sandbox: &Sandbox, shape: &Mesh<f64>, name: &str) {
     cotan_io::save(&document, sandbox.path(name)).expect("a mesh file");
 }
 
-/// Handles that name vertices: a fixed patch and a vertex that is pulled.
+/// Handles that refer to vertices by index: a fixed patch and a vertex that is pulled.
 fn handles(positions: &[Point3<f64>], number: impl Fn(usize) -> usize) -> String {
     let vertices = 0..positions.len();
     let fixed: Vec<usize> = vertices
@@ -75,7 +76,7 @@ fn a_shuffled_file_deforms_as_the_file_itself() {
         .map(|v| (a[v] - positions[v]).norm())
         .fold(0.0, f64::max);
     assert!(worst < 1e-7 && moved > 0.3, "{worst} {moved}");
-    // Faces and the order of vertices are the file's.
+    // Faces and vertex order are those of the file.
     let faces = |name: &str| {
         cotan_io::load(sandbox.path(name))
             .expect("a mesh")

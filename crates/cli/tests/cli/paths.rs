@@ -1,5 +1,4 @@
-//! Files that are named: no output overwrites an input or another output, and nothing but regular
-//! files is read.
+//! Named files: no output overwrites an input or another output, and only regular files are read.
 
 use cotan::shapes;
 use cotan_io::Document;
@@ -21,7 +20,7 @@ fn with_inputs() -> Sandbox {
     sandbox
 }
 
-/// Each line must end with exit code 2 and leave every file as it was, without a new one.
+/// Each line must end with exit code 2, leave every file unchanged, and create none.
 fn refuse_all(sandbox: &Sandbox, lines: &[&str]) {
     let before = sandbox.contents();
     for line in lines {
@@ -51,7 +50,7 @@ fn an_output_that_is_an_input_is_refused() {
             &format!("{deform} -o sub/../bar.obj"),
             &format!("{deform} -o {}", sandbox.path("bar.obj").display()),
             "deform bar.obj --handles h.sel --def h.def -o o.obj --report h.def",
-            // Found beside the statuses.
+            // `h.def` is found next to `h.sel`.
             "deform bar.obj --handles h.sel -o o.obj --report h.def",
             "reconstruct bar.obj --handles h.json --iterations 2 -o o.obj --report h.json",
             "smooth bar.obj -o bar.obj",
@@ -95,7 +94,7 @@ fn an_output_that_is_another_output_is_refused() {
             "resample ball.obj --level 1 -o o.obj --report o.obj",
         ],
     );
-    // Different files are none of it.
+    // Other files are accepted.
     sandbox.cotan_ok(&format!(
         "{deform} -o o.obj --report r.json --picture sub/r.json"
     ));
@@ -126,7 +125,7 @@ fn links_are_seen_through() {
     let link = std::fs::symlink_metadata(sandbox.path("dangling.obj")).expect("the link");
     assert!(link.is_symlink());
     assert_eq!(sandbox.read("sub/new.obj"), sandbox.read("bar.obj"));
-    // Another file with two names: only the one that is named changes, and that is told.
+    // A file with two hard links: only the named one changes, and a message says so.
     std::fs::hard_link(sandbox.path("sub/new.obj"), sandbox.path("twin.obj")).expect("a link");
     let outcome = sandbox.cotan_ok("smooth bar.obj -o twin.obj");
     assert!(
@@ -205,7 +204,7 @@ fn the_images_of_a_mesh_are_inputs_too() {
             "smooth m.obj -o o.ply --picture sub/../image.png",
         ],
     );
-    // An image that is not there is no input.
+    // A missing image is not an input.
     sandbox.cotan_ok("repair scene.gltf -o o.obj --report gone.png");
 }
 
@@ -307,7 +306,7 @@ fn a_private_mesh_stays_private() {
     sandbox.cotan_ok("convert bar.obj private.obj");
     let metadata = std::fs::metadata(sandbox.path("private.obj")).expect("the file");
     assert_eq!(metadata.permissions().mode() & 0o777, 0o600);
-    // A new file has the rights of any new file.
+    // A new file has default permissions.
     sandbox.cotan_ok("convert bar.obj new.obj");
     sandbox.write("usual", "");
     let [new, usual] = ["new.obj", "usual"].map(|name| {

@@ -1,4 +1,4 @@
-//! Input that is refused, with exit code 1 and a message that says what to do.
+//! Input that is refused with exit code 1 and a message that says what to do.
 
 use crate::sandbox::{Sandbox, ends, json_handles, numbers, sel_handles};
 
@@ -247,7 +247,7 @@ fn components_without_a_handle() {
         "v 5 5 5\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 4\nv 1 0 4\nv 0 1 4\nf 2 3 4\nf 5 6 7\n",
     );
     sandbox.write("h.txt", "1 0 0 0\n");
-    // Vertex 4 of the file is vertex 3 of the surface: the error counts as the file does.
+    // Vertex 4 of the file is vertex 3 of the surface; the error uses the index of the file.
     sandbox.refused(
         "reconstruct two.obj --handles h.txt --iterations 5 -o o.obj",
         &["two.obj", "with vertex 4 (3 vertices) has no handle"],

@@ -1,8 +1,8 @@
-//! `cotan repair`, `--repair`, `--weld`, and parts of a mesh that no handle holds.
+//! `cotan repair`, `--repair`, `--weld`, and parts of a mesh without a handle.
 
 use crate::sandbox::Sandbox;
 
-/// Two bow-ties and a turned face: vertex 0 has two fans, face 2 is against face 1.
+/// Two bow-ties and a flipped face: vertex 0 has two fans, face 2 is opposed to face 1.
 const BOW_TIE: &str = "\
 # a bow-tie
 v 0 0 0
@@ -51,7 +51,7 @@ fn a_repair_tells_each_change_and_what_is_left() {
     assert!(written.starts_with("# a bow-tie\nv 0 0 0\n"), "{written}");
     let info = sandbox.cotan_ok("info sound.obj").stdout;
     assert!(info.contains("manifold                yes"), "{info}");
-    // Nothing is left to do.
+    // Nothing is left to repair.
     let again = sandbox.cotan_ok("repair sound.obj -o again.obj").stdout;
     assert!(again.contains("changes                 none"), "{again}");
     assert_eq!(sandbox.read("again.obj"), sandbox.read("sound.obj"));
@@ -202,7 +202,7 @@ fn a_sound_surface_of_two_faces_is_left_alone() {
     assert!(written.ends_with("f 1 2 3\nf 1 3 2\n"), "{written}");
 }
 
-/// As [`BOW_TIE`] with the fans' vertices apart in the file, all faces in agreement.
+/// [`BOW_TIE`] with separate vertices for the two fans and all faces oriented.
 const SEAMED_BOW_TIE: &str = "\
 v 0 0 0
 v 1 0 0
@@ -234,7 +234,7 @@ fn welding_goes_with_repairs() {
     sandbox.cotan_ok("repair bow.obj -o sound.obj --weld exact --split-vertices");
     sandbox.write("h.txt", "0 0 0 0\n2 0 2 0\n4 0 -1 0\n");
     sandbox.cotan_ok("deform sound.obj --handles h.txt -o o.obj");
-    // Formats that forget are warned of by deform, too.
+    // `deform` also warns about formats that lose the repair.
     sandbox.write("bow.obj", BOW_TIE);
     let outcome = sandbox.cotan_ok("deform bow.obj --handles h.txt --repair -o o.stl");
     let words = "meets again when the file is read\n";
@@ -244,7 +244,7 @@ fn welding_goes_with_repairs() {
 #[test]
 fn numbers_are_those_of_the_file_after_a_repair() {
     let sandbox = Sandbox::new();
-    // Face 0 encloses nothing and goes; faces 1 to 3 share an edge.
+    // Face 0 is degenerate and is dropped; faces 1 to 3 share an edge.
     let fin = FIN.replacen("f 1", "f 1 1 2\nf 1", 1);
     sandbox.write("fin.obj", fin);
     sandbox.write("h.txt", "0 0 0 0\n");
@@ -268,7 +268,7 @@ fn welded_vertices_are_held_once_and_keep_their_distance() {
         sandbox.cotan_ok("deform seam.obj --handles h.json --weld 0.25 -o o.obj");
         sandbox.positions("o.obj")
     };
-    // Both vertices of the pair, which a quarter turn parts.
+    // Both vertices of the pair, which a quarter turn separates.
     let moved = run(
         r#"{"handles": [{"vertices": [1, 3], "transform": {"rotate": {"axis": [1, 0, 0],
             "degrees": 90, "about": [1, 0, 0]}, "translate": [1, 0, 0]}},

@@ -1,4 +1,4 @@
-//! A folder of its own for each test, with the command and a small mesh in it.
+//! A temporary folder for each test, in which the command runs on small meshes.
 
 use std::collections::BTreeMap;
 use std::ffi::{OsStr, OsString};
@@ -17,7 +17,7 @@ pub(crate) struct Sandbox {
     folder: tempfile::TempDir,
 }
 
-/// What a run left.
+/// The outcome of a run.
 #[derive(Debug)]
 pub(crate) struct Outcome {
     pub(crate) code: i32,
@@ -55,7 +55,7 @@ impl Sandbox {
         bytes.unwrap_or_else(|e| panic!("{name}: {e}"))
     }
 
-    /// All regular files in the folder and their content, to see that nothing changed.
+    /// All regular files in the folder with their contents, to check that nothing changed.
     pub(crate) fn contents(&self) -> BTreeMap<OsString, Vec<u8>> {
         let entries = std::fs::read_dir(self.folder.path()).expect("the sandbox");
         let files = entries.map(|entry| entry.expect("an entry"));
@@ -79,7 +79,7 @@ impl Sandbox {
             .to_vec()
     }
 
-    /// As [`Self::positions`], of a file whose data may lie beside it.
+    /// Like [`Self::positions`], for a file whose data may be in other files next to it.
     pub(crate) fn positions_beside(&self, name: &str) -> Vec<Point3<f64>> {
         let path = self.path(name);
         let folder = cotan_io::Folder::of(&path);
@@ -92,7 +92,7 @@ impl Sandbox {
         self.run(line.split_whitespace())
     }
 
-    /// As [`Self::cotan`], for words with anything in them.
+    /// Like [`Self::cotan`], for words with arbitrary characters.
     pub(crate) fn run(&self, words: impl IntoIterator<Item: AsRef<OsStr>>) -> Outcome {
         let output = Command::new(env!("CARGO_BIN_EXE_cotan"))
             .args(words)
@@ -108,14 +108,15 @@ impl Sandbox {
         }
     }
 
-    /// As [`Self::cotan`], which must succeed.
+    /// Like [`Self::cotan`], for a run that must succeed.
     pub(crate) fn cotan_ok(&self, line: &str) -> Outcome {
         let outcome = self.cotan(line);
         assert_eq!(outcome.code, 0, "cotan {line}: {outcome:?}");
         outcome
     }
 
-    /// As [`Self::cotan`], which must end with exit code 1 and an error with all of `words`.
+    /// Like [`Self::cotan`], for a run that must end with exit code 1 and an error containing
+    /// `words`.
     pub(crate) fn refused(&self, line: &str, words: &[&str]) {
         let outcome = self.cotan(line);
         assert_eq!(outcome.code, 1, "cotan {line}: {outcome:?}");
@@ -148,7 +149,7 @@ pub(crate) fn ends() -> [Vec<VertexId>; 2] {
     ]
 }
 
-/// The image of the right end: turned by 90° about the x axis and lifted by 2.
+/// The image of the right end: rotated by 90° about the x axis and lifted by 2.
 pub(crate) fn image(p: Point3<f64>) -> Point3<f64> {
     Point3::new(p.x, -p.z, p.y + 2.0)
 }
@@ -164,7 +165,7 @@ pub(crate) fn json_handles() -> String {
     )
 }
 
-/// The same as text.
+/// The same handles as text.
 pub(crate) fn text_handles() -> String {
     let (shape, [left, right]) = (bar(), ends());
     let mut text = String::from("# the left end stays\n\n");
@@ -176,7 +177,7 @@ pub(crate) fn text_handles() -> String {
     text
 }
 
-/// The same as statuses.
+/// The same handles as statuses.
 pub(crate) fn sel_handles() -> String {
     let [left, right] = ends();
     let status = |v: VertexId| match (left.contains(&v), right.contains(&v)) {

@@ -1,5 +1,4 @@
-//! Edits of real meshes that developers have in a folder beside the workspace; the folder need not
-//! exist.
+//! Edits of real meshes in an optional folder next to the workspace.
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
@@ -13,7 +12,7 @@ use crate::sandbox::Sandbox;
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/meshes");
 
-/// The path of a mesh; `None` if there is none, said aloud.
+/// The path of a mesh. Returns `None`, with a message, if the file does not exist.
 pub(crate) fn mesh(name: &str) -> Option<PathBuf> {
     let path = Path::new(FOLDER).join(name);
     if path.is_file() {
@@ -32,7 +31,7 @@ fn a_handle_on_one_component_of_the_ogre_leaves_the_others() {
     let components = surface.mesh().components();
     let of_vertex = |v: usize| surface.vertex(v).map(|id| components.of(id));
     let before = repaired.document.positions();
-    // A component of some size, so that the work is small; none of its vertices is a copy.
+    // A component of moderate size, so that the work is small, without copies among its vertices.
     let mut sizes = vec![0; components.count()];
     for id in surface.mesh().vertices() {
         sizes[components.of(id)] += 1;
@@ -63,7 +62,7 @@ fn a_handle_on_one_component_of_the_ogre_leaves_the_others() {
     assert_eq!(after.len(), before.len());
     for (v, (before, after)) in before.iter().zip(&after).enumerate() {
         if of_vertex(v) == Some(chosen) {
-            // One handle carries its component along.
+            // A single handle moves its whole component.
             assert!((after - before - shift).norm() < 1e-3, "{v}: {after}");
         } else {
             assert_eq!(before, after, "{v}");

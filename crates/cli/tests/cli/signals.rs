@@ -29,7 +29,7 @@ fn a_signal_leaves_the_old_file_or_the_new_one_and_nothing_else() {
             .stderr(Stdio::null())
             .spawn()
             .expect("the command runs");
-        // At once, or as soon as something is written, or when it is over.
+        // At once, as soon as something is written, or when the run has ended.
         let start = Instant::now();
         let is_writing = || unfinished(&sandbox) > 0;
         while turn % 2 == 0 && !is_writing() && child.try_wait().expect("a status").is_none() {
@@ -47,7 +47,7 @@ fn a_signal_leaves_the_old_file_or_the_new_one_and_nothing_else() {
                 assert_eq!(by, number);
                 num_ended += 1;
             }
-            // It was faster.
+            // The run ended before the signal.
             None => assert_eq!(status.code(), Some(0)),
         }
         assert_eq!(unfinished(&sandbox), 0, "{signal}");
@@ -77,7 +77,7 @@ fn a_file_beyond_the_size_that_is_allowed_is_an_error() {
     assert_eq!(unfinished(&sandbox), 0);
 }
 
-/// Temporary files that are there.
+/// The number of temporary files.
 fn unfinished(sandbox: &Sandbox) -> usize {
     let entries = std::fs::read_dir(sandbox.path(".")).expect("the sandbox");
     let names = entries.filter_map(|entry| Some(entry.ok()?.file_name()));

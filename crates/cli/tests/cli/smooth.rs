@@ -6,7 +6,7 @@ use cotan_io::Document;
 
 use crate::sandbox::Sandbox;
 
-/// A ball and the same with noise, as files.
+/// Writes a ball without and with noise.
 fn balls() -> Sandbox {
     let sandbox = Sandbox::new();
     let ball = icosphere::<f64>(3);

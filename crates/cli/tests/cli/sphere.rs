@@ -10,7 +10,7 @@ use nalgebra::Point3;
 use crate::sandbox::Sandbox;
 use crate::shared::mesh;
 
-/// A sandbox with a model that has limbs, small enough to be quick.
+/// A sandbox with a small model that has limbs.
 pub(crate) fn with_creature() -> Sandbox {
     let sandbox = Sandbox::new();
     save(&sandbox, "creature.obj", &creature());
@@ -27,7 +27,7 @@ pub(crate) fn save(sandbox: &Sandbox, name: &str, shape: &Mesh<f64>) {
     cotan_io::save(&document, sandbox.path(name)).expect("a mesh file");
 }
 
-/// An icosphere that is pulled out of shape, without some of its faces.
+/// Writes a distorted icosphere without some of its faces.
 pub(crate) fn save_without(sandbox: &Sandbox, name: &str, missing: &[usize]) {
     let shape = shapes::icosphere::<f64>(2);
     let positions = shape.positions().values();
@@ -60,7 +60,7 @@ fn every_vertex_is_on_the_unit_sphere_where_the_library_puts_it() {
         .map;
     let positions = sandbox.positions("sphere.obj");
     assert_eq!(positions, expected.positions().as_slice());
-    // Checked again, as read from the file.
+    // Check again as read from the file.
     assert!(SphereMap::new(shape.connectivity(), positions.into_iter().collect()).is_ok());
 }
 
@@ -90,7 +90,7 @@ fn the_report_has_the_documented_fields_and_agrees_with_the_library() {
     let done = spherical(shape.surface(), &SphereOptions::default()).unwrap();
     let surface = Surface::new(shape.connectivity(), shape.positions()).unwrap();
     let quality = SphereQuality::measure(&surface, &done.map);
-    // A reader of JSON may lose the last bit.
+    // A JSON reader may lose the last bit.
     let same = |field: &str, part: &str, value: f64| {
         let told = report[field][part].as_f64().unwrap();
         assert!(
@@ -236,7 +236,7 @@ fn the_file_is_kept_apart_from_the_positions() {
     let lines = text.lines().zip(after.lines());
     assert_eq!(text.lines().count(), after.lines().count());
     for (number, (before, after)) in lines.enumerate() {
-        // Vertex 0 goes to the sphere too.
+        // Vertex 0 is moved to the sphere too.
         let is_moved = (1..=9).contains(&number);
         assert_eq!(before != after, is_moved, "{before} | {after}");
     }
@@ -316,7 +316,7 @@ fn what_has_no_sphere_map_is_refused_in_the_numbers_of_the_file() {
         sandbox.write("m.obj", zero);
         sandbox.cotan("sphere m.obj -o s.obj")
     };
-    // A tetrahedron without extent may be mapped or refused, but not in a panic.
+    // A tetrahedron without extent may be mapped or refused, but must not panic.
     assert!(
         outcome.code == 0 || outcome.stderr.starts_with("error: m.obj: "),
         "{outcome:?}"

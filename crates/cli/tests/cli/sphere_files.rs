@@ -1,5 +1,5 @@
-//! What the file of a sphere holds: polygons that every reader cuts without a flip, and no vertex
-//! anywhere but on the sphere.
+//! The file of a sphere: every reader cuts its polygons without a flip, and all vertices are on
+//! the sphere.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -12,9 +12,9 @@ use nalgebra::Point3;
 
 use crate::sandbox::Sandbox;
 
-/// The faces of a shape joined to polygons of up to `most` corners, in the order of the faces: most
-/// are bent, and many are concave. No two have a diagonal in common, and none has one that is an
-/// edge.
+/// Joins the faces of a shape to polygons of up to `most` corners, in the order of the faces.
+///
+/// Most are bent, and many are concave. No two share a diagonal, and no diagonal is an edge.
 fn polygons(shape: &Mesh<f64>, most: usize) -> FaceList {
     let mesh = shape.connectivity();
     let triangles: Vec<[u32; 3]> = mesh
@@ -34,7 +34,7 @@ fn polygons(shape: &Mesh<f64>, most: usize) -> FaceList {
         }
         let mut polygon = triangles[first].to_vec();
         let mut own: BTreeSet<[u32; 2]> = BTreeSet::new();
-        // Takes in the triangle across a side, if its tip is a new corner.
+        // Adds the triangle across a side if its tip is a new corner.
         'grow: while polygon.len() < most {
             for k in 0..polygon.len() {
                 let (a, b) = (polygon[k], polygon[(k + 1) % polygon.len()]);
@@ -56,7 +56,7 @@ fn polygons(shape: &Mesh<f64>, most: usize) -> FaceList {
             break;
         }
         pairs.extend(own);
-        // From another corner, since the fan from the first one is what the polygon was made of.
+        // Start at another corner, because the polygon was built as a fan from the first one.
         polygon.rotate_left(1);
         list.push(polygon);
     }
@@ -92,7 +92,7 @@ fn textured_obj(shape: &Mesh<f64>, faces: &FaceList) -> String {
     text
 }
 
-/// A PLY of single or double precision with a number per face.
+/// A PLY in single or double precision with a number per face.
 fn labelled_ply(shape: &Mesh<f64>, faces: &FaceList, number: &str) -> String {
     let mut text = format!(
         "ply\nformat ascii 1.0\nelement vertex {}\nproperty {number} x\nproperty {number} y\n\
@@ -111,7 +111,7 @@ fn labelled_ply(shape: &Mesh<f64>, faces: &FaceList, number: &str) -> String {
     text
 }
 
-/// How many triangles of a file are flipped, cut as a fan and as our reader cuts it.
+/// The number of flipped triangles in a file, cut as a fan and as our reader cuts it.
 fn flips(sandbox: &Sandbox, name: &str) -> [usize; 2] {
     let document = cotan_io::load(sandbox.path(name)).expect("a mesh");
     let x = document.positions();
@@ -171,7 +171,8 @@ fn polygons_of_a_sphere_are_cut_without_a_flip_by_every_reader_of_every_format()
                 num_written_as_triangles +=
                     report["written_as_triangles"].as_u64().expect("a count");
                 if outcome.stderr.contains("shorter numbers") {
-                    // The triangles of the map themselves do not survive the format, as it says.
+                    // The triangles of the map themselves do not survive the format, as the
+                    // warning says.
                     assert!(from == "float.ply" || to.ends_with("stl") || to.ends_with("glb"));
                     continue;
                 }
@@ -197,14 +198,14 @@ fn polygons_that_become_triangles_keep_their_texture_groups_and_labels() {
     let [before, after] = ["in.obj", "out.obj"].map(load);
     let more: usize = after.faces().len() - before.faces().len();
     assert!(more >= written as usize);
-    // Each corner keeps the texture coordinate that it had; here these are all different.
+    // Each corner keeps its texture coordinate; here these are all different.
     let text = String::from_utf8(sandbox.read("out.obj")).expect("text");
     assert!(text.starts_with("# a sphere to be\n"));
     let mut vertex_of_texture = vec![None; faces.num_corners() + 1];
     for (corner, &v) in faces.corners().iter().enumerate() {
         vertex_of_texture[corner + 1] = Some(v + 1);
     }
-    // And each triangle is in the group of its polygon.
+    // Each triangle is in the group of its polygon.
     let first_of_second_group = faces.corner_range(faces.len() / 2).start;
     let mut group = "";
     for line in text.lines() {
@@ -225,7 +226,7 @@ fn polygons_that_become_triangles_keep_their_texture_groups_and_labels() {
             );
         }
     }
-    // And each triangle the label of its polygon.
+    // Each triangle has the label of its polygon.
     sandbox.cotan_ok("sphere in.ply -o out.ply");
     let text = String::from_utf8(sandbox.read("out.ply")).expect("text");
     let rows = text.lines().skip_while(|line| *line != "end_header");
@@ -261,7 +262,7 @@ fn polygons_that_need_no_cut_stay_polygons() {
     );
 }
 
-/// Vertices in no face: far away, inside, at the centre, and at the place of another.
+/// Vertices in no face: far away, inside, at the centre, and at the position of another.
 #[test]
 fn vertices_in_no_face_land_on_the_sphere_and_are_counted() {
     let sandbox = Sandbox::new();
@@ -304,7 +305,8 @@ fn vertices_in_no_face_land_on_the_sphere_and_are_counted() {
     }
 }
 
-/// A patch shrunk to a point: its vertices are one place, also those whose faces a repair dropped.
+/// A patch shrunk to a point: its vertices share one position, even those whose faces a repair
+/// dropped.
 #[test]
 fn vertices_that_are_welded_to_a_mapped_one_land_where_that_does() {
     let sandbox = Sandbox::new();
@@ -342,7 +344,7 @@ fn vertices_that_are_welded_to_a_mapped_one_land_where_that_does() {
                 < 1e-15
         );
     }
-    // Nearly at one place is one place too, and both are on the sphere.
+    // Almost the same position counts as the same, and both vertices are on the sphere.
     let near = shape.positions().iter().map(|(v, p)| match v.index() {
         0 => Point3::from(p.coords * (1.0 + 1e-7)),
         _ => *p,
@@ -396,7 +398,7 @@ fn meshes_of_any_size_are_mapped_alike_in_both_precisions() {
                     .map(|p| p.coords.amax())
                     .fold(0.0, f64::max)
             };
-            // Limbs are lost on so few vertices, the same share at any size.
+            // With so few vertices limbs are lost, the same share at any size.
             let ratio = size("s.obj") / size("in.obj");
             let first = ratios.get_or_insert(ratio);
             assert!(

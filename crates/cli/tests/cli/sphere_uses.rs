@@ -1,4 +1,4 @@
-//! What one does with a sphere map: turn it, unwrap it, `cotan resample` and `cotan morph`.
+//! Uses of a sphere map: turning it, unwrapping it, `cotan resample` and `cotan morph`.
 
 use cotan::geometry::Surface;
 use cotan_io::{Document, UV};
@@ -33,7 +33,7 @@ fn landmarks_have_the_numbers_of_the_file_also_after_a_repair() {
     sandbox.refused(line, &["l.txt", "vertex 0", "no face"]);
 }
 
-/// The same OBJ with a vertex in front that no face uses, so that all numbers move by one.
+/// The same OBJ with an unused vertex in front, so that all indices shift by one.
 fn behind_a_lone_vertex(obj: &[u8]) -> String {
     let mut moved = String::from("v 9 9 9\n");
     for line in std::str::from_utf8(obj).expect("text").lines() {
@@ -184,7 +184,7 @@ fn a_morph_starts_at_one_shape_and_ends_at_the_other() {
     for ((half, a), b) in morph(0.5).iter().zip(&a).zip(&b) {
         assert!((half - nalgebra::center(a, b)).norm() < 1e-12);
     }
-    // On the mesh of the first.
+    // The result has the mesh of the first file.
     sandbox.cotan_ok("morph creature.obj egg.obj -t 0 -o m.obj");
     assert_eq!(sandbox.read("m.obj"), sandbox.read("creature.obj"));
     sandbox.cotan_ok("morph creature.obj creature.obj -t 0.5 --align none -o m.obj");

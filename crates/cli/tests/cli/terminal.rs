@@ -1,4 +1,4 @@
-//! Text from files and names of files on a terminal.
+//! Text from files and file names on a terminal.
 
 use std::ffi::OsString;
 
@@ -7,11 +7,11 @@ use cotan_io::Document;
 
 use crate::sandbox::{Outcome, Sandbox, json_handles};
 
-/// Sets the title, clears the screen, and pretends to be a line of ours; in C0, C1 and by
-/// direction.
+/// Sets the title, clears the screen, and imitates a line of our output, with C0 and C1
+/// characters and with direction marks.
 const HOSTILE: &str = "a\u{1b}]0;owned\u{7}\u{1b}[2J\u{9b}31m\rb\nclosed                  maybe\u{202e}\u{2066}\u{7f}";
 
-/// Whether a terminal would act on what was printed, or a line is not of our making.
+/// Checks that a terminal would not act on the output, and that every line is ours.
 fn check(outcome: &Outcome, words: &str) {
     for text in [&outcome.stdout, &outcome.stderr] {
         let acts = |c: char| {
@@ -25,7 +25,7 @@ fn check(outcome: &Outcome, words: &str) {
     assert!(matches!(outcome.code, 0..=2), "{words}: {outcome:?}");
 }
 
-/// As a name in a file whose lines and words end at white space.
+/// The text as a name in a file whose lines and words end at white space.
 fn hostile_word() -> String {
     HOSTILE.replace(['\n', '\r'], "\u{b}").replace(' ', "\u{8}")
 }
@@ -34,7 +34,7 @@ fn json_string(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }
 
-/// A glTF of two triangles whose every name is hostile.
+/// A glTF of two triangles in which every name is hostile.
 fn hostile_gltf() -> String {
     let name = json_string(HOSTILE);
     let attribute = json_string(&format!("_{HOSTILE}"));
@@ -147,7 +147,7 @@ fn names_in_meshes_are_shown_and_do_not_act() {
             check(&sandbox.cotan(&line), &line);
         }
     }
-    // Nothing of it went unseen.
+    // All of it is shown.
     let shown = sandbox.cotan_ok("info m.gltf").stdout;
     assert!(
         shown.contains(r"a\u{1b}]0;owned\u{7}\u{1b}[2J\u{9b}31m\rb\nclosed"),
@@ -272,7 +272,7 @@ fn names_of_files_and_words_of_the_command_line_do_not_act() {
             vec![word("repair"), mesh, word("-o"), out],
             vec![word("bench"), mesh, word("--rounds"), word("1")],
             vec![word("demo"), word("-o"), mesh],
-            // Not understood.
+            // Usage errors.
             vec![mesh],
             vec![word("info"), mesh, handles],
             vec![word("info"), word("--limit"), mesh, mesh],

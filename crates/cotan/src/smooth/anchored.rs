@@ -1,4 +1,4 @@
-//! The anchored system: every vertex held weakly where it was.
+//! The anchored system, in which each vertex is held weakly at its original position.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -13,39 +13,39 @@ use nalgebra::Point3;
 use crate::error::Error;
 use crate::handles::Handles;
 
-/// What happens to the boundary of an open mesh.
+/// The treatment of the boundary of an open mesh.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Boundary {
-    /// Its vertices stay exactly where they are. Noise on the rim stays, too.
+    /// Boundary vertices stay exactly where they are. Noise on the rim remains as well.
     #[default]
     Fixed,
-    /// Its vertices are anchored like all others, and follow the surface beside them.
+    /// Boundary vertices are anchored like all others and follow the adjacent surface.
     Free,
 }
 
-/// A run of the flow with every vertex held by a spring: what all methods of this module are.
+/// A run of the flow in which a spring holds each vertex. All methods in this module use it.
 pub(crate) struct Anchored<'a, T: Scalar> {
     pub(crate) mesh: &'a HalfedgeMesh,
-    /// Where the operator is measured and the flow starts.
+    /// The positions at which the operator is measured and the flow starts.
     pub(crate) rest: &'a Positions<T>,
-    /// Where the springs pull to.
+    /// The positions to which the springs pull.
     pub(crate) data: &'a Positions<T>,
-    /// μ of (LᵀL + μ² I) x = Lᵀℓ + μ² x⁰; without it the first vertex of every component is pinned
-    /// and nothing else, as in the paper.
+    /// μ of (LᵀL + μ² I) x = Lᵀℓ + μ² x⁰. If it is `None`, only the first vertex of each
+    /// component is pinned, as in the paper.
     pub(crate) anchor: Option<f64>,
     pub(crate) boundary: Boundary,
     pub(crate) handles: &'a Handles<T>,
     pub(crate) iterations: usize,
-    /// The most bytes that the factorization may take.
+    /// The memory limit of the factorization in bytes.
     pub(crate) max_memory: Option<u64>,
     pub(crate) observer: Observer<'a>,
 }
 
-/// Sees the number of every iteration as it ends, and may stop the job.
+/// A callback that receives the index of each completed iteration and may stop the job.
 pub(crate) type Observer<'a> = &'a (dyn Fn(usize) -> ControlFlow<()> + Sync);
 
 impl<T: Scalar> Anchored<'_, T> {
-    /// Measures the shape at rest with the weights of `scheme`.
+    /// Measures the rest shape with the weights of `scheme`.
     pub(crate) fn rest(
         &self,
         scheme: impl LaplacianScheme<T> + 'static,
@@ -53,8 +53,8 @@ impl<T: Scalar> Anchored<'_, T> {
         Ok(Arc::new(Rest::new(self.mesh, self.rest, scheme)?))
     }
 
-    /// Runs `iterations` updates, each with one solve, and returns the positions in the units of
-    /// the input. `rest` is from [`Self::rest`].
+    /// Runs `iterations` updates with one solve each, and returns the positions in the units of
+    /// the input. `rest` is the result of [`Self::rest`].
     pub(crate) fn run(
         &self,
         rest: Arc<Rest<T>>,
@@ -72,7 +72,7 @@ impl<T: Scalar> Anchored<'_, T> {
             .start(Start::Original)
             .acceleration(Acceleration::Off)
             .tolerance(0.0)
-            // The first solve of a flow only says where its original mesh is.
+            // The first solve of a flow only locates its original mesh.
             .iteration_limit(self.iterations + 1)
             .build()?;
         let report = flow.run(|_, step| (self.observer)(step.iteration.saturating_sub(1)))?;
@@ -88,7 +88,7 @@ impl<T: Scalar> Anchored<'_, T> {
         }
     }
 
-    /// User handles as they are, fixed boundaries hard, and what else holds the mesh.
+    /// The user's handles, hard handles for fixed boundaries, and the anchors.
     fn anchors(&self, scheme: &dyn LaplacianScheme<T>) -> Result<Vec<(Handle, Point3<T>)>, Error> {
         let mesh = self.mesh;
         let mut holds: Vec<Option<Hold>> = match self.anchor {
@@ -122,16 +122,16 @@ impl<T: Scalar> Anchored<'_, T> {
             .collect())
     }
 
-    /// The flow's springs are relative to the mean diagonal of L: k = μ / mean |L_ii|.
+    /// The springs of the flow are relative to the mean diagonal of L: k = μ / mean |L_ii|.
     fn spring_unit(&self, scheme: &dyn LaplacianScheme<T>) -> Result<f64, Error> {
         let surface = Surface::new(self.mesh, self.rest)?;
         let unit = Operator::assemble(scheme, &surface)?.mean_diagonal();
-        // A mesh without inner vertices has no row: springs of any weight hold it.
+        // A mesh without inner vertices has no rows, so springs of any weight hold it.
         Ok(if unit > 0.0 { unit } else { 1.0 })
     }
 }
 
-/// Pins the vertex with the lowest number of every component.
+/// Pins the lowest vertex of each component.
 fn first_of_components(mesh: &HalfedgeMesh) -> Vec<Option<Hold>> {
     let components = mesh.components();
     let mut is_new = vec![true; components.count()];
@@ -143,7 +143,7 @@ fn first_of_components(mesh: &HalfedgeMesh) -> Vec<Option<Hold>> {
         .collect()
 }
 
-/// Which vertices must stay exactly: fixed boundaries and hard handles.
+/// The vertices that must stay in place: fixed boundaries and hard handles.
 pub(crate) fn held<T: Scalar>(
     mesh: &HalfedgeMesh,
     positions: &Positions<T>,

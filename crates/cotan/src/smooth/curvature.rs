@@ -1,4 +1,4 @@
-//! The signed mean curvature as a scalar field, smoothed step by step.
+//! The signed mean curvature as a scalar field that is smoothed step by step.
 
 use cotan_flow::{FlowError, FlowState, Orientation, Rest, ScalarFieldUpdater};
 use cotan_geometry::{Positions, Scalar};
@@ -9,50 +9,51 @@ use nalgebra::Vector3;
 use super::mollified::with_floor;
 use super::parallel::{fill_each, filled};
 
-/// What of a Laplacian coordinate the scalar field is the size of, and which way it points.
+/// The part of a Laplacian coordinate whose size is the scalar field, and its direction.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Direction {
-    /// The component along the vertex normal; the tangential rest of ℓ is kept. Areas are
-    /// ⅛ Σ_j w_ij |e_ij|², with which the field of a mesh inscribed in a sphere is constant, 1/r,
-    /// whatever the scheme.
+    /// The component along the vertex normal; the tangential part of ℓ is kept. Areas are ⅛ Σ_j
+    /// w_ij |e_ij|², for which the field of a mesh inscribed in a sphere is constant, 1/r, with
+    /// any scheme.
     #[default]
     Normal,
-    /// The whole vector, its direction kept up to the sign; areas are sums of triangles. The
-    /// paper's.
+    /// The whole vector, whose direction is kept up to the sign. Areas are sums of triangle
+    /// areas. Used by the paper.
     Whole,
-    /// Size of the whole vector, areas of triangles, all of it along the normal.
+    /// The size of the whole vector, applied entirely along the normal. Areas are sums of
+    /// triangle areas.
     NormalAlone,
 }
 
-/// How the curvature is smoothed in one step.
+/// The filter that is applied to the curvature in each step.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Order {
-    /// κ ← κ − s Uκ with Uκ_i = κ_i less the mean of its neighbours (paper, section 4.2).
+    /// κ ← κ − s Uκ with Uκ_i = κ_i minus the mean of its neighbours (paper, section 4.2).
     First,
-    /// κ ← κ − s/2 U(Uκ): takes less of what is smooth already.
+    /// κ ← κ − s/2 U(Uκ), which affects already smooth parts less.
     #[default]
     Second,
 }
 
-/// The mean curvature smoothed, and the surface rebuilt from it, in every step.
+/// Smooths the mean curvature and rebuilds the surface from it in each step.
 ///
-/// The field is d_i = ℓ_i·n_i (signed along the normal: negative where convex), with ℓ by the
-/// *original* operator at the current positions. It is divided by the area, smoothed over the
-/// vertices, and multiplied with the area again; the orientation to go with it is
-/// [`AlongCurvature`] with the same direction. At boundary vertices, whose ℓ is no curvature, the
-/// field is 0, and they are no neighbours.
+/// The field is d_i = ℓ_i·n_i (signed along the normal: negative where convex), where ℓ is
+/// computed with the *original* operator at the current positions. It is divided by the area,
+/// smoothed over the vertices, and multiplied by the area again. The matching orientation is
+/// [`AlongCurvature`] with the same direction. At boundary vertices, whose ℓ is not a curvature,
+/// the field is 0, and they do not count as neighbours.
 ///
-/// **Shapes**: one value a vertex. **Units**: d is a length, in box units.
+/// **Shapes**: one value per vertex. **Units**: d is a length, in box units.
 ///
-/// **Source**: paper, section 4.2, with the signs and the factor 4 put right, and the row-normalised
-/// umbrella in place of the raw cotangent sum, which diverges.
+/// **Source**: paper, section 4.2, with corrected signs and a corrected factor 4, and with the
+/// row-normalized umbrella operator instead of the raw cotangent sum, which diverges.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct SmoothedCurvature {
-    /// s, in 0 … 1.
+    /// The step s, in 0 … 1.
     pub step: f64,
-    /// How it is smoothed.
+    /// The smoothing filter.
     pub order: Order,
-    /// What is smoothed.
+    /// The quantity that is smoothed.
     pub direction: Direction,
 }
 
@@ -87,14 +88,14 @@ impl<T: Scalar> ScalarFieldUpdater<T> for SmoothedCurvature {
     }
 }
 
-/// ℓ along the direction that the current surface has, of the signed size d of the field.
+/// ℓ along the direction given by the current surface, with the signed size d of the field.
 ///
-/// [`Direction::Whole`] gives d sgn(ℓ·n) ℓ/|ℓ|, and d n where ℓ = 0; [`Direction::Normal`] d n plus
-/// the tangential part of ℓ; [`Direction::NormalAlone`] d n. ℓ is that of the *original* operator
-/// at the current positions.
+/// [`Direction::Whole`] gives d sgn(ℓ·n) ℓ/|ℓ|, and d n where ℓ = 0; [`Direction::Normal`] gives
+/// d n plus the tangential part of ℓ; [`Direction::NormalAlone`] gives d n. ℓ is computed with
+/// the *original* operator at the current positions.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct AlongCurvature {
-    /// What the field is the size of.
+    /// The quantity described by the field.
     pub direction: Direction,
 }
 
@@ -127,16 +128,16 @@ impl<T: Scalar> Orientation<T> for AlongCurvature {
 
 /// H with ℓ·n = −4 A H: positive where convex.
 pub(crate) struct Curvature {
-    /// H_i, 0 at boundary vertices and where there is no area. One over box units.
+    /// H_i, or 0 at boundary vertices and where there is no area. In inverse box units.
     pub(crate) values: VertexMap<f64>,
     /// A_i, in box units squared.
     pub(crate) areas: VertexMap<f64>,
-    /// The signed size of ℓ_i: −4 A H, or 0 where H is.
+    /// The signed size of ℓ_i: −4 A H, or 0 where H is 0.
     pub(crate) sizes: VertexMap<f64>,
 }
 
 impl Curvature {
-    /// Of the current surface.
+    /// The curvature of the current surface.
     pub(crate) fn of<T: Scalar>(state: &FlowState<'_, T>, direction: Direction) -> Self {
         Self::at(
             state.rest(),
@@ -147,7 +148,7 @@ impl Curvature {
         )
     }
 
-    /// Of the original mesh.
+    /// The curvature of the original mesh.
     pub(crate) fn of_rest<T: Scalar>(rest: &Rest<T>, direction: Direction) -> Self {
         Self::at(
             rest,
@@ -158,7 +159,7 @@ impl Curvature {
         )
     }
 
-    /// The same sizes over areas that have a floor: see [`with_floor`].
+    /// Replaces the areas by ones with a lower bound and keeps the sizes: see [`with_floor`].
     pub(crate) fn with_floor(self, mesh: &HalfedgeMesh) -> Self {
         let areas = with_floor(mesh, &self.areas);
         let share = |v: VertexId| match self.areas[v] < areas[v] {
@@ -210,8 +211,8 @@ impl Curvature {
 
 /// ⅛ Σ_j w_ij |e_ij|².
 ///
-/// It can be small or negative where triangles are obtuse: it is at least half of what it would be
-/// if all weights had one sign.
+/// This can be small or negative where triangles are obtuse. The result is at least half of what
+/// it would be if all weights had the same sign.
 fn cell<T: Scalar>(rest: &Rest<T>, x: &Positions<T>, v: VertexId) -> f64 {
     let weights = rest.operator().weights();
     let (mut sum, mut size) = (0.0, 0.0);
@@ -226,7 +227,7 @@ fn cell<T: Scalar>(rest: &Rest<T>, x: &Positions<T>, v: VertexId) -> f64 {
     0.125 * f64::max(sum, 0.5 * size)
 }
 
-/// Uκ_i = κ_i less the mean over its inner neighbours; 0 at vertices that are not inner.
+/// Uκ_i = κ_i minus the mean over its inner neighbours; 0 at vertices that are not inner.
 pub(crate) fn roughness(
     rings: &OneRings,
     field: &VertexMap<f64>,
@@ -236,7 +237,7 @@ pub(crate) fn roughness(
         let (mut sum, mut count) = (0.0, 0.0);
         for (j, _) in rings.ring(v.index()) {
             if is_inner(j) {
-                // As differences: a constant field has none, exactly.
+                // Summed as differences, so a constant field has exactly zero roughness.
                 sum += field[v] - field[j];
                 count += 1.0;
             }
@@ -249,7 +250,7 @@ pub(crate) fn roughness(
     })
 }
 
-/// The sign, 1 for 0.
+/// The sign of `x`, or 1 if it is 0.
 fn sign(x: f64) -> f64 {
     if x < 0.0 { -1.0 } else { 1.0 }
 }

@@ -1,4 +1,4 @@
-//! Which method suits a mesh, and why.
+//! Automatic choice of a smoothing method for a mesh, with its reason.
 
 use cotan_geometry::{Readable, Scalar, Surface, angle_between};
 
@@ -6,16 +6,17 @@ use super::noise::NoiseEstimate;
 use super::normal_filter::NormalFilter;
 use super::options::Smoother;
 
-/// The decision of [`SmoothMethod::Auto`](super::SmoothMethod::Auto), and its grounds.
+/// The decision made for [`SmoothMethod::Auto`](super::SmoothMethod::Auto), with its reason.
 ///
-/// The face normals are filtered for the estimated noise. On parts from CAD what is left of the
-/// dihedral angles sits on few edges, on organic shapes it is spread: with lengths as weights,
+/// The face normals are filtered for the estimated noise. On CAD parts the remaining dihedral
+/// angles are concentrated on few edges, on organic shapes they are spread out. Weighted by edge
+/// length,
 ///
 /// ```text
 /// spread = (mean |θ|)² / mean θ²
 /// ```
 ///
-/// is 0.64 for angles of normal distribution and small if a few edges have it all.
+/// is 0.64 for normally distributed angles and small if a few edges have all of the angle.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Decision {
     /// The method.
@@ -29,7 +30,7 @@ pub struct Decision {
 }
 
 impl Decision {
-    /// Looks at a surface.
+    /// Chooses a method for a surface.
     pub fn for_surface<T: Scalar>(surface: &Surface<'_, T>) -> Self {
         let noise = NoiseEstimate::of(surface);
         let spread = spread(surface, noise.noise);
@@ -64,11 +65,11 @@ impl Decision {
     }
 }
 
-/// Spreads below this are creases.
+/// Spreads below this indicate creases.
 ///
 /// Measured with noise of 0 to 0.3 mean edge lengths: fandisk 0.045 to 0.050, a sheet-metal part
-/// 0.052; organic shapes 0.17 to 0.49 clean, 0.07 to 0.16 with the strongest noise, whose filter
-/// flattens them.
+/// 0.052; organic shapes 0.17 to 0.49 without noise, and 0.07 to 0.16 with the strongest noise,
+/// whose filter flattens them.
 const CREASED: f64 = 0.06;
 
 fn spread<T: Scalar>(surface: &Surface<'_, T>, noise: f64) -> f64 {
@@ -84,7 +85,7 @@ fn spread<T: Scalar>(surface: &Surface<'_, T>, noise: f64) -> f64 {
             second += length * angle * angle;
         }
     }
-    // Angles of rounding are a plane's.
+    // Angles at rounding level are those of a plane.
     if second > 1e-20 * total {
         first * first / (second * total)
     } else {

@@ -1,4 +1,4 @@
-//! Smoothing that keeps creases: the field lives on the edges.
+//! Smoothing that preserves creases, with the field defined on edges.
 
 use cotan_flow::{FlowError, FlowState, Orientation, PerRest, Rest};
 use cotan_geometry::{Scalar, Surface};
@@ -10,20 +10,20 @@ use super::parallel::fill_each;
 /// ℓ_i = −Σ_e 2 sin(θ_e/2) |e| N_e over the edges at i, with the dihedral angles θ filtered by a
 /// bilateral mean over edges that share a vertex.
 ///
-/// θ is positive where the surface is convex, N_e the unit bisector of the normals of the two
-/// faces. For the angles as they are this is an identity of the cotangent Laplacian. The weight of
-/// edge f in the mean at e is exp(−(θ_e − θ_f)²/2σ²), and 1 for e itself; σ is the median of |θ| of
-/// the original mesh, at least 1° and at most 20°: noise is averaged, a crease is not.
+/// θ is positive where the surface is convex, and N_e is the unit bisector of the normals of the
+/// two faces. With unfiltered angles this is an identity of the cotangent Laplacian. The weight
+/// of edge f in the mean at e is exp(−(θ_e − θ_f)²/2σ²), and 1 for e itself. σ is the median of
+/// |θ| of the original mesh, clamped to 1° … 20°, so that noise is averaged but creases are not.
 ///
-/// **Shapes**: one ℓ a vertex. **Units**: box units. Boundary edges have no angle.
+/// **Shapes**: one ℓ per vertex. **Units**: box units. Boundary edges have no angle.
 ///
-/// The scalar field of the flow is not read: where the paper has one number a vertex, this has one
-/// an edge ("from vertex-based to edge-based", its section 5).
+/// The scalar field of the flow is not used: where the paper has one value per vertex, this has
+/// one per edge ("from vertex-based to edge-based", its section 5).
 ///
-/// **Source**: ours, from the hint of section 5.
+/// **Source**: ours, following the hint in section 5.
 #[derive(Clone, PartialEq, Debug)]
 pub struct FeaturePreserving {
-    /// How often the angles are averaged in a step.
+    /// The number of averaging passes over the angles per step.
     pub passes: usize,
     sigma: PerRest<f64>,
 }
@@ -64,7 +64,7 @@ impl<T: Scalar> Orientation<T> for FeaturePreserving {
     }
 }
 
-/// σ: the median of |θ| of the original mesh, within bounds.
+/// σ: the clamped median of |θ| of the original mesh.
 fn median_angle<T: Scalar>(rest: &Rest<T>) -> f64 {
     let angles = rest.surface().dihedral_angles();
     let mesh = rest.mesh();
@@ -101,7 +101,7 @@ fn average<T: Scalar>(state: &FlowState<'_, T>, sigma: f64, angles: &mut EdgeMap
     });
 }
 
-/// 2 sin(θ/2) |e| N of every edge; 0 on the boundary and where the two normals are opposite.
+/// 2 sin(θ/2) |e| N of each edge; 0 on the boundary and where the two normals are opposite.
 fn edge_bends<T: Scalar>(surface: &Surface<'_, T>, angles: &EdgeMap<f64>) -> EdgeMap<Vector3<f64>> {
     let mesh = surface.mesh();
     let normals = surface.face_normals();
@@ -128,7 +128,7 @@ mod tests {
     use super::*;
     use crate::smooth::with_normal_noise;
 
-    /// ℓ_i = −Σ_e 2 sin(θ_e/2) |e| N_e, for any closed surface.
+    /// ℓ_i = −Σ_e 2 sin(θ_e/2) |e| N_e holds for any closed surface.
     #[test]
     fn the_edges_make_up_the_cotangent_laplacian() {
         let shape = torus::<f64>(1.0, 0.4, 24, 12);

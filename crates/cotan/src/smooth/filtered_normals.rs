@@ -1,4 +1,4 @@
-//! Smoothing by filtered face normals, within the anchored system.
+//! Smoothing by filtered face normals, using the anchored system.
 
 use cotan_flow::{FlowError, FlowState, Orientation, PerRest, Rest};
 use cotan_geometry::Scalar;
@@ -9,27 +9,27 @@ use nalgebra::Vector3;
 use super::normal_filter::NormalFilter;
 use super::parallel::fill_each;
 
-/// ℓ_i = Σ over the faces f at i of their cotangent-weighted edges, each laid into the plane that a
-/// [`NormalFilter`] wants for its face: e − m_f (m_f·e).
+/// ℓ_i = Σ over the faces f at i of their cotangent-weighted edges, each projected onto the plane
+/// that a [`NormalFilter`] assigns to its face: e − m_f (m_f·e).
 ///
-/// The normals are filtered once, on the original mesh. Every step lays the edges of the current
-/// mesh into the wanted planes, takes the divergence with the weights of the original mesh as the
-/// new Laplacian coordinates, and solves: the matrix is fixed, the right-hand side is explicit and
-/// not linear, as in every flow. Where all faces have their wanted normals, ℓ is the operator's own
-/// and only the anchors move the mesh.
+/// The normals are filtered once, on the original mesh. Each step projects the edges of the
+/// current mesh onto the target planes, takes the divergence with the weights of the original
+/// mesh as the new Laplacian coordinates, and solves. As in every flow, the matrix is fixed and
+/// the right-hand side is explicit and nonlinear. If all faces have their target normals, ℓ is
+/// that of the operator itself and only the anchors move the mesh.
 ///
-/// **Shapes**: one ℓ a vertex. **Units**: box units. The scalar field of the flow is not read.
+/// **Shapes**: one ℓ per vertex. **Units**: box units. The scalar field of the flow is not used.
 ///
-/// **Source**: ours; the normals are filtered as Zhang et al. 2015 do, the positions follow in the
-/// system of the paper instead of their explicit steps.
+/// **Source**: ours. The normals are filtered as in Zhang et al. 2015; the positions are updated
+/// with the system of the paper instead of explicit steps.
 #[derive(Clone, PartialEq, Debug)]
 pub struct FilteredNormals {
-    /// What filters the normals.
+    /// The filter of the normals.
     pub filter: NormalFilter,
     original: PerRest<Original>,
 }
 
-/// Measures of the original mesh.
+/// Measurements of the original mesh.
 #[derive(Clone, Debug)]
 struct Original {
     /// Cotangent of the angle opposite each halfedge.
@@ -49,7 +49,7 @@ impl Original {
 }
 
 impl FilteredNormals {
-    /// With this filter.
+    /// Creates the orientation with this filter.
     pub fn new(filter: NormalFilter) -> Self {
         Self {
             filter,

@@ -10,14 +10,14 @@ use crate::error::Error;
 
 /// Backward Euler steps of the mean-curvature flow: (A − τ/2 L) x' = A x.
 ///
-/// A are the dual areas, L the cotangent operator of the current mesh, assembled anew in every step
-/// unlike in all other methods here. It shrinks.
+/// A are the dual areas and L is the cotangent operator of the current mesh, which is reassembled
+/// in each step, unlike in all other methods here. This method shrinks the mesh.
 ///
 /// **Source**: Desbrun, Meyer, Schröder, Barr, "Implicit fairing of irregular meshes using
 /// diffusion and curvature flow", 1999.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ImplicitFlow {
-    /// τ of a step, in squared mean edge lengths.
+    /// The time step τ, in squared mean edge lengths.
     pub time: f64,
 }
 
@@ -28,7 +28,7 @@ impl Default for ImplicitFlow {
 }
 
 impl ImplicitFlow {
-    /// `iterations` steps; `is_held` vertices stay.
+    /// Performs `iterations` steps; vertices with `is_held` stay in place.
     pub(crate) fn run<T: Scalar>(
         &self,
         mesh: &HalfedgeMesh,
@@ -56,7 +56,8 @@ impl ImplicitFlow {
     }
 }
 
-/// One system, symmetric and positive definite as L is negative semi-definite.
+/// The linear system of one step. It is symmetric positive definite because L is negative
+/// semi-definite.
 struct Step<'a, T: Scalar> {
     operator: Operator<T>,
     areas: VertexMap<f64>,
@@ -65,7 +66,8 @@ struct Step<'a, T: Scalar> {
 }
 
 impl<T: Scalar> Step<'_, T> {
-    /// x' − x by conjugate gradients: (A − τ/2 L)(x' − x) = τ/2 L x, 0 at held vertices.
+    /// Solves for x' − x by conjugate gradients: (A − τ/2 L)(x' − x) = τ/2 L x, 0 at held
+    /// vertices.
     fn moves(&self, x: &Positions<T>) -> VertexMap<Vector3<f64>> {
         let n = x.len();
         let mut residual: VertexMap<Vector3<f64>> = filled(n, |v: VertexId| {
@@ -105,7 +107,7 @@ impl<T: Scalar> Step<'_, T> {
         })
     }
 
-    /// Over the diagonal.
+    /// Divides by the diagonal.
     fn precondition(&self, residual: &VertexMap<Vector3<f64>>) -> VertexMap<Vector3<f64>> {
         let (graph, weights) = (self.operator.graph(), self.operator.weights());
         filled(residual.len(), |v: VertexId| {
@@ -128,13 +130,13 @@ impl<T: Scalar> Step<'_, T> {
     }
 }
 
-/// Where conjugate gradients end: the residual over the first one.
+/// Residual at which conjugate gradients stop, relative to the initial one.
 const SOLVED: f64 = 1e-10;
 
-/// They need about the square root of the condition number, some tens of steps.
+/// Conjugate gradients need about the square root of the condition number: a few dozen steps.
 const MOST_STEPS: usize = 1000;
 
-/// One product a coordinate.
+/// One dot product per coordinate.
 fn dots(a: &VertexMap<Vector3<f64>>, b: &VertexMap<Vector3<f64>>) -> Vector3<f64> {
     a.values()
         .zip(b.values())
@@ -142,7 +144,7 @@ fn dots(a: &VertexMap<Vector3<f64>>, b: &VertexMap<Vector3<f64>>) -> Vector3<f64
         .sum()
 }
 
-/// a/b, 0 where b is 0: that coordinate is solved.
+/// a/b, or 0 where b is 0 because that coordinate is already solved.
 fn ratios(a: &Vector3<f64>, b: &Vector3<f64>) -> Vector3<f64> {
     a.zip_map(b, |a, b| if b > 0.0 { a / b } else { 0.0 })
 }

@@ -1,21 +1,21 @@
-//! Weights without the rows of boundary vertices.
+//! Laplacian weights without the rows of boundary vertices.
 
 use cotan_geometry::{Scalar, Surface};
 use cotan_halfedge::{HalfedgeMap, HalfedgeMesh};
 use cotan_laplacian::{Cotangent, LaplacianScheme, SchemeError, Symmetry};
 
-/// Cotangent weights without the rows of boundary vertices: there Σ_j w_ij (v_j − v_i) is no
-/// curvature, and would pull the rim inwards.
+/// Cotangent weights without the rows of boundary vertices, where Σ_j w_ij (v_j − v_i) is not a
+/// curvature and would pull the rim inwards.
 ///
-/// On a closed mesh it is [`Cotangent`], symmetric. With a boundary it is not symmetric: w_ij = 0
-/// where i lies on the boundary, while w_ji stays.
+/// On a closed mesh this equals [`Cotangent`] and is symmetric. With a boundary it is not
+/// symmetric: w_ij = 0 if i is on the boundary, while w_ji is kept.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct InteriorCotangent {
     symmetry: Symmetry,
 }
 
 impl InteriorCotangent {
-    /// The weights for `mesh`.
+    /// Creates the weights for `mesh`.
     pub fn of(mesh: &HalfedgeMesh) -> Self {
         Self {
             symmetry: symmetry_of_interior(mesh),
@@ -45,10 +45,10 @@ impl<T: Scalar> LaplacianScheme<T> for InteriorCotangent {
     }
 }
 
-/// w_ij = 4√3 / valence(i), and no rows for boundary vertices: the umbrella, as large as cotangent
-/// weights are on a mesh of equilateral triangles.
+/// w_ij = 4√3 / valence(i), without rows for boundary vertices: the umbrella operator, scaled to
+/// the size of the cotangent weights on a mesh of equilateral triangles.
 ///
-/// It does not see the positions, so noise in them does not make the weights noisy.
+/// It does not depend on the positions, so noise in them does not make the weights noisy.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct InteriorUmbrella;
 
@@ -78,7 +78,7 @@ impl<T: Scalar> LaplacianScheme<T> for InteriorUmbrella {
     }
 }
 
-/// Weights that are the same from both ends of an edge remain so where no row is cleared.
+/// The symmetry of weights that are symmetric until boundary rows are cleared.
 pub(super) fn symmetry_of_interior(mesh: &HalfedgeMesh) -> Symmetry {
     if mesh.is_closed() {
         Symmetry::Symmetric
@@ -87,7 +87,7 @@ pub(super) fn symmetry_of_interior(mesh: &HalfedgeMesh) -> Symmetry {
     }
 }
 
-/// Sets w_ij = 0 where i lies on the boundary.
+/// Sets w_ij = 0 where i is on the boundary.
 pub(super) fn clear_boundary_rows<T: Scalar>(mesh: &HalfedgeMesh, weights: &mut HalfedgeMap<T>) {
     for h in mesh.halfedges() {
         if mesh.is_boundary_vertex(mesh.origin(h)) {

@@ -1,4 +1,4 @@
-//! How far a smoothed mesh is from the truth, and how curved it is.
+//! Measures of the error and of the curvature of a smoothed mesh.
 
 use cotan_geometry::{Scalar, Surface, angle_between};
 use cotan_halfedge::{HalfedgeMap, VertexId, VertexMap};
@@ -11,17 +11,17 @@ use super::parallel::filled;
 /// Mean over the faces of the angle between the normals of two embeddings of one mesh.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct NormalError {
-    /// Every face counts once, as the literature on denoising has it. Degrees.
+    /// Each face counts equally, as usual in the literature on denoising. In degrees.
     pub mean: f64,
-    /// Faces count by their area in the first embedding. Degrees.
+    /// Faces are weighted by their area in the first embedding. In degrees.
     pub area_weighted: f64,
 }
 
 impl NormalError {
-    /// Compares `other` with `truth`. Faces without area in either count as 0.
+    /// Compares `other` with `truth`. Faces without area in either one count as 0.
     ///
     /// # Panics
-    /// If the two have not the same number of faces.
+    /// If the two do not have the same number of faces.
     pub fn measure<T: Scalar>(truth: &Surface<'_, T>, other: &Surface<'_, T>) -> Self {
         let (a, b) = (truth.face_normals(), other.face_normals());
         assert_eq!(a.len(), b.len(), "two embeddings of one mesh");
@@ -40,17 +40,17 @@ impl NormalError {
     }
 }
 
-/// Root mean square and greatest distance between the vertices of two embeddings of one mesh.
+/// Root mean square and maximum distance between the vertices of two embeddings of one mesh.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Displacement {
-    /// Root mean square. A length.
+    /// The root mean square. A length.
     pub rms: f64,
-    /// The greatest. A length.
+    /// The maximum. A length.
     pub max: f64,
 }
 
 impl Displacement {
-    /// Compares vertex by vertex.
+    /// Compares two embeddings vertex by vertex.
     pub fn measure<T: Scalar>(a: &Surface<'_, T>, b: &Surface<'_, T>) -> Self {
         let pairs = a.positions().values().zip(b.positions().values());
         let lengths = pairs.map(|(a, b)| (a - b).map(T::as_f64).norm());
@@ -64,8 +64,8 @@ impl Displacement {
 
 /// Root mean square over the surface of the mean curvature H = ½ (κ₁ + κ₂).
 ///
-/// **Units**: one over a length. By dihedral angles and barycentric dual areas; vertices without
-/// area are left out.
+/// **Units**: inverse length. Computed from dihedral angles and barycentric dual areas; vertices
+/// without area are excluded.
 pub fn mean_curvature_rms<T: Scalar>(surface: &Surface<'_, T>) -> f64 {
     let areas = surface.dual_areas();
     let integrals = surface.integrated_mean_curvatures();
@@ -84,13 +84,13 @@ pub fn mean_curvature_rms<T: Scalar>(surface: &Surface<'_, T>) -> f64 {
     }
 }
 
-/// H = ½ (κ₁ + κ₂) of every vertex by the cotangent Laplacian: ℓ·n = −4 A H with A = ⅛ Σ_j w_ij
+/// H = ½ (κ₁ + κ₂) of each vertex from the cotangent Laplacian: ℓ·n = −4 A H with A = ⅛ Σ_j w_ij
 /// |e_ij|².
 ///
-/// Positive where convex; exactly 1/r, up to the normals, for a mesh inscribed in a sphere. 0 at
-/// boundary vertices and where there is no area.
+/// Positive where convex. For a mesh inscribed in a sphere it is exactly 1/r, up to the error of
+/// the normals. 0 at boundary vertices and where there is no area.
 ///
-/// **Shapes**: one value a vertex. **Units**: one over a length.
+/// **Shapes**: one value per vertex. **Units**: inverse length.
 pub fn mean_curvatures<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<f64> {
     let mut cotangents = HalfedgeMap::filled(surface.mesh().num_halfedges(), T::zero());
     Cotangent::default().opposite_cotangents(surface, &mut cotangents);
@@ -98,8 +98,8 @@ pub fn mean_curvatures<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<f64> {
     over_areas(&sizes, &areas)
 }
 
-/// [`mean_curvatures`] as edits of details see them: by mollified cotangents, over areas with a
-/// floor.
+/// [`mean_curvatures`] as used by detail edits: computed with mollified cotangents and with a
+/// lower bound on the areas.
 pub(super) fn mollified_mean_curvatures<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<f64> {
     let mut cotangents = HalfedgeMap::default();
     mollified_cotangents(surface, &mut cotangents);
@@ -107,7 +107,7 @@ pub(super) fn mollified_mean_curvatures<T: Scalar>(surface: &Surface<'_, T>) -> 
     over_areas(&sizes, &with_floor(surface.mesh(), &areas))
 }
 
-/// ℓ·n, 0 at boundary vertices, and A.
+/// ℓ·n, which is 0 at boundary vertices, and A.
 fn sizes_and_areas<T: Scalar>(
     surface: &Surface<'_, T>,
     cotangents: &HalfedgeMap<T>,
@@ -132,7 +132,7 @@ fn sizes_and_areas<T: Scalar>(
     (both.map(|b| b.0), both.map(|b| b.1))
 }
 
-/// −ℓ·n / 4A, 0 where there is no area.
+/// −ℓ·n / 4A, or 0 where there is no area.
 fn over_areas(sizes: &VertexMap<f64>, areas: &VertexMap<f64>) -> VertexMap<f64> {
     let pairs = sizes.values().zip(areas.values());
     pairs

@@ -1,4 +1,4 @@
-//! The methods of smoothing, each with the settings that the noise asks for.
+//! The smoothing methods, each with settings adapted to the noise.
 
 use std::ops::ControlFlow;
 
@@ -29,7 +29,7 @@ pub(super) struct Run<'a, T: Scalar> {
 }
 
 impl<T: Scalar> Run<'_, T> {
-    /// Smooths by one method; `noise` is the estimate if there is one already.
+    /// Smooths with one method. `noise` is the estimate if it is already available.
     pub(super) fn by(
         &self,
         method: Smoother,
@@ -84,8 +84,8 @@ impl<T: Scalar> Run<'_, T> {
         }
     }
 
-    /// The anchored system on these positions, with the anchor asked for or `anchor`, which is
-    /// noted.
+    /// The anchored system for these positions, with the requested anchor or else `anchor`, which
+    /// is recorded in `smoothed`.
     fn system(&self, anchor: f64, smoothed: &mut Smoothed<T>) -> Anchored<'_, T> {
         smoothed.anchor = Some(self.options.anchor.unwrap_or(anchor));
         Anchored {
@@ -125,8 +125,8 @@ impl<T: Scalar> Run<'_, T> {
         system.run(system.rest(scheme)?, updater, AlongCurvature { direction })
     }
 
-    /// If there is noise the start is smoothed lightly, so that the normals of the first step
-    /// are not those of the noise; the anchors pull to the positions as they were.
+    /// If there is noise, the start is smoothed lightly, so that the normals of the first step
+    /// are not dominated by it. The anchors pull to the original positions.
     fn curvature(&self, smoothed: &mut Smoothed<T>) -> Result<(), Error> {
         let (mesh, positions) = (self.surface.mesh(), self.surface.positions());
         let noise = self.noise(smoothed);
@@ -171,21 +171,22 @@ impl<T: Scalar> Run<'_, T> {
     }
 }
 
-/// Double steps of the pilot.
+/// The number of double steps of the pilot smoothing.
 const PILOT_STEPS: usize = 5;
 
-/// Noise above which there is a pilot, in mean edge lengths; below it normals are off by few
-/// degrees.
+/// The noise above which there is a pilot, in mean edge lengths. Below it, normals are wrong by
+/// only a few degrees.
 const PILOT_FROM: f64 = 0.05;
 
-/// μ of the feature method: a third of the reference's, as the wanted normals are trusted.
+/// μ of the feature method: a third of the reference value, because the target normals are
+/// reliable.
 const FEATURE_ANCHOR: f64 = 0.3;
 
 /// μ = 5.5 detail / noise: the most likely surface if both are Gaussian, up to the factor, which
-/// was measured.
+/// was determined by measurement.
 fn anchor_for(noise: &NoiseEstimate) -> f64 {
     let ratio = ANCHOR_FACTOR * noise.detail / noise.noise;
-    // Not a number for a plane, where any anchor does.
+    // NaN for a plane, for which any anchor works.
     if ratio.is_nan() {
         FIRMEST
     } else {

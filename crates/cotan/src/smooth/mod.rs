@@ -1,20 +1,20 @@
-//! Smoothing that does not shrink.
+//! Smoothing without shrinking.
 //!
-//! A mesh's geometry is a scalar field, the mean curvature, that can be filtered and put back: the
-//! second job of the generic [`cotan_flow::Flow`] that is not deformation. What all methods but the
-//! two for comparison share is the *anchored* system
+//! The geometry of a mesh is described by a scalar field, the mean curvature, which can be
+//! filtered and put back. This is the second use of the generic [`cotan_flow::Flow`], next to
+//! deformation. All methods except the two for comparison share the *anchored* system
 //!
 //! ```text
 //! (LᵀL + μ² I) x = Lᵀ ℓ + μ² x⁰
 //! ```
 //!
-//! factorized once: every vertex is held weakly where it was, and ℓ is rebuilt from the current
-//! surface in every step. They differ in how ℓ is built: from the mean curvature of the vertices
-//! ([`SmoothedCurvature`]), from the dihedral angles of the edges ([`FeaturePreserving`]), or from
-//! the normals of the faces ([`FilteredNormals`]).
+//! factorized once: each vertex is held weakly at its original position, and ℓ is rebuilt from
+//! the current surface in each step. The methods differ in the source of ℓ: the mean curvature of
+//! the vertices ([`SmoothedCurvature`]), the dihedral angles of the edges
+//! ([`FeaturePreserving`]), or the normals of the faces ([`FilteredNormals`]).
 //!
-//! Source: paper, section 4.2. With one vertex pinned, as there, volume is lost or gained without
-//! bound; see `docs/decisions`.
+//! Source: paper, section 4.2. With only one pinned vertex, as in the paper, the gain or loss of
+//! volume is unbounded; see `docs/decisions`.
 
 mod anchored;
 mod curvature;

@@ -1,4 +1,4 @@
-//! How noisy a mesh is, from the mesh alone.
+//! Noise estimation from the mesh alone.
 
 use cotan_geometry::{Positions, Scalar, Surface};
 use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
@@ -11,29 +11,31 @@ use super::taubin::Taubin;
 
 /// Noise and detail of a mesh, both normal to the surface and in mean edge lengths.
 ///
-/// With U the umbrella (a value less the mean of its neighbours), n the normals of a lightly
-/// smoothed copy, and m_q the root mean square of n·U^q x over that of white noise along n,
+/// With U the umbrella operator (a value minus the mean of its neighbours), n the normals of a
+/// lightly smoothed copy, and m_q the root mean square of n·U^q x divided by that of white noise
+/// along n,
 ///
 /// ```text
 /// m_2² = detail² + noise²        m_6² = ½ detail² + noise²
 /// ```
 ///
-/// Surfaces lose power with frequency, white noise does not: the ½ was found alike (0.45 to 0.64)
-/// on clean scans, models and CAD parts. Where noise drowns the detail, a fifth of what m_1 has
-/// more than m_6 stands for it. On Gaussian noise of 0.1, 0.2, 0.3 of the mean edge the estimate
-/// was within 10 % of the truth on all meshes that were tried.
+/// The power of surfaces decreases with frequency, that of white noise does not. The factor ½ was
+/// found consistently (0.45 to 0.64) on clean scans, models and CAD parts. If noise swamps the
+/// detail, a fifth of the excess of m_1 over m_6 is used instead. For Gaussian noise of 0.1, 0.2
+/// and 0.3 mean edge lengths, the estimate was within 10 % of the truth on all tested meshes.
 ///
-/// **Source**: ours; the idea is that of noise estimates from the finest wavelet coefficients.
+/// **Source**: ours, based on the idea of noise estimates from the finest wavelet coefficients.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct NoiseEstimate {
     /// Standard deviation of the noise.
     pub noise: f64,
-    /// Root mean square of the second difference of the surface without its noise, over g₂.
+    /// Root mean square of the second difference of the noise-free surface, over g₂.
     pub detail: f64,
 }
 
 impl NoiseEstimate {
-    /// Estimates noise and detail. Both 0 for a plane, and for a mesh without edges of any length.
+    /// Estimates noise and detail. Both are 0 for a plane and for a mesh whose edges all have
+    /// zero length.
     pub fn of<T: Scalar>(surface: &Surface<'_, T>) -> Self {
         let (mesh, positions) = (surface.mesh(), surface.positions());
         let length = surface.mean_edge_length().as_f64();
@@ -68,7 +70,7 @@ impl NoiseEstimate {
         let finest = ratio(5).powi(2);
         let excess = |q: usize| (ratio(q).powi(2) - finest).max(0.0);
         let detail = (2.0 * excess(1)).max(LEAST_DETAIL * LEAST_DETAIL * excess(0));
-        // Whatever is left at the finest scale, a quarter of its power is taken for noise.
+        // At least a quarter of the power at the finest scale is attributed to noise.
         let noise = (finest - 0.5 * detail).max(0.25 * finest);
         Self {
             noise: noise.sqrt(),
@@ -77,8 +79,9 @@ impl NoiseEstimate {
     }
 }
 
-/// A number a vertex, dealt out by the distances from the centre: neither the numbers of the
-/// vertices nor the place of the mesh change it (but for vertices at the same distance).
+/// White noise per vertex, assigned in order of the distance from the centre, so that it depends
+/// neither on the vertex order nor on the position of the mesh (except for vertices at equal
+/// distances).
 fn white_noise<T: Scalar>(positions: &Positions<T>) -> VertexMap<f64> {
     let at = |v: usize| positions.as_slice()[v].coords.map(T::as_f64);
     let n = positions.len();
@@ -92,11 +95,11 @@ fn white_noise<T: Scalar>(positions: &Positions<T>) -> VertexMap<f64> {
     white
 }
 
-/// Detail that is presumed where noise drowns it, over the bend.
+/// The minimum ratio of detail to bend, assumed where noise swamps the detail.
 const LEAST_DETAIL: f64 = 0.2;
 
-/// Root mean squares of n·U^q x over the inner vertices, q = 1 … 6, for the field with coordinates
-/// x_k(v).
+/// Root mean squares of n·U^q x over the inner vertices, q = 1 … 6, for the field with
+/// coordinates x_k(v).
 fn moments(
     mesh: &HalfedgeMesh,
     rings: &OneRings,
@@ -120,10 +123,11 @@ fn root_mean_square(field: &VertexMap<f64>) -> f64 {
     (sum / field.len().max(1) as f64).sqrt()
 }
 
-/// A stream of numbers with normal distribution, mean 0 and deviation 1, the same for the same
-/// seed.
+/// A stream of normally distributed numbers with mean 0 and standard deviation 1, reproducible
+/// for a given seed.
 ///
-/// g = √(−2 ln a) cos 2πb with a, b = 1 − 2⁻⁵³ (z ≫ 11) of two successive outputs z of splitmix64.
+/// g = √(−2 ln a) cos 2πb with a, b = 1 − 2⁻⁵³ (z ≫ 11) of two successive outputs z of
+/// splitmix64.
 ///
 /// ```
 /// let first: Vec<f64> = cotan::smooth::GaussianNoise::new(1).take(2).collect();
@@ -137,12 +141,12 @@ pub struct GaussianNoise {
 }
 
 impl GaussianNoise {
-    /// The stream of a seed.
+    /// Creates the stream for a seed.
     pub fn new(seed: u64) -> Self {
         Self { state: seed }
     }
 
-    /// In (0, 1].
+    /// A uniform number in (0, 1].
     fn uniform(&mut self) -> f64 {
         self.state = self.state.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.state;
@@ -162,8 +166,8 @@ impl Iterator for GaussianNoise {
     }
 }
 
-/// `surface` with every vertex moved along its normal by `deviation` times a number of
-/// [`GaussianNoise`], in the order of the vertices.
+/// Moves each vertex of `surface` along its normal by `deviation` times a number of
+/// [`GaussianNoise`], in vertex order.
 ///
 /// **Units**: `deviation` is a length.
 pub fn with_normal_noise<T: Scalar>(

@@ -1,4 +1,4 @@
-//! Face normals, filtered: total variation that lets go of creases.
+//! Face normal filter: total variation that preserves creases.
 
 use cotan_geometry::{Scalar, Surface, unit_or_zero};
 use cotan_halfedge::{EdgeId, EdgeMap, FaceId, FaceMap, HalfedgeMesh};
@@ -6,38 +6,39 @@ use nalgebra::Vector3;
 
 use super::parallel::{fill_each, filled};
 
-/// Unit normals m of the faces that are near those of a noisy surface and vary little over its
-/// edges:
+/// Unit normals m of the faces that are close to those of a noisy surface and vary little across
+/// its edges:
 ///
 /// ```text
 /// minimise  Σ_f ½ A_f |m_f − n_f|² + β Σ_e ω_e |e| |m_l − m_r|        |m_f| = 1
 /// ```
 ///
-/// with areas and lengths over their means. Total variation flattens noise and keeps jumps; the
-/// weights, 1 at first, then ω = 1/√(1 + |m_l − m_r|²/c²) three times, let go of jumps that have
-/// shown to be creases. Solved by a primal-dual iteration without a linear system, every step of
-/// which is a loop over edges and one over faces.
+/// with areas and lengths relative to their means. Total variation flattens noise and preserves
+/// jumps. The weights start at 1 and are then set to ω = 1/√(1 + |m_l − m_r|²/c²) three times,
+/// which releases the jumps that turn out to be creases. Solved by a primal-dual iteration
+/// without a linear system; each step is one loop over edges and one over faces.
 ///
-/// **Shapes**: one normal a face. Boundary edges couple nothing; faces without area take the normal
-/// of their neighbours.
+/// **Shapes**: one normal per face. Boundary edges are ignored; faces without area take the
+/// normal of their neighbours.
 ///
 /// **Source**: total variation of normals: Zhang, Wu, Zhang, Deng 2015; the iteration: Chambolle,
-/// Pock 2011; reweighting: Candès, Wakin, Boyd 2008. The numbers are ours, see `docs/decisions`.
+/// Pock 2011; reweighting: Candès, Wakin, Boyd 2008. The constants are ours, see
+/// `docs/decisions`.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct NormalFilter {
-    /// β, no unit: about three times the noise in mean edge lengths.
+    /// β, dimensionless: about three times the noise in mean edge lengths.
     pub strength: f64,
-    /// c, no unit (a difference of unit vectors, so about an angle in radians): smaller jumps are
-    /// noise.
+    /// c, dimensionless (a difference of unit vectors, so roughly an angle in radians). Smaller
+    /// jumps are treated as noise.
     pub crease: f64,
-    /// How often creases are weighed again.
+    /// The number of times that the crease weights are updated.
     pub reweightings: usize,
-    /// Primal-dual steps between two weighings.
+    /// The number of primal-dual steps between two weight updates.
     pub steps: usize,
 }
 
 impl NormalFilter {
-    /// For a mesh with this noise, in mean edge lengths ([`super::NoiseEstimate`]).
+    /// The filter for a mesh with this noise, in mean edge lengths ([`super::NoiseEstimate`]).
     pub fn for_noise(noise: f64) -> Self {
         Self {
             strength: 3.0 * noise,
@@ -47,7 +48,7 @@ impl NormalFilter {
         }
     }
 
-    /// The filtered normals of a surface.
+    /// Computes the filtered normals of a surface.
     pub fn filter<T: Scalar>(&self, surface: &Surface<'_, T>) -> FaceMap<Vector3<f64>> {
         let mesh = surface.mesh();
         let noisy = surface.face_normals().map(|n| n.map(T::as_f64));
@@ -67,19 +68,19 @@ impl NormalFilter {
     }
 }
 
-/// The iteration of Chambolle and Pock: normals m, and on every edge a tension p of at most β ω
-/// |e|.
+/// The iteration of Chambolle and Pock, with normals m and a dual variable p per edge (its
+/// tension), whose length is at most β ω |e|.
 struct PrimalDual<'a> {
     mesh: &'a HalfedgeMesh,
     noisy: &'a FaceMap<Vector3<f64>>,
     fidelity: &'a FaceMap<f64>,
     normals: FaceMap<Vector3<f64>>,
-    /// m extrapolated: 2 m less the previous m.
+    /// The extrapolated normals: 2 m minus the previous m.
     ahead: FaceMap<Vector3<f64>>,
     tensions: EdgeMap<Vector3<f64>>,
 }
 
-/// Step lengths: a face has three edges, an edge two faces (Pock and Chambolle 2011).
+/// Step sizes: a face has three edges, an edge has two faces (Pock and Chambolle 2011).
 const PRIMAL: f64 = 1.0 / 3.0;
 const DUAL: f64 = 0.5;
 
@@ -152,7 +153,7 @@ fn jump(mesh: &HalfedgeMesh, normals: &FaceMap<Vector3<f64>>, e: EdgeId) -> Vect
     }
 }
 
-/// Values over their mean; as they are where the mean is 0.
+/// Values divided by their mean, or unchanged if the mean is 0.
 fn over_mean<I: cotan_halfedge::Id>(
     values: &cotan_halfedge::DenseMap<I, f64>,
 ) -> cotan_halfedge::DenseMap<I, f64> {

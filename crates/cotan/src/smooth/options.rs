@@ -1,13 +1,13 @@
-//! The settings of smoothing, as plain values with names.
+//! The settings of smoothing as plain, named values.
 
 use super::anchored::Boundary;
 use super::preserve::Preserve;
 use crate::options::{named, setters};
 
 named!(
-    /// The choice of a method of smoothing.
+    /// The selection of a smoothing method.
     SmoothMethod, "smoothing method", {
-        /// By [`Smoother::Curvature`] or [`Smoother::Feature`], whichever suits the mesh
+        /// [`Smoother::Curvature`] or [`Smoother::Feature`], depending on the mesh
         /// ([`super::Decision`]).
         #[default]
         Auto = "auto",
@@ -29,7 +29,7 @@ named!(
 );
 
 impl SmoothMethod {
-    /// The method that this names; `None` if the mesh is to decide.
+    /// The selected method, or `None` if it depends on the mesh.
     pub fn smoother(self) -> Option<Smoother> {
         Some(match self {
             Self::Auto => return None,
@@ -45,21 +45,22 @@ impl SmoothMethod {
 }
 
 named!(
-    /// The methods of smoothing, measured side by side in `docs/decisions`.
+    /// The smoothing methods, compared by measurement in `docs/decisions`.
     Smoother, "smoother", {
-        /// [`super::SmoothedCurvature`] of second order on umbrella weights, from a lightly
-        /// smoothed start, anchored as firmly as the noise of the mesh allows.
+        /// [`super::SmoothedCurvature`] of second order with umbrella weights, from a lightly
+        /// smoothed start, with an anchor chosen by the noise of the mesh.
         #[default]
         Curvature = "curvature",
-        /// [`super::SmoothedCurvature`] of the paper on cotangent weights, every vertex anchored
+        /// [`super::SmoothedCurvature`] of the paper with cotangent weights, each vertex anchored
         /// with μ = 1, five steps.
         Anchored = "anchored",
-        /// The paper's section 4.2 to the letter, signs and the factor 4 put right: one vertex of
-        /// every component pinned. It loses or gains volume without bound.
+        /// The method of the paper's section 4.2 as written, with corrected signs and a corrected
+        /// factor 4: one vertex of each component is pinned. Its gain or loss of volume is
+        /// unbounded.
         Paper = "paper",
-        /// [`super::FilteredNormals`]: keeps creases, for parts from CAD.
+        /// [`super::FilteredNormals`], which preserves creases. For CAD parts.
         Feature = "feature",
-        /// [`super::FeaturePreserving`]: dihedral angles filtered.
+        /// [`super::FeaturePreserving`], which filters dihedral angles.
         FeatureEdges = "feature-edges",
         /// [`super::Taubin`].
         Taubin = "taubin",
@@ -69,7 +70,7 @@ named!(
 );
 
 impl Smoother {
-    /// Iterations where none are asked for.
+    /// The default number of iterations.
     pub fn default_iterations(self) -> usize {
         match self {
             Self::Anchored => 5,
@@ -80,14 +81,14 @@ impl Smoother {
     }
 }
 
-/// What becomes of faces that would point against their neighbours and did not before.
+/// The treatment of faces that would point against their neighbours but did not in the original.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum NewFolds {
-    /// The vertices around them stay where they were. The methods for comparison (Taubin, implicit,
-    /// the paper's) allow them all the same.
+    /// The vertices of these faces are kept in place. The methods for comparison (Taubin,
+    /// implicit, the paper's) ignore this setting and allow new folds.
     #[default]
     Prevent,
-    /// They stay: the method as it is.
+    /// New folds are allowed: the plain method.
     Allow,
 }
 
@@ -97,23 +98,24 @@ pub enum NewFolds {
 pub struct SmoothOptions {
     /// The method.
     pub method: SmoothMethod,
-    /// How often; `None` for what the method needs. 0 changes nothing.
+    /// The number of iterations, or `None` for the default of the method. 0 changes nothing.
     pub iterations: Option<usize>,
-    /// s, above 0 and at most 1: how much of a step of the curvature is taken; for `implicit` the
-    /// time of a step is s/2 squared mean edge lengths. Other methods have no use for it.
+    /// s, above 0 and at most 1: the size of a curvature step. For `implicit`, the time step is
+    /// s/2 squared mean edge lengths. Other methods ignore it.
     pub step: f64,
-    /// μ > 0: how firmly every vertex is held where it was, beside the operator, whose diagonal is
-    /// about 7. Smaller smooths more. `None` for what suits the method and the noise.
+    /// μ > 0: the firmness with which each vertex is held in place, relative to the operator,
+    /// whose diagonal is about 7. Smaller values smooth more. `None` chooses a value for the
+    /// method and the noise.
     pub anchor: Option<f64>,
-    /// What happens to the boundary.
+    /// The treatment of the boundary.
     pub boundary: Boundary,
-    /// What becomes of faces that would turn over.
+    /// The treatment of faces that would flip.
     pub folds: NewFolds,
-    /// What is kept exactly.
+    /// The quantity that is preserved exactly.
     pub preserve: Preserve,
-    /// No vertex moves farther than this, in the units of the mesh; handles excepted.
+    /// The maximum displacement of any vertex except handles, in the units of the mesh.
     pub max_displacement: Option<f64>,
-    /// The most bytes that the factorization may take; see [`cotan_linear::SystemOptions`].
+    /// The memory limit of the factorization in bytes; see [`cotan_linear::SystemOptions`].
     pub max_memory: Option<u64>,
 }
 

@@ -1,4 +1,4 @@
-//! Volume or area kept exactly, and displacements bounded.
+//! Exact preservation of volume or area, and bounded displacements.
 
 use cotan_geometry::{Positions, Scalar, unit_or_zero};
 use cotan_geometry::{Surface, triangle_area_vector};
@@ -7,24 +7,25 @@ use nalgebra::{Point3, Vector3};
 
 use crate::error::Error;
 
-/// What smoothing keeps exactly.
+/// The quantity that smoothing preserves exactly.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Preserve {
-    /// Nothing: volume and area come out as the method leaves them.
+    /// Nothing: volume and area are whatever the method gives.
     #[default]
     Nothing,
-    /// The volume of every closed component, to 1e-9 of it in `f64`.
+    /// The volume of each closed component, to a relative accuracy of 1e-9 in `f64`.
     Volume,
-    /// The area of every component, to 1e-9 of it in `f64`.
+    /// The area of each component, to a relative accuracy of 1e-9 in `f64`.
     Area,
 }
 
-/// Corrects smoothed positions: every component is moved along its vertex normals by one distance,
-/// the one with which its volume or area is that of the original, while no vertex is farther than
-/// the bound from where it was.
+/// Corrects smoothed positions: each component is offset along its vertex normals by the distance
+/// that restores its original volume or area, while no vertex moves farther from its original
+/// position than the bound.
 ///
-/// x_i(t) = x⁰_i + clamp(x_i + t n_i − x⁰_i, d), t found by the secant method within a bracket.
-/// Held vertices do not move. Components without volume (open ones, for the volume) are left alone.
+/// x_i(t) = x⁰_i + clamp(x_i + t n_i − x⁰_i, d), with t found by the secant method within a
+/// bracket. Held vertices do not move. Components without volume (open ones, if the volume is
+/// preserved) are left alone.
 pub(crate) struct Correction<'a, T: Scalar> {
     pub(crate) mesh: &'a HalfedgeMesh,
     pub(crate) original: &'a Positions<T>,
@@ -52,7 +53,7 @@ impl<T: Scalar> Correction<'_, T> {
         Ok(result)
     }
 
-    /// Where a vertex is with offset t, in double precision.
+    /// The position of a vertex with offset t, in double precision.
     fn moved(
         &self,
         v: VertexId,
@@ -77,7 +78,7 @@ impl<T: Scalar> Correction<'_, T> {
         }
     }
 
-    /// The offset with which a component measures what it did.
+    /// The offset that restores the original measure of a component.
     fn offset(
         &self,
         part: &Part,
@@ -96,7 +97,7 @@ impl<T: Scalar> Correction<'_, T> {
             let measured = self.measure(part, |v| self.moved(v, smoothed, normals, t));
             measured / wanted - 1.0
         };
-        // A length that the component has: offsets beyond it make no sense.
+        // A length scale of the component; larger offsets make no sense.
         let reach = self.area(part, |v| self.original[v].map(T::as_f64)).sqrt();
         root(excess, reach).ok_or(Error::CannotPreserve {
             vertex: part.vertices[0],
@@ -119,8 +120,8 @@ impl<T: Scalar> Correction<'_, T> {
         part.faces.iter().map(area).sum()
     }
 
-    /// With the apex of all cones at the part's first vertex: no digits are lost far from the
-    /// origin.
+    /// Computed with the apex of all cones at the first vertex of the part, so that no digits are
+    /// lost far from the origin.
     fn volume(&self, part: &Part, at: impl Fn(VertexId) -> Point3<f64>) -> f64 {
         let apex = self.original[part.vertices[0]].map(T::as_f64);
         let cone = |f: &FaceId| {
@@ -160,7 +161,7 @@ fn parts(mesh: &HalfedgeMesh) -> Vec<Part> {
     parts
 }
 
-/// A root of a relative excess near 0, or `None` if none is found within `reach`.
+/// Finds a root near 0 of a relative excess, or returns `None` if there is none within `reach`.
 fn root(excess: impl Fn(f64) -> f64, reach: f64) -> Option<f64> {
     let at_zero = excess(0.0);
     if at_zero.abs() <= EXACT {
@@ -168,8 +169,8 @@ fn root(excess: impl Fn(f64) -> f64, reach: f64) -> Option<f64> {
     }
     let (mut low, mut high) = bracket(&excess, at_zero, reach)?;
     for _ in 0..200 {
-        // Secant where it falls inside, else halving; every third step halves anyway, so that
-        // neither end can stay for ever.
+        // The secant step if it falls inside the bracket, otherwise bisection. Every third step
+        // bisects anyway, so that neither end stays forever.
         let secant = low.0 - low.1 * (high.0 - low.0) / (high.1 - low.1);
         let t = secant.clamp(low.0.min(high.0), low.0.max(high.0));
         for t in [t, 0.5 * (low.0 + high.0)] {
@@ -186,7 +187,7 @@ fn root(excess: impl Fn(f64) -> f64, reach: f64) -> Option<f64> {
             }
         }
     }
-    // The ends are neighbouring numbers: as good as the arithmetic allows.
+    // The ends are adjacent floating-point numbers, so the accuracy limit is reached.
     let best = if low.1.abs() < high.1.abs() {
         low
     } else {
@@ -195,7 +196,7 @@ fn root(excess: impl Fn(f64) -> f64, reach: f64) -> Option<f64> {
     (best.1.abs() <= ACCEPTED).then_some(best.0)
 }
 
-/// Two offsets with excesses of different signs, the first on the side of 0.
+/// Two offsets with excesses of opposite signs; the first is closer to 0.
 fn bracket(
     excess: &impl Fn(f64) -> f64,
     at_zero: f64,
@@ -219,8 +220,8 @@ fn bracket(
     None
 }
 
-/// Rounding of a sum over many faces.
+/// The rounding error of a sum over many faces.
 const EXACT: f64 = 1e-13;
 
-/// What is promised.
+/// The documented accuracy.
 const ACCEPTED: f64 = 1e-9;

@@ -1,4 +1,4 @@
-//! Smoothing in one call.
+//! One-call function for smoothing.
 
 use std::ops::ControlFlow;
 
@@ -15,31 +15,31 @@ use super::unfold::without_new_folds;
 use crate::error::Error;
 use crate::handles::Handles;
 
-/// A smoothed mesh, and how it came about.
+/// A smoothed mesh, with details of the computation.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Smoothed<T: Scalar> {
     /// The new positions, in the units of the input.
     pub positions: Positions<T>,
-    /// The method.
+    /// The method that was used.
     pub method: Smoother,
-    /// Why this method, if it was not asked for by name.
+    /// The reason for this method, if it was chosen automatically.
     pub reason: Option<String>,
-    /// How many iterations were made.
+    /// The number of iterations performed.
     pub iterations: usize,
-    /// μ of the anchors, for methods that have them.
+    /// μ of the anchors, for methods with anchors.
     pub anchor: Option<f64>,
-    /// Vertices that stayed where they were, as faces around them would have turned over. The
-    /// methods for comparison (Taubin, implicit, the paper's) are as they are and have none.
+    /// The number of vertices kept in place because faces around them would have flipped. The
+    /// methods for comparison (Taubin, implicit, the paper's) never keep any.
     pub kept_vertices: usize,
-    /// The noise that was estimated, in mean edge lengths, for methods that ask.
+    /// The estimated noise in mean edge lengths, for methods that use it.
     pub noise: Option<NoiseEstimate>,
 }
 
 /// Smooths a mesh without shrinking it.
 ///
-/// **Shapes**: one position a vertex. The mesh is a triangle mesh, with or without boundary, of any
-/// genus and number of components. `handles` may hold further vertices, or move some; there may be
-/// none.
+/// **Shapes**: one position per vertex. The mesh is a triangle mesh, with or without boundary, of
+/// any genus and with any number of components. `handles` may hold or move additional vertices
+/// and may be empty.
 ///
 /// ```
 /// use cotan::prelude::*;
@@ -59,10 +59,11 @@ pub struct Smoothed<T: Scalar> {
 /// ```
 ///
 /// # Errors
-/// [`Error`] for a mesh that is no surface, handles that do not exist or contradict each other,
-/// settings out of range, and a volume or area that cannot be kept within the displacement bound.
+/// [`Error`] for a mesh that is not a valid surface, handles that do not exist or contradict each
+/// other, settings out of range, and a volume or area that cannot be preserved within the
+/// displacement bound.
 ///
-/// **Source**: paper, section 4.2; what is different and why is in `docs/decisions`.
+/// **Source**: paper, section 4.2. For the differences and their reasons see `docs/decisions`.
 pub fn smooth<'m, T: Scalar>(
     surface: impl Into<Surface<'m, T>>,
     handles: &Handles<T>,
@@ -72,10 +73,11 @@ pub fn smooth<'m, T: Scalar>(
     smooth_observed(surface, handles, options, &observer)
 }
 
-/// As [`smooth`]; the observer sees the number of every iteration as it ends, and may stop the job.
+/// Like [`smooth`], with an observer that receives the index of each completed iteration and may
+/// stop the job.
 ///
 /// # Errors
-/// As [`smooth`], and [`Error::Cancelled`] if the observer stopped it.
+/// Same as [`smooth`], and [`Error::Cancelled`] if the observer stopped it.
 pub fn smooth_observed<'m, T: Scalar>(
     surface: impl Into<Surface<'m, T>>,
     handles: &Handles<T>,
@@ -228,7 +230,7 @@ mod tests {
         let moved = |p: &Point3<f64>| turn * p * 3.5 + Vector3::new(5.0, -2.0, 1.0);
         for method in SmoothMethod::ALL {
             if *method == SmoothMethod::Paper {
-                // Not a fixed point iteration that settles: rounding grows in it.
+                // Not a fixed-point iteration that converges: rounding errors grow in it.
                 continue;
             }
             let after = run(&shape, &x, &by(*method)).map(moved);

@@ -11,11 +11,11 @@ use super::parallel::fill_each;
 
 /// Taubin's λ|μ: a step of the umbrella operator inwards, then a longer one outwards.
 ///
-/// x ← x + λ U x, then x ← x + μ U x with U x_i = mean of the neighbours − x_i. A low-pass filter
-/// that keeps the lowest frequencies, and so roughly the volume.
+/// x ← x + λ U x, then x ← x + μ U x with U x_i = mean of the neighbours − x_i. This is a
+/// low-pass filter that preserves the lowest frequencies and therefore roughly the volume.
 ///
-/// **Source**: Taubin, "A signal processing approach to fair surface design", 1995; the two factors
-/// are those that most programs have.
+/// **Source**: Taubin, "A signal processing approach to fair surface design", 1995, with the two
+/// factors that most programs use.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Taubin {
     /// λ > 0.
@@ -34,7 +34,7 @@ impl Default for Taubin {
 }
 
 impl Taubin {
-    /// `iterations` double steps; `is_held` vertices stay.
+    /// Performs `iterations` double steps; vertices with `is_held` stay in place.
     pub(crate) fn run<T: Scalar>(
         &self,
         mesh: &HalfedgeMesh,
@@ -75,7 +75,7 @@ fn umbrella_step(
         if is_held[v.index()] || count == 0 {
             return x[v];
         }
-        // As differences: far from the origin no digits are lost.
+        // Summed as differences, so no digits are lost far from the origin.
         let pull: Vector3<f64> = ring.map(|(j, _)| x[j] - x[v]).sum();
         x[v] + pull * (factor / count as f64)
     });

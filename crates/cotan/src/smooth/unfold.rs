@@ -1,18 +1,18 @@
-//! Smoothed faces that would turn over are left as they were.
+//! Restores the original positions of faces that smoothing would flip.
 
 use cotan_geometry::{Positions, Scalar, Surface, folded_faces};
 
 use crate::error::Error;
 
-/// Corrects smoothed positions, and puts the vertices of faces that then point against their
-/// neighbours, and did not before, back to where they were; from the second round on with their
-/// neighbours, until no such face is left; after ten rounds with all of the component that it is
-/// in.
+/// Corrects smoothed positions. Then moves the vertices of faces that point against their
+/// neighbours, and did not before, back to their original positions, from the second round on
+/// together with their neighbours, until no such face is left. After ten rounds, the whole
+/// component of such a face is moved back.
 ///
-/// Needles are where this happens: their cotangents are huge and their normals chance. `correct`
-/// gets the positions and the vertices that it must leave alone: held ones, which stay at their
-/// targets, and those that were put back. Returns the positions, and how many vertices were put
-/// back.
+/// This happens at needles, whose cotangents are huge and whose normals are arbitrary. `correct`
+/// receives the positions and the vertices that it must not move: held vertices, which stay at
+/// their targets, and those that were moved back. Returns the positions and the number of
+/// vertices that were moved back.
 pub(crate) fn without_new_folds<T: Scalar>(
     surface: &Surface<'_, T>,
     mut moved: Positions<T>,
@@ -28,7 +28,8 @@ pub(crate) fn without_new_folds<T: Scalar>(
         if folded.is_empty() {
             break;
         }
-        // Each vertex once: the ring of one that many faces share may be as large as the mesh.
+        // Each vertex once, because the ring of a vertex shared by many faces may be as large as
+        // the mesh.
         let mut corners: Vec<_> = folded.iter().flat_map(|&f| mesh.triangle(f)).collect();
         corners.sort_unstable();
         corners.dedup();
@@ -60,5 +61,5 @@ pub(crate) fn without_new_folds<T: Scalar>(
     Ok((corrected, count))
 }
 
-/// Each round takes in a ring more; ten rings around a needle hold whatever it did.
+/// Each round extends the region by a ring; ten rings around a needle contain its effects.
 const MOST_ROUNDS: usize = 10;

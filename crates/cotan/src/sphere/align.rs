@@ -1,4 +1,4 @@
-//! Turning one sphere map so that it fits another: by landmarks, or by an attribute of both.
+//! Rotational alignment of one sphere map to another, by landmarks or by an attribute of both.
 
 use cotan_geometry::{Positions, Scalar, Surface};
 use cotan_halfedge::{VertexId, VertexMap};
@@ -10,27 +10,27 @@ use super::map::SphereMap;
 use super::rotate::rotation_between;
 use super::rotation_search::{Turnable, Wanted};
 
-/// A map that was turned to fit another.
+/// A map that was rotated to match another.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Aligned<T: Scalar> {
-    /// The turned map, checked.
+    /// The rotated map, checked.
     pub map: SphereMap<T>,
-    /// What it was turned by.
+    /// The rotation that was applied.
     pub rotation: Rotation3<f64>,
-    /// What is left: the root mean square over the landmarks of their distance on the unit sphere,
-    /// or over the sphere of the difference of the attributes, in their unit.
+    /// The remaining error: the root mean square of the distances of the landmarks on the unit
+    /// sphere, or of the difference of the attributes over the sphere, in their unit.
     pub residual: f64,
 }
 
 impl<T: Scalar> SphereMap<T> {
-    /// Turns this map so that vertices of it come as near as possible, in the least-squares sense,
-    /// to vertices of `target`.
+    /// Rotates this map so that its vertices in `pairs` come as close as possible, in the
+    /// least-squares sense, to those of `target`.
     ///
-    /// **Shapes**: pairs of a vertex here and one of `target`, two or more.
+    /// **Shapes**: pairs of a vertex of this map and one of `target`, at least two.
     ///
     /// # Errors
-    /// [`SphereError::Mismatch`] if a vertex does not exist or the pairs leave a rotation open;
-    /// [`SphereError::Flipped`] as in [`SphereMap::rotated`].
+    /// [`SphereError::Mismatch`] if a vertex does not exist or the pairs do not determine a
+    /// rotation; [`SphereError::Flipped`] as in [`SphereMap::rotated`].
     ///
     /// **Source**: Wahba 1965; Kabsch 1976; Horn 1987.
     pub fn align_landmarks(
@@ -53,20 +53,20 @@ impl<T: Scalar> SphereMap<T> {
         })
     }
 
-    /// Turns this map so that an attribute of it fits one of `target`: the least mean square
-    /// difference over the sphere.
+    /// Rotates this map so that one of its attributes matches an attribute of `target` with the
+    /// least mean square difference over the sphere.
     ///
-    /// The attribute may be the source positions (of shapes in alike poses), a curvature, or
-    /// [`SphereMap::area_density`], which does not depend on poses. All rotations are tried, 9°
-    /// apart, on samples of both; the best are refined, the last one to 1e-5 rad, so that details
-    /// between the samples (4°, at the end 2° apart) do not count. A function that is the same in
-    /// several positions, like that of a sphere, is left in one of them.
+    /// The attribute may be the source positions (for shapes in similar poses), a curvature, or
+    /// [`SphereMap::area_density`], which does not depend on poses. All rotations are tried in
+    /// steps of 9° on samples of both attributes. The best ones are refined, the last one to 1e-5
+    /// rad; details finer than the sample spacing (4°, in the end 2°) are ignored. If several
+    /// rotations match equally well, as for a sphere, any one of them may be chosen.
     ///
-    /// **Shapes**: one value a vertex, of this map and of `target`.
+    /// **Shapes**: one value per vertex, for this map and for `target`.
     ///
     /// # Errors
-    /// [`SphereError::Mismatch`] if there is not one value a vertex; [`SphereError::Flipped`] as
-    /// in [`SphereMap::rotated`].
+    /// [`SphereError::Mismatch`] if there is not one value per vertex; [`SphereError::Flipped`]
+    /// as in [`SphereMap::rotated`].
     pub fn align<A: Attribute<T>>(
         &self,
         attribute: &VertexMap<A>,
@@ -86,14 +86,15 @@ impl<T: Scalar> SphereMap<T> {
         })
     }
 
-    /// ln of (share of the source's area / share of the sphere's area) around each vertex: how
-    /// densely the map packs the source. It does not depend on the pose or size of either.
+    /// Computes ln of (fraction of the source's area / fraction of the sphere's area) around each
+    /// vertex: the density with which the map packs the source. It depends on neither pose nor
+    /// size.
     ///
-    /// **Shapes**: `source` has one position a vertex; one value a vertex. **Units**: none.
-    /// Clamped to ±40 where an area vanishes.
+    /// **Shapes**: `source` has one position per vertex; the result has one value per vertex.
+    /// **Units**: dimensionless. Clamped to ±40 where an area is zero.
     ///
     /// # Errors
-    /// [`SphereError::Surface`] if the positions are no surface on this mesh.
+    /// [`SphereError::Surface`] if the positions do not form a surface on this mesh.
     pub fn area_density(&self, source: &Positions<T>) -> Result<VertexMap<T>, SphereError> {
         let areas = Surface::new(self.mesh(), source)?
             .one_ring_areas()
@@ -116,9 +117,9 @@ impl<T: Scalar> SphereMap<T> {
     }
 }
 
-/// 642 samples.
+/// Gives 642 samples.
 const COARSE_LEVEL: u32 = 3;
-/// 2562 samples.
+/// Gives 2562 samples.
 const FINE_LEVEL: u32 = 4;
 
 #[cfg(test)]

@@ -1,18 +1,20 @@
-//! Where in a flat triangle a direction pierces it, also where the triangle is a sliver.
+//! The barycentric coordinates of the point at which a direction pierces a flat triangle, also
+//! for slivers.
 //!
-//! The weights are the determinants det(d, b, c), …, with differences q = p − d first, so that
-//! they keep their digits in small triangles. In a sliver of length L and height h they are still
-//! off by L/h times the rounding; since Σ w q can be computed exactly enough, that is corrected as
-//! in the iterative refinement of a linear system. Where even that does not help, h is a few units
-//! in the last place, and the nearest point of an edge is as good.
+//! The weights are the determinants det(d, b, c), …, computed from the differences q = p − d, so
+//! that they keep their digits in small triangles. In a sliver of length L and height h the error
+//! is still L/h times the rounding error. Since Σ w q can be computed accurately enough, it is
+//! used to correct the weights, as in the iterative refinement of a linear system. If even that
+//! does not help, h is a few units in the last place, and the nearest point of an edge is equally
+//! accurate.
 
 use nalgebra::Vector3;
 
-/// Weights w ≥ 0 of sum 1 with Σ w_k p_k ∥ d, for a unit vector d inside the cone of the corners p:
-/// the central projection of Σ w_k p_k is d, but for a few units in the last place of the
+/// Weights w ≥ 0 with sum 1 and Σ w_k p_k ∥ d, for a unit vector d inside the cone of the corners
+/// p. The central projection of Σ w_k p_k is d up to a few units in the last place of the
 /// triangle's length.
 pub(crate) fn barycentric(corners: &[Vector3<f64>; 3], d: &Vector3<f64>) -> [f64; 3] {
-    // Seen along d: what they have of its direction does not move the projection.
+    // Projected along d, because components along d do not change the central projection.
     let q = corners.map(|p| {
         let q = p - d;
         q - d * d.dot(&q)
@@ -40,19 +42,19 @@ pub(crate) fn barycentric(corners: &[Vector3<f64>; 3], d: &Vector3<f64>) -> [f64
     best
 }
 
-/// d · (u × v): twice the area between u and v seen along d.
+/// d · (u × v): twice the area between u and v as seen along d.
 fn area(d: &Vector3<f64>, u: &Vector3<f64>, v: &Vector3<f64>) -> f64 {
     d.dot(&u.cross(v))
 }
 
-/// The shares of the three parts of the triangle around d, or `None` if it has no area.
+/// The area fractions of the three parts of the triangle around d, or `None` if it has no area.
 fn by_areas([a, b, c]: &[Vector3<f64>; 3], d: &Vector3<f64>) -> Option<[f64; 3]> {
     let parts = [area(d, b, c), area(d, c, a), area(d, a, b)];
     let sum: f64 = parts.iter().sum();
     (sum > 0.0).then(|| parts.map(|part| part / sum))
 }
 
-/// Σ w q: by how much the weights miss d.
+/// Σ w q: the residual of the weights.
 fn offset(q: &[Vector3<f64>; 3], w: &[f64; 3]) -> Vector3<f64> {
     q[0] * w[0] + q[1] * w[1] + q[2] * w[2]
 }
@@ -61,7 +63,7 @@ fn miss(q: &[Vector3<f64>; 3], w: &[f64; 3]) -> f64 {
     offset(q, w).norm()
 }
 
-/// The weights after a step of Cramer's rule that removes what they miss.
+/// The weights after a step of Cramer's rule that removes the residual.
 fn refined(q: &[Vector3<f64>; 3], w: &[f64; 3], d: &Vector3<f64>) -> Option<[f64; 3]> {
     let (e, f) = (q[1] - q[0], q[2] - q[0]);
     let r = offset(q, w);
@@ -73,14 +75,14 @@ fn refined(q: &[Vector3<f64>; 3], w: &[f64; 3], d: &Vector3<f64>) -> Option<[f64
     (whole > 0.0).then_some([1.0 - v - w, v, w])
 }
 
-/// Without what is below 0, of sum 1.
+/// Sets negative weights to 0 and normalizes the sum to 1.
 fn clamped(w: [f64; 3]) -> [f64; 3] {
     let w = w.map(|x| x.max(0.0));
     let sum: f64 = w.iter().sum();
     w.map(|x| (x / sum).min(1.0))
 }
 
-/// Weights of the point of the edge from corner k to the next that is seen nearest to d.
+/// Weights of the point closest to d, as seen along d, on the edge from corner k to the next.
 fn on_edge(q: &[Vector3<f64>; 3], k: usize) -> [f64; 3] {
     let (from, to) = (q[k], q[(k + 1) % 3]);
     let along = to - from;
@@ -98,8 +100,8 @@ fn on_edge(q: &[Vector3<f64>; 3], k: usize) -> [f64; 3] {
 
 /// Rounding of a sum of three products, relative to the triangle's length.
 const CLOSE: f64 = 4.0 * f64::EPSILON;
-/// Each one gains the digits of h/L over the rounding; where these do not suffice, h is a few units
-/// in the last place.
+/// Each refinement gains the digits by which h/L exceeds the rounding error. If these do not
+/// suffice, h is a few units in the last place.
 const REFINEMENTS: usize = 10;
 
 #[cfg(test)]
@@ -127,7 +129,7 @@ mod tests {
             prop_assert!((w.iter().sum::<f64>() - 1.0).abs() < 1e-15);
             let p = corners[0] * w[0] + corners[1] * w[1] + corners[2] * w[2];
             prop_assert!((p.normalize() - d).norm() < 4e-15, "{:e}", (p.normalize() - d).norm());
-            // Fat triangles have their weights, too.
+            // The weights of well-shaped triangles are accurate as well.
             if exponent < 2.0 && length > 1e-3 {
                 prop_assert!((w[1] - s).abs() < 1e-9 && (w[2] - t).abs() < 1e-9);
             }

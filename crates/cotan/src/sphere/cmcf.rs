@@ -18,19 +18,19 @@ use super::sums;
 /// Time step on a surface of area 1.
 const TIME_STEP: f64 = 0.1;
 
-/// A mass below this part of the mean would be lost beside the stiffness.
+/// A mass below this fraction of the mean would be lost next to the stiffness.
 const LEAST_MASS: f64 = 1e-14;
 
-/// Implicit mean-curvature flow whose stiffness is that of the original mesh while its masses
-/// follow the surface:
+/// Implicit mean-curvature flow in which the stiffness remains that of the original mesh while
+/// the masses follow the surface:
 ///
 /// ```text
 /// (D_t − δ L⁰/2) X_{t+1} = D_t X_t,    D_t lumped masses of X_t, area 1 after every step
 /// ```
 ///
-/// Each step factorizes new numbers in a pattern that is analysed once. Stops when no vertex moves
-/// by more than the tolerance (in radii), at ten times the one of the other methods, since it goes
-/// on shrinking what it has. The result is projected radially.
+/// Each step factorizes new values in a pattern that is analysed once. The flow stops when no
+/// vertex moves by more than the tolerance (in radii), which is ten times that of the other
+/// methods because the flow keeps shrinking existing features. The result is projected radially.
 ///
 /// **Source**: Kazhdan, Solomon, Ben-Chen, "Can Mean-Curvature Flow Be Made Non-Singular?", 2012.
 pub(crate) fn cmcf(
@@ -63,7 +63,7 @@ pub(crate) fn cmcf(
         }
         let mut next = next.map(|p| Point3::from(*p));
         normalise(mesh, &mut next);
-        // Of a sphere of area 1.
+        // Radius of a sphere of area 1.
         let radius = (0.25 / std::f64::consts::PI).sqrt();
         report.change =
             sums::max(x.len(), |i| (x.as_slice()[i] - next.as_slice()[i]).norm()) / radius;
@@ -94,7 +94,7 @@ pub(crate) fn cmcf(
     })
 }
 
-/// 2 D / δ: with the paper's weights, which lack a factor ½, on the scale of L itself.
+/// 2 D / δ, which matches the scale of L: the paper's weights lack the factor ½.
 fn masses(mesh: &HalfedgeMesh, x: &Positions<f64>) -> Vec<f64> {
     let areas = Surface::assume_checked(mesh, x).one_ring_areas();
     let least = LEAST_MASS / areas.len() as f64;
@@ -104,7 +104,7 @@ fn masses(mesh: &HalfedgeMesh, x: &Positions<f64>) -> Vec<f64> {
         .collect()
 }
 
-/// Centres by area and scales to area 1.
+/// Centres the positions by area and scales the surface to area 1.
 fn normalise(mesh: &HalfedgeMesh, x: &mut Positions<f64>) {
     let areas = Surface::assume_checked(mesh, x).one_ring_areas();
     let (a, p) = (areas.as_slice(), x.as_slice());

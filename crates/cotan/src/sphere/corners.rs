@@ -1,8 +1,8 @@
-//! A triangulated sphere as a corner table whose vertices can be taken out and put back.
+//! A triangulated sphere as a corner table whose vertices can be removed and reinserted.
 //!
 //! Face f has the corners (halfedges) 3f, 3f + 1 and 3f + 2; halfedge c runs from `origin(c)` to
-//! `origin(next(c))`. A collapse leaves the two faces that vanish as they are, so that it can be
-//! undone from its halfedge alone, in reverse order, in the time of one ring.
+//! `origin(next(c))`. A collapse leaves the data of the two removed faces intact, so it can be
+//! undone from its halfedge alone, in reverse order, in time proportional to one ring.
 //!
 //! ```text
 //!        a                     a
@@ -19,17 +19,17 @@ use cotan_halfedge::HalfedgeMesh;
 /// The halfedges of a closed triangle mesh.
 #[derive(Clone, Debug)]
 pub(super) struct CornerTable {
-    /// Per halfedge: the vertex that it starts from.
+    /// Per halfedge: its origin.
     origin: Vec<u32>,
     /// Per halfedge: the other side of its edge.
     twin: Vec<u32>,
-    /// Per vertex: a halfedge that leaves it.
+    /// Per vertex: an outgoing halfedge.
     leaving: Vec<u32>,
-    /// Per vertex: the number of its edges.
+    /// Per vertex: its number of edges.
     valence: Vec<u32>,
 }
 
-/// The following halfedge of the same face.
+/// The next halfedge of the same face.
 #[inline]
 pub(super) fn next(halfedge: u32) -> u32 {
     if halfedge % 3 == 2 {
@@ -39,7 +39,7 @@ pub(super) fn next(halfedge: u32) -> u32 {
     }
 }
 
-/// The preceding halfedge of the same face.
+/// The previous halfedge of the same face.
 #[inline]
 pub(super) fn prev(halfedge: u32) -> u32 {
     if halfedge.is_multiple_of(3) {
@@ -56,8 +56,8 @@ pub(super) fn face_of(halfedge: u32) -> usize {
 }
 
 impl CornerTable {
-    /// The table of a closed mesh of triangles; corners run from the origin of each face's first
-    /// halfedge, as [`HalfedgeMesh::triangle`] lists them.
+    /// Builds the table of a closed triangle mesh. Corners start at the origin of the first
+    /// halfedge of each face, as in [`HalfedgeMesh::triangle`].
     pub(super) fn new(mesh: &HalfedgeMesh) -> Self {
         let mut corner_of = vec![0_u32; mesh.num_halfedges()];
         let mut halfedge_of = Vec::with_capacity(3 * mesh.num_faces());
@@ -89,13 +89,13 @@ impl CornerTable {
         }
     }
 
-    /// The vertex that a halfedge starts from.
+    /// The origin of a halfedge.
     #[inline]
     pub(super) fn origin(&self, halfedge: u32) -> u32 {
         self.origin[halfedge as usize]
     }
 
-    /// The vertex that a halfedge points to.
+    /// The target of a halfedge.
     #[inline]
     pub(super) fn target(&self, halfedge: u32) -> u32 {
         self.origin(next(halfedge))
@@ -113,23 +113,23 @@ impl CornerTable {
         self.valence[vertex as usize]
     }
 
-    /// Number of faces, those that were taken out included.
+    /// Number of faces, including removed ones.
     pub(super) fn num_faces(&self) -> usize {
         self.origin.len() / 3
     }
 
-    /// Number of vertices, those that were taken out included.
+    /// Number of vertices, including removed ones.
     pub(super) fn num_vertices(&self) -> usize {
         self.leaving.len()
     }
 
-    /// The halfedges that leave a vertex, counter-clockwise.
+    /// The outgoing halfedges of a vertex, counter-clockwise.
     #[inline]
     pub(super) fn outgoing(&self, vertex: u32) -> Outgoing<'_> {
         self.outgoing_from(self.leaving[vertex as usize])
     }
 
-    /// The halfedges that leave the origin of `first`, counter-clockwise from it on.
+    /// The outgoing halfedges of the origin of `first`, counter-clockwise, starting with it.
     #[inline]
     pub(super) fn outgoing_from(&self, first: u32) -> Outgoing<'_> {
         Outgoing {
@@ -144,7 +144,7 @@ impl CornerTable {
         self.outgoing(vertex).map(|h| self.target(h))
     }
 
-    /// Whether an edge joins two vertices, in the time of the smaller valence.
+    /// Returns true if an edge joins two vertices, in time proportional to the smaller valence.
     fn adjacent(&self, a: u32, b: u32) -> bool {
         let (few, other) = if self.valence(a) < self.valence(b) {
             (a, b)
@@ -154,11 +154,12 @@ impl CornerTable {
         self.ring(few).any(|v| v == other)
     }
 
-    /// Whether taking out the origin of `halfedge` leaves a triangulated sphere: its ends have no
-    /// common neighbour but the two opposite corners, and more than four vertices are there.
+    /// Returns true if removing the origin of `halfedge` leaves a triangulated sphere, that is,
+    /// if its ends have no common neighbours except the two opposite corners, and there are more
+    /// than four vertices.
     ///
-    /// Every vertex of a triangulated sphere with more than four vertices has such a halfedge: the
-    /// chords of its ring do not cross, and some ring vertex is the end of none.
+    /// Every vertex of a triangulated sphere with more than four vertices has such a halfedge:
+    /// the chords of its ring do not cross, so some ring vertex is not the end of any chord.
     pub(super) fn may_collapse(&self, halfedge: u32) -> bool {
         let (v, u) = (self.origin(halfedge), self.target(halfedge));
         let left = self.origin(prev(halfedge));
@@ -170,7 +171,8 @@ impl CornerTable {
             .all(|w| w == u || w == left || w == right || !self.adjacent(w, u))
     }
 
-    /// Takes out the origin of `halfedge`: its faces but two get the halfedge's target as corner.
+    /// Removes the origin of `halfedge`. All but two of its faces get the target of the halfedge
+    /// as their new corner.
     pub(super) fn collapse(&mut self, halfedge: u32) {
         let (v, u) = (self.origin(halfedge), self.target(halfedge));
         let mut at = halfedge;
@@ -195,7 +197,7 @@ impl CornerTable {
         self.valence[b as usize] -= 1;
     }
 
-    /// Puts back what the last collapse, that of `halfedge`, took out.
+    /// Undoes the last collapse, which was that of `halfedge`.
     pub(super) fn undo(&mut self, halfedge: u32) {
         let twin = self.twin[halfedge as usize];
         let (v, u) = (self.origin(halfedge), self.origin(twin));
@@ -220,7 +222,7 @@ impl CornerTable {
         }
     }
 
-    /// The two faces that a collapse of `halfedge` takes out.
+    /// The two faces that a collapse of `halfedge` removes.
     pub(super) fn lost_faces(&self, halfedge: u32) -> [usize; 2] {
         [face_of(halfedge), face_of(self.twin[halfedge as usize])]
     }
@@ -268,7 +270,7 @@ mod tests {
             let mut table = fresh.clone();
             let mut done = Vec::new();
             let n = mesh.num_vertices() as u32;
-            // Every vertex of any valence can be taken out.
+            // A vertex of any valence can be removed.
             for v in 4..n {
                 let h = legal(&table, v - 4).expect("a contractible edge");
                 table.collapse(h);

@@ -1,4 +1,4 @@
-//! Constant curvature as the scalar field: what turns the flow into a map to the sphere.
+//! Constant curvature as the scalar field, which turns the flow into a map to the sphere.
 
 use cotan_flow::{FlowError, FlowState, ScalarFieldUpdater};
 use cotan_geometry::{Positions, Scalar};
@@ -6,43 +6,43 @@ use cotan_halfedge::{EdgeId, HalfedgeMap, HalfedgeMesh, VertexMap};
 
 use super::sums::sum;
 
-/// Prescribes the same curvature everywhere: ℓ_i = −4 A_i κ n_i with n the outward normal, as the
-/// mean curvature normal of a sphere of radius 1 / (3κ) has it.
+/// Prescribes the same curvature everywhere: ℓ_i = −4 A_i κ n_i with the outward normal n, as for
+/// the mean curvature normal of a sphere of radius 1 / (3κ).
 ///
-/// To be used with [`cotan_flow::AlongNormal`], which gives the signed field its direction.
+/// Use it with [`cotan_flow::AlongNormal`], which turns the signed field into vectors.
 ///
-/// The radius is an unstable fixed point of a fixed κ, r ← 3κ r²: the surface collapses or grows
-/// without bound. [`Self::keeping_scale`] takes the κ of the current shape instead.
+/// With a fixed κ, the radius is an unstable fixed point of r ← 3κ r²: the surface collapses or
+/// grows without bound. [`Self::keeping_scale`] uses the κ of the current shape instead.
 ///
-/// **Source**: paper, section 4.1; what it leaves open by `docs/decisions`.
+/// **Source**: paper, section 4.1; for what the paper leaves open see `docs/decisions`.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ConstantCurvature {
     curvature: Curvature,
     measure: AreaMeasure,
 }
 
-/// Where κ comes from.
+/// The source of κ.
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum Curvature {
     Fixed(f64),
-    /// The one for which the current shape keeps its Dirichlet energy.
+    /// The curvature for which the current shape keeps its Dirichlet energy.
     KeepScale,
 }
 
-/// What counts as the area A_i of a vertex.
+/// The definition of the area A_i of a vertex.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum AreaMeasure {
-    /// The sum of the areas of the triangles around it, as the paper has it. The prescribed vectors
-    /// then do not sum to zero, and what a solve cannot fulfil ruins limbs.
+    /// The sum of the areas of the triangles around the vertex, as in the paper. The prescribed
+    /// vectors then do not sum to zero, and the part that a solve cannot satisfy damages limbs.
     Ring,
-    /// The length of the sum of their area vectors. On a closed surface the prescribed vectors then
-    /// sum to zero exactly: the system can be fulfilled.
+    /// The length of the sum of the area vectors of these triangles. On a closed surface the
+    /// prescribed vectors then sum to exactly zero, so the system can be satisfied.
     #[default]
     Vector,
 }
 
 impl ConstantCurvature {
-    /// The curvature `kappa`, positive for a convex surface.
+    /// A fixed curvature `kappa`, positive for a convex surface.
     ///
     /// **Units**: 1 / length, in box units.
     pub fn fixed(kappa: f64, measure: AreaMeasure) -> Self {
@@ -69,7 +69,8 @@ pub(crate) fn energy<T: Scalar>(
     weights: &HalfedgeMap<f64>,
     positions: &Positions<T>,
 ) -> f64 {
-    // Edge by edge, with differences; about the first vertex where the weights are not symmetric.
+    // Summed per edge from differences, relative to the first vertex in case the weights are not
+    // symmetric.
     let origin = positions.as_slice()[0];
     sum(mesh.num_edges(), |e| {
         let edge = EdgeId::new(e);

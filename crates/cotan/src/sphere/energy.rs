@@ -1,17 +1,17 @@
-//! The distortion of a sphere map, from angles to areas by one slider λ.
+//! The distortion of a sphere map, blended between angles and areas by a parameter λ.
 //!
-//! Of a face with the share w of the source's area, mapped with the singular values σ1 ≥ σ2 to a
-//! spherical triangle of solid angle Ω:
+//! For a face with the fraction w of the source's area, mapped with singular values σ1 ≥ σ2 to a
+//! spherical triangle with solid angle Ω:
 //!
 //! ```text
 //! e = w · ( (1 − λ) · ½ (σ1/σ2 + σ2/σ1)  +  λ · ½ (r + 1/r) ),    r = Ω / (4π w)
 //! ```
 //!
-//! Both terms are at least 1 and grow beyond all bounds at a flip: the first is D / A with D the
+//! Both terms are at least 1 and tend to infinity at a flip. The first is D / A, where D is the
 //! Dirichlet energy of the flat triangle and A = ½ det(a, b, c), which vanishes exactly where the
-//! spherical triangle flips. As a function of one corner both are convex on a flat patch (a square
-//! over a linear function; r + 1/r of a linear function), so a Newton step with the Hessian of the
-//! flat patch is a step downhill.
+//! spherical triangle flips. As functions of one corner both are convex on a flat patch (a square
+//! over a linear function; r + 1/r of a linear function), so a Newton step with the Hessian of
+//! the flat patch goes downhill.
 //!
 //! **Source**: MIPS (Hormann, Greiner 2000); the area term of Degener, Meseth, Klein 2003.
 
@@ -22,9 +22,11 @@ use super::error::SphereError;
 /// The weights of the two terms.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Blend {
-    /// Of the angles: 1 − λ, but never nothing, since it is the barrier against flips.
+    /// The weight of the angles: 1 − λ, but always positive, because this term is the barrier
+    /// against flips.
     conformal: f64,
-    /// Of the areas: λ, but never nothing, so that no face shrinks beyond what numbers can hold.
+    /// The weight of the areas: λ, but always positive, so that no face shrinks below the range
+    /// of numbers.
     areal: f64,
 }
 
@@ -37,7 +39,7 @@ impl Blend {
         }
     }
 
-    /// As [`Blend::new`].
+    /// Like [`Blend::new`], but checks the range.
     ///
     /// # Errors
     /// If `balance` is not in 0 … 1.
@@ -59,17 +61,17 @@ impl Blend {
     }
 }
 
-/// What a face was before it was mapped.
+/// The size and shape of a face before mapping.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Rest {
-    /// Its share of the source's area.
+    /// Its fraction of the source's area.
     pub(super) weight: f64,
     /// The cotangents of its angles.
     pub(super) cot: [f64; 3],
 }
 
 impl Rest {
-    /// A face of the given share and shape.
+    /// Creates the rest state of a face with the given area fraction and shape.
     pub(super) fn new(weight: f64, corners: [&Vector3<f64>; 3]) -> Self {
         Self {
             weight,
@@ -78,8 +80,8 @@ impl Rest {
     }
 }
 
-/// The cotangents of a triangle's angles. A sliver is widened a little (the same length is added
-/// to the square of every side), and a triangle without any extent counts as equilateral.
+/// The cotangents of a triangle's angles. Slivers are widened slightly (the same amount is added
+/// to the square of each side), and a triangle without extent is treated as equilateral.
 fn cotangents([a, b, c]: [&Vector3<f64>; 3]) -> [f64; 3] {
     let squares = [
         (c - b).norm_squared(),
@@ -91,7 +93,7 @@ fn cotangents([a, b, c]: [&Vector3<f64>; 3]) -> [f64; 3] {
         return [1.0 / 3.0_f64.sqrt(); 3];
     }
     let [p, q, r] = squares.map(|s| s / sum + WIDENING);
-    // Twice the products of the sides at each corner, and four times the area (Heron).
+    // Twice the dot products of the sides at each corner, and four times the area (Heron).
     let dots = [q + r - p, r + p - q, p + q - r];
     let area = (dots[0] * dots[1] + dots[1] * dots[2] + dots[2] * dots[0])
         .max(0.0)
@@ -99,13 +101,13 @@ fn cotangents([a, b, c]: [&Vector3<f64>; 3]) -> [f64; 3] {
     dots.map(|dot| dot / area)
 }
 
-/// A face at a vertex that may move: what is fixed about it.
+/// The fixed data of a face at a vertex that may move.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Wedge {
-    /// The other two corners, counter-clockwise after the vertex.
+    /// The other two corners, counter-clockwise from the vertex.
     pub(super) b: Vector3<f64>,
     pub(super) c: Vector3<f64>,
-    /// Shape and size before it was mapped, from the vertex on.
+    /// Shape and size before mapping, starting at the vertex.
     pub(super) rest: Rest,
 }
 
@@ -119,7 +121,7 @@ pub(super) struct Local {
 }
 
 impl Wedge {
-    /// The energy with the vertex at `x`; infinite if the face is not upright.
+    /// The energy with the vertex at `x`; infinite if the face is flipped or degenerate.
     #[inline]
     pub(super) fn value(&self, x: &Vector3<f64>, blend: Blend) -> f64 {
         let (det, denominator, dirichlet) = self.measures(x);
@@ -143,7 +145,7 @@ impl Wedge {
         let flat = |v: Vector3<f64>| Vector2::new(frame[0].dot(&v), frame[1].dot(&v));
         let Rest { weight, cot } = self.rest;
         let area = 0.5 * det;
-        // The area's gradient; b × (c − b) cancels less than b × c.
+        // The gradient of the area; b × (c − b) suffers less from cancellation than b × c.
         let n = flat(self.b.cross(&(self.c - self.b))) * 0.5;
         let d = flat((x - self.c) * cot[1] + (x - self.b) * cot[2]) * 0.5;
         let stiffness = 0.5 * (cot[1] + cot[2]);
@@ -177,7 +179,7 @@ impl Wedge {
             to_c.norm_squared(),
             across.norm_squared(),
         );
-        // Of unit vectors x · b = 1 − |b − x|² / 2.
+        // For unit vectors, x · b = 1 − |b − x|² / 2.
         let denominator = 4.0 - 0.5 * (aa + bb + cc);
         let [cot_x, cot_b, cot_c] = self.rest.cot;
         (
@@ -187,14 +189,15 @@ impl Wedge {
         )
     }
 
-    /// The solid angle that the face should have.
+    /// The target solid angle of the face.
     #[inline]
     fn target(&self) -> f64 {
         4.0 * std::f64::consts::PI * self.rest.weight
     }
 }
 
-/// Shares of the surface's area with sum 1: a face is given at least a small part of the mean.
+/// Fractions of the surface's area with sum 1. Each face gets at least a small fraction of the
+/// mean.
 pub(super) fn shares(areas: &[f64]) -> Vec<f64> {
     let total: f64 = areas.iter().filter(|a| a.is_finite()).sum();
     let least = LEAST_AREA * if total > 0.0 { total } else { 1.0 } / areas.len() as f64;
@@ -203,15 +206,15 @@ pub(super) fn shares(areas: &[f64]) -> Vec<f64> {
     areas.iter().map(|a| floored(a) / sum).collect()
 }
 
-/// Enough to keep triangles from thinning out where only areas count: at 0.01 areas are half as far
-/// off, but long limbs are sheared a third more.
+/// Large enough to keep triangles from becoming thin if only areas count. With 0.01 the area
+/// error is halved, but long limbs are sheared by a third more.
 const LEAST_CONFORMAL: f64 = 0.03;
-/// Enough to keep the faces of a long limb from shrinking exponentially, in `f32` too.
+/// Large enough to keep the faces of a long limb from shrinking exponentially, also in `f32`.
 const LEAST_AREAL: f64 = 1e-3;
-/// Part of the mean face area that a face counts with at least.
+/// The minimum area of a face, as a fraction of the mean face area.
 const LEAST_AREA: f64 = 1e-4;
-/// Part of the sum of the squared sides that is added to each: a sliver counts as one of about
-/// 1 : 60.
+/// The fraction of the sum of squared sides that is added to each of them: slivers are treated as
+/// triangles of about 1 : 60.
 const WIDENING: f64 = 1e-4;
 
 #[cfg(test)]
@@ -268,7 +271,7 @@ mod tests {
         let rest = Rest::new(weight, [a, b, c]);
         let wedge = Wedge { b: *b, c: *c, rest };
         let blend = Blend::new(0.5);
-        // Slivers are widened a little, hence not 1 to the last digit.
+        // Slivers are widened slightly, so the result is not exactly 1.
         assert!((wedge.value(a, blend) / weight - 1.0).abs() < 1e-3);
         let flipped = Wedge { b: *c, c: *b, rest };
         assert_eq!(flipped.value(a, blend), f64::INFINITY);

@@ -1,4 +1,4 @@
-//! What can be wrong with a sphere map.
+//! Errors of sphere maps.
 
 use cotan_flow::FlowError;
 use cotan_geometry::{Readable, SurfaceError};
@@ -7,11 +7,11 @@ use cotan_laplacian::SchemeError;
 use cotan_linear::LinearError;
 use thiserror::Error;
 
-/// Why a mesh cannot be mapped to the sphere, or why a map is none.
+/// The reason why a mesh cannot be mapped to the sphere, or why a map is invalid.
 #[derive(Clone, PartialEq, Debug, Error)]
 #[non_exhaustive]
 pub enum SphereError {
-    /// A mesh with holes.
+    /// The mesh has holes.
     #[error(
         "the mesh is not closed: it has {loops} hole(s), among them the one at vertex {vertex}; fill them (--fill-holes), since only a closed mesh covers the sphere"
     )]
@@ -21,7 +21,7 @@ pub enum SphereError {
         /// The lowest vertex at a hole.
         vertex: VertexId,
     },
-    /// A mesh with handles, like a torus.
+    /// The mesh has handles, like a torus.
     #[error(
         "the mesh has genus {genus}, and only genus 0 (no tunnel through it) can be mapped to the sphere; cut its tunnels and fill the cuts first"
     )]
@@ -29,7 +29,7 @@ pub enum SphereError {
         /// The genus.
         genus: usize,
     },
-    /// Several components.
+    /// The mesh has several components.
     #[error(
         "the mesh has {} components ({}); a sphere map is of one: keep one of them (cotan repair --keep-largest)", components.len(), list_components(components)
     )]
@@ -37,22 +37,22 @@ pub enum SphereError {
         /// The lowest vertex and the number of vertices of each component.
         components: Vec<(VertexId, usize)>,
     },
-    /// Fewer than four faces.
+    /// The mesh has fewer than four faces.
     #[error("the mesh has {faces} faces, and a closed surface needs at least four")]
     TooFewFaces {
-        /// Number of faces.
+        /// The number of faces.
         faces: usize,
     },
     /// The mesh and its positions do not form a surface.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
-    /// The surface cannot be weighted.
+    /// No weights can be computed for the surface.
     #[error(transparent)]
     Scheme(#[from] SchemeError),
-    /// The flow could not be built or could not go on.
+    /// The flow could not be built or could not continue.
     #[error(transparent)]
     Flow(#[from] FlowError),
-    /// A vertex that is not on the unit sphere.
+    /// A vertex is not on the unit sphere.
     #[error("vertex {vertex} lies {distance:.1e} off the unit sphere")]
     OffSphere {
         /// The vertex.
@@ -60,7 +60,7 @@ pub enum SphereError {
         /// | |v| − 1 |.
         distance: f64,
     },
-    /// A vertex whose image is no number.
+    /// The image of a vertex is not finite.
     #[error(
         "vertex {vertex} has no finite place on the sphere, as a step overflowed: lengths in this mesh differ by too many orders of magnitude; --method robust maps it"
     )]
@@ -68,39 +68,40 @@ pub enum SphereError {
         /// The vertex.
         vertex: VertexId,
     },
-    /// Flipped triangles that no stage could cure.
+    /// Some triangles are flipped, and no stage could repair them.
     #[error(
         "{count} triangle(s) are flipped or degenerate on the sphere, the first is face {first}; --method robust mends that"
     )]
     Flipped {
-        /// How many.
+        /// The number of these triangles.
         count: usize,
-        /// The lowest.
+        /// The lowest of them.
         first: FaceId,
     },
-    /// A sphere covered several times.
+    /// The map covers the sphere several times.
     #[error("the triangles cover the sphere {degree} times instead of once")]
     Degree {
-        /// How many times.
+        /// The number of times.
         degree: i64,
     },
-    /// A setting outside its range.
+    /// A setting is out of range.
     #[error("the {setting} must be {range}, but is {}", Readable(*value))]
     Setting {
-        /// Name of the setting.
+        /// The name of the setting.
         setting: &'static str,
-        /// What it may be.
+        /// The allowed range.
         range: &'static str,
-        /// What it is.
+        /// The given value.
         value: f64,
     },
-    /// Landmarks, or vertices of another mesh, that do not fit.
+    /// Landmarks, or vertices of another mesh, do not match.
     #[error("{0}")]
     Mismatch(String),
 }
 
 impl SphereError {
-    /// Whether it says that positions are not one to one onto the sphere, so that others may be.
+    /// Returns true if the error says that positions are not a one-to-one map onto the sphere, in
+    /// which case other positions may succeed.
     pub(crate) fn is_no_map(&self) -> bool {
         matches!(
             self,
@@ -131,7 +132,7 @@ fn list_components(components: &[(VertexId, usize)]) -> String {
     text.join(", ")
 }
 
-/// Refuses what is not a closed, connected triangle mesh of genus 0.
+/// Rejects everything but a closed, connected triangle mesh of genus 0.
 pub(crate) fn check_topology(mesh: &HalfedgeMesh) -> Result<(), SphereError> {
     let components = mesh.components();
     if components.count() > 1 {
@@ -162,7 +163,7 @@ pub(crate) fn check_topology(mesh: &HalfedgeMesh) -> Result<(), SphereError> {
             faces: mesh.num_faces(),
         });
     }
-    // Of one closed component: χ = 2 − 2 genus.
+    // For one closed component, χ = 2 − 2 genus.
     match (2 - mesh.euler_characteristic()) / 2 {
         0 => Ok(()),
         genus => Err(SphereError::Genus {

@@ -1,11 +1,12 @@
 //! Geometry images: a shape, or an attribute, as a square grid of values over the unfolded
 //! octahedron.
 //!
-//! Pixel (i, j) of an n × n grid stands for the point (s, t) = (2i/(n−1) − 1, 2j/(n−1) − 1) of the
-//! square, which the octahedron |x| + |y| + |z| = 1 is unfolded onto: z = 1 − |s| − |t| and (x, y)
-//! = (s, t) where z ≥ 0 (the upper half, the inner diamond), the four lower faces folded out to the
-//! corners. The lower pole is all four corners of the square, and each side is one edge of the
-//! octahedron folded in the middle: its pixels equal their mirror images about the middle.
+//! Pixel (i, j) of an n × n grid represents the point (s, t) = (2i/(n−1) − 1, 2j/(n−1) − 1) of
+//! the square onto which the octahedron |x| + |y| + |z| = 1 is unfolded: z = 1 − |s| − |t|, and
+//! (x, y) = (s, t) where z ≥ 0 (the upper half, which is the inner diamond). The four lower faces
+//! are folded out to the corners. The lower pole is at all four corners of the square, and each
+//! side is an edge of the octahedron folded in the middle, so its pixels are mirror-symmetric
+//! about the middle.
 //!
 //! **Source**: Praun and Hoppe 2003, section 3 (the octahedron and its boundary rules).
 
@@ -19,34 +20,34 @@ use super::interpolate::Attribute;
 use super::locate::PointLocation;
 use super::map::SphereMap;
 
-/// A grid of values, row after row.
+/// A grid of values, row by row.
 #[derive(Clone, PartialEq, Debug)]
 pub struct GeometryImage<A> {
-    /// Pixels of a row; odd.
+    /// The number of pixels per row, which is odd.
     pub width: usize,
-    /// Rows; as many as `width`.
+    /// The number of rows, equal to `width`.
     pub height: usize,
     /// The value of pixel (i, j), column i of row j, at `j * width + i`.
     pub values: Vec<A>,
 }
 
-/// Bytes of an RGB picture, and what they stand for.
+/// The bytes of an RGB image, and the range they represent.
 #[derive(Clone, PartialEq, Debug)]
 pub struct EncodedImage<T: Scalar> {
-    /// Pixels of a row.
+    /// The number of pixels per row.
     pub width: usize,
-    /// Rows.
+    /// The number of rows.
     pub height: usize,
-    /// How many bits a colour has.
+    /// The number of bits per colour channel.
     pub depth: BitDepth,
-    /// Red, green and blue of pixel after pixel, row after row; of 16 bits the high byte first, as
+    /// Red, green and blue of each pixel, row by row. With 16 bits, the high byte comes first, as
     /// in a PNG.
     pub bytes: Vec<u8>,
-    /// The box that the colours span: 0 is `min`, the largest colour `max`, for each axis.
+    /// The box spanned by the colours: for each axis 0 is `min` and the largest value is `max`.
     pub bounds: BoundingBox<T>,
 }
 
-/// Bits of a colour.
+/// Bits per colour channel.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum BitDepth {
     /// 0 … 255.
@@ -56,14 +57,14 @@ pub enum BitDepth {
 }
 
 impl<T: Scalar> SphereMap<T> {
-    /// The geometry image of an attribute, such as the positions of the source mesh.
+    /// Computes the geometry image of an attribute, such as the positions of the source mesh.
     ///
-    /// **Shapes**: one value a vertex in, `size`² out.
+    /// **Shapes**: one value per vertex as input, `size`² values as output.
     ///
     /// # Errors
-    /// [`SphereError::Setting`] if `size` is not odd and 3 to 4097 (odd, so that the octahedron's
-    /// vertices are pixels and borders match); [`SphereError::Mismatch`] if there is not one value
-    /// a vertex.
+    /// [`SphereError::Setting`] if `size` is not an odd number in 3 … 4097 (odd, so that the
+    /// vertices of the octahedron are pixels and the borders match); [`SphereError::Mismatch`] if
+    /// there is not one value per vertex.
     pub fn geometry_image<A: Attribute<T>>(
         &self,
         attribute: &VertexMap<A>,
@@ -82,7 +83,7 @@ impl<T: Scalar> SphereMap<T> {
 }
 
 impl<T: Scalar> PointLocation<'_, T> {
-    /// The geometry image of an attribute with one value a vertex; `size` is odd.
+    /// The geometry image of an attribute with one value per vertex; `size` is odd.
     pub(crate) fn tabulate<A: Attribute<T>>(
         &self,
         attribute: &VertexMap<A>,
@@ -101,10 +102,10 @@ impl<T: Scalar> PointLocation<'_, T> {
 }
 
 impl<T: Scalar> GeometryImage<Point3<T>> {
-    /// The positions as colours: each coordinate relative to its extent in the bounding box of
-    /// the image, rounded to the nearest; 0 along an axis without extent.
+    /// Encodes the positions as colours: each coordinate relative to the extent of the image's
+    /// bounding box, rounded to the nearest value, and 0 along an axis without extent.
     ///
-    /// Coordinates that are not finite become 0.
+    /// Non-finite coordinates become 0.
     #[must_use]
     pub fn encode(&self, depth: BitDepth) -> EncodedImage<T> {
         let origin = BoundingBox {
@@ -117,7 +118,7 @@ impl<T: Scalar> GeometryImage<Point3<T>> {
         for p in &self.values {
             for k in 0..3 {
                 let share = (p[k] - low[k]).as_f64() / extents[k].as_f64();
-                // Out of range and not-a-number saturate.
+                // Casts saturate for NaN and values out of range.
                 match depth {
                     BitDepth::Eight => bytes.push((share * 255.0).round() as u8),
                     BitDepth::Sixteen => {
@@ -138,7 +139,7 @@ impl<T: Scalar> GeometryImage<Point3<T>> {
 
 /// The unit direction of pixel (i, j) of a `size` × `size` geometry image; `size` is odd.
 ///
-/// Folded in whole numbers, so that mirrored pixels of a side have the same direction to the bit.
+/// Folding uses integers, so mirrored pixels of a side have exactly the same direction.
 pub(crate) fn octahedral_direction(i: usize, j: usize, size: usize) -> Vector3<f64> {
     let m = (size / 2) as i64;
     let (s, t) = (i as i64 - m, j as i64 - m);
@@ -151,7 +152,7 @@ pub(crate) fn octahedral_direction(i: usize, j: usize, size: usize) -> Vector3<f
     Vector3::new(x as f64, y as f64, z as f64).normalize()
 }
 
-/// The pixel of a `size` × `size` geometry image that is nearest to a direction.
+/// The pixel of a `size` × `size` geometry image nearest to a direction.
 pub(crate) fn nearest_pixel(d: &Vector3<f64>, size: usize) -> usize {
     let on_octahedron = d / d.lp_norm(1);
     let (x, y) = (on_octahedron.x, on_octahedron.y);
@@ -164,7 +165,7 @@ pub(crate) fn nearest_pixel(d: &Vector3<f64>, size: usize) -> usize {
     index(t) * size + index(s)
 }
 
-/// 16.8 million pixels.
+/// Gives 16.8 million pixels.
 const MAX_SIZE: usize = 4097;
 
 #[cfg(test)]

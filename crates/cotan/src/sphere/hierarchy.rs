@@ -1,11 +1,11 @@
-//! An embedding of any closed genus-0 triangle mesh on the sphere, valid at every step.
+//! An embedding of any closed genus-0 triangle mesh on the sphere that is valid at every step.
 //!
-//! Vertices are taken out, a level of independent ones after the other, until a tetrahedron is
-//! left; that is mapped to a regular one; then the vertices return in reverse order, each to a
-//! place from which it sees its ring. The target of its collapse sees the whole ring, so in exact
-//! arithmetic there always is such a place, and relaxing every level keeps it roomy. A face that
-//! is left carries the source area of those that it stands for, so coarse levels already give every
-//! part of the surface its share of the sphere.
+//! Vertices are removed in levels of independent ones until a tetrahedron is left, which is
+//! mapped to a regular tetrahedron. Then the vertices are reinserted in reverse order, each at a
+//! position from which its whole ring is visible. The target of the collapse sees the whole ring,
+//! so in exact arithmetic there is always such a position, and relaxing each level keeps enough
+//! room. Each remaining face carries the source area of the faces it represents, so already the
+//! coarse levels give every part of the surface its share of the sphere.
 //!
 //! **Source**: Praun, Hoppe 2003, "Spherical parametrization and remeshing", section 4.
 
@@ -25,14 +25,14 @@ use super::relax::checked_layout;
 use super::sweep::Sweeper;
 pub(super) use simplify::{Collapses, Hierarchy, cost, flips_after, simplify};
 
-/// Maps a closed, connected genus-0 triangle mesh to the unit sphere without a flipped triangle.
+/// Maps a closed, connected genus-0 triangle mesh to the unit sphere without flipped triangles.
 ///
-/// `balance` leads from angles (0) to areas (1). Zero-area faces, coincident vertices and slivers
-/// are no hindrance; coordinates that are not finite count as 0.
+/// `balance` ranges from angles (0) to areas (1). Zero-area faces, coincident vertices and
+/// slivers are allowed. Non-finite coordinates are treated as 0.
 ///
 /// # Errors
-/// [`SphereError`] if the mesh is not of that kind, or if the numbers of type `T` cannot tell so
-/// many vertices apart.
+/// [`SphereError`] if the mesh is not of that kind, or if the precision of `T` is too low to
+/// distinguish that many vertices.
 pub fn embed<T: Scalar>(
     mesh: &HalfedgeMesh,
     positions: &Positions<f64>,
@@ -52,10 +52,10 @@ pub fn embed<T: Scalar>(
     }
 }
 
-/// Puts back level after level and relaxes each.
+/// Reinserts the vertices level by level, and relaxes each level.
 ///
 /// # Errors
-/// If there is no room for a vertex that numbers can tell.
+/// If there is not enough room for a vertex at the available precision.
 pub(super) fn refine(layout: &mut Layout, mut hierarchy: Hierarchy) -> Result<(), SphereError> {
     for &v in &hierarchy.left {
         for face in layout.table.outgoing(v).map(face_of).collect::<Vec<_>>() {
@@ -72,7 +72,7 @@ pub(super) fn refine(layout: &mut Layout, mut hierarchy: Hierarchy) -> Result<()
     Ok(())
 }
 
-/// The layout of a mesh, all places at the origin.
+/// The layout of a mesh with all vertices at the origin.
 pub(super) fn layout(
     mesh: &HalfedgeMesh,
     positions: &Positions<f64>,
@@ -103,14 +103,14 @@ pub(super) fn layout(
     }
 }
 
-/// The places of a layout in the type that they were rounded to.
+/// The positions of a layout, in the type to which they were rounded.
 pub(super) fn positions_of<T: Scalar>(layout: &Layout) -> Positions<T> {
     let to_point = |p: &Vector3<f64>| Point3::from(p.map(T::of_f64));
     layout.place.iter().map(to_point).collect()
 }
 
-/// Places the four vertices that are left at the corners of a regular tetrahedron, turned so that
-/// its faces are upright.
+/// Places the remaining four vertices at the corners of a regular tetrahedron with outward-facing
+/// faces.
 fn tetrahedron(layout: &mut Layout, left: &[u32]) {
     let Some(&apex) = left.first() else { return };
     let ring: Vec<u32> = layout.table.ring(apex).collect();
@@ -125,7 +125,7 @@ fn tetrahedron(layout: &mut Layout, left: &[u32]) {
     }
 }
 
-/// Sweeps over the vertices that are there, more often where they are few.
+/// Sweeps over the present vertices, with more sweeps on coarser levels.
 fn relax_level(layout: &mut Layout, present: &[u32]) {
     let sweeps = (SWEEPS_TIMES_VERTICES / present.len()).clamp(LEAST_SWEEPS, MOST_SWEEPS);
     let mut sweeper = Sweeper::new(layout, present);
@@ -136,11 +136,11 @@ fn relax_level(layout: &mut Layout, present: &[u32]) {
     }
 }
 
-/// Coarse levels cost next to nothing: this many steps are spent on each.
+/// The number of vertex steps spent on each level. Coarse levels cost almost nothing.
 const SWEEPS_TIMES_VERTICES: usize = 100_000;
 const LEAST_SWEEPS: usize = 3;
 const MOST_SWEEPS: usize = 100;
-/// Stretches the steps of a sweep, as in successive over-relaxation.
+/// Scales the steps of a sweep, as in successive over-relaxation.
 const OVER_RELAXATION: f64 = 1.5;
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Attributes of vertices at points between them.
+//! Interpolation of vertex attributes on the sphere.
 
 use std::ops::Mul;
 
@@ -11,10 +11,10 @@ use super::error::SphereError;
 use super::locate::Located;
 use super::map::SphereMap;
 
-/// What can be mixed between the corners of a triangle: numbers, vectors, points.
+/// Values that can be interpolated between the corners of a triangle: numbers, vectors, points.
 pub trait Attribute<T: Scalar>: Clone + Send + Sync {
-    /// Σ w_k a_k over the three corners. With weights 1, 0, 0 it is the first, to the bit, as long
-    /// as all are finite.
+    /// Computes Σ w_k a_k over the three corners. With weights 1, 0, 0 the result is exactly the
+    /// first value, provided that all are finite.
     fn blend(corners: [&Self; 3], weights: [T; 3]) -> Self;
 
     /// |a − b|².
@@ -59,13 +59,13 @@ impl<T: Scalar, const N: usize> Attribute<T> for Point<T, N> {
 }
 
 impl<T: Scalar> SphereMap<T> {
-    /// The value of an attribute at a point of the sphere.
+    /// Interpolates an attribute at a point of the sphere.
     ///
-    /// **Shapes**: one value a vertex of this map's mesh.
+    /// **Shapes**: one value per vertex of this map's mesh.
     ///
     /// # Errors
-    /// [`SphereError::Mismatch`] if there is not one value a vertex, or if the place is one of
-    /// another map and its face is not here.
+    /// [`SphereError::Mismatch`] if there is not one value per vertex, or if the location belongs
+    /// to another map and its face does not exist here.
     pub fn interpolate<A: Attribute<T>>(
         &self,
         attribute: &VertexMap<A>,
@@ -76,10 +76,10 @@ impl<T: Scalar> SphereMap<T> {
         Ok(self.blend(attribute, at))
     }
 
-    /// As [`SphereMap::interpolate`], at many points, in parallel.
+    /// Like [`SphereMap::interpolate`], at many points, in parallel.
     ///
     /// # Errors
-    /// As [`SphereMap::interpolate`].
+    /// Same as [`SphereMap::interpolate`].
     pub fn interpolate_all<A: Attribute<T>>(
         &self,
         attribute: &VertexMap<A>,
@@ -91,13 +91,13 @@ impl<T: Scalar> SphereMap<T> {
         Ok(parallel::filled(at.len(), blend))
     }
 
-    /// The mix of the three corners, unchecked.
+    /// The blend of the three corners, unchecked.
     pub(crate) fn blend<A: Attribute<T>>(&self, attribute: &VertexMap<A>, at: &Located<T>) -> A {
         let corners = self.mesh().triangle(at.face).map(|v| &attribute[v]);
         A::blend(corners, at.barycentric)
     }
 
-    /// Refuses anything but one value a vertex.
+    /// Checks that there is one value per vertex.
     pub(crate) fn check_attribute<A>(&self, attribute: &VertexMap<A>) -> Result<(), SphereError> {
         let (values, vertices) = (attribute.len(), self.mesh().num_vertices());
         if values != vertices {
@@ -140,7 +140,7 @@ mod tests {
             let point = map.interpolate(shape.positions(), &place).unwrap();
             let value = map.interpolate(&height, &place).unwrap();
             prop_assert!((value - slope.dot(&point.coords)).abs() < 1e-14);
-            // And the point is where the direction pierces the triangle.
+            // The point is also where the direction pierces the triangle.
             prop_assert!((point.coords.normalize() - d).norm() < 1e-14);
         }
     }

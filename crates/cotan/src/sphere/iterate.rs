@@ -1,5 +1,5 @@
-//! The paper's iteration to the sphere, plain and robust: the generic flow with constant curvature
-//! and one point handle.
+//! The paper's iteration to the sphere, in its plain and its robust form: the generic flow with
+//! constant curvature and one point handle.
 
 use std::ops::ControlFlow;
 
@@ -16,19 +16,19 @@ use super::project::{KeepSize, RobustProjection};
 use super::round::{normalized, sphere_centre};
 use crate::options::SchemeKind;
 
-/// What sees every step, and may stop the run.
+/// A callback that receives each step and may stop the run.
 pub(crate) type Observer<'a> = &'a mut dyn FnMut(&StepReport) -> ControlFlow<()>;
 
-/// Where an iteration ended: on the unit sphere, not checked.
+/// The result of an iteration: on the unit sphere, but not checked.
 pub(crate) struct Iterated {
     pub(crate) positions: Positions<f64>,
     pub(crate) report: Report,
     pub(crate) factorizations: usize,
 }
 
-/// The paper's own iteration (section 4.1): ℓ = 4 A κ n, the step ratio falling from 1 to 0.1; with
-/// Tutte weights the tangential part of ℓ is kept. The scale, which the paper leaves open and which
-/// is unstable, is fixed in every step. The result is projected radially.
+/// The iteration of the paper (section 4.1): ℓ = 4 A κ n, with a step ratio that falls from 1 to
+/// 0.1. With Tutte weights the tangential part of ℓ is kept. The scale, which the paper leaves
+/// open and which is unstable, is fixed in each step. The result is projected radially.
 pub(crate) fn paper(
     mesh: &HalfedgeMesh,
     positions: &Positions<f64>,
@@ -64,8 +64,8 @@ pub(crate) fn paper(
     })
 }
 
-/// The robust variant: see [`RobustProjection`]. `first` is a map to go on from, `marked` the
-/// vertices around which small weights are raised.
+/// The robust variant: see [`RobustProjection`]. `first` is a map to start from, and small
+/// weights are raised around the vertices in `marked`.
 pub(crate) fn robust(
     mesh: &HalfedgeMesh,
     positions: &Positions<f64>,
@@ -109,14 +109,15 @@ fn system(options: &SphereOptions) -> SystemOptions {
     system
 }
 
-/// The point handle that says where the mesh is.
+/// The point handle that fixes the position of the mesh.
 fn one_handle(positions: &Positions<f64>) -> (Handle, Point3<f64>) {
     let vertex = VertexId::new(0);
     let at = positions.get(vertex).copied().unwrap_or_default();
     (Handle::hard(vertex), at)
 }
 
-/// Tutte's weights in their symmetric form, which have the same fixed points and behave far better.
+/// The symmetric form of Tutte's weights, which has the same fixed points and is much better
+/// behaved.
 pub(super) fn symmetric(scheme: SchemeKind) -> Box<dyn LaplacianScheme<f64>> {
     match scheme {
         SchemeKind::Tutte => Box::new(Uniform),
@@ -124,13 +125,13 @@ pub(super) fn symmetric(scheme: SchemeKind) -> Box<dyn LaplacianScheme<f64>> {
     }
 }
 
-/// A scheme whose weights are raised to a floor on edges with a marked end.
+/// A scheme whose weights are raised to a lower bound on edges with a marked end.
 struct Selective {
     scheme: Box<dyn LaplacianScheme<f64>>,
     marked: Vec<bool>,
 }
 
-/// Weights below this make flips: an equilateral mesh has weights of 1.15.
+/// Smaller weights cause flips; an equilateral mesh has weights of 1.15.
 const FLOOR: f64 = 0.01;
 
 impl LaplacianScheme<f64> for Selective {

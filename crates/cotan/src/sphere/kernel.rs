@@ -1,21 +1,23 @@
-//! The kernel of a star polygon on the sphere: where a vertex sees every edge from the left.
+//! The kernel of a star polygon on the sphere: the region from which all edges are seen from the
+//! left.
 //!
-//! It is the cone of the x with det(b, c, x) > 0 for every edge (b, c) of the polygon, cut out of
-//! a square of the tangent plane at a corner of it that is known to see the whole polygon.
+//! It is the cone of all x with det(b, c, x) > 0 for each edge (b, c) of the polygon, clipped
+//! from a square in the tangent plane at a corner from which the whole polygon is known to be
+//! visible.
 
 use nalgebra::{Vector2, Vector3};
 
 use super::energy::Wedge;
 use super::layout::tangents;
 
-/// Directions inside the kernel to try, the centroid first; empty if it has no inside that
-/// numbers can tell. `eye` is a ring vertex that sees the whole ring, as the target of a collapse
-/// does.
+/// Candidate directions inside the kernel, the centroid first. Empty if the kernel has no
+/// interior at the available precision. `eye` is a ring vertex from which the whole ring is
+/// visible, such as the target of a collapse.
 pub(super) fn kernel_points(star: &[Wedge], eye: &Vector3<f64>) -> Vec<Vector3<f64>> {
     let frame = tangents(eye);
     let mut polygon = square(star, eye);
     for wedge in star {
-        // The half plane n · (eye + s t1 + t t2) ≥ 0, written with differences to the eye.
+        // The half plane n · (eye + s t1 + t t2) ≥ 0, computed from differences to the eye.
         let (b, c) = (wedge.b - eye, wedge.c - eye);
         let normal = wedge.b.cross(&(c - b));
         let offset = eye.dot(&b.cross(&c));
@@ -33,7 +35,7 @@ pub(super) fn kernel_points(star: &[Wedge], eye: &Vector3<f64>) -> Vec<Vector3<f
         .collect()
 }
 
-/// A square round the eye that holds the ring, up to a steep angle.
+/// A square around the eye that contains the ring, up to a steep angle.
 fn square(star: &[Wedge], eye: &Vector3<f64>) -> Vec<Vector2<f64>> {
     let far = star.iter().map(|w| (w.b - eye).norm()).fold(0.0, f64::max);
     let half = if far < 1.0 { 2.0 * far } else { WIDEST };
@@ -57,7 +59,7 @@ fn clip(polygon: &[Vector2<f64>], slope: Vector2<f64>, offset: f64) -> Vec<Vecto
     kept
 }
 
-/// The centroid of a polygon's area, if it has one.
+/// The centroid of a polygon, or `None` if it has no area.
 fn centroid(polygon: &[Vector2<f64>]) -> Option<Vector2<f64>> {
     let origin = *polygon.first()?;
     let (mut area, mut moment) = (0.0, Vector2::zeros());
@@ -70,7 +72,8 @@ fn centroid(polygon: &[Vector2<f64>]) -> Option<Vector2<f64>> {
     (area > 0.0).then(|| origin + moment / area)
 }
 
-/// Half the side of the square for a ring that spans much of the sphere: 84 degrees from the eye.
+/// Half the side of the square for a ring that spans a large part of the sphere: 84 degrees from
+/// the eye.
 const WIDEST: f64 = 10.0;
 
 #[cfg(test)]
@@ -81,7 +84,7 @@ mod tests {
 
     #[test]
     fn the_kernel_of_a_star_shaped_ring_is_found_at_every_scale() {
-        // An arrow: seen as a whole only from near its head, the first corner.
+        // An arrow, which is visible as a whole only from near its head, the first corner.
         let arrow = [[0.0, 0.0], [-2.0, -1.5], [-0.4, 0.0], [-2.0, 1.5]];
         for scale in [0.3, 1e-3, 1e-9] {
             let ring: Vec<_> = arrow

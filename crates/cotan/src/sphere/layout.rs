@@ -1,5 +1,5 @@
-//! A triangulated sphere in the making: connectivity, shapes to imitate, and positions that are
-//! upright at every moment.
+//! A triangulated sphere during construction: connectivity, target shapes, and positions for
+//! which the faces are always upright (neither flipped nor degenerate).
 
 use cotan_geometry::Scalar;
 use nalgebra::{Point3, Vector3};
@@ -8,7 +8,8 @@ use super::corners::{CornerTable, face_of, prev};
 use super::energy::{Blend, Local, Rest, Wedge};
 use super::predicate::is_upright;
 
-/// Rounds a direction to a point of the unit sphere whose coordinates a scalar type can hold.
+/// Rounds a direction to a point of the unit sphere whose coordinates are representable in a
+/// scalar type.
 pub(super) type Rounding = fn(&Vector3<f64>) -> Vector3<f64>;
 
 /// The [`Rounding`] of `T`.
@@ -16,20 +17,20 @@ pub(super) fn rounded<T: Scalar>(direction: &Vector3<f64>) -> Vector3<f64> {
     direction.normalize().map(|x| T::of_f64(x).as_f64())
 }
 
-/// Positions on the sphere with all that is needed to move one of them.
+/// Positions on the sphere with all data needed to move one of them.
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
     /// The connectivity.
     pub(super) table: CornerTable,
-    /// Per vertex: its position in the source.
+    /// Per vertex: its source position.
     pub(super) source: Vec<Vector3<f64>>,
-    /// Per face: what it should look like.
+    /// Per face: its target shape.
     pub(super) rest: Vec<Rest>,
-    /// Per vertex: its place on the sphere, rounded.
+    /// Per vertex: its position on the sphere, rounded.
     pub(super) place: Vec<Vector3<f64>>,
-    /// What the energy asks for.
+    /// The weights of the energy terms.
     pub(super) blend: Blend,
-    /// How places are rounded.
+    /// The rounding of positions.
     pub(super) round: Rounding,
 }
 
@@ -42,7 +43,7 @@ impl Layout {
         self.rest[face] = Rest::new(weight, corners);
     }
 
-    /// The faces around `vertex`.
+    /// Collects the faces around `vertex`.
     pub(super) fn star(&self, vertex: u32, star: &mut Vec<Wedge>) {
         star.clear();
         star.extend(self.table.outgoing(vertex).map(|h| {
@@ -59,13 +60,13 @@ impl Layout {
         }));
     }
 
-    /// Whether a face is upright where its corners are.
+    /// Returns true if a face is upright at the current positions.
     pub(super) fn is_upright(&self, face: usize) -> bool {
         let [a, b, c] = self.table.triangle(face).map(|v| self.place[v as usize]);
         upright(&a, &b, &c)
     }
 
-    /// The energy of the whole map: infinite if a face is not upright.
+    /// The energy of the whole map; infinite if a face is not upright.
     pub(super) fn energy(&self) -> f64 {
         let of_face = |f: usize| {
             let [x, b, c] = self.table.triangle(f).map(|v| self.place[v as usize]);
@@ -75,9 +76,9 @@ impl Layout {
         (0..self.table.num_faces()).map(of_face).sum()
     }
 
-    /// A better place for `vertex` with upright faces, if one is found from where it is.
+    /// Looks for a better position of `vertex` with upright faces, starting from the current one.
     ///
-    /// `reach` stretches the first step (over-relaxation); `star` is scratch.
+    /// `reach` scales the first step (over-relaxation); `star` is scratch space.
     pub(super) fn better_place(
         &self,
         vertex: u32,
@@ -94,7 +95,7 @@ impl Layout {
         )
     }
 
-    /// The greatest distance from `vertex` to a neighbour.
+    /// The largest distance from the vertex to a neighbour.
     pub(super) fn size_of_star(star: &[Wedge], x: &Vector3<f64>) -> f64 {
         star.iter()
             .map(|w| (w.b - x).norm_squared())
@@ -108,18 +109,18 @@ pub(super) fn upright(a: &Vector3<f64>, b: &Vector3<f64>, c: &Vector3<f64>) -> b
     is_upright(&Point3::from(*a), &Point3::from(*b), &Point3::from(*c))
 }
 
-/// Whether every face of the star is upright, exactly, with its vertex at `x`.
+/// Returns true if all faces of the star are upright with the vertex at `x`, by exact signs.
 pub(super) fn is_valid(star: &[Wedge], x: &Vector3<f64>) -> bool {
     star.iter().all(|w| upright(x, &w.b, &w.c))
 }
 
-/// The energy of a star with its vertex at `x`.
+/// The energy of a star with the vertex at `x`.
 pub(super) fn energy(star: &[Wedge], x: &Vector3<f64>, blend: Blend) -> f64 {
     star.iter().map(|w| w.value(x, blend)).sum()
 }
 
-/// One Newton step for the vertex of a star, shortened until the energy falls and every face is
-/// upright after rounding; `None` if no step does.
+/// One Newton step for the vertex of a star, shortened until the energy decreases and all faces
+/// are upright after rounding. `None` if there is no such step.
 pub(super) fn step(
     star: &[Wedge],
     x: &Vector3<f64>,
@@ -150,7 +151,7 @@ pub(super) fn step(
     None
 }
 
-/// Solves the Hessian, made a little stiffer, for the step that leads down.
+/// Solves the slightly regularized Hessian for the descent step.
 fn newton_step(local: &Local) -> Option<nalgebra::Vector2<f64>> {
     let [xx, xy, yy] = local.hessian;
     let stiffer = STIFFER * (xx + yy);
@@ -172,9 +173,9 @@ pub(super) fn tangents(x: &Vector3<f64>) -> [Vector3<f64>; 2] {
     [first, x.cross(&first)]
 }
 
-/// A step that promises less than this share of the energy is not worth its time.
+/// A step whose predicted gain is below this fraction of the energy is not worthwhile.
 const LEAST_GAIN: f64 = 1e-9;
-/// Share of the Hessian's trace that is added to its diagonal against rounding.
+/// The fraction of the Hessian's trace that is added to its diagonal against rounding.
 const STIFFER: f64 = 1e-9;
-/// The last trial is 1e-4 of a Newton step.
+/// The last trial step is 1e-4 of a Newton step.
 const HALVINGS: usize = 11;

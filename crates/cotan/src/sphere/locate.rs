@@ -1,11 +1,10 @@
-//! Which triangle of a sphere map a direction pierces.
+//! Point location: finding the triangle of a sphere map that a direction pierces.
 //!
-//! A ray from the centre along the direction d meets the flat triangle a, b, c exactly if
-//! det(a, b, d), det(b, c, d) and det(c, a, d) are not negative. Their signs are exact, and the
-//! triangles of a [`SphereMap`] cover the sphere once by signs that are exact as well, so that
-//! every direction has a face, however small or thin that is. A tree of boxes around the flat
-//! triangles finds the few candidates; around vertices of high valence they are found by their
-//! angle.
+//! A ray from the centre along the direction d meets the flat triangle a, b, c exactly if det(a,
+//! b, d), det(b, c, d) and det(c, a, d) are all non-negative. Their signs are exact, and the
+//! triangles of a [`SphereMap`] cover the sphere once, also by exact signs, so every direction
+//! has a face, however small or thin the face is. A bounding-box tree over the flat triangles
+//! finds the few candidates. Around vertices with high valence, the search uses their angles.
 //!
 //! **Source**: Shewchuk's adaptive predicates (1997), by the `robust` crate.
 
@@ -21,30 +20,31 @@ use super::map::SphereMap;
 use super::ray_tree::RayTree;
 use super::wedges::{Wedge, wedges};
 
-/// A point of a sphere map: a face, and where in its flat triangle the direction pierces it.
+/// A point of a sphere map: a face, and the point of its flat triangle that the direction
+/// pierces.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Located<T: Scalar> {
     /// The face.
     pub face: FaceId,
     /// Weights of the face's corners, in the order of
-    /// [`HalfedgeMesh::triangle`](cotan_halfedge::HalfedgeMesh::triangle): from 0 to 1, of sum 1 up
-    /// to rounding.
+    /// [`HalfedgeMesh::triangle`](cotan_halfedge::HalfedgeMesh::triangle). Each is in 0 … 1, and
+    /// they sum to 1 up to rounding.
     pub barycentric: [T; 3],
 }
 
-/// Finds faces of a sphere map; made by [`SphereMap::point_location`].
+/// Finds faces of a sphere map. Created by [`SphereMap::point_location`].
 #[derive(Clone, Debug)]
 pub struct PointLocation<'a, T: Scalar> {
     map: &'a SphereMap<T>,
-    /// Of `faces`, and behind them of `wedges`.
+    /// Over `faces`, followed by `wedges`.
     tree: RayTree,
-    /// The faces that are in no wedge, ascending.
+    /// The faces that are not in any wedge, in ascending order.
     faces: Vec<FaceId>,
     wedges: Vec<Wedge>,
 }
 
 impl<T: Scalar> SphereMap<T> {
-    /// Prepares to find the faces of directions: O(n log n) once, then about O(log n) for each.
+    /// Prepares for point location: O(n log n) once, then about O(log n) per query.
     #[must_use]
     pub fn point_location(&self) -> PointLocation<'_, T> {
         let (wedges, faces) = wedges(self);
@@ -71,11 +71,11 @@ impl<T: Scalar> SphereMap<T> {
 }
 
 impl<T: Scalar> PointLocation<'_, T> {
-    /// The face that `direction` pierces, of those at an edge or vertex the one with the lowest
-    /// number.
+    /// Finds the face that `direction` pierces. At an edge or a vertex, the face with the lowest
+    /// index is returned.
     ///
-    /// A direction of unit length, within the rounding of `T`, is taken as it is; any other is
-    /// normalised in `f64` first.
+    /// A direction of unit length, up to the rounding of `T`, is used as it is. Any other
+    /// direction is first normalized in `f64`.
     ///
     /// ```
     /// use cotan::sphere::SphereMap;
@@ -99,10 +99,10 @@ impl<T: Scalar> PointLocation<'_, T> {
         Ok(self.locate_unit(&unit))
     }
 
-    /// The places of many directions, in parallel.
+    /// Locates many directions, in parallel.
     ///
     /// # Errors
-    /// As [`PointLocation::locate`].
+    /// Same as [`PointLocation::locate`].
     pub fn locate_all(&self, directions: &Positions<T>) -> Result<Vec<Located<T>>, SphereError> {
         const CHUNKS: Chunks = Chunks::of(1 << 8);
         let points = directions.as_slice();
@@ -147,7 +147,7 @@ impl<T: Scalar> PointLocation<'_, T> {
     }
 
     /// A face at the nearest vertex, for coordinates so small that their products underflow and
-    /// signs are lost.
+    /// the signs are lost.
     fn nearest_face(&self, d: &Vector3<f64>) -> FaceId {
         let (mesh, positions) = (self.map.mesh(), self.map.positions());
         let distance = |v| (positions[v].coords.map(T::as_f64) - d).norm_squared();
@@ -160,16 +160,16 @@ impl<T: Scalar> PointLocation<'_, T> {
     }
 }
 
-/// Whether a search goes on.
+/// Continuation of a search.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Search {
-    /// There may be more.
+    /// There may be more candidates.
     On,
-    /// Nothing better can come.
+    /// No better candidate can follow.
     Done,
 }
 
-/// Where a direction lies against the cone of a triangle.
+/// The position of a direction relative to the cone of a triangle.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Place {
     Inside,
@@ -177,7 +177,7 @@ pub(crate) enum Place {
     Outside,
 }
 
-/// The place of d against the cone of an upright triangle, by exact signs.
+/// The position of d relative to the cone of an upright triangle, by exact signs.
 pub(crate) fn place([a, b, c]: &[Vector3<f64>; 3], d: &Vector3<f64>) -> Place {
     let mut place = Place::Inside;
     for (p, q) in [(a, b), (b, c), (c, a)] {
@@ -199,7 +199,7 @@ pub(super) fn side(p: &Vector3<f64>, q: &Vector3<f64>, d: &Vector3<f64>) -> f64 
         y: p.y,
         z: p.z,
     };
-    // d last: then the first, quick stage works with p − d and q − d, and suffices for small
+    // d comes last, so that the first, fast stage uses p − d and q − d, which suffices for small
     // triangles.
     -orient3d(coord(&Vector3::zeros()), coord(p), coord(q), coord(d))
 }
@@ -207,7 +207,7 @@ pub(super) fn side(p: &Vector3<f64>, q: &Vector3<f64>, d: &Vector3<f64>) -> f64 
 /// A direction in `f64`, of unit length within the rounding of `T`.
 pub(crate) fn unit_direction<T: Scalar>(direction: &Vector3<T>) -> Option<Vector3<f64>> {
     let d = direction.map(T::as_f64);
-    // As it is: normalising would move a vertex of the map off itself.
+    // Not normalized, because that would move a vertex of the map away from itself.
     if (d.norm_squared() - 1.0).abs() <= 8.0 * T::default_epsilon().as_f64() {
         return Some(d);
     }
@@ -225,7 +225,8 @@ mod tests {
     use super::*;
     use crate::sphere::testing::{splintered, squeezed};
 
-    /// The images of points inside faces are found again, as exactly as the directions are.
+    /// The images of points inside faces are located again, as exactly as the directions are
+    /// represented.
     fn round_trip<T: Scalar>(map: &SphereMap<T>, weights: [f64; 3], tolerance: f64) {
         let location = map.point_location();
         for face in map.mesh().faces() {
@@ -272,7 +273,8 @@ mod tests {
         fn tiny_and_thin_triangles_are_found(
             w in weights(), axis in directions(), exponent in 0.0..7.0_f64,
         ) {
-            // Magnified by Möbius maps: triangles of 1e-14 of the sphere's area next to large ones.
+            // Magnified by Möbius maps: triangles with 1e-14 of the sphere's area next to large
+            // ones.
             let shape = icosphere::<f64>(3);
             if let Ok(map) = squeezed(&shape, &axis, 10.0_f64.powf(-exponent)) {
                 round_trip(&map, w, 4e-15);
@@ -324,12 +326,12 @@ mod tests {
             let place = location.locate(&shape.positions()[v].coords).unwrap();
             assert_eq!(Some(place.face), shape.connectivity().vertex_faces(v).min());
         }
-        // The middle of edge (0, 1) is the x axis, of faces 0 and 1.
+        // The midpoint of edge (0, 1) is on the x axis, on the border of faces 0 and 1.
         assert_eq!(location.locate(&Vector3::x()).unwrap().face, FaceId::new(0));
     }
 
-    /// Around a vertex of high valence the faces are those that a search through all of them
-    /// finds, at its centre, on its arcs and between.
+    /// Around a vertex with high valence, the result equals that of a full search: at its centre,
+    /// on its arcs and between them.
     #[test]
     fn faces_around_a_vertex_of_high_valence_are_those_of_a_full_search() {
         for valence in [129, 200, 1_000] {

@@ -9,28 +9,28 @@ use nalgebra::Vector3;
 use super::locate::{Place, place};
 use super::map::SphereMap;
 
-/// Texture coordinates of every corner, with a cut where they cannot be continuous.
+/// Texture coordinates of each corner, with a cut where they cannot be continuous.
 ///
-/// Two corners at one vertex may differ by a whole number in u, where the cut runs, and by any
-/// number at a pole.
+/// The u coordinates of two corners at the same vertex may differ by an integer along the cut,
+/// and by any amount at a pole.
 #[derive(Clone, PartialEq, Debug)]
 pub struct CornerUvs<T: Scalar> {
-    /// (u, v) of a face's corners, in the order of
+    /// (u, v) of the corners of each face, in the order of
     /// [`HalfedgeMesh::triangle`](cotan_halfedge::HalfedgeMesh::triangle).
     pub corners: FaceMap<[[T; 2]; 3]>,
-    /// Faces that have a pole inside or on an edge, ascending: up to four. Their texture is
-    /// stretched, since a pole is a whole line of the texture. There are none where vertices lie at
-    /// the poles, as [`SphereMap::orient_landmarks`] puts one.
+    /// Faces with a pole inside or on an edge, in ascending order; at most four. Their texture is
+    /// stretched, because a pole is a whole line of the texture. There are none if vertices lie
+    /// at the poles, which [`SphereMap::orient_landmarks`] achieves for one pole.
     pub pole_faces: Vec<FaceId>,
 }
 
 impl<T: Scalar> CornerUvs<T> {
-    /// A table of the different coordinates at each vertex, and which of them each corner has: the
-    /// form in which files hold them.
+    /// Converts to a table of distinct coordinates with an index per corner, the form used by
+    /// file formats.
     #[must_use]
     pub fn indexed(&self, map: &SphereMap<T>) -> (Vec<[T; 2]>, Vec<[u32; 3]>) {
         let mut table = Vec::new();
-        // Numbers of the table's entries at each vertex: mostly one, two at the cut.
+        // Table indices used at each vertex: usually one, two along the cut.
         let mut at_vertex = vec![Vec::<u32>::new(); map.mesh().num_vertices()];
         let faces = self.corners.iter().map(|(f, uvs)| {
             let corners = map.mesh().triangle(f);
@@ -51,15 +51,16 @@ impl<T: Scalar> CornerUvs<T> {
 }
 
 impl<T: Scalar> SphereMap<T> {
-    /// Texture coordinates of an equirectangular image: u = ½ + longitude / 2π, v = ½ + latitude /
-    /// π, with longitude = atan2(y, x) and latitude = asin z. v points up, as in OBJ.
+    /// Texture coordinates of an equirectangular image: u = ½ + longitude / 2π, v = ½ + latitude
+    /// / π, with longitude = atan2(y, x) and latitude = asin z. v points up, as in OBJ.
     ///
-    /// No face wraps around the image: where one crosses the meridian at ±180°, its corners east
-    /// of it get u + 1, so that u lies in 0 … 1 but for these faces, whose u exceeds 1 (let the
-    /// texture repeat in u). A corner at a pole takes the mean u of the other two. A face around a
-    /// pole goes on from corner to corner and is listed in [`CornerUvs::pole_faces`].
+    /// No face wraps around the image. If a face crosses the meridian at ±180°, its corners east
+    /// of it get u + 1. Therefore u lies in 0 … 1 except for these faces, whose u exceeds 1 (the
+    /// texture should repeat in u). A corner at a pole gets the mean u of the other two. In a
+    /// face around a pole, u continues from corner to corner, and the face is listed in
+    /// [`CornerUvs::pole_faces`].
     ///
-    /// **Shapes**: three pairs a face. **Units**: shares of the image's width and height.
+    /// **Shapes**: three pairs per face. **Units**: fractions of the image's width and height.
     #[must_use]
     pub fn longitude_latitude(&self) -> CornerUvs<T> {
         let mut pole_faces = Vec::new();
@@ -79,7 +80,7 @@ impl<T: Scalar> SphereMap<T> {
     }
 }
 
-/// (u, v) of three corners, each u within a half of the previous one's.
+/// (u, v) of three corners, where each u is within ½ of the previous one.
 fn corner_uvs(corners: &[Vector3<f64>; 3]) -> [[f64; 2]; 3] {
     let mut us = corners.map(|p| 0.5 + p.y.atan2(p.x) / TAU);
     let ordinary: Vec<usize> = (0..3).filter(|&k| !is_pole(&corners[k])).collect();
@@ -91,7 +92,7 @@ fn corner_uvs(corners: &[Vector3<f64>; 3]) -> [[f64; 2]; 3] {
         .iter()
         .map(|&k| us[k])
         .fold(f64::INFINITY, f64::min);
-    // An image begins at 0; a face that only touches its right end stays there.
+    // The image starts at 0; a face that only touches its right end stays there.
     let shift = match () {
         () if lowest < 0.0 => 1.0,
         () if lowest >= 1.0 => -1.0,
@@ -179,7 +180,7 @@ mod tests {
                     prop_assert!((step - step.round()).abs() < 1e-12);
                 }
             }
-            // The cut is one line from pole to pole: few vertices are doubled.
+            // The cut is a single line from pole to pole, so few vertices are duplicated.
             prop_assert!(table.len() < 642 + 80, "{}", table.len());
         }
     }
@@ -188,12 +189,13 @@ mod tests {
     fn a_vertex_at_a_pole_leaves_no_pole_face_there() {
         let shape = icosphere::<f64>(2);
         let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
-        // The axes are midpoints of edges of the icosahedron and vertices from level 1 on.
+        // The axes pass through edge midpoints of the icosahedron, and through vertices from
+        // level 1 on.
         let poles = map.positions().values().filter(|p| is_pole(&p.coords));
         assert_eq!(poles.count(), 2);
         let uvs = map.longitude_latitude();
         assert!(uvs.pole_faces.is_empty());
-        // Turned by a little there is one face, or two at an edge, around each pole.
+        // After a slight rotation there is one face around each pole, or two at an edge.
         let map = map
             .rotated(&Rotation3::new(Vector3::new(0.05, 0.02, 0.0)))
             .unwrap();

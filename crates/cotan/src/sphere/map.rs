@@ -10,12 +10,12 @@ use nalgebra::Vector3;
 use super::error::SphereError;
 use super::predicate::flipped_faces;
 
-/// A map of a closed genus-0 triangle mesh onto the unit sphere that was checked triangle by
-/// triangle: every vertex lies on the sphere within rounding, no triangle is flipped or degenerate
-/// by the exact sign of its determinant, and the triangles cover the sphere once.
+/// A map of a closed genus-0 triangle mesh onto the unit sphere, checked triangle by triangle:
+/// each vertex lies on the sphere within rounding, no triangle is flipped or degenerate by the
+/// exact sign of its determinant, and the triangles cover the sphere once.
 ///
-/// A point inside a face is mapped by the central projection of the flat triangle between the
-/// images of its corners.
+/// Points inside a face are mapped by central projection of the flat triangle between the images
+/// of its corners.
 #[derive(Clone, PartialEq, Debug)]
 pub struct SphereMap<T: Scalar> {
     mesh: Arc<HalfedgeMesh>,
@@ -23,14 +23,15 @@ pub struct SphereMap<T: Scalar> {
 }
 
 impl<T: Scalar> SphereMap<T> {
-    /// Checks that `positions` map `mesh` one to one onto the unit sphere.
+    /// Checks that `positions` map `mesh` one-to-one onto the unit sphere.
     ///
-    /// **Shapes**: one position a vertex. The map owns its mesh: an `Arc` is shared, a reference
-    /// copied.
+    /// **Shapes**: one position per vertex. The map owns its mesh: an `Arc` is shared, a
+    /// reference is cloned.
     ///
     /// # Errors
-    /// [`SphereError`] with what is wrong: a mesh that is not closed, connected, of genus 0 and of
-    /// triangles; a vertex off the sphere; flipped triangles; a sphere covered more than once.
+    /// [`SphereError`] describing the problem: a mesh that is not a closed, connected triangle
+    /// mesh of genus 0; a vertex off the sphere; flipped triangles; a sphere covered more than
+    /// once.
     pub fn new(
         mesh: impl Into<Arc<HalfedgeMesh>>,
         positions: Positions<T>,
@@ -40,7 +41,7 @@ impl<T: Scalar> SphereMap<T> {
         Self::on_sphere(mesh, positions)
     }
 
-    /// As [`Self::new`], of a mesh whose topology was checked.
+    /// Like [`Self::new`], for a mesh whose topology has been checked.
     pub(crate) fn on_sphere(
         mesh: Arc<HalfedgeMesh>,
         positions: Positions<T>,
@@ -69,7 +70,7 @@ impl<T: Scalar> SphereMap<T> {
             });
         }
         let map = Self { mesh, positions };
-        // Upright triangles cover the sphere a whole number of times.
+        // Upright triangles cover the sphere an integer number of times.
         let degree = map.degree();
         if degree.round() as i64 != 1 {
             return Err(SphereError::Degree {
@@ -79,31 +80,31 @@ impl<T: Scalar> SphereMap<T> {
         Ok(map)
     }
 
-    /// Another map of the same mesh, checked.
+    /// Creates another map of the same mesh, checked.
     ///
     /// # Errors
-    /// As [`Self::new`].
+    /// Same as [`Self::new`].
     pub fn with_positions(&self, positions: Positions<T>) -> Result<Self, SphereError> {
         Self::on_sphere(Arc::clone(&self.mesh), positions)
     }
 
-    /// The connectivity, which maps of one mesh share.
+    /// The connectivity, shared by all maps of one mesh.
     pub fn mesh(&self) -> &Arc<HalfedgeMesh> {
         &self.mesh
     }
 
-    /// Where the vertices lie on the unit sphere.
+    /// The positions of the vertices on the unit sphere.
     pub fn positions(&self) -> &Positions<T> {
         &self.positions
     }
 
-    /// The positions, taken out.
+    /// Converts the map into its positions.
     pub fn into_positions(self) -> Positions<T> {
         self.positions
     }
 
-    /// How many times the triangles cover the sphere: the sum of their solid angles over 4π. It is
-    /// 1 up to rounding.
+    /// The number of times that the triangles cover the sphere: the sum of their solid angles
+    /// over 4π. It is 1 up to rounding.
     pub fn degree(&self) -> f64 {
         let angle = |f| self.solid_angle(FaceId::new(f));
         let angles = parallel::filled(self.mesh.num_faces(), angle);
@@ -112,15 +113,16 @@ impl<T: Scalar> SphereMap<T> {
 
     /// The solid angle of a face's image, in steradians.
     ///
-    /// **Source**: Van Oosterom and Strackee 1983, with differences first: for thin triangles the
-    /// determinant of the corners themselves would cancel.
+    /// **Source**: Van Oosterom and Strackee 1983, computed from differences, because the
+    /// determinant of the corners would suffer from cancellation in thin triangles.
     pub fn solid_angle(&self, face: FaceId) -> f64 {
         let corners = self.mesh.triangle(face).map(|v| self.positions[v].coords);
         let [a, b, c] = corners.map(|p| p.map(T::as_f64));
         solid_angle(&a, &b, &c)
     }
 
-    /// The greatest | |v − c| / r − 1 | with c = 0 and r = 1: how far a vertex is off the sphere.
+    /// The largest | |v − c| / r − 1 | with c = 0 and r = 1: the largest relative distance of a
+    /// vertex from the sphere.
     pub fn sphericity_error(&self) -> T {
         self.positions
             .values()
@@ -129,7 +131,7 @@ impl<T: Scalar> SphereMap<T> {
     }
 }
 
-/// Solid angle of the triangle a, b, c seen from the origin; negative if it turns clockwise.
+/// Solid angle of the triangle a, b, c as seen from the origin; negative if it is clockwise.
 pub(crate) fn solid_angle(a: &Vector3<f64>, b: &Vector3<f64>, c: &Vector3<f64>) -> f64 {
     let numerator = a.dot(&(b - a).cross(&(c - a)));
     let (la, lb, lc) = (a.norm(), b.norm(), c.norm());

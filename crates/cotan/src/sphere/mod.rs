@@ -1,14 +1,14 @@
 //! Maps of closed genus-0 meshes onto the unit sphere that never flip a triangle.
 //!
-//! [`spherical`] makes a map: constant curvature in the generic flow (paper, section 4.1), with
-//! what makes it whole where that flips a triangle. A [`SphereMap`] can only be made by a check of
-//! every triangle. [`embed`], [`relax`] and [`untangle`] are the parts that work from any mesh or
-//! map, and [`SphereQuality`] measures.
+//! [`spherical`] computes a map: constant curvature in the generic flow (paper, section 4.1),
+//! with repairs where that flips triangles. A [`SphereMap`] can only be created by checking every
+//! triangle. [`embed`], [`relax`] and [`untangle`] are the building blocks, which work on any
+//! mesh or map, and [`SphereQuality`] measures the result.
 //!
-//! With a map one finds points ([`SphereMap::point_location`]), reads attributes there
-//! ([`SphereMap::interpolate`]), remeshes ([`SphereMap::remesh`]), unwraps
-//! ([`SphereMap::longitude_latitude`], [`SphereMap::geometry_image`]), turns and aligns, and blends
-//! two shapes ([`Morph`]).
+//! A map can be used to locate points ([`SphereMap::point_location`]), interpolate attributes
+//! ([`SphereMap::interpolate`]), remesh ([`SphereMap::remesh`]), unwrap
+//! ([`SphereMap::longitude_latitude`], [`SphereMap::geometry_image`]), rotate and align, and
+//! morph between two shapes ([`Morph`]).
 //!
 //! ```
 //! use cotan::sphere::{SphereOptions, spherical};

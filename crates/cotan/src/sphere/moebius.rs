@@ -1,16 +1,16 @@
-//! Möbius centring: the conformal map of the sphere to itself after which a weighted mean of
-//! points is the centre.
+//! Möbius centring: the conformal map of the sphere to itself that moves a weighted mean of
+//! points to the centre.
 //!
-//! The maps used are u ↦ c ⊕ u = u + 2 ((1 + u·c) c − (u·c + |c|²) u) / |u + c|² for |c| < 1: the
-//! Möbius maps that turn nothing. They keep all angles between curves on the sphere, and so flip
-//! no spherical triangle. What is left to choose is c with m(c) = Σ w_i (c ⊕ u_i) = 0; Newton's
-//! step at c = 0 is −(2 (I − Σ w u uᵀ))⁻¹ m.
+//! The maps used are u ↦ c ⊕ u = u + 2 ((1 + u·c) c − (u·c + |c|²) u) / |u + c|² for |c| < 1, the
+//! Möbius maps without rotation. They preserve all angles between curves on the sphere, so they
+//! flip no spherical triangle. The remaining unknown is c with m(c) = Σ w_i (c ⊕ u_i) = 0; the
+//! Newton step at c = 0 is −(2 (I − Σ w u uᵀ))⁻¹ m.
 //!
 //! **Source**: Douady and Earle 1986 (the conformal barycentre is unique); Cantarella and
-//! Schumacher 2022 (computing it). Steps are not applied one after the other but gathered in one
-//! c by b ⊕ a (Ungar's Möbius addition; it leaves out a rotation, which centres nothing), so that
-//! every point is rounded once, and by a difference that is small where c is: a triangle of a few
-//! units in the last place is moved as a whole.
+//! Schumacher 2022 (computing it). Steps are not applied one after the other but accumulated in a
+//! single c by b ⊕ a (Ungar's Möbius addition, which leaves out a rotation that does not affect
+//! the centring). Each point is therefore rounded only once, with a displacement that is small
+//! where c is small, so a triangle of a few units in the last place moves as a whole.
 
 use cotan_geometry::{Scalar, scalar};
 use cotan_halfedge::VertexMap;
@@ -21,18 +21,20 @@ use super::error::SphereError;
 use super::map::SphereMap;
 
 impl<T: Scalar> SphereMap<T> {
-    /// The map followed by the Möbius map that brings Σ w_i v_i to the centre, without turning.
+    /// Returns the map followed by the Möbius map without rotation that moves Σ w_i v_i to the
+    /// centre.
     ///
     /// Use the areas around the vertices on the *source* mesh
-    /// ([`cotan_geometry::one_ring_areas`]): areas on the sphere would centre nothing, since every
-    /// one-to-one map of a fine mesh covers the sphere evenly by them. Angles of infinitesimal
-    /// figures stay; those of triangles, which are measured between chords, nearly do.
+    /// ([`cotan_geometry::one_ring_areas`]). Areas on the sphere would centre nothing, because
+    /// with them every one-to-one map of a fine mesh covers the sphere evenly. Angles of
+    /// infinitesimal figures are preserved exactly; those of triangles, which are measured
+    /// between chords, nearly so.
     ///
-    /// **Shapes**: one weight a vertex; only their ratios count.
+    /// **Shapes**: one weight per vertex; only their ratios matter.
     ///
     /// # Errors
-    /// [`SphereError::Mismatch`] if there is not one finite, non-negative weight a vertex or all
-    /// are zero; [`SphereError::Flipped`] if the rounding to `T` flips a triangle.
+    /// [`SphereError::Mismatch`] if there is not one finite, non-negative weight per vertex or
+    /// all are zero; [`SphereError::Flipped`] if rounding to `T` flips a triangle.
     pub fn centered(&self, vertex_weights: &VertexMap<T>) -> Result<Self, SphereError> {
         let weights = check_weights(vertex_weights, self.positions().len())?;
         let directions = self.positions().values();
@@ -47,8 +49,9 @@ impl<T: Scalar> SphereMap<T> {
 
 /// Moves unit vectors by the Möbius map after which |Σ w u| / Σ w < 1e-12, and returns that norm.
 ///
-/// Weights that are not all finite, or whose sum is not positive, move nothing. Where no centre
-/// exists (one point has half of the weight) the points come as near to it as 50 rounds bring them.
+/// If the weights are not all finite, or their sum is not positive, nothing moves. If no centre
+/// exists (one point has half of the weight), the points come as close to it as 50 iterations
+/// allow.
 ///
 /// The result does not depend on the number of threads.
 pub(crate) fn center(positions: &mut [Vector3<f64>], weights: &[f64]) -> f64 {
@@ -64,7 +67,7 @@ pub(crate) fn center(positions: &mut [Vector3<f64>], weights: &[f64]) -> f64 {
             break;
         };
         (c, moments) = (next, better);
-        // 1 − |c|² must keep its digits.
+        // 1 − |c|² must not lose digits.
         if c.norm() > MOST_GATHERED {
             apply(positions, &c);
             c = Vector3::zeros();
@@ -74,14 +77,15 @@ pub(crate) fn center(positions: &mut [Vector3<f64>], weights: &[f64]) -> f64 {
     moments.mean.norm()
 }
 
-/// The first two moments of the moved points: Σ w u and Σ w u uᵀ, over Σ w.
+/// The first two moments of the moved points: Σ w u and Σ w u uᵀ, divided by Σ w.
 struct Moments {
     mean: Vector3<f64>,
     second: Matrix3<f64>,
 }
 
 impl Moments {
-    /// Those of the points c ⊕ u, or `None` if the weights do not weigh.
+    /// The moments of the points c ⊕ u, or `None` if a sum is not finite or the total weight is
+    /// not positive.
     fn measure(positions: &[Vector3<f64>], weights: &[f64], c: &Vector3<f64>) -> Option<Self> {
         let partial = Chunks::of(CHUNK).map(0..positions.len(), |_, range| {
             moments_of(&positions[range.clone()], &weights[range], c)
@@ -99,7 +103,7 @@ impl Moments {
         })
     }
 
-    /// Newton's step from `c`, halved until the mean comes nearer to the centre.
+    /// The Newton step from `c`, halved until the mean comes closer to the centre.
     fn improve(
         &self,
         positions: &[Vector3<f64>],
@@ -148,7 +152,7 @@ fn moments_of(positions: &[Vector3<f64>], weights: &[f64], c: &Vector3<f64>) -> 
     sums
 }
 
-/// Replaces every point u by c ⊕ u, of unit length.
+/// Replaces each point u by c ⊕ u, normalized.
 pub(crate) fn apply(positions: &mut [Vector3<f64>], c: &Vector3<f64>) {
     if *c == Vector3::zeros() {
         return;
@@ -157,7 +161,7 @@ pub(crate) fn apply(positions: &mut [Vector3<f64>], c: &Vector3<f64>) {
         let step = displacement(u, c);
         let moved = *u + step;
         let length = moved.norm();
-        // 1 / length − 1, without cancelling.
+        // 1 / length − 1, without cancellation.
         let stretch = (1.0 - moved.norm_squared()) / (length * (1.0 + length));
         *u += step + moved * stretch;
     });
@@ -170,13 +174,14 @@ fn displacement(u: &Vector3<f64>, c: &Vector3<f64>) -> Vector3<f64> {
     (c * (1.0 + uc) - u * (uc + c.norm_squared())) * (2.0 / (u + c).norm_squared())
 }
 
-/// b ⊕ a in the ball: moving by b and then by a is, but for a rotation, moving by b ⊕ a.
+/// b ⊕ a in the ball: moving by b and then by a equals moving by b ⊕ a, up to a rotation.
 fn add(b: &Vector3<f64>, a: &Vector3<f64>) -> Vector3<f64> {
     let (aa, bb, ab) = (a.norm_squared(), b.norm_squared(), a.dot(b));
     (b * (1.0 + 2.0 * ab + aa) + a * (1.0 - bb)) / (1.0 + 2.0 * ab + aa * bb)
 }
 
-/// One finite, non-negative weight a vertex, not all zero, in `f64`.
+/// Checks that there is one finite, non-negative weight per vertex, and not all zero. Returns
+/// them in `f64`.
 fn check_weights<T: Scalar>(
     weights: &VertexMap<T>,
     num_vertices: usize,
@@ -199,20 +204,21 @@ fn check_weights<T: Scalar>(
         let message = "all weights are zero, so that there is nothing to centre";
         return Err(SphereError::Mismatch(message.into()));
     }
-    // Relative to the largest, so that no sum overflows.
+    // Relative to the largest, so that sums do not overflow.
     Ok(weights.iter().map(|w| w / largest).collect())
 }
 
-/// Points a task works on; fixed, so that sums are.
+/// Points per task, fixed so that the sums are deterministic.
 const CHUNK: usize = 2048;
-/// Half of the 1e-12 that are promised: the rest is for the rounding of the moved points.
+/// Half of the documented 1e-12; the rest is left for the rounding of the moved points.
 const TOLERANCE: f64 = 5e-13;
 const MOST_ROUNDS: usize = 50;
-/// Newton's step is one of the tangent space; beyond this it leaves the ball.
+/// The Newton step is a tangent vector; longer steps leave the ball.
 const LONGEST_STEP: f64 = 0.8;
-/// 2⁻⁴⁰ of a step changes the mean by less than rounding does.
+/// 2⁻⁴⁰ of a step changes the mean by less than the rounding error.
 const MOST_HALVINGS: usize = 40;
-/// Beyond this the gathered map is applied and a new one begun: 1 − |c|² has lost a digit.
+/// Beyond this the accumulated map is applied and a new one is started, because 1 − |c|² has lost
+/// a digit.
 const MOST_GATHERED: f64 = 0.95;
 
 #[cfg(test)]
@@ -233,7 +239,7 @@ mod tests {
         sum.norm() / weights.iter().sum::<f64>()
     }
 
-    /// 1 + (axis · u) depth …: weights that gather around an axis.
+    /// 1 + (axis · u) depth …: weights that are concentrated around an axis.
     fn lopsided(points: &[Vector3<f64>], axis: &Vector3<f64>, sharpness: f64) -> Vec<f64> {
         let weigh = |u: &Vector3<f64>| (sharpness * axis.dot(u)).exp();
         points.iter().map(weigh).collect()
@@ -260,7 +266,7 @@ mod tests {
             let mut points = before.clone();
             apply(&mut points, &(axis * (1.0 - rest)));
             prop_assert!(center(&mut points, &vec![1.0; before.len()]) < 1e-12);
-            // As it was, but for a rotation.
+            // Unchanged up to a rotation.
             for e in shape.connectivity().edges() {
                 let [a, b] = shape.connectivity().edge_vertices(e).map(|v| v.index());
                 let change = (points[a] - points[b]).norm() - (before[a] - before[b]).norm();
@@ -286,7 +292,8 @@ mod tests {
 
         #[test]
         fn a_moebius_map_keeps_angles(u in directions(), c in directions(), r in 0.0..0.8_f64) {
-            // The displacement's derivative is a multiple of a rotation on the tangent plane.
+            // The derivative of the displacement is a multiple of a rotation in the tangent
+            // plane.
             let c = c * r;
             let side = Vector3::from_fn(|k, _| if k == u.iamin() { 1.0 } else { 0.0 });
             let e = u.cross(&side).normalize();
@@ -333,7 +340,7 @@ mod tests {
 
     #[test]
     fn a_tiny_triangle_moves_as_a_whole() {
-        // Corners some hundred units in the last place apart, among heavy points elsewhere.
+        // Corners about a hundred units in the last place apart, with heavy points elsewhere.
         let a = Vector3::new(0.6_f64, 0.0, 0.8);
         let far = |x: f64, y: f64| (a + Vector3::new(x, y, 0.0) * 1e-14).normalize();
         let corners = [a, far(1.0, 0.0), far(0.0, 1.0)];

@@ -1,4 +1,4 @@
-//! A morph between two shapes that were mapped to the sphere.
+//! A morph between two shapes that have been mapped to the sphere.
 
 use cotan_geometry::{Mesh, Positions, Scalar, scalar};
 use cotan_halfedge::HalfedgeMesh;
@@ -8,11 +8,11 @@ use super::error::SphereError;
 use super::map::SphereMap;
 use super::resample::icosphere_of_level;
 
-/// Two shapes on one mesh, vertex by vertex at the same place of the sphere, and the straight ways
-/// between.
+/// Two shapes on one mesh with corresponding vertices at the same position on the sphere, and the
+/// straight paths between them.
 ///
-/// Which places correspond is a matter of the maps: [`SphereMap::align`] or
-/// [`SphereMap::align_landmarks`] turns one to fit the other first.
+/// The correspondence is defined by the maps. Use [`SphereMap::align`] or
+/// [`SphereMap::align_landmarks`] to rotate one map to match the other first.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Morph<T: Scalar> {
     mesh: HalfedgeMesh,
@@ -21,7 +21,7 @@ pub struct Morph<T: Scalar> {
 }
 
 impl<T: Scalar> Morph<T> {
-    /// Both shapes on an icosphere of `level` subdivisions.
+    /// Resamples both shapes on an icosphere of `level` subdivisions.
     ///
     /// **Shapes**: a map and the positions of the mesh that it maps, twice.
     ///
@@ -38,8 +38,8 @@ impl<T: Scalar> Morph<T> {
     /// ```
     ///
     /// # Errors
-    /// [`SphereError::Setting`] if the level is above 8; [`SphereError::Mismatch`] if there is not
-    /// one position a vertex.
+    /// [`SphereError::Setting`] if the level is above 8; [`SphereError::Mismatch`] if there is
+    /// not one position per vertex.
     pub fn on_icosphere(
         (start, start_shape): (&SphereMap<T>, &Positions<T>),
         (end, end_shape): (&SphereMap<T>, &Positions<T>),
@@ -53,11 +53,11 @@ impl<T: Scalar> Morph<T> {
         })
     }
 
-    /// Both shapes on the mesh of the first, which keeps every detail; the second has those that
-    /// the first's vertices meet.
+    /// Resamples the second shape on the mesh of the first. The first shape keeps all details;
+    /// the second keeps only those sampled by the vertices of the first.
     ///
     /// # Errors
-    /// [`SphereError::Mismatch`] if there is not one position a vertex.
+    /// [`SphereError::Mismatch`] if there is not one position per vertex.
     pub fn on_first(
         (start, start_shape): (&SphereMap<T>, &Positions<T>),
         (end, end_shape): (&SphereMap<T>, &Positions<T>),
@@ -70,13 +70,13 @@ impl<T: Scalar> Morph<T> {
         })
     }
 
-    /// The mesh of all shapes between.
+    /// The common mesh of all intermediate shapes.
     pub fn mesh(&self) -> &HalfedgeMesh {
         &self.mesh
     }
 
-    /// The positions at time `t`, (1 − t) start + t end: the start at 0 and the end at 1, to the
-    /// bit. A time outside 0 … 1 is taken as the nearer end, and one that is no number as 0.
+    /// The positions at time `t`, (1 − t) start + t end: exactly the start at 0 and the end at 1.
+    /// Times outside 0 … 1 are clamped, and NaN is treated as 0.
     #[must_use]
     pub fn at(&self, t: T) -> Positions<T> {
         if !(t > scalar(0.0)) {
@@ -102,10 +102,11 @@ impl<T: Scalar> Morph<T> {
     }
 }
 
-/// The straight way from a shape (at 0) to its map (at 1), vertex by vertex: for pictures. The
-/// sphere has the middle of the shape's box, and the radius of the mean distance from there.
+/// The straight path from a shape (at 0) to its map (at 1), vertex by vertex, for visualization.
+/// The centre of the sphere is that of the shape's bounding box, and its radius is the mean
+/// distance from there.
 ///
-/// **Shapes**: one position a vertex in both; `map` is on the unit sphere.
+/// **Shapes**: one position per vertex in both; `map` is on the unit sphere.
 pub fn towards_sphere<T: Scalar>(
     shape: &Positions<T>,
     map: &Positions<T>,
@@ -154,7 +155,7 @@ mod tests {
                 let own = Morph::on_first(from, to).unwrap();
                 prop_assert_eq!(own.at(0.0), a.positions().clone());
                 prop_assert_eq!(own.at(1.0), second.resample(b.positions(), first.positions()).unwrap());
-                // Backwards is the same way.
+                // Reversing the morph gives the same path.
                 let back = Morph::on_icosphere(to, from, 2).unwrap();
                 for (p, q) in morph.at(t).values().zip(back.at(1.0 - t).values()) {
                     prop_assert!((p - q).norm() < 1e-14);

@@ -1,4 +1,4 @@
-//! The settings of a sphere map, and what is told of a run.
+//! The settings of a sphere map, and the report of a run.
 
 use cotan_flow::StopReason;
 
@@ -6,30 +6,30 @@ use super::error::SphereError;
 use crate::options::{SchemeKind, named, setters};
 
 named!(
-    /// How a mesh is mapped to the sphere.
+    /// The method of mapping a mesh to the sphere.
     SphereMethod, "method", {
-        /// Constant curvature, with scale, place and rotation fixed in every step, repaired where
-        /// triangles flip: never an unchecked map.
+        /// Constant curvature, with scale, position and rotation fixed in each step, and repairs
+        /// where triangles flip. Never returns an unchecked map.
         #[default]
         Robust = "robust",
-        /// The paper's own iteration (section 4.1), with the scale fixed, which it leaves open. It
-        /// flips triangles on many meshes, and is refused then.
+        /// The iteration of the paper (section 4.1), with a fixed scale, which the paper leaves
+        /// open. It flips triangles on many meshes, which results in an error.
         Paper = "paper",
-        /// Conformalized mean-curvature flow (Kazhdan, Solomon, Ben-Chen 2012), for comparison. It
-        /// flips triangles on some meshes, and is refused then.
+        /// Conformalized mean-curvature flow (Kazhdan, Solomon, Ben-Chen 2012), for comparison.
+        /// It flips triangles on some meshes, which results in an error.
         Cmcf = "cmcf",
     }
 );
 
 named!(
-    /// Whether a Möbius map centres the result.
+    /// Centring of the result by a Möbius map.
     Centering, "centring", {
         /// The images of the vertices, weighted by the areas around them on the *source* mesh,
-        /// average zero, where that can be rounded without a flip.
+        /// have mean zero, unless rounding would flip a triangle.
         #[default]
         SourceAreas = "on",
-        /// The result stays where the iteration left it. The robust method is centred all the same
-        /// while it iterates: without that it drifts.
+        /// The result is not centred. The robust method still centres it while it iterates,
+        /// because it would drift otherwise.
         Off = "off",
     }
 );
@@ -38,21 +38,21 @@ named!(
 #[derive(Clone, PartialEq, Debug)]
 #[non_exhaustive]
 pub struct SphereOptions {
-    /// Who chooses the weights of the iteration. Tutte's are taken in their symmetric form but for
+    /// The weights of the iteration. Tutte's weights are used in their symmetric form, except in
     /// the paper's method.
     pub scheme: SchemeKind,
-    /// How the mesh is mapped.
+    /// The mapping method.
     pub method: SphereMethod,
-    /// From 0, angles are kept (conformal), to 1, areas are kept (authalic). Above 0 the robust
-    /// method is the hierarchy and not the iteration, whose settings then say nothing.
+    /// 0 preserves angles (conformal), 1 preserves areas (authalic). Above 0 the robust method
+    /// uses the hierarchy instead of the iteration, whose settings are then ignored.
     pub authalic: f64,
-    /// Whether a Möbius map centres the result.
+    /// Centring of the result.
     pub centering: Centering,
-    /// Stop when no vertex moves by more than this on the unit sphere.
+    /// The iteration stops when no vertex moves by more than this on the unit sphere.
     pub tolerance: f64,
-    /// The most iterations of a round.
+    /// The maximum number of iterations per round.
     pub iteration_limit: usize,
-    /// The most bytes that a factorization may take; see [`cotan_linear::SystemOptions`].
+    /// The memory limit of a factorization in bytes; see [`cotan_linear::SystemOptions`].
     pub max_memory: Option<u64>,
 }
 
@@ -81,7 +81,7 @@ impl Default for SphereOptions {
 }
 
 impl SphereOptions {
-    /// The paper's own settings with one of its two schemes, cotangent or Tutte.
+    /// The settings of the paper with one of its two schemes, cotangent or Tutte.
     pub fn paper(scheme: SchemeKind) -> Self {
         Self {
             scheme,
@@ -110,22 +110,22 @@ impl SphereOptions {
     }
 }
 
-/// A stage that a map went through.
+/// A stage of the computation of a map.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum Stage {
-    /// The iteration of the method that was asked for.
+    /// The iteration of the requested method.
     Iteration,
-    /// The iteration again, with the small weights around flipped triangles raised.
+    /// The iteration again, with raised weights around flipped triangles.
     SelectiveRepair,
-    /// Patches around flipped triangles embedded anew.
+    /// A new embedding of the patches around flipped triangles.
     Untangling,
-    /// The whole mesh embedded anew, vertex by vertex, coarse to fine.
+    /// A new embedding of the whole mesh, vertex by vertex, from coarse to fine.
     Hierarchy,
 }
 
 impl Stage {
-    /// The stage in a few words.
+    /// A short description of the stage.
     pub fn as_str(self) -> &'static str {
         match self {
             Self::Iteration => "iteration",
@@ -136,21 +136,22 @@ impl Stage {
     }
 }
 
-/// How a map came about.
+/// The report of the computation of a map.
 #[derive(Clone, PartialEq, Debug, Default)]
 #[must_use = "the report says whether the iteration converged"]
 #[non_exhaustive]
 pub struct SphereReport {
-    /// Iterations of all rounds; each costs one solve.
+    /// The iterations of all rounds; each costs one solve.
     pub iterations: usize,
-    /// Why the last round stopped; `None` where nothing was iterated.
+    /// The reason why the last round stopped; `None` if there were no iterations.
     pub stop: Option<StopReason>,
-    /// The last step's longest move on the unit sphere; 0 where nothing was iterated.
+    /// The largest displacement on the unit sphere in the last step; 0 if there were no
+    /// iterations.
     pub change: f64,
-    /// How often a matrix was factorized.
+    /// The number of factorizations.
     pub factorizations: usize,
-    /// What was done, in order.
+    /// The stages in order.
     pub stages: Vec<Stage>,
-    /// Flipped triangles after the iteration and after each repair.
+    /// The numbers of flipped triangles after the iteration and after each repair.
     pub flips: Vec<usize>,
 }

@@ -1,5 +1,5 @@
-//! Turning a sphere map into a position of its own: by the principal axes of the source shape, or
-//! by landmarks.
+//! Canonical orientation of a sphere map, by the principal axes of the source shape or by
+//! landmarks.
 
 use cotan_geometry::{Positions, Scalar, Surface};
 use cotan_halfedge::VertexId;
@@ -10,19 +10,20 @@ use super::map::SphereMap;
 use super::rotate::rotation_between;
 
 impl<T: Scalar> SphereMap<T> {
-    /// Turns the map so that the directions of the source shape's principal axes become those of
-    /// the sphere: the longest axis z (the poles are its ends), the second x, the shortest y.
+    /// Rotates the map so that the directions of the source shape's principal axes become those
+    /// of the sphere: the longest axis z (its ends are the poles), the second x, the shortest y.
     ///
-    /// The rotation is the one that turns the vertices best, by area and in the least-squares
-    /// sense, to where they lie in the frame of these axes, each axis scaled to equal spread. The
-    /// longest and second axis point to where the shape reaches out farther (its third moment is
-    /// positive), so that a rigid motion of the source changes nothing; where it is symmetric, to
-    /// where their largest coordinate is positive.
+    /// The rotation moves the vertices as close as possible, weighted by area in the
+    /// least-squares sense, to their coordinates in the frame of these axes, with each axis
+    /// scaled to equal spread. The longest and the second axis point to the side where the shape
+    /// extends farther (where the third moment is positive), so that the result is invariant
+    /// under rigid motions of the source. If the shape is symmetric, they point to where their
+    /// largest coordinate is positive.
     ///
-    /// **Shapes**: `source` has one position a vertex of this map, the original shape.
+    /// **Shapes**: `source` has one position per vertex of this map, the original shape.
     ///
     /// # Errors
-    /// [`SphereError::Surface`] if the positions are no surface on this mesh;
+    /// [`SphereError::Surface`] if the positions do not form a surface on this mesh;
     /// [`SphereError::Mismatch`] if the shape has no area or lies on a line.
     pub fn orient_principal(&self, source: &Positions<T>) -> Result<Self, SphereError> {
         let surface = Surface::new(self.mesh(), source)?;
@@ -37,14 +38,15 @@ impl<T: Scalar> SphereMap<T> {
         self.rotated(&rotation_between(&sum)?)
     }
 
-    /// Turns the map so that the first landmark lies at the pole +z and the second on the meridian
-    /// of longitude 0 (y = 0, x > 0); the third takes the second's place where that lies at or
-    /// opposite the first.
+    /// Rotates the map so that the first landmark lies at the pole +z and the second on the
+    /// meridian of longitude 0 (y = 0, x > 0). The third replaces the second if that lies at the
+    /// first landmark or opposite it.
     ///
-    /// The first lies at the pole to the bit: longitude and latitude have a vertex there.
+    /// The first landmark is placed exactly at the pole, so longitude and latitude have a vertex
+    /// there.
     ///
     /// # Errors
-    /// [`SphereError::Mismatch`] if a landmark is no vertex, or all lie on one axis.
+    /// [`SphereError::Mismatch`] if a landmark is not a vertex, or if all lie on one axis.
     pub fn orient_landmarks(&self, landmarks: [VertexId; 3]) -> Result<Self, SphereError> {
         let [pole, second, third] = landmarks.map(|v| self.direction_of(v));
         let pole = pole?.normalize();
@@ -63,7 +65,7 @@ impl<T: Scalar> SphereMap<T> {
         turned.with_vertex_at(landmarks[0], Vector3::z())
     }
 
-    /// Moves one vertex by its rounding.
+    /// Moves a vertex by its rounding error.
     fn with_vertex_at(&self, vertex: VertexId, place: Vector3<f64>) -> Result<Self, SphereError> {
         let mut positions = self.positions().clone();
         positions[vertex] = place.map(T::of_f64).into();
@@ -71,7 +73,7 @@ impl<T: Scalar> SphereMap<T> {
     }
 }
 
-/// The vertices of a shape relative to its centroid, each with its share of the area.
+/// The vertices of a shape relative to its centroid, each with its fraction of the area.
 struct Samples {
     points: Vec<(Vector3<f64>, f64)>,
 }
@@ -93,7 +95,7 @@ impl Samples {
         for (p, _) in &mut points {
             *p -= center;
         }
-        // Relative to the farthest: third moments of huge shapes stay finite.
+        // Relative to the farthest vertex, so that third moments of huge shapes stay finite.
         let size = points.iter().map(|(p, _)| p.amax()).fold(0.0, f64::max);
         if size > 0.0 {
             points.iter_mut().for_each(|(p, _)| *p /= size);
@@ -140,16 +142,17 @@ impl Samples {
     }
 }
 
-/// `x` in units of `spread`; an axis along which nothing spreads says nothing.
+/// `x` in units of `spread`; an axis without spread contributes nothing.
 fn scaled(x: f64, spread: f64) -> f64 {
     if spread > FLAT { x / spread } else { 0.0 }
 }
 
-/// A third moment below this share of its absolute one is rounding, of coordinates in `f32` too.
+/// A third moment below this fraction of its absolute counterpart is rounding error, also for
+/// `f32` coordinates.
 const SYMMETRIC: f64 = 1e-4;
-/// Of the shape's size: flatter than this is flat.
+/// Relative to the size of the shape; anything flatter counts as flat.
 const FLAT: f64 = 1e-9;
-/// Nearer to the first landmark's axis than this, a landmark names no meridian.
+/// A landmark closer than this to the axis of the first one does not determine a meridian.
 const NEAREST_TO_AXIS: f64 = 1e-6;
 
 #[cfg(test)]
@@ -161,7 +164,7 @@ mod tests {
 
     use super::*;
 
-    /// Longest along x, thinnest along z, drawn out towards +x and +y.
+    /// Longest along x, thinnest along z, elongated towards +x and +y.
     fn egg(p: &Point3<f64>) -> Point3<f64> {
         Point3::new(3.0 * p.x + p.x * p.x, 2.0 * p.y + 0.6 * p.y * p.y, p.z)
     }
@@ -178,7 +181,7 @@ mod tests {
             for (p, q) in oriented.positions().values().zip(again.positions().values()) {
                 prop_assert!((p - q).norm() < 1e-9, "{}", (p - q).norm());
             }
-            // x to the poles, y to longitude 0.
+            // x goes to the poles, y to longitude 0.
             for (p, q) in oriented.positions().values().zip(shape.positions().values()) {
                 prop_assert!((p.coords - Vector3::new(q.y, q.z, q.x)).norm() < 0.2);
             }

@@ -1,4 +1,4 @@
-//! The exact sign that decides whether a triangle of a sphere map is flipped.
+//! The exact predicate for flipped triangles of a sphere map.
 
 use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::{FaceId, HalfedgeMesh};
@@ -6,11 +6,11 @@ use cotan_parallel as parallel;
 use nalgebra::Point3;
 use robust::{Coord3D, orient3d};
 
-/// Whether a, b, c turn counter-clockwise seen from outside the unit sphere: det(a, b, c) > 0, by
-/// the exact sign of the determinant of the coordinates as they are stored. The central projection
-/// of such a triangle is a spherical triangle that is not flipped and not degenerate.
+/// Returns true if a, b, c are counter-clockwise as seen from outside the unit sphere: det(a, b,
+/// c) > 0, by the exact sign of the determinant of the stored coordinates. The central projection
+/// of such an *upright* triangle is a spherical triangle that is neither flipped nor degenerate.
 ///
-/// **Source**: Shewchuk's adaptive predicates (1997), by the `robust` crate.
+/// **Source**: Shewchuk's adaptive predicates (1997), from the `robust` crate.
 pub fn is_upright<T: Scalar>(a: &Point3<T>, b: &Point3<T>, c: &Point3<T>) -> bool {
     let coord = |p: &Point3<T>| Coord3D {
         x: p.x.as_f64(),
@@ -22,12 +22,12 @@ pub fn is_upright<T: Scalar>(a: &Point3<T>, b: &Point3<T>, c: &Point3<T>) -> boo
         y: 0.0,
         z: 0.0,
     };
-    // Positive where the origin lies below the plane of a, b, c as seen from where they turn
-    // clockwise.
+    // Positive if the origin lies below the plane of a, b, c, that is, on the side from which
+    // they appear clockwise.
     orient3d(coord(a), coord(b), coord(c), origin) > 0.0
 }
 
-/// The faces that are flipped or degenerate on the sphere, ascending.
+/// The faces that are flipped or degenerate on the sphere, in ascending order.
 pub fn flipped_faces<T: Scalar>(mesh: &HalfedgeMesh, positions: &Positions<T>) -> Vec<FaceId> {
     parallel::filter_map(mesh.num_faces(), |i| {
         let f = FaceId::new(i);
@@ -57,8 +57,8 @@ mod tests {
         let a = Point3::new(0.6, 0.8, 0.0);
         let b = Point3::new(0.6, 0.8, 1e-18);
         let c = Point3::new(0.6_f64.next_down(), 0.8, 0.0);
-        // det(a, b, c) = 1e-18 · (0.6 · 0.8 − 0.8 · 0.6') with signs: exact, though far below
-        // rounding.
+        // det(a, b, c) = 1e-18 · (0.6 · 0.8 − 0.8 · 0.6') with signs: exact, although far below
+        // the rounding error.
         assert_ne!(is_upright(&a, &b, &c), is_upright(&a, &c, &b));
     }
 }

@@ -1,4 +1,4 @@
-//! The projections that keep a flow to the sphere from drifting.
+//! The projections that keep a spherical flow from drifting.
 
 use cotan_flow::{FlowError, Projection, Rest, nearest_rotation};
 use cotan_geometry::Positions;
@@ -10,11 +10,11 @@ use super::curvature::energy;
 use super::round::{sphere_centre, to_sphere};
 use super::sums;
 
-/// E of a conformal map to the unit sphere.
+/// The energy E of a conformal map to the unit sphere.
 const SPHERE_ENERGY: f64 = 16.0 * std::f64::consts::PI;
 
-/// Keeps the place and the size alone: centred by the source areas, E = 16π. What the paper's own
-/// iteration needs to stay finite.
+/// Fixes only position and size: centred by the source areas, with E = 16π. The paper's iteration
+/// needs this to stay finite.
 #[derive(Debug, Default)]
 pub(crate) struct KeepSize {
     weights: Vec<f64>,
@@ -38,19 +38,19 @@ impl Projection<f64> for KeepSize {
     }
 }
 
-/// The robust variant: free steps of ratio 0.85 of fixed size until the surface is nearly a sphere;
-/// from then on every step is carried back onto the unit sphere, Möbius-centred by the source
-/// areas, and turned onto the one before. That removes the modes of which the plain iteration
-/// drifts or oscillates, and full steps contract by a third.
+/// The robust variant. Free steps with ratio 0.85 at fixed size are taken until the surface is
+/// nearly a sphere. From then on each step is projected back onto the unit sphere, Möbius-centred
+/// by the source areas, and rotated to match the previous step. This removes the modes in which
+/// the plain iteration drifts or oscillates, and full steps then contract by a third.
 ///
 /// **Source**: paper, section 4.1, for the iteration; the projection is ours.
 #[derive(Debug)]
 pub(crate) struct RobustProjection {
     weights: Vec<f64>,
-    /// Ratio of the greatest to the least distance from the centre at which the surface counts as
-    /// nearly a sphere.
+    /// The ratio of the largest to the smallest distance from the centre below which the surface
+    /// counts as nearly a sphere.
     near: f64,
-    /// Step ratio on the sphere.
+    /// The step ratio on the sphere.
     ratio: f64,
     stage: Stage,
 }
@@ -59,17 +59,17 @@ pub(crate) struct RobustProjection {
 enum Stage {
     Free,
     OnSphere {
-        /// The free shape before it was projected, to go back to if the map is lost.
+        /// The free shape before it was projected, restored if the map is lost.
         back: Positions<f64>,
         steps: usize,
         last: f64,
     },
 }
 
-/// Share of the unit ball that a map has to enclose.
+/// The minimum enclosed volume of a map: a tenth of the unit ball.
 const LEAST_VOLUME: f64 = 0.1 * 4.0 / 3.0 * std::f64::consts::PI;
 
-/// Step ratio of the free stage: the best constant one is 6/7.
+/// The step ratio of the free stage; the best constant ratio is 6/7.
 const FREE_RATIO: f64 = 0.85;
 
 impl RobustProjection {
@@ -82,7 +82,7 @@ impl RobustProjection {
         }
     }
 
-    /// Goes over to the sphere if the shape is near enough to one.
+    /// Switches to the sphere if the shape is close enough to one.
     fn try_sphere(&mut self, mesh: &HalfedgeMesh, positions: &mut Positions<f64>) {
         if spread(positions.as_slice()) >= self.near {
             return;
@@ -117,7 +117,7 @@ impl RobustProjection {
             return f64::INFINITY;
         };
         if volume(mesh, next) < LEAST_VOLUME {
-            // The map is lost: nearer to a sphere first.
+            // The map is lost, so the shape has to come closer to a sphere first.
             next.as_mut_slice().copy_from_slice(back.as_slice());
             self.near = 1.0 + (self.near - 1.0) / 2.0;
             self.stage = Stage::Free;
@@ -158,7 +158,7 @@ impl Projection<f64> for RobustProjection {
     }
 }
 
-/// The areas around the vertices of the original mesh, over their sum.
+/// The areas around the vertices of the original mesh, normalized to sum 1.
 fn source_weights(rest: &Rest<f64>) -> Vec<f64> {
     let areas = rest.areas().as_slice();
     let total = sums::sum(areas.len(), |i| areas[i]);
@@ -183,7 +183,7 @@ fn keep_size(
     Ok(())
 }
 
-/// Greatest over least distance from the least-squares centre.
+/// Ratio of the largest to the smallest distance from the least-squares centre.
 fn spread(x: &[Point3<f64>]) -> f64 {
     let centre = sphere_centre(x);
     let distances = x.iter().map(|p| (p.coords - centre).norm());
@@ -191,7 +191,7 @@ fn spread(x: &[Point3<f64>]) -> f64 {
     most / least
 }
 
-/// The enclosed volume of a mesh about the origin.
+/// The enclosed volume of a mesh, relative to the origin.
 fn volume(mesh: &HalfedgeMesh, positions: &Positions<f64>) -> f64 {
     let at = |f: usize| {
         let [a, b, c] = mesh
@@ -202,7 +202,7 @@ fn volume(mesh: &HalfedgeMesh, positions: &Positions<f64>) -> f64 {
     sums::sum(mesh.num_faces(), at) / 6.0
 }
 
-/// next ← (1 − s) before + s next, with `next` brought to the size and place of the unit sphere.
+/// next ← (1 − s) before + s next, where `next` is first moved and scaled to the unit sphere.
 fn mix(before: &Positions<f64>, next: &mut Positions<f64>, ratio: f64) {
     let centre = sphere_centre(next.as_slice());
     let y = next.as_slice();
@@ -212,9 +212,9 @@ fn mix(before: &Positions<f64>, next: &mut Positions<f64>, ratio: f64) {
     }
 }
 
-/// Turns z so that Σ w |R z − x|² is least.
+/// Rotates z so that Σ w |R z − x|² is minimal.
 fn turn_onto(x: &[Point3<f64>], z: &mut [Point3<f64>], weights: &[f64]) {
-    // Column by column, since a sum of vectors is at hand.
+    // Computed column by column, because a sum of vectors is available.
     let column = |axis: usize| {
         sums::sum(x.len(), |i| -> Vector3<f64> {
             x[i].coords * (weights[i] * z[i][axis])

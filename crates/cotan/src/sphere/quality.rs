@@ -1,4 +1,4 @@
-//! What a sphere map does to angles and areas.
+//! Measures of the angle and area distortion of a sphere map.
 
 use cotan_geometry::{Scalar, Surface};
 use cotan_halfedge::{FaceId, FaceMap};
@@ -8,53 +8,53 @@ use nalgebra::Vector3;
 use super::map::SphereMap;
 use super::spherical::unit_sized;
 
-/// Mean, 99th percentile and greatest value over the faces that have an area.
+/// Mean, 99th percentile and maximum over the faces with positive area.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Spread {
-    /// Mean over the source surface: weighted by its areas.
+    /// Mean over the source surface, weighted by area.
     pub mean: f64,
-    /// 99 % of the faces lie below.
+    /// The value that 99 % of the faces do not exceed.
     pub p99: f64,
-    /// The greatest value.
+    /// The largest value.
     pub max: f64,
 }
 
-/// How far the angles of triangles are off.
+/// The errors of the triangle angles.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct AngleErrors {
     /// Mean over the corners, in degrees.
     pub mean: f64,
-    /// The greatest, in degrees.
+    /// The largest error, in degrees.
     pub max: f64,
 }
 
-/// Measures of a sphere map. Source triangles without area have no distortion and are left out; 0
-/// where none has an area.
+/// Measures of a sphere map. Source triangles without area have no distortion and are excluded;
+/// values are 0 if that excludes all triangles.
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[non_exhaustive]
 pub struct SphereQuality {
-    /// Triangles that are flipped by the exact predicate: 0 in a checked map.
+    /// The number of triangles that are flipped by the exact predicate: 0 in a checked map.
     pub flipped_triangles: usize,
-    /// Greatest | |v| − 1 |.
+    /// The largest | |v| − 1 |.
     pub sphericity_error: f64,
     /// σ1/σ2 of the affine map from each source triangle to the flat triangle between the images
-    /// of its corners: 1 where angles are kept.
+    /// of its corners: 1 where angles are preserved.
     pub conformal_distortion: Spread,
-    /// Differences between the angles of those two triangles.
+    /// Differences between the angles of these two triangles.
     pub angle_error_degrees: AngleErrors,
-    /// |ln (share of the sphere / share of the source area)|: 0 where areas are kept.
+    /// |ln (fraction of the sphere / fraction of the source area)|: 0 where areas are preserved.
     pub area_distortion: Spread,
-    /// How many times the triangles cover the sphere: 1 in a checked map.
+    /// The number of times that the triangles cover the sphere: 1 in a checked map.
     pub degree: i64,
 }
 
 impl SphereQuality {
-    /// Measures everything.
+    /// Computes all measures.
     ///
     /// # Panics
-    /// If the surface has another number of vertices than the map's mesh.
+    /// If the surface and the map's mesh have different numbers of vertices.
     pub fn measure<T: Scalar>(source: &Surface<'_, T>, map: &SphereMap<T>) -> Self {
-        // Huge or tiny coordinates would leave their squares no digits.
+        // The squares of huge or tiny coordinates would overflow or underflow.
         let positions = unit_sized(source.positions());
         let source = &Surface::assume_checked(source.mesh(), &positions);
         let areas = source.face_areas();
@@ -84,10 +84,10 @@ impl SphereQuality {
     }
 }
 
-/// ln (share of the sphere / share of the source area) of every face: positive where the map
-/// enlarges. 0 for faces without area.
+/// ln (fraction of the sphere / fraction of the source area) of each face. Positive where the map
+/// enlarges; 0 for faces without area.
 ///
-/// **Shapes**: one entry a face. **Units**: none.
+/// **Shapes**: one entry per face. **Units**: dimensionless.
 pub fn area_log_ratios<T: Scalar>(source: &Surface<'_, T>, map: &SphereMap<T>) -> FaceMap<f64> {
     let positions = unit_sized(source.positions());
     log_ratios(&Surface::assume_checked(source.mesh(), &positions), map)
@@ -108,10 +108,10 @@ fn log_ratios<T: Scalar>(source: &Surface<'_, f64>, map: &SphereMap<T>) -> FaceM
     }))
 }
 
-/// What is measured of one face.
+/// The measures of a face.
 struct Face {
     sigma_ratio: f64,
-    /// Mean and greatest angle error, in degrees.
+    /// Mean and largest angle error, in degrees.
     angle_errors: [f64; 2],
 }
 
@@ -132,7 +132,7 @@ impl Face {
     }
 }
 
-/// A triangle's edges (edge k opposite corner k) and twice its area.
+/// The edges of a triangle (edge k is opposite corner k) and twice its area.
 struct Triangle {
     edges: [Vector3<f64>; 3],
     double_area: f64,
@@ -156,8 +156,8 @@ impl Triangle {
         self.double_area.atan2(self.dot(k))
     }
 
-    /// σ1/σ2 of the affine map to another triangle: σ1² + σ2² is the Dirichlet energy over the
-    /// area, σ1 σ2 the ratio of the areas.
+    /// σ1/σ2 of the affine map to another triangle. σ1² + σ2² is the Dirichlet energy over the
+    /// area, and σ1 σ2 is the ratio of the areas.
     fn sigma_ratio(&self, image: &Self) -> f64 {
         let energy: f64 = (0..3)
             .map(|k| self.dot(k) * image.edges[k].norm_squared())
@@ -174,7 +174,7 @@ fn spread(values: impl Iterator<Item = (f64, f64)>) -> Spread {
     let total: f64 = sorted.iter().map(|(_, w)| w).sum();
     let sum: f64 = sorted.iter().map(|(x, w)| x * w).sum();
     let mean = if total > 0.0 { sum / total } else { 0.0 };
-    // Linear between the two nearest ranks.
+    // Interpolated linearly between the two nearest ranks.
     let rank = 0.99 * sorted.len().saturating_sub(1) as f64;
     let value = |k: usize| sorted.get(k).or(sorted.last()).map_or(0.0, |(x, _)| *x);
     let (low, part) = (rank.floor() as usize, rank.fract());

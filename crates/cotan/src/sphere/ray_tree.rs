@@ -1,27 +1,27 @@
-//! A tree of boxes around flat triangles, searched along a ray from the origin.
+//! A bounding-box tree over flat triangles, searched along a ray from the origin.
 //!
-//! Every node halves its triangles at the median along the longest side of its box, so that the
-//! shape of the tree depends on their number alone: node k has the children 2k + 1 and 2k + 2.
+//! Each node splits its triangles at the median along the longest side of its box, so the
+//! structure of the tree depends only on their number: node k has the children 2k + 1 and 2k + 2.
 
 use cotan_parallel as parallel;
 use nalgebra::Vector3;
 
 use super::locate::Search;
 
-/// The tree.
+/// A bounding-box tree for rays from the origin.
 #[derive(Clone, Debug)]
 pub(crate) struct RayTree {
-    /// Numbers of the triangles, leaf after leaf.
+    /// The indices of the triangles, leaf by leaf.
     order: Vec<u32>,
-    /// Boxes of the nodes, level after level.
+    /// The boxes of the nodes, level by level.
     bounds: Vec<Bounds>,
-    /// Levels above the leaves.
+    /// The number of levels above the leaves.
     depth: u32,
 }
 
 impl RayTree {
-    /// A tree of `len` triangles with these corners, or of what else lies in the box of three
-    /// points.
+    /// Builds a tree of `len` triangles with these corners, or of any other objects that lie
+    /// within the bounding box of three points.
     pub(crate) fn build(
         len: usize,
         corners: impl Fn(usize) -> [Vector3<f64>; 3] + Sync + Send,
@@ -45,11 +45,11 @@ impl RayTree {
         tree
     }
 
-    /// Calls `found` with all triangles that a ray from the origin along the unit vector `d` may
-    /// pierce, until it is done. Rounding adds triangles and loses none.
+    /// Calls `found` for all triangles that a ray from the origin along the unit vector `d` may
+    /// pierce, until `found` is done. Rounding may add triangles but never loses one.
     pub(crate) fn visit(&self, d: &Vector3<f64>, mut found: impl FnMut(usize) -> Search) {
         let first_leaf = (1_usize << self.depth) - 1;
-        // At most one waiting sibling a level.
+        // At most one waiting sibling per level.
         let mut stack = [0_usize; 64];
         let mut waiting = 1;
         while waiting > 0 {
@@ -72,7 +72,7 @@ impl RayTree {
         }
     }
 
-    /// Where the triangles of a leaf stand in the order.
+    /// The range of a leaf's triangles in `order`.
     fn range(&self, leaf: usize) -> std::ops::Range<usize> {
         let (mut start, mut len) = (0, self.order.len());
         for level in (0..self.depth).rev() {
@@ -86,7 +86,7 @@ impl RayTree {
     }
 }
 
-/// Sorts until the leaves `depth` levels below have their triangles.
+/// Partially sorts the boxes so that the leaves `depth` levels below contain their triangles.
 fn sort(boxes: &mut [(Bounds, u32)], depth: u32) {
     if depth == 0 {
         return;
@@ -115,7 +115,7 @@ struct Bounds {
 }
 
 impl Bounds {
-    /// The box of no points.
+    /// The bounding box of an empty set of points.
     const EMPTY: Self = Self {
         low: Vector3::new(f64::INFINITY, f64::INFINITY, f64::INFINITY),
         high: Vector3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY),
@@ -142,7 +142,7 @@ impl Bounds {
         }
     }
 
-    /// Whether the ray from the origin along `d` meets the box.
+    /// Returns true if the ray from the origin along `d` meets the box.
     fn is_hit(&self, d: &Vector3<f64>) -> bool {
         let (mut enter, mut leave) = (0.0_f64, f64::INFINITY);
         for k in 0..3 {
@@ -161,12 +161,11 @@ impl Bounds {
     }
 }
 
-/// Triangles of a leaf are this many and more, up to twice as many.
+/// The minimum number of triangles per leaf; there are at most twice as many.
 const LEAF: usize = 4;
-/// Below this many triangles waking another thread costs more than it saves.
+/// Below this number of triangles, waking another thread costs more than it saves.
 const PARALLEL_FROM: usize = 1 << 12;
-/// Coordinates are at most 1, so that this is above the rounding of all that
-/// [`Bounds::is_hit`] computes.
+/// Coordinates are at most 1, so this exceeds all rounding errors in [`Bounds::is_hit`].
 const PADDING: f64 = 4e-15;
 
 #[cfg(test)]

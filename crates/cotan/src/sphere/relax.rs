@@ -1,4 +1,4 @@
-//! A valid map made better, from angles to areas by one slider, without ever flipping a triangle.
+//! Improvement of a valid map, blended between angles and areas, that never flips a triangle.
 
 use cotan_geometry::{Positions, Scalar, SurfaceError};
 use cotan_halfedge::HalfedgeMesh;
@@ -10,13 +10,13 @@ use super::layout::{Layout, rounded};
 use super::map::SphereMap;
 use super::sweep::Sweeper;
 
-/// How long [`relax`] goes on.
+/// The number of iterations of [`relax`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub struct RelaxSettings {
-    /// How often the map is coarsened and refined again; this moves whole limbs.
+    /// The number of times that the map is coarsened and refined again, which moves whole limbs.
     pub cycles: usize,
-    /// Sweeps over all vertices at the end, at most; this evens out details.
+    /// The maximum number of final sweeps over all vertices, which even out details.
     pub sweeps: usize,
 }
 
@@ -29,19 +29,19 @@ impl Default for RelaxSettings {
     }
 }
 
-/// Lowers the distortion of a valid sphere map, and keeps every triangle upright.
+/// Reduces the distortion of a valid sphere map while keeping all triangles upright.
 ///
-/// The energy of a face is its source area times
-/// (1 − λ) ½ (σ1/σ2 + σ2/σ1) + λ ½ (r + 1/r), where `balance` is λ, from 0 (angles) to 1 (areas),
-/// and r the share of the sphere over the share of the source that the face has. A cycle takes
-/// vertices out as long as the faces that are left are upright, and puts them back level by level,
-/// relaxing each: low frequencies are dealt with where they cost nothing. The energy never rises.
+/// The energy of a face is its source area times (1 − λ) ½ (σ1/σ2 + σ2/σ1) + λ ½ (r + 1/r), where
+/// λ is `balance`, from 0 (angles) to 1 (areas), and r is the face's fraction of the sphere
+/// divided by its fraction of the source area. A cycle removes vertices as long as the remaining
+/// faces are upright, then reinserts them level by level and relaxes each level, so low
+/// frequencies are handled on coarse levels where this is cheap. The energy never increases.
 ///
-/// **Shapes**: one position a vertex, for `source` and `sphere`.
+/// **Shapes**: one position per vertex, for `source` and `sphere`.
 ///
 /// # Errors
-/// [`SphereError`] if `sphere` is no valid map of `mesh` ([`SphereMap::new`]), if `source` is of
-/// another length, or if λ is not in 0 … 1. The map is then left as it was.
+/// [`SphereError`] if `sphere` is not a valid map of `mesh` ([`SphereMap::new`]), if `source` has
+/// a different length, or if λ is not in 0 … 1. The map is unchanged in that case.
 pub fn relax<T: Scalar>(
     mesh: &HalfedgeMesh,
     source: &Positions<f64>,
@@ -69,7 +69,7 @@ pub fn relax<T: Scalar>(
     Ok(())
 }
 
-/// The layout of a mesh that is a sphere with positions that fit it.
+/// The layout of a mesh that is a topological sphere and has matching positions.
 pub(super) fn checked_layout<T: Scalar>(
     mesh: &HalfedgeMesh,
     source: &Positions<f64>,
@@ -86,7 +86,7 @@ pub(super) fn checked_layout<T: Scalar>(
     Ok(layout(mesh, source, blend, rounded::<T>))
 }
 
-/// Coarsens and refines, unless that makes it worse.
+/// Coarsens and refines, unless that increases the energy.
 fn cycle(layout: &mut Layout) {
     let mut other = layout.clone();
     let hierarchy = simplify(&mut other, Collapses::Upright);

@@ -1,4 +1,4 @@
-//! Attributes and shapes carried over to the vertices of another mesh of the sphere.
+//! Transfer of attributes and shapes to the vertices of another mesh on the sphere.
 
 use cotan_geometry::{Mesh, Positions, Scalar, icosphere};
 use cotan_halfedge::{HalfedgeMesh, VertexMap};
@@ -8,17 +8,17 @@ use super::interpolate::Attribute;
 use super::map::SphereMap;
 
 impl<T: Scalar> SphereMap<T> {
-    /// The values of an attribute in given directions: at the vertices of another map, say.
+    /// Evaluates an attribute in given directions, for example at the vertices of another map.
     ///
-    /// For several attributes locate once, with
-    /// [`PointLocation::locate_all`](super::PointLocation::locate_all), and
-    /// [`interpolate_all`](SphereMap::interpolate_all) each.
+    /// For several attributes, locate the directions once with
+    /// [`PointLocation::locate_all`](super::PointLocation::locate_all), and call
+    /// [`interpolate_all`](SphereMap::interpolate_all) for each attribute.
     ///
-    /// **Shapes**: one value a vertex of this map in, one a direction out.
+    /// **Shapes**: one value per vertex of this map as input, one value per direction as output.
     ///
     /// # Errors
-    /// [`SphereError::Mismatch`] if there is not one value a vertex, or a direction is zero or not
-    /// finite.
+    /// [`SphereError::Mismatch`] if there is not one value per vertex, or if a direction is zero
+    /// or not finite.
     pub fn resample<A: Attribute<T>>(
         &self,
         attribute: &VertexMap<A>,
@@ -30,13 +30,13 @@ impl<T: Scalar> SphereMap<T> {
         Ok(VertexMap::from_vec(values))
     }
 
-    /// The shape remeshed by an icosphere of `level` subdivisions (10·4^level + 2 vertices): even
-    /// triangles on the sphere, placed where the map has the points of the source.
+    /// Remeshes the shape with an icosphere of `level` subdivisions (10·4^level + 2 vertices):
+    /// evenly sized triangles on the sphere, placed at the corresponding points of the source.
     ///
-    /// The vertices lie on the source mesh; with growing level the volume converges to the
-    /// source's. Limbs that the map makes small get few vertices.
+    /// The vertices lie on the source mesh. With increasing level the volume converges to that of
+    /// the source. Limbs that the map shrinks get few vertices.
     ///
-    /// **Shapes**: `source` has one position a vertex of this map, the original shape.
+    /// **Shapes**: `source` has one position per vertex of this map, the original shape.
     ///
     /// ```
     /// use cotan::sphere::SphereMap;
@@ -50,8 +50,8 @@ impl<T: Scalar> SphereMap<T> {
     /// ```
     ///
     /// # Errors
-    /// [`SphereError::Setting`] if the level is above 8; [`SphereError::Mismatch`] if there is not
-    /// one position a vertex.
+    /// [`SphereError::Setting`] if the level is above 8; [`SphereError::Mismatch`] if there is
+    /// not one position per vertex.
     pub fn remesh(&self, source: &Positions<T>, level: u32) -> Result<Mesh<T>, SphereError> {
         let target = icosphere_of_level(level)?;
         let positions = self.resample(source, target.positions())?;
@@ -59,10 +59,10 @@ impl<T: Scalar> SphereMap<T> {
         Ok(Mesh::assume_checked(connectivity, positions))
     }
 
-    /// As [`SphereMap::remesh`], with the mesh of another map.
+    /// Like [`SphereMap::remesh`], with the mesh of another map.
     ///
     /// # Errors
-    /// [`SphereError::Mismatch`] if there is not one position a vertex.
+    /// [`SphereError::Mismatch`] if there is not one position per vertex.
     pub fn remesh_onto(
         &self,
         source: &Positions<T>,
@@ -75,7 +75,7 @@ impl<T: Scalar> SphereMap<T> {
     }
 }
 
-/// The unit icosphere, its level checked.
+/// The unit icosphere of a checked level.
 pub(crate) fn icosphere_of_level<T: Scalar>(level: u32) -> Result<Mesh<T>, SphereError> {
     if level > MAX_LEVEL {
         return Err(SphereError::Setting {
@@ -87,7 +87,7 @@ pub(crate) fn icosphere_of_level<T: Scalar>(level: u32) -> Result<Mesh<T>, Spher
     Ok(icosphere(level))
 }
 
-/// As of [`icosphere`], which would otherwise stop there without a word.
+/// The limit of [`icosphere`], which would otherwise clamp the level silently.
 const MAX_LEVEL: u32 = 8;
 
 #[cfg(test)]
@@ -118,7 +118,7 @@ mod tests {
     fn the_volume_converges_with_the_level() {
         let shape = sphere::<f64>(3);
         let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
-        // Turned against the target, so that no edges coincide.
+        // Rotated relative to the target, so that no edges coincide.
         let turn = nalgebra::Rotation3::new(nalgebra::Vector3::new(0.3, -0.5, 0.2));
         let map = map.rotated(&turn).unwrap();
         let source = shape

@@ -1,4 +1,4 @@
-//! Turning a sphere map, and the rotation between two sets of directions.
+//! Rotation of a sphere map, and the rotation between two sets of directions.
 
 use cotan_flow::nearest_rotation;
 use cotan_geometry::{Positions, Scalar};
@@ -11,14 +11,14 @@ use super::geometry_image::octahedral_direction;
 use super::map::SphereMap;
 
 impl<T: Scalar> SphereMap<T> {
-    /// The map followed by a rotation, normalised anew and checked again.
+    /// Returns the map followed by a rotation, normalized and checked again.
     ///
-    /// Where rounding flips triangles of a few units in the last place, rotations up to 1e-12 rad
-    /// away are tried, which round otherwise.
+    /// If rounding flips triangles of a few units in the last place, rotations up to 1e-12 rad
+    /// away are tried, which round differently.
     ///
     /// # Errors
-    /// [`SphereError::Flipped`] if all of them lose a triangle: there are many that are thinner
-    /// than the rounding.
+    /// [`SphereError::Flipped`] if each of them flips a triangle, because there are many
+    /// triangles thinner than the rounding error.
     pub fn rotated(&self, rotation: &Rotation3<f64>) -> Result<Self, SphereError> {
         let mut result = self.rotated_once(rotation);
         for k in 1..ATTEMPTS {
@@ -40,7 +40,7 @@ impl<T: Scalar> SphereMap<T> {
         self.with_positions(Positions::from_vec(turned))
     }
 
-    /// Where a vertex lies, in `f64`, or an error if there is no such vertex.
+    /// The position of a vertex in `f64`, or an error if there is no such vertex.
     pub(crate) fn direction_of(&self, vertex: VertexId) -> Result<Vector3<f64>, SphereError> {
         let position = self.positions().get(vertex).ok_or_else(|| {
             SphereError::Mismatch(format!(
@@ -56,8 +56,8 @@ impl<T: Scalar> SphereMap<T> {
 /// problem of Wahba (1965).
 ///
 /// # Errors
-/// [`SphereError::Mismatch`] if the pairs leave a rotation open: fewer than two, or all on one
-/// axis.
+/// [`SphereError::Mismatch`] if the pairs do not determine a rotation: fewer than two, or all on
+/// one axis.
 pub(crate) fn rotation_between(
     pairs: &[(Vector3<f64>, Vector3<f64>)],
 ) -> Result<Rotation3<f64>, SphereError> {
@@ -70,11 +70,13 @@ pub(crate) fn rotation_between(
     Ok(Rotation3::from_matrix_unchecked(nearest_rotation(&sum)))
 }
 
-/// One try, and one for each direction of a small octahedral grid.
+/// One attempt, plus one for each direction of a small octahedral grid.
 const ATTEMPTS: usize = 25;
-/// Far more than the rounding of an `f64`, and far less than any use of a rotation needs.
+/// Much larger than the rounding error of `f64`, and much smaller than any use of a rotation
+/// requires.
 const NUDGE: f64 = 1e-12;
-/// Landmarks nearer to one axis than this fix the rotation about it to less than single precision.
+/// Landmarks closer to one axis than this determine the rotation about it to less than single
+/// precision.
 const SMALLEST_RANK: f64 = 1e-9;
 
 #[cfg(test)]
@@ -111,7 +113,8 @@ mod tests {
         }
     }
 
-    /// Rounding is half a unit in the last place; slivers some units thick survive any rotation.
+    /// The rounding error is half a unit in the last place; slivers several units thick survive
+    /// any rotation.
     #[test]
     fn slivers_survive_rotations() {
         let count = |margin: f64| {

@@ -1,8 +1,8 @@
-//! The rotation under which one function on the sphere fits another best.
+//! Search for the rotation that best matches one function on the sphere to another.
 //!
-//! The mean square difference has many local minima, so that a grid of all rotations is tried
-//! first, on a table of the function; the best of them that lie apart are refined by a pattern
-//! search (steps along three axes, halved when none helps).
+//! The mean square difference has many local minima. A grid over all rotations is therefore
+//! evaluated first, using a table of the function. The best candidates that are far apart are
+//! then refined by a pattern search (steps along three axes, halved when none of them helps).
 
 use cotan_geometry::{Scalar, icosphere};
 use cotan_halfedge::VertexMap;
@@ -15,22 +15,22 @@ use super::interpolate::Attribute;
 use super::locate::PointLocation;
 use super::map::SphereMap;
 
-/// A function on the sphere that is to be turned.
+/// A function on the sphere to be rotated.
 pub(crate) struct Turnable<'a, T: Scalar, A> {
     location: PointLocation<'a, T>,
     attribute: &'a VertexMap<A>,
-    /// The function in a table, for quick looks.
+    /// The function as a table, for fast lookup.
     table: GeometryImage<A>,
 }
 
-/// The values that it should have in some directions after turning.
+/// The target values in some directions after the rotation.
 pub(crate) struct Wanted<A> {
     directions: Vec<Vector3<f64>>,
     values: Vec<A>,
 }
 
 impl<A> Wanted<A> {
-    /// Those of another function at the vertices of the icosphere of this level.
+    /// The values of another function at the vertices of the icosphere of this level.
     pub(crate) fn of<T: Scalar>(
         location: &PointLocation<'_, T>,
         attribute: &VertexMap<A>,
@@ -64,7 +64,7 @@ impl<'a, T: Scalar, A: Attribute<T>> Turnable<'a, T, A> {
         })
     }
 
-    /// The mean square difference after turning by `rotation`.
+    /// The mean square difference after a rotation by `rotation`.
     pub(crate) fn mean_square(&self, wanted: &Wanted<A>, rotation: &Rotation3<f64>) -> f64 {
         let (map, back) = (self.location.map(), rotation.inverse());
         let (directions, values) = (&wanted.directions, &wanted.values);
@@ -76,7 +76,7 @@ impl<'a, T: Scalar, A: Attribute<T>> Turnable<'a, T, A> {
         squares.iter().sum::<f64>() / squares.len() as f64
     }
 
-    /// As [`Turnable::mean_square`], by the nearest entries of the table.
+    /// Like [`Turnable::mean_square`], using the nearest table entries.
     fn rough_mean_square(&self, wanted: &Wanted<A>, rotation: &Rotation3<f64>) -> f64 {
         let back = rotation.inverse();
         let square = |(d, value): (&Vector3<f64>, &A)| {
@@ -87,14 +87,14 @@ impl<'a, T: Scalar, A: Attribute<T>> Turnable<'a, T, A> {
         pairs.map(square).sum::<f64>() / wanted.values.len() as f64
     }
 
-    /// The rotation with the least mean square difference: found with `coarse`, finished with
-    /// `fine`.
+    /// Finds the rotation with the least mean square difference: a search with `coarse`, refined
+    /// with `fine`.
     pub(crate) fn search(&self, coarse: &Wanted<A>, fine: &Wanted<A>) -> Rotation3<f64> {
         let grid = rotation_grid();
         let mut costs = Chunks::of(16).filled(grid.len(), |i| {
             (self.rough_mean_square(coarse, &grid[i]), grid[i])
         });
-        // Stable: of equals the first.
+        // The sort is stable, so the first of equal candidates wins.
         costs.sort_by(|a, b| a.0.total_cmp(&b.0));
         let rough = |r: &Rotation3<f64>| self.mean_square(coarse, r);
         let refined = parallel::tasks(apart(&costs), |start| {
@@ -106,7 +106,7 @@ impl<'a, T: Scalar, A: Attribute<T>> Turnable<'a, T, A> {
     }
 }
 
-/// The first few of a sorted list that are no neighbours of one another.
+/// The first few rotations of a sorted list that are not close to each other.
 fn apart(sorted: &[(f64, Rotation3<f64>)]) -> Vec<Rotation3<f64>> {
     let mut chosen: Vec<Rotation3<f64>> = Vec::with_capacity(CANDIDATES);
     for (_, rotation) in sorted {
@@ -123,7 +123,7 @@ fn apart(sorted: &[(f64, Rotation3<f64>)]) -> Vec<Rotation3<f64>> {
     chosen
 }
 
-/// Goes to better neighbours `step` away, then nearer ones, until `step` is below `last`.
+/// Moves to better neighbours at distance `step`, which is reduced until it is below `last`.
 fn refine(
     start: Rotation3<f64>,
     first: f64,
@@ -151,7 +151,7 @@ fn refine(
     best
 }
 
-/// 642 · 40 rotations: every direction of an icosphere for the pole, 40 turns about each.
+/// 642 · 40 rotations: each direction of an icosphere as the pole, with 40 rotations about each.
 fn rotation_grid() -> Vec<Rotation3<f64>> {
     let (_, poles) = icosphere::<f64>(3).into_parts();
     let turns = (0..40).map(|k| f64::from(k) * GRID_STEP);
@@ -169,14 +169,14 @@ fn rotation_grid() -> Vec<Rotation3<f64>> {
     rotations.collect()
 }
 
-/// Pixels across the table: a direction lies within 4° of its pixel.
+/// Pixels across the table: each direction lies within 4° of its pixel.
 const TABLE_SIZE: usize = 65;
-/// 9°, about the distance of the vertices of an icosphere of 642.
+/// 9°, about the vertex distance of an icosphere with 642 vertices.
 const GRID_STEP: f64 = std::f64::consts::TAU / 40.0;
-/// Half a degree: from here on the finer samples decide.
+/// Half a degree; below this the finer samples are used.
 const COARSE_STEP: f64 = 0.5 * std::f64::consts::PI / 180.0;
 const FINE_STEP: f64 = 1e-5;
-/// Starts that are refined.
+/// The number of candidates that are refined.
 const CANDIDATES: usize = 12;
 
 #[cfg(test)]

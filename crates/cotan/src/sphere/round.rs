@@ -1,4 +1,4 @@
-//! Towards the unit sphere: its least-squares centre, and points brought onto it.
+//! Fitting to the unit sphere: the least-squares centre, and projection of points.
 
 use cotan_parallel as parallel;
 use nalgebra::{Matrix4, Point3, Vector3, Vector4};
@@ -6,9 +6,9 @@ use nalgebra::{Matrix4, Point3, Vector3, Vector4};
 use super::moebius;
 use super::sums::sum;
 
-/// The centre of the sphere that fits the points best: least squares of |x|² = 2 x·c + const.
+/// The centre of the best-fitting sphere: least squares of |x|² = 2 x·c + const.
 ///
-/// The mean of the points where they determine no sphere.
+/// The mean of the points if they do not determine a sphere.
 pub(crate) fn sphere_centre(x: &[Point3<f64>]) -> Vector3<f64> {
     let n = x.len();
     let mean = sum(n, |i| x[i].coords) / n.max(1) as f64;
@@ -29,10 +29,10 @@ fn row(p: Vector3<f64>) -> Vector4<f64> {
     (p * 2.0).push(1.0)
 }
 
-/// Subtracts the least-squares centre, normalises, and centres by a Möbius map so that the points,
-/// by their weights, average zero.
+/// Subtracts the least-squares centre, normalizes, and applies the Möbius map after which the
+/// weighted mean of the points is zero.
 ///
-/// **Shapes**: one weight a point, of sum 1.
+/// **Shapes**: one weight per point, with sum 1.
 pub(crate) fn to_sphere(x: &mut [Point3<f64>], weights: &[f64]) {
     let centre = sphere_centre(x);
     let mut u = parallel::filled(x.len(), |i| normalized(x[i].coords - centre));
@@ -42,8 +42,8 @@ pub(crate) fn to_sphere(x: &mut [Point3<f64>], weights: &[f64]) {
     }
 }
 
-/// The vector scaled to length 1, twice, so that it lies on the sphere within a unit in the last
-/// place; some unit vector for zero.
+/// Normalizes the vector twice, so that it lies on the sphere within a unit in the last place.
+/// Returns some unit vector for zero.
 pub(crate) fn normalized(v: Vector3<f64>) -> Vector3<f64> {
     let once = v.try_normalize(0.0).unwrap_or_else(Vector3::z);
     once / once.norm()

@@ -1,4 +1,4 @@
-//! Spherical parameterization in one call.
+//! One-call function for spherical parameterization.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -20,32 +20,33 @@ use super::predicate::flipped_faces;
 use super::round::normalized;
 use super::untangle::untangle;
 
-/// A checked sphere map and how it came about.
+/// A checked sphere map and the report of its computation.
 #[derive(Clone, PartialEq, Debug)]
 #[must_use = "the report says whether the iteration converged"]
 pub struct Spherical<T: Scalar> {
     /// The map.
     pub map: SphereMap<T>,
-    /// How it came about.
+    /// The report of the computation.
     pub report: SphereReport,
 }
 
-/// Maps a closed genus-0 triangle mesh onto the unit sphere, one to one.
+/// Maps a closed genus-0 triangle mesh onto the unit sphere, one-to-one.
 ///
-/// The result was checked triangle by triangle with exact predicates ([`SphereMap::new`]). It is
-/// conformal up to discretisation by default, evens out areas as [`SphereOptions::authalic`] says,
-/// and is centred so that the source areas balance on the sphere (where that can be rounded without
-/// a flip). The conformal map is unique up to a rotation; what the hierarchy makes, for areas or as
-/// the last resort, also depends on how the mesh lies and is numbered.
+/// The result is checked triangle by triangle with exact predicates ([`SphereMap::new`]). By
+/// default it is conformal up to discretization; [`SphereOptions::authalic`] evens out areas. It
+/// is centred so that the source areas balance on the sphere (unless rounding would flip a
+/// triangle). The conformal map is unique up to a rotation. The result of the hierarchy, which is
+/// used for areas or as the last resort, also depends on the position and the vertex order of the
+/// mesh.
 ///
-/// **Shapes**: one position a vertex. Zero-area faces are allowed, and inside-out meshes.
+/// **Shapes**: one position per vertex. Zero-area faces and inside-out meshes are allowed.
 ///
 /// # Errors
-/// [`SphereError`] for a mesh that is not closed, connected, of genus 0 and of triangles, for a
-/// coordinate that is not finite, and where a named method flips triangles. Reaching the iteration
-/// limit is no error: see [`SphereReport::stop`].
+/// [`SphereError`] for a mesh that is not a closed, connected triangle mesh of genus 0, for a
+/// non-finite coordinate, and if an explicitly requested method flips triangles. Reaching the
+/// iteration limit is not an error: see [`SphereReport::stop`].
 ///
-/// **Source**: paper, section 4.1; what goes beyond it is told in `docs/decisions`.
+/// **Source**: paper, section 4.1; for the extensions see `docs/decisions`.
 ///
 /// ```
 /// use cotan::sphere::{SphereOptions, spherical};
@@ -61,11 +62,11 @@ pub fn spherical<'m, T: Scalar>(
     spherical_observed(surface, options, |_| ControlFlow::Continue(()))
 }
 
-/// As [`spherical`]; the observer sees every step of an iteration and may stop it. Repairs and the
-/// hierarchy ([`SphereOptions::authalic`] above 0) are not iterations.
+/// Like [`spherical`], with an observer that receives each step of an iteration and may stop it.
+/// Repairs and the hierarchy ([`SphereOptions::authalic`] above 0) are not iterations.
 ///
 /// # Errors
-/// As [`spherical`].
+/// Same as [`spherical`].
 pub fn spherical_observed<'m, T: Scalar>(
     surface: impl Into<Surface<'m, T>>,
     options: &SphereOptions,
@@ -77,7 +78,7 @@ pub fn spherical_observed<'m, T: Scalar>(
     let mesh: &Arc<HalfedgeMesh> = &surface.mesh().into();
     check_topology(mesh)?;
     Surface::new(mesh, positions)?;
-    // On the way everything is in double precision: limbs shrink exponentially.
+    // Intermediate results are in double precision, because limbs shrink exponentially.
     let source = outward(mesh, unit_sized(positions));
     let mut run = Run::new(mesh, &source, options);
     let observer = &mut observer;
@@ -85,7 +86,7 @@ pub fn spherical_observed<'m, T: Scalar>(
         SphereMethod::Robust if options.authalic > 0.0 => run.embed(options.authalic)?,
         SphereMethod::Robust => match run.robust(observer) {
             Ok(conformal) => run.cured(conformal)?,
-            // A surface without size or volume, or weights that are negative on the whole.
+            // A surface without size or volume, or with predominantly negative weights.
             Err(
                 FlowError::Collapsed
                 | FlowError::NoVolume
@@ -116,7 +117,8 @@ pub fn spherical_observed<'m, T: Scalar>(
     })
 }
 
-/// The positions with their greatest coordinate scaled to 1: areas neither overflow nor vanish.
+/// Scales the positions so that the largest coordinate is 1 and areas neither overflow nor
+/// vanish.
 pub(super) fn unit_sized<T: Scalar>(positions: &Positions<T>) -> Positions<f64> {
     let all = positions.values().map(|p| p.coords.amax().as_f64());
     let size = all.fold(0.0, f64::max);
@@ -124,7 +126,7 @@ pub(super) fn unit_sized<T: Scalar>(positions: &Positions<T>) -> Positions<f64> 
     positions.map(|p| p.map(|x| x.as_f64() / size))
 }
 
-/// The same surface with its faces turned outwards: an inside-out mesh is reflected in the origin.
+/// Orients the faces outwards: an inside-out mesh is reflected in the origin.
 fn outward(mesh: &HalfedgeMesh, positions: Positions<f64>) -> Positions<f64> {
     if Surface::assume_checked(mesh, &positions).volume() < 0.0 {
         positions.map(|p| -p)
@@ -133,7 +135,7 @@ fn outward(mesh: &HalfedgeMesh, positions: Positions<f64>) -> Positions<f64> {
     }
 }
 
-/// A map in the making.
+/// The state of a computation.
 struct Run<'a> {
     mesh: &'a Arc<HalfedgeMesh>,
     source: &'a Positions<f64>,
@@ -141,20 +143,20 @@ struct Run<'a> {
     report: SphereReport,
 }
 
-/// Rounds of selective repair: one suffices on most meshes.
+/// Rounds of selective repair; one suffices on most meshes.
 const MOST_REPAIRS: usize = 3;
 
-/// One in so many triangles flipped: that is no map with faults any more.
+/// If more than one in this many triangles is flipped, the map is considered lost.
 const LOST_SHARE: usize = 10;
 
-/// Rings of faces around a flipped one whose weights are raised.
+/// Rings around a flipped face in which weights are raised.
 const REPAIR_RINGS: usize = 2;
 
-/// With more flipped triangles than this the map is no map any more that patches could mend.
+/// With more flipped triangles than this, local repairs cannot fix the map.
 const MOST_UNTANGLED: usize = 1000;
 
-/// Between angles and areas where the conformal map cannot be had: its limbs are too small for the
-/// numbers.
+/// A compromise between angles and areas, used if the conformal map cannot be represented because
+/// its limbs are too small.
 const FALLBACK_BALANCE: f64 = 0.1;
 
 impl<'a> Run<'a> {
@@ -171,7 +173,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Takes what an iteration gave into the report; its positions.
+    /// Adds the result of an iteration to the report and returns its positions.
     fn once(&mut self, iterated: Iterated) -> Positions<f64> {
         self.note(Stage::Iteration, &iterated);
         iterated.positions
@@ -185,7 +187,7 @@ impl<'a> Run<'a> {
         self.report.change = iterated.report.change;
     }
 
-    /// The robust iteration, then rounds with the weights around flipped triangles raised.
+    /// The robust iteration, followed by rounds with raised weights around flipped triangles.
     fn robust(&mut self, observer: Observer<'_>) -> Result<Positions<f64>, FlowError> {
         let mut marked = Vec::new();
         let mut first = None;
@@ -216,7 +218,8 @@ impl<'a> Run<'a> {
     /// Marks the corners of faces and the rings around them.
     fn mark(&self, faces: &[FaceId], marked: &mut [bool]) {
         let mut front: Vec<_> = faces.iter().flat_map(|&f| self.mesh.triangle(f)).collect();
-        // Each vertex once: the ring of one that many faces share may be as large as the mesh.
+        // Each vertex once, because the ring of a vertex shared by many faces may be as large as
+        // the mesh.
         front.sort_unstable();
         front.dedup();
         for ring in 0..=REPAIR_RINGS {
@@ -234,12 +237,12 @@ impl<'a> Run<'a> {
         SphereMap::on_sphere(Arc::clone(self.mesh), positions)
     }
 
-    /// Centres, rounds to the number type at hand, and checks.
+    /// Centres, rounds to the scalar type `T`, and checks.
     fn checked<T: Scalar>(&self, positions: Positions<f64>) -> Result<SphereMap<T>, SphereError> {
         self.map(self.rounded(positions))
     }
 
-    /// Centred, if that is wanted, and rounded to the number type at hand.
+    /// Centres if requested, and rounds to the scalar type `T`.
     fn rounded<T: Scalar>(&self, mut positions: Positions<f64>) -> Positions<T> {
         if self.options.centering == Centering::SourceAreas {
             self.center(&mut positions);
@@ -247,13 +250,13 @@ impl<'a> Run<'a> {
         positions.map(|p| p.map(T::of_f64))
     }
 
-    /// The map of the robust iteration, cured where it is none.
+    /// The map of the robust iteration, repaired where it is invalid.
     fn cured<T: Scalar>(&mut self, positions: Positions<f64>) -> Result<SphereMap<T>, SphereError> {
         let mut rounded: Positions<T> = self.rounded(positions);
         let flipped = match self.map(rounded.clone()) {
             Ok(map) => return Ok(map),
             Err(SphereError::Flipped { count, .. }) => count,
-            // Upright triangles around a vertex can wind twice: nothing that a patch would mend.
+            // Upright triangles around a vertex can wind twice, which a patch cannot repair.
             Err(error) if error.is_no_map() => return self.embed(FALLBACK_BALANCE),
             Err(error) => return Err(error),
         };
@@ -270,8 +273,8 @@ impl<'a> Run<'a> {
         self.embed(FALLBACK_BALANCE)
     }
 
-    /// The whole mesh anew, from a tetrahedron on: always possible. Centred where the rounding
-    /// allows it.
+    /// Embeds the whole mesh anew, starting from a tetrahedron, which is always possible. Centres
+    /// the result unless rounding would flip a triangle.
     fn embed<T: Scalar>(&mut self, balance: f64) -> Result<SphereMap<T>, SphereError> {
         self.report.stages.push(Stage::Hierarchy);
         let embedded: Positions<T> = embed(self.mesh, self.source, balance)?;

@@ -1,5 +1,5 @@
-//! Sweeps of single-vertex steps over a layout, in parallel and yet the same for any number of
-//! threads: vertices of one colour are no neighbours, so all of them may move at once.
+//! Parallel sweeps of single-vertex steps over a layout, with the same result for any number of
+//! threads: vertices of one colour are not neighbours, so all of them may move at once.
 
 use cotan_parallel::Chunks;
 use nalgebra::Vector3;
@@ -10,12 +10,12 @@ use super::layout::Layout;
 #[derive(Clone, Debug)]
 pub(super) struct Sweeper {
     classes: Vec<Vec<u32>>,
-    /// Per vertex: whether it or a neighbour moved since it was last looked at.
+    /// Per vertex: true if it or a neighbour has moved since it was last processed.
     stale: Vec<bool>,
 }
 
 impl Sweeper {
-    /// For the given vertices of a layout, coloured greedily in their order.
+    /// Creates a sweeper for the given vertices of a layout, coloured greedily in their order.
     pub(super) fn new(layout: &Layout, vertices: &[u32]) -> Self {
         let mut colour = vec![NO_COLOUR; layout.table.num_vertices()];
         let mut stale = vec![false; layout.table.num_vertices()];
@@ -40,8 +40,8 @@ impl Sweeper {
         Self { classes, stale }
     }
 
-    /// Moves every vertex once for which that lowers the energy; returns how many moved by more
-    /// than a thousandth of their star.
+    /// Moves each vertex once if that lowers the energy. Returns the number of vertices that
+    /// moved by more than a thousandth of their star.
     pub(super) fn sweep(&mut self, layout: &mut Layout, reach: f64) -> usize {
         let mut count = 0;
         for class in &self.classes {
@@ -68,7 +68,8 @@ impl Sweeper {
     }
 }
 
-/// The steps of vertices that are no neighbours, each with whether it is worth telling the ring.
+/// The steps of non-adjacent vertices, each with a flag that is set if its ring has to be
+/// updated.
 fn moves(layout: &Layout, vertices: &[u32], reach: f64) -> Vec<Option<(Vector3<f64>, bool)>> {
     let one = |star: &mut Vec<_>, v: u32| {
         let place = layout.better_place(v, reach, star)?;
@@ -83,7 +84,7 @@ fn moves(layout: &Layout, vertices: &[u32], reach: f64) -> Vec<Option<(Vector3<f
 }
 
 const NO_COLOUR: u32 = u32::MAX;
-/// Vertices of a task: fewer would cost more than they save.
+/// Vertices per task; smaller tasks would cost more than they save.
 const CHUNKS: Chunks = Chunks::of(128);
-/// A move below this part of the star's size does not wake the neighbours.
+/// A move below this fraction of the star's size does not wake the neighbours.
 const WORTH: f64 = 1e-3;

@@ -9,7 +9,7 @@ use super::map::SphereMap;
 use super::moebius;
 use super::predicate::is_upright;
 
-/// The unit sphere with all but a share `rest` of it pressed towards `axis` by a Möbius map.
+/// The unit sphere with all but a fraction `rest` of it pressed towards `axis` by a Möbius map.
 pub(crate) fn squeezed(
     shape: &Mesh<f64>,
     axis: &Vector3<f64>,
@@ -23,8 +23,8 @@ pub(crate) fn squeezed(
     )
 }
 
-/// A sphere each of whose faces is split by a point as near to one of its edges as it can lie, but
-/// for a factor `margin`: 320 faces, a third of them slivers.
+/// A sphere in which each face is split by a point placed `margin` times the smallest possible
+/// distance from one of its edges: 320 faces, a third of them slivers.
 pub(crate) fn splintered(margin: f64) -> Mesh<f64> {
     let shape = icosphere::<f64>(1);
     let mut points: Vec<Point3<f64>> = shape.positions().values().copied().collect();

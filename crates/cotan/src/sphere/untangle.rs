@@ -1,9 +1,9 @@
-//! Flipped triangles of a sphere map repaired where they are, the rest left alone.
+//! Local repair of flipped triangles of a sphere map. The rest of the map is left unchanged.
 //!
-//! Vertices at flipped faces are taken out until every face that is left is upright; then they
-//! return in reverse order, each to a place from which it sees its ring, and the patch is relaxed
-//! for its angles. What a face should measure is taken from the map around it, since a conformal
-//! map's faces differ by many orders of magnitude.
+//! Vertices at flipped faces are removed until all remaining faces are upright. They are then
+//! reinserted in reverse order, each at a position from which its ring is visible, and the patch
+//! is relaxed for its angles. Target face areas are taken from the surrounding map, because the
+//! faces of a conformal map differ by many orders of magnitude.
 
 use super::corners::face_of;
 use super::energy::Blend;
@@ -16,14 +16,14 @@ use super::sweep::Sweeper;
 use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::HalfedgeMesh;
 
-/// Repairs the flipped triangles of a sphere map and returns how many are left.
+/// Repairs the flipped triangles of a sphere map and returns the number of those that are left.
 ///
-/// The map must be near one that has none: small patches of flipped faces, in a map that covers
-/// the sphere once. Vertices farther than some rings from a flipped face are not touched. If there
-/// is no repair, the map is left as it was. A mesh that is no sphere, or positions that do not fit
-/// it, are left alone too.
+/// The map must be close to one without flipped triangles: it covers the sphere once and has
+/// small patches of flipped faces. Vertices farther than a few rings from a flipped face are not
+/// moved. If there is no repair, the map is unchanged. The same holds for a mesh that is not a
+/// topological sphere and for positions that do not match it.
 ///
-/// **Shapes**: one position a vertex, for `source` and `sphere`.
+/// **Shapes**: one position per vertex, for `source` and `sphere`.
 pub fn untangle<T: Scalar>(
     mesh: &HalfedgeMesh,
     source: &Positions<f64>,
@@ -56,7 +56,8 @@ pub fn untangle<T: Scalar>(
     after.min(before.len())
 }
 
-/// Scales the weight of every face to what the map gives to its surroundings, at least `least`.
+/// Scales the weight of each face to the area that the map gives its surroundings, at least
+/// `least`.
 fn adopt_scale(layout: &mut Layout, least: f64) {
     let faces = 0..layout.table.num_faces();
     let solid = faces.clone().map(|f| {
@@ -82,8 +83,8 @@ fn adopt_scale(layout: &mut Layout, least: f64) {
     }
 }
 
-/// Takes out vertices until all faces are upright; `None` if that would take the whole mesh. Also
-/// returns the vertices taken out, each with its ring.
+/// Removes vertices until all faces are upright. Returns `None` if that would remove the whole
+/// mesh, otherwise the hierarchy and the removed vertices with their rings.
 fn take_out_flipped(layout: &mut Layout, mut flipped: Vec<usize>) -> Option<(Hierarchy, Vec<u32>)> {
     let mut hierarchy = Hierarchy::default();
     let mut gone = vec![false; layout.table.num_faces()];
@@ -103,12 +104,12 @@ fn take_out_flipped(layout: &mut Layout, mut flipped: Vec<usize>) -> Option<(Hie
         touched.push(v);
         touched.extend(layout.table.ring(v));
         hierarchy.take_out(layout, halfedge);
-        // The best collapse may have mended another face than this one.
+        // The best collapse may have repaired a face other than this one.
         flipped.push(face);
         let changed: Vec<usize> = layout.table.outgoing(u).map(face_of).collect();
         for f in changed {
             layout.reshape(f);
-            // The others are looked at again when they change again.
+            // The other faces are examined again when they change again.
             if !layout.is_upright(f) {
                 flipped.push(f);
             }
@@ -121,8 +122,8 @@ fn take_out_flipped(layout: &mut Layout, mut flipped: Vec<usize>) -> Option<(Hie
     Some((hierarchy, touched))
 }
 
-/// The collapse at a flipped face's corners, or into them, after which the fewest faces are
-/// flipped.
+/// The collapse of a corner of a flipped face, or of a neighbour of one, that repairs the most
+/// faces.
 fn best_rescue(layout: &Layout, face: usize) -> Option<u32> {
     let corners = layout.table.triangle(face);
     let few = |v: &u32| layout.table.valence(*v) <= MOST_VALENCE;
@@ -139,7 +140,7 @@ fn best_rescue(layout: &Layout, face: usize) -> Option<u32> {
         let v = layout.table.origin(h);
         let star = layout.table.outgoing(v).map(face_of);
         let before = star.filter(|&f| !layout.is_upright(f)).count();
-        // A collapse elsewhere that mends nothing would go on for ever.
+        // A collapse elsewhere that repairs nothing could repeat forever.
         let mends = before as i64 - flips_after(layout, h) as i64;
         (mends > 0 || corners.contains(&v)).then(|| (mends, cost(layout, h), h))
     });
@@ -148,7 +149,7 @@ fn best_rescue(layout: &Layout, face: usize) -> Option<u32> {
         .map(|(_, _, halfedge)| halfedge)
 }
 
-/// Puts the vertices back and relaxes the patch.
+/// Reinserts the vertices and relaxes the patch.
 fn put_back(layout: &mut Layout, mut hierarchy: Hierarchy, touched: &[u32]) -> Option<()> {
     let level = hierarchy.levels.pop()?;
     let mut star = Vec::new();
@@ -171,13 +172,13 @@ fn put_back(layout: &mut Layout, mut hierarchy: Hierarchy, touched: &[u32]) -> O
     Some(())
 }
 
-/// Mostly angles: what is repaired is a part of a conformal map.
+/// Mostly angles, because the repaired part belongs to a conformal map.
 const BALANCE: f64 = 0.05;
-/// How often the scale of the map is averaged over neighbours.
+/// The number of times that the scale of the map is averaged over neighbours.
 const SMOOTHINGS: usize = 3;
 /// Sweeps over a repaired patch.
 const SWEEPS: usize = 60;
-/// A hub is not taken out: its neighbours are.
+/// A hub is not removed, but its neighbours are.
 const MOST_VALENCE: u32 = 64;
 
 #[cfg(test)]
@@ -189,7 +190,7 @@ pub(super) mod tests {
     use super::*;
     use crate::sphere::SphereMap;
 
-    /// A finger: a cap of an icosphere whose rings shrink by e^(−`steepness`) a radian.
+    /// A finger: a cap of an icosphere whose rings shrink by e^(−`steepness`) per radian.
     pub(in crate::sphere) fn finger<T: Scalar>(
         steepness: f64,
     ) -> (HalfedgeMesh, Positions<f64>, Positions<T>) {
@@ -255,8 +256,8 @@ pub(super) mod tests {
         SphereMap::new(&mesh, sphere).expect("a valid map");
     }
 
-    /// Dozens of rings within a few units in the last place are too many for a local repair (the
-    /// embedding from the start is for those): it is refused, and nothing is spoilt.
+    /// Dozens of rings within a few units in the last place are too many for a local repair and
+    /// require a new embedding. The repair is rejected, and the map is unchanged.
     #[test]
     fn what_cannot_be_repaired_is_left_as_it_was() {
         let (mesh, source, mut sphere) = finger::<f32>(35.0);

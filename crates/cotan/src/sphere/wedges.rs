@@ -1,11 +1,10 @@
-//! Triangles around a vertex of high valence, searched by their angle.
+//! Triangles around a vertex with high valence, searched by their angle.
 //!
-//! The boxes of thin triangles that meet in one point overlap, and a tree of boxes finds all of
-//! them. Around
-//! such a vertex c with the ring r₀, r₁, … the sign of det(c, r_k, d) says on which side of the
-//! arc from c
-//! to r_k a direction d lies. Within a wedge of less than half a turn these signs fall from 1 to
-//! −1 along the ring, so that bisection finds the one triangle, or the two at an arc.
+//! The boxes of thin triangles that meet in one point overlap, and a bounding-box tree returns
+//! all of them. Around such a vertex c with the ring r₀, r₁, … the sign of det(c, r_k, d) tells
+//! on which side of the arc from c to r_k a direction d lies. Within a wedge of less than half a
+//! turn these signs fall from 1 to −1 along the ring, so bisection finds the one triangle, or the
+//! two at an arc.
 
 use cotan_geometry::Scalar;
 use cotan_halfedge::{FaceId, HalfedgeMesh, VertexId};
@@ -17,10 +16,10 @@ use super::map::SphereMap;
 /// Valence from which the triangles around a vertex are searched by their angle.
 const HIGH_VALENCE: usize = 128;
 
-/// Angle of a wedge in radians: small enough that its box is not much larger than the wedge.
+/// Angle of a wedge in radians, small enough that its box is not much larger than the wedge.
 const WIDTH: f64 = 0.8;
 
-/// Neighbouring triangles around a vertex, over less than half a turn.
+/// Consecutive triangles around a vertex, spanning less than half a turn.
 #[derive(Clone, Debug)]
 pub(crate) struct Wedge {
     center: Vector3<f64>,
@@ -31,7 +30,7 @@ pub(crate) struct Wedge {
     lowest: FaceId,
 }
 
-/// The wedges of a map, and the faces that are in none, ascending.
+/// The wedges of a map, and the faces that are not in any wedge, in ascending order.
 pub(crate) fn wedges<T: Scalar>(map: &SphereMap<T>) -> (Vec<Wedge>, Vec<FaceId>) {
     let mesh = map.mesh();
     let mut wedges = Vec::new();
@@ -51,7 +50,7 @@ pub(crate) fn wedges<T: Scalar>(map: &SphereMap<T>) -> (Vec<Wedge>, Vec<FaceId>)
     (wedges, rest)
 }
 
-/// The faces around a vertex counter-clockwise, each with the two vertices opposite.
+/// The faces around a vertex, counter-clockwise, each with the two vertices opposite it.
 fn fan(mesh: &HalfedgeMesh, v: VertexId) -> Vec<(VertexId, VertexId, FaceId)> {
     let of = |h| {
         let face = mesh.face(h)?;
@@ -66,7 +65,7 @@ fn fan(mesh: &HalfedgeMesh, v: VertexId) -> Vec<(VertexId, VertexId, FaceId)> {
     fan
 }
 
-/// The wedges of a fan: runs of faces that follow each other. Single faces are left out.
+/// The wedges of a fan: runs of consecutive faces. Single faces are left out.
 fn cut<T: Scalar>(
     map: &SphereMap<T>,
     v: VertexId,
@@ -115,7 +114,7 @@ fn angle_at(c: &Vector3<f64>, a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
 }
 
 impl Wedge {
-    /// Corners of the box around the wedge.
+    /// Corners of a box around the wedge.
     pub(crate) fn corners<T: Scalar>(&self, map: &SphereMap<T>) -> [Vector3<f64>; 2] {
         self.ring.iter().fold([self.center; 2], |[low, high], &v| {
             let p = direction(map, v);
@@ -123,8 +122,8 @@ impl Wedge {
         })
     }
 
-    /// The faces that a direction can pierce, none that it pierces left out: one, or the two at
-    /// an arc; at the centre, where all of them meet, the lowest.
+    /// The faces that a direction may pierce, without missing any: one face, or the two at an
+    /// arc. At the centre, where all faces meet, the lowest one.
     pub(crate) fn candidates<T: Scalar>(
         &self,
         map: &SphereMap<T>,

@@ -19,20 +19,20 @@ use crate::solver::Pace;
 use crate::task::{Task, TaskError};
 use crate::view::Picker;
 
-/// Whether a mesh is repaired before it is opened.
+/// The repairs applied to a mesh before it is opened.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Repairs {
     No,
     Safe,
 }
 
-/// What a task has come to.
+/// The result of a task.
 pub(super) enum TaskResult {
-    /// A mesh was read, and prepared for the pointer.
+    /// A mesh was read and prepared for picking.
     Opened(Box<OpenedMesh>, Box<Picker>),
-    /// A mesh was not read: why, and whether repairs would help.
+    /// A mesh could not be read, for the given reason. The path is set if repairs would help.
     NotOpened(String, Option<std::path::PathBuf>),
-    /// A shape was made from the shape that was seen.
+    /// A new shape was made from the shape on the screen.
     Shape {
         name: &'static str,
         positions: Positions<f64>,
@@ -47,7 +47,7 @@ pub(super) enum TaskResult {
 }
 
 impl Editor {
-    /// Pushes a scene that the handles of the present one lead to.
+    /// Pushes a scene with edited handles.
     fn edit_handles(&mut self, label: String, edit: impl FnOnce(&mut Vec<HandleGroup>)) {
         let Some(open) = &mut self.open else {
             return;
@@ -72,7 +72,7 @@ impl Editor {
         self.hold(vertices, role, None);
     }
 
-    /// Holds vertices where they are; other handles let go of them.
+    /// Holds vertices at their current positions and removes them from other handles.
     fn hold(&mut self, vertices: Vec<VertexId>, role: Role, name: Option<&str>) {
         let Some(scene) = self.scene().filter(|_| !vertices.is_empty()) else {
             return;
@@ -94,7 +94,7 @@ impl Editor {
             self.active = self.scene().map(|s| s.handles.len().saturating_sub(1));
         }
         self.tint();
-        // Held where it has come to rest, a shape stays: there is nothing to solve.
+        // A settled shape that is held where it is needs no solve.
         self.post(if is_settled {
             Pace::Still
         } else {
@@ -102,7 +102,7 @@ impl Editor {
         });
     }
 
-    /// Lets go of a handle.
+    /// Removes a handle.
     pub(super) fn remove_handle(&mut self, index: usize) {
         let Some(name) = self
             .scene()
@@ -118,7 +118,7 @@ impl Editor {
         self.settle();
     }
 
-    /// Holds a handle exactly, or by springs.
+    /// Sets the constraint of a handle: exact or by springs.
     pub(super) fn set_hold(&mut self, index: usize, hold: Hold) {
         self.edit_handles("Change a weight".to_owned(), |handles| {
             if let Some(group) = handles.get_mut(index) {
@@ -131,7 +131,7 @@ impl Editor {
     /// The name of the handle that holds the open boundary.
     pub(super) const BOUNDARY: &'static str = "Boundary";
 
-    /// Fixes the open boundary, or lets go of it.
+    /// Fixes or releases the open boundary.
     pub(super) fn fix_boundary(&mut self, is_fixed: bool) {
         let Some(open) = &self.open else {
             return;
@@ -151,7 +151,7 @@ impl Editor {
         }
     }
 
-    /// Which handle holds the open boundary.
+    /// The index of the handle that holds the open boundary.
     pub(super) fn boundary_handle(&self) -> Option<usize> {
         let handles = &self.scene()?.handles;
         handles
@@ -159,7 +159,7 @@ impl Editor {
             .position(|group| group.name == Self::BOUNDARY)
     }
 
-    /// Other settings of the deformation.
+    /// Pushes a scene with other options of the deformation.
     pub(super) fn set_options(&mut self, label: &str, options: DeformOptions) {
         let Some(open) = &mut self.open else {
             return;
@@ -171,14 +171,14 @@ impl Editor {
         self.settle();
     }
 
-    /// Puts other handles in the place of all, on the rest shape: as `cotan deform` begins.
+    /// Replaces all handles and starts from the rest shape, as `cotan deform` does.
     pub(super) fn load_groups(&mut self, new: Vec<HandleGroup>) {
         let Some(open) = &mut self.open else {
             return;
         };
         let mut scene = open.history.present().clone();
-        // Another rest shape for the solver, though the same: it starts afresh, and not from where
-        // the handles of before had brought it.
+        // A new `Arc` of the same rest shape makes the solver start afresh, not from where the
+        // previous handles had moved it.
         scene.rest = Arc::new(Positions::clone(&scene.rest));
         scene.shape = Arc::clone(&scene.rest);
         scene.handles = Arc::new(new);
@@ -190,7 +190,7 @@ impl Editor {
         self.settle();
     }
 
-    /// Lets go of everything.
+    /// Removes all handles.
     pub(super) fn remove_all_handles(&mut self) {
         self.edit_handles("Let go of all handles".to_owned(), Vec::clear);
         self.active = None;
@@ -198,7 +198,7 @@ impl Editor {
         self.settle();
     }
 
-    /// Brings the shape to rest with the handles and settings as they are.
+    /// Lets the shape converge with the current handles and settings.
     pub(super) fn settle(&mut self) {
         let Some(open) = &mut self.open else {
             return;
@@ -213,12 +213,12 @@ impl Editor {
         self.post(Pace::Settle);
     }
 
-    /// Leaves the shape where it is.
+    /// Stops the solver and keeps the current shape.
     pub(super) fn stop(&mut self) {
         self.show_as_is();
     }
 
-    /// Back to the rest shape, handles and all where they were.
+    /// Returns to the rest shape, with the handles at their original positions.
     pub(super) fn reset_shape(&mut self) {
         if let Some(rest) = self.scene().map(|scene| Arc::clone(&scene.rest)) {
             self.push_shape("Back to the rest shape".to_owned(), rest);
@@ -249,7 +249,7 @@ impl Editor {
         }
     }
 
-    /// Marks what is selected and held in the picture.
+    /// Colours the selected and held vertices in the picture.
     pub(super) fn tint(&mut self) {
         let Some(open) = &self.open else {
             return;
@@ -271,7 +271,7 @@ impl Editor {
 
     // Jobs.
 
-    /// Stops the job that runs.
+    /// Cancels the running job.
     pub(super) fn cancel_task(&mut self) {
         if let Some(task) = &self.task {
             task.cancel();
@@ -292,7 +292,7 @@ impl Editor {
         }
     }
 
-    /// What a slider's job goes on from: what was seen before the slider was touched.
+    /// The scene that a slider's job starts from: the one shown before the slider was moved.
     fn job_scene(&mut self, name: &'static str) -> Option<Scene> {
         let open = self.open.as_ref()?;
         let position = open.history.position();
@@ -312,7 +312,7 @@ impl Editor {
         Some(scene)
     }
 
-    /// Smooths what is seen.
+    /// Smooths the current shape.
     pub(super) fn smooth(&mut self, ctx: &egui::Context) {
         let Some((scene, open)) = self.job_scene("Smooth").zip(self.open.as_ref()) else {
             return;
@@ -346,7 +346,7 @@ impl Editor {
         });
     }
 
-    /// Scales the details of what is seen.
+    /// Scales the details of the current shape.
     pub(super) fn scale_details(&mut self, ctx: &egui::Context) {
         let Some((scene, open)) = self.job_scene("Details").zip(self.open.as_ref()) else {
             return;
@@ -371,7 +371,7 @@ impl Editor {
         });
     }
 
-    /// Maps what is seen to the sphere.
+    /// Maps the current shape to the sphere.
     pub(super) fn map_to_sphere(&mut self, ctx: &egui::Context) {
         let Some(open) = &self.open else {
             return;
@@ -408,7 +408,7 @@ impl Editor {
         });
     }
 
-    /// How far the picture goes from the shape to its map.
+    /// Sets the position of the morph between the shape and its map.
     pub(super) fn set_morph(&mut self, share: f64) {
         let Some(view) = &mut self.jobs.map else {
             return;
@@ -421,7 +421,7 @@ impl Editor {
         ));
     }
 
-    /// Makes what the slider shows the shape itself.
+    /// Makes the morph on the screen the new shape.
     pub(super) fn keep_morph(&mut self) {
         let Some(view) = self.jobs.map.take() else {
             return;
@@ -430,7 +430,8 @@ impl Editor {
         self.push_shape(label, Arc::clone(&view.blend));
     }
 
-    /// A new rest shape; the handles hold their vertices where they are in it.
+    /// Pushes a scene with a new rest shape, in which the handles hold their vertices where they
+    /// are.
     fn push_shape(&mut self, label: String, shape: Arc<Positions<f64>>) {
         let Some(open) = &mut self.open else {
             return;
@@ -440,7 +441,7 @@ impl Editor {
         self.show_as_is();
     }
 
-    /// Takes the result of the task, if it has one.
+    /// Takes the result of the task, if it has ended.
     pub(super) fn take_task(&mut self) {
         let Some(result) = self.task.as_ref().and_then(Task::poll) else {
             return;
@@ -482,7 +483,7 @@ impl Editor {
         }
     }
 
-    /// The result of a slider's job takes the place of its last one.
+    /// Shows the result of a slider's job in place of its previous result.
     fn take_shape(&mut self, name: &'static str, shape: Arc<Positions<f64>>, note: Option<String>) {
         let (Some(open), Some(base)) = (&mut self.open, &mut self.jobs.base) else {
             return;
@@ -503,7 +504,7 @@ impl Editor {
     }
 }
 
-/// The tints of the picture, as numbers of the style's palette.
+/// The tints of the picture, as indices into the style's palette.
 mod tint {
     pub(super) const SELECTED: u8 = 1;
     pub(super) const FIXED: u8 = 5;

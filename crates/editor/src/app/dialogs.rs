@@ -1,4 +1,4 @@
-//! What is asked and told.
+//! Dialogs: questions and messages.
 
 use std::path::PathBuf;
 
@@ -10,19 +10,19 @@ use super::Editor;
 use super::actions::Repairs;
 use crate::files::{Expect, LeftBehind};
 
-/// The dialogs that are open.
+/// The open dialogs.
 pub(super) struct Dialogs {
-    /// Told one after the other.
+    /// The messages, shown one after the other.
     messages: Vec<Message>,
     question: Option<Question>,
     files: FileDialog,
     purpose: Purpose,
     pub(super) has_help: bool,
-    /// One line in the status bar, such as why a method was chosen.
+    /// A line in the status bar, such as the reason why a method was chosen.
     pub(super) note: Option<String>,
 }
 
-/// Something to tell.
+/// A message to the user.
 pub(super) struct Message {
     title: &'static str,
     text: String,
@@ -37,7 +37,7 @@ impl Message {
         Self::of("Please note", &text)
     }
 
-    /// What a file brings along is made visible line by line.
+    /// Makes a message whose text may contain parts of a file. Each line is made printable.
     fn of(title: &'static str, text: &str) -> Self {
         let lines: Vec<_> = text.lines().map(printable).collect();
         let text = lines.join("\n");
@@ -45,19 +45,19 @@ impl Message {
     }
 }
 
-/// Something to ask.
+/// A question to the user.
 pub(super) enum Question {
-    /// There are changes in no file; what was to be done about them.
+    /// There are unsaved changes; holds the action that raised the question.
     Unsaved(Then),
-    /// A save found a file that it may replace: why, and which.
+    /// Saving would replace a file: the reason and the path.
     Replace(String, PathBuf),
-    /// A mesh that opens only repaired: why, and which.
+    /// A mesh can only be opened with repairs: the reason and the path.
     Repair(String, PathBuf),
-    /// Work that a crash left behind.
+    /// A crash left work behind.
     Recover(Vec<LeftBehind>),
 }
 
-/// What goes on when it is settled what becomes of unsaved changes.
+/// The action that follows once the unsaved changes are dealt with.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) enum Then {
     Close,
@@ -66,7 +66,7 @@ pub(super) enum Then {
     OpenSample,
 }
 
-/// What a file is chosen for.
+/// The purpose of the file dialog.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Purpose {
     OpenMesh,
@@ -88,7 +88,7 @@ impl Dialogs {
         }
     }
 
-    /// Whether something waits for an answer.
+    /// Returns `true` if a dialog is waiting for an answer.
     pub(super) fn is_open(&self) -> bool {
         !self.messages.is_empty() || self.question.is_some() || self.is_choosing() || self.has_help
     }
@@ -97,7 +97,7 @@ impl Dialogs {
         matches!(self.files.state(), egui_file_dialog::DialogState::Open)
     }
 
-    /// What is open, for the trace.
+    /// The name of the open dialog, for the trace.
     pub(super) fn name(&self) -> &str {
         match (&self.question, self.messages.first()) {
             _ if self.is_choosing() => "files",
@@ -121,7 +121,7 @@ impl Editor {
         self.dialogs.question = Some(question);
     }
 
-    /// Lets a person choose a file.
+    /// Opens the file dialog.
     pub(super) fn choose(&mut self, purpose: Purpose) {
         let open = self.open.as_ref();
         let path = open.map(|open| open.mesh.path.clone()).unwrap_or_default();
@@ -152,7 +152,7 @@ impl Editor {
                 .title("Save the picture")
                 .default_file_name(&format!("{stem}.png")),
         };
-        // What exists is asked about by what writes it.
+        // The code that writes the file asks before it replaces one.
         dialog.config_mut().allow_file_overwrite = true;
         match purpose {
             Purpose::OpenMesh | Purpose::OpenHandles => dialog.pick_file(),
@@ -267,7 +267,7 @@ impl Editor {
         }
         match answer {
             Some(answer) => self.answer(ctx, question, answer),
-            // Escape, or a click beside it.
+            // Escape, or a click outside of the dialog.
             None if modal.should_close() => self.answer(ctx, question, 2),
             None => self.dialogs.question = Some(question),
         }
@@ -277,7 +277,7 @@ impl Editor {
         match (question, answer) {
             (Question::Unsaved(then), 0) => {
                 self.save();
-                // A save that is refused or asks where to has not made up for anything yet.
+                // A save that failed or asks for a path has not saved the changes yet.
                 if !self.is_changed() {
                     self.go_on(ctx, then);
                 }
@@ -295,7 +295,7 @@ impl Editor {
         }
     }
 
-    /// The keys and what they do, over everything.
+    /// Shows the list of keys on top of everything else.
     fn help(&mut self, ctx: &egui::Context) {
         let modal = egui::Modal::new(egui::Id::new("help")).show(ctx, |ui| {
             ui.heading("Keys and pointer");

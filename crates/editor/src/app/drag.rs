@@ -1,4 +1,4 @@
-//! A handle that is held.
+//! Dragging a handle.
 
 use std::sync::Arc;
 
@@ -10,12 +10,12 @@ use super::Editor;
 use crate::scene::Scene;
 use crate::solver::Pace;
 
-/// A handle that is held by the pointer.
+/// A handle that is being dragged.
 pub(super) struct Drag {
     pub(super) handle: usize,
-    /// The scene before it was taken hold of.
+    /// The scene before the drag.
     before: Scene,
-    /// How it was moved then, and where its middle was.
+    /// The handle's transform and centroid before the drag.
     matrix: Matrix4<f64>,
     center: Point3<f64>,
     how: How,
@@ -23,22 +23,24 @@ pub(super) struct Drag {
 }
 
 impl Drag {
-    /// Whether the pointer holds the gizmo, and not the handle itself.
+    /// Returns `true` if the handle is dragged by the gizmo rather than directly.
     pub(super) fn is_by_gizmo(&self) -> bool {
         matches!(self.how, How::Gizmo(_))
     }
 }
 
-/// What the pointer holds.
+/// The part that the pointer holds.
 enum How {
-    /// The handle itself: it moves in the plane of the screen. Where the pointer took hold of it.
+    /// The handle itself, which moves in the plane of the screen.
+    ///
+    /// Holds the point that was grabbed.
     Free(Point3<f64>),
-    /// The gizmo, with its own idea of where the handle is.
+    /// The gizmo, with the transform it assumes for the handle.
     Gizmo(Transform),
 }
 
 impl Editor {
-    /// Takes hold of a handle itself.
+    /// Starts to drag a handle directly.
     pub(super) fn grab(&mut self, handle: usize, pos: Pos2, rect: Rect) {
         let Some(center) = self.center(handle) else {
             return;
@@ -47,7 +49,7 @@ impl Editor {
         self.begin_drag(handle, How::Free(grip));
     }
 
-    /// Takes hold of a handle by the gizmo.
+    /// Starts to drag a handle by the gizmo.
     pub(super) fn grab_gizmo(&mut self, handle: usize) {
         if let Some(center) = self.center(handle) {
             self.begin_drag(handle, How::Gizmo(gizmo_at(center)));
@@ -73,13 +75,13 @@ impl Editor {
         self.solver.clear_samples();
     }
 
-    /// The middle of a handle where it is now.
+    /// The current centroid of a handle.
     pub(super) fn center(&self, handle: usize) -> Option<Point3<f64>> {
         let scene = self.scene()?;
         Some(scene.handles.get(handle)?.center(&scene.rest))
     }
 
-    /// Follows the pointer with a handle that is held itself.
+    /// Moves a directly held handle to the pointer.
     pub(super) fn drag_to(&mut self, pos: Pos2, rect: Rect) {
         let Some(Drag {
             how: How::Free(grip),
@@ -95,7 +97,7 @@ impl Editor {
         self.move_held(moved);
     }
 
-    /// Where the gizmo believes the handle to be.
+    /// The transform that the gizmo assumes for the handle.
     pub(super) fn gizmo_transform(&self) -> Option<Transform> {
         match &self.drag {
             Some(Drag {
@@ -107,7 +109,7 @@ impl Editor {
         }
     }
 
-    /// Follows the gizmo.
+    /// Moves the handle to the gizmo's transform.
     pub(super) fn gizmo_to(&mut self, transform: Transform) {
         let Some(Drag {
             how: How::Gizmo(held),
@@ -147,7 +149,7 @@ impl Editor {
         self.post(Pace::Held);
     }
 
-    /// Lets go: the drag becomes an edit, and the flow comes to rest.
+    /// Ends the drag: it becomes an edit, and the shape converges.
     pub(super) fn release(&mut self) {
         let Some(drag) = self.drag.take() else {
             return;
@@ -164,7 +166,7 @@ impl Editor {
         self.post(Pace::Settle);
     }
 
-    /// Gives up: everything is as it was when the handle was taken hold of.
+    /// Cancels the drag and restores the scene from before it.
     pub(super) fn cancel_drag(&mut self) {
         let Some(drag) = self.drag.take() else {
             return;
@@ -184,7 +186,7 @@ fn gizmo_at(center: Point3<f64>) -> Transform {
     )
 }
 
-/// Scale, then rotation, then translation.
+/// The matrix that scales, then rotates, then translates.
 fn matrix_of(transform: &Transform) -> Matrix4<f64> {
     let q = transform.rotation;
     let quaternion = Quaternion::new(q.s, q.v.x, q.v.y, q.v.z);

@@ -1,4 +1,4 @@
-//! Files: meshes, handles, pictures, and what is put aside for a crash.
+//! Files: meshes, handles, pictures and autosaves.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -27,7 +27,7 @@ impl Editor {
         self.open.as_ref().is_some_and(|open| open.has_file)
     }
 
-    /// Does what was asked for, once it is settled what becomes of unsaved changes.
+    /// Runs an action, after asking about unsaved changes if there are any.
     pub(super) fn after_saving(&mut self, ctx: &egui::Context, then: Then) {
         match self.is_changed() {
             true => self.ask(Question::Unsaved(then)),
@@ -47,7 +47,7 @@ impl Editor {
         }
     }
 
-    /// Asks about unsaved changes before the window closes.
+    /// Asks about unsaved changes before the window closes, and opens a dropped file.
     pub(super) fn close_if_asked(&mut self, ctx: &egui::Context) {
         let is_asked = ctx.input(|i| i.viewport().close_requested());
         if is_asked && !self.is_closing && self.is_changed() {
@@ -60,7 +60,7 @@ impl Editor {
         }
     }
 
-    /// Opens a mesh beside the window.
+    /// Opens a mesh in a background task.
     pub(super) fn open_path(&mut self, ctx: &egui::Context, path: PathBuf, repairs: Repairs) {
         self.start_task(ctx, "Opening", move |_| {
             let opened = match repairs {
@@ -88,8 +88,10 @@ impl Editor {
         }
     }
 
-    /// Opens the sample, which lies in the user's data folder, so that a crash loses nothing here
-    /// either; saving asks for another place.
+    /// Opens the sample.
+    ///
+    /// It is stored in the user's data folder so that the autosave works for it too; saving asks
+    /// for another path.
     pub(super) fn open_sample(&mut self) {
         let sample = || -> Result<OpenedMesh, String> {
             let shape = cotan::shapes::creature::<f64>(64);
@@ -130,7 +132,7 @@ impl Editor {
         }
     }
 
-    /// Puts a mesh into the window.
+    /// Shows a newly opened mesh in the window.
     fn show_mesh(&mut self, mesh: OpenedMesh) {
         self.cancel_task();
         let positions = Arc::new(mesh.processing.positions().clone());
@@ -160,7 +162,7 @@ impl Editor {
 
     // Saving.
 
-    /// Saves to the file that is open, or asks where to.
+    /// Saves to the open file, or asks for a path.
     pub(super) fn save(&mut self) {
         match &self.open {
             Some(open) if open.has_file => {
@@ -177,7 +179,7 @@ impl Editor {
         let Some(open) = &mut self.open else {
             return;
         };
-        // The shape itself, also while the picture shows it on its way to the sphere.
+        // The shape itself, even while the picture shows a morph to the sphere.
         let shape = Arc::clone(&open.history.present().shape);
         let expect = expect.unwrap_or(match path == open.mesh.path && open.has_file {
             true => Expect::Unchanged(open.mesh.fingerprint),
@@ -195,7 +197,8 @@ impl Editor {
                 open.has_file = true;
                 open.saved = (open.history.position(), shape);
                 if let Some(autosave) = &self.autosave {
-                    // Saved: what was put aside is older. A leftover is offered, no more.
+                    // The autosave is now older than the file. If it cannot be removed, it is
+                    // merely offered once more.
                     let _ = autosave.remove();
                     self.autosaved.1 = None;
                 }
@@ -214,7 +217,7 @@ impl Editor {
         }
     }
 
-    /// Takes unsaved changes for unwanted.
+    /// Marks the unsaved changes as discarded.
     pub(super) fn discard(&mut self) {
         if let Some(open) = &mut self.open {
             let shape = Arc::clone(&open.history.present().shape);
@@ -255,7 +258,7 @@ impl Editor {
         }
     }
 
-    /// Writes a file, but not over the mesh that is open.
+    /// Writes a file, refusing to overwrite the open mesh.
     fn write_beside(&self, name: &str, path: &Path, bytes: &[u8]) -> Result<(), String> {
         let mut paths = Paths::default();
         if let Some(open) = self.open.as_ref().filter(|open| open.has_file) {
@@ -293,13 +296,13 @@ impl Editor {
 
     // Pictures.
 
-    /// Asks the window for a picture of itself; it comes with a later frame.
+    /// Requests a screenshot of the window, which arrives in a later frame.
     pub(super) fn request_picture(&mut self, ctx: &egui::Context, path: PathBuf) {
         let data = egui::UserData::new(path);
         ctx.send_viewport_cmd(egui::ViewportCommand::Screenshot(data));
     }
 
-    /// Writes the part of the window that shows the mesh.
+    /// Writes the part of the screenshot that shows the mesh.
     pub(super) fn take_picture(&mut self, ctx: &egui::Context, rect: egui::Rect) {
         let taken = ctx.input(|i| {
             i.events.iter().find_map(|event| match event {
@@ -324,7 +327,7 @@ impl Editor {
         }
     }
 
-    // What a crash must not take.
+    // Autosaves.
 
     pub(super) fn start_autosave(&mut self) {
         let started = folder().and_then(|folder| {
@@ -347,9 +350,9 @@ impl Editor {
         }
     }
 
-    /// Puts the work aside when it has changed and some time has passed, or tells how long that is
-    /// still to be; and hands it to the rescue, which puts it aside if the program breaks down in
-    /// between.
+    /// Autosaves changed work once the interval has passed, and returns the time left until then.
+    ///
+    /// Also hands the work to `rescue`, which saves it if the program crashes in the meantime.
     pub(super) fn autosave_if_due(&mut self) -> Option<Duration> {
         let is_changed = self.is_changed();
         let (Some(open), Some(autosave)) = (&self.open, &self.autosave) else {
@@ -371,7 +374,8 @@ impl Editor {
         };
         rescue::keep(autosave, work.clone());
         let (last, aside) = &self.autosaved;
-        // The same edit may come to rest later, and another take its place in the history.
+        // Compares shape and handles, not the history position: the same edit may still converge,
+        // and another edit may take its position.
         let is_aside = aside.as_ref().is_some_and(|(shape, handles)| {
             Arc::ptr_eq(shape, &work.shape) && Arc::ptr_eq(handles, &work.handles)
         });
@@ -389,7 +393,7 @@ impl Editor {
         None
     }
 
-    /// Goes on with work that was left behind, the newest first.
+    /// Restores work that was left behind, the newest first.
     pub(super) fn recover(&mut self, ctx: &egui::Context, mut left: Vec<LeftBehind>) {
         if left.is_empty() {
             return;
@@ -406,7 +410,7 @@ impl Editor {
                         first.mesh.display()
                     )));
                 }
-                // Put aside anew before the old is let go of.
+                // Autosave the work again before the old file is removed.
                 let due = Instant::now().checked_sub(AUTOSAVE_EVERY);
                 self.autosaved = (due.unwrap_or_else(Instant::now), None);
                 self.autosave_if_due();
@@ -428,8 +432,8 @@ impl Editor {
         };
         let shape: Positions<f64> = found.positions.iter().copied().collect();
         let shape = Arc::new(shape);
-        // Without the rest shape of a mesh that was smoothed, the shape itself is what one goes on
-        // from.
+        // If the rest shape of a smoothed mesh is missing, the shape itself becomes the rest
+        // shape.
         let is_reshaped = found
             .state
             .get("reshaped")
@@ -473,12 +477,12 @@ fn recovered(left: &LeftBehind) -> Result<(OpenedMesh, Recovered), String> {
     Ok((mesh, found))
 }
 
-/// What the rescue and the autosave keep beside positions and handles.
+/// The state that the autosave keeps in addition to positions and handles.
 pub(crate) fn state_of(has_file: bool, is_reshaped: bool) -> serde_json::Value {
     json!({ "has_file": has_file, "reshaped": is_reshaped })
 }
 
-/// The record of some work.
+/// Builds an autosave record of the work.
 pub(crate) fn record<'a>(
     work: &'a rescue::Work,
     groups: &'a [Group],
@@ -509,8 +513,8 @@ fn png_of(image: &egui::ColorImage) -> Result<Vec<u8>, png::EncodingError> {
     Ok(bytes)
 }
 
-/// How many oddities of a file are told.
+/// The largest number of warnings shown for a file.
 const MOST_TOLD: usize = 10;
 
-/// How long a person's work stays in memory alone.
+/// The longest time for which work is kept in memory only.
 const AUTOSAVE_EVERY: Duration = Duration::from_secs(5);

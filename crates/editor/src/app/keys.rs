@@ -1,4 +1,4 @@
-//! The keyboard.
+//! Keyboard shortcuts.
 
 use eframe::egui::{self, Key, Modifiers};
 
@@ -8,7 +8,7 @@ use super::viewport::{GizmoTool, Tool};
 use crate::scene::Role;
 use crate::view::{Shading, StandardView};
 
-/// Keys, and what they do, as the help shows them.
+/// The keys and their actions, as the help shows them.
 pub(super) const HELP: &[(&str, &str)] = &[
     ("Left drag on nothing, middle drag", "turn the view"),
     ("Right drag, Shift + middle drag", "shift the view"),
@@ -31,7 +31,7 @@ pub(super) const HELP: &[(&str, &str)] = &[
 ];
 
 impl Editor {
-    /// Takes the keys that are meant for the whole window.
+    /// Handles the keys of the whole window.
     pub(super) fn keys(&mut self, ctx: &egui::Context) {
         if self.startup.breakable {
             self.break_keys(ctx);
@@ -135,7 +135,7 @@ impl Editor {
         self.tint();
     }
 
-    /// Breaks the program on purpose, for tests of what that leaves behind.
+    /// Crashes the program on purpose, for tests of crash recovery.
     fn break_keys(&mut self, ctx: &egui::Context) {
         let modifiers = Modifiers::COMMAND | Modifiers::SHIFT;
         if ctx.input_mut(|i| i.consume_key(modifiers, Key::F11)) {

@@ -168,7 +168,7 @@ impl Editor {
         });
     }
 
-    /// The number that the file has for a vertex.
+    /// The index of a vertex in the file.
     fn file_vertex(&self, vertex: cotan::halfedge::VertexId) -> usize {
         let Some(open) = &self.open else {
             return vertex.index();

@@ -1,4 +1,4 @@
-//! The side panel: tools, handles, jobs and numbers.
+//! The side panel: tools, handles, jobs and figures.
 
 use cotan::flow::{Acceleration, Schedule};
 use cotan::geometry::Readable;
@@ -133,7 +133,7 @@ impl Editor {
             ui.horizontal(|ui| {
                 let kind = match group.role {
                     Role::Fixed => "■",
-                    // The round one that the font has.
+                    // The only round symbol of this kind in the font.
                     Role::Movable => "⏺",
                 };
                 let text = format!("{kind} {} ({})", group.name, group.vertices.len());
@@ -252,7 +252,7 @@ impl Editor {
         let strong =
             strong.on_hover_text("0.5: as firmly anchored as the noise of the mesh allows");
         self.mark("smooth-strength", strong.rect);
-        // The anchors from firm to loose; in the middle what the method takes by itself.
+        // Anchors from firm to loose. The middle of the slider is the default of the method.
         self.jobs.smooth.anchor = match self.jobs.strength {
             s if (s - 0.5).abs() < 0.01 => None,
             s => Some(10_f64.powf(2.0 - 4.0 * s)),
@@ -260,7 +260,7 @@ impl Editor {
         let run = ui.button("Smooth");
         self.mark("smooth", run.rect);
         if run.clicked() {
-            // Once more, and not again from where the last began.
+            // Start from the current shape, not from the starting point of the previous run.
             self.jobs.base = None;
             self.smooth(&ctx);
         } else if self
@@ -283,8 +283,8 @@ impl Editor {
         ui.weak("What a slider does goes on from the shape before it; undo brings that back.");
     }
 
-    /// Whether a slider asks for its job: while it moves, as often as the job is done with the last
-    /// place; and where it is let go of.
+    /// Returns `true` if a slider should start its job: while it is dragged, whenever the
+    /// previous job is done; and when it is released.
     fn is_moved(&self, slider: &egui::Response) -> bool {
         let is_let_go = slider.drag_stopped() || (slider.changed() && !slider.dragged());
         is_let_go || (slider.changed() && self.task.is_none())
@@ -321,7 +321,7 @@ impl Editor {
         });
     }
 
-    /// Colours, live numbers and the plot.
+    /// Colours, live figures and the plot.
     fn numbers(&mut self, ui: &mut egui::Ui) {
         let before = self.looks.field;
         let list = egui::ComboBox::from_label("Colours")
@@ -372,7 +372,7 @@ impl Editor {
     }
 }
 
-/// A list of named values.
+/// A combo box of named values.
 fn choice<K: Copy + PartialEq + 'static>(
     ui: &mut egui::Ui,
     label: &str,

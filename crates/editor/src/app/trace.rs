@@ -1,7 +1,7 @@
-//! What the window does, frame by frame, for tests and measurements: one line of JSON a frame.
+//! A record of every frame for tests and measurements, one line of JSON per frame.
 //!
-//! Nothing can be steered by it. A test moves the real pointer and presses real keys; here it reads where
-//! things are, and what has been drawn by when.
+//! The trace is output only. A test moves the real pointer and presses real keys; from the trace
+//! it learns the positions of widgets and the time at which each frame was drawn.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -15,26 +15,26 @@ use serde_json::json;
 use super::Editor;
 use crate::solver::State;
 
-/// The file that is written.
+/// The trace file.
 #[derive(Debug)]
 pub struct Trace {
     file: BufWriter<File>,
-    /// Seconds since 1970 at which the clock below was read.
+    /// Seconds since 1970 when `clock` was read.
     epoch: f64,
     clock: Instant,
     frame: u64,
     widgets: BTreeMap<String, [f32; 4]>,
-    /// Where the pointer was for each goal of a drag.
+    /// The pointer position for each goal of a drag.
     pointers: BTreeMap<u64, Pos2>,
-    /// The goal whose shape came in with this frame, and the times of it.
+    /// The goal whose shape arrived in this frame, and its times.
     taken: Option<(u64, [f64; 3])>,
 }
 
 impl Trace {
-    /// Starts a new file.
+    /// Creates the trace file.
     ///
     /// # Errors
-    /// What the system says.
+    /// Returns the error of the system.
     pub fn create(path: &Path) -> std::io::Result<Self> {
         let since = SystemTime::now().duration_since(UNIX_EPOCH);
         Ok(Self {
@@ -53,14 +53,14 @@ impl Trace {
         self.epoch + instant.saturating_duration_since(self.clock).as_secs_f64()
     }
 
-    /// A shape came in.
+    /// Records that a shape has arrived.
     pub(super) fn taken(&mut self, tag: u64, times: [Instant; 3]) {
         self.taken = Some((tag, times.map(|t| self.at(t))));
     }
 }
 
 impl Editor {
-    /// Notes where something is on the screen.
+    /// Records the position of a widget on the screen.
     pub(super) fn mark(&mut self, name: &str, rect: Rect) {
         if let Some(trace) = &mut self.trace {
             let sides = [rect.left(), rect.top(), rect.right(), rect.bottom()];
@@ -68,7 +68,7 @@ impl Editor {
         }
     }
 
-    /// Notes where the pointer was when a goal was posted.
+    /// Records the pointer position of the goal that was just posted.
     pub(super) fn note_pointer(&mut self, ctx: &egui::Context) {
         let tag = self.tag;
         if let Some(trace) = &mut self.trace
@@ -78,7 +78,7 @@ impl Editor {
         }
     }
 
-    /// Writes the line of this frame, which began at `begin`.
+    /// Writes the line of the frame that started at `begin`.
     pub(super) fn write_trace(&mut self, ctx: &egui::Context, begin: Instant) {
         if self.trace.is_none() {
             return;
@@ -104,7 +104,7 @@ impl Editor {
         let view = viewport.map(|[left, top, right, bottom]| {
             let rect = Rect::from_min_max(egui::pos2(left, top), egui::pos2(right, bottom));
             let matrix = self.camera.view_projection(rect);
-            // Row by row.
+            // In row-major order.
             matrix.transpose().as_slice().to_vec()
         });
         let timing = crate::newest::lock(&self.renderer).timing();
@@ -170,7 +170,7 @@ impl Trace {
         self.frame += 1;
         if let Some(fields) = line.as_object_mut() {
             fields.insert("frame".to_owned(), json!(self.frame));
-            // When this frame began: by then the one before was on the screen.
+            // When this frame starts, the previous one is on the screen.
             fields.insert("begin".to_owned(), json!(self.at(begin)));
             fields.insert("end".to_owned(), json!(self.at(Instant::now())));
             fields.insert("widgets".to_owned(), json!(self.widgets));
@@ -182,7 +182,7 @@ impl Trace {
             }
         }
         self.widgets.clear();
-        // A trace that cannot be written must not end the work.
+        // A failure to write the trace must not stop the editor.
         let _ = writeln!(self.file, "{line}").and_then(|()| self.file.flush());
     }
 }

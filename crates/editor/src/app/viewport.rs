@@ -1,4 +1,4 @@
-//! The part of the window that shows the mesh, and what the pointer does there.
+//! The part of the window that shows the mesh, and its pointer interaction.
 
 use std::sync::Arc;
 
@@ -15,18 +15,18 @@ use crate::view::pick::Picker;
 use crate::view::select::{Reach, brush, lasso};
 use crate::view::{CameraSnapshot, Style};
 
-/// What the left button does on the mesh.
+/// The tool of the left button.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Tool {
-    /// Clicks select a vertex, drags on nothing turn the view.
+    /// A click selects a vertex; a drag on the background turns the view.
     Select,
-    /// Drags paint a region.
+    /// A drag paints a region.
     Brush,
-    /// Drags surround a region.
+    /// A drag draws a lasso around a region.
     Lasso,
 }
 
-/// What the gizmo does.
+/// The mode of the gizmo.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum GizmoTool {
     Move,
@@ -34,31 +34,31 @@ pub(super) enum GizmoTool {
     Scale,
 }
 
-/// What selecting needs between frames.
+/// The state of selection between frames.
 #[derive(Default)]
 pub(super) struct PickState {
     picker: Option<(Arc<Positions<f64>>, Picker)>,
-    /// The lasso so far.
+    /// The polygon of the lasso so far.
     polygon: Vec<Pos2>,
-    /// Whether a drag of the left button turns the view.
+    /// `true` if a drag of the left button turns the view.
     is_orbiting: bool,
     brush_radius: f32,
     pub(super) is_through: bool,
 }
 
 impl PickState {
-    /// Another mesh.
+    /// Clears the state that belongs to the previous mesh.
     pub(super) fn forget(&mut self) {
         self.picker = None;
         self.polygon.clear();
     }
 
-    /// What was prepared beside the window.
+    /// Stores a picker that a background task has prepared.
     pub(super) fn know(&mut self, shape: Arc<Positions<f64>>, picker: Picker) {
         self.picker = Some((shape, picker));
     }
 
-    /// In points.
+    /// The radius of the brush in points.
     pub(super) fn brush_radius_mut(&mut self) -> &mut f32 {
         if self.brush_radius == 0.0 {
             self.brush_radius = 24.0;
@@ -67,7 +67,7 @@ impl PickState {
     }
 }
 
-/// What a new selection does to the one at hand.
+/// The way in which a new selection is combined with the current one.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Combine {
     Replace,
@@ -102,7 +102,7 @@ impl Editor {
         });
     }
 
-    /// Turning, shifting and zooming.
+    /// Orbits, pans and zooms.
     fn navigate(&mut self, ui: &egui::Ui, response: &egui::Response, rect: Rect) {
         let delta = response.drag_delta();
         let (shift, alt) = ui.input(|i| (i.modifiers.shift, i.modifiers.alt));
@@ -124,7 +124,7 @@ impl Editor {
         }
     }
 
-    /// What the left button does.
+    /// Handles the left button.
     fn act(&mut self, ui: &egui::Ui, response: &egui::Response, rect: Rect) {
         let (pressed, released, origin, latest, alt) = ui.input(|i| {
             let pointer = &i.pointer;
@@ -186,7 +186,7 @@ impl Editor {
 
     fn press(&mut self, pos: Pos2, rect: Rect, combine: Combine) {
         self.pick.is_orbiting = false;
-        // The mark before the gizmo, whose arrows begin in it.
+        // The handle's mark takes precedence over the gizmo, whose arrows start in it.
         if let Some(handle) = self.handle_at(pos, rect) {
             self.grab(handle, pos, rect);
             self.tint();
@@ -205,7 +205,7 @@ impl Editor {
         self.is_gizmo_shown() && self.gizmo.pick_preview((pos.x, pos.y))
     }
 
-    /// The handle whose mark is under the pointer: of those that can be moved.
+    /// The movable handle whose mark is under the pointer.
     fn handle_at(&self, pos: Pos2, rect: Rect) -> Option<usize> {
         let scene = self.scene()?;
         if self.jobs.map.is_some() {
@@ -224,7 +224,7 @@ impl Editor {
             .map(|(_, index)| index)
     }
 
-    /// The picker of the shape on the screen, made when it is first asked for.
+    /// Calls `look` with the picker of the shape on the screen, which is built on first use.
     fn with_picker<R>(&mut self, look: impl FnOnce(&Picker, &Editor) -> R) -> Option<R> {
         let shape = self.displayed()?;
         let open = self.open.as_ref()?;
@@ -272,7 +272,7 @@ impl Editor {
         self.combine(inside.unwrap_or_default(), combine);
     }
 
-    /// Brings vertices into the selection, or out of it; both are sorted.
+    /// Updates the selection with the found vertices. Both lists are sorted.
     fn combine(&mut self, found: Vec<VertexId>, combine: Combine) {
         match combine {
             Combine::Replace => self.selection = found,
@@ -343,7 +343,8 @@ impl Editor {
         };
         self.gizmo.update_config(config);
         let (pressed, down) = ui.input(|i| (i.pointer.primary_pressed(), i.pointer.primary_down()));
-        // In a slow frame the pointer is on from where it went down: there is what it holds.
+        // In a slow frame the pointer may have moved since the press. The press itself decides
+        // what is grabbed.
         let origin = ui.input(|i| i.pointer.press_origin().filter(|_| pressed));
         let latest = ui.input(|i| i.pointer.latest_pos());
         if origin.is_some() && origin != latest {
@@ -397,7 +398,7 @@ impl Editor {
         ui.painter_at(rect).add(mesh);
     }
 
-    /// A disc for every handle, and one for a selected vertex.
+    /// Draws a disc for each handle, and one for a selected vertex.
     fn marks(&self, ui: &egui::Ui, rect: Rect) {
         let (Some(scene), Some(shape)) = (self.scene(), self.displayed()) else {
             return;
@@ -439,7 +440,7 @@ impl Editor {
         }
     }
 
-    /// Lasso, brush, colour bar, and what there is to know about the job.
+    /// Draws the lasso, the brush, the colour bar, and information about the job.
     fn overlays(&mut self, ui: &egui::Ui, rect: Rect) {
         let painter = ui.painter_at(rect);
         let line = Stroke::new(1.5, ui.visuals().strong_text_color());
@@ -463,7 +464,7 @@ impl Editor {
     }
 }
 
-/// A bar of the colours with round numbers beside it.
+/// Draws a colour bar with rounded labels.
 fn color_bar(ui: &egui::Ui, rect: Rect, scale: &cotan_tool::ColorScale) {
     let painter = ui.painter_at(rect);
     let height = (0.5 * rect.height()).clamp(80.0, 320.0);
@@ -495,5 +496,5 @@ fn color_bar(ui: &egui::Ui, rect: Rect, scale: &cotan_tool::ColorScale) {
 /// The radius of a handle's mark, in points.
 const MARK: f32 = 7.0;
 
-/// How near a click must be to a vertex, in points.
+/// The largest distance at which a click picks a vertex, in points.
 const PICK_RADIUS: f32 = 12.0;

@@ -1,10 +1,9 @@
-//! What a crash must not take: positions, handles and the editor's state, put aside while one
-//! works.
+//! Autosaves: positions, handles and the editor's state, kept on disk in case of a crash.
 //!
-//! Each open mesh of each process has two files in the folder of autosaves: `NAME.autosave`, always
-//! whole, and `NAME.lock`, which the process holds locked as long as it lives. The system takes
-//! that lock away from a process that ends, however it ends; what is then left is found by
-//! [`list`].
+//! Each open mesh of each process has two files in the folder of autosaves. `NAME.autosave` is
+//! always complete, and `NAME.lock` is held locked as long as the process lives. The system
+//! releases the lock when the process ends, however it ends; [`list`] then finds the files that
+//! were left.
 
 mod error;
 mod format;
@@ -23,11 +22,13 @@ pub use error::AutosaveError;
 pub use format::{Record, Recovered};
 pub use left::{LeftBehind, Listing, list};
 
-/// The folder of the user's autosaves: below what the environment variable `COTAN_EDITOR_DATA`
-/// names, or where programs of this system keep the user's data.
+/// Returns the folder of the user's autosaves.
+///
+/// It lies below the path in the environment variable `COTAN_EDITOR_DATA`, or where programs on
+/// this system keep the user's data.
 ///
 /// # Errors
-/// [`AutosaveError::NoFolder`] if the system names no place for it.
+/// [`AutosaveError::NoFolder`] if the system names no such place.
 pub fn folder() -> Result<PathBuf, AutosaveError> {
     let data = match std::env::var_os(DATA_VARIABLE) {
         Some(data) if !data.is_empty() => PathBuf::from(data),
@@ -41,25 +42,27 @@ pub fn folder() -> Result<PathBuf, AutosaveError> {
 
 const DATA_VARIABLE: &str = "COTAN_EDITOR_DATA";
 
-/// The place where one open mesh of this process is put aside.
+/// The autosave of one open mesh of this process.
 #[derive(Debug)]
 pub struct Autosave {
     path: PathBuf,
     lock_path: PathBuf,
-    /// Held locked until this is dropped, or the process ends.
+    /// Held locked until this value is dropped or the process ends.
     _lock: File,
 }
 
 impl Autosave {
-    /// Takes a place of its own in `folder` (see [`folder`]), which is made if it is not there, for
-    /// its owner alone. Nothing is put aside yet.
+    /// Reserves a new name in `folder` (see [`folder`]) without writing an autosave yet.
+    ///
+    /// The folder is created if it does not exist, accessible to its owner only.
     ///
     /// # Errors
-    /// [`AutosaveError::Write`] if the folder cannot be made or a file in it not locked.
+    /// [`AutosaveError::Write`] if the folder cannot be created or a file in it cannot be locked.
     pub fn start(folder: &Path) -> Result<Self, AutosaveError> {
         let failed = |source| AutosaveError::write(folder, source);
         make_private(folder).map_err(failed)?;
-        // Another process may take a lock file for one that was left, before it is locked.
+        // Before the lock is taken, another process may mistake the lock file for an abandoned
+        // one.
         for _ in 0..ATTEMPTS {
             let name = fresh_name();
             let lock_path = folder.join(format!("{name}.{LOCK}"));
@@ -83,13 +86,13 @@ impl Autosave {
         Err(failed(ErrorKind::ResourceBusy.into()))
     }
 
-    /// Puts a record aside in the place of the one before, in one step.
+    /// Replaces the previous record in one step.
     ///
-    /// Needs nothing but the record, so that it may be called while the program is going down, and
-    /// from several threads: the last one wins.
+    /// Needs nothing but the record, so it can be called while the program is crashing, and from
+    /// several threads: the last one wins.
     ///
     /// # Errors
-    /// [`AutosaveError::Full`] or [`AutosaveError::Write`]; the record before is whole then.
+    /// [`AutosaveError::Full`] or [`AutosaveError::Write`]. The previous record is kept.
     pub fn write(&self, record: &Record<'_>) -> Result<(), AutosaveError> {
         let write = || -> io::Result<()> {
             let folder = self.path.parent().unwrap_or(Path::new("."));
@@ -111,7 +114,7 @@ impl Autosave {
         write().map_err(|source| AutosaveError::write(&self.path, source))
     }
 
-    /// Removes what was put aside, as after a save or where a person wants to lose it.
+    /// Removes the autosave, for example after a save or when the user discards the work.
     ///
     /// # Errors
     /// [`AutosaveError::Write`] if the system refuses.
@@ -119,14 +122,14 @@ impl Autosave {
         remove_if_there(&self.path).map_err(|source| AutosaveError::write(&self.path, source))
     }
 
-    /// Where the record is put.
+    /// The path of the record.
     pub fn path(&self) -> &Path {
         &self.path
     }
 }
 
 impl Drop for Autosave {
-    /// Gives the place back, but for what is put aside there: a panic ends here, too.
+    /// Removes the lock file unless there is an autosave. A panic ends here, too.
     fn drop(&mut self) {
         if !self.path.exists() {
             let _ = std::fs::remove_file(&self.lock_path);
@@ -134,7 +137,7 @@ impl Drop for Autosave {
     }
 }
 
-/// Extensions: of a record, of a lock, and of a record that is being written.
+/// Extensions of a record, of a lock, and of a partly written record.
 const DATA: &str = "autosave";
 const LOCK: &str = "lock";
 const PART: &str = "part";
@@ -144,7 +147,7 @@ const MOST_BYTES: u64 = 2 << 30;
 
 const ATTEMPTS: usize = 16;
 
-/// A name that no other process has, nor this one had: its number may have been another's.
+/// Returns a unique name. The process id alone would not do, because the system reuses it.
 fn fresh_name() -> String {
     static COUNT: AtomicU64 = AtomicU64::new(0);
     let since = SystemTime::now().duration_since(UNIX_EPOCH);
@@ -160,7 +163,7 @@ fn make_private(folder: &Path) -> io::Result<()> {
     {
         use std::os::unix::fs::{DirBuilderExt, PermissionsExt};
         builder.mode(0o700).create(folder)?;
-        // It may have been there before, for others to read.
+        // The folder may have existed before, readable for others.
         if std::fs::metadata(folder)?.permissions().mode() & 0o077 != 0 {
             std::fs::set_permissions(folder, std::fs::Permissions::from_mode(0o700))?;
         }

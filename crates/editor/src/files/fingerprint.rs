@@ -1,4 +1,4 @@
-//! Whether a file is still the one that was read.
+//! Detects whether a file is still the one that was read.
 
 use std::fs::Metadata;
 use std::io;
@@ -7,18 +7,18 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use serde::{Deserialize, Serialize};
 
-/// The length of a file and when it was last changed.
+/// The length and modification time of a file.
 ///
-/// Two files with one fingerprint need not be the same; one file with two fingerprints was written
-/// in between. The external buffers of a glTF are not looked at.
+/// Different files may have the same fingerprint, but a file whose fingerprint has changed was
+/// written in between. The external buffers of a glTF are not checked.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize)]
 pub struct Fingerprint {
     length: u64,
-    /// `None` where the file system has no such time.
+    /// `None` if the file system does not record it.
     modified: Option<Stamp>,
 }
 
-/// A moment: whole seconds from 1970, rounded down, and nanoseconds.
+/// A point in time: whole seconds since 1970, rounded down, and nanoseconds.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize)]
 struct Stamp {
     seconds: i64,
@@ -26,10 +26,10 @@ struct Stamp {
 }
 
 impl Fingerprint {
-    /// Of the file at `path`, a link followed.
+    /// Returns the fingerprint of the file at `path`, following links.
     ///
     /// # Errors
-    /// What the system says.
+    /// Returns the error of the system.
     pub fn of(path: &Path) -> io::Result<Self> {
         Ok(Self::from_metadata(&std::fs::metadata(path)?))
     }

@@ -1,4 +1,4 @@
-//! From a file to a mesh that can be edited.
+//! Opening a file as a mesh that can be edited.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -16,69 +16,69 @@ use thiserror::Error;
 
 use super::Fingerprint;
 
-/// A mesh with all that is known of its file.
+/// A mesh and the information about its file.
 #[derive(Clone, Debug)]
 pub struct OpenedMesh {
-    /// The file.
+    /// The path of the file.
     pub path: PathBuf,
-    /// What it holds, at rest; repaired, if that was asked for.
+    /// The document in its rest shape, repaired if that was requested.
     pub document: Document,
-    /// Its surface.
+    /// The surface of the document.
     pub processing: Arc<ProcessingMesh>,
-    /// What is odd about the file, for a person.
+    /// Warnings about the file for the user.
     pub warnings: Vec<String>,
-    /// The file as it was read; to be handed to [`save`](super::save).
+    /// The fingerprint when the file was read, to be passed to [`save`](super::save).
     pub fingerprint: Fingerprint,
-    /// How the vertices of the file are found; `None` if they are those of the document.
+    /// Maps vertices to those of the file; `None` if they are those of the document.
     pub file_vertices: Option<FileVertices>,
-    /// What the repair did; empty if there was nothing to repair.
+    /// The changes made by the repair; empty if nothing was repaired.
     pub changes: Vec<Change>,
 }
 
-/// Why a mesh was not opened: one sentence that names the file.
+/// The reason why a mesh was not opened, as one sentence that names the file.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum OpenError {
-    /// A file that cannot be read, or has no surface that a repair could save.
+    /// The file cannot be read, or it has no surface that a repair could save.
     #[error(transparent)]
     Io(#[from] IoError),
-    /// A folder, a pipe or a device, which could keep the editor waiting for ever.
+    /// The path is a folder, a pipe or a device, which could block the editor forever.
     #[error("{}: this is {what}, not a mesh file", path.display())]
     NotAFile {
-        /// What was to be opened.
+        /// The path.
         path: PathBuf,
-        /// What it is.
+        /// The kind of entry at the path.
         what: &'static str,
     },
-    /// A mesh that is too large for this machine.
+    /// The mesh is too large for this machine.
     #[error("{}: {source}", path.display())]
     Memory {
         /// The file.
         path: PathBuf,
-        /// How much memory it would take.
+        /// The memory it would take.
         #[source]
         source: MemoryError,
     },
-    /// Faces that are no surface.
+    /// The faces do not form a surface.
     #[error("{}: {source}; {remedy}", path.display())]
     Unsound {
         /// The file.
         path: PathBuf,
-        /// The first defect, in the numbers of the file.
+        /// The first defect, with the indices of the file.
         #[source]
         source: Box<BuildError>,
-        /// What helps.
+        /// The way to fix it.
         remedy: Remedy,
     },
 }
 
-/// What can be done about faces that are no surface.
+/// The way to fix faces that do not form a surface.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum Remedy {
-    /// [`open_repaired`] does; the step of `cotan repair` does no more than this.
+    /// [`open_repaired`] opens the mesh. The step of `cotan repair` does no more than that.
     OpenRepaired(Cure),
-    /// The safe repairs do not go so far; the step of `cotan repair` does.
+    /// The safe repairs are not enough, but the step of `cotan repair` is.
     Command(Cure),
 }
 
@@ -101,7 +101,7 @@ impl std::fmt::Display for Remedy {
 }
 
 impl OpenError {
-    /// Whether [`open_repaired`] may open what [`open`] could not.
+    /// Returns `true` if [`open_repaired`] may open a mesh that [`open`] could not.
     pub fn is_repairable(&self) -> bool {
         matches!(
             self,
@@ -113,29 +113,32 @@ impl OpenError {
     }
 }
 
-/// Opens a mesh as it is, within the limits of the command line; the buffers of a glTF may lie in
-/// the file's own folder and nowhere else.
+/// Opens a mesh as it is, within the limits of the command line.
+///
+/// The buffers of a glTF must be in the folder of the file.
 ///
 /// # Errors
-/// [`OpenError`], also if the faces are no surface.
+/// [`OpenError`], also if the faces do not form a surface.
 pub fn open(path: &Path) -> Result<OpenedMesh, OpenError> {
     let (document, fingerprint) = load(path)?;
     as_it_is(path, document, fingerprint, Tried::Nothing)
 }
 
-/// Opens a mesh with the repairs that lose nothing, those of `--repair`: degenerate and duplicate
-/// faces dropped, faces oriented, vertices with several fans split. The file stays as it is.
+/// Opens a mesh with the lossless repairs of `--repair`.
+///
+/// Degenerate and duplicate faces are dropped, faces are oriented, and vertices with several fans
+/// are split. The file stays unchanged.
 ///
 /// # Errors
-/// As [`open`], if that was not enough.
+/// The same as [`open`], if the repairs were not enough.
 pub fn open_repaired(path: &Path) -> Result<OpenedMesh, OpenError> {
     let (document, fingerprint) = load(path)?;
-    // Welded before the repair and not after it: what was parted would be joined again.
+    // Weld before the repair: welding afterwards would join what the repair has split.
     let repair = Repair::default().weld_in_place(Weld::AsFormat);
     let mut done = repair
         .apply(&document)
         .map_err(|error| in_file(path, error))?;
-    // Welding is about the surface, and the file keeps its vertices.
+    // Welding concerns only the surface; the file keeps its vertices.
     done.changes
         .retain(|change| !matches!(change, Change::MergedVertex { .. }));
     if done.changes.is_empty() {
@@ -156,7 +159,7 @@ pub fn open_repaired(path: &Path) -> Result<OpenedMesh, OpenError> {
     })
 }
 
-/// A document in which nothing was repaired.
+/// Opens a document without repairs.
 fn as_it_is(
     path: &Path,
     document: Document,
@@ -177,15 +180,15 @@ fn as_it_is(
     })
 }
 
-/// What was done before a surface could not be built.
+/// The step that was tried before a surface could not be built.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Tried {
     Nothing,
     Repair,
 }
 
-/// The file, and what it was like before it was read: what changes meanwhile is noticed at the
-/// save.
+/// Loads a file and its fingerprint from before it was read, so that a save notices any change
+/// made in the meantime.
 fn load(path: &Path) -> Result<(Document, Fingerprint), OpenError> {
     let metadata = std::fs::metadata(path).map_err(|e| in_file(path, IoError::Read(e)))?;
     if !metadata.is_file() {
@@ -200,7 +203,7 @@ fn load(path: &Path) -> Result<(Document, Fingerprint), OpenError> {
     let memory = MemoryLimit::of_machine();
     let limits = memory.reading(Limits::default());
     let document = load_with(path, &limits, &Folder::of(path))?;
-    // What is opened will be edited.
+    // Check the memory for a deformation, since the mesh will be edited.
     let checked = memory.check(Work::Deform, &document);
     checked.map_err(|source| OpenError::Memory {
         path: path.to_owned(),
@@ -219,12 +222,12 @@ fn warnings(document: &Document) -> Vec<String> {
     warnings
 }
 
-/// How many oddities of a file are told.
+/// The largest number of warnings reported for a file.
 const MOST_WARNINGS: usize = 10;
 
 fn unsound(path: &Path, error: IoError, tried: Tried) -> OpenError {
     let remedy = match (tried, error.cure().unwrap_or(Cure::SplitEdges)) {
-        // What the safe repairs left over is left by all but one.
+        // Splitting edges is the only cure for defects that the safe repairs leave.
         (Tried::Repair, _) | (Tried::Nothing, Cure::SplitEdges) => {
             Remedy::Command(Cure::SplitEdges)
         }

@@ -1,4 +1,4 @@
-//! From an edited mesh back to a file, in one step or not at all.
+//! Saving an edited mesh to a file, in one step or not at all.
 
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
@@ -10,39 +10,41 @@ use thiserror::Error;
 
 use super::Fingerprint;
 
-/// What is to be in the place where a mesh is saved.
+/// The file expected at the path of a save.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Expect {
-    /// The file that was opened, as it was then; or none, if it was deleted since.
+    /// The file that was opened, unchanged since then. It may also have been deleted.
     Unchanged(Fingerprint),
     /// No file.
     Absent,
-    /// Whatever there is: a person has said that it may be replaced.
+    /// Any file: the user agreed to replace it.
     Anything,
 }
 
-/// What a save left.
+/// The result of a save.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Saved {
-    /// The file as it is now; to be expected by the next save.
+    /// The fingerprint of the new file, to be expected by the next save.
     pub fingerprint: Fingerprint,
-    /// What the file does not say though the mesh has it, one sentence each.
+    /// Information that the mesh has but the file lacks, one sentence each.
     pub losses: Vec<String>,
 }
 
-/// Why a mesh was not saved: one sentence that names the file. An older file is as it was.
+/// The reason why a mesh was not saved, as one sentence that names the file.
+///
+/// An existing file is left unchanged.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SaveError {
-    /// The extension is none of a mesh.
+    /// The extension is not that of a mesh format.
     #[error("{}: the name tells no format; end it in {known}, also with .gz behind", path.display())]
     UnknownFormat {
         /// The file.
         path: PathBuf,
-        /// The extensions that are known.
+        /// The known extensions.
         known: String,
     },
-    /// The folder is not there.
+    /// The folder does not exist.
     #[error("{}: the folder {} does not exist; make it first, or save elsewhere", path.display(), folder.display())]
     NoFolder {
         /// The file.
@@ -50,19 +52,19 @@ pub enum SaveError {
         /// The folder.
         folder: PathBuf,
     },
-    /// There is a folder, a pipe or a device of that name.
+    /// The path is a folder, a pipe or a device.
     #[error("{}: this is no file that could be replaced; save under another name", path.display())]
     NotAFile {
         /// The file.
         path: PathBuf,
     },
-    /// The file may not be written.
+    /// The file is not writable.
     #[error("{}: the file is read-only; save under another name, or allow writing it", path.display())]
     ReadOnlyFile {
         /// The file.
         path: PathBuf,
     },
-    /// The folder may not be written.
+    /// The folder is not writable.
     #[error("{}: nothing can be written to the folder {}; save elsewhere", path.display(), folder.display())]
     ReadOnlyFolder {
         /// The file.
@@ -70,59 +72,58 @@ pub enum SaveError {
         /// The folder.
         folder: PathBuf,
     },
-    /// The disk, or what one may have of it, is full.
+    /// The disk is full, or the user's quota on it is used up.
     #[error("{}: the disk is full; the file is as it was. Make room, or save elsewhere", path.display())]
     Full {
         /// The file.
         path: PathBuf,
     },
-    /// Another program wrote the file.
+    /// Another program has changed the file.
     #[error("{}: the file was changed by another program since it was opened; save under another name, or replace it", path.display())]
     Changed {
         /// The file.
         path: PathBuf,
     },
-    /// There is a file already.
+    /// The file already exists.
     #[error("{}: there is a file of that name already; save under another name, or replace it", path.display())]
     Exists {
         /// The file.
         path: PathBuf,
     },
-    /// The mesh cannot be written in that format, or its positions are no numbers.
+    /// The mesh cannot be written in this format, or its positions are not finite.
     #[error("{}: {source}", path.display())]
     Document {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The error of the writer.
         #[source]
         source: IoError,
     },
-    /// What else the system says.
+    /// Any other error of the system.
     #[error("{}: cannot write the file: {source}", path.display())]
     Write {
         /// The file.
         path: PathBuf,
-        /// What it says.
+        /// The error of the system.
         #[source]
         source: io::Error,
     },
 }
 
 impl SaveError {
-    /// Whether [`Expect::Anything`] would save nevertheless.
+    /// Returns `true` if saving with [`Expect::Anything`] would succeed.
     pub fn is_overridable(&self) -> bool {
         matches!(self, Self::Changed { .. } | Self::Exists { .. })
     }
 }
 
-/// Saves `document` with the vertices of its surface at `positions`, in the format of the
-/// extension.
+/// Saves `document` with its surface vertices at `positions`, in the format of the extension.
 ///
-/// The document itself stays at rest. The file is written beside the old one and takes its place in
-/// one step; a file that may not be written is refused, though it could be replaced.
+/// The document itself keeps its rest shape. The file is written next to the old one and replaces
+/// it in one step. A read-only file is refused even though it could be replaced.
 ///
 /// # Errors
-/// [`SaveError`]; an older file is whole then.
+/// [`SaveError`]. An existing file stays intact.
 pub fn save(
     document: &Document,
     processing: &ProcessingMesh,
@@ -159,7 +160,7 @@ pub fn save(
     })
 }
 
-/// What a file in `format` cannot tell of what a repair did, one sentence each.
+/// The changes of a repair that a file in `format` cannot express, one sentence each.
 pub fn forgotten(format: Format, changes: &[Change]) -> Vec<String> {
     let is_parting = |change: &Change| {
         matches!(
@@ -187,10 +188,10 @@ fn format(path: &Path) -> Result<Format, SaveError> {
     })
 }
 
-/// Refuses what a change of names alone would not notice.
+/// Checks conditions that a rename would not detect.
 fn check_place(path: &Path, expect: Expect) -> Result<(), SaveError> {
     let owned = || path.to_owned();
-    // Of a link, the folder that it leads to.
+    // For a link, the folder of its target.
     let target = link_target(path).map_err(|source| write_error(path, source))?;
     let folder = folder_of(&target);
     let folder_metadata = match std::fs::metadata(folder) {
@@ -218,7 +219,8 @@ fn check_place(path: &Path, expect: Expect) -> Result<(), SaveError> {
             if known.is_some_and(|known| known != Fingerprint::from_metadata(&metadata)) {
                 return Err(SaveError::Changed { path: owned() });
             }
-            // The bits count for the superuser, too, whom the system would let write.
+            // The permission bits also count for the superuser, whom the system would allow to
+            // write.
             if metadata.permissions().readonly() || is_denied(path) {
                 return Err(SaveError::ReadOnlyFile { path: owned() });
             }
@@ -236,7 +238,7 @@ fn check_place(path: &Path, expect: Expect) -> Result<(), SaveError> {
     Ok(())
 }
 
-/// Whether the system refuses to open a file for writing; nothing is written.
+/// Returns `true` if the system refuses to open a file for writing. Nothing is written.
 fn is_denied(path: &Path) -> bool {
     let opened = std::fs::OpenOptions::new().write(true).open(path);
     opened.is_err_and(|error| {
@@ -247,7 +249,9 @@ fn is_denied(path: &Path) -> bool {
     })
 }
 
-/// Of a folder. On Windows the mark says nothing about the files in it.
+/// Returns `true` if a folder is marked read-only.
+///
+/// On Windows the mark does not affect the files in it.
 fn is_marked_read_only(folder: &std::fs::Metadata) -> bool {
     cfg!(unix) && folder.permissions().readonly()
 }
@@ -268,7 +272,7 @@ fn write_error(path: &Path, source: io::Error) -> SaveError {
     }
 }
 
-/// The error without the path that it names, where one is said around it.
+/// Removes the path from an error whose message is embedded in one that names it.
 fn without_path(error: IoError) -> IoError {
     match error {
         IoError::InFile { source, .. } => *source,

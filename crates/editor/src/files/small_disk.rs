@@ -1,12 +1,12 @@
-//! A disk that is soon full, for tests.
+//! A small disk that fills up quickly, for tests.
 
 use std::path::Path;
 use std::process::Command;
 
-/// A file system of its own, unmounted when it is dropped.
+/// A mounted file system, unmounted when dropped.
 pub(super) struct SmallDisk(tempfile::TempDir);
 
-/// A disk of a few pages; `None`, with a note, where that takes more rights than the test has.
+/// Mounts a disk of a few pages. Returns `None`, with a note, if the test lacks the rights.
 pub(super) fn small_disk() -> Option<SmallDisk> {
     let folder = tempfile::tempdir().unwrap();
     let mount = Command::new("mount")
@@ -27,7 +27,7 @@ impl SmallDisk {
         self.0.path()
     }
 
-    /// Takes all room that is left.
+    /// Fills the disk.
     pub(super) fn fill(&self) {
         use std::io::Write;
         let mut file = std::fs::File::create(self.path().join("filler")).unwrap();

@@ -1,7 +1,7 @@
-//! The camera: a turntable around a target, with perspective.
+//! The camera: a perspective turntable around a target.
 //!
-//! All of it is `f64`, and every computation goes through differences to the eye or the target, so
-//! that a mesh far from the origin is seen and picked as well as one around it.
+//! All computations use `f64` and differences to the eye or the target, so a mesh far from the
+//! origin is drawn and picked as accurately as one around it.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -13,11 +13,11 @@ use transform_gizmo_egui::math::DMat4;
 
 use crate::view::snapshot::{CameraSnapshot, Lens};
 
-/// A camera that turns around a target.
+/// A camera that orbits a target.
 #[derive(Clone, Debug)]
 pub struct Camera {
     pose: Pose,
-    /// What [`Camera::advance`] moves towards; the pose itself while nothing is animated.
+    /// The pose that [`Camera::advance`] moves towards. Equals `pose` while nothing is animated.
     goal: Pose,
     scene: Sphere,
     up: UpAxis,
@@ -26,34 +26,34 @@ pub struct Camera {
 /// The axis of the model that points up on the screen.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum UpAxis {
-    /// As in most files of computer graphics.
+    /// Common in computer graphics.
     #[default]
     Y,
-    /// As in most files of engineering.
+    /// Common in engineering.
     Z,
 }
 
-/// The views that every editor has.
+/// The standard views.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum StandardView {
-    /// From the front: against the third axis if Y is up.
+    /// The front view: against the third axis if Y is up.
     Front,
-    /// From behind.
+    /// The back view.
     Back,
-    /// From the model's right.
+    /// The view from the model's right.
     Right,
-    /// From the model's left.
+    /// The view from the model's left.
     Left,
-    /// From above.
+    /// The view from above.
     Top,
-    /// From below.
+    /// The view from below.
     Bottom,
-    /// From the front, a little from the right and from above.
+    /// The front view, from slightly right and above.
     Oblique,
 }
 
 impl Camera {
-    /// A camera that looks at all of `bounds` from obliquely in front.
+    /// Makes a camera that sees all of `bounds` in the oblique view.
     #[must_use]
     pub fn new(bounds: &BoundingBox<f64>) -> Self {
         let scene = Sphere::around(bounds);
@@ -75,18 +75,19 @@ impl Camera {
         camera
     }
 
-    /// Tells what there is to see, without moving: the planes of depth and how far one may zoom
-    /// depend on it. To be called when the shape has changed.
+    /// Sets the bounds of the scene, which determine the depth planes and the zoom range.
+    ///
+    /// Does not move the camera. Call this when the shape has changed.
     pub fn set_scene(&mut self, bounds: &BoundingBox<f64>) {
         self.scene = Sphere::around(bounds);
     }
 
-    /// Which axis of the model points up.
+    /// Sets the axis of the model that points up.
     pub fn set_up(&mut self, up: UpAxis) {
         self.up = up;
     }
 
-    /// Turns around the target as the pointer drags the model by `delta` points.
+    /// Orbits the target as the pointer drags the model by `delta` points.
     pub fn orbit(&mut self, delta: Vec2) {
         self.pose.yaw = (self.pose.yaw - f64::from(delta.x) * TURN_PER_POINT).rem_euclid(TAU);
         self.pose.pitch =
@@ -94,7 +95,7 @@ impl Camera {
         self.goal = self.pose;
     }
 
-    /// Shifts the view so that the plane through the target follows the pointer by `delta` points.
+    /// Pans the view so that the plane through the target follows the pointer by `delta` points.
     pub fn pan(&mut self, delta: Vec2, rect: Rect) {
         let snapshot = self.at(rect);
         let step = self.pose.distance / snapshot.lens().focal;
@@ -103,15 +104,19 @@ impl Camera {
         self.goal = self.pose;
     }
 
-    /// Comes nearer by `factor` (above 1 is nearer), keeping what is under the pointer there in
-    /// the plane through the target. With a surface under the pointer see [`Camera::zoom_about`].
+    /// Zooms by `factor` (above 1 is nearer), fixing the point under the pointer in the plane
+    /// through the target.
+    ///
+    /// If a surface is under the pointer, use [`Camera::zoom_about`].
     pub fn zoom(&mut self, factor: f64, pos: Pos2, rect: Rect) {
         let anchor = self.unproject_at_depth_of(self.pose.target, pos, rect);
         self.zoom_about(factor, anchor);
     }
 
-    /// Comes nearer to `anchor` by `factor` (above 1 is nearer); the anchor stays where it is on
-    /// the screen, and near it one can go on for as long as `f64` and the picture allow.
+    /// Zooms towards `anchor` by `factor` (above 1 is nearer).
+    ///
+    /// The anchor stays fixed on the screen, and the zoom near it is limited only by `f64` and
+    /// the depth buffer.
     pub fn zoom_about(&mut self, factor: f64, anchor: Point3<f64>) {
         if !(factor > 0.0 && factor.is_finite()) {
             return;
@@ -119,19 +124,19 @@ impl Camera {
         let nearest = self.scene.radius * NEAREST;
         let farthest = self.scene.radius * FARTHEST;
         let distance = (self.pose.distance / factor).clamp(nearest, farthest);
-        // Eye and target shrink towards the anchor alike: its direction from the eye stays.
+        // Scaling eye and target about the anchor keeps its direction from the eye.
         let shrink = distance / self.pose.distance;
         self.pose.target = anchor + (self.pose.target - anchor) * shrink;
         self.pose.distance = distance;
         self.goal = self.pose;
     }
 
-    /// Starts to move to where all of `bounds` is seen, from the same side.
+    /// Starts to move so that all of `bounds` is visible, from the same direction.
     pub fn fit(&mut self, bounds: &BoundingBox<f64>) {
         let center = bounds.center();
         let rotation = self.rotation_of(&self.goal);
         let spread = (0.5 * FIELD_OF_VIEW).tan();
-        // From where a corner is at the border of the circle within the picture.
+        // The distance at which a corner touches the circle inscribed in the picture.
         let distance = |corner: usize| {
             let side = |k: usize| [bounds.min[k], bounds.max[k]][corner >> k & 1];
             let offset = rotation * (Point3::new(side(0), side(1), side(2)) - center);
@@ -147,12 +152,12 @@ impl Camera {
         (self.goal.yaw, self.goal.pitch) = view.angles();
     }
 
-    /// Starts to move so that `point` becomes the target, from the same side and distance.
+    /// Starts to move so that `point` becomes the target, with the same direction and distance.
     pub fn look_at(&mut self, point: Point3<f64>) {
         self.goal.target = point;
     }
 
-    /// Moves on for `seconds` of an animation; whether there is more of it to come.
+    /// Advances the animation by `seconds`. Returns whether it continues.
     pub fn advance(&mut self, seconds: f64) -> bool {
         if self.pose == self.goal {
             return false;
@@ -170,19 +175,19 @@ impl Camera {
         self.pose = self.goal;
     }
 
-    /// The point that the camera turns around.
+    /// The point that the camera orbits.
     #[must_use]
     pub fn target(&self) -> Point3<f64> {
         self.pose.target
     }
 
-    /// The place of the eye.
+    /// The position of the eye.
     #[must_use]
     pub fn eye(&self) -> Point3<f64> {
         self.pose.target + self.rotation().inverse() * Vector3::z() * self.pose.distance
     }
 
-    /// The camera as it looks into a rectangle of the screen, which projects and unprojects.
+    /// The snapshot of the camera for a rectangle of the screen, which projects and unprojects.
     #[must_use]
     pub fn at(&self, rect: Rect) -> CameraSnapshot {
         let rotation = self.rotation().to_rotation_matrix();
@@ -200,20 +205,20 @@ impl Camera {
         CameraSnapshot::new(rect, rotation, eye, self.pose.target, lens)
     }
 
-    /// The matrix from the model's coordinates to the cube from −1 to 1.
+    /// The matrix from model coordinates to the cube from −1 to 1.
     #[must_use]
     pub fn view_projection(&self, rect: Rect) -> Matrix4<f64> {
         let snapshot = self.at(rect);
         snapshot.projection() * snapshot.view()
     }
 
-    /// Where a point is on the screen; `None` if it is nearer than the near plane.
+    /// Projects a point to the screen. Returns `None` if it is nearer than the near plane.
     #[must_use]
     pub fn project(&self, point: Point3<f64>, rect: Rect) -> Option<Pos2> {
         self.at(rect).project(point)
     }
 
-    /// What is under the pointer.
+    /// The ray under the pointer.
     #[must_use]
     pub fn ray(&self, pos: Pos2, rect: Rect) -> Ray {
         self.at(rect).ray(pos)
@@ -225,7 +230,9 @@ impl Camera {
         self.at(rect).unproject_at_depth_of(point, pos)
     }
 
-    /// What a `transform_gizmo_egui` gizmo must know of the camera; the rest at its defaults.
+    /// The camera's part of the configuration of a `transform_gizmo_egui` gizmo.
+    ///
+    /// The rest has its default values.
     #[must_use]
     pub fn gizmo_config(&self, rect: Rect, pixels_per_point: f32) -> GizmoConfig {
         let snapshot = self.at(rect);
@@ -243,7 +250,7 @@ impl Camera {
         self.rotation_of(&self.pose)
     }
 
-    /// From the model's axes to the screen's: right, up, towards the viewer.
+    /// The rotation from the model's axes to the screen's: right, up, towards the viewer.
     fn rotation_of(&self, pose: &Pose) -> UnitQuaternion<f64> {
         let up = match self.up {
             UpAxis::Y => UnitQuaternion::identity(),
@@ -281,7 +288,7 @@ struct Pose {
 }
 
 impl Pose {
-    /// The pose a `share` of the way to another: distances in proportion, yaw the short way round.
+    /// Interpolates between two poses: the distance geometrically, the yaw along the shorter arc.
     fn towards(&self, goal: &Self, share: f64) -> Self {
         Self {
             target: self.target + (goal.target - self.target) * share,
@@ -291,7 +298,7 @@ impl Pose {
         }
     }
 
-    /// Whether nobody would see the difference.
+    /// Returns `true` if the difference is invisible.
     fn is_near(&self, goal: &Self) -> bool {
         (self.target - goal.target).norm() < UNSEEN * goal.distance
             && (self.distance / goal.distance - 1.0).abs() < UNSEEN
@@ -300,7 +307,7 @@ impl Pose {
     }
 }
 
-/// The angle from `start` to `end`, at most half a turn.
+/// The signed angle from `start` to `end`, at most half a turn.
 fn short_turn(start: f64, end: f64) -> f64 {
     (end - start + PI).rem_euclid(TAU) - PI
 }
@@ -314,7 +321,8 @@ struct Sphere {
 impl Sphere {
     fn around(bounds: &BoundingBox<f64>) -> Self {
         let center = bounds.center();
-        // One point alone has no size: any will do that `f64` can tell from the point.
+        // A single point has no size. Any radius that `f64` can distinguish from the point will
+        // do.
         let least = center.coords.amax().max(1.0) * 1e-9;
         let radius = 0.5 * bounds.diagonal();
         Self {
@@ -324,33 +332,37 @@ impl Sphere {
     }
 }
 
-/// Of the shorter side of the picture. Wider ones distort what is near the border.
+/// Field of view along the shorter side of the picture. A wider one distorts the border.
 const FIELD_OF_VIEW: f64 = 35.0 * PI / 180.0;
 
-/// How much farther off than need be all is seen from: there is air around it.
+/// Factor on the fitting distance that leaves a margin around the model.
 const FIT_MARGIN: f64 = 1.05;
 
-/// Half a turn for a drag over some 400 points: across the middle of a usual window.
+/// Half a turn for a drag of 400 points, across the middle of a typical window.
 const TURN_PER_POINT: f64 = PI / 400.0;
 
-/// Nearest distance from eye to target, of the scene's radius: the `f32` of the graphics card then
-/// places a vertex within half a pixel.
+/// Smallest distance from eye to target, relative to the radius of the scene.
+///
+/// There the `f32` of the graphics card still places a vertex within half a pixel.
 const NEAREST: f64 = 2e-4;
 
-/// Farthest distance from eye to target, of the scene's radius: the model is a dot.
+/// Largest distance from eye to target, relative to the radius of the scene.
+///
+/// There the model is a dot.
 const FARTHEST: f64 = 200.0;
 
-/// The near plane is at least at this share of the distance to the target. 24 bits of depth then
-/// tell steps of 6e-6 of that distance apart, a hundredth of a pixel's width.
+/// Lower bound of the near plane, relative to the distance to the target. 24 bits of depth then
+/// resolve steps of 6e-6 of that distance, a hundredth of a pixel's width.
 const NEAR_SHARE: f64 = 0.01;
 
-/// How far beyond the scene the planes of depth lie: marks and normals stand out of the surface.
+/// Factor on the radius of the scene for the depth planes: marks and normals stick out of the
+/// surface.
 const MARGIN: f64 = 1.2;
 
-/// Seconds after which an animation has e⁻¹ of its way before it.
+/// Time constant of the animation in seconds, after which e⁻¹ of the motion remains.
 const SMOOTHING: f64 = 0.07;
 
-/// Below this, of a radian or of the distance, a difference moves nothing by a pixel.
+/// A smaller difference, in radians or relative to the distance, moves nothing by a pixel.
 const UNSEEN: f64 = 3e-4;
 
 #[cfg(test)]

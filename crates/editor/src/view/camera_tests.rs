@@ -9,7 +9,7 @@ const RECT: Rect = Rect {
     max: Pos2::new(840.0, 630.0),
 };
 
-/// Boxes of all sizes, around the origin and far from it.
+/// Boxes of several sizes, around the origin and far from it.
 fn scenes() -> Vec<BoundingBox<f64>> {
     let mut scenes = Vec::new();
     for size in [1e-3, 1.0, 1e6] {
@@ -141,7 +141,8 @@ fn an_animation_arrives_the_short_way() {
     let mut most = 0.0_f64;
     let mut frames = 0;
     while camera.advance(1.0 / 60.0) {
-        // From a quarter turn to the left to the front, never seen from the right or behind.
+        // The animation turns from a quarter turn left to the front, never past the right or the
+        // back.
         let side = camera.eye() - camera.target();
         most = most.max((-side.z).atan2(-side.x).abs());
         frames += 1;

@@ -1,4 +1,4 @@
-//! What is under the pointer, and what is hidden behind something.
+//! Picking under the pointer, and visibility of vertices.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -10,27 +10,27 @@ use nalgebra::Point3;
 
 use crate::view::snapshot::CameraSnapshot;
 
-/// Finds triangles and vertices of one shape by rays.
+/// Finds triangles and vertices of a shape by ray casting.
 pub struct Picker {
     tree: TriangleTree,
     positions: Positions<f64>,
 }
 
-/// Where a ray meets the surface first.
+/// The first intersection of a ray with the surface.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Hit {
-    /// The triangle.
+    /// The triangle that was hit.
     pub face: FaceId,
     /// The triangle's corner nearest to the point.
     pub vertex: VertexId,
-    /// The point.
+    /// The intersection point.
     pub point: Point3<f64>,
-    /// From the ray's origin to the point.
+    /// The distance from the ray's origin to the point.
     pub distance: f64,
 }
 
 impl Picker {
-    /// Prepares for rays: about a microsecond a triangle on two busy cores.
+    /// Builds the search tree, in about a microsecond per triangle on two busy cores.
     ///
     /// **Panics** if there are fewer positions than vertices.
     #[must_use]
@@ -43,8 +43,9 @@ impl Picker {
         }
     }
 
-    /// Follows a shape that has moved, in a tenth of the time that [`Picker::new`] takes. After
-    /// a change of the whole pose a new picker answers faster.
+    /// Updates the tree for a shape that has moved, in a tenth of the time of [`Picker::new`].
+    ///
+    /// After a change of the whole pose a new picker is faster to query.
     ///
     /// **Panics** if the number of positions has changed.
     pub fn refit(&mut self, positions: &Positions<f64>) {
@@ -54,13 +55,13 @@ impl Picker {
         self.tree.refit(positions);
     }
 
-    /// The positions that rays are shot at.
+    /// The positions used for ray casting.
     #[must_use]
     pub fn positions(&self) -> &Positions<f64> {
         &self.positions
     }
 
-    /// Where a ray meets the surface first, from either side.
+    /// The first intersection of a ray with the surface, from either side.
     #[must_use]
     pub fn hit(&self, ray: &Ray) -> Option<Hit> {
         let meeting = self.tree.first(ray, &self.positions)?;
@@ -76,32 +77,33 @@ impl Picker {
         })
     }
 
-    /// Whether a vertex is before the near plane and nothing but its own triangles lies between
-    /// it and the eye.
+    /// Returns `true` if a vertex is beyond the near plane and hidden by no triangles except its
+    /// own.
     #[must_use]
     pub fn visible(&self, vertex: VertexId, camera: &CameraSnapshot) -> bool {
         let own = vertex.index() as u32;
         let Some((ray, distance)) = camera.ray_to(self.positions[vertex]) else {
             return false;
         };
-        // Another vertex at the same place is not in front.
+        // Another vertex at the same position does not hide this one.
         let limit = distance - 1e-9 * (distance + camera.lens().near);
         !self
             .tree
             .meets_any(&ray, limit, &self.positions, |t| !t.contains(&own))
     }
 
-    /// The visible vertex nearest to the pointer on the screen, within `radius` points; where
-    /// there is none but a triangle is under the pointer, that triangle's corner nearest on the
-    /// screen.
+    /// The visible vertex nearest to the pointer on the screen, within `radius` points.
+    ///
+    /// If there is none but the pointer is over a triangle, returns the corner of that triangle
+    /// nearest on the screen.
     #[must_use]
     pub fn pick_vertex(&self, camera: &CameraSnapshot, pos: Pos2, radius: f32) -> Option<VertexId> {
-        // Of many vertices in a pixel only the nearest few are looked at: a heap need not sort
-        // the rest.
+        // Many vertices may share a pixel, but only the nearest few are tested. A heap avoids
+        // sorting the rest.
         let mut near = BinaryHeap::from(self.vertices_near(camera, pos, radius));
         let mut last = None;
         while let Some(Reverse((_, vertex))) = near.pop() {
-            // A vertex comes once for each of its triangles.
+            // A vertex occurs once for each of its triangles.
             if last.replace(vertex) != Some(vertex) && self.visible(vertex, camera) {
                 return Some(vertex);
             }
@@ -109,8 +111,10 @@ impl Picker {
         self.corner_under(camera, pos)
     }
 
-    /// The vertices within `radius` points of the pointer, hidden ones too, with the bits of how
-    /// far from it: of what is not negative the bits are ordered as the numbers are.
+    /// The vertices within `radius` points of the pointer, including hidden ones, each with the
+    /// bits of its distance.
+    ///
+    /// The bits of non-negative numbers are ordered like the numbers.
     fn vertices_near(
         &self,
         camera: &CameraSnapshot,
@@ -139,7 +143,7 @@ impl Picker {
             place.map_or(f64::INFINITY, |p| f64::from(p.distance(pos)))
         });
         let nearest = least(away);
-        // All three behind the eye: the one nearest in space must do.
+        // All three corners are behind the eye, so the one nearest in space is used.
         if away[nearest].is_finite() {
             Some(VertexId::new(triangle[nearest] as usize))
         } else {
@@ -148,7 +152,7 @@ impl Picker {
     }
 }
 
-/// The number of the least of three.
+/// The index of the smallest of three values.
 fn least(values: [f64; 3]) -> usize {
     let [a, b, c] = values;
     match (a <= b && a <= c, b <= c) {

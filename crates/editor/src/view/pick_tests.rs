@@ -95,12 +95,12 @@ fn a_vertex_is_visible_if_no_triangle_hides_it() {
 fn the_nearest_visible_vertex_is_picked() {
     for shape in shapes() {
         let picker = Picker::new(shape.connectivity(), shape.positions());
-        // From several vertices a pixel to a triangle as large as the window.
+        // From several vertices per pixel to a triangle as large as the window.
         for (zoom, radius) in [(0.02, 8.0), (0.3, 8.0), (1.0, 12.0), (30.0, 12.0)] {
             let camera = camera_of(&shape, zoom);
             let middle = camera.project(camera.target()).unwrap();
             for pointer in pointers() {
-                // Denser where the shape is, which may be a dot.
+                // Sample more densely where the shape is, which may be a dot.
                 let pos = middle + (pointer - RECT.center()) * (zoom.min(1.0) as f32);
                 let nearest = shape
                     .connectivity()

@@ -1,13 +1,13 @@
-//! The picture of the mesh, drawn by OpenGL into a part of egui's window.
+//! Rendering of the mesh with OpenGL into a part of egui's window.
 //!
-//! A [`Renderer`] is told of the mesh, the shape, colours and marks at any time and place; only
-//! [`Renderer::draw`] talks to the graphics card, from within egui's paint callback, and there
-//! uploads what has changed. What goes to the card is `f32`, relative to a centre and a size of
-//! the shape, so that a mesh far from the origin does not jitter.
+//! Mesh, shape, colours and marks of a [`Renderer`] can be set at any time. Only
+//! [`Renderer::draw`] talks to the graphics card: it runs in egui's paint callback and uploads
+//! what has changed. The card receives `f32` coordinates relative to a centre and a size of the
+//! shape, so a mesh far from the origin does not jitter.
 //!
-//! three-d draws triangles only, and only through its API is OpenGL safe to call. Hence lines and
-//! marks are small rectangles, and the wireframe is drawn by the surface's own shader, from each
-//! fragment's distance to the triangle's sides.
+//! three-d draws only triangles, and only its API gives safe access to OpenGL. Lines and marks
+//! are therefore small rectangles, and the surface shader draws the wireframe from each
+//! fragment's distance to the sides of its triangle.
 
 mod frame;
 mod marks;
@@ -34,7 +34,7 @@ use frame::{DrawFrame, LocalFrame};
 use marks::{LinePass, MarkPass};
 use surface::SurfacePass;
 
-/// What draws the mesh.
+/// Draws the mesh.
 pub struct Renderer {
     context: Context,
     surface: SurfacePass,
@@ -44,21 +44,23 @@ pub struct Renderer {
     timing: Timing,
 }
 
-/// How long the last frame took.
+/// Timings of the last frame.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Timing {
-    /// Handing over what had changed.
+    /// Time to upload what had changed.
     pub upload: Duration,
-    /// Handing over the drawing commands. The card works on afterwards: see [`Renderer::finish`].
+    /// Time to submit the drawing commands.
+    ///
+    /// The card continues to work afterwards; see [`Renderer::finish`].
     pub draw: Duration,
 }
 
 impl Renderer {
-    /// A renderer into eframe's window, whose context must be current: in the closure that makes
-    /// the app, say.
+    /// Makes a renderer for eframe's window, whose context must be current, for example in the
+    /// closure that makes the app.
     ///
     /// # Errors
-    /// What OpenGL says if it is too old for the shaders.
+    /// Returns OpenGL's message if it is too old for the shaders.
     pub fn new(gl: &Arc<glow::Context>) -> Result<Self, String> {
         let context = Context::from_gl_context(gl.clone()).map_err(|e| e.to_string())?;
         Ok(Self {
@@ -71,13 +73,13 @@ impl Renderer {
         })
     }
 
-    /// Another mesh. It is not drawn before [`Renderer::set_shape`] has given it positions.
+    /// Sets the mesh. It is drawn once [`Renderer::set_shape`] has given it positions.
     pub fn set_mesh(&mut self, mesh: &HalfedgeMesh) {
         self.surface.set_mesh(mesh);
         self.frame = LocalFrame::default();
     }
 
-    /// The positions and unit normals of the mesh's vertices.
+    /// Sets the positions and unit normals of the vertices.
     pub fn set_shape(&mut self, positions: &Positions<f64>, normals: &VertexMap<Vector3<f64>>) {
         if self.frame.follow(positions) {
             self.marks.mark_stale();
@@ -86,29 +88,33 @@ impl Renderer {
         self.surface.set_shape(&self.frame, positions, normals);
     }
 
-    /// One colour a vertex (sRGB), or the style's for all.
+    /// Sets one colour per vertex (sRGB), or the style's colour for all.
     pub fn set_colors(&mut self, colors: Option<&[[u8; 3]]>) {
         self.surface.set_colors(colors);
     }
 
-    /// For each vertex the number of a colour of [`Style::palette`] to be tinted with, 0 for none;
-    /// an empty slice for none at all.
+    /// Sets the tint of each vertex: an index into [`Style::palette`] counted from 1, or 0 for
+    /// none.
+    ///
+    /// An empty slice removes all tints.
     pub fn set_tints(&mut self, tints: &[u8]) {
         self.surface.set_tints(tints);
     }
 
-    /// Balls of constant size on the screen, instead of those before.
+    /// Replaces the marks, balls of constant size on the screen.
     pub fn set_marks(&mut self, marks: Vec<Mark>) {
         self.marks.set(marks);
     }
 
-    /// Lines of constant width on the screen, instead of those before.
+    /// Replaces the lines, which have constant width on the screen.
     pub fn set_lines(&mut self, lines: Vec<Line>) {
         self.lines.set(lines);
     }
 
-    /// Draws a frame; to be called from within egui's paint callback. Only the callback's part of
-    /// the window is touched, and egui itself sets up its state again afterwards.
+    /// Draws a frame.
+    ///
+    /// Call this from egui's paint callback. Only the callback's part of the window is drawn to,
+    /// and egui restores its own state afterwards.
     pub fn draw(&mut self, info: &PaintCallbackInfo, camera: &CameraSnapshot, style: &Style) {
         let start = Instant::now();
         self.surface.upload(&self.context, style);
@@ -134,13 +140,13 @@ impl Renderer {
         };
     }
 
-    /// How long the last frame took.
+    /// Timings of the last frame.
     #[must_use]
     pub fn timing(&self) -> Timing {
         self.timing
     }
 
-    /// Waits until all that was drawn is there: for measuring, from within the paint callback.
+    /// Waits until everything is drawn. Used for measurements, from the paint callback.
     pub fn finish(&self) {
         let corner = ScissorBox::new_at_origo(1, 1);
         let _: Vec<[u8; 4]> =
@@ -148,7 +154,7 @@ impl Renderer {
     }
 }
 
-/// The callback's place in the window, and the part of it that is not clipped.
+/// The viewport of the callback in the window, and its unclipped part.
 fn pixels(info: &PaintCallbackInfo) -> (Viewport, ScissorBox) {
     let place = info.viewport_in_pixels();
     let viewport = Viewport {

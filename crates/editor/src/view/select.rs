@@ -1,4 +1,4 @@
-//! Selecting vertices on the screen: by a brush on the surface, by a lasso around them.
+//! Selection of vertices on the screen, by a brush on the surface or by a lasso.
 
 use std::collections::HashSet;
 
@@ -9,21 +9,24 @@ use eframe::egui::{Pos2, Rect, Vec2};
 use crate::view::pick::Picker;
 use crate::view::snapshot::CameraSnapshot;
 
-/// Whether a lasso takes what is hidden.
+/// The reach of a lasso.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Reach {
-    /// Only what one sees.
+    /// Visible vertices only.
     #[default]
     Visible,
-    /// All that is inside, through the surface.
+    /// All vertices inside the lasso, including hidden ones.
     Through,
 }
 
-/// The visible vertices within `radius` points of the pointer, on the piece of the surface under
-/// the pointer: what the brush's circle covers of other limbs before or behind is left out.
+/// Selects the visible vertices within `radius` points of the pointer, on the piece of the
+/// surface under the pointer.
 ///
-/// The piece is what one reaches from the triangle under the pointer over triangles that touch the
-/// circle and show the same side. Nothing under the pointer, nothing selected. Sorted.
+/// Other parts of the surface in front or behind are left out.
+///
+/// The piece consists of the triangles that can be reached from the one under the pointer via
+/// triangles that touch the circle and face the same way. If nothing is under the pointer,
+/// nothing is selected. The result is sorted.
 #[must_use]
 pub fn brush(
     mesh: &HalfedgeMesh,
@@ -45,8 +48,8 @@ pub fn brush(
     let mut stack = vec![hit.face];
     let mut vertices = Vec::new();
     while let Some(face) = stack.pop() {
-        // A triangle that reaches behind the eye: its visible part may be under the brush, but
-        // whether it is cannot be told from its corners. The one under the pointer is.
+        // The corners of a triangle that reaches behind the eye do not tell whether its visible
+        // part is under the brush. The triangle under the pointer certainly is.
         let triangle = shown(face);
         let is_covered = match triangle {
             Some(t) => signed_area(t) * side > 0.0 && touches(t, radius),
@@ -69,8 +72,10 @@ pub fn brush(
     only_visible(vertices, picker, camera)
 }
 
-/// The vertices inside a polygon on the screen, which may cross itself (what it winds around is
-/// inside). Sorted.
+/// Selects the vertices inside a polygon on the screen.
+///
+/// The polygon may intersect itself; the inside is where the winding number is not zero. The
+/// result is sorted.
 #[must_use]
 pub fn lasso(
     picker: &Picker,
@@ -110,7 +115,7 @@ fn signed_area([a, b, c]: [Vec2; 3]) -> f32 {
     0.5 * cross(b - a, c - a)
 }
 
-/// Whether a triangle and the disc of a radius around the origin have a point in common.
+/// Returns `true` if a triangle intersects the disc of the given radius around the origin.
 fn touches(triangle: [Vec2; 3], radius: f32) -> bool {
     let [a, b, c] = triangle;
     let sides = [(a, b), (b, c), (c, a)];
@@ -126,7 +131,7 @@ fn from_origin(p: Vec2, q: Vec2) -> f32 {
     (p + along * share.clamp(0.0, 1.0)).length()
 }
 
-/// How often a polygon winds around a point, counterclockwise or not.
+/// The winding number of a polygon around a point.
 fn winding(polygon: &[Pos2], point: Pos2) -> i32 {
     let next = polygon.iter().cycle().skip(1);
     polygon
@@ -143,7 +148,7 @@ fn winding(polygon: &[Pos2], point: Pos2) -> i32 {
         .sum()
 }
 
-/// Vertices of a task: a ray is shot for each of them.
+/// Vertices per task: a ray is cast for each.
 const CHUNKS: Chunks = Chunks::of(64);
 
 #[cfg(test)]

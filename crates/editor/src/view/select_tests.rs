@@ -67,7 +67,7 @@ fn a_brush_does_not_leap_over_a_gap() {
     let painted = brush(shape.connectivity(), &picker, &camera, on_front, 100.0);
     assert!(painted.len() > 20);
     assert!(painted.iter().all(|v| v.index() < num));
-    // From the other, what the first hides of it is left out.
+    // On the second ball, the part hidden by the first is left out.
     let on_back = camera.project(Point3::new(2.0, 0.0, -2.5)).unwrap();
     let painted = brush(shape.connectivity(), &picker, &camera, on_back, 100.0);
     assert!(painted.len() > 20);
@@ -101,7 +101,7 @@ fn a_lasso_around_all_takes_all_or_the_front() {
     let through = lasso(&picker, &camera, &polygon, Reach::Through);
     assert_eq!(through, shape.connectivity().vertices().collect::<Vec<_>>());
     let visible = lasso(&picker, &camera, &polygon, Reach::Visible);
-    // Of a convex shape one sees the vertices with a triangle that faces the eye.
+    // On a convex shape the visible vertices are those with a triangle that faces the eye.
     let normals = shape.surface().face_normals();
     let faces_eye = |v: &VertexId| {
         let to_eye = camera.eye() - shape.positions()[*v];
@@ -114,7 +114,7 @@ fn a_lasso_around_all_takes_all_or_the_front() {
 
 #[test]
 fn a_lasso_takes_what_it_winds_around() {
-    // A pentagram, whose middle a rule of odd and even crossings would leave out.
+    // A pentagram, whose centre the even-odd rule would leave out.
     let star: Vec<Pos2> = (0..5)
         .map(|i| {
             let angle = f32::from(i as u8) * 0.8 * std::f32::consts::PI;

@@ -1,22 +1,24 @@
-//! The camera of one frame, looking into one rectangle: between the model and the screen.
+//! The camera of one frame in a rectangle of the screen, which maps between model and screen.
 
 use cotan::geometry::Ray;
 use eframe::egui::{Pos2, Rect};
 use nalgebra::{Matrix4, Point3, Rotation3, Vector3};
 
-/// How the picture is taken.
+/// The projection parameters.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Lens {
-    /// Points of the screen that a length has at a depth of the same length.
+    /// The focal length: the size in screen points of an object at a depth equal to its length.
     pub focal: f64,
-    /// Depth of the nearest things seen.
+    /// The depth of the near plane.
     pub near: f64,
-    /// Depth of the farthest things seen.
+    /// The depth of the far plane.
     pub far: f64,
 }
 
-/// A [`Camera`](crate::view::camera::Camera) that looks into a rectangle of the screen: what a
-/// frame is drawn and picked by. Screen lengths are in egui's points.
+/// A [`Camera`](crate::view::camera::Camera) in a rectangle of the screen, used to draw and pick
+/// in one frame.
+///
+/// Lengths on the screen are in egui's points.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct CameraSnapshot {
     rect: Rect,
@@ -27,6 +29,8 @@ pub struct CameraSnapshot {
 }
 
 impl CameraSnapshot {
+    /// Makes a snapshot.
+    ///
     /// `rotation` leads from the model's axes to the screen's: right, up, towards the viewer.
     pub(crate) fn new(
         rect: Rect,
@@ -50,25 +54,25 @@ impl CameraSnapshot {
         self.rect
     }
 
-    /// The place of the eye.
+    /// The position of the eye.
     #[must_use]
     pub fn eye(&self) -> Point3<f64> {
         self.eye
     }
 
-    /// What the camera turns around.
+    /// The point that the camera orbits.
     #[must_use]
     pub fn target(&self) -> Point3<f64> {
         self.target
     }
 
-    /// How the picture is taken.
+    /// The projection parameters.
     #[must_use]
     pub fn lens(&self) -> Lens {
         self.lens
     }
 
-    /// From the model's axes to the screen's: right, up, towards the viewer.
+    /// The rotation from the model's axes to the screen's: right, up, towards the viewer.
     #[must_use]
     pub fn rotation(&self) -> Rotation3<f64> {
         self.rotation
@@ -80,7 +84,7 @@ impl CameraSnapshot {
         -self.rotation.matrix().row(2).transpose()
     }
 
-    /// From the model's coordinates to those of the eye.
+    /// The matrix from model to eye coordinates.
     #[must_use]
     pub fn view(&self) -> Matrix4<f64> {
         let mut view = self.rotation.to_homogeneous();
@@ -89,7 +93,7 @@ impl CameraSnapshot {
         view
     }
 
-    /// From the coordinates of the eye to the cube from −1 to 1.
+    /// The matrix from eye coordinates to the cube from −1 to 1.
     #[must_use]
     pub fn projection(&self) -> Matrix4<f64> {
         let Lens { focal, near, far } = self.lens;
@@ -103,18 +107,18 @@ impl CameraSnapshot {
         projection
     }
 
-    /// How far before the eye a point lies, along the direction of view.
+    /// The depth of a point: its distance from the eye along the viewing direction.
     #[must_use]
     pub fn depth(&self, point: Point3<f64>) -> f64 {
         (point - self.eye).dot(&self.forward())
     }
 
-    /// Where a point is on the screen; `None` if it is nearer than the near plane.
+    /// Projects a point to the screen. Returns `None` if it is nearer than the near plane.
     #[must_use]
     pub fn project(&self, point: Point3<f64>) -> Option<Pos2> {
         let seen = self.rotation * (point - self.eye);
         let depth = -seen.z;
-        // Not `<`: a coordinate that is no number is nowhere.
+        // Not `<`, so that NaN is rejected.
         if !(depth >= self.lens.near) {
             return None;
         }
@@ -126,7 +130,7 @@ impl CameraSnapshot {
         ))
     }
 
-    /// What is under the pointer, from the near plane on.
+    /// The ray under the pointer, starting at the near plane.
     #[must_use]
     pub fn ray(&self, pos: Pos2) -> Ray {
         let straight = self.direction(pos);
@@ -136,7 +140,7 @@ impl CameraSnapshot {
         }
     }
 
-    /// The half-line from the near plane through `point`, and the distance at which it gets there.
+    /// The ray from the near plane through `point`, and the distance to the point along it.
     #[must_use]
     pub fn ray_to(&self, point: Point3<f64>) -> Option<(Ray, f64)> {
         let depth = self.depth(point);
@@ -152,23 +156,25 @@ impl CameraSnapshot {
         Some((ray, whole.norm() * (1.0 - share)))
     }
 
-    /// The point under the pointer in the plane parallel to the screen through `point`: where a
-    /// dragged point goes.
+    /// The point under the pointer in the plane parallel to the screen through `point`, for
+    /// example the target of a dragged point.
     #[must_use]
     pub fn unproject_at_depth_of(&self, point: Point3<f64>, pos: Pos2) -> Point3<f64> {
-        // What lies behind the eye has no place under the pointer: the near plane stands in.
+        // A point behind the eye is replaced by the near plane.
         let depth = self.depth(point).max(self.lens.near);
         self.eye + self.direction(pos) * depth
     }
 
-    /// The length that one point of the screen has at the depth of `point`.
+    /// The length of one screen point at the depth of `point`.
     #[must_use]
     pub fn length_per_point(&self, point: Point3<f64>) -> f64 {
         self.depth(point).max(self.lens.near) / self.lens.focal
     }
 
-    /// Whether a ball may show within `radius` points of the pointer: always if it does, and
-    /// sometimes if it only comes near.
+    /// Returns `true` if a ball may be visible within `radius` points of the pointer.
+    ///
+    /// Conservative: it may return `true` for a ball that only comes near, but never `false` for
+    /// one that is visible.
     #[must_use]
     pub fn may_touch(&self, center: Point3<f64>, ball: f64, pos: Pos2, radius: f32) -> bool {
         let deepest = self.depth(center) + ball;
@@ -179,12 +185,12 @@ impl CameraSnapshot {
         let to_center = center - self.eye;
         let length = to_center.dot(&axis) / axis.norm_squared();
         let aside = (to_center - axis * length).norm();
-        // What shows within the radius is that near to the axis in its own plane of depth, and
-        // nearer yet to the axis as a whole.
+        // A point visible within the radius is that close to the axis in its own depth plane, and
+        // closer still to the axis as a whole.
         aside <= ball + f64::from(radius) * deepest / self.lens.focal
     }
 
-    /// From the eye through the pointer, to depth 1.
+    /// The vector from the eye through the pointer, scaled to depth 1.
     fn direction(&self, pos: Pos2) -> Vector3<f64> {
         let center = self.rect.center();
         let x = (f64::from(pos.x) - f64::from(center.x)) / self.lens.focal;

@@ -1,6 +1,7 @@
-//! A display of its own, the real program in it, and a hand that moves the pointer and presses keys.
+//! Runs the real program on a private display, with a real pointer and keys.
 //!
-//! What the program does is read from the lines of `--trace`; nothing here steers it but X events.
+//! The program's state is read from the lines of `--trace`; the program is steered by X events
+//! alone.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -12,10 +13,10 @@ use nalgebra::Point3;
 use serde_json::Value;
 use x11rb::protocol::xproto::{ClientMessageEvent, ConnectionExt, EventMask, ImageFormat};
 
-/// How long anything may take on a busy machine before it counts as never happening.
+/// The timeout of every wait, generous enough for a busy machine.
 pub(crate) const DEADLINE: Duration = Duration::from_secs(60);
 
-/// What is missing on this machine, as a sentence for a person.
+/// The tools missing on this machine, as a sentence for the user.
 pub(crate) fn missing_tools() -> Option<String> {
     let path = std::env::var_os("PATH").unwrap_or_default();
     let is_there = |tool: &str| std::env::split_paths(&path).any(|dir| dir.join(tool).is_file());
@@ -31,7 +32,7 @@ pub(crate) fn missing_tools() -> Option<String> {
     })
 }
 
-/// An X server without a screen, and one process that sends events to it.
+/// An X server without a screen, and a process that sends events to it.
 pub(crate) struct Display {
     server: Child,
     hand: Child,
@@ -40,7 +41,7 @@ pub(crate) struct Display {
 }
 
 impl Display {
-    /// Starts both on a display that nobody has.
+    /// Starts both on an unused display.
     pub(crate) fn start() -> Self {
         let mut server = Command::new("Xvfb")
             .args(["-displayfd", "1", "-screen", "0", "1280x800x24"])
@@ -73,19 +74,19 @@ impl Display {
         }
     }
 
-    /// What the environment variable `DISPLAY` is to be.
+    /// The value for the environment variable `DISPLAY`.
     pub(crate) fn name(&self) -> &str {
         &self.name
     }
 
-    /// Has something done, one xdotool command a line; they are done in this order.
+    /// Runs an xdotool command. Commands run in order.
     pub(crate) fn order(&mut self, command: &str) {
         writeln!(self.orders, "{command}")
             .and_then(|()| self.orders.flush())
             .expect("xdotool listens");
     }
 
-    /// What xdotool answers to a question.
+    /// Runs an xdotool query and returns its answer.
     fn ask(&self, question: &[&str]) -> String {
         let output = Command::new("xdotool")
             .args(question)
@@ -106,11 +107,11 @@ impl Drop for Display {
     }
 }
 
-/// How the program is started.
+/// The parameters to start the program with.
 pub(crate) struct Start<'a> {
     /// The program.
     pub(crate) program: &'a Path,
-    /// Where it keeps what a crash must not take, and where its trace goes.
+    /// The folder for autosaves and for the trace.
     pub(crate) data: &'a Path,
     /// Further arguments.
     pub(crate) arguments: Vec<String>,
@@ -118,10 +119,10 @@ pub(crate) struct Start<'a> {
 
 /// The program's window.
 pub(crate) struct Window<'d> {
-    /// Where it is shown.
+    /// The display that shows it.
     pub(crate) display: &'d mut Display,
     child: Child,
-    /// Its number in X.
+    /// The X window id.
     pub(crate) id: String,
     errors: PathBuf,
     trace: BufReader<File>,
@@ -161,7 +162,7 @@ impl<'d> Window<'d> {
                 .ask(&["search", "--onlyvisible", "--class", "cotan-editor"]);
             window.id = found.lines().next().unwrap_or_default().to_owned();
         }
-        // Without a window manager nobody else would.
+        // There is no window manager to do this.
         let order = format!("windowmove {} 0 0", window.id);
         window.display.order(&order);
         let order = format!("windowfocus {}", window.id);
@@ -169,7 +170,7 @@ impl<'d> Window<'d> {
         window
     }
 
-    /// What the program has written to stderr.
+    /// The program's output on stderr.
     pub(crate) fn errors(&self) -> String {
         std::fs::read_to_string(&self.errors).unwrap_or_default()
     }
@@ -186,7 +187,7 @@ impl<'d> Window<'d> {
         self.lines.last().cloned().unwrap_or_default()
     }
 
-    /// Takes in the lines that are whole.
+    /// Reads the complete lines written so far.
     fn read(&mut self) {
         loop {
             let read = self.trace.read_line(&mut self.partial);
@@ -199,7 +200,7 @@ impl<'d> Window<'d> {
         }
     }
 
-    /// Waits until the last frame is as it should be, and gives it back.
+    /// Waits until the last frame satisfies a condition, and returns it.
     pub(crate) fn wait(&mut self, what: &str, is_so: impl Fn(&Value) -> bool) -> Value {
         let deadline = Instant::now() + DEADLINE;
         loop {
@@ -221,7 +222,7 @@ impl<'d> Window<'d> {
         format!("the last frame: {line}\nstderr: {}", self.errors())
     }
 
-    /// Waits for a dialog whose name or text has this in it.
+    /// Waits for a dialog whose name or text contains `part`.
     pub(crate) fn wait_for_dialog(&mut self, part: &str) -> Value {
         self.wait(&format!("the dialog \"{part}\""), |line| {
             text(line, "dialog").contains(part)
@@ -233,28 +234,28 @@ impl<'d> Window<'d> {
         self.wait("no dialog", |line| text(line, "dialog").is_empty())
     }
 
-    /// Waits until a mesh is there, and nothing is done any more.
+    /// Waits until a mesh is open and no task is running.
     pub(crate) fn wait_for_mesh(&mut self) -> Value {
         self.wait("a mesh", |line| {
             line["task"].is_null() && !line["path"].is_null() && !line["view"].is_null()
         })
     }
 
-    /// Waits until the shape has come to rest.
+    /// Waits until the shape has settled.
     pub(crate) fn wait_for_rest(&mut self) -> Value {
         self.wait("rest", |line| {
             line["state"] == "settled" && line["is_settled"] == true && line["is_dragging"] == false
         })
     }
 
-    /// Where something marked is, once it has stopped moving: `[left, top, right, bottom]`.
+    /// The rectangle of a widget once it has stopped moving: `[left, top, right, bottom]`.
     pub(crate) fn rect(&mut self, name: &str) -> [f64; 4] {
         let deadline = Instant::now() + DEADLINE;
         let mut last = (None, Instant::now());
         loop {
             let line = self.now();
             let rect = numbers(&line["widgets"][name]);
-            // A dialog is measured in its first frame and put in its place in the next.
+            // A dialog is measured in its first frame and positioned in the next.
             if rect != last.0 {
                 last = (rect, Instant::now());
             } else if let Some(rect) = &last.0
@@ -269,54 +270,54 @@ impl<'d> Window<'d> {
         }
     }
 
-    /// The pointer goes somewhere, in points.
+    /// Moves the pointer to a position in points.
     pub(crate) fn move_to(&mut self, x: f64, y: f64) {
         let scale = self.now()["pixels_per_point"].as_f64().unwrap_or(1.0);
         let order = format!("mousemove {:.0} {:.0}", x * scale, y * scale);
         self.display.order(&order);
     }
 
-    /// The left button goes down.
+    /// Presses the left button.
     pub(crate) fn press(&mut self) {
         self.display.order("mousedown 1");
     }
 
-    /// The left button goes up.
+    /// Releases the left button.
     pub(crate) fn release(&mut self) {
         self.display.order("mouseup 1");
     }
 
-    /// A click with the left button.
+    /// Clicks with the left button.
     pub(crate) fn click(&mut self, x: f64, y: f64) {
         self.move_to(x, y);
         self.press();
         self.release();
     }
 
-    /// A click into the middle of something marked.
+    /// Clicks the centre of a widget.
     pub(crate) fn click_on(&mut self, name: &str) {
         let [left, top, right, bottom] = self.rect(name);
         self.click(0.5 * (left + right), 0.5 * (top + bottom));
     }
 
-    /// Keys at once, as xdotool names them: `ctrl+shift+s`.
+    /// Presses a key combination in xdotool's notation: `ctrl+shift+s`.
     pub(crate) fn key(&mut self, keys: &str) {
         self.display.order(&format!("key {keys}"));
     }
 
-    /// Asks the window to close, as the cross in a frame does.
+    /// Asks the window to close, as the close button of a window frame does.
     pub(crate) fn ask_to_close(&mut self) {
         ask_to_close(self.display.name(), self.id.parse().expect("a number"))
             .expect("the X server listens");
     }
 
-    /// What the window shows: width, height, and red, green and blue of every pixel.
+    /// The contents of the window: width, height, and the RGB values of every pixel.
     pub(crate) fn picture(&self) -> (u32, u32, Vec<u8>) {
         let window = self.id.parse().expect("a number");
         picture(self.display.name(), window).expect("the X server listens")
     }
 
-    /// The most memory that the program has had, in bytes; where the system tells.
+    /// The peak memory of the program in bytes, if the system reports it.
     pub(crate) fn peak_memory(&self) -> Option<u64> {
         let status = std::fs::read_to_string(format!("/proc/{}/status", self.child.id())).ok()?;
         let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
@@ -324,7 +325,7 @@ impl<'d> Window<'d> {
         Some(kilobytes << 10)
     }
 
-    /// Waits for the end of the program.
+    /// Waits until the program ends.
     pub(crate) fn wait_for_end(&mut self) -> ExitStatus {
         let deadline = Instant::now() + DEADLINE;
         loop {
@@ -339,14 +340,16 @@ impl<'d> Window<'d> {
         }
     }
 
-    /// Ends it at once, as `kill -9` does.
+    /// Kills the program, as `kill -9` does.
     pub(crate) fn kill(&mut self) {
         self.child.kill().expect("it runs");
         self.child.wait().expect("it is a child");
     }
 
-    /// Clicks visible vertices until one of them is selected, those first that `rank` puts lowest by where
-    /// they are in the window; returns its number in the file.
+    /// Clicks visible vertices until one is selected, in order of `rank` of their window
+    /// positions.
+    ///
+    /// Returns its index in the file.
     pub(crate) fn select(
         &mut self,
         positions: &[Point3<f64>],
@@ -370,7 +373,7 @@ impl<'d> Window<'d> {
                 match selection.as_slice() {
                     [] => std::thread::sleep(Duration::from_millis(4)),
                     [one] if *one == vertex as f64 => return vertex,
-                    // It is behind the surface, or another is nearer to the pointer.
+                    // The vertex is behind the surface, or another one is nearer to the pointer.
                     _ => break,
                 }
             }
@@ -378,10 +381,10 @@ impl<'d> Window<'d> {
         panic!("no vertex lets itself be selected: {}", self.now());
     }
 
-    /// Fixes as many vertices as asked for, each on its own, and makes a handle at the upper end of the
-    /// picture; returns their numbers in the file, the handle's last.
+    /// Fixes `fixed` single vertices and makes a handle at the upper end of the picture.
     ///
-    /// The first is at the lower end, the next at the left and the right.
+    /// Returns their indices in the file, the handle's last. The fixed vertices are at the lower
+    /// end, on the left and on the right, in this order.
     pub(crate) fn hold(&mut self, positions: &[Point3<f64>], fixed: usize) -> Vec<usize> {
         let ranks: [fn([f64; 3]) -> f64; 3] = [|[_, y, _]| -y, |[x, ..]| x, |[x, ..]| -x];
         let mut held = Vec::new();
@@ -394,7 +397,7 @@ impl<'d> Window<'d> {
         held
     }
 
-    /// Presses a key that makes a handle, which is then the last of so many.
+    /// Presses a key that makes a handle, and waits until there are `count` handles.
     fn press_and_count(&mut self, key: &str, count: usize) {
         self.key(key);
         self.wait("a handle", |line| {
@@ -402,14 +405,15 @@ impl<'d> Window<'d> {
         });
     }
 
-    /// Where a handle is.
+    /// The position of a handle.
     pub(crate) fn handle_at(&mut self, handle: usize) -> [f64; 3] {
         let at = numbers(&self.now()["handles"][handle]["at"]);
         let at = at.unwrap_or_else(|| panic!("there is no handle {handle}"));
         [at[0], at[1], at[2]]
     }
 
-    /// Drags a handle by its mark, in `steps` events, to a place that is `by` points away; and lets go.
+    /// Drags a handle by its mark, in `steps` events, by the distance `by` in points, and
+    /// releases it.
     pub(crate) fn drag(&mut self, handle: usize, by: [f64; 2], steps: u32) {
         let at = self.handle_at(handle);
         let [x, y, _] = project(&self.now(), at).expect("the handle is seen");
@@ -417,7 +421,7 @@ impl<'d> Window<'d> {
         self.press();
         for k in 1..=steps {
             let share = f64::from(k) / f64::from(steps);
-            // Not straight: the way must not matter.
+            // Along a curve, because the path must not matter.
             let swing = 30.0 * (share * std::f64::consts::PI).sin();
             self.move_to(x + share * by[0] + swing, y + share * by[1]);
             std::thread::sleep(Duration::from_millis(16));
@@ -440,7 +444,7 @@ impl Drop for Window<'_> {
     }
 }
 
-/// Sends what a window manager sends.
+/// Sends the message that a window manager would send.
 fn ask_to_close(display: &str, window: u32) -> Result<(), Box<dyn std::error::Error>> {
     let (connection, _) = x11rb::connect(Some(display))?;
     let atom = |name: &str| connection.intern_atom(false, name.as_bytes());
@@ -461,13 +465,13 @@ fn picture(display: &str, window: u32) -> Result<(u32, u32, Vec<u8>), Box<dyn st
     let image = connection
         .get_image(ImageFormat::Z_PIXMAP, window, 0, 0, width, height, u32::MAX)?
         .reply()?;
-    // 24 bits a pixel in four bytes, the least first, on a server of one's own.
+    // 24 bits per pixel in four bytes, least significant first; both sides run on this machine.
     let pixels = image.data.chunks_exact(4);
     let colors = pixels.flat_map(|pixel| [pixel[2], pixel[1], pixel[0]]);
     Ok((width.into(), height.into(), colors.collect()))
 }
 
-/// The program with the environment of a test: software OpenGL, no other display, data of its own.
+/// The program with the environment of a test: software OpenGL, no other display, its own data.
 pub(crate) fn command(program: &Path, data: &Path) -> Command {
     let mut command = Command::new(program);
     command
@@ -481,17 +485,17 @@ pub(crate) fn command(program: &Path, data: &Path) -> Command {
     command
 }
 
-/// A field that is text.
+/// Returns a text field.
 pub(crate) fn text<'a>(line: &'a Value, field: &str) -> &'a str {
     line[field].as_str().unwrap_or_default()
 }
 
-/// A list of numbers.
+/// Returns a list of numbers.
 pub(crate) fn numbers(value: &Value) -> Option<Vec<f64>> {
     value.as_array()?.iter().map(Value::as_f64).collect()
 }
 
-/// Where a point of the mesh is in the window of this frame, in points; and how deep.
+/// The position of a point of the mesh in the window of this frame, in points, and its depth.
 pub(crate) fn project(line: &Value, point: [f64; 3]) -> Option<[f64; 3]> {
     let m = numbers(&line["view"])?;
     let rect = numbers(&line["widgets"]["viewport"])?;
@@ -506,7 +510,7 @@ pub(crate) fn project(line: &Value, point: [f64; 3]) -> Option<[f64; 3]> {
     is_inside.then_some([at_x, at_y, z])
 }
 
-/// The bytes of a file.
+/// Returns the contents of a file.
 pub(crate) fn bytes(path: &Path) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut file = File::open(path).expect("the file is there");

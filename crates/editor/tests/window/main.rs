@@ -1,6 +1,6 @@
-//! The editor as a person has it: its window on a display, its pointer and its keys.
+//! Tests of the editor as the user sees it: a window on a display, a pointer and keys.
 //!
-//! Each story needs the processor for itself, so they take turns.
+//! Each story needs the processor for itself, so they run one at a time.
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
 #[allow(dead_code, reason = "the examples drive the window by it, too")]
@@ -14,8 +14,9 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 static TURN: Mutex<()> = Mutex::new(());
 
-/// The turn of a story; none where a window cannot be tested, which only a check of the whole project
-/// takes for a failure.
+/// Waits for the story's turn.
+///
+/// Returns `None` if windows cannot be tested here, which is a failure only in CI.
 fn turn() -> Option<MutexGuard<'static, ()>> {
     if let Some(problem) = harness::missing_tools() {
         assert!(std::env::var_os("CI").is_none(), "{problem}");
@@ -25,7 +26,7 @@ fn turn() -> Option<MutexGuard<'static, ()>> {
     Some(TURN.lock().unwrap_or_else(PoisonError::into_inner))
 }
 
-/// Tells something also where the tests pass.
+/// Prints a note that is visible even if the tests pass.
 fn say(text: &str) {
     let _ = writeln!(std::io::stderr(), "note: {text}");
 }

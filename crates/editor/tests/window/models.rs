@@ -1,4 +1,4 @@
-//! Meshes for the stories, each a copy in a folder of its own.
+//! Meshes for the stories, each copied to a temporary folder.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +9,7 @@ use tempfile::TempDir;
 
 use crate::say;
 
-/// A folder with a mesh, and one for what the program keeps.
+/// A folder with a mesh, also used for the program's data.
 pub(crate) struct Place {
     pub(crate) folder: TempDir,
     pub(crate) mesh: PathBuf,
@@ -18,7 +18,7 @@ pub(crate) struct Place {
 }
 
 impl Place {
-    /// The creature that the project brings along.
+    /// The built-in creature.
     pub(crate) fn with_creature() -> Self {
         let shape = cotan::shapes::creature::<f64>(32);
         let document = Document::from_mesh(shape.connectivity(), shape.positions()).unwrap();
@@ -28,7 +28,7 @@ impl Place {
         Self::of(folder, mesh)
     }
 
-    /// A mesh of the collection beside the project, which need not be there.
+    /// A mesh of the optional collection next to the project.
     pub(crate) fn with_shared(name: &str) -> Option<Self> {
         let Some(source) = shared("meshes").map(|dir| dir.join(name)) else {
             say(&format!(
@@ -38,7 +38,7 @@ impl Place {
         };
         let folder = tempfile::tempdir().unwrap();
         let mesh = folder.path().join(name);
-        // The bytes alone: the original may be read-only.
+        // Copies the contents only, because the original may be read-only.
         std::fs::write(&mesh, std::fs::read(source).unwrap()).unwrap();
         Some(Self::of(folder, mesh))
     }
@@ -58,8 +58,10 @@ impl Place {
         self.folder.path()
     }
 
-    /// How far the mesh in a file is from a shape at most, over the diagonal of the bounding box;
-    /// turned about an axis beforehand, if there is one about which it may turn.
+    /// The largest distance of the mesh in a file from a shape, relative to the diagonal of the
+    /// bounding box.
+    ///
+    /// If there is an axis, the best rotation about it is applied first.
     pub(crate) fn distance(
         &self,
         file: &Path,
@@ -81,7 +83,7 @@ impl Place {
     }
 }
 
-/// The turn about an axis that brings the first of each pair nearest to the second.
+/// The rotation about an axis that brings the first of each pair nearest to the second.
 fn best_turn<'a>(
     pairs: impl Iterator<Item = (&'a Point3<f64>, &'a Point3<f64>)>,
     on: Point3<f64>,
@@ -102,7 +104,7 @@ fn best_turn<'a>(
     Isometry3::from_parts(shift.into(), turn)
 }
 
-/// The autosaves below a folder that was given as `COTAN_EDITOR_DATA`.
+/// The autosaves below a folder that was passed as `COTAN_EDITOR_DATA`.
 pub(crate) fn autosaves(data: &Path) -> Vec<PathBuf> {
     let Ok(entries) = std::fs::read_dir(data.join("autosaves")) else {
         return Vec::new();
@@ -112,7 +114,7 @@ pub(crate) fn autosaves(data: &Path) -> Vec<PathBuf> {
         .collect()
 }
 
-/// A folder of the collection beside the project.
+/// A folder of the optional collection next to the project.
 pub(crate) fn shared(folder: &str) -> Option<PathBuf> {
     let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared");
     let folder = beside.join(folder);

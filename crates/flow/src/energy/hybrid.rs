@@ -273,7 +273,7 @@ impl<T: Scalar> LocalGlobal<T> for Hybrid {
                 size: sum.size + size,
             }
         });
-        let Stiffness { struts, volume } = self.stiffness;
+        let Stiffness { struts, volume, .. } = self.stiffness;
         if struts > 0.0 || volume > 0.0 {
             let bodies = Bodies::new(rest);
             self.struts = (struts > 0.0)
@@ -299,6 +299,10 @@ impl<T: Scalar> LocalGlobal<T> for Hybrid {
         self.rest_energy.value += of_struts;
         self.rest_energy.size += of_struts;
         Ok(self.weight)
+    }
+
+    fn point_radius(&self, rest: &Rest<T>) -> f64 {
+        self.stiffness.point_radius * self.bending_length * rest.extent()
     }
 
     fn start_from(&mut self, guess: &FirstGuess) {

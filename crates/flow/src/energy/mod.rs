@@ -80,6 +80,10 @@ pub enum NextStep {
 ///         self.0.begin(rest)
 ///     }
 ///
+///     fn point_radius(&self, rest: &Rest<f64>) -> f64 {
+///         self.0.point_radius(rest)
+///     }
+///
 ///     fn start_from(&mut self, guess: &FirstGuess) {
 ///         LocalGlobal::<f64>::start_from(&mut self.0, guess);
 ///     }
@@ -114,6 +118,11 @@ pub trait LocalGlobal<T: Scalar>: Send + Sync {
     /// # Errors
     /// [`FlowError::Setting`] for a setting out of range; the flow is not built then.
     fn begin(&mut self, rest: &Rest<T>) -> Result<f64, FlowError>;
+
+    /// The distance along the surface, in box units, within which a handle of a single vertex pulls
+    /// the vertices around it, so that it leaves no cone; 0 where the force is to act on the vertex
+    /// alone. Called after [`Self::begin`]. Without a membrane it is 0 whatever is returned.
+    fn point_radius(&self, rest: &Rest<T>) -> f64;
 
     /// Takes a first guess of the rotation of every vertex, before the first solve. Not called
     /// where there is none: the state is then that of the rest shape.
@@ -188,6 +197,10 @@ macro_rules! forward {
         impl<T: Scalar, E: LocalGlobal<T> + ?Sized> LocalGlobal<T> for $pointer {
             fn begin(&mut self, rest: &Rest<T>) -> Result<f64, FlowError> {
                 (**self).begin(rest)
+            }
+
+            fn point_radius(&self, rest: &Rest<T>) -> f64 {
+                (**self).point_radius(rest)
             }
 
             fn start_from(&mut self, guess: &FirstGuess) {

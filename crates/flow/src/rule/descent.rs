@@ -26,10 +26,14 @@ pub(crate) struct Descent<T: Scalar> {
     lbfgs: Option<Lbfgs>,
     /// Built where a descent takes long; kept while the handles are the same vertices.
     coarse: Option<Coarse>,
+    /// Steps right after a move, since the handles are the same vertices.
+    moves: usize,
     /// Whether it cannot be built for these handles.
     is_refused: bool,
     /// The rotations of the shape that was wound up with its handles; empty for any other.
     wound: Vec<Mat3>,
+    /// The last step's length as it was foreseen, over the diagonal.
+    foreseen: f64,
     /// The part of a plain step that did not go too far last time.
     plain_part: f64,
     /// Σ s_ij (x_j − x_i) less what the model wants of it.
@@ -56,6 +60,9 @@ const NEAR: f64 = 5.0;
 /// The steps at which it is refreshed.
 const REFRESHED_AT: [usize; 9] = [1, 3, 6, 10, 15, 22, 32, 46, 66];
 
+/// While a handle is dragged it is built, and refreshed, after so many moves.
+const DRAGGED: usize = 10;
+
 /// The foreseen step ends a run at this part of the tolerance: together with it a shape is within
 /// 0.3 % of the size of the minimum.
 const HONEST: f64 = 0.5;
@@ -72,8 +79,10 @@ impl<T: Scalar> Descent<T> {
             model,
             lbfgs: (memory > 0).then(|| Lbfgs::new(memory)),
             coarse: None,
+            moves: 0,
             is_refused: false,
             wound: Vec::new(),
+            foreseen: f64::INFINITY,
             plain_part: 1.0,
             tension: VertexMap::default(),
             direction: VertexMap::default(),
@@ -160,7 +169,9 @@ impl<T: Scalar> Descent<T> {
         const SUFFICIENT: f64 = 0.45;
         let Some(before) = self.energy else {
             work.move_by_correction(ratio);
+            work.meet();
             self.update(work)?;
+            self.follow_limbs(work)?;
             return Ok(Search::Went);
         };
         // Half the energy falls at this rate along the step; ratios of their own bend it.
@@ -191,6 +202,41 @@ impl<T: Scalar> Descent<T> {
         work.current.write().as_mut_slice().copy_from_slice(start);
         self.fit(work)?;
         Ok(Search::Stalled)
+    }
+
+    /// After the plain step that follows a move: the step of Newton's method among the motions of
+    /// the clusters, as far as it lowers the energy. Costs no solve.
+    fn follow_limbs(&mut self, work: &mut Workspace<T>) -> Result<(), FlowError> {
+        const LENGTHS: [f64; 3] = [1.0, 0.5, 0.2];
+        let Some(coarse) = self.coarse.take() else {
+            return Ok(());
+        };
+        let before = self.energy.unwrap_or_default().value;
+        let rest = work.rest.clone();
+        self.model
+            .wanted_tension(&rest, NextStep::Searched, &mut self.tension);
+        work.measure_residual(&mut self.tension);
+        let r = coarse.restrict(&rest, work.terms.residual.as_slice());
+        let q = coarse.newton_step(&r);
+        let without = work.current.positions().clone();
+        let mut has_moved = false;
+        for length in LENGTHS {
+            let start = without.as_slice();
+            parallel::fill(work.current.write().as_mut_slice(), |i| {
+                let step = coarse.prolong(&rest, &q, i) * length;
+                start[i] + step.map(T::of_f64)
+            });
+            has_moved = self.fit(work)?.value < before;
+            if has_moved {
+                break;
+            }
+        }
+        if !has_moved {
+            *work.current.write() = without;
+            self.fit(work)?;
+        }
+        self.coarse = Some(coarse);
+        Ok(())
     }
 
     /// Chooses a direction. Returns the rate at which half the energy falls along it.
@@ -239,20 +285,22 @@ impl<T: Scalar> Descent<T> {
     ) -> Option<Restricted> {
         // The first step that is searched for is number 1. Quick descents end before it is built.
         let step = work.since_move.saturating_sub(1);
+        let is_first = step == 0;
         let is_near = residual < NEAR * work.settings.tolerance;
-        let is_due = step >= if is_near { LATE } else { EARLY };
+        // A handle that is dragged moves before every step.
+        let is_dragged = is_first && self.moves.is_multiple_of(DRAGGED);
+        let is_due = is_dragged || step >= if is_near { LATE } else { EARLY };
         let cells = self.model.cells()?;
         // The step is not taken yet: the positions are those before it.
         let (rest, field, positions) = (&*work.rest, &work.field, &work.start);
         match &mut self.coarse {
             None if is_due && !self.is_refused => {
-                self.coarse =
-                    Coarse::new(rest, &work.targets, &work.system, field, &cells, positions);
+                self.coarse = Coarse::new(work, field, &cells, positions);
                 self.is_refused = self.coarse.is_none();
                 lbfgs.reset();
             }
             None => {}
-            Some(coarse) if REFRESHED_AT.contains(&step) => {
+            Some(coarse) if is_dragged || REFRESHED_AT.contains(&step) => {
                 if coarse.refresh(rest, field, &cells, positions) {
                     lbfgs.refreshed(coarse);
                 } else {
@@ -298,6 +346,16 @@ impl<T: Scalar> Rule<T> for Descent<T> {
     }
 
     fn step(&mut self, work: &mut Workspace<T>) -> Result<StepReport, FlowError> {
+        let mut miss = work.widest_miss();
+        if miss > self.foreseen && work.since_move > 0 {
+            // What is left to do is to bring the point handles to their targets.
+            work.meet();
+            self.fit(work)?;
+            if let Some(lbfgs) = &mut self.lbfgs {
+                lbfgs.forget_step();
+            }
+            miss = 0.0;
+        }
         self.solve(work)?;
         let before = self.energy;
         let energy_rounding = before.map_or(0.0, |energy| energy.rounding::<T>());
@@ -311,13 +369,16 @@ impl<T: Scalar> Rule<T> for Descent<T> {
         let mut lbfgs = self.lbfgs.take();
         let mut residual = step.residual;
         let mut tolerance = work.settings.tolerance;
+        if step.is_first {
+            self.moves += 1;
+        }
         let restricted = match &mut lbfgs {
-            Some(lbfgs) if !step.is_first && step.ratio == 1.0 => {
-                self.restrict(lbfgs, work, step.residual)
-            }
+            Some(lbfgs) if step.ratio == 1.0 => self.restrict(lbfgs, work, step.residual),
             _ => None,
         };
-        if let (Some(coarse), Some(restricted)) = (&self.coarse, &restricted) {
+        if !step.is_first
+            && let (Some(coarse), Some(restricted)) = (&self.coarse, &restricted)
+        {
             // The length of the step to the minimum as both levels foresee it.
             let (rest, correction) = (&*work.rest, work.terms.correction.as_slice());
             let length = |i: usize| {
@@ -328,7 +389,8 @@ impl<T: Scalar> Rule<T> for Descent<T> {
             tolerance *= HONEST;
         }
         let is_short = step.ratio * residual < tolerance;
-        let converged = is_short && !step.is_first;
+        let converged = is_short && !step.is_first && miss < tolerance;
+        self.foreseen = residual;
         let search = match &mut lbfgs {
             Some(lbfgs) if !step.is_first && !converged && step.ratio == 1.0 => {
                 self.search(lbfgs, restricted.as_ref(), work)
@@ -365,8 +427,12 @@ impl<T: Scalar> Rule<T> for Descent<T> {
             .coarse
             .take()
             .filter(|c| c.is_for(&work.rest, &work.targets));
+        if self.coarse.is_none() {
+            self.moves %= DRAGGED;
+        }
         self.is_refused = false;
         self.plain_part = 1.0;
+        self.foreseen = f64::INFINITY;
         // Handles have moved on: what they stated first is no longer the yardstick.
         self.wound.clear();
         if let Some(lbfgs) = &mut self.lbfgs {

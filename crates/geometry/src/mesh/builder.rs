@@ -1,4 +1,4 @@
-//! A mesh from buffers, with the repairs that need no guess.
+//! Building a mesh from buffers, with the unambiguous repairs.
 
 use std::collections::HashMap;
 
@@ -34,37 +34,37 @@ pub struct MeshBuilder {
     drops_unused: bool,
 }
 
-/// A mesh and how its elements came from the buffers.
+/// A mesh and the origin of its elements in the buffers.
 #[derive(Clone, PartialEq, Debug)]
 pub struct BuiltMesh<T: Scalar> {
     /// The mesh.
     pub mesh: Mesh<T>,
-    /// For every position of the input its vertex, or `None` if the position was dropped.
+    /// For each input position its vertex, or `None` if the position was dropped.
     pub vertices: Vec<Option<VertexId>>,
-    /// For every vertex its number in the input; of welded positions the first.
+    /// For each vertex its index in the input; for welded positions the first one.
     pub sources: VertexMap<u32>,
-    /// For every triangle the number of the input's face that it is a part of.
+    /// For each triangle the index of the input face that it is part of.
     pub faces: FaceMap<u32>,
 }
 
 impl MeshBuilder {
-    /// Options that change nothing: positions and faces are taken as they are.
+    /// The default options, which take positions and faces unchanged.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Makes one vertex of all positions whose coordinates are exactly equal (0 equals −0).
+    /// Merges all positions whose coordinates are exactly equal (0 equals −0) into one vertex.
     ///
-    /// Faces that are left with fewer than three corners are dropped. For a tolerance, and for
-    /// meshes that are no manifold, use the repairs of `cotan-io`.
+    /// Faces that are left with fewer than three corners are dropped. To weld with a tolerance,
+    /// or for non-manifold meshes, use the repairs in `cotan-io`.
     #[must_use]
     pub fn weld_equal(mut self) -> Self {
         self.welds = true;
         self
     }
 
-    /// Leaves out vertices that no face uses. Without it they are an error.
+    /// Drops vertices that no face uses. Otherwise they are an error.
     #[must_use]
     pub fn drop_unused(mut self) -> Self {
         self.drops_unused = true;
@@ -74,8 +74,8 @@ impl MeshBuilder {
     /// Builds a mesh from positions and three indices per triangle; see [`Mesh::from_triangles`].
     ///
     /// # Errors
-    /// [`MeshError`] if the number of indices is not a multiple of three, the triangles do not form
-    /// an oriented 2-manifold, a vertex is unused, or a coordinate is not finite.
+    /// [`MeshError`] if the number of indices is not a multiple of three, the triangles do not
+    /// form an oriented 2-manifold, a vertex is unused, or a coordinate is not finite.
     pub fn triangles<T: Scalar, P: Scalar>(
         &self,
         positions: &[[P; 3]],
@@ -93,7 +93,7 @@ impl MeshBuilder {
     /// Builds a mesh from positions and polygons; see [`Mesh::from_faces`].
     ///
     /// # Errors
-    /// As [`MeshBuilder::triangles`].
+    /// Same as [`MeshBuilder::triangles`].
     pub fn faces<T: Scalar, P: Scalar, F: AsRef<[u32]>>(
         &self,
         positions: &[[P; 3]],
@@ -133,8 +133,8 @@ impl MeshBuilder {
         })
     }
 
-    /// Gives a number to each place that a corner uses, in the order of the input: the vertex of
-    /// each position, and the first position of each vertex.
+    /// Assigns a vertex to each distinct position that a corner uses, in input order. Returns the
+    /// vertex of each position and the first position of each vertex.
     fn number(
         self,
         places: &[u32],
@@ -147,7 +147,7 @@ impl MeshBuilder {
         let mut vertices: Vec<Option<VertexId>> = Vec::with_capacity(places.len());
         let mut sources = VertexMap::default();
         for (input, &place) in places.iter().enumerate() {
-            // The place is at or before this position.
+            // `place` is at or before this position.
             vertices.push(match vertices.get(place as usize) {
                 Some(&first) => first,
                 None if is_used[input] => Some(sources.push(input as u32)),
@@ -159,18 +159,19 @@ impl MeshBuilder {
     }
 }
 
-/// Faces with the corners welded, flattened.
+/// Faces with welded corners, flattened.
 struct Polygons {
-    /// For every corner its place, and after [`Polygons::renumber`] its vertex.
+    /// For each corner its welded position, and its vertex after [`Polygons::renumber`].
     corners: Vec<u32>,
-    /// First corner of each polygon, and the total at the end.
+    /// The first corner of each polygon, followed by the total number of corners.
     starts: Vec<usize>,
-    /// For every polygon the face of the input.
+    /// For each polygon its input face.
     sources: Vec<u32>,
 }
 
 impl Polygons {
-    /// Replaces corners by their places, and drops repetitions and what is no polygon then.
+    /// Replaces corners by their welded positions, and drops repeated corners and collapsed
+    /// polygons.
     fn new<F: AsRef<[u32]>>(faces: &[F], places: &[u32]) -> Self {
         let mut polygons = Self {
             corners: Vec::with_capacity(3 * faces.len()),
@@ -182,7 +183,7 @@ impl Polygons {
             let start = polygons.corners.len();
             let mut before = face.last();
             for corner in face {
-                // A corner that was there twice before welding is an error, reported later.
+                // A corner that was repeated before welding is an error, which is reported later.
                 let is_welded = before.is_some_and(|before| {
                     before != corner && places[*before as usize] == places[*corner as usize]
                 });
@@ -201,15 +202,15 @@ impl Polygons {
         polygons
     }
 
-    /// Puts the vertices in the place of the places.
+    /// Replaces welded positions by vertices.
     fn renumber(&mut self, vertices: &[Option<VertexId>]) {
         for corner in &mut self.corners {
-            // Every place of a corner has a vertex.
+            // The position of every corner has a vertex.
             *corner = vertices[*corner as usize].map_or(0, |v| v.index() as u32);
         }
     }
 
-    /// The corners of every polygon.
+    /// The corners of each polygon.
     fn list(&self) -> Vec<&[u32]> {
         let bounds = self.starts.windows(2);
         bounds.map(|ends| &self.corners[ends[0]..ends[1]]).collect()
@@ -229,7 +230,7 @@ impl Polygons {
     }
 }
 
-/// That every face has three corners or more and every corner a position.
+/// Checks that every face has at least three corners and every corner has a position.
 fn check_faces<F: AsRef<[u32]>>(num_vertices: usize, faces: &[F]) -> Result<(), MeshError> {
     if faces.is_empty() {
         return Err(MeshError::NoFaces);
@@ -258,7 +259,7 @@ fn check_faces<F: AsRef<[u32]>>(num_vertices: usize, faces: &[F]) -> Result<(), 
     Ok(())
 }
 
-/// For every position the first one that is exactly equal.
+/// For each position, the first one that is exactly equal.
 fn first_equal<P: Scalar>(positions: &[[P; 3]]) -> Vec<u32> {
     let mut first = HashMap::with_capacity(positions.len() / 2);
     let places = positions.iter().enumerate().map(|(input, p)| {
@@ -288,7 +289,7 @@ fn positions_of<T: Scalar, P: Scalar>(
     }
 }
 
-/// As many vertices or faces as a half-edge mesh could hold.
+/// The largest number of vertices or faces that a half-edge mesh can hold.
 const MOST: usize = (1 << 31) - 2;
 
 #[cfg(test)]
@@ -358,7 +359,8 @@ mod tests {
 
     #[test]
     fn errors_after_welding_have_the_numbers_of_the_input() {
-        // The first two positions are unused; both triangles run from (0, 0) to (1, 0).
+        // The first two positions are unused; both triangles share the edge from (0, 0) to (1,
+        // 0).
         let unused = [[7.0, 7.0, 7.0], [7.0, 7.0, 7.0]];
         let positions = [&unused, SQUARE.as_slice(), SQUARE.as_slice()].concat();
         let builder = MeshBuilder::new().weld_equal().drop_unused();
@@ -381,7 +383,7 @@ mod tests {
 
     #[test]
     fn faces_that_welding_collapses_are_dropped() {
-        // A sliver joins corner 2 to its copy; the square loses its doubled corner.
+        // A sliver joins corner 2 to its copy; the square loses its duplicate corner.
         let positions = [SQUARE.as_slice(), &[[1.0, 1.0, 0.0]]].concat();
         let faces: [&[u32]; 2] = [&[1, 4, 2], &[0, 1, 2, 4, 3]];
         let built = MeshBuilder::new()

@@ -7,10 +7,10 @@ use super::connect;
 use crate::mesh::Mesh;
 use crate::scalar::Scalar;
 
-/// A closed box, centred at the origin, with sharp edges and a triangulated grid on its sides.
+/// A closed box centred at the origin, with sharp edges and triangulated grids on its sides.
 ///
-/// **Units**: `size` are the lengths along x, y, z; `segments` the number of cells along each,
-/// raised to 1 (and at most 512).
+/// **Units**: `size` are the lengths along x, y, z. `segments` are the numbers of cells along
+/// each axis, clamped to 1 … 512.
 #[must_use]
 pub fn bar<T: Scalar>(size: [T; 3], segments: [usize; 3]) -> Mesh<T> {
     let size = size.map(T::as_f64);
@@ -30,7 +30,7 @@ pub fn bar<T: Scalar>(size: [T; 3], segments: [usize; 3]) -> Mesh<T> {
     connect(&grid.points, &faces)
 }
 
-/// Two triangles for each cell of the side where coordinate `axis` is `end`.
+/// Adds two triangles for each cell of the side where coordinate `axis` equals `end`.
 fn push_side(grid: &mut BoxGrid, axis: usize, end: usize, faces: &mut Vec<[u32; 3]>) {
     let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
     for i in 0..grid.segments[u] {
@@ -43,19 +43,19 @@ fn push_side(grid: &mut BoxGrid, axis: usize, end: usize, faces: &mut Vec<[u32; 
                 grid.vertex(cell)
             };
             let [a, b, c, d] = [corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)];
-            // Alternating diagonals, so that the grid has no preferred direction.
+            // The diagonals alternate, so that the grid has no preferred direction.
             let pair = if (i + j) % 2 == 0 {
                 [[a, b, c], [a, c, d]]
             } else {
                 [[a, b, d], [b, c, d]]
             };
-            // u × v = +axis: counter-clockwise on the far side, to be turned on the near one.
+            // u × v = +axis: counter-clockwise on the far side, and reversed on the near one.
             faces.extend(pair.map(|[p, q, r]| if end > 0 { [p, q, r] } else { [p, r, q] }));
         }
     }
 }
 
-/// The vertices of the grid that have been met so far.
+/// The grid vertices created so far.
 struct BoxGrid {
     size: [f64; 3],
     segments: [usize; 3],
@@ -75,5 +75,5 @@ impl BoxGrid {
     }
 }
 
-/// 1.6 million vertices if it is reached along all three axes.
+/// Gives 1.6 million vertices if used along all three axes.
 const MAX_BAR_SEGMENTS: usize = 512;

@@ -1,4 +1,4 @@
-//! The bipyramid: two vertices of any valence.
+//! The bipyramid: two vertices with any valence.
 
 use nalgebra::Point3;
 use std::f64::consts::TAU;
@@ -7,11 +7,11 @@ use super::connect;
 use crate::mesh::Mesh;
 use crate::scalar::Scalar;
 
-/// A closed double pyramid about the z axis over a regular polygon of radius 1: two apices at z
-/// = ±1, numbered
-/// last, that `valence` triangles meet at. `valence` is raised to 3 and lowered to 2²⁰.
+/// A closed double pyramid about the z axis over a regular polygon of radius 1. The two apices at
+/// z = ±1 come last in vertex order, and `valence` triangles meet at each. `valence` is clamped
+/// to 3 … 2²⁰.
 ///
-/// Nothing that works on meshes may grow with the square of a valence; this shape shows what does.
+/// No mesh algorithm may have a cost quadratic in a valence; this shape reveals those that do.
 ///
 /// ```
 /// let shape = cotan_geometry::shapes::bipyramid::<f64>(100);

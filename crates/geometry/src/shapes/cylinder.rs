@@ -9,10 +9,11 @@ use crate::scalar::Scalar;
 
 /// A closed cylinder about the z axis, centred at the origin, with sharp rims.
 ///
-/// **Units**: `radius` and `height` are lengths. `segments` go around, raised to a multiple of 6,
-/// so that each cap is a disc of rings with 6, 12, 18, … vertices and nearly equilateral triangles;
-/// `stacks` go along (at least 1), every other row turned by half a segment. Triangles of the side
-/// are best at `stacks` = `height` · `segments` / (5.4 · `radius`).
+/// **Units**: `radius` and `height` are lengths. `segments` is the number of segments around the
+/// axis, rounded up to a multiple of 6, so that each cap is a disc of rings with 6, 12, 18, …
+/// vertices and nearly equilateral triangles. `stacks` is the number of rows along the axis (at
+/// least 1); every other row is rotated by half a segment. The triangles of the side are best
+/// shaped for `stacks` = `height` · `segments` / (5.4 · `radius`).
 ///
 /// ```
 /// let shape = cotan_geometry::cylinder::<f64>(0.5, 3.0, 24, 26);
@@ -40,13 +41,13 @@ pub fn cylinder<T: Scalar>(radius: T, height: T, segments: usize, stacks: usize)
         ..top
     }
     .push(0, &mut points, &mut faces);
-    // The caps are built alike: the bottom one has to face down.
+    // Both caps are built the same way, so the bottom one is flipped to face down.
     let bottom = faces.len() - num_top_faces;
     faces[bottom..].iter_mut().for_each(|face| face.swap(1, 2));
     connect(&points, &faces)
 }
 
-/// Rows of the side, from the bottom up; odd rows are turned by half a segment.
+/// Builds the rows of the side from the bottom up. Odd rows are rotated by half a segment.
 fn push_side(
     radius: f64,
     height: f64,
@@ -67,7 +68,7 @@ fn push_side(
             let at = |row: usize, s: usize| (row * segments + s % segments) as u32;
             let [a, b] = [at(row, s), at(row, s + 1)];
             let [c, d] = [at(row + 1, s), at(row + 1, s + 1)];
-            // Above an even row the vertex over the edge a b is c, above an odd one d.
+            // Above an even row the vertex over the edge a b is c, above an odd row it is d.
             if row % 2 == 0 {
                 faces.extend([[a, b, c], [b, d, c]]);
             } else {
@@ -77,15 +78,15 @@ fn push_side(
     }
 }
 
-/// Angle of vertex `s` of `segments` in a ring that is turned by half a segment of the rim where
-/// `row` is odd.
+/// The angle of vertex `s` of `segments` in a ring that is rotated by half a rim segment if `row`
+/// is odd.
 fn rim_angle(s: usize, segments: usize, row: usize) -> f64 {
     TAU * (s as f64 + 0.5 * (row % 2) as f64) / segments as f64
 }
 
 /// A disc of concentric rings: ring j has 6 j vertices, ring 0 is the centre.
 struct Cap {
-    /// Number of the first vertex of the rim, which the side has made.
+    /// Index of the first rim vertex, which the side has created.
     first_rim: usize,
     rings: usize,
     radius: f64,
@@ -93,7 +94,7 @@ struct Cap {
 }
 
 impl Cap {
-    /// Appends the inner vertices and the faces, counter-clockwise seen from above.
+    /// Appends the inner vertices and the faces, counter-clockwise as seen from above.
     fn push(&self, row: usize, points: &mut Vec<Point3<f64>>, faces: &mut Vec<[u32; 3]>) {
         let center = points.len();
         let turn = rim_angle(0, 6 * self.rings, row);
@@ -108,7 +109,7 @@ impl Cap {
         let at = |ring: usize, s: usize| match ring {
             0 => center as u32,
             _ if ring == self.rings => (self.first_rim + s % (6 * ring)) as u32,
-            // Rings 1 … j − 1 hold 6 (1 + … + (j − 1)) = 3 j (j − 1) vertices.
+            // Rings 1 … j − 1 have 6 (1 + … + (j − 1)) = 3 j (j − 1) vertices.
             _ => (center + 1 + 3 * ring * (ring - 1) + s % (6 * ring)) as u32,
         };
         for ring in 1..=self.rings {

@@ -1,11 +1,11 @@
-//! The unit sphere as an icosahedron whose faces are cut into f² triangles.
+//! The unit sphere as an icosahedron whose faces are subdivided into f² triangles.
 
 use nalgebra::{Point3, Vector3};
 
 use super::sphere::{ICOSAHEDRON_FACES, icosahedron_points};
 
-/// Points and faces of the geodesic sphere of a frequency f ≥ 1: 10·f² + 2 vertices, numbered
-/// row by row, face by face of the icosahedron.
+/// Points and faces of the geodesic sphere of frequency f ≥ 1: 10·f² + 2 vertices, in order of
+/// the icosahedron's faces and of the rows within each face.
 pub(super) fn geodesic(frequency: usize) -> (Vec<Vector3<f64>>, Vec<[u32; 3]>) {
     let corners = icosahedron_points();
     let mut net = Net {
@@ -33,18 +33,20 @@ pub(super) fn geodesic(frequency: usize) -> (Vec<Vector3<f64>>, Vec<[u32; 3]>) {
     (net.points, faces)
 }
 
-/// The points so far, and which of them lie on corners and edges of the icosahedron.
+/// The points created so far, with lookup tables of those on corners and edges of the
+/// icosahedron.
 struct Net {
     frequency: usize,
     points: Vec<Vector3<f64>>,
     corners: [Option<u32>; 12],
-    /// By the two corners, the lower first: the numbers of the points from it to the other.
+    /// Indexed by two corners, the lower one first: the indices of the points from it to the
+    /// other.
     edges: [[Option<u32>; 12]; 12],
 }
 
 impl Net {
-    /// The number of the point in row i, column j of a face: row 0 is its first corner, the last
-    /// row runs from its second to its third.
+    /// The index of the point in row i, column j of a face. Row 0 is the first corner; the last
+    /// row runs from the second corner to the third.
     fn number(&mut self, corners: &[Point3<f64>], face: [u32; 3], i: usize, j: usize) -> u32 {
         let f = self.frequency;
         let [a, b, c] = face.map(|v| v as usize);

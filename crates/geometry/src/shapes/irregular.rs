@@ -1,4 +1,5 @@
-//! Closed meshes of any size with no grid behind them: what is measured on them holds elsewhere.
+//! Closed meshes of any size without an underlying grid, so that measurements on them are
+//! representative.
 
 use std::f64::consts::{PI, TAU};
 
@@ -10,23 +11,23 @@ use crate::angles::triangle_cotangents;
 use crate::mesh::Mesh;
 use crate::scalar::Scalar;
 
-/// How the vertices and faces of [`irregular`] are numbered.
+/// The order of the vertices and faces of [`irregular`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Numbering {
-    /// At random: what scanners and converters may leave behind, and the slowest.
+    /// Random order, as scanners and converters may leave it. The slowest case.
     #[default]
     Random,
-    /// Row by row, so that neighbours have near numbers.
+    /// Row by row, so that neighbours have nearby indices.
     Natural,
 }
 
-/// A blob whose vertices lie irregularly: a closed surface of genus 0 with valences from 3 to 12,
-/// for measurements.
+/// A closed surface of genus 0 with irregularly placed vertices and valences from 3 to 12, for
+/// measurements.
 ///
-/// It has 10·f² + 2 vertices, as many as come nearest to `num_vertices` (from 12 to 16 million).
-/// The points of a geodesic sphere are moved about on it, edges flipped towards Delaunay triangles
-/// and then some more of them at random; the radius swells by a few long waves. The same `seed`
-/// gives the same mesh.
+/// It has 10·f² + 2 vertices, for the f that comes closest to `num_vertices` (from 12 to 16
+/// million). The points of a geodesic sphere are displaced on it, edges are flipped towards a
+/// Delaunay triangulation and then some more at random, and the radius is modulated by a few long
+/// waves. The same `seed` gives the same mesh.
 ///
 /// ```
 /// use cotan_geometry::shapes::{Numbering, irregular};
@@ -59,8 +60,8 @@ pub fn irregular<T: Scalar>(num_vertices: usize, numbering: Numbering, seed: u64
     number(mesh, points, numbering, chance)
 }
 
-/// Flips every edge for which `wanted` says so, given the edge's cotangent weight, if both new
-/// triangles face outwards, have no needle's angles, and the valences stay within bounds.
+/// Flips each edge accepted by `wanted`, which receives the edge's cotangent weight, if both new
+/// triangles face outwards and are not needles and the valences stay within bounds.
 fn flip(
     mesh: &mut HalfedgeMesh,
     points: &[Vector3<f64>],
@@ -97,7 +98,7 @@ fn flip(
     }
 }
 
-/// Scales every point by 1 + a few waves.
+/// Scales each point by 1 plus a few waves.
 fn swell(points: &mut [Vector3<f64>], chance: Chance) {
     let waves: Vec<(Vector3<f64>, f64)> = (0..WAVES)
         .map(|w| {
@@ -111,7 +112,7 @@ fn swell(points: &mut [Vector3<f64>], chance: Chance) {
     }
 }
 
-/// The shape with its final numbers.
+/// Puts the shape into its final order.
 fn number<T: Scalar>(
     mesh: HalfedgeMesh,
     points: Vec<Vector3<f64>>,
@@ -144,12 +145,12 @@ fn number<T: Scalar>(
 fn connect(num_vertices: usize, faces: &[[u32; 3]]) -> HalfedgeMesh {
     match HalfedgeMesh::from_faces(num_vertices, faces) {
         Ok(mesh) => mesh,
-        // The faces are our own: a broken invariant of this file.
+        // The faces are generated here, so this is a broken invariant of this file.
         Err(error) => panic!("a sample shape is no manifold: {error}"),
     }
 }
 
-/// Random numbers by place and purpose, the same in any order of asking (SplitMix64).
+/// Random numbers keyed by index and purpose, independent of the order of calls (SplitMix64).
 #[derive(Clone, Copy)]
 struct Chance(u64);
 
@@ -165,12 +166,12 @@ impl Chance {
         z ^ (z >> 31)
     }
 
-    /// In [0, 1).
+    /// A number in [0, 1).
     fn unit(self, place: u64, purpose: u64) -> f64 {
         (self.bits(place, purpose) >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// The numbers below `len`, shuffled (Fisher and Yates).
+    /// A shuffled permutation of the indices below `len` (Fisher and Yates).
     fn permutation(self, len: usize, purpose: u64) -> Vec<u32> {
         let mut numbers: Vec<u32> = (0..len as u32).collect();
         for last in (1..len).rev() {
@@ -184,27 +185,28 @@ impl Chance {
 /// 16,000,002 vertices.
 const MAX_FREQUENCY: usize = 1265;
 
-/// Side of the cube in which a point moves, over the mean distance of points: far enough that the
-/// grid is gone.
+/// Side of the cube in which a point is displaced, relative to the mean distance between points.
+/// Large enough to erase the grid.
 const JITTER: f64 = 0.9;
 
-/// After three passes hardly a flip is left.
+/// After three passes there are hardly any flips left.
 const DELAUNAY_PASSES: usize = 3;
 
-/// Of the edges that may be flipped at random, those flipped.
+/// The fraction of eligible edges that are flipped at random.
 const RANDOM_FLIPS: f64 = 0.2;
 
-/// The cotangent weight up to which an edge may be flipped at random.
+/// The largest cotangent weight at which an edge may be flipped at random.
 const HEAVIEST: f64 = 0.5;
 
-/// Cotangent of the smallest angle that a flip may make, 7°.
+/// Cotangent of the smallest angle that a flip may create, 7°.
 const SHARPEST: f64 = 8.0;
 
 const FEWEST: u8 = 3;
 const MOST: u8 = 12;
 
 const WAVES: u64 = 6;
-/// Wave number; the height times it stays below 1, so that the surface is star-shaped and smooth.
+/// The largest wave number. Its product with the height stays below 1, so the surface is
+/// star-shaped and smooth.
 const SHORTEST_WAVE: f64 = 4.0;
 const WAVE_HEIGHT: f64 = 0.06;
 

@@ -1,8 +1,9 @@
-//! Sample shapes made by code: what examples, tests and demonstrations start from.
+//! Procedural sample shapes for examples, tests and demonstrations.
 //!
-//! All are triangle meshes, oriented outwards, the same bytes in every run. Coordinates are
+//! All are outward-oriented triangle meshes with the same bytes in every run. Coordinates are
 //! computed in `f64` and rounded once. Counts that are too small are raised, and counts that
-//! would ask for many millions of vertices lowered (to 2048 unless a shape names another bound).
+//! would require many millions of vertices are lowered (to 2048 unless a shape names another
+//! bound).
 
 mod bar;
 mod bipyramid;
@@ -33,21 +34,22 @@ pub use torus::torus;
 fn connect<T: Scalar>(points: &[Point3<f64>], faces: &[[u32; 3]]) -> Mesh<T> {
     let connectivity = match HalfedgeMesh::from_faces(points.len(), faces) {
         Ok(connectivity) => connectivity,
-        // The faces are our own: a broken invariant of the shape's code.
+        // The faces are generated here, so this is a broken invariant of the shape's code.
         Err(error) => panic!("a sample shape is no manifold: {error}"),
     };
     let positions = points.iter().map(|p| p.map(T::of_f64)).collect();
     Mesh::assume_checked(connectivity, positions)
 }
 
-/// The most segments along one direction of a shape: beyond it, millions of vertices.
+/// The largest number of segments along one direction of a shape; more would mean many millions
+/// of vertices.
 const MAX_SEGMENTS: usize = 2048;
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Euler's characteristic and the number of boundary halfedges.
+    /// Euler characteristic and number of boundary halfedges.
     fn topology(shape: &Mesh<f64>) -> (isize, usize) {
         let mesh = shape.connectivity();
         let chi = (mesh.num_vertices() + mesh.num_faces()) as isize - mesh.num_edges() as isize;
@@ -133,7 +135,8 @@ mod tests {
 
     #[test]
     fn the_cylinder_has_good_triangles() {
-        // Edges along as long as around: 2π · 0.5 / 24 wide, rows of about √3/2 of that.
+        // Equal edge lengths along and around: 2π · 0.5 / 24 wide, with rows of about √3/2 of
+        // that.
         let shape = cylinder::<f64>(0.5, 2.0, 24, 18);
         let smallest = shape.surface().angle_statistics().min.to_degrees();
         assert!(smallest > 40.0, "{smallest}");

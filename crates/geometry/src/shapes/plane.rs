@@ -7,12 +7,13 @@ use super::{MAX_SEGMENTS, connect};
 use crate::mesh::Mesh;
 use crate::scalar::Scalar;
 
-/// A rectangle in the x y plane, centred at the origin, with smooth bumps up and down: a disc with
-/// one boundary loop.
+/// A rectangle in the x y plane, centred at the origin, with smooth bumps up and down: a disc
+/// with one boundary loop.
 ///
-/// **Units**: `size` are the lengths along x and y; the bumps are `amplitude` high (a length, 0
-/// leaves it flat) and have five different wavelengths from the whole side to a third of it, so
-/// that no two of them are alike; `segments` the number of cells along x and y, raised to 1.
+/// **Units**: `size` are the lengths along x and y. `amplitude` is the height of the bumps (a
+/// length; 0 gives a flat plane), which have five different wavelengths from the whole side to a
+/// third of it, so that no two bumps are alike. `segments` are the numbers of cells along x and
+/// y, at least 1.
 #[must_use]
 pub fn bumpy_plane<T: Scalar>(size: [T; 2], segments: [usize; 2], amplitude: T) -> Mesh<T> {
     let [width, depth] = size.map(T::as_f64);
@@ -31,7 +32,7 @@ pub fn bumpy_plane<T: Scalar>(size: [T; 2], segments: [usize; 2], amplitude: T) 
     for i in 0..nx {
         for j in 0..ny {
             let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
-            // Alternating diagonals, so that the grid has no preferred direction.
+            // The diagonals alternate, so that the grid has no preferred direction.
             faces.extend(if (i + j) % 2 == 0 {
                 [[a, b, c], [a, c, d]]
             } else {

@@ -7,7 +7,7 @@ use super::connect;
 use crate::mesh::Mesh;
 use crate::scalar::Scalar;
 
-/// The regular tetrahedron whose corners lie on the unit sphere: 4 vertices.
+/// The regular tetrahedron with its corners on the unit sphere: 4 vertices.
 #[must_use]
 pub fn tetrahedron<T: Scalar>() -> Mesh<T> {
     let c = 1.0 / 3.0_f64.sqrt();
@@ -15,8 +15,8 @@ pub fn tetrahedron<T: Scalar>() -> Mesh<T> {
     connect(&points, &[[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]])
 }
 
-/// The unit sphere as an icosahedron, each triangle split into four `subdivisions` times and its
-/// new vertices pushed onto the sphere: 10·4^s + 2 vertices.
+/// The unit sphere as an icosahedron whose triangles are split into four `subdivisions` times,
+/// with the new vertices projected onto the sphere: 10·4^s + 2 vertices.
 ///
 /// Angles stay between 52° and 72°, so cotangent weights are positive. At most 8 subdivisions
 /// (655,362 vertices).
@@ -40,7 +40,7 @@ pub fn icosphere<T: Scalar>(subdivisions: u32) -> Mesh<T> {
     connect(&points, &faces)
 }
 
-/// The faces after a new vertex (number n + e) was put on each edge e.
+/// The faces after a new vertex (index n + e) has been inserted into each edge e.
 fn split_in_four(mesh: &HalfedgeMesh) -> Vec<[u32; 3]> {
     let n = mesh.num_vertices();
     let number = |v: VertexId| v.index() as u32;
@@ -50,7 +50,7 @@ fn split_in_four(mesh: &HalfedgeMesh) -> Vec<[u32; 3]> {
         let around = [h, mesh.next(h), mesh.prev(h)];
         let middle = around.map(|h| (n + h.edge().index()) as u32);
         for k in 0..3 {
-            // The corner that the k-th halfedge leaves.
+            // The origin of the k-th halfedge.
             faces.push([
                 number(mesh.origin(around[k])),
                 middle[k],
@@ -83,7 +83,7 @@ pub(super) fn icosahedron_points() -> Vec<Point3<f64>> {
     points
 }
 
-/// Corners as [`icosahedron_points`] numbers them: 2 k + … along +x, +y, +z, then −x, −y, −z.
+/// Corners in the order of [`icosahedron_points`]: 2 k + … along +x, +y, +z, then −x, −y, −z.
 pub(super) const ICOSAHEDRON_FACES: [[u32; 3]; 20] = [
     [0, 4, 1],
     [0, 1, 10],
@@ -107,5 +107,5 @@ pub(super) const ICOSAHEDRON_FACES: [[u32; 3]; 20] = [
     [9, 11, 10],
 ];
 
-/// 655,362 vertices; one more takes gigabytes.
+/// Gives 655,362 vertices; one more subdivision takes gigabytes.
 const MAX_SUBDIVISIONS: u32 = 8;

@@ -9,8 +9,9 @@ use crate::scalar::Scalar;
 
 /// A torus about the z axis: genus 1, `around` × `across` vertices.
 ///
-/// **Units**: `major_radius` from the axis to the middle of the tube, `minor_radius` of the tube:
-/// lengths. `around` segments go round the axis, `across` round the tube; each is raised to 3.
+/// **Units**: `major_radius` (from the axis to the middle of the tube) and `minor_radius` (of the
+/// tube) are lengths. There are `around` segments around the axis and `across` segments around
+/// the tube, each at least 3.
 #[must_use]
 pub fn torus<T: Scalar>(major_radius: T, minor_radius: T, around: usize, across: usize) -> Mesh<T> {
     let (major, minor) = (major_radius.as_f64(), minor_radius.as_f64());

@@ -1,4 +1,4 @@
-//! Checks that several edits share.
+//! Checks shared by several edits.
 
 use super::error::EditError;
 use crate::ids::{EdgeId, FaceId, HalfedgeId, VertexId};
@@ -29,7 +29,8 @@ impl HalfedgeMesh {
             .ok_or(EditError::NoSuchFace { face, num_faces })
     }
 
-    /// That `more` edges still get numbers. Vertices and faces are fewer than edges.
+    /// Checks that ids are left for `more` edges. There are never more vertices or faces than
+    /// edges.
     pub(super) fn check_room(&self, more: usize) -> Result<(), EditError> {
         let num_edges = self.num_edges().saturating_add(more);
         (num_edges <= MOST_EDGES)
@@ -47,12 +48,12 @@ impl HalfedgeMesh {
         }
     }
 
-    /// Whether `halfedge` has a triangle on its left.
+    /// Returns true if the face on the left of `halfedge` is a triangle.
     pub(super) fn has_triangle(&self, halfedge: HalfedgeId) -> bool {
         !self.is_boundary_halfedge(halfedge)
             && self.next(self.next(self.next(halfedge))) == halfedge
     }
 }
 
-/// Edges whose halfedges all have numbers below `NONE`.
+/// The largest number of edges whose halfedge ids all stay below `NONE`.
 pub(crate) const MOST_EDGES: usize = (1 << 31) - 2;

@@ -1,18 +1,19 @@
-//! The edge collapse and the conditions under which it keeps the surface.
+//! The edge collapse, and the conditions under which it preserves the surface.
 //!
 //! Source of the link condition: Dey, Edelsbrunner, Guha, Nekhayev, "Topology preserving edge
-//! contraction" (1999). For polygons it reads: the ends of the edge have no neighbour and no face
-//! in common besides those that the edge itself brings about.
+//! contraction" (1999). For polygons: the ends of the edge have no common neighbour and no common
+//! face except those that the edge itself accounts for.
 
 use super::renumbering::Changes;
 use super::{EditError, Renumbering};
 use crate::ids::{EdgeId, FaceId, HalfedgeId, VertexId};
 use crate::mesh::HalfedgeMesh;
 
-/// The result of [`HalfedgeMesh::collapse`]: what was merged, what is gone, and the new numbers.
+/// The result of [`HalfedgeMesh::collapse`]: the merged and removed elements, and the
+/// renumbering.
 ///
-/// All fields but `renumbering` are in the numbers from *before* the edit, so that values can be
-/// merged first and the maps brought in line then:
+/// All fields except `renumbering` use the ids from *before* the edit, so that values can be
+/// merged first and the maps renumbered afterwards:
 ///
 /// ```
 /// # use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
@@ -31,28 +32,28 @@ use crate::mesh::HalfedgeMesh;
 #[derive(Clone, PartialEq, Eq, Debug)]
 #[must_use = "maps beside the mesh must be renumbered, too"]
 pub struct Collapsed {
-    /// The vertex that is gone: the origin of the halfedge.
+    /// The removed vertex: the origin of the halfedge.
     pub gone: VertexId,
-    /// The vertex that it was merged into: the target of the halfedge. Its number after the edit
-    /// is `renumbering.vertex(into)`.
+    /// The vertex that it was merged into: the target of the halfedge. Its id after the edit is
+    /// `renumbering.vertex(into)`.
     pub into: VertexId,
-    /// The edge that is gone with nothing in its place.
+    /// The edge that was removed without a replacement.
     pub edge: EdgeId,
-    /// The triangles on the left and on the right of the halfedge, each with its edge that is gone
-    /// and the edge into which that was merged. `None` where there is no triangle.
+    /// The triangles on the left and on the right of the halfedge, each with its removed edge and
+    /// the edge into which that was merged. `None` on a side without a triangle.
     pub closed: [Option<ClosedFace>; 2],
-    /// The change of numbers.
+    /// The renumbering of the elements.
     pub renumbering: Renumbering,
 }
 
-/// A triangle that a collapse closed; in the numbers from before the edit.
+/// A triangle closed by a collapse, with ids from before the edit.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct ClosedFace {
-    /// The triangle, which is gone.
+    /// The triangle, which is removed.
     pub face: FaceId,
-    /// Its edge at the vertex that is gone, which is gone, too.
+    /// Its edge at the removed vertex, which is removed as well.
     pub gone: EdgeId,
-    /// Its edge at the vertex that stays, into which the other was merged.
+    /// Its edge at the remaining vertex, into which the other one was merged.
     pub into: EdgeId,
 }
 
@@ -67,21 +68,20 @@ impl HalfedgeMesh {
     ///      ╱   c   ╲             ╱   c   ╲
     /// ```
     ///
-    /// The vertex u goes, and with it the edge. Of a triangle beside the edge the face goes and
-    /// the edge at u, the edge at v stays; a larger polygon loses a corner. The topology stays:
-    /// components, boundary loops and genus. The places of what is gone are filled with the last
-    /// elements, so the cost is O(k log k), where k sums the valences of u, v and of the vertex
-    /// that is moved and the degrees of the faces that are moved; the size of the mesh plays no
-    /// part.
+    /// The vertex u and the edge are removed. A triangle at the edge is removed together with its
+    /// edge at u, while its edge at v remains; a larger polygon loses a corner. The topology is
+    /// preserved: components, boundary loops and genus. Gaps are filled with the last elements,
+    /// so the cost is O(k log k), where k is the sum of the valences of u, v and the moved vertex
+    /// and of the degrees of the moved faces. It does not depend on the size of the mesh.
     ///
-    /// An inner vertex beside larger polygons may be left with only two edges.
+    /// An inner vertex next to larger polygons may be left with only two edges.
     ///
     /// # Errors
-    /// - [`EditError::LinkCondition`], [`EditError::SharedFace`]: the ends have a neighbour or a
-    ///   face in common beyond those at the edge.
+    /// - [`EditError::LinkCondition`], [`EditError::SharedFace`]: the ends have a common
+    ///   neighbour or face other than those at the edge.
     /// - [`EditError::Pinch`]: an inner edge between two boundary vertices.
     /// - [`EditError::LastFace`], [`EditError::BackToBack`], [`EditError::Flattens`]: too little
-    ///   would be left, as of a single triangle or a tetrahedron.
+    ///   would be left, as for a single triangle or a tetrahedron.
     /// - [`EditError::NoSuchHalfedge`].
     pub fn collapse(&mut self, halfedge: HalfedgeId) -> Result<Collapsed, EditError> {
         self.can_collapse(halfedge)?;
@@ -91,7 +91,7 @@ impl HalfedgeMesh {
         for h in incoming {
             self.set_target(h, v);
         }
-        // An edge of v besides the one that goes: it stays.
+        // An edge of v other than the collapsed one; it remains.
         let stays = self.next(halfedge);
         let closed = [halfedge, halfedge.twin()].map(|side| {
             let (before, after) = (self.prev(side), self.next(side));
@@ -104,7 +104,7 @@ impl HalfedgeMesh {
             if !had_triangle {
                 return None;
             }
-            // The halfedge on the side of v is the one after `halfedge`, before its twin.
+            // The halfedge on the side of v is the one after `halfedge`, or before its twin.
             let [keep, drop] = if side == halfedge {
                 [after, before]
             } else {
@@ -137,19 +137,19 @@ impl HalfedgeMesh {
         })
     }
 
-    /// Whether [`Self::collapse`] would merge the origin of the halfedge into its target; if not,
-    /// the reason. Changes nothing.
+    /// Checks whether [`Self::collapse`] would merge the origin of the halfedge into its target,
+    /// and returns the reason if not. The mesh is not changed.
     ///
-    /// Takes time in proportion to the valences of the two vertices.
+    /// The time is proportional to the valences of the two vertices.
     ///
     /// # Errors
-    /// As [`Self::collapse`].
+    /// Same as [`Self::collapse`].
     pub fn can_collapse(&self, halfedge: HalfedgeId) -> Result<(), EditError> {
         self.check_halfedge(halfedge)?;
         self.check_collapse(halfedge)
     }
 
-    /// Closes a face of two sides: `keep` takes the place of the twin of `drop`.
+    /// Closes a face with two sides: `keep` replaces the twin of `drop`.
     ///
     /// ```text
     ///        drop.twin()
@@ -176,7 +176,7 @@ impl HalfedgeMesh {
         }
     }
 
-    /// Stores `outgoing` for its origin, or the boundary halfedge of the same fan.
+    /// Stores `outgoing` at its origin, or the boundary halfedge of the same fan if there is one.
     fn store_outgoing(&mut self, outgoing: HalfedgeId) {
         let mut h = outgoing;
         while !self.is_boundary_halfedge(h) {
@@ -206,7 +206,8 @@ impl HalfedgeMesh {
                 .iter()
                 .all(|other| self.is_boundary_halfedge(other.twin()))
             {
-                // Then the edge is on the boundary, too, for its ends are: see the pinch above.
+                // In this case the edge is on the boundary as well, because its ends are: see the
+                // pinch check above.
                 return Err(EditError::LastFace { face });
             }
             apexes.push(self.target(others[0]));
@@ -224,7 +225,8 @@ impl HalfedgeMesh {
         Ok(())
     }
 
-    /// That the ends of `h` share only the `apexes` as neighbours, and no faces but its own.
+    /// Checks that the ends of `h` share only the `apexes` as neighbours, and no faces but those
+    /// of `h`.
     fn check_links(&self, h: HalfedgeId, apexes: &[VertexId]) -> Result<(), EditError> {
         let (u, v, edge) = (self.origin(h), self.target(h), h.edge());
         let mut neighbours: Vec<VertexId> = self.one_ring(u).collect();
@@ -243,7 +245,7 @@ impl HalfedgeMesh {
         }
     }
 
-    /// Whether the faces that stay at the ends of `h` will all be triangles.
+    /// Returns true if all remaining faces at the ends of `h` will be triangles.
     fn leaves_two_triangles(&self, h: HalfedgeId) -> bool {
         let own = h.edge().halfedges().map(|side| self.face(side));
         let ends = [self.origin(h), self.target(h)];
@@ -251,7 +253,7 @@ impl HalfedgeMesh {
             .flat_map(|end| self.vertex_faces(end))
             .all(|face| {
                 let degree = self.face_halfedges(face).take(5).count();
-                // A triangle at the edge goes; a square there becomes a triangle.
+                // A triangle at the edge is removed; a quad there becomes a triangle.
                 degree == 3 || (degree == 4 && own.contains(&Some(face)))
             })
     }
@@ -305,7 +307,7 @@ mod tests {
         edited.validate().unwrap();
         assert_eq!(changes.vertices()[0], (VertexId(3), None));
         assert_eq!(changes.vertices()[1], (VertexId(11), Some(VertexId(3))));
-        // Every edge that stays joins what it joined, with u merged into v.
+        // Each remaining edge joins the same vertices as before, with u merged into v.
         let renamed = |w| {
             let w = if w == VertexId(3) { mesh.target(h) } else { w };
             changes.vertex(w).unwrap()
@@ -341,12 +343,12 @@ mod tests {
 
     #[test]
     fn pinch_link_and_shared_face_are_refused() {
-        // A strip of four triangles: the inner edges join opposite borders.
+        // In a strip of four triangles, the inner edges join opposite borders.
         let strip = [[0, 1, 2], [2, 1, 3], [2, 3, 4], [4, 3, 5]];
         let strip = HalfedgeMesh::from_faces(6, &strip).unwrap();
         assert!(matches!(refused(&strip, 2, 3), EditError::Pinch { .. }));
         assert!(matches!(refused(&strip, 1, 2), EditError::Pinch { .. }));
-        // Around a hole of three sides each side has the third corner as a common neighbour.
+        // Around a hole with three sides, each side has the third corner as a common neighbour.
         let mut ring = TriangleFaces::octahedron().mesh().unwrap();
         let _ = ring.delete_faces(&[FaceId(0)]).unwrap();
         let [a, b] = ring.edge_vertices(ring.boundary_loops()[0].edge());
@@ -354,7 +356,8 @@ mod tests {
             refused(&ring, a.0, b.0),
             EditError::LinkCondition { .. }
         ));
-        // Two squares back to back, one of them with a roof: 0 and 2 meet again in the bottom.
+        // Two quads back to back, one of them with a roof: 0 and 2 are also both corners of the
+        // bottom.
         let faces = [vec![0, 1, 2], vec![0, 2, 3], vec![3, 2, 1, 0]];
         let roof = HalfedgeMesh::from_faces(4, &faces).unwrap();
         assert!(matches!(

@@ -9,7 +9,8 @@ use crate::mesh::HalfedgeMesh;
 /// The new boundary at a vertex that loses some of its faces.
 struct Border {
     vertex: VertexId,
-    /// The boundary halfedges that will arrive and leave; none if the vertex goes, too.
+    /// The boundary halfedges that will arrive and leave, or `None` if the vertex is removed as
+    /// well.
     sides: Option<[HalfedgeId; 2]>,
 }
 
@@ -24,12 +25,12 @@ impl HalfedgeMesh {
     ///    ●──────●──────●           ●──────●
     /// ```
     ///
-    /// Elements that stay keep their order and move up into the gaps. O(n). A face may be listed
-    /// more than once; with all faces gone the mesh is empty.
+    /// The remaining elements keep their order and move up to close the gaps. O(n). A face may be
+    /// listed more than once. If all faces are removed, the mesh is empty.
     ///
     /// # Errors
-    /// [`EditError::BowTie`] if a vertex would join several fans of faces (the lowest such vertex
-    /// is named), [`EditError::NoSuchFace`].
+    /// [`EditError::BowTie`] if several fans of faces would meet at a vertex (the lowest such
+    /// vertex is reported), [`EditError::NoSuchFace`].
     pub fn delete_faces(&mut self, faces: &[FaceId]) -> Result<Renumbering, EditError> {
         let mut doomed = FaceMap::filled(self.num_faces(), false);
         for &face in faces {
@@ -43,7 +44,7 @@ impl HalfedgeMesh {
         for h in self.halfedges() {
             if self.face(h).is_some_and(|f| doomed[f]) {
                 self.face[h.index()] = NONE;
-                // Both sides are without a face if the other one was, or has lost its own.
+                // Both sides are without a face if the other side had none or has lost its own.
                 lost_edges[h.edge()] = self.is_boundary_halfedge(h.twin());
             }
         }
@@ -65,7 +66,7 @@ impl HalfedgeMesh {
         Ok(renumbering)
     }
 
-    /// The boundary at every corner of the doomed faces, ascending by vertex.
+    /// The new boundary at each corner of the doomed faces, in ascending order of the vertices.
     fn new_borders(&self, doomed: &FaceMap<bool>) -> Result<Vec<Border>, EditError> {
         let mut touched = VertexMap::filled(self.num_vertices(), false);
         for (face, _) in doomed.iter().filter(|(_, is_doomed)| **is_doomed) {
@@ -77,7 +78,7 @@ impl HalfedgeMesh {
             .collect()
     }
 
-    /// Walks once around a vertex and looks where faces that stay begin and end.
+    /// Walks once around a vertex and finds the places where remaining faces begin and end.
     fn new_border(&self, vertex: VertexId, doomed: &FaceMap<bool>) -> Result<Border, EditError> {
         let stays = |h: HalfedgeId| self.face(h).is_some_and(|face| !doomed[face]);
         let mut num_fans = 0;
@@ -146,7 +147,7 @@ mod tests {
 
     #[test]
     fn a_bow_tie_is_refused() {
-        // Two by two squares: opposite squares meet in the middle only.
+        // A grid of two by two squares: opposite squares meet only in the middle.
         let faces = [[0, 1, 4, 3], [1, 2, 5, 4], [3, 4, 7, 6], [4, 5, 8, 7u32]];
         let mesh = HalfedgeMesh::from_faces(9, &faces).unwrap();
         let mut edited = mesh.clone();

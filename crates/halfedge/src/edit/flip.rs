@@ -4,24 +4,25 @@ use super::EditError;
 use crate::ids::{EdgeId, FaceId, VertexId};
 use crate::mesh::HalfedgeMesh;
 
-/// The result of [`HalfedgeMesh::flip_edge`]: no element is new and none is gone, but the edge
-/// joins other vertices and its two triangles have other corners.
+/// The result of [`HalfedgeMesh::flip_edge`]. No element is added or removed, but the edge joins
+/// other vertices and its two triangles have other corners.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct FlippedEdge {
-    /// The edge, which keeps its number.
+    /// The edge, whose id does not change.
     pub edge: EdgeId,
-    /// The ends of the edge before the flip, which are now opposite to it: origin and target of
-    /// its first halfedge.
-    pub old_ends: [VertexId; 2],
-    /// The ends of the edge after the flip, which were opposite to it: origin and target of its
+    /// The ends of the edge before the flip, which are now opposite it: origin and target of its
     /// first halfedge.
+    pub old_ends: [VertexId; 2],
+    /// The ends of the edge after the flip, which used to be opposite it: origin and target of
+    /// its first halfedge.
     pub new_ends: [VertexId; 2],
-    /// The triangles on the left and on the right of the edge, which keep their numbers.
+    /// The triangles on the left and on the right of the edge, whose ids do not change.
     pub faces: [FaceId; 2],
 }
 
 impl HalfedgeMesh {
-    /// Turns an edge between two triangles, counter-clockwise, to join the other two corners.
+    /// Turns an edge between two triangles counter-clockwise, so that it joins the two opposite
+    /// corners.
     ///
     /// ```text
     ///         d                     d
@@ -33,14 +34,14 @@ impl HalfedgeMesh {
     ///         c                     c
     /// ```
     ///
-    /// Here h is the first halfedge of the edge; no element changes its number. A second flip
-    /// restores the edge with its sides interchanged, a fourth one everything. After two flips the
-    /// two faces have changed places, so values per face that differ must be exchanged.
+    /// Here h is the first halfedge of the edge. All ids stay the same. A second flip restores
+    /// the edge with its sides swapped, a fourth one restores everything. After two flips the two
+    /// faces have changed places, so differing per-face values must be swapped.
     ///
     /// # Errors
-    /// - [`EditError::BoundaryEdge`], [`EditError::NotTriangle`]: the edge does not lie between
-    ///   two triangles.
-    /// - [`EditError::EdgeExists`]: c and d are joined already, as in a tetrahedron.
+    /// - [`EditError::BoundaryEdge`], [`EditError::NotTriangle`]: the edge is not between two
+    ///   triangles.
+    /// - [`EditError::EdgeExists`]: c and d are already joined, as in a tetrahedron.
     /// - [`EditError::BackToBack`]: c = d.
     /// - [`EditError::NoSuchEdge`].
     pub fn flip_edge(&mut self, edge: EdgeId) -> Result<FlippedEdge, EditError> {
@@ -72,10 +73,11 @@ impl HalfedgeMesh {
         Ok(flipped)
     }
 
-    /// Whether [`Self::flip_edge`] would flip the edge; if not, the reason. Changes nothing.
+    /// Checks whether [`Self::flip_edge`] would flip the edge, and returns the reason if not. The
+    /// mesh is not changed.
     ///
     /// # Errors
-    /// As [`Self::flip_edge`].
+    /// Same as [`Self::flip_edge`].
     pub fn can_flip(&self, edge: EdgeId) -> Result<(), EditError> {
         self.check_flip(edge).map(drop)
     }

@@ -1,15 +1,15 @@
-//! Which elements an edit took away, and which got another number to close the gaps.
+//! The elements that an edit removed, and those that got a new id to close the gaps.
 
 use super::{EditError, check_length};
 use crate::ids::{EdgeId, FaceId, HalfedgeId, Id, VertexId};
 use crate::map::{DenseMap, EdgeMap, FaceMap, HalfedgeMap, VertexMap};
 use crate::mesh::HalfedgeMesh;
 
-/// The change of numbers that an edit has made: apply it to every map kept beside the mesh.
+/// The change of ids made by an edit. Apply it to every map that belongs to the mesh.
 ///
-/// A sparse list for each kind of element, ascending by the old id: `None` for an element that is
-/// gone, the new id for one that has moved. Elements that are not listed keep their numbers.
-/// Halfedges move along with their edges.
+/// There is a sparse list for each kind of element in ascending order of the old ids, with `None`
+/// for a removed element and the new id for a moved one. Elements that are not listed keep their
+/// ids. Halfedges move with their edges.
 ///
 /// ```
 /// use cotan_halfedge::{FaceId, HalfedgeMesh, VertexId, VertexMap};
@@ -35,13 +35,14 @@ pub struct Renumbering {
 pub(super) struct Changes<I> {
     old_len: usize,
     new_len: usize,
-    /// Ascending by old id; a new id is below `new_len`, and its place is free by the time that
-    /// the changes before it have been made.
+    /// In ascending order of the old ids. A new id is below `new_len`, and its place is free once
+    /// all earlier changes have been applied.
     list: Vec<(I, Option<I>)>,
 }
 
 impl<I: Id> Changes<I> {
-    /// Closes the gaps with the last elements: at most twice as many changes as `removed` has.
+    /// Closes the gaps with the last elements. The list has at most twice as many entries as
+    /// `removed`.
     pub(super) fn fill_gaps(old_len: usize, mut removed: Vec<I>) -> Self {
         removed.sort_unstable();
         removed.dedup();
@@ -62,7 +63,7 @@ impl<I: Id> Changes<I> {
         }
     }
 
-    /// Closes the gaps by moving all later elements up: those that stay keep their order.
+    /// Closes the gaps by moving all later elements up, which preserves the order of the others.
     pub(super) fn move_up(removed: &DenseMap<I, bool>) -> Self {
         let mut new_len = 0;
         let mut list = Vec::new();
@@ -83,7 +84,7 @@ impl<I: Id> Changes<I> {
         }
     }
 
-    /// Old and new ids of the elements that have moved, in the order of `list`.
+    /// Old and new ids of the moved elements, in the order of `list`.
     fn moves(&self) -> impl Iterator<Item = (I, I)> + '_ {
         self.list.iter().filter_map(|&(old, new)| Some((old, new?)))
     }
@@ -106,27 +107,27 @@ impl<I: Id> Changes<I> {
 }
 
 impl Renumbering {
-    /// The vertices that are gone (`None`) or have moved, ascending by their old ids.
+    /// The removed (`None`) and moved vertices, in ascending order of their old ids.
     pub fn vertices(&self) -> &[(VertexId, Option<VertexId>)] {
         &self.vertices.list
     }
 
-    /// The edges that are gone (`None`) or have moved, ascending by their old ids.
+    /// The removed (`None`) and moved edges, in ascending order of their old ids.
     pub fn edges(&self) -> &[(EdgeId, Option<EdgeId>)] {
         &self.edges.list
     }
 
-    /// The faces that are gone (`None`) or have moved, ascending by their old ids.
+    /// The removed (`None`) and moved faces, in ascending order of their old ids.
     pub fn faces(&self) -> &[(FaceId, Option<FaceId>)] {
         &self.faces.list
     }
 
-    /// The new id of the vertex that was `old`, or `None` if it is gone.
+    /// The new id of the vertex that was `old`, or `None` if it was removed.
     pub fn vertex(&self, old: VertexId) -> Option<VertexId> {
         self.vertices.new_id(old)
     }
 
-    /// The new id of the halfedge that was `old`, or `None` if it is gone.
+    /// The new id of the halfedge that was `old`, or `None` if it was removed.
     pub fn halfedge(&self, old: HalfedgeId) -> Option<HalfedgeId> {
         let [first, second] = self.edge(old.edge())?.halfedges();
         Some(if old == old.edge().halfedge() {
@@ -136,28 +137,28 @@ impl Renumbering {
         })
     }
 
-    /// The new id of the edge that was `old`, or `None` if it is gone.
+    /// The new id of the edge that was `old`, or `None` if it was removed.
     pub fn edge(&self, old: EdgeId) -> Option<EdgeId> {
         self.edges.new_id(old)
     }
 
-    /// The new id of the face that was `old`, or `None` if it is gone.
+    /// The new id of the face that was `old`, or `None` if it was removed.
     pub fn face(&self, old: FaceId) -> Option<FaceId> {
         self.faces.new_id(old)
     }
 
-    /// Brings a map over the vertices in line with the edited mesh.
+    /// Updates a vertex map to match the edited mesh.
     ///
     /// # Errors
-    /// [`EditError::MapLength`] if the map does not fit the mesh before the edit.
+    /// [`EditError::MapLength`] if the map does not match the mesh before the edit.
     pub fn apply_vertices<T>(&self, map: &mut VertexMap<T>) -> Result<(), EditError> {
         self.vertices.apply("vertices", map)
     }
 
-    /// Brings a map over the halfedges in line with the edited mesh.
+    /// Updates a halfedge map to match the edited mesh.
     ///
     /// # Errors
-    /// [`EditError::MapLength`] if the map does not fit the mesh before the edit.
+    /// [`EditError::MapLength`] if the map does not match the mesh before the edit.
     pub fn apply_halfedges<T>(&self, map: &mut HalfedgeMap<T>) -> Result<(), EditError> {
         check_length("halfedges", 2 * self.edges.old_len, map.len())?;
         for (old, new) in self.edges.moves() {
@@ -169,28 +170,28 @@ impl Renumbering {
         Ok(())
     }
 
-    /// Brings a map over the edges in line with the edited mesh.
+    /// Updates an edge map to match the edited mesh.
     ///
     /// # Errors
-    /// [`EditError::MapLength`] if the map does not fit the mesh before the edit.
+    /// [`EditError::MapLength`] if the map does not match the mesh before the edit.
     pub fn apply_edges<T>(&self, map: &mut EdgeMap<T>) -> Result<(), EditError> {
         self.edges.apply("edges", map)
     }
 
-    /// Brings a map over the faces in line with the edited mesh.
+    /// Updates a face map to match the edited mesh.
     ///
     /// # Errors
-    /// [`EditError::MapLength`] if the map does not fit the mesh before the edit.
+    /// [`EditError::MapLength`] if the map does not match the mesh before the edit.
     pub fn apply_faces<T>(&self, map: &mut FaceMap<T>) -> Result<(), EditError> {
         self.faces.apply("faces", map)
     }
 }
 
 impl HalfedgeMesh {
-    /// Moves the elements to their new places and drops what is left over.
+    /// Moves the elements to their new places and drops the rest.
     ///
-    /// Nothing that stays may refer to an element that goes. Moving an edge takes constant time,
-    /// a vertex its valence, a face its degree.
+    /// No remaining element may refer to a removed one. Moving an edge takes constant time,
+    /// moving a vertex or a face takes time proportional to its valence or degree.
     pub(super) fn renumber(&mut self, renumbering: &Renumbering) {
         for (old, new) in renumbering.edges.moves() {
             self.move_edge(old, new);
@@ -212,7 +213,7 @@ impl HalfedgeMesh {
 
     fn move_edge(&mut self, old: EdgeId, new: EdgeId) {
         let (from, to) = (old.halfedges(), new.halfedges());
-        // No link leads from an edge to itself: every vertex that stays has two edges or more.
+        // No edge links to itself: each remaining vertex has at least two edges.
         for side in 0..2 {
             let (next, prev) = (self.next(from[side]), self.prev(from[side]));
             self.set_target(to[side], self.target(from[side]));

@@ -1,4 +1,4 @@
-//! A new vertex in an edge.
+//! Insertion of a vertex into an edge.
 
 use super::{CutFace, EditError};
 use crate::ids::{EdgeId, FaceId, VertexId};
@@ -22,30 +22,30 @@ use crate::mesh::HalfedgeMesh;
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct SplitEdge {
-    /// The new vertex in the edge.
+    /// The new vertex on the edge.
     pub vertex: VertexId,
     /// The ends of the edge before the split: origin and target of its first halfedge.
     pub ends: [VertexId; 2],
-    /// The two halves of the edge, at the first end and at the second. The first has the number of
-    /// the edge that was split, the second is new.
+    /// The two halves of the edge, at the first end and at the second. The first half keeps the
+    /// id of the edge, the second is new.
     pub halves: [EdgeId; 2],
-    /// The triangles on the left and on the right of the edge, each cut in two by a new edge
-    /// between the new vertex and the opposite corner. `None` for the outside and for a larger
-    /// polygon, which only gains a corner.
+    /// The triangles on the left and on the right of the edge, each cut in two by a new edge from
+    /// the new vertex to the opposite corner. `None` at a boundary and for a larger polygon,
+    /// which only gains a corner.
     pub cuts: [Option<CutFace>; 2],
 }
 
 impl SplitEdge {
-    /// Parent and child of every new face, in the order of the children.
+    /// Parent and child of each new face, in the order of the children.
     pub fn faces(&self) -> impl Iterator<Item = (FaceId, FaceId)> + use<> {
         let cuts = self.cuts.into_iter().flatten();
         cuts.map(|cut| (cut.parent, cut.child))
     }
 
-    /// Appends the value of the parent for every new face.
+    /// Appends the value of the parent for each new face.
     ///
     /// # Errors
-    /// [`EditError::MapLength`] if the map does not fit the mesh before the edit.
+    /// [`EditError::MapLength`] if the map does not match the mesh before the edit.
     pub fn apply_faces<T: Clone>(&self, map: &mut FaceMap<T>) -> Result<(), EditError> {
         super::inherit("faces", map, self.faces())
     }
@@ -54,7 +54,7 @@ impl SplitEdge {
     /// triangles.
     ///
     /// # Errors
-    /// [`EditError::MapLength`] if the map does not fit the mesh before the edit.
+    /// [`EditError::MapLength`] if the map does not match the mesh before the edit.
     pub fn apply_edges<T: Clone>(&self, map: &mut EdgeMap<T>, inside: T) -> Result<(), EditError> {
         let [parent, child] = self.halves;
         super::inherit("edges", map, [(parent, child)])?;
@@ -65,8 +65,8 @@ impl SplitEdge {
 }
 
 impl HalfedgeMesh {
-    /// Inserts a vertex into an edge. Triangles beside it are split in two; a larger polygon gains
-    /// a corner.
+    /// Inserts a vertex into an edge. Triangles at the edge are split in two; a larger polygon
+    /// gains a corner.
     ///
     /// ```text
     ///         d                     d
@@ -78,13 +78,14 @@ impl HalfedgeMesh {
     ///         c                     c
     /// ```
     ///
-    /// Here h is the first halfedge of the edge. The edge keeps its number, its origin u and the
-    /// faces on the side of u. New, in this order: the vertex m, the edge m→v, the edge m→d and
-    /// the face (m, v, d) if there is a triangle with d, the edge c→m and the face (c, v, m) if
-    /// there is one with c. So a triangle mesh stays one, also on the boundary.
+    /// Here h is the first halfedge of the edge. The edge keeps its id, its origin u and the
+    /// faces on the side of u. New elements, in this order: the vertex m, the edge m→v; if there
+    /// is a triangle with d, the edge m→d and the face (m, v, d); if there is one with c, the
+    /// edge c→m and the face (c, v, m). A triangle mesh therefore stays a triangle mesh, also at
+    /// the boundary.
     ///
     /// # Errors
-    /// [`EditError::BackToBack`] if c = d: m would be joined to it twice;
+    /// [`EditError::BackToBack`] if c = d, because m would be joined to it twice;
     /// [`EditError::NoSuchEdge`], [`EditError::TooLarge`].
     ///
     /// ```

@@ -1,19 +1,19 @@
-//! A face cut up: at a new vertex, or between two of its corners.
+//! Splitting a face at a new vertex or between two of its corners.
 
 use super::EditError;
 use crate::ids::{EdgeId, FaceId, HalfedgeId, VertexId};
 use crate::map::FaceMap;
 use crate::mesh::HalfedgeMesh;
 
-/// A face cut in two by a new edge: the result of [`HalfedgeMesh::connect_corners`], and what
-/// [`HalfedgeMesh::split_edge`] does to each triangle at the edge.
+/// A face cut in two by a new edge: the result of [`HalfedgeMesh::connect_corners`], and of
+/// [`HalfedgeMesh::split_edge`] for each triangle at the edge.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct CutFace {
     /// The new edge between the two parts.
     pub edge: EdgeId,
-    /// The face that was cut; it keeps its number for one of the parts.
+    /// The face that was cut. It keeps its id as one of the parts.
     pub parent: FaceId,
-    /// The other part: a new face.
+    /// The other part, a new face.
     pub child: FaceId,
 }
 
@@ -21,7 +21,7 @@ impl CutFace {
     /// Appends the value of the parent for the new face.
     ///
     /// # Errors
-    /// [`EditError::MapLength`] if the map does not fit the mesh before the edit.
+    /// [`EditError::MapLength`] if the map does not match the mesh before the edit.
     pub fn apply_faces<T: Clone>(&self, map: &mut FaceMap<T>) -> Result<(), EditError> {
         super::inherit("faces", map, [(self.parent, self.child)])
     }
@@ -45,21 +45,21 @@ impl CutFace {
 pub struct SplitFace {
     /// The new vertex inside the face.
     pub vertex: VertexId,
-    /// The corners of the face that was split, from its first halfedge on.
+    /// The corners of the face that was split, starting from its first halfedge.
     pub corners: Vec<VertexId>,
     /// The new edges from the vertex to the corners, in the order of the corners.
     pub edges: Vec<EdgeId>,
-    /// The face that was split; it keeps its number for the triangle at its first halfedge.
+    /// The face that was split. It keeps its id as the triangle at its first halfedge.
     pub parent: FaceId,
     /// The new faces: the triangles at the other halfedges, in order.
     pub children: Vec<FaceId>,
 }
 
 impl SplitFace {
-    /// Appends the value of the parent for every new face.
+    /// Appends the value of the parent for each new face.
     ///
     /// # Errors
-    /// [`EditError::MapLength`] if the map does not fit the mesh before the edit.
+    /// [`EditError::MapLength`] if the map does not match the mesh before the edit.
     pub fn apply_faces<T: Clone>(&self, map: &mut FaceMap<T>) -> Result<(), EditError> {
         let children = self.children.iter().map(|&child| (self.parent, child));
         super::inherit("faces", map, children)
@@ -79,8 +79,8 @@ impl HalfedgeMesh {
     ///    a───first──▶b         a─────────▶b
     /// ```
     ///
-    /// The face keeps its number and its first halfedge; the triangles at the other halfedges
-    /// follow in order as new faces. New edges run from m to the corners, in order from the first.
+    /// The face keeps its id and its first halfedge. The triangles at the other halfedges become
+    /// new faces in order. New edges run from m to the corners, in order from the first.
     ///
     /// # Errors
     /// [`EditError::NoSuchFace`], [`EditError::TooLarge`]. A face that exists can always be split.
@@ -117,7 +117,7 @@ impl HalfedgeMesh {
         })
     }
 
-    /// Cuts a face in two by an edge between two of its corners.
+    /// Cuts a face in two with an edge between two of its corners.
     ///
     /// ```text
     ///    ◀──── to            ◀──── to
@@ -128,12 +128,14 @@ impl HalfedgeMesh {
     /// ```
     ///
     /// The corners are the origins of the halfedges `from` and `to`. The new edge runs from the
-    /// first to the second and keeps the old face on its left; the part from `from` to `to` is the
-    /// new face.
+    /// first to the second and has the old face on its left; the part from `from` to `to` becomes
+    /// the new face.
     ///
     /// # Errors
-    /// - [`EditError::NotOneFace`]: the halfedges do not belong to one face, or are the same.
-    /// - [`EditError::EdgeExists`]: an edge joins the corners already, be it a side of the face.
+    /// - [`EditError::NotOneFace`]: the halfedges do not belong to the same face, or are
+    ///   identical.
+    /// - [`EditError::EdgeExists`]: an edge already joins the corners, possibly a side of the
+    ///   face.
     /// - [`EditError::NoSuchHalfedge`], [`EditError::TooLarge`].
     pub fn connect_corners(
         &mut self,

@@ -1,10 +1,10 @@
-//! The steps that edits are made of. Between two of them the mesh may be broken.
+//! The elementary steps of edits. Between two steps the mesh may be inconsistent.
 
 use crate::ids::{FaceId, HalfedgeId, NONE, VertexId};
 use crate::mesh::HalfedgeMesh;
 
 impl HalfedgeMesh {
-    /// Makes `after` follow `before`.
+    /// Makes `after` the successor of `before`.
     pub(super) fn link(&mut self, before: HalfedgeId, after: HalfedgeId) {
         self.next[before.index()] = after;
         self.prev[after.index()] = before;
@@ -18,7 +18,8 @@ impl HalfedgeMesh {
         self.face[to.index()] = self.face[from.index()];
     }
 
-    /// Appends an edge without links and faces; the halfedge from `origin` to `target`.
+    /// Appends an edge without links and faces, and returns its halfedge from `origin` to
+    /// `target`.
     pub(super) fn push_edge(&mut self, origin: VertexId, target: VertexId) -> HalfedgeId {
         let h = HalfedgeId::new(self.num_halfedges());
         self.target.extend([target, origin]);
@@ -42,7 +43,7 @@ impl HalfedgeMesh {
         }
     }
 
-    /// Joins the origins of two halfedges of one face by a new edge.
+    /// Joins the origins of two halfedges of the same face by a new edge.
     ///
     /// ```text
     ///    ◀───── to            ◀───── to
@@ -52,8 +53,8 @@ impl HalfedgeMesh {
     ///    ● from ─▶            ● from ─▶
     /// ```
     ///
-    /// The result runs from the origin of `from` to that of `to` and has the old face on its
-    /// left. Takes as long as the cut-off part has corners.
+    /// The returned halfedge runs from the origin of `from` to that of `to` and has the old face
+    /// on its left. The time is proportional to the number of corners of the cut-off part.
     pub(super) fn cut_face(&mut self, from: HalfedgeId, to: HalfedgeId) -> HalfedgeId {
         let (before_from, before_to) = (self.prev(from), self.prev(to));
         let cut = self.push_edge(self.origin(from), self.origin(to));
@@ -67,7 +68,7 @@ impl HalfedgeMesh {
         if let Some(face) = old_face
             && self.face(self.face_halfedge(face)) == Some(new_face)
         {
-            // The first halfedge went over to the new face.
+            // The first halfedge now belongs to the new face.
             self.face_halfedge[face.index()] = cut;
         }
         cut

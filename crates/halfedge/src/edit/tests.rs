@@ -1,4 +1,4 @@
-//! The promises of every edit: topology, invariants, and maps that follow.
+//! The guarantees of every edit: topology, invariants, and updated maps.
 
 use proptest::prelude::*;
 
@@ -8,7 +8,7 @@ use crate::map::{EdgeMap, FaceMap, HalfedgeMap, VertexMap};
 use crate::mesh::HalfedgeMesh;
 use crate::testing::{self, Edit};
 
-/// Checks the promises about the topology, and that a refusal changes nothing.
+/// Checks the guarantees about the topology, and that a rejected edit changes nothing.
 fn check(edit: &Edit, mesh: &mut HalfedgeMesh) -> Result<(), TestCaseError> {
     let before = mesh.clone();
     let result = edit.apply(mesh);
@@ -31,7 +31,7 @@ fn check(edit: &Edit, mesh: &mut HalfedgeMesh) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// Renumbered maps must say of every element that stays what they said before.
+/// Checks that renumbered maps keep the value of every remaining element.
 fn check_renumbering(
     before: &HalfedgeMesh,
     after: &HalfedgeMesh,
@@ -69,7 +69,7 @@ fn check_renumbering(
     Ok(())
 }
 
-/// Removed elements must be gone, and merged edges must have met in the triangle.
+/// Checks that removed elements are gone, and that merged edges were sides of the triangle.
 fn check_collapsed(
     before: &HalfedgeMesh,
     after: &HalfedgeMesh,
@@ -90,7 +90,7 @@ fn check_collapsed(
         num_edges -= 1;
         prop_assert_eq!(before.face(side), Some(face));
         prop_assert_eq!((new.face(face), new.edge(gone)), (None, None));
-        // Both edges lead to the corner opposite to the halfedge.
+        // Both edges lead to the corner opposite the halfedge.
         let apex = before.target(before.next(side));
         for (edge, end) in [(gone, collapsed.gone), (into, collapsed.into)] {
             let mut ends = before.edge_vertices(edge);
@@ -107,7 +107,7 @@ fn check_collapsed(
     Ok(())
 }
 
-/// The corners that a child has in common with its parent before the edit.
+/// The corners that a child shares with its parent before the edit.
 fn is_part(
     before: &HalfedgeMesh,
     after: &HalfedgeMesh,
@@ -131,7 +131,7 @@ proptest! {
         let mut faces: FaceMap<_> = mesh.faces().collect();
         let mut edges: EdgeMap<_> = mesh.edges().map(Some).collect();
 
-        // The edge split: halves, cuts, and the maps that follow.
+        // The edge split: halves, cuts, and updated maps.
         let edge = EdgeId::new(at.index(mesh.num_edges()));
         let mut edited = mesh.clone();
         if let Ok(split) = edited.split_edge(edge) {
@@ -156,7 +156,7 @@ proptest! {
             for (part, &parent) in &faces {
                 prop_assert!(is_part(&mesh, &edited, parent, part, &[split.vertex]));
             }
-            // A map of the mesh after the edit does not fit once more.
+            // A map that was already updated no longer fits.
             prop_assert!(split.apply_faces(&mut faces).is_err() == split.faces().next().is_some());
         }
 
@@ -213,7 +213,7 @@ proptest! {
         mesh in testing::triangle_mesh(),
         order in prop::collection::vec(any::<prop::sample::Index>(), 200),
     ) {
-        // A long run on one mesh reaches the small cases where most conditions bite.
+        // A long run on one mesh reaches the small cases in which most conditions apply.
         let mut small = mesh.clone();
         for at in order {
             let h = HalfedgeId::new(at.index(small.num_halfedges()));
@@ -311,7 +311,7 @@ proptest! {
             flipped.flip_edge(edge).unwrap();
             let [u, v] = mesh.edge_vertices(edge);
             prop_assert_eq!(flipped.edge_vertices(edge), [v, u]);
-            // Up to the two triangles, which have swapped their numbers.
+            // Equal except for the two triangles, which have swapped their ids.
             let rings = |mesh: &HalfedgeMesh| -> Vec<Vec<VertexId>> {
                 let sorted = |v| {
                     let mut ring: Vec<_> = mesh.one_ring(v).collect();

@@ -1,4 +1,4 @@
-//! Triangulation of polygons, by request.
+//! Triangulation of polygons, on request.
 
 use std::collections::HashSet;
 
@@ -18,17 +18,18 @@ impl HalfedgeMesh {
     ///      ● ─── b             ● ─── b      ● first corner
     /// ```
     ///
-    /// The fan starts from the first corner of the face, or, if one of its diagonals is an edge
-    /// of the mesh already, from the next corner where none is. There are no positions here, so
-    /// the shape of the polygon plays no part: of a polygon that is not convex some triangles may
-    /// be turned over. Vertices, edges and triangles keep their numbers; a polygon keeps its
-    /// number for the last triangle of its fan, the others follow after the last face.
+    /// The fan starts at the first corner of the face, or, if one of its diagonals already exists
+    /// as an edge, at the next corner without such a diagonal. Positions are not known here, so
+    /// the shape of the polygon is ignored: in a non-convex polygon some triangles may be
+    /// inverted. Vertices, edges and triangles keep their ids. A polygon keeps its id as the last
+    /// triangle of its fan, and the other triangles are appended after the last face.
     ///
-    /// Returns for every face the face that it was a part of.
+    /// Returns for each face the face that it was part of.
     ///
     /// # Errors
-    /// [`EditError::NoFan`] if every fan of a face would double an edge (then
-    /// [`HalfedgeMesh::split_face`] helps), [`EditError::TooLarge`]. The mesh is as before then.
+    /// [`EditError::NoFan`] if every fan of a face would double an edge (use
+    /// [`HalfedgeMesh::split_face`] in that case), [`EditError::TooLarge`]. The mesh is then
+    /// unchanged.
     ///
     /// ```
     /// # use cotan_halfedge::HalfedgeMesh;
@@ -43,13 +44,14 @@ impl HalfedgeMesh {
         if self.is_triangle_mesh() {
             return Ok(source);
         }
-        // A mesh of triangles has two faces an inner edge: this many diagonals are missing.
+        // A triangle mesh has two faces per inner edge, which gives the number of missing
+        // diagonals.
         let num_corners = self
             .halfedges()
             .filter(|&h| !self.is_boundary_halfedge(h))
             .count();
         self.check_room(num_corners - 3 * self.num_faces())?;
-        // Whether a fan fits depends on the diagonals before it, so they go into a copy.
+        // A fan may become invalid through earlier diagonals, so the cuts are made on a copy.
         let mut cutter = Cutter::new(self.clone());
         for face in self.faces() {
             let corners: Vec<HalfedgeId> = self.face_halfedges(face).collect();
@@ -65,12 +67,13 @@ impl HalfedgeMesh {
     }
 }
 
-/// A mesh on its way to triangles.
+/// A mesh that is being triangulated.
 struct Cutter {
     mesh: HalfedgeMesh,
-    /// The ends of all edges, the lower first. Only asked for membership, so its order is nobody's.
+    /// The ends of all edges, lower end first. Used for membership tests only, so its order never
+    /// matters.
     edges: HashSet<[VertexId; 2]>,
-    /// The last face at hand that each vertex was a corner of.
+    /// For each vertex, the last processed face that has it as a corner.
     corner_of: VertexMap<u32>,
 }
 
@@ -107,16 +110,16 @@ impl Cutter {
         Ok(())
     }
 
-    /// Whether no diagonal from corner number `apex` is an edge already.
+    /// Returns true if no diagonal from corner `apex` already exists as an edge.
     ///
-    /// Looks at the neighbours of the corner or at the other corners, whichever are fewer: so
+    /// Checks the neighbours of the corner or the other corners, whichever are fewer, so that
     /// neither a hub among many small faces nor a face with very many corners is slow.
     fn is_free(&self, face: FaceId, corners: &[HalfedgeId], apex: usize) -> bool {
         let degree = corners.len();
         let vertex = self.mesh.origin(corners[apex]);
         if self.mesh.one_ring(vertex).nth(degree).is_none() {
             let on_face = |&w: &VertexId| self.corner_of[w] == face.0;
-            // The corners before and after are neighbours, of course.
+            // The previous and the next corner are always neighbours.
             return self.mesh.one_ring(vertex).filter(on_face).count() == 2;
         }
         (2..degree - 1).all(|step| {
@@ -160,8 +163,8 @@ mod tests {
 
     #[test]
     fn a_polygon_whose_corners_are_all_joined_is_refused() {
-        // The torus of seven vertices joins each to each other. In place of the triangles around
-        // vertex 6 it gets one hexagon, all of whose diagonals are edges then.
+        // The torus with seven vertices joins each pair of them. The triangles around vertex 6
+        // are replaced by a hexagon, all of whose diagonals are edges.
         let triangles = (0..7u32).flat_map(|i| {
             let at = |k| (i + k) % 7;
             [vec![i, at(1), at(3)], vec![i, at(3), at(2)]]
@@ -188,7 +191,7 @@ mod tests {
 
     #[test]
     fn hubs_and_large_polygons_are_quick() {
-        // Squares around one vertex, and one polygon of as many corners.
+        // Quads around one vertex, and one polygon with the same number of corners.
         const N: u32 = 100_000;
         let squares = (0..N).map(|i| vec![2 * N, 2 * i, 2 * i + 1, (2 * i + 2) % (2 * N)]);
         let mut mesh = HalfedgeMesh::from_faces(2 * N as usize + 1, &squares.collect::<Vec<_>>());

@@ -1,4 +1,4 @@
-//! Random edits, drawn before the mesh that they are applied to is known.
+//! Random edits that are drawn before the mesh they are applied to is known.
 
 use proptest::prelude::*;
 use proptest::sample::Index;
@@ -7,7 +7,7 @@ use crate::edit::EditError;
 use crate::ids::{EdgeId, FaceId, HalfedgeId};
 use crate::mesh::HalfedgeMesh;
 
-/// An edit somewhere: each index picks an element of whatever mesh it is applied to.
+/// An edit at a random location: each index picks an element of the mesh it is applied to.
 #[derive(Clone, Debug)]
 pub enum Edit {
     /// [`HalfedgeMesh::flip_edge`].
@@ -16,7 +16,7 @@ pub enum Edit {
     SplitEdge(Index),
     /// [`HalfedgeMesh::split_face`].
     SplitFace(Index),
-    /// [`HalfedgeMesh::connect_corners`] of a halfedge and one further on in its loop.
+    /// [`HalfedgeMesh::connect_corners`] of a halfedge and a later one in its loop.
     ConnectCorners(Index, usize),
     /// [`HalfedgeMesh::collapse`].
     Collapse(Index),
@@ -29,10 +29,10 @@ pub enum Edit {
 }
 
 impl Edit {
-    /// Applies the edit; to the mesh without elements it does nothing.
+    /// Applies the edit. On an empty mesh it does nothing.
     ///
     /// # Errors
-    /// If the edit is refused.
+    /// If the edit is rejected.
     pub fn apply(&self, mesh: &mut HalfedgeMesh) -> Result<(), EditError> {
         if mesh.num_faces() == 0 {
             return Ok(());
@@ -63,7 +63,7 @@ impl Edit {
     }
 }
 
-/// Up to `most` edits of all kinds, more of the local ones.
+/// Up to `most` edits of all kinds, with more local ones.
 pub fn edits(most: usize) -> impl Strategy<Value = Vec<Edit>> {
     let at = any::<Index>;
     let edit = prop_oneof![

@@ -1,24 +1,24 @@
-//! Lists of faces that random meshes start from, all made by counting and not by edits.
+//! Base face lists for random meshes, all constructed directly without edits.
 
 use super::{SplitMix, fans};
 use crate::build_error::BuildError;
 use crate::mesh::HalfedgeMesh;
 
-/// The triangles of a mesh, as a file would list them.
+/// The triangles of a mesh, as listed in a file.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct TriangleFaces {
-    /// How many vertices there are.
+    /// The number of vertices.
     pub num_vertices: usize,
-    /// The corners of every triangle.
+    /// The corners of each triangle.
     pub faces: Vec<[u32; 3]>,
 }
 
-/// The polygons of a mesh, as a file would list them.
+/// The polygons of a mesh, as listed in a file.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct PolygonFaces {
-    /// How many vertices there are.
+    /// The number of vertices.
     pub num_vertices: usize,
-    /// The corners of every polygon.
+    /// The corners of each polygon.
     pub faces: Vec<Vec<u32>>,
 }
 
@@ -26,12 +26,12 @@ impl TriangleFaces {
     /// Builds the connectivity.
     ///
     /// # Errors
-    /// If the fields, which are public, were changed to something that is no manifold.
+    /// If the public fields were changed to something that is not a manifold.
     pub fn mesh(&self) -> Result<HalfedgeMesh, BuildError> {
         HalfedgeMesh::from_faces(self.num_vertices, &self.faces)
     }
 
-    /// The faces of a triangle mesh; of a larger polygon the first three corners.
+    /// The faces of a triangle mesh. For a larger polygon, its first three corners.
     pub fn of(mesh: &HalfedgeMesh) -> Self {
         let faces = mesh
             .faces()
@@ -76,12 +76,12 @@ impl TriangleFaces {
         }
     }
 
-    /// The grid of [`PolygonFaces::torus`] with each square cut in two: genus 1.
+    /// The grid of [`PolygonFaces::torus`] with each quad cut in two: genus 1.
     pub fn torus(rows: u32, columns: u32) -> Self {
         Self::halved(&PolygonFaces::torus(rows, columns))
     }
 
-    /// The grid of [`PolygonFaces::grid`] with each square cut in two: a disc with holes.
+    /// The grid of [`PolygonFaces::grid`] with each quad cut in two: a disc with holes.
     pub fn disc(rows: u32, columns: u32, holes: u64) -> Self {
         Self::halved(&PolygonFaces::grid(rows, columns, holes))
     }
@@ -97,7 +97,7 @@ impl TriangleFaces {
         }
     }
 
-    /// Both surfaces side by side.
+    /// Both surfaces as separate components.
     #[must_use]
     pub fn disjoint_union(&self, other: &Self) -> Self {
         let shift = self.num_vertices as u32;
@@ -108,7 +108,7 @@ impl TriangleFaces {
         }
     }
 
-    /// Both surfaces joined where their last triangles were: the genus is the sum.
+    /// Both surfaces joined at their last triangles: the genus is the sum.
     #[must_use]
     pub fn connected_sum(&self, other: &Self) -> Self {
         let (Some(&[a, b, c]), Some(&[p, q, r])) = (self.faces.last(), other.faces.last()) else {
@@ -137,7 +137,7 @@ impl TriangleFaces {
         joined
     }
 
-    /// Vertex numbers, face order and first corners at random; as they are for seed 0.
+    /// Randomizes vertex indices, face order and first corners. Seed 0 leaves them unchanged.
     #[must_use]
     pub fn shuffled(&self, seed: u64) -> Self {
         let faces = self.faces.iter().map(|face| face.to_vec()).collect();
@@ -162,12 +162,12 @@ impl PolygonFaces {
     /// Builds the connectivity.
     ///
     /// # Errors
-    /// If the fields, which are public, were changed to something that is no manifold.
+    /// If the public fields were changed to something that is not a manifold.
     pub fn mesh(&self) -> Result<HalfedgeMesh, BuildError> {
         HalfedgeMesh::from_faces(self.num_vertices, &self.faces)
     }
 
-    /// Squares in rows and columns (three or more of each), closed both ways.
+    /// Quads in rows and columns (at least three of each), closed in both directions.
     pub fn torus(rows: u32, columns: u32) -> Self {
         let (rows, columns) = (rows.max(3), columns.max(3));
         let at = |i: u32, j: u32| (i % rows) * columns + j % columns;
@@ -180,10 +180,10 @@ impl PolygonFaces {
         }
     }
 
-    /// Squares in rows and columns (one or more of each), without some of those whose row and
-    /// column are odd: the k-th of them is a hole if bit k of `holes` is set.
+    /// Quads in rows and columns (at least one of each), without some of those whose row and
+    /// column are odd: the k-th of these is a hole if bit k of `holes` is set.
     ///
-    /// No two holes touch, and none touches the border.
+    /// Holes touch neither each other nor the border.
     pub fn grid(rows: u32, columns: u32, holes: u64) -> Self {
         let (rows, columns) = (rows.max(1), columns.max(1));
         let at = |i: u32, j: u32| i * (columns + 1) + j;
@@ -206,7 +206,7 @@ impl PolygonFaces {
         }
     }
 
-    /// A prism over a polygon of `sides` (three or more) corners.
+    /// A prism over a polygon with `sides` (at least three) corners.
     pub fn prism(sides: u32) -> Self {
         let n = sides.max(3);
         let mut faces = vec![(0..n).rev().collect(), (n..2 * n).collect()];
@@ -220,7 +220,8 @@ impl PolygonFaces {
         }
     }
 
-    /// A vertex per face and a face per vertex of a closed mesh without vertices of valence 2.
+    /// The dual of a closed mesh without vertices of valence 2: a vertex per face and a face per
+    /// vertex.
     pub fn dual(mesh: &HalfedgeMesh) -> Self {
         Self {
             num_vertices: mesh.num_faces(),
@@ -228,7 +229,7 @@ impl PolygonFaces {
         }
     }
 
-    /// Vertex numbers, face order and first corners at random; as they are for seed 0.
+    /// Randomizes vertex indices, face order and first corners. Seed 0 leaves them unchanged.
     #[must_use]
     pub fn shuffled(&self, seed: u64) -> Self {
         let mut shuffled = self.clone();

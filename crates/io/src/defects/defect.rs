@@ -1,4 +1,4 @@
-//! One defect, with its elements.
+//! A single defect, with the elements concerned.
 
 use std::fmt;
 
@@ -6,91 +6,91 @@ use cotan_geometry::Readable;
 
 use crate::repair::Cure;
 
-/// Something that is wrong with a mesh, and where.
+/// A defect of a mesh, with its location.
 ///
-/// Vertices and faces have the numbers of the document, counted from 0. Where vertices are welded,
-/// a number stands for the first vertex at its place.
+/// Vertices and faces are 0-based document indices. If vertices are welded, an index denotes the
+/// first vertex at its place.
 #[derive(Clone, PartialEq, Debug)]
 #[non_exhaustive]
 pub enum Defect {
-    /// A face whose outline runs twice through a place, in a way that it cannot be cut into
-    /// triangles; a face that welding collapses is one.
+    /// A face whose outline passes through a place twice in such a way that it cannot be
+    /// triangulated. This includes faces that welding collapses.
     RepeatedVertex {
         /// The face.
         face: usize,
-        /// The vertex that it passes twice.
+        /// The vertex through which it passes twice.
         vertex: usize,
     },
-    /// A face with the outline of one before it, in either direction; not two faces that are each
-    /// other's back and have no other neighbour, which are a closed surface.
+    /// A face with the outline of an earlier one, in either direction. Two faces that are back to
+    /// back and have no other neighbour are not duplicates, but a closed surface.
     DuplicateFace {
         /// The face.
         face: usize,
         /// The first face with this outline.
         repeats: usize,
     },
-    /// A face of which a triangle has no area: its height is below 1e-9 of its longest edge.
+    /// A face with a triangle of no area: its height is below 1e-9 of its longest edge.
     ZeroArea {
         /// The face.
         face: usize,
     },
-    /// An edge with three faces or more.
+    /// An edge with three or more faces.
     NonManifoldEdge {
-        /// Its ends.
+        /// The ends of the edge.
         vertices: [usize; 2],
-        /// Its faces.
+        /// The faces at the edge.
         faces: Vec<usize>,
     },
-    /// A polygon that, cut into triangles, gets an edge that other faces have too.
+    /// A polygon whose triangulation creates an edge that other faces also have.
     CutMeetsEdge {
         /// The polygon.
         face: usize,
         /// The ends of the edge.
         vertices: [usize; 2],
     },
-    /// Two faces that run through their edge in the same direction.
+    /// Two faces that traverse their common edge in the same direction.
     InconsistentOrientation {
         /// The ends of the edge.
         vertices: [usize; 2],
         /// The faces.
         faces: [usize; 2],
     },
-    /// A component that has but one side, as a Möbius band: it cannot be oriented.
+    /// A one-sided component, such as a Möbius band, which cannot be oriented.
     NotOrientable {
-        /// The component, in the order of [`Inspection::components`](super::Inspection).
+        /// The index of the component in [`Inspection::components`](super::Inspection).
         component: usize,
         /// Its first face.
         face: usize,
     },
-    /// A vertex whose faces do not hang together by edges there.
+    /// A vertex whose faces are not all connected through edges there.
     SeveralFans {
         /// The vertex.
         vertex: usize,
-        /// How many fans of faces meet in it.
+        /// The number of fans of faces that meet there.
         num_fans: usize,
     },
-    /// A closed, oriented component whose faces look inward: its volume is negative.
+    /// A closed, oriented component whose faces point inward: its volume is negative.
     ///
     /// A component within the bounding box of another closed one may be a cavity and is not
     /// listed.
     InsideOut {
-        /// The component, in the order of [`Inspection::components`](super::Inspection).
+        /// The index of the component in [`Inspection::components`](super::Inspection).
         component: usize,
         /// Its first face.
         face: usize,
     },
     /// A boundary loop.
     Hole {
-        /// Its vertices, one after the other.
+        /// Its vertices, in loop order.
         vertices: Vec<usize>,
         /// Its length.
         length: f64,
     },
-    /// A vertex at exactly the position of one before it, and not welded to it.
+    /// A vertex at exactly the position of an earlier one, and not welded to it.
     DuplicateVertex {
         /// The vertex.
         vertex: usize,
-        /// The first vertex there.
+        /// The first vertex at that position.
         repeats: usize,
     },
     /// A vertex that no face uses.
@@ -98,18 +98,18 @@ pub enum Defect {
         /// The vertex.
         vertex: usize,
     },
-    /// A value of an attribute that is NaN or infinite.
+    /// An attribute value that is NaN or infinite.
     NonFinite {
-        /// What has the value: `vertex`, `face`, or `corner value`.
+        /// The element with the value: `vertex`, `face`, or `corner value`.
         element: &'static str,
-        /// The property, as [`Attributes`](crate::Attributes) name it.
+        /// The property, as named in [`Attributes`](crate::Attributes).
         property: String,
-        /// The number of the vertex, the face, or the value in the property's table.
+        /// The index of the vertex, the face, or the value in the property's table.
         number: usize,
     },
 }
 
-/// What is wrong, without where.
+/// The kind of a defect, without its location.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 #[non_exhaustive]
 #[expect(missing_docs, reason = "each is described at the defect of its name")]
@@ -130,7 +130,7 @@ pub enum DefectKind {
 }
 
 impl DefectKind {
-    /// Its name in words.
+    /// The name in plain words.
     pub fn name(self) -> &'static str {
         match self {
             Self::RepeatedVertex => "repeated vertex",
@@ -149,11 +149,11 @@ impl DefectKind {
         }
     }
 
-    /// Whether no surface can be built as long as there is such a defect.
+    /// Returns `true` if no surface can be built from a mesh with such a defect.
     ///
-    /// Duplicate faces are no hindrance themselves: two that face each other close. Faces that
-    /// welding collapses are an exception, as the surface leaves them out, and a few that
-    /// run out and back, whose triangles happen to fit.
+    /// Duplicate faces as such do not prevent it: two that face each other form a closed surface.
+    /// Some repeated vertices do not either: faces that welding collapses, since the surface
+    /// omits them, and a few faces that run out and back and whose triangles happen to fit.
     pub fn is_blocking(self) -> bool {
         matches!(
             self,
@@ -166,7 +166,7 @@ impl DefectKind {
         )
     }
 
-    /// The step of [`Repair`](crate::Repair) that cures it; `None` if none does.
+    /// The step of [`Repair`](crate::Repair) that fixes it; `None` if there is none.
     pub fn cure(self) -> Option<Cure> {
         match self {
             Self::RepeatedVertex => Some(Cure::DropDegenerate),
@@ -192,7 +192,7 @@ impl fmt::Display for DefectKind {
 }
 
 impl Defect {
-    /// What is wrong, without where.
+    /// The kind of the defect.
     pub fn kind(&self) -> DefectKind {
         match self {
             Self::RepeatedVertex { .. } => DefectKind::RepeatedVertex,
@@ -211,7 +211,7 @@ impl Defect {
         }
     }
 
-    /// The vertices that have it; of a repetition, the later one first.
+    /// The vertices concerned; for a repetition, the later one first.
     pub fn vertices(&self) -> Vec<usize> {
         match self {
             Self::RepeatedVertex { vertex, .. }
@@ -231,7 +231,7 @@ impl Defect {
         }
     }
 
-    /// The faces that have it; of a repetition, the later one first.
+    /// The faces concerned; for a repetition, the later one first.
     pub fn faces(&self) -> Vec<usize> {
         match self {
             Self::RepeatedVertex { face, .. }
@@ -298,7 +298,7 @@ impl fmt::Display for Defect {
                 f,
                 "component {component} (from face {face}) is inside out: its faces look inward"
             ),
-            // Each by its lowest vertex, wherever it is spoken of.
+            // A hole is always identified by its lowest vertex.
             Self::Hole { vertices, length } => match vertices.iter().min() {
                 Some(vertex) => write!(
                     f,

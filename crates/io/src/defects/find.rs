@@ -1,4 +1,4 @@
-//! The search for defects.
+//! Detection of defects.
 
 use std::cmp::Ordering;
 use std::collections::HashSet;
@@ -14,6 +14,8 @@ use crate::error::IoError;
 use crate::faces::FaceList;
 use crate::topology::{Sets, Side, Topology};
 
+/// Inspects the document.
+///
 /// `places` are those of the welding, `exact` those of equal positions; either may be empty.
 pub(super) fn inspect(
     document: &Document,
@@ -52,7 +54,7 @@ pub(super) fn inspect(
         Ok(attributes) => non_finite(&attributes, &mut defects),
         Err(error) => inspection.attributes_problem = Some(error.to_string()),
     }
-    // Kind by kind; the order within a kind stays.
+    // Grouped by kind; the sort is stable within a kind.
     defects.sort_by_key(Defect::kind);
     Ok(Inspection {
         components: inspected,
@@ -114,7 +116,7 @@ impl Find<'_> {
         }
     }
 
-    /// The components, and the number of each face's.
+    /// The components, and the component index of each face.
     fn components(&self) -> (Vec<Component>, Vec<u32>) {
         let mut sets = self.topology.components();
         let mut numbers = vec![NONE; self.topology.outlines.len()];
@@ -293,11 +295,12 @@ impl Find<'_> {
     }
 }
 
-/// Faces that run through the same places as one before them, in either direction, with that one,
-/// in ascending order.
+/// Finds faces that pass through the same places as an earlier one, in either direction.
 ///
-/// Two faces that are each other's back and have no other neighbour enclose nothing but are a
-/// closed surface: neither is a duplicate.
+/// Returns each with the earlier one, in ascending order.
+///
+/// Two faces that are back to back and have no other neighbour enclose nothing but form a closed
+/// surface: neither is a duplicate.
 pub(crate) fn duplicate_faces(topology: &Topology<'_>) -> Vec<(u32, u32)> {
     let mut places = Vec::with_capacity(topology.outlines.num_corners());
     let mut ranges = Vec::with_capacity(topology.outlines.len());
@@ -340,10 +343,11 @@ pub(crate) fn duplicate_faces(topology: &Topology<'_>) -> Vec<(u32, u32)> {
     duplicates
 }
 
-/// Where a cyclic sequence has to begin to be the least of its rotations.
+/// Returns the start of the lexicographically least rotation of a cyclic sequence.
 fn least_rotation(cycle: &[u32]) -> usize {
     let len = cycle.len();
-    // Two beginnings that have agreed so far; the greater one is out with all that it passed.
+    // Two candidate starts that agree so far. When they differ, the greater one is discarded
+    // together with everything that it passed.
     let (mut a, mut b, mut agreeing) = (0, 1, 0);
     while a < len && b < len && agreeing < len {
         match cycle[(a + agreeing) % len].cmp(&cycle[(b + agreeing) % len]) {
@@ -362,19 +366,18 @@ fn least_rotation(cycle: &[u32]) -> usize {
     a.min(b)
 }
 
-/// A closed component whose faces agree.
+/// A closed component with consistently oriented faces.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Shell {
     pub(crate) component: u32,
     pub(crate) volume: f64,
-    /// Whether the volume is negative beyond rounding.
+    /// `true` if the volume is negative beyond rounding error.
     pub(crate) is_inward: bool,
-    /// The number in the list of a shell whose bounding box holds this one's and that lies in no
-    /// other itself.
+    /// The list index of an outermost shell whose bounding box contains this one's.
     pub(crate) outer: Option<usize>,
 }
 
-/// The closed components whose faces agree, given the component of each face.
+/// The closed, consistently oriented components, given the component of each face.
 pub(crate) fn shells(
     topology: &Topology<'_>,
     component: &[u32],
@@ -441,7 +444,7 @@ pub(crate) fn shells(
     shells
 }
 
-/// Finds the outermost shells, and those that lie in them.
+/// Finds the outermost shells, and those inside them.
 fn nest(shells: &mut [Shell], boxes: &[BoundingBox<f64>]) {
     let mut order: Vec<usize> = (0..shells.len()).collect();
     let size = |&shell: &usize| boxes[shell].diagonal();
@@ -454,23 +457,23 @@ fn nest(shells: &mut [Shell], boxes: &[BoundingBox<f64>]) {
             (0..3).all(|k| outer.min[k] < inner.min[k] && inner.max[k] < outer.max[k])
         };
         shells[shell].outer = outer.iter().find(holds).copied();
-        // Thousands of shells side by side are compared with the largest of them only.
+        // With thousands of disjoint shells, only the largest are compared with.
         if shells[shell].outer.is_none() && outer.len() < MOST_OUTER {
             outer.push(shell);
         }
     }
 }
 
-/// A volume below this ratio of the sum of its parts may be rounding.
+/// A volume below this fraction of the sum of its parts may be rounding error.
 const ROUNDING: f64 = 1e-12;
 
-/// How many outermost shells are looked into for further ones.
+/// Maximum number of outermost shells that are searched for inner ones.
 const MOST_OUTER: usize = 1000;
 
 fn non_finite(attributes: &Attributes, defects: &mut Vec<Defect>) {
     let mut search = |element: &'static str, name: &str, components: usize, values: &Values| {
         let (components, numbers) = match values {
-            // Lists are searched item by item, but named by their element.
+            // Lists are searched item by item, but reported by their element.
             Values::Lists { items, .. } => (0, items.as_ref()),
             values => (components, values),
         };

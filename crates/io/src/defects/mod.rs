@@ -1,7 +1,7 @@
-//! What a document is like, manifold or not, and everything that is wrong with it.
+//! Inspection of a document, manifold or not: its properties and all its defects.
 //!
-//! Topology is counted on the polygons as they stand, so that meshes from which no half-edge
-//! structure can be built are described too.
+//! Topology is computed from the polygons as they are, so that meshes from which no half-edge
+//! structure can be built are covered too.
 
 mod defect;
 mod find;
@@ -14,48 +14,49 @@ use crate::weld::Weld;
 
 pub(crate) use find::{duplicate_faces, shells};
 
-/// What [`Document::inspect`] finds.
+/// The result of [`Document::inspect`].
 ///
-/// Faces that enclose nothing, as those that welding collapses, do not count for edges, components
-/// and boundary.
+/// Faces that enclose nothing, such as those that welding collapses, are not counted for edges,
+/// components and boundary.
 #[derive(Clone, PartialEq, Debug)]
 #[non_exhaustive]
 pub struct Inspection {
-    /// Places that a face uses: vertices, those welded together counted once.
+    /// Number of places that faces use: vertices, with welded ones counted once.
     pub num_vertices: usize,
-    /// Faces that enclose something.
+    /// Number of faces that enclose something.
     pub num_faces: usize,
-    /// Edges.
+    /// Number of edges.
     pub num_edges: usize,
-    /// Edges with one face.
+    /// Number of edges with one face.
     pub num_boundary_edges: usize,
-    /// Sets of edges with one face that hang together by vertices. Where two holes touch at a
-    /// vertex with several fans, they are one boundary and two [holes](Defect::Hole).
+    /// Number of sets of edges with one face that are connected through vertices. Two holes that
+    /// touch at a vertex with several fans count as one boundary and two [holes](Defect::Hole).
     pub num_boundaries: usize,
-    /// Shortest, mean and longest edge; `None` if there is none.
+    /// Shortest, mean and longest edge; `None` if there are no edges.
     pub edge_lengths: Option<[f64; 3]>,
-    /// Faces that hang together by edges, in the order of their first face.
+    /// Sets of faces connected through edges, in the order of their first face.
     pub components: Vec<Component>,
-    /// Everything that is wrong: kind by kind, in the order of the elements.
+    /// All defects, grouped by kind, in element order.
     pub defects: Vec<Defect>,
-    /// Why the attributes cannot be decoded, if so; what is not finite among them is not known
-    /// then.
+    /// The reason why the attributes cannot be decoded, if so. Non-finite values among them are
+    /// unknown in that case.
     pub attributes_problem: Option<String>,
 }
 
-/// Faces that hang together by edges.
+/// A set of faces connected through edges.
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[non_exhaustive]
 pub struct Component {
     /// Its first face.
     pub first_face: usize,
-    /// How many faces it has.
+    /// Number of faces.
     pub num_faces: usize,
-    /// How many edges with one face it has.
+    /// Number of edges with one face.
     pub num_boundary_edges: usize,
-    /// Whether its faces can be given one direction; edges with three faces or more do not count.
+    /// `true` if its faces can be oriented consistently; edges with three or more faces are
+    /// ignored.
     pub is_orientable: bool,
-    /// The volume that it encloses; `None` unless every edge has two faces that agree.
+    /// The enclosed volume; `None` unless every edge has two consistently oriented faces.
     pub volume: Option<f64>,
 }
 
@@ -65,29 +66,29 @@ impl Inspection {
         self.num_vertices as i64 - self.num_edges as i64 + self.num_faces as i64
     }
 
-    /// Whether there are faces and no edge has only one.
+    /// Returns `true` if there are faces and no edge has only one.
     pub fn is_closed(&self) -> bool {
         self.num_faces > 0 && self.num_boundary_edges == 0
     }
 
-    /// How many defects of a kind there are.
+    /// The number of defects of a kind.
     pub fn count(&self, kind: DefectKind) -> usize {
         self.defects.iter().filter(|d| d.kind() == kind).count()
     }
 
-    /// The boundary loops.
+    /// The number of boundary loops.
     pub fn num_holes(&self) -> usize {
         self.count(DefectKind::Hole)
     }
 }
 
 impl Document {
-    /// Counts, components, and everything that is wrong, with its elements.
+    /// Computes counts, components, and all defects with their elements.
     ///
-    /// Takes time in proportion to the size of the mesh and its logarithm, whatever is wrong.
+    /// Takes O(n log n) time in the size of the mesh, whatever its defects.
     ///
     /// # Errors
-    /// [`IoError::WeldTolerance`] for a tolerance that is not a distance.
+    /// [`IoError::WeldTolerance`] for a tolerance that is not a valid distance.
     ///
     /// ```
     /// use cotan_io::{DefectKind, Limits, Weld, read};
@@ -102,10 +103,10 @@ impl Document {
         find::inspect(self, &self.places(weld)?, &self.places(Weld::Exact)?)
     }
 
-    /// Everything that is wrong, with its elements; see [`Document::inspect`].
+    /// Finds all defects with their elements; see [`Document::inspect`].
     ///
     /// # Errors
-    /// As [`Document::inspect`].
+    /// As for [`Document::inspect`].
     pub fn defects(&self, weld: Weld) -> Result<Vec<Defect>, IoError> {
         Ok(self.inspect(weld)?.defects)
     }

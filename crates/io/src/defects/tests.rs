@@ -122,12 +122,12 @@ fn shells_look_outward_unless_they_may_be_cavities() {
 #[test]
 fn cuts_of_polygons_are_looked_at_too() {
     let corners = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 1 1\nv 1 0 1\n";
-    // Two quads on the same two diagonal corners: one of them is cut otherwise.
+    // Two quads with a common diagonal: one of them gets the other diagonal.
     let quads = format!("{corners}f 1 2 3 4\nf 1 6 3 5\n");
     let found = inspect(&quads);
     assert_eq!(found.count(DefectKind::CutMeetsEdge), 0);
     assert_eq!(found.count(DefectKind::SeveralFans), 2);
-    // Both diagonals of the first are edges of others.
+    // Both diagonals of the first are edges of other faces.
     let quad = format!("{corners}f 1 2 3 4\nf 1 3 5\nf 2 4 6\n");
     let found = inspect(&quad);
     assert_eq!(found.count(DefectKind::CutMeetsEdge), 1);
@@ -198,7 +198,7 @@ fn only_the_same_outline_is_a_duplicate() {
     let repeated = ["face 1 repeats face 0"];
     assert_eq!(duplicates("f 1 2 3 4\nf 3 4 1 2\n"), repeated);
     assert_eq!(duplicates("f 1 2 3 4\nf 2 3 4 1\nf 1 2 3\n"), repeated);
-    // Back to back they are closed, unless another face hangs on them.
+    // Back to back they are closed, unless another face is attached.
     assert_eq!(duplicates("f 1 2 3\nf 1 3 2\n"), [""; 0]);
     assert_eq!(duplicates("f 1 2 3 4\nf 2 1 4 3\n"), [""; 0]);
     assert_eq!(duplicates("f 1 2 3\nf 1 3 2\nf 1 2 4\n"), repeated);

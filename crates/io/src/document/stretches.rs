@@ -1,14 +1,15 @@
-//! Which vertices of a document may be one vertex of its surface.
+//! The sets of document vertices that may be one vertex of the surface.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
 
 use super::Part;
 
-/// The vertices of a document in stretches, in their order; the first starts at 0.
+/// The vertices of a document, divided into stretches in vertex order; the first starts at 0.
 ///
-/// Vertices are welded within a group, wherever its stretches stand. A group is a part, or a layer
-/// of one: the same faces once more, which are not to be joined to the others.
+/// A stretch is a contiguous range of vertices and belongs to a group. Vertices are welded only
+/// within a group, which may have several stretches. A group is a part, or a layer of one: the
+/// same faces again, which must not be joined to the others.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub(super) struct Stretches(Vec<Stretch>);
 
@@ -19,12 +20,14 @@ struct Stretch {
 }
 
 impl Stretches {
-    /// Those of parts, some of whose vertices are layers: ranges in ascending order, with the
-    /// number of the layer.
+    /// Builds the stretches of `parts`.
+    ///
+    /// Some of their vertices are layers, given as vertex ranges in ascending order with the
+    /// layer index.
     pub(super) fn new(parts: &[Part], layers: &[(Range<usize>, u32)]) -> Self {
         let mut stretches = Self::default();
         let mut layers = layers.iter().peekable();
-        // The groups of layers have numbers behind those of the parts.
+        // The groups of layers are numbered after those of the parts.
         let mut next = parts.len() as u32;
         for (number, part) in (0u32..).zip(parts) {
             let mut groups = BTreeMap::new();
@@ -47,7 +50,7 @@ impl Stretches {
         stretches
     }
 
-    /// Those of new vertices, each a copy of an old one.
+    /// Builds the stretches of new vertices, each a copy of an old one.
     pub(super) fn remapped(&self, old: &[u32]) -> Self {
         let group = self.group_of();
         let mut stretches = Self::default();
@@ -63,7 +66,7 @@ impl Stretches {
         }
     }
 
-    /// The number of the stretch of a vertex.
+    /// Returns a function that maps a vertex to the index of its stretch.
     pub(super) fn stretch_of(&self) -> impl Fn(usize) -> usize + use<> {
         let starts: Vec<usize> = self.0.iter().map(|s| s.start).collect();
         move |vertex| match starts.len() {
@@ -74,7 +77,7 @@ impl Stretches {
         }
     }
 
-    /// The number of the group of a vertex.
+    /// Returns a function that maps a vertex to the index of its group.
     pub(super) fn group_of(&self) -> impl Fn(usize) -> u32 + use<> {
         let stretch = self.stretch_of();
         let groups: Vec<u32> = self.0.iter().map(|s| s.group).collect();

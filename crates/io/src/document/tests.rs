@@ -43,7 +43,7 @@ fn only_moved_vertices_are_written() {
     let written = String::from_utf8(document.write(Format::Obj).unwrap()).unwrap();
     assert_eq!(written, FILE.replace("v 0 1 0", "v 0 1.5 0"));
 
-    // What was moved can be moved back.
+    // A move can be undone.
     document
         .set_positions(&processing, processing.positions())
         .unwrap();

@@ -1,4 +1,4 @@
-//! A document as a file, and what that loses.
+//! Writing a document to a file, and the losses this incurs.
 
 use std::path::PathBuf;
 
@@ -12,9 +12,10 @@ use crate::source::{Moves, SourceFile};
 use crate::writer;
 
 impl Document {
-    /// What a write in `format` would drop or leave stale, one sentence each, for a warning.
+    /// Lists what a write in `format` would drop or leave stale, one sentence each, for a
+    /// warning.
     ///
-    /// Empty if the file written has everything that the file read has.
+    /// Empty if the written file preserves everything in the original.
     pub fn losses(&self, format: Format) -> Vec<String> {
         let source = self.source.as_ref();
         if let Some(source) = source.filter(|source| source.writes(format)) {
@@ -40,8 +41,8 @@ impl Document {
         losses.into_iter().map(lost).collect()
     }
 
-    /// What the number type of the file does to the vertices that were moved, if that is more than
-    /// the last digits.
+    /// Describes the rounding of moved vertices to the number type of the file, if it affects
+    /// more than the last digits.
     fn severe_rounding(&self, source: &dyn SourceFile) -> Option<String> {
         let stored = |v: usize| match self.original[v] == self.positions[v] {
             true => self.positions[v],
@@ -56,20 +57,21 @@ impl Document {
         })
     }
 
-    /// The document as a file in `format`.
+    /// Writes the document in `format`.
     ///
-    /// In the format that it was read from, only the coordinates of moved vertices and the normals
-    /// that turned with the surface are replaced, in the number types that the file has (a PLY with
-    /// `float` coordinates keeps them `float`); otherwise a new file is written with positions as
-    /// exact as the format allows, the faces, and what it can hold of the attributes. Text formats
-    /// get the shortest number that reads back to the same bits. Normals that cannot be read are
-    /// left as they are.
+    /// In the format that it was read from, only the coordinates of moved vertices and the
+    /// normals rotated with the surface are replaced, in the number types of the file (a PLY with
+    /// `float` coordinates keeps them as `float`). Otherwise a new file is written, with
+    /// positions as exact as the format allows, the faces, and the attributes that it can
+    /// represent. Text formats use the shortest number that reads back to the same bits.
+    /// Unreadable normals are left as they are.
     ///
-    /// What the file refers to has to lie beside it; [`Document::write_with`] says what that is.
+    /// Companion files must be placed next to the output; [`Document::write_with`] returns them.
     ///
     /// # Errors
-    /// [`IoError::DoesNotFit`] if the format's number type cannot hold a new coordinate;
-    /// [`IoError`] with the place in the file if an attribute is wrong that another format needs.
+    /// [`IoError::DoesNotFit`] if the number type of the format cannot represent a new
+    /// coordinate; [`IoError`] with the location in the file if an attribute needed by another
+    /// format is invalid.
     pub fn write(&self, format: Format) -> Result<Vec<u8>, IoError> {
         match &self.source {
             Some(source) if source.writes(format) => self.rewrite(source.as_ref(), format),
@@ -77,12 +79,12 @@ impl Document {
         }
     }
 
-    /// [`Document::write`] together with the files that the file refers to: those of the file
-    /// that was read, and those that are made for a new one.
+    /// Like [`Document::write`], and also returns the companion files: those of the file that was
+    /// read, and those created for a new one.
     ///
     /// # Errors
-    /// As [`Document::write`]; with [`Companions::Embedded`] also [`IoError::External`] for a file
-    /// that cannot be read.
+    /// As for [`Document::write`]; with [`Companions::Embedded`] also [`IoError::External`] for a
+    /// file that cannot be read.
     pub fn write_with(
         &self,
         format: Format,
@@ -103,14 +105,16 @@ impl Document {
         })
     }
 
-    /// The files that the file refers to that this document was read from, by their paths in its
-    /// folder: buffers, material libraries, and the images of both; none without a file.
+    /// Lists the companion files of the file that this document was read from, by their paths in
+    /// its folder: buffers, material libraries, and the images of both.
     ///
-    /// They are inputs as the file itself is: who writes over one of them changes what the file
-    /// means. They may be missing.
+    /// Empty without a file.
+    ///
+    /// They are inputs just like the file itself: overwriting one of them changes the meaning of
+    /// the file. They may be missing.
     ///
     /// # Errors
-    /// [`IoError::External`] if a file cannot be looked for.
+    /// [`IoError::External`] if a file cannot be looked up.
     pub fn companions(&self) -> Result<Vec<PathBuf>, IoError> {
         let Some(origin) = self.origin() else {
             return Ok(Vec::new());
@@ -119,7 +123,8 @@ impl Document {
         Ok(companions.iter().map(|c| c.path().to_owned()).collect())
     }
 
-    /// The normals that turned where vertices were moved; an error if the file's are wrong.
+    /// The normals rotated where vertices have moved, or an error if the file's normals are
+    /// invalid.
     fn turned_normals(&self, source: &dyn SourceFile) -> Result<Normals, IoError> {
         if self.original.is_empty() || self.original == self.positions || !source.has_normals() {
             return Ok(Normals::default());
@@ -136,7 +141,7 @@ impl Document {
             .zip(&self.positions)
             .map(|(before, after)| before != after)
             .collect();
-        // An edit is not lost over a number that has nothing to do with it.
+        // Invalid normals must not prevent saving an edit.
         let normals = self.turned_normals(source).unwrap_or_default();
         let moves = Moves {
             mesh: self.mesh(),

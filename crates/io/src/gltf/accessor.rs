@@ -41,7 +41,8 @@ impl Component {
         }
     }
 
-    /// The number whose bytes start here; zero past the end, which the layout rules out.
+    /// Reads the number at the start of `bytes`; zero past the end, which the checked layout
+    /// excludes.
     #[inline]
     pub(super) fn read(self, bytes: &[u8]) -> f64 {
         fn head<const N: usize>(bytes: &[u8]) -> [u8; N] {
@@ -70,7 +71,7 @@ impl Component {
         }
     }
 
-    /// What a normalized integer is divided by; 1 for the types that are not normalized.
+    /// The divisor of a normalized integer; 1 for the types that are not normalized.
     pub(super) fn unit(self) -> f32 {
         match self {
             Self::I8 => 127.0,
@@ -82,20 +83,20 @@ impl Component {
     }
 }
 
-/// A stretch of elements in a buffer; all of its bytes are there.
+/// A range of strided elements in a buffer, known to be within bounds.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Span {
     pub(super) buffer: usize,
-    /// The byte of the buffer where the first element starts.
+    /// The offset of the first element in the buffer.
     pub(super) start: usize,
     pub(super) stride: usize,
-    /// Bytes of one element.
+    /// Size of one element in bytes.
     pub(super) size: usize,
     pub(super) count: usize,
 }
 
 impl Span {
-    /// The byte behind the last element; the start if there is none.
+    /// The end of the last element; the start if there is none.
     pub(super) fn end(&self) -> usize {
         match self.count {
             0 => self.start,
@@ -109,7 +110,7 @@ impl Span {
         bytes.get(self.start..self.end()).unwrap_or(&[])
     }
 
-    /// Its elements, each of `size` bytes.
+    /// The elements, each of `size` bytes.
     pub(super) fn elements<'a>(&self, buffers: &'a Buffers) -> impl Iterator<Item = &'a [u8]> {
         let size = self.size;
         let elements = self.bytes(buffers).chunks(self.stride);
@@ -117,16 +118,16 @@ impl Span {
     }
 }
 
-/// An accessor whose layout was checked.
+/// An accessor with a checked layout.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct Layout {
-    /// Its number.
+    /// Its index.
     pub(super) accessor: usize,
     pub(super) count: usize,
     pub(super) component: Component,
     pub(super) components: usize,
     pub(super) normalized: bool,
-    /// Where the elements are; without, they are zero.
+    /// The location of the elements; without one, they are zero.
     pub(super) base: Option<Span>,
     pub(super) sparse: Option<Sparse>,
 }
@@ -140,7 +141,7 @@ pub(super) struct Sparse {
 }
 
 impl Layout {
-    /// Checks the accessor with this number.
+    /// Checks the accessor with this index.
     pub(super) fn new(
         number: u64,
         accessors: &[Accessor],
@@ -259,12 +260,12 @@ impl Layout {
         })
     }
 
-    /// Bytes of one element.
+    /// Size of one element in bytes.
     pub(super) fn size(&self) -> usize {
         self.components * self.component.size()
     }
 
-    /// Hands over the bytes of each element, in order, sparse ones in place.
+    /// Visits the bytes of each element, in order, with sparse elements substituted.
     pub(super) fn for_each(
         &self,
         buffers: &Buffers,
@@ -284,7 +285,7 @@ impl Layout {
         Ok(())
     }
 
-    /// The bytes of one element; sparse indices are taken to ascend.
+    /// The bytes of one element; sparse indices are assumed to ascend.
     pub(super) fn element<'a>(&self, buffers: &'a Buffers, index: usize) -> Cow<'a, [u8]> {
         let at = |span: &Span, n: usize| {
             let bytes = span.bytes(buffers);
@@ -312,7 +313,7 @@ impl Layout {
         }
     }
 
-    /// The sparse elements with their numbers, which ascend.
+    /// The sparse elements with their indices, in ascending order.
     pub(super) fn replaced<'a>(
         &self,
         buffers: &'a Buffers,
@@ -324,7 +325,7 @@ impl Layout {
         let mut replaced: Vec<(usize, &[u8])> = Vec::new();
         let values = sparse.values.elements(buffers);
         for (index, value) in sparse.indices.elements(buffers).zip(values) {
-            // At most 32 bits, so the cast keeps the value.
+            // At most 32 bits, so the cast preserves the value.
             let index = sparse.index_type.read(index) as usize;
             if index >= self.count {
                 return Err(problem(
@@ -340,9 +341,9 @@ impl Layout {
         Ok(replaced)
     }
 
-    /// The value of a component as it is meant: normalized integers as real numbers.
+    /// The actual value of a component: normalized integers as real numbers.
     ///
-    /// These are rounded to 32 bits, as every renderer has them.
+    /// These are rounded to 32 bits, as in every renderer.
     #[inline]
     pub(super) fn value(&self, bytes: &[u8], k: usize) -> f64 {
         let raw = bytes.get(k * self.component.size()..).unwrap_or(&[]);
@@ -355,7 +356,7 @@ impl Layout {
     }
 }
 
-/// A stretch of a buffer view.
+/// A range of a buffer view.
 struct Part {
     view: u64,
     offset: u64,
@@ -405,7 +406,7 @@ impl Part {
         }
         let size = self.size as u64;
         let stride = view.stride.filter(|_| self.is_strided).unwrap_or(size);
-        // The specification has 4 to 252; more would do, less than an element would not.
+        // The specification allows 4 to 252. More is harmless, but less than an element is not.
         if stride < size || stride > 1 << 16 {
             return Err(problem(
                 format!("bufferViews[{number}].byteStride"),
@@ -448,7 +449,7 @@ pub(super) fn problem(path: String, problem: String) -> IoError {
     IoError::Gltf { path, problem }
 }
 
-/// A reference to something that is not there.
+/// The error for a reference to a missing object.
 pub(super) fn no_such(what: &str, number: u64, count: usize, path: String) -> IoError {
     problem(
         path,

@@ -1,4 +1,4 @@
-//! Attributes of the vertices and names of the faces, decoded on request.
+//! Decoding of vertex attributes and face names, on request.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,16 +12,16 @@ use crate::attributes::{Attributes, COLOR, LabelKind, Labels, NONE, NORMAL, Prop
 use crate::error::IoError;
 use crate::source::Mesh;
 
-/// One byte makes at most so many numbers of attributes.
+/// Maximum number of attribute values per byte of the file.
 const VALUES_PER_BYTE: usize = 64;
 
-/// Everything that [`Attributes`] can hold of a file.
+/// Decodes all contents of a file that [`Attributes`] can represent.
 pub(super) fn decode(file: &GltfFile, mesh: Mesh<'_>) -> Result<Attributes, IoError> {
     let num_vertices = mesh.positions.len();
     let columns = columns(file)?;
     let mut vertices = Vec::new();
     let mut num_bytes = file.buffers.num_bytes();
-    // An accessor may have elements and no bytes, and many may share them.
+    // An accessor may have elements but no bytes, and several accessors may share their bytes.
     let per_vertex = columns.values().map(|column| column.components).sum();
     let num_values = num_vertices.saturating_mul(per_vertex);
     if num_values > num_bytes.saturating_mul(VALUES_PER_BYTE) {
@@ -47,17 +47,17 @@ pub(super) fn decode(file: &GltfFile, mesh: Mesh<'_>) -> Result<Attributes, IoEr
     })
 }
 
-/// One semantic in all blocks that have it.
+/// One semantic, over all blocks that have it.
 #[derive(Debug)]
 struct Column {
     components: usize,
-    /// The type if it is the same everywhere and to be had as it is.
+    /// The integer type, if it is the same everywhere and needs no conversion.
     integer: Option<Component>,
-    /// By block.
+    /// The layout per block.
     layouts: Vec<(usize, Layout)>,
 }
 
-/// The name of a semantic among the properties.
+/// The property name for a semantic.
 fn name(semantic: &str) -> String {
     match semantic {
         "NORMAL" => NORMAL.to_owned(),
@@ -67,7 +67,7 @@ fn name(semantic: &str) -> String {
     }
 }
 
-/// The accessor of a semantic for a block: that of the first primitive which has it.
+/// The accessor of a semantic for a block: that of the first primitive that has it.
 pub(super) fn layout_of(
     file: &GltfFile,
     block: usize,
@@ -91,7 +91,7 @@ fn primitives(file: &GltfFile, block: usize) -> impl Iterator<Item = (&Piece, &P
     })
 }
 
-/// The layout of an attribute that fits its vertices and its meaning.
+/// The layout of an attribute, checked against its vertices and its meaning.
 fn checked(
     file: &GltfFile,
     block: usize,
@@ -150,7 +150,8 @@ fn columns(file: &GltfFile) -> Result<BTreeMap<String, Column>, IoError> {
         for (semantic, (piece, accessor)) in first {
             let layout = checked(file, number, semantic, piece, accessor)?;
             let is_color = semantic == "COLOR_0";
-            // The second texture coordinate is turned about, which no unsigned integer can be.
+            // The second texture coordinate is flipped, which would take it out of the unsigned
+            // integers.
             let is_real = matches!(semantic, "NORMAL" | "TEXCOORD_0");
             let is_plain = (!layout.normalized || is_color) && !is_real;
             let integer =
@@ -180,7 +181,7 @@ impl Column {
         num_vertices: usize,
     ) -> Result<Property, IoError> {
         let zeros = num_vertices.saturating_mul(self.components);
-        // What has no colour is white, as it is shown.
+        // Vertices without a colour are white, as rendered.
         let is_color = semantic == "COLOR_0";
         let mut values = match self.integer {
             Some(Component::I8) => Values::I8(vec![0; zeros]),
@@ -217,9 +218,9 @@ impl Column {
                         let normal = block.placement.normal_to_scene(normal);
                         value[..3].copy_from_slice(normal.as_slice());
                     }
-                    // Upward, as OBJ and PLY mean it.
+                    // Pointing up, as in OBJ and PLY.
                     "TEXCOORD_0" => value[1] = 1.0 - value[1],
-                    // Opaque where only others have an alpha.
+                    // Opaque if only other primitives have alpha.
                     "COLOR_0" if layout.components < self.components => {
                         value[3] = self.integer.map_or(1.0, |c| f64::from(c.unit()));
                     }
@@ -239,7 +240,7 @@ impl Column {
     }
 }
 
-/// The materials that faces have, in the order of their labels.
+/// The materials used by faces, in the order of their labels.
 pub(super) fn material_order(file: &GltfFile) -> Vec<usize> {
     let mut seen = BTreeSet::new();
     let materials = file.geometry.pieces.iter().filter_map(|piece| {
@@ -274,7 +275,7 @@ fn labels(file: &GltfFile, num_faces: usize) -> Vec<Labels> {
         .collect()
 }
 
-/// Labels by the number of what bears the name; two that share a name stay apart.
+/// Labels keyed by object index, so that two objects with the same name stay separate.
 struct Numbered {
     labels: Labels,
     numbers: BTreeMap<usize, u32>,
@@ -296,7 +297,7 @@ impl Numbered {
         let names = &mut self.labels.names;
         let label = *self.numbers.entry(number).or_insert_with(|| {
             names.push(name.to_owned());
-            // There are fewer primitives than 2^32.
+            // There are fewer than 2^32 primitives.
             (names.len() - 1) as u32
         });
         if let Some(faces) = self.labels.faces.get_mut(faces) {

@@ -1,4 +1,4 @@
-//! The bytes of the buffers: the binary chunk, data URIs, and files that the resolver finds.
+//! The bytes of the buffers: the binary chunk, data URIs, and files found by the resolver.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -20,24 +20,24 @@ use crate::limits::Limits;
 pub(super) struct Buffer {
     pub(super) kind: Kind,
     pub(super) data: Data,
-    /// What the JSON says; not more than there is.
+    /// The length stated in the JSON, which does not exceed the data.
     pub(super) length: usize,
 }
 
-/// Where a buffer comes from.
+/// The origin of a buffer.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Kind {
     /// The binary chunk of a GLB.
     Chunk,
     /// In the JSON, as a data URI.
     Embedded,
-    /// A file beside this one.
+    /// A file next to this one.
     External,
-    /// Without a place.
+    /// Without any data.
     Absent,
 }
 
-/// Bytes of the file itself are not copied.
+/// The bytes of a buffer. Bytes in the file itself are not copied.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) enum Data {
     File(Range<usize>),
@@ -45,7 +45,7 @@ pub(super) enum Data {
 }
 
 impl Buffer {
-    /// Its bytes, given those of the file.
+    /// Returns its bytes, given those of the file.
     pub(super) fn bytes<'a>(&'a self, file: &'a [u8]) -> &'a [u8] {
         let bytes = match &self.data {
             Data::File(range) => file.get(range.clone()).unwrap_or(&[]),
@@ -55,7 +55,7 @@ impl Buffer {
     }
 }
 
-/// Finds the bytes of all buffers; those of files of their own stay in `files`, each once.
+/// Loads the bytes of all buffers. Those of external files are kept in `files`, each once.
 pub(super) fn load(
     root: &Root<'_>,
     container: &Container,
@@ -81,7 +81,7 @@ pub(super) fn load(
                 None => {
                     let taken = embedded.saturating_add(files.num_bytes());
                     let rest = limits.max_bytes.saturating_sub(taken);
-                    // As many bytes as the JSON promises would do, but a file may be longer.
+                    // The length stated in the JSON would do, but a file may be longer.
                     (Kind::External, Data::Own(files.read(uri, rest)?))
                 }
             },
@@ -96,7 +96,7 @@ pub(super) fn load(
         limits.check_bytes(taken)?;
         limits.check_memory(usize::try_from(taken).unwrap_or(usize::MAX), 0, 0)?;
         let length = match kind {
-            // Whoever needs it gets the error.
+            // An error is raised only where the buffer is used.
             Kind::Absent => 0,
             _ if buffer.length > found as u64 => {
                 return Err(IoError::Gltf {
@@ -104,7 +104,7 @@ pub(super) fn load(
                     problem: format!("{} bytes are promised and there are {found}", buffer.length),
                 });
             }
-            // Not more than `found`.
+            // At most `found`.
             _ => buffer.length as usize,
         };
         buffers.push(Buffer { kind, data, length });
@@ -112,13 +112,13 @@ pub(super) fn load(
     Ok(buffers)
 }
 
-/// What stands behind `data:` in a data URI; `None` for a reference to a file.
+/// The part of a data URI after `data:`; `None` for a reference to a file.
 pub(super) fn data_of(uri: &str) -> Option<&str> {
     let (scheme, data) = uri.split_at_checked(5)?;
     scheme.eq_ignore_ascii_case("data:").then_some(data)
 }
 
-/// The bytes of a data URI, given what stands behind `data:`.
+/// Decodes a data URI, given the part after `data:`.
 pub(super) fn decode(uri: &str) -> Result<Vec<u8>, String> {
     let Some((head, data)) = uri.split_once(',') else {
         return Err("a data URI needs a comma before its data".to_owned());
@@ -139,26 +139,26 @@ pub(super) fn decode(uri: &str) -> Result<Vec<u8>, String> {
         .map_err(|error| format!("the base64 data is wrong: {error}"))
 }
 
-/// The data URI of these bytes.
+/// Encodes bytes as a data URI.
 pub(super) fn encode(bytes: &[u8]) -> String {
     encode_as("application/octet-stream", bytes)
 }
 
-/// The data URI of bytes of a media type.
+/// Encodes bytes as a data URI with a media type.
 pub(super) fn encode_as(media_type: &str, bytes: &[u8]) -> String {
     let mut uri = format!("data:{media_type};base64,");
     engine().encode_string(bytes, &mut uri);
     uri
 }
 
-/// Base64 as it should be written, read with or without the padding.
+/// Base64 that is written with padding, and read with or without it.
 fn engine() -> GeneralPurpose {
     let config =
         GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent);
     GeneralPurpose::new(&STANDARD, config)
 }
 
-/// Without percent escapes.
+/// Decodes percent escapes.
 pub(super) fn unescape(text: &str) -> Result<Cow<'_, [u8]>, String> {
     if !text.contains('%') {
         return Ok(Cow::Borrowed(text.as_bytes()));

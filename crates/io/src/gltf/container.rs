@@ -14,20 +14,20 @@ const CHUNK_HEADER: usize = 8;
 const JSON: u32 = 0x4E4F_534A;
 const BIN: u32 = 0x004E_4942;
 
-/// Where the parts of a file stand.
+/// The locations of the parts of a file.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct Container {
     /// The JSON text, without a byte order mark and without padding.
     pub(super) json: Range<usize>,
     /// The binary chunk of a GLB.
     pub(super) bin: Option<Range<usize>>,
-    /// Further chunks of a GLB with their headers, and whatever stands behind its end.
+    /// Additional chunks of a GLB with their headers, and any bytes after its end.
     pub(super) others: Vec<Range<usize>>,
     pub(super) is_binary: bool,
 }
 
 impl Container {
-    /// Takes a file apart.
+    /// Splits a file into its parts.
     pub(super) fn read(bytes: &[u8], warnings: &mut Vec<Warning>) -> Result<Self, IoError> {
         if bytes.starts_with(MAGIC) {
             return Self::read_binary(bytes, warnings);
@@ -136,12 +136,12 @@ impl Container {
 }
 
 impl Container {
-    /// The chunks of a GLB that are neither JSON nor data, and what stands behind its end.
+    /// The chunks of a GLB that are neither JSON nor data, and the bytes after its end.
     pub(super) fn further<'a>(
         &'a self,
         file: &'a [u8],
     ) -> (impl Iterator<Item = &'a [u8]> + Clone, &'a [u8]) {
-        // The end of the GLB as its header has it; every chunk lies before it.
+        // The end of the GLB as stated in its header; every chunk lies before it.
         let end = word(file, 8).map_or(0, |length| length as usize);
         let is_chunk = move |range: &&Range<usize>| range.start < end;
         let chunks = self.others.iter().filter(is_chunk);
@@ -153,7 +153,7 @@ impl Container {
     }
 }
 
-/// A GLB of its parts; `others` are chunks with their headers.
+/// Assembles a GLB from its parts; `others` are chunks with their headers.
 pub(super) fn write_binary<'a>(
     json: &str,
     bin: Option<&[u8]>,
@@ -172,7 +172,7 @@ pub(super) fn write_binary<'a>(
     out.extend_from_slice(MAGIC);
     out.extend_from_slice(&2u32.to_le_bytes());
     out.extend_from_slice(&length_word.to_le_bytes());
-    // The whole fits 32 bits, so each part does.
+    // The total fits 32 bits, so each part does.
     let mut chunk = |kind: u32, bytes: &[u8], padding: u8| {
         out.extend_from_slice(&(padded(bytes.len()) as u32).to_le_bytes());
         out.extend_from_slice(&kind.to_le_bytes());
@@ -188,13 +188,13 @@ pub(super) fn write_binary<'a>(
     Ok(out)
 }
 
-/// The 32 bits at a byte.
+/// The 32-bit number at an offset.
 fn word(bytes: &[u8], at: usize) -> Option<u32> {
     let bytes = bytes.get(at..)?.first_chunk::<4>()?;
     Some(u32::from_le_bytes(*bytes))
 }
 
-/// Without spaces and zeros around: some writers pad JSON with zeros.
+/// Removes surrounding whitespace and zeros: some writers pad JSON with zeros.
 fn trimmed(bytes: &[u8], span: Range<usize>) -> Range<usize> {
     let is_padding = |b: &u8| b.is_ascii_whitespace() || *b == 0;
     let end = bytes[span.clone()]

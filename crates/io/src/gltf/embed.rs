@@ -1,8 +1,8 @@
-//! Buffers and images that are files of their own, taken into the file.
+//! Embedding of external buffers and images into the file.
 //!
-//! In a `.gltf` they become data URIs. In a `.glb` the images go behind the data of the binary
-//! chunk, each in a view of its own; its first buffer is there already, and further ones become
-//! data URIs. References of extensions to other files stay.
+//! In a `.gltf` they become data URIs. In a `.glb`, images are appended to the binary chunk, each
+//! with its own view; the first buffer is already there, and additional ones become data URIs.
+//! References of extensions to other files are left unchanged.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use super::json::{Editor, member};
 use crate::error::IoError;
 use crate::limits::Limits;
 
-/// A file that was written from the one with these files, with them in it.
+/// Embeds these files into a file that refers to them.
 pub(super) fn embed(
     written: Vec<u8>,
     files: &External,
@@ -87,13 +87,14 @@ pub(super) fn embed(
 struct Embed<'a> {
     editor: Editor<'a>,
     files: &'a External,
-    /// Bytes of the file so far, which are bounded as those of a file that is read.
+    /// Number of bytes of the file so far, limited like those of a file that is read.
     written: u64,
     limits: &'a Limits,
 }
 
 impl Embed<'_> {
-    /// The bytes of the file that a buffer or an image refers to, if it does and there is one.
+    /// The bytes of the external file of a buffer or an image; `None` if it has none or the file
+    /// is missing.
     fn file_of(&mut self, object: &Range<usize>) -> Result<Option<Arc<Vec<u8>>>, IoError> {
         let members = self.editor.members(object)?;
         let uri = member(&members, "uri").map(|span| self.editor.text(span));
@@ -104,7 +105,7 @@ impl Embed<'_> {
         let rest = self.limits.max_bytes.saturating_sub(self.written);
         let bytes = self.files.bytes(&uri, rest)?;
         if let Some(bytes) = &bytes {
-            // As base64, at most.
+            // The maximum length in base64.
             let length = (bytes.len() as u64).div_ceil(3).saturating_mul(4);
             self.written = self.written.saturating_add(length);
             self.limits.check_bytes(self.written)?;
@@ -112,8 +113,8 @@ impl Embed<'_> {
         Ok(bytes)
     }
 
-    /// The binary chunk to which data of images may be appended: that of the first buffer, or a
-    /// new one of a GLB without buffers.
+    /// The binary chunk to which image data may be appended: that of the first buffer, or a new
+    /// one for a GLB without buffers.
     fn chunk(
         &self,
         container: &Container,
@@ -154,7 +155,7 @@ impl Embed<'_> {
     }
 }
 
-/// The media type of an image, told by its first bytes.
+/// Detects the media type of an image from its first bytes.
 fn media_type(bytes: &[u8]) -> Option<&'static str> {
     const TYPES: [(&[u8], &str); 3] = [
         (b"\x89PNG\r\n\x1a\n", "image/png"),

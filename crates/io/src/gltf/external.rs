@@ -1,5 +1,5 @@
-//! The files that a glTF refers to: its buffers, read with it, and all others, found when they
-//! are needed.
+//! The files that a glTF refers to: its buffers, which are read with it, and all others, which
+//! are read on demand.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Error, ErrorKind};
@@ -15,14 +15,14 @@ use crate::resolve::Resolve;
 /// The files of a glTF.
 #[derive(Clone, Debug)]
 pub(super) struct External {
-    /// Those that buffers refer to, by their name without escapes.
+    /// The files of buffers, by unescaped name.
     read: BTreeMap<String, Arc<Vec<u8>>>,
     num_bytes: u64,
     resolver: Arc<dyn Resolve>,
 }
 
 impl External {
-    /// The files that a resolver finds; none is read yet.
+    /// Creates a set of files that `resolver` will find; none is read yet.
     pub(super) fn new(resolver: Arc<dyn Resolve>) -> Self {
         Self {
             read: BTreeMap::new(),
@@ -31,12 +31,12 @@ impl External {
         }
     }
 
-    /// The bytes of the files that were read, each once however often it is referred to.
+    /// Total size of the files that were read, each counted once.
     pub(super) fn num_bytes(&self) -> u64 {
         self.num_bytes
     }
 
-    /// The bytes of a file that a buffer refers to, read the first time.
+    /// The bytes of a file that a buffer refers to, read on first use.
     pub(super) fn read(&mut self, uri: &str, max_bytes: u64) -> Result<Arc<Vec<u8>>, IoError> {
         let name = name(uri)?;
         if let Some(bytes) = self.read.get(&name) {
@@ -49,7 +49,7 @@ impl External {
         Ok(bytes)
     }
 
-    /// The bytes of any file, read anew unless a buffer refers to it; `None` if there is no such
+    /// The bytes of any file, read again unless a buffer refers to it; `None` if there is no such
     /// file in the folder.
     pub(super) fn bytes(&self, uri: &str, max_bytes: u64) -> Result<Option<Arc<Vec<u8>>>, IoError> {
         let Some(name) = name(uri).ok().filter(|_| !is_address(uri)) else {
@@ -76,7 +76,7 @@ impl External {
         Ok(bytes)
     }
 
-    /// What a glTF or GLB refers to that was written from the file with these files.
+    /// Lists the references in a glTF or GLB written from the file with these files.
     pub(super) fn references(&self, written: &[u8], max: u64) -> Result<References, IoError> {
         let container = Container::read(written, &mut Vec::new())?;
         let text = str::from_utf8(written.get(container.json).unwrap_or(&[])).unwrap_or_default();
@@ -103,7 +103,7 @@ impl External {
     }
 }
 
-/// Finds the buffers again that were read, and everything else where it was.
+/// Returns the buffers that were read, and forwards everything else to the original resolver.
 impl Resolve for External {
     fn resolve(&self, uri: &str, max_bytes: u64) -> Result<Vec<u8>, Error> {
         match self.read.get(uri) {
@@ -117,7 +117,7 @@ impl Resolve for External {
     }
 }
 
-/// The name that a reference has without percent escapes.
+/// The name in a reference, without percent escapes.
 fn name(uri: &str) -> Result<String, IoError> {
     let name = unescape(uri).map_err(|problem| refused(uri, problem))?;
     String::from_utf8(name.into_owned())
@@ -131,14 +131,14 @@ fn refused(uri: &str, problem: String) -> IoError {
     }
 }
 
-/// Whether a reference leads to a place that does not depend on the folder of the file.
+/// Returns `true` if a reference does not depend on the folder of the file.
 fn is_address(uri: &str) -> bool {
     let scheme = uri.split_once("://").map(|(scheme, _)| scheme);
     scheme.is_some_and(|s| !s.is_empty() && s.bytes().all(|b| b.is_ascii_alphanumeric()))
 }
 
-/// The references to other files in a JSON text: every `uri` that is no data URI, each once.
-/// Application data (`extras`) is not looked into.
+/// Lists the references to other files in a JSON text: every `uri` that is not a data URI, each
+/// once. Application data (`extras`) is not searched.
 fn uris(text: &str) -> Vec<String> {
     let mut uris: Vec<String> = Vec::new();
     let mut seen = BTreeSet::new();

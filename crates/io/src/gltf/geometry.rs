@@ -16,14 +16,16 @@ use crate::instances::Instance;
 use crate::limits::Limits;
 use crate::placement::Placement;
 
-/// The vertices of one POSITION accessor, once for each use that has vertices of its own.
+/// The vertices of one POSITION accessor.
+///
+/// An accessor has several blocks if some of its uses need separate vertices.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Block {
     pub(super) layout: Layout,
-    /// Their numbers in the document.
+    /// Their range in the document.
     pub(super) vertices: Range<usize>,
     pub(super) placement: Placement,
-    /// Which layer of its mesh it is, 0 if the mesh has one only.
+    /// The layer of the mesh that it belongs to; 0 if the mesh has only one.
     pub(super) layer: u32,
     /// The pieces that use it.
     pub(super) pieces: Vec<usize>,
@@ -35,11 +37,11 @@ pub(super) struct Piece {
     pub(super) mesh: usize,
     pub(super) primitive: usize,
     pub(super) block: usize,
-    /// Their numbers in the document.
+    /// Their range in the document.
     pub(super) faces: Range<usize>,
 }
 
-/// Where the vertices and faces of the document come from.
+/// The source of the vertices and faces of the document.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(super) struct Geometry {
     pub(super) blocks: Vec<Block>,
@@ -47,7 +49,7 @@ pub(super) struct Geometry {
     pub(super) placements: Placements,
 }
 
-/// How corners follow from a list of vertices; the codes are those of OpenGL.
+/// The way in which triangles are formed from a list of vertices; the codes are those of OpenGL.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Mode {
     Triangles,
@@ -56,7 +58,7 @@ pub(super) enum Mode {
 }
 
 impl Mode {
-    /// The mode that a primitive states, or `None` if it has no faces.
+    /// The mode for a code, or `None` if primitives of that mode have no faces.
     pub(super) fn of_code(code: u64) -> Option<Self> {
         Some(match code {
             4 => Self::Triangles,
@@ -73,7 +75,7 @@ impl Mode {
         }
     }
 
-    /// The places in the list of the corners of a triangle, all of which turn the same way.
+    /// The list positions of the corners of a triangle, all with the same orientation.
     #[inline]
     fn corners(self, triangle: usize) -> [usize; 3] {
         let i = triangle;
@@ -85,12 +87,12 @@ impl Mode {
     }
 }
 
-/// One byte makes at most so many corners: a strip of 8-bit indices makes three of each, and
-/// several primitives may share an accessor, but a small file must not make a huge mesh.
+/// Maximum number of corners per byte of the file. A strip of 8-bit indices makes three of each,
+/// and several primitives may share an accessor, but a small file must not produce a huge mesh.
 const CORNERS_PER_BYTE: usize = 32;
 
-/// One byte makes at most so many vertices: an accessor may have several uses, but a small file
-/// must not make a huge mesh.
+/// Maximum number of vertices per byte of the file. An accessor may have several uses, but a
+/// small file must not produce a huge mesh.
 const VERTICES_PER_BYTE: usize = 8;
 
 impl Geometry {
@@ -176,8 +178,9 @@ impl Geometry {
 }
 
 impl Geometry {
-    /// Hands over where meshes are besides the places where they were read; counts those places
-    /// whose transform cannot be undone, which are left out.
+    /// Visits the instances of meshes in addition to those where they were read.
+    ///
+    /// Returns the number of instances whose transform is singular, which are skipped.
     pub(super) fn instances(
         &self,
         buffers: &Buffers,
@@ -200,7 +203,7 @@ impl Geometry {
         Ok(num_singular)
     }
 
-    /// The meshes that have faces, with these.
+    /// The meshes that have faces, with their face ranges.
     fn faces_of_meshes(&self) -> impl Iterator<Item = (usize, Range<usize>)> {
         let of_one = self.pieces.chunk_by(|a, b| a.mesh == b.mesh);
         of_one.filter_map(|pieces| {
@@ -209,7 +212,7 @@ impl Geometry {
         })
     }
 
-    /// Refuses more instances than the limits allow, before any memory is taken for them.
+    /// Rejects more instances than the limits allow, before any memory is reserved for them.
     pub(super) fn check_instances(
         &self,
         buffers: &Buffers,
@@ -221,7 +224,7 @@ impl Geometry {
             let others = self.placements.others.get(mesh);
             let places = others.map_or(0, Others::num_places);
             num_faces = num_faces.saturating_add(faces.len().saturating_mul(places));
-            // A copy has the vertices of its faces only.
+            // A copy has only the vertices of its faces.
             let mut blocks: Vec<usize> = self
                 .pieces
                 .iter()
@@ -258,10 +261,10 @@ pub(super) struct Reader<'a> {
     pub(super) geometry: Geometry,
     pub(super) parsed: Parsed,
     pub(super) sharing: Sharing,
-    /// How many primitives have no faces.
+    /// The number of primitives without faces.
     unshown: usize,
     leftover: usize,
-    /// The vertices of the first uses of accessors.
+    /// The number of vertices in the first uses of accessors.
     num_first: usize,
 }
 
@@ -336,7 +339,7 @@ impl Reader<'_> {
                 "positions are numbers of 32 bits with a point, or of 8 or 16 bits".to_owned(),
             ));
         }
-        // A wrong position is named before a face that refers to it.
+        // An invalid position is reported before a face that refers to it.
         layout.replaced(self.buffers)?;
         self.limits
             .check_vertices(self.parsed.positions.len().saturating_add(layout.count))?;
@@ -351,7 +354,7 @@ impl Reader<'_> {
         let start = positions.len();
         let count = start.saturating_add(layout.count);
         self.limits.check_vertices(count)?;
-        // A vertex has a byte of its own, whatever accessors overlap, where it is used first.
+        // On its first use, a vertex is backed by bytes of its own, even if accessors overlap.
         let is_first = self.sharing.blocks(layout.accessor as u64).is_empty();
         if is_first {
             self.num_first = self.num_first.saturating_add(layout.count);
@@ -416,7 +419,7 @@ impl Reader<'_> {
         Ok(block)
     }
 
-    /// The corners of the triangles of a primitive, counted within its vertices.
+    /// The corners of the triangles of a primitive, numbered within its vertices.
     fn corners(
         &mut self,
         mode: Mode,
@@ -483,7 +486,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The numbers that an index accessor gives; all of them are less than `num_vertices`.
+    /// The values of an index accessor, all less than `num_vertices`.
     fn indices(
         &self,
         layout: &Layout,
@@ -519,7 +522,7 @@ impl Reader<'_> {
                 list.extend(chunks.iter().map(|&b| u32::from(u16::from_le_bytes(b))));
             }
             _ => layout.for_each(self.buffers, |_, bytes| {
-                // At most 32 bits, so the cast keeps the value.
+                // At most 32 bits, so the cast preserves the value.
                 list.push(layout.component.read(bytes) as u32);
                 Ok(())
             })?,
@@ -568,7 +571,7 @@ impl Reader<'_> {
     }
 }
 
-/// The refusal of geometry that only Draco can unpack.
+/// The error for geometry that requires Draco decompression.
 pub(super) fn draco() -> IoError {
     IoError::Unsupported {
         feature: "the extension KHR_draco_mesh_compression".to_owned(),

@@ -1,4 +1,4 @@
-//! Changes to a JSON text that leave every other byte of it as it stands.
+//! Edits of a JSON text that preserve every other byte.
 
 use std::ops::Range;
 
@@ -8,13 +8,14 @@ use serde_json::value::RawValue;
 
 use crate::error::IoError;
 
-/// A JSON text with changes to be made.
+/// A JSON text with pending edits.
 ///
-/// Spans are byte ranges of the text as it was.
+/// Spans are byte ranges of the original text.
 #[derive(Debug)]
 pub(super) struct Editor<'a> {
     text: &'a str,
-    /// What replaces which span; no two overlap, and insertions at one place keep their order.
+    /// The replacements by span. Spans do not overlap, and insertions at one position keep their
+    /// order.
     edits: Vec<(Range<usize>, String)>,
 }
 
@@ -29,7 +30,7 @@ impl<'a> Editor<'a> {
         }
     }
 
-    /// The whole text as a span.
+    /// The span of the whole text.
     pub(super) fn root(&self) -> Range<usize> {
         0..self.text.len()
     }
@@ -57,7 +58,7 @@ impl<'a> Editor<'a> {
         Ok(elements.into_iter().map(|value| self.span(value)).collect())
     }
 
-    /// The elements of an array that is a member of an object; none if it is not there.
+    /// The elements of an array that is a member of an object; empty if it is missing.
     pub(super) fn list(
         &self,
         object: &Range<usize>,
@@ -73,7 +74,7 @@ impl<'a> Editor<'a> {
         }
     }
 
-    /// Gives a member of an object a value.
+    /// Sets a member of an object.
     pub(super) fn set(
         &mut self,
         object: &Range<usize>,
@@ -95,7 +96,7 @@ impl<'a> Editor<'a> {
         Ok(())
     }
 
-    /// Takes members out of an object.
+    /// Removes members from an object.
     pub(super) fn remove(
         &mut self,
         object: &Range<usize>,
@@ -108,7 +109,7 @@ impl<'a> Editor<'a> {
         Ok(())
     }
 
-    /// Takes elements out of an array.
+    /// Removes elements from an array.
     pub(super) fn remove_elements(
         &mut self,
         array: &Range<usize>,
@@ -129,8 +130,8 @@ impl<'a> Editor<'a> {
                 continue;
             }
             let before = i.checked_sub(1).map(|before| values[before].end);
-            // The comma before goes with a value if something is kept before it, else the one
-            // behind, if there is one.
+            // The preceding comma is removed with a value if an earlier value is kept, otherwise
+            // the following comma, if there is one.
             let span = match before {
                 Some(before) if is_behind_kept => before..value.end,
                 _ => {
@@ -148,7 +149,7 @@ impl<'a> Editor<'a> {
         }
     }
 
-    /// The byte behind the comma that follows here.
+    /// The offset after the next comma.
     fn comma(&self, from: usize) -> usize {
         let rest = self.text.as_bytes().get(from..).unwrap_or(&[]);
         rest.iter()
@@ -179,9 +180,9 @@ impl<'a> Editor<'a> {
         Ok(())
     }
 
-    /// The text with all changes.
+    /// Returns the text with all edits applied.
     pub(super) fn finish(mut self) -> String {
-        // A stable sort: insertions at one place keep their order.
+        // The sort is stable, so insertions at one position keep their order.
         self.edits.sort_by_key(|(span, _)| (span.start, span.end));
         let added: usize = self.edits.iter().map(|(_, text)| text.len()).sum();
         let mut out = String::with_capacity(self.text.len() + added);
@@ -196,14 +197,14 @@ impl<'a> Editor<'a> {
     }
 }
 
-/// The value of a member; of several with one name the last, as serde has it.
+/// The value of a member; the last one if there are several with this name, as in serde.
 pub(super) fn member<'a>(members: &'a Members, key: &str) -> Option<&'a Range<usize>> {
     let mut members = members.iter().rev();
     members.find_map(|(name, span)| (name == key).then_some(span))
 }
 
 fn parse<'a, T: Deserialize<'a>>(text: &'a str) -> Result<T, IoError> {
-    // The text was parsed when the file was read, so this finds only what that skipped.
+    // The text was parsed when the file was read, so this finds only errors in skipped parts.
     serde_json::from_str(text).map_err(|error| IoError::Gltf {
         path: "JSON".to_owned(),
         problem: error.to_string(),

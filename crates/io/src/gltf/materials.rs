@@ -1,7 +1,7 @@
-//! The materials of a glTF and the images of their textures, by the types of the `gltf` crate.
+//! The materials of a glTF and the images of their textures, using the types of the `gltf` crate.
 //!
-//! They are parsed when somebody asks for them, one by one: what is wrong with one of them costs
-//! only that one, and never the mesh.
+//! They are parsed one by one on request. An error in one affects only that material, never the
+//! mesh.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -34,7 +34,7 @@ struct Look<'a> {
     samplers: Vec<&'a RawValue>,
 }
 
-/// The materials of a file: those of the labels first, in their order, then the others.
+/// Reads the materials of a file: those of the labels first, in their order, then the others.
 pub(super) fn materials(file: &GltfFile, labels: Option<&Labels>) -> Materials {
     let look: Look<'_> = serde_json::from_str(file.text()).unwrap_or_default();
     let mut reader = Reader {
@@ -59,7 +59,7 @@ pub(super) fn materials(file: &GltfFile, labels: Option<&Labels>) -> Materials {
             .zip(names)
             .all(|(&number, name)| file.materials.get(number) == Some(name));
     for (index, name) in names.iter().enumerate() {
-        // Labels that are not the file's own are known by their names.
+        // Labels that did not come from the file are matched by name.
         let number = match is_own {
             true => order.get(index).copied(),
             false => file.materials.iter().position(|own| own == name),
@@ -75,9 +75,9 @@ pub(super) fn materials(file: &GltfFile, labels: Option<&Labels>) -> Materials {
 struct Reader<'a> {
     file: &'a GltfFile,
     look: &'a Look<'a>,
-    /// How many bytes of images may still be copied.
+    /// The number of image bytes that may still be copied.
     budget: u64,
-    /// The image of each image of the file that a texture shows.
+    /// For each image of the file that a texture uses, its index.
     images: BTreeMap<usize, Option<usize>>,
     materials: Materials,
     extensions: BTreeSet<String>,
@@ -164,7 +164,7 @@ impl Reader<'_> {
         material
     }
 
-    /// A number that must be from 0 to 1.
+    /// Clamps a number to the range 0 to 1, and records if it was outside.
     fn unit(&mut self, x: f32) -> f32 {
         if !(0.0..=1.0).contains(&x) {
             self.other("numbers of materials beyond 0 to 1");
@@ -172,7 +172,7 @@ impl Reader<'_> {
         if x.is_nan() { 1.0 } else { x.clamp(0.0, 1.0) }
     }
 
-    /// A number that must not be negative.
+    /// Replaces a negative or non-finite number by zero, and records it.
     fn light(&mut self, x: f32) -> f32 {
         if x >= 0.0 && x.is_finite() {
             return x;
@@ -181,7 +181,7 @@ impl Reader<'_> {
         0.0
     }
 
-    /// Takes down which extensions there are.
+    /// Records which extensions are present.
     fn note(&mut self, extensions: &Map<String, Value>) {
         let names = extensions.keys().map(|name| quote(name.as_bytes()));
         self.extensions.extend(names);
@@ -202,7 +202,7 @@ impl Reader<'_> {
         self.texture(info.index, info.tex_coord)
     }
 
-    /// The image of a texture, if it lies on the first set of texture coordinates.
+    /// The image of a texture, if it uses the first set of texture coordinates.
     fn texture(&mut self, index: Index<Texture>, set: u32) -> Option<usize> {
         self.note_texture(index);
         if set != 0 {
@@ -256,7 +256,7 @@ impl Reader<'_> {
         self.note(&sampler.extensions.map(|e| e.others).unwrap_or_default());
     }
 
-    /// An image of the file, copied the first time.
+    /// An image of the file, copied on first use.
     fn image(&mut self, number: usize) -> Option<usize> {
         if let Some(&known) = self.images.get(&number) {
             return known;
@@ -298,7 +298,7 @@ impl Reader<'_> {
         image.ok_or_else(|| "it is neither a PNG nor a JPEG".to_owned())
     }
 
-    /// The bytes of a data URI, or of a file beside this one.
+    /// The bytes of a data URI, or of a file next to this one.
     fn file_of(&self, uri: &str) -> Result<Vec<u8>, String> {
         if let Some(data) = data_of(uri) {
             return decode(data);

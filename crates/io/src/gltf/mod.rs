@@ -1,11 +1,12 @@
 //! glTF 2.0, as JSON and in one binary file.
 //!
-//! The vertices of the document are the elements of the POSITION accessors of all triangles, in the
-//! order of meshes and primitives: each accessor once, or once more for uses that must not be
-//! joined (see `sharing`). They stand where the first node that shows the mesh puts them; other
-//! nodes that show it are its instances. A write keeps the JSON text and the buffers byte by byte
-//! but for what a moved vertex changes. Buffers and images that are files of their own stay so as
-//! long as they do not change; a save copies them beside the file, or embeds them.
+//! The vertices of the document are the elements of the POSITION accessors of all triangles, in
+//! the order of meshes and primitives. Each accessor occurs once, plus once for each use that
+//! must not be joined to the others (see `sharing`). Vertices are placed by the first node that
+//! shows the mesh; the other nodes that show it are its instances. Writing preserves the JSON
+//! text and the buffers byte by byte, except for what a moved vertex changes. External buffers
+//! and images stay external as long as they do not change; saving copies them next to the file,
+//! or embeds them.
 //!
 //! Source: Khronos, "glTF 2.0 Specification", 2021.
 
@@ -57,7 +58,7 @@ use crate::source::{Mesh, Moves, SourceFile};
 
 pub(crate) use self::new::{losses, write_new};
 
-/// Whether the content starts as a GLB does.
+/// Returns `true` if the content starts with the GLB signature.
 pub(crate) fn is_glb(bytes: &[u8]) -> bool {
     bytes.starts_with(container::MAGIC)
 }
@@ -85,7 +86,7 @@ pub(crate) fn read(
 struct Buffers {
     file: Vec<u8>,
     list: Vec<Buffer>,
-    /// The bytes of the files that buffers refer to, each once.
+    /// The total size of the files that buffers refer to, each counted once.
     external: usize,
 }
 
@@ -94,21 +95,21 @@ impl Buffers {
         self.list.len()
     }
 
-    /// The bytes of a buffer, as many as the JSON says.
+    /// The bytes of a buffer, up to the length stated in the JSON.
     fn bytes(&self, buffer: usize) -> &[u8] {
         self.list
             .get(buffer)
             .map_or(&[], |buffer| buffer.bytes(&self.file))
     }
 
-    /// Whether a buffer has a place at all.
+    /// Returns `true` if a buffer has any data.
     fn is_there(&self, buffer: usize) -> bool {
         self.list
             .get(buffer)
             .is_some_and(|buffer| buffer.kind != Kind::Absent)
     }
 
-    /// The bytes of the file and of what it refers to, which bound all counts.
+    /// The total size of the file and its external buffers, which bounds all counts.
     fn num_bytes(&self) -> usize {
         self.file.len().saturating_add(self.external)
     }
@@ -124,12 +125,12 @@ struct GltfFile {
     accessors: Vec<Accessor>,
     views: Vec<View>,
     meshes: Vec<JsonMesh>,
-    /// Names for the materials, for labels.
+    /// The names of the materials, for labels.
     materials: Vec<String>,
     geometry: Geometry,
-    /// Accessors that something other than a primitive refers to: skins and animations.
+    /// Accessors used by something other than a primitive: skins and animations.
     other_uses: Vec<u64>,
-    /// Views that hold images.
+    /// Views that contain images.
     images: Vec<u64>,
     extras: Vec<String>,
     limits: Limits,
@@ -140,7 +141,7 @@ impl GltfFile {
         Self::read_shared(bytes, limits, files, Sharing::default())
     }
 
-    /// Reads a file whose primitives share their vertices in a way that may be given.
+    /// Reads a file, optionally with the sharing of vertices between its primitives given.
     fn read_shared(
         bytes: Vec<u8>,
         limits: &Limits,
@@ -161,7 +162,7 @@ impl GltfFile {
         check_extensions(&root)?;
         let list = buffers::load(&root, &container, bytes.len(), limits, &mut files)?;
         let extras = extras(&root, &container);
-        // The URIs borrow from the bytes, which are to be moved.
+        // The URIs borrow from the bytes, which are about to be moved.
         let root = Root {
             buffers: Vec::new(),
             ..root
@@ -208,11 +209,11 @@ impl GltfFile {
     /// The JSON text.
     fn text(&self) -> &str {
         let bytes = self.buffers.file.get(self.container.json.clone());
-        // It was checked when the file was read.
+        // It was validated when the file was read.
         std::str::from_utf8(bytes.unwrap_or(&[])).unwrap_or_default()
     }
 
-    /// The chunks of a GLB that are neither JSON nor data, and what stands behind its end.
+    /// The chunks of a GLB that are neither JSON nor data, and the bytes after its end.
     fn chunks(&self) -> (impl Iterator<Item = &[u8]> + Clone, &[u8]) {
         self.container.further(&self.buffers.file)
     }
@@ -222,7 +223,8 @@ impl GltfFile {
         self.meshes.get(piece.mesh)?.primitives.get(piece.primitive)
     }
 
-    /// Whether primitives with the same positions have different normals; the first are turned.
+    /// Returns `true` if primitives with the same positions have different normals, of which only
+    /// the first are rotated.
     fn has_several_normals(&self) -> bool {
         self.geometry.blocks.iter().any(|block| {
             let pieces = block
@@ -236,7 +238,7 @@ impl GltfFile {
         })
     }
 
-    /// Whether a primitive that has faces has the attribute.
+    /// Returns `true` if a primitive with faces has the attribute.
     fn has_attribute(&self, semantic: &str) -> bool {
         let mut primitives = self
             .geometry
@@ -275,7 +277,7 @@ impl SourceFile for GltfFile {
     fn extras(&self) -> Vec<String> {
         let others = &self.geometry.placements.others;
         let elsewhere = others.iter().map(|others| others.elsewhere);
-        // No visit fails.
+        // The visitor never fails.
         let singular = self.geometry.instances(&self.buffers, &mut |_| Ok(()));
         let counted = [
             (elsewhere.sum(), "that another scene shows"),
@@ -356,9 +358,9 @@ impl SourceFile for GltfFile {
     }
 }
 
-/// Refuses what the file requires and this reader cannot do.
+/// Rejects files that require unsupported extensions.
 fn check_extensions(root: &Root<'_>) -> Result<(), IoError> {
-    // These say how surfaces look or are lit, or how numbers are stored; all of it is kept.
+    // These describe materials, lighting or the storage of numbers; all of it is preserved.
     const KNOWN: [&str; 5] = [
         "EXT_mesh_gpu_instancing",
         "KHR_mesh_quantization",
@@ -391,7 +393,7 @@ fn check_extensions(root: &Root<'_>) -> Result<(), IoError> {
     Ok(())
 }
 
-/// What only a glTF can say, in words.
+/// Lists the contents that only a glTF can represent.
 fn extras(root: &Root<'_>, container: &Container) -> Vec<String> {
     let primitives = || root.meshes.iter().flat_map(|mesh| &mesh.primitives);
     let num_unshown = primitives().filter(|p| p.mode < 4).count();

@@ -1,10 +1,10 @@
-//! The JSON of a glTF as far as its geometry goes.
+//! The geometry-related JSON of a glTF.
 //!
-//! Read with serde_json into types of our own. The `gltf` crate has types for all of glTF, but
-//! they cut indices to 32 bits in silence, keep every number of `min` and `max` as a JSON value
-//! of 32 bytes, have node transforms in 32 bits only, and the crate's validation panics where a
-//! POSITION names an accessor that is not there. What is not geometry (materials, animations, …)
-//! is kept as text and not judged.
+//! It is read with serde_json into our own types. The `gltf` crate has types for all of glTF, but
+//! they silently truncate indices to 32 bits, keep every number of `min` and `max` as a JSON
+//! value of 32 bytes, and have only 32-bit node transforms, and the crate's validation panics if
+//! a POSITION refers to a missing accessor. Everything other than geometry (materials,
+//! animations, …) is kept as text and not validated.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -67,7 +67,7 @@ pub(super) struct Node {
     pub(super) children: Vec<u64>,
     pub(super) mesh: Option<u64>,
     pub(super) skin: Option<u64>,
-    // Boxes, so that a file of many empty nodes does not take much more than its own size.
+    // Boxed, so that a file of many empty nodes does not take much more memory than its own size.
     pub(super) matrix: Option<Box<[f64; 16]>>,
     pub(super) translation: Option<Box<[f64; 3]>>,
     pub(super) rotation: Option<Box<[f64; 4]>>,
@@ -81,7 +81,7 @@ pub(super) struct NodeExtensions {
     pub(super) instancing: Option<Instancing>,
 }
 
-/// Transforms of the instances that a node shows.
+/// Transforms of the instances shown by a node.
 #[derive(Deserialize, Debug)]
 pub(super) struct Instancing {
     #[serde(default)]
@@ -210,8 +210,8 @@ impl<'a> Root<'a> {
     /// Reads the JSON text that starts at byte `start` of the file.
     pub(super) fn read(text: &'a str, start: usize, limits: &Limits) -> Result<Self, IoError> {
         let num_values = scan(text.as_bytes(), limits)?;
-        // What a value of the JSON takes at most in the types above and, if it is a node, for its
-        // transform: `{},` counts twice.
+        // Maximum memory of a JSON value in the types above, including the transform if it is a
+        // node: `{},` counts twice.
         const VALUE: usize = 192;
         limits.check_memory(
             text.len().saturating_add(num_values.saturating_mul(VALUE)),
@@ -231,7 +231,7 @@ impl<'a> Root<'a> {
             let mut parts = version.split('.');
             let major = parts.next().and_then(|part| part.parse::<u32>().ok());
             let minor = parts.next().and_then(|part| part.parse::<u32>().ok());
-            // Minor versions are compatible unless the file asks for one.
+            // Minor versions are compatible unless the file requires one.
             let is_asked = Some(version) == self.asset.min_version.as_ref();
             if major != Some(2) || minor.is_none() || (is_asked && minor != Some(0)) {
                 return Err(IoError::Unsupported {
@@ -244,7 +244,7 @@ impl<'a> Root<'a> {
     }
 }
 
-/// The refusal of a file of glTF 1.0, whose lists are objects with names for keys.
+/// The error for a glTF 1.0 file, whose lists are objects keyed by name.
 fn first_version(text: &str) -> Option<IoError> {
     #[derive(Deserialize)]
     struct Probe<'a> {
@@ -274,7 +274,7 @@ fn first_version(text: &str) -> Option<IoError> {
     })
 }
 
-/// Checks how deep the JSON is nested and counts its values, roughly.
+/// Checks the nesting depth of the JSON and counts its values approximately.
 fn scan(text: &[u8], limits: &Limits) -> Result<usize, IoError> {
     let (mut depth, mut count, mut at) = (0usize, 1, 0);
     while let Some(&byte) = text.get(at) {
@@ -303,16 +303,16 @@ fn scan(text: &[u8], limits: &Limits) -> Result<usize, IoError> {
     Ok(count)
 }
 
-/// The error of serde_json, at its byte of the file.
+/// Converts a serde_json error to a byte position in the file.
 fn malformed(text: &str, start: usize, error: &serde_json::Error) -> IoError {
-    // The line and the column (in bytes) are counted from 1.
+    // The line and the column (in bytes) are 1-based.
     let line: usize = text
         .split_inclusive('\n')
         .take(error.line().saturating_sub(1))
         .map(str::len)
         .sum();
     let message = error.to_string();
-    // The place is said by the byte.
+    // The byte position replaces the one in the message.
     let message = message.split(" at line ").next().unwrap_or(&message);
     IoError::Malformed {
         place: Place::Byte(start + line + error.column().saturating_sub(1)),

@@ -1,8 +1,9 @@
-//! A new glTF of a document that was not read from one.
+//! A new glTF for a document that was not read from one.
 //!
-//! One mesh with one set of vertices and a primitive for each material. glTF has no attributes of
-//! corners, so a vertex whose corners differ in normal, texture coordinates or colour is written
-//! once for each combination; where it is read, these are one vertex of the surface again.
+//! It has one mesh with one set of vertices and one primitive per material. glTF has no corner
+//! attributes, so a vertex whose corners differ in normal, texture coordinates or colour is
+//! written once per combination. When the file is read, these are one vertex of the surface
+//! again.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -23,7 +24,7 @@ use crate::precision::Rounding;
 use crate::recut::{Cutter, Recuts};
 use crate::writer::{Contents, named};
 
-/// What a new glTF cannot hold, in words.
+/// Lists what a new glTF cannot represent.
 pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
     let attributes = &contents.attributes;
     let is_held = |name: &str, components: usize| match name {
@@ -84,7 +85,7 @@ pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
     losses
 }
 
-/// Whether texture coordinates have a third number that says something.
+/// Returns `true` if texture coordinates have a non-trivial third component.
 fn has_third(attributes: &Attributes) -> bool {
     let says = |values: &Values, components: usize| {
         components == 3
@@ -100,7 +101,7 @@ fn has_third(attributes: &Attributes) -> bool {
             .is_some_and(|p| says(&p.values, p.components))
 }
 
-/// The one object that all faces belong to; its name becomes that of the mesh.
+/// The single object that contains all faces; its name becomes that of the mesh.
 fn object(attributes: &Attributes) -> Option<&str> {
     let labels = attributes.label(LabelKind::Object)?;
     match labels.names.as_slice() {
@@ -113,7 +114,7 @@ fn is_list(values: &Values) -> bool {
     matches!(values, Values::Lists { .. })
 }
 
-/// A new glTF or GLB file.
+/// Writes a new glTF or GLB file.
 pub(crate) fn write_new(contents: &Contents<'_>, format: Format) -> Result<Vec<u8>, IoError> {
     let (positions, faces) = (&*contents.positions, &*contents.faces);
     if faces.is_empty() {
@@ -159,11 +160,11 @@ fn quoted(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }
 
-/// A property of vertices or corners: a table, and which value each corner has.
+/// A property of vertices or corners: a table, and the index of each corner's value.
 struct Column<'a> {
     values: Cow<'a, Values>,
     components: usize,
-    /// The number of the value of each corner; `None` for a property of vertices.
+    /// The value index of each corner; `None` for a vertex property.
     indices: Option<Vec<u32>>,
 }
 
@@ -202,7 +203,7 @@ fn fits(property: &Property, components: &std::ops::RangeInclusive<usize>) -> bo
     components.contains(&property.components) && !is_list(&property.values)
 }
 
-/// The indices with equal values made one, so that a vertex is not split for nothing.
+/// Merges the indices of equal values, so that no vertex is split unnecessarily.
 fn distinct(values: &Values, components: usize, indices: &[u32]) -> Vec<u32> {
     let mut first: HashMap<[u64; 4], u32> = HashMap::new();
     let mut number = vec![NONE; values.len().checked_div(components).unwrap_or(0)];
@@ -230,15 +231,15 @@ struct Split<'a> {
     normal: Option<Column<'a>>,
     uv: Option<Column<'a>>,
     color: Option<Column<'a>>,
-    /// For each new vertex the old one and its values among normals, UVs and colours.
+    /// For each new vertex, the old one and its value indices for normals, UVs and colours.
     vertices: Vec<(u32, [u32; 3])>,
-    /// The old faces with new vertices.
+    /// The faces as indices of new vertices.
     faces: FaceList,
     /// Unit normals for corners without one.
     flat: Vec<Vector3<f64>>,
 }
 
-/// Behind this number, a normal is that of a face.
+/// Normal indices from this value on refer to face normals.
 const FLAT: u32 = 1 << 31;
 
 impl<'a> Split<'a> {
@@ -249,7 +250,7 @@ impl<'a> Split<'a> {
         let color = Column::find(attributes, COLOR, 3..=4);
         let mut flat = Vec::new();
         if let Some(indices) = normal.as_mut().and_then(|n| n.indices.as_mut()) {
-            // Normals are of unit length in glTF; a corner without one has that of its face.
+            // glTF normals have unit length; a corner without one gets that of its face.
             for (face, polygon) in contents.faces.iter().enumerate() {
                 let corners = &mut indices[contents.faces.corner_range(face)];
                 if corners.contains(&NONE) {
@@ -263,7 +264,7 @@ impl<'a> Split<'a> {
             }
         }
         let columns = [&normal, &uv, &color];
-        // Most vertices have one combination; further ones hang in a chain from the first.
+        // Most vertices have one combination; additional ones form a chain from the first.
         let num_vertices = contents.positions.len();
         let mut chains: Vec<Vec<[u32; 3]>> = vec![Vec::new(); num_vertices];
         let mut copies = Vec::with_capacity(contents.faces.num_corners());
@@ -288,7 +289,7 @@ impl<'a> Split<'a> {
         for (v, chain) in (0u32..).zip(&chains) {
             starts.push(vertices.len() as u32);
             if chain.is_empty() {
-                // A vertex that no face uses has the values of its number, or none.
+                // An unused vertex has the values at its own index, or none.
                 let own = columns.map(|column| match column {
                     Some(Column { indices: None, .. }) => v,
                     _ => NONE,
@@ -326,7 +327,7 @@ impl<'a> Split<'a> {
             .try_normalize(0.0)
             .filter(|n| n.iter().all(|x| x.is_finite()));
         let unit = match unit {
-            // What is of unit length already keeps its bits.
+            // A normal that already has unit length keeps its bits.
             Some(_) if (normal.norm() - 1.0).abs() < 1e-6 => normal,
             Some(unit) => unit,
             None => Vector3::z(),
@@ -335,7 +336,7 @@ impl<'a> Split<'a> {
     }
 }
 
-/// The unit normal of a polygon (Newell), or up.
+/// The unit normal of a polygon (Newell), or up if it has none.
 fn flat_normal(positions: &[Point3<f64>], polygon: &[u32]) -> Vector3<f64> {
     let p = |k: usize| positions[polygon[k % polygon.len()] as usize];
     let sum: Vector3<f64> = (1..polygon.len())
@@ -357,14 +358,14 @@ const VERTICES: u32 = 34962;
 const INDICES: u32 = 34963;
 
 impl NewFile {
-    /// Ends a view that started at this byte.
+    /// Completes a view that started at this byte.
     fn view(&mut self, start: usize, target: u32, stride: Option<usize>) -> usize {
         let stride = stride.map(|stride| format!(",\"byteStride\":{stride}"));
         let stride = stride.unwrap_or_default();
         self.end_view(start, &format!("{stride},\"target\":{target}"))
     }
 
-    /// Ends a view that started at this byte and has these further members.
+    /// Completes a view that started at this byte, with additional members.
     fn end_view(&mut self, start: usize, members: &str) -> usize {
         self.views.push(format!(
             "{{\"buffer\":0,\"byteOffset\":{start},\"byteLength\":{}{members}}}",
@@ -423,7 +424,7 @@ impl NewFile {
                 NONE => [0.0; 2],
                 n => {
                     let [u, v] = column.value(n as usize);
-                    // Downward, as glTF means it.
+                    // Pointing down, as in glTF.
                     [u as f32, (1.0 - v) as f32].map(finite)
                 }
             });
@@ -447,7 +448,7 @@ impl NewFile {
         self.accessor(view, count, text)
     }
 
-    /// Colours in the type that they have, if glTF knows it, else as real numbers.
+    /// Writes colours in their own type if glTF supports it, otherwise as real numbers.
     fn colors(&mut self, split: &Split<'_>, column: &Column<'_>) -> usize {
         let start = self.data.len();
         let (code, size, unit) = match &*column.values {
@@ -488,7 +489,7 @@ impl NewFile {
         self.accessor(view, split.vertices.len(), &text)
     }
 
-    /// A primitive for each material, in the order of their numbers, and one for faces without.
+    /// Writes one primitive per material, in index order, and one for faces without a material.
     fn primitives(
         &mut self,
         split: &Split<'_>,
@@ -503,7 +504,7 @@ impl NewFile {
             .map(|&(v, _)| positions[v as usize])
             .collect();
         let mut cutter = Cutter::new(&places, split.faces.num_corners(), recuts);
-        // The last list is that of the faces without a material.
+        // The last list contains the faces without a material.
         let num_materials = materials.map_or(0, |labels| labels.names.len());
         let mut lists: Vec<Vec<u32>> = vec![Vec::new(); num_materials + 1];
         for (face, polygon) in split.faces.iter().enumerate() {
@@ -513,7 +514,7 @@ impl NewFile {
                 lists[label].extend_from_slice(&triangle)
             });
         }
-        // The largest number of a type is not an index.
+        // The largest value of an index type is reserved.
         let is_small = split.vertices.len() <= usize::from(u16::MAX);
         let mut primitives = Vec::new();
         for (label, list) in lists
@@ -548,8 +549,8 @@ impl NewFile {
 }
 
 impl NewFile {
-    /// The materials, textures and images, as members of the root; the bytes of the images go
-    /// into the data.
+    /// Writes the materials, textures and images as members of the root. The bytes of the images
+    /// are added to the data.
     fn materials(
         &mut self,
         labels: Option<&Labels>,
@@ -559,7 +560,7 @@ impl NewFile {
         let names = names.map_or(&[][..], |labels| &labels.names);
         let mut list = Cow::Borrowed(&materials.list);
         if list.is_empty() {
-            // Of these only the names are known.
+            // Only the names of these are known.
             list = Cow::Owned(names.iter().map(Material::named).collect());
         }
         if list.is_empty() {

@@ -1,7 +1,7 @@
-//! The materials, textures and images of a new glTF, by the types of the `gltf` crate.
+//! The materials, textures and images of a new glTF, using the types of the `gltf` crate.
 //!
-//! Emission above 1 is the factor of `KHR_materials_emissive_strength`, a power of two, so that
-//! dividing by it loses nothing.
+//! Emission above 1 is scaled by the factor of `KHR_materials_emissive_strength`, a power of two,
+//! so that the division is exact.
 
 use gltf::json::material::{
     AlphaCutoff, AlphaMode, EmissiveFactor, Material as JsonMaterial, NormalTexture,
@@ -19,7 +19,7 @@ use crate::material::{Alpha, Image, Material};
 /// The extension for emission above 1.
 pub(super) const EMISSIVE_STRENGTH: &str = "KHR_materials_emissive_strength";
 
-/// The members of the root that describe materials, each with a comma before it; `views` are the
+/// The members of the root that describe materials, each preceded by a comma; `views` are the
 /// buffer views of the images.
 pub(super) fn members(
     materials: &[Material],
@@ -42,7 +42,7 @@ pub(super) fn members(
 }
 
 fn member<T: Serialize + ?Sized>(out: &mut String, key: &str, value: &T) -> Result<(), IoError> {
-    // Names are text and numbers finite, so this has no cause to fail.
+    // Names are text and numbers finite, so there is no reason for this to fail.
     let value = serde_json::to_string(value).map_err(|error| IoError::Gltf {
         path: key.to_owned(),
         problem: error.to_string(),
@@ -92,7 +92,7 @@ fn material(material: &Material) -> JsonMaterial {
     }
 }
 
-/// A power of two that is not below any component of the emission, and 1 at least.
+/// The smallest power of two that is at least 1 and at least every component of the emission.
 fn strength(material: &Material) -> f64 {
     let most = material.emission.into_iter().fold(1.0, f32::max);
     let mut strength = 1.0;
@@ -102,7 +102,7 @@ fn strength(material: &Material) -> f64 {
     strength
 }
 
-/// There is a texture of each image, so they have the same indices.
+/// There is one texture per image, so they have the same indices.
 fn info(image: usize) -> Info {
     Info {
         index: Index::new(image as u32),
@@ -133,7 +133,7 @@ fn image((image, &view): (&Image, &usize)) -> JsonImage {
     }
 }
 
-/// The emission of a material that was read, given its factor and the value of the extension.
+/// The emission of a material, given its factor and the value of the extension.
 pub(super) fn emission(factor: [f32; 3], extension: Option<&Value>) -> [f32; 3] {
     let strength = extension.and_then(|value| value.get("emissiveStrength")?.as_f64());
     let strength = strength.unwrap_or(1.0);

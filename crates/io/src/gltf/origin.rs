@@ -1,15 +1,16 @@
-//! The point from which a new glTF counts its positions.
+//! The origin of the positions in a new glTF.
 //!
-//! Positions of glTF are numbers of 32 bits. A mesh that is far from the origin for its size keeps
-//! its shape if they count from a point nearby, which a node adds in the 64 bits that JSON has.
+//! glTF positions are 32-bit numbers. A mesh that is far from the origin relative to its size
+//! keeps its shape if its positions are relative to a nearby point, which a node adds in the 64
+//! bits available in JSON.
 
 use nalgebra::Point3;
 
 use crate::faces::FaceList;
 use crate::precision::{Rounding, single};
 
-/// The origin of a mesh: zero, or a round point near its middle if it would suffer from single
-/// precision otherwise.
+/// Returns the origin of a mesh: zero, or a round point near its middle if single precision would
+/// otherwise affect the shape.
 pub(super) fn of(positions: &[Point3<f64>], faces: &FaceList) -> Point3<f64> {
     let rounding = Rounding::measure(positions, faces, |v| single(positions[v]));
     match rounding {
@@ -18,7 +19,7 @@ pub(super) fn of(positions: &[Point3<f64>], faces: &FaceList) -> Point3<f64> {
     }
 }
 
-/// The middle of the bounding box, rounded so that it has few digits and is still inside.
+/// The middle of the bounding box, rounded to few digits but still inside.
 fn middle(positions: &[Point3<f64>], size: f64) -> Point3<f64> {
     let unit = 10f64.powf(size.log10().floor());
     let mut middle = Point3::origin();
@@ -34,7 +35,7 @@ fn middle(positions: &[Point3<f64>], size: f64) -> Point3<f64> {
     middle
 }
 
-/// A position as a file stores it that counts from `origin`.
+/// A position as stored in a file with positions relative to `origin`.
 pub(super) fn stored(p: Point3<f64>, origin: &Point3<f64>) -> Point3<f64> {
     *origin + single(Point3::from(p - origin)).coords
 }

@@ -1,4 +1,4 @@
-//! Which faces and vertices of a repaired mesh go to which primitive.
+//! Assignment of the faces and vertices of a repaired mesh to primitives.
 
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
@@ -10,20 +10,20 @@ use crate::error::IoError;
 use crate::remap::Remap;
 use crate::source::Mesh;
 
-/// Which primitive each new face goes to, and which vertices share an accessor.
+/// The primitive of each new face, and the vertices that share an accessor.
 pub(super) struct Plan {
-    /// For each piece its new faces.
+    /// For each piece, its new faces.
     pub(super) faces: Vec<Range<usize>>,
-    /// For each block its group.
+    /// For each block, its group.
     pub(super) group_of: Vec<usize>,
     pub(super) groups: Vec<Group>,
 }
 
-/// New vertices that stand in one accessor.
+/// New vertices in one accessor.
 #[derive(Clone, Debug)]
 pub(super) struct Group {
     pub(super) vertices: Range<usize>,
-    /// Whether these are the vertices of a block as they were.
+    /// `true` if these are the unchanged vertices of a block.
     pub(super) is_kept: bool,
 }
 
@@ -36,7 +36,7 @@ impl Plan {
             let block = blocks.partition_point(|b| b.vertices.end <= v as usize);
             block.min(blocks.len().saturating_sub(1))
         };
-        // Blocks that a piece has vertices of are one group.
+        // Blocks whose vertices occur in the same piece form one group.
         let mut union = Union::new(geometry.blocks.len());
         let mut first_piece = vec![usize::MAX; geometry.blocks.len()];
         for (piece, faces) in faces.iter().enumerate() {
@@ -52,7 +52,7 @@ impl Plan {
                 }
             }
         }
-        // So are blocks whose new vertices lie between each other.
+        // So do blocks whose new vertices are interleaved.
         let mut extents: BTreeMap<usize, Range<usize>> = BTreeMap::new();
         for (i, &old) in remap.vertices.iter().enumerate() {
             let extent = extents.entry(union.find(block_of(old))).or_insert(i..i);
@@ -69,7 +69,7 @@ impl Plan {
         for (root, extent) in sorted {
             let first = first_of_root[root];
             match runs.last_mut() {
-                // A group must have faces, and groups come in the order of their primitives.
+                // A group must have faces, and groups are in the order of their primitives.
                 Some((last, run, last_first))
                     if extent.start < run.end || first == usize::MAX || first < *last_first =>
                 {
@@ -80,7 +80,7 @@ impl Plan {
                 _ => runs.push((root, extent, first)),
             }
         }
-        // A join may have brought the first primitive of a run before that of the run before.
+        // Joining may have moved the first primitive of a run before that of the previous run.
         let mut groups: Vec<(usize, Range<usize>, usize)> = Vec::new();
         for (root, extent, mut first) in runs {
             let mut extent = extent;
@@ -124,8 +124,8 @@ impl Plan {
         Ok(plan)
     }
 
-    /// An accessor of several blocks is kept by none whose faces change: how these share it depends
-    /// on their faces, and is to stay as it is when the file is read again.
+    /// Marks groups as not kept if their faces change and other blocks share their accessor. The
+    /// sharing depends on the faces, and must be the same when the file is read again.
     fn part_from_others(&mut self, geometry: &Geometry, remap: &Remap, mesh: Mesh<'_>) {
         let mut counts: HashMap<usize, usize> = HashMap::new();
         for block in &geometry.blocks {
@@ -143,7 +143,7 @@ impl Plan {
         }
     }
 
-    /// Whether the faces of a piece are the old ones, counted within its vertices.
+    /// Returns `true` if the faces of a piece are unchanged, as indices within its vertices.
     pub(super) fn has_same_faces(
         &self,
         number: usize,
@@ -168,7 +168,7 @@ impl Plan {
             })
     }
 
-    /// Vertices in one accessor are placed by one transform.
+    /// Checks that all vertices in one accessor have the same placement.
     fn check_placements(&self, blocks: &[Block]) -> Result<(), IoError> {
         let mut first: Vec<Option<&Block>> = vec![None; self.groups.len()];
         for (block, &group) in blocks.iter().zip(&self.group_of) {
@@ -183,7 +183,7 @@ impl Plan {
     }
 }
 
-/// Whether the new vertices are all those of one block in their order.
+/// Returns `true` if the new vertices are exactly those of one block, in order.
 fn is_kept(blocks: &[Block], vertices: &[u32], block_of: impl Fn(u32) -> usize) -> bool {
     let Some(block) = vertices.first().and_then(|&v| blocks.get(block_of(v))) else {
         return false;
@@ -209,8 +209,8 @@ fn faces(pieces: &[Piece], remap: &Remap, mesh: Mesh<'_>) -> Result<Vec<Range<us
             return Err(unsupported("faces of more than three corners"));
         }
         let piece = if source == NONE {
-            // A face that closes a hole goes with the face before it, if that is of the mesh
-            // where the hole was; faces of an old glTF are triangles.
+            // A face that closes a hole is assigned to the piece of the preceding face, if that
+            // belongs to the mesh with the hole. Faces of an old glTF are triangles.
             let corner = remap.faces.corner_range(face).start;
             let corner = remap.corner_sources.get(corner).copied().unwrap_or(NONE);
             let beside = piece_of(corner as usize / 3);
@@ -236,7 +236,7 @@ fn faces(pieces: &[Piece], remap: &Remap, mesh: Mesh<'_>) -> Result<Vec<Range<us
     Ok(faces)
 }
 
-/// Sets of blocks that grow together.
+/// Disjoint sets of blocks.
 struct Union(Vec<usize>);
 
 impl Union {
@@ -258,7 +258,7 @@ impl Union {
     }
 }
 
-/// The refusal of a repair.
+/// The error for an unsupported repair.
 pub(super) fn unsupported(what: &str) -> IoError {
     IoError::Unsupported {
         feature: format!("a glTF with {what}"),

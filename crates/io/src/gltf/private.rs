@@ -1,4 +1,4 @@
-//! Which accessors have their bytes for themselves, so that these may be changed in place.
+//! Detection of accessors that do not share their bytes, so that these may be changed in place.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::ops::Range;
@@ -7,7 +7,7 @@ use super::GltfFile;
 use super::accessor::{Layout, Span};
 use super::tokens::{Token, Tokens};
 
-/// What an accessor is used for.
+/// The use of an accessor.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Role {
     Position,
@@ -31,12 +31,12 @@ impl Private {
         }
     }
 
-    /// Whether the accessor holds positions and nothing else.
+    /// Returns `true` if the accessor is used only for positions.
     pub(super) fn position(&self, accessor: usize) -> bool {
         self.is(accessor, Role::Position)
     }
 
-    /// Whether the accessor holds the normals of the vertices of `position` and nothing else.
+    /// Returns `true` if the accessor is used only for the normals of the vertices of `position`.
     pub(super) fn normal(&self, accessor: usize, position: usize) -> bool {
         self.is(accessor, Role::Normal(position as u64))
     }
@@ -81,9 +81,11 @@ fn roles(file: &GltfFile) -> HashMap<u64, Role> {
     roles
 }
 
-/// The whole numbers in the data of extensions: any may be that of an accessor, such as the
-/// translations of `EXT_mesh_gpu_instancing`. Those of extensions that say how surfaces look or
-/// how bytes are packed are not.
+/// The integers in the data of extensions.
+///
+/// Any of them may be an accessor index, for example of the translations of
+/// `EXT_mesh_gpu_instancing`. Extensions that describe materials, lights or the compression of
+/// data are excluded.
 fn numbers_in_extensions(text: &str) -> BTreeSet<u64> {
     const OTHERS: [&str; 11] = [
         "KHR_materials_",
@@ -101,7 +103,7 @@ fn numbers_in_extensions(text: &str) -> BTreeSet<u64> {
     let mut numbers = BTreeSet::new();
     let mut tokens = Tokens::new(text);
     let mut depth = 0usize;
-    // How deep the object lies that holds extensions.
+    // The depth of the object that contains extensions.
     let mut within: Option<usize> = None;
     let mut starts = false;
     while let Some(token) = tokens.next() {
@@ -133,11 +135,11 @@ fn numbers_in_extensions(text: &str) -> BTreeSet<u64> {
     numbers
 }
 
-/// Bytes that something uses.
+/// A range of bytes in use.
 struct Use {
     buffer: usize,
     range: Range<usize>,
-    /// Stride and size of the elements of an accessor; without, all of the range is used.
+    /// Stride and size of the elements of an accessor; if `None`, the whole range is used.
     elements: Option<(usize, usize)>,
     accessor: Option<u64>,
 }
@@ -146,7 +148,7 @@ fn overlapping(file: &GltfFile) -> HashSet<u64> {
     let mut uses = uses(file);
     uses.sort_by_key(|u| (u.buffer, u.range.start));
     let mut shared = HashSet::new();
-    // Ranges that overlap, also by way of others, form a run.
+    // Ranges that overlap, directly or through others, form a run.
     let mut start = 0;
     while let Some(first) = uses.get(start) {
         let mut run_end = first.range.end;
@@ -167,7 +169,7 @@ fn overlapping(file: &GltfFile) -> HashSet<u64> {
     shared
 }
 
-/// Whether all uses are elements that lie between each other and nowhere overlap.
+/// Returns `true` if all uses are interleaved elements that do not overlap.
 fn is_interleaved(run: &[Use]) -> bool {
     let stride = run
         .first()
@@ -184,7 +186,7 @@ fn is_interleaved(run: &[Use]) -> bool {
         }
     }
     phases.sort_unstable();
-    // The first comes again after the last.
+    // The first one again after the last.
     let next = phases.iter().skip(1).map(|&(phase, _)| phase);
     let again = phases.first().map(|&(phase, _)| phase + stride);
     phases
@@ -219,17 +221,17 @@ fn uses(file: &GltfFile) -> Vec<Use> {
                     }
                 }
             }
-            // Something that this reader does not know may use all of the view.
+            // An unknown kind of accessor may use the whole view.
             Err(_) => whole.extend(accessor.view),
         }
         if let Some(sparse) = &accessor.sparse {
             whole.extend([sparse.indices.view, sparse.values.view]);
         }
     }
-    // Views that no accessor uses serve an extension.
+    // Views that no accessor uses belong to an extension.
     let unused = is_used.iter().enumerate().filter(|&(_, &is_used)| !is_used);
     whole.extend(unused.map(|(view, _)| view as u64));
-    // A compressed copy of a view would no longer agree with it.
+    // A compressed copy of a view would no longer match it.
     let views = file.views.iter().enumerate();
     let extended = views.filter(|(_, view)| !view.extensions.is_empty());
     whole.extend(extended.map(|(view, _)| view as u64));

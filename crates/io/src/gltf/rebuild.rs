@@ -1,11 +1,12 @@
-//! The file of a mesh made of this one's vertices and faces: what every repair comes to.
+//! The file of a mesh made of this one's vertices and faces, which is the result of every repair.
 //!
-//! The primitives of what changed get new accessors with the elements of the new vertices, taken
-//! byte by byte from the old ones, and new indices. What did not change keeps its accessors. Where
-//! the new order of vertices or a face needs it, primitives come to share one set of vertices.
+//! Changed primitives get new accessors with the elements of the new vertices, copied byte by
+//! byte from the old ones, and new indices. Unchanged primitives keep their accessors. If the new
+//! order of vertices or a face requires it, primitives are made to share one set of vertices.
 //!
-//! What glTF cannot say without moving vertices or renumbering is refused: a mesh that placed
-//! vertices which it shared goes away, or faces change their order across primitives.
+//! Changes that glTF cannot represent without moving or renumbering vertices are rejected: the
+//! removal of a mesh that determined the placement of shared vertices, or a change in the order
+//! of faces across primitives.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
@@ -22,7 +23,7 @@ use crate::limits::Limits;
 use crate::remap::Remap;
 use crate::source::Mesh;
 
-/// The file of the new mesh.
+/// Builds the file of the new mesh.
 pub(super) fn rebuild(file: &GltfFile, remap: &Remap, mesh: Mesh<'_>) -> Result<GltfFile, IoError> {
     let plan = Plan::new(file, remap, mesh)?;
     let mut rebuild = Rebuild {
@@ -42,7 +43,7 @@ pub(super) fn rebuild(file: &GltfFile, remap: &Remap, mesh: Mesh<'_>) -> Result<
     rebuild.edit(changes)?;
     rebuild.drop_pieces()?;
     let bytes = rebuild.rewrite.finish(file.container.is_binary)?;
-    // What was read within the limits may grow by a repair, but not in depth.
+    // A repair may exceed the limits that the original file met, except for the depth.
     let unbounded = Limits {
         max_depth: file.limits.max_depth,
         ..Limits::NONE
@@ -56,14 +57,15 @@ pub(super) fn rebuild(file: &GltfFile, remap: &Remap, mesh: Mesh<'_>) -> Result<
         .vertices
         .iter()
         .map(|&v| mesh.positions.get(v as usize));
-    // Everything else rests on this; what the plan overlooked is refused and not written.
+    // Everything else depends on this; a result that the plan did not foresee is rejected and not
+    // written.
     if parsed.faces != remap.faces || !parsed.positions.iter().map(Some).eq(positions) {
         return Err(unsupported("vertices or faces in this order"));
     }
     Ok(new)
 }
 
-/// Where a primitive names an accessor of its vertices.
+/// The location of an accessor reference in a primitive.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 enum Slot {
     Attribute(String),
@@ -90,7 +92,7 @@ struct Rebuild<'a> {
 }
 
 impl Rebuild<'_> {
-    /// The new accessors of a piece, if anything about it changed.
+    /// Returns the new accessors of a piece, if anything in it changed.
     fn piece(
         &mut self,
         number: usize,
@@ -181,8 +183,8 @@ impl Rebuild<'_> {
         }))
     }
 
-    /// A new accessor of the elements of the new vertices; those of other blocks come from what
-    /// stands in the same slot there, or are zero; colours are white.
+    /// Creates an accessor of the elements of the new vertices. Those from other blocks come from
+    /// the same slot there, or are zero; colours are white.
     fn gather(
         &mut self,
         vertices: &Range<usize>,
@@ -208,7 +210,7 @@ impl Rebuild<'_> {
             } else {
                 self.named(block, slot).map(layout).transpose()?
             };
-            // What does not have one element for each vertex is not taken along.
+            // Accessors without exactly one element per vertex are not carried over.
             let count = blocks.get(block).map_or(0, |b| b.vertices.len());
             layouts.push((block, found.filter(|layout| layout.count == count)));
         }
@@ -247,7 +249,7 @@ impl Rebuild<'_> {
             })?;
             tables.insert(block, table);
         }
-        // What has no colour is white, as it was shown.
+        // Vertices without a colour are white, as rendered.
         let mut missing = Vec::new();
         if *slot == Slot::Attribute("COLOR_0".to_owned()) {
             (0..components).for_each(|_| component.write(&mut missing, component.unit().into()));
@@ -357,8 +359,10 @@ impl Rebuild<'_> {
         Ok(())
     }
 
-    /// Takes out the primitives that have no faces any more. The last of a mesh become points of
-    /// a mesh that no node shows, since a mesh must have primitives and others have numbers.
+    /// Removes primitives without remaining faces.
+    ///
+    /// The last one of a mesh becomes points of a mesh that no node shows, since a mesh must have
+    /// primitives and other meshes must keep their indices.
     fn drop_pieces(&mut self) -> Result<(), IoError> {
         let mut dropped: BTreeMap<usize, HashSet<usize>> = BTreeMap::new();
         for (piece, faces) in self.file.geometry.pieces.iter().zip(&self.plan.faces) {

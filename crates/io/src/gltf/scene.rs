@@ -1,4 +1,4 @@
-//! Where the nodes put the meshes.
+//! The placement of meshes by nodes.
 //!
 //! Source: glTF 2.0 specification, sections 3.5.2 "Nodes and Hierarchy" and 3.7.3 "Skins";
 //! Khronos, "EXT_mesh_gpu_instancing".
@@ -14,26 +14,26 @@ use crate::error::IoError;
 use crate::limits::Limits;
 use crate::placement::Placement;
 
-/// How each mesh is placed.
+/// The placement of each mesh.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(super) struct Placements {
-    /// By mesh; a mesh that no node shows stays where it is.
+    /// The placement per mesh; the identity for a mesh that no node shows.
     pub(super) meshes: Vec<Placement>,
-    /// Meshes whose transforms cannot be undone, so that they are read as if they had none.
+    /// Meshes with only singular transforms, which are read as if they had none.
     pub(super) singular: Vec<usize>,
-    /// By mesh, where else it is shown.
+    /// The other instances per mesh.
     pub(super) others: Vec<Others>,
 }
 
-/// The places where a mesh is shown besides the one that it was read at.
+/// The instances of a mesh in addition to the one where it was read.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(super) struct Others {
-    /// How often it is shown in all.
+    /// The total number of its instances.
     pub(super) count: usize,
     shown: Vec<Shown>,
-    /// The one of `shown` where it was read.
+    /// The entry of `shown` where it was read.
     first: usize,
-    /// How often scenes show it that are not the one to be shown.
+    /// The number of its instances that only scenes other than the default one show.
     pub(super) elsewhere: usize,
 }
 
@@ -54,8 +54,9 @@ struct Layouts {
 }
 
 impl Placements {
-    /// Each mesh as the first node shows it whose transform can be undone: first the nodes of the
-    /// scene, depth first, then those of the other scenes, then the rest.
+    /// Places each mesh according to the first node that shows it with an invertible transform:
+    /// first the nodes of the default scene, depth first, then those of the other scenes, then
+    /// the rest.
     pub(super) fn new(
         root: &Root<'_>,
         buffers: &Buffers,
@@ -110,8 +111,10 @@ impl Placements {
 }
 
 impl Others {
-    /// Hands over the transform of each further place, as far as it can be undone; counts those
-    /// that cannot. A place where a node shows the mesh already is not counted.
+    /// Visits the placement of each additional instance that is invertible, and returns the
+    /// number of those that are not.
+    ///
+    /// Instances at the same place as an earlier one are skipped.
     pub(super) fn for_each(
         &self,
         buffers: &Buffers,
@@ -123,7 +126,7 @@ impl Others {
         let first = first.filter(|first| first.instancing.is_none());
         let mut is_new = |matrix: &Matrix4<f64>| {
             let mut bits = [0; 16];
-            // A negative zero is the same place as a positive one.
+            // Negative and positive zero are the same place.
             bits.iter_mut()
                 .zip(matrix)
                 .for_each(|(bits, x)| *bits = (x + 0.0).to_bits());
@@ -150,7 +153,7 @@ impl Others {
         Ok(num_singular)
     }
 
-    /// How many further places there are at most.
+    /// Upper bound on the number of additional instances.
     pub(super) fn num_places(&self) -> usize {
         let counts = self.shown.iter().map(Shown::count);
         let all = counts.fold(0, usize::saturating_add);
@@ -170,7 +173,7 @@ impl Shown {
         let instancing = instancing
             .map(|instancing| Layouts::new(node, instancing, root, buffers).map(Box::new))
             .transpose()?;
-        // A skin puts its mesh where its joints are.
+        // A skinned mesh is placed by its joints.
         let is_skinned = root.nodes[node].skin.is_some();
         Ok(Self {
             transform: match is_skinned {
@@ -181,12 +184,12 @@ impl Shown {
         })
     }
 
-    /// How often the node shows its mesh.
+    /// The number of times that the node shows its mesh.
     fn count(&self) -> usize {
         self.instancing.as_ref().map_or(1, |layouts| layouts.count)
     }
 
-    /// From the coordinates of the mesh to those of the scene.
+    /// The transform from mesh coordinates to scene coordinates.
     fn transform(&self, instance: usize, buffers: &Buffers) -> Option<Matrix4<f64>> {
         match &self.instancing {
             None => Some(self.transform),
@@ -227,7 +230,7 @@ impl Layouts {
         let layouts = [&translation, &rotation, &scale];
         let counts = layouts.into_iter().flatten().map(|layout| layout.count);
         let mut counts = counts.collect::<Vec<_>>().into_iter();
-        // Further attributes, such as colours, have as many elements.
+        // Other attributes, such as colours, have the same number of elements.
         let count = match counts.next() {
             Some(count) => count,
             None => instancing.attributes.values().next().map_or(Ok(1), |&a| {
@@ -304,7 +307,7 @@ impl Tree {
         })
     }
 
-    /// The transform of every node to the coordinates of the scene.
+    /// The transform of every node to scene coordinates.
     fn globals(&self, nodes: &[Node], limits: &Limits) -> Result<Vec<Matrix4<f64>>, IoError> {
         let mut globals = vec![Matrix4::identity(); nodes.len()];
         let mut num_reached = 0;
@@ -312,7 +315,7 @@ impl Tree {
         while let Some((node, depth)) = stack.pop() {
             limits.check_depth(depth)?;
             num_reached += 1;
-            // A root has the identity here, a child the transform of its parent.
+            // Initially the identity for a root, and the parent's transform for a child.
             globals[node] *= local(&nodes[node]);
             for &child in &self.children[node] {
                 globals[child] = globals[node];
@@ -320,7 +323,8 @@ impl Tree {
             }
         }
         if num_reached < nodes.len() {
-            // Every node has one parent at most, so what no root reaches is in or behind a cycle.
+            // Every node has at most one parent, so nodes unreachable from a root are in or below
+            // a cycle.
             return Err(problem(
                 "nodes".to_owned(),
                 format!(
@@ -332,8 +336,8 @@ impl Tree {
         Ok(globals)
     }
 
-    /// All nodes in the order in which they show their meshes, and how many of them the scene has
-    /// that is to be shown.
+    /// All nodes in the order in which they show their meshes, and the number of those in the
+    /// default scene.
     fn order(&self, root: &Root<'_>) -> Result<(Vec<usize>, usize), IoError> {
         let first = match root.scene {
             Some(scene) if scene >= root.scenes.len() as u64 => {
@@ -406,7 +410,7 @@ fn composed(
         matrix = Matrix4::new_nonuniform_scaling(&Vector3::from(*scale));
     }
     if let Some(&[x, y, z, w]) = rotation {
-        // Rounded to 32 bits as files have them, they are of unit length only nearly.
+        // Rounded to 32 bits in files, quaternions have only approximately unit length.
         let rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
         matrix = rotation.to_homogeneous() * matrix;
     }
@@ -519,7 +523,7 @@ mod tests {
             error.starts_with("nodes[0].mesh: there is no mesh 1"),
             "{error}"
         );
-        // A long chain is refused by its depth, and no stack overflows.
+        // A long chain is rejected by its depth, without a stack overflow.
         let chain: Vec<String> = (1..100_000)
             .map(|n| format!(r#"{{"children":[{n}]}}"#))
             .collect();

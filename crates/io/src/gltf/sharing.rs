@@ -1,16 +1,16 @@
-//! Which primitives have their vertices in common.
+//! Detection of primitives that share their vertices.
 //!
-//! Primitives that name one POSITION accessor have the same vertices: they are parts of one
-//! surface. They have vertices of their own where these are not at the same places, or where the
-//! surface would run through itself:
+//! Primitives that refer to one POSITION accessor share its vertices: they are parts of one
+//! surface. They get separate vertices if these are at different places, or if the surface would
+//! otherwise pass through itself:
 //!
 //! - Meshes that are placed differently.
 //! - Meshes that have a face in common: the second is another use of the same data, not a
 //!   duplicate of the first.
 //! - Primitives of one mesh with a face in common, such as a coloured surface and an outline or a
 //!   decal over it. They are *layers*, whose vertices are not welded to each other, whether they
-//!   name the same accessors or copies. One face decides: where one layer was edited and the other
-//!   was not, those that nobody moved still tell that they are two.
+//!   use the same accessors or copies. One common face is enough: if one layer was edited and the
+//!   other was not, the unmoved faces still show that there are two.
 
 use std::collections::{HashMap, HashSet, VecDeque};
 
@@ -31,7 +31,7 @@ pub(super) struct Sharing {
     alone: Option<usize>,
     /// The layers of the current mesh, once it has two primitives.
     layers: Vec<Layer>,
-    /// Which primitives share a block, in their order, where that was decided before.
+    /// The groups of primitives that share a block, in primitive order, if decided beforehand.
     given: Option<VecDeque<usize>>,
     /// The block of each of these groups.
     groups: HashMap<usize, usize>,
@@ -46,12 +46,12 @@ struct Layer {
 }
 
 impl Layer {
-    /// Whether none of these triangles is there.
+    /// Returns `true` if none of these triangles is in the layer.
     fn is_free(&self, mut triangles: impl Iterator<Item = Triangle>) -> bool {
         !triangles.any(|triangle| self.faces.contains(&place(&triangle)))
     }
 
-    /// Whether no edge would have more than two triangles.
+    /// Returns `true` if no edge would have more than two triangles.
     fn has_room(&self, edges: &HashMap<u64, u32, RandomState>) -> bool {
         let there = |edge| self.edges.get(edge).copied().unwrap_or(0);
         let mut edges = edges.iter().map(|(edge, &count)| (there(edge), count));
@@ -63,7 +63,7 @@ impl Layer {
 type Triangle = [Point3<f64>; 3];
 
 impl Sharing {
-    /// Primitives with faces share their vertices as these numbers say, in their order.
+    /// Assigns primitives with faces to these groups, in primitive order.
     pub(super) fn given(groups: impl Iterator<Item = usize>) -> Self {
         Self {
             given: Some(groups.collect()),
@@ -78,8 +78,8 @@ impl Sharing {
 }
 
 impl Reader<'_> {
-    /// The block for a primitive with this POSITION accessor and these corners, counted within
-    /// the accessor; a new one if none fits.
+    /// Returns the block for a primitive with this POSITION accessor and these corners, numbered
+    /// within the accessor; a new one if none fits.
     pub(super) fn block_for(
         &mut self,
         mesh: usize,
@@ -125,9 +125,11 @@ impl Reader<'_> {
         Ok(block)
     }
 
-    /// The layer of a primitive whose vertices are those of `block`: the first one if it has no
-    /// face in common with any; else the first of the others with which it has none, and whose
-    /// edges it leaves with two triangles at most.
+    /// Returns the layer of a primitive whose vertices are those of `block`.
+    ///
+    /// This is the first one if it has no face in common with any layer. Otherwise it is the
+    /// first of the others with which it has no face in common and whose edges would have at most
+    /// two triangles.
     fn layer(&mut self, block: usize, corners: &[u32]) -> u32 {
         let positions = &self.parsed.positions;
         let start = self.geometry.blocks[block].vertices.start;
@@ -151,7 +153,8 @@ impl Reader<'_> {
             });
         }
         let layers = &mut sharing.layers;
-        // Who lies over anything is not of the first layer, although that may have been moved away.
+        // A primitive over any layer is not part of the first one, even if that layer's face has
+        // since moved away.
         if layers.iter().all(|layer| layer.is_free(triangles.clone())) {
             layers[0].faces.extend(triangles.map(|t| place(&t)));
             return 0;
@@ -175,8 +178,8 @@ impl Reader<'_> {
         layer as u32
     }
 
-    /// Whether a primitive may have the vertices of a block: none of its faces is one of another
-    /// mesh there.
+    /// Returns `true` if a primitive may use the vertices of a block: it has no face in common
+    /// with another mesh there.
     fn joins(&mut self, block: usize, mesh: usize, corners: &[u32]) -> bool {
         let pieces = &self.geometry.blocks[block].pieces;
         let pieces = pieces.iter().map(|&piece| &self.geometry.pieces[piece]);
@@ -208,14 +211,14 @@ impl Reader<'_> {
         true
     }
 
-    /// Forgets the layers of the mesh before.
+    /// Clears the layers of the previous mesh.
     pub(super) fn begin_mesh(&mut self) {
         self.sharing.alone = None;
         self.sharing.layers.clear();
     }
 }
 
-/// Whether a triangle has three vertices; what has fewer does not make another shape of it.
+/// Returns `true` if a triangle has three distinct vertices. Others do not affect the shape.
 fn is_proper(&[a, b, c]: &&[u32; 3]) -> bool {
     a != b && b != c && c != a
 }
@@ -225,18 +228,19 @@ fn sorted(mut face: [u32; 3]) -> [u32; 3] {
     face
 }
 
-/// A number for where some points are, whatever their order. Two places have the same one with a
-/// probability of 2⁻⁶⁴; then two primitives are read as layers that are none.
+/// A hash of the positions of some points, independent of their order. It is the same for
+/// different positions with a probability of 2⁻⁶⁴; two primitives are then misread as layers.
 fn place(points: &[Point3<f64>]) -> u64 {
     let point = |p: &Point3<f64>| {
-        // A negative zero is the same place as a positive one.
+        // Negative and positive zero are the same position.
         let bits = p.coords.map(|x| (x + 0.0).to_bits());
         mixed(mixed(mixed(bits.x) ^ bits.y) ^ bits.z)
     };
     mixed(points.iter().map(point).fold(0, u64::wrapping_add))
 }
 
-/// The finalizer of SplitMix64 (Steele, Lea and Flood 2014): every bit depends on every bit.
+/// The finalizer of SplitMix64 (Steele, Lea and Flood 2014): every output bit depends on every
+/// input bit.
 fn mixed(x: u64) -> u64 {
     let x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -1,4 +1,4 @@
-//! The tokens of a JSON text that was parsed before, in one pass and without a tree.
+//! Tokenizer for a JSON text that was parsed before, in one pass and without building a tree.
 
 /// A token of JSON.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -7,16 +7,16 @@ pub(super) enum Token<'a> {
     Open,
     /// `}` or `]`.
     Close,
-    /// The key of a member, as it stands, in its quotes.
+    /// The key of a member, verbatim with its quotes.
     Key(&'a str),
-    /// A string, as it stands, in its quotes.
+    /// A string, verbatim with its quotes.
     Text(&'a str),
     /// A number, `true`, `false` or `null`.
     Word(&'a str),
 }
 
 impl Token<'_> {
-    /// What the quotes hold.
+    /// The unescaped content of a string.
     pub(super) fn string(&self) -> Option<String> {
         match self {
             Self::Key(literal) | Self::Text(literal) => serde_json::from_str(literal).ok(),
@@ -103,7 +103,7 @@ impl<'a> Iterator for Tokens<'a> {
                 let rest = bytes.get(self.at..).unwrap_or(&[]);
                 let is_end = |b: &u8| is_between(*b) || matches!(b, b'}' | b']' | b'"');
                 let length = rest.iter().position(is_end).unwrap_or(rest.len());
-                // A word has a byte at least, so this ends.
+                // A word has at least one byte, so this terminates.
                 Token::Word(self.cut(self.at + length.max(1)))
             }
         })

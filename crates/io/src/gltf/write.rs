@@ -1,9 +1,9 @@
-//! The file with moved vertices and turned normals, or in the other container.
+//! Writing of the file with moved vertices and rotated normals, or in the other container.
 //!
-//! Positions and normals are changed where they stand if their bytes are theirs alone and of a
-//! type that can hold the new values; otherwise new ones are appended and the primitives refer to
-//! them. Of the JSON only what says so changes. A buffer that changes and is not the binary chunk
-//! of a GLB becomes a data URI; other references to files stay as they are.
+//! Positions and normals are changed in place if their bytes are not shared and have a type that
+//! can represent the new values. Otherwise new ones are appended and the primitives refer to
+//! them. The JSON changes only in the corresponding places. A buffer that changes and is not the
+//! binary chunk of a GLB becomes a data URI; other file references are left unchanged.
 
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
@@ -23,7 +23,7 @@ use crate::format::Format;
 use crate::number::push_f64;
 use crate::source::Moves;
 
-/// The file in one of the two containers, with what moved.
+/// Writes the file in one of the two containers, with the changes applied.
 pub(super) fn write(
     file: &GltfFile,
     format: Format,
@@ -47,7 +47,7 @@ pub(super) struct Rewrite<'a> {
     pub(super) editor: Editor<'a>,
     /// The buffers that change.
     buffers: Vec<Option<Vec<u8>>>,
-    /// New data, and which buffer it goes to from which byte on.
+    /// New data, with the index of the buffer it is appended to and the offset there.
     appended: Vec<u8>,
     append_to: usize,
     append_at: usize,
@@ -62,7 +62,7 @@ impl<'a> Rewrite<'a> {
     pub(super) fn new(file: &'a GltfFile) -> Result<Self, IoError> {
         let editor = Editor::new(file.text());
         let list = &file.buffers.list;
-        // Data goes to where it makes the least change: the binary chunk or a data URI.
+        // Append where it changes the least: the binary chunk or a data URI.
         let (append_to, length) = match list.first() {
             Some(first) if matches!(first.kind, Kind::Chunk | Kind::Embedded) => (0, first.length),
             _ => (list.len(), 0),
@@ -104,7 +104,7 @@ impl<'a> Rewrite<'a> {
                         self.point(user, "POSITION", accessor);
                     }
                 }
-                // A compressed copy would no longer agree.
+                // A compressed copy would no longer match.
                 for &user in primitives {
                     self.repoint.entry(user).or_default();
                 }
@@ -143,8 +143,8 @@ impl<'a> Rewrite<'a> {
         attributes.push((semantic.to_owned(), accessor));
     }
 
-    /// Gives elements of an accessor of three components new values: in place, or else in a new
-    /// accessor, whose number it returns.
+    /// Replaces elements of a three-component accessor: in place, or else in a new accessor,
+    /// whose index is returned.
     fn change(
         &mut self,
         layout: &Layout,
@@ -184,7 +184,7 @@ impl<'a> Rewrite<'a> {
                 layout.component.write(&mut bytes, x * unit);
                 let at = span.start + element * span.stride + k * size;
                 let old = &mut buffer[at..at + size];
-                // What is the same number keeps its bits: zeros have two.
+                // Equal numbers keep their bits, because there are two zeros.
                 if layout.component.read(old) != layout.component.read(&bytes) {
                     old.copy_from_slice(&bytes);
                 }
@@ -208,7 +208,7 @@ impl<'a> Rewrite<'a> {
         Ok(None)
     }
 
-    /// Writes a bound unless it says the same already.
+    /// Writes a bound, unless it is already equal.
     fn set_bound(
         &mut self,
         object: &Range<usize>,
@@ -225,7 +225,7 @@ impl<'a> Rewrite<'a> {
         self.editor.set(object, key, array(&bound))
     }
 
-    /// A new accessor of vectors with bounds.
+    /// Appends an accessor of vectors with bounds.
     fn append_vectors(&mut self, values: &[f32]) -> Result<usize, IoError> {
         let bytes: Vec<u8> = values.iter().flat_map(|x| x.to_le_bytes()).collect();
         let (triples, _) = values.as_chunks::<3>();
@@ -239,7 +239,7 @@ impl<'a> Rewrite<'a> {
         self.append(&bytes, &text, Some(34962), None)
     }
 
-    /// A new accessor of new bytes; `text` is its JSON but for the view.
+    /// Appends an accessor of new bytes; `text` is its JSON except for the view.
     pub(super) fn append(
         &mut self,
         bytes: &[u8],
@@ -247,7 +247,7 @@ impl<'a> Rewrite<'a> {
         target: Option<u32>,
         stride: Option<usize>,
     ) -> Result<usize, IoError> {
-        // Attributes without bytes of their own get some here; a small file must not make a
+        // Attributes without bytes of their own get some here; a small file must not grow into a
         // huge one.
         let num_bytes = self.file.buffers.num_bytes();
         let most = (64usize << 20).saturating_add(num_bytes.saturating_mul(16));
@@ -317,7 +317,7 @@ impl<'a> Rewrite<'a> {
         Ok(())
     }
 
-    /// The bytes of the file.
+    /// Returns the bytes of the file.
     pub(super) fn finish(mut self, is_binary: bool) -> Result<Vec<u8>, IoError> {
         self.point_primitives()?;
         let root = self.editor.root();
@@ -353,7 +353,7 @@ impl<'a> Rewrite<'a> {
             let original = file.buffers.bytes(number);
             if number == 0 && is_binary {
                 if buffer.kind != Kind::Chunk {
-                    // A file of a GLB of ours keeps its buffer where it is.
+                    // In a GLB, a first buffer outside the binary chunk stays there.
                     if file.container.is_binary {
                         if let Some(bytes) = changed {
                             self.editor
@@ -369,7 +369,7 @@ impl<'a> Rewrite<'a> {
             let is_moved = file.container.is_binary != is_binary && buffer.kind != Kind::Embedded;
             if changed.is_some() || is_moved {
                 let bytes = changed.as_deref().unwrap_or(original);
-                // Many buffers may be one file, which is read once but written for each.
+                // Many buffers may refer to one file, which is read once but written for each.
                 embedded = embedded.saturating_add((bytes.len() as u64).saturating_mul(4) / 3);
                 file.limits.check_bytes(embedded)?;
                 self.editor
@@ -381,7 +381,7 @@ impl<'a> Rewrite<'a> {
             return Ok(Vec::new());
         };
         if is_binary {
-            // A chunk that no buffer refers to stays too.
+            // A chunk that no buffer refers to is kept too.
             let chunk = file
                 .container
                 .bin
@@ -405,7 +405,7 @@ impl<'a> Rewrite<'a> {
     }
 }
 
-/// Whether an accessor gets bounds that it did not have.
+/// The condition for writing the bounds of an accessor.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Bounds {
     Always,
@@ -415,14 +415,14 @@ enum Bounds {
 /// The primitives whose positions are those of a block.
 #[derive(Clone, Debug, Default)]
 struct Users {
-    /// By mesh and number.
+    /// By mesh and primitive index.
     primitives: Vec<(usize, usize)>,
-    /// Whether the accessor has no other use as positions.
+    /// `true` if the accessor has no other use as positions.
     is_alone: bool,
 }
 
-/// The users of each block. Points and lines go with the triangles of their mesh that name the
-/// same accessor, or else with others at the same place.
+/// The users of each block. Points and lines are assigned to the triangles of their mesh with the
+/// same accessor, or else to others at the same place.
 fn users(file: &GltfFile) -> Vec<Users> {
     let geometry = &file.geometry;
     let mut of_accessor: HashMap<u64, Vec<usize>> = HashMap::new();
@@ -466,7 +466,7 @@ fn users(file: &GltfFile) -> Vec<Users> {
     users
 }
 
-/// The moved elements of a block, in the coordinates of the mesh.
+/// The moved elements of a block, in mesh coordinates.
 fn positions(block: &Block, moves: &Moves<'_>) -> Result<Vec<(usize, [f64; 3])>, IoError> {
     let range = block.vertices.clone();
     let moved = moves.moved.get(range.clone()).unwrap_or(&[]);
@@ -487,11 +487,11 @@ fn positions(block: &Block, moves: &Moves<'_>) -> Result<Vec<(usize, [f64; 3])>,
     Ok(changes)
 }
 
-/// The least and the greatest finite number of each component; zero where there is none.
+/// The minimum and maximum finite value of each component; zero if there is none.
 pub(super) fn limits(values: impl Iterator<Item = [f64; 3]>) -> [[f64; 3]; 2] {
     let (mut min, mut max) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for value in values {
-        // JSON has no infinity and no NaN.
+        // JSON can represent neither infinity nor NaN.
         for k in (0..3).filter(|&k| value[k].is_finite()) {
             min[k] = min[k].min(value[k]);
             max[k] = max[k].max(value[k]);
@@ -500,7 +500,7 @@ pub(super) fn limits(values: impl Iterator<Item = [f64; 3]>) -> [[f64; 3]; 2] {
     [min, max].map(|bound| bound.map(|x| if x.is_finite() { x } else { 0.0 }))
 }
 
-/// Numbers as JSON.
+/// Formats numbers as a JSON array.
 pub(super) fn array(values: &[f64]) -> String {
     let mut text = String::from("[");
     for (i, &x) in values.iter().enumerate() {

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-/// An image in one of the formats that every reader of textures knows.
+/// An image in one of the formats that every texture reader supports.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Image {
     /// A name without folder and extension; may be empty.
@@ -18,12 +18,12 @@ pub struct Image {
 pub enum ImageKind {
     /// Portable network graphics.
     Png,
-    /// A photograph.
+    /// JPEG.
     Jpeg,
 }
 
 impl Image {
-    /// An image of these bytes; `None` if they start neither as a PNG nor as a JPEG.
+    /// Creates an image from these bytes; `None` if they start neither as a PNG nor as a JPEG.
     pub fn new(name: impl Into<String>, bytes: impl Into<Arc<Vec<u8>>>) -> Option<Self> {
         let bytes = bytes.into();
         let kind = ImageKind::of(&bytes)?;
@@ -50,7 +50,7 @@ impl Image {
 }
 
 impl ImageKind {
-    /// The format by the first bytes.
+    /// Detects the format from the first bytes.
     fn of(bytes: &[u8]) -> Option<Self> {
         if bytes.starts_with(b"\x89PNG\r\n\x1a\n") {
             Some(Self::Png)
@@ -88,7 +88,7 @@ impl fmt::Debug for Image {
     }
 }
 
-/// The name of an image in a file of this path: without folder and extension.
+/// Returns the image name for a file path: without folder and extension.
 pub(crate) fn stem(path: &str) -> &str {
     let name = path.rsplit(['/', '\\']).next().unwrap_or(path);
     match name.rsplit_once('.') {

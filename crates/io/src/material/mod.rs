@@ -1,11 +1,11 @@
-//! Materials, as far as more than one format has them.
+//! Materials, as far as more than one format supports them.
 //!
-//! The model is that of glTF, metallic and roughness, cut to what MTL can say too:
+//! The model is the metallic-roughness model of glTF, limited to what MTL can represent too:
 //!
 //! | [`Material`] | glTF | MTL |
 //! |---|---|---|
 //! | `base_color` | `baseColorFactor` | `Kd` |
-//! | `opacity`, `alpha` | its fourth component, `alphaMode`, `alphaCutoff` | `d` (or 1 − `Tr`), `map_d` |
+//! | `opacity`, `alpha` | 4th component, `alphaMode`, `alphaCutoff` | `d` (or 1 − `Tr`), `map_d` |
 //! | `metallic` | `metallicFactor` | `Pm` |
 //! | `roughness` | `roughnessFactor` | `Pr`, or else 1 − √(`Ns` / 1000) |
 //! | `emission` | `emissiveFactor` × `emissiveStrength` | `Ke` |
@@ -14,10 +14,10 @@
 //! | `emission_texture` | `emissiveTexture` | `map_Ke` |
 //! | `normal_texture` | `normalTexture` | `norm` |
 //!
-//! Colours are linear in glTF and of no stated space in MTL. They are copied without a
-//! conversion, as Blender and assimp do. A texture is multiplied by its factor in both formats; a
-//! factor that MTL leaves out is white. Texture coordinates are those of the
-//! [`UV`](crate::UV) attribute, whose second component goes upward.
+//! Colours are linear in glTF and in no stated colour space in MTL. They are copied without
+//! conversion, as in Blender and assimp. A texture is multiplied by its factor in both formats; a
+//! factor that MTL omits is white. Texture coordinates are those of the [`UV`](crate::UV)
+//! attribute, whose second component points up.
 
 mod image;
 mod names;
@@ -33,36 +33,38 @@ use crate::attributes::{Attributes, LabelKind};
 /// The materials of a document and the images of their textures.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Materials {
-    /// The material of each name among the labels of kind
-    /// [`Material`](crate::LabelKind::Material), in the same order; then those that no face has.
+    /// The material for each name among the labels of kind
+    /// [`Material`](crate::LabelKind::Material), in the same order, followed by those that no
+    /// face uses.
+    ///
     /// Empty if only the names are known.
     pub list: Vec<Material>,
-    /// The images that textures show, each once.
+    /// The images used by textures, each once.
     pub images: Vec<Image>,
-    /// What the file says of materials and this model does not hold, in words.
+    /// Material contents of the file that this model cannot represent.
     pub(crate) others: BTreeSet<String>,
 }
 
-/// The look of the faces that have this material.
+/// The appearance of the faces that have this material.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Material {
     /// The name.
     pub name: String,
     /// Colour of the surface, or the factor of its texture; linear, from 0 to 1.
     pub base_color: [f32; 3],
-    /// From 0 for invisible to 1; without effect if `alpha` is [`Alpha::Opaque`].
+    /// From 0 (invisible) to 1 (opaque); ignored if `alpha` is [`Alpha::Opaque`].
     pub opacity: f32,
-    /// Use of the opacity and of the alpha of the base-colour texture.
+    /// The use of the opacity and of the alpha of the base-colour texture.
     pub alpha: Alpha,
-    /// From 0 for dielectrics to 1 for metals.
+    /// From 0 (dielectric) to 1 (metal).
     pub metallic: f32,
-    /// From 0 for mirrors to 1.
+    /// From 0 (mirror) to 1 (rough).
     pub roughness: f32,
-    /// Light that the surface gives by itself; linear, not negative.
+    /// Emitted light; linear, not negative.
     pub emission: [f32; 3],
-    /// Whether back faces are shown too.
+    /// `true` if back faces are visible too.
     pub is_double_sided: bool,
-    /// The image of the base colour, by its index among [`Materials::images`].
+    /// The image of the base colour, as an index into [`Materials::images`].
     pub base_color_texture: Option<usize>,
     /// The image of the emission.
     pub emission_texture: Option<usize>,
@@ -70,21 +72,21 @@ pub struct Material {
     pub normal_texture: Option<usize>,
 }
 
-/// Use of the opacity of a material.
+/// The use of the opacity of a material.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 #[non_exhaustive]
 pub enum Alpha {
-    /// The surface is opaque whatever its opacity.
+    /// The surface is opaque regardless of its opacity.
     #[default]
     Opaque,
-    /// The surface is shown where the opacity is not below this cutoff.
+    /// The surface is visible where the opacity is at least this cutoff.
     Mask(f32),
-    /// What lies behind shows through.
+    /// The background shows through.
     Blend,
 }
 
 impl Material {
-    /// A rough white material.
+    /// Creates a rough white material.
     pub fn named(name: impl Into<String>) -> Self {
         Self {
             name: name.into(),
@@ -121,7 +123,7 @@ impl Material {
 }
 
 impl Materials {
-    /// These materials, whose textures are indices into the images.
+    /// Creates materials whose textures are indices into `images`.
     pub fn new(list: Vec<Material>, images: Vec<Image>) -> Self {
         Self {
             list,
@@ -130,18 +132,17 @@ impl Materials {
         }
     }
 
-    /// What the file says of materials and this model does not hold, in words.
+    /// Material contents of the file that this model cannot represent.
     pub fn others(&self) -> impl Iterator<Item = &str> {
         self.others.iter().map(String::as_str)
     }
 
-    /// Whether nothing is known of any material.
+    /// Returns `true` if no material is known.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
 
-    /// The same materials with their images in the order in which the textures show them, and
-    /// without those that none shows.
+    /// Sorts the images by first use in the textures, and removes unused ones.
     pub(crate) fn with_images_in_order(mut self) -> Self {
         let mut numbers = vec![None; self.images.len()];
         let mut images = Vec::new();
@@ -161,10 +162,10 @@ impl Materials {
         self
     }
 
-    /// What a format without materials drops besides the names, in words.
+    /// Lists what a format without materials drops in addition to the names.
     pub(crate) fn lost_altogether(&self, attributes: &Attributes) -> Vec<String> {
         let mut lost = Vec::new();
-        // Where faces have materials, the loss of the labels says so.
+        // If faces have materials, the loss of the labels is reported instead.
         if !self.list.is_empty() && attributes.label(LabelKind::Material).is_none() {
             lost.push("materials".to_owned());
         }
@@ -179,7 +180,7 @@ impl Materials {
         lost
     }
 
-    /// What does not fit together or into its range, in words.
+    /// Describes the first inconsistent or out-of-range value.
     pub(crate) fn misfit(&self, attributes: &Attributes) -> Option<String> {
         let labels = attributes.label(LabelKind::Material);
         let num_names = labels.map_or(0, |labels| labels.names.len());
@@ -210,7 +211,7 @@ impl Materials {
     }
 }
 
-/// Several words or names as one phrase: `a, b and c`; long lists are cut short.
+/// Joins words or names into one phrase: `a, b and c`; long lists are shortened.
 pub(crate) fn listed(names: &[String]) -> String {
     const MOST: usize = 12;
     match names {

@@ -1,21 +1,21 @@
-//! Names that tell materials and files apart.
+//! Unique names of materials and files.
 
 use std::collections::{HashMap, HashSet};
 
-/// The names with those changed that are not valid or were given before: a number behind them.
+/// Makes names valid and unique by appending numbers to those that are invalid or already in use.
 ///
-/// Two names are the same if their `key` is; it is `None` for a name that cannot stand at all,
-/// for which `fallback` stands.
+/// Two names are the same if their `key` is. The key of an invalid name is `None`; such a name is
+/// replaced by `fallback`.
 pub(crate) fn unique_names<'a>(
     names: impl Iterator<Item = &'a str>,
     fallback: &str,
     key: impl Fn(&str) -> Option<String>,
 ) -> Vec<String> {
     let names: Vec<&str> = names.collect();
-    // A name that stands as it is goes before those that are made.
+    // A valid original name takes precedence over generated ones.
     let mut taken: HashSet<String> = names.iter().filter_map(|name| key(name)).collect();
     let mut used: HashSet<String> = HashSet::new();
-    // The last number of each base, so that many equal names cost no search.
+    // The last number of each base, so that many equal names need no search.
     let mut numbers: HashMap<&str, usize> = HashMap::new();
     let mut unique = Vec::with_capacity(names.len());
     for name in &names {
@@ -29,7 +29,7 @@ pub(crate) fn unique_names<'a>(
         let made = loop {
             *number += 1;
             let made = format!("{base}.{number}");
-            // A key that is not there cannot come about by more numbers.
+            // If the key is `None`, further numbers cannot make the name valid.
             if key(&made).is_none_or(|key| taken.insert(key)) {
                 break made;
             }
@@ -40,20 +40,20 @@ pub(crate) fn unique_names<'a>(
     unique
 }
 
-/// A name as that of a file that every system and every reader of MTL takes: without blanks,
-/// separators and marks, and not long; `image` if nothing is left.
+/// Converts a name to a file name that every system and every MTL reader accepts: without spaces,
+/// separators and punctuation, and not long; `image` if nothing is left.
 pub(crate) fn file_stem(name: &str) -> String {
     const LONGEST: usize = 64;
     let is_plain = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.' | '(' | ')' | '+');
     let mut stem = String::new();
     for c in name.chars() {
-        // Systems count bytes.
+        // File systems count bytes.
         if stem.len() + c.len_utf8() > LONGEST {
             break;
         }
         stem.push(if is_plain(c) { c } else { '_' });
     }
-    // A file whose name starts with a dot is hidden, with a dash it looks like an option.
+    // A leading dot hides a file, and a leading dash makes its name look like an option.
     let stem = stem.trim_start_matches(['.', '-']).trim_end_matches('.');
     if stem.is_empty() {
         "image".to_owned()

@@ -1,8 +1,8 @@
-//! How many statements of each kind an OBJ file has beside its vertices and faces.
+//! Statement counts of an OBJ file, apart from vertices and faces.
 
 use crate::error::{Place, Warning, quote};
 
-/// Statements that are kept and not read with the mesh.
+/// Counts of statements that are preserved but not read with the mesh.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Counts {
     textures: usize,
@@ -10,12 +10,12 @@ pub(super) struct Counts {
     libraries: usize,
     /// In the order of [`EXTRAS`].
     extras: [usize; EXTRAS.len()],
-    /// The line and the word of the first statement that is none of OBJ.
+    /// The line and keyword of the first statement that is not valid OBJ.
     unknown: Option<(usize, String)>,
     num_unknown: usize,
 }
 
-/// What [`Attributes`](crate::Attributes) cannot hold, in words.
+/// Statements that [`Attributes`](crate::Attributes) cannot represent, with their descriptions.
 const EXTRAS: [(&[&str], &str); 3] = [
     (&["l", "p"], "lines and points (l, p)"),
     (FREE_FORM, "statements of free-form geometry"),
@@ -39,7 +39,7 @@ const EXTRAS: [(&[&str], &str); 3] = [
     ),
 ];
 
-/// Curves and surfaces, which refer to vertices too.
+/// Curves and surfaces, which also refer to vertices.
 const FREE_FORM: &[&str] = &[
     "bmat", "bsp", "bzp", "cdc", "cdp", "con", "cstype", "curv", "curv2", "deg", "end", "hole",
     "parm", "res", "scrv", "sp", "step", "surf", "trim", "vp",
@@ -77,7 +77,7 @@ impl Counts {
         self.normals += 1;
     }
 
-    /// Adds the counts of a piece of the file behind so many lines.
+    /// Adds the counts of a piece of the file that follows `num_lines` lines.
     pub(super) fn append(&mut self, piece: &Self, num_lines: usize) {
         self.textures += piece.textures;
         self.normals += piece.normals;
@@ -92,32 +92,32 @@ impl Counts {
         }
     }
 
-    /// Number of `vt`.
+    /// Number of `vt` statements.
     pub(super) fn textures(&self) -> usize {
         self.textures
     }
 
-    /// Number of `vn`.
+    /// Number of `vn` statements.
     pub(super) fn normals(&self) -> usize {
         self.normals
     }
 
-    /// Number of `mtllib`.
+    /// Number of `mtllib` statements.
     pub(super) fn libraries(&self) -> usize {
         self.libraries
     }
 
-    /// Whether there are lines or points.
+    /// Returns `true` if there are lines or points.
     pub(super) fn has_lines(&self) -> bool {
         self.extras[0] > 0
     }
 
-    /// Whether there are curves or surfaces.
+    /// Returns `true` if there are curves or surfaces.
     pub(super) fn has_free_form(&self) -> bool {
         self.extras[1] > 0
     }
 
-    /// What attributes cannot hold, in words.
+    /// Lists the contents that attributes cannot represent.
     pub(super) fn extras(&self) -> Vec<String> {
         let known = self.extras.iter().zip(&EXTRAS);
         let known = known.map(|(&count, (_, name))| (count, *name));
@@ -128,7 +128,7 @@ impl Counts {
             .collect()
     }
 
-    /// What is odd.
+    /// The warning about unknown statements, if any.
     pub(super) fn warnings(&self) -> Vec<Warning> {
         let warning = self.unknown.as_ref().map(|(line, word)| Warning {
             place: Some(Place::Line(*line)),

@@ -1,12 +1,12 @@
-//! The attributes of an OBJ file, decoded from its text on request.
+//! Decoding of the attributes of an OBJ file from its text, on request.
 //!
-//! - A vertex with six numbers has a colour behind its position, one with seven a colour with
-//!   alpha; with four or five the fourth is its weight. One that is not finite is none (`nan` is
-//!   how some programs write that). Where only some vertices have a colour the others are white,
-//!   where only some have a weight it is 1 for the others.
-//! - `vt` and `vn` are tables that corners refer to; what a `vt` leaves out is 0.
-//! - `g`, `o`, `usemtl` and `s` name the faces that follow. Names are whole lines. Without a name,
-//!   with `s off`, `s 0` and `usemtl (null)`, faces bear none.
+//! - A vertex with six numbers has a colour after its position, one with seven a colour with
+//!   alpha. With four or five numbers, the fourth is its weight. A colour or weight that is not
+//!   finite is ignored (some programs write `nan` for missing values). If only some vertices have
+//!   a colour, the others are white; if only some have a weight, it is 1 for the others.
+//! - `vt` and `vn` are tables that corners refer to; components that a `vt` omits are 0.
+//! - `g`, `o`, `usemtl` and `s` label the faces that follow. Names extend to the end of the line.
+//!   Without a name, and after `s off`, `s 0` and `usemtl (null)`, faces have no label.
 
 use std::collections::HashMap;
 
@@ -21,7 +21,7 @@ use crate::room;
 use crate::source::Mesh;
 use crate::text::{self, Tokens};
 
-/// The name of the property that holds the fourth number of the vertices.
+/// Name of the property that holds the fourth number of the vertices.
 pub(super) const WEIGHT: &str = "weight";
 
 /// The kinds of labels, in the order in which they are decoded and written.
@@ -32,17 +32,17 @@ pub(super) const KINDS: [(LabelKind, &str); 4] = [
     (LabelKind::Smoothing, "s"),
 ];
 
-/// What the name says that stands for no name.
+/// The argument that clears the label of this kind.
 pub(super) fn no_name(kind: LabelKind) -> &'static str {
     match kind {
         LabelKind::Smoothing => "off",
-        // Without a name some readers refuse the line.
+        // Some readers reject the line without a name.
         LabelKind::Material => "(null)",
         _ => "",
     }
 }
 
-/// Everything that the file says besides positions and faces.
+/// Decodes all contents of the file other than positions and faces.
 pub(super) fn attributes(file: &ObjFile, mesh: Mesh<'_>) -> Result<Attributes, IoError> {
     let mut decoder = Decoder::new(file, mesh);
     let start = text::after_bom(&file.bytes);
@@ -52,7 +52,7 @@ pub(super) fn attributes(file: &ObjFile, mesh: Mesh<'_>) -> Result<Attributes, I
     Ok(decoder.finish())
 }
 
-/// What stands behind each `mtllib`.
+/// The argument of each `mtllib`.
 pub(super) fn libraries(file: &ObjFile) -> Vec<String> {
     let start = text::after_bom(&file.bytes);
     Statements::new(&file.bytes, start, 0)
@@ -61,7 +61,8 @@ pub(super) fn libraries(file: &ObjFile) -> Vec<String> {
         .collect()
 }
 
-/// The tables that corners refer to, and to which entry each does.
+/// The table entries that corners refer to: for texture coordinates and normals, the index for
+/// each corner.
 pub(super) fn corner_references(
     file: &ObjFile,
     mesh: Mesh<'_>,
@@ -79,7 +80,7 @@ pub(super) fn corner_references(
     Ok([decoder.textures, decoder.normals].map(|table| (table.total > 0).then_some(table.indices)))
 }
 
-/// The label of every face, as the file writes it, in the order of [`KINDS`].
+/// The label of every face, as written in the file, in the order of [`KINDS`].
 pub(super) fn raw_labels(file: &ObjFile) -> Result<[RawLabels<'_>; 4], IoError> {
     let mut labels = KINDS.map(|(kind, _)| RawLabels::new(kind));
     let start = text::after_bom(&file.bytes);
@@ -92,17 +93,17 @@ pub(super) fn raw_labels(file: &ObjFile) -> Result<[RawLabels<'_>; 4], IoError> 
     Ok(labels)
 }
 
-/// Names of one kind and the faces that bear them.
+/// Names of one kind, and the faces that have them.
 pub(super) struct RawLabels<'a> {
     kind: LabelKind,
     pub(super) names: Vec<&'a [u8]>,
-    /// For every face the number of its name, or [`NONE`].
+    /// For each face, the index of its name, or [`NONE`].
     pub(super) faces: Vec<u32>,
     numbers: HashMap<&'a [u8], u32>,
     current: Current<'a>,
 }
 
-/// The name that the following faces bear: a name gets its number with its first face.
+/// The name of the faces that follow. A name gets its index at its first face.
 enum Current<'a> {
     Name(&'a [u8]),
     Number(u32),
@@ -119,7 +120,7 @@ impl<'a> RawLabels<'a> {
         }
     }
 
-    /// Takes a statement into account that may set one of the labels.
+    /// Processes a statement that may set one of the labels.
     fn set(labels: &mut [Self; 4], keyword: &[u8], statement: &Statement<'a>) {
         let kind = KINDS
             .iter()
@@ -150,7 +151,7 @@ impl<'a> RawLabels<'a> {
         room::push(&mut self.faces, number)
     }
 
-    /// `None` if no face bears a name.
+    /// Returns `None` if no face has a name.
     fn finish(self) -> Option<Labels> {
         (!self.names.is_empty()).then(|| Labels {
             kind: self.kind,
@@ -164,9 +165,9 @@ impl<'a> RawLabels<'a> {
 #[derive(Default)]
 struct Table {
     values: Vec<f64>,
-    /// How many there were so far.
+    /// The number of entries so far.
     count: usize,
-    /// How many there are in the file.
+    /// The number of entries in the file.
     total: usize,
     indices: Vec<u32>,
 }
@@ -175,14 +176,14 @@ struct Decoder<'a> {
     mesh: Mesh<'a>,
     vertex: usize,
     face: usize,
-    /// Red, green, blue and alpha; empty up to the first vertex that has a colour.
+    /// Red, green, blue and alpha; empty up to the first vertex with a colour.
     colors: Vec<[f64; 4]>,
     has_alpha: bool,
-    /// Empty up to the first vertex that has a weight.
+    /// Empty up to the first vertex with a weight.
     weights: Vec<f64>,
-    /// Three numbers each.
+    /// Three numbers per entry.
     textures: Table,
-    /// The most numbers that a `vt` has.
+    /// The maximum number of components of a `vt`.
     texture_components: usize,
     normals: Table,
     labels: [RawLabels<'a>; 4],
@@ -388,7 +389,7 @@ fn narrow<const N: usize>(rows: &[[f64; N]], components: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Up to `N` numbers, and how many there are; what stands behind them is not looked at.
+/// Parses up to `N` numbers, and returns them with their count; further tokens are ignored.
 fn numbers<const N: usize>(
     tokens: &mut Tokens<'_>,
     line: usize,
@@ -420,7 +421,7 @@ fn too_few(line: usize, element: Element, found: usize, needed: usize) -> IoErro
 fn out_of_range(face: usize, index: i64, table: &Table, what: &str, keyword: &str) -> String {
     match table.total {
         0 => format!("face {face} refers to {what} {index}, but there are none ({keyword})"),
-        // A relative index counts back from what there is so far.
+        // A relative index counts back from the latest entry.
         _ if index < 0 => format!(
             "face {face} refers to {what} {index}, but only {} stand above it ({keyword})",
             table.count

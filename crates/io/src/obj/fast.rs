@@ -1,6 +1,8 @@
-//! Lines of the usual form, parsed in one go over the bytes: `v x y z` with plain decimals, `f`
-//! with plain corners, and lines that are only counted. Whatever is not of that form is left to
-//! the reader of statements of any form; both agree on every line that this one takes.
+//! Fast path for lines of the common forms, parsed in one pass over the bytes: `v x y z` with
+//! plain decimals, `f` with plain corners, and lines that are only counted.
+//!
+//! Anything else is left to the general statement reader. Both agree on every line that this one
+//! accepts.
 
 use nalgebra::Point3;
 
@@ -8,8 +10,10 @@ use crate::limits::Limits;
 use crate::number::{self, digits8};
 use crate::obj::parse::Piece;
 
-/// Takes the line that starts at `at` into the piece and gives the start of the next one; `None`,
-/// with the piece as it was, if the line is not of the usual form or longer than allowed.
+/// Parses the line that starts at `at` into the piece and returns the start of the next one.
+///
+/// Returns `None`, with the piece unchanged, if the line does not have a common form or is too
+/// long.
 #[inline]
 pub(super) fn line(piece: &mut Piece, text: &[u8], at: usize, limits: &Limits) -> Option<usize> {
     let next = match text.get(at..at + 2)? {
@@ -64,8 +68,8 @@ fn face(piece: &mut Piece, text: &[u8], at: usize, start: usize, limits: &Limits
     next
 }
 
-/// The corners of a face; those that are left behind
-/// where this gives `None` are the caller's to drop.
+/// Parses the corners of a face. If this returns `None`, the caller must drop the corners added
+/// so far.
 #[inline]
 fn corners(
     piece: &mut Piece,
@@ -91,7 +95,7 @@ fn corners(
                 at = reference(text, at + 1)?;
             }
         }
-        // Longer faces have their degree checked while they grow.
+        // The degree of longer faces is checked as they grow.
         if *text.get(at)? > b' ' || index == 0 || degree == most {
             return None;
         }
@@ -108,10 +112,10 @@ fn corners(
     end_of_line(text, at, start, limits)
 }
 
-/// The most corners of a face that is of the usual form.
+/// Maximum number of corners of a face on the fast path.
 const MOST_CORNERS: usize = 16;
 
-/// Behind the blanks from `at` on.
+/// Skips whitespace from `at` on.
 #[inline]
 fn blanks(text: &[u8], mut at: usize) -> Option<usize> {
     while matches!(*text.get(at)?, b' ' | b'\t') {
@@ -120,7 +124,7 @@ fn blanks(text: &[u8], mut at: usize) -> Option<usize> {
     Some(at)
 }
 
-/// A positive number of up to nine digits, and what is behind it.
+/// Parses a positive number of up to nine digits, and returns it with the offset after it.
 #[inline]
 fn integer(text: &[u8], at: usize) -> Option<(u32, usize)> {
     let (value, count) = digits8(text, at)?;
@@ -138,7 +142,7 @@ fn integer(text: &[u8], at: usize) -> Option<(u32, usize)> {
     }
 }
 
-/// Behind a number that is not needed now.
+/// Skips a number that is not needed now.
 #[inline]
 fn reference(text: &[u8], mut at: usize) -> Option<usize> {
     if text.get(at) == Some(&b'-') {
@@ -150,7 +154,7 @@ fn reference(text: &[u8], mut at: usize) -> Option<usize> {
     Some(at)
 }
 
-/// Behind the line end at `at`.
+/// Skips the line ending at `at`.
 #[inline]
 fn end_of_line(text: &[u8], at: usize, start: usize, limits: &Limits) -> Option<usize> {
     let length = match text.get(at)? {
@@ -161,7 +165,7 @@ fn end_of_line(text: &[u8], at: usize, start: usize, limits: &Limits) -> Option<
     (at - start <= limits.max_line).then_some(at + length)
 }
 
-/// Behind the end of the line, if no backslash continues it.
+/// Skips the rest of the line, unless a backslash continues it.
 #[inline]
 fn skip(text: &[u8], at: usize, start: usize, limits: &Limits) -> Option<usize> {
     let end = at + memchr::memchr2(b'\n', b'\r', text.get(at..)?)?;

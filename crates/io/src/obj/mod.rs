@@ -1,13 +1,13 @@
-//! Wavefront OBJ: positions and faces are read, everything else is kept as it stands and decoded
-//! when it is asked for.
+//! Wavefront OBJ. Positions and faces are read; everything else is preserved unchanged and
+//! decoded on request.
 //!
-//! Vertices keep the numbers of the file, also those that no face uses. Accepted are `v x y z`
-//! with anything behind (a weight, a colour), `f` with corners `v`, `v/vt`, `v//vn`, `v/vt/vn`,
-//! negative indices counted from the latest vertex, references to vertices further down,
-//! lines continued by a backslash, comments, and every line end. Names may be UTF-8 or Latin-1.
-//! The libraries that the file names (`mtllib`) are found by the resolver of the document, when
-//! somebody asks for materials. Source: Wavefront, "Object Files (.obj)",
-//! Advanced Visualizer manual, appendix B1.
+//! Vertices keep the order of the file, including those that no face uses. Accepted are `v x y z`
+//! followed by anything (a weight, a colour), `f` with corners `v`, `v/vt`, `v//vn`, `v/vt/vn`,
+//! negative indices counted back from the latest vertex, references to vertices further down,
+//! lines continued by a backslash, comments, and all line endings. Names may be UTF-8 or Latin-1.
+//! The libraries that the file names (`mtllib`) are looked up through the resolver of the
+//! document when materials are requested. Source: Wavefront, "Object Files (.obj)", Advanced
+//! Visualizer manual, appendix B1.
 
 mod counts;
 mod decode;
@@ -60,22 +60,22 @@ pub(crate) fn read_with(
     Document::from_source(parsed, file)
 }
 
-/// Reads an OBJ file that stands alone.
+/// Reads an OBJ file without companion files.
 #[cfg(test)]
 fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError> {
     read_with(bytes, limits, &crate::resolve::NoFiles)
 }
 
-/// An OBJ file as it was read. Where its vertices stand is found again when it is needed, since
-/// that takes less time than the memory is worth.
+/// An OBJ file as it was read. The offsets of its vertices are recomputed on demand, since that
+/// is cheaper than storing them.
 #[derive(Debug)]
 struct ObjFile {
     bytes: Vec<u8>,
     counts: Counts,
-    /// Finds the material libraries and their images.
+    /// Resolves the material libraries and their images.
     files: Arc<dyn Resolve>,
     limits: Limits,
-    /// The material libraries, read when they are first asked for.
+    /// The material libraries, read on first use.
     libraries: OnceLock<Libraries>,
 }
 
@@ -145,9 +145,9 @@ impl SourceFile for ObjFile {
 
     fn rebuild(&self, remap: &Remap, mesh: Mesh<'_>) -> Result<Arc<dyn SourceFile>, IoError> {
         let bytes = rebuild::rebuild(self, remap, mesh)?;
-        // What was read once can be read again, so no limit applies.
+        // The original was read within the limits, so none apply here.
         let again = parse::parse(&bytes, &Limits::NONE)?;
-        // A wrong file must never be written in silence.
+        // An incorrect file must never be written silently.
         if again.positions.len() != remap.vertices.len() || again.faces != remap.faces {
             return Err(IoError::Unsupported {
                 feature: "this repair of an OBJ".to_owned(),
@@ -159,7 +159,7 @@ impl SourceFile for ObjFile {
     }
 }
 
-/// What a new OBJ file cannot hold, in words.
+/// Lists what a new OBJ file cannot represent.
 pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
     let mut losses = write::losses(&contents.attributes);
     losses.extend(mtl::losses(&contents.materials));

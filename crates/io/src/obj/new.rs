@@ -1,4 +1,4 @@
-//! A new OBJ with its material library and the images of its textures.
+//! A new OBJ file with its material library and the images of its textures.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use crate::error::IoError;
 use crate::material::{Materials, file_stem, unique_names};
 use crate::writer::Contents;
 
-/// A new OBJ file, and what belongs beside it: `NAME.mtl`, and `NAME_IMAGE.png` or `.jpg` for
+/// Writes a new OBJ file with its companion files: `NAME.mtl`, and `NAME_IMAGE.png` or `.jpg` for
 /// every image.
 pub(crate) fn write_new(
     contents: &Contents<'_>,
@@ -19,7 +19,7 @@ pub(crate) fn write_new(
     if materials.list.is_empty() {
         return Ok(Written::from(write(contents, None).into_bytes()));
     }
-    // Some readers end a name at the first blank.
+    // Some readers end a name at the first space.
     let name = file_stem(options.name);
     let library = format!("{name}.mtl");
     let images = image_files(materials, &name);
@@ -36,14 +36,14 @@ pub(crate) fn write_new(
     })
 }
 
-/// The files of the images: no two of the same name, whatever the case of letters.
+/// The image file names, unique even if case is ignored.
 fn image_files(materials: &Materials, name: &str) -> Vec<String> {
     let images = &materials.images;
     let stems: Vec<String> = images
         .iter()
         .map(|image| {
             let stem = file_stem(&image.name);
-            // It may have been named after the mesh before.
+            // It may already be named after the mesh.
             let is_named = stem
                 .strip_prefix(name)
                 .is_some_and(|rest| rest.starts_with('_'));

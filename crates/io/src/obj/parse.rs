@@ -1,9 +1,11 @@
-//! The positions and faces of an OBJ file: pieces of the text are parsed side by side, each with
-//! numbers of its own, and then put together in the order of the file.
+//! Parallel parsing of the positions and faces of an OBJ file.
 //!
-//! How the text is cut does not depend on the number of threads, so neither does the outcome. A
-//! piece stops at what it cannot parse; since it does not know how many lines and vertices stand
-//! above it, it is then read once more with that known, for the error.
+//! Pieces of the text are parsed concurrently with local vertex indices, and then joined in file
+//! order.
+//!
+//! The division of the text does not depend on the number of threads, so neither does the result.
+//! A piece stops at the first error. Since it does not know the number of lines and vertices
+//! above it, it is then read again with these known, to produce the error message.
 
 use cotan_parallel as parallel;
 use nalgebra::Point3;
@@ -19,7 +21,7 @@ use crate::obj::statement::{CORNER, Statement, Statements, is_continued};
 use crate::room;
 use crate::text::{self, Lines};
 
-/// What a file has.
+/// The mesh in a file.
 #[derive(Debug, Default)]
 pub(super) struct Mesh {
     pub(super) positions: Vec<Point3<f64>>,
@@ -28,14 +30,14 @@ pub(super) struct Mesh {
     lines: usize,
 }
 
-/// Bytes of a piece: large enough that starting one costs nothing, small enough that what it gives
-/// stays in the cache until it is put in its place.
+/// Size of a piece in bytes: large enough that starting one costs nothing, small enough that its
+/// result stays in the cache until it is appended.
 const PIECE: usize = 128 << 10;
 
-/// How many pieces are parsed before they are put together.
+/// Number of pieces parsed before they are joined.
 const PIECES: usize = 8;
 
-/// Fewer pieces are parsed by one thread.
+/// Fewer pieces are parsed by a single thread.
 const WORTH_THREADS: usize = 4;
 
 /// Parses a file.
@@ -43,13 +45,13 @@ pub(super) fn parse(bytes: &[u8], limits: &Limits) -> Result<Mesh, IoError> {
     parse_by(bytes, limits, PIECE)
 }
 
-/// [`parse`] with pieces of another size.
+/// [`parse`] with another piece size.
 pub(super) fn parse_by(bytes: &[u8], limits: &Limits, piece: usize) -> Result<Mesh, IoError> {
     let mut file = Mesh::default();
     let mut largest = 0;
     let mut start = text::after_bom(bytes);
     if bytes.len() > piece {
-        // What the pieces hold together; the lists of the file leave as much free.
+        // The memory that the pieces hold in total; the lists of the file leave the same margin.
         room::check(room::MARGIN as u64)?;
     }
     let mut batch = Batch::default();
@@ -61,7 +63,7 @@ pub(super) fn parse_by(bytes: &[u8], limits: &Limits, piece: usize) -> Result<Me
         if next.ranges.is_empty() {
             largest = batch.append_to(&mut file, bytes, limits)?.max(largest);
         } else {
-            // One thread puts the last pieces together while the others parse the next ones.
+            // One thread appends the last pieces while the others parse the next ones.
             let (appended, ()) = parallel::join(
                 || batch.append_to(&mut file, bytes, limits),
                 || next.read(bytes, limits),
@@ -79,18 +81,18 @@ pub(super) fn parse_by(bytes: &[u8], limits: &Limits, piece: usize) -> Result<Me
     Ok(file)
 }
 
-/// Pieces that follow each other; their memory is used again for the next ones.
+/// Consecutive pieces, whose memory is reused for the next ones.
 #[derive(Default)]
 struct Batch {
-    /// Where each piece starts and ends.
+    /// The start and end of each piece.
     ranges: Vec<(usize, usize)>,
-    /// As many as there are ranges, or more that are left from before.
+    /// At least as many as there are ranges; the rest is left over from earlier batches.
     pieces: Vec<Piece>,
 }
 
 impl Batch {
-    /// Takes the next pieces from `start` on, each of which ends where a statement does; gives
-    /// where the last of them ends.
+    /// Cuts the next pieces from `start` on, each of which ends at a statement boundary. Returns
+    /// the end of the last piece.
     fn cut(&mut self, bytes: &[u8], start: usize, piece: usize) -> usize {
         self.ranges.clear();
         let mut from = start;
@@ -116,7 +118,7 @@ impl Batch {
         }
     }
 
-    /// Puts the pieces behind what there is, and gives the largest vertex that they name.
+    /// Appends the pieces to the file, and returns the largest vertex that they refer to.
     fn append_to(
         &mut self,
         file: &mut Mesh,
@@ -143,9 +145,10 @@ impl Batch {
         Ok(largest)
     }
 
-    /// Room for the whole file, if it goes on as it starts. Only a guess: the vectors grow if more
-    /// comes, the guess is bounded by the bytes that are there, and what the limits or the system
-    /// refuse is not taken.
+    /// Reserves memory for the whole file, extrapolating from its start.
+    ///
+    /// This is only an estimate: the vectors grow if more follows, the estimate is bounded by the
+    /// size of the file, and nothing beyond the limits or the available memory is reserved.
     fn reserve(&self, file: &mut Mesh, all: usize, limits: &Limits) {
         let pieces = &self.pieces[..self.ranges.len()];
         let vertices = pieces.iter().map(|p| p.positions.len()).sum::<usize>();
@@ -158,7 +161,7 @@ impl Batch {
             room::reserve_if_there(&mut file.positions, vertices);
             file.faces.reserve_if_there(faces, corners);
         } else if vertices > 0 && corners > 0 {
-            // Vertices and faces in turns: everything grows at the same pace.
+            // Vertices and faces are interleaved, so everything grows at the same rate.
             let times = 1.02 * all as f64 / (last.1 - first.0).max(1) as f64;
             let guess = |count: usize| (count as f64 * times) as usize;
             let [vertices, faces, corners] = [vertices, faces, corners].map(guess);
@@ -170,13 +173,13 @@ impl Batch {
     }
 }
 
-/// Where the first statement starts behind `at`; one starts at `from`.
+/// The start of the first statement after `at`, given that one starts at `from`.
 fn statement_start(bytes: &[u8], from: usize, at: usize) -> usize {
     if at >= bytes.len() {
         return bytes.len();
     }
-    // The line in which `at` lies has its start further up; a byte less, since `at` may lie within
-    // the two bytes of a line end.
+    // Search backward for the start of the line that contains `at`. Exclude the last byte, since
+    // `at` may lie within a two-byte line ending.
     let above = &bytes[from..at.saturating_sub(1).max(from)];
     let line = memchr::memrchr2(b'\n', b'\r', above).map_or(from, |end| from + end + 1);
     let mut lines = Lines::new(bytes, line);
@@ -188,7 +191,7 @@ fn statement_start(bytes: &[u8], from: usize, at: usize) -> usize {
     bytes.len()
 }
 
-/// How much stands above a piece.
+/// The element counts above a piece.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Above {
     lines: usize,
@@ -197,26 +200,26 @@ pub(super) struct Above {
     corners: usize,
 }
 
-/// What a piece of the text has; vertices and faces are counted from its start.
+/// The contents of a piece of the text; vertices and faces are numbered from its start.
 #[derive(Debug, Default)]
 pub(super) struct Piece {
     pub(super) positions: Vec<Point3<f64>>,
-    /// The vertices of the corners; of those in `relative`, counted from the first vertex of the
-    /// piece, and those further up wrapped around.
+    /// The vertices of the corners. In the `relative` ranges they are numbered from the first
+    /// vertex of the piece, and wrap around for vertices above it.
     pub(super) corners: Vec<u32>,
     pub(super) ends: Vec<u32>,
-    /// Ranges of corners that were counted back from the latest vertex.
+    /// Ranges of corners with relative indices.
     relative: Vec<(usize, usize)>,
-    /// How far before the piece the furthest of them lies, at most zero.
+    /// The lowest relative vertex, counted from the start of the piece; at most zero.
     lowest: i64,
-    /// The largest vertex that was named by its number, or 0.
+    /// The largest absolute vertex index, or 0.
     largest: u32,
     lines: usize,
     pub(super) counts: Counts,
     failed: bool,
 }
 
-/// How far a piece has come within a face.
+/// The state of a piece within a face.
 #[derive(Clone, Copy)]
 pub(super) struct Mark {
     corners: usize,
@@ -238,7 +241,7 @@ impl Piece {
         self.failed = false;
     }
 
-    /// Parses the text from `from` to `to`, up to the first trouble.
+    /// Parses the text from `from` to `to`, up to the first error.
     fn read(&mut self, bytes: &[u8], from: usize, to: usize, limits: &Limits) {
         self.clear();
         let text = &bytes[..to];
@@ -269,7 +272,7 @@ impl Piece {
         }
     }
 
-    /// The error of this piece, now that it is known what stands above it.
+    /// Returns the error of this piece, if any, now that the counts above it are known.
     fn check(
         &self,
         bytes: &[u8],
@@ -284,7 +287,7 @@ impl Piece {
         limits.check_vertices(above.vertices + self.positions.len())?;
         limits.check_faces(above.faces + self.ends.len())?;
         limits.check_corners(above.corners + self.corners.len())?;
-        // Faces name vertices with 32 bits.
+        // Faces refer to vertices with 32 bits.
         if above.vertices + self.positions.len() > u32::MAX as usize {
             return Err(IoError::OverLimit {
                 what: "vertices",
@@ -294,14 +297,15 @@ impl Piece {
         Ok(())
     }
 
-    /// Takes a corner that names its vertex.
+    /// Adds a corner with an absolute index.
     #[inline]
     pub(super) fn push_absolute(&mut self, vertex: u32) {
         self.largest = self.largest.max(vertex);
         self.corners.push(vertex);
     }
 
-    /// Takes a corner that counts back: `vertex` is counted from the first vertex of the piece.
+    /// Adds a corner with a relative index; `vertex` is counted from the first vertex of the
+    /// piece.
     #[inline]
     pub(super) fn push_relative(&mut self, vertex: i64) {
         let corner = self.corners.len();
@@ -313,7 +317,7 @@ impl Piece {
         self.corners.push(vertex as u32);
     }
 
-    /// What there is now, to come back to with [`Piece::reset`].
+    /// Saves the current state, for [`Piece::reset`].
     #[inline]
     pub(super) fn mark(&self) -> Mark {
         Mark {
@@ -324,7 +328,7 @@ impl Piece {
         }
     }
 
-    /// Forgets the corners since a mark.
+    /// Discards the corners added since a mark.
     pub(super) fn reset(&mut self, mark: Mark) {
         self.corners.truncate(mark.corners);
         self.relative.truncate(mark.relative);
@@ -335,7 +339,7 @@ impl Piece {
         self.largest = mark.largest;
     }
 
-    /// Ends a face and gives its degree.
+    /// Completes a face and returns its degree.
     #[inline]
     pub(super) fn end_face(&mut self) -> usize {
         let degree = self.corners.len() - self.face_start();
@@ -343,7 +347,7 @@ impl Piece {
         degree
     }
 
-    /// Where the corners of the face start that is being built.
+    /// The start of the corners of the current face.
     #[inline]
     pub(super) fn face_start(&self) -> usize {
         self.ends.last().map_or(0, |&end| end as usize)
@@ -369,8 +373,8 @@ impl Mesh {
     }
 }
 
-/// The first error of a part of the text that is known to have one; with `total`, how many
-/// vertices there are, also references to vertices behind the last one are errors.
+/// Finds the first error of a part of the text that is known to have one. With `total`, the
+/// number of vertices in the file, references past the last vertex are errors too.
 #[cold]
 fn refusal(
     bytes: &[u8],
@@ -407,10 +411,10 @@ fn refusal(
 struct Reader<'a> {
     limits: &'a Limits,
     above: Above,
-    /// The vertices of the file, if they have been counted.
+    /// The number of vertices in the file, if known.
     total: Option<usize>,
     piece: &'a mut Piece,
-    /// Whether it is known what stands above.
+    /// `true` if the counts above are known.
     is_alone: bool,
 }
 
@@ -474,7 +478,7 @@ impl Reader<'_> {
         self.limits.check_faces(face + 1)
     }
 
-    /// Whether the index can mean a vertex.
+    /// Adds a corner. Returns `false` if the index cannot refer to a vertex.
     fn push_corner(&mut self, index: i64) -> bool {
         if index < 0 {
             let vertex = self.piece.positions.len() as i64 + index;
@@ -494,8 +498,8 @@ impl Reader<'_> {
     }
 }
 
-/// The vertex index of `v`, `v/vt`, `v//vn` or `v/vt/vn`; what is behind it is looked at when it
-/// is needed.
+/// Parses the vertex index of `v`, `v/vt`, `v//vn` or `v/vt/vn`. The rest is only validated when
+/// it is needed.
 fn vertex_index(token: &[u8]) -> Option<i64> {
     let slash = memchr::memchr(b'/', token).unwrap_or(token.len());
     let (vertex, rest) = token.split_at(slash);
@@ -505,7 +509,7 @@ fn vertex_index(token: &[u8]) -> Option<i64> {
     number::parse_integer(vertex).filter(|_| is_well_formed)
 }
 
-/// Parses a file statement by statement, without the quick way for lines of the usual form.
+/// Parses a file statement by statement, without the fast path.
 #[cfg(test)]
 pub(super) fn parse_plainly(bytes: &[u8], limits: &Limits) -> Result<Mesh, IoError> {
     let mut file = Mesh::default();

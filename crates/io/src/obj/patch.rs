@@ -1,4 +1,4 @@
-//! An OBJ file written again: its own bytes, with moved vertices and turned normals replaced.
+//! Rewriting of an OBJ file: its own bytes, with moved vertices and rotated normals replaced.
 
 use crate::number;
 use crate::obj::ObjFile;
@@ -7,10 +7,10 @@ use crate::obj::statement::{Statement, Statements, corner, normal_part, resolve}
 use crate::source::{Moves, TextPatch};
 use crate::text;
 
-/// The bytes of the file with what moved replaced where it stands.
+/// Returns the bytes of the file with the changes made in place.
 ///
-/// Normals that are added stand behind the last `vn`; corners further down that count back from
-/// the latest normal get absolute numbers, so that they mean what they meant.
+/// Added normals follow the last `vn`. Corners further down that count back from the latest
+/// normal get absolute indices, so that they keep their meaning.
 pub(super) fn rewrite(file: &ObjFile, moves: &Moves<'_>) -> Vec<u8> {
     let changes = &moves.normals.corners;
     let turns = !(changes.changed.is_empty() && changes.added.is_empty());
@@ -39,7 +39,7 @@ pub(super) fn rewrite(file: &ObjFile, moves: &Moves<'_>) -> Vec<u8> {
     writer.patch.finish()
 }
 
-/// How the first line of a text ends.
+/// The ending of the first line of a text.
 pub(super) fn line_end(bytes: &[u8]) -> &'static str {
     match memchr::memchr2(b'\n', b'\r', bytes) {
         Some(at) if bytes[at..].starts_with(b"\r\n") => "\r\n",
@@ -92,7 +92,7 @@ impl Writer<'_> {
             return;
         }
         let line_end = self.line_end;
-        // The last line of the file need not have an end.
+        // The last line of the file need not have a line ending.
         let is_ended = statement.start + statement.text.len() < statement.end;
         let is_open = !is_ended && ends_open(statement.text);
         self.patch.replace(statement.end, 0, |out| {
@@ -163,8 +163,8 @@ mod tests {
         String::from_utf8(document.write(Format::Obj).unwrap()).unwrap()
     }
 
-    /// Two squares that share an edge, the right one folded up; its corners of the shared normal
-    /// get others.
+    /// Two squares that share an edge, the right one folded up. Its corners with the shared
+    /// normal get new ones.
     #[test]
     fn normals_turn_in_place_and_new_ones_follow_the_last() {
         let vertices = "v 0 0 0\r\nv 1 0 0\r\nv 2 0 0\r\nv 0 1 0\r\nv 1 1 0\r\nv 2 1 0\r\n";
@@ -189,7 +189,7 @@ mod tests {
             text.contains("vn  0 0 1.0 # up\r\nf 1//-1 2//3 5//"),
             "{text}"
         );
-        // Behind the new normals a number that counts back would mean another one.
+        // After the new normals, a relative index would refer to a different one.
         assert!(text.ends_with("# right\r\nf 1//1 2 5"), "{text}");
         assert!(text.contains("f 2/1/2 \\\r\n3/-1/"), "{text}");
         assert_eq!(text.matches("vn ").count(), text.matches("vn").count());

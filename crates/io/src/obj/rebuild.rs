@@ -1,11 +1,10 @@
 //! The text of an OBJ file for another mesh made of its vertices and faces.
 //!
-//! Vertices and faces stay on their lines as long as they come in the order of the file; what
-//! comes after them (copies of vertices, faces that close holes, whatever was put in another order)
-//! is added behind the last vertex and the last face. Lines of what is no longer there go, lines
-//! that need not change keep every byte, and all others keep their blanks and comments. Faces that
-//! are added bear the names of the faces that they come from; the names that were current are set
-//! again behind them.
+//! Vertices and faces stay on their lines as long as they follow the order of the file. The rest
+//! (copies of vertices, faces that close holes, reordered elements) is added after the last
+//! vertex and the last face. Lines of removed elements are dropped, lines that need not change
+//! keep every byte, and all others keep their whitespace and comments. Added faces have the
+//! labels of their source faces; the labels that were current are restored after them.
 
 use crate::attributes::NONE;
 use crate::error::IoError;
@@ -19,7 +18,7 @@ use crate::remap::Remap;
 use crate::source::{Mesh, TextPatch};
 use crate::text::{self, Token};
 
-/// The text whose vertices and faces are those of the remap, in its order.
+/// Builds the text whose vertices and faces are those of the remap, in its order.
 pub(super) fn rebuild(file: &ObjFile, remap: &Remap, mesh: Mesh<'_>) -> Result<Vec<u8>, IoError> {
     let same_vertices = remap.vertices.len() == mesh.positions.len()
         && (0u32..).zip(&remap.vertices).all(|(new, &old)| new == old);
@@ -42,7 +41,7 @@ pub(super) fn rebuild(file: &ObjFile, remap: &Remap, mesh: Mesh<'_>) -> Result<V
     Ok(builder.patch.finish())
 }
 
-/// How many elements stay on their lines: those at the front that come in the order of the file.
+/// The number of elements that stay on their lines: the longest prefix in file order.
 fn num_in_place(sources: &[u32]) -> usize {
     let mut after = 0u64;
     sources
@@ -61,21 +60,21 @@ struct Builder<'a> {
     mesh: Mesh<'a>,
     patch: TextPatch<'a>,
     line_end: &'static str,
-    /// Vertices of the file above this statement.
+    /// Number of vertices of the file above this statement.
     old_vertex: usize,
-    /// Vertices of the new text above this statement.
+    /// Number of vertices of the new text above this statement.
     new_vertices: usize,
-    /// New vertices and faces that stay on their lines, and how many of them there were so far.
+    /// The numbers of new vertices and faces that stay on their lines, in total and so far.
     vertices_in_place: usize,
     next_vertex: usize,
     faces_in_place: usize,
     next_face: usize,
     old_face: usize,
-    /// Where the statements of the vertices start, if some are written again.
+    /// The offsets of the vertex statements, if some are written again.
     starts: Vec<usize>,
-    /// Texture coordinate and normal of every corner of the file, if corners change their faces.
+    /// The texture coordinate and normal of every corner of the file, if corners change faces.
     references: [Option<Vec<u32>>; 2],
-    /// For every old vertex the new one that lines and points refer to; empty without any.
+    /// For each old vertex, the new one that lines and points refer to; empty if there are none.
     numbers: Vec<u32>,
 }
 
@@ -113,7 +112,7 @@ impl<'a> Builder<'a> {
         Ok(builder)
     }
 
-    /// Whether a corner takes its texture coordinate and normal from a face that does not stand
+    /// Returns `true` if a corner takes its texture coordinate and normal from a face that is not
     /// on its line.
     fn mixes_corners(&self) -> bool {
         self.faces_in_place < self.remap.faces.len()
@@ -144,7 +143,7 @@ impl<'a> Builder<'a> {
         for (new, old) in (0u32..).zip(&self.remap.vertices) {
             set(Some(old), new);
         }
-        // A vertex that was welded to another went where its corners did.
+        // A vertex that was welded to another is found through its corners.
         let corners = self.remap.faces.corners().iter();
         for (&new, &source) in corners.zip(&self.remap.corner_sources) {
             set(self.mesh.faces.corners().get(source as usize), new);
@@ -197,7 +196,7 @@ impl<'a> Builder<'a> {
         Ok(())
     }
 
-    /// Puts the new corners of a face in the place of the old ones.
+    /// Replaces the old corners of a face by the new ones.
     fn rewrite_face(&mut self, statement: &Statement<'_>, face: usize, old: usize) {
         let first = self.old_corners(old).start;
         let new = self.remap.faces.corner_range(face);
@@ -216,8 +215,8 @@ impl<'a> Builder<'a> {
         self.replace_words(statement, &tokens, &corners);
     }
 
-    /// Replaces the words behind the keyword; those that stay keep their place, and so do the
-    /// blanks between them.
+    /// Replaces the words after the keyword. Words that remain keep their position and the
+    /// whitespace between them.
     fn replace_words(&mut self, statement: &Statement<'_>, old: &[Token<'_>], new: &[Vec<u8>]) {
         let mut end = statement.start;
         for (k, token) in old.iter().enumerate() {
@@ -225,7 +224,7 @@ impl<'a> Builder<'a> {
             match new.get(k) {
                 Some(word) if word == token.text => {}
                 Some(word) => self.patch.replace_bytes(start, token.text.len(), word),
-                // With the blanks before it.
+                // Including the whitespace before it.
                 None => self
                     .patch
                     .replace_bytes(end, start + token.text.len() - end, b""),
@@ -238,7 +237,8 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// A corner of the same statement with another vertex; as it stands if it means that already.
+    /// A corner of the same statement with another vertex; unchanged if it already refers to that
+    /// vertex.
     fn renumbered(&self, token: &[u8], vertex: u32) -> Vec<u8> {
         let index = corner(token).map(|corner| corner.vertex).or_else(|| {
             let suffix = suffix(token).len();
@@ -259,7 +259,7 @@ impl<'a> Builder<'a> {
         word
     }
 
-    /// A blank and a corner with what an old corner refers to.
+    /// A space and a corner with the references of an old corner.
     fn corner(&self, vertex: u32, source: u32) -> String {
         let [texture, normal] = self.references.each_ref().map(|entries| {
             let entry = entries.as_ref()?.get(source as usize).copied()?;
@@ -270,7 +270,7 @@ impl<'a> Builder<'a> {
         out
     }
 
-    /// The faces that do not stand on the line of the face that they come from.
+    /// Adds the faces that are not on the line of their source face.
     fn added_faces(
         &mut self,
         statement: &Statement<'_>,
@@ -306,7 +306,7 @@ impl<'a> Builder<'a> {
         for face in self.faces_in_place..self.remap.faces.len() {
             let source = self.remap.face_sources[face];
             name(&mut block, labels.each_ref().map(|l| label(l, source)));
-            // Long names in turns could grow the file without bound.
+            // Alternating long names could grow the file without bound.
             if block.len() > most {
                 return Err(IoError::OverLimit {
                     what: "bytes of faces with long names in a repaired OBJ",
@@ -328,7 +328,8 @@ impl<'a> Builder<'a> {
         Ok(block)
     }
 
-    /// A line of vertices goes if one of them did; of points only those go that did.
+    /// Rewrites a line or point statement. A line element is dropped if any of its vertices was;
+    /// a point statement loses only the dropped points.
     fn line_element(&mut self, statement: &Statement<'_>, keyword: &[u8]) {
         let tokens: Vec<Token<'_>> = statement.arguments().collect();
         let mut words = Vec::with_capacity(tokens.len());
@@ -338,7 +339,7 @@ impl<'a> Builder<'a> {
                 .and_then(|corner| resolve(corner.vertex, self.old_vertex, total))
                 .and_then(|vertex| self.numbers.get(vertex as usize).copied());
             match vertex {
-                // What the file says makes no sense, now as before.
+                // The statement is invalid and stays as it was.
                 None => return,
                 Some(NONE) if keyword == b"p" => {}
                 Some(NONE) => return self.drop(statement),
@@ -357,15 +358,15 @@ impl<'a> Builder<'a> {
         self.patch.replace_bytes(statement.start, length, b"");
     }
 
-    /// What new lines behind a statement start with: the end of its line, if it has none and
-    /// stays.
+    /// The text before new lines after a statement: the ending of its line, if it has none and is
+    /// kept.
     fn block(&self, statement: &Statement<'_>, is_kept: bool) -> Vec<u8> {
         let is_ended = statement.start + statement.text.len() < statement.end;
         let mut block = Vec::new();
         if is_kept && !is_ended {
             block.extend_from_slice(self.line_end.as_bytes());
             if ends_open(statement.text) {
-                // Continued on an empty line.
+                // It continues on an empty line.
                 block.extend_from_slice(self.line_end.as_bytes());
             }
         }
@@ -373,7 +374,7 @@ impl<'a> Builder<'a> {
     }
 }
 
-/// Writes the statement of a vertex once more.
+/// Writes the statement of a vertex again.
 fn copy_vertex(block: &mut Vec<u8>, source: &Statement<'_>) {
     if source.text.len() <= LONGEST_COPY {
         // At the end of the file a backslash continues nothing; elsewhere it would.
@@ -393,11 +394,11 @@ fn copy_vertex(block: &mut Vec<u8>, source: &Statement<'_>) {
     block.extend_from_slice(out.as_bytes());
 }
 
-/// Longer lines are not copied as they stand: a file that has a long comment at a vertex of very
-/// many surfaces would grow without bound.
+/// Longer lines are not copied unchanged: a file with a long comment at a vertex of very many
+/// surfaces would grow without bound.
 const LONGEST_COPY: usize = 1000;
 
-/// Whether a statement that the end of the file ends would go on if there were more.
+/// Returns `true` if a statement cut off by the end of the file would otherwise continue.
 pub(super) fn ends_open(text: &[u8]) -> bool {
     let start = memchr::memrchr2(b'\n', b'\r', text).map_or(0, |end| end + 1);
     is_continued(&text[start..])

@@ -1,4 +1,5 @@
-//! Files and documents of every kind: what is read, written, moved or repaired stays what it was.
+//! Round trips of all kinds of files and documents: reading, writing, moving and repairing
+//! preserve the data.
 
 use nalgebra::Point3;
 use proptest::prelude::*;
@@ -8,7 +9,7 @@ use crate::attributes::{COLOR, CornerProperty, Labels, NONE, NORMAL, Property, U
 use crate::faces::FaceList;
 use crate::obj::decode::{KINDS, WEIGHT, no_name};
 
-/// The bytes of an OBJ file that uses everything, made from arbitrary choices.
+/// The bytes of an OBJ file that uses every feature, derived from arbitrary choices.
 fn file() -> impl Strategy<Value = Vec<u8>> {
     let choices = prop::collection::vec(any::<[u8; 6]>(), 1..60);
     (choices, 0usize..3, any::<bool>(), any::<bool>()).prop_map(
@@ -33,7 +34,7 @@ fn file() -> impl Strategy<Value = Vec<u8>> {
 fn lines(choices: &[[u8; 6]], line_end: &str) -> Vec<Vec<u8>> {
     let kind = |c: &[u8; 6]| c[0] % 16;
     let total = |wanted: fn(u8) -> bool| choices.iter().filter(|c| wanted(kind(c))).count();
-    // Three vertices at least, and an entry in each table.
+    // At least three vertices, and an entry in each table.
     let totals = [
         3 + total(|k| k < 4),
         1 + total(|k| k == 4),
@@ -53,7 +54,7 @@ fn lines(choices: &[[u8; 6]], line_end: &str) -> Vec<Vec<u8>> {
     for c in choices {
         let [_, a, b, x, y, z] = *c;
         let [p, q, r] = [x, y, z].map(number);
-        // An index, from the front or counted back.
+        // An index, absolute or relative.
         let index = |k: usize, by: u8, so_far: [usize; 3]| {
             let element = usize::from(by) % totals[k];
             if by & 64 != 0 && element < so_far[k] {
@@ -118,7 +119,7 @@ fn lines(choices: &[[u8; 6]], line_end: &str) -> Vec<Vec<u8>> {
             ),
             _ => ["s 1", "s off", "o \u{e9}", "o", "", "foo bar"][usize::from(x) % 6].to_owned(),
         };
-        // Half of the files are Latin-1 through and through.
+        // Half of the files are entirely in Latin-1.
         let line = line.trim_end_matches(' ');
         lines.push(match choices[0][1] % 2 {
             0 => line.as_bytes().to_vec(),
@@ -136,7 +137,7 @@ fn parse(bytes: &[u8]) -> Result<Document, IoError> {
     read(bytes.to_vec(), &Limits::default())
 }
 
-/// Names instead of their numbers: which names are listed depends on which are used.
+/// Names instead of their indices, because the list of names depends on which are used.
 fn names(attributes: &Attributes, num_faces: usize) -> Vec<Vec<String>> {
     KINDS
         .iter()
@@ -152,8 +153,8 @@ fn names(attributes: &Attributes, num_faces: usize) -> Vec<Vec<String>> {
         .collect()
 }
 
-/// A mesh made of another's: some vertices left out, copied and swapped, some faces left out,
-/// turned round, cut, swapped and added.
+/// A mesh made of another's: some vertices omitted, copied and swapped, some faces omitted,
+/// reversed, cut, swapped and added.
 fn remap(vertices: usize, faces: &FaceList, choices: &[u8]) -> Remap {
     let choice = |k: usize| choices[k % choices.len()];
     let mut remap = Remap::default();
@@ -198,7 +199,7 @@ fn remap(vertices: usize, faces: &FaceList, choices: &[u8]) -> Remap {
         for &c in &corners {
             let old = faces.corners()[c];
             let new = remap.vertices.iter().position(|&v| v == old);
-            // A vertex that is left out was welded to another.
+            // An omitted vertex was welded to another.
             let new = new.unwrap_or(old as usize % remap.vertices.len()) as u32;
             polygon.push(new);
             remap.corner_sources.push(c as u32);
@@ -210,7 +211,7 @@ fn remap(vertices: usize, faces: &FaceList, choices: &[u8]) -> Remap {
     remap
 }
 
-/// What a vertex has that has no property of its own.
+/// The default for a vertex without a value of its own.
 fn defaulted(attributes: &Attributes, name: &str, vertex: usize) -> [f64; 4] {
     let mut value = [1.0; 4];
     if let Some(p) = attributes.vertex(name) {
@@ -311,12 +312,12 @@ proptest! {
     }
 }
 
-/// Names as they can stand in a file.
+/// Names as they can occur in a file.
 fn name() -> impl Strategy<Value = String> {
     "[!-~\u{e9}\u{4e00}][ -~\u{e9}]{0,6}".prop_map(|name| name.trim().to_owned())
 }
 
-/// Documents with everything that OBJ can hold.
+/// Documents with everything that OBJ can represent.
 fn document() -> impl Strategy<Value = Document> {
     let number = || any::<f64>().prop_filter("finite", |x| x.is_finite());
     let vertices = prop::collection::vec([number(), number(), number()], 1..9);

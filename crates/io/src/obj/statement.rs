@@ -1,36 +1,37 @@
-//! The statements of an OBJ file: a line, with the lines that a backslash at its end continues.
+//! The statements of an OBJ file: a line, with the lines that continue it after a backslash at
+//! the end.
 
 use crate::number;
 use crate::text::{Lines, Token, Tokens};
 
-/// A statement, blank line or comment line as it stands in the file.
+/// A statement, blank line or comment line of the file.
 #[derive(Clone, Copy)]
 pub(super) struct Statement<'a> {
-    /// Its first line, counted from 1.
+    /// The 1-based number of its first line.
     pub(super) line: usize,
-    /// Where it starts in the file.
+    /// Its offset in the file.
     pub(super) start: usize,
-    /// Without the end of its last line.
+    /// The text without the ending of its last line.
     pub(super) text: &'a [u8],
-    /// Where the following statement starts.
+    /// The offset of the following statement.
     pub(super) end: usize,
 }
 
-/// The statements of a file, in order.
+/// Iterator over the statements of a file.
 pub(super) struct Statements<'a> {
     bytes: &'a [u8],
     lines: Lines<'a>,
 }
 
 impl<'a> Statements<'a> {
-    /// The statements from `start` on, which lies behind so many lines.
+    /// Iterates over the statements from `start` on, which is preceded by `num_lines` lines.
     pub(super) fn new(bytes: &'a [u8], start: usize, num_lines: usize) -> Self {
         let mut lines = Lines::new(bytes, start);
         lines.number = num_lines;
         Self { bytes, lines }
     }
 
-    /// Number of the last line that was given out.
+    /// Number of the last line returned.
     pub(super) fn num_lines(&self) -> usize {
         self.lines.number
     }
@@ -58,8 +59,9 @@ impl<'a> Iterator for Statements<'a> {
     }
 }
 
-/// Whether the next line belongs to the same statement. A comment may end in a backslash (a
-/// Windows path) and must not swallow a vertex.
+/// Returns `true` if the next line belongs to the same statement.
+///
+/// A comment may end in a backslash (a Windows path) and must not swallow a vertex.
 #[inline]
 pub(super) fn is_continued(line: &[u8]) -> bool {
     line.ends_with(b"\\") && memchr::memchr(b'#', line).is_none()
@@ -74,8 +76,9 @@ impl<'a> Statement<'a> {
             .map_or(&[][..], |token| token.text)
     }
 
-    /// The words behind the first one, up to a comment; their starts are counted from the start of
-    /// the statement.
+    /// The words after the first one, up to a comment.
+    ///
+    /// Their offsets are relative to the statement.
     #[inline]
     pub(super) fn arguments(&self) -> Tokens<'a> {
         let mut tokens = Tokens::new(self.text);
@@ -83,15 +86,15 @@ impl<'a> Statement<'a> {
         tokens
     }
 
-    /// Everything behind the first word without the blanks around it: names may hold blanks, and
-    /// `#` too.
+    /// Everything after the first word without surrounding whitespace: names may contain spaces,
+    /// and `#` too.
     pub(super) fn name(&self) -> &'a [u8] {
         let mut tokens = Tokens::new(self.text);
         let start = tokens.next().map_or(0, |t| t.start + t.text.len());
         trim(&self.text[start..])
     }
 
-    /// The comment at the end, without the `#` and a blank behind it.
+    /// The comment at the end, without the `#` and one space after it.
     pub(super) fn comment(&self) -> Option<&'a [u8]> {
         let at = memchr::memchr(b'#', self.text)?;
         let text = &self.text[at + 1..];
@@ -99,7 +102,7 @@ impl<'a> Statement<'a> {
     }
 }
 
-/// Without the blanks (and continuation marks) around it.
+/// Removes surrounding whitespace and continuation marks.
 fn trim(mut text: &[u8]) -> &[u8] {
     loop {
         text = match text {
@@ -116,7 +119,8 @@ fn trim(mut text: &[u8]) -> &[u8] {
     }
 }
 
-/// A name or comment as text: UTF-8, or else Latin-1, in which every byte is a character.
+/// Decodes a name or comment as UTF-8 or, failing that, as Latin-1, in which every byte is a
+/// character.
 pub(super) fn decode(bytes: &[u8]) -> String {
     let plain = |bytes: &[u8]| match std::str::from_utf8(bytes) {
         Ok(text) => text.to_owned(),
@@ -125,7 +129,7 @@ pub(super) fn decode(bytes: &[u8]) -> String {
     if !bytes.windows(2).any(|w| matches!(w, b"\\\n" | b"\\\r")) {
         return plain(bytes);
     }
-    // Continued on further lines: those are one name with a blank between.
+    // Continuation lines form one name, joined by spaces.
     let mut joined = Vec::with_capacity(bytes.len());
     let mut rest = bytes;
     while let [b, tail @ ..] = rest {
@@ -141,7 +145,7 @@ pub(super) fn decode(bytes: &[u8]) -> String {
     plain(&joined)
 }
 
-/// What a corner of a face refers to, as the file writes it.
+/// The references of a face corner, as written in the file.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Corner {
     pub(super) vertex: i64,
@@ -149,10 +153,10 @@ pub(super) struct Corner {
     pub(super) normal: Option<i64>,
 }
 
-/// What a corner should look like, for errors.
+/// The expected form of a corner, for error messages.
 pub(super) const CORNER: &str = "a corner (v, v/vt, v//vn or v/vt/vn)";
 
-/// A corner: `v`, `v/vt`, `v//vn` or `v/vt/vn`, also with slashes and nothing behind them.
+/// Parses a corner: `v`, `v/vt`, `v//vn` or `v/vt/vn`, including empty references after a slash.
 pub(super) fn corner(token: &[u8]) -> Option<Corner> {
     let mut parts = token.split(|&b| b == b'/');
     let vertex = number::parse_integer(parts.next()?)?;
@@ -168,8 +172,10 @@ pub(super) fn corner(token: &[u8]) -> Option<Corner> {
     parts.next().is_none().then_some(corner)
 }
 
-/// The element, counted from 0, that an index means where `so_far` elements have been given and
-/// there are `total` in the file. Negative indices count back from the latest.
+/// Resolves an index to a 0-based element, given that `so_far` elements precede it and there are
+/// `total` in the file.
+///
+/// Negative indices count back from the latest.
 #[inline]
 pub(super) fn resolve(index: i64, so_far: usize, total: usize) -> Option<u32> {
     let element = if index < 0 {
@@ -182,13 +188,14 @@ pub(super) fn resolve(index: i64, so_far: usize, total: usize) -> Option<u32> {
         .flatten()
 }
 
-/// The part of a corner's token behind its vertex: from the first slash on.
+/// The part of a corner's token after its vertex: from the first slash on.
 pub(super) fn suffix(token: &[u8]) -> &[u8] {
     let slash = memchr::memchr(b'/', token).unwrap_or(token.len());
     &token[slash..]
 }
 
-/// Where the part of a token behind its last slash starts, if it has the two slashes of a normal.
+/// The part of a token after its last slash with its offset, if the token has the two slashes of
+/// a normal.
 pub(super) fn normal_part(token: Token<'_>) -> Option<(usize, &[u8])> {
     let first = memchr::memchr(b'/', token.text)?;
     let second = first + 1 + memchr::memchr(b'/', &token.text[first + 1..])?;

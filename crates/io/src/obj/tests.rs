@@ -1,4 +1,4 @@
-//! Reading: every form of a statement, and every refusal.
+//! Tests of reading: every form of a statement, and every error.
 
 use nalgebra::Point3;
 
@@ -94,7 +94,7 @@ fn moved_vertices_change_and_nothing_else_does() {
     assert_eq!(written, expected);
 }
 
-/// A strip of so many quads, counted back from the latest vertex, and its number of lines.
+/// A strip of `quads` quads with relative indices, and its number of lines.
 fn strip(quads: usize) -> (String, usize) {
     let mut text = "v 0 0 0\nv 0 1 0\n".to_owned();
     for k in 1..=quads {
@@ -125,7 +125,7 @@ fn long_files_are_read_in_pieces_and_errors_name_the_right_line() {
         forward,
         "line 1: face 0 refers to vertex 120003, but the vertices are numbered 1 to 120002"
     );
-    // The first of two errors, though both are met.
+    // The first of two errors, although both are encountered.
     let twice = text.replacen("v 7 0 0", "v 7 0", 1) + "f 1 2\n";
     assert!(refusal(&twice).starts_with("line 21: vertex 14 has 2 numbers"));
 }
@@ -211,7 +211,7 @@ fn huge_indices_are_refused() {
         let text = format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 {index}\n");
         assert!(refusal(&text).starts_with(&format!("line 4: face 0 has `{index}`")));
     }
-    // What only corners of another kind refer to is looked at when it is asked for.
+    // References other than vertices are checked only on request.
     let document = parse("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1//6148914691236517206 2 3\n").unwrap();
     assert!(document.attributes().is_err());
 }
@@ -250,7 +250,7 @@ fn numbers_of_every_length_are_those_of_the_standard_library() {
         "1.7976931348623157e308",
     ];
     for x in numbers {
-        // At the end of the file, where eight bytes may not be there, and before it.
+        // At the end of the file, where eight bytes may not be available, and before it.
         for behind in [
             "",
             "\n",
@@ -369,8 +369,8 @@ fn repairs_keep_the_lines_that_need_not_change() {
         vt 0 0\r\nvt 1 0\r\nl 1 3 4\r\nl 1 2\r\np 2 3\r\ng \xe4\r\nf 1/1 3/2 \\\r\n 4 # first\r\n\
         g\r\nf 3/1  -4/2 4\r\nf 1 3 3\r\n";
     let document = read(text.to_vec(), &Limits::default()).unwrap();
-    // Vertex 1 goes, vertex 2 is split; face 1 is turned round and uses the copy, face 2 goes, and
-    // face 0 comes twice.
+    // Vertex 1 is dropped, vertex 2 is split. Face 1 is reversed and uses the copy, face 2 is
+    // dropped, and face 0 occurs twice.
     let faces: crate::faces::FaceList = [[0u32, 1, 2], [2, 0, 3], [0, 1, 2]].iter().collect();
     let remap = Remap {
         vertices: vec![0, 2, 3, 2],
@@ -422,7 +422,7 @@ fn a_copied_vertex_with_a_long_comment_stays_short() {
 
 #[test]
 fn a_material_library_is_a_name_and_no_file_to_open() {
-    // Another reader opens any path here, and panics on `Kd 1` in what it finds.
+    // Another reader opens any path here, and panics on `Kd 1` in its content.
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("bad.mtl"), "newmtl a\nKd 1\n").unwrap();
     let path = folder.path().join("mesh.obj");

@@ -1,12 +1,11 @@
-//! A new OBJ file, with what OBJ can hold of the attributes.
+//! A new OBJ file, with the attributes that OBJ can represent.
 //!
-//! Colours and weights stand behind the positions (a vertex with a colour has no room for a
-//! weight); normals and texture coordinates of corners, or else of vertices, become `vn` and `vt`;
-//! names become `o`, `g`, `usemtl` and `s` before the faces that bear them, and a face without a
-//! name behind one that has one is preceded by `g` or `o` alone, `usemtl (null)` or `s off`.
-//! Materials that are known go into a library of their own.
-//! Numbers of 64 bits and of 32 bits are the shortest that read back to the same bits; integer
-//! colours become fractions of the type's largest.
+//! Colours and weights follow the positions (a vertex with a colour has no room for a weight).
+//! Normals and texture coordinates of corners, or else of vertices, become `vn` and `vt`. Names
+//! become `o`, `g`, `usemtl` and `s` before the faces that have them. A face without a name after
+//! one with a name is preceded by `g` or `o` alone, `usemtl (null)` or `s off`. Known materials
+//! go into a separate library. 64-bit and 32-bit numbers are written as the shortest that parse
+//! back to the same bits; integer colours become fractions of the type's maximum.
 
 use crate::attributes::{
     Attributes, COLOR, CornerProperty, LabelKind, Labels, NONE, NORMAL, Property, UV, Values,
@@ -17,8 +16,9 @@ use crate::obj::decode::{KINDS, WEIGHT, no_name};
 use crate::obj::mtl::material_names;
 use crate::writer::{Contents, named};
 
-/// The file as text; its numbers count from 1. `library` is the file of its materials, if one is
-/// made for it.
+/// Writes the file as text, with 1-based indices.
+///
+/// `library` is the file of its materials, if one is created for it.
 pub(super) fn write(contents: &Contents<'_>, library: Option<&str>) -> String {
     let attributes = contents.attributes.as_ref();
     let mut plan = Plan::new(attributes);
@@ -62,7 +62,7 @@ pub(super) fn write(contents: &Contents<'_>, library: Option<&str>) -> String {
     out
 }
 
-/// What a new OBJ file cannot hold, in words.
+/// Lists what a new OBJ file cannot represent.
 pub(super) fn losses(attributes: &Attributes) -> Vec<String> {
     let plan = Plan::new(attributes);
     let has_table = |name: &str, table: &Option<Table<'_>>| {
@@ -98,14 +98,14 @@ pub(super) fn losses(attributes: &Attributes) -> Vec<String> {
     losses
 }
 
-/// Which attributes go where.
+/// The destination of each attribute.
 struct Plan<'a> {
     color: Option<&'a Property>,
     weight: Option<&'a Property>,
     textures: Option<Table<'a>>,
     normals: Option<Table<'a>>,
     labels: Vec<State<'a>>,
-    /// Of the materials that are known, as they are in the library.
+    /// The names of the known materials, as in the library.
     material_names: Vec<String>,
 }
 
@@ -117,7 +117,7 @@ struct Table<'a> {
     indices: Option<&'a [u32]>,
 }
 
-/// Names of one kind and the keyword that sets them.
+/// Names of one kind, and the keyword that sets them.
 struct State<'a> {
     labels: &'a Labels,
     keyword: &'static str,
@@ -200,7 +200,7 @@ fn write_faces(out: &mut String, faces: &FaceList, plan: &Plan<'_>) {
     }
 }
 
-/// A blank and a corner.
+/// Appends a space and a corner.
 pub(super) fn push_corner(
     out: &mut String,
     vertex: u32,
@@ -223,7 +223,7 @@ pub(super) fn push_corner(
     }
 }
 
-/// A keyword and a name that may hold anything but the end of a line.
+/// Appends a keyword and a name, which may contain anything except line endings.
 fn statement(out: &mut String, keyword: &str, name: &str) {
     out.push_str(keyword);
     let name = name.trim_matches(|c: char| c <= ' ');
@@ -241,7 +241,7 @@ fn statement(out: &mut String, keyword: &str, name: &str) {
     out.push('\n');
 }
 
-/// The numbers of one element, each behind a blank.
+/// Appends the numbers of one element, each after a space.
 fn row(
     out: &mut String,
     values: &Values,
@@ -259,7 +259,7 @@ fn push(out: &mut String, x: f64) {
     number::push_f64(out, x);
 }
 
-/// A number as it is.
+/// Appends a number unchanged.
 fn push_number(out: &mut String, values: &Values, index: usize) {
     match values {
         Values::F32(v) => {
@@ -270,7 +270,7 @@ fn push_number(out: &mut String, values: &Values, index: usize) {
     }
 }
 
-/// A component of a colour from 0 to 1.
+/// Appends a component of a colour, scaled to 0 to 1.
 fn push_color(out: &mut String, values: &Values, index: usize) {
     let largest: f64 = match values {
         Values::I8(_) => i8::MAX.into(),
@@ -283,7 +283,7 @@ fn push_color(out: &mut String, values: &Values, index: usize) {
     };
     let x: f64 = values.get(index).unwrap_or_default() / largest;
     match values {
-        // As many digits as tell 16 bits apart.
+        // As many digits as distinguish 16-bit values.
         Values::I8(_) | Values::U8(_) | Values::I16(_) | Values::U16(_) => {
             out.push(' ');
             number::push_f32(out, x as f32);

@@ -51,7 +51,7 @@ fn vertices(file: &OffFile) -> Result<Vec<Property>, IoError> {
             .push(color)
             .map_err(|word| bad(file, &word, element(), COLOR_NUMBER))?;
         if header.has_uvs {
-            // Numbers that are neither stand before them, as a colour does.
+            // Numbers that are neither stand before them, like a colour.
             for word in &behind[behind.len() - 2..] {
                 uvs.push(number(word)?);
             }
@@ -77,7 +77,7 @@ fn faces(file: &OffFile) -> Result<Vec<Property>, IoError> {
     for (face, row) in FaceRows::new(file).enumerate() {
         words.clear();
         words.extend(Tokens::new(&file.bytes[row.corners_end..row.end]));
-        // The tokens count from the part that was split.
+        // Make the token offsets relative to the whole text.
         words
             .iter_mut()
             .for_each(|word| word.start += row.corners_end);
@@ -106,7 +106,7 @@ fn faces(file: &OffFile) -> Result<Vec<Property>, IoError> {
     Ok([colors.finish(), indices].into_iter().flatten().collect())
 }
 
-/// Of a face without a number of a colour map.
+/// The colour map index of a face without one.
 pub(super) const NO_INDEX: i32 = -1;
 
 const COLOR_NUMBER: &str = "a whole number from 0 to 255 or a real number";
@@ -120,18 +120,18 @@ fn bad(file: &OffFile, word: &Token<'_>, element: Element, expected: &'static st
     }
 }
 
-/// Where a face stands.
+/// The location of a face.
 #[derive(Clone, Copy)]
 pub(super) struct FaceRow {
-    /// Its number of corners.
+    /// Offset of its corner count.
     pub(super) start: usize,
     /// The end of its last corner.
     pub(super) corners_end: usize,
-    /// The end of its line, line end included.
+    /// The end of its line, including the line ending.
     pub(super) end: usize,
 }
 
-/// Goes through the faces, which were checked when the file was read.
+/// Iterates over the faces, which were checked when the file was read.
 pub(super) struct FaceRows<'a> {
     words: Words<'a>,
     rest: usize,
@@ -166,7 +166,7 @@ impl Iterator for FaceRows<'_> {
     }
 }
 
-/// The comments of a text, without the sign and the blanks around.
+/// The comments of a text, without the `#` and surrounding whitespace.
 pub(super) fn comments(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
     Lines::new(bytes, text::after_bom(bytes)).filter_map(|line| {
         let at = line.text.iter().position(|&b| b == b'#')?;
@@ -176,25 +176,26 @@ pub(super) fn comments(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
     })
 }
 
-/// The colours of elements, of which some may have none.
+/// The colours of elements, some of which may have none.
 #[derive(Default)]
 struct Colors {
     rows: Vec<(Kind, [f64; 4])>,
 }
 
-/// What the numbers of a colour are.
+/// The number format of a colour.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
     None,
-    /// Integers 0 and 1 only, which may be of either kind.
+    /// Only the integers 0 and 1, which may be of either kind.
     Unclear,
-    /// Integers to 255.
+    /// Integers up to 255.
     Bytes,
     Reals,
 }
 
 impl Colors {
-    /// Three or four words, or none; gives back the one that is wrong.
+    /// Adds a colour of three or four words, or none. Returns the first invalid word as the
+    /// error.
     fn push<'a>(&mut self, words: &[Token<'a>]) -> Result<(), Token<'a>> {
         let mut color = [0.0, 0.0, 0.0, f64::NAN];
         let mut kind = if words.is_empty() {
@@ -224,7 +225,8 @@ impl Colors {
         if self.rows.iter().all(|row| row.0 == Kind::None) {
             return None;
         }
-        // All have alpha if one has; what has none is opaque, and without a colour white.
+        // All colours have alpha if one has. Colours without alpha are opaque, missing colours
+        // are white.
         let has_alpha = |row: &(Kind, [f64; 4])| !row.1[3].is_nan();
         let components = 3 + usize::from(self.rows.iter().any(has_alpha));
         let is_bytes = has(Kind::Bytes) && !has(Kind::Reals);
@@ -240,7 +242,7 @@ impl Colors {
             [r, g, b, alpha].into_iter().take(components)
         });
         let values = if is_bytes {
-            // The cast is exact: they are integers to 255.
+            // The cast is exact: the values are integers up to 255.
             Values::U8(numbers.map(|x| x as u8).collect())
         } else {
             Values::F64(numbers.collect())

@@ -9,22 +9,22 @@ use crate::limits::Limits;
 use crate::number;
 use crate::text::{self, Line, Tokens};
 
-/// Whether a word is the header of an OFF file, of any kind (also those that are refused).
+/// Returns `true` for the header word of any kind of OFF file (including unsupported kinds).
 pub(crate) fn is_header_word(word: &[u8]) -> bool {
     prefix(word).is_some()
 }
 
-/// The letters before `OFF` in a header word; `None` if it is none.
+/// Returns the letters before `OFF` in a header word; `None` if it is not one.
 ///
-/// The first count may stand directly behind, as in `OFF4 4 6`: many files of the ModelNet40
-/// collection lack the line end there.
+/// The first count may follow directly, as in `OFF4 4 6`: many files of the ModelNet40 collection
+/// lack the line ending there.
 fn prefix(word: &[u8]) -> Option<&[u8]> {
     let at = word.windows(3).position(|letters| letters == b"OFF")?;
     let (prefix, behind) = (&word[..at], &word[at + 3..]);
     if !behind.iter().all(u8::is_ascii_digit) {
         return None;
     }
-    // Geomview writes the parts in this order, MeshLab in another one.
+    // Geomview writes the prefixes in this order, MeshLab in another one.
     let mut parts = vec![&b"ST"[..], b"C", b"N", b"4", b"n"];
     let mut rest = prefix;
     while let Some(found) = parts.iter().position(|part| rest.starts_with(part)) {
@@ -37,12 +37,12 @@ fn prefix(word: &[u8]) -> Option<&[u8]> {
 pub(super) struct Header {
     pub(super) num_vertices: usize,
     pub(super) num_faces: usize,
-    /// Where the two counts stand.
+    /// The locations of the two counts.
     pub(super) counts: [Range<usize>; 2],
     pub(super) has_normals: bool,
     pub(super) has_colors: bool,
     pub(super) has_uvs: bool,
-    /// Where the line of the last count ends.
+    /// The end of the line with the last count.
     pub(super) end: usize,
 }
 
@@ -74,7 +74,7 @@ impl Header {
         let mut counts = [0, 0];
         let mut places = [0..0, 0..0];
         for (k, (name, least_bytes)) in LEAST_BYTES.into_iter().enumerate() {
-            // A count may stand on a line of its own.
+            // A count may be on a line of its own.
             while Tokens::new(&row.text[at..]).next().is_none() {
                 row = rows
                     .next()?
@@ -104,26 +104,27 @@ impl Header {
         })
     }
 
-    /// How many numbers of a vertex are not its colour.
+    /// The number of values of a vertex after x y z that are not its colour.
     pub(super) fn fixed_numbers(&self) -> usize {
         3 * usize::from(self.has_normals) + 2 * usize::from(self.has_uvs)
     }
 
-    /// Of so many numbers behind x y z, how many are a colour; `None` if that cannot be told.
+    /// Returns how many of `further` numbers after x y z are a colour; `None` if that cannot be
+    /// determined.
     pub(super) fn color_numbers(&self, further: usize) -> Option<usize> {
         let numbers = further.checked_sub(self.fixed_numbers())?;
         matches!(numbers, 0 | 3 | 4).then_some(numbers)
     }
 
-    /// Where the vertices may start and how many numbers each may have behind x y z, if their
-    /// lines do not tell.
+    /// The possible start offsets of the vertices with the possible numbers of values after x y
+    /// z, for files whose line structure does not determine them.
     pub(super) fn free_forms(&self, bytes: &[u8]) -> impl Iterator<Item = (usize, usize)> {
         let mut words = Words::new(bytes, self.counts[1].end);
         let same_line = !text::before_comment(words.rest_of_line())
             .trim_ascii()
             .is_empty();
         words.next();
-        // The number of edges, if any: on the line of the counts it is one, else it may be.
+        // The optional number of edges: on the line of the counts it is one, otherwise it may be.
         let starts = if same_line {
             vec![words.at()]
         } else {
@@ -137,8 +138,8 @@ impl Header {
     }
 }
 
-/// What is counted, and the least bytes that one takes: "0 0 0\n" and "3 0 1 2\n", less the last
-/// line end.
+/// The counted elements, and the minimum size of one: "0 0 0\n" and "3 0 1 2\n", less the last
+/// line ending.
 const LEAST_BYTES: [(&str, usize); 2] = [("vertices", 5), ("faces", 7)];
 
 fn count(

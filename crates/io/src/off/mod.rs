@@ -1,17 +1,18 @@
 //! Geomview OFF: vertices, then faces, with normals, colours and texture coordinates.
 //!
 //! Header words are `OFF` with the prefixes `ST`, `C` and `N` in any order (texture coordinates,
-//! colours, normals). Behind x y z of a vertex stand its normal, its colour and its texture
-//! coordinates; three or four further numbers are a colour also where the header says nothing.
-//! Behind the corners of a face stands its colour, or one number of a colour map (face property
-//! `color_index`, −1 for none). Colours are integers to 255 or real numbers to 1; what has none
-//! among others that have is white. The counts may stand on the line of the header word, even
-//! without a blank between them, or behind it; the number of edges is not needed.
+//! colours, normals). The x y z of a vertex are followed by its normal, its colour and its
+//! texture coordinates; three or four further numbers are a colour even if the header does not
+//! declare one. The corners of a face are followed by its colour, or by one index into a colour
+//! map (face property `color_index`, −1 for none). Colours are integers up to 255 or real numbers
+//! up to 1; elements without a colour are white if others have one. The counts may be on the line
+//! of the header word, even without a space between them, or after it. The number of edges is
+//! optional.
 //!
-//! A vertex or face is a line. Only where that does not fit are the numbers taken as they come,
-//! over line ends, as Geomview does. Rows behind the last face that the header promises are kept
-//! in the file and not read, with a [`Warning`]: the counts are what other programs go by, and
-//! what they show is what is promised. Source: Geomview manual, section "OFF Files".
+//! A vertex or face is a line. Only if that does not work are the numbers read as they come,
+//! across line endings, as in Geomview. Rows after the last promised face are preserved in the
+//! file but not read, with a [`Warning`]: other programs go by the counts and display only the
+//! promised rows. Source: Geomview manual, section "OFF Files".
 
 mod attributes;
 mod header;
@@ -45,7 +46,7 @@ use words::{Rows, Words, line_number};
 pub(crate) use header::is_header_word;
 pub(crate) use new::{losses, write_new};
 
-/// The name of the face property that holds numbers of a colour map.
+/// Name of the face property that holds colour map indices.
 const COLOR_INDEX: &str = "color_index";
 
 /// Reads an OFF file; the header word may be missing.
@@ -58,7 +59,7 @@ fn parse(bytes: Vec<u8>, limits: &Limits) -> Result<(Parsed, OffFile), IoError> 
     let mut rows = Rows::new(&bytes, text::after_bom(&bytes), limits);
     let header = Header::read(&mut rows, bytes.len(), limits)?;
     let body = read_rows(rows, &header, limits).or_else(|error| {
-        // What a limit or a coordinate refuses, it refuses however the lines end.
+        // Violated limits and invalid coordinates are errors regardless of the line structure.
         let is_final = matches!(error, IoError::OverLimit { .. } | IoError::NonFinite { .. });
         if is_final {
             return Err(error);
@@ -88,7 +89,7 @@ fn parse(bytes: Vec<u8>, limits: &Limits) -> Result<(Parsed, OffFile), IoError> 
     Ok((parsed, file))
 }
 
-/// What stands behind the header.
+/// The data after the header.
 #[derive(Default)]
 struct Body {
     positions: Vec<Point3<f64>>,
@@ -97,23 +98,23 @@ struct Body {
     warnings: Vec<Warning>,
 }
 
-/// Where the rows of a file stand.
+/// The locations of the rows of a file.
 #[derive(Debug, Default)]
 struct Layout {
-    /// Where the x of each vertex stands.
+    /// The offset of the x of each vertex.
     starts: Vec<usize>,
-    /// How many numbers each vertex has behind x y z, if they are not told by the line end.
+    /// The number of values of each vertex after x y z, if not determined by line endings.
     width: Option<usize>,
-    /// Where the vertices start and end.
+    /// The byte range of the vertices.
     vertices: std::ops::Range<usize>,
     num_faces: usize,
-    /// Whether vertices or faces have numbers that cannot be told.
+    /// `true` if vertices or faces have numbers of unknown meaning.
     has_unknown: [bool; 2],
-    /// How many rows follow the faces.
+    /// The number of rows after the faces.
     num_unpromised: usize,
 }
 
-/// Vertices and faces by lines.
+/// Reads vertices and faces line by line.
 fn read_rows(mut rows: Rows<'_>, header: &Header, limits: &Limits) -> Result<Body, IoError> {
     let num_bytes = rows.num_bytes();
     let mut body = Body::new(header, num_bytes, limits)?;
@@ -152,7 +153,7 @@ fn read_rows(mut rows: Rows<'_>, header: &Header, limits: &Limits) -> Result<Bod
     Ok(body)
 }
 
-/// Vertices and faces wherever the lines end; all must be used up in the end.
+/// Reads vertices and faces regardless of line endings; all words must be used up.
 fn read_free(
     bytes: &[u8],
     start: usize,
@@ -164,7 +165,7 @@ fn read_free(
     body.layout.width = Some(width);
     body.layout.vertices.start = start;
     let mut words = Words::new(bytes, start);
-    // Which line it is does not matter: the error of the reading by lines is the one to show.
+    // The line does not matter: the error of the line-by-line reading is reported instead.
     let place = Place::Line(0);
     for vertex in 0..header.num_vertices {
         let (position, x) = coordinate::position(&mut words, vertex, place)?;
@@ -201,7 +202,7 @@ impl Body {
     fn new(header: &Header, num_bytes: usize, limits: &Limits) -> Result<Self, IoError> {
         limits.check_memory(num_bytes, header.num_vertices, 0)?;
         let mut body = Self::default();
-        // The header is bounded by the bytes of the file.
+        // The header is bounded by the size of the file.
         room::reserve_exact(&mut body.positions, header.num_vertices)?;
         room::reserve_exact(&mut body.layout.starts, header.num_vertices)?;
         body.layout.num_faces = header.num_faces;
@@ -274,7 +275,7 @@ struct OffFile {
 }
 
 impl OffFile {
-    /// The words of a vertex: x y z and what belongs to it behind them.
+    /// The words of a vertex: x y z and the values after them.
     fn vertex_words(&self, vertex: usize) -> impl Iterator<Item = Token<'_>> {
         let start = self.layout.starts.get(vertex).copied();
         let words = Words::new(&self.bytes, start.unwrap_or(self.bytes.len()));
@@ -286,7 +287,7 @@ impl OffFile {
         words.take_while(move |word| word.start < end).take(most)
     }
 
-    /// The place of a byte, for an error.
+    /// The location of a byte, for an error.
     fn place(&self, at: usize) -> Place {
         Place::Line(line_number(&self.bytes, at))
     }
@@ -342,7 +343,7 @@ impl SourceFile for OffFile {
                 triple.map_or([None; 3], |triple| triple.map(Some))
             });
             for (word, number) in self.vertex_words(vertex).zip(numbers) {
-                // What keeps its value keeps its digits.
+                // A number whose value is unchanged keeps its digits.
                 let number = number.filter(|&x| number::parse_f64(word.text) != Some(x));
                 if let Some(x) = number {
                     patch.replace(word.start, word.text.len(), |out| {
@@ -357,7 +358,7 @@ impl SourceFile for OffFile {
     fn rebuild(&self, remap: &Remap, _mesh: Mesh<'_>) -> Result<Arc<dyn SourceFile>, IoError> {
         let bytes = rebuild::rebuild(self, remap);
         let (again, file) = parse(bytes, &Limits::NONE)?;
-        // A wrong file must never be written in silence.
+        // An incorrect file must never be written silently.
         if again.positions.len() != remap.vertices.len() || again.faces != remap.faces {
             return Err(IoError::Unsupported {
                 feature: "this repair of an OFF".to_owned(),
@@ -368,7 +369,7 @@ impl SourceFile for OffFile {
     }
 }
 
-/// A line of a header, for an error.
+/// The error for a header line.
 fn problem(row: Line<'_>, text: &str) -> IoError {
     IoError::Header {
         line: row.number,

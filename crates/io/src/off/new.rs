@@ -8,7 +8,7 @@ use crate::error::IoError;
 use crate::number;
 use crate::writer::{Contents, labels_named, named};
 
-/// What a new OFF file cannot hold, in words.
+/// Lists what a new OFF file cannot represent.
 pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
     let attributes = contents.attributes.as_ref();
     let kept = Kept::of(attributes);
@@ -32,7 +32,7 @@ pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
     losses
 }
 
-/// What OFF has a place for.
+/// The properties that OFF can represent.
 struct Kept<'a> {
     normals: Option<&'a Property>,
     colors: Option<&'a Property>,
@@ -74,7 +74,7 @@ impl<'a> Kept<'a> {
     }
 }
 
-/// A new OFF file; the header word tells what stands behind x y z.
+/// Writes a new OFF file; the header word determines the values after x y z.
 pub(crate) fn write_new(contents: &Contents<'_>) -> Result<Vec<u8>, IoError> {
     let (positions, faces) = (&contents.positions, &contents.faces);
     let kept = Kept::of(&contents.attributes);
@@ -141,7 +141,7 @@ fn push_numbers(out: &mut String, property: &Property, element: usize) {
     }
 }
 
-/// The shortest number that reads back to the same bits.
+/// Appends the shortest number that parses back to the same bits.
 fn push_number(out: &mut String, values: &Values, index: usize) {
     match values {
         Values::F32(v) => number::push_f32(out, v.get(index).copied().unwrap_or_default()),
@@ -152,14 +152,14 @@ fn push_number(out: &mut String, values: &Values, index: usize) {
 /// Colours as text: bytes as integers, everything else as real numbers.
 struct Colors<'a> {
     property: &'a Property,
-    /// What integers are divided by; `None` for those that are written as they are.
+    /// The divisor of integers; `None` if they are written unchanged.
     largest: Option<f64>,
 }
 
 impl<'a> Colors<'a> {
     fn new(property: &'a Property) -> Self {
         let largest = match &property.values {
-            // Only zeros and ones would be read as real numbers.
+            // Colours of only zeros and ones would be read as real numbers.
             Values::U8(v) if v.iter().any(|&x| x > 1) => None,
             Values::U8(_) => Some(f64::from(u8::MAX)),
             Values::I8(_) => Some(f64::from(i8::MAX)),
@@ -187,7 +187,7 @@ impl<'a> Colors<'a> {
             let is_integer = out[start..]
                 .bytes()
                 .all(|b| b.is_ascii_digit() || b == b'-');
-            // The point tells a real number from an integer.
+            // The decimal point distinguishes a real number from an integer.
             if self.largest.is_some() && is_integer {
                 out.push_str(".0");
             }

@@ -1,7 +1,7 @@
 //! The text of a mesh made of the vertices and faces of an OFF file.
 //!
-//! Rows go as they stand with the comments before them; comments before rows that are dropped
-//! stay. Vertices whose lines do not tell them apart are written one a line.
+//! Rows are copied unchanged together with the comments before them. Comments before dropped rows
+//! are kept. Vertices that are not separated by lines are written one per line.
 
 use std::fmt::Write as _;
 use std::ops::Range;
@@ -42,10 +42,10 @@ pub(super) fn rebuild(file: &OffFile, remap: &Remap) -> Vec<u8> {
     out.bytes
 }
 
-/// A row that is copied more than once goes without its comment if it is longer than this: many
-/// copies of a row as long as the file would be more than memory holds.
+/// A row that is longer than this and copied more than once loses its comment: many copies of a
+/// row as long as the file would exhaust memory.
 const LONGEST_COPY: usize = 1 << 10;
-/// The most numbers behind x y z that have a meaning: a normal, a colour, texture coordinates.
+/// Maximum number of meaningful values after x y z: a normal, a colour, texture coordinates.
 const MOST_FURTHER: usize = 9;
 
 fn vertices_by_lines(file: &OffFile, remap: &Remap, out: &mut Text) {
@@ -72,7 +72,7 @@ fn faces(file: &OffFile, remap: &Remap, out: &mut Text) {
     let rows: Vec<FaceRow> = FaceRows::new(file).collect();
     let section = file.layout.vertices.end;
     let mut before = Before::new(section);
-    // A face begins with its line, or behind the vertices if the last one shares that line.
+    // A face begins at its line start, or after the vertices if the last one shares that line.
     let row_of = |row: &FaceRow| line_start(&file.bytes, row.start).max(section)..row.end;
     let row = |face: usize| rows.get(face).map(row_of);
     let mut corners = String::new();
@@ -115,11 +115,11 @@ fn faces(file: &OffFile, remap: &Remap, out: &mut Text) {
     out.push(file.bytes.get(end..).unwrap_or(&[]));
 }
 
-/// Copies what stands between the rows, each piece once and in order.
+/// Copies the text between the rows, each piece once and in order.
 struct Before {
-    /// The next row before which nothing was copied.
+    /// The next row whose preceding text has not been copied.
     next: usize,
-    /// Where the last row before that ends.
+    /// The end of the last row before it.
     end: usize,
 }
 
@@ -131,7 +131,7 @@ impl Before {
         }
     }
 
-    /// Copies what stands before all rows up to `count`.
+    /// Copies the text before all rows up to `count`.
     fn copy_to(
         &mut self,
         count: usize,
@@ -148,14 +148,14 @@ impl Before {
     }
 }
 
-/// Lines, each on its own.
+/// Text in which every piece starts on a line of its own.
 #[derive(Default)]
 struct Text {
     bytes: Vec<u8>,
 }
 
 impl Text {
-    /// Appends what begins a line.
+    /// Appends text that starts a line.
     fn push(&mut self, text: &[u8]) {
         let ends_line = self.bytes.last().is_none_or(|&b| is_line_end(b));
         if !ends_line && !text.is_empty() && self.bytes != b"\xef\xbb\xbf" {
@@ -171,7 +171,7 @@ fn line_start(bytes: &[u8], at: usize) -> usize {
     end.map_or(0, |end| end + 1)
 }
 
-/// The line that a byte is in, line end included.
+/// The line that contains a byte, including the line ending.
 fn line_of(bytes: &[u8], at: usize) -> Range<usize> {
     let mut words = super::words::Words::new(bytes, at);
     words.skip_line();

@@ -56,14 +56,14 @@ fn a_header_with_a_glued_count_is_written_back() {
         written,
         text.replacen("1 0 0\n\n", "2 0 0\n\n", 1).into_bytes()
     );
-    // A repair has fewer vertices and faces.
+    // After a repair there are fewer vertices and faces.
     let document = parse("OFF5 2 0\n0 0 0\n1 0 0\n9 9 9\n1 1 0\n0 1 0\n3 0 0 1\n4 0 1 3 4\n");
     let repair = crate::Repair::new().drop_degenerate().compact();
     let repaired = repair.apply(&document.unwrap()).unwrap();
     let written = repaired.document.write(Format::Off).unwrap();
     let again = parse(std::str::from_utf8(&written).unwrap()).unwrap();
     assert_eq!((again.positions().len(), again.faces().len()), (4, 1));
-    // What stands behind the letters is a count or no header.
+    // The letters must be followed by a count, or it is not a header.
     assert!(!is_header_word(b"OFFx") && !is_header_word(b"4x") && !is_header_word(b"BOFF"));
 }
 
@@ -169,7 +169,7 @@ fn what_stands_behind_the_coordinates_is_told_by_header_and_count() {
         assert_eq!(values(&document, false, COLOR), repeat(&[1.0, 0.0, 1.0]));
         assert_eq!(document.attributes().unwrap().comments, ["a comment"; 3]);
     }
-    // What cannot be told is kept, and lost elsewhere.
+    // Unknown numbers are preserved, and lost in other formats.
     let document = read("OFF", "7 8");
     assert!(document.attributes().unwrap().is_empty());
     assert_eq!(
@@ -200,7 +200,7 @@ fn colours_may_be_missing_or_of_both_kinds() {
         values(&document, true, COLOR_INDEX),
         Values::I32(vec![-1, -1, -1, 7, -1])
     );
-    // As another document, its text says the same.
+    // Rewritten from memory, the text has the same meaning.
     let attributes = document.attributes().unwrap().into_owned();
     let again = document.with_attributes(attributes.clone()).unwrap();
     let again = parse(&self::text(&again)).unwrap();
@@ -263,7 +263,7 @@ fn moved_vertices_and_turned_normals_are_replaced() {
             .all(|(a, b)| (a - b).abs() < 1e-12),
         "{normals:?}"
     );
-    // Besides the normals' last digits the text is as it was.
+    // The text is unchanged except for the last digits of the normals.
     let words = |text: &str| text.split_whitespace().count();
     assert_eq!(words(&written), words(expected));
     assert!(
@@ -415,7 +415,7 @@ fn limits_hold() {
     assert!(over(|l| l.max_memory = 100).contains("bytes of memory"));
 }
 
-/// Meshes with everything that an OFF can hold.
+/// Meshes with everything that an OFF can represent.
 fn documents() -> impl Strategy<Value = Document> {
     let real = || {
         prop_oneof![
@@ -427,7 +427,7 @@ fn documents() -> impl Strategy<Value = Document> {
         (3usize..5).prop_flat_map(move |k| {
             let bytes = prop::collection::vec(any::<u8>(), count * k)
                 .prop_map(|mut bytes| {
-                    // Zeros and ones alone would be real numbers.
+                    // Only zeros and ones would be read as real numbers.
                     if let Some(first) = bytes.first_mut() {
                         *first = (*first).max(2);
                     }
@@ -506,7 +506,7 @@ proptest! {
 
     #[test]
     fn a_file_without_line_ends_reads_the_same(document in documents()) {
-        // Colours of faces end with their line.
+        // Face colours end with their line.
         let attributes = Attributes {
             vertices: document.attributes().unwrap().vertices.clone(),
             ..Attributes::default()
@@ -562,7 +562,7 @@ proptest! {
         vertices.extend(copies.iter().map(|copy| copy.index(count) as u32));
         let mut remap = Remap {
             vertices,
-            // All faces stay, so that what their colours are stays clear.
+            // All faces are kept, so that the kind of their colours stays unambiguous.
             face_sources: (0..document.faces().len() as u32).rev().collect(),
             ..Remap::default()
         };

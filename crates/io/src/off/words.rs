@@ -1,10 +1,10 @@
-//! The lines of an OFF file, and its words wherever the lines end.
+//! The lines of an OFF file, and its words regardless of line endings.
 
 use crate::error::{Element, IoError, Place};
 use crate::limits::Limits;
 use crate::text::{self, Line, Lines, Token};
 
-/// The lines that are not blank, without their comments.
+/// The non-blank lines, without their comments.
 #[derive(Clone)]
 pub(super) struct Rows<'a> {
     num_bytes: usize,
@@ -21,12 +21,12 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// The bytes of the whole file.
+    /// The size of the whole file in bytes.
     pub(super) fn num_bytes(&self) -> usize {
         self.num_bytes
     }
 
-    /// Where the following line starts.
+    /// Offset of the following line.
     pub(super) fn position(&self) -> usize {
         self.lines.position()
     }
@@ -60,7 +60,7 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// The words of a file, comments passed over; tokens say where in the file they start.
+/// The words of a file without comments; tokens contain their offset in the file.
 #[derive(Clone)]
 pub(super) struct Words<'a> {
     bytes: &'a [u8],
@@ -72,19 +72,19 @@ impl<'a> Words<'a> {
         Self { bytes, at: start }
     }
 
-    /// Where the last word ended.
+    /// Offset of the end of the last word.
     pub(super) fn at(&self) -> usize {
         self.at
     }
 
-    /// What is left of the line.
+    /// The rest of the line.
     pub(super) fn rest_of_line(&self) -> &'a [u8] {
         let rest = self.bytes.get(self.at..).unwrap_or(&[]);
         let length = rest.iter().position(|b| is_line_end(*b));
         &rest[..length.unwrap_or(rest.len())]
     }
 
-    /// Goes behind the end of the line.
+    /// Skips past the end of the line.
     pub(super) fn skip_line(&mut self) {
         self.at += self.rest_of_line().len();
         self.at += match self.bytes.get(self.at..) {
@@ -119,7 +119,7 @@ pub(super) fn is_line_end(b: u8) -> bool {
     b == b'\n' || b == b'\r'
 }
 
-/// The number of the line that a byte is in, counted from 1.
+/// The 1-based number of the line that contains a byte.
 pub(super) fn line_number(bytes: &[u8], at: usize) -> usize {
     let lines = Lines::new(bytes, 0).take_while(|line| line.start <= at);
     lines.count().max(1)

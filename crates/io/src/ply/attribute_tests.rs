@@ -1,4 +1,4 @@
-//! Tests of what is decoded on request, and of normals that turn.
+//! Tests of attributes decoded on request, and of normals rotated with the surface.
 
 use nalgebra::Point3;
 
@@ -9,8 +9,8 @@ fn parse(bytes: impl AsRef<[u8]>) -> Document {
     read(bytes.as_ref().to_vec(), &Limits::default()).unwrap()
 }
 
-/// Coordinates and normals interleaved and out of order, everything that has a usual name, an
-/// empty texture list, Latin-1 in a comment.
+/// Coordinates and normals interleaved and out of order, all properties with conventional names,
+/// an empty texture list, Latin-1 in a comment.
 pub(super) const RICH: &[u8] =
     b"ply\r\nformat ascii 1.0\r\ncomment  two  blanks \r\nobj_info caf\xe9\r\ncomment\r\n\
     element vertex 4\nproperty float nz\nproperty double x\nproperty float nx\nproperty double y\n\
@@ -101,7 +101,7 @@ fn what_is_wrong_is_named_when_it_is_needed() {
         error,
         "line 39: face 0 has `zero` where a number of type `float` is expected"
     );
-    // It is kept nevertheless.
+    // It is preserved nevertheless.
     assert_eq!(parse(&text).write(Format::Ply).unwrap(), text.as_bytes());
 }
 
@@ -117,7 +117,7 @@ fn lists_that_are_not_two_numbers_a_corner_stay_lists() {
 
 #[test]
 fn normals_turn_where_they_stand() {
-    // The square is stood upright about the y axis.
+    // Turn the square upright about the y axis.
     let mut document = parse(RICH);
     for vertex in [1, 2] {
         let p = document.positions()[vertex];
@@ -150,7 +150,7 @@ fn normals_turn_where_they_stand() {
     }
 }
 
-/// A square with float normals and coordinates, interleaved, and faces with short normals.
+/// A square with `float` normals and coordinates, interleaved, and faces with `short` normals.
 fn binary(encoding: &str, number: impl Fn([u8; 4]) -> [u8; 4]) -> Vec<u8> {
     let mut bytes = format!(
         "ply\nformat {encoding} 1.0\nelement vertex 4\nproperty float x\nproperty float nz\n\

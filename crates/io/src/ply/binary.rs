@@ -1,4 +1,4 @@
-//! Binary rows of either byte order.
+//! Binary rows in either byte order.
 
 use std::ops::Range;
 
@@ -13,7 +13,7 @@ use super::rows::{Cell, Encoded, Number, RowName, put};
 
 /// A byte order.
 pub(super) trait ByteOrder: Send + Sync {
-    /// The bytes of a number in little-endian order; or back.
+    /// Converts the bytes of a number to or from little-endian order.
     fn little<const N: usize>(bytes: [u8; N]) -> [u8; N];
 }
 
@@ -37,7 +37,7 @@ impl ByteOrder for Big {
     }
 }
 
-/// The first bytes as a little-endian number.
+/// Reads the first bytes as a little-endian number.
 #[inline]
 fn first<B: ByteOrder, const N: usize>(bytes: &[u8]) -> Option<[u8; N]> {
     bytes.first_chunk().map(|chunk| B::little(*chunk))
@@ -102,7 +102,7 @@ impl<B: ByteOrder> Encoded for B {
         match value {
             Number::Single(x) => out.extend_from_slice(&B::little(x.to_le_bytes())),
             Number::Double(x) => out.extend_from_slice(&B::little(x.to_le_bytes())),
-            // The low bytes of a two's complement number are the number in fewer bits.
+            // The low bytes of a two's complement number are the same number with fewer bits.
             Number::Integer(x) => match number.size() {
                 1 => out.push(x as u8),
                 2 => out.extend_from_slice(&B::little((x as u16).to_le_bytes())),

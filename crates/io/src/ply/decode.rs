@@ -1,4 +1,4 @@
-//! What a PLY file says beyond positions and faces, decoded on request.
+//! Decoding of the PLY data beyond positions and faces, on request.
 
 use std::collections::HashMap;
 
@@ -14,10 +14,10 @@ use super::groups::{self, Group};
 use super::layout::{Element, ElementKind};
 use super::rows::{Cell, Encoded, RowName, Walk, put, with_encoding, zeros};
 
-/// The list of texture coordinates of the corners of a face.
+/// The name of the list of texture coordinates at the corners of a face.
 pub(super) const TEXCOORD: &str = "texcoord";
 
-/// The attributes of a file with these faces.
+/// Decodes the attributes of a file with these faces.
 pub(super) fn attributes(file: &PlyFile, faces: &FaceList) -> Result<Attributes, IoError> {
     let mut attributes = Attributes {
         vertices: with_encoding!(file.layout.encoding, properties(file, ElementKind::Vertex))?,
@@ -70,7 +70,7 @@ fn columns<E: Encoded>(
     element: &Element,
     groups: &[Group],
 ) -> Result<Vec<Values>, IoError> {
-    // Rows were counted when the file was read: there are bytes for each number.
+    // Rows were counted when the file was read, so there are bytes for each number.
     let empty = |group: &Group| match group.is_list {
         true => Values::Lists {
             ends: Vec::new(),
@@ -105,7 +105,7 @@ fn columns<E: Encoded>(
     Ok(columns)
 }
 
-/// What is wrong with a number, or with the first wrong item of a list.
+/// The error for a number, or for the first invalid item of a list.
 fn bad<E: Encoded>(
     bytes: &[u8],
     row: usize,
@@ -133,9 +133,9 @@ fn bad<E: Encoded>(
     }
 }
 
-/// Texture coordinates of corners, if the lists hold two numbers a corner, or nothing.
+/// Texture coordinates of corners, if every list holds two numbers per corner or is empty.
 ///
-/// Equal pairs become one entry, in the order of first use, as an OBJ has them.
+/// Equal pairs become one entry, in the order of first use, as in an OBJ.
 fn corner_uv(lists: &Values, faces: &FaceList) -> Option<CornerProperty> {
     let Values::Lists { ends, items } = lists else {
         return None;

@@ -1,4 +1,4 @@
-//! The most frequent binary rows, many at a time.
+//! Bulk reading of the most common binary rows.
 
 use std::slice::ChunksExact;
 
@@ -14,7 +14,7 @@ use super::groups::Group;
 use super::layout::{Element, ElementKind, NumberType, Property};
 use super::read::Body;
 
-/// Reads rows from `at`; how many, and where they end.
+/// Reads rows from `at`, and returns their number and the offset after them.
 pub(super) fn read<B: ByteOrder>(
     bytes: &[u8],
     at: usize,
@@ -34,7 +34,7 @@ pub(super) fn read<B: ByteOrder>(
     Ok((num_rows, at + num_rows * size))
 }
 
-/// Vertices of rows of one size up to the first that is not finite.
+/// Reads vertices from rows of a fixed size, up to the first that is not finite.
 fn vertices<B: ByteOrder>(
     rest: &[u8],
     element: &Element,
@@ -72,7 +72,7 @@ fn vertices<B: ByteOrder>(
         }
         _ => return Ok(0),
     }
-    // Over all of them at once, which takes no branch a vertex.
+    // Check in chunks, which needs no branch per vertex.
     let is_finite = |p: &Point3<f64>| p.iter().fold(true, |all, x| all & x.is_finite());
     let num_finite = body
         .positions
@@ -89,8 +89,8 @@ fn vertices<B: ByteOrder>(
     Ok(body.positions.len())
 }
 
-/// Leading triangles of rows that hold a list of corners and else only numbers: the size of a row
-/// and how many there are.
+/// Reads leading triangles from rows with a list of corners and otherwise only scalars, and
+/// returns the row size and the number of rows.
 fn triangles<B: ByteOrder>(
     rest: &[u8],
     element: &Element,
@@ -101,7 +101,7 @@ fn triangles<B: ByteOrder>(
     };
     let size = before + 13 + after;
     let num_rows = (rest.len() / size).min(element.count);
-    // What the limits refuse is refused by the general walk, with the row that is too much.
+    // Rows that exceed a limit are left to the general walk, which reports the offending row.
     let is_within = body.check_corners(num_rows.saturating_mul(3)).is_ok()
         && body.limits.check_degree(3).is_ok();
     if !is_within {
@@ -118,7 +118,7 @@ fn triangles<B: ByteOrder>(
             break;
         };
         *triangle = [1, 5, 9].map(|at| u32::from_le_bytes(number::<B, 4>(list, at)));
-        // A negative index is a large one here.
+        // As unsigned numbers, negative indices are large.
         let largest = triangle[0].max(triangle[1]).max(triangle[2]);
         if list[0] != 3 || largest >= num_vertices {
             break;
@@ -130,7 +130,8 @@ fn triangles<B: ByteOrder>(
     Ok((size, num_good))
 }
 
-/// Bytes of the numbers before and behind the list of corners, if all of them have a fixed size.
+/// The number of bytes before and after the list of corners, if all other properties have a fixed
+/// size.
 fn beside_corners(element: &Element) -> Option<(usize, usize)> {
     let (mut before, mut after) = (0, 0);
     let mut has_corners = false;
@@ -147,7 +148,7 @@ fn beside_corners(element: &Element) -> Option<(usize, usize)> {
     Some((before, after))
 }
 
-/// The columns of rows of one size that start with `rows`.
+/// Reads the columns of `rows`, which have a fixed size.
 pub(super) fn columns<B: ByteOrder>(
     rows: &[u8],
     element: &Element,
@@ -210,7 +211,7 @@ fn gather<T>(
     out
 }
 
-/// The bytes of a number in a row that is long enough, in little-endian order.
+/// The bytes of a number in a sufficiently long row, in little-endian order.
 #[inline(always)]
 fn number<B: ByteOrder, const N: usize>(row: &[u8], at: usize) -> [u8; N] {
     B::little(

@@ -1,23 +1,23 @@
-//! Which properties of a PLY element are together one property of the mesh.
+//! Grouping of PLY properties that together form one property of the mesh.
 
 use crate::attributes::{COLOR, NORMAL, UV};
 
 use super::layout::{Element, ElementKind, NumberType, Property};
 
-/// What a property of a file goes to.
+/// A group of file properties that form one property of the mesh.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct Group {
     /// [`NORMAL`], [`COLOR`], [`UV`], or the name in the file.
     pub(super) name: String,
-    /// The numbers of the properties of the element, one a component; a list by itself.
+    /// The indices of the element's properties, one per component; a list stands alone.
     pub(super) members: Vec<usize>,
     pub(super) number: NumberType,
     pub(super) is_list: bool,
 }
 
-/// The usual names of normals.
+/// The conventional names of normals.
 pub(super) const NORMALS: [&str; 3] = ["nx", "ny", "nz"];
-/// The usual names of colours, the one that is written first.
+/// The conventional names of colours, in order of preference for writing.
 pub(super) const COLORS: [[&str; 4]; 3] = [
     ["red", "green", "blue", "alpha"],
     [
@@ -28,7 +28,7 @@ pub(super) const COLORS: [[&str; 4]; 3] = [
     ],
     ["r", "g", "b", "a"],
 ];
-/// The usual names of texture coordinates, the one that is written first.
+/// The conventional names of texture coordinates, in order of preference for writing.
 pub(super) const UVS: [[&str; 2]; 4] = [
     ["s", "t"],
     ["u", "v"],
@@ -36,8 +36,9 @@ pub(super) const UVS: [[&str; 2]; 4] = [
     ["texture_s", "texture_t"],
 ];
 
-/// The properties of an element that are kept and not read: what is together one property first,
-/// then the others in the order of the file.
+/// Groups the properties of an element that were not decoded when reading.
+///
+/// Groups with conventional names come first, then the others in file order.
 pub(super) fn of(element: &Element) -> Vec<Group> {
     let mut groups = Vec::new();
     let mut taken = vec![false; element.properties.len()];
@@ -67,7 +68,7 @@ pub(super) fn of(element: &Element) -> Vec<Group> {
     groups
 }
 
-/// The normals of an element, if it has some of one type.
+/// The normals of an element, if it has some and they have one type.
 pub(super) fn normal(element: &Element) -> Option<Group> {
     named(element, NORMAL, &NORMALS)
 }
@@ -86,7 +87,7 @@ fn color(element: &Element) -> Option<Group> {
     })
 }
 
-/// Scalar properties of one type with these names.
+/// Groups scalar properties of one type with these names.
 fn named(element: &Element, name: &str, members: &[&str]) -> Option<Group> {
     let is_surface = matches!(element.kind, ElementKind::Vertex | ElementKind::Face);
     if !is_surface {
@@ -108,7 +109,7 @@ fn named(element: &Element, name: &str, members: &[&str]) -> Option<Group> {
     })
 }
 
-/// The name in the file, changed if it would be taken for something that it is not.
+/// The name in the file, changed if it could be mistaken for a conventional one.
 fn plain_name(names: &[String], property: usize) -> String {
     let mut name = names[property].clone();
     while [NORMAL, COLOR, UV].contains(&name.as_str())

@@ -1,4 +1,4 @@
-//! The header: found, checked for what a parser would take too lightly, and parsed.
+//! Header: located, checked more strictly than the parser does, and parsed.
 
 use std::collections::HashSet;
 use std::fmt::Write as _;
@@ -15,21 +15,21 @@ use crate::text::{self, Line, Lines, Token};
 
 use super::{problem, quote};
 
-/// A header and where it ends.
+/// A parsed header and its location.
 pub(super) struct Header {
     pub(super) encoding: Encoding,
     pub(super) elements: Vec<Declaration>,
     /// Number of its last line.
     pub(super) last_line: usize,
-    /// Where the line `end_header` starts.
+    /// Offset of the line `end_header`.
     pub(super) last_start: usize,
-    /// Where the rows start.
+    /// Offset of the first row.
     pub(super) end: usize,
-    /// Where the texts of `comment` and `obj_info` stand.
+    /// Byte ranges of the texts of `comment` and `obj_info`.
     pub(super) comments: Vec<Range<usize>>,
 }
 
-/// An element as the header declares it.
+/// An element as declared in the header.
 pub(super) struct Declaration {
     pub(super) name: String,
     pub(super) count: usize,
@@ -37,21 +37,21 @@ pub(super) struct Declaration {
     pub(super) place: DeclarationPlace,
 }
 
-/// Where a declaration stands, so that it can be replaced.
+/// The location of a declaration, so that it can be replaced.
 #[derive(Clone, Debug)]
 pub(super) struct DeclarationPlace {
-    /// The lines of the element and of its properties, with their ends.
+    /// The lines of the element and of its properties, including line endings.
     pub(super) lines: Vec<Range<usize>>,
-    /// The number of rows.
+    /// The row count.
     pub(super) count: Range<usize>,
 }
 
 impl Header {
     /// Reads the header of a file.
     ///
-    /// The lines are put into the plainest form (one blank between words, `\n` at the end,
-    /// comments emptied, odd names replaced) before the `ply-rs` parser sees them, so that tabs,
-    /// carriage returns and odd bytes in comments and names do not matter.
+    /// The lines are normalized before the `ply-rs` parser sees them: one space between words,
+    /// `\n` at the end, empty comments, odd names replaced. Tabs, carriage returns and odd bytes
+    /// in comments and names therefore do not matter.
     pub(super) fn read(bytes: &[u8], limits: &Limits) -> Result<Self, IoError> {
         let start = text::after_bom(bytes);
         let mut lines = Lines::new(bytes, start);
@@ -73,7 +73,7 @@ impl Header {
         };
         let parsed = parse(&scan.plain)?;
         let last_line = lines.number;
-        // The parser merges what it takes for the same name.
+        // The parser merges names that it considers equal.
         let kept = parsed.elements.len() == scan.elements.len()
             && parsed
                 .elements
@@ -105,21 +105,22 @@ impl Header {
     }
 }
 
-/// What the lines of a header say.
+/// The contents of the header lines.
 #[derive(Default)]
 struct Scan {
-    /// The lines as the parser gets them.
+    /// The normalized lines for the parser.
     plain: String,
     elements: Vec<(String, Vec<String>, DeclarationPlace)>,
     comments: Vec<Range<usize>>,
-    /// Element and property names so far, to find what stands there twice.
+    /// Element and property names so far, to detect duplicates.
     seen: HashSet<(usize, Vec<u8>), RandomState>,
-    /// The first line that declares something again.
+    /// The first line with a duplicate declaration.
     twice: Option<usize>,
 }
 
 impl Scan {
-    /// Takes one line, which ends before `next`; whether it is the last one.
+    /// Processes one line, which ends before `next`. Returns `true` for the last line of the
+    /// header.
     fn line(&mut self, line: Line<'_>, next: usize) -> Result<bool, IoError> {
         let words: Vec<_> = words(line.text).take(WORDS).collect();
         let refused = || {
@@ -150,7 +151,7 @@ impl Scan {
             (2.., b"property") => {
                 let number = self.elements.len();
                 let name = words.last().map_or(&b""[..], |word| word.text);
-                // Without an element the parser refuses the line.
+                // Without an element, the parser rejects the line.
                 if let Some((_, names, place)) = self.elements.last_mut() {
                     names.push(String::from_utf8_lossy(name).into_owned());
                     place.lines.push(line.start..next);
@@ -160,7 +161,7 @@ impl Scan {
             (2.., b"comment" | b"obj_info") => {
                 let end = line.start + line.text.len();
                 let start = line.start + keyword.start + keyword.text.len();
-                // One blank parts the keyword from the text.
+                // One space separates the keyword from the text.
                 self.comments.push((start + 1).min(end)..end);
                 self.plain.push_str("comment\n");
                 return Ok(false);
@@ -196,7 +197,7 @@ impl Scan {
         }
     }
 
-    /// A name; one that the parser would refuse is numbered instead.
+    /// Appends a name. A name that the parser would reject is replaced by a numbered one.
     fn push_name(&mut self, name: &[u8]) {
         match std::str::from_utf8(name) {
             Ok(name) if is_plain_name(name) => self.plain.push_str(name),
@@ -208,7 +209,7 @@ impl Scan {
     }
 }
 
-/// The words of a line; unlike other formats, PLY knows no comments behind them.
+/// The words of a line. Unlike other formats, PLY has no comments at line ends.
 fn words(line: &[u8]) -> impl Iterator<Item = Token<'_>> {
     let mut at = 0;
     std::iter::from_fn(move || {
@@ -223,13 +224,13 @@ fn words(line: &[u8]) -> impl Iterator<Item = Token<'_>> {
     })
 }
 
-/// About the memory in bytes that a declared element or property takes here and in the parser.
+/// Approximate memory in bytes for a declared element or property, here and in the parser.
 const DECLARATION: usize = 512;
 
-/// More words than any line of a header has.
+/// More words than any header line has.
 const WORDS: usize = 8;
 
-/// Whether every reader takes this as a name.
+/// Returns `true` if every reader accepts this as a name.
 pub(super) fn is_plain_name(name: &str) -> bool {
     let is_word = |b: u8| b.is_ascii_alphanumeric() || b == b'_' || b == b'-';
     name.bytes().all(is_word) && name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
@@ -259,10 +260,11 @@ fn parse(plain: &str) -> Result<ply::Header, IoError> {
         })
 }
 
-/// Where the rows start, given where the line after `end_header` would.
+/// Returns the offset of the first row, given the offset at which the line after `end_header`
+/// would start.
 ///
-/// If the header's lines end in a lone carriage return (Rhino writes such files), then a line
-/// feed behind the last one is already data.
+/// If the header lines end in a lone carriage return (as written by Rhino), a line feed after the
+/// last one is already data.
 fn end_of_header(bytes: &[u8], start: usize, after: usize) -> usize {
     let first_end = bytes[start..]
         .iter()

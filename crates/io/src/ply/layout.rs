@@ -1,4 +1,4 @@
-//! What the rows of each element hold, and whether the file has bytes for them.
+//! Layout of the rows of each element, and the check that the file has enough bytes for them.
 
 use std::ops::{Range, RangeInclusive};
 
@@ -51,7 +51,7 @@ impl NumberType {
         !matches!(self, Self::F32 | Self::F64)
     }
 
-    /// What an integer type holds; of the others, all integers.
+    /// The range of an integer type; all integers for the others.
     pub(super) fn range(self) -> RangeInclusive<i64> {
         match self {
             Self::I8 => i8::MIN.into()..=i8::MAX.into(),
@@ -64,7 +64,7 @@ impl NumberType {
         }
     }
 
-    /// What is expected where a number of this type stands.
+    /// The description of a number of this type in error messages.
     pub(super) fn expected(self) -> &'static str {
         match self {
             Self::I8 => "a number of type `char`",
@@ -95,18 +95,19 @@ impl NumberType {
 /// One property of a row.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Property {
-    /// A coordinate of a vertex: its axis and type.
+    /// A coordinate of a vertex, with its axis and type.
     Coordinate(usize, NumberType),
-    /// The corners of a face: the types of their number and of an index, both integers.
+    /// The corners of a face, with the types of the count and of an index, both integers.
     Corners(NumberType, NumberType),
-    /// A number that is kept and not read.
+    /// A number that is preserved but not interpreted.
     Scalar(NumberType),
-    /// A list that is kept and not read: the types of its length (an integer) and of its items.
+    /// A list that is preserved but not interpreted, with the types of its length (an integer)
+    /// and of its items.
     List(NumberType, NumberType),
 }
 
 impl Property {
-    /// The bytes of a binary row that the property takes in every row; `None` for a list.
+    /// The size in bytes of the property in every binary row; `None` for a list.
     pub(super) fn fixed_size(self) -> Option<usize> {
         match self {
             Self::Coordinate(_, number) | Self::Scalar(number) => Some(number.size()),
@@ -124,7 +125,7 @@ impl Property {
         }
     }
 
-    /// The fewest bytes that the property takes in a binary row.
+    /// The minimum size in bytes of the property in a binary row.
     fn least_bytes(self) -> usize {
         match self {
             Self::Coordinate(_, number) | Self::Scalar(number) => number.size(),
@@ -133,7 +134,7 @@ impl Property {
     }
 }
 
-/// What an element is to us.
+/// The role of an element.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum ElementKind {
     Vertex,
@@ -154,7 +155,7 @@ pub(super) struct Element {
     pub(super) properties: Vec<Property>,
     /// The name of each property.
     pub(super) names: Vec<String>,
-    /// Where the header declares it.
+    /// The location of its declaration in the header.
     pub(super) place: DeclarationPlace,
 }
 
@@ -166,7 +167,7 @@ pub(super) struct Layout {
     pub(super) num_vertices: usize,
     pub(super) num_faces: usize,
     pub(super) comments: Vec<Range<usize>>,
-    /// Where the line `end_header` starts, and where the rows do.
+    /// Offsets of the line `end_header` and of the first row.
     pub(super) header_end: [usize; 2],
 }
 
@@ -197,7 +198,7 @@ impl Layout {
         })
     }
 
-    /// The number of the element of a kind.
+    /// The index of the element of a kind.
     pub(super) fn find(&self, kind: ElementKind) -> Option<usize> {
         self.elements.iter().position(|e| e.kind == kind)
     }
@@ -209,18 +210,18 @@ impl Layout {
             .filter(move |e| kinds.contains(&e.kind))
     }
 
-    /// Whether vertices or faces have normals that can be turned.
+    /// Returns `true` if vertices or faces have normals that can be rotated.
     pub(super) fn has_normals(&self) -> bool {
         self.surface().any(|e| groups::normal(e).is_some())
     }
 
-    /// Whether vertices or faces have something like normals that cannot be turned.
+    /// Returns `true` if vertices or faces have something like normals that cannot be rotated.
     pub(super) fn has_odd_normals(&self) -> bool {
         self.surface()
             .any(|e| groups::normal(e).is_none() && e.names.iter().any(|name| name == "nx"))
     }
 
-    /// What the file has that attributes cannot hold.
+    /// Lists the contents of the file that attributes cannot represent.
     pub(super) fn extras(&self) -> Vec<String> {
         let mut extras = Vec::new();
         for element in &self.elements {
@@ -271,7 +272,7 @@ impl Element {
         })
     }
 
-    /// The bytes of each row of a binary file, if all rows have as many.
+    /// The size of each row of a binary file in bytes, if it is the same for all rows.
     pub(super) fn stride(&self) -> Option<usize> {
         self.properties.iter().map(|p| p.fixed_size()).sum()
     }
@@ -299,11 +300,11 @@ impl Element {
             return Err(problem(line, text));
         }
         let least: usize = match encoding {
-            // A digit and a blank or line end each.
+            // At least a digit and a space or line ending each.
             Encoding::Ascii => 2 * properties.len(),
             _ => properties.iter().map(|p| p.least_bytes()).sum(),
         };
-        // The last row of a text may lack its line end.
+        // The last row of a text may lack its line ending.
         let rows = (body + 1).checked_div(least);
         let name = quote(name.as_bytes());
         match rows {
@@ -324,7 +325,7 @@ impl Element {
     }
 }
 
-/// What a property is to us; `None` if the length of a list is not an integer.
+/// The role of a property; `None` if the length of a list is not an integer.
 fn role(kind: ElementKind, name: &str, data_type: &PropertyType) -> Option<Property> {
     let axis = ["x", "y", "z"].iter().position(|&axis| axis == name);
     Some(match (data_type, axis) {
@@ -347,5 +348,5 @@ fn role(kind: ElementKind, name: &str, data_type: &PropertyType) -> Option<Prope
     })
 }
 
-/// The names under which the corners of a face go.
+/// The names of the list of corners of a face.
 pub(super) const CORNERS: [&str; 2] = ["vertex_indices", "vertex_index"];

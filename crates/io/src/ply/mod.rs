@@ -1,15 +1,15 @@
-//! Stanford PLY, text and binary of both byte orders.
+//! Stanford PLY, text and binary in both byte orders.
 //!
-//! The header is scanned and bounded here and then parsed by the `ply-rs` crate; the rows are
-//! walked here, for three reasons. Their coordinates are to be replaced in place, which keeps
-//! every other property, element and comment of the file. A table of hash maps costs 1.7 s where
+//! The header is scanned and bounded here and then parsed by the `ply-rs` crate. The rows are
+//! walked here, for three reasons. Coordinates have to be replaced in place, which preserves
+//! every other property, element and comment of the file. A table of hash maps takes 1.7 s where
 //! the walk takes milliseconds. And exporters write blank lines, `nan` qualities and `.5`, which
-//! that crate refuses.
+//! that crate rejects.
 //!
-//! The file's bytes are kept. What is decoded on request ([`decode`]), replaced ([`rewrite`]) or
-//! carried over to another mesh ([`rebuild`]) is found again by one walk over the cells of each row
-//! ([`rows`]), the same for text and for both byte orders. Source: G. Turk, "The PLY Polygon File
-//! Format", 1994.
+//! The bytes of the file are kept. Data that is decoded on request ([`decode`]), replaced
+//! ([`rewrite`]) or carried over to another mesh ([`rebuild`]) is located again by one walk over
+//! the cells of each row ([`rows`]), which is the same for text and for both byte orders. Source:
+//! G. Turk, "The PLY Polygon File Format", 1994.
 
 #[cfg(test)]
 mod attribute_tests;
@@ -69,7 +69,7 @@ fn parse(bytes: Vec<u8>, limits: &Limits) -> Result<(Parsed, PlyFile), IoError> 
     limits.check_faces(layout.num_faces)?;
     limits.check_memory(bytes.len(), layout.num_vertices, 0)?;
     let mut body = Body::new(&layout, bytes.len(), limits);
-    // The layout is bounded by the bytes that are there.
+    // The layout is bounded by the size of the file.
     room::reserve_exact(&mut body.positions, layout.num_vertices)?;
     with_encoding!(layout.encoding, read_rows(&bytes, &layout, &mut body))?;
     let Body {
@@ -107,15 +107,15 @@ fn parse(bytes: Vec<u8>, limits: &Limits) -> Result<(Parsed, PlyFile), IoError> 
 struct PlyFile {
     bytes: Vec<u8>,
     layout: Layout,
-    /// Where the rows of each element start, and where the last one ends.
+    /// The start of the rows of each element, and the end of the last one.
     elements: Vec<usize>,
     starts: Starts,
 }
 
-/// Where the row of each vertex starts.
+/// The offset of each vertex row.
 #[derive(Debug)]
 enum Starts {
-    /// Rows of one size, which need not be written down.
+    /// Rows of a fixed size, which need no table.
     Every {
         first: usize,
         size: usize,
@@ -171,13 +171,13 @@ impl SourceFile for PlyFile {
 
     fn rebuild(&self, remap: &Remap, mesh: Mesh<'_>) -> Result<Arc<dyn SourceFile>, IoError> {
         let bytes = rebuild::rebuild(self, remap, mesh)?;
-        // What was read within the limits may grow by a repair.
+        // A repair may exceed the limits that the original file met.
         let (parsed, file) = parse(bytes, &Limits::NONE)?;
         let positions = remap
             .vertices
             .iter()
             .map(|&v| mesh.positions.get(v as usize));
-        // Everything else rests on this; a wrong file must not go out unnoticed.
+        // Everything else depends on this; an incorrect file must not be written silently.
         if parsed.faces != remap.faces || !parsed.positions.iter().map(Some).eq(positions) {
             return Err(IoError::Unsupported {
                 feature: "this change of vertices and faces in this PLY".to_owned(),

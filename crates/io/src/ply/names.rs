@@ -1,27 +1,27 @@
-//! Names that stand in a header without breaking it.
+//! Valid names for a header.
 
 use std::collections::HashMap;
 
 use foldhash::fast::RandomState;
 
-/// The names of an element that is being declared; each is given once.
+/// The names of an element that is being declared, each used only once.
 #[derive(Default)]
 pub(super) struct Names {
-    /// Each name with the number that was last put behind it, so that thousands of equal ones
-    /// are told apart in one pass.
+    /// Each name with the number last appended to it, so that thousands of equal names are made
+    /// unique in one pass.
     taken: HashMap<String, u64, RandomState>,
 }
 
 impl Names {
-    /// Keeps these names from being given to anything else.
+    /// Prevents these names from being assigned.
     pub(super) fn reserve(&mut self, names: &[&str]) {
         let names = names.iter().map(|&name| (name.to_owned(), 1));
         self.taken.extend(names);
     }
 
-    /// A name that every reader takes, as near to the wanted one as can be.
+    /// Returns a name that every reader accepts, as close to the wanted one as possible.
     pub(super) fn give(&mut self, wanted: &str) -> String {
-        // Far longer names than any reader has room for are cut.
+        // Truncate names that are far longer than any reader supports.
         const LONGEST: usize = 200;
         let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
         let mut name: String = wanted

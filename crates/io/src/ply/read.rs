@@ -1,4 +1,4 @@
-//! Rows to positions and faces.
+//! Reading of rows into positions and faces.
 
 use nalgebra::Point3;
 
@@ -11,17 +11,17 @@ use super::layout::{ElementKind, Layout, NumberType, Property};
 use super::rows::{Encoded, Number, RowName, real};
 use super::strips::Strip;
 
-/// What the rows are read into.
+/// The destination of the rows.
 pub(super) struct Body<'a> {
     pub(super) limits: &'a Limits,
     num_bytes: usize,
-    /// The number of vertices that the header promises: faces may stand before them.
+    /// The number of vertices that the header promises, since faces may precede them.
     pub(super) num_vertices: usize,
     pub(super) positions: Vec<Point3<f64>>,
-    /// Where the row of each vertex starts, unless all rows are of one size.
+    /// The offset of each vertex row, unless all rows have a fixed size.
     pub(super) starts: Vec<usize>,
     pub(super) faces: FaceList,
-    /// Where the rows of each element start, and where the last one ends.
+    /// The start of the rows of each element, and the end of the last one.
     pub(super) elements: Vec<usize>,
 }
 
@@ -38,7 +38,7 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// So many corners in all, within the limits.
+    /// Checks the total number of corners against the limits.
     #[inline]
     pub(super) fn check_corners(&self, num_corners: usize) -> Result<(), IoError> {
         self.limits.check_corners(num_corners)?;
@@ -78,7 +78,7 @@ struct Row<'a> {
 }
 
 impl Row<'_> {
-    /// Reads the row; where it ends.
+    /// Reads the row and returns the offset of its end.
     #[inline]
     fn read<E: Encoded>(&self, body: &mut Body<'_>) -> Result<usize, IoError> {
         let Self { bytes, start, name } = *self;
@@ -113,7 +113,7 @@ impl Row<'_> {
                     }
                     let mut strip = Strip::default();
                     for _ in 0..count {
-                        // A corner, or a triangle of a strip.
+                        // One corner, or one triangle of a strip.
                         body.faces.make_room(1, 3)?;
                         let word = E::next(bytes, at, item).ok_or_else(too_short)?;
                         at = word.end;
@@ -150,7 +150,7 @@ impl Row<'_> {
     #[inline]
     fn coordinate<E: Encoded>(&self, word: &[u8], number: NumberType) -> Result<f64, IoError> {
         let value = if E::IS_TEXT {
-            // As the text says it, whatever the type.
+            // As written in the text, regardless of the type.
             real(word)
         } else {
             E::number(word, number).map(|value| match value {

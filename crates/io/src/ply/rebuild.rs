@@ -1,8 +1,8 @@
 //! The PLY file of a mesh made of another's vertices and faces.
 //!
-//! Rows go where their vertices and faces go; what they hold is copied as it stands, except for
-//! the indices of vertices, and lists with the same number of items for each corner of a face,
-//! whose items follow the corners.
+//! Rows move with their vertices and faces. Their contents are copied unchanged, except for
+//! vertex indices, and for lists with the same number of items per corner of a face, whose items
+//! move with the corners.
 
 use std::ops::Range;
 
@@ -57,14 +57,14 @@ fn build<E: Encoded>(file: &PlyFile, remap: &Remap, mesh: Mesh<'_>) -> Result<Ve
         header.insert(layout.header_end[0], rows.declaration());
         rows.plain_faces::<E>()?;
     }
-    // What stands behind the last row.
+    // Copy the bytes after the last row.
     rows.copy::<E>(file.elements[layout.elements.len()]..file.bytes.len())?;
     let mut out = header.finish(layout.header_end[1]);
     out.extend_from_slice(&rows.out);
     Ok(out)
 }
 
-/// The header with some of its parts replaced, from front to back.
+/// A copy of the header with some of its parts replaced, built from front to back.
 struct HeaderPatch<'a> {
     bytes: &'a [u8],
     line_end: &'static str,
@@ -102,7 +102,7 @@ impl<'a> HeaderPatch<'a> {
         }
     }
 
-    /// Puts other lines in the place of an element and its properties.
+    /// Replaces the lines of an element and its properties.
     fn replace(&mut self, element: &Element, lines: &[String]) {
         let text: String = lines
             .iter()
@@ -143,7 +143,8 @@ impl Rows<'_> {
         self.check_growth()
     }
 
-    /// Copies of one long row must not make a huge file of a small one.
+    /// Rejects excessive growth: copies of one long row must not turn a small file into a huge
+    /// one.
     fn check_growth(&self) -> Result<(), IoError> {
         let num_bytes = self.file.bytes.len();
         // The faces of a strip are longer than the strip.
@@ -162,7 +163,7 @@ impl Rows<'_> {
         })
     }
 
-    /// Rows as they stand.
+    /// Copies rows unchanged.
     fn copy<E: Encoded>(&mut self, span: Range<usize>) -> Result<(), IoError> {
         let rows = &self.file.bytes[span];
         let is_blank = E::IS_TEXT && rows.trim_ascii().is_empty();
@@ -227,7 +228,7 @@ impl Rows<'_> {
                 }
             }
             if let Some(row) = row {
-                // A text may have more numbers in a row than were declared.
+                // A text row may have more numbers than were declared.
                 E::push_raw(&mut self.out, &file.bytes[end..row.end]);
             }
             self.end_row::<E>()?;
@@ -262,7 +263,8 @@ impl Rows<'_> {
         Ok(())
     }
 
-    /// A list whose items follow the corners of the face; empty if none of them has any.
+    /// Writes a list whose items move with the corners of the face. It is empty if no corner has
+    /// items.
     fn corner_items<E: Encoded>(
         &mut self,
         items: &CornerItems,
@@ -294,7 +296,7 @@ impl Rows<'_> {
         Ok(())
     }
 
-    /// The header lines for faces that had none.
+    /// The header lines for faces in a file that had none.
     fn declaration(&self) -> [String; 2] {
         let length = self.plain_length().name();
         [
@@ -320,7 +322,7 @@ impl Rows<'_> {
         Ok(())
     }
 
-    /// For each old vertex the first new one that it became.
+    /// For each old vertex, the first new vertex copied from it.
     fn new_numbers(&self) -> Vec<u32> {
         let mut numbers = vec![NONE; self.file.layout.num_vertices];
         let mut set = |old: u32, new: u32| {
@@ -331,7 +333,7 @@ impl Rows<'_> {
         for (new, &old) in (0u32..).zip(&self.remap.vertices) {
             set(old, new);
         }
-        // A vertex that was welded to another went where its corners did. A face that closes a
+        // A vertex that was welded to another is found through its corners. A face that closes a
         // hole has no corners of its own.
         let faces = self.remap.faces.iter().zip(&self.remap.face_sources);
         for (face, (polygon, _)) in faces.enumerate().filter(|(_, (_, s))| **s != NONE) {
@@ -346,7 +348,7 @@ impl Rows<'_> {
         numbers
     }
 
-    /// Edges between vertices that are still there; how many.
+    /// Writes the edges between vertices that still exist, and returns their number.
     fn edges<E: Encoded>(
         &mut self,
         element: &Element,
@@ -401,10 +403,11 @@ impl Rows<'_> {
     }
 }
 
-/// The items of a list of each face, so many for each corner.
+/// The items of one list property, with the same number per corner.
 struct CornerItems {
     per_corner: usize,
-    /// Where the items of each old corner start, or [`NOWHERE`]; none behind the last that has any.
+    /// The offset of each old corner's items, or [`NOWHERE`]. Ends with the last corner that has
+    /// any.
     places: Vec<usize>,
 }
 
@@ -413,8 +416,8 @@ const NOWHERE: usize = usize::MAX;
 /// See [`old_faces`].
 type OldFaces = (Vec<usize>, Vec<Option<CornerItems>>);
 
-/// Where the rows of the old faces start, and for each property the items of the corners if it is
-/// a list that has as many for every corner (or none for a face).
+/// The offsets of the old face rows and, for each property, the items of the corners if it is a
+/// list with the same number of items for every corner (or none for a face).
 fn old_faces<E: Encoded>(
     file: &PlyFile,
     element: &Element,
@@ -437,7 +440,7 @@ fn old_faces<E: Encoded>(
         .iter()
         .position(|property| matches!(property, Property::Corners(..)));
     let mut walk = Walk::new(bytes, start, element);
-    // Lists that are empty for most faces have a place for each corner and hardly a byte.
+    // Lists that are empty for most faces have an entry per corner but hardly any bytes.
     let most = (8usize << 20).saturating_add(bytes.len());
     let (mut num_places, mut first_corner) = (0usize, 0usize);
     for _ in 0..element.count {

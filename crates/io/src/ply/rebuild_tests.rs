@@ -31,7 +31,7 @@ const ROWS: &str = "0 0 0 10 extra\r\n9 9 9 11\r\n1.00 0 0 12\r\n\r\n1 1 0 13\r\
 #[test]
 fn rows_follow_vertices_faces_and_corners() {
     let document = parse(format!("{HEADER}{CAMERA}{ROWS}"));
-    // Vertex 1 goes, 2 is doubled; face 0 is cut in two, and a third closes a hole.
+    // Vertex 1 is dropped and 2 duplicated; face 0 is cut in two, and a third closes a hole.
     let remap = Remap {
         vertices: vec![4, 0, 2, 3, 2],
         faces: list(&[&[1, 2, 3], &[0, 3, 1], &[4, 0, 1]]),
@@ -117,7 +117,7 @@ const STRIPS: &str = "ply\nformat ascii 1.0\nelement vertex 6\nproperty float x\
 
 #[test]
 fn strips_are_unrolled_with_one_orientation() {
-    // A restart, a strip too short, and a corner twice, which keeps the alternation.
+    // A restart, a strip that is too short, and a repeated corner, which keeps the alternation.
     let rows = "11 0 1 2 3 -1 4 5 -1 2 3 4 1\n6 0 1 1 2 3 5 2\n7\n";
     let text = format!("{STRIPS}{rows}");
     let mut document = parse(&text);
@@ -229,7 +229,7 @@ fn copies_of_a_long_row_are_bounded() {
 
 #[test]
 fn empty_lists_of_large_faces_are_bounded() {
-    // One face of many corners whose lists are empty, and one whose lists are not.
+    // One face with many corners whose lists are empty, and one whose lists are not.
     let (lists, degree) = (2000, 10_000);
     let mut text = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n\
         property float y\nproperty float z\nelement face 2\n\
@@ -275,7 +275,7 @@ fn edges_follow_welded_vertices() {
 
 #[test]
 fn a_rebuild_that_is_read_otherwise_is_refused() {
-    // The same vertices, but the mesh that is rebuilt stands elsewhere.
+    // The same vertices, but the rebuilt mesh has other positions.
     let text = format!("{HEADER}{CAMERA}{ROWS}");
     let (parsed, file) = super::parse(text.into_bytes(), &Limits::NONE).unwrap();
     let positions = vec![nalgebra::Point3::new(7.0, 7.0, 7.0); parsed.positions.len()];

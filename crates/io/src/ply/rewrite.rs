@@ -1,4 +1,4 @@
-//! A PLY file with moved coordinates and turned normals replaced where they stand.
+//! Replacement of moved coordinates and rotated normals in place.
 
 use std::ops::Range;
 
@@ -12,12 +12,12 @@ use super::groups;
 use super::layout::{Element, ElementKind, NumberType, Property};
 use super::rows::{Encoded, Number, Walk, with_encoding};
 
-/// The file with what moved.
+/// Returns the file with the changes applied.
 pub(super) fn rewrite(file: &PlyFile, moves: &Moves<'_>) -> Result<Vec<u8>, IoError> {
     with_encoding!(file.layout.encoding, patch(file, moves))
 }
 
-/// A position in the number types of the file.
+/// Rounds a position to the number types of the file.
 pub(super) fn stored(file: &PlyFile, mut position: Point3<f64>) -> Point3<f64> {
     let elements = file.layout.elements.iter();
     for element in elements.filter(|element| element.kind == ElementKind::Vertex) {
@@ -33,7 +33,7 @@ pub(super) fn stored(file: &PlyFile, mut position: Point3<f64>) -> Point3<f64> {
 
 fn patch<E: Encoded>(file: &PlyFile, moves: &Moves<'_>) -> Result<Vec<u8>, IoError> {
     let mut patched = Patched::new::<E>(&file.bytes);
-    // In the order of the file, since it is patched from front to back.
+    // In file order, since the file is patched from front to back.
     for (number, element) in file.layout.elements.iter().enumerate() {
         match element.kind {
             ElementKind::Vertex => vertices::<E>(file, element, moves, &mut patched)?,
@@ -44,7 +44,7 @@ fn patch<E: Encoded>(file: &PlyFile, moves: &Moves<'_>) -> Result<Vec<u8>, IoErr
     Ok(patched.finish())
 }
 
-/// The bytes with some numbers in the place of others, from front to back.
+/// A copy of the bytes with some numbers replaced, built from front to back.
 struct Patched<'a> {
     bytes: &'a [u8],
     copied: usize,
@@ -53,7 +53,7 @@ struct Patched<'a> {
 
 impl<'a> Patched<'a> {
     fn new<E: Encoded>(bytes: &'a [u8]) -> Self {
-        // New numbers of a text are often longer than old ones.
+        // New numbers in a text are often longer than old ones.
         let room = if E::IS_TEXT { bytes.len() / 8 } else { 0 };
         Self {
             bytes,
@@ -148,7 +148,7 @@ enum Quantity {
     Normal,
 }
 
-/// A property of a row that is one number of a position or normal.
+/// A row property that is one component of a position or normal.
 #[derive(Clone, Copy)]
 struct Axis {
     quantity: Quantity,
@@ -156,7 +156,7 @@ struct Axis {
     property: usize,
 }
 
-/// The numbers of positions and normals, in the order in which they stand in a row.
+/// The components of positions and normals, in row order.
 fn axes(element: &Element) -> Vec<Axis> {
     let mut axes = Vec::new();
     for (property, kind) in element.properties.iter().enumerate() {
@@ -185,16 +185,15 @@ fn axes(element: &Element) -> Vec<Axis> {
     axes
 }
 
-/// A coordinate in the file's own type: rounded to the nearest number of a floating-point type;
-/// integer types take only what they hold exactly, since rounding would move the vertex by up to
-/// half a unit.
+/// Converts a coordinate to the file's own type. Floating-point types round to nearest. Integer
+/// types accept only exact values, since rounding would move the vertex by up to half a unit.
 fn coordinate(value: f64, number: NumberType, vertex: usize) -> Result<Number, IoError> {
     let fitting = match number {
         NumberType::F64 => Some(Number::Double(value)),
         NumberType::F32 => Some(value as f32)
             .filter(|single| single.is_finite())
             .map(Number::Single),
-        // A cast saturates, so what is out of range differs after the way back.
+        // A cast saturates, so an out-of-range value differs after the conversion back.
         _ => Some(value as i64)
             .filter(|&whole| whole as f64 == value && number.range().contains(&whole))
             .map(Number::Integer),

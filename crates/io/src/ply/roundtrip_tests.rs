@@ -1,5 +1,5 @@
-//! Properties: what is written is what is read, also by ply-rs, and rebuilt files say of every
-//! vertex, face and corner what the old one said.
+//! Properties: files read back as written, also by ply-rs, and rebuilt files preserve the data of
+//! every vertex, face and corner.
 
 use nalgebra::Point3;
 use ply_rs::parser::Parser;
@@ -49,7 +49,8 @@ fn colors(count: usize) -> impl Strategy<Value = Values> {
     ]
 }
 
-/// Lists of up to 4 items; the first is one item, which is no number of items for every corner.
+/// Lists of up to 4 items. The first has one item, so that the number of items never matches the
+/// corners.
 fn lists(count: usize) -> impl Strategy<Value = Values> {
     prop::collection::vec(0usize..5, count).prop_flat_map(|mut lengths| {
         if let Some(first) = lengths.first_mut() {
@@ -68,7 +69,7 @@ fn lists(count: usize) -> impl Strategy<Value = Values> {
     })
 }
 
-/// Properties of so many elements, in the order in which a file gives them.
+/// Properties of `count` elements, in the order in which a file has them.
 fn properties(count: usize) -> impl Strategy<Value = Vec<Property>> {
     let usual = |name: &'static str, components: usize, values: BoxedStrategy<Values>| {
         prop::option::of(values.prop_map(move |values| Property {
@@ -105,8 +106,8 @@ fn properties(count: usize) -> impl Strategy<Value = Vec<Property>> {
     })
 }
 
-/// Texture coordinates whose table is in the order of first use and holds nothing twice; the
-/// corners of a face all have some, or none.
+/// Texture coordinates whose table is in the order of first use without duplicates. Either all
+/// corners of a face have some, or none.
 fn corner_uv(faces: &FaceList) -> impl Strategy<Value = Option<CornerProperty>> + use<> {
     let ends: Vec<usize> = (0..faces.len())
         .map(|f| faces.corner_range(f).end)
@@ -193,7 +194,7 @@ fn transcoded(bytes: &[u8], encoding: Encoding) -> Vec<u8> {
     out
 }
 
-/// The values of a corner property, corner by corner.
+/// The values of a corner property, per corner.
 fn corner_values(property: &CornerProperty) -> Vec<Option<Vec<u64>>> {
     let value = |&i: &u32| {
         let bits = |k| property.values.get(2 * i as usize + k).unwrap().to_bits();
@@ -202,7 +203,7 @@ fn corner_values(property: &CornerProperty) -> Vec<Option<Vec<u64>>> {
     property.indices.iter().map(value).collect()
 }
 
-/// A mesh of a document's vertices and faces, in any order and as often as you like.
+/// A mesh of a document's vertices and faces, in any order and with repetitions.
 fn remap(document: &Document) -> impl Strategy<Value = Remap> + use<> {
     let (n, faces_before) = (document.positions().len() as u32, document.faces().clone());
     let num_corners = faces_before.num_corners() as u32;
@@ -238,7 +239,7 @@ proptest! {
         prop_assert_eq!(again.faces(), document.faces());
         prop_assert_eq!(again.attributes().unwrap(), document.attributes().unwrap());
         prop_assert_eq!(again.write(Format::Ply).unwrap(), bytes.clone());
-        // What ply-rs makes of it, in the other encodings.
+        // As transcoded by ply-rs to the other encodings.
         for encoding in [Encoding::Ascii, Encoding::BinaryBigEndian] {
             let bytes = transcoded(&bytes, encoding);
             let again = parse(&bytes);
@@ -286,7 +287,7 @@ proptest! {
                 prop_assert_eq!(corner_values(uv), values);
             }
             None => {
-                // Where no corner is left that has texture coordinates, the lists are empty.
+                // If no corner with texture coordinates is left, the lists are empty.
                 let faces: Vec<_> = found.faces.iter().filter(|p| p.name != "texcoord").collect();
                 prop_assert_eq!(faces, expected.faces.iter().collect::<Vec<_>>());
                 for uv in &expected.corners {
@@ -294,14 +295,14 @@ proptest! {
                 }
             }
         }
-        // The mesh as it is gives the bytes as they are.
+        // The unchanged mesh yields the unchanged bytes.
         let identity = Remap::identity(read.positions().len(), read.faces());
         let same = read.remapped(&identity, Vec::new()).unwrap();
         prop_assert_eq!(same.write(Format::Ply).unwrap(), bytes);
     }
 }
 
-/// Small files with everything that rows and headers can have.
+/// Small files that cover all features of rows and headers.
 fn samples() -> Vec<Vec<u8>> {
     let text = super::attribute_tests::RICH.to_vec();
     let strips = b"ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
@@ -326,8 +327,8 @@ fn samples() -> Vec<Vec<u8>> {
     samples
 }
 
-/// Whatever the bytes are: a document that is read is whole, and everything that can be done with
-/// it ends in a file that is read again, or in an error.
+/// For arbitrary bytes: a document that is read is complete, and every operation on it ends in a
+/// file that can be read again, or in an error.
 fn exercise(bytes: &[u8]) {
     let limits = Limits::default();
     let Ok(mut document) = read(bytes.to_vec(), &limits) else {
@@ -385,7 +386,7 @@ proptest! {
         let mut bytes = samples().swap_remove(sample);
         for (at, change, byte) in changes {
             let at = at.index(bytes.len());
-            // Mostly what stands in such files anyway.
+            // Mostly characters that occur in such files.
             let byte = if byte < 128 { b"0123 -.\n\r"[usize::from(byte) % 9] } else { byte };
             match change {
                 0 => bytes[at] = byte,

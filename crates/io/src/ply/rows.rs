@@ -1,4 +1,4 @@
-//! Rows that were read before, walked again: where each number stands, in every encoding.
+//! A second walk over rows that were already read, which locates each number, in every encoding.
 
 use std::ops::Range;
 
@@ -20,7 +20,7 @@ pub(super) enum Number {
 }
 
 impl Number {
-    /// Nothing, in this type.
+    /// Zero in this type.
     pub(super) fn zero(number: NumberType) -> Self {
         match number {
             NumberType::F32 => Self::Single(0.0),
@@ -51,30 +51,30 @@ impl RowName<'_> {
     }
 }
 
-/// How numbers and rows stand in a file.
+/// The encoding of numbers and rows in a file.
 pub(super) trait Encoded {
-    /// Whether rows are lines.
+    /// `true` if rows are lines.
     const IS_TEXT: bool;
 
-    /// Where the next number from `at` stands; `None` at the end of the row or file.
+    /// The range of the next number from `at`; `None` at the end of the row or file.
     fn next(bytes: &[u8], at: usize, number: NumberType) -> Option<Range<usize>>;
 
-    /// Where `count` further numbers end.
+    /// The end of `count` further numbers.
     fn skip(bytes: &[u8], at: usize, count: usize, number: NumberType) -> Option<usize>;
 
-    /// A number given by its bytes; `None` if it is not one of this type.
+    /// Parses a number from its bytes; `None` if it is not one of this type.
     fn number(word: &[u8], number: NumberType) -> Option<Number>;
 
-    /// Appends a number, which its type can hold.
+    /// Appends a number, which its type must be able to represent.
     fn push(out: &mut Vec<u8>, number: NumberType, value: Number);
 
-    /// Appends numbers as they stand in a file.
+    /// Appends numbers as they are encoded in a file.
     fn push_raw(out: &mut Vec<u8>, raw: &[u8]);
 
-    /// Where the row that follows `at` starts.
+    /// The start of the row that follows `at`.
     fn row_start(bytes: &[u8], at: usize) -> usize;
 
-    /// Where the row ends whose last number ends at `at`.
+    /// The end of the row whose last number ends at `at`.
     fn row_end(bytes: &[u8], at: usize) -> usize;
 
     /// Appends the items of a list that was read before; `None` if one is not of its type.
@@ -89,22 +89,22 @@ pub(super) trait Encoded {
         Some(())
     }
 
-    /// The columns of rows of one size, which were read before.
+    /// The columns of fixed-size rows that were read before.
     fn columns_fast(_bytes: &[u8], _element: &Element, _groups: &[Group]) -> Option<Vec<Values>> {
         None
     }
 
-    /// What a message calls the place `at`.
+    /// The location of `at` for error messages.
     fn place(bytes: &[u8], at: usize) -> Place;
 
-    /// An integer; its type only says how many bytes it takes.
+    /// Parses an integer; its type only determines its size in bytes.
     fn integer(word: &[u8], number: NumberType) -> Option<i64>;
 
-    /// Why a row that starts at `start` has no number for the last `rest` of its properties.
+    /// The error for a row that starts at `start` and lacks the last `rest` of its properties.
     fn too_short(bytes: &[u8], start: usize, rest: usize, row: RowName<'_>) -> IoError;
 
-    /// Reads the rows of the most frequent forms; how many, and where they end. What is left,
-    /// and what is wrong, is for the general walk.
+    /// Reads rows of the most common forms, and returns their number and the offset after them.
+    /// The remaining rows, and all errors, are left to the general walk.
     fn read_fast(
         _bytes: &[u8],
         at: usize,
@@ -114,7 +114,7 @@ pub(super) trait Encoded {
         Ok((0, at))
     }
 
-    /// Where a property that starts at `at` stands as a whole, and how long it is if it is a list.
+    /// Locates a property that starts at `at`, and its items if it is a list.
     fn property(bytes: &[u8], at: usize, property: Property) -> Option<Cell> {
         match property {
             Property::Coordinate(_, number) | Property::Scalar(number) => Some(Cell {
@@ -137,17 +137,17 @@ pub(super) trait Encoded {
     }
 }
 
-/// Where a property of a row stands.
+/// The location of a property in a row.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub(super) struct Cell {
     pub(super) span: Range<usize>,
-    /// Of a list: its items, without the length in front.
+    /// For a list: its items, without the length prefix.
     pub(super) items: Range<usize>,
-    /// Of a list: how many items it has.
+    /// For a list: its number of items.
     pub(super) length: usize,
 }
 
-/// The rows of an element, one after the other.
+/// A walk over the rows of an element.
 pub(super) struct Walk<'a> {
     bytes: &'a [u8],
     pub(super) at: usize,
@@ -165,7 +165,8 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Finds the cells of the next row; the row itself, or `None` at the end of the file.
+    /// Locates the cells of the next row, and returns the range of the row, or `None` at the end
+    /// of the file.
     pub(super) fn next<E: Encoded>(&mut self) -> Option<Range<usize>> {
         let start = E::row_start(self.bytes, self.at);
         let mut at = start;
@@ -178,7 +179,7 @@ impl<'a> Walk<'a> {
     }
 }
 
-/// Numbers as text, between blanks.
+/// Numbers as text, separated by whitespace.
 pub(super) struct Text;
 
 impl Encoded for Text {
@@ -295,7 +296,8 @@ impl Encoded for Text {
     }
 }
 
-/// A real number, also as the C libraries of Windows write what is not one.
+/// Parses a real number, including the forms in which the C libraries of Windows write NaN and
+/// infinity.
 pub(super) fn real(word: &[u8]) -> Option<f64> {
     number::parse_f64(word).or_else(|| {
         let (negative, word) = match word {
@@ -321,11 +323,11 @@ pub(super) fn real(word: &[u8]) -> Option<f64> {
     })
 }
 
-/// The nearest f32 to a decimal number.
+/// Parses the nearest `f32` to a decimal number.
 fn single(word: &[u8]) -> Option<f32> {
     let x = real(word)?;
-    // Rounding twice differs from rounding once only from the middle between two singles, which
-    // among the smallest is elsewhere.
+    // Rounding twice differs from rounding once only at the midpoint between two `f32` values,
+    // which is elsewhere for subnormals.
     let middle = x.to_bits() & 0x1fff_ffff == 0x1000_0000;
     if middle || (x.abs() < f64::from(f32::MIN_POSITIVE) && x != 0.0) {
         return std::str::from_utf8(word).ok()?.parse().ok();
@@ -333,7 +335,7 @@ fn single(word: &[u8]) -> Option<f32> {
     Some(x as f32)
 }
 
-/// Zeros in a type, to be [set](put) one by one.
+/// Zeros of a type, to be [set](put) one by one.
 pub(super) fn zeros(number: NumberType, count: usize) -> Values {
     match number {
         NumberType::I8 => Values::I8(vec![0; count]),
@@ -347,7 +349,7 @@ pub(super) fn zeros(number: NumberType, count: usize) -> Values {
     }
 }
 
-/// Puts a number of the type of `values` at `index`, which may be their end.
+/// Puts a number of the type of `values` at `index`, or appends it there.
 #[inline]
 pub(super) fn put(values: &mut Values, index: usize, value: Number) {
     fn put<T>(numbers: &mut Vec<T>, index: usize, value: T) {
@@ -370,7 +372,7 @@ pub(super) fn put(values: &mut Values, index: usize, value: Number) {
     }
 }
 
-/// Calls a function with the encoding of a file as its type.
+/// Calls a function with the encoding of a file as its type parameter.
 macro_rules! with_encoding {
     ($encoding:expr, $function:ident($($argument:expr),* $(,)?)) => {
         match $encoding {

@@ -1,7 +1,9 @@
-//! Triangle strips, as the PLY files of early scanners have them.
+//! Triangle strips, as in the PLY files of early scanners.
 
-/// A strip that is being unrolled: triangle i has the corners i, i + 1, i + 2 of the strip, and
-/// every other triangle is turned round, so that all face one way.
+/// A strip that is being unrolled.
+///
+/// Triangle i has the corners i, i + 1, i + 2 of the strip, and every other triangle is reversed,
+/// so that all have the same orientation.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Strip {
     /// The last two corners.
@@ -10,8 +12,9 @@ pub(super) struct Strip {
 }
 
 impl Strip {
-    /// The triangle that the next corner of the strip makes, if it makes one. A triangle with a
-    /// corner twice only leads the strip on.
+    /// Adds the next corner, and returns the triangle that it completes, if any.
+    ///
+    /// A triangle with a repeated corner only continues the strip.
     pub(super) fn push(&mut self, c: u32) -> Option<[u32; 3]> {
         let [a, b] = self.last;
         let number = self.num_corners;

@@ -27,7 +27,7 @@ fn text() -> String {
     )
 }
 
-/// The rows of `text` as binary; `swap` makes the order of the bytes.
+/// The rows of `text` as binary; `swap` produces the byte order.
 fn binary(encoding: &str, swap: fn(&mut [u8])) -> Vec<u8> {
     let mut bytes = format!("ply\nformat {encoding} 1.0\n{HEADER}").into_bytes();
     let mut push = |number: &[u8]| {

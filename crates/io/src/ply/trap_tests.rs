@@ -1,4 +1,4 @@
-//! Tests of files that are made to do harm, and of names that would break a header.
+//! Tests of malicious files, and of names that would break a header.
 
 use std::time::{Duration, Instant};
 
@@ -22,7 +22,7 @@ fn refusal(bytes: impl AsRef<[u8]>) -> String {
 
 const VERTEX: &str = "property float x\nproperty float y\nproperty float z\n";
 
-/// Counts that no file can fill end at once, in every encoding.
+/// Counts that no file can satisfy fail immediately, in every encoding.
 #[test]
 fn huge_counts_end_at_once() {
     let clock = Instant::now();
@@ -148,7 +148,7 @@ fn limits_hold_for_lines_corners_degrees_and_memory() {
     assert!(error.starts_with("more than 60 bytes in a line"), "{error}");
 }
 
-/// What ply-rs refuses and exporters write.
+/// Files that exporters write but ply-rs rejects.
 #[test]
 fn odd_but_readable_files_are_read() {
     let text = b"ply\nformat ascii 1.0\ncomment caf\xe9 \x00\nelement vertex 3\nproperty float x\n\
@@ -221,7 +221,7 @@ fn a_wide_header_takes_time_in_proportion() {
     assert!(error.ends_with("bytes of memory; raise the limit if you trust the file"));
 }
 
-/// A face list that is mostly triangles, with quads, in rows that hold more than the list.
+/// A face list that is mostly triangles, with quads, in rows that contain more than the list.
 #[test]
 fn bulk_and_single_rows_meet_without_a_seam() {
     let header = format!(
@@ -244,7 +244,7 @@ fn bulk_and_single_rows_meet_without_a_seam() {
         attributes.face("b").unwrap().values,
         Values::I16(vec![513; 4])
     );
-    // The first error in the order of the file, with its row.
+    // The first error in file order is reported, with its row.
     let mut wrong = bytes.clone();
     wrong[start + 16 + 2] = 5;
     wrong[start + 34] = 7;
@@ -374,7 +374,7 @@ fn names_and_comments_never_break_a_header() {
     );
 }
 
-/// Files that developers have in a folder beside the workspace; it need not exist.
+/// Files that developers have in a folder next to the workspace; it need not exist.
 #[test]
 fn real_files_come_back_byte_by_byte_also_rebuilt() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared");

@@ -15,7 +15,7 @@ use super::groups::{COLORS, NORMALS, UVS};
 use super::layout::CORNERS;
 use super::names::Names;
 
-/// What a new PLY file cannot hold, in words.
+/// Lists what a new PLY file cannot represent.
 pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
     let (faces, attributes) = (&contents.faces, &contents.attributes);
     let mut losses = Vec::new();
@@ -58,7 +58,8 @@ fn is_used(property: &CornerProperty) -> bool {
     property.indices.iter().any(|&i| i != NONE)
 }
 
-/// A binary little-endian PLY file with `double` coordinates, and properties in their own types.
+/// Writes a binary little-endian PLY file with `double` coordinates, and properties in their own
+/// types.
 pub(crate) fn write_new(contents: &Contents<'_>) -> Result<Vec<u8>, IoError> {
     let (positions, faces, attributes) =
         (&contents.positions, &contents.faces, &contents.attributes);
@@ -76,7 +77,7 @@ pub(crate) fn write_new(contents: &Contents<'_>) -> Result<Vec<u8>, IoError> {
     }
     let face = columns(&attributes.faces, &mut names);
 
-    // Most readers expect a length of one byte; only larger polygons force a longer one.
+    // Most readers expect a one-byte length; only larger polygons require a longer one.
     let length = length_type(faces.iter().map(<[u32]>::len));
     let size = |columns: &[Column<'_>]| columns.iter().map(Column::room).sum::<usize>();
     let mut out = Vec::with_capacity(
@@ -95,7 +96,7 @@ pub(crate) fn write_new(contents: &Contents<'_>) -> Result<Vec<u8>, IoError> {
         .for_each(|column| column.declare(&mut element));
     header.elements.add(element);
     let mut element = self::element("face", faces.len());
-    // `int` rather than `uint`, which some readers lack; vertices are below 2^31.
+    // `int` rather than `uint`, which some readers do not support; vertex indices are below 2^31.
     let list = PropertyType::List(length.clone(), ScalarType::Int);
     declare(&mut element, CORNERS[0], list);
     face.iter().for_each(|column| column.declare(&mut element));
@@ -130,17 +131,17 @@ pub(crate) fn write_new(contents: &Contents<'_>) -> Result<Vec<u8>, IoError> {
 struct Column<'a> {
     names: Vec<String>,
     values: &'a Values,
-    /// Numbers of each element; lists have one name and any number.
+    /// Number of components per element; lists have one name and any number of items.
     components: usize,
     /// The type of the length of a list.
     length: Option<ScalarType>,
 }
 
-/// More components than this are written as a list.
+/// Properties with more components are written as a list.
 const MOST_COMPONENTS: usize = 16;
 
 fn columns<'a>(properties: &'a [Property], names: &mut Names) -> Vec<Column<'a>> {
-    // What has usual names gets them, wherever it stands.
+    // Properties with conventional names get them first, wherever they are.
     let mut usual: Vec<Option<Vec<String>>> = vec![None; properties.len()];
     for common in [NORMAL, COLOR, UV] {
         let first = properties.iter().position(|p| p.name == common);
@@ -150,7 +151,7 @@ fn columns<'a>(properties: &'a [Property], names: &mut Names) -> Vec<Column<'a>>
         };
         names.reserve(of_property);
         if common == COLOR {
-            // Else a plain property of that name would be taken for a part of the colour.
+            // Otherwise a plain property of that name would be mistaken for part of the colour.
             names.reserve(&COLORS[0]);
         }
         usual[i] = Some(of_property.iter().map(|&name| name.to_owned()).collect());
@@ -214,7 +215,7 @@ impl Column<'_> {
         }
     }
 
-    /// About how many bytes it takes.
+    /// Its approximate size in bytes.
     fn room(&self) -> usize {
         match self.values {
             Values::Lists { ends, items } => 4 * ends.len() + width(items) * items.len(),
@@ -240,7 +241,7 @@ impl Column<'_> {
     }
 }
 
-/// Texture coordinates of corners, as a list of each face.
+/// Texture coordinates of corners, written as a list per face.
 struct Corners<'a> {
     uv: &'a CornerProperty,
     length: ScalarType,
@@ -255,7 +256,7 @@ impl Corners<'_> {
         push_length(out, &self.length, 2 * indices.len());
         for &i in indices {
             for k in 0..2 {
-                // Beyond the end of the table, as for no entry, a zero is written.
+                // An index out of range, like a missing entry, is written as zero.
                 let at = (i as usize).saturating_mul(self.uv.components);
                 push_number(out, &self.uv.values, at.saturating_add(k));
             }
@@ -274,7 +275,7 @@ fn declare(element: &mut ElementDef, name: &str, data_type: PropertyType) {
     element.properties.add(property);
 }
 
-/// The shortest type for the lengths of some lists.
+/// The smallest type for the lengths of some lists.
 fn length_type(mut lengths: impl Iterator<Item = usize>) -> ScalarType {
     if lengths.all(|length| length <= usize::from(u8::MAX)) {
         ScalarType::UChar
@@ -290,7 +291,7 @@ fn push_length(out: &mut Vec<u8>, length_type: &ScalarType, length: usize) {
     }
 }
 
-/// The type of numbers, or of the items of lists.
+/// The type of the numbers, or of the items of lists.
 fn scalar(values: &Values) -> ScalarType {
     match values {
         Values::I8(_) => ScalarType::Char,
@@ -301,7 +302,7 @@ fn scalar(values: &Values) -> ScalarType {
         Values::U32(_) => ScalarType::UInt,
         Values::F32(_) => ScalarType::Float,
         Values::F64(_) => ScalarType::Double,
-        // Lists of lists are no attributes.
+        // Lists of lists are not valid attributes.
         Values::Lists { items, .. } => match &**items {
             Values::Lists { .. } => ScalarType::Double,
             numbers => scalar(numbers),
@@ -309,7 +310,7 @@ fn scalar(values: &Values) -> ScalarType {
     }
 }
 
-/// The bytes of a number.
+/// The size of a number in bytes.
 fn width(values: &Values) -> usize {
     match scalar(values) {
         ScalarType::Char | ScalarType::UChar => 1,
@@ -319,7 +320,7 @@ fn width(values: &Values) -> usize {
     }
 }
 
-/// Appends a number in its own type; zero beyond the end.
+/// Appends a number in its own type; zero past the end.
 #[inline]
 fn push_number(out: &mut Vec<u8>, values: &Values, index: usize) {
     macro_rules! push {
@@ -346,7 +347,7 @@ fn push_number(out: &mut Vec<u8>, values: &Values, index: usize) {
     }
 }
 
-/// A comment without line ends, which would break the header.
+/// Removes line endings from a comment, which would break the header.
 fn one_line(comment: &str) -> String {
     comment.replace(['\n', '\r'], " ")
 }

@@ -1,4 +1,4 @@
-//! The ways to cut one polygon of few corners.
+//! The possible triangulations of one polygon with few corners.
 
 use std::cmp::Ordering;
 
@@ -6,25 +6,25 @@ use super::{MOST_CORNERS, Polygons};
 use crate::optimal::Cost;
 use crate::triangulate::Triangulator;
 
-/// A way to cut a polygon.
+/// A triangulation of a polygon.
 #[derive(Clone, Debug)]
 pub(super) struct Choice {
-    /// Corners of the polygon, counted from 0.
+    /// The triangles, as 0-based corners of the polygon.
     pub(super) triangles: Vec<[usize; 3]>,
-    /// The places at the ends of its diagonals, the lower one first.
+    /// The places at the ends of its diagonals, in ascending order.
     pub(super) diagonals: Vec<[u32; 2]>,
-    /// Whether the polygon is cut so if it is alone.
+    /// `true` if this is the triangulation of the polygon on its own.
     pub(super) is_default: bool,
-    /// How many of its diagonals a polygon of many corners has, too.
+    /// The number of its diagonals that also occur in a polygon with many corners.
     num_met: usize,
-    /// Turned triangles count before the squares of the lengths.
+    /// Inverted triangles count first, then the squared lengths.
     cost: Cost,
 }
 
-/// All triangulations of polygons, by the number of corners.
+/// All triangulations of polygons, indexed by the number of corners.
 #[derive(Debug, Default)]
 pub(super) struct Catalogue {
-    /// Each as a sorted list of sorted triangles.
+    /// Each triangulation is a sorted list of sorted triangles.
     lists: [Vec<Vec<[usize; 3]>>; MOST_CORNERS + 1],
 }
 
@@ -56,8 +56,9 @@ fn all(i: usize, j: usize) -> Vec<Vec<[usize; 3]>> {
     list
 }
 
-/// The ways to cut the polygon of a face that meet no edge, in the order of preference: those that
-/// leave polygons of many corners alone, the one that it has alone, and the others by their cost.
+/// Returns the triangulations of a face's polygon that meet no edge, in order of preference:
+/// first those that avoid the diagonals of polygons with many corners, then the triangulation of
+/// the polygon on its own, then the others by cost.
 pub(super) fn choices(
     polygons: Polygons<'_>,
     face: u32,
@@ -135,7 +136,7 @@ fn by_cost(a: &Cost, b: &Cost) -> Ordering {
     a.worst.total_cmp(&b.worst).then(a.sum.total_cmp(&b.sum))
 }
 
-/// Orders polygons by what it costs them not to get their first choice, the highest price first.
+/// Orders polygons by the cost of not getting their first choice, highest first.
 pub(super) fn by_regret(a: &[Choice], b: &[Choice]) -> Ordering {
     let regret = |choices: &[Choice]| match choices {
         [first, second, ..] => Cost {

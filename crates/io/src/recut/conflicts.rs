@@ -1,21 +1,21 @@
-//! The diagonals that other faces have as an edge or a diagonal, too.
+//! Diagonals that coincide with an edge or a diagonal of another face.
 
 use super::{Cutter, MOST_CORNERS, Polygons, Recuts};
 
-/// What the cuts of the polygons come to.
+/// The diagonals of all polygons, and the conflicts among them.
 pub(super) struct Conflicts {
-    /// All diagonals, by the lower of the places at their ends: where those of each place start,
-    /// and the upper place with the face, in ascending order.
+    /// All diagonals, bucketed by the lower place at their ends: the start of each place's
+    /// bucket, and the upper place with the face, in ascending order.
     starts: Vec<u32>,
     diagonals: Vec<(u32, u32)>,
-    /// The polygons with a diagonal that another face has, too, or that ends where it starts, in
+    /// The polygons with a diagonal that another face also has or that ends where it starts, in
     /// ascending order.
     pub(super) faces: Vec<u32>,
 }
 
 impl Conflicts {
-    /// Takes time in proportion to the size of the mesh: diagonals are counted into buckets, and
-    /// every side of a face looks into one of these.
+    /// Finds the conflicts in time proportional to the size of the mesh: diagonals are counted
+    /// into buckets, and every side of a face is looked up in one bucket.
     pub(super) fn new(polygons: Polygons<'_>, recuts: &Recuts) -> Self {
         let mut list: Vec<([u32; 2], u32)> = Vec::new();
         let mut cutter = Cutter::new(polygons.positions, polygons.faces.num_corners(), recuts);
@@ -87,7 +87,8 @@ impl Conflicts {
         self.faces = faces;
     }
 
-    /// The diagonals of polygons with many corners of which both ends are near, in ascending order.
+    /// The diagonals, in ascending order, of polygons with many corners for which both ends are
+    /// near.
     pub(super) fn near_large(
         &self,
         polygons: Polygons<'_>,

@@ -1,4 +1,4 @@
-//! Polygons of many corners, cut one after the other around everything else.
+//! Recutting of polygons with many corners, one at a time, around everything else.
 
 use std::collections::HashMap;
 
@@ -9,11 +9,11 @@ use crate::ears::clip_short_ears;
 use crate::optimal::{self, Cost};
 use crate::triangulate::Triangulator;
 
-/// The most corners of a polygon, or of what clipping ears leaves of it, of which all
+/// Maximum number of corners of a polygon, or of the remainder after clipping ears, for which all
 /// triangulations are compared: a few hundred thousand triangles.
 pub(super) const MOST_OPTIMAL: usize = 128;
 
-/// Cuts the polygons of these faces so that they meet as few edges and diagonals as possible.
+/// Recuts the polygons of these faces so that they meet as few edges and diagonals as possible.
 pub(super) fn recut(polygons: Polygons<'_>, faces: &[u32], recuts: Recuts) -> Recuts {
     let mut taken = Taken::new(polygons, faces, &recuts);
     let mut order = faces.to_vec();
@@ -33,7 +33,7 @@ pub(super) fn recut(polygons: Polygons<'_>, faces: &[u32], recuts: Recuts) -> Re
         let is_free = |i: usize, j: usize| taken.is_free(ends([i, j]));
         let is_settled = diagonals(&own, polygon.len()).all(|[i, j]| is_free(i, j));
         if is_settled {
-            // A polygon before it has made room.
+            // A polygon processed earlier may have made room.
         } else if let Some(triangles) = cut(polygons, polygon, &mut triangulator, is_free) {
             list.push((face, triangles.clone()));
             own = triangles;
@@ -44,8 +44,10 @@ pub(super) fn recut(polygons: Polygons<'_>, faces: &[u32], recuts: Recuts) -> Re
     Recuts::from_sorted(list)
 }
 
-/// A cut with allowed diagonals only: ears as long as there are too many corners, first inside the
-/// outline, then the shortest; and the best of all ways for the rest.
+/// Cuts a polygon with allowed diagonals only.
+///
+/// While there are too many corners, ears are clipped, first those inside the outline, then the
+/// shortest. The rest gets the optimal triangulation.
 fn cut(
     polygons: Polygons<'_>,
     polygon: &[u32],
@@ -90,13 +92,13 @@ fn diagonals(triangles: &[[usize; 3]], n: usize) -> impl Iterator<Item = [usize;
     })
 }
 
-/// How many faces have an edge or a diagonal between two places.
+/// The number of faces that have an edge or a diagonal between two places.
 struct Taken {
     counts: HashMap<[u32; 2], u32, RandomState>,
 }
 
 impl Taken {
-    /// Of the places of these faces.
+    /// Counts the edges and diagonals at the places of these faces.
     fn new(polygons: Polygons<'_>, faces: &[u32], recuts: &Recuts) -> Self {
         let mut is_marked = vec![false; polygons.positions.len()];
         for &face in faces {

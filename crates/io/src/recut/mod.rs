@@ -1,23 +1,22 @@
-//! Polygons whose diagonals would meet edges or diagonals of other faces, cut otherwise.
+//! Recutting of polygons whose diagonals would meet edges or diagonals of other faces.
 //!
-//! Two polygons that share two corners which are neighbours in neither of them (two quads with two
-//! common edges, a *doublet*, and any chain of such) must not both be cut there, and no polygon may
-//! be cut where another face has an edge: that edge would have three or four triangles. Polygons
-//! without such a conflict keep the cut that each has alone ([`Triangulator`]).
+//! Two polygons that share two corners which are adjacent in neither of them (two quads with two
+//! common edges, a *doublet*, and any chain of such) must not both be cut there. Nor may a
+//! polygon be cut where another face has an edge, because that edge would have three or four
+//! triangles. Polygons without such a conflict keep the triangulation that each has on its own
+//! ([`Triangulator`]).
 //!
-//! The others are cut anew in two steps. Polygons of up to [`MOST_CORNERS`] corners that could
-//! share
-//! a diagonal, directly or through others, are solved together: each has all its triangulations to
-//! choose from, and a search with propagation and backtracking takes one for each, so that no edge
-//! is used twice; it finds a solution if there is one, within [`BUDGET`] steps, beyond which
-//! what is
-//! left is cut as well as it comes. For quads this is 2-SAT, and propagation alone nearly always
-//! decides. Then larger polygons, one after the other, are cut around everything else, if they pass
-//! through no place twice: of all ways
-//! the best up to [`MOST_OPTIMAL`](large::MOST_OPTIMAL) corners, by clipping ears beyond.
+//! The others are recut in two steps. First, polygons of up to [`MOST_CORNERS`] corners that
+//! could share a diagonal, directly or through others, are solved together. The candidates of
+//! each polygon are all its triangulations, and a search with propagation and backtracking
+//! selects one for each, so that no edge is used twice. It finds a solution if there is one,
+//! within [`BUDGET`] steps; beyond that, the remaining polygons are cut as well as possible. For
+//! quads this is 2-SAT, and propagation alone nearly always suffices. Second, larger polygons
+//! that pass through no place twice are cut one at a time around everything else: optimally up to
+//! [`MOST_OPTIMAL`](large::MOST_OPTIMAL) corners, beyond that by clipping ears.
 //!
-//! The result depends on the vertex numbers of the polygons and where these start, and not on the
-//! order of the faces.
+//! The result depends on the vertex indices of the polygons and on their first corners, but not
+//! on the order of the faces.
 
 mod choices;
 mod conflicts;
@@ -33,22 +32,23 @@ use choices::{Choice, choices};
 use conflicts::Conflicts;
 use search::Problem;
 
-/// The most corners of a polygon of which all triangulations are looked at: 132 for eight.
+/// Maximum number of corners of a polygon for which all triangulations are considered: 132 for
+/// eight.
 const MOST_CORNERS: usize = 8;
 
-/// The most steps of the search in all polygons together; a step blocks or frees one choice of one
-/// polygon. Some seconds.
+/// Maximum number of search steps over all polygons; a step blocks or frees one choice of one
+/// polygon. Takes a few seconds.
 const BUDGET: usize = 1 << 27;
 
-/// From this many corners on, a polygon that passes twice through a place is left alone.
+/// Polygons with at least this many corners that pass through a place twice are not recut.
 const LONG: usize = 1 << 12;
 
-/// The polygons of a mesh as seen by the search: vertices, which may be welded.
+/// The polygons of a mesh as seen by the search, with vertices that may be welded.
 #[derive(Clone, Copy)]
 pub(crate) struct Polygons<'a> {
     /// The corners of every face; fewer than three for one that encloses nothing.
     pub(crate) faces: &'a FaceList,
-    /// For each vertex the first one at its place; empty if none are welded.
+    /// For each vertex, the first vertex at its place; empty if none are welded.
     pub(crate) places: &'a [u32],
     pub(crate) positions: &'a [Point3<f64>],
 }
@@ -59,7 +59,7 @@ impl<'a> Polygons<'a> {
         place.copied().unwrap_or(vertex)
     }
 
-    /// The places at two corners of a polygon, the lower one first.
+    /// The places at two corners of a polygon, in ascending order.
     fn ends(&self, polygon: &[u32], i: usize, j: usize) -> [u32; 2] {
         let (a, b) = (self.place(polygon[i]), self.place(polygon[j]));
         [a.min(b), a.max(b)]
@@ -71,13 +71,13 @@ impl<'a> Polygons<'a> {
         (0..n).map(move |i| self.ends(polygon, i, (i + 1) % n))
     }
 
-    /// Whether a polygon is so long and so tangled that its cut is not looked at, as it takes
-    /// seconds and is no surface in any case.
+    /// Returns `true` if a polygon is so long and tangled that its cut is not considered, since
+    /// that would take seconds and there is no surface in any case.
     fn is_hopeless(&self, polygon: &[u32]) -> bool {
         polygon.len() > LONG && self.repeats(polygon)
     }
 
-    /// Whether a polygon passes twice through a place.
+    /// Returns `true` if a polygon passes through a place twice.
     fn repeats(&self, polygon: &[u32]) -> bool {
         let mut places: Vec<u32> = polygon.iter().map(|&v| self.place(v)).collect();
         places.sort_unstable();
@@ -89,12 +89,12 @@ impl<'a> Polygons<'a> {
     }
 }
 
-/// The polygons that are not cut as each would be alone.
+/// The polygons that are not cut as each would be on its own.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Recuts {
-    /// In ascending order, with where the triangles of each end.
+    /// The faces in ascending order, each with the end of its triangles.
     faces: Vec<(u32, u32)>,
-    /// Corners of the polygon, counted from 0.
+    /// The triangles, as 0-based corners of the polygon.
     triangles: Vec<[usize; 3]>,
 }
 
@@ -124,7 +124,7 @@ impl Recuts {
         recuts
     }
 
-    /// Whether every polygon is cut as it would be alone.
+    /// Returns `true` if every polygon is cut as it would be on its own.
     pub(crate) fn is_empty(&self) -> bool {
         self.faces.is_empty()
     }
@@ -149,7 +149,7 @@ impl Recuts {
     }
 }
 
-/// Cuts the polygons of a mesh, each with a view to the others.
+/// Cuts the polygons of a mesh, taking the others into account.
 pub(crate) struct Cutter<'a> {
     triangulator: Triangulator<'a>,
     recuts: &'a Recuts,
@@ -167,14 +167,14 @@ impl<'a> Cutter<'a> {
         }
     }
 
-    /// Cuts the polygon of a face, given by numbers of positions.
+    /// Cuts the polygon of a face, given by indices of positions.
     pub(crate) fn cut(&mut self, face: u32, polygon: &[u32], mut triangle: impl FnMut([u32; 3])) {
         self.cut_corners(face, polygon, |corners| {
             triangle(corners.map(|i| polygon[i]));
         });
     }
 
-    /// Cuts the polygon of a face into triangles of its corners, counted from 0.
+    /// Cuts the polygon of a face into triangles of its 0-based corners.
     fn cut_corners(&mut self, face: u32, polygon: &[u32], triangle: impl FnMut([usize; 3])) {
         match self.recuts.get(face) {
             Some(triangles) => triangles.iter().copied().for_each(triangle),
@@ -182,13 +182,13 @@ impl<'a> Cutter<'a> {
         }
     }
 
-    /// The diagonals of a polygon's cut, by its corners.
+    /// Visits the diagonals of a polygon's cut, by their corners.
     fn diagonals(&mut self, face: u32, polygon: &[u32], mut found: impl FnMut(usize, usize)) {
         let n = polygon.len();
         if n <= 3 {
             return;
         }
-        // Each diagonal belongs to two triangles, which run through it in opposite directions.
+        // Each diagonal belongs to two triangles, which traverse it in opposite directions.
         self.cut_corners(face, polygon, |[a, b, c]| {
             for (i, j) in [(a, b), (b, c), (c, a)] {
                 if i + 1 < j && j - i + 1 < n {
@@ -199,7 +199,7 @@ impl<'a> Cutter<'a> {
     }
 }
 
-/// Cuts polygons of few corners.
+/// Recuts polygons with few corners.
 fn small(polygons: Polygons<'_>, conflicts: &Conflicts) -> Recuts {
     let components = components(polygons, conflicts);
     let mut is_marked = vec![false; polygons.positions.len()];
@@ -235,7 +235,7 @@ fn small(polygons: Polygons<'_>, conflicts: &Conflicts) -> Recuts {
                 (face, list)
             })
             .collect();
-        // A polygon without a choice cannot be helped, but those beside it can.
+        // A polygon without choices cannot be fixed, but its neighbours can.
         variables.retain(|(_, choices)| !choices.is_empty());
         variables.sort_by(|a, b| {
             let regret = choices::by_regret(&a.1, &b.1);
@@ -257,8 +257,8 @@ fn small(polygons: Polygons<'_>, conflicts: &Conflicts) -> Recuts {
     Recuts::from_sorted(recuts)
 }
 
-/// The polygons of few corners that could share a diagonal with one in conflict, directly or
-/// through others: each with the number of its set, set by set.
+/// Finds the polygons with few corners that could share a diagonal with one in conflict, directly
+/// or through others. Returns each with the index of its set, grouped by set.
 fn components(polygons: Polygons<'_>, conflicts: &Conflicts) -> Vec<(u32, u32)> {
     let is_small = |polygon: &[u32]| (4..=MOST_CORNERS).contains(&polygon.len());
     let mut diagonals: Vec<([u32; 2], u32)> = Vec::new();

@@ -1,29 +1,31 @@
-//! One choice for each polygon, so that no diagonal is taken twice.
+//! Selection of one choice per polygon such that no diagonal is used twice.
 //!
-//! A choice takes its diagonals and blocks all choices of other polygons with one of them. A
-//! polygon with one choice left takes it (unit propagation); where one has none left, the last
-//! decision is undone and its next choice tried.
+//! A choice takes its diagonals, which blocks all choices of other polygons that contain one of
+//! them. A polygon with one choice left takes it (unit propagation). If a polygon has none left,
+//! the last decision is undone and its next choice is tried.
 
 use super::choices::Choice;
 use crate::attributes::NONE;
 
 /// The choices of several polygons.
 pub(super) struct Problem {
-    /// Where the choices of each polygon start; choices are numbered through all polygons.
+    /// The first choice of each polygon; choices are numbered through all polygons.
     starts: Vec<u32>,
     /// The polygon of each choice.
     owner: Vec<u32>,
-    /// Where the diagonals of each choice start.
+    /// The start of each choice's diagonals.
     first_diagonal: Vec<u32>,
-    /// Numbers of the diagonals that several choices have.
+    /// Indices of the diagonals that several choices have.
     diagonals: Vec<u32>,
-    /// Where the choices with each diagonal start.
+    /// The start of the list of choices that use each diagonal.
     first_user: Vec<u32>,
     users: Vec<u32>,
 }
 
 impl Problem {
-    /// The choices of each polygon, the best first; the polygons in the order in which they decide.
+    /// Builds the problem from the choices of each polygon, in order of preference.
+    ///
+    /// Polygons are given in decision order.
     pub(super) fn new<'a>(polygons: impl Iterator<Item = &'a [Choice]>) -> Self {
         let (mut starts, mut owner) = (vec![0], Vec::new());
         let mut list: Vec<([u32; 2], u32)> = Vec::new();
@@ -60,10 +62,10 @@ impl Problem {
         }
     }
 
-    /// The number of the choice of each polygon, among its own.
+    /// Returns the index of each polygon's choice among its own.
     ///
-    /// Where there is no solution, or none within the budget, as many as possible in their order
-    /// get the best choice that is left; the others have `None`.
+    /// If there is no solution, or none within the budget, the polygons are processed in order
+    /// and get the best choice that is left, or `None` if there is none.
     pub(super) fn solve(&self, budget: &mut usize) -> Vec<Option<usize>> {
         let mut search = Search::new(self);
         let is_solved = search.run(budget);
@@ -85,7 +87,7 @@ impl Problem {
         self.starts[polygon]..self.starts[polygon + 1]
     }
 
-    /// The choices, of all polygons, that share a diagonal with one; some of them repeatedly.
+    /// The choices of all polygons that share a diagonal with `choice`; some occur repeatedly.
     fn rivals(&self, choice: u32) -> impl Iterator<Item = u32> + '_ {
         let choice = choice as usize;
         let own = self.first_diagonal[choice] as usize..self.first_diagonal[choice + 1] as usize;
@@ -101,13 +103,13 @@ struct Search<'a> {
     problem: &'a Problem,
     /// The choice of each polygon, or [`NONE`].
     chosen: Vec<u32>,
-    /// How often the choices of others block each choice.
+    /// For each choice, the number of times that choices of other polygons block it.
     blocked: Vec<u32>,
-    /// How many choices each polygon has that are not blocked.
+    /// For each polygon, the number of choices that are not blocked.
     num_free: Vec<u32>,
-    /// The choices that were made, in their order.
+    /// The choices made so far, in order.
     trail: Vec<u32>,
-    /// Polygons that may have one choice left.
+    /// Polygons that may have only one choice left.
     units: Vec<u32>,
     num_steps: usize,
 }
@@ -117,7 +119,7 @@ struct Decision {
     polygon: usize,
     /// The choice to try next.
     next: u32,
-    /// How many choices had been made before.
+    /// The number of choices made before this decision.
     num_before: usize,
 }
 
@@ -140,7 +142,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Whether a solution was found.
+    /// Runs the search and returns `true` if a solution was found.
     fn run(&mut self, budget: &mut usize) -> bool {
         let mut decisions: Vec<Decision> = Vec::new();
         let mut is_consistent = self.propagate();
@@ -189,7 +191,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Makes a choice; returns whether every polygon has one left.
+    /// Makes a choice. Returns `false` if it leaves some polygon without a choice.
     fn take(&mut self, choice: u32) -> bool {
         let polygon = self.problem.owner[choice as usize];
         self.chosen[polygon as usize] = choice;
@@ -216,7 +218,7 @@ impl<'a> Search<'a> {
         is_consistent
     }
 
-    /// Takes all choices that are the last of their polygon.
+    /// Takes every choice that is the last one of its polygon. Returns `false` on a conflict.
     fn propagate(&mut self) -> bool {
         while let Some(polygon) = self.units.pop() {
             let polygon = polygon as usize;
@@ -238,7 +240,7 @@ impl<'a> Search<'a> {
         choices.find(|&choice| self.blocked[choice as usize] == 0)
     }
 
-    /// Goes back to so many choices.
+    /// Backtracks to the first `num_choices` choices.
     fn undo(&mut self, num_choices: usize) {
         self.units.clear();
         while self.trail.len() > num_choices {

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use super::*;
 
 fn points(num_vertices: usize) -> Vec<Point3<f64>> {
-    // In general position, and the same for every mesh.
+    // In general position, and deterministic.
     let coordinate = |v: usize, axis: usize| ((v * 7 + axis * 5 + v * v * (axis + 3)) % 101) as f64;
     (0..num_vertices)
         .map(|v| Point3::new(coordinate(v, 0), coordinate(v, 1), coordinate(v, 2)))
@@ -39,7 +39,7 @@ fn closed(polygons: &[Vec<u32>], num_vertices: usize) -> i64 {
     num_vertices as i64 - mesh.num_edges() as i64 + mesh.num_faces() as i64
 }
 
-/// All ways to begin the polygons at another corner.
+/// All combinations of first corners of the polygons.
 fn rotations(polygons: &[Vec<u32>]) -> Vec<Vec<Vec<u32>>> {
     let mut all = vec![Vec::new()];
     for polygon in polygons {
@@ -59,7 +59,7 @@ fn rotations(polygons: &[Vec<u32>]) -> Vec<Vec<Vec<u32>>> {
     all
 }
 
-/// `count` quads between two poles, 0 and 1, all of which share the diagonal between these.
+/// `count` quads between the poles 0 and 1, all of which share the diagonal between these.
 fn lune(count: u32) -> Vec<Vec<u32>> {
     (0..count)
         .map(|i| vec![0, 2 + i, 1, 2 + (i + 1) % count])
@@ -68,7 +68,7 @@ fn lune(count: u32) -> Vec<Vec<u32>> {
 
 #[test]
 fn quads_that_share_two_edges_are_cut_apart() {
-    // A cube whose top has a vertex in its middle, joined to two corners.
+    // A cube with a vertex in the middle of its top, joined to two corners.
     let cube = vec![
         vec![0, 3, 2, 1],
         vec![0, 1, 5, 4],
@@ -91,7 +91,7 @@ fn doublets_in_chains_are_cut_apart() {
     for count in 3..9 {
         assert_eq!(closed(&lune(count), count as usize + 2), 2);
     }
-    // Two polygons are closed by each other.
+    // Two polygons close each other.
     for quads in rotations(&lune(2)) {
         assert_eq!(closed(&quads, 4), 2);
     }
@@ -122,7 +122,7 @@ fn polygons_back_to_back_share_no_diagonal() {
 
 #[test]
 fn three_hexagons_that_share_diagonals_are_cut_apart() {
-    // Between the poles 0 and 1 three hexagons, each with two corners on either side.
+    // Three hexagons between the poles 0 and 1, each with two corners on either side.
     let side = |k: u32| [2 + 2 * k, 3 + 2 * k];
     let hexagons: Vec<Vec<u32>> = (0..3)
         .map(|k| {
@@ -137,7 +137,7 @@ fn three_hexagons_that_share_diagonals_are_cut_apart() {
 
 #[test]
 fn polygons_in_nobodys_way_keep_their_cut() {
-    // A doublet, and far from it a quad that would be cut otherwise by its lengths.
+    // A doublet, and far from it a quad whose lengths favour the other diagonal.
     let mut polygons = lune(3);
     polygons.push(vec![5, 6, 7, 8]);
     let mut positions = points(5);
@@ -157,8 +157,8 @@ fn what_cannot_be_cut_apart_keeps_its_cut() {
     assert_eq!(cut(&whole, &points(5)).len(), 4);
 }
 
-/// Joins faces of a triangulated surface across edges as long as each is a simple polygon of at
-/// most `most` corners, in the order of `keys`.
+/// Merges faces of a triangulated surface across edges, in the order of `keys`, while each
+/// remains a simple polygon of at most `most` corners.
 fn merged(triangles: &[Vec<u32>], keys: &[u64], most: usize) -> Vec<Vec<u32>> {
     let mut polygons = triangles.to_vec();
     for (k, &key) in keys.iter().enumerate() {
@@ -173,7 +173,7 @@ fn merged(triangles: &[Vec<u32>], keys: &[u64], most: usize) -> Vec<Vec<u32>> {
         let mut neighbour = polygons[other].clone();
         let start = runs_back(&neighbour).unwrap();
         neighbour.rotate_left(start);
-        // b … a of the polygon, then what the neighbour has between a and b.
+        // b … a of the polygon, then the neighbour's corners between a and b.
         polygon.rotate_left(1);
         polygon.extend(&neighbour[2..]);
         let mut corners = polygon.clone();
@@ -189,8 +189,8 @@ fn merged(triangles: &[Vec<u32>], keys: &[u64], most: usize) -> Vec<Vec<u32>> {
 }
 
 proptest! {
-    // Joining triangles to polygons leaves the surface as it is, so that there is a cut: the one
-    // that was there.
+    // Merging triangles into polygons preserves the surface, so a valid cut exists: the original
+    // one.
     #[test]
     fn joined_triangles_are_cut_to_a_closed_surface_again(
         faces in closed_faces(),

@@ -1,26 +1,26 @@
-//! What a repair did.
+//! The log of a repair.
 
 use std::fmt;
 
-/// One thing that a repair did.
+/// A single change made by a repair.
 ///
-/// Vertices and faces have the numbers that they had before the repair, counted from 0; where new
-/// vertices are named, they have those of the repaired document.
+/// Vertex and face indices are 0-based and refer to the document before the repair, except for
+/// new vertices, which have their indices in the repaired document.
 #[derive(Clone, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum Change {
-    /// A vertex became one with another.
+    /// A vertex was merged into another.
     MergedVertex {
-        /// The vertex that is gone.
+        /// The vertex that was removed.
         vertex: usize,
-        /// The vertex that stands for it.
+        /// The vertex that replaces it.
         into: usize,
     },
     /// A polygon lost corners that enclosed nothing.
     TrimmedFace {
         /// The face.
         face: usize,
-        /// How many corners it lost.
+        /// The number of corners removed.
         num_corners: usize,
     },
     /// A face that enclosed nothing was dropped.
@@ -33,65 +33,65 @@ pub enum Change {
         /// The face.
         face: usize,
     },
-    /// A face with the outline of one before it was dropped.
+    /// A face with the outline of an earlier one was dropped.
     DroppedDuplicate {
         /// The face.
         face: usize,
-        /// The one that stays.
+        /// The face that is kept.
         repeats: usize,
     },
-    /// A face was turned round.
+    /// A face was reversed.
     TurnedFace {
         /// The face.
         face: usize,
     },
-    /// The faces at an edge were parted into pairs that agree, and single ones.
+    /// The faces at an edge were separated into consistently oriented pairs and single faces.
     PartedEdge {
         /// The ends of the edge.
         vertices: [usize; 2],
-        /// Its faces.
+        /// The faces at the edge.
         faces: Vec<usize>,
     },
-    /// A face was cut loose from its neighbours, since nothing less helped.
+    /// A face was detached from its neighbours, as a last resort.
     DetachedFace {
         /// The face.
         face: usize,
     },
-    /// Each fan of faces got a vertex of its own.
+    /// A vertex was split so that each fan of faces has its own.
     SplitVertex {
         /// The vertex.
         vertex: usize,
-        /// Its copies, in the numbers of the repaired document.
+        /// Its copies, as indices in the repaired document.
         copies: Vec<usize>,
     },
-    /// Vertices that were welded are no longer, as their faces do not hang together there.
+    /// Welded vertices were separated because their faces are not connected there.
     PartedPlace {
         /// The first of them.
         vertex: usize,
-        /// How many places there are now.
+        /// The number of places after the separation.
         num_places: usize,
     },
-    /// All faces of a part were dropped, with the vertices that only these used.
+    /// All faces of a part were dropped, together with the vertices that only they used.
     DroppedPart {
         /// Its first face.
         face: usize,
-        /// How many faces it had.
+        /// The number of its faces.
         num_faces: usize,
     },
     /// A hole was filled.
     FilledHole {
-        /// The vertices round it.
+        /// The vertices around it.
         vertices: Vec<usize>,
-        /// How many faces fill it.
+        /// The number of faces that fill it.
         num_faces: usize,
-        /// How many vertices were added to it.
+        /// The number of vertices added.
         num_added: usize,
     },
-    /// A hole could not be filled and stays.
+    /// A hole could not be filled and remains open.
     KeptHole {
-        /// The vertices round it.
+        /// The vertices around it.
         vertices: Vec<usize>,
-        /// Why.
+        /// The reason.
         problem: &'static str,
     },
     /// A vertex that no face uses was dropped.
@@ -102,7 +102,7 @@ pub enum Change {
 }
 
 impl Change {
-    /// What was done, without where.
+    /// The kind of change, without its location.
     pub fn kind(&self) -> &'static str {
         match self {
             Self::MergedVertex { .. } => "merged vertices",
@@ -202,7 +202,7 @@ impl fmt::Display for Change {
     }
 }
 
-/// A hole by the lowest of its vertices, as a [`Defect::Hole`](crate::Defect::Hole) is named, too.
+/// Displays a hole by its lowest vertex, like [`Defect::Hole`](crate::Defect::Hole).
 struct Hole<'a>(&'a [usize]);
 
 impl fmt::Display for Hole<'_> {

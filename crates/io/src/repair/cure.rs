@@ -1,10 +1,10 @@
-//! The repair that a defect or an error calls for.
+//! The repair that fixes a given defect or error.
 
 use super::Repair;
 use super::filling::Filling;
 use crate::weld::Weld;
 
-/// A single repair: the step of [`Repair`] that cures a defect, or an error of
+/// A single repair: the step of [`Repair`] that fixes a defect, or an error of
 /// [`Document::surface`](crate::Document::surface).
 ///
 /// ```
@@ -23,7 +23,7 @@ use crate::weld::Weld;
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Cure {
-    /// [`Repair::weld`] of equal vertices.
+    /// [`Repair::weld`] for equal vertices.
     Weld,
     /// [`Repair::drop_degenerate`].
     DropDegenerate,
@@ -44,8 +44,9 @@ pub enum Cure {
 }
 
 impl Repair {
-    /// Adds the step that cures a defect: equal vertices are welded and holes of any size filled
-    /// without new vertices.
+    /// Adds the step that fixes a defect.
+    ///
+    /// Equal vertices are welded, and holes of any size are filled without new vertices.
     pub fn cure(self, cure: Cure) -> Self {
         match cure {
             Cure::Weld => self.weld(Weld::Exact),

@@ -1,27 +1,31 @@
-//! The ways to fill a hole.
+//! The methods of filling a hole.
 
 use std::num::NonZeroUsize;
 
-/// How [`Repair::fill_holes`](super::Repair::fill_holes) fills holes.
+/// The method by which [`Repair::fill_holes`](super::Repair::fill_holes) fills holes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum Filling {
-    /// No hole is filled.
+    /// Holes are not filled.
     Off,
-    /// With triangles between the vertices of the hole.
+    /// Holes are filled with triangles between their vertices.
     ///
-    /// Of up to 300 edges all triangulations are compared, and a hole stays open only if each of
-    /// them needs an edge that is there already. Of longer holes ears are clipped first.
+    /// For up to 300 edges all triangulations are compared, and a hole stays open only if each of
+    /// them needs an existing edge. In longer holes, ears are clipped first.
     Plain {
-        /// The most edges of a hole that is filled; longer ones stay open.
+        /// Maximum number of edges of a hole to fill; longer ones stay open.
         most_edges: NonZeroUsize,
     },
-    /// With new vertices, as dense as those round the hole, in such triangles, or in a fan about
-    /// one new vertex where there are none; at most 100,000 in all holes together.
+    /// Holes are filled as by [`Filling::Plain`], and refined with new vertices, as dense as
+    /// those around the hole.
     ///
-    /// They lie in the plain triangles. `cotan_tool::repair` makes the patch continue the surface.
+    /// If there are no such triangles, the hole is filled with a fan around one new vertex. At
+    /// most 100,000 vertices are added to all holes together.
+    ///
+    /// The new vertices lie in the plain triangles. `cotan_tool::repair` fairs the patch so that
+    /// it continues the surface.
     Smooth {
-        /// The most edges of a hole that is filled; longer ones stay open.
+        /// Maximum number of edges of a hole to fill; longer ones stay open.
         most_edges: NonZeroUsize,
     },
 }
@@ -37,7 +41,7 @@ impl Filling {
         most_edges: NonZeroUsize::MAX,
     };
 
-    /// The most edges of a hole that is filled.
+    /// Maximum number of edges of a hole to fill.
     pub(super) fn most_edges(self) -> usize {
         match self {
             Self::Off => 0,

@@ -1,4 +1,4 @@
-//! Repairs that need no guess at a shape.
+//! Repairs that require no guess about the shape.
 
 mod change;
 mod cure;
@@ -20,13 +20,13 @@ use crate::weld::Weld;
 use parts::Kept;
 use work::Work;
 
-/// Which repairs are made; see [`Repair::apply`].
+/// The set of repairs to make; see [`Repair::apply`].
 ///
-/// [`Repair::new`] makes none, [`Repair::default`] those that lose nothing: degenerate and
+/// [`Repair::new`] makes none. [`Repair::default`] makes those that lose nothing: degenerate and
 /// duplicate faces are dropped, faces are oriented, vertices with several fans are split. Every
-/// vertex keeps its number, save where a document has several [parts](Document::parts): the copies
-/// follow behind the vertices of their part, so those of later parts move up. [`Repair::all`] makes
-/// whatever it takes to get a surface from any list of faces.
+/// vertex keeps its index, unless the document has several [parts](Document::parts): copies
+/// follow the vertices of their part, so those of later parts move up. [`Repair::all`] does
+/// everything needed to get a surface from any list of faces.
 ///
 /// ```
 /// use cotan_io::{Limits, Repair, read};
@@ -42,7 +42,7 @@ use work::Work;
 #[must_use]
 pub struct Repair {
     weld: Weld,
-    /// Whether welded vertices stay vertices of the file.
+    /// On if welded vertices remain separate vertices of the file.
     keeps: Toggle,
     degenerate: Toggle,
     zero_area: Toggle,
@@ -77,25 +77,25 @@ impl Default for Repair {
     }
 }
 
-/// What came of a repair.
+/// The result of a repair.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Repaired {
     /// The repaired document.
     pub document: Document,
-    /// What was done, step by step; empty if nothing was to be done.
+    /// The changes in order; empty if there was nothing to do.
     pub changes: Vec<Change>,
-    /// For each vertex of the repaired document the vertex that it was or is a copy of; for one
-    /// that was [added](Repaired::added_vertices) a vertex of the hole that is near.
+    /// For each vertex of the repaired document, the original vertex that it is or was copied
+    /// from. For an [added](Repaired::added_vertices) vertex, a nearby vertex of the hole.
     pub vertex_sources: Vec<usize>,
     /// The vertices of the repaired document that were added to fill holes, in ascending order.
     pub added_vertices: Vec<usize>,
-    /// For each face of the repaired document the face that it was; `None` if it fills a hole.
+    /// For each face of the repaired document, its original face; `None` if it fills a hole.
     pub face_sources: Vec<Option<usize>>,
 }
 
 impl Repair {
-    /// No repair.
+    /// Creates an empty set of repairs.
     pub fn new() -> Self {
         Self {
             weld: Weld::AsFormat,
@@ -112,10 +112,12 @@ impl Repair {
         }
     }
 
-    /// Every repair that a surface may need, with vertices welded where they are equal, all holes
-    /// filled, and unused vertices dropped. Faces without area stay.
+    /// All repairs that a surface may need: vertices are welded where they are equal, all holes
+    /// are filled, and unused vertices are dropped.
     ///
-    /// The repaired document has a [surface](Document::surface), or no face.
+    /// Faces without area are kept.
+    ///
+    /// The repaired document either has a [surface](Document::surface) or no faces.
     pub fn all() -> Self {
         Self::default()
             .weld(Weld::Exact)
@@ -124,109 +126,116 @@ impl Repair {
             .compact()
     }
 
-    /// Merges vertices; the first at a place stays, with its position and attributes.
+    /// Merges vertices. The first one at a place is kept, with its position and attributes.
     ///
-    /// A glTF, which splits vertices at seams, keeps them; they count as one where the faces are
-    /// looked at, in this document, not in its file. [`Weld::Off`] makes each of them a vertex of
-    /// its own there.
+    /// A glTF, which splits vertices at seams, keeps all of them. They then count as one vertex
+    /// for topology, in this document but not in its file. [`Weld::Off`] makes them separate
+    /// vertices there.
     pub fn weld(mut self, weld: Weld) -> Self {
         (self.weld, self.keeps) = (weld, Toggle::Off);
         self
     }
 
-    /// As [`Repair::weld`] in a glTF: every vertex stays, and those that are welded count as one in
-    /// this document, not in its file.
+    /// Like [`Repair::weld`] for a glTF: every vertex is kept, and welded ones count as one in
+    /// this document, but not in its file.
     ///
-    /// The [surface](Document::surface) of the repaired document has them as one vertex, and no
-    /// further welding is needed, which would join what was parted.
+    /// The [surface](Document::surface) of the repaired document has them as one vertex. No
+    /// further welding is needed, which would join what was separated.
     pub fn weld_in_place(mut self, weld: Weld) -> Self {
         (self.weld, self.keeps) = (weld, Toggle::On);
         self
     }
 
-    /// Drops faces that enclose nothing, and corners of polygons that do: repetitions, and spikes
-    /// that run out and straight back.
+    /// Drops faces that enclose nothing, and polygon corners that enclose nothing: repetitions,
+    /// and spikes that run out and straight back.
     pub fn drop_degenerate(mut self) -> Self {
         self.degenerate = Toggle::On;
         self
     }
 
-    /// Drops faces of which all triangles have no area, though their vertices differ. That opens
-    /// holes, or leaves corners in the middle of an edge.
+    /// Drops faces whose triangles all have no area although their vertices differ.
+    ///
+    /// This opens holes, or leaves corners in the middle of an edge.
     pub fn drop_zero_area(mut self) -> Self {
         self.zero_area = Toggle::On;
         self
     }
 
-    /// Drops faces that have the outline of one before them, in either direction.
+    /// Drops faces with the outline of an earlier one, in either direction.
     ///
-    /// Two faces that are each other's back, and have no other neighbour, stay: they are a closed
-    /// surface.
+    /// Two faces that are back to back and have no other neighbour are kept, since they form a
+    /// closed surface.
     pub fn drop_duplicates(mut self) -> Self {
         self.duplicates = Toggle::On;
         self
     }
 
-    /// Turns faces round until neighbours agree, as few as possible in each component; then closed
-    /// components that look inward, save those that may be cavities of another.
+    /// Reverses faces until neighbours agree, as few as possible in each component.
     ///
-    /// A component with one side only stays as it is, unless edges may be split.
+    /// Then reverses closed components that point inward, except those that may be cavities of
+    /// another.
+    ///
+    /// A one-sided component is left unchanged, unless edges may be split.
     pub fn orient(mut self) -> Self {
         self.orient = Toggle::On;
         self
     }
 
-    /// Gives each fan of faces a vertex of its own.
+    /// Splits vertices so that each fan of faces has its own.
     pub fn split_vertices(mut self) -> Self {
         self.vertices = Toggle::On;
         self
     }
 
-    /// Parts the faces at edges that have more than two: the two sides of a wedge of the solid stay
-    /// together, others get edges of their own. One-sided components are cut open. Vertices are
-    /// split, too.
+    /// Separates the faces at edges with more than two.
+    ///
+    /// The two sides of a wedge of the solid stay together, others get their own edges. One-sided
+    /// components are cut open. Vertices are split, too.
     pub fn split_edges(mut self) -> Self {
         self.edges = Toggle::On;
         self.split_vertices()
     }
 
-    /// Keeps the parts with the most faces, so many of them, and drops the others with the vertices
-    /// that only these use. A part is a set of faces that hang together by edges.
+    /// Keeps the `num_parts` parts with the most faces, and drops the others together with the
+    /// vertices that only they use.
+    ///
+    /// A part is a set of faces connected through edges.
     pub fn keep_largest(mut self, num_parts: NonZeroUsize) -> Self {
         self.kept.most_parts = num_parts.get();
         self
     }
 
-    /// Drops parts with fewer faces, and the vertices that only these use; see
+    /// Drops parts with fewer than `num_faces` faces, and the vertices that only they use; see
     /// [`Repair::keep_largest`].
     pub fn drop_parts_below(mut self, num_faces: usize) -> Self {
         self.kept.least_faces = num_faces;
         self
     }
 
-    /// Fills holes; the boundary of an open surface is a hole as well.
+    /// Fills holes. The boundary of an open surface is a hole as well.
     pub fn fill_holes(mut self, filling: Filling) -> Self {
         self.filling = filling;
         self
     }
 
-    /// Drops vertices that no face uses; the others are renumbered. A document without faces keeps
-    /// its vertices.
+    /// Drops vertices that no face uses, and renumbers the others.
+    ///
+    /// A document without faces keeps its vertices.
     pub fn compact(mut self) -> Self {
         self.compact = Toggle::On;
         self
     }
 
-    /// Makes the repairs: vertices are welded, faces dropped, oriented, parted at edges and at
-    /// vertices, parts dropped, holes filled, vertices dropped, in this order.
+    /// Makes the repairs in this order: weld vertices, drop faces, orient faces, separate faces
+    /// at edges and vertices, drop parts, fill holes, drop vertices.
     ///
-    /// Vertices keep their order, and copies follow behind those of their part; faces keep theirs,
-    /// and what fills holes follows behind. Attributes go along.
+    /// Vertices keep their order, with copies after those of their part. Faces keep theirs, with
+    /// hole-filling faces at the end. Attributes are carried along.
     ///
     /// # Errors
-    /// [`IoError::WeldTolerance`] for a tolerance that is not a distance, [`IoError::NoPartLeft`]
-    /// if every part is too small to stay, and [`IoError`] with the place in the file if what goes
-    /// along is wrong there.
+    /// [`IoError::WeldTolerance`] for a tolerance that is not a valid distance,
+    /// [`IoError::NoPartLeft`] if every part is too small to be kept, and [`IoError`] with the
+    /// location in the file if data to be carried along is invalid.
     pub fn apply(&self, document: &Document) -> Result<Repaired, IoError> {
         let mut work = Work::new(document)?;
         if self.weld != Weld::AsFormat {
@@ -250,7 +259,7 @@ impl Repair {
         if self.orient.is_on() {
             work.turn_outward();
         }
-        // How a polygon is cut depends on its direction, so this comes behind turning.
+        // The cut of a polygon depends on its direction, so this comes after reversing.
         if self.edges.is_on() {
             work.untangle();
         }

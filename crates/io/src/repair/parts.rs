@@ -1,4 +1,4 @@
-//! Parts that are dropped: specks, and all but the largest.
+//! Dropping of parts: small ones, and all but the largest.
 
 use super::Change;
 use super::work::Work;
@@ -6,12 +6,12 @@ use crate::attributes::NONE;
 use crate::error::IoError;
 use crate::topology::Topology;
 
-/// Which parts stay: those that pass both conditions.
+/// The parts to keep: those that meet both conditions.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Kept {
-    /// The most parts.
+    /// Maximum number of parts.
     pub(super) most_parts: usize,
-    /// The fewest faces of a part.
+    /// Minimum number of faces per part.
     pub(super) least_faces: usize,
 }
 
@@ -22,7 +22,7 @@ impl Kept {
     };
 }
 
-/// Faces that hang together by edges.
+/// A set of faces connected through edges.
 #[derive(Clone, Copy)]
 struct Part {
     first_face: u32,
@@ -30,13 +30,13 @@ struct Part {
 }
 
 impl Work<'_> {
-    /// Drops all faces of the other parts, and the vertices that only these use.
+    /// Drops all faces of the other parts, and the vertices that only they use.
     ///
-    /// Of parts with as many faces, the one with the lower first face is the larger one. Faces that
-    /// enclose nothing are no part and stay.
+    /// Among parts with equally many faces, the one with the lower first face ranks higher. Faces
+    /// that enclose nothing are not part of any and are kept.
     ///
     /// # Errors
-    /// [`IoError::NoPartLeft`] if no part would stay.
+    /// [`IoError::NoPartLeft`] if no part would be kept.
     pub(super) fn keep_parts(&mut self, kept: Kept) -> Result<(), IoError> {
         let at = self.at();
         let topology = Topology::new(&self.faces, &at);

@@ -1,4 +1,4 @@
-//! Faces parted at edges and vertices.
+//! Separation of faces at edges and vertices.
 
 use std::collections::HashMap;
 
@@ -12,8 +12,9 @@ use crate::cuts::Cuts;
 use crate::topology::{Sets, Side, Topology};
 
 impl Work<'_> {
-    /// Gives each fan of faces a vertex of its own; with `edges`, faces at edges with more than two
-    /// are parted before.
+    /// Gives each fan of faces its own vertex.
+    ///
+    /// With `edges` on, faces at edges with more than two are separated first.
     pub(super) fn split(&mut self, edges: Toggle) {
         let at = self.at();
         let topology = Topology::new(&self.faces, &at);
@@ -23,10 +24,10 @@ impl Work<'_> {
         self.assign(&mut fans, &is_outlined);
     }
 
-    /// Cuts faces that still meet others wrongly loose from all neighbours, so that a surface can
-    /// be built.
+    /// Detaches faces that still conflict with others from all their neighbours, so that a
+    /// surface can be built.
     ///
-    /// The rest only gets further apart by that, so once is enough.
+    /// Detaching only separates the remaining faces further, so one pass is enough.
     pub(super) fn untangle(&mut self) {
         let at = self.at();
         let topology = Topology::new(&self.faces, &at);
@@ -51,7 +52,7 @@ impl Work<'_> {
         self.assign(&mut fans, &is_outlined);
     }
 
-    /// The corners that stay together, and the edges that are parted.
+    /// Returns the corners that stay together, and the edges at which faces were separated.
     fn fans(&self, topology: &Topology<'_>, edges: Toggle) -> (Sets, Vec<Change>) {
         let mut fans = Sets::new(topology.at.len());
         let mut parted = Vec::new();
@@ -81,7 +82,7 @@ impl Work<'_> {
         (fans, parted)
     }
 
-    /// Gives each fan a place of its own, and each vertex to one fan; others get copies.
+    /// Gives each fan its own place, and each vertex to one fan; the other fans get copies.
     fn assign(&mut self, fans: &mut Sets, is_outlined: &[bool]) {
         let mut owner = vec![NONE; self.sources.len()];
         let mut copies: HashMap<(u32, u32), u32, RandomState> = HashMap::default();
@@ -89,7 +90,7 @@ impl Work<'_> {
         let mut place = vec![NONE; self.faces.num_corners()];
         let mut corners = self.faces.corners().to_vec();
         for (corner, vertex) in (0u32..).zip(&mut corners) {
-            // What encloses nothing belongs to no fan and stays where it is.
+            // Corners that enclose nothing belong to no fan and stay in place.
             if !is_outlined[corner as usize] {
                 continue;
             }
@@ -112,7 +113,7 @@ impl Work<'_> {
             .zip(&owner)
             .map(|(v, &fan)| if fan == NONE { v } else { place[fan as usize] })
             .collect();
-        // A vertex that no face uses any more stays with what it was welded to.
+        // A vertex that is no longer used stays with the vertices it was welded to.
         let mut of_welded = vec![NONE; self.places.len()];
         for (v, &welded) in self.places.iter().enumerate() {
             if owner[v] != NONE {
@@ -130,7 +131,7 @@ impl Work<'_> {
         self.faces = (0..self.faces.len()).map(polygon).collect();
     }
 
-    /// Faces that keep a surface from being built.
+    /// Finds faces that prevent a surface from being built.
     fn tangled(&self, topology: &Topology<'_>) -> Vec<bool> {
         let mut is_tangled = vec![false; self.faces.len()];
         for sides in topology.edges() {
@@ -156,7 +157,7 @@ impl Work<'_> {
     }
 }
 
-/// Whether each corner is in the outline of its face.
+/// For each corner, `true` if it is in the outline of its face.
 fn is_outlined(topology: &Topology<'_>) -> Vec<bool> {
     let corners = 0..topology.at.len() as u32;
     corners
@@ -164,7 +165,7 @@ fn is_outlined(topology: &Topology<'_>) -> Vec<bool> {
         .collect()
 }
 
-/// Unit normals of all faces, or zero.
+/// The unit normals of all faces, or zero.
 fn normals_of(topology: &Topology<'_>, points: &[Point3<f64>]) -> Vec<Vector3<f64>> {
     let point = |corner: u32| points[topology.place(corner) as usize];
     let normal = |outline: &[u32]| -> Vector3<f64> {
@@ -181,11 +182,12 @@ fn normals_of(topology: &Topology<'_>, points: &[Point3<f64>]) -> Vec<Vector3<f6
     topology.outlines.iter().map(normal).collect()
 }
 
-/// The sides of an edge that bound a wedge of the solid between them, by their corners.
+/// Pairs the sides of an edge, given by their corners, that bound a wedge of the solid between
+/// them.
 ///
-/// The faces are looked at in the order in which they stand round the edge. Seen from its upper
-/// end, what lies counter-clockwise of a face that runs downward is inside, and clockwise of one
-/// that runs upward.
+/// The faces are considered in their order around the edge. Viewed from the upper end of the
+/// edge, the inside is counter-clockwise of a face that runs downward, and clockwise of one that
+/// runs upward.
 fn wedges(sides: &[Side], normals: &[Vector3<f64>], points: &[Point3<f64>]) -> Vec<[u32; 2]> {
     let [low, high] = sides[0].ends.map(|v| points[v as usize]);
     let axis = (high - low).try_normalize(0.0).unwrap_or_else(Vector3::z);

@@ -41,7 +41,7 @@ fn a_sound_mesh_is_not_changed() {
     assert_eq!(repaired.changes, []);
     assert_eq!(polygons(&repaired.document), TETRAHEDRON);
     assert_eq!(repaired.vertex_sources, [0, 1, 2, 3, 4]);
-    // Nothing asked for, nothing done.
+    // Without any step, nothing is changed.
     let broken = document(&CORNERS, &[&[0, 0, 1], &[0, 1, 2], &[0, 1, 2]]);
     assert_eq!(Repair::new().apply(&broken).unwrap().changes, []);
 }
@@ -85,7 +85,7 @@ fn few_faces_turn_and_closed_ones_look_outward() {
     let repaired = Repair::default().apply(&document).unwrap();
     assert_eq!(repaired.changes.len(), 4);
     assert!(repaired.document.inspect(Weld::Off).unwrap().components[0].volume > Some(0.0));
-    // An open sheet goes by the majority.
+    // An open sheet is oriented by majority.
     let sheet = self::document(
         &[
             [0.0, 0.0, 0.0],
@@ -189,7 +189,7 @@ fn holes_are_filled_up_to_a_size() {
     );
     assert_eq!(repaired.face_sources[2..], [Some(2), None]);
     assert!(repaired.document.defects(Weld::Off).unwrap().is_empty());
-    // A single face is no hole of its own.
+    // The outline of a single face is not a hole.
     let lone = document(&CORNERS, &[&[0, 1, 2]]);
     assert!(
         Repair::new()
@@ -201,7 +201,7 @@ fn holes_are_filled_up_to_a_size() {
     );
 }
 
-/// Three tetrahedra, each with a face more left out, and a lone triangle.
+/// Three tetrahedra missing 0, 1 and 2 faces, and a lone triangle.
 fn four_parts() -> Document {
     let points: Vec<[f64; 3]> = (0..15)
         .map(|v| [f64::from(v * v % 7), f64::from(v % 4), f64::from(v)])
@@ -247,7 +247,7 @@ fn the_largest_parts_stay() {
         let repaired = Repair::new().keep_largest(num_parts).apply(&document);
         assert_eq!(repaired.unwrap().document.faces().len(), faces);
     }
-    // A vertex that no face uses belongs to no part, and one that a part that stays uses stays.
+    // An unused vertex belongs to no part, and a vertex used by a kept part is kept.
     let touching = self::document(&CORNERS, &[&[0, 1, 2], &[0, 1, 3], &[2, 3, 0]]);
     let one = Repair::new()
         .split_vertices()
@@ -282,7 +282,7 @@ fn vertices_are_merged_where_the_format_numbers_them() {
 
 #[test]
 fn welding_in_place_keeps_every_vertex_and_parts_fans_for_good() {
-    // A bow-tie of two triangles with vertices of their own.
+    // A bow-tie of two triangles with separate vertices.
     let points = [CORNERS[0], CORNERS[1], CORNERS[2]];
     let points = [points, [CORNERS[0], CORNERS[3], CORNERS[4]]].concat();
     let bow_tie = document(&points, &[&[0, 1, 2], &[3, 4, 5]]);
@@ -380,7 +380,7 @@ fn a_band_with_a_half_turn_is_cut_only_on_request() {
     assert!(found.components.len() == 1 && repaired.document.surface().is_ok());
 }
 
-/// Faces that share vertices, edges and more than is good.
+/// Random faces that share vertices and edges, often in invalid ways.
 fn soup() -> impl Strategy<Value = Document> {
     let point = prop::array::uniform3((0i32..3).prop_map(f64::from));
     let face = prop::collection::vec(0u32..9, 3..7);
@@ -425,7 +425,7 @@ fn split_soup() -> impl Strategy<Value = Document> {
 
 #[test]
 fn welded_fans_are_parted_and_keep_their_seams() {
-    // Two triangles that meet at a point: one vertex each there, so none is copied.
+    // Two triangles that meet at a point with separate vertices, so none is copied.
     let points = [
         CORNERS[0], CORNERS[1], CORNERS[2], CORNERS[0], CORNERS[3], CORNERS[4],
     ];
@@ -453,7 +453,7 @@ fn welded_fans_are_parted_and_keep_their_seams() {
         repaired.document.surface().unwrap().mesh().num_vertices(),
         6
     );
-    // One vertex for both: it is copied, behind those of its own part.
+    // With one shared vertex, it is copied, after those of its own part.
     let points = [CORNERS.as_slice(), &CORNERS[..3]].concat();
     let two = document(&points, &[&[0, 1, 2], &[0, 3, 4], &[5, 6, 7]]);
     let two = two.split_into(vec![part(0..5, 0..2), part(5..8, 2..3)]);
@@ -520,7 +520,7 @@ proptest! {
         if let Err(error) = soup.surface() {
             prop_assert!(is_blocked || soup.faces().is_empty(), "{}", error);
         }
-        // Spikes can be lucky.
+        // Spikes can happen to be harmless.
         let is_sure = blocking
             .iter()
             .any(|d| d.kind().is_blocking() && d.kind() != DefectKind::RepeatedVertex);

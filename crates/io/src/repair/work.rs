@@ -1,4 +1,4 @@
-//! A mesh under repair, with where everything in it comes from.
+//! The mesh under repair, with the origin of each of its elements.
 
 use nalgebra::Point3;
 
@@ -15,27 +15,27 @@ use crate::weld::Weld;
 
 pub(super) struct Work<'a> {
     pub(super) document: &'a Document,
-    /// Whether several vertices may be at one place: the format splits vertices, or they are
+    /// `true` if several vertices may be at one place: the format splits vertices, or they are
     /// welded in place.
     is_split: bool,
-    /// Whether vertices that were one no longer are.
+    /// `true` if vertices that were one no longer are.
     is_unwelded: bool,
-    /// The vertex of the document that each vertex is; copies follow behind, and then the vertices
-    /// that fill holes, with one beside the hole.
+    /// The document vertex of each vertex. Copies follow the original vertices, then come the
+    /// vertices that fill holes, with a vertex next to the hole.
     pub(super) sources: Vec<u32>,
     /// The positions of the vertices that fill holes, which are the last ones.
     added: Vec<Point3<f64>>,
-    /// For each vertex the first one at its place.
+    /// For each vertex, the first vertex at its place.
     pub(super) places: Vec<u32>,
-    /// The place of each vertex of the document before faces were parted.
+    /// The place of each document vertex before faces were separated.
     welded: Vec<u32>,
-    /// Vertices of the document that became one with another, or went with their part.
+    /// For each document vertex, `true` if it was merged into another or dropped with its part.
     is_gone: Vec<bool>,
     pub(super) faces: FaceList,
-    /// The document's face that each face is; [`NONE`] if it fills a hole.
+    /// The document face of each face; [`NONE`] if it fills a hole.
     pub(super) face_sources: Vec<u32>,
     pub(super) corner_sources: Vec<u32>,
-    /// Whether each of the document's faces was turned round.
+    /// For each document face, `true` if it was reversed.
     is_turned: Vec<bool>,
     pub(super) changes: Vec<Change>,
 }
@@ -79,13 +79,15 @@ impl<'a> Work<'a> {
         old.chain(self.added.iter().copied()).collect()
     }
 
-    /// The first vertex that fills a hole, if there is one.
+    /// The index of the first vertex that fills a hole, or the number of vertices if there is
+    /// none.
     fn first_added(&self) -> usize {
         self.sources.len() - self.added.len()
     }
 
-    /// Adds a vertex to a hole, which has what the file says of the one beside it, but its
-    /// position.
+    /// Adds a vertex to a hole.
+    ///
+    /// It has the data of the vertex `beside` it, except for the position.
     pub(super) fn add_vertex(&mut self, beside: u32, position: Point3<f64>) -> u32 {
         let vertex = self.sources.len() as u32;
         self.sources.push(self.sources[beside as usize]);
@@ -94,17 +96,17 @@ impl<'a> Work<'a> {
         vertex
     }
 
-    /// A vertex as the document numbers it.
+    /// The document index of a vertex.
     pub(super) fn vertex(&self, vertex: u32) -> usize {
         self.sources[vertex as usize] as usize
     }
 
-    /// A face as the document numbers it.
+    /// The document index of a face.
     pub(super) fn face(&self, face: u32) -> usize {
         self.face_sources[face as usize] as usize
     }
 
-    /// Takes the corners that are listed for each face; without any, the face is gone.
+    /// Reduces each face to the listed corners. A face without corners is removed.
     pub(super) fn select(&mut self, corners: &FaceList) {
         let mut faces = FaceList::new();
         let (mut face_sources, mut corner_sources) = (Vec::new(), Vec::new());
@@ -221,7 +223,7 @@ impl<'a> Work<'a> {
         self.drop(is_dropped);
     }
 
-    /// Turns faces round, their first corner staying first.
+    /// Reverses faces, keeping their first corner first.
     fn turn(&mut self, is_turned: &[bool]) {
         if !is_turned.contains(&true) {
             return;
@@ -240,8 +242,10 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// Makes neighbours agree; components with one side only are oriented as far as that goes if
-    /// their edges may be split, and left alone otherwise.
+    /// Orients neighbours consistently.
+    ///
+    /// One-sided components are oriented as far as possible if their edges may be split, and left
+    /// unchanged otherwise.
     pub(super) fn orient(&mut self, edges: Toggle) {
         let at = self.at();
         let topology = Topology::new(&self.faces, &at);
@@ -265,7 +269,7 @@ impl<'a> Work<'a> {
         self.turn(&is_turned);
     }
 
-    /// Turns closed components whose faces look inward, and what lies in them.
+    /// Reverses closed components that point inward, and the components inside them.
     pub(super) fn turn_outward(&mut self) {
         let at = self.at();
         let topology = Topology::new(&self.faces, &at);
@@ -283,7 +287,7 @@ impl<'a> Work<'a> {
         self.turn(&is_turned);
     }
 
-    /// The repaired document.
+    /// Builds the repaired document.
     pub(super) fn finish(mut self, compact: Toggle) -> Result<Repaired, IoError> {
         let mut is_used = vec![false; self.sources.len()];
         self.faces
@@ -293,7 +297,7 @@ impl<'a> Work<'a> {
         let drops_unused = compact.is_on() && !self.faces.is_empty();
         let num_old = self.document.positions().len();
         let is_kept = |v: usize| {
-            // Copies are made for faces alone.
+            // Copies are made only for faces.
             let is_gone = self.is_gone.get(v).is_none_or(|is_gone| *is_gone);
             is_used[v] || !(drops_unused || is_gone)
         };
@@ -301,7 +305,7 @@ impl<'a> Work<'a> {
         let mut order: Vec<u32> = (0..self.sources.len() as u32)
             .filter(|&v| is_kept(v as usize))
             .collect();
-        // Copies go behind the vertices of their part.
+        // Copies follow the vertices of their part.
         order.sort_by_key(|&v| (stretch(self.sources[v as usize] as usize), v));
         let mut numbers = vec![NONE; self.sources.len()];
         for (number, &v) in (0u32..).zip(&order) {
@@ -336,7 +340,7 @@ impl<'a> Work<'a> {
         let vertex_sources = remap.vertices.iter().map(|&v| v as usize).collect();
         let of_file = |&face: &u32| (face != NONE).then_some(face as usize);
         let face_sources = remap.face_sources.iter().map(of_file).collect();
-        // What only stayed as it was is no reason for a new document.
+        // Holes that were merely kept are no reason for a new document.
         let is_same = self
             .changes
             .iter()
@@ -360,8 +364,8 @@ impl<'a> Work<'a> {
         })
     }
 
-    /// The part that a face belongs to: that of the old face that it comes from, or, for one that
-    /// fills a hole, of an old face beside it. Its vertices may lie in another part.
+    /// Returns the part of a face: that of its original face or, if it fills a hole, of an
+    /// original face next to it. Its vertices may lie in another part.
     fn part_of_face(&self, face: usize) -> usize {
         let parts = self.document.parts();
         if parts.len() == 1 {
@@ -378,7 +382,7 @@ impl<'a> Work<'a> {
         parts.partition_point(|part| part.faces.end <= old_face)
     }
 
-    /// For each vertex of the new document the first one at its place.
+    /// For each vertex of the new document, the first vertex at its place.
     fn final_places(&self, order: &[u32]) -> Vec<u32> {
         let mut first = vec![NONE; self.sources.len()];
         let mut place = |(number, &v): (u32, &u32)| {

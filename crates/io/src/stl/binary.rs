@@ -1,4 +1,5 @@
-//! Binary STL: 80 bytes of anything, the number of facets, 50 bytes for each; little-endian.
+//! Binary STL: 80 arbitrary bytes, the number of facets, and 50 bytes per facet, in little-endian
+//! order.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -19,15 +20,15 @@ use crate::remap::Remap;
 use crate::room;
 use crate::source::{Mesh, Moves, SourceFile};
 
-/// Bytes before the first facet.
+/// Number of bytes before the first facet.
 pub(super) const HEADER: usize = 84;
-/// Bytes of the header that mean nothing.
+/// Number of header bytes without meaning.
 pub(super) const TITLE: usize = 80;
-/// Bytes of a facet: the normal, three corners, two attribute bytes.
+/// Size of a facet: the normal, three corners, two attribute bytes.
 pub(super) const FACET: usize = 50;
-/// Where the attribute bytes of a facet stand.
+/// Offset of the attribute bytes in a facet.
 const ATTRIBUTE_AT: usize = 48;
-/// Bytes of a normal or a corner.
+/// Size of a normal or a corner.
 const TRIPLE: usize = 12;
 
 /// The number of facets that the header promises; `None` if the file is too short for one.
@@ -36,7 +37,7 @@ pub(super) fn count(bytes: &[u8]) -> Option<u32> {
     Some(u32::from_le_bytes(count.try_into().ok()?))
 }
 
-/// The length of a file with so many facets.
+/// The length of a file with `count` facets.
 pub(super) fn length(count: u32) -> u64 {
     HEADER as u64 + FACET as u64 * u64::from(count)
 }
@@ -60,7 +61,7 @@ pub(super) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError>
     for (facet, row) in body.chunks_exact(FACET).take(num_facets).enumerate() {
         let corner = |k: usize| {
             let position = triple(row, k + 1);
-            // A negative zero is the same place as a positive one.
+            // Negative and positive zero are the same position.
             let place = position.map(|x| (x + 0.0).to_bits());
             (place, Point3::from(position.map(f64::from)))
         };
@@ -91,7 +92,7 @@ pub(super) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError>
     Document::from_source(soup.finish(warnings), BinaryStl { bytes, num_facets })
 }
 
-/// Three numbers of a facet: its normal, or one of its corners, which are 1 to 3.
+/// Three numbers of a facet: its normal (0) or one of its corners (1 to 3).
 fn triple(row: &[u8], k: usize) -> [f32; 3] {
     let number = |axis: usize| {
         let at = TRIPLE * k + 4 * axis;
@@ -119,7 +120,7 @@ impl BinaryStl {
         self.bytes.get(start..start + FACET).unwrap_or(&[])
     }
 
-    /// What stands behind the last facet.
+    /// The bytes after the last facet.
     fn tail(&self) -> &[u8] {
         let end = HEADER + FACET * self.num_facets;
         self.bytes.get(end..).unwrap_or(&[])
@@ -166,7 +167,7 @@ impl SourceFile for BinaryStl {
         let mut extras = Vec::new();
         let title = self.bytes.get(..TITLE).unwrap_or(&[]);
         let title = title.trim_ascii_end().split(|&b| b == 0).next();
-        // What cotan wrote there says nothing.
+        // The title that cotan writes carries no information.
         if title.is_some_and(|title| !title.is_empty() && title != TITLE_TEXT) {
             extras.push("the title in the header".to_owned());
         }
@@ -195,7 +196,7 @@ impl SourceFile for BinaryStl {
             }
         }
         for &(facet, normal) in &moves.normals.faces {
-            // A turned normal is as long as the old one, which was an f32.
+            // A rotated normal has the length of the old one, which was an `f32`.
             put(&mut bytes, facet as usize, 0, normal.map(|x| x as f32));
         }
         Ok(bytes)
@@ -220,7 +221,7 @@ impl SourceFile for BinaryStl {
                 row.copy_from_slice(old);
                 if facet.is_turned {
                     let normal = triple(old, 0);
-                    // A negative zero would be a change without a meaning.
+                    // A negative zero would be a change without meaning.
                     let flip = |x: f32| if x == 0.0 { x } else { -x };
                     set(&mut row, 0, normal.map(flip));
                 }
@@ -230,7 +231,7 @@ impl SourceFile for BinaryStl {
             }
             for (k, corner) in facet.corners.iter().enumerate() {
                 let position = match corner.old {
-                    // Byte by byte: the positions of a vertex may differ in the sign of a zero.
+                    // Copy the bytes: the positions of a vertex may differ in the sign of a zero.
                     Some(old) => triple(self.row(old as usize / 3), old as usize % 3 + 1),
                     None => single(corner.vertex, mesh.positions[corner.vertex as usize])?,
                 };
@@ -248,7 +249,7 @@ fn attribute(row: &[u8]) -> u16 {
     u16::from_le_bytes(bytes.unwrap_or_default())
 }
 
-/// A position in the type of the file.
+/// Converts a position to the type of the file.
 pub(super) fn single(vertex: u32, position: Point3<f64>) -> Result<[f32; 3], IoError> {
     let single: [f32; 3] = position.coords.map(|x| x as f32).into();
     match single.iter().position(|x| !x.is_finite()) {

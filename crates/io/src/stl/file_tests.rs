@@ -1,4 +1,5 @@
-//! Other files: what a second reader makes of them, arbitrary ones, and those beside the workspace.
+//! Tests on other files: a comparison with a second reader, arbitrary files, and those next to
+//! the workspace.
 
 use std::path::Path;
 
@@ -52,7 +53,7 @@ fn the_files_beside_the_workspace_do_what_is_expected() {
 /// Positions and triangles.
 type Soup = (Vec<[f32; 3]>, Vec<[usize; 3]>);
 
-/// What `stl_io` makes of a file: distinct positions and triangles.
+/// The result of `stl_io` for a file: distinct positions and triangles.
 fn oracle(bytes: &[u8]) -> Option<Soup> {
     let mesh = stl_io::read_stl(&mut std::io::Cursor::new(bytes)).ok()?;
     let vertices = mesh.vertices.iter().map(|v| v.0).collect();
@@ -92,7 +93,8 @@ fn stl_io_reads_the_same() {
         vertex 0 1 0\nendloop\nendfacet\nendsolid a\n";
     assert!(oracle(text.as_bytes()).is_some());
     agrees_with_oracle(text.as_bytes());
-    // It may take a binary file whose header starts with `solid` for text; we must not.
+    // The oracle may mistake a binary file whose header starts with `solid` for text; we must
+    // not.
     let mut bytes = tetrahedron();
     bytes[20] = b'\n';
     assert!(load(bytes.clone()).is_ok());
@@ -112,7 +114,7 @@ fn facets() -> impl Strategy<Value = Vec<([f32; 3], [[f32; 3]; 3], u16)>> {
     prop::collection::vec((normal, prop::array::uniform3(point), any::<u16>()), 1..20)
 }
 
-/// The same as text, with an oddity of spacing by each facet's attribute.
+/// The same facets as text, with odd spacing determined by each facet's attribute.
 fn text(facets: &[TestFacet]) -> String {
     use std::fmt::Write as _;
     let mut out = String::from("solid t\n");
@@ -138,7 +140,7 @@ proptest! {
         let document = load(bytes.clone()).unwrap();
         prop_assert_eq!(&document.write(Format::Stl).unwrap(), &bytes);
         agrees_with_oracle(&bytes);
-        // As a document in memory it is written anew.
+        // A document in memory is written as a new file.
         let attributes = document.attributes().unwrap().into_owned();
         let kept = document.clone().with_attributes(attributes.clone()).unwrap();
         let again = load(kept.write(Format::Stl).unwrap()).unwrap();
@@ -203,7 +205,7 @@ proptest! {
         solids in any::<u64>(),
     ) {
         let mut text = text(&facets);
-        // Solids end here and there.
+        // Solids end at some of the facets.
         for k in (1..facets.len()).rev().filter(|k| solids >> k & 1 == 1) {
             let at = text.match_indices("facet").filter(|(at, _)| !text[..*at].ends_with("end"));
             let at = at.map(|(at, _)| at).nth(k).unwrap();
@@ -223,7 +225,7 @@ proptest! {
                 let old = document.faces().get(face).unwrap();
                 let mut corners = slots.map(|k| old[k]);
                 match kind {
-                    // Pointed to another vertex, to a copy, or closing a hole.
+                    // Redirect to another vertex, redirect to a copy, or close a hole.
                     1 => corners[0] = vertex.index(count) as u32,
                     2 => {
                         remap.vertices.push(corners[1]);

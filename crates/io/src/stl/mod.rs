@@ -1,12 +1,12 @@
 //! Stereolithography STL, text and binary: triangles, each with the coordinates of its corners.
 //!
-//! The vertices of the document are the distinct positions (−0 is 0) in the order in which they
-//! first appear, so a soup of triangles becomes a surface; its faces are the facets, also those
-//! with a corner twice. A facet keeps its normal (face property [`NORMAL`](crate::NORMAL), unless
-//! all are zero) and, in a binary file, its two attribute bytes (face property `attribute`, unless
-//! all are zero). The solids of a text file are labels.
+//! The vertices of the document are the distinct positions (−0 equals 0) in the order of their
+//! first occurrence, so a triangle soup becomes a surface. Its faces are the facets, including
+//! those with a repeated corner. A facet keeps its normal (face property
+//! [`NORMAL`](crate::NORMAL), unless all are zero) and, in a binary file, its two attribute bytes
+//! (face property `attribute`, unless all are zero). The solids of a text file are labels.
 //!
-//! Which form a file has is decided by its size and content, never by the word `solid` alone,
+//! The form of a file is determined by its size and content, never by the word `solid` alone,
 //! which also begins the header of many binary files. Sources: 3D Systems, "StereoLithography
 //! Interface Specification", 1988; M. Burns, "Automated Fabrication", 1993, section 6.5.
 
@@ -27,14 +27,14 @@ use crate::limits::Limits;
 
 pub(crate) use new::{losses, write_new};
 
-/// The name of the face property that holds the attribute bytes of a binary facet.
+/// Name of the face property that holds the attribute bytes of a binary facet.
 const ATTRIBUTE: &str = "attribute";
 
-/// Whether the content is an STL: a binary file exactly as long as its count of facets says, or
-/// the word `solid` with facets behind it.
+/// Returns `true` if the content is an STL: a binary file whose length matches its facet count
+/// exactly, or the word `solid` followed by facets.
 ///
-/// A binary file with spare bytes behind the facets is known by its name alone: any text with a few
-/// odd bytes in the right place would pass for one.
+/// A binary file with extra bytes after the facets is recognized by its name only: any text with
+/// a few odd bytes in the right place would match.
 pub(crate) fn is_stl(bytes: &[u8]) -> bool {
     binary::count(bytes)
         .is_some_and(|count| count > 0 && binary::length(count) == bytes.len() as u64)

@@ -10,7 +10,7 @@ use crate::precision::{Rounding, single};
 use crate::recut::Cutter;
 use crate::writer::{Contents, labels_named, named};
 
-/// What a new STL file cannot hold of a document, in words.
+/// Lists what a new STL file cannot represent.
 pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
     let (positions, faces) = (&contents.positions, &contents.faces);
     let attributes = &contents.attributes;
@@ -66,8 +66,9 @@ fn is_attribute(property: &Property) -> bool {
         && matches!(property.values, Values::U16(_))
 }
 
-/// A new binary STL; polygons are cut into triangles, coordinates rounded to 32 bits. Without a
-/// face there is nothing to write.
+/// Writes a new binary STL. Polygons are triangulated, coordinates rounded to 32 bits.
+///
+/// A document without faces is an error.
 pub(crate) fn write_new(contents: &Contents<'_>) -> Result<Vec<u8>, IoError> {
     let (positions, faces) = (&*contents.positions, &*contents.faces);
     if faces.is_empty() {
@@ -130,7 +131,7 @@ fn push(
     Ok(())
 }
 
-/// The normal of a face as 32-bit numbers; `None` if one is too large for them.
+/// The normal of a face as 32-bit numbers; `None` if one is too large.
 fn normal(property: &Property, face: usize) -> Option<[f32; 3]> {
     let mut normal = [0.0; 3];
     for (axis, x) in normal.iter_mut().enumerate() {

@@ -1,4 +1,4 @@
-//! The facets of a mesh made of another's: what each corner and normal comes from.
+//! The facets of a mesh made of another's, with the source of each corner and normal.
 
 use nalgebra::{Point3, Vector3};
 
@@ -11,9 +11,9 @@ use crate::source::Mesh;
 pub(super) struct Facet {
     /// The old facet whose normal and attributes it has; `None` if it closes a hole.
     pub(super) source: Option<u32>,
-    /// The old facet beside it: its source, or for one that closes a hole a neighbour.
+    /// The source facet or, for one that closes a hole, an adjacent old facet.
     pub(super) beside: u32,
-    /// Whether its corners run the other way round than those of its source.
+    /// `true` if its corners have the opposite order to those of its source.
     pub(super) is_turned: bool,
     pub(super) corners: [Corner; 3],
 }
@@ -23,13 +23,13 @@ pub(super) struct Facet {
 pub(super) struct Corner {
     /// The old vertex.
     pub(super) vertex: u32,
-    /// The old corner, through all faces, that has this vertex; `None` if the one that the new
-    /// corner comes from had another vertex.
+    /// The old corner, counted through all faces, with this vertex; `None` if the source of the
+    /// new corner had another vertex.
     pub(super) old: Option<u32>,
 }
 
 impl Facet {
-    /// Face `face` of the new mesh; `mesh` is the old one, of triangles.
+    /// Builds face `face` of the new mesh; `mesh` is the old one, of triangles.
     pub(super) fn new(remap: &Remap, mesh: Mesh<'_>, face: usize) -> Result<Self, IoError> {
         let polygon = remap.faces.get(face).unwrap_or(&[]);
         let &[a, b, c] = polygon else {
@@ -59,7 +59,7 @@ impl Facet {
         })
     }
 
-    /// Its corners in the old mesh.
+    /// The positions of its corners in the old mesh.
     pub(super) fn positions(&self, mesh: Mesh<'_>) -> [Point3<f64>; 3] {
         self.corners
             .map(|corner| mesh.positions[corner.vertex as usize])
@@ -68,14 +68,14 @@ impl Facet {
 
 /// The unit normal of a triangle, or zero.
 pub(super) fn normal([a, b, c]: &[Point3<f64>; 3]) -> [f64; 3] {
-    // Edges of unit size neither overflow nor vanish in the product.
+    // Edges scaled to unit size neither overflow nor underflow in the product.
     let (u, v) = (b - a, c - a);
     let scale = u.amax().max(v.amax());
     if !(scale > 0.0 && scale.is_finite()) {
         return [0.0; 3];
     }
     let normal: Vector3<f64> = (u / scale).cross(&(v / scale));
-    // An adding of zero makes a negative zero positive.
+    // Adding zero makes a negative zero positive.
     let unit = normal.try_normalize(0.0).unwrap_or_default();
     unit.map(|x| x + 0.0).into()
 }

@@ -1,4 +1,4 @@
-//! Facets to a mesh: corners at exactly the same place are one vertex.
+//! Conversion of facets to a mesh: corners at exactly the same position become one vertex.
 
 use std::collections::HashMap;
 use std::hash::Hash;
@@ -12,12 +12,12 @@ use crate::faces::FaceList;
 use crate::limits::Limits;
 use crate::room;
 
-/// A mesh that grows by facets.
+/// A mesh that grows facet by facet.
 ///
-/// `K` tells positions apart: the bits of three coordinates in the file's precision.
+/// `K` identifies positions: the bits of three coordinates in the file's precision.
 pub(super) struct Soup<'a, K> {
     limits: &'a Limits,
-    /// Bytes that are held besides vertices and faces: the file, and where its facets stand.
+    /// Bytes held in addition to vertices and faces: the file, and the offsets of its facets.
     held_bytes: usize,
     numbers: HashMap<K, u32, RandomState>,
     positions: Vec<Point3<f64>>,
@@ -25,14 +25,15 @@ pub(super) struct Soup<'a, K> {
 }
 
 impl<'a, K: Hash + Eq> Soup<'a, K> {
-    /// An empty mesh; a file of so many bytes is held, and about so many facets will come.
+    /// Creates an empty mesh, given the number of bytes held for the file and the expected number
+    /// of facets.
     ///
-    /// `num_facets` must be bounded by the bytes that are there, not by what a header says.
+    /// `num_facets` must be bounded by the size of the file, not by a count in its header.
     pub(super) fn new(limits: &'a Limits, held_bytes: usize, num_facets: usize) -> Self {
         // A closed surface has half as many vertices as triangles.
         let expected = (num_facets / 2).min(limits.max_vertices);
         let mut numbers = HashMap::default();
-        // Without the room the table grows as vertices come.
+        // If memory is short, the table grows as vertices are added.
         if numbers.try_reserve(expected).is_err() || room::check(room::MARGIN as u64).is_err() {
             numbers = HashMap::default();
         }
@@ -45,12 +46,12 @@ impl<'a, K: Hash + Eq> Soup<'a, K> {
         }
     }
 
-    /// So many bytes are held now.
+    /// Sets the number of bytes held.
     pub(super) fn set_held(&mut self, num_bytes: usize) {
         self.held_bytes = num_bytes;
     }
 
-    /// The number that the next new vertex will have.
+    /// The index of the next new vertex.
     pub(super) fn next_vertex(&self) -> usize {
         self.positions.len()
     }

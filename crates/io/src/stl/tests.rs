@@ -10,7 +10,7 @@ use crate::format::Format;
 use crate::remap::Remap;
 use crate::writer::Contents;
 
-/// A tetrahedron of two solids, with a nameless normal.
+/// A tetrahedron in two solids, the second with a NaN normal.
 pub(super) const TEXT: &str = "solid a b \n facet normal 0 0 -1.0\n  outer loop\n   vertex 0 0 0\n   \
     vertex 0 1 0\n   vertex 1 -0 0\n  endloop\n endfacet\nfacet normal 0 -1 0 outer loop \
     vertex 0 0 0 vertex 1 0 0 vertex 0 0 1e0 endloop endfacet\nendsolid a b\n\
@@ -155,7 +155,7 @@ fn the_form_is_told_by_size_and_content() {
     ] {
         assert!(!is_stl(other.as_bytes()), "{other}");
     }
-    // A binary OFF: its zeros and small numbers may be any count.
+    // A binary OFF: its zeros and small numbers could be any count.
     let mut off = b"OFF BINARY\n".to_vec();
     off.resize(80, 0);
     off.extend(1u32.to_le_bytes());
@@ -165,7 +165,8 @@ fn the_form_is_told_by_size_and_content() {
 
 #[test]
 fn what_is_called_stl_is_read_as_one() {
-    // A junk line behind the name hides that it is a text; a cut binary has another length.
+    // A junk line after the name keeps the text from being recognized; a truncated binary has
+    // another length.
     assert!(refusal("solid a\njunk\n").starts_with("line 2: `junk` stands where `facet`"));
     assert!(refusal("<html></html>").starts_with("byte 13: this is no STL: a text starts with"));
     let bytes = tetrahedron();
@@ -243,7 +244,7 @@ fn every_prefix_is_read_or_refused() {
         for length in 0..bytes.len() {
             let _ = is_stl(&bytes[..length]);
             if let Ok(document) = load(&bytes[..length]) {
-                // Between two solids is no end in sight.
+                // Between two solids the end cannot be foreseen.
                 assert!(
                     length + 40 > bytes.len() || document.faces().len() == 2,
                     "{length}"
@@ -301,11 +302,11 @@ fn moved_vertices_are_replaced_in_every_facet() {
     let again = load(written.clone()).unwrap();
     assert_eq!(again.positions(), document.positions());
     assert_eq!(again.faces(), document.faces());
-    // The facet without the vertex is as it was, and so are title and attribute bytes.
+    // The facet without the vertex is unchanged, and so are title and attribute bytes.
     assert_eq!(written[184..234], bytes[184..234]);
     assert_eq!(written[..84], bytes[..84]);
     assert_eq!(written[282..], bytes[282..]);
-    // The second facet turned from −y by an eighth: its normal too.
+    // The second facet is rotated from −y by an eighth of a turn, and its normal too.
     let normal = again
         .attributes()
         .unwrap()
@@ -326,7 +327,7 @@ fn moved_vertices_are_replaced_in_every_facet() {
     );
 }
 
-/// The first facet turned round, the second gone, vertex 1 a copy, and a new facet.
+/// The first facet reversed, the second dropped, vertex 1 a copy, and a new facet.
 fn remap(document: &Document) -> Remap {
     let last = document.faces().len() as u32 - 1;
     Remap {
@@ -354,7 +355,7 @@ fn facets_are_gathered_with_what_they_have() {
         attributes.label(LabelKind::Object).unwrap().faces,
         [0, NONE, 0]
     );
-    // Moving goes on from there; the copy moves by itself.
+    // Moves work on the rebuilt file; the copy moves independently.
     let mut again = again.clone();
     again.set_position(4, point(0.0, 1.5, 0.0)).unwrap();
     let moved = String::from_utf8(again.write(Format::Stl).unwrap()).unwrap();
@@ -394,7 +395,7 @@ fn a_remap_that_keeps_everything_keeps_every_byte() {
         let again = document.remapped(&remap, Vec::new()).unwrap();
         assert_eq!(again.write(Format::Stl).unwrap(), bytes);
     }
-    // Solids without a facet stay too, and a file without line ends stays readable.
+    // Empty solids are kept too, and a file without line endings stays readable.
     for text in [
         "solid x\nendsolid\nsolid a facet normal 0 0 0 outer loop vertex 0 0 0 vertex 1 0 0 \
          vertex 0 1 0 endloop endfacet endsolid a\nsolid z\nendsolid z",

@@ -1,16 +1,16 @@
-//! What of an OBJ file can be shown to tobj so that its answer can be compared.
+//! Filtering of OBJ files so that tobj's result can be compared with ours.
 //!
 //! tobj numbers vertices by first use, drops those that no face uses, makes one model of every
-//! object, group and material, knows no continued lines, and panics on some references to `vt`
-//! and `vn`. So it is shown positions and faces only, and first of all a face of one vertex for
-//! every vertex, which keeps their order.
+//! object, group and material, does not support continued lines, and panics on some references to
+//! `vt` and `vn`. It is therefore given only positions and faces, preceded by a one-vertex face
+//! for every vertex, which preserves their order.
 
-/// The positions and faces of a file for tobj, and how many vertices there are: `v` lines with
-/// their first three words and `f` lines with the vertices of their corners, both without
-/// comments, behind a face `f i` for every vertex.
+/// Returns the positions and faces of a file for tobj, and the number of vertices. The result has
+/// `v` lines with their first three words and `f` lines with the vertices of their corners, both
+/// without comments, after a face `f i` for every vertex.
 ///
-/// `None` if a line is of a form that the two readers need not agree on: continued, ended by a
-/// lone carriage return, or with other bytes than printable ASCII in a vertex or face.
+/// Returns `None` if a line has a form on which the two readers need not agree: continued, ended
+/// by a lone carriage return, or with bytes other than printable ASCII in a vertex or face.
 pub(crate) fn for_tobj(text: &[u8]) -> Option<(Vec<u8>, usize)> {
     let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
     let mut num_vertices = 0;
@@ -59,10 +59,10 @@ fn vertex(word: &[u8]) -> &[u8] {
     word.split(|&b| b == b'/').next().unwrap_or_default()
 }
 
-/// What tobj makes of a file: positions and the vertices of the faces.
+/// The result of tobj for a file: positions and the vertices of the faces.
 pub(crate) type Mesh = (Vec<[f32; 3]>, Vec<Vec<u32>>);
 
-/// Reads what [`for_tobj`] gave; `None` if tobj refuses it.
+/// Reads the output of [`for_tobj`]; `None` if tobj rejects it.
 pub(crate) fn read_by_tobj(text: &[u8], num_vertices: usize) -> Option<Mesh> {
     let options = tobj::LoadOptions::default();
     let (models, _) = tobj::load_obj_buf(&mut &text[..], &options, |_| {
@@ -84,7 +84,7 @@ pub(crate) fn read_by_tobj(text: &[u8], num_vertices: usize) -> Option<Mesh> {
     (in_order && points.len() == num_vertices).then(|| (positions, faces.collect()))
 }
 
-/// Whether a coordinate read with 32 bits can be that read with 64.
+/// Returns `true` if a 32-bit coordinate is consistent with a 64-bit one.
 pub(crate) fn agree(double: f64, single: f32) -> bool {
     if single.is_infinite() {
         return double.abs() >= f64::from(f32::MAX) && double.is_sign_positive() == (single > 0.0);

@@ -15,20 +15,21 @@ use faer::{Accum, MatMut, MatRef, Par, Spec};
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct NotPositive;
 
-/// Columns that are eliminated at once in a large front.
+/// Number of columns eliminated at once in a large front.
 const BLOCK: usize = 96;
-/// Sides of the tiles in which large fronts are updated: faer's product is slower on larger ones.
+/// Side length of the tiles in which large fronts are updated: faer's product is slower on larger
+/// ones.
 const TILE: usize = 192;
-/// Multiplications below which plain loops beat calls.
+/// Number of multiplications below which plain loops are faster than calls.
 const SMALL: usize = 24_000;
-/// Multiplications from which a front is worth more than one thread.
+/// Number of multiplications from which a front is worth more than one thread.
 const LARGE: usize = 8_000_000;
 
 /// Eliminates the columns of a front.
 ///
-/// `panel` holds the front's `width` first columns, of `height` rows each, column-major: they
-/// become those of the factor. `update`, the lower triangle of the square below (side `height −
-/// width`), loses their products. What is above the diagonals is not read.
+/// `panel` holds the front's first `width` columns, of `height` rows each, column-major; they
+/// become those of the factor. Their products are subtracted from `update`, the lower triangle of
+/// the square below (side `height − width`). Entries above the diagonals are not read.
 #[inline(always)]
 pub(super) fn eliminate(
     panel: &mut [f64],
@@ -133,8 +134,8 @@ fn eliminate_blocked(
     Ok(())
 }
 
-/// target −= left leftᵀ on the lower trapezoid: row i and column j of the target belong to the rows
-/// i and j of `left`.
+/// Computes target −= left leftᵀ on the lower trapezoid: row i and column j of the target belong
+/// to the rows i and j of `left`.
 fn subtract_product(target: MatMut<'_, f64>, left: MatRef<'_, f64>, is_large: bool) {
     let tiles = tiles(target);
     each(tiles, is_large, |(row, column, mut tile)| {
@@ -165,7 +166,7 @@ fn subtract_product(target: MatMut<'_, f64>, left: MatRef<'_, f64>, is_large: bo
 /// A part of a matrix with its first row and column.
 type Tile<'a> = (usize, usize, MatMut<'a, f64>);
 
-/// The lower trapezoid in tiles; those on the diagonal are square.
+/// Divides the lower trapezoid into tiles; those on the diagonal are square.
 fn tiles(mut rest: MatMut<'_, f64>) -> Vec<Tile<'_>> {
     let mut tiles = Vec::new();
     let mut column = 0;
@@ -187,7 +188,7 @@ fn tiles(mut rest: MatMut<'_, f64>) -> Vec<Tile<'_>> {
     tiles
 }
 
-/// A matrix in strips of rows.
+/// Divides a matrix into strips of rows.
 fn strips(mut rest: MatMut<'_, f64>) -> Vec<MatMut<'_, f64>> {
     let mut strips = Vec::new();
     while rest.nrows() > 0 {
@@ -199,8 +200,8 @@ fn strips(mut rest: MatMut<'_, f64>) -> Vec<MatMut<'_, f64>> {
     strips
 }
 
-/// Does one thing to all, side by side if it is worth it. Each is worked on as a whole, so the
-/// results do not depend on the threads.
+/// Applies `work` to all items, in parallel if that is worthwhile. Each item is processed as a
+/// whole, so the results do not depend on the threads.
 fn each<A: Send>(items: Vec<A>, is_large: bool, work: impl Fn(A) + Sync + Send) {
     if is_large {
         parallel::tasks(items, work);

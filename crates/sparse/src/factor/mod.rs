@@ -1,9 +1,9 @@
-//! Sparse Cholesky factorization of our own: multifrontal, by subtrees side by side, with solves
-//! of three right-hand sides that stream the factor.
+//! Sparse Cholesky factorization: multifrontal, with parallel subtrees, and with solves for three
+//! right-hand sides that stream the factor.
 //!
-//! The dense kernels of large fronts are faer's, one thread each; what is around them is ours,
-//! because faer's sparse factorization works through the supernodes one after the other and its
-//! solve stays far from the memory's speed.
+//! The dense kernels for large fronts are faer's, one thread each. The rest is our own, because
+//! faer's sparse factorization processes the supernodes sequentially and its solve stays far
+//! below memory bandwidth.
 
 mod dense;
 mod numeric;

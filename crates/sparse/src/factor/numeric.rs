@@ -1,4 +1,4 @@
-//! The numbers of a factor, front by front (multifrontal method, Duff and Reid 1983).
+//! Numeric factorization, front by front (multifrontal method, Duff and Reid 1983).
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -10,20 +10,21 @@ use super::dense::{NotPositive, eliminate};
 use super::packed;
 use super::symbolic::{ROOT, Symbolic};
 
-/// How the values of a factor are stored. All arithmetic is in double precision.
+/// Storage precision of the values of a factor. All arithmetic is in double precision.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Precision {
-    /// Eight bytes a value.
+    /// Eight bytes per value.
     #[default]
     Double,
-    /// Four bytes a value: half the memory; every solve is refined once by a second one, which
-    /// leaves errors of about 1e-12 for one-ring matrices, and too large ones for the normal
-    /// equations of large meshes.
+    /// Four bytes per value, which halves the memory.
+    ///
+    /// Every solve is refined by a second one, which leaves errors of about 1e-12 for one-ring
+    /// matrices, but too large ones for the normal equations of large meshes.
     Single,
 }
 
 impl Precision {
-    /// Bytes of a value.
+    /// Size of a value in bytes.
     pub fn bytes(self) -> u64 {
         match self {
             Self::Double => 8,
@@ -31,7 +32,8 @@ impl Precision {
         }
     }
 
-    /// Bytes that a factor of a matrix of so many stored entries needs beside its values.
+    /// Bytes that a factor needs in addition to its values, for a matrix with this many stored
+    /// entries.
     pub(crate) fn bytes_beside(self, entries: u64, unknowns: u64) -> u64 {
         let pattern = 8 * entries + 40 * unknowns;
         match self {
@@ -59,7 +61,7 @@ pub(super) trait Value: Copy + Default + Send + Sync + Into<f64> {
 
     fn zeros(len: usize) -> Vec<Self>;
 
-    /// Values in double precision: as they are, or converted into `scratch`.
+    /// Values in double precision: borrowed unchanged, or converted into `scratch`.
     fn widen<'a>(values: &'a [Self], scratch: &'a mut [f64]) -> &'a [f64];
 }
 
@@ -99,12 +101,12 @@ impl Value for f32 {
     }
 }
 
-/// Why there is no factor.
+/// The reason why a factorization failed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum FactorError {
     /// A pivot is not positive.
     NotPositive,
-    /// Memory for the values cannot be had.
+    /// The memory for the values is not available.
     OutOfMemory,
 }
 
@@ -115,8 +117,7 @@ impl From<NotPositive> for FactorError {
 }
 
 impl Factor {
-    /// Factorizes the matrix whose pattern was analysed, given its values in the order of that
-    /// pattern's.
+    /// Factorizes the matrix with the analysed pattern, given its values in pattern order.
     pub(crate) fn new(
         symbolic: Arc<Symbolic>,
         values: &[f64],
@@ -156,8 +157,8 @@ impl Factor {
     }
 }
 
-/// Zeros that the system hands out untouched, so that they are written once; an error where there
-/// is no room for them.
+/// Allocates zeroed memory that the system provides without touching it, so that it is written
+/// only once. Returns an error if there is not enough memory.
 fn zeros<V: Value>(len: usize) -> Result<Vec<V>, FactorError> {
     Vec::<V>::new()
         .try_reserve_exact(len)
@@ -165,7 +166,7 @@ fn zeros<V: Value>(len: usize) -> Result<Vec<V>, FactorError> {
     Ok(V::zeros(len))
 }
 
-/// What a front leaves to its parent: the square below its columns, column-major.
+/// The update that a front passes to its parent: the square below its columns, column-major.
 struct Update {
     supernode: u32,
     values: Vec<f64>,
@@ -176,7 +177,7 @@ fn factorize<V: Value>(
     matrix: &[f64],
     mut stored: &mut [V],
 ) -> Result<(), NotPositive> {
-    // The groups' panels, and those of the top between them.
+    // The panels of the groups, and those of the top between them.
     let mut groups = Vec::new();
     let mut top = Vec::new();
     let mut next_top = symbolic.tasks.top.iter().peekable();
@@ -240,7 +241,7 @@ fn factorize<V: Value>(
     Ok(())
 }
 
-/// The work of one group, compiled for the vector instructions that the machine has.
+/// The work of one group, compiled for the vector instructions of the machine.
 struct Group<'a, V> {
     symbolic: &'a Symbolic,
     matrix: &'a [f64],
@@ -257,7 +258,7 @@ impl<V: Value> pulp::NullaryFnOnce for Group<'_, V> {
     }
 }
 
-/// Works through a range of supernodes; returns what goes to the supernodes above.
+/// Factorizes a range of supernodes; returns the updates for the supernodes above.
 #[inline(always)]
 fn factorize_group<V: Value>(
     symbolic: &Symbolic,
@@ -267,7 +268,7 @@ fn factorize_group<V: Value>(
 ) -> Result<Vec<Update>, NotPositive> {
     let mut out = Vec::new();
     let mut front = Front::new(symbolic.num_unknowns());
-    // Updates that wait for their parents, one after the other; children lie on top.
+    // A stack of updates waiting for their parents; children are on top.
     let mut stack: Vec<f64> = Vec::new();
     let mut waiting: Vec<(u32, usize)> = Vec::new();
     for s in range.clone() {
@@ -313,9 +314,9 @@ fn factorize_group<V: Value>(
 
 /// The memory of one front at a time.
 struct Front {
-    /// For the rows of the front at hand, their place in it.
+    /// For the rows of the current front, their positions in it.
     places: Vec<u32>,
-    /// Places of a child's rows.
+    /// The positions of a child's rows.
     relative: Vec<u32>,
     /// The front's first columns.
     panel: Vec<f64>,
@@ -330,7 +331,7 @@ impl Front {
         }
     }
 
-    /// Sums the matrix's entries and the children's updates, and eliminates the front's columns.
+    /// Sums the matrix entries and the children's updates, and eliminates the front's columns.
     #[inline(always)]
     fn assemble_and_eliminate<'a, V: Value>(
         &mut self,

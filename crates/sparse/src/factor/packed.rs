@@ -1,13 +1,13 @@
-//! How the panel of a supernode is stored: in the order in which a solve reads it.
+//! Storage of the panel of a supernode, in the order in which a solve reads it.
 //!
-//! Columns go in blocks of four, then of two and one. A block is its diagonal square by columns,
-//! the inverses of the pivots on its diagonal, then what is below it in tiles of four rows, column
-//! by column within a tile, the last tile filled up with zeros. So a solve reads one stream, in
-//! whole vectors.
+//! Columns are stored in blocks of four, then of two and one. A block consists of its diagonal
+//! square by columns, with the inverses of the pivots on its diagonal, followed by the part below
+//! in tiles of four rows, column by column within a tile, the last tile padded with zeros. A
+//! solve thus reads one stream, in whole vectors.
 
 use super::numeric::Value;
 
-/// Rows of a tile.
+/// Number of rows in a tile.
 pub(super) const TILE: usize = 4;
 
 /// Number of values stored for a panel.
@@ -21,7 +21,7 @@ pub(super) fn len(width: usize, height: usize) -> usize {
     len
 }
 
-/// Width of the next block, with so many columns left.
+/// Width of the next block, given the number of columns left.
 #[inline(always)]
 fn block(left: usize) -> usize {
     match left {

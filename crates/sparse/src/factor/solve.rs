@@ -1,4 +1,5 @@
-//! Solves with a factor: three right-hand sides at once, or one; the factor is streamed twice.
+//! Solves with a factor, for three right-hand sides at once or for one; the factor is streamed
+//! twice.
 
 use std::ops::Range;
 
@@ -21,9 +22,9 @@ pub(crate) struct Buffers {
     fronts: Vec<Vec<f64>>,
 }
 
-/// Where the unknowns are.
+/// The positions of the unknowns.
 struct Places {
-    /// For every unknown its place in the buffers.
+    /// For every unknown, its position in the buffers.
     of: Vec<u32>,
     /// The unknowns at the top, in their order there.
     top: Vec<u32>,
@@ -66,14 +67,15 @@ impl Buffers {
 }
 
 impl Factor {
-    /// Overwrites right-hand sides by their solutions.
+    /// Overwrites right-hand sides with their solutions.
     pub(crate) fn solve(&self, rhs: &mut [Vector3<f64>], buffers: &mut Buffers) {
         self.solve_between(rhs, |_, b| *b, |_, x| x, buffers);
     }
 
-    /// As [`Self::solve`]: the right-hand side is what `before` makes of the number and the value
-    /// of every entry, and what is written is what `after` makes of the solution. So passes over
-    /// the vectors are saved.
+    /// Like [`Self::solve`], but applies `before` to the index and value of every entry to get
+    /// the right-hand side, and `after` to the solution to get the output.
+    ///
+    /// This saves passes over the vectors.
     pub(crate) fn solve_between(
         &self,
         x: &mut [Vector3<f64>],
@@ -92,7 +94,7 @@ impl Factor {
         self.solve_for(x, &before, &after, vectors, places, fronts);
     }
 
-    /// Overwrites one right-hand side by its solution.
+    /// Overwrites one right-hand side with its solution.
     pub(crate) fn solve_one(&self, x: &mut [f64], buffers: &mut Buffers) {
         let Buffers {
             vectors,
@@ -134,7 +136,7 @@ impl Factor {
     }
 }
 
-/// What a solve reads.
+/// The input of a solve.
 struct Job<'a, V> {
     symbolic: &'a Symbolic,
     values: &'a [V],
@@ -172,7 +174,7 @@ impl<V: Value> Job<'_, V> {
         let down = down.zip(&tasks.subtrees).collect();
         parallel::tasks(down, |((vectors, front), range)| {
             let columns = symbolic.columns_of(range.clone());
-            // The tail gathers sums: it starts from zero.
+            // The tail accumulates sums, so it starts from zero.
             vectors[columns.len()..].fill([0.0; A]);
             take(vectors, &symbolic.order[columns]);
             pulp::Arch::new().dispatch(Sweep {
@@ -229,7 +231,7 @@ impl<V: Value> Job<'_, V> {
     }
 }
 
-/// The buffers of the groups and that of the top.
+/// Splits the buffers into those of the groups and that of the top.
 fn parts<'a, X>(lengths: &[usize], mut vectors: &'a mut [X]) -> (Vec<&'a mut [X]>, &'a mut [X]) {
     let mut groups = Vec::with_capacity(lengths.len());
     for &length in &lengths[..lengths.len() - 1] {
@@ -246,7 +248,7 @@ enum Direction {
     Backward,
 }
 
-/// One way through some supernodes, compiled for the vector instructions that the machine has.
+/// One sweep through some supernodes, compiled for the vector instructions of the machine.
 struct Sweep<'a, V, I, const A: usize> {
     symbolic: &'a Symbolic,
     values: &'a [V],
@@ -291,10 +293,10 @@ impl<V: Value, I: DoubleEndedIterator<Item = usize> + Clone, const A: usize> Wit
     }
 }
 
-/// The unknowns of a front, axis by axis, each filled up to whole tiles.
+/// The unknowns of a front, axis by axis, each padded to whole tiles.
 struct Axes<'a, const A: usize> {
     axes: [&'a mut [f64]; A],
-    /// Room for the values of a block.
+    /// Scratch memory for the values of a block.
     scratch: &'a mut [f64],
 }
 
@@ -313,7 +315,7 @@ impl<'a, const A: usize> Axes<'a, A> {
         }
     }
 
-    /// Takes the front's columns.
+    /// Loads the front's columns.
     #[inline(always)]
     fn load(&mut self, columns: &[[f64; A]]) {
         for (k, v) in columns.iter().enumerate() {
@@ -321,7 +323,7 @@ impl<'a, const A: usize> Axes<'a, A> {
         }
     }
 
-    /// Gives them back.
+    /// Stores them back.
     #[inline(always)]
     fn store(&self, columns: &mut [[f64; A]]) {
         for (k, v) in columns.iter_mut().enumerate() {
@@ -353,12 +355,12 @@ impl<'a, const A: usize> Axes<'a, A> {
     }
 }
 
-/// Length of an axis: whole tiles behind every column.
+/// Length of an axis, with room for a whole tile after every column.
 fn axis_len(height: usize) -> usize {
     height + packed::TILE
 }
 
-/// One front of L y = b.
+/// Solves one front of L y = b.
 #[inline(always)]
 fn forward<S: Simd, V: Value, const A: usize>(
     simd: S,
@@ -397,7 +399,7 @@ fn forward<S: Simd, V: Value, const A: usize>(
     }
 }
 
-/// One block of columns; returns the values behind it.
+/// Processes one block of columns; returns the values after it.
 #[inline(always)]
 fn forward_block<'v, S: Simd, V: Value, const B: usize, const A: usize>(
     simd: S,
@@ -415,10 +417,10 @@ fn forward_block<'v, S: Simd, V: Value, const B: usize, const A: usize>(
     }
     let padded = tiles.len() / B;
     let tiles = S::as_simd_f64s(V::widen(tiles, axes.scratch)).0;
-    // Vectors in the height of a tile: 1 where a vector has four lanes.
+    // Number of vectors in the height of a tile: 1 if a vector has four lanes.
     let step = packed::TILE / S::F64_LANES;
     let num = padded / S::F64_LANES;
-    // Not by `map`, which is left outside what is compiled for wider vectors.
+    // Do not use `map`, whose closure is not compiled for wider vectors.
     let mut rows: [&mut [S::f64s]; A] = std::array::from_fn(|_| Default::default());
     for (rows, axis) in rows.iter_mut().zip(&mut axes.axes) {
         *rows = &mut S::as_mut_simd_f64s(&mut axis[below..][..padded]).0[..num];
@@ -435,7 +437,7 @@ fn forward_block<'v, S: Simd, V: Value, const B: usize, const A: usize>(
     rest
 }
 
-/// −x, each in a whole vector.
+/// −x, each broadcast to a whole vector.
 #[inline(always)]
 fn minus<S: Simd, const B: usize>(simd: S, x: &[f64; B]) -> [S::f64s; B] {
     let mut out = [simd.splat_f64s(0.0); B];
@@ -459,7 +461,7 @@ fn forward_square<V: Value, const B: usize>(square: &[V], axis: &mut [f64]) -> [
     x
 }
 
-/// One front of Lᵀ x = y.
+/// Solves one front of Lᵀ x = y.
 #[inline(always)]
 fn backward<S: Simd, V: Value, const A: usize>(
     simd: S,
@@ -479,7 +481,8 @@ fn backward<S: Simd, V: Value, const A: usize>(
         axes.set(width + k, vectors[slot as usize]);
     }
     axes.clear_from(height);
-    // The blocks from the last to the first: one of one, one of two, then those of four.
+    // Process the blocks from last to first: one of width one, one of width two, then those of
+    // four.
     let mut column_end = width;
     if width % 2 == 1 {
         column_end -= 1;
@@ -496,7 +499,7 @@ fn backward<S: Simd, V: Value, const A: usize>(
     axes.store(&mut vectors[column..column + width]);
 }
 
-/// One block of columns, the last of `stored`; returns the values before it.
+/// Processes one block of columns, the last of `stored`; returns the values before it.
 #[inline(always)]
 fn backward_block<'v, S: Simd, V: Value, const B: usize, const A: usize>(
     simd: S,
@@ -518,7 +521,7 @@ fn backward_block<'v, S: Simd, V: Value, const B: usize, const A: usize>(
         rows[a] = &S::as_simd_f64s(&axes.axes[a][below..][..padded]).0[..num];
     }
     let mut sums = [[simd.splat_f64s(0.0); A]; B];
-    // From the end: the factor is read as one descending stream.
+    // From the end, so that the factor is read as one descending stream.
     for i in (0..num).rev() {
         let tile = &tiles[i / step * step * B + i % step..];
         for k in 0..B {

@@ -1,7 +1,8 @@
-//! The analysis of a sparsity pattern: everything about a factor but its numbers.
+//! Analysis of a sparsity pattern: the complete structure of a factor, without its values.
 //!
-//! Elimination tree (Liu 1986), post-ordering, column counts (Gilbert, Ng, Peyton 1994), supernodes
-//! with relaxed amalgamation (Ashcraft, Grimes 1989), and the subtrees that run side by side.
+//! Elimination tree (Liu 1986), post-ordering, column counts (Gilbert, Ng, Peyton 1994),
+//! supernodes with relaxed amalgamation (Ashcraft, Grimes 1989), and the subtrees that run in
+//! parallel.
 
 use super::numeric::Precision;
 use super::packed;
@@ -16,17 +17,18 @@ pub(super) const ROOT: u32 = u32::MAX;
 pub struct Symbolic {
     /// `order[k]` is the unknown that is eliminated k-th.
     pub(super) order: Vec<u32>,
-    /// The permuted lower triangle by columns: rows in elimination order, and where each value
-    /// stands in the matrix that was analysed.
+    /// The permuted lower triangle by columns: rows in elimination order, and the index of each
+    /// value in the analysed matrix.
     pub(super) columns: Columns,
-    /// Columns of supernode s: `starts[s]..starts[s + 1]`.
+    /// The columns of supernode s are `starts[s]..starts[s + 1]`.
     pub(super) starts: Vec<u32>,
-    /// Rows below the diagonal block of supernode s, ascending: `rows[row_offsets[s]..]`.
+    /// The rows below the diagonal block of supernode s, in ascending order, are
+    /// `rows[row_offsets[s]..row_offsets[s + 1]]`.
     pub(super) row_offsets: Vec<usize>,
     pub(super) rows: Vec<u32>,
-    /// Parent of every supernode, or [`ROOT`]. Supernodes are post-ordered.
+    /// The parent of every supernode, or [`ROOT`]. Supernodes are post-ordered.
     pub(super) parents: Vec<u32>,
-    /// Where the values of supernode s begin among the factor's: see `packed`.
+    /// The start of the values of supernode s in the factor: see `packed`.
     pub(super) value_offsets: Vec<usize>,
     pub(super) tasks: super::tasks::Tasks,
 }
@@ -51,10 +53,9 @@ impl Symbolic {
     /// Orders and analyses the pattern of `matrix`.
     ///
     /// # Errors
-    /// [`SparseError::OutOfMemory`] if the matrix has too many entries for the 32 bits in which
-    /// they are counted.
+    /// [`SparseError::OutOfMemory`] if the number of entries in the matrix exceeds 32 bits.
     pub fn of(matrix: &LowerTriangle) -> Result<Self, SparseError> {
-        // Both triangles are counted.
+        // Both triangles count.
         if matrix.rows.len() > u32::MAX as usize / 2 {
             return Err(SparseError::OutOfMemory {
                 unknowns: matrix.num_unknowns(),
@@ -64,22 +65,24 @@ impl Symbolic {
         Ok(Self::analyse(matrix, order_of(matrix)))
     }
 
-    /// Bytes that a factor takes, with its structure, the matrix where that is kept too, and the
-    /// work space of the factorization.
+    /// Memory of a factor in bytes, including its structure, the matrix if that is kept too, and
+    /// the workspace of the factorization.
     pub fn bytes(&self, precision: Precision) -> u64 {
         let (entries, unknowns) = (self.columns.rows.len() as u64, self.num_unknowns() as u64);
         let kept = self.num_entries() as u64 * precision.bytes();
         kept + precision.bytes_beside(entries, unknowns) + self.work_bytes()
     }
 
-    /// Whether the counts of unknowns and of entries are those of the matrix that was analysed.
+    /// Returns `true` if the numbers of unknowns and of entries are those of the analysed matrix.
     pub(crate) fn is_of(&self, matrix: &LowerTriangle) -> bool {
         self.num_unknowns() == matrix.num_unknowns()
             && self.columns.rows.len() == matrix.num_entries()
     }
 
-    /// Analyses the pattern of `matrix`, to be eliminated in the given order (which is post-ordered
-    /// first: a permutation that changes neither entries nor operations).
+    /// Analyses the pattern of `matrix` for elimination in the given order.
+    ///
+    /// The order is first post-ordered, a permutation that changes neither entries nor
+    /// operations.
     pub(crate) fn analyse(matrix: &LowerTriangle, order: Vec<u32>) -> Self {
         let columns = permute(matrix, &order);
         let tree = elimination_tree(&columns);
@@ -102,7 +105,7 @@ impl Symbolic {
         Self::with_supernodes(order, columns, &parents, starts)
     }
 
-    /// Gathers the rows of every supernode.
+    /// Collects the rows of every supernode.
     fn with_supernodes(
         order: Vec<u32>,
         columns: Columns,
@@ -177,13 +180,14 @@ impl Symbolic {
         self.order.len()
     }
 
-    /// Number of values that a factor stores, with the zeros between.
+    /// Number of values that a factor stores, including stored zeros.
     pub fn num_entries(&self) -> usize {
         self.value_offsets.last().copied().unwrap_or(0)
     }
 
-    /// No less than the bytes that a factorization takes for a while beside the values: the
-    /// squares that wait for the supernodes above, were all groups at their peaks at once.
+    /// An upper bound on the temporary memory of a factorization in bytes, in addition to the
+    /// values: the update squares waiting for the supernodes above, if all groups reached their
+    /// peaks at once.
     pub(crate) fn work_bytes(&self) -> u64 {
         let tasks = &self.tasks;
         let groups: u64 = tasks.subtrees.iter().map(|r| self.peak_of(r.clone())).sum();
@@ -197,7 +201,7 @@ impl Symbolic {
         8 * (groups + top.sum::<u64>() + panel.unwrap_or(0) * tasks.subtrees.len() as u64)
     }
 
-    /// The most values that wait in a group of subtrees.
+    /// The peak number of waiting values in a group of subtrees.
     fn peak_of(&self, range: std::ops::Range<usize>) -> u64 {
         let (mut waiting, mut peak) = (0, 0);
         let mut of_children = vec![0; range.len()];
@@ -214,7 +218,7 @@ impl Symbolic {
         peak
     }
 
-    /// Number of values that a supernode hands to its parent.
+    /// Number of values that a supernode passes to its parent.
     fn square_below(&self, s: usize) -> u64 {
         let below = self.supernode(s).2.len() as u64;
         below * below
@@ -235,12 +239,12 @@ impl Symbolic {
         self.columns_of(range).len()
     }
 
-    /// The columns of some supernodes, as places in the order.
+    /// The columns of some supernodes, as positions in the order.
     pub(super) fn columns_of(&self, range: std::ops::Range<usize>) -> std::ops::Range<usize> {
         self.starts[range.start] as usize..self.starts[range.end] as usize
     }
 
-    /// Where a solve finds the rows of a supernode: see `Tasks::slots`.
+    /// The positions of the rows of a supernode during a solve: see `Tasks::slots`.
     pub(super) fn slots(&self, s: usize) -> &[u32] {
         &self.tasks.slots[self.row_offsets[s]..self.row_offsets[s + 1]]
     }
@@ -299,10 +303,10 @@ fn permute(matrix: &LowerTriangle, order: &[u32]) -> Columns {
     }
 }
 
-/// Parent of every column: the first row below the diagonal of its column of the factor.
+/// The parent of every column: the first row below the diagonal of its column of the factor.
 fn elimination_tree(columns: &Columns) -> Vec<u32> {
     let n = columns.offsets.len() - 1;
-    // Rows of the lower triangle are needed: a transposed pattern.
+    // Rows of the lower triangle are needed, so transpose the pattern.
     let mut offsets = vec![0usize; n + 1];
     for &i in &columns.rows {
         offsets[i as usize + 1] += 1;
@@ -323,7 +327,7 @@ fn elimination_tree(columns: &Columns) -> Vec<u32> {
     for i in 0..n {
         for &j in &lower[offsets[i]..offsets[i + 1]] {
             let mut j = j as usize;
-            // Climb to the root of the tree so far, shortening the path.
+            // Climb to the root of the current tree, with path compression.
             while j < i {
                 let next = ancestors[j];
                 ancestors[j] = i as u32;
@@ -338,7 +342,7 @@ fn elimination_tree(columns: &Columns) -> Vec<u32> {
     parents
 }
 
-/// Children before parents, each subtree without a gap: `post[k]` is the column that comes k-th.
+/// Children before parents, each subtree contiguous: `post[k]` is the column that comes k-th.
 fn post_order(parents: &[u32]) -> Vec<u32> {
     let n = parents.len();
     let mut first_child = vec![ROOT; n];
@@ -369,7 +373,8 @@ fn post_order(parents: &[u32]) -> Vec<u32> {
     post
 }
 
-/// Entries of every column of the factor, the diagonal among them. Columns are post-ordered.
+/// Number of entries in every column of the factor, including the diagonal. Columns are
+/// post-ordered.
 fn column_counts(columns: &Columns, parents: &[u32]) -> Vec<u32> {
     let n = parents.len();
     let mut first: Vec<u32> = (0..n as u32).collect();
@@ -424,17 +429,19 @@ fn column_counts(columns: &Columns, parents: &[u32]) -> Vec<u32> {
     delta.into_iter().map(|c| c as u32).collect()
 }
 
-/// First columns of the supernodes: runs of columns with one structure, and small children merged
-/// into the parent that follows them while the zeros stored for it stay few.
+/// The first columns of the supernodes.
+///
+/// Supernodes are runs of columns with the same structure; small children are merged into the
+/// parent that follows them as long as few zeros are stored for it.
 fn supernodes(parents: &[u32], counts: &[u32]) -> Vec<u32> {
     let n = parents.len();
-    /// A finished supernode, ending where the next begins.
+    /// A finished supernode, which ends where the next one begins.
     struct Run {
         start: usize,
         width: u64,
-        /// Rows of the front, columns included.
+        /// Number of rows of the front, including its columns.
         height: u64,
-        /// Zeros stored.
+        /// Number of stored zeros.
         zeros: u64,
     }
     let mut runs: Vec<Run> = Vec::new();
@@ -489,6 +496,6 @@ fn supernodes(parents: &[u32], counts: &[u32]) -> Vec<u32> {
     starts
 }
 
-/// Shares of stored zeros up to which supernodes of at most 16, of at most 48, and of more columns
-/// are merged (as CHOLMOD does; wider and narrower tables measured alike).
+/// Maximum shares of stored zeros for merging into supernodes of at most 16, at most 48, and more
+/// columns (as in CHOLMOD; wider and narrower tables performed about the same).
 const MOST_ZEROS: [f64; 3] = [0.8, 0.1, 0.05];

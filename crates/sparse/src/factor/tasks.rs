@@ -1,33 +1,33 @@
-//! Which subtrees of the elimination forest are worked on side by side.
+//! Division of the elimination forest into subtrees that are processed in parallel.
 
 use std::ops::Range;
 
 use super::symbolic::ROOT;
 
-/// Disjoint groups of subtrees, and the supernodes above them that come after.
+/// Disjoint groups of subtrees, and the supernodes above them that are processed afterwards.
 ///
-/// The division depends on the pattern alone, not on the number of threads, so that every sum is
-/// made in one order.
+/// The division depends only on the pattern, not on the number of threads, so that every sum has
+/// a fixed order.
 pub(super) struct Tasks {
     /// Groups of subtrees, as ranges of supernodes, in elimination order.
     pub(super) subtrees: Vec<Range<usize>>,
     /// The supernodes above, in elimination order.
     pub(super) top: Vec<u32>,
-    /// Beside `Symbolic::rows`: where the solve finds each row, in the buffer of its group
-    /// (columns, then tail) or in that of the top.
+    /// Parallel to `Symbolic::rows`: the position of each row during a solve, in the buffer of
+    /// its group (columns, then tail) or in that of the top.
     pub(super) slots: Vec<u32>,
-    /// Lengths of these buffers: one a group, then the top's.
+    /// The lengths of these buffers: one per group, then that of the top.
     pub(super) lengths: Vec<usize>,
-    /// For every column its place in the buffers laid end to end.
+    /// For every column, its position in the concatenated buffers.
     pub(super) places: Vec<u32>,
-    /// The tails of the groups, one after the other: places in the top's buffer.
+    /// The concatenated tails of the groups, as positions in the buffer of the top.
     tail_offsets: Vec<usize>,
     tails: Vec<u32>,
 }
 
 /// Subtrees with at least this share of the work are divided.
 const SHARE: f64 = 1.0 / 8.0;
-/// Work below which nothing is divided, in entries of the factor.
+/// Minimum work to be divided, in entries of the factor.
 const LEAST_WORK: f64 = 2e5;
 
 impl Tasks {
@@ -41,7 +41,8 @@ impl Tasks {
         let n = starts.last().map_or(0, |&n| n as usize);
         let columns = |s: usize| starts[s]..starts[s + 1];
 
-        // Where the top's columns are, among themselves; then in the places, behind the groups.
+        // The positions of the top's columns, first relative to the top; in `places` they follow
+        // the groups.
         let mut in_top = vec![u32::MAX; n];
         let mut top_length = 0u32;
         for &s in &top {
@@ -103,16 +104,16 @@ impl Tasks {
         }
     }
 
-    /// The tail of a group, as places in the top's buffer.
+    /// The tail of a group, as positions in the top's buffer.
     pub(super) fn tail(&self, group: usize) -> &[u32] {
         &self.tails[self.tail_offsets[group]..self.tail_offsets[group + 1]]
     }
 }
 
-/// The groups and the top.
+/// Divides the supernodes into the groups and the top.
 fn divide(starts: &[u32], row_offsets: &[usize], parents: &[u32]) -> (Vec<Range<usize>>, Vec<u32>) {
     let num = parents.len();
-    // Entries stand for the work: solves are many, factorizations few.
+    // Entries measure the work, since solves are far more frequent than factorizations.
     let mut work: Vec<f64> = (0..num)
         .map(|s| {
             let width = f64::from(starts[s + 1] - starts[s]);
@@ -133,7 +134,7 @@ fn divide(starts: &[u32], row_offsets: &[usize], parents: &[u32]) -> (Vec<Range<
         SHARE * total
     };
     let (mut subtrees, mut top) = (Vec::<Range<usize>>::new(), Vec::new());
-    // The group that is being filled, and its work.
+    // The start of the current group, and its work so far.
     let (mut begin, mut sum) = (0, 0.0);
     for s in 0..num {
         let is_heavy = work[s] >= most;

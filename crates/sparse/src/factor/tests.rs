@@ -1,4 +1,4 @@
-//! Factors of random patterns in random orders, against dense ones.
+//! Factors of random patterns in random orders, compared with dense ones.
 
 use std::sync::Arc;
 
@@ -51,7 +51,7 @@ fn dense(lower: &LowerTriangle) -> DMatrix<f64> {
     dense
 }
 
-/// A permutation made from any numbers.
+/// A permutation derived from arbitrary numbers.
 fn shuffled(n: usize, keys: &[u32]) -> Vec<u32> {
     let mut order: Vec<u32> = (0..n as u32).collect();
     order.sort_by_key(|&v| (keys[v as usize % keys.len()], v));
@@ -64,7 +64,7 @@ fn right_hand_side(n: usize) -> Vec<Vector3<f64>> {
         .collect()
 }
 
-/// A grid of w × h points: large enough to be divided into groups.
+/// A grid of w × h points, large enough to be divided into groups.
 fn grid(w: usize, h: usize) -> LowerTriangle {
     let point = |x: usize, y: usize| y * w + x;
     let mut couplings = Vec::new();
@@ -131,7 +131,7 @@ proptest! {
         }
     }
 
-    /// The counts by which supernodes are found are those of the elimination itself.
+    /// The column counts used to find supernodes match the actual elimination.
     #[test]
     fn no_entry_of_the_factor_is_missed(
         n in 1usize..40,

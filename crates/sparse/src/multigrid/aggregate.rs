@@ -1,15 +1,15 @@
-//! Groups of neighbouring unknowns that become one unknown of the next level.
+//! Aggregation: groups of neighbouring unknowns become the unknowns of the next level.
 
 use crate::csr::Csr;
 
 const NONE: u32 = u32::MAX;
 
-/// The number of the group of every unknown, and how many groups there are.
+/// Returns the group index of every unknown, and the number of groups.
 ///
 /// Source: the three passes of Vaněk, Mandel, Brezina 1996, section 5.1.
 pub(super) fn aggregate(matrix: &Csr, diagonal: &[f64], depth: usize) -> (Vec<u32>, usize) {
     let n = matrix.num_rows();
-    // Weak couplings do not count; coarse levels have more of them.
+    // Weak couplings are ignored; coarse levels have more of them.
     let threshold = 0.08 * 0.5f64.powi(depth as i32);
     let strong = |i: usize| {
         matrix.row(i).filter_map(move |(j, value)| {
@@ -19,7 +19,7 @@ pub(super) fn aggregate(matrix: &Csr, diagonal: &[f64], depth: usize) -> (Vec<u3
     };
     let mut groups = vec![NONE; n];
     let mut num_groups = 0u32;
-    // Whole neighbourhoods.
+    // First, whole neighbourhoods form groups.
     for i in 0..n {
         if groups[i] == NONE && strong(i).all(|(j, _)| groups[j] == NONE) {
             groups[i] = num_groups;
@@ -29,7 +29,7 @@ pub(super) fn aggregate(matrix: &Csr, diagonal: &[f64], depth: usize) -> (Vec<u3
             num_groups += 1;
         }
     }
-    // What is left joins the group that it is coupled to most.
+    // The remaining unknowns join the group to which they are coupled most strongly.
     let joined: Vec<u32> = (0..n)
         .map(|i| {
             if groups[i] != NONE {
@@ -42,7 +42,7 @@ pub(super) fn aggregate(matrix: &Csr, diagonal: &[f64], depth: usize) -> (Vec<u3
         })
         .collect();
     groups = joined;
-    // And what touches no group makes its own.
+    // Unknowns not coupled to any group form their own.
     for i in 0..n {
         if groups[i] == NONE {
             groups[i] = num_groups;

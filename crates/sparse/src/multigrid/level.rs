@@ -6,15 +6,16 @@ use nalgebra::Vector3;
 use super::aggregate::aggregate;
 use crate::csr::Csr;
 
-/// Entries of a row above which it is not smoothed: it would fill the rows of all its neighbours.
+/// Maximum number of entries of a row that is smoothed; longer rows would fill the rows of all
+/// their neighbours.
 const LONG_ROW: usize = 129;
 
-/// A matrix, how it is smoothed, and the way to the next coarser level.
+/// A matrix, its smoother, and the transfer to the next coarser level.
 pub(super) struct Level {
     matrix: Csr,
     /// 1 / a_ii.
     inverse_diagonal: Vec<f64>,
-    /// A bound of the eigenvalues of D⁻¹A.
+    /// An upper bound on the eigenvalues of D⁻¹A.
     radius: f64,
     prolongation: Csr,
     restriction: Csr,
@@ -26,8 +27,8 @@ const DEGREE: usize = 3;
 const RANGE: f64 = 12.0;
 
 impl Level {
-    /// The level of `matrix` and the matrix of the next; `None` if a diagonal entry is not positive
-    /// or there is nothing to join.
+    /// Builds the level of `matrix` and the matrix of the next level; `None` if a diagonal entry
+    /// is not positive or nothing can be aggregated.
     pub(super) fn new(matrix: Csr, depth: usize) -> Option<(Self, Csr)> {
         let n = matrix.num_rows();
         let diagonal: Vec<f64> = (0..n)
@@ -59,7 +60,7 @@ impl Level {
         &self.matrix
     }
 
-    /// Number of values of the matrix and of the ways to the next level.
+    /// Number of values in the matrix and in the transfers to the next level.
     pub(super) fn num_entries(&self) -> usize {
         self.matrix.values.len() + 2 * self.prolongation.values.len()
     }
@@ -105,7 +106,7 @@ impl Level {
         (b[i] - self.matrix.product(i, x)) * self.inverse_diagonal[i]
     }
 
-    /// Pᵀ(b − Ax), written to `rhs`.
+    /// Writes Pᵀ(b − Ax) to `rhs`.
     pub(super) fn restrict(&self, b: &[Vector3<f64>], x: &[Vector3<f64>], work: &mut LevelWork) {
         parallel::fill(&mut work.step, |i| b[i] - self.matrix.product(i, x));
         self.restriction.multiply(&work.step, &mut work.rhs);
@@ -126,8 +127,8 @@ pub(super) struct LevelWork {
     pub(super) correction: Vec<Vector3<f64>>,
 }
 
-/// A bound of the eigenvalues of D⁻¹A: the lesser of Gershgorin's and a safe multiple of what a
-/// power iteration finds.
+/// An upper bound on the eigenvalues of D⁻¹A: the smaller of Gershgorin's bound and a safe
+/// multiple of the result of a power iteration.
 fn radius(matrix: &Csr, inverse_diagonal: &[f64]) -> f64 {
     const STEPS: usize = 12;
     const SAFETY: f64 = 1.1;
@@ -157,8 +158,10 @@ fn radius(matrix: &Csr, inverse_diagonal: &[f64]) -> f64 {
     gershgorin.min(SAFETY * estimate)
 }
 
-/// P = (I − ω D⁻¹A) T, T the groups' indicators. Rows of vertices of high valence are those of
-/// T: all their groups would enter the row of every neighbour.
+/// Computes P = (I − ω D⁻¹A) T, where T are the indicators of the groups.
+///
+/// Rows of vertices of high valence are those of T: all their groups would otherwise enter the
+/// row of every neighbour.
 fn smoothed(matrix: &Csr, inverse_diagonal: &[f64], groups: &[u32], omega: f64) -> Csr {
     let mut out = Csr {
         offsets: vec![0],

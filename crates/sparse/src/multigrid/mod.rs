@@ -1,9 +1,9 @@
-//! Conjugate gradients preconditioned by smoothed-aggregation multigrid: for meshes whose factor
+//! Conjugate gradients preconditioned by smoothed-aggregation multigrid, for meshes whose factor
 //! would not fit into memory.
 //!
-//! Source: Vaněk, Mandel, Brezina, "Algebraic multigrid by smoothed aggregation", 1996; smoothing
-//! by Chebyshev polynomials as in Adams, Brezina, Hu, Tuminaro, "Parallel multigrid smoothing",
-//! 2003. The coarsest level is factorized.
+//! Source: Vaněk, Mandel, Brezina, "Algebraic multigrid by smoothed aggregation", 1996;
+//! smoothing by Chebyshev polynomials as in Adams, Brezina, Hu, Tuminaro, "Parallel multigrid
+//! smoothing", 2003. The coarsest level is factorized.
 
 mod aggregate;
 mod level;
@@ -18,18 +18,21 @@ use crate::lower::LowerTriangle;
 use crate::pool::Pool;
 use level::{Level, LevelWork};
 
-/// Unknowns from which a level is coarsened further.
+/// Number of unknowns from which a level is coarsened further.
 const COARSEST: usize = 6_000;
-/// |residual| / |right-hand side| at which a solve ends.
+/// The ratio |residual| / |right-hand side| at which a solve ends.
 const TOLERANCE: f64 = 1e-10;
-/// The largest |residual| / |right-hand side| that a solve may leave after all its iterations:
-/// where rounding keeps it from [`TOLERANCE`], a refinement by the caller still gains digits.
+/// The maximum ratio |residual| / |right-hand side| that a solve may leave after all its
+/// iterations.
+///
+/// If rounding keeps it from [`TOLERANCE`], a refinement by the caller still gains digits.
 const ACCEPTED: f64 = 1e-8;
-/// Iterations after which a solve is given up.
+/// Maximum number of iterations of a solve.
 const MOST_ITERATIONS: usize = 400;
 
-/// A symmetric positive definite matrix, solved by iteration. Memory: about 300 bytes an unknown
-/// for a one-ring matrix.
+/// A symmetric positive definite matrix, solved iteratively.
+///
+/// Memory: about 300 bytes per unknown for a one-ring matrix.
 pub struct Multigrid {
     levels: Vec<Level>,
     coarsest: Cholesky,
@@ -84,13 +87,13 @@ impl Multigrid {
         Ok(multigrid)
     }
 
-    /// Number of values of all levels and of the coarsest one's factor.
+    /// Number of values in all levels and in the factor of the coarsest one.
     pub fn num_entries(&self) -> usize {
         let levels: usize = self.levels.iter().map(Level::num_entries).sum();
         levels + self.coarsest.num_entries()
     }
 
-    /// Solves one system: it must converge to the tolerance.
+    /// Solves one system, which must converge to the tolerance.
     fn check(&self) -> Result<(), SparseError> {
         let n = self.unknowns;
         let mut x: Vec<Vector3<f64>> = (0..n)
@@ -109,11 +112,12 @@ impl Multigrid {
         })
     }
 
-    /// Overwrites right-hand sides by their solutions. Allocates nothing of the size of the
-    /// matrix.
+    /// Overwrites right-hand sides with their solutions.
+    ///
+    /// Allocates nothing of the size of the matrix.
     ///
     /// # Errors
-    /// [`SparseError::NotConverged`]; what is written is then of no use.
+    /// [`SparseError::NotConverged`]; the contents of `rhs` are then meaningless.
     pub fn solve(&self, rhs: &mut [Vector3<f64>]) -> Result<(), SparseError> {
         let residual = self.iterate(rhs);
         if residual <= ACCEPTED {
@@ -125,7 +129,8 @@ impl Multigrid {
         })
     }
 
-    /// Conjugate gradients; returns the largest relative residual of the three systems.
+    /// Iterates with conjugate gradients; returns the largest relative residual of the three
+    /// systems.
     fn iterate(&self, rhs: &mut [Vector3<f64>]) -> f64 {
         assert_eq!(rhs.len(), self.unknowns, "one entry per unknown");
         match self.levels.first() {
@@ -192,7 +197,7 @@ impl Multigrid {
     }
 }
 
-/// x = one V-cycle for A x = b, from x = 0.
+/// Computes x = one V-cycle for A x = b, from x = 0.
 fn cycle(
     levels: &[Level],
     work: &mut [LevelWork],
@@ -215,14 +220,14 @@ fn cycle(
     level.smooth(b, x, &mut work.step);
 }
 
-/// Quotients axis by axis, 0 where the divisor is not positive: an axis that is solved already.
+/// The quotients per axis, 0 if the divisor is not positive because the axis is already solved.
 fn quotient(a: Vector3<f64>, b: Vector3<f64>) -> Vector3<f64> {
     a.zip_map(&b, |a, b| if b > 0.0 { a / b } else { 0.0 })
 }
 
 const CHUNKS: Chunks = Chunks::of(4096);
 
-/// Σ a_i b_i axis by axis, by partial sums in a fixed order.
+/// Σ a_i b_i per axis, by partial sums in a fixed order.
 fn products(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> Vector3<f64> {
     CHUNKS.sum(a.len(), |i| a[i].component_mul(&b[i]))
 }
@@ -256,7 +261,7 @@ mod tests {
             rows: vec![],
             values: vec![],
         };
-        // Vertex 0 is the ground.
+        // Vertex 0 is grounded.
         for i in 1..graph.num_rows() {
             let weights = || graph.row(i).map(|(j, k)| (j, operator.weights()[k]));
             matrix.rows.push(i as u32 - 1);
@@ -272,8 +277,8 @@ mod tests {
         matrix
     }
 
-    /// On a round and on a limbed mesh, with and without a shift: the factor's solution, in a
-    /// number of iterations that is far from the limit.
+    /// On a round and on a limbed mesh, with and without a shift, the solution matches that of
+    /// the factorization, after far fewer iterations than the limit.
     #[test]
     fn agrees_with_the_factorization() {
         for shape in [icosphere(6), creature(110)] {
@@ -296,7 +301,7 @@ mod tests {
         }
     }
 
-    /// A right-hand side that is not finite has no solution to converge to.
+    /// For a right-hand side that is not finite there is no solution to converge to.
     #[test]
     fn a_solve_that_does_not_converge_is_an_error() {
         let matrix = one_ring(&icosphere(6), 0.0);
@@ -306,7 +311,7 @@ mod tests {
         x[n / 2].y = f64::NAN;
         let error = multigrid.solve(&mut x).unwrap_err();
         assert!(matches!(error, SparseError::NotConverged { .. }));
-        // It leaves nothing behind.
+        // The failure has no lasting effect.
         let mut x = vec![Vector3::repeat(1.0); n];
         multigrid.solve(&mut x).unwrap();
     }

@@ -1,8 +1,8 @@
-//! Splits one part in two from scratch.
+//! Bisection of a part from scratch.
 //!
-//! The vertices are sorted by the difference of their distances to two vertices that are far from
-//! each other; the best place to cut that sequence of level sets gives a separator, which is then
-//! refined. A few pairs are tried.
+//! The vertices are sorted by the difference of their distances to two vertices that are far
+//! apart. The best cut in this sequence of level sets yields a separator, which is then refined.
+//! Several pairs are tried.
 
 use std::sync::atomic::AtomicU32;
 
@@ -10,12 +10,12 @@ use super::level::{Level, get, put, shared};
 use super::refine::{Effort, Labelled, Nodes, Workspace, badness, refine};
 use super::tree::Tree;
 
-/// Labels of a part that was split: the separator and its two sides.
+/// The labels of a part that was split: the separator and its two sides.
 pub(super) const SEPARATOR: u32 = 0;
 pub(super) const LEFT: u32 = 1;
 pub(super) const RIGHT: u32 = 2;
 
-/// Working memory of bisections, kept from one to the next.
+/// Working memory of bisections, reused from one to the next.
 pub(super) struct Bisector {
     total: u64,
     tree: Tree,
@@ -23,7 +23,7 @@ pub(super) struct Bisector {
 }
 
 impl Bisector {
-    /// For parts of a graph of this total weight.
+    /// Creates a bisector for parts of a graph with this total weight.
     pub(super) fn new(total: u64) -> Self {
         Self {
             total,
@@ -32,12 +32,12 @@ impl Bisector {
         }
     }
 
-    /// One for another thread.
+    /// Creates one for another thread.
     pub(super) fn another(&self) -> Self {
         Self::new(self.total)
     }
 
-    /// A label for every vertex; `None` if no separator is worth it.
+    /// Returns a label for every vertex; `None` if no separator is worthwhile.
     pub(super) fn bisect(&mut self, part: &Level) -> Option<Vec<u32>> {
         if part.num_vertices() < 4 {
             return None;
@@ -50,7 +50,7 @@ impl Bisector {
         Some(labels)
     }
 
-    /// Bisects a connected part as well as a few tries can.
+    /// Bisects a connected part, using the best of a few tries.
     fn bisect_connected(&mut self, part: &Level, first: Distances) -> Option<(f64, Vec<u32>)> {
         let slots = shared(part.num_vertices(), super::level::NONE);
         let n = part.num_vertices();
@@ -64,8 +64,8 @@ impl Bisector {
         let mut best: Option<(f64, Vec<u32>)> = None;
         let mut from_a = first;
         for k in 0..tries {
-            // The first start is the first vertex, which by its breadth-first number lies at an
-            // end of the part; the others lie anywhere.
+            // The first start is the first vertex, which in breadth-first order lies at an end of
+            // the part; the others lie anywhere.
             if k > 0 {
                 from_a = distances(part, from_a.order[n * k / tries]);
             }
@@ -98,8 +98,8 @@ impl Bisector {
             low = low.min(key(v));
             high = high.max(key(v));
         }
-        // For the cut before key c: the right side has keys from c on, the separator are the
-        // vertices below c with a neighbour at or above c.
+        // For the cut before key c, the right side has the keys from c on, and the separator
+        // consists of the vertices below c with a neighbour at or above c.
         let len = (high - low + 2) as usize;
         let mut below = vec![0u64; len + 1];
         let mut change = vec![0i64; len + 1];
@@ -136,7 +136,7 @@ impl Bisector {
             let label = if key(v) >= cut {
                 RIGHT
             } else if key(v) + 2 >= cut && part.ring(v).iter().any(|&u| key(u) >= cut) {
-                // Keys of neighbours differ by no more than 2.
+                // Keys of neighbours differ by at most 2.
                 members[0].push(v);
                 SEPARATOR
             } else {
@@ -160,8 +160,8 @@ impl Bisector {
         Some((found, (0..n as u32).map(|v| get(&labels, v)).collect()))
     }
 
-    /// Splits a part of several components between them; only if one of them is nearly all is it
-    /// cut, and the others fill the lighter side.
+    /// Splits a part of several components between them. A component is cut only if it makes up
+    /// nearly all of the part, in which case the others fill the lighter side.
     fn bisect_components(&mut self, part: &Level) -> Option<Vec<u32>> {
         let components = components(part);
         let weigh = |c: &Vec<u32>| c.iter().map(|&v| u64::from(part.weight(v))).sum::<u64>();
@@ -203,8 +203,8 @@ impl Bisector {
     }
 }
 
-/// Whether a separator is narrow, and both sides are large enough for a recursion over them to
-/// end soon.
+/// Returns `true` if a separator is narrow, and both sides are large enough for a recursion over
+/// them to terminate soon.
 fn is_worth_it(part: &Level, labels: &[u32]) -> bool {
     let mut weights = [0u64; 3];
     for (&label, &weight) in labels.iter().zip(&part.weights) {
@@ -217,9 +217,9 @@ fn is_worth_it(part: &Level, labels: &[u32]) -> bool {
 
 /// Breadth-first distances from one vertex.
 struct Distances {
-    /// Number of edges to each vertex that is reached.
+    /// The number of edges to each reachable vertex.
     of: Vec<u32>,
-    /// The vertices that are reached, nearest first.
+    /// The reachable vertices, nearest first.
     order: Vec<u32>,
 }
 
@@ -236,7 +236,7 @@ fn distances(part: &Level, start: u32) -> Distances {
     Distances { of, order }
 }
 
-/// Appends everything that `start` reaches and that has no distance yet.
+/// Appends all vertices that are reachable from `start` and have no distance yet.
 fn spread(part: &Level, start: u32, of: &mut [u32], order: &mut Vec<u32>) {
     let mut next = order.len();
     of[start as usize] = 0;
@@ -267,16 +267,16 @@ fn components(part: &Level) -> Vec<Vec<u32>> {
     components
 }
 
-/// Parts with more than this share of the whole graph are worth a few tries.
+/// Parts with more than this share of the whole graph are worth several tries.
 const LARGE_SHARE: f64 = 0.05;
 /// A separator found here is refined again on the finer levels.
 const EFFORT: Effort = Effort {
     patience: 0.5,
     passes: 4,
 };
-/// A separator with more than this share of its part is not worth it.
+/// A separator with more than this share of its part is not worthwhile.
 const WORST_SEPARATOR: f64 = 0.4;
-/// A side with less than this share of its part is none.
+/// A side needs at least this share of its part.
 const SMALLEST_SIDE: f64 = 0.05;
 /// A component with more than this share of its part is split.
 const LARGE_COMPONENT: f64 = 0.75;

@@ -1,17 +1,17 @@
-//! The next coarser level: clusters of neighbouring vertices become vertices.
+//! Coarsening: clusters of neighbouring vertices become the vertices of the next level.
 
 use cotan_parallel::Chunks;
 
 use super::level::{Level, NONE};
 use super::relabel::join_blocks;
 
-/// A coarser level and, for every vertex of the finer one, the vertex that it became part of.
+/// A coarser level, and the coarse vertex of every vertex of the finer one.
 pub(super) struct Coarsening {
     pub(super) level: Level,
     pub(super) cluster_of: Vec<u32>,
 }
 
-/// How clusters are made.
+/// The parameters of clustering.
 #[derive(Clone, Copy)]
 pub(super) struct Clustering {
     /// A vertex starts a cluster if it has this many free neighbours.
@@ -30,8 +30,8 @@ pub(super) fn coarsen(level: &Level, clustering: Clustering) -> Option<Coarsenin
     Some(Coarsening { level, cluster_of })
 }
 
-/// Every vertex in turn that has enough free neighbours takes them; those that are left join the
-/// cluster that most of their neighbours are in.
+/// Clusters the vertices. Each vertex with enough free neighbours takes them, in order. The
+/// remaining vertices join the cluster that contains most of their neighbours.
 fn clusters(level: &Level, clustering: Clustering) -> (Vec<u32>, usize) {
     let n = level.num_vertices();
     let mean = level.total_weight() as f64 / n.max(1) as f64;
@@ -57,7 +57,7 @@ fn clusters(level: &Level, clustering: Clustering) -> (Vec<u32>, usize) {
         if let Some(cluster) = clusters.nearest(level, v, crowded) {
             clusters.add(level, v, cluster);
         } else if level.ring(v).is_empty() {
-            // Vertices without neighbours are all alike.
+            // Vertices without neighbours are interchangeable.
             match lonely {
                 Some(c) if clusters.weights[c as usize] < full => clusters.add(level, v, c),
                 _ => lonely = Some(clusters.open(level, v, full)),
@@ -84,7 +84,7 @@ impl Clusters {
         self.weights[cluster as usize] += level.weight(v);
     }
 
-    /// A new cluster around v, of free neighbours until it is full.
+    /// Opens a cluster around v, with free neighbours until it is full.
     fn open(&mut self, level: &Level, v: u32, full: u32) -> u32 {
         let cluster = self.weights.len() as u32;
         self.weights.push(0);
@@ -99,7 +99,7 @@ impl Clusters {
 
     /// The cluster with the most neighbours of v that has room for it; the first of equals.
     fn nearest(&self, level: &Level, v: u32, crowded: u32) -> Option<u32> {
-        // Neighbours beyond these few of a vertex of high degree decide nothing.
+        // For a vertex of high degree, the first few neighbours are enough.
         let ring = &level.ring(v)[..level.ring(v).len().min(32)];
         let votes = |cluster: u32| {
             ring.iter()
@@ -123,7 +123,7 @@ impl Clusters {
     }
 }
 
-/// The graph of the clusters.
+/// Builds the graph of the clusters.
 fn contract(level: &Level, cluster_of: &[u32], num_clusters: usize) -> Level {
     const CHUNKS: Chunks = Chunks::of(1 << 12);
     let (starts, members) = members(cluster_of, num_clusters);
@@ -166,9 +166,9 @@ fn members(cluster_of: &[u32], num_clusters: usize) -> (Vec<u32>, Vec<u32>) {
     (starts, members)
 }
 
-/// Appends every item once, in no particular but a fixed order.
+/// Appends every distinct item once, in an arbitrary but deterministic order.
 fn extend_distinct(list: &mut Vec<u32>, items: impl Iterator<Item = u32>) {
-    // Looking through a list of a few is faster than sorting.
+    // Searching a short list is faster than sorting.
     const FEW: usize = 32;
     let start = list.len();
     let mut many = false;
@@ -191,7 +191,7 @@ fn extend_distinct(list: &mut Vec<u32>, items: impl Iterator<Item = u32>) {
     }
 }
 
-/// A level that keeps more than this part of its vertices is not worth its work.
+/// A level that keeps more than this fraction of its vertices is not worthwhile.
 const WORST_RATIO: f64 = 0.8;
 /// Left-over vertices join clusters up to this many times the full weight.
 const CROWDED: f64 = 1.4;

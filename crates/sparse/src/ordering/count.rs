@@ -1,11 +1,12 @@
-//! What an ordering costs, by walking over the row subtrees of the elimination tree (Liu 1990).
+//! The cost of an ordering, computed by walking over the row subtrees of the elimination tree
+//! (Liu 1990).
 
 use super::level::{Level, NONE};
 
-/// The flops of a Cholesky factorization: the sum of the squares of the column lengths, with
-/// every vertex standing for as many rows as it has weight.
+/// The flops of a Cholesky factorization: the sum of the squared column lengths, where every
+/// vertex stands for as many rows as its weight.
 ///
-/// Takes time proportional to the entries of the factor.
+/// Takes time proportional to the number of entries in the factor.
 pub(super) fn flops(level: &Level, order: &[u32]) -> f64 {
     let lengths = column_lengths(level, order);
     let columns = order.iter().zip(&lengths);
@@ -14,7 +15,7 @@ pub(super) fn flops(level: &Level, order: &[u32]) -> f64 {
         .sum()
 }
 
-/// The length of every column of the factor, in the order of elimination, diagonal included.
+/// The length of every column of the factor, in elimination order, including the diagonal.
 pub(super) fn column_lengths(level: &Level, order: &[u32]) -> Vec<u64> {
     let n = order.len();
     let mut place = vec![0u32; n];

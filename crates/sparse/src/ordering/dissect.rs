@@ -1,4 +1,4 @@
-//! The tree of separators, from the coarsest level to the finest.
+//! Construction of the tree of separators, from the coarsest level to the finest.
 
 use std::sync::atomic::AtomicU32;
 
@@ -12,8 +12,9 @@ use super::level::{Level, NONE, get, put, shared};
 use super::refine::{Effort, Labelled, Nodes, Workspace, refine};
 use super::tree::Tree;
 
-/// A permutation of low fill: entry k is the vertex that is eliminated k-th. `None` if minimum
-/// degree promises less fill.
+/// Returns a permutation of low fill: entry k is the vertex that is eliminated k-th.
+///
+/// Returns `None` if minimum degree promises less fill.
 pub(super) fn dissect(finest: &Level) -> Option<Vec<u32>> {
     let dissection = Dissection::new(finest, 0, VARIANTS[0])?;
     Some(dissection.order(finest))
@@ -22,7 +23,7 @@ pub(super) fn dissect(finest: &Level) -> Option<Vec<u32>> {
 /// A level with its tree of separators.
 struct Dissection {
     tree: Tree,
-    /// The node of each vertex.
+    /// The tree node of each vertex.
     labels: Vec<AtomicU32>,
 }
 
@@ -54,10 +55,11 @@ impl Dissection {
         Some(Self { tree, labels })
     }
 
-    /// Dissects the next coarser level; at one depth, the best of some ways to go on from there.
+    /// Dissects the next coarser level. At one depth, several variants are tried from there on,
+    /// and the best one is kept.
     ///
-    /// What comes out varies by some percent with the least change of the clusters. Levels far
-    /// down cost little, so that a few are tried, and judged by the flops of the level.
+    /// The result varies by a few percent with the smallest change of the clusters. Coarse levels
+    /// are cheap, so several variants are tried and judged by the flops of the level.
     fn below(coarsening: &Coarsening, depth: usize, clustering: Clustering) -> Option<Self> {
         let level = &coarsening.level;
         if depth != DEPTH_OF_VARIANTS {
@@ -79,20 +81,20 @@ impl Dissection {
         Some(best)
     }
 
-    /// Orders the leaves and puts every separator after what it separates.
+    /// Orders the leaves and puts every separator after the parts that it separates.
     fn order(&self, level: &Level) -> Vec<u32> {
         let slots = shared(level.num_vertices(), NONE);
         assemble(level, &self.tree, &self.labels, &slots)
     }
 }
 
-/// Every vertex gets the label of its cluster.
+/// Gives every vertex the label of its cluster.
 fn project(cluster_of: &[u32], labels: &[AtomicU32]) -> Vec<AtomicU32> {
     let label = |&c: &u32| AtomicU32::new(get(labels, c));
     cluster_of.iter().map(label).collect()
 }
 
-/// The vertices of each node, ascending.
+/// The vertices of each node, in ascending order.
 fn vertices_of_nodes(labels: &[AtomicU32], num_nodes: usize) -> (Vec<u32>, Vec<u32>) {
     let mut starts = vec![0u32; num_nodes + 1];
     for v in 0..labels.len() as u32 {
@@ -214,8 +216,8 @@ fn split_leaves(
     tree
 }
 
-/// Splits a part until no piece has more than `largest` vertices, or cannot be split. Returns the
-/// tree and the label of every vertex, none if the part stays whole.
+/// Splits a part until every piece has at most `largest` vertices or cannot be split. Returns the
+/// tree and the label of every vertex, or no labels if the part stays whole.
 fn split(part: &Level, largest: usize, bisector: &mut Bisector) -> (Tree, Vec<u32>) {
     if part.num_vertices() <= largest {
         return (Tree::leaf(), Vec::new());
@@ -280,7 +282,7 @@ fn assemble(level: &Level, tree: &Tree, labels: &[AtomicU32], slots: &[AtomicU32
     order
 }
 
-/// Both sides, then the separator.
+/// Appends both sides, then the separator.
 fn emit(tree: &Tree, t: u32, pieces: &[&mut [u32]], order: &mut Vec<u32>) {
     if !tree.is_leaf(t) {
         emit(tree, t + 1, pieces, order);
@@ -289,10 +291,10 @@ fn emit(tree: &Tree, t: u32, pieces: &[&mut [u32]], order: &mut Vec<u32>) {
     order.extend_from_slice(pieces[t as usize]);
 }
 
-/// Leaves differ in size.
+/// One leaf per chunk, since leaves differ in size.
 const ONE_BY_ONE: Chunks = Chunks::of(1);
 
-/// Ways to cluster; the first for the finest levels.
+/// Clustering variants; the first is used for the finest levels.
 const VARIANTS: [Clustering; 2] = [
     Clustering {
         enough: 5,
@@ -303,31 +305,33 @@ const VARIANTS: [Clustering; 2] = [
         full: 5.0,
     },
 ];
-/// The level from which on all variants are tried: about a twentieth of the vertices.
+/// The level from which on all variants are tried; it has about a twentieth of the vertices.
 const DEPTH_OF_VARIANTS: usize = 2;
-/// A level of at least this size tells whether minimum degree is better.
+/// A level of at least this size determines if minimum degree is better.
 const TELLING: usize = 200;
-/// Minimum degree is chosen where it takes less than this part of the flops on the coarse level.
-/// On real models with limbs that was .60 to .86 where it was better on the finest level too, by
-/// 8 to 16 %, and 1.17 to 1.8 on rounder ones, where it takes 1.4 to 2.6 times the flops.
+/// Minimum degree is chosen if it takes less than this fraction of the flops on the coarse level.
+///
+/// On real models with limbs the ratio was 0.60 to 0.86 where minimum degree was also better on
+/// the finest level, by 8 to 16 %. It was 1.17 to 1.8 on rounder ones, where minimum degree takes
+/// 1.4 to 2.6 times the flops.
 const CLEARLY_LESS: f64 = 0.95;
 /// The hierarchy ends at a level of at most this size.
 const COARSEST: usize = 150;
-/// Parts are split while they have more vertices of the level at hand than this.
+/// Parts are split while they have more vertices of the current level than this.
 const LEAF: usize = 60;
 /// The same on the finest level, where parts are then ordered by minimum degree.
 const FINEST_LEAF: usize = 250;
-/// Hard work is cheap on coarse levels.
+/// High effort is cheap on coarse levels.
 const EFFORT: Effort = Effort {
     patience: 2.0,
     passes: 3,
 };
-/// One level above the finest.
+/// The effort one level above the finest.
 const FINE_EFFORT: Effort = Effort {
     patience: 1.0,
     passes: 2,
 };
-/// A third pass narrows the separators by less than the clusters' accidents do.
+/// A third pass would gain less than the random variation between clusterings.
 const FINEST_EFFORT: Effort = Effort {
     patience: 1.0,
     passes: 2,
@@ -343,8 +347,8 @@ mod tests {
     use crate::ordering::relabel::Relabelled;
     use crate::ordering::tests::irregular_sphere;
 
-    /// Where an edge runs from one side of a separator to the other, elimination would fill in
-    /// what the tree says stays empty.
+    /// If an edge ran from one side of a separator to the other, elimination would fill in parts
+    /// that are empty according to the tree.
     #[test]
     fn separators_separate() {
         let sphere = irregular_sphere(5);

@@ -8,7 +8,7 @@ use super::Graph;
 pub(super) struct Level {
     pub(super) offsets: Vec<u32>,
     pub(super) neighbours: Vec<u32>,
-    /// How many vertices each vertex stands for.
+    /// The number of original vertices that each vertex stands for.
     pub(super) weights: Vec<u32>,
 }
 
@@ -37,8 +37,8 @@ impl Level {
         self.weights.iter().map(|&w| u64::from(w)).sum()
     }
 
-    /// The part of `vertices`, which are those that carry `label`; `slots` is memory to number
-    /// them in.
+    /// Returns the part with these `vertices`, which are those with `label`; `slots` is memory
+    /// for their indices.
     pub(super) fn part(
         &self,
         vertices: &[u32],
@@ -66,17 +66,17 @@ impl Level {
     }
 }
 
-/// Reads an entry of an array that threads share; each entry belongs to one thread at a time.
+/// Reads an entry of an array shared by threads; each entry belongs to one thread at a time.
 pub(super) fn get(array: &[AtomicU32], v: u32) -> u32 {
     array[v as usize].load(Ordering::Relaxed)
 }
 
-/// Writes an entry of an array that threads share.
+/// Writes an entry of an array shared by threads.
 pub(super) fn put(array: &[AtomicU32], v: u32, value: u32) {
     array[v as usize].store(value, Ordering::Relaxed);
 }
 
-/// An array that threads share.
+/// Creates an array shared by threads.
 pub(super) fn shared(len: usize, value: u32) -> Vec<AtomicU32> {
     (0..len).map(|_| AtomicU32::new(value)).collect()
 }

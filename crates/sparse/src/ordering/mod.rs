@@ -1,25 +1,26 @@
-//! Fill-reducing orderings of symmetric sparsity graphs: nested dissection on one hierarchy.
+//! Fill-reducing orderings of symmetric sparsity graphs: nested dissection on a single hierarchy.
 //!
-//! A vertex separator splits a graph in two halves that do not touch; ordered last, it keeps the
-//! elimination of either half from filling in the other (George 1973). The separators come from a
-//! multilevel scheme as in METIS (Karypis and Kumar 1998), with one difference that makes it about
-//! four times as fast: the graph is coarsened *once*, not once for every part. The whole tree of
-//! separators goes up the hierarchy together. On every level each separator is made narrower by the
-//! moves of Fiduccia and Mattheyses (1982), parents before children, and parts that have become
-//! large enough are split further. The parts that are left at the end are small enough for the
-//! exact minimum degree algorithm on bit sets, in which the separators around a part count as
-//! neighbours that are never eliminated (Pellegrini, Roman and Amestoy 2000).
+//! A vertex separator splits a graph into two disconnected halves. If it is ordered last, the
+//! elimination of either half does not fill in the other (George 1973). The separators come from
+//! a multilevel scheme as in METIS (Karypis and Kumar 1998), with one difference that makes it
+//! about four times as fast: the graph is coarsened *once*, not once for every part. The whole
+//! tree of separators is carried up the hierarchy together. On every level each separator is
+//! narrowed by the moves of Fiduccia and Mattheyses (1982), parents before children, and parts
+//! that have become large enough are split further. The parts left at the end are small enough
+//! for the exact minimum degree algorithm on bit sets, in which the separators around a part
+//! count as neighbours that are never eliminated (Pellegrini, Roman and Amestoy 2000).
 //!
-//! Surfaces with thin limbs are better served by approximate minimum degree. A coarse level tells:
-//! it is ordered in both ways, and if minimum degree takes fewer flops there, it gets the graph.
+//! For surfaces with thin limbs, approximate minimum degree is better. This is decided on a
+//! coarse level: it is ordered in both ways, and if minimum degree takes fewer flops there, it is
+//! used for the whole graph.
 //!
-//! Measured on meshes of 11,000 to 655,000 vertices against METIS 5.1 (one-ring graphs): .15 to .40
-//! of its time, .96 to 1.36 of its flops.
+//! Measured on meshes of 11,000 to 655,000 vertices against METIS 5.1 (one-ring graphs): 0.15 to
+//! 0.40 of its time, 0.96 to 1.36 of its flops.
 //!
-//! Vertices of very high degree go last, as in AMD (Amestoy, Davis and Duff 1996).
+//! Vertices of very high degree are ordered last, as in AMD (Amestoy, Davis and Duff 1996).
 //!
-//! The order does not depend on the number of threads: parts are disjoint, and what happens in
-//! one depends on nothing but its ancestors, which are finished before.
+//! The order does not depend on the number of threads: parts are disjoint, and the processing of
+//! a part depends only on its ancestors, which are finished before.
 
 mod bisect;
 mod coarsen;
@@ -38,11 +39,11 @@ use dissect::dissect;
 use leaf::approximate_minimum_degree;
 use relabel::Relabelled;
 
-/// Adjacency without diagonal, symmetric, both directions stored, in compressed rows.
+/// Symmetric adjacency without the diagonal, with both directions stored, in compressed rows.
 pub(crate) struct Graph<'a> {
-    /// Where the neighbours of each vertex start; one entry more than there are vertices.
+    /// The start of the neighbours of each vertex; one entry more than there are vertices.
     pub(crate) offsets: &'a [u32],
-    /// The neighbours, vertex after vertex.
+    /// The neighbours, in vertex order.
     pub(crate) neighbours: &'a [u32],
 }
 
@@ -53,7 +54,7 @@ impl<'a> Graph<'a> {
     }
 }
 
-/// A permutation of low fill: entry k is the vertex that is eliminated k-th.
+/// Returns a permutation of low fill: entry k is the vertex that is eliminated k-th.
 ///
 /// The symbolic analysis should put it in postorder.
 pub(crate) fn order(graph: &Graph<'_>) -> Vec<u32> {
@@ -96,7 +97,7 @@ pub(crate) fn order_of(matrix: &LowerTriangle) -> Vec<u32> {
     })
 }
 
-/// Dissection, unless a coarse level speaks for minimum degree.
+/// Orders by dissection, unless minimum degree is better on a coarse level.
 fn dissection_order(graph: &Graph<'_>) -> Vec<u32> {
     let Relabelled {
         isolated,
@@ -113,6 +114,5 @@ fn dissection_order(graph: &Graph<'_>) -> Vec<u32> {
     order
 }
 
-/// With up to about this many vertices, dissection takes longer than it saves in one
-/// factorization.
+/// Up to about this many vertices, dissection takes longer than it saves in one factorization.
 const SMALL: usize = 10_000;

@@ -1,9 +1,9 @@
-//! Makes one separator narrower by the moves of Fiduccia and Mattheyses (1982), in the form for
+//! Refinement of a separator by the moves of Fiduccia and Mattheyses (1982), in the form for
 //! vertex separators (Ashcraft and Liu 1997).
 //!
-//! A move takes a vertex out of the separator into one side and pulls its neighbours of the other
-//! side into the separator. The best move is made even if it makes things worse for now; in the
-//! end everything after the best state seen is taken back.
+//! A move takes a vertex out of the separator to one side and pulls its neighbours on the other
+//! side into the separator. The best move is made even if it makes the separator temporarily
+//! worse. In the end, all moves after the best state seen are undone.
 
 use std::collections::BinaryHeap;
 use std::ops::Range;
@@ -12,8 +12,9 @@ use std::sync::atomic::AtomicU32;
 use super::level::{Level, NONE, get, put};
 use super::tree::Tree;
 
-/// How bad a separator is: its weight, unless the sides are very uneven. Among separators of the
-/// same weight the more even one is better.
+/// The cost of a separator: its weight, unless the sides are very uneven.
+///
+/// Among separators of equal weight, the more balanced one is better.
 pub(super) fn badness(separator: u64, left: u64, right: u64) -> f64 {
     if left == 0 || right == 0 {
         return f64::INFINITY;
@@ -23,49 +24,50 @@ pub(super) fn badness(separator: u64, left: u64, right: u64) -> f64 {
     separator as f64 * (1.0 + 100.0 * excess * excess) + 0.1 * unevenness
 }
 
-/// How hard a refinement tries.
+/// The effort of a refinement.
 #[derive(Clone, Copy)]
 pub(super) struct Effort {
-    /// How many moves without success a pass may make, as a part of the separator's size.
+    /// Maximum number of moves per pass without improvement, as a fraction of the separator's
+    /// size.
     pub(super) patience: f64,
-    /// Passes over one separator at most.
+    /// Maximum number of passes over one separator.
     pub(super) passes: usize,
 }
 
-/// The graph with its labels: what the refinement of all separators shares.
+/// The labelled graph, shared by the refinement of all separators.
 pub(super) struct Labelled<'a> {
     pub(super) level: &'a Level,
     pub(super) tree: &'a Tree,
     pub(super) effort: Effort,
-    /// The node of each vertex.
+    /// The tree node of each vertex.
     pub(super) labels: &'a [AtomicU32],
     /// Working memory: `NONE` everywhere between calls.
     pub(super) slots: &'a [AtomicU32],
 }
 
-/// What is known about the nodes below one node, itself included.
+/// The data of the nodes below one node, including itself.
 pub(super) struct Nodes<'a> {
     /// The weight of the vertices with each label.
     pub(super) weights: &'a mut [u64],
-    /// At least all vertices of each separator; some may have left it.
+    /// A superset of the vertices of each separator; some may have left it.
     pub(super) members: &'a mut [Vec<u32>],
 }
 
-/// Working memory of the refinement, kept from one separator to the next.
+/// Working memory of the refinement, reused from one separator to the next.
 #[derive(Default)]
 pub(super) struct Workspace {
     vertices: Vec<u32>,
-    /// The weight that a move of the vertex would pull into the separator.
+    /// The weight that moving the vertex would pull into the separator.
     pulls: Vec<u32>,
     locked: Vec<bool>,
-    /// Gain and slot of each move, packed: see [`pack`].
+    /// The gain and slot of each move, packed: see [`pack`].
     offers: BinaryHeap<u64>,
     /// Vertex, label before, label after.
     log: Vec<(u32, u32, u32)>,
     pulled: Vec<u32>,
 }
 
-/// Refines the separator t: passes to one side and the other in turn until neither helps.
+/// Refines the separator t in passes to alternating sides until neither improves it.
 pub(super) fn refine(
     labelled: &Labelled<'_>,
     t: u32,
@@ -92,15 +94,15 @@ pub(super) fn refine(
 struct Search<'a, 'b> {
     graph: &'a Labelled<'a>,
     t: u32,
-    /// First label of the right side, and one past the last.
+    /// The first label of the right side, and one past the last.
     right: u32,
     end: u32,
-    /// Weights of the separator, the left and the right side.
+    /// The weights of the separator, the left and the right side.
     separator: u64,
     sides: [u64; 2],
-    /// Where vertices move in this pass: 0 is left, 1 right.
+    /// The side to which vertices move in this pass: 0 is left, 1 right.
     side: usize,
-    /// Labels on the side that vertices move to, and on the side that they are pulled from.
+    /// The labels on the side to which vertices move, and on the side from which they are pulled.
     near: Range<u32>,
     far: Range<u32>,
     nodes: &'a mut Nodes<'b>,
@@ -139,7 +141,7 @@ impl<'a, 'b> Search<'a, 'b> {
         badness(self.separator, self.sides[0], self.sides[1])
     }
 
-    /// Moves vertices while there is hope; then goes back to the best state.
+    /// Moves vertices as long as it seems promising, then returns to the best state.
     fn pass(&mut self) {
         (self.near, self.far) = (self.t + 1..self.right, self.right..self.end);
         if self.side == 1 {
@@ -155,7 +157,7 @@ impl<'a, 'b> Search<'a, 'b> {
         while let Some(v) = self.best_move() {
             self.make(v);
             moves_since_best += 1;
-            // Badness is at least the separator's weight, and most moves can be judged by that.
+            // The badness is at least the separator's weight, which suffices to judge most moves.
             if (self.separator as f64) < best.0 && self.badness() < best.0 {
                 best = (self.badness(), self.space.log.len());
                 moves_since_best = 0;
@@ -205,13 +207,13 @@ impl<'a, 'b> Search<'a, 'b> {
         pulled.map(|&u| level.weight(u)).sum()
     }
 
-    /// What the separator loses in weight if the vertex moves.
+    /// The decrease of the separator's weight if the vertex moves.
     fn gain(&self, slot: u32) -> i64 {
         let weight = self.graph.level.weight(self.space.vertices[slot as usize]);
         i64::from(weight) - i64::from(self.space.pulls[slot as usize])
     }
 
-    /// Puts a move into the heap; an offer with an old gain is skipped when it comes up.
+    /// Adds a move to the heap; offers with outdated gains are skipped when popped.
     fn offer(&mut self, slot: u32) {
         if !self.space.locked[slot as usize] {
             let offer = pack(self.gain(slot), slot);
@@ -219,7 +221,7 @@ impl<'a, 'b> Search<'a, 'b> {
         }
     }
 
-    /// Takes the move with the best gain, unless the far side has too little left.
+    /// Pops the best current move that leaves some weight on the far side.
     fn best_move(&mut self) -> Option<u32> {
         while let Some(offer) = self.space.offers.pop() {
             let slot = offer as u32;
@@ -269,7 +271,8 @@ impl<'a, 'b> Search<'a, 'b> {
         self.space.pulled = pulled;
     }
 
-    /// A vertex that was pulled in is no longer pulled by others, and can move itself.
+    /// Updates a vertex that was pulled in: it is no longer pulled by others, and can itself
+    /// move.
     fn take_in(&mut self, u: u32) {
         let graph = self.graph;
         let far = self.far.clone();
@@ -299,7 +302,7 @@ impl<'a, 'b> Search<'a, 'b> {
         *self.total(after) += weight;
     }
 
-    /// The weight of the separator or of the side that a label is on.
+    /// The weight of the separator or of the side that contains a label.
     fn total(&mut self, label: u32) -> &mut u64 {
         if label == self.t {
             &mut self.separator
@@ -308,7 +311,7 @@ impl<'a, 'b> Search<'a, 'b> {
         }
     }
 
-    /// Clears the slots and notes who is in which separator now.
+    /// Clears the slots and updates the members of all separators.
     fn stop(&mut self) {
         let space = &mut *self.space;
         let members = &mut *self.nodes.members;
@@ -326,13 +329,14 @@ impl<'a, 'b> Search<'a, 'b> {
     }
 }
 
-/// An offer as a number: offers of higher gain are greater, and among equal ones the later slot.
+/// Packs an offer into a number. Offers with a higher gain are greater; among equals, the later
+/// slot is.
 fn pack(gain: i64, slot: u32) -> u64 {
     let gain = gain.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) - i64::from(i32::MIN);
     (gain as u64) << 32 | u64::from(slot)
 }
 
-/// Moves without a better state that a pass makes at most.
+/// Maximum number of moves per pass without improvement.
 const MAX_PATIENCE: f64 = 300.0;
 /// Sides of 65 : 35 are as good as even ones.
 const FREE_UNEVENNESS: f64 = 0.3;

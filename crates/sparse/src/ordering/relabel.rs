@@ -1,7 +1,7 @@
-//! Numbers the vertices by breadth-first search, and sets the unusual ones aside.
+//! Renumbering of the vertices by breadth-first search, with unusual vertices set aside.
 //!
-//! All later passes walk over vertices in ascending order. With neighbours near each other in
-//! memory they run at the speed of the cache; with the random numbering of some scans they would
+//! All later passes walk over vertices in ascending order. If neighbours are close to each other
+//! in memory, they run at the speed of the cache. With the random order of some scans, they would
 //! wait for memory at every edge.
 
 use cotan_parallel::Chunks;
@@ -13,7 +13,7 @@ use super::level::{Level, NONE};
 pub(super) struct Relabelled {
     /// Vertices without neighbours, other than dense ones.
     pub(super) isolated: Vec<u32>,
-    /// The vertices of `level`, by their numbers in it.
+    /// The vertices of `level`, by their index in it.
     pub(super) connected: Vec<u32>,
     /// Vertices of very high degree.
     pub(super) dense: Vec<u32>,
@@ -23,7 +23,7 @@ pub(super) struct Relabelled {
 impl Relabelled {
     pub(super) fn new(graph: &Graph<'_>) -> Self {
         let n = graph.offsets.len().saturating_sub(1);
-        // The bound of AMD: such a vertex is connected with nearly everything soon.
+        // The bound of AMD: such a vertex soon becomes connected to nearly everything.
         let bound = (10.0 * (n as f64).sqrt()).max(16.0) as usize;
         let mut numbers = vec![NONE; n];
         let mut dense = Vec::new();
@@ -45,7 +45,7 @@ impl Relabelled {
     }
 }
 
-/// Breadth-first over all components; a vertex that reaches no other is isolated.
+/// Searches all components breadth-first; a vertex that reaches no other is isolated.
 fn search(graph: &Graph<'_>, numbers: &mut [u32], isolated: &mut Vec<u32>) -> Vec<u32> {
     let mut found: Vec<u32> = Vec::with_capacity(numbers.len());
     for start in 0..numbers.len() {
@@ -74,7 +74,7 @@ fn search(graph: &Graph<'_>, numbers: &mut [u32], isolated: &mut Vec<u32>) -> Ve
     found
 }
 
-/// The graph of the connected vertices in their new numbers.
+/// The graph of the connected vertices with their new indices.
 fn renumber(graph: &Graph<'_>, connected: &[u32], numbers: &[u32]) -> Level {
     const CHUNKS: Chunks = Chunks::of(1 << 14);
     let kept = |v: u32| {
@@ -100,8 +100,9 @@ fn renumber(graph: &Graph<'_>, connected: &[u32], numbers: &[u32]) -> Level {
     }
 }
 
-/// Puts rows that were made in blocks one after the other. Each block holds the ends of its rows,
-/// counted from its own start, and their entries.
+/// Concatenates rows that were created in blocks.
+///
+/// Each block holds the ends of its rows, relative to its own start, and their entries.
 pub(super) fn join_blocks(blocks: Vec<(Vec<u32>, Vec<u32>)>) -> (Vec<u32>, Vec<u32>) {
     let num_rows: usize = blocks.iter().map(|b| b.0.len()).sum();
     let num_entries = blocks.iter().map(|b| b.1.len()).sum();
@@ -116,6 +117,6 @@ pub(super) fn join_blocks(blocks: Vec<(Vec<u32>, Vec<u32>)>) -> (Vec<u32>, Vec<u
     (offsets, entries)
 }
 
-/// Marks of vertices without a number, above all numbers and below `NONE`.
+/// Markers for vertices without an index, above all indices and below `NONE`.
 const DENSE: u32 = NONE - 2;
 const ISOLATED: u32 = NONE - 1;

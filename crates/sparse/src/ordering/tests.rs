@@ -58,7 +58,7 @@ impl Owned {
         }
     }
 
-    /// The edges of a mesh, its vertices numbered at random.
+    /// The edges of a mesh with randomly ordered vertices.
     fn of_mesh(mesh: &HalfedgeMesh) -> Self {
         let n = mesh.num_vertices();
         let mut numbers: Vec<u32> = (0..n as u32).collect();
@@ -117,7 +117,7 @@ impl Owned {
     }
 }
 
-/// Numbers without a pattern (Marsaglia's xorshift).
+/// Pseudo-random numbers (Marsaglia's xorshift).
 struct Random(u64);
 
 impl Random {
@@ -136,7 +136,7 @@ pub(super) fn irregular_sphere(subdivisions: u32) -> Owned {
     let edges: Vec<_> = mesh.edges().collect();
     let mut random = Random(1);
     for _ in 0..mesh.num_vertices() / 3 {
-        // A flip that the mesh refuses leaves it as it was.
+        // A flip that the mesh rejects has no effect.
         let _ = mesh.flip_edge(edges[random.below(edges.len())]);
     }
     Owned::of_mesh(&mesh)
@@ -148,7 +148,7 @@ fn assert_permutation(order: &[u32], n: usize) {
     assert!(sorted.into_iter().eq(0..n as u32), "no permutation");
 }
 
-/// Small graphs are not dissected, but this must not be what dissection relies on.
+/// Small graphs are not dissected, but dissection must not rely on this.
 fn assert_both_order(owned: &Owned, n: usize) {
     assert_permutation(&order(&owned.graph()), n);
     assert_permutation(&dissection_order(&owned.graph()), n);
@@ -172,10 +172,10 @@ fn unusual_graphs_are_ordered() {
     assert_ordered(0, []);
     assert_ordered(1, []);
     assert_ordered(1000, []);
-    // A star, with its hub too dense and not.
+    // A star whose hub is too dense, and one whose hub is not.
     assert_ordered(5000, (1..5000).map(|v| (0, v)));
     assert_ordered(50, (1..50).map(|v| (0, v)));
-    // A clique, a path, a circle, many pairs.
+    // A clique, a path, a cycle, many pairs.
     assert_ordered(600, (0..600).flat_map(|a| (0..a).map(move |b| (a, b))));
     assert_ordered(20_000, (1..20_000).map(|v| (v - 1, v)));
     assert_ordered(20_000, (0..20_000).map(|v| (v, (v + 1) % 20_000)));
@@ -185,13 +185,13 @@ fn unusual_graphs_are_ordered() {
         10_000,
         (1..10_000).map(|v| (v, if v < 100 { v - 1 } else { v % 100 })),
     );
-    // The same, large, and a caterpillar whose body grows thicker.
+    // The same at a larger size, and a caterpillar whose body grows thicker.
     assert_ordered(
         200_000,
         (1..200_000).map(|v| (v, if v < 200 { v - 1 } else { v % 200 })),
     );
     assert_ordered(50_000, (1..50_000u32).map(|v| (v, v - v.isqrt())));
-    // A complete bipartite graph, and two grids of which one is small.
+    // A complete bipartite graph, and two grids, one of which is small.
     assert_ordered(
         1200,
         (0..600).flat_map(|a| (600..1200).map(move |b| (a, b))),
@@ -267,7 +267,7 @@ proptest! {
         assert_both_order(&owned, n);
     }
 
-    /// Local edges only: such graphs are dissected to the end.
+    /// Graphs with local edges only are dissected to the end.
     #[test]
     fn bands_are_ordered(n in 1usize..4000, width in 1usize..40, seed in 1u64..u64::MAX) {
         let mut random = Random(seed);

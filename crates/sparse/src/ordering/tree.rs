@@ -1,9 +1,11 @@
 //! The tree of separators, in preorder.
 
-/// Nodes are separators (with two children) or parts that were not split (leaves). The nodes
-/// below t are t + 1 … `end[t]`: first those of the left child, which is t + 1, then those of the
-/// right child. A vertex carries the number of its node as its label, so that comparing labels
-/// tells on which side of a separator it lies.
+/// A binary tree whose nodes are separators (with two children) or parts that were not split
+/// (leaves).
+///
+/// The nodes below t are t + 1 … `end[t]`: first those of the left child, which is t + 1, then
+/// those of the right child. The label of a vertex is the index of its node, so that comparing
+/// labels shows on which side of a separator it lies.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Tree {
     end: Vec<u32>,
@@ -14,7 +16,7 @@ impl Tree {
         Self { end: vec![1] }
     }
 
-    /// A separator above two trees.
+    /// Creates a separator above two trees.
     pub(super) fn above(left: &Self, right: &Self) -> Self {
         let mut tree = Self { end: vec![0] };
         tree.append(left);
@@ -23,8 +25,10 @@ impl Tree {
         tree
     }
 
-    /// Puts other trees in place of the leaves, given in the order of the leaves. Returns the new
-    /// number of each old node; the node of a leaf becomes the root of what replaces it.
+    /// Replaces the leaves by other trees, given in the order of the leaves.
+    ///
+    /// Returns the new tree and the new index of each old node; the node of a leaf becomes the
+    /// root of its replacement.
     pub(super) fn replace_leaves(&self, parts: &[Self]) -> (Self, Vec<u32>) {
         let mut parts = parts.iter();
         let mut tree = Self { end: Vec::new() };
@@ -68,13 +72,13 @@ impl Tree {
         self.end(t + 1)
     }
 
-    /// Whether t is `above` or lies below it.
+    /// Returns `true` if t is `above` or lies below it.
     pub(super) fn is_below(&self, t: u32, above: u32) -> bool {
         above <= t && t < self.end(above)
     }
 
-    /// Where a vertex may live whose neighbours have these labels: the deepest node at or below
-    /// `root` that is an ancestor or a descendant of every one of them.
+    /// Returns the node for a vertex whose neighbours have these labels: the deepest node at or
+    /// below `root` that is an ancestor or a descendant of every one of them.
     pub(super) fn home(&self, root: u32, labels: impl Iterator<Item = u32>) -> u32 {
         let mut home = root;
         let mut forked = false;

@@ -1,4 +1,4 @@
-//! One vertex that is held: what every handles file comes down to.
+//! A held vertex, the common form of all handles files.
 
 use cotan::geometry::Scalar;
 use cotan::{Handles, Motion};
@@ -8,40 +8,40 @@ use nalgebra::{Point3, Vector3};
 use super::error::{HandlesError, Place};
 use super::vertices::Vertices;
 
-/// A vertex of the mesh file and where it is to be.
+/// A vertex of the mesh file and its target.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Constraint {
-    /// The vertex, as the mesh file numbers it, from 0.
+    /// The 0-based vertex index in the mesh file.
     pub vertex: usize,
-    /// Where it is to be.
+    /// The target.
     pub goal: Goal,
-    /// The weight of its spring, where the file gives one.
+    /// The weight of its spring, if given in the file.
     pub weight: Option<f64>,
-    /// The rotation vector that moves it, in radians, where the file states a rotation of more
-    /// than half a turn.
+    /// The rotation vector that moves it, in radians, if the file states a rotation of more than
+    /// half a turn.
     pub turn: Option<Vector3<f64>>,
-    /// Where the handles file says so.
+    /// The location in the handles file.
     pub place: Place,
 }
 
-/// Where a held vertex goes.
+/// The target of a held vertex.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Goal {
-    /// Where it is.
+    /// The current position.
     Stay,
-    /// To this point, in the units of the mesh file.
+    /// This point, in the units of the mesh file.
     To(Point3<f64>),
 }
 
 impl Constraint {
-    /// Whether the vertex is to leave its place, or comes back to it by a whole turn.
+    /// Returns `true` if the vertex leaves its position, or returns to it by a full turn.
     pub fn moves(&self, from: Point3<f64>) -> bool {
         self.turn.is_some() || matches!(self.goal, Goal::To(target) if target != from)
     }
 }
 
-/// Refuses vertices that do not exist, targets that are not finite, and vertices that are wanted at
-/// two places.
+/// Rejects vertices that do not exist, targets that are not finite, and vertices with two
+/// different targets.
 pub(super) fn check(constraints: &[Constraint], mesh: &Vertices<'_>) -> Result<(), HandlesError> {
     let mut wanted = Vec::with_capacity(constraints.len());
     for constraint in constraints {
@@ -74,9 +74,11 @@ pub(super) fn check(constraints: &[Constraint], mesh: &Vertices<'_>) -> Result<(
     }
 }
 
-/// The handles as the library takes them, relative to `origin`. Targets are rounded to `T` once.
+/// Converts constraints to handles of the library, relative to `origin`.
 ///
-/// A vertex that some face uses is expected, which every file is checked for.
+/// Targets are rounded to `T` once.
+///
+/// Each vertex must be used by a face, which is checked for every file.
 pub fn to_handles<T: Scalar>(
     constraints: &[Constraint],
     processing: &ProcessingMesh,

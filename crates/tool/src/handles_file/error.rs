@@ -1,18 +1,18 @@
-//! What can be wrong with a handles file.
+//! Errors in handles files.
 
 use std::fmt;
 use std::path::PathBuf;
 
 use thiserror::Error;
 
-/// Where in the file a handle stands.
+/// The location of a handle in a file.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum Place {
-    /// A member of the list `handles`, counted from 0.
+    /// A 0-based index in the list `handles`.
     Handle(usize),
-    /// A line, counted from 1.
+    /// A 1-based line number.
     Line(usize),
-    /// Nowhere: it holds still what no handle holds.
+    /// No location: the constraint holds a component that no handle holds.
     Loose,
 }
 
@@ -26,33 +26,34 @@ impl fmt::Display for Place {
     }
 }
 
-/// Why a handles file was refused. Vertices have the numbers of the mesh file, from 0; so have
-/// handles in JSON.
+/// An error in a handles file.
+///
+/// Vertex indices are those of the mesh file, 0-based; so are the indices of handles in JSON.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum HandlesError {
-    /// The file cannot be had.
+    /// The file cannot be read.
     #[error("cannot read the file: {0}")]
     Read(#[source] std::io::Error),
     /// The file is not UTF-8.
     #[error("this is not a text file; handles are JSON, lines of `vertex x y z`, or a .sel file")]
     NotText,
-    /// JSON with a wrong syntax or wrong keys.
+    /// The JSON has invalid syntax or keys.
     #[error("the JSON is not a handles file: {0} (see `cotan deform --help`)")]
     Json(#[source] serde_json::Error),
-    /// A file that holds no vertex.
+    /// The file holds no vertex.
     #[error("there is no handle; hold at least one vertex")]
     NoHandles,
-    /// A vertex that is not there.
+    /// A vertex index is out of range.
     #[error(
         "{place}: there is no vertex {vertex}; the mesh has {num_vertices} vertices, numbered from 0"
     )]
     OutOfRange {
-        /// Where the handle stands.
+        /// The location of the handle.
         place: Place,
-        /// The vertex.
+        /// The vertex index.
         vertex: usize,
-        /// How many there are.
+        /// The number of vertices.
         num_vertices: usize,
     },
     /// A vertex that no face uses.
@@ -60,87 +61,87 @@ pub enum HandlesError {
         "{place}: vertex {vertex} belongs to no face, so nothing would follow it; leave it out"
     )]
     Unreferenced {
-        /// Where the handle stands.
+        /// The location of the handle.
         place: Place,
-        /// The vertex.
+        /// The vertex index.
         vertex: usize,
     },
-    /// A handle without a vertex.
+    /// A handle without vertices.
     #[error("{place} holds no vertex: {why}")]
     Empty {
-        /// Where the handle stands.
+        /// The location of the handle.
         place: Place,
-        /// What its selection lacks.
+        /// The reason why its selection is empty.
         why: &'static str,
     },
-    /// A handle that makes no sense.
+    /// An invalid handle.
     #[error("{place} {problem}")]
     Invalid {
-        /// Where the handle stands.
+        /// The location of the handle.
         place: Place,
-        /// What is wrong, and what to do.
+        /// The problem, and what to do.
         problem: String,
     },
-    /// Not one target a vertex.
+    /// The number of targets differs from the number of vertices.
     #[error("{place} has {vertices} vertices but {targets} positions in \"to\"; give one a vertex")]
     TargetCount {
-        /// Where the handle stands.
+        /// The location of the handle.
         place: Place,
-        /// How many vertices it has.
+        /// The number of vertices.
         vertices: usize,
-        /// How many targets it has.
+        /// The number of targets.
         targets: usize,
     },
     /// A target that is not finite.
     #[error("{place}: the new position of vertex {vertex} is not a finite number")]
     NonFinite {
-        /// Where the handle stands.
+        /// The location of the handle.
         place: Place,
-        /// The vertex.
+        /// The vertex index.
         vertex: usize,
     },
-    /// A vertex that two handles move differently.
+    /// Two handles move a vertex differently.
     #[error("{} and {} contradict each other: they want vertex {vertex} at two places", places[0], places[1])]
     Contradiction {
-        /// Where the two handles stand.
+        /// The locations of the two handles.
         places: [Place; 2],
-        /// The vertex.
+        /// The vertex index.
         vertex: usize,
     },
     /// A line that cannot be read.
     #[error("line {line}: {problem}")]
     Line {
-        /// The line, counted from 1.
+        /// The 1-based line number.
         line: usize,
-        /// What is wrong with it.
+        /// The problem.
         problem: String,
     },
-    /// A `.sel` file of another mesh.
+    /// A `.sel` file that belongs to another mesh.
     #[error(
         "{statuses} lines of status, but the mesh has {num_vertices} vertices; give one line a vertex"
     )]
     StatusCount {
-        /// How many lines there are.
+        /// The number of lines.
         statuses: usize,
-        /// How many vertices there are.
+        /// The number of vertices.
         num_vertices: usize,
     },
-    /// A `.sel` file that moves vertices, without the matrix.
+    /// A `.sel` file moves vertices, but there is no matrix.
     #[error("status 2 needs a matrix: put it into {} or name its file with --def", beside.display())]
     NoDef {
-        /// Where it was looked for.
+        /// The path at which it was expected.
         beside: PathBuf,
     },
     /// A matrix that is not affine.
     #[error("the matrix {0}")]
     Matrix(String),
-    /// Handles that the numbers of the file cannot tell apart: only for writing.
+    /// Handles that differ between the copies of one file vertex; occurs only when writing.
     #[error(
         "a repair split vertex {vertex} of the file, and its copies are not held alike, which a \
          handles file cannot say; save the repaired mesh, and the handles for that"
     )]
     Copies {
-        /// The vertex of the file.
+        /// The vertex index in the file.
         vertex: usize,
     },
 }

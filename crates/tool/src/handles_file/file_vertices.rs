@@ -1,18 +1,20 @@
-//! Vertices of a file that was repaired when it was read.
+//! The vertices of a file that was repaired when it was read.
 
-/// Where the vertices of a file are in the document that was repaired from it.
+/// The mapping between the vertices of a file and of the document repaired from it.
 #[derive(Clone, Debug)]
 pub struct FileVertices {
     num_vertices: usize,
-    /// The vertex of the file for each vertex of the document.
+    /// The file vertex of each document vertex.
     sources: Vec<usize>,
-    /// Vertices of the file with those of the document that come from them, in order.
+    /// Pairs of a file vertex and a document vertex derived from it, in order.
     copies: Vec<(usize, usize)>,
 }
 
 impl FileVertices {
-    /// `num_vertices` is the file's; `sources` gives the file's vertex for each vertex of the
-    /// document.
+    /// Creates the mapping.
+    ///
+    /// `num_vertices` is the number of file vertices; `sources` gives the file vertex of each
+    /// document vertex.
     pub fn new(num_vertices: usize, sources: Vec<usize>) -> Self {
         let mut copies: Vec<_> = sources
             .iter()
@@ -27,25 +29,25 @@ impl FileVertices {
         }
     }
 
-    /// The same without vertices of the document that are no copies of what they come from, as
-    /// those that fill holes.
+    /// Removes document vertices that are not copies of their source, such as those that fill
+    /// holes.
     #[must_use]
     pub fn without(mut self, added: &[usize]) -> Self {
         self.copies.retain(|(_, v)| added.binary_search(v).is_err());
         self
     }
 
-    /// The vertex of the file that a vertex of the document comes from.
+    /// The file vertex from which a document vertex is derived.
     pub fn vertex(&self, vertex: usize) -> usize {
         self.sources.get(vertex).copied().unwrap_or(vertex)
     }
 
-    /// Number of vertices of the file.
+    /// Number of vertices in the file.
     pub fn num_vertices(&self) -> usize {
         self.num_vertices
     }
 
-    /// The vertices of the document that come from a vertex of the file.
+    /// The document vertices derived from a file vertex.
     pub fn in_document(&self, vertex: usize) -> impl Iterator<Item = usize> {
         self.copies(vertex).iter().map(|&(_, v)| v)
     }

@@ -1,4 +1,4 @@
-//! Vertices that move alike: what an editor shows as one handle.
+//! Groups of vertices that move alike, which an editor shows as one handle.
 
 use nalgebra::{Matrix4, Point3};
 
@@ -8,29 +8,29 @@ use super::{Constraint, Contents, Goal, Kind, Place};
 /// Vertices that are held together.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Group {
-    /// The vertices, counted from 0.
+    /// The 0-based vertex indices.
     pub vertices: Vec<usize>,
-    /// Where they go.
+    /// The motion of the vertices.
     pub motion: GroupMotion,
     /// The weight of their springs, if the group is soft.
     pub weight: Option<f64>,
 }
 
-/// Where the vertices of a group go.
+/// The motion of the vertices of a group.
 #[derive(Clone, PartialEq, Debug)]
 pub enum GroupMotion {
-    /// Nowhere.
+    /// The vertices stay in place.
     Fixed,
-    /// By an affine map, which acts on columns (x, y, z, 1): its last row is 0 0 0 1.
+    /// An affine transform, which acts on columns (x, y, z, 1): its last row is 0 0 0 1.
     Matrix(Matrix4<f64>),
-    /// Each to its own point, in the order of the vertices.
+    /// A target point for each vertex, in vertex order.
     To(Vec<Point3<f64>>),
 }
 
 impl Group {
-    /// Where each vertex goes, with `positions` for the rest positions by vertex.
+    /// Returns the goal of each vertex, given the rest positions of all vertices.
     ///
-    /// Vertices without a position or a point of their own are left out.
+    /// Vertices without a position or a target point are omitted.
     pub fn goals(&self, positions: &[Point3<f64>]) -> Vec<(usize, Goal)> {
         let vertices = self.vertices.iter().copied();
         match &self.motion {
@@ -49,8 +49,9 @@ impl Group {
     }
 }
 
-/// The groups vertex by vertex; their places are their numbers in the list. `positions` are those
-/// of the document at rest.
+/// Converts groups to constraints per vertex, whose places are the group indices.
+///
+/// `positions` are the rest positions of the document.
 pub fn constraints(groups: &[Group], positions: &[Point3<f64>]) -> Vec<Constraint> {
     let of_group = |(index, group): (usize, &Group)| {
         let weight = group.weight;
@@ -69,7 +70,7 @@ pub fn constraints(groups: &[Group], positions: &[Point3<f64>]) -> Vec<Constrain
 }
 
 impl Contents {
-    /// What was brought onto the surface, in groups.
+    /// Groups the constraints after they were mapped to the surface.
     pub(super) fn groups(&self, held: Vec<Constraint>, positions: &[Point3<f64>]) -> Vec<Group> {
         if self.kind == Kind::Sel {
             let is_fixed = |c: &Constraint| c.goal == Goal::Stay;
@@ -89,13 +90,13 @@ impl Contents {
     }
 }
 
-/// A group of constraints that are not none and of one kind.
+/// Builds a group from a non-empty list of constraints of one kind.
 fn group(held: &[Constraint], matrix: Option<&Matrix4<f64>>, rest: &[Point3<f64>]) -> Group {
     let points = held.iter().map(|c| match c.goal {
         Goal::Stay => rest.get(c.vertex).copied().unwrap_or_default(),
         Goal::To(point) => point,
     });
-    // Of vertices that were welded within a distance, the map does not tell where they go.
+    // The transform does not give the targets of vertices that were welded within a distance.
     let by_matrix = matrix.filter(|matrix| {
         held.iter().zip(points.clone()).all(|(c, point)| {
             let from = rest.get(c.vertex);

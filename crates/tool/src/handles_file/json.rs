@@ -1,4 +1,5 @@
-//! Handles as JSON: `{"handles": [{"vertices": …, "to" | "transform" | "fixed": …, "weight": k}]}`.
+//! Handles as JSON: `{"handles": [{"vertices": …, "to" | "transform" | "fixed": …, "weight":
+//! k}]}`.
 
 use std::fmt;
 
@@ -14,7 +15,7 @@ use super::selection::Selection;
 use super::transform::{Rotate, Transform, apply, from_rows};
 use super::vertices::Vertices;
 
-/// `matrices` gets the maps of those handles that have one.
+/// Reads a handles file. `matrices` receives the transforms of those handles that have one.
 pub(super) fn read(
     contents: &str,
     mesh: &Vertices<'_>,
@@ -30,13 +31,14 @@ pub(super) fn read(
     Ok(constraints)
 }
 
-/// The groups that [`to_json`](super::to_json) wrote, read without a mesh: their vertices are
-/// listed by number and move by a matrix, to points, or not at all. Whether there are such vertices
-/// is for the caller to see.
+/// Reads groups written by [`to_json`](super::to_json) without a mesh.
+///
+/// Their vertices are listed by index and move by a matrix, to points, or not at all. The caller
+/// has to check that the vertices exist.
 ///
 /// # Errors
-/// [`HandlesError`] with the handle, and what is wrong; also for a box, a sphere or a transform by
-/// parts, which need the mesh.
+/// [`HandlesError`] with the handle and the problem; also for a box, a sphere or a transform
+/// given by parts, which require the mesh.
 pub fn from_json(contents: &str) -> Result<Vec<Group>, HandlesError> {
     let file: File = serde_json::from_str(contents).map_err(HandlesError::Json)?;
     let entries = file.handles.0.into_iter().enumerate();
@@ -109,7 +111,8 @@ impl Triple {
 }
 
 impl HandleEntry {
-    /// Adds the handle's vertices and where they go; gives the map that moves them, if one does.
+    /// Adds the handle's vertices and their targets; returns the transform that moves them, if
+    /// there is one.
     fn constrain(
         &self,
         place: Place,
@@ -240,14 +243,14 @@ impl TransformEntry {
     }
 }
 
-/// The mean of the positions; the origin if there is none.
+/// The mean of the positions; the origin if there are none.
 fn centroid(positions: &[Point3<f64>]) -> Point3<f64> {
     let sum: Vector3<f64> = positions.iter().map(|p| p.coords).sum();
     Point3::from(sum / positions.len().max(1) as f64)
 }
 
 impl<'de> Deserialize<'de> for HandleList {
-    // By hand, so that an error inside says which handle it is in.
+    // Implemented manually, so that an error inside names its handle.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct List;
 

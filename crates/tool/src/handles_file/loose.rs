@@ -1,4 +1,4 @@
-//! The parts of a mesh that no handle holds.
+//! The parts of a mesh without handles.
 
 use std::fmt;
 
@@ -6,22 +6,23 @@ use cotan_io::ProcessingMesh;
 
 use super::{Constraint, FileVertices, Goal, Place};
 
-/// Handles for the components of a mesh that have none: they stay where they are.
+/// Handles that hold the components of a mesh without handles in place.
 ///
-/// Its text is a warning that this was done.
+/// The `Display` text is a warning about this.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Loose {
     /// Every vertex of those components, in order; never empty.
     pub constraints: Vec<Constraint>,
-    /// How many components there are.
+    /// Number of components.
     pub num_components: usize,
-    /// The first of the vertices, as the file numbers it.
+    /// The first of the vertices, as an index of the file.
     pub first_vertex: usize,
 }
 
 impl Loose {
-    /// Finds the components without a handle; `None` if all have one. Vertices are those of the
-    /// document.
+    /// Finds the components without a handle; `None` if all have one.
+    ///
+    /// Vertices are document indices.
     pub fn of(
         constraints: &[Constraint],
         processing: &ProcessingMesh,
@@ -40,7 +41,7 @@ impl Loose {
             .filter(|&v| !is_held[components.of(v)])
             .map(|v| processing.document_vertex(v))
             .collect();
-        // The mesh may have numbers of its own.
+        // The mesh may be numbered differently.
         loose.sort_unstable();
         let &first = loose.first()?;
         let hold = |vertex| Constraint {

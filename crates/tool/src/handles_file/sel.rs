@@ -1,7 +1,7 @@
 //! The `.sel` + `.def` pair of the bend benchmark.
 //!
-//! `.sel` has one line a vertex of the mesh: 0 fixed, 1 free, 2 handle. `.def` has the 4×4 matrix
-//! that moves the handle vertices, row by row. Both may have `#` comments.
+//! `.sel` has one line per vertex of the mesh: 0 fixed, 1 free, 2 handle. `.def` has the 4×4
+//! matrix that moves the handle vertices, row by row. Both may contain `#` comments.
 
 use nalgebra::{Matrix4, Point3};
 
@@ -11,7 +11,7 @@ use super::text::{finite, rows};
 use super::transform;
 use super::vertices::Vertices;
 
-/// The vertices of a `.sel` file that are held.
+/// The held vertices of a `.sel` file.
 pub(super) struct Statuses {
     held: Vec<(usize, Place, Status)>,
 }
@@ -49,7 +49,7 @@ pub(super) fn read_statuses(contents: &str, mesh: &Vertices<'_>) -> Result<Statu
 }
 
 impl Statuses {
-    /// Whether some vertex is moved.
+    /// Returns `true` if any vertex is moved.
     pub(super) fn need_matrix(&self) -> bool {
         self.held
             .iter()

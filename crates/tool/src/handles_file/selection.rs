@@ -1,4 +1,4 @@
-//! Which vertices a handle of a JSON file holds: a list of numbers, a box, or a sphere.
+//! The vertices that a handle of a JSON file holds: a list of indices, a box, or a sphere.
 
 use std::fmt;
 
@@ -19,7 +19,7 @@ pub(super) enum Selection {
     Region(Region),
 }
 
-/// A part of space; exactly one of the two is given.
+/// A region of space; exactly one of the two is given.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Region {
@@ -43,10 +43,10 @@ struct Sphere {
 }
 
 impl Selection {
-    /// The vertices, as the mesh file numbers them.
+    /// Returns the vertices, as indices of the mesh file.
     ///
     /// # Errors
-    /// [`HandlesError`] if there is none, or one that is not in the mesh.
+    /// [`HandlesError`] if there are none, or one is not in the mesh.
     pub(super) fn vertices(
         &self,
         mesh: &Vertices<'_>,
@@ -116,7 +116,7 @@ impl Region {
 }
 
 impl<'de> Deserialize<'de> for Selection {
-    // By hand: what derive makes of alternatives does not say which key is wrong.
+    // Implemented manually, because derived errors for alternatives do not name the invalid key.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct Either;
 

@@ -50,7 +50,7 @@ impl Bench {
     }
 }
 
-/// Everything but the place, exactly.
+/// Everything but the location, exactly.
 fn bits(constraints: &[Constraint]) -> Vec<(usize, Option<[u64; 3]>, Option<u64>)> {
     let one = |c: &Constraint| {
         let goal = match c.goal {
@@ -62,7 +62,8 @@ fn bits(constraints: &[Constraint]) -> Vec<(usize, Option<[u64; 3]>, Option<u64>
     constraints.iter().map(one).collect()
 }
 
-/// Of any size and sign, but no matrix of them takes a unit sphere out of the numbers.
+/// Numbers of any magnitude and sign for which no matrix takes the unit sphere out of the finite
+/// numbers.
 fn number() -> impl Strategy<Value = f64> {
     use proptest::num::f64::{NEGATIVE, NORMAL, POSITIVE, SUBNORMAL, ZERO};
     (POSITIVE | NEGATIVE | NORMAL | SUBNORMAL | ZERO)
@@ -84,7 +85,7 @@ fn motion(num_vertices: usize) -> impl Strategy<Value = GroupMotion> {
     ]
 }
 
-/// Groups that share no vertex.
+/// Groups with no vertex in common.
 fn groups() -> impl Strategy<Value = Vec<Group>> {
     let weight = proptest::option::of(1e-300..1e300);
     let sizes = proptest::collection::vec((1usize..6, weight), 1..6);
@@ -131,7 +132,7 @@ fn groups_say_what_the_list_of_vertices_says() {
        "transform": {"scale": 1.1}},
       {"vertices": [7, 2], "weight": 0.1, "to": [[0.1, 1e-7, 3], [-0.0, 2, 5e-324]]}
     ]}"#;
-    // The whole sphere is one handle that contradicts the others, so each stands alone.
+    // The handle for the whole sphere contradicts the others, so each is tested alone.
     let file: serde_json::Value = serde_json::from_str(json).unwrap();
     for handle in file["handles"].as_array().unwrap() {
         let text = serde_json::json!({ "handles": [handle] }).to_string();

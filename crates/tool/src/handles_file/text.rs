@@ -1,4 +1,4 @@
-//! Handles as text: `vertex x y z` a line, with `#` comments.
+//! Handles as text: one `vertex x y z` per line, with `#` comments.
 
 use nalgebra::Point3;
 
@@ -46,7 +46,7 @@ pub(super) fn read(contents: &str, mesh: &Vertices<'_>) -> Result<Vec<Constraint
     Ok(constraints)
 }
 
-/// The lines without comments and blank lines, numbered from 1.
+/// The lines without comments and blank lines, with 1-based numbers.
 pub(super) fn rows(contents: &str) -> impl Iterator<Item = (usize, &str)> {
     contents
         .lines()
@@ -55,7 +55,7 @@ pub(super) fn rows(contents: &str) -> impl Iterator<Item = (usize, &str)> {
         .filter(|(_, line)| !line.is_empty())
 }
 
-/// A finite number, or what is wrong with it.
+/// Parses a finite number, or returns the problem.
 pub(super) fn finite(word: &str) -> Result<f64, String> {
     match word.parse::<f64>() {
         Ok(x) if x.is_finite() => Ok(x),

@@ -1,8 +1,8 @@
-//! The affine map of a handle: scale, then rotate, then translate; or a matrix.
+//! The affine transform of a handle: scale, then rotate, then translate; or a matrix.
 
 use nalgebra::{Matrix4, Point3, Rotation3, Translation3, Unit, Vector3};
 
-/// What a handles file says about a transform.
+/// A transform as given in a handles file.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(super) struct Transform {
     pub(super) scale: Option<f64>,
@@ -19,10 +19,12 @@ pub(super) struct Rotate {
 }
 
 impl Transform {
-    /// The matrix, acting on columns (x, y, z, 1). The centroid is that of the handle's vertices.
+    /// Returns the matrix, which acts on columns (x, y, z, 1).
+    ///
+    /// `centroid` is that of the handle's vertices.
     ///
     /// # Errors
-    /// What is wrong, to follow "handle 3 ".
+    /// The problem, worded to follow "handle 3 ".
     pub(super) fn matrix(&self, centroid: Point3<f64>) -> Result<Matrix4<f64>, String> {
         let parts = self.scale.is_some() || self.rotate.is_some() || self.translate.is_some();
         match &self.matrix {
@@ -37,8 +39,9 @@ impl Transform {
         }
     }
 
-    /// The rotation vector, in radians, where it is more than half a turn: the matrix does not
-    /// tell it from the rest of a whole one.
+    /// Returns the rotation vector, in radians, if it is more than half a turn.
+    ///
+    /// The matrix does not distinguish it from the complementary rotation.
     pub(super) fn wide_turn(&self) -> Option<Vector3<f64>> {
         let rotate = self.rotate.as_ref()?;
         let axis = Unit::try_new(rotate.axis, 0.0)?;
@@ -68,7 +71,7 @@ impl Transform {
     }
 }
 
-/// The map that does at `pivot` what `matrix` does at the origin.
+/// The transform that does at `pivot` what `matrix` does at the origin.
 fn about(pivot: Point3<f64>, matrix: Matrix4<f64>) -> Matrix4<f64> {
     let there = Translation3::from(pivot.coords);
     there.to_homogeneous() * matrix * there.inverse().to_homogeneous()
@@ -79,10 +82,10 @@ pub(super) fn apply(matrix: &Matrix4<f64>, point: Point3<f64>) -> Point3<f64> {
     Point3::from((matrix * point.to_homogeneous()).xyz())
 }
 
-/// An affine matrix from its 3 or 4 rows of 4 numbers.
+/// Builds an affine matrix from its 3 or 4 rows of 4 numbers.
 ///
 /// # Errors
-/// What is wrong, to follow "the matrix ".
+/// The problem, worded to follow "the matrix ".
 pub(super) fn from_rows(rows: &[Vec<f64>]) -> Result<Matrix4<f64>, String> {
     if !(3..=4).contains(&rows.len()) {
         return Err(format!("has {} rows; it needs 3 or 4", rows.len()));

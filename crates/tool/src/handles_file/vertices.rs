@@ -1,4 +1,4 @@
-//! The vertices that the handles of a file are on: of the file, of the document, of the surface.
+//! The vertices held by the handles of a file, in the file, the document and the surface.
 
 use std::collections::HashSet;
 
@@ -17,7 +17,7 @@ pub(super) struct Vertices<'a> {
 }
 
 impl Vertices<'_> {
-    /// Number of vertices of the file.
+    /// Number of vertices in the file.
     pub(super) fn len(&self) -> usize {
         match self.file_vertices {
             Some(file) => file.num_vertices(),
@@ -25,7 +25,7 @@ impl Vertices<'_> {
         }
     }
 
-    /// The document's vertices that a vertex of the file is.
+    /// The document vertices derived from a file vertex.
     fn copies(&self, vertex: usize) -> impl Iterator<Item = usize> {
         let copies = self.file_vertices.map(|file| file.copies(vertex));
         let own = copies.is_none().then_some(vertex);
@@ -33,8 +33,10 @@ impl Vertices<'_> {
             .chain(copies.into_iter().flatten().map(|&(_, v)| v))
     }
 
-    /// The constraints in the numbers of the document, with what was welded held once: where several
-    /// vertices of one handle are one of the surface, the first says where it goes.
+    /// Converts the constraints to document indices, with welded vertices held once.
+    ///
+    /// If several vertices of one handle are one vertex of the surface, the first determines the
+    /// target.
     pub(super) fn on_surface(&self, constraints: &[Constraint], kind: Kind) -> Vec<Constraint> {
         let positions = self.document.positions();
         let mut seen = HashSet::new();
@@ -44,7 +46,7 @@ impl Vertices<'_> {
                 let Some(id) = self.processing.vertex(copy) else {
                     continue;
                 };
-                // All that a .sel file moves is one handle, and so is all that it fixes.
+                // All moved vertices of a .sel file form one handle, and so do all fixed ones.
                 let handle = match kind {
                     Kind::Sel => None,
                     Kind::Json | Kind::Text => Some(constraint.place),
@@ -58,7 +60,7 @@ impl Vertices<'_> {
                     (Goal::To(target), Some(own), Some(first)) if target == *own => {
                         Goal::To(*first)
                     }
-                    // A vertex keeps its distance to the one that it is welded to.
+                    // A vertex keeps its offset from the one that it is welded to.
                     (Goal::To(target), Some(own), Some(first)) if own != first => {
                         Goal::To(target - (own - first))
                     }
@@ -74,7 +76,7 @@ impl Vertices<'_> {
         held
     }
 
-    /// The position of a vertex of the file that a face uses.
+    /// The position of a file vertex that a face uses.
     pub(super) fn position(
         &self,
         vertex: usize,
@@ -99,7 +101,7 @@ impl Vertices<'_> {
             .any(|v| self.processing.vertex(v).is_some())
     }
 
-    /// The vertices of the file that some face uses, in order.
+    /// The file vertices that a face uses, in order.
     pub(super) fn used(&self) -> impl Iterator<Item = (usize, Point3<f64>)> {
         (0..self.len())
             .filter(|&vertex| self.is_used(vertex))

@@ -1,4 +1,4 @@
-//! Handles as a file: the JSON that is read.
+//! Writing of handles files, as JSON.
 
 use std::collections::{HashMap, HashSet};
 
@@ -8,26 +8,29 @@ use serde::Serialize;
 
 use super::{FileVertices, Goal, Group, GroupMotion, HandlesError};
 
-/// Groups as a handles file, a handle a line; their vertices are those of the mesh file.
+/// Formats groups as a handles file, one handle per line.
 ///
-/// Numbers are written so that they read back bit for bit. Groups without a vertex are left out. A
-/// number that is not finite becomes `null`, which is refused when it is read.
+/// Their vertices are those of the mesh file.
+///
+/// Numbers are written so that they read back bit for bit. Groups without vertices are omitted. A
+/// non-finite number becomes `null`, which is rejected when it is read.
 pub fn to_json(groups: &[Group]) -> String {
     let entries = groups.iter().filter(|group| !group.vertices.is_empty());
     let lines: Vec<String> = entries
-        // Strings for keys and numbers for values: nothing that could fail.
+        // String keys and number values cannot fail.
         .filter_map(|group| serde_json::to_string(&Entry::of(group)).ok())
         .map(|line| format!("\n  {line}"))
         .collect();
     format!("{{\"handles\": [{}\n]}}\n", lines.join(","))
 }
 
-/// The same groups with the vertices of the file in the place of those of the document that was
-/// repaired from it; copies that a repair made of a vertex become one.
+/// Replaces the vertices of a repaired document by those of the original file.
+///
+/// Copies that a repair made of a vertex become one.
 ///
 /// # Errors
-/// [`HandlesError::Copies`] if the copies of a vertex are not all held, and alike: a handle on the
-/// vertex holds all of them.
+/// [`HandlesError::Copies`] if the copies of a vertex are not all held alike, since a handle on
+/// the vertex holds all of them.
 pub fn groups_in_file(
     groups: &[Group],
     document: &Document,
@@ -35,7 +38,7 @@ pub fn groups_in_file(
     file_vertices: &FileVertices,
 ) -> Result<Vec<Group>, HandlesError> {
     let rest = document.positions();
-    // Where each vertex of the surface goes, and by which group.
+    // The goal of each vertex of the surface, and its group.
     let mut goals: HashMap<usize, (usize, [u64; 4])> = HashMap::new();
     for (index, group) in groups.iter().enumerate() {
         for (vertex, goal) in group.goals(rest) {
@@ -88,7 +91,7 @@ fn bits(goal: Goal) -> [u64; 4] {
     }
 }
 
-/// A handle as it is written, the counterpart of what `json` reads.
+/// A handle in written form, the counterpart of the one read in `json`.
 #[derive(Serialize)]
 struct Entry<'a> {
     vertices: &'a [usize],

@@ -1,15 +1,15 @@
-//! Coarse and fine scale apart.
+//! Separate factors for the coarse and the fine scale.
 
 use cotan_halfedge::VertexMap;
 
 use super::{CurvatureEdit, CurvatureField};
 
-/// H* = coarse H + f (middle) + g (fine): the field cut at two scales, each band with its own
-/// factor.
+/// H* = coarse H + f (middle) + g (fine): the field is split at two scales, and each band has its
+/// own factor.
 ///
-/// fine = H − H after `fine_passes` half steps of the umbrella; coarse = H after `coarse_passes`;
-/// middle is what lies between. A pass reaches one edge farther, n passes about √n edges. Both
-/// factors 1 change nothing.
+/// fine = H − H after `fine_passes` half steps of the umbrella operator; coarse = H after
+/// `coarse_passes`; middle is the band between them. Each pass reaches one edge farther; the
+/// effective radius of n passes is about √n edges. With both factors 1, nothing changes.
 ///
 /// ```
 /// use cotan::prelude::*;
@@ -29,9 +29,9 @@ pub struct BandPass {
     pub fine: f64,
     /// f, the factor of the middle band.
     pub middle: f64,
-    /// Passes that separate the fine band.
+    /// The number of passes that separate the fine band.
     pub fine_passes: usize,
-    /// Passes that separate the coarse part; at least `fine_passes`.
+    /// The number of passes that separate the coarse part; at least `fine_passes`.
     pub coarse_passes: usize,
 }
 

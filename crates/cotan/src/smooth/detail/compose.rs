@@ -1,4 +1,4 @@
-//! Edits made of edits.
+//! Combinations of edits.
 
 use cotan_halfedge::VertexMap;
 
@@ -14,8 +14,7 @@ pub struct Sum<A, B>(
     pub B,
 );
 
-/// One edit here, another there: H* = (1 − m) a(H) + m b(H) with a mask m of one number in 0 … 1 a
-/// vertex.
+/// Blends two edits: H* = (1 − m) a(H) + m b(H), with a mask m of one value in 0 … 1 per vertex.
 ///
 /// ```
 /// use cotan::prelude::*;
@@ -33,20 +32,20 @@ pub struct Sum<A, B>(
 /// ```
 #[derive(Clone, PartialEq, Debug)]
 pub struct Blend<A, B> {
-    /// m.
+    /// The mask m.
     pub mask: VertexMap<f64>,
-    /// Where m = 0.
+    /// The edit where m = 0.
     pub off: A,
-    /// Where m = 1.
+    /// The edit where m = 1.
     pub on: B,
 }
 
-/// One edit after the other: H* = b(a(H)).
+/// Applies one edit after the other: H* = b(a(H)).
 #[derive(Clone, PartialEq, Debug)]
 pub struct Sequence<A, B>(
     /// The first edit.
     pub A,
-    /// The one applied to what the first wants.
+    /// The edit that is applied to the result of the first.
     pub B,
 );
 

@@ -1,8 +1,9 @@
-//! Editing the curvature field: details exaggerated, faded, mixed, painted.
+//! Editing of the curvature field: details exaggerated, faded, mixed or painted.
 //!
-//! A [`CurvatureEdit`] maps the field of mean curvatures of the original mesh to the one wanted;
-//! edits compose ([`Sum`], [`Blend`], [`Sequence`]). [`CurvatureUpdater`] makes one a
-//! [`ScalarFieldUpdater`], and [`edit_detail`] rebuilds the surface from it in the anchored system.
+//! A [`CurvatureEdit`] maps the mean curvature field of the original mesh to the target field.
+//! Edits can be composed ([`Sum`], [`Blend`], [`Sequence`]). [`CurvatureUpdater`] turns an edit
+//! into a [`ScalarFieldUpdater`], and [`edit_detail`] rebuilds the surface from it with the
+//! anchored system.
 
 mod band_pass;
 mod compose;
@@ -27,11 +28,11 @@ use super::curvature::{Curvature, Direction};
 use super::parallel::filled;
 use crate::error::Error;
 
-/// The mean curvatures of a mesh, and what an edit needs to know of it.
+/// The mean curvatures of a mesh, and the data that an edit needs about the mesh.
 #[derive(Clone, Debug)]
 pub struct CurvatureField<'a> {
-    /// H = ½ (κ₁ + κ₂) of every vertex, one over box units (the mesh's longest side is 1); positive
-    /// where convex, 0 on the boundary.
+    /// H = ½ (κ₁ + κ₂) of each vertex in inverse box units (the longest side of the mesh is 1).
+    /// Positive where convex, 0 on the boundary.
     pub values: VertexMap<f64>,
     rings: &'a OneRings,
     is_inner: &'a VertexMap<bool>,
@@ -48,12 +49,12 @@ impl CurvatureField<'_> {
         }
     }
 
-    /// The field after `passes` half steps of the umbrella, κ ← κ + ½ (mean of the neighbours − κ):
-    /// its coarse part. Boundary vertices are left out.
+    /// The coarse part of the field: the result of `passes` half steps of the umbrella operator,
+    /// κ ← κ + ½ (mean of the neighbours − κ). Boundary vertices are excluded.
     ///
-    /// A neighbour j with less than half of the area of vertex i counts by 2 A_j / A_i: between
-    /// slivers curvatures are large and areas small, and such a curvature over the area of a large
-    /// neighbour would be a bend that is nowhere on the mesh.
+    /// A neighbour j with less than half of the area of vertex i is weighted by 2 A_j / A_i.
+    /// Between slivers, curvatures are large and areas small, and such a curvature over the area
+    /// of a large neighbour would be a bend that does not exist on the mesh.
     #[must_use]
     pub fn smoothed(&self, passes: usize) -> Self {
         let mut values = self.values.clone();
@@ -66,16 +67,16 @@ impl CurvatureField<'_> {
         self.with_values(values)
     }
 
-    /// By how much a field differs from the mean of its neighbours.
+    /// The difference between the field and the mean of its neighbours.
     fn bend(&self, values: &VertexMap<f64>) -> VertexMap<f64> {
         filled(values.len(), |v: VertexId| {
             let (mut sum, mut count) = (0.0, 0.0);
             if self.is_inner[v] {
                 for (j, _) in self.rings.ring(v.index()) {
                     if self.is_inner[j] {
-                        // Where both areas are 0 the ratio is no number, and the share 1.
+                        // If both areas are 0 the ratio is NaN, and `min` yields a share of 1.
                         let share = (LARGEST_RATIO * self.areas[j] / self.areas[v]).min(1.0);
-                        // As differences: a constant field has none, exactly.
+                        // Summed as differences, so a constant field has exactly zero bend.
                         sum += share * (values[v] - values[j]);
                         count += 1.0;
                     }
@@ -86,22 +87,21 @@ impl CurvatureField<'_> {
     }
 }
 
-/// How many times as large as a neighbour's an area may be for the neighbour to count fully. On
-/// meshes
-/// without slivers it changes results by some 1e-4 of the size; on CAD models moves are 5 to 20
-/// times smaller for it.
+/// The largest ratio of an area to that of a neighbour at which the neighbour still counts fully.
+/// On meshes without slivers this changes results by about 1e-4 of the size; on CAD models it
+/// makes displacements 5 to 20 times smaller.
 const LARGEST_RATIO: f64 = 2.0;
 
-/// Says what becomes of a mesh's curvature.
+/// An edit of the curvature of a mesh.
 ///
-/// Dyn-compatible, and forwarded through `Box<E>` and `&E`.
+/// The trait is dyn-compatible and implemented for `Box<E>` and `&E`.
 pub trait CurvatureEdit: Send + Sync {
-    /// The wanted field.
+    /// Computes the target field.
     ///
-    /// **Shapes**: one value a vertex. **Units**: one over box units.
+    /// **Shapes**: one value per vertex. **Units**: inverse box units.
     fn edit(&self, field: &CurvatureField<'_>) -> VertexMap<f64>;
 
-    /// Whether the edit suits a mesh of so many vertices.
+    /// Checks that the edit fits a mesh with this number of vertices.
     ///
     /// # Errors
     /// [`Error::FieldLength`] for a field of another length.
@@ -130,20 +130,20 @@ impl<E: CurvatureEdit + ?Sized> CurvatureEdit for &E {
     }
 }
 
-/// A [`CurvatureEdit`] as a [`ScalarFieldUpdater`]: d = −4 A⁰ H*, with the *input's* areas, since
-/// with the current ones the scale runs away. Constant once computed.
+/// A [`CurvatureEdit`] as a [`ScalarFieldUpdater`]: d = −4 A⁰ H*, with the areas of the *input*,
+/// because the scale diverges with the current areas. Constant once computed.
 ///
-/// The orientation to go with it is [`super::AlongCurvature`] with the same direction.
+/// The matching orientation is [`super::AlongCurvature`] with the same direction.
 #[derive(Clone, PartialEq, Debug)]
 pub struct CurvatureUpdater<E> {
     /// The edit.
     pub edit: E,
-    /// What the field is the size of.
+    /// The quantity described by the field.
     pub direction: Direction,
 }
 
 impl<E: CurvatureEdit> CurvatureUpdater<E> {
-    /// With the default direction.
+    /// Creates the updater with the default direction.
     pub fn new(edit: E) -> Self {
         Self {
             edit,
@@ -189,7 +189,8 @@ pub(crate) fn wanted_field<T: Scalar>(
     let wanted = edit.edit(&original);
     filled(mesh.num_vertices(), |v: VertexId| {
         if is_inner[v] {
-            // As a difference: where nothing is to change the field is that of the input, exactly.
+            // Computed as a difference, so that the field is exactly that of the input where
+            // nothing changes.
             let change = wanted[v] - original.values[v];
             T::of_f64(sizes[v] - 4.0 * areas[v] * change)
         } else {
@@ -198,7 +199,7 @@ pub(crate) fn wanted_field<T: Scalar>(
     })
 }
 
-/// A field must have one value per vertex.
+/// Checks that a field has one value per vertex.
 fn check_length(what: &'static str, len: usize, num_vertices: usize) -> Result<(), Error> {
     if len == num_vertices {
         Ok(())

@@ -1,4 +1,4 @@
-//! Edits of the curvature in one call.
+//! One-call function for curvature edits.
 
 use std::ops::ControlFlow;
 
@@ -19,20 +19,22 @@ use crate::smooth::unfold::without_new_folds;
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[non_exhaustive]
 pub struct DetailOptions {
-    /// μ > 0: how firmly every vertex is held where it was; smaller lets coarse changes through.
+    /// μ > 0: the firmness with which each vertex is held in place. Smaller values allow coarser
+    /// changes.
     pub anchor: f64,
-    /// How often. 0 changes nothing.
+    /// The number of iterations. 0 changes nothing.
     pub iterations: usize,
-    /// What the field is the size of.
+    /// The quantity described by the field.
     pub direction: Direction,
-    /// What happens to the boundary.
+    /// The treatment of the boundary.
     pub boundary: Boundary,
-    /// What is kept exactly.
+    /// The quantity that is preserved exactly.
     pub preserve: Preserve,
-    /// No vertex moves farther than this, in the units of the mesh; handles excepted. By default a
-    /// quarter of the longest side of the bounding box, farther than any detail reaches.
+    /// The maximum displacement of any vertex except handles, in the units of the mesh. The
+    /// default is a quarter of the longest side of the bounding box, which is farther than any
+    /// detail reaches.
     pub max_displacement: Option<f64>,
-    /// The most bytes that the factorization may take; see [`cotan_linear::SystemOptions`].
+    /// The memory limit of the factorization in bytes; see [`cotan_linear::SystemOptions`].
     pub max_memory: Option<u64>,
 }
 
@@ -60,29 +62,31 @@ impl Default for DetailOptions {
     }
 }
 
-/// A mesh with its details edited.
+/// A mesh with edited details.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Detailed<T: Scalar> {
     /// The new positions, in the units of the input.
     pub positions: Positions<T>,
-    /// Vertices that stayed where they were, as faces around them would have turned over.
+    /// The number of vertices that were kept in place because faces around them would have
+    /// flipped.
     pub kept_vertices: usize,
 }
 
-/// Rebuilds a mesh from the mean curvatures that an edit wants.
+/// Rebuilds a mesh from the mean curvatures requested by an edit.
 ///
-/// Target field and areas are those of the input; normals are those of the current surface. Slivers
-/// have the weights of [`MollifiedCotangent`], and no vertex a smaller area than a twentieth of the
-/// largest beside it. Where an edit changes nothing the mesh stays as it is, to the last digit
-/// in `f64`. Vertices of faces that would turn over against their neighbours stay where they are.
+/// Target field and areas are those of the input; normals are those of the current surface.
+/// Slivers have the weights of [`MollifiedCotangent`], and the area of a vertex is at least a
+/// twentieth of the largest area among its neighbours. Where an edit changes nothing, the mesh
+/// stays exactly the same in `f64`. Vertices of faces that would flip against their neighbours
+/// stay in place.
 ///
-/// **Shapes**: one position a vertex. `handles` may hold further vertices, or move some.
+/// **Shapes**: one position per vertex. `handles` may hold or move additional vertices.
 ///
 /// # Errors
-/// [`Error`] for a mesh that is no surface, handles that do not exist, a field of the wrong length,
-/// and positions that run away.
+/// [`Error`] for a mesh that is not a valid surface, handles that do not exist, a field of the
+/// wrong length, and positions that diverge.
 ///
-/// **Source**: paper, section 4.2; the anchors and the use of the input's areas are ours.
+/// **Source**: paper, section 4.2; the anchors and the use of the input areas are ours.
 pub fn edit_detail<'m, T: Scalar>(
     surface: impl Into<Surface<'m, T>>,
     handles: &Handles<T>,
@@ -94,11 +98,11 @@ pub fn edit_detail<'m, T: Scalar>(
     Ok(edited.positions)
 }
 
-/// As [`edit_detail`]; the observer sees the number of every iteration as it ends, and may stop the
-/// job.
+/// Like [`edit_detail`], with an observer that receives the index of each completed iteration and
+/// may stop the job.
 ///
 /// # Errors
-/// As [`edit_detail`], and [`Error::Cancelled`] if the observer stopped it.
+/// Same as [`edit_detail`], and [`Error::Cancelled`] if the observer stopped it.
 pub fn edit_detail_observed<'m, T: Scalar>(
     surface: impl Into<Surface<'m, T>>,
     handles: &Handles<T>,
@@ -151,7 +155,7 @@ pub fn edit_detail_observed<'m, T: Scalar>(
     })
 }
 
-/// Of the longest side of the bounding box.
+/// Relative to the longest side of the bounding box.
 const LONGEST_MOVE: f64 = 0.25;
 
 #[cfg(test)]
@@ -214,7 +218,7 @@ mod tests {
     fn details_grow_and_fade_and_the_volume_stays() {
         let shape = rough();
         let surface = shape.surface();
-        // What there is beside the torus's own.
+        // The curvature of the smooth torus, which is subtracted below.
         let own = mean_curvature_rms(&torus::<f64>(1.0, 0.4, 40, 20).surface());
         let curved = |x: &Positions<f64>| mean_curvature_rms(&surface.with_positions(x)) - own;
         let [faded, doubled] = [0.0, 2.0].map(|f| edited(&shape, &ScaledCurvature::by(f)));
@@ -223,7 +227,7 @@ mod tests {
         assert!(all[2] > 1.3 * all[1], "{all:?}");
         for x in [&faded, &doubled] {
             let ratio = surface.with_positions(x).volume() / surface.volume();
-            // As much as on the public models of the reference (1.013).
+            // The same as on the public models of the reference (1.013).
             assert!((ratio - 1.0).abs() < 0.015, "{ratio}");
         }
     }
@@ -257,8 +261,8 @@ mod tests {
         assert!(matches!(result, Err(Error::FieldLength { len: 42, .. })));
     }
 
-    /// A bar, one of whose triangles has a further vertex on a side, raised by `height`: the
-    /// face that closes the gap to the neighbour has next to no area.
+    /// A bar in which one triangle has an additional vertex on a side, raised by `height`. The
+    /// face that closes the gap to the neighbour has almost no area.
     fn bar_with_a_cap(height: f64) -> Mesh<f64> {
         let clean = bar::<f64>([4.0, 1.0, 1.0], [16, 4, 4]);
         let mut faces: Vec<[usize; 3]> = clean
@@ -283,8 +287,8 @@ mod tests {
         .unwrap()
     }
 
-    /// The plate of a CAD program: an ellipse whose rim is cut into a fan from one of its
-    /// vertices, with angles up to 179.9 degrees, and the same below.
+    /// A plate as exported by a CAD program: an ellipse whose rim is cut into a fan from one of
+    /// its vertices, with angles up to 179.9 degrees, and the same on the underside.
     fn plate(n: u32) -> Mesh<f64> {
         let rim = |z: f64| {
             (0..n).map(move |k| {

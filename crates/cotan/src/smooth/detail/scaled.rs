@@ -1,13 +1,14 @@
-//! Details exaggerated or faded.
+//! Exaggerated or faded details.
 
 use cotan_halfedge::VertexMap;
 
 use super::{CurvatureEdit, CurvatureField};
 
-/// H* = H + (f − 1)(H − coarse H): details f times as strong, the coarse shape as it is.
+/// H* = H + (f − 1)(H − coarse H): details f times as strong, with an unchanged coarse shape.
 ///
-/// The coarse part is the field after `passes` half steps of the umbrella. f = 1 changes nothing, 0
-/// takes the details away, 2 doubles them; beyond 2.5 the rebuilt surface may not settle.
+/// The coarse part is the field after `passes` half steps of the umbrella operator. f = 1 changes
+/// nothing, 0 removes the details, 2 doubles them. Above 2.5 the rebuilt surface may not
+/// converge.
 ///
 /// ```
 /// use cotan::prelude::*;
@@ -28,12 +29,12 @@ use super::{CurvatureEdit, CurvatureField};
 pub struct ScaledCurvature {
     /// f.
     pub factor: f64,
-    /// How far the coarse part is smoothed.
+    /// The number of smoothing passes that give the coarse part.
     pub passes: usize,
 }
 
 impl ScaledCurvature {
-    /// Details `factor` times as strong.
+    /// Makes details `factor` times as strong.
     pub fn by(factor: f64) -> Self {
         Self { factor, passes: 20 }
     }

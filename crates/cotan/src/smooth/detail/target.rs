@@ -1,4 +1,4 @@
-//! Any curvature that somebody computed or painted.
+//! An arbitrary computed or painted curvature field.
 
 use cotan_geometry::{Scalar, Surface};
 use cotan_halfedge::VertexMap;
@@ -6,7 +6,7 @@ use cotan_halfedge::VertexMap;
 use super::{CurvatureEdit, CurvatureField, check_length};
 use crate::error::Error;
 
-/// H* = a field of mean curvatures that is given.
+/// H* = a given field of mean curvatures.
 ///
 /// ```
 /// use cotan::prelude::*;
@@ -29,8 +29,9 @@ pub struct TargetCurvature {
 }
 
 impl TargetCurvature {
-    /// The mean curvature that every vertex is to have, ½ (κ₁ + κ₂), positive where convex, in one
-    /// over the units of `surface`, the mesh to be edited. See [`crate::smooth::mean_curvatures`].
+    /// Creates an edit from the target mean curvature of each vertex, ½ (κ₁ + κ₂), positive where
+    /// convex, in inverse units of `surface`, the mesh to be edited. See
+    /// [`crate::smooth::mean_curvatures`].
     pub fn new<T: Scalar>(surface: &Surface<'_, T>, field: &VertexMap<f64>) -> Self {
         let size = surface.bounding_box().longest_side().as_f64();
         Self {

@@ -1,4 +1,4 @@
-//! Details of another mesh.
+//! Details transferred from another mesh.
 
 use cotan_geometry::{Scalar, Surface};
 use cotan_halfedge::{VertexId, VertexMap};
@@ -9,8 +9,8 @@ use crate::smooth::measure::mollified_mean_curvatures;
 
 /// H* = coarse H + (H' − coarse H'): the coarse shape of this mesh with the details of another.
 ///
-/// The other mesh has the same connectivity, or is sampled through a map of vertices. Its field H'
-/// is in box units of its own, so that details keep their size beside the shape.
+/// The other mesh has the same connectivity, or is sampled through a vertex map. Its field H' is
+/// in its own box units, so details keep their size relative to the shape.
 ///
 /// ```
 /// use cotan::prelude::*;
@@ -39,7 +39,8 @@ impl TransferredCurvature {
         Self { fine: values }
     }
 
-    /// The details of `other`, whose vertex `map[v]` stands for vertex v of the mesh to be edited.
+    /// The details of `other`, whose vertex `map[v]` corresponds to vertex v of the mesh to be
+    /// edited.
     ///
     /// # Errors
     /// [`Error::HandleOutOfRange`] for a vertex that `other` does not have.
@@ -63,7 +64,7 @@ impl TransferredCurvature {
 
 impl CurvatureEdit for TransferredCurvature {
     fn edit(&self, field: &CurvatureField<'_>) -> VertexMap<f64> {
-        /// As [`super::ScaledCurvature`].
+        /// The same as in [`super::ScaledCurvature`].
         const PASSES: usize = 20;
         let difference = field.values.values().zip(self.fine.values());
         let difference = field.with_values(difference.map(|(h, other)| other - h).collect());

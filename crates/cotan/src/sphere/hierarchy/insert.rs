@@ -1,4 +1,4 @@
-//! Back from a coarse level, vertex by vertex.
+//! Reinsertion of the vertices of a coarse level, one by one.
 
 use crate::sphere::corners::face_of;
 use crate::sphere::energy::{Blend, Wedge};
@@ -13,12 +13,12 @@ use nalgebra::Vector3;
 use super::simplify::Hierarchy;
 
 impl Hierarchy {
-    /// Puts back the vertex that the collapse of `halfedge` took out, at the place of least energy
-    /// inside the kernel of its ring. If there is no room that numbers can tell, the neighbourhood
-    /// is evened out, ever more of it.
+    /// Reinserts the vertex removed by the collapse of `halfedge`, at the position of least
+    /// energy inside the kernel of its ring. If the kernel is too small for the available
+    /// precision, an increasingly large neighbourhood is evened out.
     ///
     /// # Errors
-    /// If there still is none.
+    /// If there is still not enough room.
     pub(in crate::sphere) fn insert(
         &mut self,
         layout: &mut Layout,
@@ -71,14 +71,14 @@ fn target_faces(layout: &Layout, halfedge: u32) -> Vec<usize> {
         .collect()
 }
 
-/// A place in the kernel of the ring for the origin of `halfedge`, a few steps down the energy
-/// from the best of the points that are tried; `None` if none is upright.
+/// A position in the kernel of the ring for the origin of `halfedge`, a few descent steps from
+/// the best candidate. Returns `None` if no candidate is valid.
 fn first_place(layout: &Layout, halfedge: u32) -> Option<Vector3<f64>> {
     let (v, u) = (layout.table.origin(halfedge), layout.table.target(halfedge));
     let mut star: Vec<Wedge> = Vec::new();
     layout.star(v, &mut star);
     let points = kernel_points(&star, &layout.place[u as usize]);
-    // Where it was before it was taken out, if it was anywhere, may still do.
+    // The position before the removal may still be valid.
     let before = std::iter::once(layout.place[v as usize]);
     let places = before.chain(points.iter().map(|p| (layout.round)(p)));
     let valid = places.filter(|p| is_valid(&star, p));
@@ -93,8 +93,8 @@ fn first_place(layout: &Layout, halfedge: u32) -> Option<Vector3<f64>> {
     Some(place)
 }
 
-/// Evens out the faces within some rings of a collapse's target: as if they were equilateral and
-/// of one size.
+/// Evens out the faces within some rings around the target of a collapse, as if they were
+/// equilateral and of equal size.
 fn make_room(layout: &mut Layout, halfedge: u32, rings: usize) {
     let mut patch = vec![layout.table.target(halfedge)];
     let mut is_in_patch = vec![false; layout.table.num_vertices()];
@@ -118,7 +118,7 @@ fn make_room(layout: &mut Layout, halfedge: u32, rings: usize) {
     faces.sort_unstable();
     faces.dedup();
     let kept: Vec<_> = faces.iter().map(|&f| layout.rest[f]).collect();
-    // The part of the sphere that they cover, shared out evenly.
+    // The part of the sphere that the faces cover, divided evenly.
     let covered = |&f: &usize| {
         let [a, b, c] = layout.table.triangle(f).map(|v| layout.place[v as usize]);
         solid_angle(&a, &b, &c).abs() / (4.0 * std::f64::consts::PI)
@@ -141,9 +141,9 @@ fn make_room(layout: &mut Layout, halfedge: u32, rings: usize) {
     }
 }
 
-/// The corners of a face opposite to a vertex do not change while it moves: few steps suffice.
+/// The corners opposite the vertex do not change while it moves, so a few steps suffice.
 const STEPS: usize = 4;
-/// The neighbourhood that is evened out grows to this many rings.
+/// The maximum radius, in rings, of the neighbourhood that is evened out.
 const MOST_RINGS: usize = 12;
-/// Sweeps to even out a neighbourhood, for each of its rings.
+/// Sweeps to even out a neighbourhood, per ring.
 const ROOM_SWEEPS: usize = 30;

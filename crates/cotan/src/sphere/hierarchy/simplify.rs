@@ -1,25 +1,26 @@
-//! Down to a tetrahedron, level by level.
+//! Simplification to a tetrahedron, level by level.
 
 use crate::sphere::corners::{face_of, prev};
 use crate::sphere::layout::{Layout, upright};
 
-/// How to get back from a tetrahedron to the whole mesh.
+/// The data for rebuilding the whole mesh from a tetrahedron.
 #[derive(Clone, Debug, Default)]
 pub(in crate::sphere) struct Hierarchy {
-    /// The collapsed halfedges, in order, of each level.
+    /// For each level, its collapsed halfedges in order.
     pub(in crate::sphere) levels: Vec<Vec<u32>>,
-    /// The vertices that were never taken out, followed by those that were put back.
+    /// The vertices that were never removed, followed by those that were reinserted.
     pub(in crate::sphere) left: Vec<u32>,
-    /// The face weights that collapses overwrote, last first.
+    /// The face weights that collapses overwrote, in the order of the collapses.
     pub(super) weights: Vec<f64>,
 }
 
-/// Which collapses simplification may do.
+/// The collapses that simplification may perform.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(in crate::sphere) enum Collapses {
-    /// Any that leaves a triangulated sphere: down to a tetrahedron.
+    /// All collapses that leave a triangulated sphere, down to a tetrahedron.
     Any,
-    /// Those after which every face is upright where the vertices are, as far down as they go.
+    /// Collapses after which all faces are upright at the current positions, as far down as they
+    /// go.
     Upright,
 }
 
@@ -28,7 +29,7 @@ impl Collapses {
         self == Self::Any || flips_after(layout, halfedge) == 0
     }
 
-    /// Fewest collapses for which a level is worth its time.
+    /// The smallest number of collapses that makes a level worthwhile.
     fn least(self, left: usize) -> usize {
         match self {
             Self::Any => 1,
@@ -37,7 +38,7 @@ impl Collapses {
     }
 }
 
-/// How many of the faces that a collapse changes are not upright afterwards.
+/// The number of changed faces that are not upright after a collapse.
 pub(in crate::sphere) fn flips_after(layout: &Layout, halfedge: u32) -> usize {
     let table = &layout.table;
     let lost = table.lost_faces(halfedge);
@@ -51,8 +52,8 @@ pub(in crate::sphere) fn flips_after(layout: &Layout, halfedge: u32) -> usize {
         .count()
 }
 
-/// Collapses edges of the layout until four vertices are left, or no level is worth its time. Face
-/// weights go to the faces that stay.
+/// Collapses edges of the layout until four vertices are left or no further level is worthwhile.
+/// Face weights are transferred to the remaining faces.
 pub(in crate::sphere) fn simplify(layout: &mut Layout, which: Collapses) -> Hierarchy {
     let mut hierarchy = Hierarchy {
         left: (0..layout.table.num_vertices() as u32).collect(),
@@ -73,7 +74,7 @@ pub(in crate::sphere) fn simplify(layout: &mut Layout, which: Collapses) -> Hier
 }
 
 impl Hierarchy {
-    /// Takes out independent vertices among those that stand for the least area.
+    /// Removes independent vertices from those that represent the least area.
     fn take_level(&mut self, layout: &mut Layout, gone: &mut [bool], which: Collapses) -> Vec<u32> {
         let mut candidates: Vec<(f64, u32)> = self
             .left
@@ -104,8 +105,8 @@ impl Hierarchy {
         level
     }
 
-    /// Collapses `halfedge` and hands the weight of the faces around its origin to those that
-    /// stay, mostly by their new areas.
+    /// Collapses `halfedge` and distributes the weight of the faces around its origin to the
+    /// remaining faces, mostly in proportion to their new areas.
     pub(in crate::sphere) fn take_out(&mut self, layout: &mut Layout, halfedge: u32) {
         let lost = layout.table.lost_faces(halfedge);
         let v = layout.table.origin(halfedge);
@@ -128,13 +129,13 @@ impl Hierarchy {
     }
 }
 
-/// The area that the faces around a vertex stand for.
+/// The area represented by the faces around a vertex.
 fn star_weight(layout: &Layout, v: u32) -> f64 {
     let faces = layout.table.outgoing(v).map(face_of);
     faces.map(|f| layout.rest[f].weight).sum()
 }
 
-/// The legal collapse of `v` that leaves the best triangles.
+/// The valid collapse of `v` that leaves the best triangles.
 fn best_collapse(layout: &Layout, v: u32, which: Collapses) -> Option<u32> {
     let legal = |h: &u32| layout.table.may_collapse(*h) && which.allow(layout, *h);
     let costs = layout
@@ -147,8 +148,8 @@ fn best_collapse(layout: &Layout, v: u32, which: Collapses) -> Option<u32> {
         .map(|(_, halfedge)| halfedge)
 }
 
-/// The worst ratio of squared sides to area among the triangles that a collapse makes, higher for
-/// targets with many edges.
+/// The worst ratio of squared sides to area among the triangles that a collapse creates,
+/// increased for targets with many edges.
 pub(in crate::sphere) fn cost(layout: &Layout, halfedge: u32) -> f64 {
     let table = &layout.table;
     let target = table.target(halfedge);
@@ -176,11 +177,11 @@ fn source_area(layout: &Layout, face: usize) -> f64 {
     (b - a).cross(&(c - a)).norm()
 }
 
-/// Vertices with more edges wait: there always is one with at most five.
+/// Vertices with more edges are skipped for now; there is always one with at most five.
 const MOST_VALENCE: u32 = 9;
-/// From this valence on a vertex is a poor target.
+/// Vertices with at least this valence are poor targets.
 const CROWDED: f64 = 8.0;
-/// Levels of fewer vertices are not thinned by area.
+/// Levels with fewer vertices are not selected by area.
 const FEW: usize = 16;
-/// Part of the weight that is shared evenly, so that no face is left with none.
+/// The fraction of the weight that is distributed evenly, so that every face gets some.
 const EVEN: f64 = 0.1;

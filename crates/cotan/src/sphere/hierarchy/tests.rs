@@ -1,4 +1,4 @@
-//! Valid maps of whatever is a sphere.
+//! Tests that every topological sphere gets a valid map.
 
 use cotan_geometry::shapes::{creature, icosphere, tetrahedron};
 use cotan_geometry::testing::blobs;
@@ -16,7 +16,7 @@ fn check<T: Scalar>(mesh: &HalfedgeMesh, positions: &Positions<f64>, balance: f6
         .into_positions()
 }
 
-/// Positions that pay no heed to connectivity, many of them equal.
+/// Positions unrelated to the connectivity, many of them equal.
 fn scrambled(mesh: &HalfedgeMesh) -> Positions<f64> {
     let coordinate = |v: VertexId, k: usize| ((v.index() * 7 + k * 5) % 11) as f64;
     let point = |v| Point3::new(coordinate(v, 0), coordinate(v, 1), coordinate(v, 2));

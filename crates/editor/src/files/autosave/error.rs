@@ -1,4 +1,4 @@
-//! Why something could not be put aside, or not be found again.
+//! Errors of autosaving and of restoring.
 
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use thiserror::Error;
 
 use super::format::FormatError;
 
-/// Why an autosave could not be written or read: one sentence that names the file.
+/// The reason why an autosave could not be written or read, as one sentence that names the file.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum AutosaveError {
@@ -16,7 +16,7 @@ pub enum AutosaveError {
         "there is no folder for autosaves: no home folder is known; name one by COTAN_EDITOR_DATA"
     )]
     NoFolder,
-    /// The disk, or what one may have of it, is full.
+    /// The disk is full, or the user's quota on it is used up.
     #[error("{}: the disk is full; the autosave before is kept", path.display())]
     Full {
         /// The file.
@@ -27,7 +27,7 @@ pub enum AutosaveError {
     Write {
         /// The file or the folder.
         path: PathBuf,
-        /// What the system says.
+        /// The error of the system.
         #[source]
         source: io::Error,
     },
@@ -36,22 +36,22 @@ pub enum AutosaveError {
     Read {
         /// The file or the folder.
         path: PathBuf,
-        /// What the system says.
+        /// The error of the system.
         #[source]
         source: io::Error,
     },
-    /// A file that is no autosave, or no longer.
+    /// The file is not an autosave, or it is damaged.
     #[error("{}: this autosave cannot be used: {problem}", path.display())]
     Corrupt {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The defect.
         problem: String,
     },
-    /// A record of another mesh than the one at hand.
+    /// The record belongs to another mesh.
     #[error("the autosave does not belong to this mesh: {problem}")]
     Misfit {
-        /// What does not fit.
+        /// The mismatch.
         problem: String,
     },
 }

@@ -1,12 +1,11 @@
-//! The bytes of an autosave.
+//! The file format of an autosave.
 //!
 //! ```text
 //! magic "COTANSAV" | version u32 | header length u64 | number of positions u64
 //! header: JSON | positions: 3 × f64 each | checksum u64 of everything before
 //! ```
 //!
-//! Numbers are little-endian. A reader takes every length for a lie until the file's own length
-//! bears it out.
+//! Numbers are little-endian. A reader trusts no length until the length of the file confirms it.
 
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
@@ -20,34 +19,35 @@ use serde_json::value::RawValue;
 
 use crate::files::Fingerprint;
 
-/// What is put aside.
+/// The contents of an autosave.
 #[derive(Clone, Copy, Debug)]
 pub struct Record<'a> {
     /// The file of the mesh.
     pub mesh: &'a Path,
-    /// The file as it was read.
+    /// The fingerprint of the file when it was read.
     pub fingerprint: Fingerprint,
-    /// The handles, in the numbers of the document. Those without a vertex, and those with numbers
-    /// that are not finite, are left out.
+    /// The handles, with the vertex indices of the document.
+    ///
+    /// Handles without vertices or with numbers that are not finite are left out.
     pub groups: &'a [Group],
-    /// Whatever else the editor wants back.
+    /// Any further state of the editor.
     pub state: &'a Value,
-    /// The positions of the surface, as the processing mesh numbers its vertices.
+    /// The positions of the surface, in the vertex order of the processing mesh.
     pub positions: &'a [Point3<f64>],
 }
 
-/// What was put aside, read back.
+/// The contents of an autosave, read back.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Recovered {
-    /// The handles, in the numbers of the document.
+    /// The handles, with the vertex indices of the document.
     pub groups: Vec<Group>,
-    /// Whatever else the editor gave.
+    /// The further state of the editor.
     pub state: Value,
-    /// The positions of the surface, to the last bit.
+    /// The positions of the surface, bit for bit.
     pub positions: Vec<Point3<f64>>,
 }
 
-/// What is told of an autosave before all of it is read.
+/// The information shown about an autosave before it is fully read.
 pub(super) struct Summary {
     pub(super) mesh: PathBuf,
     pub(super) fingerprint: Fingerprint,
@@ -55,7 +55,7 @@ pub(super) struct Summary {
     pub(super) num_positions: u64,
 }
 
-/// Why bytes are no autosave.
+/// The reason why bytes are not a valid autosave.
 #[derive(Debug)]
 pub(super) enum FormatError {
     Read(io::Error),
@@ -75,12 +75,14 @@ fn corrupt(problem: impl Into<String>) -> FormatError {
     FormatError::Corrupt(problem.into())
 }
 
-/// The header. What only matters once a mesh is restored stays text until then, so that a list of
-/// autosaves takes no more memory than their headers.
+/// The header.
+///
+/// Parts needed only for restoring stay text until then, so that listing autosaves takes no more
+/// memory than their headers.
 #[derive(Serialize, Deserialize)]
 struct Header {
     mesh: String,
-    /// The path, where it is not Unicode.
+    /// The bytes of the path, if it is not Unicode.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     mesh_bytes: Option<Vec<u8>>,
     fingerprint: Fingerprint,
@@ -92,18 +94,20 @@ struct Header {
 
 const MAGIC: [u8; 8] = *b"COTANSAV";
 const VERSION: u32 = 1;
-/// Of magic, version and two lengths.
+/// Length of the magic, the version and the two lengths.
 const START: u64 = 8 + 4 + 8 + 8;
 const CHECKSUM: u64 = 8;
 const POSITION: u64 = 3 * 8;
-/// The longest header: 128 MiB, room for ten million handle vertices. JSON takes up to sixteen times
-/// as much memory when it is read, which must not come of a file that somebody made up.
+/// The longest header: 128 MiB, room for ten million handle vertices.
+///
+/// Parsing JSON takes up to sixteen times as much memory, and a forged file must not trigger
+/// more.
 const MOST_HEADER: u64 = 128 << 20;
 
-/// Writes a record with the time of writing.
+/// Writes a record with the current time.
 pub(super) fn encode(record: &Record<'_>, to: impl Write) -> io::Result<()> {
     let raw = |text: String| RawValue::from_string(text).map_err(io::Error::other);
-    // A file of handles cannot say NaN; one bad handle must not take the others away.
+    // A file of handles cannot store NaN; one bad handle must not lose the others.
     let sound: Vec<Group> = record.groups.iter().filter(is_finite).cloned().collect();
     let since = SystemTime::now().duration_since(UNIX_EPOCH);
     let header = Header {
@@ -145,7 +149,7 @@ fn is_finite(group: &&Group) -> bool {
     is_finite && group.weight.is_none_or(f64::is_finite)
 }
 
-/// Reads no more than the header, and checks all the rest; `length` is that of the file.
+/// Reads only the header and checks the rest. `length` is that of the file.
 pub(super) fn summary(from: impl Read, length: u64) -> Result<Summary, FormatError> {
     let mut from = Summed::new(from);
     let (header, num_positions) = start(&mut from, length)?;
@@ -167,13 +171,13 @@ pub(super) fn summary(from: impl Read, length: u64) -> Result<Summary, FormatErr
     })
 }
 
-/// Reads everything; `length` is that of the file.
+/// Reads the whole file. `length` is that of the file.
 pub(super) fn decode(from: impl Read, length: u64) -> Result<Recovered, FormatError> {
     let mut from = Summed::new(from);
     let (header, num_positions) = start(&mut from, length)?;
     let too_large = |_| corrupt("there is not enough memory for it");
     let mut positions = Vec::new();
-    // The file is at least that long, which `start` has checked.
+    // `start` has checked that the file is at least this long.
     let count = usize::try_from(num_positions).unwrap_or(usize::MAX);
     positions.try_reserve_exact(count).map_err(too_large)?;
     let mut bytes = [0; POSITION as usize];
@@ -257,7 +261,7 @@ impl Header {
     }
 }
 
-/// The bytes of a path that no text can hold.
+/// The bytes of a path that is not Unicode.
 fn not_unicode(path: &Path) -> Option<Vec<u8>> {
     match path.to_str() {
         Some(_) => None,
@@ -267,8 +271,10 @@ fn not_unicode(path: &Path) -> Option<Vec<u8>> {
 
 const CHUNK: usize = 1 << 16;
 
-/// A stream whose bytes are summed up: 64-bit FNV-1a, which notices every change of a single byte,
-/// and others but for one in 2^64. It guards against accidents, not against forgery.
+/// A stream that computes a checksum of its bytes: 64-bit FNV-1a.
+///
+/// It detects every change of a single byte, and other changes except for one in 2^64. It guards
+/// against accidents, not against forgery.
 struct Summed<S> {
     inner: S,
     sum: u64,
@@ -375,7 +381,7 @@ mod tests {
         let bytes = encoded(&points());
         for end in 0..bytes.len() {
             assert!(is_refused(&bytes[..end]), "{end}");
-            // Also where the file has shrunk since its length was asked for.
+            // Also if the file has shrunk since its length was queried.
             assert!(decode(&bytes[..end], bytes.len() as u64).is_err(), "{end}");
         }
         let longer = [bytes.as_slice(), &[0]].concat();
@@ -455,8 +461,8 @@ mod tests {
             assert!(is_listed || !is_read, "{to}");
             num_read += usize::from(is_read);
         }
-        // Unchanged, with a large number, with more state, with another time and another path; what
-        // does not fit the mesh is for `Recovered::check` to say.
+        // The five: unchanged, a large index, more state, another time, another path. Whether
+        // they fit the mesh is up to `Recovered::check`.
         assert_eq!(num_read, 5);
     }
 

@@ -1,4 +1,4 @@
-//! What processes that no longer run have left.
+//! Finding the autosaves that ended processes have left.
 
 use std::fs::{File, TryLockError};
 use std::io::{BufReader, ErrorKind};
@@ -10,37 +10,39 @@ use super::format::{self, Recovered};
 use super::{DATA, LOCK, MOST_BYTES, PART, create_private, remove_if_there};
 use crate::files::{Fingerprint, OpenedMesh};
 
-/// What a process that no longer runs had put aside.
+/// The autosave of a process that has ended.
 ///
-/// No other process is offered it as long as this is held; dropped, it stays for the next time.
+/// While this value is held, no other process is offered the autosave. When it is dropped, the
+/// file stays for the next time.
 #[derive(Debug)]
 pub struct LeftBehind {
     /// The file of the mesh.
     pub mesh: PathBuf,
-    /// The file as it was when it was opened.
+    /// The fingerprint of the file when it was opened.
     pub fingerprint: Fingerprint,
-    /// When it was put aside.
+    /// The time of the autosave.
     pub saved: SystemTime,
-    /// How many positions there are.
+    /// The number of positions.
     pub num_positions: u64,
     path: PathBuf,
     lock_path: PathBuf,
     _lock: File,
 }
 
-/// Everything that was found.
+/// The autosaves found in a folder.
 #[derive(Debug, Default)]
 pub struct Listing {
-    /// What can be restored, the newest first.
+    /// The autosaves that can be restored, the newest first.
     pub left: Vec<LeftBehind>,
-    /// What was found and cannot be used; such files are left where they are.
+    /// Errors of the autosaves that cannot be used. Their files are left in place.
     pub problems: Vec<AutosaveError>,
 }
 
-/// Finds what was left in `folder` (see [`folder`](super::folder)) by processes that no longer run.
+/// Finds the autosaves in `folder` (see [`folder`](super::folder)) left by processes that have
+/// ended.
 ///
-/// Each file is read through once, to see that it is whole, and only its header kept. A folder that
-/// is not there has nothing.
+/// Each file is read once to check its integrity, and only its header is kept. A missing folder
+/// gives an empty listing.
 pub fn list(folder: &Path) -> Listing {
     let mut listing = Listing::default();
     let mut paths = match paths(folder) {
@@ -55,7 +57,7 @@ pub fn list(folder: &Path) -> Listing {
         let has = move |path: &&PathBuf| path.extension().is_some_and(|found| found == wanted);
         paths.iter().filter(has)
     };
-    // Before their locks are taken and kept.
+    // Clean up before the locks are taken and kept.
     with(PART).for_each(|path| remove_part(path));
     with(LOCK).for_each(|path| remove_lone_lock(path));
     for path in with(DATA) {
@@ -71,7 +73,7 @@ pub fn list(folder: &Path) -> Listing {
 }
 
 impl LeftBehind {
-    /// `None` if the process still runs, or another one has it.
+    /// Opens an autosave. Returns `None` if its process still runs or another one holds it.
     fn open(path: &Path) -> Result<Option<Self>, AutosaveError> {
         let lock_path = path.with_extension(LOCK);
         let Some(lock) = take_lock(&lock_path).map_err(|e| AutosaveError::read(path, e))? else {
@@ -93,12 +95,12 @@ impl LeftBehind {
         }))
     }
 
-    /// Whether the file of the mesh is still the one that was edited.
+    /// Returns `true` if the file of the mesh is still the one that was edited.
     pub fn is_current(&self) -> bool {
         Fingerprint::of(&self.mesh).is_ok_and(|now| now == self.fingerprint)
     }
 
-    /// Reads everything back.
+    /// Reads the whole record.
     ///
     /// # Errors
     /// [`AutosaveError`] if the file is gone or damaged.
@@ -110,7 +112,7 @@ impl LeftBehind {
             .map_err(|error| AutosaveError::format(&self.path, error))
     }
 
-    /// Removes it: restored and put aside anew, or not wanted.
+    /// Removes the autosave, after it was restored and saved anew or when it is not wanted.
     ///
     /// # Errors
     /// [`AutosaveError::Write`] if the system refuses.
@@ -120,18 +122,20 @@ impl LeftBehind {
         Ok(())
     }
 
-    /// The file.
+    /// The path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 }
 
 impl Recovered {
-    /// Whether this can be restored on a mesh: the file may be another one by now, and whoever can
-    /// write the autosave can write anything into it.
+    /// Checks that the record can be restored on a mesh.
+    ///
+    /// The mesh file may have changed in the meantime, and anyone with access to the autosave can
+    /// write anything into it.
     ///
     /// # Errors
-    /// [`AutosaveError::Misfit`] with what does not fit.
+    /// [`AutosaveError::Misfit`] with the mismatch.
     pub fn check(&self, mesh: &OpenedMesh) -> Result<(), AutosaveError> {
         let misfit = |problem: String| Err(AutosaveError::Misfit { problem });
         let (found, expected) = (self.positions.len(), mesh.processing.mesh().num_vertices());
@@ -166,8 +170,10 @@ fn paths(folder: &Path) -> Result<Vec<PathBuf>, AutosaveError> {
     paths.collect::<Result<_, _>>().map_err(failed)
 }
 
-/// The lock of a process that no longer runs; `None` if it runs. A lock file that is gone is made
-/// anew, so that two processes do not restore the same.
+/// Takes the lock of a process that has ended.
+///
+/// Returns `None` if it still runs. A missing lock file is recreated, so that two processes do
+/// not restore the same autosave.
 fn take_lock(path: &Path) -> std::io::Result<Option<File>> {
     if std::fs::symlink_metadata(path).is_ok_and(|metadata| !metadata.is_file()) {
         return Err(std::io::Error::other("its lock is not a regular file"));
@@ -183,14 +189,15 @@ fn take_lock(path: &Path) -> std::io::Result<Option<File>> {
     }
 }
 
-/// A regular file of a length that is read, and that length; `None` if it is gone.
+/// Opens a regular file within the size limit and returns it with its length, or `None` if it is
+/// gone.
 fn open_bounded(path: &Path) -> Result<Option<(File, u64)>, AutosaveError> {
     let failed = |error| AutosaveError::read(path, error);
     let corrupt = |problem: &str| AutosaveError::Corrupt {
         path: path.to_owned(),
         problem: problem.to_owned(),
     };
-    // Asked before it is opened: a pipe would keep us waiting, and a link may lead anywhere.
+    // Check the type before opening: a pipe would block, and a link may lead anywhere.
     let metadata = match std::fs::symlink_metadata(path) {
         Ok(metadata) => metadata,
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
@@ -207,18 +214,18 @@ fn open_bounded(path: &Path) -> Result<Option<(File, u64)>, AutosaveError> {
     }
 }
 
-/// Of a process that put nothing aside and did not end well.
+/// Removes the lock of a process that crashed without writing an autosave.
 fn remove_lone_lock(path: &Path) {
     if path.with_extension(DATA).exists() {
         return;
     }
-    // Locked while it is removed, which tells a process that was about to lock it.
+    // The file is locked while it is removed, so a process about to lock it notices.
     if let Ok(Some(_lock)) = take_lock(path) {
         let _ = std::fs::remove_file(path);
     }
 }
 
-/// Of a process that ended while it was writing; `NAME.….part`.
+/// Removes the file `NAME.….part` of a process that ended while writing it.
 fn remove_part(path: &Path) {
     let name = path.file_name().and_then(|name| name.to_str());
     let Some((name, _)) = name.and_then(|name| name.split_once('.')) else {

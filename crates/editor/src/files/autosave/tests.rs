@@ -52,7 +52,7 @@ impl Sandbox {
         }
     }
 
-    /// What one finds who starts the editor now; no problem is expected.
+    /// The autosaves found by an editor that starts now, expecting no problems.
     fn left(&self) -> Vec<LeftBehind> {
         let listing = list(&self.saves());
         assert!(listing.problems.is_empty(), "{:?}", listing.problems);
@@ -116,7 +116,7 @@ fn a_good_end_leaves_nothing() {
     assert!(sandbox.files().is_empty(), "{:?}", sandbox.files());
 }
 
-/// What [`a_crash_is_survived`] starts as another process.
+/// Runs in another process, started by [`a_crash_is_survived`].
 #[test]
 fn crash() {
     let Some(folder) = std::env::var_os("COTAN_TEST_CRASH") else {
@@ -137,7 +137,7 @@ fn a_crash_is_survived() {
     let status = std::process::Command::new(std::env::current_exe().unwrap())
         .args(["--exact", "files::autosave::tests::crash", "--nocapture"])
         .env("COTAN_TEST_CRASH", sandbox.saves())
-        // What it leaves goes away with this sandbox.
+        // Temporary files of the process are removed with this sandbox.
         .env("TMPDIR", sandbox.folder.path())
         .output()
         .unwrap();
@@ -145,7 +145,7 @@ fn a_crash_is_survived() {
     let left = sandbox.left();
     assert_eq!(left.len(), 1);
     left[0].read().unwrap().check(&sandbox.opened).unwrap();
-    // The lock of what put nothing aside, and what was half written, are swept up.
+    // The lock without an autosave and the partly written file are removed.
     assert_eq!(sandbox.files().len(), 2, "{:?}", sandbox.files());
 }
 
@@ -298,7 +298,7 @@ fn a_full_disk_keeps_the_autosave_before() {
 
 #[test]
 fn the_folder_can_be_named_from_outside() {
-    // Asked in another process: the environment is shared by all tests of this one.
+    // In another process, because all tests of this one share the environment.
     if std::env::var_os("COTAN_TEST_FOLDER").is_some() {
         println!("folder={}", folder().unwrap().display());
         return;

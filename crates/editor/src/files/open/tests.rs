@@ -99,7 +99,7 @@ fn what_is_no_mesh_file_is_refused() {
     assert!(text.contains(".obj, .ply"), "{text}");
     refused(&sandbox.write("empty.obj", ""));
     refused(&sandbox.write("points.obj", "v 0 0 0\n"));
-    // What an attacker's header promises is not reserved.
+    // The size in a forged header is not allocated.
     refused(&sandbox.write(
         "huge.ply",
         "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\nproperty float x\n\
@@ -158,7 +158,7 @@ fn nothing_outside_of_the_folder_is_opened() {
     }
 }
 
-/// Broken and odd files that developers have in a folder beside the workspace; it need not exist.
+/// Broken and odd files in an optional folder next to the workspace.
 #[test]
 fn every_broken_file_ends_in_a_mesh_or_one_sentence() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/malformed");

@@ -37,7 +37,7 @@ impl Sandbox {
         save(document, processing, &self.moved, path, expect)
     }
 
-    /// The text of a refusal, after which nothing is left and nothing has changed.
+    /// The error of a save that must fail without changing any file.
     fn refused(&self, path: &Path, expect: Expect) -> SaveError {
         let count = || std::fs::read_dir(self.folder.path()).unwrap().count();
         let (before, kept) = (count(), std::fs::read(path).ok());
@@ -63,7 +63,7 @@ fn a_mesh_is_saved_where_it_was_opened_again_and_again() {
     assert!(saved.losses.is_empty());
     let text = std::fs::read_to_string(&path).unwrap();
     assert!(text.starts_with("# mine\nv 0 0 1\n"), "{text}");
-    // The document is still at rest, and what was saved is what is expected next.
+    // The document keeps its rest shape, and the returned fingerprint is the one to expect next.
     assert_eq!(sandbox.opened.document.positions()[0].z, 0.0);
     let again = sandbox.save(&path, Expect::Unchanged(saved.fingerprint));
     assert_eq!(again.unwrap().fingerprint, Fingerprint::of(&path).unwrap());
@@ -110,12 +110,12 @@ fn a_file_that_another_program_wrote_is_not_replaced_unasked() {
     assert!(error.is_overridable());
     sandbox.save(&path, Expect::Anything).unwrap();
 
-    // The same length at another time is another file, too.
+    // The same length with another time is another file, too.
     let known = Expect::Unchanged(Fingerprint::of(&path).unwrap());
     let file = std::fs::File::options().write(true).open(&path).unwrap();
     file.set_modified(std::time::UNIX_EPOCH).unwrap();
     assert!(sandbox.refused(&path, known).is_overridable());
-    // What was deleted is saved again.
+    // A deleted file is saved again.
     std::fs::remove_file(&path).unwrap();
     sandbox.save(&path, known).unwrap();
     let error = sandbox.refused(&path, Expect::Absent);

@@ -1,4 +1,4 @@
-//! From the model's `f64` to the card's `f32` without loss that one sees.
+//! Conversion from the model's `f64` to the card's `f32` without visible loss.
 
 use cotan::geometry::{BoundingBox, Positions};
 use nalgebra::{Point3, Vector3};
@@ -6,9 +6,9 @@ use three_d::{Mat3, Mat4, Program, Vec2, Vec3, Viewport};
 
 use crate::view::snapshot::CameraSnapshot;
 
-/// The coordinates that the card works in: relative to a centre, in units of a size.
+/// The coordinates on the card: relative to a centre, in units of a size.
 ///
-/// It changes only when the shape has left it, since all that is on the card depends on it.
+/// They change only when the shape has left them, because all data on the card depends on them.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct LocalFrame {
     center: Point3<f64>,
@@ -19,14 +19,14 @@ impl Default for LocalFrame {
     fn default() -> Self {
         Self {
             center: Point3::origin(),
-            // No shape fits this one: the first brings its own.
+            // No shape fits size 0, so the first shape sets the frame.
             size: 0.0,
         }
     }
 }
 
 impl LocalFrame {
-    /// Moves to the shape if it has left, and tells if so.
+    /// Moves the frame to the shape if the shape has left it. Returns whether it moved.
     pub(super) fn follow(&mut self, positions: &Positions<f64>) -> bool {
         let Some(bounds) = BoundingBox::of(positions.values()) else {
             return false;
@@ -49,22 +49,23 @@ impl LocalFrame {
     }
 }
 
-/// What the shaders must know of one frame.
+/// The uniforms of one frame.
 pub(super) struct DrawFrame {
     pub(super) viewport: Viewport,
-    /// A point near what is looked at, taken off first: the difference of near `f32` is exact.
+    /// A point near the target that is subtracted first: the difference of close `f32` values is
+    /// exact.
     pub(super) pivot: Vec3,
-    /// From the model's axes to the screen's.
+    /// The rotation from the model's axes to the screen's.
     pub(super) turn: Mat3,
-    /// The pivot as seen from the eye.
+    /// The pivot in eye coordinates.
     pub(super) pivot_seen: Vec3,
-    /// From the eye's coordinates to the cube from −1 to 1.
+    /// The matrix from eye coordinates to the cube from −1 to 1.
     pub(super) projection: Mat4,
     /// Width and height in pixels.
     pub(super) size: Vec2,
-    /// Pixels that a length has at a depth of the same length.
+    /// The focal length: the size in pixels of an object at a depth equal to its length.
     pub(super) focal: f32,
-    /// Pixels in a point of egui's.
+    /// Pixels per egui point.
     pub(super) pixels_per_point: f32,
 }
 
@@ -77,11 +78,11 @@ impl DrawFrame {
     ) -> Self {
         let scale = if local.size > 0.0 { local.size } else { 1.0 };
         let pivot = local.point(&camera.target());
-        // As the card has it, after rounding.
+        // The pivot as the card stores it, after rounding.
         let exact = local.center + Vector3::from(pivot.map(f64::from)) * scale;
         let seen = camera.rotation() * (exact - camera.eye()) / scale;
         let mut projection = camera.projection();
-        // Depth in units of the size, as all other lengths.
+        // Depth in units of the size, like all other lengths.
         projection[(2, 3)] /= scale;
         let column = |i: usize| camera.rotation().matrix().column(i).map(|x| x as f32);
         let turn = [0, 1, 2].map(|i| Vec3::new(column(i).x, column(i).y, column(i).z));
@@ -97,7 +98,7 @@ impl DrawFrame {
         }
     }
 
-    /// Tells a program of the frame.
+    /// Sets the uniforms of the camera.
     pub(super) fn send(&self, program: &Program) {
         program.use_uniform("pivot", self.pivot);
         program.use_uniform("pivot_seen", self.pivot_seen);
@@ -105,7 +106,7 @@ impl DrawFrame {
         program.use_uniform("projection", self.projection);
     }
 
-    /// Tells a program of the screen, where it draws things of constant size.
+    /// Sets the uniforms of the screen, needed to draw at constant size.
     pub(super) fn send_screen(&self, program: &Program) {
         program.use_uniform("size", self.size);
         program.use_uniform("focal", self.focal);

@@ -1,4 +1,5 @@
-//! Small balls and thin lines of constant size on the screen, a little before the surface.
+//! Small balls and thin lines of constant size on the screen, drawn slightly in front of the
+//! surface.
 
 use nalgebra::Point3;
 use three_d::{Blend, Context, Cull, DepthTest, InstanceBuffer, Program, RenderStates, WriteMask};
@@ -11,24 +12,24 @@ use super::surface::Data;
 /// A small ball at a point.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Mark {
-    /// Its centre.
+    /// The centre.
     pub position: Point3<f64>,
-    /// sRGB.
+    /// The colour in sRGB.
     pub color: [u8; 3],
-    /// Its diameter in points of the screen.
+    /// The diameter in screen points.
     pub size: f32,
 }
 
 /// A thin line between two points.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Line {
-    /// Its ends.
+    /// The two ends.
     pub ends: [Point3<f64>; 2],
-    /// sRGB.
+    /// The colour in sRGB.
     pub color: [u8; 3],
 }
 
-/// Draws marks: what is hidden first and faintly, then what is not.
+/// Draws marks: first the hidden ones faintly, then the visible ones.
 pub(super) struct MarkPass {
     program: Program,
     marks: Vec<Mark>,
@@ -54,7 +55,7 @@ impl MarkPass {
         self.is_stale = true;
     }
 
-    /// To be called when the local frame has changed, too.
+    /// Call this also when the local frame has changed.
     pub(super) fn mark_stale(&mut self) {
         self.is_stale = true;
     }
@@ -100,14 +101,14 @@ impl MarkPass {
     }
 }
 
-/// Draws lines, and the normals of the vertices.
+/// Draws lines and vertex normals.
 pub(super) struct LinePass {
     program: Program,
     lines: Vec<Line>,
     is_stale: bool,
     segments: Segments,
     normals: Segments,
-    /// The colour that the normals on the card have, if they are the shape's.
+    /// The colour of the normals on the card, or `None` if they are out of date.
     normals_color: Option<[u8; 3]>,
 }
 
@@ -134,7 +135,7 @@ impl LinePass {
         self.is_stale = true;
     }
 
-    /// To be called when the shape or the local frame has changed.
+    /// Call this when the shape or the local frame has changed.
     pub(super) fn mark_stale(&mut self) {
         self.is_stale = true;
         self.normals_color = None;
@@ -216,7 +217,9 @@ fn mean_edge_length(data: &Data) -> f32 {
     (sum / data.triangles.len().max(1) as f64) as f32
 }
 
-/// Neither marks nor lines hide anything: their soft borders would cut into each other.
+/// The render states of marks and lines.
+///
+/// They do not write depth: their soft borders would cut into each other.
 fn states(depth_test: DepthTest) -> RenderStates {
     RenderStates {
         depth_test,
@@ -229,5 +232,6 @@ fn states(depth_test: DepthTest) -> RenderStates {
 /// Two triangles make a rectangle.
 const CORNERS: u32 = 6;
 
-/// Of a normal, in edges: neighbours' do not run into each other on a curved surface.
+/// Length of a normal in edges, short enough that neighbouring normals do not meet on a curved
+/// surface.
 const NORMAL_LENGTH: f32 = 0.8;

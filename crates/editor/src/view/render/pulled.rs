@@ -1,7 +1,7 @@
-//! The triangles on the card without shared vertices: for the wireframe.
+//! Triangles without shared vertices, for the wireframe.
 //!
-//! Each corner knows which of the three it is, and fetches the rest from textures by the number of
-//! its vertex. So nothing is stored per corner that changes with the shape.
+//! Each corner knows its position in the triangle and fetches everything else from textures by
+//! vertex index. Nothing stored per corner changes with the shape.
 
 use three_d::{
     Context, Interpolation, Program, RenderStates, Texture2D, TextureDataType, VertexBuffer,
@@ -31,7 +31,7 @@ impl Pulled {
         }
     }
 
-    /// Whether it is made for meshes of this size.
+    /// Returns `true` if the buffers were made for meshes of this size.
     pub(super) fn fits(&self, num_vertices: usize) -> bool {
         self.num_vertices == num_vertices
     }
@@ -80,5 +80,5 @@ fn fill<T: TextureDataType + Default>(texture: &Texture2D, values: impl Iterator
     texture.fill(&padded);
 }
 
-/// Every card has textures of this width; with as many rows, four million vertices.
+/// Every card supports textures of this width. With as many rows they hold four million vertices.
 const WIDTH: usize = 2048;

@@ -1,8 +1,8 @@
-//! The shaders, in GLSL 3.30 (or ES 3.00: three-d writes the header).
+//! The shaders, in GLSL 3.30 or ES 3.00; three-d writes the header.
 
 use three_d::{Context, Program};
 
-/// From local to the eye's coordinates, for all vertex shaders.
+/// Transforms local coordinates to eye coordinates, in all vertex shaders.
 const SEEN: &str = "
 uniform vec3 pivot;
 uniform vec3 pivot_seen;
@@ -14,8 +14,9 @@ vec3 seen_from_eye(vec3 local) {
 }
 ";
 
-/// The light comes from a little above and beside the eye, and softly from the sky. Colours are
-/// lit in proportion to light, whose square root stands in for sRGB's curve.
+/// A key light slightly above and to the side of the eye, and a soft light from the sky.
+///
+/// Lighting is linear; a square root approximates the sRGB curve.
 const LIGHT: &str = "
 vec3 lit(vec3 color, vec3 normal, vec3 to_eye) {
     vec3 key = normalize(vec3(0.25, 0.45, 1.0));
@@ -28,8 +29,9 @@ vec3 lit(vec3 color, vec3 normal, vec3 to_eye) {
 }
 ";
 
-/// `PULLED` fetches what belongs to a corner from textures: corners have weights of their own,
-/// from which the wireframe is drawn, which vertices shared by triangles cannot have.
+/// With `PULLED` the data of a corner is fetched from textures.
+///
+/// The wireframe needs weights per corner, which vertices shared by triangles cannot have.
 const SURFACE_VERTEX: &str = "
 #ifdef PULLED
 uniform highp sampler2D positions;

@@ -1,41 +1,42 @@
-//! How the picture looks.
+//! The look of the picture.
 
-/// How the picture looks. Colours are sRGB.
+/// The look of the picture. Colours are sRGB.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Style {
-    /// How normals are made.
+    /// The source of the normals.
     pub shading: Shading,
-    /// The colour of the edges, or none are drawn.
+    /// The colour of the edges, or `None` to hide them.
     pub wireframe: Option<[u8; 3]>,
-    /// The colour of the outside where vertices have none of their own.
+    /// The colour of the outside where vertices have no colour of their own.
     pub base: [u8; 3],
-    /// The tint of the inside, seen through a hole or where the surface is turned over.
+    /// The tint of the inside, visible through holes or where the surface is flipped.
     pub inside: [u8; 3],
-    /// What is behind the mesh.
+    /// The background colour.
     pub background: [u8; 3],
     /// The colours of the tints 1, 2, … of [`Renderer::set_tints`](super::Renderer::set_tints).
     pub palette: Palette,
-    /// The colour of the vertex normals, or none are drawn.
+    /// The colour of the vertex normals, or `None` to hide them.
     pub normals: Option<[u8; 3]>,
-    /// How much is seen of marks behind the surface: 0 for nothing, 1 as if there were none.
+    /// Opacity of marks behind the surface, from 0 (invisible) to 1 (as if there were no
+    /// surface).
     pub hidden_marks: f32,
 }
 
 /// The colours of the tints 1 to 7.
 pub type Palette = [[u8; 3]; 7];
 
-/// How normals are made.
+/// The source of the normals.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Shading {
-    /// From those of the vertices.
+    /// Vertex normals.
     #[default]
     Smooth,
-    /// From the triangles.
+    /// Face normals.
     Flat,
 }
 
 impl Style {
-    /// For a dark theme.
+    /// The style for a dark theme.
     #[must_use]
     pub fn dark() -> Self {
         Self {
@@ -45,7 +46,7 @@ impl Style {
         }
     }
 
-    /// For a light theme.
+    /// The style for a light theme.
     #[must_use]
     pub fn light() -> Self {
         Self {
@@ -61,7 +62,8 @@ impl Style {
     }
 }
 
-/// Told apart by people of all kinds of colour vision: Okabe and Ito's colours without black.
+/// Colours that are distinguishable with any kind of colour vision: those of Okabe and Ito
+/// without black.
 const PALETTE: Palette = [
     [230, 159, 0],
     [86, 180, 233],

@@ -1,4 +1,4 @@
-//! The triangles.
+//! Rendering of the triangles.
 
 use cotan::geometry::Positions;
 use cotan::halfedge::{HalfedgeMesh, VertexMap};
@@ -23,17 +23,17 @@ pub(super) struct SurfacePass {
     pulled: Option<Pulled>,
 }
 
-/// What there is to draw.
+/// The data to draw.
 #[derive(Default)]
 pub(super) struct Data {
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) positions: Vec<[f32; 3]>,
     pub(super) normals: Vec<[f32; 3]>,
-    /// Colour, and in the last place the tint.
+    /// The colour, with the tint as the last component.
     pub(super) paints: Vec<[u8; 4]>,
 }
 
-/// What the card does not have yet.
+/// Flags for the data that the card does not have yet.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Stale {
     pub(super) triangles: bool,
@@ -49,7 +49,7 @@ impl Stale {
     };
 }
 
-/// The mesh on the card with one entry a vertex: the fast way, without a wireframe.
+/// The mesh on the card with one entry per vertex: the fast path, without a wireframe.
 struct Shared {
     elements: ElementBuffer<u32>,
     positions: VertexBuffer<[f32; 3]>,
@@ -91,7 +91,7 @@ impl SurfacePass {
         normals: &VertexMap<Vector3<f64>>,
     ) {
         let data = &mut self.data;
-        // A shape of another mesh would be read beyond its end by the card.
+        // With a shape of another mesh the card would read out of bounds.
         if positions.len() != data.paints.len() || normals.len() != data.paints.len() {
             return;
         }
@@ -127,7 +127,7 @@ impl SurfacePass {
         self.mark_stale_paints();
     }
 
-    /// Hands over what has changed of what this style draws.
+    /// Uploads the changed data that this style draws.
     pub(super) fn upload(&mut self, context: &Context, style: &Style) {
         let num_vertices = self.data.positions.len();
         if num_vertices == 0 {
@@ -230,8 +230,9 @@ impl Shared {
     }
 }
 
-/// The triangles, each after one that it shares an edge with wherever there is one: the card
-/// computes a vertex once for triangles that follow each other, and again for those far apart.
+/// The triangles, ordered so that each follows one that it shares an edge with where possible.
+///
+/// The card then reuses the vertices it has just computed.
 fn triangles_in_strips(mesh: &HalfedgeMesh) -> Vec<[u32; 3]> {
     let mut is_taken = vec![false; mesh.num_faces()];
     let mut triangles = Vec::with_capacity(mesh.num_faces());
@@ -252,7 +253,7 @@ fn triangles_in_strips(mesh: &HalfedgeMesh) -> Vec<[u32; 3]> {
     triangles
 }
 
-/// From bytes to shares.
+/// Converts bytes to values from 0 to 1.
 pub(super) fn color(bytes: [u8; 3]) -> Vec3 {
     bytes.map(|c| f32::from(c) / 255.0).into()
 }

@@ -1,4 +1,4 @@
-//! The program breaks down, or is killed; the work is still there.
+//! The program crashes or is killed, and the work is still there.
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -7,8 +7,10 @@ use super::{bend, open, save, start};
 use crate::harness::{DEADLINE, Display, Window, bytes};
 use crate::models::{Place, autosaves};
 
-/// Bends the mesh so that the file is as it was, the bent shape is seen, and nothing else has it; returns
-/// the bytes that the bent mesh is to have.
+/// Bends the mesh without saving it: the file is unchanged, and only the editor has the bent
+/// shape.
+///
+/// Returns the bytes that the bent mesh would be saved as.
 fn leave_unsaved(window: &mut Window<'_>, place: &Place) -> Vec<u8> {
     let first = bytes(&place.mesh);
     bend(window, place);
@@ -24,7 +26,7 @@ fn leave_unsaved(window: &mut Window<'_>, place: &Place) -> Vec<u8> {
     bent
 }
 
-/// The one autosave, which nobody else may read.
+/// The single autosave, which must be accessible to its owner only.
 fn only_autosave(place: &Place) -> PathBuf {
     let all = autosaves(place.path());
     let [one] = all.as_slice() else {
@@ -39,7 +41,7 @@ fn only_autosave(place: &Place) -> PathBuf {
     one.clone()
 }
 
-/// Starts again, recovers, and saves: the file has these bytes.
+/// Starts again, recovers and saves. The file must then have these bytes.
 fn recover(place: &Place, bent: &[u8]) {
     let mut display = Display::start();
     let mut window = start(&mut display, place, &[]);
@@ -79,7 +81,7 @@ fn what_a_kill_interrupts_is_recovered_bit_for_bit() {
     let mut display = Display::start();
     let mut window = open(&mut display, &place);
     let bent = leave_unsaved(&mut window, &place);
-    // Nothing more is done: the program puts it aside by itself.
+    // No further action: the program autosaves by itself.
     let deadline = Instant::now() + DEADLINE;
     while autosaves(place.path()).is_empty() {
         assert!(Instant::now() < deadline, "nothing was put aside");
@@ -105,7 +107,7 @@ fn work_thrown_away_is_not_offered_again() {
     window.wait_for_end();
     drop(window);
     only_autosave(&place);
-    // Later: it is offered once more. Thrown away: it is not.
+    // After "Later" the autosave is offered again, after "Throw away" it is not.
     for answer in ["answer-2", "answer-1"] {
         let mut window = start(&mut display, &place, &[]);
         window.wait_for_dialog("recover");

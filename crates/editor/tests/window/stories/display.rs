@@ -1,4 +1,4 @@
-//! Without a display.
+//! Starting without a display.
 
 use std::process::Stdio;
 

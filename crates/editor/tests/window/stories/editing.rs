@@ -1,4 +1,4 @@
-//! A mesh is bent, saved, and brought back.
+//! Bending a mesh, saving it, and undoing.
 
 use cotan::{Handles, deform};
 use cotan_editor::scene::editor_options;
@@ -8,8 +8,8 @@ use super::{open, save, surface_vertex, undo_all};
 use crate::harness::{Display, bytes, numbers, project};
 use crate::models::Place;
 
-/// What is saved is the shape that the library makes of the same handles; undone, it is the file of
-/// old.
+/// Checks that the saved shape is the one that the library computes from the same handles, and
+/// that undo restores the original file.
 fn a_handle_is_dragged(place: &Place, count: usize) {
     let first = bytes(&place.mesh);
     let mut display = Display::start();
@@ -37,8 +37,8 @@ fn a_handle_is_dragged(place: &Place, count: usize) {
         &editor_options(),
     )
     .unwrap();
-    // Two points hold no shape: it may turn about the line through them, and how far it has,
-    // depends on the way that the pointer took.
+    // Two points leave a rotation about the line through them free, which depends on the path of
+    // the pointer.
     let axis = (count == 1).then(|| [place.document.positions()[fixed[0]], at]);
     let distance = place.distance(&place.mesh, &job.positions, axis);
     assert!(distance <= 1e-6, "{distance:e} of the box");
@@ -61,8 +61,8 @@ fn a_dragged_handle_saves_what_the_library_makes_and_undo_brings_the_file_back()
     }
 }
 
-/// However many events one frame takes in: what went down on a mark holds its handle, and the
-/// handle is under the pointer in the end.
+/// However many events a frame collects, a press on a mark grabs its handle, and the handle ends
+/// up under the pointer.
 #[test]
 fn a_handle_is_where_the_pointer_let_go_of_it() {
     let Some(_turn) = crate::turn() else {

@@ -1,4 +1,4 @@
-//! Files that are closed, changed, kept from writing, or no meshes.
+//! Files that are closed with changes, changed on disk, read-only, or not meshes.
 
 use std::path::Path;
 
@@ -22,7 +22,7 @@ fn unsaved_changes_are_asked_about_before_the_window_closes() {
     window.click_on("answer-2");
     let line = window.wait_for_no_dialog();
     assert_eq!(line["is_changed"], true);
-    // It was meant: the window goes on, and can be worked in.
+    // The answer was to cancel: the window stays open and usable.
     window.key("F1");
     window.wait_for_dialog("help");
     window.key("Escape");
@@ -36,7 +36,7 @@ fn unsaved_changes_are_asked_about_before_the_window_closes() {
     assert_eq!(bytes(&place.mesh), first);
     assert!(autosaves(place.path()).is_empty());
 
-    // Saved, it closes too; unchanged, it does not even ask.
+    // After saving, the window closes; without changes, it closes without a question.
     let mut window = open(&mut display, &place);
     bend(&mut window, &place);
     window.ask_to_close();
@@ -127,7 +127,7 @@ fn a_mesh_with_a_defect_is_named_and_opened_repaired() {
     assert!(text(&line, "dialog").contains("vertex 3"), "{line}");
     window.click_on("answer-0");
     let line = window.wait_for_mesh();
-    // The vertex that they shared is each one's own.
+    // The shared vertex was split.
     assert_eq!(line["size"], serde_json::json!([8, 8]));
     let line = window.wait_for_dialog("vertex 3");
     assert!(!text(&line, "dialog").contains("repair it"), "{line}");
@@ -145,8 +145,9 @@ fn start_on<'d>(display: &'d mut Display, data: &Path, mesh: &Path) -> Window<'d
     Window::open(display, &start)
 }
 
-/// The window tells what is wrong with a file, by its name, and can be worked in afterwards; returns the
-/// most memory that it has had.
+/// Checks that the window reports the error with the file's name and stays usable.
+///
+/// Returns the peak memory.
 fn refuses(display: &mut Display, path: &Path) -> Option<u64> {
     let data = tempfile::tempdir().unwrap();
     let mut window = start_on(display, data.path(), path);
@@ -206,5 +207,5 @@ fn a_file_that_is_no_mesh_is_told_of_and_claims_no_memory() {
     }
 }
 
-/// What the sizes of a driver's buffers may differ by.
+/// The variation in the sizes of a driver's buffers.
 const MOST_MORE: u64 = 64 << 20;

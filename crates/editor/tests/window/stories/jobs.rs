@@ -1,4 +1,4 @@
-//! Smoothing, and the sphere.
+//! Smoothing and the sphere map.
 
 use cotan::Handles;
 use cotan::smooth::{SmoothOptions, smooth};
@@ -33,7 +33,7 @@ fn smoothing_and_the_sphere_are_the_librarys_and_are_undone() {
         &options,
     )
     .unwrap();
-    // The same bits: the file says every digit.
+    // Exactly equal, because the file stores every digit.
     assert_eq!(place.distance(&place.mesh, &job.positions, None), 0.0);
 
     window.click_on("tab-sphere");
@@ -51,7 +51,8 @@ fn smoothing_and_the_sphere_are_the_librarys_and_are_undone() {
     window.wait("the mesh", |line| line["morph"] == 0.0);
     window.release();
 
-    // Once more, and kept: the file has a sphere, about the middle of the shape's box.
+    // Map once more and keep the result: the file has a sphere around the centre of the shape's
+    // box.
     window.click_on("map");
     window.wait("the sphere", |line| line["morph"] == 1.0);
     window.click_on("keep-morph");

@@ -1,4 +1,4 @@
-//! What a person does, and what must come of it.
+//! The stories: user actions and their expected results.
 
 mod crashes;
 mod display;
@@ -11,14 +11,15 @@ use cotan::halfedge::VertexId;
 use crate::harness::{Display, Start, Window};
 use crate::models::Place;
 
-/// The window on a mesh.
+/// Opens the window on a mesh.
 fn open<'d>(display: &'d mut Display, place: &Place) -> Window<'d> {
     let mut window = start(display, place, &[]);
     window.wait_for_mesh();
     window
 }
 
-/// The window on a mesh, with further arguments; it may have something else to say first.
+/// Starts the window on a mesh with further arguments, without waiting for the mesh: a dialog may
+/// come first.
 fn start<'d>(display: &'d mut Display, place: &Place, arguments: &[&str]) -> Window<'d> {
     let mesh = place.mesh.display().to_string();
     let mut all = vec![mesh];
@@ -31,19 +32,19 @@ fn start<'d>(display: &'d mut Display, place: &Place, arguments: &[&str]) -> Win
     Window::open(display, &start)
 }
 
-/// The vertex of the surface that a vertex of the file is.
+/// The vertex of the surface for a vertex of the file.
 fn surface_vertex(place: &Place, vertex: usize) -> VertexId {
     place.surface.vertex(vertex).expect("it is of the surface")
 }
 
-/// Bends the mesh a little, by a handle and three fixed vertices, until it has come to rest.
+/// Bends the mesh a little with one handle and three fixed vertices, until it has settled.
 fn bend(window: &mut Window<'_>, place: &Place) {
     window.hold(place.document.positions(), 3);
     window.drag(3, [60.0, 50.0], 20);
     window.wait_for_rest();
 }
 
-/// Undoes all there is.
+/// Undoes all edits.
 fn undo_all(window: &mut Window<'_>) {
     for _ in 0..20 {
         let Some(label) = window.now()["undo"].as_str().map(str::to_owned) else {
@@ -57,7 +58,7 @@ fn undo_all(window: &mut Window<'_>) {
     panic!("there is no end to undoing");
 }
 
-/// Saves over the file that is open.
+/// Saves over the open file.
 fn save(window: &mut Window<'_>) {
     window.wait("something to save", |line| line["is_changed"] == true);
     window.key("ctrl+s");

@@ -1,13 +1,11 @@
 //! Overlapping clusters of vertices that can move and turn as rigid bodies.
 
-use std::cmp::Ordering;
-use std::collections::BinaryHeap;
-
 use cotan_geometry::Scalar;
 use cotan_halfedge::VertexId;
-use cotan_laplacian::Graph;
 use nalgebra::Vector3;
 
+use crate::net::{Distances, Net};
+use crate::point_handles::{Disc, MOST_POINTS};
 use crate::rest::Rest;
 use crate::vectors::CHUNKS;
 
@@ -35,7 +33,12 @@ pub(super) const FUNCTIONS: usize = 4;
 
 impl Clusters {
     /// Spreads clusters over the vertices between those that are held; `None` if all are held.
-    pub(super) fn new<T: Scalar>(rest: &Rest<T>, held: &[VertexId]) -> Option<Self> {
+    /// `discs` are those of the point handles among them, which move as rigid parts.
+    pub(super) fn new<T: Scalar>(
+        rest: &Rest<T>,
+        held: &[VertexId],
+        discs: &[Disc],
+    ) -> Option<Self> {
         let n = rest.positions().len();
         let points: Vec<Vector3<f64>> = rest
             .positions()
@@ -63,17 +66,18 @@ impl Clusters {
         }
         let (_, covering) = distances.farthest()?;
         let radius = OVERLAP * covering;
-        let handles = surface.kernels_of_handles(held, radius);
+        let handles = surface.kernels_of_handles(held, discs, radius);
         let mut kernels = vec![Vec::new(); n];
         let mut ball = Ball::new(n);
         for (j, &seed) in seeds.iter().enumerate() {
-            ball.visit(&surface, seed, radius, |i, k| {
+            ball.visit(&surface, seed, 0.0, radius, |i, k| {
                 kernels[i].push((j as u32, k))
             });
         }
         let num_moving = seeds.len();
         let mut is_held = vec![false; n];
         held.iter().for_each(|v| is_held[v.index()] = true);
+        discs.iter().for_each(|d| is_held[d.vertex.index()] = false);
         let (mut starts, mut entries) = (vec![0], Vec::new());
         for (i, own) in kernels.iter().enumerate() {
             let of_handles = &handles.at[i];
@@ -138,9 +142,21 @@ impl Clusters {
                 points[clusters.seeds[j]]
             };
         }
-        clusters
-            .centers
-            .extend(handles.single.iter().map(|&v| points[v]));
+        for (h, single) in handles.single.iter().enumerate() {
+            let cluster = (num_moving + h) as u32;
+            let own = |i: usize| clusters.at(i).iter().find(|(j, _)| *j == cluster);
+            let (mut center, mut sum) = (Vector3::zeros(), 0.0);
+            for (i, share) in single.weights {
+                let weight = own(*i as usize).map_or(0.0, |(_, w)| w * share);
+                center += points[*i as usize] * weight;
+                sum += weight;
+            }
+            // The turn keeps the mean that the handle holds where it is.
+            clusters.centers.push(match sum > 0.0 {
+                true => center / sum,
+                false => points[single.vertex],
+            });
+        }
         Some(clusters)
     }
 
@@ -220,25 +236,25 @@ const OVERLAP: f64 = 1.5;
 /// The weights fade away from all seeds, where the kernels add up to less than this.
 const LEAST_SUM: f64 = 0.02;
 
-/// More point handles than this hold the mesh so well that they need no clusters.
-const MOST_POINTS: usize = 24;
-
 /// (1 − t)⁴ (4t + 1): Wendland's kernel of smoothness 2, zero from t = 1 on.
 fn kernel(t: f64) -> f64 {
     let rest = (1.0 - t).max(0.0);
     rest.powi(4) * (4.0 * t + 1.0)
 }
 
-/// The edges with their lengths.
-pub(super) struct Net<'a> {
-    pub(super) graph: &'a Graph,
-    pub(super) points: &'a [Vector3<f64>],
+/// A vertex that is a handle by itself, and what it pulls at.
+struct Single<'a> {
+    vertex: usize,
+    /// Of the disc around it; 0 where it holds the vertex alone.
+    radius: f64,
+    /// Those of the disc; empty where it holds the vertex alone.
+    weights: &'a [(u32, f64)],
 }
 
 /// The kernels of the handles.
-struct HandleKernels {
+struct HandleKernels<'a> {
     /// Vertices that are handles by themselves.
-    single: Vec<usize>,
+    single: Vec<Single<'a>>,
     /// The kernels of these at every vertex, by their index.
     at: Vec<Vec<(u32, f64)>>,
     /// The largest kernel of the regions, at every vertex.
@@ -246,17 +262,12 @@ struct HandleKernels {
 }
 
 impl Net<'_> {
-    fn neighbours(&self, i: usize) -> impl Iterator<Item = usize> + '_ {
-        self.graph.neighbours()[self.graph.range(i)]
-            .iter()
-            .map(|j| j.index())
-    }
-
-    fn length(&self, i: usize, j: usize) -> f64 {
-        (self.points[j] - self.points[i]).norm()
-    }
-
-    fn kernels_of_handles(&self, held: &[VertexId], radius: f64) -> HandleKernels {
+    fn kernels_of_handles<'a>(
+        &self,
+        held: &[VertexId],
+        discs: &'a [Disc],
+        radius: f64,
+    ) -> HandleKernels<'a> {
         let n = self.points.len();
         let mut is_held = vec![false; n];
         held.iter().for_each(|v| is_held[v.index()] = true);
@@ -268,10 +279,23 @@ impl Net<'_> {
         } else {
             (single, regions)
         };
+        let single: Vec<Single<'a>> = single
+            .into_iter()
+            .map(|vertex| {
+                let disc = discs.iter().find(|d| d.vertex.index() == vertex);
+                Single {
+                    vertex,
+                    radius: disc.map_or(0.0, |d| d.radius),
+                    weights: disc.map_or(&[], |d| &d.weights),
+                }
+            })
+            .collect();
         let mut at = vec![Vec::new(); n];
         let mut ball = Ball::new(n);
-        for (h, &v) in single.iter().enumerate() {
-            ball.visit(self, v, radius, |i, k| at[i].push((h as u32, k)));
+        for (h, one) in single.iter().enumerate() {
+            ball.visit(self, one.vertex, one.radius, radius, |i, k| {
+                at[i].push((h as u32, k))
+            });
         }
         // The distance from the handle vertex that is nearest along the edges.
         let mut nearest = Distances::new(n);
@@ -290,81 +314,6 @@ impl Net<'_> {
     }
 }
 
-/// Lengths of the shortest ways along the edges from the nearest of several sources.
-pub(super) struct Distances {
-    of_vertex: Vec<f64>,
-    pub(super) source: Vec<u32>,
-    waiting: BinaryHeap<Waiting>,
-}
-
-/// A vertex and its distance, the nearest first.
-#[derive(PartialEq)]
-struct Waiting(f64, u32);
-
-impl Eq for Waiting {}
-
-impl PartialOrd for Waiting {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Waiting {
-    fn cmp(&self, other: &Self) -> Ordering {
-        other.0.total_cmp(&self.0).then(other.1.cmp(&self.1))
-    }
-}
-
-impl Distances {
-    pub(super) fn new(n: usize) -> Self {
-        Self {
-            of_vertex: vec![f64::INFINITY; n],
-            source: vec![u32::MAX; n],
-            waiting: BinaryHeap::new(),
-        }
-    }
-
-    /// Adds sources.
-    pub(super) fn spread(&mut self, net: &Net<'_>, sources: impl IntoIterator<Item = usize>) {
-        for source in sources {
-            self.of_vertex[source] = 0.0;
-            self.source[source] = source as u32;
-            self.waiting.push(Waiting(0.0, source as u32));
-        }
-        while let Some(Waiting(distance, i)) = self.waiting.pop() {
-            let i = i as usize;
-            if distance > self.of_vertex[i] {
-                continue;
-            }
-            for j in net.neighbours(i) {
-                let beyond = distance + net.length(i, j);
-                let known = self.of_vertex[j];
-                if beyond < known {
-                    self.of_vertex[j] = beyond;
-                    if beyond < known * (1.0 - TIE) {
-                        self.source[j] = self.source[i];
-                    }
-                    self.waiting.push(Waiting(beyond, j as u32));
-                }
-            }
-        }
-    }
-
-    /// The vertex that is farthest from all sources and can be reached from one; of several that
-    /// are as far but for rounding the lowest.
-    pub(super) fn farthest(&self) -> Option<(usize, f64)> {
-        let reached = self.of_vertex.iter().filter(|d| d.is_finite());
-        let most = reached.fold(0.0_f64, |most, d| most.max(*d));
-        let is_farthest = |d: &f64| d.is_finite() && *d >= most * (1.0 - TIE);
-        let at = self.of_vertex.iter().position(is_farthest)?;
-        (most > 0.0).then_some((at, most))
-    }
-}
-
-/// Lengths that differ by less, of themselves, are the same: what is decided by them does not
-/// depend on how a mesh is turned or scaled.
-const TIE: f64 = 1e-9;
-
 /// Vertices that are connected to a centre inside a ball around it.
 struct Ball {
     /// The number of the visit in which each vertex was seen.
@@ -382,11 +331,13 @@ impl Ball {
         }
     }
 
-    /// Calls `each` with every vertex and the kernel there.
+    /// Calls `each` with every vertex and the kernel there, which is 1 within `inner` and fades
+    /// away over `radius`.
     fn visit(
         &mut self,
         net: &Net<'_>,
         center: usize,
+        inner: f64,
         radius: f64,
         mut each: impl FnMut(usize, f64),
     ) {
@@ -394,9 +345,10 @@ impl Ball {
         self.seen[center] = self.visit;
         self.open.push(center);
         while let Some(i) = self.open.pop() {
-            each(i, kernel(net.length(center, i) / radius));
+            let beyond = (net.length(center, i) - inner).max(0.0);
+            each(i, kernel(beyond / radius));
             for j in net.neighbours(i) {
-                if self.seen[j] != self.visit && net.length(center, j) < radius {
+                if self.seen[j] != self.visit && net.length(center, j) < inner + radius {
                     self.seen[j] = self.visit;
                     self.open.push(j);
                 }

@@ -3,8 +3,8 @@
 use cotan_geometry::Scalar;
 use nalgebra::Vector3;
 
-use super::clusters::{Distances, Net};
 use crate::cells::{as_f64, cell_share};
+use crate::net::{Distances, Net};
 use crate::rest::Rest;
 
 /// For every vertex the groups of the cells that its terms serve, with the shares P 1_c.

@@ -27,7 +27,7 @@ mod sums;
 
 use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::{Components, VertexId, VertexMap};
-use cotan_linear::{Hold, PreparedSystem};
+use cotan_linear::Hold;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Matrix3, SMatrix, Vector3};
 
 use clusters::{Clusters, FUNCTIONS};
@@ -39,6 +39,7 @@ use crate::nearest_rotation::{flat, nearest_rotation};
 use crate::rest::Rest;
 use crate::targets::Targets;
 use crate::vectors::CHUNKS;
+use crate::workspace::Workspace;
 
 /// The correction for one set of handles.
 #[derive(Debug)]
@@ -83,19 +84,19 @@ type Motions = SMatrix<f64, 12, 6>;
 impl Coarse {
     /// Builds the correction; `None` where it would not help or the handles hold everything.
     pub(crate) fn new<T: Scalar>(
-        rest: &Rest<T>,
-        targets: &Targets<T>,
-        system: &PreparedSystem,
+        work: &Workspace<T>,
         field: &VertexMap<T>,
         cells: &FittedCells<'_>,
         positions: &Positions<T>,
     ) -> Option<Self> {
+        let (rest, targets, system) = (&*work.rest, &work.targets, &work.system);
         let components = rest.mesh().components();
         let held = held(targets);
         let moved = moved(rest, targets, &components);
         let is_active = |v: &VertexId| moved[components.of(*v)];
         let active: Vec<VertexId> = held.iter().copied().filter(is_active).collect();
-        let clusters = Clusters::new(rest, &active)?;
+        let discs = work.point_handles.as_ref().map_or(&[][..], |p| p.discs());
+        let clusters = Clusters::new(rest, &active, discs)?;
         let groups = Groups::new(rest, &clusters.seeds);
         let sums = measure(rest, targets, system, field, cells, &clusters, &groups);
         let model = Model {
@@ -153,10 +154,20 @@ impl Coarse {
     /// T (H_c⁻¹ − A_c⁻¹) Tᵀ u.
     pub(crate) fn apply(&self, u: &[f64]) -> Vec<f64> {
         let State {
-            motions,
-            starts,
-            hessian,
-            system,
+            hessian, system, ..
+        } = &self.state;
+        self.among_motions(u, |reduced| hessian.solve(reduced) - system.solve(reduced))
+    }
+
+    /// T H_c⁻¹ Tᵀ u: the step of Newton's method among the motions of the clusters.
+    pub(crate) fn newton_step(&self, u: &[f64]) -> Vec<f64> {
+        self.among_motions(u, |reduced| self.state.hessian.solve(reduced))
+    }
+
+    /// T f(Tᵀ u).
+    fn among_motions(&self, u: &[f64], f: impl FnOnce(&DVector<f64>) -> DVector<f64>) -> Vec<f64> {
+        let State {
+            motions, starts, ..
         } = &self.state;
         let mut reduced = DVector::zeros(starts.last().copied().unwrap_or(0));
         for (j, motions) in motions.iter().enumerate() {
@@ -168,7 +179,7 @@ impl Coarse {
                 .rows_mut(from, len)
                 .copy_from(&moved.rows(6 - len, len));
         }
-        let solved = hessian.solve(&reduced) - system.solve(&reduced);
+        let solved = f(&reduced);
         let mut out = vec![0.0; u.len()];
         for (j, motions) in motions.iter().enumerate() {
             let at = j * FUNCTIONS * 3;

@@ -1,8 +1,9 @@
 //! The implicit function of the creature: a smooth union of round cones.
 //!
-//! A round cone is the hull of two balls. Its signed distance has the gradient 1 everywhere, and
-//! the smooth union keeps that as an upper bound: where |f| > r the surface is farther than r.
-//! Only sums, products and square roots occur, so that every platform computes the same bytes.
+//! A round cone is the hull of two balls. The gradient of its signed distance has length 1
+//! everywhere, and the smooth union preserves this as an upper bound: if |f| > r, the surface is
+//! farther away than r. Only sums, products and square roots are used, so every platform computes
+//! the same bytes.
 
 use nalgebra::{Point3, Vector3};
 
@@ -16,7 +17,7 @@ impl Field {
         Self { cones }
     }
 
-    /// The corners of a box around the surface.
+    /// The corners of a bounding box of the surface.
     pub(super) fn bounds(&self) -> (Point3<f64>, Point3<f64>) {
         let far = f64::INFINITY;
         let mut bounds = (Point3::new(far, far, far), Point3::new(-far, -far, -far));
@@ -35,7 +36,7 @@ impl Field {
     pub(super) fn value_and_gradient(&self, p: &Point3<f64>) -> (f64, Vector3<f64>) {
         let mut union = (f64::INFINITY, Vector3::zeros());
         for cone in &self.cones {
-            // Beyond the blending zone a part changes nothing, and most are far away.
+            // Beyond its blending zone a part has no effect, and most parts are far away.
             let reach = union.0 + cone.blend + cone.radius;
             if reach > 0.0 && (p - cone.center).norm_squared() < reach * reach {
                 union = smooth_union(union, cone.distance_and_gradient(p), cone.blend);
@@ -49,9 +50,9 @@ impl Field {
         self.value_and_gradient(p).0
     }
 
-    /// A step of Newton's method from `p` towards the surface, and the unit normal at `p`.
+    /// A Newton step from `p` towards the surface, and the unit normal at `p`.
     ///
-    /// Both are zero where the gradient vanishes, which it does only far from the surface.
+    /// Both are zero where the gradient vanishes, which happens only far from the surface.
     pub(super) fn step_to_surface(&self, p: &Point3<f64>) -> (Vector3<f64>, Vector3<f64>) {
         let (value, gradient) = self.value_and_gradient(p);
         let slope = gradient.norm();
@@ -63,7 +64,7 @@ impl Field {
     }
 }
 
-/// The hull of two balls, and how softly it joins what came before it.
+/// The hull of two balls, and the softness with which it is joined to the earlier parts.
 #[derive(Clone, Copy)]
 pub(super) struct RoundCone {
     start: Point3<f64>,
@@ -74,7 +75,7 @@ pub(super) struct RoundCone {
     /// Sine and tangent of half the opening angle.
     sin: f64,
     tan: f64,
-    /// A ball around the whole.
+    /// The centre of a bounding ball.
     center: Point3<f64>,
     radius: f64,
     /// Width of the zone in which the union is rounded.
@@ -82,7 +83,7 @@ pub(super) struct RoundCone {
 }
 
 impl RoundCone {
-    /// From ball to ball; neither may contain the other unless they are the same.
+    /// Creates the hull of two balls. Neither may contain the other unless they are equal.
     pub(super) fn new(
         (start, first): (Point3<f64>, f64),
         (end, second): (Point3<f64>, f64),
@@ -116,8 +117,8 @@ impl RoundCone {
 
     /// Signed distance and its gradient.
     ///
-    /// The distance is the minimum, over the balls between the two, of |p − c| − r: convex in the
-    /// place τ on the axis, hence solved without bounds and clamped.
+    /// The distance is the minimum of |p − c| − r over all balls between the two. It is convex in
+    /// the position τ along the axis, so it is minimized without bounds and then clamped.
     fn distance_and_gradient(&self, p: &Point3<f64>) -> (f64, Vector3<f64>) {
         let offset = p - self.start;
         let along = offset.dot(&self.axis);
@@ -134,7 +135,7 @@ impl RoundCone {
     }
 }
 
-/// The minimum, rounded by a parabola where the two differ by less than `width`.
+/// The minimum of two values, rounded by a parabola where they differ by less than `width`.
 fn smooth_union(
     (a, da): (f64, Vector3<f64>),
     (b, db): (f64, Vector3<f64>),
@@ -142,7 +143,7 @@ fn smooth_union(
 ) -> (f64, Vector3<f64>) {
     let overlap = (width - (a - b).abs()).max(0.0) / width;
     let value = a.min(b) - 0.25 * width * overlap * overlap;
-    // The weights of the gradients: a half each where a = b, the smaller one's alone at the ends.
+    // The gradients have equal weights where a = b; at the ends only the smaller one counts.
     let share = 0.5 * overlap;
     let gradient = if a < b {
         da * (1.0 - share) + db * share
@@ -152,7 +153,8 @@ fn smooth_union(
     (value, gradient)
 }
 
-/// Half-way between two parts the slopes cancel; a step from there would lead anywhere.
+/// Halfway between two parts the slopes cancel, and the direction of a step from there would be
+/// arbitrary.
 const LEAST_SLOPE: f64 = 0.1;
 
 #[cfg(test)]

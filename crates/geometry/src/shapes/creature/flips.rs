@@ -7,17 +7,17 @@ use nalgebra::Point3;
 use crate::angles::triangle_cotangents;
 use crate::areas::triangle_area_vector;
 
-/// What a flip has to improve.
+/// The quantity that a flip has to improve.
 #[derive(Clone, Copy)]
 pub(super) enum Goal {
-    /// The sum over the four corners of (valence − 6)², as long as no angle gets below 20°.
+    /// The sum over the four corners of (valence − 6)², provided that no angle drops below 20°.
     Valence,
     /// The smallest angle of the two triangles.
     Angle,
 }
 
-/// Flips edges in passes over edges that have no corner in common, until a pass finds none that
-/// serves the goal. `None` if the faces are no manifold.
+/// Flips edges in passes over edges without common corners, until a pass finds no improvement.
+/// Returns `None` if the faces are not a manifold.
 pub(super) fn flip_edges(points: &[Point3<f64>], faces: &mut [[u32; 3]], goal: Goal) -> Option<()> {
     for _ in 0..MAX_PASSES {
         let mesh = HalfedgeMesh::from_faces(points.len(), faces).ok()?;
@@ -44,8 +44,8 @@ pub(super) fn flip_edges(points: &[Point3<f64>], faces: &mut [[u32; 3]], goal: G
     Some(())
 }
 
-/// Removes vertices that have three neighbours, whose triangles can never be good ones, and puts
-/// one triangle in the place of three. `None` if the faces are no manifold.
+/// Removes vertices with three neighbours, whose triangles can never be well shaped, and replaces
+/// each group of three triangles by one. Returns `None` if the faces are not a manifold.
 pub(super) fn remove_valence_three(
     points: &mut Vec<Point3<f64>>,
     faces: &mut Vec<[u32; 3]>,
@@ -73,7 +73,7 @@ pub(super) fn remove_valence_three(
     Some(())
 }
 
-/// Drops removed vertices and faces, and numbers the vertices that stay without gaps.
+/// Drops removed vertices and faces, and renumbers the remaining vertices without gaps.
 fn renumber(
     points: &mut Vec<Point3<f64>>,
     faces: &mut Vec<[u32; 3]>,
@@ -98,8 +98,8 @@ fn renumber(
     }
 }
 
-/// A number that grows with the smallest angle of two triangles: minus its cotangent, which
-/// needs no function that differs between platforms.
+/// A measure that grows with the smallest angle of two triangles: the negative cotangent of that
+/// angle, which needs no platform-dependent function.
 pub(super) fn quality(points: &[Point3<f64>], triangles: &[[u32; 3]; 2]) -> f64 {
     -triangles
         .iter()
@@ -110,7 +110,7 @@ pub(super) fn quality(points: &[Point3<f64>], triangles: &[[u32; 3]; 2]) -> f64 
         .fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// Two faces and what takes their place.
+/// Two faces and their replacement.
 ///
 /// ```text
 ///       c              c
@@ -125,7 +125,7 @@ struct Flip {
 }
 
 impl Flip {
-    /// The flip of an edge, if it is possible and serves the goal.
+    /// Returns the flip of an edge if it is possible and improves the goal.
     fn of(points: &[Point3<f64>], mesh: &HalfedgeMesh, e: EdgeId, goal: Goal) -> Option<Self> {
         let [h, twin] = e.halfedges();
         let faces = [mesh.face(h)?, mesh.face(twin)?];
@@ -138,10 +138,10 @@ impl Flip {
             Goal::Valence => {
                 valence_gain(valences) > 0 && quality(points, &new) > -COTANGENT_OF_20_DEGREES
             }
-            // Rounding must not flip an edge back and forth.
+            // The margin keeps rounding from flipping an edge back and forth.
             Goal::Angle => quality(points, &new) > quality(points, &old) + 1e-9,
         };
-        // Three edges are the fewest at a vertex.
+        // A vertex must keep at least three edges.
         let is_possible = valences[0] > 3 && valences[1] > 3;
         let stays_flat = || cosine_at_edge(points, &new) > LEAST_COSINE;
         (is_better && is_possible && stays_flat() && mesh.halfedge_between(c, d).is_none())
@@ -152,7 +152,7 @@ impl Flip {
     }
 }
 
-/// By how much Σ (valence − 6)² falls if the first two vertices lose an edge to the others.
+/// The decrease of Σ (valence − 6)² if the first two vertices lose an edge to the other two.
 fn valence_gain(valences: [i32; 4]) -> i32 {
     let deviation = |change: i32, v: i32| (v + change - 6).pow(2);
     let [a, b, c, d] = valences;
@@ -160,7 +160,7 @@ fn valence_gain(valences: [i32; 4]) -> i32 {
     before - deviation(-1, a) - deviation(-1, b) - deviation(1, c) - deviation(1, d)
 }
 
-/// Cosine of the angle between the normals of two triangles; NaN if one has no area.
+/// Cosine of the angle between the normals of two triangles, or NaN if one has no area.
 fn cosine_at_edge(points: &[Point3<f64>], triangles: &[[u32; 3]; 2]) -> f64 {
     let [n, m] = triangles.map(|t| {
         let [a, b, c] = t.map(|v| points[v as usize]);
@@ -169,10 +169,10 @@ fn cosine_at_edge(points: &[Point3<f64>], triangles: &[[u32; 3]; 2]) -> f64 {
     n.dot(&m) / (n.norm() * m.norm())
 }
 
-/// A handful of passes finds nearly all flips; the rest is left as it is.
+/// A few passes find nearly all flips; any others are left undone.
 const MAX_PASSES: usize = 8;
 
 const COTANGENT_OF_20_DEGREES: f64 = 2.747;
 
-/// 60° between the normals: beyond that a flip would cut a limb's tip off.
+/// 60° between the normals: beyond that a flip would cut off the tip of a limb.
 const LEAST_COSINE: f64 = 0.5;

@@ -1,4 +1,4 @@
-//! The creature: a small dragon, made of round cones, that stands in for a scanned model.
+//! The creature: a small dragon made of round cones, used in place of a scanned model.
 
 mod field;
 mod flips;
@@ -18,23 +18,23 @@ use flips::{Goal, flip_edges, remove_valence_three};
 
 pub use regions::{Region, creature_regions};
 
-/// The resolution of the creature that demonstrations use: 11,919 vertices, and of the grids
-/// about as fine the one with the best triangles (28.7° and more).
+/// The resolution used for demonstrations: 11,919 vertices. Of the grids of about this density it
+/// gives the best triangles (all angles at least 28.7°).
 pub const CREATURE_RESOLUTION: usize = 95;
 
-/// A small dragon: closed, one component, genus 0, with a body, four legs, a neck, a head with
-/// horns, ears and eyes, a tail, and a row of plates along its back.
+/// A small dragon with a body, four legs, a neck, a head with horns, ears and eyes, a tail, and a
+/// row of plates along its back. The surface is closed and connected, of genus 0.
 ///
-/// It stands on the plane y = 0, looks along +x, and is about 2.6 long and 2 high. `resolution`
-/// is the number of grid cells along its length, from 64 (5,400 vertices) to 256 (87,000); what is
-/// less or more is taken as that. [`creature_regions`] names parts of it that can serve as handles.
+/// It stands on the plane y = 0, faces +x, and is about 2.6 long and 2 high. `resolution` is the
+/// number of grid cells along its length, clamped to 64 (5,400 vertices) … 256 (87,000).
+/// [`creature_regions`] names parts of it that can serve as handles.
 ///
-/// Angles are 28° and more at the default resolution, valences 4 to 7. The zero set of a smooth
-/// union of round cones, polygonised by surface nets, relaxed along the surface and flipped; built
-/// in about half a second.
+/// At the default resolution angles are at least 28° and valences are 4 to 7. The surface is the
+/// zero set of a smooth union of round cones, polygonized by surface nets, then relaxed along the
+/// surface and improved by edge flips. Building it takes about half a second.
 ///
-/// Same bytes in every run: the positions come from additions, multiplications, divisions and
-/// square roots alone, in an order that no number of threads changes.
+/// The bytes are the same in every run: positions are computed with additions, multiplications,
+/// divisions and square roots only, in an order that does not depend on the number of threads.
 ///
 /// ```
 /// use cotan_geometry::{creature, creature_regions};
@@ -47,8 +47,8 @@ pub const CREATURE_RESOLUTION: usize = 95;
 pub fn creature<T: Scalar>(resolution: usize) -> Mesh<T> {
     let field = Field::new(parts::cones());
     let mut resolution = resolution.clamp(MIN_RESOLUTION, MAX_RESOLUTION);
-    // Every grid in this range succeeds at once. A change of the parts may close a gap on some
-    // grid; the next finer one opens it.
+    // Every grid in this range succeeds at the first attempt. If the parts are changed, a gap may
+    // close on some grid; the next finer grid opens it.
     loop {
         if let Some((points, faces)) = polygonize(&field, resolution) {
             return connect(&points, &faces);
@@ -57,10 +57,11 @@ pub fn creature<T: Scalar>(resolution: usize) -> Mesh<T> {
     }
 }
 
-/// Vertices, and faces that are counter-clockwise seen from the outside.
+/// Vertices, and faces that are counter-clockwise as seen from the outside.
 type Triangles = (Vec<Point3<f64>>, Vec<[u32; 3]>);
 
-/// The creature on one grid, or `None` if that is not a connected surface of genus 0.
+/// Builds the creature on one grid. Returns `None` if the result is not a connected surface of
+/// genus 0.
 fn polygonize(field: &Field, resolution: usize) -> Option<Triangles> {
     let mut net = nets::surface_net(field, resolution);
     let by_quads = relax::Neighbours::new(net.points.len(), &net.quads);
@@ -98,13 +99,13 @@ fn is_connected(mesh: &HalfedgeMesh) -> bool {
 /// Below this the horns are thinner than a cell.
 const MIN_RESOLUTION: usize = 64;
 
-/// 80 thousand vertices; the grid takes 50 megabytes.
+/// Gives 87,000 vertices; the grid takes 50 megabytes.
 const MAX_RESOLUTION: usize = 256;
 
-/// Rounds of relaxation along the sides of the quads; more changes little.
+/// Rounds of relaxation along the sides of the quads. More rounds change little.
 const QUAD_ROUNDS: usize = 6;
 
-/// Flips and relaxation take turns: first for the valences, then for the angles.
+/// Flips and relaxation alternate, first for the valences and then for the angles.
 const FLIPS: [Goal; 5] = [
     Goal::Valence,
     Goal::Valence,
@@ -113,7 +114,7 @@ const FLIPS: [Goal; 5] = [
     Goal::Angle,
 ];
 
-/// Rounds of relaxation along the edges of the triangles after each flipping.
+/// Rounds of relaxation along the triangle edges after each pass of flips.
 const TRIANGLE_ROUNDS: usize = 4;
 
 #[cfg(test)]

@@ -1,21 +1,21 @@
-//! Surface nets: the zero set of a [`Field`] as quads, one vertex in every cell of a grid that the
-//! surface crosses, one quad for every grid edge that it crosses.
+//! Surface nets: the zero set of a [`Field`] as quads, with one vertex in each grid cell and one
+//! quad for each grid edge that the surface crosses.
 //!
-//! **Source**: Gibson 1998, "Constrained elastic surface nets", with the vertex at the mean of the
-//! crossings of the cell's edges.
+//! **Source**: Gibson 1998, "Constrained elastic surface nets", with the vertex at the mean of
+//! the crossings of the cell's edges.
 
 use cotan_parallel::Chunks;
 use nalgebra::{Point3, Vector3};
 
 use super::field::Field;
 
-/// Vertices and quads, each counter-clockwise seen from the outside.
+/// Vertices and quads. Each quad is counter-clockwise as seen from the outside.
 pub(super) struct Net {
     pub(super) points: Vec<Point3<f64>>,
     pub(super) quads: Vec<[u32; 4]>,
 }
 
-/// The net of `field` on a grid with `resolution` cells along the longest side.
+/// Computes the net of `field` on a grid with `resolution` cells along the longest side.
 pub(super) fn surface_net(field: &Field, resolution: usize) -> Net {
     let grid = Grid::around(field, resolution);
     let mut values = grid.sample(field);
@@ -53,7 +53,8 @@ impl Grid {
         let (min, max) = field.bounds();
         let extents = max - min;
         let cell = extents.max() / resolution as f64;
-        // Half a cell off the planes of symmetry: no value is exactly zero there.
+        // Offset by half a cell from the planes of symmetry, so that no value is exactly zero
+        // there.
         let origin = min - Vector3::repeat(1.5 * cell);
         let size = [0, 1, 2].map(|k| (extents[k] / cell) as usize + 5);
         Self { origin, cell, size }
@@ -67,14 +68,14 @@ impl Grid {
         self.origin + Vector3::from(index.map(|i| i as f64)) * self.cell
     }
 
-    /// All cells, named by their lowest corner.
+    /// All cells, identified by their lowest corner.
     fn cells(&self) -> impl Iterator<Item = [usize; 3]> + use<> {
         let [nx, ny, nz] = self.size.map(|n| n - 1);
         (0..nx).flat_map(move |i| (0..ny).flat_map(move |j| (0..nz).map(move |k| [i, j, k])))
     }
 
-    /// The field at every point, in slabs of `BLOCK` layers; blocks that the surface cannot reach
-    /// get the value of their centre throughout.
+    /// Samples the field at every point, in slabs of `BLOCK` layers. Blocks that the surface
+    /// cannot reach get the value of their centre throughout.
     fn sample(&self, field: &Field) -> Vec<f32> {
         let layer = self.size[1] * self.size[2];
         let mut values = vec![0.0; layer * self.size[0]];
@@ -93,8 +94,8 @@ impl Grid {
     fn sample_block(&self, field: &Field, first: [usize; 3], layers: usize, values: &mut [f32]) {
         let half = 0.5 * (BLOCK - 1) as f64 * self.cell;
         let middle = field.value(&(self.point(first) + Vector3::repeat(half)));
-        // The gradient is at most 1, so a larger value holds its sign throughout the block, and
-        // one cell farther so that no crossing is missed between blocks.
+        // The gradient is at most 1, so a larger value keeps its sign throughout the block. One
+        // more cell ensures that no crossing between blocks is missed.
         let is_far = middle.abs() > (half + self.cell) * 3.0_f64.sqrt();
         for i in 0..layers {
             for j in first[1]..self.size[1].min(first[1] + BLOCK) {
@@ -111,11 +112,12 @@ impl Grid {
         }
     }
 
-    /// Turns outside points to inside ones until the net is a manifold.
+    /// Turns outside points into inside points until the net is a manifold.
     ///
-    /// It is one if no face of a cell has its diagonal corners alike and its neighbouring ones
-    /// unlike, and no cell has two opposite corners unlike all others (a well-composed picture,
-    /// Latecki 1997). Points only ever turn one way, so this ends.
+    /// The net is a manifold if no cell has a face in which diagonal corners agree while adjacent
+    /// ones differ, and no cell has two opposite corners that differ from all others
+    /// (well-composedness, Latecki 1997). Points only ever change in one direction, so this
+    /// terminates.
     fn fill_ambiguous(&self, values: &mut [f32]) {
         loop {
             let mut is_done = true;
@@ -126,7 +128,7 @@ impl Grid {
                     continue;
                 }
                 is_done = false;
-                // The outside corner that is nearest to the surface.
+                // The outside corner nearest to the surface.
                 let outside = (0..8).filter(|c| mask >> c & 1 == 0).map(corner);
                 if let Some(index) = outside.min_by(|&a, &b| values[a].total_cmp(&values[b])) {
                     values[index] = -values[index].max(f32::MIN_POSITIVE);
@@ -138,7 +140,7 @@ impl Grid {
         }
     }
 
-    /// The mean of the crossings of the edges of a cell, if there are any.
+    /// The mean of the crossings on the edges of a cell, if there are any.
     fn crossing_mean(&self, values: &[f32], cell: [usize; 3]) -> Option<Point3<f64>> {
         let corner = |c: usize| [0, 1, 2].map(|k| cell[k] + (c >> k & 1));
         let value: [f32; 8] = std::array::from_fn(|c| values[self.at(corner(c))]);
@@ -162,7 +164,7 @@ impl Grid {
         Some(Point3::from(sum / f64::from(count)))
     }
 
-    /// The quad across the grid edge that leaves the lowest corner of `cell` along `axis`.
+    /// The quad across the grid edge that starts at the lowest corner of `cell` along `axis`.
     fn quad(
         &self,
         values: &[f32],
@@ -183,15 +185,15 @@ impl Grid {
             around[v] -= dv;
             vertex_of_cell[self.at(around)]
         };
-        // u × v = axis: counter-clockwise seen from the end of the edge.
+        // u × v = axis: counter-clockwise as seen from the end of the edge.
         let quad = [vertex(1, 1), vertex(0, 1), vertex(0, 0), vertex(1, 0)];
         let [a, b, c, d] = quad;
         Some(if is_inside(cell) { quad } else { [a, d, c, b] })
     }
 }
 
-/// Whether the inside corners of a cell (bit x + 2 y + 4 z of the mask) meet in a face's diagonal
-/// only, or in the cell's.
+/// Returns true if the inside corners of a cell (bit x + 2 y + 4 z of the mask) are connected
+/// only across a diagonal of a face or of the cell.
 fn is_ambiguous(mask: u8) -> bool {
     let bit = |c: usize| mask >> c & 1;
     let is_crossed = |(base, u, v): (usize, usize, usize)| {
@@ -205,5 +207,5 @@ fn is_ambiguous(mask: u8) -> bool {
     faces.into_iter().any(is_crossed) || lone_pair(mask) || lone_pair(!mask)
 }
 
-/// Points along each side of a block that is sampled or skipped as a whole.
+/// Points along each side of a block that is either sampled or skipped as a whole.
 const BLOCK: usize = 8;

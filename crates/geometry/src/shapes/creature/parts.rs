@@ -1,4 +1,4 @@
-//! Where the creature's parts are, and how thick.
+//! Positions and sizes of the creature's parts.
 
 use nalgebra::Point3;
 
@@ -7,7 +7,7 @@ use super::field::RoundCone;
 /// Centre and radius.
 pub(super) type Ball = ([f64; 3], f64);
 
-/// All parts, large ones first: each is joined to those before it.
+/// All parts, large ones first. Each is joined to the earlier ones.
 pub(super) fn cones() -> Vec<RoundCone> {
     let mut parts = Parts::default();
     parts.chain(&BODY, 0.14);
@@ -41,7 +41,7 @@ struct Parts {
 }
 
 impl Parts {
-    /// Round cones from ball to ball, or one ball.
+    /// Adds round cones from ball to ball, or a single ball.
     fn chain(&mut self, balls: &[Ball], blend: f64) {
         let ball = |k: usize| (Point3::from(balls[k].0), balls[k].1);
         if balls.len() == 1 {
@@ -54,7 +54,7 @@ impl Parts {
         }
     }
 
-    /// A chain and its mirror image.
+    /// Adds a chain and its mirror image.
     fn both_sides<const N: usize>(&mut self, balls: &[Ball; N], blend: f64) {
         self.chain(balls, blend);
         self.chain(
@@ -64,10 +64,11 @@ impl Parts {
     }
 }
 
-/// How softly the links of a chain join, in units of the radius: wide joints would swell.
+/// The softness with which the links of a chain are joined, in units of the radius. Wider joints
+/// would bulge.
 const LINK_BLEND: f64 = 0.45;
 
-// x forward, y up, z to the right of the creature; z > 0 is mirrored where there are two.
+// x is forward, y is up, z is to the right of the creature. Paired parts are mirrored from z > 0.
 
 const BODY: [Ball; 3] = [
     ([0.28, 0.84, 0.0], 0.30),
@@ -151,7 +152,7 @@ const BUMPS: [Ball; 8] = [
     ([-0.66, 0.80, 0.155], 0.040),
 ];
 
-/// From the root to the tip of each plate, along the neck, the back and the tail.
+/// Each plate from root to tip, along the neck, the back and the tail.
 const PLATES: [[Ball; 2]; 10] = [
     [([0.52, 1.52, 0.00], 0.050), ([0.43, 1.57, 0.00], 0.036)],
     [([0.44, 1.33, 0.00], 0.055), ([0.33, 1.39, 0.00], 0.038)],

@@ -7,10 +7,10 @@ use super::parts::Ball;
 use crate::scalar::Scalar;
 use crate::surface::Positions;
 
-/// A ball in the coordinates of a model that names a part of it.
+/// A ball in model coordinates that marks a named part.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Region<T: Scalar> {
-    /// What lies in it.
+    /// The name of the part.
     pub name: &'static str,
     /// The centre of the ball.
     pub center: Point3<T>,
@@ -19,7 +19,7 @@ pub struct Region<T: Scalar> {
 }
 
 impl<T: Scalar> Region<T> {
-    /// Whether `point` lies in the ball or on its border.
+    /// Returns true if `point` lies in the ball or on its border.
     pub fn contains(&self, point: &Point3<T>) -> bool {
         (point - self.center).norm() <= self.radius
     }
@@ -35,10 +35,10 @@ impl<T: Scalar> Region<T> {
     }
 }
 
-/// Balls around parts of the creature, in its coordinates: what a demonstration takes as handles.
+/// Balls around parts of the creature, in its coordinates, used as handles in demonstrations.
 ///
-/// `head`, `tail tip`, `front left foot`, `front right foot`, `hind left foot`, `hind right foot`
-/// (left and right as the creature sees it) and `chest`.
+/// The names are `head`, `tail tip`, `front left foot`, `front right foot`, `hind left foot`,
+/// `hind right foot` (left and right from the creature's point of view) and `chest`.
 #[must_use]
 pub fn creature_regions<T: Scalar>() -> Vec<Region<T>> {
     let region = |(name, (center, radius)): (&'static str, Ball)| Region {

@@ -1,5 +1,5 @@
-//! From a net to good triangles: vertices slide along the surface to the middle of their
-//! neighbours, and each quad is cut along its better diagonal.
+//! Turns a net into well-shaped triangles: vertices slide along the surface towards the middle of
+//! their neighbours, and each quad is cut along its better diagonal.
 
 use cotan_parallel::Chunks;
 use nalgebra::{Point3, Vector3};
@@ -8,8 +8,8 @@ use super::field::Field;
 use super::flips::quality;
 use super::nets::Net;
 
-/// Moves every vertex towards the mean of its neighbours, along the tangent plane, and onto the
-/// surface, `rounds` times.
+/// Moves each vertex towards the mean of its neighbours within the tangent plane, and back onto
+/// the surface, `rounds` times.
 pub(super) fn relax(
     points: &mut Vec<Point3<f64>>,
     neighbours: &Neighbours,
@@ -23,13 +23,14 @@ pub(super) fn relax(
             let ring = neighbours.of(i);
             let sum: Vector3<f64> = ring.iter().map(|&j| points[j as usize] - p).sum();
             let halfway = sum * (0.5 / ring.len() as f64);
-            // At a thin tip the mean lies deep inside, whence no way leads back to the tip.
+            // The normal part is removed: at a thin tip the mean lies deep inside, and a vertex
+            // moved there would not return to the tip.
             p + onto + halfway - normal * normal.dot(&halfway)
         });
     }
 }
 
-/// Moves every vertex onto the surface.
+/// Moves each vertex onto the surface.
 pub(super) fn project(points: &mut [Point3<f64>], field: &Field) {
     CHUNKS.update(points, |_, p| {
         for _ in 0..PROJECTION_STEPS {
@@ -38,14 +39,14 @@ pub(super) fn project(points: &mut [Point3<f64>], field: &Field) {
     });
 }
 
-/// Who is joined to whom.
+/// The neighbours of each vertex.
 pub(super) struct Neighbours {
     starts: Vec<u32>,
     neighbours: Vec<u32>,
 }
 
 impl Neighbours {
-    /// Joins the successive corners of every polygon.
+    /// Joins consecutive corners of each polygon.
     pub(super) fn new<const N: usize>(num_vertices: usize, polygons: &[[u32; N]]) -> Self {
         let sides = || {
             polygons
@@ -60,7 +61,7 @@ impl Neighbours {
             starts[i + 1] += starts[i];
         }
         let mut cursor = starts.clone();
-        // On a closed surface every side is met once in each direction.
+        // On a closed surface each side occurs once in each direction.
         let mut neighbours = vec![0; starts[num_vertices] as usize];
         for (a, b) in sides() {
             let slot = &mut cursor[a as usize];
@@ -75,7 +76,7 @@ impl Neighbours {
     }
 }
 
-/// Cuts every quad along the diagonal that leaves the larger smallest angle.
+/// Cuts each quad along the diagonal that gives the larger smallest angle.
 pub(super) fn triangulate(net: &Net) -> Vec<[u32; 3]> {
     let cut = |&[a, b, c, d]: &[u32; 4]| {
         let (along, across) = ([[a, b, c], [a, c, d]], [[a, b, d], [b, c, d]]);
@@ -85,8 +86,9 @@ pub(super) fn triangulate(net: &Net) -> Vec<[u32; 3]> {
     net.quads.iter().flat_map(cut).collect()
 }
 
-/// Vertices a task moves at least: a few hundred evaluations of the field.
+/// Vertices per task, which amounts to a few hundred evaluations of the field.
 const CHUNKS: Chunks = Chunks::of(256);
 
-/// Newton's method squares an error that relaxation has left at a hundredth of a cell.
+/// Newton's method converges quadratically, from the error of about a hundredth of a cell left by
+/// relaxation.
 const PROJECTION_STEPS: usize = 3;

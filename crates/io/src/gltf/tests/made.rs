@@ -1,4 +1,4 @@
-//! Small files of every kind.
+//! Small generated files of all kinds.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use crate::gltf::external::External;
 use crate::limits::Limits;
 use crate::resolve::{NoFiles, Resolve};
 
-/// Data that grows, with a view for each piece.
+/// Growing data, with a view for each piece.
 #[derive(Default)]
 pub(super) struct Made {
     pub(super) data: Vec<u8>,
@@ -57,7 +57,7 @@ impl Made {
         }))
     }
 
-    /// The JSON with these members besides.
+    /// The JSON with these additional members.
     pub(super) fn json(&self, more: &Value) -> Value {
         let mut root = json!({
             "asset": {"version": "2.0"},
@@ -81,7 +81,7 @@ impl Made {
 pub(super) const CORNERS: [f32; 12] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
 pub(super) const FACES: [u16; 12] = [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3];
 
-/// A tetrahedron with these members besides, shown by `node`.
+/// A tetrahedron with these additional members, shown by `node`.
 pub(super) fn tetrahedron(node: &Value) -> Vec<u8> {
     let mut made = Made::default();
     let positions = made.floats("VEC3", &CORNERS);
@@ -106,12 +106,12 @@ pub(super) fn volume(document: &Document) -> f64 {
     document.faces().iter().map(triple).sum::<f64>() / 6.0
 }
 
-/// The files of a glTF that has none.
+/// The files of a glTF without external files.
 pub(super) fn no_files() -> External {
     External::new(NoFiles.shared())
 }
 
-/// A resolver of one file.
+/// A resolver for a single file.
 #[derive(Clone, Debug)]
 pub(super) struct One(pub(super) &'static str, pub(super) Vec<u8>);
 

@@ -1,4 +1,5 @@
-//! Materials of files that others make: what is read of them, and what is named as lost.
+//! Materials of files from other programs: the supported data is read, and the rest is reported
+//! as lost.
 
 use proptest::prelude::*;
 use serde_json::{Value, json};
@@ -10,7 +11,7 @@ use crate::material::{Alpha, Image, Material};
 const PNG: &[u8] = b"\x89PNG\r\n\x1a\nimage";
 const JPEG: &[u8] = b"\xff\xd8\xff\xe0image";
 
-/// A tetrahedron whose faces have these materials in turn; images are in its data.
+/// A tetrahedron whose faces use these materials in turn; images are in its data.
 fn tetrahedron(members: &Value, images: &[&[u8]]) -> Vec<u8> {
     let mut made = Made::default();
     let positions = made.floats("VEC3", &CORNERS);
@@ -22,7 +23,7 @@ fn tetrahedron(members: &Value, images: &[&[u8]]) -> Vec<u8> {
             let indices = made.indices(corners);
             let mut primitive = json!({"attributes": {"POSITION": positions}, "indices": indices});
             if num_materials > 0 {
-                // The last ones first, so that labels and materials have different numbers.
+                // In reverse, so that labels and materials have different indices.
                 primitive["material"] = json!(num_materials - 1 - face % num_materials);
             }
             primitive
@@ -110,7 +111,7 @@ fn images_come_from_data_uris_and_files_too() {
     let document = open_with(&glb, &One("my sky.jpg", JPEG.to_vec())).unwrap();
     let found = document.materials().unwrap();
     assert_eq!(found.images.len(), 2);
-    // The labels name them in the order of the faces.
+    // The labels are in face order.
     assert_eq!(found.list[0].name, "material 1");
     let first = &found.images[found.list[0].base_color_texture.unwrap()];
     assert_eq!(first.bytes(), JPEG);
@@ -126,7 +127,7 @@ fn images_come_from_data_uris_and_files_too() {
     );
 }
 
-/// Something that OBJ cannot say, where it stands in the JSON, and how its loss is named.
+/// Something that OBJ cannot represent, its location in the JSON, and the message for its loss.
 type Feature = (&'static str, Value, &'static str);
 
 fn features() -> Vec<Feature> {
@@ -210,7 +211,7 @@ fn features() -> Vec<Feature> {
     ]
 }
 
-/// Sets a value, with all that leads to it.
+/// Sets a value, creating its parents.
 fn set(root: &mut Value, path: &str, value: &Value) {
     let mut at = root;
     for part in path.split('/').skip(1) {
@@ -258,14 +259,14 @@ proptest! {
             .collect();
         expected.sort_unstable();
         prop_assert_eq!(losses, expected);
-        // Formats without materials say so in one word.
+        // Formats without materials report this with one entry.
         let losses = document.losses(Format::Stl);
         let count = |words: &str| losses.iter().filter(|loss| loss.contains(words)).count();
         prop_assert_eq!((count("materials"), count("image of a texture")), (1, 1));
     }
 }
 
-/// The tetrahedron with an image that can be carried over and one that cannot.
+/// The tetrahedron with one image that can be converted and one that cannot.
 fn with_images(members: &Value, images: &Value) -> Vec<u8> {
     let glb = tetrahedron(members, &[PNG, b"RIFF....WEBP"]);
     let mut json = super::made::json_of(&glb);

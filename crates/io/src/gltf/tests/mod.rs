@@ -1,4 +1,4 @@
-//! Files made by code: what is read, what is refused, what a write changes.
+//! Tests of reading, errors and writing on generated files.
 
 mod made;
 mod materials;

@@ -1,4 +1,4 @@
-//! What other programs rarely write: shared vertices, missing colours, attributes without bytes.
+//! Rare features of files: shared vertices, missing colours, attributes without bytes.
 
 use serde_json::{Value, json};
 
@@ -29,7 +29,7 @@ fn whole_texture_coordinates_become_real() {
     assert_eq!(*values, Values::F32([3.0, -4.0].repeat(4)));
 }
 
-/// Two primitives with vertices of their own, of which the first has colours.
+/// Two primitives with separate vertices, the first of which has colours.
 fn half_coloured() -> Vec<u8> {
     let mut made = Made::default();
     let (first, second) = (made.floats("VEC3", &CORNERS), made.floats("VEC3", &CORNERS));
@@ -75,7 +75,7 @@ fn vertices_taken_over_from_another_primitive_are_white() {
     assert_eq!(color.values.get(12), Some(255.0));
 }
 
-/// Many attributes of as many elements as the file has bytes, and none of their own.
+/// Many attributes with as many elements as the file has bytes, but no bytes of their own.
 fn without_bytes(attributes: usize) -> Vec<u8> {
     let mut made = Made::default();
     let count = 20_000;

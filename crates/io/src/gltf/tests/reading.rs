@@ -99,7 +99,7 @@ fn meshes_that_share_vertices_have_them_once() {
 
 #[test]
 fn sparse_and_quantized_positions() {
-    // Two of four elements replaced, of a base of zeros and of one with numbers.
+    // Two of four elements are replaced, with a base of zeros and one with numbers.
     for has_base in [false, true] {
         let mut made = Made::default();
         let values: Vec<u8> = [9.0f32; 6].iter().flat_map(|x| x.to_le_bytes()).collect();
@@ -186,11 +186,11 @@ fn attributes_have_the_names_and_directions_of_all_formats() {
     }));
     let document = open(&glb).unwrap();
     let attributes = document.attributes().unwrap();
-    // The last two primitives have the same faces and vertices of their own.
+    // The last two primitives have the same faces but separate vertices.
     assert_eq!(attributes.misfit(12, 12, 36), None);
     let normal = &attributes.vertex(NORMAL).unwrap().values;
     let n = [0, 1, 2].map(|k| normal.get(k).unwrap());
-    // (0.3, 0.8, 0) of unit length.
+    // (0.3, 0.8, 0), normalized.
     assert!((n[0] / n[1] - 0.375).abs() < 1e-6 && (n[0].hypot(n[1]) - 1.0).abs() < 1e-6);
     assert_eq!(attributes.vertex(UV).unwrap().values.get(1), Some(0.25));
     assert_eq!(attributes.vertex(UV).unwrap().values.get(9), Some(0.0));
@@ -234,7 +234,7 @@ fn buffers_beside_the_file_come_from_the_resolver() {
         error,
         "buffers[0].byteLength: 72 bytes are promised and there are 71"
     );
-    // A GLB of it has the data in its chunk; moved, the buffer is in the file.
+    // A GLB of it has the data in its chunk. After a move, the buffer is in the file.
     let glb = document.write(Format::Glb).unwrap();
     assert_eq!(open(&glb).unwrap().positions(), document.positions());
     document

@@ -14,7 +14,7 @@ use crate::normals::Normals;
 use crate::remap::Remap;
 use crate::source::{Mesh, Moves, SourceFile};
 
-/// A mesh of two primitives with vertices of their own, a mirrored one, and one that shares the
+/// A mesh of two primitives with separate vertices, a mirrored mesh, and one that shares the
 /// vertices of the first.
 fn several() -> Vec<u8> {
     let mut made = Made::default();
@@ -33,7 +33,7 @@ fn several() -> Vec<u8> {
         "bufferView": view, "componentType": 5121, "count": 4, "type": "VEC3", "normalized": true,
     }));
     let faces = made.indices(&FACES);
-    // The fan has the other faces of a tetrahedron.
+    // The fan has the remaining faces of a tetrahedron.
     let others = made.indices(&[0, 1, 3, 1, 2, 3, 0, 1, 3, 1, 2, 3]);
     made.glb(&json!({
         "nodes": [{"mesh": 0}, {"mesh": 1, "scale": [1, -1, 1]}, {"mesh": 2, "scale": [1, -1, 1]}],
@@ -71,7 +71,7 @@ fn written(file: &dyn SourceFile, parsed: &Parsed) -> Vec<u8> {
     file.write(Format::Glb, &moves).unwrap()
 }
 
-/// Rebuilds, checks that everything went with the vertices, and gives the new bytes.
+/// Rebuilds the file, checks that all data moved with the vertices, and returns the new bytes.
 fn rebuilt(bytes: &[u8], remap: &Remap) -> Result<Vec<u8>, IoError> {
     let (file, parsed) = open(bytes);
     let old = file.attributes(mesh(&parsed))?.remapped(remap);
@@ -89,7 +89,8 @@ fn rebuilt(bytes: &[u8], remap: &Remap) -> Result<Vec<u8>, IoError> {
         };
         let k = property.components;
         for (face, &source) in remap.face_sources.iter().enumerate() {
-            // A face has the attributes of its primitive, whatever others have at its vertices.
+            // A face has the attributes of its own primitive, whatever others have at its
+            // vertices.
             let mut pieces = file.geometry.pieces.iter();
             let piece = pieces.find(|piece| piece.faces.contains(&(source as usize)));
             let primitive = piece.and_then(|piece| file.primitive(piece));
@@ -121,7 +122,7 @@ fn what_does_not_change_keeps_its_bytes() {
 fn a_split_vertex_changes_its_mesh_only() {
     let bytes = several();
     let (_, parsed) = open(&bytes);
-    // Vertex 9 of the second mesh once more, for its first face.
+    // Vertex 9 of the second mesh is duplicated for its first face.
     let mut remap = Remap::identity(12, &parsed.faces);
     remap.vertices.push(9);
     let mut faces: Vec<Vec<u32>> = parsed.faces.iter().map(<[u32]>::to_vec).collect();
@@ -136,7 +137,7 @@ fn a_split_vertex_changes_its_mesh_only() {
     let position = |mesh: usize| &new["meshes"][mesh]["primitives"][0]["attributes"]["POSITION"];
     assert_eq!(position(1), position(2));
     assert_ne!(new["meshes"][1], old["meshes"][1]);
-    // A hole is closed by a face beside the others.
+    // A hole is closed by a face next to the others.
     let mut faces: Vec<Vec<u32>> = parsed.faces.iter().map(<[u32]>::to_vec).collect();
     faces.insert(6, vec![4, 6, 7]);
     let mut remap = Remap::identity(12, &parsed.faces);
@@ -177,7 +178,7 @@ proptest! {
     ) {
         let bytes = several();
         let (_, parsed) = open(&bytes);
-        // The vertices of each part in any order: the old ones that are kept, then copies.
+        // The vertices of each part in any order: the kept old ones, then copies.
         let mut vertices = Vec::new();
         for part in &parsed.parts {
             let part = part.vertices.start as u32..part.vertices.end as u32;
@@ -207,8 +208,8 @@ proptest! {
         remap.faces = polygons.iter().collect();
         match rebuilt(&bytes, &remap) {
             Ok(_) => {}
-            // Vertices that no face uses may stand where no primitive can have them; and where
-            // the mesh that places shared vertices goes, another node would place them.
+            // Unused vertices may be where no primitive can have them. If the mesh that places
+            // shared vertices is dropped, another node would place them.
             Err(IoError::Unsupported { .. }) => {
                 let corners = remap.faces.corners();
                 let unused = (0..remap.vertices.len() as u32).any(|v| !corners.contains(&v));

@@ -4,7 +4,7 @@ use super::made::{CORNERS, FACES, Made, refused, tetrahedron};
 use crate::file::read;
 use crate::limits::Limits;
 
-/// A tetrahedron whose JSON was changed.
+/// A tetrahedron with modified JSON.
 fn changed(change: impl Fn(&mut Value)) -> String {
     let mut made = Made::default();
     let positions = made.floats("VEC3", &CORNERS);
@@ -291,7 +291,7 @@ fn limits_are_kept() {
 
 #[test]
 fn many_names_of_little_end_soon() {
-    // Each of many primitives has an attribute of its own at the same few vertices.
+    // Each of many primitives has its own attribute at the same few vertices.
     let mut made = Made::default();
     let corners: Vec<f32> = (0..3 * 28u8).map(f32::from).collect();
     let positions = made.floats("VEC3", &corners);
@@ -312,7 +312,7 @@ fn many_names_of_little_end_soon() {
     document.set_position(0, [-1.0; 3].into()).unwrap();
     document.write(crate::Format::Glb).unwrap();
     assert!(clock.elapsed().as_secs() < 5);
-    // Empty nodes by the thousand take memory that is counted before it is taken.
+    // The memory of thousands of empty nodes is counted before it is reserved.
     let nodes = vec![json!({}); 100_000];
     let glb = made.glb(&json!({"nodes": nodes}));
     let limits = Limits {

@@ -1,5 +1,5 @@
-//! Accessors that several meshes, primitives and instances use, and meshes that several nodes
-//! show: no use changes another, and none is taken for a duplicate.
+//! Accessors used by several meshes, primitives and instances, and meshes shown by several nodes:
+//! no use affects another, and none is mistaken for a duplicate.
 
 use nalgebra::{Point3, Vector3};
 use serde_json::{Value, json};
@@ -31,7 +31,7 @@ fn two() -> Vec<u8> {
     shared(&nodes, &["red", "blue"], |_| json!({}))
 }
 
-/// The least corner of the bounding box of each part.
+/// The lower corner of the bounding box of each part.
 fn low(document: &Document) -> Vec<[f64; 3]> {
     let low = |positions: &[Point3<f64>]| {
         let far = Point3::from([f64::INFINITY; 3]);
@@ -75,7 +75,7 @@ fn a_moved_use_leaves_the_other_where_it_is() {
 
 #[test]
 fn repairing_one_use_keeps_the_other() {
-    // Mesh `blue` has a face more, without area, which goes.
+    // Mesh `blue` has an additional face without area, which is dropped.
     let mut made = Made::default();
     let positions = made.floats("VEC3", &CORNERS);
     let right = made.indices(&FACES);
@@ -162,7 +162,7 @@ fn layers_stay_layers_when_one_of_them_was_moved() {
     assert_eq!(document.positions().len(), 12);
     let warning = &document.warnings()[0].message;
     assert!(warning.contains("at the same place: 2;"), "{warning}");
-    // Of every layer one vertex moves, and one face at least keeps its place.
+    // In every case one vertex of a layer moves, and at least one face keeps its place.
     for moved in 0..8 {
         let mut document = document.clone();
         let to = document.positions()[moved] + Vector3::new(0.25, 0.5, 0.125);
@@ -173,7 +173,7 @@ fn layers_stay_layers_when_one_of_them_was_moved() {
             assert_eq!(again.faces(), document.faces());
             assert_eq!(again.surface().unwrap().mesh().num_faces(), 9);
             let repaired = Repair::all().apply(&again).unwrap();
-            // The decal's accessor has a vertex that no face uses.
+            // The accessor of the decal has a vertex that no face uses.
             let dropped = [Change::DroppedVertex { vertex: 10 }];
             assert_eq!(repaired.changes, dropped, "vertex {moved}");
         }
@@ -182,7 +182,7 @@ fn layers_stay_layers_when_one_of_them_was_moved() {
 
 #[test]
 fn a_repair_of_layers_leaves_them_layers() {
-    // Each layer has a bow-tie: two tetrahedra that meet in a vertex, which is split.
+    // Each layer is a bow-tie: two tetrahedra that meet in a vertex, which is split.
     let far = CORNERS.map(|x| -x);
     let mut made = Made::default();
     let positions = made.floats("VEC3", &[&CORNERS[..], &far[3..]].concat());
@@ -200,7 +200,7 @@ fn a_repair_of_layers_leaves_them_layers() {
     let again = open(&repaired.document.write(Format::Glb).unwrap()).unwrap();
     assert_eq!(again.positions(), repaired.document.positions());
     assert_eq!(again.faces(), repaired.document.faces());
-    // Positions do not say that the vertex was split, but the layers are two still.
+    // Positions do not record that the vertex was split, but there are still two layers.
     let again = Repair::default().apply(&again).unwrap();
     assert_eq!(again.document.surface().unwrap().mesh().num_faces(), 16);
 }
@@ -236,7 +236,7 @@ fn nodes_that_share_a_mesh_stay_instances_and_are_all_converted() {
                 Point3::new(2.0 * p.x, 2.0 * p.y, 9.0 + 2.0 * p.z),
             ];
             assert_eq!(places, expected, "{format}");
-            // Mirrored copies are turned, so that all look outward.
+            // Mirrored copies are reversed, so that all point outward.
             let one = volume(&document);
             assert!((volume(&other) - 10.0 * one).abs() < 1e-12, "{format}");
         }
@@ -246,7 +246,7 @@ fn nodes_that_share_a_mesh_stay_instances_and_are_all_converted() {
                 .unwrap();
         }
     }
-    // Edited, they stay instances of one mesh.
+    // After an edit they are still instances of one mesh.
     let bytes = document.write(Format::Glb).unwrap();
     assert_eq!(json_of(&bytes)["nodes"], nodes);
     assert_eq!(open(&bytes).unwrap().positions(), document.positions());
@@ -304,7 +304,7 @@ fn instances_of_an_extension_are_converted_and_keep_their_places() {
     let bytes = document.write(Format::Glb).unwrap();
     let again = open(&bytes).unwrap();
     assert_eq!(again.positions(), document.positions());
-    // The instances stay where they were: the accessor was copied before it changed.
+    // The instances stay in place: the accessor was copied before it changed.
     let obj = |document: &Document| {
         let bytes = document.write(Format::Obj).unwrap();
         crate::read(bytes, None, &Default::default()).unwrap()

@@ -55,7 +55,7 @@ fn the_text_of_a_gltf_is_kept() {
     let (_, _, written) = moved(text.as_bytes(), 0, [0.0, 0.5, 0.0]);
     let mut data = made.data.clone();
     data[4..8].copy_from_slice(&0.5f32.to_le_bytes());
-    // The bounds are the same, so that only the data differs.
+    // The bounds are the same, so only the data differs.
     let expected = text.replace(&uri, &super::super::buffers::encode(&data));
     assert_eq!(String::from_utf8(written).unwrap(), expected);
     let (_, _, written) = moved(text.as_bytes(), 0, [0.0, 0.5, 2.0]);
@@ -66,7 +66,7 @@ fn the_text_of_a_gltf_is_kept() {
     assert_eq!(String::from_utf8(written).unwrap(), expected);
 }
 
-/// A tetrahedron whose positions stand as `accessor` says, with the data before it.
+/// A tetrahedron with the positions given by `accessor`, and the data before it.
 fn with_positions(made: &mut Made, accessor: Value) -> Vec<u8> {
     let positions = made.accessor(accessor);
     let indices = made.indices(&FACES);
@@ -127,14 +127,14 @@ fn positions_that_cannot_be_patched_are_appended() {
         for v in [0, 2, 3] {
             assert_eq!(again.positions()[v], document.positions()[v]);
         }
-        // What was there before is there still.
+        // The original data is still there.
         let length = old["buffers"][0]["byteLength"].as_u64().unwrap() as usize;
         let data = |glb: &[u8]| {
             let json = u32::from_le_bytes(*glb[12..].first_chunk().unwrap()) as usize;
             glb[28 + json..][..length].to_vec()
         };
         assert_eq!(data(&glb), data(&written));
-        // Again, in place now.
+        // The second move is in place.
         let (_, _, third) = moved(&written, 2, [3.0, 3.0, 3.0]);
         assert_eq!(count(&json_of(&third)), count(&new));
     }
@@ -142,7 +142,7 @@ fn positions_that_cannot_be_patched_are_appended() {
 
 #[test]
 fn normals_turn_where_they_stand() {
-    // Interleaved positions and normals of one triangle, and the same normals of 8 bits.
+    // Interleaved positions and normals of one triangle, and the same normals in 8 bits.
     let positions = [[0.0f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     for is_small in [false, true] {
         let mut made = Made::default();
@@ -169,7 +169,7 @@ fn normals_turn_where_they_stand() {
             "nodes": [{"mesh": 0, "scale": [1, 1, -3]}],
             "meshes": [{"primitives": [{"attributes": {"POSITION": p, "NORMAL": n}}]}],
         }));
-        // Mirrored: the normal points down, and the face turns the other way round.
+        // Mirrored: the normal points down, and the face turns in the opposite direction.
         let (document, again, written) = moved(&glb, 1, [0.0, 0.0, -1.0]);
         let normal = |document: &Document| {
             let attributes = document.attributes().unwrap();
@@ -297,12 +297,12 @@ proptest! {
     ) {
         let mut positions: Vec<Point3<f64>> =
             points.iter().map(|p| Point3::from(p.map(f64::from))).collect();
-        // Vertices at one place would be welded where the file is read.
+        // Vertices at one position would be welded when the file is read.
         positions.sort_by(|a, b| a.coords.as_slice().partial_cmp(b.coords.as_slice()).unwrap());
         positions.dedup();
         prop_assume!(positions.len() >= 3);
         let n = positions.len();
-        // The same face in two materials would be read as a layer of its own.
+        // The same face in two materials would be read as a separate layer.
         let mut seen = std::collections::BTreeSet::new();
         let faces: FaceList = picks
             .iter()
@@ -348,7 +348,7 @@ proptest! {
         for f in 0..again.faces().len() {
             prop_assert_eq!(name(a, f), b.and_then(|b| name(b, f)));
         }
-        // Written to another format and back: the welded vertices are the old ones.
+        // After writing to another format and reading back, the welded vertices are the old ones.
         let places = again.places(crate::Weld::AsFormat).unwrap();
         let num_places = (0..again.positions().len()).filter(|&v| places[v] as usize == v).count();
         prop_assert_eq!(num_places, document.positions().len());
@@ -405,7 +405,7 @@ fn digits_of_the_json_may_be_anything() {
     }
 }
 
-/// A file with nearly everything.
+/// A file with nearly every feature.
 pub(super) fn kitchen_sink() -> Vec<u8> {
     let mut made = Made::default();
     let positions = made.floats("VEC3", &CORNERS);

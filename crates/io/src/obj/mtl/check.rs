@@ -1,9 +1,9 @@
-//! The statements of an MTL that tobj's parser takes without trouble, and what the others say.
+//! Filtering of the MTL statements that tobj's parser can handle; the others are reported.
 //!
-//! The parser panics on a colour of fewer than three numbers and gives up the whole library over
-//! one wrong number. So it gets only statements that were checked here: known keywords in their
-//! usual case, numbers that are finite and complete, and the index of a material for its name,
-//! since names may hold anything.
+//! The parser panics on a colour with fewer than three numbers and rejects the whole library for
+//! one invalid number. It therefore receives only statements that were checked here: known
+//! keywords in their usual case, numbers that are finite and complete, and the index of a
+//! material instead of its name, since names may contain anything.
 
 use std::collections::BTreeSet;
 
@@ -22,29 +22,29 @@ pub(super) struct Checked {
     pub(super) names: Vec<String>,
     /// The paths of all images, with slashes.
     pub(super) paths: BTreeSet<String>,
-    /// The keywords of statements that are not carried over.
+    /// The keywords of statements that are not converted.
     pub(super) statements: BTreeSet<String>,
-    /// The options of textures that are not carried over.
+    /// The texture options that are not converted.
     pub(super) options: BTreeSet<&'static str>,
-    /// Statements that are wrong: how many, and the line and text of the first one.
+    /// The number of invalid statements, and the line and text of the first one.
     pub(super) num_wrong: usize,
     pub(super) first_wrong: Option<(usize, String)>,
 }
 
-/// How a statement is to be read.
+/// The way to read a statement.
 #[derive(Clone, Copy)]
 enum Kind {
     Color,
     Number,
     /// The illumination model.
     Model,
-    /// A texture that is carried over.
+    /// A texture that is converted.
     Texture,
-    /// A texture that is not.
+    /// A texture that is not converted.
     OtherTexture,
 }
 
-/// The statements with a meaning here, in the case that tobj knows.
+/// The supported statements, in the case that tobj expects.
 const STATEMENTS: [(&str, Kind); 28] = [
     ("Kd", Kind::Color),
     ("Ke", Kind::Color),
@@ -132,7 +132,7 @@ impl Checked {
     fn push(&mut self, keyword: &str, text: &str) {
         self.text.push_str(keyword);
         self.text.push(' ');
-        // A name that goes on in the next line is joined by blanks.
+        // The parts of a name that continues on the next line are joined by spaces.
         self.text.extend(text.chars().map(|c| match c {
             '\n' | '\r' => ' ',
             c => c,
@@ -149,7 +149,7 @@ impl Checked {
     }
 }
 
-/// Three finite numbers; one alone stands for all three, as the format has it.
+/// Three finite numbers; a single one stands for all three, as the format defines.
 fn color(statement: &Statement<'_>) -> Option<String> {
     let mut numbers = Vec::with_capacity(3);
     for token in statement.arguments().take(3) {
@@ -178,7 +178,7 @@ fn finite(text: &[u8]) -> Option<f32> {
     number.is_finite().then_some(number)
 }
 
-/// Numbers with the digits that read back to the same bits, a blank between.
+/// Formats numbers with the digits that parse back to the same bits, separated by spaces.
 fn digits(numbers: &[f32]) -> String {
     let mut text = String::new();
     for (k, &x) in numbers.iter().enumerate() {

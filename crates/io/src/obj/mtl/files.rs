@@ -1,4 +1,4 @@
-//! The material libraries that an OBJ names, and the images that these name.
+//! The material libraries that an OBJ refers to, and the images that these refer to.
 
 use std::collections::BTreeSet;
 use std::io::{Error, ErrorKind};
@@ -13,11 +13,11 @@ use crate::resolve::Resolve;
 /// The libraries of an OBJ.
 #[derive(Debug, Default)]
 pub(in crate::obj) struct Libraries {
-    /// Those that were found, in the order of the file, each once.
+    /// The libraries found, in file order, each once.
     pub(super) found: Vec<Library>,
-    /// Those that were not, and why.
+    /// The libraries that are missing, with the reason.
     pub(super) missing: Vec<(String, Error)>,
-    /// How many bytes may still be read.
+    /// The number of bytes that may still be read.
     budget: u64,
 }
 
@@ -30,10 +30,10 @@ pub(super) struct Library {
 }
 
 impl Libraries {
-    /// Reads the libraries that these statements name (what stands behind each `mtllib`).
+    /// Reads the libraries named by these `mtllib` arguments.
     ///
-    /// Names may hold blanks, and a statement may name several libraries. So the whole line is
-    /// tried first, then what ends in `.mtl`, then every word.
+    /// Names may contain spaces, and a statement may name several libraries. Therefore the whole
+    /// line is tried first, then the parts that end in `.mtl`, then every word.
     pub(in crate::obj) fn read(lines: &[String], files: &dyn Resolve, limits: &Limits) -> Self {
         let mut libraries = Self {
             budget: limits.max_bytes.min(limits.max_memory / GROWTH),
@@ -89,7 +89,7 @@ impl Libraries {
         }
     }
 
-    /// The files that belong beside the OBJ, wherever it is written.
+    /// The companion files of the OBJ, wherever it is written.
     pub(in crate::obj) fn references(&self, files: &Arc<dyn Resolve>, max: u64) -> References {
         let mut references = References::default();
         for (name, error) in &self.missing {
@@ -116,7 +116,7 @@ impl Libraries {
             add(&mut references, &library.name);
             for path in &library.checked.paths {
                 let mut places = library.places(path);
-                // Which of two places is meant only shows when the files are looked for.
+                // Which of two places is meant is only known once the files are looked up.
                 if places.len() > 1
                     && let Some(at) = places
                         .iter()
@@ -135,7 +135,8 @@ impl Libraries {
 }
 
 impl Library {
-    /// Where an image that the library names may lie: relative to the library, or to the OBJ.
+    /// The possible paths of an image named by the library: relative to the library, or to the
+    /// OBJ.
     pub(super) fn places(&self, path: &str) -> Vec<String> {
         let folder = self.name.rsplit_once('/').map_or("", |(folder, _)| folder);
         let mut places: Vec<String> = normalized(folder, path).into_iter().collect();
@@ -144,7 +145,7 @@ impl Library {
     }
 }
 
-/// A path without `.` and `..`; `None` if it leads out of the folder of the OBJ.
+/// Normalizes a path without `.` and `..`; `None` if it leads out of the folder of the OBJ.
 fn normalized(folder: &str, path: &str) -> Option<String> {
     let path = path.replace('\\', "/");
     if path.starts_with('/') || path.contains([':', '\0']) {
@@ -163,7 +164,7 @@ fn normalized(folder: &str, path: &str) -> Option<String> {
     (!parts.is_empty()).then(|| parts.join("/"))
 }
 
-/// The names in a line of which each but the last ends in `.mtl`.
+/// Splits a line into names, each of which except the last ends in `.mtl`.
 fn split_at_extensions(line: &str) -> Vec<String> {
     let mut names = Vec::new();
     let mut name = String::new();
@@ -185,7 +186,7 @@ fn split_at_extensions(line: &str) -> Vec<String> {
     names
 }
 
-/// Why a file is not available, in words that are the same on every system.
+/// The reason why a file is not available, in words that are the same on every system.
 pub(super) fn reason(error: &Error) -> String {
     match error.kind() {
         ErrorKind::NotFound => "there is no such file".to_owned(),
@@ -201,6 +202,6 @@ pub(super) fn outside() -> Error {
     )
 }
 
-/// How much more memory a library takes than its text, at most: a line `newmtl a` becomes a
-/// material of some 500 bytes.
+/// Maximum ratio of a library's memory to its text size: a line `newmtl a` becomes a material of
+/// about 500 bytes.
 const GROWTH: u64 = 64;

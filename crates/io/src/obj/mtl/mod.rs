@@ -1,10 +1,10 @@
-//! MTL, the material libraries of OBJ: read with the resolver of the document, and written.
+//! MTL, the material libraries of OBJ: read through the resolver of the document, and written.
 //!
-//! The text is checked statement by statement, parsed by tobj and translated to [`Materials`].
-//! Trouble with a library is never an error of the mesh: what cannot be read is named among the
+//! The text is checked statement by statement, parsed by tobj and converted to [`Materials`].
+//! Problems with a library are never errors of the mesh: unreadable parts are listed among the
 //! losses when the mesh is written in another format. Source: Wavefront, "Material Library File
-//! (.mtl)", Advanced Visualizer manual, appendix B2; for the physically based statements Clara.io,
-//! "Extending Wavefront MTL to support Physically-Based Rendering", 2014.
+//! (.mtl)", Advanced Visualizer manual, appendix B2; for the physically based statements
+//! Clara.io, "Extending Wavefront MTL to support Physically-Based Rendering", 2014.
 
 mod check;
 mod files;

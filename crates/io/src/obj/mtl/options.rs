@@ -1,17 +1,17 @@
-//! The options of a texture statement (`map_Kd -s 2 2 1 wood.png`) and the path behind them.
+//! The options of a texture statement (`map_Kd -s 2 2 1 wood.png`) and the path after them.
 
 use crate::obj::statement::decode;
 use crate::text::{Token, Tokens};
 
-/// What a texture statement says.
+/// The contents of a texture statement.
 pub(super) struct Map {
-    /// The path with slashes, as the file writes it otherwise; not empty.
+    /// The path with slashes, otherwise as in the file; not empty.
     pub(super) path: String,
-    /// The options that change how the image is shown, by name.
+    /// The names of the options that change the appearance of the image.
     pub(super) options: Vec<&'static str>,
 }
 
-/// An option, the most numbers behind it, and the values that change nothing.
+/// An option, the arguments it takes, and the values that have no effect.
 const OPTIONS: [(&str, Arguments); 14] = [
     ("-blendu", Arguments::Word("on")),
     ("-blendv", Arguments::Word("on")),
@@ -31,15 +31,15 @@ const OPTIONS: [(&str, Arguments); 14] = [
 
 #[derive(Clone, Copy)]
 enum Arguments {
-    /// One word; without effect if it is this one.
+    /// One word, without effect if it is this one.
     Word(&'static str),
-    /// Up to so many numbers; without effect if all are this one.
+    /// Up to this many numbers, without effect if all have this value.
     Numbers(usize, f64),
-    /// A base and a gain: 0 and 1 are without effect.
+    /// A base and a gain, without effect if they are 0 and 1.
     Base,
 }
 
-/// Splits what stands behind the keyword of a texture statement.
+/// Parses the arguments of a texture statement.
 pub(super) fn map(arguments: &[u8]) -> Option<Map> {
     let tokens: Vec<Token<'_>> = Tokens::new(arguments).collect();
     let mut options = Vec::new();
@@ -57,7 +57,7 @@ pub(super) fn map(arguments: &[u8]) -> Option<Map> {
         }
         at += 1 + count;
     }
-    // A path may hold blanks and `#`, so it is everything up to the end of the line.
+    // A path may contain spaces and `#`, so it extends to the end of the line.
     let start = tokens.get(at)?.start;
     let path = decode(arguments.get(start..)?);
     let path = path.trim_matches(|c: char| c <= ' ');
@@ -71,7 +71,7 @@ pub(super) fn map(arguments: &[u8]) -> Option<Map> {
     })
 }
 
-/// How many words belong to an option, and whether they change anything.
+/// Returns the number of words that belong to an option, and `true` if they have an effect.
 fn effect(expected: Arguments, rest: &[Token<'_>]) -> (usize, bool) {
     let number = |token: &Token<'_>| std::str::from_utf8(token.text).ok()?.parse::<f64>().ok();
     match expected {

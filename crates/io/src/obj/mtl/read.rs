@@ -1,9 +1,9 @@
-//! From the statements of an MTL to materials.
+//! Conversion of MTL statements to materials.
 //!
-//! `Ns` is the exponent of Phong's highlight; roughness is 1 − √(Ns / 1000) where there is no
-//! `Pr`, as Blender has it, and 1 without either. `d` goes before `Tr`, and a `Tr` of 1 is taken
-//! for opaque, as MeshLab means it. A `map_d` that is the
-//! image of `map_Kd` means the alpha of that image; any other one has no place in the model.
+//! `Ns` is the exponent of the Phong highlight. Without `Pr`, roughness is 1 − √(Ns / 1000), as
+//! in Blender, and without either it is 1. `d` takes precedence over `Tr`, and a `Tr` of 1 is
+//! treated as opaque, as in MeshLab. A `map_d` with the same image as `map_Kd` means the alpha of
+//! that image; any other one cannot be represented by the model.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::ErrorKind;
@@ -15,7 +15,7 @@ use crate::limits::Limits;
 use crate::material::{Alpha, Image, Material, Materials, listed, stem};
 use crate::resolve::Resolve;
 
-/// The materials of an OBJ: those of the labels first, in their order, then the others.
+/// Reads the materials of an OBJ: those of the labels first, in their order, then the others.
 pub(in crate::obj) fn materials(
     libraries: &Libraries,
     labels: Option<&Labels>,
@@ -68,7 +68,7 @@ pub(in crate::obj) fn materials(
     materials.with_images_in_order()
 }
 
-/// The exponent that stands for a roughness where a reader does not know `Pr`.
+/// The exponent equivalent to a roughness, for readers that do not know `Pr`.
 pub(super) fn exponent(roughness: f32) -> f32 {
     1000.0 * (1.0 - roughness) * (1.0 - roughness)
 }
@@ -79,14 +79,14 @@ fn roughness(exponent: f32) -> f32 {
 
 struct Reader<'a> {
     files: &'a dyn Resolve,
-    /// How many bytes of images may still be read.
+    /// The number of image bytes that may still be read.
     budget: u64,
     materials: Materials,
-    /// The image of each place that was looked at.
+    /// The image at each path that was looked up.
     places: BTreeMap<String, Option<usize>>,
-    /// Images that are not there, and why.
+    /// Missing images, with the reason.
     missing: Vec<String>,
-    /// Statements that the model has no place for.
+    /// Statements that the model cannot represent.
     statements: BTreeSet<String>,
 }
 
@@ -144,7 +144,7 @@ impl Reader<'_> {
         if let Some(opacity) = parsed.dissolve {
             material.opacity = self.unit(opacity, "d");
         } else if transparency.is_some_and(|x| x >= 1.0) {
-            // Some programs write the opacity here, and nobody means an invisible surface.
+            // Some programs write the opacity here, and an invisible surface is never intended.
             self.statements.insert("Tr".to_owned());
         } else if let Some(transparency) = transparency {
             material.opacity = self.unit(1.0 - transparency, "Tr");
@@ -161,7 +161,7 @@ impl Reader<'_> {
                 self.statements.insert("map_d".to_owned());
             }
         }
-        // Both have a highlight or none by their roughness.
+        // Models 1 and 2 differ in the highlight, which the roughness already determines.
         if parsed
             .illumination_model
             .is_some_and(|model| !matches!(model, 1 | 2))
@@ -171,7 +171,7 @@ impl Reader<'_> {
         material
     }
 
-    /// A number that must be from 0 to 1.
+    /// Clamps a number to the range 0 to 1, and records if it was outside.
     fn unit(&mut self, x: f32, keyword: &str) -> f32 {
         if !(0.0..=1.0).contains(&x) {
             let text = format!("numbers of materials beyond 0 to 1 ({keyword})");
@@ -180,7 +180,7 @@ impl Reader<'_> {
         x.clamp(0.0, 1.0)
     }
 
-    /// The image that a library names, read the first time.
+    /// The image that a library names, read on first use.
     fn image(&mut self, library: &Library, path: &str) -> Option<usize> {
         let places = library.places(path);
         let mut problem = outside();
@@ -202,7 +202,7 @@ impl Reader<'_> {
         None
     }
 
-    /// Takes the bytes of an image.
+    /// Adds an image with these bytes.
     fn take(&mut self, place: &str, bytes: Vec<u8>) -> Option<usize> {
         let Some(rest) = self.budget.checked_sub(bytes.len() as u64) else {
             self.places.insert(place.to_owned(), None);
@@ -228,7 +228,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The images, and everything that is not carried over.
+    /// The images, and everything that is not converted.
     fn finish(self, libraries: &Libraries) -> Materials {
         let mut materials = self.materials;
         let others = &mut materials.others;

@@ -1,4 +1,4 @@
-//! Libraries of every kind, found by a resolver in memory.
+//! Tests of all kinds of libraries, found by a resolver in memory.
 
 use std::collections::BTreeMap;
 use std::io::{Error, ErrorKind};
@@ -10,7 +10,7 @@ use crate::limits::Limits;
 use crate::material::{Alpha, Image, Material, Materials};
 use crate::resolve::Resolve;
 
-/// Files by their names.
+/// Files by name.
 #[derive(Clone, Debug, Default)]
 struct Files(BTreeMap<String, Vec<u8>>);
 
@@ -114,7 +114,7 @@ fn highlights_and_transparency_have_their_usual_meaning() {
     assert_eq!(others(&found), ["the MTL statements Tr"]);
 }
 
-/// The parser behind ours panics on the first of these and refuses the library for the others.
+/// tobj's parser panics on the first of these and rejects the library for the others.
 #[test]
 fn wrong_statements_cost_nothing_but_themselves() {
     for wrong in [

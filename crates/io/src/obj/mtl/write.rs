@@ -1,8 +1,8 @@
-//! A new MTL.
+//! A new MTL file.
 //!
-//! Roughness and metalness are written by the statements for physically based materials (`Pr`,
-//! `Pm`), and `Ns` besides for readers that know only the highlight. A texture whose alpha counts
-//! is named by `map_d` too.
+//! Roughness and metalness are written with the statements for physically based materials (`Pr`,
+//! `Pm`), and `Ns` in addition for readers that know only the highlight. A texture whose alpha is
+//! used is also named by `map_d`.
 
 use std::collections::BTreeSet;
 
@@ -10,7 +10,9 @@ use super::read::exponent;
 use crate::material::{Alpha, Material, Materials, unique_names};
 use crate::number::push_f32;
 
-/// The text of a library; `names` are those of the materials, `images` the files of the images.
+/// Writes the text of a library.
+///
+/// `names` are those of the materials, `images` the files of the images.
 pub(in crate::obj) fn write(materials: &Materials, names: &[String], images: &[String]) -> String {
     let mut out = String::new();
     for (material, name) in materials.list.iter().zip(names) {
@@ -55,7 +57,7 @@ pub(in crate::obj) fn write(materials: &Materials, names: &[String], images: &[S
     out
 }
 
-/// What an MTL cannot say of materials, in words.
+/// Lists the material data that an MTL cannot represent.
 pub(in crate::obj) fn losses(materials: &Materials) -> Vec<String> {
     let mut lost = BTreeSet::new();
     for material in &materials.list {
@@ -89,7 +91,7 @@ fn of_material(material: &Material) -> impl Iterator<Item = &'static str> {
     alpha.into_iter().chain(sides)
 }
 
-/// The names of materials as OBJ and MTL can hold them, each once.
+/// The names of the materials in a form that OBJ and MTL can represent, each once.
 pub(in crate::obj) fn material_names(materials: &Materials) -> Vec<String> {
     let held = |name: &str| -> String {
         let name = name.trim_matches(|c: char| c <= ' ');

@@ -1,14 +1,14 @@
-//! Triangles between the vertices of a hole, none of which needs an edge that is there already.
+//! Triangulation of a hole between its vertices, without using any existing edge.
 //!
-//! Up to [`MOST_OPTIMAL`] edges the triangulation of least cost is taken, and it is certain that
-//! there is none if none is found: the largest angle between neighbouring triangles, those round
-//! the hole among them, counts first (in steps of about 10°, so that shape decides where angles
-//! hardly differ), then the squares of the lengths, which avoid slivers. Of longer holes ears are
-//! clipped until so many edges are left: in the plane of the hole while there are any, then those
-//! with the shortest new edge.
+//! Up to [`MOST_OPTIMAL`] edges the minimum-cost triangulation is computed; if none is found,
+//! none exists. The cost is ordered first by the largest angle between neighbouring triangles,
+//! including those around the hole (in steps of about 10°, so that shape decides where angles
+//! hardly differ), then by the squared lengths, which avoids slivers. In longer holes, ears are
+//! clipped until that many edges are left: in the plane of the hole as long as there are any,
+//! then those with the shortest new edge.
 //!
-//! Source: P. Liepa, "Filling holes in meshes", SGP 2003, section 3. It takes areas instead of the
-//! squares of lengths, which leaves the triangles of flat holes to rounding.
+//! Source: P. Liepa, "Filling holes in meshes", SGP 2003, section 3. The paper uses areas instead
+//! of squared lengths, which leaves the triangles of flat holes to rounding.
 
 use cotan_geometry::relative_height;
 use nalgebra::{Point3, Vector3};
@@ -18,43 +18,46 @@ use crate::ears::clip_short_ears;
 use crate::optimal::{self, Candidate, Cost};
 use crate::triangulate::Triangulator;
 
-/// The most edges of a hole of which all triangulations are compared: 4.5 million triangles.
+/// Maximum number of edges of a hole for which all triangulations are compared: 4.5 million
+/// triangles.
 const MOST_OPTIMAL: usize = 300;
 
-/// The same once [`BUDGET`] is used up.
+/// The same limit once [`BUDGET`] is used up.
 const MOST_LATER: usize = 24;
 
-/// How many triangles are compared in all holes together before they are filled with less care:
-/// some ten seconds.
+/// Number of triangles compared in all holes together before they are filled with less care:
+/// about ten seconds.
 const BUDGET: usize = 1 << 28;
 
-/// A hole by its boundary, which a filling runs through against the faces beside it.
+/// The boundary of a hole, in the direction of the filling, which is opposite to that of the
+/// faces next to it.
 pub(super) struct Rim {
-    /// The numbers of its vertices, in order.
+    /// The indices of its vertices, in order.
     pub(super) vertices: Vec<u32>,
     /// Their positions, scaled to a size of about 1.
     points: Vec<Point3<f64>>,
-    /// The unit normal of the face beside the edge from each vertex to the next, or zero.
+    /// The unit normal of the face at the edge from each vertex to the next, or zero.
     normals: Vec<Vector3<f64>>,
 }
 
-/// Why there are no triangles.
+/// The reason why there is no triangulation.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Failure {
-    /// All ways need an edge that is there.
+    /// Every triangulation needs an existing edge.
     NoneExists,
-    /// Those that were tried do.
+    /// The triangulations that were tried need an existing edge.
     NoneFound,
 }
 
-/// Covers holes, one after the other.
+/// Covers holes, one at a time.
 pub(super) struct Cover<'a> {
     triangulator: Triangulator<'a>,
     budget: usize,
 }
 
 impl Rim {
-    /// `points` are those of the vertices, `normals` those of the faces beside the edges.
+    /// `points` are the positions of the vertices, `normals` those of the faces next to the
+    /// edges.
     pub(super) fn new(
         vertices: Vec<u32>,
         points: &[Point3<f64>],
@@ -104,7 +107,7 @@ impl Rim {
             worst = worst.max(bend(self.normals[j]));
         }
         let [a, b, c] = [i, k, j].map(|i| self.points[i]);
-        // A triangle without area bends by more than any other.
+        // A triangle without area ranks as a larger bend than any other.
         if relative_height(&a, &b, &c) <= FLAT {
             worst = 4.0;
         }
@@ -115,7 +118,7 @@ impl Rim {
     }
 }
 
-/// 1 − cos of an angle is told in steps of 1/64: 10° are the first.
+/// Resolution of 1 − cos of an angle: the first step of 1/64 is 10°.
 const BEND_STEPS: f64 = 64.0;
 
 impl<'a> Cover<'a> {
@@ -126,7 +129,9 @@ impl<'a> Cover<'a> {
         }
     }
 
-    /// The triangles, by the corners of the rim; `is_free` tells where no edge is yet.
+    /// Returns the triangles, as corners of the rim.
+    ///
+    /// `is_free` returns `true` if there is no edge between two corners yet.
     pub(super) fn triangles(
         &mut self,
         rim: &Rim,
@@ -170,7 +175,7 @@ impl<'a> Cover<'a> {
     }
 }
 
-/// Covers what clipping ears left: flat triangles are avoided, and long edges.
+/// Covers the part left after clipping ears, avoiding flat triangles and long edges.
 fn cover_rest(
     rim: &Rim,
     rest: &[usize],

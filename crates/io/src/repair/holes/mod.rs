@@ -1,4 +1,4 @@
-//! Holes closed by triangles between their vertices, or with new ones.
+//! Filling of holes with triangles between their vertices, or with new vertices.
 
 mod cover;
 mod refine;
@@ -16,7 +16,7 @@ use crate::topology::{BoundaryLoop, Topology};
 use cover::{Cover, Failure, Rim};
 use refine::{MOST_ADDED, Patch};
 
-/// A face that fills a hole, and for each of its corners the one that it comes from.
+/// A face that fills a hole, and the source corner of each of its corners.
 type Filled = ([u32; 3], [u32; 3]);
 
 impl Work<'_> {
@@ -46,7 +46,7 @@ impl Work<'_> {
                 self.changes.push(Change::KeptHole { vertices, problem });
                 continue;
             }
-            // Against the faces beside it.
+            // Opposite to the faces next to it.
             let mut corners = found.corners;
             corners[1..].reverse();
             let n = corners.len();
@@ -140,7 +140,7 @@ fn problem(failure: Failure) -> &'static str {
     }
 }
 
-/// Whether a loop runs round a single face, whose back would fill it.
+/// Returns `true` if a loop goes around a single face, whose back would fill it.
 fn is_outline(found: &BoundaryLoop, topology: &Topology<'_>) -> bool {
     let face = topology.face(found.sides[0]);
     found.sides.iter().all(|&side| topology.face(side) == face)
@@ -150,7 +150,7 @@ fn is_outline(found: &BoundaryLoop, topology: &Topology<'_>) -> bool {
             .is_some_and(|outline| outline.len() == found.sides.len())
 }
 
-/// Why a loop cannot be filled, if so.
+/// Returns the reason why a loop cannot be filled, if any.
 fn obstacle(found: &BoundaryLoop, topology: &Topology<'_>) -> Option<&'static str> {
     let mut places: Vec<u32> = found.corners.iter().map(|&c| topology.place(c)).collect();
     places.sort_unstable();

@@ -1,33 +1,34 @@
-//! New vertices in the triangles that fill a hole, as dense as those round it.
+//! Refinement of the triangles that fill a hole to the vertex density around it.
 //!
-//! Each vertex has a scale, the mean length of the edges of the boundary there. A triangle is split
-//! at its centroid where the distances from there to its corners, times √2, are above the scales of
-//! both; then edges are flipped until the angles across each add up to at most π. Both are repeated
-//! until no triangle is split. Source: P. Liepa, "Filling holes in meshes", SGP 2003, section 4.
+//! Each vertex has a scale, the mean length of the boundary edges there. A triangle is split at
+//! its centroid if the distances from the centroid to its corners, times √2, exceed the scales of
+//! both. Then edges are flipped until the angles opposite each add up to at most π. Both steps
+//! are repeated until no triangle is split. Source: P. Liepa, "Filling holes in meshes", SGP
+//! 2003, section 4.
 //!
-//! The vertices lie in the triangles that were there; [fairing](super::super::Filling::Smooth) is
-//! another step.
+//! The new vertices lie in the original triangles; [fairing](super::super::Filling::Smooth) is a
+//! separate step.
 
 use cotan_halfedge::{EdgeId, FaceId, HalfedgeMesh};
 use nalgebra::{Point3, Vector3};
 
-/// The most vertices that are added to all holes of a mesh together.
+/// Maximum number of vertices added to all holes of a mesh together.
 pub(super) const MOST_ADDED: usize = 100_000;
 
-/// How often all edges are looked at between two passes of splits; on a flat patch the flips end by
-/// themselves.
+/// Maximum number of passes over all edges between two passes of splits. On a flat patch the
+/// flips terminate by themselves.
 const MOST_SWEEPS: usize = 20;
 
-/// Triangles between the vertices of a rim, which come first, and those that were added.
+/// Triangles between the vertices of a rim, which come first, and added vertices.
 pub(super) struct Patch {
     pub(super) points: Vec<Point3<f64>>,
-    /// For each added vertex a vertex of the rim that is near.
+    /// For each added vertex, a nearby vertex of the rim.
     pub(super) beside: Vec<usize>,
     pub(super) triangles: Vec<[usize; 3]>,
 }
 
 impl Patch {
-    /// The triangles between the vertices of the rim alone.
+    /// Creates a patch of triangles between rim vertices only.
     pub(super) fn plain(points: Vec<Point3<f64>>, triangles: Vec<[usize; 3]>) -> Self {
         Self {
             points,
@@ -36,10 +37,10 @@ impl Patch {
         }
     }
 
-    /// A fan about a new vertex in the middle of the rim.
+    /// Creates a fan around a new vertex in the middle of the rim.
     pub(super) fn fan(mut points: Vec<Point3<f64>>) -> Self {
         let n = points.len();
-        // Halves, so that no sum overflows.
+        // Weight each term, so that no sum overflows.
         let weight = 1.0 / n as f64;
         let middle: Vector3<f64> = points.iter().map(|p| p.coords * weight).sum();
         points.push(Point3::from(middle));
@@ -54,12 +55,13 @@ impl Patch {
         self.points.len() - self.beside.len()
     }
 
-    /// Adds vertices, at most so many; `is_free` tells for two vertices of the rim whether there is
-    /// no edge between them yet.
+    /// Adds at most `most` vertices.
+    ///
+    /// `is_free` returns `true` for two rim vertices if there is no edge between them yet.
     pub(super) fn refine(&mut self, most: usize, is_free: impl Fn(usize, usize) -> bool) {
         let num_rim = self.num_rim();
         let triangles: Vec<[u32; 3]> = self.triangles.iter().map(|t| t.map(|i| i as u32)).collect();
-        // Rims pass through every vertex once, so this is a disc.
+        // The rim passes through every vertex once, so this is a disc.
         let Ok(mesh) = HalfedgeMesh::from_faces(self.points.len(), &triangles) else {
             return;
         };
@@ -101,8 +103,8 @@ impl Patch {
     }
 }
 
-/// The scale of every vertex; larger than the edges round the hole where these would ask for more
-/// vertices than may be added.
+/// The scale of every vertex. Scales exceed the edge lengths around the hole if these would
+/// require more vertices than may be added.
 fn scales(points: &[Point3<f64>], num_rim: usize, area: f64, most: usize) -> Vec<f64> {
     let length = |i: usize| (points[(i + 1) % num_rim] - points[i]).norm();
     let mut scales: Vec<f64> = (0..num_rim)
@@ -110,7 +112,7 @@ fn scales(points: &[Point3<f64>], num_rim: usize, area: f64, most: usize) -> Vec
         .collect();
     let mean = scales.iter().sum::<f64>() / num_rim as f64;
     scales.resize(points.len(), mean);
-    // A vertex of a regular triangulation has the area √3/2 of the square of an edge.
+    // In a regular triangulation, the area per vertex is √3/2 times the squared edge length.
     let expected = area / (mean * mean * 3f64.sqrt() / 2.0);
     let factor = (expected / most.max(1) as f64).sqrt();
     if factor > 1.0 && factor.is_finite() {
@@ -161,7 +163,7 @@ impl Refinement {
         }
     }
 
-    /// Flips edges as long as that makes the angles across them smaller.
+    /// Flips edges as long as that reduces the angles opposite them.
     fn relax(&mut self, is_free: impl Fn(usize, usize) -> bool) {
         for _ in 0..MOST_SWEEPS {
             let mut num_flips = 0;
@@ -198,5 +200,5 @@ impl Refinement {
     }
 }
 
-/// Angles that add up to π but for rounding stay.
+/// Angles that add up to π within rounding are left unchanged.
 const SMALLEST: f64 = 1e-9;

@@ -23,7 +23,7 @@ fn closed(document: &Document) -> i64 {
     mesh.num_vertices() as i64 - mesh.num_edges() as i64 + mesh.num_faces() as i64
 }
 
-/// A square of a regular grid, two of whose corners are single triangles.
+/// A square of a regular grid in which two of the corners are single triangles.
 fn grid(side: u32, height: impl Fn(f64, f64) -> f64) -> Document {
     let mut points = Vec::new();
     for y in 0..=side {
@@ -43,7 +43,7 @@ fn grid(side: u32, height: impl Fn(f64, f64) -> f64) -> Document {
     document(points, &faces)
 }
 
-/// A disc of triangles about one vertex.
+/// A disc of triangles around one vertex.
 fn disc(num_edges: u32, height: impl Fn(u32) -> f64) -> Document {
     let rim = (0..num_edges).map(|k| {
         let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / f64::from(num_edges)).sin_cos();
@@ -57,7 +57,8 @@ fn disc(num_edges: u32, height: impl Fn(u32) -> f64) -> Document {
     document(points, &faces)
 }
 
-/// The torus of seven vertices in which every two are joined, without the faces at one of them.
+/// The seven-vertex torus, in which every two vertices are joined, without the faces at one of
+/// them.
 fn open_torus() -> Document {
     let points = (0..7).map(|v| Point3::new(f64::from(v), f64::from(v * v), f64::from(v % 3)));
     let faces = (0..7u32).flat_map(|i| {
@@ -88,7 +89,7 @@ fn corner_ears_are_closed() {
 
 #[test]
 fn a_straight_side_of_a_hole_gets_no_triangle_without_area() {
-    // A dome, steep at its square rim: what fills it bends by more than a right angle there.
+    // A dome, steep at its square rim: the filling bends by more than a right angle there.
     for side in 2..7u32 {
         let middle = f64::from(side) / 2.0;
         let dome = |x: f64, y: f64| 9.0 - (x - middle).abs().max((y - middle).abs()) * 4.0;
@@ -134,7 +135,7 @@ fn long_holes_are_filled_within_seconds() {
 
 #[test]
 fn a_flat_hole_gets_triangles_as_large_as_those_round_it() {
-    // A square of 20 × 20, without the 10 × 10 squares in its middle, of which two corners stay.
+    // A 20 × 20 square without the 10 × 10 squares in its middle, two of whose corners are kept.
     let whole = grid(20, |_, _| 0.0);
     let is_inside = |&v: &u32| {
         let (x, y) = (v % 21, v / 21);
@@ -150,7 +151,7 @@ fn a_flat_hole_gets_triangles_as_large_as_those_round_it() {
     let most_edges = NonZeroUsize::new(40).unwrap();
     let repaired = fill(&open, Filling::Smooth { most_edges });
     let added = repaired.added_vertices.len();
-    // There were 81.
+    // There were 81 vertices.
     assert!((50..150).contains(&added), "{added}");
     let positions = repaired.document.positions();
     assert!(positions.iter().all(|p| p.z == 0.0));
@@ -198,7 +199,7 @@ fn points(num_vertices: usize) -> Vec<Point3<f64>> {
 }
 
 proptest! {
-    // Each hole takes a disc, so that every sphere with holes becomes a sphere.
+    // Each hole removes a disc, so a filled sphere is a sphere again.
     #[test]
     fn filled_spheres_with_holes_are_spheres(
         faces in genus_zero_faces(),

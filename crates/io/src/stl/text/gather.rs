@@ -1,6 +1,7 @@
 //! The text of a mesh made of the facets of a text STL.
 //!
-//! Facets go as they stand, each in the solid that it comes from; solids that have none left stay.
+//! Facets are copied unchanged, each in its original solid. Solids without remaining facets are
+//! kept.
 
 use std::ops::Range;
 
@@ -30,22 +31,22 @@ pub(super) fn gather(file: &TextStl, remap: &Remap, mesh: Mesh<'_>) -> Result<Ve
     Ok(new.out)
 }
 
-/// The text as far as it is made.
+/// The text written so far.
 struct Gathered<'a> {
     file: &'a TextStl,
     out: Vec<u8>,
-    /// The solid that facets are being written of.
+    /// The solid to which facets are being written.
     current: Option<usize>,
-    /// How many solids have been begun, empty ones included.
+    /// The number of solids opened so far, including empty ones.
     num_opened: usize,
 }
 
-/// A solid whose lines are longer than this is not begun again for a facet that closes a hole: many
-/// copies of a name as long as the file would be more than memory holds.
+/// A solid with longer header lines is not reopened for a facet that closes a hole: many copies
+/// of a name as long as the file would exhaust memory.
 const LONGEST_COPY: usize = 1 << 10;
 
 impl Gathered<'_> {
-    /// The solid that a facet belongs to: one that closes a hole goes with its neighbour.
+    /// The solid of a facet; one that closes a hole goes with its neighbour.
     fn solid_of(&self, facet: &Facet) -> Option<usize> {
         let solids = &self.file.layout.solids;
         let solid = solids.partition_point(|s| s.facets.end <= facet.beside as usize);
@@ -58,7 +59,7 @@ impl Gathered<'_> {
         }
     }
 
-    /// Goes on with another solid, or to the end; solids between that have no facet stay.
+    /// Continues with another solid, or to the end. Solids in between without facets are kept.
     fn open(&mut self, solid: Option<usize>) {
         if solid.is_some() && solid == self.current {
             return;
@@ -74,14 +75,14 @@ impl Gathered<'_> {
         }
         match solid.and_then(|number| solids.get(number)) {
             Some(next) => self.copy(next.start..next.body),
-            // What stands behind the last solid.
+            // Copy the text after the last solid.
             None => self.copy(solids.last().map_or(0, |last| last.end)..self.file.bytes.len()),
         }
         self.num_opened = self.num_opened.max(solid.map_or(solids.len(), |s| s + 1));
         self.current = solid;
     }
 
-    /// Copies a part of the file; words on both sides of the seam stay apart.
+    /// Copies a part of the file, keeping the words on both sides of the seam separate.
     fn copy(&mut self, range: Range<usize>) {
         let text = self.file.bytes.get(range).unwrap_or(&[]);
         self.push(text);
@@ -107,7 +108,7 @@ impl Gathered<'_> {
         let (start, end) = (words[0].start, words[NUM_WORDS - 1].end());
         let solid = self.current.and_then(|s| file.layout.solids.get(s));
         let (body, first) = solid.map_or((0, 0), |s| (s.body, s.facets.start));
-        // A facet is copied with the blanks before it, as far as they belong to its solid.
+        // A facet is copied with the whitespace before it, as far as that belongs to its solid.
         let before = file.bytes.get(body..start).unwrap_or(&[]);
         let mut offset = body + before.trim_ascii_end().len();
         if self.out.ends_with(b"\n") && source as usize != first {
@@ -171,7 +172,7 @@ fn shortest(x: f64) -> String {
     text
 }
 
-/// A number with the other sign and the same digits; zeros and what is no number stay.
+/// Negates a number while keeping its digits. Zeros and non-numbers are unchanged.
 fn negated(text: &[u8]) -> String {
     let written = String::from_utf8_lossy(text);
     match number::parse_f64(text) {

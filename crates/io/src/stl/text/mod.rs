@@ -1,7 +1,7 @@
-//! Text STL: words between blanks, 21 of them a facet.
+//! Text STL: words separated by whitespace, 21 of them per facet.
 //!
-//! Keywords are read in any case of letters and lines may end anywhere, except that the name of a
-//! solid is what follows on its line. A normal may be no number (`nan`, `-1.#IND`).
+//! Keywords are case-insensitive and lines may end anywhere, except that the name of a solid is
+//! the rest of its line. A normal may be a non-number (`nan`, `-1.#IND`).
 
 mod gather;
 mod scan;
@@ -25,13 +25,13 @@ use crate::text as lines;
 use scan::{Layout, coordinate, normal_number, scan};
 use words::{Word, Words};
 
-/// About as many bytes has a facet as programs write it.
+/// Approximate size in bytes of a facet as programs write it.
 const USUAL_FACET: usize = 250;
 
-/// Where in a file its end or its first facet is looked for, to tell its format.
+/// Size of the window searched for the first facet or the end of a file, to detect its format.
 const WINDOW: usize = 1 << 16;
 
-/// Whether a text starts as an STL does: `solid`, and facets or the end behind the name.
+/// Returns `true` if a text starts like an STL: `solid`, a name, and facets or the end.
 pub(in crate::stl) fn is_text(bytes: &[u8]) -> bool {
     let window = &bytes[..bytes.len().min(WINDOW)];
     let mut words = Words::new(window, lines::after_bom(window));
@@ -49,8 +49,8 @@ pub(in crate::stl) fn is_text(bytes: &[u8]) -> bool {
     })
 }
 
-/// Whether what is known to be an STL can only be a text: no binary header without a zero byte has
-/// a count of facets below 2^24.
+/// Returns `true` if a file known to be an STL can only be text: a binary header without a zero
+/// byte has a facet count of at least 2^24.
 pub(in crate::stl) fn starts_as_text(bytes: &[u8]) -> bool {
     let window = &bytes[..bytes.len().min(super::binary::HEADER)];
     let first = Words::new(window, lines::after_bom(window)).next();
@@ -68,7 +68,7 @@ pub(in crate::stl) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, 
             for (x, word) in position.iter_mut().zip(words) {
                 *x = coordinate(&bytes, word, layout.facets.len(), soup.next_vertex())?;
             }
-            // A negative zero is the same place as a positive one.
+            // Negative and positive zero are the same position.
             let place = position.coords.map(|x| (x + 0.0).to_bits()).into();
             *corner = (place, position);
         }
@@ -84,10 +84,10 @@ struct TextStl {
     layout: Layout,
 }
 
-/// The numbers of a facet among its words.
+/// Indices of the numbers of a facet among its words.
 const NORMAL_AT: usize = 2;
 const CORNER_AT: [usize; 3] = [8, 12, 16];
-/// How many words a facet has.
+/// Number of words per facet.
 const NUM_WORDS: usize = 21;
 
 impl TextStl {
@@ -103,7 +103,7 @@ impl TextStl {
         [0, 1, 2].map(|k| normal_number(words[NORMAL_AT + k].text).unwrap_or(f64::NAN))
     }
 
-    /// The solid of each facet, and their names, each once.
+    /// The solid of each facet, and the solids' names, each once.
     fn labels(&self) -> Option<Labels> {
         let solids = &self.layout.solids;
         let mut numbers: HashMap<&[u8], u32> = HashMap::new();
@@ -178,7 +178,7 @@ impl SourceFile for TextStl {
             let words = self.words(facet);
             let mut replace = |at: usize, numbers: [f64; 3]| {
                 for (word, x) in words[at..].iter().zip(numbers) {
-                    // What keeps its value keeps its digits.
+                    // A number whose value is unchanged keeps its digits.
                     if number::parse_f64(word.text) == Some(x) {
                         continue;
                     }

@@ -1,4 +1,4 @@
-//! The walk through a text STL that finds where everything stands.
+//! Scanner that locates the solids and facets of a text STL.
 
 use std::ops::Range;
 
@@ -9,13 +9,13 @@ use crate::number;
 use crate::room;
 use crate::text as lines;
 
-/// Where the solids and facets of a file stand.
+/// The locations of the solids and facets of a file.
 #[derive(Debug, Default)]
 pub(super) struct Layout {
     pub(super) solids: Vec<Solid>,
-    /// Where the word `facet` of each facet starts.
+    /// The offset of the word `facet` of each facet.
     pub(super) facets: Vec<usize>,
-    /// Whether a normal is not zero.
+    /// `true` if any normal is not zero.
     pub(super) has_normals: bool,
 }
 
@@ -25,11 +25,11 @@ impl Layout {
     }
 }
 
-/// A solid: its text goes from the end of the one before to the end of its `endsolid` line.
+/// A solid. Its text extends from the end of the previous one to the end of its `endsolid` line.
 #[derive(Debug)]
 pub(super) struct Solid {
     pub(super) start: usize,
-    /// Where its name stands.
+    /// The location of its name.
     pub(super) name: Range<usize>,
     /// The end of its `solid` line.
     pub(super) body: usize,
@@ -40,7 +40,7 @@ pub(super) struct Solid {
     pub(super) facets: Range<usize>,
 }
 
-/// Walks through the file; `facet` gets what was found before and the words of three corners.
+/// Scans the file. `facet` is called with the layout so far and the words of three corners.
 pub(super) fn scan<'a>(
     bytes: &'a [u8],
     limits: &Limits,
@@ -96,7 +96,8 @@ pub(super) fn scan<'a>(
     Ok(layout)
 }
 
-/// What follows the word `facet`: whether its normal is not zero, and the words of its corners.
+/// Reads the rest of a facet after the word `facet`. Returns `true` if its normal is not zero,
+/// and the words of its corners.
 fn read_facet<'a>(
     bytes: &'a [u8],
     words: &mut Words<'a>,
@@ -112,7 +113,7 @@ fn read_facet<'a>(
         if word.is(expected) {
             return Ok(());
         }
-        // A word that the end of the file cuts is no wrong word.
+        // A word truncated by the end of the file is not an invalid word.
         if word.end() == bytes.len() {
             return Err(cut_short(bytes, facet, &format!("facet {facet}")));
         }
@@ -169,7 +170,7 @@ pub(super) fn coordinate(
     }
 }
 
-/// A number of a normal; NaN for what C libraries write for it, which is no decimal number.
+/// Parses a component of a normal. The non-decimal forms that C libraries write for it yield NaN.
 pub(super) fn normal_number(text: &[u8]) -> Option<f64> {
     number::parse_f64(text).or_else(|| {
         let magnitude = text.strip_prefix(b"-").unwrap_or(text);

@@ -1,8 +1,9 @@
-//! The words of a text STL. There are no comments; every byte up to the blank separates words.
+//! The words of a text STL. There are no comments; every byte up to the space character separates
+//! words.
 
 use std::ops::Range;
 
-/// A word and where it starts in the file.
+/// A word and its offset in the file.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Word<'a> {
     pub(super) start: usize,
@@ -10,7 +11,7 @@ pub(super) struct Word<'a> {
 }
 
 impl Word<'_> {
-    /// Whether it is a keyword, in any case of letters.
+    /// Returns `true` if it is this keyword, ignoring case.
     #[inline]
     pub(super) fn is(&self, keyword: &str) -> bool {
         self.text.eq_ignore_ascii_case(keyword.as_bytes())
@@ -21,7 +22,7 @@ impl Word<'_> {
     }
 }
 
-/// The words of a file from a place on.
+/// Iterator over the words of a file from an offset on.
 pub(super) struct Words<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -39,7 +40,7 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// Where the last word ended.
+    /// Offset of the end of the last word.
     pub(super) fn at(&self) -> usize {
         self.at
     }
@@ -76,8 +77,9 @@ impl<'a> Words<'a> {
         Some(word)
     }
 
-    /// The rest of the line, without blanks around, and goes behind its end. In a file without line
-    /// ends a name ends before `facet normal` too.
+    /// Returns the rest of the line without surrounding whitespace, and skips past its end.
+    ///
+    /// In a file without line endings, a name also ends before `facet normal`.
     pub(super) fn solid_name(&mut self) -> Range<usize> {
         let line = self.rest_of_line();
         let Some(length) = facet_in(line) else {
@@ -90,7 +92,7 @@ impl<'a> Words<'a> {
         name
     }
 
-    /// Whether a facet starts on the rest of the line.
+    /// Returns `true` if a facet starts on the rest of the line.
     pub(super) fn line_has_facet(&self) -> bool {
         facet_in(self.rest_of_line()).is_some()
     }
@@ -101,7 +103,7 @@ impl<'a> Words<'a> {
         &rest[..length.unwrap_or(rest.len())]
     }
 
-    /// Goes behind the end of the line.
+    /// Skips past the end of the line.
     pub(super) fn skip_line(&mut self) {
         self.at += self.rest_of_line().len();
         match self.bytes.get(self.at..) {
@@ -121,14 +123,14 @@ impl<'a> Words<'a> {
 
 const FACET: &[u8] = b"facet normal";
 
-/// Where a facet starts in a line.
+/// The offset at which a facet starts in a line.
 fn facet_in(line: &[u8]) -> Option<usize> {
     line.windows(FACET.len())
         .position(|window| window.eq_ignore_ascii_case(FACET))
         .filter(|&at| at == 0 || line[at - 1] <= b' ')
 }
 
-/// Where a text stands without the blanks around it, if it starts at `start`.
+/// The range of a text that starts at `start`, without surrounding whitespace.
 fn trimmed(start: usize, text: &[u8]) -> Range<usize> {
     let is_blank = |b: &u8| *b <= b' ';
     let Some(first) = text.iter().position(|b| !is_blank(b)) else {

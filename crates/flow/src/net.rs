@@ -1,0 +1,130 @@
+//! The edges of a mesh with their lengths, and distances along them.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use cotan_laplacian::Graph;
+use nalgebra::Vector3;
+
+/// The edges with their lengths.
+pub(crate) struct Net<'a> {
+    pub(crate) graph: &'a Graph,
+    pub(crate) points: &'a [Vector3<f64>],
+}
+
+impl Net<'_> {
+    pub(crate) fn neighbours(&self, i: usize) -> impl Iterator<Item = usize> + '_ {
+        self.graph.neighbours()[self.graph.range(i)]
+            .iter()
+            .map(|j| j.index())
+    }
+
+    pub(crate) fn length(&self, i: usize, j: usize) -> f64 {
+        (self.points[j] - self.points[i]).norm()
+    }
+}
+
+/// Lengths of the shortest ways along the edges from the nearest of several sources.
+pub(crate) struct Distances {
+    of_vertex: Vec<f64>,
+    pub(crate) source: Vec<u32>,
+    waiting: BinaryHeap<Waiting>,
+    /// Vertices farther away than this are not reached.
+    limit: f64,
+    reached: Vec<u32>,
+}
+
+/// A vertex and its distance, the nearest first.
+#[derive(PartialEq)]
+struct Waiting(f64, u32);
+
+impl Eq for Waiting {}
+
+impl PartialOrd for Waiting {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Waiting {
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.0.total_cmp(&self.0).then(other.1.cmp(&self.1))
+    }
+}
+
+impl Distances {
+    pub(crate) fn new(n: usize) -> Self {
+        Self::within(n, f64::INFINITY)
+    }
+
+    /// Distances of at most `limit`.
+    pub(crate) fn within(n: usize, limit: f64) -> Self {
+        Self {
+            of_vertex: vec![f64::INFINITY; n],
+            source: vec![u32::MAX; n],
+            waiting: BinaryHeap::new(),
+            limit,
+            reached: Vec::new(),
+        }
+    }
+
+    /// Removes all sources.
+    pub(crate) fn clear(&mut self) {
+        for i in self.reached.drain(..) {
+            self.of_vertex[i as usize] = f64::INFINITY;
+            self.source[i as usize] = u32::MAX;
+        }
+    }
+
+    /// The vertices that were reached, in no particular order, and their distances.
+    pub(crate) fn reached(&self) -> impl Iterator<Item = (u32, f64)> + '_ {
+        let distance = |i: &u32| (*i, self.of_vertex[*i as usize]);
+        self.reached.iter().map(distance)
+    }
+
+    /// Adds sources.
+    pub(crate) fn spread(&mut self, net: &Net<'_>, sources: impl IntoIterator<Item = usize>) {
+        for source in sources {
+            if self.of_vertex[source].is_infinite() {
+                self.reached.push(source as u32);
+            }
+            self.of_vertex[source] = 0.0;
+            self.source[source] = source as u32;
+            self.waiting.push(Waiting(0.0, source as u32));
+        }
+        while let Some(Waiting(distance, i)) = self.waiting.pop() {
+            let i = i as usize;
+            if distance > self.of_vertex[i] {
+                continue;
+            }
+            for j in net.neighbours(i) {
+                let beyond = distance + net.length(i, j);
+                let known = self.of_vertex[j];
+                if beyond < known && beyond <= self.limit {
+                    if known.is_infinite() {
+                        self.reached.push(j as u32);
+                    }
+                    self.of_vertex[j] = beyond;
+                    if beyond < known * (1.0 - TIE) {
+                        self.source[j] = self.source[i];
+                    }
+                    self.waiting.push(Waiting(beyond, j as u32));
+                }
+            }
+        }
+    }
+
+    /// The vertex that is farthest from all sources and can be reached from one; of several that
+    /// are as far but for rounding the lowest.
+    pub(crate) fn farthest(&self) -> Option<(usize, f64)> {
+        let reached = self.of_vertex.iter().filter(|d| d.is_finite());
+        let most = reached.fold(0.0_f64, |most, d| most.max(*d));
+        let is_farthest = |d: &f64| d.is_finite() && *d >= most * (1.0 - TIE);
+        let at = self.of_vertex.iter().position(is_farthest)?;
+        (most > 0.0).then_some((at, most))
+    }
+}
+
+/// Lengths that differ by less, of themselves, are the same: what is decided by them does not
+/// depend on how a mesh is turned or scaled.
+const TIE: f64 = 1e-9;

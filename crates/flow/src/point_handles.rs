@@ -1,0 +1,450 @@
+//! Handles of a single vertex, which pull at a small disc around it.
+//!
+//! A force on one vertex draws the surface to a cone as wide as the bending length. The force λ of
+//! such a handle h is therefore spread over the vertices of a disc by weights ω with Σω = 1: the
+//! mean Σ ω_j x_j is held, and the vertex itself is free. The mean is chosen such that the vertex
+//! comes close to its target u: what a force on the vertex would have indented there is left out,
+//!
+//! ```text
+//! u − x_h = cλ,      c = 1 / (force on h that moves h by 1) − 1 / (force on the disc that does so)
+//! ```
+//!
+//! so that the handle pulls the body as far as it would without a disc. That remainder is added to
+//! the positions that the flow returns, as a bump around the vertex.
+//!
+//! The system holds h itself. With A its inverse, ω restricted to the free vertices, and two
+//! columns per handle,
+//!
+//! ```text
+//! V = the shape with V_h = 1, 0 at all other handles, free elsewhere        W = A ω
+//! ```
+//!
+//! the correction that leaves the means where they are is Ar + Vδ + Wλ with the forces on h
+//! balanced and the means unchanged:
+//!
+//! ```text
+//! [ Σ  −G ] [δ]   [ Vᵀr   ]
+//! [ Gᵀ  D ] [λ] = [ −ωᵀAr ]      Σ = VᵀMV,   G = Vᵀω,   D = ωᵀW
+//! ```
+//!
+//! λ is then the force that the handle exerts. A correction that moves the vertices by m, in
+//! equilibrium but for forces on the discs, is Vm + W G⁻¹Σ m.
+
+use cotan_geometry::Scalar;
+use cotan_halfedge::{VertexId, VertexMap};
+use cotan_linear::{Defect, Hold, PreparedSystem};
+use cotan_parallel as parallel;
+use nalgebra::{DMatrix, Dyn, FullPivLU, MatrixXx3, Vector3};
+
+use crate::error::FlowError;
+use crate::net::{Distances, Net};
+use crate::rest::Rest;
+use crate::start::spread;
+use crate::targets::Targets;
+use crate::vectors::{CHUNKS, total};
+use crate::workspace::Workspace;
+
+/// The point handles of one set of handles.
+#[derive(Debug)]
+pub(crate) struct PointHandles {
+    discs: Vec<Disc>,
+    /// V and W: for every vertex the entries of all columns V, then those of all W.
+    columns: Vec<f64>,
+    /// Of the small system, with λ in units of `unit`.
+    small: FullPivLU<f64, Dyn, Dyn>,
+    unit: f64,
+    /// G⁻¹Σ.
+    forces: DMatrix<f64>,
+    /// (1 + cG⁻¹Σ)⁻¹.
+    yields: DMatrix<f64>,
+    /// c.
+    compliances: Vec<f64>,
+    /// λ of the last solve.
+    pulls: Vec<Vector3<f64>>,
+}
+
+/// The vertices that a point handle pulls.
+#[derive(Debug)]
+pub(crate) struct Disc {
+    /// The handle.
+    pub(crate) vertex: VertexId,
+    /// Its index among the handles.
+    handle: usize,
+    /// The distance along the edges within which vertices are pulled.
+    pub(crate) radius: f64,
+    /// ω, ascending by vertex.
+    pub(crate) weights: Vec<(u32, f64)>,
+    /// The part of the handle's displacement that each vertex around it takes.
+    bump: Vec<(u32, f64)>,
+}
+
+/// More point handles than this hold the mesh so closely that cones are small, and their columns
+/// would take more memory than the factorization.
+pub(crate) const MOST_POINTS: usize = 24;
+
+impl PointHandles {
+    /// Finds the handles of a single vertex and the discs of `radius` around them; `None` where
+    /// there is none, the mesh is so coarse that no disc has another vertex, or the system cannot be
+    /// solved.
+    pub(crate) fn new<T: Scalar>(work: &mut Workspace<T>, radius: f64) -> Option<Self> {
+        if !(radius > 0.0) || work.membrane_weight == 0.0 {
+            return None;
+        }
+        let discs = discs(&work.rest, &work.targets, radius);
+        if discs.is_empty() {
+            return None;
+        }
+        let n = work.rest.positions().len();
+        let k = discs.len();
+        let mut columns = vec![0.0; 2 * k * n];
+        let mut stiffness = DMatrix::zeros(k, k);
+        for (first, some) in discs.chunks(3).enumerate().map(|(c, some)| (3 * c, some)) {
+            let mut field = VertexMap::filled(n, Vector3::zeros());
+            for (lane, disc) in some.iter().enumerate() {
+                field[disc.vertex][lane] = 1.0;
+            }
+            let lifted = spread(work, field).ok()?;
+            // What is left there are the forces on the handles.
+            let defect = defect_of_shape(work, &lifted);
+            let defect = Defect::of_laplacian(&work.terms.mismatch).with_tension(&defect);
+            for (h, disc) in discs.iter().enumerate() {
+                let force = work.system.residual_at(&defect, disc.vertex);
+                for lane in 0..some.len() {
+                    stiffness[(h, first + lane)] = -force[lane];
+                }
+            }
+            let pushed = push(work, some).ok()?;
+            let (lifted, pushed) = (lifted.as_slice(), pushed.as_slice());
+            for (i, row) in columns.chunks_exact_mut(2 * k).enumerate() {
+                for lane in 0..some.len() {
+                    row[first + lane] = lifted[i][lane];
+                    row[k + first + lane] = pushed[i][lane];
+                }
+            }
+        }
+        let stiffness = (&stiffness + stiffness.transpose()) * 0.5;
+        let mean = |column: usize, disc: &Disc| -> f64 {
+            let entries = disc.weights.iter();
+            entries
+                .map(|(j, w)| w * columns[2 * k * *j as usize + column])
+                .sum()
+        };
+        let lift = DMatrix::from_fn(k, k, |h, m| mean(h, &discs[m]));
+        let give = DMatrix::from_fn(k, k, |m, l| mean(k + l, &discs[m]));
+        let forces = lift.clone().full_piv_lu().solve(&stiffness)?;
+        let compliances: Vec<f64> = (0..k)
+            .map(|h| {
+                let (point, disc) = (stiffness[(h, h)], forces[(h, h)]);
+                let is_held = point > 1e-12 * disc && disc > 0.0;
+                if is_held {
+                    (1.0 / point - 1.0 / disc).max(0.0)
+                } else {
+                    0.0
+                }
+            })
+            .collect();
+        let yielding = DMatrix::from_fn(k, k, |h, m| {
+            f64::from(u8::from(h == m)) + compliances[h] * forces[(h, m)]
+        });
+        let yields = yielding.try_inverse()?;
+        let trace = stiffness.trace() / k as f64;
+        let unit = if trace > 0.0 { trace } else { 1.0 };
+        let mut small = DMatrix::zeros(2 * k, 2 * k);
+        small
+            .view_mut((0, 0), (k, k))
+            .copy_from(&(stiffness / unit));
+        small.view_mut((0, k), (k, k)).copy_from(&-&lift);
+        small.view_mut((k, 0), (k, k)).copy_from(&lift.transpose());
+        small.view_mut((k, k), (k, k)).copy_from(&(give * unit));
+        let small = small.full_piv_lu();
+        small.is_invertible().then_some(Self {
+            discs,
+            columns,
+            small,
+            unit,
+            forces,
+            yields,
+            compliances,
+            pulls: vec![Vector3::zeros(); k],
+        })
+    }
+
+    pub(crate) fn discs(&self) -> &[Disc] {
+        &self.discs
+    }
+
+    /// Whether a vertex is one of these handles.
+    pub(crate) fn contains(&self, vertex: VertexId) -> bool {
+        self.discs.iter().any(|disc| disc.vertex == vertex)
+    }
+
+    /// Half the negative gradient at the handles' own vertices, which the system takes for held.
+    pub(crate) fn complete(
+        &self,
+        system: &PreparedSystem,
+        defect: &Defect<'_>,
+        residual: &mut VertexMap<Vector3<f64>>,
+    ) {
+        for disc in &self.discs {
+            residual[disc.vertex] = system.residual_at(defect, disc.vertex);
+        }
+    }
+
+    /// Turns the correction that holds the vertices into the one that holds the means.
+    ///
+    /// **Shapes**: one entry per vertex; the residual is [complete](Self::complete).
+    pub(crate) fn correct(
+        &mut self,
+        residual: &VertexMap<Vector3<f64>>,
+        correction: &mut VertexMap<Vector3<f64>>,
+    ) {
+        let k = self.discs.len();
+        let partial = CHUNKS.map(residual.as_slice(), |first, chunk| {
+            let mut sums = vec![0.0; 3 * k];
+            for (r, row) in chunk.iter().zip(self.rows(first)) {
+                for (sum, v) in sums.chunks_exact_mut(3).zip(&row[..k]) {
+                    for a in 0..3 {
+                        sum[a] += v * r[a];
+                    }
+                }
+            }
+            sums
+        });
+        let sums = total(partial);
+        let mut right = MatrixXx3::zeros(2 * k);
+        for (h, disc) in self.discs.iter().enumerate() {
+            let held = correction.as_slice();
+            let mean = disc.weights.iter().map(|(j, w)| held[*j as usize] * *w);
+            let mean: Vector3<f64> = mean.sum();
+            for a in 0..3 {
+                right[(h, a)] = sums[3 * h + a] / self.unit;
+                right[(k + h, a)] = -mean[a];
+            }
+        }
+        self.small.solve_mut(&mut right);
+        let factors = (0..2 * k).map(|c| {
+            let unit = if c < k { 1.0 } else { self.unit };
+            right.row(c).transpose() * unit
+        });
+        let factors: Vec<Vector3<f64>> = factors.collect();
+        self.pulls.copy_from_slice(&factors[k..]);
+        parallel::update(correction.as_mut_slice(), |i, step| {
+            *step += self.combine(&factors, i);
+        });
+    }
+
+    /// The distance of each handle's vertex from where its force wants it; `None` if all are there.
+    pub(crate) fn misses<T: Scalar>(
+        &self,
+        targets: &Targets<T>,
+        positions: &VertexMap<nalgebra::Point3<T>>,
+    ) -> Option<Vec<Vector3<f64>>> {
+        let miss = |(disc, (c, pull)): (&Disc, (&f64, &Vector3<f64>))| {
+            let way = targets.in_box()[disc.handle] - positions[disc.vertex];
+            way.map(T::as_f64) - pull * *c
+        };
+        let pulls = self.compliances.iter().zip(&self.pulls);
+        let misses: Vec<_> = self.discs.iter().zip(pulls).map(miss).collect();
+        misses
+            .iter()
+            .any(|m| *m != Vector3::zeros())
+            .then_some(misses)
+    }
+
+    /// The factors of the correction that takes away these misses.
+    pub(crate) fn moving(&self, by: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+        let times = |matrix: &DMatrix<f64>, by: &[Vector3<f64>]| -> Vec<Vector3<f64>> {
+            let row = |row: usize| {
+                by.iter()
+                    .enumerate()
+                    .map(move |(c, m)| m * matrix[(row, c)])
+            };
+            (0..by.len()).map(|r| row(r).sum()).collect()
+        };
+        let mut factors = times(&self.yields, by);
+        factors.extend(times(&self.forces, &factors));
+        factors
+    }
+
+    /// Calls `each` with the vertices around every handle and the displacements that bring the
+    /// handle, which is at `at`, to its target.
+    pub(crate) fn bump<T: Scalar>(
+        &self,
+        targets: &Targets<T>,
+        at: impl Fn(VertexId) -> Vector3<f64>,
+        mut each: impl FnMut(u32, Vector3<f64>),
+    ) {
+        for disc in &self.discs {
+            let way = targets.in_box()[disc.handle].map(T::as_f64).coords - at(disc.vertex);
+            disc.bump.iter().for_each(|(i, b)| each(*i, way * *b));
+        }
+    }
+
+    /// Notes the forces on a shape that was corrected by these factors.
+    pub(crate) fn moved(&mut self, factors: &[Vector3<f64>]) {
+        let k = self.discs.len();
+        for (pull, more) in self.pulls.iter_mut().zip(&factors[k..]) {
+            *pull += more;
+        }
+    }
+
+    /// A correction with these factors, at one vertex.
+    #[inline]
+    pub(crate) fn combine(&self, factors: &[Vector3<f64>], i: usize) -> Vector3<f64> {
+        let row = &self.columns[i * factors.len()..][..factors.len()];
+        let terms = row.iter().zip(factors);
+        terms.fold(Vector3::zeros(), |sum, (c, f)| sum + f * *c)
+    }
+
+    fn rows(&self, first: usize) -> impl Iterator<Item = &[f64]> {
+        let width = 2 * self.discs.len();
+        self.columns[first * width..].chunks_exact(width)
+    }
+}
+
+/// The discs of the handles that no other handle touches, hard and with their vertices free. A disc
+/// ends before the next handle, and halfway to the next point handle.
+fn discs<T: Scalar>(rest: &Rest<T>, targets: &Targets<T>, radius: f64) -> Vec<Disc> {
+    let n = rest.positions().len();
+    let mut is_held = vec![false; n];
+    let held = targets.held();
+    held.iter().for_each(|h| is_held[h.vertex.index()] = true);
+    let points: Vec<_> = rest
+        .positions()
+        .values()
+        .map(|p| p.map(T::as_f64).coords)
+        .collect();
+    let net = Net {
+        graph: rest.graph(),
+        points: &points,
+    };
+    let is_point = |v: usize| is_held[v] && net.neighbours(v).all(|j| !is_held[j]);
+    let single = |(index, handle): (usize, &cotan_linear::Handle)| {
+        let is_single = handle.hold == Hold::Hard && is_point(handle.vertex.index());
+        is_single.then_some((index, handle.vertex))
+    };
+    let single: Vec<(usize, VertexId)> = targets
+        .handles()
+        .iter()
+        .enumerate()
+        .filter_map(single)
+        .collect();
+    if single.len() > MOST_POINTS {
+        return Vec::new();
+    }
+    let areas = rest.areas();
+    let mut distances = Distances::within(n, radius);
+    let mut discs = Vec::new();
+    for (handle, vertex) in single {
+        distances.clear();
+        distances.spread(&net, [vertex.index()]);
+        let mut reach = radius;
+        for (i, distance) in distances.reached() {
+            let i = i as usize;
+            if is_held[i] && i != vertex.index() {
+                reach = reach.min(if is_point(i) {
+                    0.5 * distance
+                } else {
+                    distance
+                });
+            }
+        }
+        let weight = |(i, distance): (u32, f64)| {
+            let t = distance / reach;
+            let area = areas.as_slice()[i as usize].as_f64();
+            (t < 1.0).then(|| (i, area * (1.0 - t).powi(2) * (1.0 + 2.0 * t)))
+        };
+        let mut weights: Vec<(u32, f64)> = distances.reached().filter_map(weight).collect();
+        weights.sort_unstable_by_key(|(i, _)| *i);
+        let sum: f64 = weights.iter().map(|(_, w)| w).sum();
+        if weights.len() < 2 || !(sum > 0.0) {
+            continue;
+        }
+        weights.iter_mut().for_each(|(_, w)| *w /= sum);
+        let bump = bump(&net, vertex.index(), BUMP * radius, &is_held);
+        discs.push(Disc {
+            vertex,
+            bump,
+            handle,
+            radius: reach,
+            weights,
+        });
+    }
+    discs
+}
+
+/// The radius of a bump over that of a disc.
+const BUMP: f64 = 1.5;
+
+/// The part of a handle's displacement that the vertices around it take: 1 at the handle, 0 at
+/// `radius` and at other handles. Of the profiles that start and end level it bends least.
+fn bump(net: &Net<'_>, center: usize, radius: f64, is_held: &[bool]) -> Vec<(u32, f64)> {
+    let mut is_seen = vec![false; is_held.len()];
+    let mut open = vec![center];
+    let mut reach = radius;
+    let mut around = Vec::new();
+    is_seen[center] = true;
+    while let Some(i) = open.pop() {
+        let distance = net.length(center, i);
+        around.push((i as u32, distance));
+        if is_held[i] && i != center {
+            reach = reach.min(distance);
+        }
+        for j in net.neighbours(i) {
+            if !is_seen[j] && net.length(center, j) < radius {
+                is_seen[j] = true;
+                open.push(j);
+            }
+        }
+    }
+    around.retain(|(_, distance)| *distance < reach);
+    let profile = |t: f64| match t < 0.5 {
+        true => 1.0 - 2.0 * t * t,
+        false => 2.0 * (1.0 - t).powi(2),
+    };
+    let part = |(i, distance): (u32, f64)| (i, profile(distance / reach));
+    around.into_iter().map(part).collect()
+}
+
+/// Writes the mismatch of a shape whose own Laplacian coordinates are all zero. Returns its tension.
+fn defect_of_shape<T: Scalar>(
+    work: &mut Workspace<T>,
+    shape: &VertexMap<Vector3<f64>>,
+) -> VertexMap<Vector3<f64>> {
+    let (rest, x) = (&*work.rest, shape.as_slice());
+    let mut tension = VertexMap::filled(x.len(), Vector3::zeros());
+    parallel::update(
+        (work.terms.mismatch.as_mut_slice(), tension.as_mut_slice()),
+        |i, (mismatch, tension)| {
+            (*mismatch, *tension) = (Vector3::zeros(), Vector3::zeros());
+            for (j, k) in rest.graph().row(i) {
+                let step = x[j.index()] - x[i];
+                *mismatch -= step * rest.operator().weights()[k];
+                *tension += step * (0.5 * rest.membrane_weights()[k]);
+            }
+        },
+    );
+    tension
+}
+
+/// W of up to three discs, one in each coordinate.
+fn push<T: Scalar>(
+    work: &mut Workspace<T>,
+    discs: &[Disc],
+) -> Result<VertexMap<Vector3<f64>>, FlowError> {
+    let n = work.rest.positions().len();
+    work.terms.mismatch.as_mut_slice().fill(Vector3::zeros());
+    let mut tension = VertexMap::filled(n, Vector3::zeros());
+    let per_membrane = 1.0 / work.membrane_weight;
+    for (lane, disc) in discs.iter().enumerate() {
+        for (i, w) in &disc.weights {
+            tension.as_mut_slice()[*i as usize][lane] += w * per_membrane;
+        }
+        // The sum over a component is to vanish; the handle's own vertex is held.
+        tension[disc.vertex][lane] -= per_membrane;
+    }
+    let defect = Defect::of_laplacian(&work.terms.mismatch).with_tension(&tension);
+    let mut pushed = VertexMap::filled(n, Vector3::zeros());
+    work.system.correct(&defect, &mut pushed)?;
+    Ok(pushed)
+}
