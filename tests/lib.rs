@@ -3,6 +3,8 @@
 //! They are other people's data, in a folder named `shared` next to the project, and never part of
 //! this repository. Without them the stories print a message and pass.
 
+#[cfg(doctest)]
+mod book;
 pub mod fuzzing;
 
 use std::path::PathBuf;

@@ -1,0 +1,140 @@
+//! Writes the sample meshes of the book (`docs/book`) to a folder.
+//!
+//! ```text
+//! cargo run --release -p cotan-tests --example sample_meshes -- models
+//! ```
+
+use std::error::Error;
+use std::path::{Path, PathBuf};
+
+use cotan::nalgebra::Point3;
+use cotan::prelude::*;
+use cotan::shapes::{self, Numbering};
+use cotan::smooth::with_normal_noise;
+use cotan_io::{Attributes, Document, FaceList, Property, Values, save};
+
+type Outcome = Result<(), Box<dyn Error>>;
+
+fn main() -> Outcome {
+    let folder = std::env::args_os().nth(1).map(PathBuf::from);
+    let folder = folder.ok_or("usage: sample_meshes FOLDER")?;
+    std::fs::create_dir_all(&folder)?;
+    plain(&folder)?;
+    noisy(&folder)?;
+    star_shaped(&folder)?;
+    painted(&folder)?;
+    damaged(&folder)
+}
+
+/// Shapes as the library makes them.
+fn plain(folder: &Path) -> Outcome {
+    write(folder, "creature.obj", &shapes::creature(64))?;
+    write(folder, "bar.obj", &shapes::bar([6.0, 1.0, 1.0], [36, 6, 6]))?;
+    write(folder, "rod.obj", &shapes::cylinder(0.5, 6.0, 36, 48))?;
+    write(folder, "ball.obj", &shapes::icosphere(4))?;
+    write(folder, "torus.obj", &shapes::torus(1.0, 0.4, 64, 32))?;
+    write(
+        folder,
+        "sheet.obj",
+        &shapes::bumpy_plane([2.0, 1.0], [60, 30], 0.1),
+    )?;
+    let bar = shapes::bar::<f64>([6.0, 1.0, 1.0], [36, 6, 6]);
+    let dense_at_the_left = |x: f64| 6.0 * (x / 6.0 + 0.5).powf(1.7) - 3.0;
+    let uneven = |p: &Point3<f64>| Point3::new(dense_at_the_left(p.x), p.y, p.z);
+    let uneven = bar.with_positions(bar.positions().map(uneven))?;
+    write(folder, "uneven.obj", &uneven)?;
+    let scattered = shapes::irregular(10_000, Numbering::Random, 1);
+    write(folder, "blob.ply", &scattered)
+}
+
+/// A part with sharp edges, clean and as a bad scanner would see it.
+fn noisy(folder: &Path) -> Outcome {
+    let part = shapes::bar::<f64>([3.0, 2.0, 1.0], [36, 24, 12]);
+    let surface = part.surface();
+    let noise = with_normal_noise(&surface, 0.2 * surface.mean_edge_length(), 1);
+    write(folder, "part.obj", &part)?;
+    write(folder, "part_noisy.obj", &part.with_positions(noise)?)
+}
+
+/// Two shapes around the origin, to morph from one to the other.
+fn star_shaped(folder: &Path) -> Outcome {
+    let ball = shapes::icosphere::<f64>(5);
+    let spike = |p: &Point3<f64>| p * (1.0 + 0.8 * p.coords.amax().powi(24));
+    let urchin = ball.with_positions(ball.positions().map(spike))?;
+    write(folder, "urchin.obj", &urchin)?;
+    let ball = shapes::icosphere::<f64>(4);
+    let stretch = |p: &Point3<f64>| Point3::new(p.x, p.y, 1.5 * p.z + 0.3 * p.z * p.z);
+    let egg = ball.with_positions(ball.positions().map(stretch))?;
+    write(folder, "egg.obj", &egg)
+}
+
+/// A ball whose vertices carry the mean curvature that they are to have.
+fn painted(folder: &Path) -> Outcome {
+    let ball = shapes::icosphere::<f64>(4);
+    let curvature = |p: &Point3<f64>| 1.0 + 8.0 * (16.0 * p.y).sin();
+    let property = Property {
+        name: "mean_curvature".to_owned(),
+        components: 1,
+        values: Values::F64(ball.positions().values().map(curvature).collect()),
+    };
+    let attributes = Attributes {
+        vertices: vec![property],
+        ..Attributes::default()
+    };
+    let document = Document::from_mesh(ball.connectivity(), ball.positions())?;
+    save(
+        &document.with_attributes(attributes)?,
+        folder.join("painted.ply"),
+    )?;
+    Ok(())
+}
+
+/// What scanners and converters leave behind: holes, turned faces, duplicates, specks.
+fn damaged(folder: &Path) -> Outcome {
+    let ball = shapes::icosphere::<f64>(4);
+    let positions: Vec<_> = ball.positions().values().copied().collect();
+    let faces: Vec<[u32; 3]> = triangles(&ball);
+    let middle = |f: &[u32; 3]| {
+        let sum: Vector3<f64> = f.iter().map(|&v| positions[v as usize].coords).sum();
+        sum / 3.0
+    };
+    let is_kept = |f: &&[u32; 3]| {
+        let place = middle(f);
+        [Vector3::x(), Vector3::new(0.0, 0.6, 0.8)]
+            .iter()
+            .all(|hole| (place - hole).norm() > 0.45)
+    };
+    let open: Vec<[u32; 3]> = faces.iter().filter(is_kept).copied().collect();
+    let document = Document::new(positions.clone(), open.iter().collect::<FaceList>())?;
+    save(&document, folder.join("holes.obj"))?;
+
+    // One face in twenty looks inward, one is there twice, and a tetrahedron floats nearby.
+    let mut damaged = open;
+    for face in damaged.iter_mut().step_by(20) {
+        face.swap(0, 1);
+    }
+    damaged.push(damaged[7]);
+    let speck = shapes::tetrahedron::<f64>();
+    let first = positions.len() as u32;
+    let mut positions = positions;
+    let placed = |p: &Point3<f64>| Point3::from(0.1 * p.coords + Vector3::new(1.2, 0.0, 0.0));
+    positions.extend(speck.positions().values().map(placed));
+    damaged.extend(triangles(&speck).iter().map(|f| f.map(|v| v + first)));
+    let document = Document::new(positions, damaged.iter().collect::<FaceList>())?;
+    save(&document, folder.join("damaged.obj"))?;
+    Ok(())
+}
+
+fn triangles(mesh: &Mesh<f64>) -> Vec<[u32; 3]> {
+    let corners = mesh.to_triangles();
+    corners
+        .chunks_exact(3)
+        .map(|f| [f[0], f[1], f[2]])
+        .collect()
+}
+
+fn write(folder: &Path, name: &str, mesh: &Mesh<f64>) -> Outcome {
+    let document = Document::from_mesh(mesh.connectivity(), mesh.positions())?;
+    save(&document, folder.join(name))?;
+    Ok(())
+}
