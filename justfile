@@ -21,6 +21,10 @@ test FILTER="":
 doc:
     RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --open
 
+# Run the examples of the book and build it into target/book.
+book *ARGS:
+    scripts/book.sh {{ARGS}}
+
 # Run the command line, as `just run demo`.
 run *ARGS:
     cargo run --release -- {{ARGS}}

@@ -164,6 +164,10 @@ impl PointHandles {
                 0.0
             };
             disc.compliance = lacking.max(STIFFEST * give[(h, h)]);
+            // On degenerate meshes rounding may leave nothing.
+            if !(disc.compliance > 0.0 && disc.compliance.is_finite()) {
+                return None;
+            }
             give[(h, h)] += disc.compliance;
         }
         let trace = stiffness.trace() / k as f64;
@@ -175,6 +179,9 @@ impl PointHandles {
         small.view_mut((0, k), (k, k)).copy_from(&-&lift);
         small.view_mut((k, 0), (k, k)).copy_from(&lift.transpose());
         small.view_mut((k, k), (k, k)).copy_from(&(give * unit));
+        if columns.iter().chain(&small).any(|x| !x.is_finite()) {
+            return None;
+        }
         let small = small.full_piv_lu();
         small.is_invertible().then_some(Self {
             discs,
