@@ -118,7 +118,9 @@ impl PointHandles {
         }
         let n = work.rest.positions().len();
         let k = discs.len();
-        let mut columns = vec![0.0; 2 * k * n];
+        let mut columns = Vec::new();
+        columns.try_reserve_exact(2 * k * n).ok()?;
+        columns.resize(2 * k * n, 0.0);
         let mut stiffness = DMatrix::zeros(k, k);
         for (first, some) in discs.chunks(3).enumerate().map(|(c, some)| (3 * c, some)) {
             let mut field = VertexMap::filled(n, Vector3::zeros());
@@ -144,6 +146,9 @@ impl PointHandles {
                 }
             }
         }
+        if columns.iter().chain(&stiffness).any(|x| !x.is_finite()) {
+            return None;
+        }
         let stiffness = (&stiffness + stiffness.transpose()) * 0.5;
         let mean = |column: usize, disc: &Disc| -> f64 {
             let entries = disc.weights.iter();
@@ -152,8 +157,7 @@ impl PointHandles {
                 .sum()
         };
         let lift = DMatrix::from_fn(k, k, |h, m| mean(h, &discs[m]));
-        let give = DMatrix::from_fn(k, k, |m, l| mean(k + l, &discs[m]));
-        let mut give = give;
+        let mut give = DMatrix::from_fn(k, k, |m, l| mean(k + l, &discs[m]));
         let forces = lift.clone().full_piv_lu().solve(&stiffness)?;
         for (h, disc) in discs.iter_mut().enumerate() {
             let (at_vertex, at_disc) = (stiffness[(h, h)], forces[(h, h)]);
@@ -179,9 +183,6 @@ impl PointHandles {
         small.view_mut((0, k), (k, k)).copy_from(&-&lift);
         small.view_mut((k, 0), (k, k)).copy_from(&lift.transpose());
         small.view_mut((k, k), (k, k)).copy_from(&(give * unit));
-        if columns.iter().chain(&small).any(|x| !x.is_finite()) {
-            return None;
-        }
         let small = small.full_piv_lu();
         small.is_invertible().then_some(Self {
             discs,
