@@ -374,6 +374,7 @@ impl<T: Scalar> FlowBuilder<T> {
             since_move: 0,
             point_handles: None,
             point_radius,
+            scale: 1.0,
             first_guess: None,
             rest,
             targets,

@@ -8,8 +8,8 @@
 //! E += |gap|² / c,      gap = u − o − Σ ω_j x_j,      λ = gap / c
 //! ```
 //!
-//! with u the target and o = x_h − Σ ω_j x_j the way from the mean to the vertex. The spring has
-//! the compliance that the disc lacks beside the vertex,
+//! with u the target and o the way from the mean to the vertex in the original shape, turned as the
+//! handles tell. The spring has the compliance that the disc lacks compared with the vertex,
 //!
 //! ```text
 //! c = 1 / (force on h that moves h by 1) − 1 / (force on the disc that does so)
@@ -17,9 +17,6 @@
 //!
 //! so that the handle pulls the body as far as it would without a disc. What is left of the way to
 //! the target is added to the positions that the flow returns, as a bump around the vertex.
-//!
-//! o turns with the surface. It is kept during a descent and taken anew where it has changed by
-//! more than what is left to do.
 //!
 //! The system holds h itself. With A its inverse, ω restricted to the free vertices, and two
 //! columns per handle,
@@ -39,12 +36,12 @@ use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::{VertexId, VertexMap};
 use cotan_linear::{Defect, Hold, PreparedSystem};
 use cotan_parallel as parallel;
-use nalgebra::{DMatrix, Dyn, FullPivLU, Matrix3, MatrixXx3, Vector3};
+use nalgebra::{DMatrix, Dyn, FullPivLU, MatrixXx3, Vector3};
 
 use crate::error::FlowError;
 use crate::net::{Distances, Net};
 use crate::rest::Rest;
-use crate::start::spread;
+use crate::start::{handle_rotations, spread};
 use crate::targets::Targets;
 use crate::vectors::{CHUNKS, total};
 use crate::workspace::Workspace;
@@ -234,23 +231,12 @@ impl PointHandles {
         self.discs.iter().map(of_disc).sum()
     }
 
-    /// The longest change of an offset since it was taken.
-    pub(crate) fn drift<T: Scalar>(&self, positions: &Positions<T>) -> f64 {
-        let drift = |disc: &Disc| (disc.offset_in(positions) - disc.offset).norm();
-        self.discs.iter().map(drift).fold(0.0, f64::max)
-    }
-
-    /// Takes the offsets of these positions.
-    pub(crate) fn take_offsets<T: Scalar>(&mut self, positions: &Positions<T>) {
+    /// Turns and scales the original offsets as the handles' targets tell.
+    pub(crate) fn aim<T: Scalar>(&mut self, rest: &Rest<T>, targets: &Targets<T>, scale: f64) {
+        let rotations = handle_rotations(rest, targets);
         for disc in &mut self.discs {
-            disc.offset = disc.offset_in(positions);
-        }
-    }
-
-    /// Turns and scales the offsets.
-    pub(crate) fn turn_offsets(&mut self, by: impl Fn(VertexId) -> Matrix3<f64>) {
-        for disc in &mut self.discs {
-            disc.offset = by(disc.vertex) * disc.offset;
+            let original = disc.offset_in(rest.positions());
+            disc.offset = rotations[disc.handle] * original * scale;
         }
     }
 

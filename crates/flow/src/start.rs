@@ -12,6 +12,7 @@ use nalgebra::{Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
 use crate::error::FlowError;
 use crate::fit::{Fit, Pair};
 use crate::rest::Rest;
+use crate::targets::Targets;
 use crate::vectors::add_scaled;
 use crate::workspace::Workspace;
 
@@ -70,6 +71,27 @@ pub(crate) fn first_guess<T: Scalar>(
         is_wound: false,
         swelling,
     }))
+}
+
+/// The rotation of every handle, of its group, as its target and those of the others tell.
+pub(crate) fn handle_rotations<T: Scalar>(
+    rest: &Rest<T>,
+    targets: &Targets<T>,
+) -> Vec<Matrix3<f64>> {
+    let groups = Groups::new(rest, targets.handles(), targets.in_box());
+    let common = groups.common();
+    let turns = groups.turns(&common);
+    let mut rotations = vec![Matrix3::identity(); targets.handles().len()];
+    for (g, (members, turn)) in groups.members.iter().zip(&turns).enumerate() {
+        let common = common.rotations[groups.components[g]];
+        let rotation = if turn.norm() < LEAST_TURN {
+            common
+        } else {
+            Rotation3::new(*turn).into_inner() * common
+        };
+        members.iter().for_each(|&k| rotations[k] = rotation);
+    }
+    rotations
 }
 
 /// The turns of handle vertices that are stated, as rotation vectors in radians: they may be more

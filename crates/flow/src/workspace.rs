@@ -42,6 +42,9 @@ pub(crate) struct Workspace<T: Scalar> {
     pub(crate) point_handles: Option<PointHandles>,
     /// That of their discs, in box units.
     pub(crate) point_radius: f64,
+    /// That of the similarity that moved all handles when the flow was built; 1 for any other
+    /// motion.
+    pub(crate) scale: f64,
     /// The first guess of the rotations, until somebody has oriented by it.
     pub(crate) first_guess: Option<FirstGuess>,
 }
@@ -251,26 +254,14 @@ impl<T: Scalar> Workspace<T> {
         let points = self.point_handles.as_ref();
         let is_kept = |v| points.is_some_and(|p| p.contains(v));
         self.targets.pin(self.current.write(), is_kept);
-        self.take_offsets();
+        if let Some(points) = &mut self.point_handles {
+            points.aim(&self.rest, &self.targets, self.scale);
+        }
     }
 
     /// Finds the discs of the point handles.
     pub(crate) fn find_point_handles(&mut self) {
         self.point_handles = PointHandles::new(self, self.point_radius);
-    }
-
-    /// Takes the offsets of the point handles from the current positions.
-    pub(crate) fn take_offsets(&mut self) {
-        if let Some(points) = &mut self.point_handles {
-            points.take_offsets(self.current.positions());
-        }
-    }
-
-    /// By how much an offset of a point handle has changed at most, over the diagonal.
-    pub(crate) fn drift(&self) -> f64 {
-        let points = self.point_handles.as_ref();
-        let drift = points.map_or(0.0, |p| p.drift(self.current.positions()));
-        drift / self.rest.diagonal().as_f64()
     }
 
     /// Σ k² |x − u|² over the soft handles, and the springs of the point handles.

@@ -100,11 +100,6 @@ impl Lbfgs {
         self.pairs.clear();
     }
 
-    /// Forgets the last step: the positions were changed after it.
-    pub(crate) fn forget_step(&mut self) {
-        self.spare = self.last.take().or(self.spare.take());
-    }
-
     /// Takes up a coarse correction that was computed anew.
     pub(crate) fn refreshed(&mut self, coarse: &Coarse) {
         for pair in &mut self.pairs {

@@ -57,8 +57,9 @@ impl Stiffness {
     }
 }
 
-/// The radius at which the cones of the reference cases are gone.
-const POINT_RADIUS: f64 = 6.0;
+/// Half of the cones of the reference cases is gone, and the body follows no more than a tenth
+/// farther.
+const POINT_RADIUS: f64 = 5.0;
 
 /// Beyond this the system's factorization says nothing about the energy any more.
 const MOST: f64 = 1000.0;

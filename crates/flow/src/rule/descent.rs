@@ -32,8 +32,6 @@ pub(crate) struct Descent<T: Scalar> {
     is_refused: bool,
     /// The rotations of the shape that was wound up with its handles; empty for any other.
     wound: Vec<Mat3>,
-    /// The last step's length as it was foreseen, over the diagonal.
-    foreseen: f64,
     /// The part of a plain step that did not go too far last time.
     plain_part: f64,
     /// Σ s_ij (x_j − x_i) less what the model wants of it.
@@ -82,7 +80,6 @@ impl<T: Scalar> Descent<T> {
             moves: 0,
             is_refused: false,
             wound: Vec::new(),
-            foreseen: f64::INFINITY,
             plain_part: 1.0,
             tension: VertexMap::default(),
             direction: VertexMap::default(),
@@ -329,13 +326,8 @@ impl<T: Scalar> Descent<T> {
 
 impl<T: Scalar> Rule<T> for Descent<T> {
     fn begin(&mut self, work: &mut Workspace<T>) -> Result<(), FlowError> {
-        work.pin();
         if let Some(guess) = work.first_guess.take() {
-            if let Some(points) = &mut work.point_handles
-                && !guess.is_wound
-            {
-                points.turn_offsets(|v| guess.rotations[v] * guess.scale);
-            }
+            work.scale = guess.scale;
             self.model.start_from(&guess);
             if guess.is_wound {
                 self.wound = guess.rotations.values().map(flat).collect();
@@ -347,25 +339,11 @@ impl<T: Scalar> Rule<T> for Descent<T> {
                 });
             }
         }
+        work.pin();
         Ok(())
     }
 
     fn step(&mut self, work: &mut Workspace<T>) -> Result<StepReport, FlowError> {
-        let mut drift = work.drift();
-        if drift > self.foreseen && work.since_move > 0 {
-            // What is left to do is to turn the offsets of the point handles.
-            let springs = work.spring_energy();
-            work.take_offsets();
-            let change = work.spring_energy() - springs;
-            if let Some(energy) = &mut self.energy {
-                energy.value += change;
-                energy.size += change;
-            }
-            if let Some(lbfgs) = &mut self.lbfgs {
-                lbfgs.forget_step();
-            }
-            drift = 0.0;
-        }
         self.solve(work)?;
         let before = self.energy;
         let energy_rounding = before.map_or(0.0, |energy| energy.rounding::<T>());
@@ -399,8 +377,7 @@ impl<T: Scalar> Rule<T> for Descent<T> {
             tolerance *= HONEST;
         }
         let is_short = step.ratio * residual < tolerance;
-        let converged = is_short && !step.is_first && drift < tolerance;
-        self.foreseen = residual;
+        let converged = is_short && !step.is_first;
         let search = match &mut lbfgs {
             Some(lbfgs) if !step.is_first && !converged && step.ratio == 1.0 => {
                 self.search(lbfgs, restricted.as_ref(), work)
@@ -442,7 +419,6 @@ impl<T: Scalar> Rule<T> for Descent<T> {
         }
         self.is_refused = false;
         self.plain_part = 1.0;
-        self.foreseen = f64::INFINITY;
         // Handles have moved on: what they stated first is no longer the yardstick.
         self.wound.clear();
         if let Some(lbfgs) = &mut self.lbfgs {
