@@ -98,6 +98,9 @@ impl Disc {
 /// would take more memory than the factorization.
 pub(crate) const MOST_POINTS: usize = 24;
 
+/// A component that fewer vertices hold can turn about them, which springs would hinder.
+const FEWEST_HELD: usize = 3;
+
 /// The least compliance of a spring, over that of its disc.
 const STIFFEST: f64 = 1e-3;
 
@@ -317,8 +320,8 @@ impl PointHandles {
     }
 }
 
-/// The discs of the handles that no other handle touches, hard and with their vertices free. A disc
-/// ends before the next handle, and halfway to the next point handle.
+/// The discs of the hard handles that no other handle touches. A disc ends before the next handle,
+/// and halfway to the next point handle.
 fn discs<T: Scalar>(rest: &Rest<T>, targets: &Targets<T>, radius: f64) -> Vec<Disc> {
     let n = rest.positions().len();
     let mut is_held = vec![false; n];
@@ -334,8 +337,14 @@ fn discs<T: Scalar>(rest: &Rest<T>, targets: &Targets<T>, radius: f64) -> Vec<Di
         points: &points,
     };
     let is_point = |v: usize| is_held[v] && net.neighbours(v).all(|j| !is_held[j]);
+    let components = rest.mesh().components();
+    let mut num_held = vec![0; components.count()];
+    held.iter()
+        .for_each(|h| num_held[components.of(h.vertex)] += 1);
     let single = |(index, handle): (usize, &cotan_linear::Handle)| {
-        let is_single = handle.hold == Hold::Hard && is_point(handle.vertex.index());
+        let is_single = handle.hold == Hold::Hard
+            && is_point(handle.vertex.index())
+            && num_held[components.of(handle.vertex)] >= FEWEST_HELD;
         is_single.then_some((index, handle.vertex))
     };
     let single: Vec<(usize, VertexId)> = targets

@@ -158,7 +158,7 @@ pub(crate) struct MethodArgs {
     #[arg(long, value_name = "GAMMA", value_parser = values::weight)]
     volume_weight: Option<f64>,
     /// Radius of the disc at which a handle of a single vertex pulls, in bending lengths; 0 pulls
-    /// the vertex alone and leaves a cone [default: 5, or 0 for thin]
+    /// the vertex alone and leaves a cone [default: 6, or 0 for thin]
     #[arg(long, value_name = "X", value_parser = values::weight)]
     point_radius: Option<f64>,
     /// Hold stated turns of more than 180° that the body does not hold by itself, by a weight

@@ -57,9 +57,8 @@ impl Stiffness {
     }
 }
 
-/// Half of the cones of the reference cases is gone, and the body follows no more than a tenth
-/// farther.
-const POINT_RADIUS: f64 = 5.0;
+/// Leaves less than half of the cones of the reference cases.
+const POINT_RADIUS: f64 = 6.0;
 
 /// Beyond this the system's factorization says nothing about the energy any more.
 const MOST: f64 = 1000.0;
