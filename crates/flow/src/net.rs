@@ -3,16 +3,29 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
+use cotan_geometry::Scalar;
 use cotan_laplacian::Graph;
 use nalgebra::Vector3;
+
+use crate::cells::as_f64;
+use crate::rest::Rest;
 
 /// The edges with their lengths.
 pub(crate) struct Net<'a> {
     pub(crate) graph: &'a Graph,
-    pub(crate) points: &'a [Vector3<f64>],
+    /// The original positions.
+    pub(crate) points: Vec<Vector3<f64>>,
 }
 
-impl Net<'_> {
+impl<'a> Net<'a> {
+    pub(crate) fn new<T: Scalar>(rest: &'a Rest<T>) -> Self {
+        let points = rest.positions().values();
+        Self {
+            graph: rest.graph(),
+            points: points.map(|p| as_f64(p.coords)).collect(),
+        }
+    }
+
     pub(crate) fn neighbours(&self, i: usize) -> impl Iterator<Item = usize> + '_ {
         self.graph.neighbours()[self.graph.range(i)]
             .iter()

@@ -105,9 +105,8 @@ const FEWEST_HELD: usize = 3;
 const STIFFEST: f64 = 1e-3;
 
 impl PointHandles {
-    /// Finds the handles of a single vertex and the discs of `radius` around them; `None` where
-    /// there is none, the mesh is so coarse that no disc has another vertex, or the system cannot be
-    /// solved.
+    /// Finds the handles of a single vertex and the discs of `radius` around them. `None` if there
+    /// is none, if no disc has another vertex, or if the system cannot be solved.
     pub(crate) fn new<T: Scalar>(work: &mut Workspace<T>, radius: f64) -> Option<Self> {
         if !(radius > 0.0) || work.membrane_weight == 0.0 {
             return None;
@@ -327,15 +326,7 @@ fn discs<T: Scalar>(rest: &Rest<T>, targets: &Targets<T>, radius: f64) -> Vec<Di
     let mut is_held = vec![false; n];
     let held = targets.held();
     held.iter().for_each(|h| is_held[h.vertex.index()] = true);
-    let points: Vec<_> = rest
-        .positions()
-        .values()
-        .map(|p| p.map(T::as_f64).coords)
-        .collect();
-    let net = Net {
-        graph: rest.graph(),
-        points: &points,
-    };
+    let net = Net::new(rest);
     let is_point = |v: usize| is_held[v] && net.neighbours(v).all(|j| !is_held[j]);
     let components = rest.mesh().components();
     let mut num_held = vec![0; components.count()];
@@ -432,7 +423,8 @@ fn bump(net: &Net<'_>, center: usize, radius: f64, is_held: &[bool]) -> Vec<(u32
     around.into_iter().map(part).collect()
 }
 
-/// Writes the mismatch of a shape whose own Laplacian coordinates are all zero. Returns its tension.
+/// Writes the mismatch of a shape that should have no Laplacian coordinates, and returns its
+/// tension.
 fn defect_of_shape<T: Scalar>(
     work: &mut Workspace<T>,
     shape: &VertexMap<Vector3<f64>>,
@@ -516,10 +508,9 @@ mod tests {
         residual
     }
 
-    /// A shape, corrected once, is in equilibrium with the springs: what is left of its residual are
-    /// their forces.
+    /// One correction brings any shape into equilibrium with the springs.
     #[test]
-    fn corrections_leave_nothing_but_the_forces_of_the_springs() {
+    fn one_correction_reaches_equilibrium_with_the_springs() {
         let mut work = work();
         let points = work.point_handles.take().unwrap();
         assert_eq!(points.discs.len(), 2);

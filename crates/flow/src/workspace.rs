@@ -139,8 +139,8 @@ impl<T: Scalar> Workspace<T> {
         }
     }
 
-    /// Writes half the negative gradient but for the springs of the point handles. `tension` is the wanted pull of the membrane's edges and
-    /// becomes what they pull beyond it.
+    /// Writes half the negative gradient, without the springs of the point handles. `tension` is
+    /// the wanted pull of the membrane's edges and becomes the pull in excess of it.
     pub(crate) fn measure_residual(&mut self, tension: &mut VertexMap<Vector3<f64>>) {
         let (rest, laplacian) = (&*self.rest, self.laplacian.as_slice());
         let missed = |i: usize, now| laplacian[i].map(T::as_f64) - now;

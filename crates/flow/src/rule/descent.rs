@@ -26,7 +26,7 @@ pub(crate) struct Descent<T: Scalar> {
     lbfgs: Option<Lbfgs>,
     /// Built where a descent takes long; kept while the handles are the same vertices.
     coarse: Option<Coarse>,
-    /// Steps right after a move, since the handles are the same vertices.
+    /// The number of steps right after a move.
     moves: usize,
     /// Whether it cannot be built for these handles.
     is_refused: bool,
@@ -272,14 +272,8 @@ impl<T: Scalar> Descent<T> {
         });
     }
 
-    /// The residual as the coarse correction sees it, which is built or refreshed where that is
-    /// due.
-    fn restrict(
-        &mut self,
-        lbfgs: &mut Lbfgs,
-        work: &Workspace<T>,
-        residual: f64,
-    ) -> Option<Restricted> {
+    /// Builds or refreshes the coarse correction where that is due.
+    fn update_coarse(&mut self, lbfgs: &mut Lbfgs, work: &Workspace<T>, residual: f64) {
         // The first step that is searched for is number 1. Quick descents end before it is built.
         let step = work.since_move.saturating_sub(1);
         let is_first = step == 0;
@@ -287,7 +281,9 @@ impl<T: Scalar> Descent<T> {
         // A handle that is dragged moves before every step.
         let is_dragged = is_first && self.moves.is_multiple_of(DRAGGED);
         let is_due = is_dragged || step >= if is_near { LATE } else { EARLY };
-        let cells = self.model.cells()?;
+        let Some(cells) = self.model.cells() else {
+            return;
+        };
         // The step is not taken yet: the positions are those before it.
         let (rest, field, positions) = (&*work.rest, &work.field, &work.start);
         match &mut self.coarse {
@@ -307,8 +303,12 @@ impl<T: Scalar> Descent<T> {
             }
             Some(_) => {}
         }
+    }
+
+    /// The residual as the coarse correction sees it.
+    fn restrict(&self, work: &Workspace<T>) -> Option<Restricted> {
         let coarse = self.coarse.as_ref()?;
-        let r = coarse.restrict(rest, work.terms.residual.as_slice());
+        let r = coarse.restrict(&work.rest, work.terms.residual.as_slice());
         Some(Restricted {
             corrected: coarse.apply(&r),
             r,
@@ -360,13 +360,14 @@ impl<T: Scalar> Rule<T> for Descent<T> {
         if step.is_first {
             self.moves += 1;
         }
-        let restricted = match &mut lbfgs {
-            Some(lbfgs) if step.ratio == 1.0 => self.restrict(lbfgs, work, step.residual),
-            _ => None,
-        };
-        if !step.is_first
-            && let (Some(coarse), Some(restricted)) = (&self.coarse, &restricted)
+        if let Some(lbfgs) = &mut lbfgs
+            && step.ratio == 1.0
         {
+            self.update_coarse(lbfgs, work, step.residual);
+        }
+        let is_searched = lbfgs.is_some() && !step.is_first && step.ratio == 1.0;
+        let restricted = is_searched.then(|| self.restrict(work)).flatten();
+        if let (Some(coarse), Some(restricted)) = (&self.coarse, &restricted) {
             // The length of the step to the minimum as both levels foresee it.
             let (rest, correction) = (&*work.rest, work.terms.correction.as_slice());
             let length = |i: usize| {
@@ -414,9 +415,6 @@ impl<T: Scalar> Rule<T> for Descent<T> {
             .coarse
             .take()
             .filter(|c| c.is_for(&work.rest, &work.targets));
-        if self.coarse.is_none() {
-            self.moves %= DRAGGED;
-        }
         self.is_refused = false;
         self.plain_part = 1.0;
         // Handles have moved on: what they stated first is no longer the yardstick.

@@ -40,15 +40,8 @@ impl Clusters {
         discs: &[Disc],
     ) -> Option<Self> {
         let n = rest.positions().len();
-        let points: Vec<Vector3<f64>> = rest
-            .positions()
-            .values()
-            .map(|p| p.map(T::as_f64).coords)
-            .collect();
-        let surface = Net {
-            graph: rest.graph(),
-            points: &points,
-        };
+        let surface = Net::new(rest);
+        let points = &surface.points;
         let mut distances = Distances::new(n);
         distances.spread(&surface, held.iter().map(|v| v.index()));
         let mut seeds = Vec::new();
@@ -225,7 +218,7 @@ const VERTICES_EACH: usize = 250;
 const FEWEST: usize = 12;
 const MOST: usize = 48;
 
-/// A cluster has four functions; of fewer vertices than these they would hardly be independent, and
+/// A cluster has four functions. On fewer vertices they would hardly be independent, and
 /// rounding would be a part of the correction.
 const LEAST_VERTICES: usize = 40;
 

@@ -1,9 +1,8 @@
 //! Groups of cells whose rotations are taken to follow as one.
 
 use cotan_geometry::Scalar;
-use nalgebra::Vector3;
 
-use crate::cells::{as_f64, cell_share};
+use crate::cells::cell_share;
 use crate::net::{Distances, Net};
 use crate::rest::Rest;
 
@@ -77,15 +76,7 @@ impl Groups {
         const MOST: usize = 256;
         const FEWEST_CELLS: usize = 4;
         let n = rest.positions().len();
-        let points: Vec<Vector3<f64>> = rest
-            .positions()
-            .values()
-            .map(|p| as_f64(p.coords))
-            .collect();
-        let net = Net {
-            graph: rest.graph(),
-            points: &points,
-        };
+        let net = Net::new(rest);
         let mut distances = Distances::new(n);
         let mut len = 1_u32;
         let mut number_of = vec![0_u32; n];

@@ -361,8 +361,8 @@ impl Model {
     }
 }
 
-/// No turn of a group counts as freer than this, of its most resisted one: what is hardly determined
-/// by the covariance is rounding.
+/// The least resistance of a turn of a group, over that of its most resisted one: a turn that the
+/// covariance hardly determines is rounding.
 const LEAST_RESISTANCE: f64 = 1e-4;
 
 /// No motion counts as softer than this, of A: the model of the rotations is not exact.
