@@ -35,7 +35,7 @@
 //! - [`fair()`] makes a part of a surface, such as a filled hole, continue the rest.
 //! - [`Quality`] measures the effects of a deformation.
 //! - The underlying crates are re-exported: [`halfedge`], [`geometry`], [`laplacian`],
-//!   [`linear`], [`flow`]. A [`flow::Flow`] takes any [`laplacian::LaplacianScheme`],
+//!   [`linear`], [`flow`], [`surface`]. A [`flow::Flow`] takes any [`laplacian::LaplacianScheme`],
 //!   [`flow::ScalarFieldUpdater`] and [`flow::Orientation`], including custom ones.
 //! - With the feature `testing`, `cotan::testing` has proptest strategies for random surfaces and
 //!   motions.
@@ -48,6 +48,7 @@ pub use cotan_geometry::{BuiltMesh, Mesh, MeshBuilder, MeshError, Surface, shape
 pub use cotan_halfedge as halfedge;
 pub use cotan_laplacian as laplacian;
 pub use cotan_linear as linear;
+pub use cotan_surface as surface;
 pub use nalgebra;
 pub use nalgebra_sparse;
 
