@@ -40,6 +40,11 @@ pub enum EditError {
         /// The number of components in the mesh.
         num_components: usize,
     },
+    /// The edit adds or removes vertices, and the mesh has copies of some.
+    #[error(
+        "the mesh was cut into pieces that share vertices; repair it into one manifold surface before vertices are added or removed"
+    )]
+    Copies,
     /// There would be more elements than 32-bit ids can number.
     #[error("the mesh is full: {num_edges} edges are as many as its ids can number")]
     TooLarge {
