@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use cotan_io::{Change, Document, Filling, ProcessingMesh, Repair, Weld};
+use cotan_io::{Change, Document, Filling, IoError, ProcessingMesh, Repair, Weld};
 use cotan_tool::Work;
 use cotan_tool::handles_file::FileVertices;
 use cotan_tool::numbers::before_repair;
@@ -26,6 +26,16 @@ pub(crate) struct Source<'a> {
     pub(crate) weld: Weld,
     /// The repair to suggest if no surface can be built.
     pub(crate) cure: Cure,
+    pub(crate) surfaces: Surfaces,
+}
+
+/// The surfaces that a job can work on.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Surfaces {
+    /// Oriented manifolds.
+    Manifold,
+    /// Any list of faces, cut into pieces whose copies of a vertex move as one.
+    Any,
 }
 
 /// A mesh that is ready for processing.
@@ -72,9 +82,9 @@ pub(crate) fn prepare(
         }
     }
     let processing = match &repaired {
-        None => document.surface_with(source.weld),
+        None => surface(&document, source.surfaces, source.weld),
         Some(done) => {
-            let surface = done.document.surface();
+            let surface = surface(&done.document, source.surfaces, Weld::AsFormat);
             surface.map_err(|error| before_repair(error, done))
         }
     };
@@ -99,6 +109,13 @@ pub(crate) fn prepare(
         file_faces,
         changes,
     })
+}
+
+fn surface(document: &Document, surfaces: Surfaces, weld: Weld) -> Result<ProcessingMesh, IoError> {
+    match surfaces {
+        Surfaces::Manifold => document.surface_with(weld),
+        Surfaces::Any => document.surface_in_pieces(weld),
+    }
 }
 
 /// Warns about patches that do not continue the surface smoothly.

@@ -83,8 +83,11 @@ impl<T: Scalar> Session<T> {
     /// Same as [`Self::new`], and an error for an updater that the energy of the flow would not
     /// use ([`cotan_flow::FlowError::MutedUpdater`]).
     pub fn from_flow(flow: FlowBuilder<T>, handles: &Handles<T>) -> Result<Self, Error> {
-        let resolved = handles.resolve(flow.original_positions())?;
-        let stated = handles.stated_turns();
+        let resolved = handles.resolve(flow.mesh(), flow.original_positions())?;
+        let mut stated = handles.stated_turns();
+        for (vertex, _) in &mut stated {
+            *vertex = flow.mesh().row_of(*vertex);
+        }
         let is_wound = stated.iter().any(|(_, turn)| turn.norm() > PI);
         let starts_from_original = flow.starts_from_original() && !is_wound;
         let flow = flow.handles(resolved).stated_turns(stated).build()?;
@@ -135,7 +138,7 @@ impl<T: Scalar> Session<T> {
             }
         }
         let targets: Vec<Point3<T>> = handles
-            .resolve(self.original())?
+            .resolve(self.flow.rest().mesh(), self.original())?
             .into_iter()
             .map(|(_, target)| target)
             .collect();
@@ -174,7 +177,7 @@ impl<T: Scalar> Session<T> {
     /// # Errors
     /// Same as [`Self::new`]. Nothing has changed in that case.
     pub fn set_handles(&mut self, handles: &Handles<T>) -> Result<(), Error> {
-        let resolved = handles.resolve(self.original())?;
+        let resolved = handles.resolve(self.flow.rest().mesh(), self.original())?;
         self.flow.set_handles(&resolved)?;
         self.handles = handles.clone();
         Ok(())
@@ -212,7 +215,7 @@ impl<T: Scalar> Session<T> {
         }
     }
 
-    /// Replaces the current shape, for example with an earlier one after an undo. Hard handles
+    /// Replaces the current shape (one position per vertex), for example with an earlier one after an undo. Hard handles
     /// stay at their targets. Nothing is factorized.
     ///
     /// # Errors
@@ -256,7 +259,8 @@ impl<T: Scalar> Session<T> {
         Ok(self.flow.run(observer)?)
     }
 
-    /// The current positions, in the units of the input.
+    /// The current positions, in the units of the input, one per vertex. Copies of a vertex, in a
+    /// mesh that was cut into pieces, are all at one point.
     ///
     /// A component whose handles are all at their original positions has exactly its original
     /// positions, unless it was left far from them. See [`Flow::positions`] for other vertices
@@ -266,7 +270,7 @@ impl<T: Scalar> Session<T> {
         if let Some(unmoved) = &self.unmoved {
             unmoved.put_back(&self.flow, &mut positions);
         }
-        positions
+        self.flow.rest().mesh().to_vertices(positions)
     }
 
     /// The underlying flow.

@@ -2,6 +2,7 @@
 //! copies of a vertex remember that they are one point.
 
 use crate::build_error::BuildError;
+use crate::edit::EditError;
 use crate::ids::{NONE, VertexId};
 use crate::map::VertexMap;
 use crate::mesh::HalfedgeMesh;
@@ -69,14 +70,55 @@ impl HalfedgeMesh {
             .map(|face| sides.piece_face(&corners, face, orientation.is_turned[face]))
             .collect();
         let mut mesh = Self::from_faces(num_vertices + rows.len(), &pieces)?;
-        let mut is_copied = vec![false; num_vertices];
+        mesh.share(num_vertices, rows, &sides);
+        Ok(mesh)
+    }
+
+    /// Declares the last vertices of a manifold mesh copies of others: `rows` has the row of each.
+    /// For a mesh that was cut elsewhere, along seams for example.
+    ///
+    /// # Errors
+    /// [`EditError::NoSuchRow`] for a row that is not a vertex, or itself a copy;
+    /// [`EditError::Copies`] if the mesh has copies already.
+    ///
+    /// ```
+    /// use cotan_halfedge::{HalfedgeMesh, VertexId};
+    /// // Two triangles that were cut apart along their common edge.
+    /// let mesh = HalfedgeMesh::from_faces(6, &[[0, 1, 2], [4, 3, 5]])?;
+    /// # // Vertex 3 is the free corner of the second one.
+    /// let mesh = mesh.with_copies(vec![VertexId::new(0), VertexId::new(2)])?;
+    /// assert_eq!((mesh.num_rows(), mesh.components().count()), (4, 1));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn with_copies(mut self, rows: Vec<VertexId>) -> Result<Self, EditError> {
+        if self.has_copies() {
+            return Err(EditError::Copies);
+        }
+        let num_rows = self.num_vertices().saturating_sub(rows.len());
+        if let Some(&row) = rows.iter().find(|row| row.index() >= num_rows) {
+            return Err(EditError::NoSuchRow { row, num_rows });
+        }
+        if rows.is_empty() {
+            return Ok(self);
+        }
+        let row = |v: VertexId| match v.index().checked_sub(num_rows) {
+            Some(copy) => rows[copy].index() as u32,
+            None => v.index() as u32,
+        };
+        let of_face = |f| self.face_vertices(f).map(row).collect::<Vec<_>>();
+        let faces: Vec<Vec<u32>> = self.faces().map(of_face).collect();
+        self.share(num_rows, rows, &Sides::new(&faces));
+        Ok(self)
+    }
+
+    fn share(&mut self, num_rows: usize, rows: Vec<VertexId>, sides: &Sides) {
+        let mut is_copied = vec![false; num_rows];
         rows.iter().for_each(|row| is_copied[row.index()] = true);
-        mesh.shared = Some(Box::new(Shared {
+        self.shared = Some(Box::new(Shared {
             rows,
             is_copied,
-            is_rim: sides.rim(num_vertices),
+            is_rim: sides.rim(num_rows),
         }));
-        Ok(mesh)
     }
 
     /// Returns true if the mesh was cut into pieces and some vertex has copies.
@@ -131,6 +173,18 @@ impl HalfedgeMesh {
             None => self.is_boundary_vertex(vertex),
             Some(shared) => shared.is_rim[self.row_of(vertex).index()],
         }
+    }
+
+    /// Returns true if the faces around `vertex` are one closed fan: it is on no boundary and shares
+    /// its row with no copy. Curvature and other measures along a normal make sense only there.
+    #[inline]
+    pub fn is_inner_vertex(&self, vertex: VertexId) -> bool {
+        !self.is_rim_vertex(vertex) && !self.is_shared_vertex(vertex)
+    }
+
+    /// All rows in ascending order.
+    pub fn rows(&self) -> impl ExactSizeIterator<Item = VertexId> + DoubleEndedIterator + use<> {
+        (0..self.num_rows()).map(VertexId::new)
     }
 
     /// Values per row from values per vertex; those of copies are dropped.
@@ -442,9 +496,7 @@ mod tests {
         mesh.validate().unwrap();
         // Every face has its rows, in one direction or the other, from the same corner on.
         for (face, corners) in mesh.faces().zip(faces) {
-            let mut rows = mesh
-                .triangle(face)
-                .map(|v| mesh.row_of(v).index() as u32);
+            let mut rows = mesh.triangle(face).map(|v| mesh.row_of(v).index() as u32);
             if rows != *corners {
                 rows[1..].reverse();
             }
@@ -459,7 +511,9 @@ mod tests {
         assert_eq!((mesh.pieces().count(), mesh.components().count()), (3, 1));
         assert_eq!(mesh.components().sizes(), [9]);
         assert!((0..9).all(|v| mesh.is_rim_vertex(VertexId::new(v))));
-        assert!(mesh.is_shared_vertex(VertexId::new(7)) && !mesh.is_shared_vertex(VertexId::new(2)));
+        assert!(
+            mesh.is_shared_vertex(VertexId::new(7)) && !mesh.is_shared_vertex(VertexId::new(2))
+        );
     }
 
     #[test]
@@ -494,7 +548,11 @@ mod tests {
         let mesh = pieces(10, &strip);
         assert_eq!((mesh.pieces().count(), mesh.genus()), (1, 0));
         assert_eq!(mesh.num_vertices(), 12);
-        assert_eq!(mesh.to_vertices(mesh.to_rows(&VertexMap::filled(12, 1))).len(), 12);
+        assert_eq!(
+            mesh.to_vertices(mesh.to_rows(&VertexMap::filled(12, 1)))
+                .len(),
+            12
+        );
     }
 
     #[test]
@@ -502,7 +560,15 @@ mod tests {
         let twice = pieces(3, &[[0, 1, 2], [0, 1, 2], [2, 1, 0]]);
         assert_eq!(twice.num_rows(), 3);
         // A strip whose last edge is glued to one of its inner edges.
-        let strip = [[0, 1, 2], [2, 1, 3], [2, 3, 4], [4, 3, 5], [4, 5, 0], [0, 5, 1], [0, 1, 6]];
+        let strip = [
+            [0, 1, 2],
+            [2, 1, 3],
+            [2, 3, 4],
+            [4, 3, 5],
+            [4, 5, 0],
+            [0, 5, 1],
+            [0, 1, 6],
+        ];
         let mesh = pieces(7, &strip);
         assert_eq!(mesh.components().count(), 1);
     }

@@ -12,7 +12,7 @@ use cotan_io::{Companions, Filling, Repair, Weld};
 use super::paths::{InputPath, OutputPath};
 use super::values::{self, Precision};
 use crate::error::Cure;
-use crate::prepare::Source;
+use crate::prepare::{Source, Surfaces};
 
 pub(super) const DEFORM_EXAMPLE: &str = "\
 Example:
@@ -119,6 +119,7 @@ impl InputArgs {
                 true => Cure::Beyond,
                 false => Cure::Offered,
             },
+            surfaces: Surfaces::Any,
         }
     }
 }

@@ -11,7 +11,7 @@ use super::options::EmbedArgs;
 use super::paths::{InputPath, OutputPath};
 use super::values::{self, Precision};
 use crate::error::Cure;
-use crate::prepare::Source;
+use crate::prepare::{Source, Surfaces};
 use crate::sphere::Turn;
 
 pub(super) const SPHERE_EXAMPLE: &str = "\
@@ -264,6 +264,7 @@ impl MendingArgs {
                 true => Cure::Beyond,
                 false => Cure::Offered,
             },
+            surfaces: Surfaces::Manifold,
         }
     }
 }

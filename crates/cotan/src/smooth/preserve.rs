@@ -25,10 +25,12 @@ pub enum Preserve {
 ///
 /// x_i(t) = x⁰_i + clamp(x_i + t n_i − x⁰_i, d), with t found by the secant method within a
 /// bracket. Held vertices do not move. Components without volume (open ones, if the volume is
-/// preserved) are left alone.
+/// preserved) are left alone. Of a mesh that was cut, each piece is a component, and vertices with
+/// copies are not offset.
 pub(crate) struct Correction<'a, T: Scalar> {
     pub(crate) mesh: &'a HalfedgeMesh,
     pub(crate) original: &'a Positions<T>,
+    /// One per row.
     pub(crate) held: &'a [bool],
     pub(crate) preserve: Preserve,
     pub(crate) bound: Option<f64>,
@@ -40,17 +42,27 @@ impl<T: Scalar> Correction<'_, T> {
             return Ok(smoothed.clone());
         }
         let surface = Surface::new(self.mesh, smoothed)?;
-        let normals = surface.vertex_normals();
+        let mut normals = surface.vertex_normals();
+        // Copies of a vertex stay together.
+        for (v, normal) in normals.iter_mut() {
+            if self.mesh.is_shared_vertex(v) {
+                *normal = Vector3::zeros();
+            }
+        }
         let mut result = smoothed.clone();
         for part in parts(self.mesh) {
             let offset = self.offset(&part, smoothed, &normals)?;
             for &v in &part.vertices {
-                if !self.held[v.index()] {
+                if !self.is_held(v) {
                     result[v] = self.moved(v, smoothed, &normals, offset).map(T::of_f64);
                 }
             }
         }
         Ok(result)
+    }
+
+    fn is_held(&self, v: VertexId) -> bool {
+        self.held[self.mesh.row_of(v).index()]
     }
 
     /// The position of a vertex with offset t, in double precision.
@@ -62,7 +74,7 @@ impl<T: Scalar> Correction<'_, T> {
         t: f64,
     ) -> Point3<f64> {
         let now = smoothed[v].map(T::as_f64);
-        if self.held[v.index()] {
+        if self.is_held(v) {
             return now;
         }
         let moved = now + normals[v].map(T::as_f64) * t;
@@ -140,7 +152,7 @@ struct Part {
 }
 
 fn parts(mesh: &HalfedgeMesh) -> Vec<Part> {
-    let components = mesh.components();
+    let components = mesh.pieces();
     let mut parts: Vec<Part> = components
         .sizes()
         .iter()
