@@ -101,18 +101,50 @@ fn turns_of_more_than_half_a_turn_are_held() {
     }
 }
 
-/// A turn beyond what the energy can hold is lost, and the report says so.
+/// A rod along x whose radius is multiplied by a function of x.
+fn turned_rod(length: f64, factor: impl Fn(f64) -> f64) -> Mesh<f64> {
+    let round = rod(length, 0.5);
+    let narrowed = round.positions().map(|p| {
+        let factor = factor(p.x);
+        Point3::new(p.x, p.y * factor, p.z * factor)
+    });
+    Mesh::new(round.connectivity().clone(), narrowed).unwrap()
+}
+
+/// A turn that is too wide is lost, and the report estimates the angle that the shape holds.
 #[test]
-fn a_turn_that_is_lost_is_told() {
-    let shape = bumpy(&bar::<f64>([3.0, 1.0, 1.0], [24, 8, 8]), 1.0);
-    let moved = wound(&shape, 720.0);
-    let held = winding(&shape, &moved.positions);
-    assert_eq!(
-        moved.report.lost_turn.is_some(),
-        (held - 720.0).abs() > 90.0,
-        "{held}"
-    );
-    assert!((held - 720.0).abs() > 90.0, "{held}");
+fn a_lost_turn_is_reported_with_the_angle_that_the_shape_holds() {
+    // Each with an angle that it holds, the next wider one by 30°, which it loses, and the error
+    // of the estimate that is allowed.
+    let cases = [
+        (bar::<f64>([3.0, 1.0, 1.0], [24, 8, 8]), 1.0, 330.0, 0.15),
+        (bar::<f64>([6.0, 1.0, 1.0], [48, 8, 8]), 1.0, 510.0, 0.15),
+        (rod(4.0, 0.5), 1.0, 450.0, 0.15),
+        (turned_rod(4.0, |x| 1.0 + 0.2 * x), 1.0, 420.0, 0.2),
+        (
+            turned_rod(4.0, |x| if x.abs() < 0.5 { 0.5 } else { 1.0 }),
+            0.5,
+            330.0,
+            0.35,
+        ),
+    ];
+    for (shape, width, holds, error) in cases {
+        let shape = bumpy(&shape, width);
+        let moved = wound(&shape, holds);
+        assert_eq!(moved.report.lost_turn, None, "{holds}");
+        let moved = wound(&shape, holds + 30.0);
+        let turned = winding(&shape, &moved.positions);
+        assert!((turned - holds - 30.0).abs() > 90.0, "{holds}: {turned}");
+        let lost = moved.report.lost_turn.unwrap();
+        assert!(lost.back.to_degrees() > 130.0, "{holds}: {lost:?}");
+        let estimate = lost.held.to_degrees();
+        println!("holds {holds}, estimated {estimate:.0}");
+        let middle = holds + 15.0;
+        assert!(
+            (estimate / middle - 1.0).abs() < error,
+            "{holds}: {estimate}"
+        );
+    }
 }
 
 /// Enforcing the winding keeps turns that the energy alone does not.

@@ -65,6 +65,7 @@ mod quality;
 mod reconstruct;
 mod session;
 pub mod smooth;
+mod turning;
 mod unmoved;
 
 pub use comparison::{ErrorFields, ShapeComparison};
@@ -88,9 +89,10 @@ pub mod prelude {
     };
     pub use cotan_flow::{
         Acceleration, BestRotation, BoxUnits, Energy, FirstGuess, FittedCells, Flow, FlowBuilder,
-        FlowError, FlowState, Hybrid, KeepMagnitude, Limited, LocalGlobal, NextStep, Orientation,
-        PerRest, Reflect, ReflectFirst, Report, RescaleByArea, Rest, ScalarFieldUpdater, Schedule,
-        Start, StepReport, Stiffness, StopReason, nearest_rotation,
+        FlowError, FlowState, Hybrid, KeepMagnitude, Limited, LocalGlobal, LostTurn, NextStep,
+        Orientation, PerRest, Reflect, ReflectFirst, Report, RescaleByArea, Rest,
+        ScalarFieldUpdater, Schedule, Start, StepReport, Stiffness, StopReason, Winding,
+        nearest_rotation,
     };
     pub use cotan_geometry::{
         BuiltMesh, Mesh, MeshBuilder, MeshError, Positions, Scalar, Surface, SurfaceError, scalar,
