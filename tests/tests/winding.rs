@@ -147,6 +147,73 @@ fn a_lost_turn_is_reported_with_the_angle_that_the_shape_holds() {
     }
 }
 
+/// A handle of a session that is turned by steps of 30° comes out as a turn that is stated at once,
+/// and turned back, as one that is not wound.
+#[test]
+fn a_session_keeps_the_winding_of_a_handle() {
+    let shape = bumpy(&bar::<f64>([6.0, 1.0, 1.0], [48, 8, 8]), 1.0);
+    let surface = shape.surface();
+    let left = surface.vertices_where(|p| p.x < -2.999);
+    let right = surface.vertices_where(|p| p.x > 2.999);
+    let motion = |degrees: f64| Rotation3::new(Vector3::x() * degrees.to_radians());
+    let handles = Handles::new()
+        .fix(left.clone())
+        .transform(right.clone(), motion(0.0).to_homogeneous());
+    let options = DeformOptions::default().tolerance(1e-6);
+    let at_once = |degrees: f64| {
+        let handles = Handles::new()
+            .fix(left.clone())
+            .transform(right.clone(), motion(degrees).to_homogeneous())
+            .turned(Vector3::x() * degrees.to_radians());
+        deform(&shape, &handles, &options).unwrap().positions
+    };
+    let farthest = |a: &Positions<f64>, b: &Positions<f64>| {
+        let pairs = a.values().zip(b.values());
+        pairs.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+    };
+    let mut session = Session::new(&shape, &handles, &options).unwrap();
+    let steps = (1..=12).chain((3..12).rev()).map(|k| 30.0 * f64::from(k));
+    for (frame, degrees) in steps.enumerate() {
+        let matrix = motion(degrees).to_homogeneous();
+        session.transform_handle(1, matrix).unwrap();
+        // Some frames have time for one step only.
+        if frame % 3 == 1 {
+            session.step().unwrap();
+            continue;
+        }
+        let report = session.run().unwrap();
+        assert_eq!(report.stop, StopReason::Converged, "{degrees}");
+        assert_eq!(report.lost_turn, None, "{degrees}");
+        let held = winding(&shape, &session.positions());
+        assert!((held - degrees).abs() < 5.0, "{degrees}: {held}");
+        if [330.0, 360.0, 270.0, 90.0].contains(&degrees) {
+            let gap = farthest(&session.positions(), &at_once(degrees));
+            assert!(gap < 0.006, "{degrees}: {gap}");
+        }
+    }
+}
+
+/// A turn that is stated in a session at once winds the shape up anew.
+#[test]
+fn a_session_takes_a_stated_turn() {
+    let shape = bumpy(&bar::<f64>([6.0, 1.0, 1.0], [48, 8, 8]), 1.0);
+    let surface = shape.surface();
+    let left = surface.vertices_where(|p| p.x < -2.999);
+    let right = surface.vertices_where(|p| p.x > 2.999);
+    let turn = Vector3::x() * f64::to_radians(330.0);
+    let start = Handles::new().fix(left).fix(right.clone());
+    let mut session = Session::new(&shape, &start, &DeformOptions::default()).unwrap();
+    let mut handles = session.handles().clone();
+    let matrix = Rotation3::new(turn).to_homogeneous();
+    handles.set_motion(HandleId::new(1), Motion::Transform(matrix));
+    handles.set_turn(HandleId::new(1), Some(turn));
+    session.set_handles(&handles).unwrap();
+    let report = session.run().unwrap();
+    assert_eq!(report.stop, StopReason::Converged);
+    let held = winding(&shape, &session.positions());
+    assert!((held - 330.0).abs() < 5.0, "{held}");
+}
+
 /// Enforcing the winding keeps turns that the energy alone does not.
 #[test]
 fn a_winding_is_held_by_request() {

@@ -78,6 +78,7 @@ pub use quality::{Extent, Quality, ShapeDistance, ShapeErrors};
 pub use reconstruct::{reconstruct, reconstruct_observed};
 pub use session::Session;
 pub use sphere::spherical;
+pub use turning::nearest_turn;
 
 /// The names that most programs need: the jobs, and the traits for custom schemes, updaters,
 /// orientations and energies with their argument types.

@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use cotan_flow::nearest_rotation;
 use cotan_geometry::{Positions, Scalar};
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Matrix4, Rotation3, UnitQuaternion, Vector3};
 
 use crate::handles::{HandleGroup, HandleId, Handles, Motion};
 
@@ -24,7 +24,7 @@ impl<T: Scalar> Handles<T> {
             (None, Some(group)) => turn(group).map_or(Vector3::zeros(), |r| r.scaled_axis()),
             (None, None) => Vector3::zeros(),
         };
-        let turn = nearest_turn(&now, &last);
+        let turn = nearest_vector(&now, &last);
         if stated.is_some() || turn.norm() > 0.5 * PI {
             self.set_turn(id, Some(turn.map(T::of_f64)));
         }
@@ -39,9 +39,7 @@ fn rotation<T: Scalar>(
     let rotation = match group.motion() {
         Motion::Stay => Matrix3::identity(),
         Motion::Transform(matrix) => {
-            let linear = matrix.fixed_view::<3, 3>(0, 0).map(T::as_f64);
-            let is_regular = linear.determinant().abs() > 1e-12 * linear.norm().powi(3);
-            is_regular.then(|| nearest_rotation(&linear))?
+            return rotation_of(&matrix.map(T::as_f64));
         }
         Motion::To(targets) => {
             let pairs = group.vertices().iter().zip(targets);
@@ -65,8 +63,27 @@ fn rotation<T: Scalar>(
     Some(UnitQuaternion::from_rotation_matrix(&rotation))
 }
 
+/// The rotation of an affine map; `None` if it flattens space.
+fn rotation_of(matrix: &Matrix4<f64>) -> Option<UnitQuaternion<f64>> {
+    let linear = matrix.fixed_view::<3, 3>(0, 0).into_owned();
+    let is_regular = linear.determinant().abs() > 1e-12 * linear.norm().powi(3);
+    is_regular.then(|| {
+        let rotation = Rotation3::from_matrix_unchecked(nearest_rotation(&linear));
+        UnitQuaternion::from_rotation_matrix(&rotation)
+    })
+}
+
+/// The rotation vector of an affine map in radians: of those that are a whole turn apart, the one
+/// nearest to `last`, the rotation vector of an earlier map. A handle that is turned on and on thus
+/// keeps its winding, which [`Handles::turned`] states.
+///
+/// `matrix` acts on columns (x, y, z, 1). If it flattens space, `last` is returned.
+pub fn nearest_turn(matrix: &Matrix4<f64>, last: &Vector3<f64>) -> Vector3<f64> {
+    rotation_of(matrix).map_or(*last, |rotation| nearest_vector(&rotation, last))
+}
+
 /// Of the rotation vectors of a rotation the one nearest to `last`.
-fn nearest_turn(rotation: &UnitQuaternion<f64>, last: &Vector3<f64>) -> Vector3<f64> {
+fn nearest_vector(rotation: &UnitQuaternion<f64>, last: &Vector3<f64>) -> Vector3<f64> {
     let least = rotation.scaled_axis();
     let on = |axis: Vector3<f64>, angle: f64| {
         let turns = ((last.dot(&axis) - angle) / TAU).round();
@@ -106,7 +123,7 @@ mod tests {
         let down = (-20..40).rev().map(|k| 25 * k);
         for degrees in up.chain(down).map(f64::from) {
             let turn = axis * degrees.to_radians();
-            last = nearest_turn(&UnitQuaternion::from_scaled_axis(turn), &last);
+            last = nearest_vector(&UnitQuaternion::from_scaled_axis(turn), &last);
             assert!((last - turn).norm() < 1e-9, "{degrees}: {last}");
         }
     }
@@ -115,10 +132,10 @@ mod tests {
     fn a_tilt_at_a_whole_turn_does_not_unwind_it() {
         let last = Vector3::x() * f64::to_radians(350.0);
         let tilted = UnitQuaternion::from_scaled_axis(Vector3::y() * 0.05);
-        let turn = nearest_turn(&tilted, &last);
+        let turn = nearest_vector(&tilted, &last);
         assert!((turn - Vector3::x() * TAU).norm() < 1e-9, "{turn}");
         let on = UnitQuaternion::from_scaled_axis(Vector3::x() * f64::to_radians(20.0));
-        let turn = nearest_turn(&on, &turn);
+        let turn = nearest_vector(&on, &turn);
         assert!((turn - Vector3::x() * f64::to_radians(380.0)).norm() < 1e-9);
     }
 }
