@@ -33,7 +33,8 @@ pub(crate) const HELP: &str = r#"Handles file:
   A transform scales first (about the centroid of the handle's vertices), then rotates (about the
   point "about", by default the same centroid; counter-clockwise seen from the tip of the axis),
   then translates. "matrix" has 3 or 4 rows of 4 numbers, acts on columns (x, y, z, 1), and stands
-  alone. "weight" makes a handle soft, whatever --soft says.
+  alone, except for "turn": [x, y, z], its rotation (an axis times degrees) if that is more than
+  180. "weight" makes a handle soft, whatever --soft says.
 
   Plain text has one `vertex x y z` a line, the position where the vertex goes, with # comments.
 

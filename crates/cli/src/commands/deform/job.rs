@@ -195,12 +195,13 @@ impl DeformJob<'_> {
             )),
             _ => {}
         }
-        if let Some(angle) = flow.lost_turn {
+        if let Some(lost) = flow.lost_turn {
             console.warn(format_args!(
-                "a turn of more than half a turn was lost: a part of the shape came to lie {:.0}° \
-                 from where it was wound to; a body holds about 85° to 110° of twist for each of \
-                 its diameters between the handles",
-                angle.to_degrees()
+                "a turn of more than 180° was lost: a part of the shape turned back by {:.0}°; \
+                 this shape holds about {:.0}° between its handles; turn them less, or use \
+                 --hold-winding",
+                lost.back.to_degrees(),
+                lost.held.to_degrees()
             ));
         }
         let flipped = edited.quality.flipped_faces;

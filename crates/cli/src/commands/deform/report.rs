@@ -29,6 +29,9 @@ pub(crate) struct DeformReport {
     /// The angle by which a part turned back, if a specified turn of more than 180° was not kept.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) lost_turn_degrees: Option<f64>,
+    /// An estimate of the widest turn that the shape holds, if it lost one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) held_turn_degrees: Option<f64>,
     #[serde(flatten)]
     pub(crate) quality: QualityFields,
     pub(crate) scheme: &'static str,
@@ -79,7 +82,8 @@ impl DeformReport {
             max_relative_change: flow.change,
             residual: flow.residual,
             energy: flow.energy,
-            lost_turn_degrees: flow.lost_turn.map(f64::to_degrees),
+            lost_turn_degrees: flow.lost_turn.map(|lost| lost.back.to_degrees()),
+            held_turn_degrees: flow.lost_turn.map(|lost| lost.held.to_degrees()),
             quality: QualityFields::from(&edited.quality),
             scheme: setting.options.scheme.name(),
             orientation: setting.options.orientation.name(),
