@@ -101,6 +101,7 @@ fn groups() -> impl Strategy<Value = Vec<Group>> {
             .map(|((size, weight), motion)| Group {
                 vertices: rest.by_ref().take(size).collect(),
                 motion,
+                turn: None,
                 weight,
             })
             .collect()
