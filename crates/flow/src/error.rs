@@ -87,11 +87,13 @@ pub enum FlowError {
     MutedUpdater,
     /// A rule that needs one oriented surface was given a mesh that was cut into pieces.
     #[error(
-        "{rule} needs the normals of one oriented surface, but this mesh has non-manifold edges, bow-ties or a one-sided part; use the default orientation, or repair the mesh"
+        "{rule} needs one oriented surface, but this mesh has non-manifold edges, bow-ties or a one-sided part; use {instead}, or repair the mesh (cotan repair)"
     )]
     NeedsOneSurface {
         /// Name of the rule.
         rule: &'static str,
+        /// What can be used instead.
+        instead: &'static str,
     },
     /// An updater or orientation failed, in its own words.
     #[error("{0}")]

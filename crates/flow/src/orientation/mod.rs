@@ -96,7 +96,10 @@ forward!(&mut O);
 /// be oriented differently.
 fn refuse_copies<T: Scalar>(rest: &Rest<T>, rule: &'static str) -> Result<(), FlowError> {
     match rest.mesh().has_copies() {
-        true => Err(FlowError::NeedsOneSurface { rule }),
+        true => Err(FlowError::NeedsOneSurface {
+            rule,
+            instead: "the default orientation",
+        }),
         false => Ok(()),
     }
 }
