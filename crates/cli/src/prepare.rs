@@ -232,7 +232,7 @@ pub(crate) fn load(
     let document = files::load(path, console)?;
     memory::check(Work::Build, path, &document)?;
     let processing = document
-        .surface()
+        .surface_in_pieces(Weld::AsFormat)
         .map_err(|error| CliError::surface(path, error, Cure::Command, Weld::AsFormat))?;
     Ok((document, processing))
 }

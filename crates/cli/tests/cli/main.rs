@@ -15,6 +15,7 @@ mod refusals;
 mod repair;
 mod sandbox;
 mod shared;
+mod shared_rows;
 mod signals;
 mod smooth;
 mod sphere;

@@ -41,8 +41,8 @@ fn files_that_are_missing_or_no_meshes() {
         "--orient`",
     ];
     let offered = [words.as_slice(), &["or pass --repair"]].concat();
-    sandbox.refused("deform fan.obj --handles h.json -o o.obj", &offered);
-    sandbox.refused("compare fan.obj fan.obj", &words);
+    sandbox.refused("sphere fan.obj -o o.obj", &offered);
+    sandbox.refused("resample fan.obj --level 2 -o o.obj", &words);
 }
 
 #[test]
