@@ -8,6 +8,7 @@ mod error;
 mod files;
 mod losses;
 mod memory;
+mod part;
 mod paths;
 mod picture;
 mod pipeline;
@@ -17,6 +18,7 @@ mod same_faces;
 mod sphere;
 mod text;
 mod threads;
+mod vertex_field;
 
 use std::process::ExitCode;
 

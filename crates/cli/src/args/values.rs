@@ -172,6 +172,35 @@ pub(crate) fn weight(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "give a number between 0 and 1000".to_owned())
 }
 
+/// A length in the unit of the mesh, or a share of its longest side.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) enum Length {
+    Absolute(f64),
+    Share(f64),
+}
+
+impl Length {
+    /// The length on a mesh with this longest side.
+    pub(crate) fn on(self, longest_side: f64) -> f64 {
+        match self {
+            Self::Absolute(length) => length,
+            Self::Share(share) => share * longest_side,
+        }
+    }
+}
+
+/// A length of at least 0, or a share in per cent.
+pub(crate) fn length_or_share(text: &str) -> Result<Length, String> {
+    let (text, length): (_, fn(f64) -> Length) = match text.strip_suffix('%') {
+        Some(percent) => (percent, |x| Length::Share(0.01 * x)),
+        None => (text, Length::Absolute),
+    };
+    number(text.trim())
+        .filter(|x| *x >= 0.0)
+        .map(length)
+        .ok_or_else(|| "give a length of at least 0, or a share such as 2%".to_owned())
+}
+
 /// A spring weight or a length: finite and above 0.
 pub(crate) fn positive(text: &str) -> Result<f64, String> {
     number(text)
@@ -189,6 +218,15 @@ const MOST_MEMORY: usize = 100;
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_length_is_one_of_the_mesh_or_a_share() {
+        assert_eq!(length_or_share("0.5"), Ok(Length::Absolute(0.5)));
+        assert_eq!(length_or_share("25%").map(|l| l.on(8.0)), Ok(2.0));
+        for text in ["", "%", "-1", "nan", "2 percent", "inf%"] {
+            assert!(length_or_share(text).is_err(), "{text}");
+        }
+    }
 
     #[test]
     fn acceleration_is_a_memory_or_off() {
