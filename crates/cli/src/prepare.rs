@@ -29,6 +29,16 @@ pub(crate) struct Source {
     pub(crate) weld: Weld,
     /// The repair to suggest if no surface can be built.
     cure: Cure,
+    surfaces: Surfaces,
+}
+
+/// The surfaces that a job can work on.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Surfaces {
+    /// Oriented manifolds.
+    Manifold,
+    /// Any list of faces, cut into pieces whose copies of a vertex move as one.
+    Any,
 }
 
 impl Source {
@@ -43,7 +53,13 @@ impl Source {
             repair,
             filling: Filling::Off,
             weld: weld.unwrap_or_default(),
+            surfaces: Surfaces::Manifold,
         }
+    }
+
+    /// States the surfaces that the job can work on. Default: manifold ones.
+    pub(crate) fn surfaces(self, surfaces: Surfaces) -> Self {
+        Self { surfaces, ..self }
     }
 
     /// Fills holes too.
@@ -59,7 +75,7 @@ impl Source {
 
 impl From<&MeshArgs> for Source {
     fn from(args: &MeshArgs) -> Self {
-        Self::new(&args.mesh, args.repair.then(Repair::default), args.weld)
+        Self::new(&args.mesh, args.repair.then(Repair::default), args.weld).surfaces(Surfaces::Any)
     }
 }
 
@@ -168,9 +184,9 @@ pub(crate) fn prepare(
         }
     }
     let processing = match &repaired {
-        None => document.surface_with(source.weld),
+        None => surface(&document, source.surfaces, source.weld),
         Some(done) => {
-            let surface = done.document.surface();
+            let surface = surface(&done.document, source.surfaces, Weld::AsFormat);
             surface.map_err(|error| before_repair(error, done))
         }
     };
@@ -196,6 +212,13 @@ pub(crate) fn prepare(
         file_faces,
         changes,
     })
+}
+
+fn surface(document: &Document, surfaces: Surfaces, weld: Weld) -> Result<ProcessingMesh, IoError> {
+    match surfaces {
+        Surfaces::Manifold => document.surface_with(weld),
+        Surfaces::Any => document.surface_in_pieces(weld),
+    }
 }
 
 /// Reads a mesh that a command only measures, and builds its half-edge mesh.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use cotan_geometry::{Positions, Scalar, Surface};
+use cotan_geometry::{Positions, Scalar, SurfaceError};
 use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
 use cotan_laplacian::{Cotangent, LaplacianScheme};
 use cotan_linear::{Handle, Membrane, PreparedSystem, SystemOptions};
@@ -301,7 +301,15 @@ impl<T: Scalar> FlowBuilder<T> {
         self
     }
 
-    /// The original positions.
+    /// The connectivity.
+    pub fn mesh(&self) -> &Arc<HalfedgeMesh> {
+        match &self.source {
+            Source::Measured(rest) => rest.shared_mesh(),
+            Source::Mesh { mesh, .. } => mesh,
+        }
+    }
+
+    /// The original positions, one per vertex or one per row.
     pub fn original_positions(&self) -> &Positions<T> {
         match &self.source {
             Source::Measured(rest) => rest.original_positions(),
@@ -432,11 +440,19 @@ fn check_shapes<T: Scalar>(
     first_shape: Option<&Positions<T>>,
     ratios: Option<&VertexMap<T>>,
 ) -> Result<(), FlowError> {
+    if let Some(shape) = first_shape
+        && shape.len() != rest.positions().len()
+    {
+        return Err(FlowError::Surface(SurfaceError::LengthMismatch {
+            positions: shape.len(),
+            vertices: rest.positions().len(),
+        }));
+    }
     if let Some(shape) = first_shape {
-        Surface::new(rest.mesh(), shape)?;
+        let _ = rest.rows_of(shape)?;
     }
     let Some(ratios) = ratios else { return Ok(()) };
-    if ratios.len() != rest.mesh().num_vertices() {
+    if ratios.len() != rest.positions().len() {
         return Err(FlowError::Setting {
             setting: "number of vertex ratios",
             range: "one per vertex",

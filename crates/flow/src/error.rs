@@ -85,6 +85,16 @@ pub enum FlowError {
         "an updater was given without an orientation or an energy: the membrane of the default energy knows the original edges and would mute its scalar field; choose an orientation, such as BestRotation, or name the energy that the field is to be weighed against"
     )]
     MutedUpdater,
+    /// A rule that needs one oriented surface was given a mesh that was cut into pieces.
+    #[error(
+        "{rule} needs one oriented surface, but this mesh has non-manifold edges, bow-ties or a one-sided part; use {instead}, or repair the mesh (cotan repair)"
+    )]
+    NeedsOneSurface {
+        /// Name of the rule.
+        rule: &'static str,
+        /// What can be used instead.
+        instead: &'static str,
+    },
     /// An updater or orientation failed, in its own words.
     #[error("{0}")]
     Custom(String),

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use cotan_geometry::{Positions, Scalar, Surface};
+use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::{HalfedgeMesh, VertexId};
 use cotan_linear::{Handle, Membrane, PreparedSystem};
 use nalgebra::{Point3, Vector3};
@@ -25,6 +25,9 @@ use crate::workspace::Workspace;
 /// Built by [`Flow::builder`]; then stepped ([`Flow::step`]) or run ([`Flow::run`]). It can be kept
 /// and fed new handle positions ([`Flow::set_targets`]), frame after frame: nothing is factorized
 /// again. It owns all that it needs, and can be sent to a thread.
+///
+/// Where a mesh was cut into pieces, handles, targets and positions are those of the rows, which are
+/// the first vertices: see [`Rest`].
 pub struct Flow<T: Scalar> {
     work: Workspace<T>,
     rule: Box<dyn Rule<T>>,
@@ -141,7 +144,7 @@ impl<T: Scalar> Flow<T> {
         self.work.rest.box_units().size()
     }
 
-    /// The current positions, in the units of the input. Hard handles are exactly at their targets
+    /// The current positions, in the units of the input, one per row: see [`Rest`]. Hard handles are exactly at their targets
     /// (unless something projects the flow), and a vertex that has not moved has exactly its
     /// original position.
     ///
@@ -269,15 +272,15 @@ impl<T: Scalar> Flow<T> {
     /// Replaces the current shape by another one, in the units of the input; hard handles stay at
     /// their targets. The next steps start from it; schedule and acceleration start over.
     ///
-    /// **Shapes**: one position per vertex.
+    /// **Shapes**: one position per vertex, or one per row.
     ///
     /// # Errors
     /// [`FlowError`] for a shape of another mesh or with a position that is not finite (nothing has
     /// changed then), and what updater and orientation report.
     pub fn set_shape(&mut self, shape: &Positions<T>) -> Result<(), FlowError> {
         let rest = &self.work.rest;
-        Surface::new(rest.mesh(), shape)?;
-        *self.work.current.write() = rest.box_units().to_box_all(shape);
+        let rows = rest.rows_of(shape)?;
+        *self.work.current.write() = rest.box_units().to_box_all(&rows);
         self.follow(Changed::Yes);
         self.rule.update(&mut self.work)
     }

@@ -47,7 +47,7 @@ impl<T: Scalar> Targets<T> {
             units,
             in_box: in_input.iter().map(|p| units.to_box(*p)).collect(),
             in_input,
-            index_of: index_of(&handles, mesh.num_vertices()),
+            index_of: index_of(&handles, mesh.num_rows()),
             handles,
             region,
         })
@@ -210,7 +210,7 @@ fn check_one<T: Scalar>(
 
 /// Whether each vertex is one of these.
 fn is_within(mesh: &HalfedgeMesh, vertices: &[VertexId]) -> Result<VertexMap<bool>, FlowError> {
-    let num_vertices = mesh.num_vertices();
+    let num_vertices = mesh.num_rows();
     let mut is_inside = VertexMap::filled(num_vertices, false);
     for &vertex in vertices {
         if vertex.index() >= num_vertices {

@@ -141,6 +141,11 @@ impl<T: Scalar> LaplacianScheme<T> for IntrinsicDelaunay {
     }
 
     fn operator(&self, surface: &Surface<'_, T>) -> Result<Operator<T>, SchemeError> {
+        if surface.mesh().has_copies() {
+            return Err(SchemeError::Copies {
+                scheme: NAME.into(),
+            });
+        }
         self.triangulate(surface).operator()
     }
 

@@ -402,7 +402,7 @@ impl<T: Scalar> LocalGlobal<T> for Hybrid {
                     *tension += struts.force_at(i);
                 }
                 if let Some(volume) = &self.volume {
-                    *tension += volume.force_at(i) * of_volume;
+                    *tension += volume.force_at(rest.fans(), i) * of_volume;
                 }
             });
         }

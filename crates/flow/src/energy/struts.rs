@@ -247,18 +247,22 @@ struct Walls<'a, T: Scalar> {
     bodies: &'a Bodies,
     points: &'a Positions<f64>,
     tree: TriangleTree,
+    /// The piece of every triangle.
+    of_triangle: Vec<u32>,
 }
 
 impl<'a, T: Scalar> Walls<'a, T> {
     fn new(rest: &'a Rest<T>, bodies: &'a Bodies, points: &'a Positions<f64>) -> Self {
         let mesh = rest.mesh();
-        let corners = |f: FaceId| mesh.triangle(f).map(|v| v.index() as u32);
+        let corners = |f: FaceId| mesh.triangle(f).map(|v| mesh.row_of(v).index() as u32);
         let triangles = mesh.faces().map(corners).collect();
+        let piece = |f: FaceId| bodies.of(mesh.triangle(f)[0].index());
         Self {
             rest,
             bodies,
             points,
             tree: TriangleTree::build(triangles, points),
+            of_triangle: mesh.faces().map(piece).collect(),
         }
     }
 
@@ -302,7 +306,7 @@ impl<'a, T: Scalar> Walls<'a, T> {
                 let limit = |distance: f64| ControlFlow::Continue(distance * (1.0 + TIE));
                 let old = nearest.map_or(f64::INFINITY, |(old, _)| old.distance);
                 let is_own = corners.contains(&(j as u32));
-                if is_own || self.bodies.of(corners[0] as usize) != body {
+                if is_own || self.of_triangle[meeting.triangle] != body {
                     return limit(old);
                 }
                 let is_nearer = meeting.distance < old * (1.0 - TIE);

@@ -5,7 +5,7 @@ use cotan_halfedge::VertexMap;
 use nalgebra::Vector3;
 
 use super::frame::BoundaryFrames;
-use super::{Orientation, field_scale, write_each};
+use super::{Orientation, field_scale, refuse_copies, write_each};
 use crate::error::FlowError;
 use crate::per_rest::PerRest;
 use crate::state::FlowState;
@@ -18,6 +18,8 @@ use crate::state::FlowState;
 /// ```
 ///
 /// A continuous map, where the paper's reflection jumps. Boundary vertices: as [`super::Reflect`].
+///
+/// Refuses a mesh that was cut into pieces, whose normals are those of each piece.
 ///
 /// **Deviation** from the paper's section 3.2, whose rule it replaces.
 #[derive(Debug)]
@@ -67,6 +69,7 @@ impl<T: Scalar> Orientation<T> for Limited<T> {
         out: &mut VertexMap<Vector3<T>>,
     ) -> Result<(), FlowError> {
         let rest = state.rest();
+        refuse_copies(rest, "the limited orientation")?;
         let boundary = &*self.boundary.get(rest, BoundaryFrames::new);
         let normal_part = self.normal_part;
         let (laplacian, normals) = (state.laplacian()?, state.normals());

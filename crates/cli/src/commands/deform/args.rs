@@ -9,7 +9,7 @@ use cotan::{DeformOptions, DetailSize, OrientationKind, SchemeKind};
 use cotan_io::{Repair, Weld};
 
 use crate::args::{EmbedArgs, InputPath, OutputPath, Precision, values};
-use crate::prepare::Source;
+use crate::prepare::{Source, Surfaces};
 
 pub(crate) const EXAMPLE: &str = "\
 Example:
@@ -82,6 +82,7 @@ impl InputArgs {
     /// The source of the mesh.
     pub(crate) fn source(&self) -> Source {
         Source::new(&self.mesh, self.repair.then(Repair::default), self.weld)
+            .surfaces(Surfaces::Any)
     }
 }
 

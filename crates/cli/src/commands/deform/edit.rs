@@ -204,6 +204,7 @@ impl<'a> Recorder<'a> {
         };
         let clock = Instant::now();
         let now = flow.positions().map(|p| p.map(Scalar::as_f64));
+        let now = self.original.mesh().to_vertices(now);
         let errors = ShapeErrors::measure(&self.original, &self.original.with_positions(&now));
         self.seconds += clock.elapsed().as_secs_f64();
         match errors {
