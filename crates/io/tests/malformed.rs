@@ -160,7 +160,7 @@ const WORDS: &[(&str, &str)] = &[
         "gltf_accessor_past_buffer.gltf",
         "accessors[1].bufferView: 400 elements",
     ),
-    ("gltf_path_traversal_uri.gltf", "leads out of the folder"),
+    ("gltf_path_traversal_uri.gltf", "points outside the folder"),
 ];
 
 fn load(path: &Path) -> Result<Document, IoError> {

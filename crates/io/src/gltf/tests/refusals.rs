@@ -86,7 +86,7 @@ fn accessors_that_do_not_fit_are_refused() {
     );
     refused(
         |json| json["buffers"][0]["byteLength"] = 73.into(),
-        "buffers[0].byteLength: 73 bytes are promised and there are 72",
+        "buffers[0].byteLength: 73 bytes are promised, but there are 72",
     );
     refused(
         |json| json["buffers"][0]["uri"] = "data:;base64,?".into(),

@@ -107,7 +107,7 @@ impl Libraries {
             match Companion::found(name, Arc::clone(files), max) {
                 Ok(companion) => references.companions.push(companion),
                 Err(problem) => references.left.push(format!(
-                    "the reference to `{}` stays as it is ({problem})",
+                    "the reference to `{}` is unchanged ({problem})",
                     quote(name.as_bytes())
                 )),
             }
