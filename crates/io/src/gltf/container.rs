@@ -105,7 +105,7 @@ impl Container {
                 }
                 BIN if bin.is_none() => {
                     if !others.is_empty() {
-                        let message = "the BIN chunk of a GLB must come second, right behind \
+                        let message = "the BIN chunk of a GLB must come second, right after \
                                        its JSON";
                         return Err(problem(at + 4, message.to_owned()));
                     }
