@@ -91,7 +91,10 @@ const WORDS: &[(&str, &str)] = &[
     ("ply_negative_index.ply", "face 3 refers to vertex -1"),
     ("ply_nan_binary.ply", "vertex 3 has the coordinate NaN"),
     ("ply_bunny_nonmanifold.ply", "has 4 faces"),
-    ("off_huge_count.off", "the header promises 353535235358 vertices"),
+    (
+        "off_huge_count.off",
+        "the header promises 353535235358 vertices",
+    ),
     ("off_short_and_garbled.off", "line 6: face 0"),
     (
         "off_index_out_of_range.off",
