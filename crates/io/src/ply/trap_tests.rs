@@ -339,7 +339,7 @@ fn names_and_comments_never_break_a_header() {
             "the lack of texture coordinates at corners whose face has some elsewhere will be \
              lost in PLY",
             "materials will be lost in PLY",
-            "material libraries will be lost in PLY",
+            "the material libraries will be lost in PLY",
         ]
     );
     let bytes = document.write(Format::Ply).unwrap();
