@@ -1,4 +1,4 @@
-//! What the flow remembers of the original mesh.
+//! The original mesh and its measurements.
 
 use std::sync::{Arc, OnceLock};
 
@@ -264,8 +264,8 @@ impl<T: Scalar> Rest<T> {
         own.unwrap_or_else(|| self.operator.weights())
     }
 
-    /// Whether the operator's weights are the cotangents, so that the membrane's edges pull by half
-    /// of L⁰x.
+    /// Returns `true` if the operator's weights are the cotangents, so that the membrane's edges
+    /// pull by half of L⁰x.
     pub(crate) fn has_own_cotangents(&self) -> bool {
         self.row_cotangents.is_none()
     }
