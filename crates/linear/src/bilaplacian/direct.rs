@@ -23,7 +23,7 @@ impl Direct {
             limit: max_memory.map(|permitted| Limit {
                 strategy: Strategy::Normal,
                 factors: 1,
-                beside: 0,
+                in_addition: 0,
                 permitted,
             }),
             ..Storage::default()
