@@ -5,3 +5,19 @@
 //! same bytes for any number of threads. Queries (closest points, rays) are in `cotan-geometry`.
 
 #![warn(missing_docs)]
+
+mod decimate;
+mod features;
+mod nearest;
+mod remesh;
+mod subdivide;
+mod tessellation_error;
+mod triangles;
+mod units;
+
+pub use decimate::{Attributes, DecimateOptions, DecimateTarget, Decimated, decimate};
+pub use features::Features;
+pub use nearest::{SurfacePoint, interpolated};
+pub use remesh::{EdgeLengths, RemeshOptions, Remeshed, remesh};
+pub use subdivide::{Stencils, SubdivideOptions, Subdivided, SubdivisionScheme, subdivide};
+pub use tessellation_error::TessellationError;
