@@ -21,3 +21,8 @@ pub use edge_paths::EdgePaths;
 pub use heat::{DistanceError, GeodesicDistances, HeatOptions};
 pub use isolines::{Isoline, isolines};
 pub use straight::{LineEnd, StraightLine, straight_line};
+
+/// Runs the example of the README as a doc test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;
