@@ -9,8 +9,8 @@ use clap::{Parser, Subcommand};
 
 use crate::args::{LimitArgs, Messages};
 use crate::commands::{
-    bench, compare, completions, convert, deform, demo, denoise, detail, edit, info, morph,
-    reconstruct, repair, resample, smooth, sphere,
+    bench, compare, completions, convert, deform, demo, denoise, detail, edit, geodesic, info,
+    morph, reconstruct, repair, resample, smooth, sphere,
 };
 
 /// Edit triangle meshes by a few handles: the surface follows, its details turn with it.
@@ -100,7 +100,10 @@ pub(crate) enum Command {
     /// Exaggerate, fade, exchange or paint the details of a mesh
     #[command(after_help = detail::args::EXAMPLE)]
     Detail(detail::args::DetailArgs),
-    /// Measure how far two meshes of the same connectivity are from each other
+    /// Measure distances along a mesh from some of its vertices
+    #[command(after_help = geodesic::args::EXAMPLE)]
+    Geodesic(geodesic::args::GeodesicArgs),
+    /// Measure how far two meshes are from each other
     #[command(after_help = compare::args::EXAMPLE)]
     Compare(compare::args::CompareArgs),
     /// Write a mesh in another format (.obj, .ply, .off, .stl, .gltf, .glb)

@@ -67,6 +67,20 @@ pub(crate) enum CliError {
         paths: [PathBuf; 2],
         problem: String,
     },
+    /// Distances along a mesh cannot be measured.
+    #[error("{}: {source}", path.display())]
+    Distances {
+        path: PathBuf,
+        #[source]
+        source: cotan::surface::DistanceError,
+    },
+    /// The surface has no such vertex.
+    #[error("{}: vertex {vertex} is on no face; the vertices are 0 to {}", path.display(), num_vertices.saturating_sub(1))]
+    NoVertex {
+        path: PathBuf,
+        vertex: usize,
+        num_vertices: usize,
+    },
     /// The file has no such field.
     #[error("{}: the vertices have no finite number \"{name}\"; their numbers are: {known}", path.display())]
     NoField {

@@ -8,6 +8,7 @@
 mod camera;
 mod color_bar;
 mod curvature;
+mod distance;
 mod heat;
 mod image;
 mod pair;
@@ -20,6 +21,7 @@ use cotan::halfedge::{FaceId, VertexId};
 
 pub(crate) use cotan_tool::ColorScale;
 pub(crate) use curvature::curvature_picture;
+pub(crate) use distance::distance_picture;
 pub(crate) use heat::{HeatMap, Panel, Quantity, Views};
 pub(crate) use image::{Depth, png};
 use pair::Mark;

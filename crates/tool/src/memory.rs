@@ -65,6 +65,10 @@ pub enum Work {
     Smooth,
     /// Maps it to the sphere, without the factors.
     Sphere,
+    /// Measures distances along it, without the factors.
+    Distances,
+    /// Measures the distance between it and another mesh of this size.
+    Compare,
     /// Measures the speed of editing.
     Bench,
 }
@@ -79,7 +83,7 @@ impl std::fmt::Display for Work {
             Self::Deform => "deforming",
             Self::Smooth => "smoothing",
             Self::Sphere => "mapping",
-            Self::Bench => "measuring",
+            Self::Distances | Self::Compare | Self::Bench => "measuring",
         })
     }
 }
@@ -96,6 +100,8 @@ impl Work {
             Self::Deform => [1_000, 600],
             Self::Smooth => [1_000, 600],
             Self::Sphere => [1_000, 600],
+            Self::Distances => [1_000, 800],
+            Self::Compare => [800, 1_200],
             Self::Bench => [3_000, 3_000],
         }
     }

@@ -208,6 +208,14 @@ pub(crate) fn positive(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "give a number above 0".to_owned())
 }
 
+/// Three coordinates, separated by commas.
+pub(crate) fn point(text: &str) -> Result<[f64; 3], String> {
+    let coordinates: Option<Vec<f64>> = text.split(',').map(|x| number(x.trim())).collect();
+    coordinates
+        .and_then(|x| <[f64; 3]>::try_from(x).ok())
+        .ok_or_else(|| "give three numbers X,Y,Z".to_owned())
+}
+
 fn number(text: &str) -> Option<f64> {
     text.parse::<f64>().ok().filter(|x| x.is_finite())
 }

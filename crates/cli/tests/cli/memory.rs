@@ -220,6 +220,7 @@ fn no_command_dies_of_a_small_address_space() {
         "sphere ball.obj -o out.obj --method cmcf",
         "resample ball.obj -o out.obj --level 5",
         "morph ball.obj ball.obj -t 0.5 -o out.obj",
+        "geodesic ball.obj --from 0 -o out.ply",
         "compare ball.obj ball.obj",
         "bench ball.obj --rounds 1",
     ];
@@ -255,6 +256,7 @@ fn every_command_knows_the_limit_of_memory() {
         "sphere bar.obj -o out.obj",
         "resample bar.obj -o out.obj --level 2",
         "morph bar.obj bar.obj -t 0.5 -o out.obj",
+        "geodesic bar.obj --from 0 -o out.obj",
         "compare bar.obj bar.obj",
         "bench bar.obj",
     ] {
