@@ -88,11 +88,11 @@ pub(crate) enum CliError {
         name: String,
         known: String,
     },
-    /// The part that `--mask` or `--mask-file` names has no vertex.
-    #[error("{}: the part of --mask has no vertex; check its numbers (cotan info shows the size of the mesh)", path.display())]
+    /// The part that `--mask` or `--region` names has no vertex.
+    #[error("{}: the part that is to move has no vertex; check the numbers of --mask or --region (cotan info shows the size of the mesh)", path.display())]
     EmptyPart { path: PathBuf },
     /// No face has the vertex that an option names.
-    #[error("{}: no face has the vertex {vertex} of --mask; vertices have the numbers of the file, counted from 0", path.display())]
+    #[error("{}: no face has the vertex {vertex} of near:; vertices have the numbers of the file, counted from 0", path.display())]
     NoVertex { path: PathBuf, vertex: usize },
     /// A report, a picture or a folder cannot be written.
     #[error("{}: cannot write: {source}", path.display())]

@@ -334,3 +334,33 @@ fn reconstruct_is_the_librarys_reconstruction() {
     let rebuilt = sandbox.positions("rebuilt.obj");
     assert_eq!(expected.positions.as_slice(), rebuilt);
 }
+
+#[test]
+fn only_the_region_moves() {
+    let sandbox = with_handles();
+    let shape = bar();
+    let [_, right] = ends();
+    for falloff in ["", "--falloff 0.5"] {
+        sandbox.cotan_ok(&format!(
+            "deform bar.obj --handles bar.json -o part.obj --region box:0,-9,-9,9,9,9 {falloff}"
+        ));
+        let part = sandbox.positions("part.obj");
+        let mut moved = 0;
+        for (v, p) in shape.positions().iter() {
+            let now = part[v.index()];
+            if p.x < 0.0 {
+                assert_eq!(now, *p);
+            } else if (now - p).norm() > 0.1 {
+                moved += 1;
+            }
+        }
+        assert!(moved > 50, "{moved}");
+        for &v in &right {
+            assert_eq!(part[v.index()], image(shape.positions()[v]));
+        }
+    }
+    sandbox.refused(
+        "deform bar.obj --handles bar.json -o no.obj --region sphere:99,0,0,1",
+        &["no vertex"],
+    );
+}

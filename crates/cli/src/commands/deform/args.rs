@@ -8,7 +8,7 @@ use cotan::linear::Strategy;
 use cotan::{DeformOptions, DetailSize, OrientationKind, SchemeKind};
 use cotan_io::{Repair, Weld};
 
-use crate::args::{EmbedArgs, InputPath, OutputPath, Precision, values};
+use crate::args::{EmbedArgs, InputPath, OutputPath, Precision, RegionArgs, values};
 use crate::prepare::{Source, Surfaces};
 
 pub(crate) const EXAMPLE: &str = "\
@@ -183,6 +183,8 @@ pub(crate) struct DeformArgs {
     /// Hold the handles by springs of this weight, where they have no weight of their own
     #[arg(long, value_name = "K", value_parser = values::positive)]
     pub(crate) soft: Option<f64>,
+    #[command(flatten)]
+    pub(crate) region: RegionArgs,
     #[command(flatten)]
     pub(crate) run: RunArgs,
 }

@@ -2,16 +2,19 @@
 
 use cotan::DeformOptions;
 use cotan::flow::StopReason;
+use cotan::smooth::Mask;
 use cotan_tool::Work;
 use cotan_tool::handles_file::{self, Constraint, HandlesFile};
 
 use super::args::{InputArgs, RunArgs};
-use super::edit::{Edit, Edited, History};
+use super::edit::{Edit, Edited, History, Region};
 use super::report::{DeformReport, Setting};
-use crate::args::OutputPath;
+use crate::args::values::Length;
+use crate::args::{OutputPath, RegionArgs};
 use crate::console::Console;
 use crate::error::CliError;
 use crate::memory;
+use crate::part;
 use crate::paths;
 use crate::picture::{BeforeAfter, marks};
 use crate::pipeline::{Context, Finished, Job, Output, Plan};
@@ -24,6 +27,7 @@ pub(crate) struct DeformJob<'a> {
     pub(crate) run: &'a RunArgs,
     pub(crate) options: DeformOptions,
     pub(crate) soft: Option<f64>,
+    pub(crate) region: Option<&'a RegionArgs>,
     pub(crate) at_limit: AtLimit,
     pub(crate) loose: Loose,
 }
@@ -92,6 +96,7 @@ impl Job for DeformJob<'_> {
             constraints: &constraints,
             options: &options,
             soft: self.soft,
+            region: self.region(mesh)?,
             precision: self.run.precision,
             history: if self.run.history {
                 History::Keep
@@ -143,6 +148,25 @@ impl Job for DeformJob<'_> {
 }
 
 impl DeformJob<'_> {
+    /// The region of `--region`, if there is one.
+    fn region(&self, mesh: &Prepared) -> Result<Option<Region>, CliError> {
+        let Some(args) = self.region else {
+            return Ok(None);
+        };
+        let (selection, file) = (args.region.as_ref(), args.region_file.as_ref());
+        let Some(vertices) = part::region(selection, file, mesh)? else {
+            return Ok(None);
+        };
+        let surface = mesh.processing.surface();
+        let falloff = args.falloff.unwrap_or(Length::Absolute(0.0));
+        let falloff = falloff.on(surface.bounding_box().longest_side());
+        let mask = Mask::inside(&surface, &vertices, falloff);
+        Ok(Some(Region {
+            mask: mask.map_err(|error| mesh.refuse(error))?,
+            vertices,
+        }))
+    }
+
     fn handles(&self) -> HandlesFile<'_> {
         HandlesFile {
             path: &self.input.handles,
