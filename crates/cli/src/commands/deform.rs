@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use cotan::DeformOptions;
-use cotan::flow::StopReason;
+use cotan::flow::{StopReason, predicted_point_handle_bytes};
 use cotan_io::ProcessingMesh;
 use cotan_tool::Work;
 use cotan_tool::handles_file::{self, Constraint, FileVertices, HandlesFile};
@@ -90,7 +90,6 @@ impl Job<'_> {
         } = prepared;
         let mut options = self.options.clone();
         let left = memory::check(Work::Deform, &self.input.mesh, &document)?;
-        options.system.max_memory = Some(left);
         let constraints = handles.read(&document, &processing, file_vertices.as_ref())?;
         let held = match self.loose {
             Loose::Hold => held_still(&constraints, &processing, file_vertices.as_ref(), console),
@@ -102,6 +101,9 @@ impl Job<'_> {
             console.warn(format_args!("{}: {weldable}", source.path.display()));
         }
         let all = [constraints.as_slice(), &held].concat();
+        let vertices = all.iter().filter_map(|c| processing.vertex(c.vertex));
+        let by_points = predicted_point_handle_bytes(processing.mesh(), vertices);
+        options.system.max_memory = Some(left.saturating_sub(by_points));
         let edit = Edit {
             path: &self.input.mesh,
             constraints: &all,
