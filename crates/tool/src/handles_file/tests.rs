@@ -103,6 +103,7 @@ fn groups() -> impl Strategy<Value = Vec<Group>> {
                 motion,
                 turn: None,
                 weight,
+                turn: None,
             })
             .collect()
     })
@@ -273,4 +274,38 @@ fn a_file_of_groups_is_a_handle_a_line() {
         to_json(&[empty, one]),
         "{\"handles\": [\n  {\"vertices\":[4,2],\"fixed\":true,\"weight\":2.5}\n]}\n"
     );
+}
+
+#[test]
+fn a_turn_of_more_than_half_a_turn_is_written_and_read() {
+    let bench = Bench::new();
+    let turn = nalgebra::Vector3::new(0.0, 5.0, 1.0);
+    let group = |turn: nalgebra::Vector3<f64>| Group {
+        vertices: vec![3, 7, 9],
+        motion: GroupMotion::Matrix(nalgebra::Rotation3::new(turn).to_homogeneous()),
+        weight: None,
+        turn: Some(turn),
+    };
+    let text = to_json(&[group(turn)]);
+    let path = bench.write("h.json", &text);
+    let (flat, groups) = bench.read(&path);
+    let alone = from_json(&text).unwrap();
+    let stated = flat.iter().map(|c| c.turn);
+    for read in stated.chain([groups[0].turn, alone[0].turn]) {
+        assert!((read.unwrap() - turn).norm() < 1e-12, "{read:?}");
+    }
+    let again = bench.constraints(&groups);
+    assert!(again.iter().all(|c| c.turn == groups[0].turn));
+    // A smaller turn is that of the matrix.
+    let small = to_json(&[group(0.5 * turn)]);
+    assert!(!small.contains("turn"), "{small}");
+    let lone = r#"{"handles": [{"vertices": [1], "transform": {"turn": [0, 300, 0]}}]}"#;
+    let file = HandlesFile {
+        path: &bench.write("lone.json", lone),
+        def: None,
+        max_bytes: u64::MAX,
+    };
+    let read = file.read(&bench.document, &bench.processing, None);
+    let error = read.unwrap_err().to_string();
+    assert!(error.contains("rotate"), "{error}");
 }

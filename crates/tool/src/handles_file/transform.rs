@@ -140,8 +140,7 @@ mod tests {
                 about: None,
             }),
             translate: Some(Vector3::new(0.0, 0.0, 5.0)),
-            turn: None,
-            matrix: None,
+            ..Transform::default()
         };
         let matrix = transform.matrix(Point3::new(1.0, 0.0, 0.0)).unwrap();
         assert!(close(

@@ -1,7 +1,7 @@
 //! The job of `deform`, `reconstruct` and `demo`: reads handles, edits the mesh, reports.
 
 use cotan::DeformOptions;
-use cotan::flow::StopReason;
+use cotan::flow::{StopReason, predicted_point_handle_bytes};
 use cotan::smooth::Mask;
 use cotan_tool::Work;
 use cotan_tool::handles_file::{self, Constraint, HandlesFile};
@@ -86,12 +86,16 @@ impl Job for DeformJob<'_> {
         context: &Context<'_>,
     ) -> Result<Finished<DeformReport, Rest>, CliError> {
         let mut options = self.options.clone();
-        options.system.max_memory = Some(mesh.check_memory(Work::Deform)?);
+        let left = mesh.check_memory(Work::Deform)?;
         let file_vertices = mesh.file_vertices.as_ref();
         let read = self.handles();
         let mut constraints = read.read(&mesh.document, &mesh.processing, file_vertices)?;
         let num_handles = constraints.len();
         constraints.extend(self.held_still(&constraints, mesh, context.console));
+        let held = constraints.iter();
+        let vertices = held.filter_map(|c| mesh.processing.vertex(c.vertex));
+        let by_points = predicted_point_handle_bytes(mesh.processing.mesh(), vertices);
+        options.system.max_memory = Some(left.saturating_sub(by_points));
         let edit = Edit {
             constraints: &constraints,
             options: &options,
