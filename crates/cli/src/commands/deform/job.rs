@@ -70,7 +70,7 @@ impl Job for DeformJob<'_> {
     }
 
     fn check(&self) -> Result<(), CliError> {
-        match self.handles().matrix_beside() {
+        match self.handles().default_matrix() {
             Some(matrix) => paths::check_read("the matrix of --handles", &matrix),
             None => Ok(()),
         }
@@ -190,16 +190,16 @@ impl DeformJob<'_> {
                  written; try another --orientation or --scheme clamped"
             )),
             StopReason::Stalled => console.warn(format_args!(
-                "stopped after {iterations} before the tolerance was met: within rounding, no step \
-                 leads further"
+                "stopped after {iterations} before the tolerance was met: no step makes progress \
+                 beyond rounding errors"
             )),
             _ => {}
         }
         if let Some(angle) = flow.lost_turn {
             console.warn(format_args!(
-                "a turn of more than half a turn was lost: a part of the shape came to lie {:.0}° \
-                 from where it was wound to; a body holds about 85° to 110° of twist for each of \
-                 its diameters between the handles",
+                "a rotation of more than half a turn was lost: part of the shape ended up {:.0}° \
+                 from where it was wound to; a body holds about 85° to 110° of twist per diameter \
+                 of its length between the handles",
                 angle.to_degrees()
             ));
         }
