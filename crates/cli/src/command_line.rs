@@ -73,7 +73,7 @@ pub(crate) enum Command {
     /// Open a mesh in the editor: drag handles and see the surface follow
     #[command(after_help = edit::args::EXAMPLE)]
     Edit(edit::args::EditArgs),
-    /// Repair a mesh without guessing a shape, and tell each change
+    /// Repair a mesh without guessing a shape, and report each change
     #[command(after_help = repair::args::EXAMPLE)]
     Repair(repair::args::RepairArgs),
     /// Move handles and let the surface follow

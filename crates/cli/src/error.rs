@@ -82,7 +82,7 @@ pub(crate) enum CliError {
         num_vertices: usize,
     },
     /// The file has no such field.
-    #[error("{}: the vertices have no finite number \"{name}\"; their numbers are: {known}", path.display())]
+    #[error("{}: the vertices have no finite values of \"{name}\"; their scalar properties are: {known}", path.display())]
     NoField {
         path: PathBuf,
         name: String,
@@ -106,7 +106,7 @@ pub(crate) enum CliError {
     Output(#[source] io::Error),
     /// The editor, which is a separate package, is not installed.
     #[error(
-        "the program `cotan-editor` is neither beside this one nor on the PATH; install it with \
+        "the program `cotan-editor` is neither next to this one nor on the PATH; install it with \
          `cargo install cotan-editor`, or build it in a checkout with `cargo build -p cotan-editor`"
     )]
     NoEditor,
@@ -159,7 +159,7 @@ impl CliError {
         let mut then = "";
         if let Some(weld) = weld_option(weld) {
             option = format!("{weld} {option}");
-            then = " and leave --weld out then";
+            then = " and then omit --weld";
         }
         let remedy = match cure {
             Cure::Command => format!("repair with `cotan repair {option}`"),
@@ -168,9 +168,7 @@ impl CliError {
             }
             Cure::Offered => format!("repair with `cotan repair {option}` first{then}"),
             Cure::Beyond => {
-                format!(
-                    "--repair does not go so far: repair with `cotan repair {option}` first{then}"
-                )
+                format!("--repair is not enough: repair with `cotan repair {option}` first{then}")
             }
         };
         Self::Unsound {

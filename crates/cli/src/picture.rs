@@ -41,7 +41,7 @@ impl BeforeAfter<'_> {
             canvas.draw(self.scene(positions, &camera).corners(), Light::Sculpture);
             canvas.into_image()
         });
-        Image::beside(&panels).png()
+        Image::side_by_side(&panels).png()
     }
 
     /// The surface, coloured by its handles, with dots at isolated handles.

@@ -33,7 +33,7 @@ pub enum MemoryError {
     },
     /// The system cannot provide the predicted memory.
     #[error(
-        "{work} this mesh is predicted to take {} of memory, which the system does not give; simplify the mesh",
+        "{work} this mesh is predicted to take {} of memory, which the system cannot provide; simplify the mesh",
         megabytes(*predicted)
     )]
     OutOfMemory {
@@ -240,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn the_machine_has_memory_and_no_more_than_a_machine_can() {
+    fn the_memory_of_the_machine_is_plausible() {
         let bytes = MemoryLimit::of_machine().bytes();
         assert!((64 << 20..u64::MAX / 2).contains(&bytes), "{bytes}");
     }

@@ -3,7 +3,7 @@
 use crate::sandbox::Sandbox;
 
 #[test]
-fn the_demo_writes_what_it_says_and_can_be_repeated_by_hand() {
+fn the_demo_writes_its_files_and_can_be_repeated_by_hand() {
     let sandbox = Sandbox::new();
     let outcome = sandbox.cotan_ok("demo -o out/demo");
     for word in [

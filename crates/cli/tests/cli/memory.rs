@@ -49,7 +49,7 @@ fn least_space(sandbox: &Sandbox) -> Option<u64> {
         .into_iter()
         .find(works);
     if least.is_none() {
-        println!("skipped: no shell that can limit the address space");
+        cotan_testing::skip("no shell can limit the address space here");
     }
     least
 }
@@ -139,7 +139,7 @@ fn glb(count: usize) -> Vec<u8> {
 /// The limit is twice the space the program needs to start. With less, its own allocations fail
 /// at random.
 #[test]
-fn what_a_file_asks_for_and_cannot_have_is_an_error() {
+fn memory_that_a_file_requests_and_cannot_get_is_an_error() {
     let sandbox = Sandbox::new();
     let Some(least) = least_space(&sandbox) else {
         return;
@@ -181,7 +181,7 @@ fn what_a_file_asks_for_and_cannot_have_is_an_error() {
 /// The smallest has room for the arenas that an allocator reserves per thread (64 MB with glibc).
 /// Without them, the program's own allocations fail at random.
 #[test]
-fn no_command_dies_of_a_small_address_space() {
+fn no_command_crashes_in_a_small_address_space() {
     let sandbox = Sandbox::new();
     let Some(least) = least_space(&sandbox) else {
         return;
@@ -243,7 +243,7 @@ fn no_command_dies_of_a_small_address_space() {
 }
 
 #[test]
-fn every_command_knows_the_limit_of_memory() {
+fn every_command_respects_the_memory_limit() {
     let sandbox = Sandbox::with_bar();
     sandbox.write("h.json", crate::sandbox::json_handles());
     for line in [
@@ -272,7 +272,7 @@ fn every_command_knows_the_limit_of_memory() {
 }
 
 #[test]
-fn every_limit_of_reading_refuses_what_is_beyond_it() {
+fn every_reading_limit_is_enforced() {
     let sandbox = Sandbox::with_bar();
     for (limit, word) in [
         ("--limit-file 1K", "more than 1000 bytes"),

@@ -19,7 +19,7 @@ fn balls() -> Sandbox {
 }
 
 #[test]
-fn noise_goes_and_the_report_says_by_how_much() {
+fn noise_is_reduced_and_the_report_measures_it() {
     let sandbox = balls();
     sandbox.cotan_ok(
         "denoise noisy.obj -o out.obj --truth ball.obj --preserve-volume --report r.json \
@@ -62,7 +62,7 @@ fn the_number_of_threads_changes_no_byte() {
 }
 
 #[test]
-fn details_at_scale_one_are_left_alone() {
+fn detail_at_scale_one_changes_nothing() {
     let sandbox = balls();
     sandbox.cotan_ok("detail noisy.obj -o same.obj --scale 1 --report r.json");
     let moved = sandbox.json("r.json")["max_displacement"].as_f64();

@@ -113,7 +113,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(128))]
 
     #[test]
-    fn what_is_written_reads_back_bit_for_bit(groups in groups()) {
+    fn written_handles_read_back_bit_for_bit(groups in groups()) {
         let bench = Bench::new();
         let path = bench.write("h.json", &to_json(&groups));
         let (flat, read) = bench.read(&path);
@@ -126,7 +126,7 @@ proptest! {
 }
 
 #[test]
-fn groups_say_what_the_list_of_vertices_says() {
+fn groups_agree_with_the_list_of_vertices() {
     let bench = Bench::new();
     let json = r#"{"handles": [
       {"vertices": [3, 3, 1], "fixed": true},
@@ -157,7 +157,7 @@ fn lines_of_text_are_groups_of_one() {
 }
 
 #[test]
-fn a_sel_file_is_what_is_fixed_and_what_is_moved() {
+fn a_sel_file_has_a_fixed_and_a_moved_group() {
     let bench = Bench::new();
     let statuses: String = (0..42).map(|v| format!("{}\n", v % 3)).collect();
     let path = bench.write("h.sel", &statuses);
@@ -232,7 +232,7 @@ fn copies_of_a_repair_become_the_vertex_of_the_file() {
 }
 
 #[test]
-fn what_needs_a_mesh_is_not_read_without_one() {
+fn selections_that_need_a_mesh_are_refused_without_one() {
     for (handle, word) in [
         (
             r#""vertices": {"box": {"min": [0,0,0], "max": [1,1,1]}}, "fixed": true"#,
@@ -257,7 +257,7 @@ fn what_needs_a_mesh_is_not_read_without_one() {
 }
 
 #[test]
-fn a_file_of_groups_is_a_handle_a_line() {
+fn a_file_of_groups_has_one_handle_per_line() {
     let empty = Group {
         vertices: Vec::new(),
         motion: GroupMotion::Fixed,

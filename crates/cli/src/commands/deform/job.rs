@@ -74,7 +74,7 @@ impl Job for DeformJob<'_> {
     }
 
     fn check(&self) -> Result<(), CliError> {
-        match self.handles().matrix_beside() {
+        match self.handles().default_matrix() {
             Some(matrix) => paths::check_read("the matrix of --handles", &matrix),
             None => Ok(()),
         }
@@ -218,8 +218,8 @@ impl DeformJob<'_> {
                  written; try another --orientation or --scheme clamped"
             )),
             StopReason::Stalled => console.warn(format_args!(
-                "stopped after {iterations} before the tolerance was met: within rounding, no step \
-                 leads further"
+                "stopped after {iterations} before the tolerance was met: no step makes progress \
+                 beyond rounding errors"
             )),
             _ => {}
         }
