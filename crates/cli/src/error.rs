@@ -74,7 +74,7 @@ pub(crate) enum CliError {
         #[source]
         source: cotan::surface::DistanceError,
     },
-    /// The surface has no such vertex.
+    /// No face has the vertex that an option names.
     #[error("{}: vertex {vertex} is on no face; the vertices are 0 to {}", path.display(), num_vertices.saturating_sub(1))]
     NoVertex {
         path: PathBuf,
@@ -91,9 +91,6 @@ pub(crate) enum CliError {
     /// The part that `--mask` or `--region` names has no vertex.
     #[error("{}: the part that is to move has no vertex; check the numbers of --mask or --region (cotan info shows the size of the mesh)", path.display())]
     EmptyPart { path: PathBuf },
-    /// No face has the vertex that an option names.
-    #[error("{}: no face has the vertex {vertex} of near:; vertices have the numbers of the file, counted from 0", path.display())]
-    NoVertex { path: PathBuf, vertex: usize },
     /// A report, a picture or a folder cannot be written.
     #[error("{}: cannot write: {source}", path.display())]
     Write {

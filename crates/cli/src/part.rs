@@ -104,7 +104,7 @@ fn constraints(path: &InputPath, mesh: &Prepared) -> Result<Vec<Constraint>, Cli
         def: None,
         max_bytes: memory::limits().max_bytes,
     };
-    if let Some(matrix) = file.matrix_beside() {
+    if let Some(matrix) = file.default_matrix() {
         paths::check_read("the matrix of a handles file", &matrix)?;
     }
     Ok(file.read(
@@ -128,6 +128,10 @@ fn vertices_of(vertex: usize, mesh: &Prepared) -> Result<Vec<VertexId>, CliError
         true => Err(CliError::NoVertex {
             path: mesh.path().to_owned(),
             vertex,
+            num_vertices: match &mesh.file_vertices {
+                Some(file) => file.num_vertices(),
+                None => mesh.document.positions().len(),
+            },
         }),
         false => Ok(found),
     }

@@ -103,7 +103,6 @@ fn groups() -> impl Strategy<Value = Vec<Group>> {
                 motion,
                 turn: None,
                 weight,
-                turn: None,
             })
             .collect()
     })

@@ -251,14 +251,6 @@ mod tests {
     }
 
     #[test]
-    fn a_scale_of_one_changes_no_digit() {
-        for shape in [rough(), bumpy_plane::<f64>([2.0, 2.0], [20, 20], 0.1)] {
-            let same = edited(&shape, &ScaledCurvature::by(1.0));
-            assert_eq!(&same, shape.positions());
-        }
-    }
-
-    #[test]
     fn details_grow_and_fade_and_the_volume_stays() {
         let shape = rough();
         let surface = shape.surface();
