@@ -33,8 +33,9 @@ pub struct Deformed<T: Scalar> {
 /// contradict each other or leave a component free. Reaching the iteration limit is not an error:
 /// see [`Deformed::report`].
 ///
-/// **Source**: paper, section 3.2. The default orientation differs from the paper (see
-/// `docs/decisions`); its own settings are [`DeformOptions::paper`].
+/// **Source**: paper, section 3.2. The default orientation differs from the paper, whose
+/// reflection does not reach a fixed point on detailed meshes. The settings of the paper are
+/// [`DeformOptions::paper`].
 pub fn deform<'m, T: Scalar>(
     surface: impl Into<Surface<'m, T>>,
     handles: &Handles<T>,

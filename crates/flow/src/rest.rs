@@ -1,4 +1,4 @@
-//! What the flow remembers of the original mesh.
+//! The original mesh and its measurements.
 
 use std::sync::{Arc, OnceLock};
 
@@ -94,7 +94,8 @@ impl<T: Scalar> Rest<T> {
             .then(|| mesh.to_vertices(positions.clone()));
         let surface = Surface::new(&mesh, of_vertices.as_ref().unwrap_or(&positions))?;
         let rings = Arc::new(OneRings::new(&mesh));
-        let operator = Operator::assemble_on(&rings, &*scheme, &surface)?;
+        let operator = scheme.operator(&rings, &surface)?;
+        check_graph(&*scheme, &operator, &rings)?;
         let mut laplacian = VertexMap::filled(n, Vector3::zeros());
         operator.apply(&positions, &mut laplacian);
         let magnitudes = laplacian.map(|ell| ell.norm());
@@ -264,8 +265,8 @@ impl<T: Scalar> Rest<T> {
         own.unwrap_or_else(|| self.operator.weights())
     }
 
-    /// Whether the operator's weights are the cotangents, so that the membrane's edges pull by half
-    /// of L⁰x.
+    /// Returns `true` if the operator's weights are the cotangents, so that the membrane's edges
+    /// pull by half of L⁰x.
     pub(crate) fn has_own_cotangents(&self) -> bool {
         self.row_cotangents.is_none()
     }
@@ -331,6 +332,23 @@ fn in_rows<T: Scalar>(
     let of_vertices = mesh.to_vertices(rows.clone());
     let units = BoxUnits::of(&Surface::new(mesh, &of_vertices)?)?;
     Ok((Arc::new(rows), units))
+}
+
+/// The energies of the flow are sums over the edges of the mesh, and so must be the operator.
+fn check_graph<T: Scalar>(
+    scheme: &dyn LaplacianScheme<T>,
+    operator: &Operator<T>,
+    rings: &OneRings,
+) -> Result<(), SchemeError> {
+    if operator.graph() == rings.graph() {
+        return Ok(());
+    }
+    Err(SchemeError::Unsuitable {
+        scheme: scheme.name().into(),
+        reason: "its operator joins vertices that no edge of this mesh joins, which the flow \
+                 cannot use; remesh the surface, or choose a scheme on the edges of the mesh"
+            .into(),
+    })
 }
 
 /// The cotangent weights, from cotangents that are known already.

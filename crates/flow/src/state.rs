@@ -48,7 +48,7 @@ impl<'a, T: Scalar> FlowState<'a, T> {
         self.rest
     }
 
-    /// Number of solves before this state.
+    /// The number of solves before this state.
     pub fn iteration(&self) -> usize {
         self.iteration
     }

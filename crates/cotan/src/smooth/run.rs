@@ -64,7 +64,8 @@ pub struct Smoothed<T: Scalar> {
 /// other, settings out of range, and a volume or area that cannot be preserved within the
 /// displacement bound.
 ///
-/// **Source**: paper, section 4.2. For the differences and their reasons see `docs/decisions`.
+/// **Source**: paper, section 4.2. The paper pins one vertex, which lets the volume drift
+/// without bound; here every vertex is anchored weakly.
 pub fn smooth<'m, T: Scalar>(
     surface: impl Into<Surface<'m, T>>,
     handles: &Handles<T>,

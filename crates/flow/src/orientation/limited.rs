@@ -14,7 +14,8 @@ use crate::state::FlowState;
 /// not outgrow its original size:
 ///
 /// ```text
-/// ℓ = k (ℓ⁰·N⁰) N + t min(1, k t⁰/|t|)      t = ℓ_c − (ℓ_c·N) N,  t⁰ = |ℓ⁰ − (ℓ⁰·N⁰) N⁰|,  k = d/|ℓ⁰|
+/// ℓ = k (ℓ⁰·N⁰) N + t min(1, k t⁰/|t|)
+/// t = ℓ_c − (ℓ_c·N) N,   t⁰ = |ℓ⁰ − (ℓ⁰·N⁰) N⁰|,   k = d/|ℓ⁰|
 /// ```
 ///
 /// A continuous map, where the paper's reflection jumps. Boundary vertices: as [`super::Reflect`].
@@ -28,7 +29,7 @@ pub struct Limited<T: Scalar> {
     normal_part: NormalPart,
 }
 
-/// How long the normal part of a Laplacian coordinate is.
+/// The length of the normal part of a Laplacian coordinate.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum NormalPart {
     /// As long as it was.

@@ -1,9 +1,9 @@
 //! Rules that turn the Laplacian coordinates after a step.
 //!
-//! The scalar field says how long each Laplacian coordinate is to be; an [`Orientation`] gives it a
-//! direction on the current mesh. The paper's rule is [`Reflect`]; the others converge where it
-//! oscillates (measured in `docs/decisions`), and so does the descent of an energy
-//! ([`crate::LocalGlobal`]).
+//! The scalar field says how long each Laplacian coordinate is to be; an [`Orientation`] gives it
+//! a direction on the current mesh. The paper's rule is [`Reflect`]; the others converge where it
+//! oscillates (on detailed meshes, where |ℓ| is small compared to the one-ring), and so does the
+//! descent of an energy ([`crate::LocalGlobal`]).
 
 mod frame;
 mod limited;
