@@ -73,6 +73,8 @@ fn check_product(problem: &Problem, storage: &Storage) -> Result<(), LinearError
     // The blocks of columns and the matrix that they are joined to, then the graph that is ordered.
     let bytes_per_entry = 2 * (size_of::<u32>() + size_of::<f64>()) as u64 + 16;
     let bound = Stretched::new(&problem.graph).bound_of_product(&problem.graph);
+    let of_ties = problem.ties.all().iter().map(|tie| (tie.terms.len() as u64).pow(2));
+    let bound = bound + of_ties.sum::<u64>();
     let predicted = bound.saturating_mul(bytes_per_entry);
     if predicted > limit.permitted {
         return Err(LinearError::MemoryLimit {
@@ -118,6 +120,7 @@ fn assemble(
         graph,
         weights,
         membrane,
+        ties,
         held,
         ..
     } = problem;
@@ -130,6 +133,11 @@ fn assemble(
             for &i in vertices {
                 column.gather(graph, weights, stretched, i);
                 column.add_membrane(graph, weights, i, membrane.as_ref());
+                if let Some(sheet) = membrane {
+                    for (j, entry) in ties.row(i) {
+                        column.add(j, sheet.weight * entry);
+                    }
+                }
                 column.values[i] += held.spring(i);
                 column.emit(
                     free_index,

@@ -1,0 +1,6 @@
+//! Models of several parts: those with handles drive, the others follow.
+
+#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+
+mod models;
+mod ogre;
