@@ -72,10 +72,16 @@ impl ClosestTree {
             .iter()
             .map(|t| triangle_corners(*t, positions))
             .collect();
-        let mut order: Vec<u32> = (0..triangles.len() as u32).collect();
+        let mut all: Vec<u32> = (0..triangles.len() as u32).collect();
+        all.sort_by_key(|i| labels[*i as usize]);
+        let mut groups: Vec<Group<'_>> = all
+            .chunk_by_mut(|a, b| labels[*a as usize] == labels[*b as usize])
+            .map(|members| Group::new(members, &corners))
+            .collect();
         let mut nodes = Vec::with_capacity(triangles.len().max(1));
-        if !order.is_empty() {
-            split(&mut nodes, &mut order, 0, &corners);
+        let mut order = Vec::with_capacity(triangles.len());
+        if !groups.is_empty() {
+            join(&mut nodes, &mut groups, &mut order, &corners);
         }
         let pick = |i: &u32| *i as usize;
         Self {
@@ -227,6 +233,7 @@ impl ClosestTree {
 }
 
 impl Node {
+    #[inline(always)]
     fn squared_distance(&self, p: Point3<f64>) -> f64 {
         let mut sum = 0.0;
         for k in 0..3 {
@@ -237,13 +244,76 @@ impl Node {
     }
 }
 
-/// Appends the node of these triangles and everything below it.
-fn split(nodes: &mut Vec<Node>, order: &mut [u32], offset: usize, corners: &[[Point3<f64>; 3]]) {
+/// The triangles of one label.
+struct Group<'a> {
+    members: &'a mut [u32],
+    min: Point3<f64>,
+    max: Point3<f64>,
+}
+
+impl<'a> Group<'a> {
+    fn new(members: &'a mut [u32], corners: &[[Point3<f64>; 3]]) -> Self {
+        let [min, max] = bounds(members, corners);
+        Self { members, min, max }
+    }
+
+    fn middle(&self) -> Point3<f64> {
+        nalgebra::center(&self.min, &self.max)
+    }
+}
+
+/// Appends the node of several labels and everything below it, each label with a subtree of its
+/// own: a query that skips a label enters none of it.
+fn join(
+    nodes: &mut Vec<Node>,
+    groups: &mut [Group<'_>],
+    order: &mut Vec<u32>,
+    corners: &[[Point3<f64>; 3]],
+) {
+    if let [group] = groups {
+        split(nodes, group.members, order.len(), corners);
+        order.extend_from_slice(group.members);
+        return;
+    }
     let [mut min, mut max] = [f64::INFINITY, f64::NEG_INFINITY].map(|x| Point3::new(x, x, x));
     let [mut low, mut high] = [min, max];
-    for &i in order.iter() {
+    for group in groups.iter() {
+        (min, max) = (min.inf(&group.min), max.sup(&group.max));
+        (low, high) = (low.inf(&group.middle()), high.sup(&group.middle()));
+    }
+    let index = nodes.len();
+    nodes.push(Node {
+        min,
+        max,
+        first: 0,
+        count: 0,
+    });
+    let axis = (high - low).imax();
+    groups.sort_by(|a, b| {
+        let [a_key, b_key] = [a, b].map(|group| group.middle()[axis]);
+        let first = |group: &Group<'_>| group.members.first().copied();
+        a_key.total_cmp(&b_key).then(first(a).cmp(&first(b)))
+    });
+    let (left, right) = groups.split_at_mut(groups.len() / 2);
+    join(nodes, left, order, corners);
+    nodes[index].first = nodes.len() as u32;
+    join(nodes, right, order, corners);
+}
+
+fn bounds(members: &[u32], corners: &[[Point3<f64>; 3]]) -> [Point3<f64>; 2] {
+    let empty = [f64::INFINITY, f64::NEG_INFINITY].map(|x| Point3::new(x, x, x));
+    members.iter().fold(empty, |[min, max], &i| {
         let [a, b, c] = &corners[i as usize];
-        (min, max) = (min.inf(&a.inf(b).inf(c)), max.sup(&a.sup(b).sup(c)));
+        [min.inf(&a.inf(b).inf(c)), max.sup(&a.sup(b).sup(c))]
+    })
+}
+
+/// Appends the node of these triangles and everything below it.
+fn split(nodes: &mut Vec<Node>, order: &mut [u32], offset: usize, corners: &[[Point3<f64>; 3]]) {
+    let [min, max] = bounds(order, corners);
+    let [mut low, mut high] =
+        [f64::INFINITY, f64::NEG_INFINITY].map(|x| Point3::new(x, x, x));
+    for &i in order.iter() {
         let middle = middle(&corners[i as usize]);
         (low, high) = (low.inf(&middle), high.sup(&middle));
     }

@@ -2,5 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
+mod cases;
 mod models;
 mod ogre;
+mod theorems;

@@ -3,7 +3,7 @@
 use cotan::prelude::*;
 
 /// Several meshes as one, part after part.
-pub fn together(parts: &[Mesh<f64>]) -> Mesh<f64> {
+pub(crate) fn together(parts: &[Mesh<f64>]) -> Mesh<f64> {
     let (mut points, mut faces) = (Vec::new(), Vec::new());
     for part in parts {
         let first = points.len() as u32;
@@ -16,7 +16,7 @@ pub fn together(parts: &[Mesh<f64>]) -> Mesh<f64> {
 }
 
 /// The part with this number by itself.
-pub fn alone(shape: &Mesh<f64>, part: usize) -> (Mesh<f64>, Vec<VertexId>) {
+pub(crate) fn alone(shape: &Mesh<f64>, part: usize) -> (Mesh<f64>, Vec<VertexId>) {
     let components = shape.connectivity().components();
     let vertices: Vec<VertexId> = shape
         .connectivity()
@@ -40,7 +40,7 @@ pub fn alone(shape: &Mesh<f64>, part: usize) -> (Mesh<f64>, Vec<VertexId>) {
 }
 
 /// The vertices of a part that satisfy a condition.
-pub fn of_part(
+pub(crate) fn of_part(
     shape: &Mesh<f64>,
     part: usize,
     wanted: impl Fn(&Point3<f64>) -> bool,
@@ -51,20 +51,20 @@ pub fn of_part(
 }
 
 /// The greatest distance between corresponding vertices.
-pub fn farthest(a: &Positions<f64>, b: &Positions<f64>) -> f64 {
+pub(crate) fn farthest(a: &Positions<f64>, b: &Positions<f64>) -> f64 {
     let pairs = a.values().zip(b.values());
     pairs.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
 }
 
 /// A rotation about a point, in degrees, as a matrix.
-pub fn turn(about: [f64; 3], axis: Vector3<f64>, degrees: f64) -> Matrix4<f64> {
+pub(crate) fn turn(about: [f64; 3], axis: Vector3<f64>, degrees: f64) -> Matrix4<f64> {
     let about = nalgebra::Translation3::from(Point3::from(about).coords);
     let turn = Rotation3::new(axis.normalize() * degrees.to_radians());
     about.to_homogeneous() * turn.to_homogeneous() * about.inverse().to_homogeneous()
 }
 
 /// The worst change of a gap and the worst turn, over the parts that follow.
-pub fn worst(parts: &[cotan::PartReport]) -> [f64; 2] {
+pub(crate) fn worst(parts: &[cotan::PartReport]) -> [f64; 2] {
     let over = |of: fn(&cotan::PartReport) -> f64| parts.iter().map(of).fold(0.0, f64::max);
     [over(|p| p.gap_change), over(|p| p.turn_degrees)]
 }

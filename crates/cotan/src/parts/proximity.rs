@@ -141,6 +141,9 @@ struct Finder<'a> {
     untied: &'a Untied,
 }
 
+/// Parts of more vertices are looked at one by one.
+const LARGE: usize = 4096;
+
 /// A stretch of the vertices of a part, so that large parts are shared among threads.
 const STRETCH: usize = 512;
 
@@ -158,9 +161,30 @@ impl Finder<'_> {
     /// For every part the nearest one with another mark, as its own vertices see it and as those
     /// of the others do.
     fn nearest(&self, parts: &[u32], marks: &Marks) -> Vec<Option<Link>> {
+        let mut nearest: Vec<Option<Link>> = vec![None; self.model.parts.len()];
+        // Small parts first: large ones then know how near their neighbours are.
+        let is_large = |p: &u32| self.model.parts[*p as usize].vertices.len() > LARGE;
+        let (large, small): (Vec<u32>, Vec<u32>) = parts.iter().partition(|p| is_large(p));
+        for some in std::iter::once(&small[..]).chain(large.chunks(1)) {
+            let found = self.nearest_of(some, marks, &nearest);
+            for link in found {
+                for part in link.parts {
+                    let slot = &mut nearest[part as usize];
+                    if slot.is_none_or(|known| link.distance < known.distance) {
+                        *slot = Some(link);
+                    }
+                }
+            }
+        }
+        nearest
+    }
+
+    /// As far as their own vertices see, the parts that are nearer than those known.
+    fn nearest_of(&self, parts: &[u32], marks: &Marks, known: &[Option<Link>]) -> Vec<Link> {
         let found = parallel::tasks(self.stretches(parts), |(part, vertices)| {
             let own = marks.of(part);
-            let (mut reach, mut best) = (f64::INFINITY, None);
+            let known = known[part as usize].map(|link| link.distance);
+            let (mut reach, mut best) = (known.unwrap_or(f64::INFINITY), None);
             for &v in vertices {
                 let skips = |least, most| least == most && (least == own || least == APART);
                 let counts = |label| !self.untied.contains(part, label);
@@ -177,16 +201,7 @@ impl Finder<'_> {
             }
             best
         });
-        let mut nearest: Vec<Option<Link>> = vec![None; self.model.parts.len()];
-        for link in found.into_iter().flatten() {
-            for part in link.parts {
-                let slot = &mut nearest[part as usize];
-                if slot.is_none_or(|known| link.distance < known.distance) {
-                    *slot = Some(link);
-                }
-            }
-        }
-        nearest
+        found.into_iter().flatten().collect()
     }
 
     /// The links to everything that is at most `reach` farther than the nearest part.
