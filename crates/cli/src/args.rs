@@ -3,6 +3,7 @@
 mod bench;
 mod limits;
 mod options;
+mod parts;
 mod paths;
 mod repair;
 mod smooth;
@@ -16,6 +17,7 @@ use clap::{Args, Parser, Subcommand};
 pub(crate) use bench::BenchArgs;
 pub(crate) use limits::LimitArgs;
 pub(crate) use options::{DeformArgs, EmbedArgs, InputArgs, ReconstructArgs, RunArgs};
+pub(crate) use parts::PartsArgs;
 pub(crate) use paths::{InputPath, OutputFolder, OutputPath};
 pub(crate) use repair::RepairArgs;
 pub(crate) use smooth::{DetailArgs, KeepArgs, MeshArgs, SmoothArgs};

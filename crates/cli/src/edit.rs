@@ -6,8 +6,9 @@ use std::time::Instant;
 
 use cotan::flow::{Flow, Report as FlowReport, StepReport};
 use cotan::geometry::{Positions, Scalar, Surface};
+use cotan::halfedge::VertexId;
 use cotan::linear::Hold;
-use cotan::{DeformOptions, Quality, Session, ShapeErrors};
+use cotan::{DeformOptions, PartReport, Quality, Session, ShapeErrors};
 use cotan_io::{Document, ProcessingMesh, Weld};
 use cotan_tool::handles_file::{Constraint, FileVertices, to_handles};
 use cotan_tool::numbers::in_file_numbers;
@@ -48,6 +49,8 @@ pub(crate) struct Edited {
     pub(crate) flow: FlowReport,
     pub(crate) quality: Quality,
     pub(crate) history: Option<Vec<HistoryEntry>>,
+    /// The roles of the parts; empty for a model of one part.
+    pub(crate) parts: Vec<PartReport>,
 }
 
 impl Edit<'_> {
@@ -100,7 +103,7 @@ impl Edit<'_> {
 
         progress.phase("iterate");
         let clock = Instant::now();
-        let mut recorder = Recorder::new(self.history, original);
+        let mut recorder = Recorder::new(self.history, original, session.flow_vertices());
         let flow = session.run_observed(|flow, step| {
             progress.step(step.iteration, step.change);
             recorder.record(flow, step)
@@ -116,6 +119,7 @@ impl Edit<'_> {
                 &moved(&positions, &session.positions(), processing, origin),
             )
             .map_err(in_file)?;
+        let parts = session.parts();
         // Free the session: the measures need memory of their own.
         drop(session);
         let positions = positions_of(document, processing);
@@ -126,6 +130,7 @@ impl Edit<'_> {
             flow,
             quality,
             history,
+            parts,
         })
     }
 
@@ -173,6 +178,8 @@ fn moved<T: Scalar>(
 /// Measures the errors after every iteration, if requested.
 struct Recorder<'a> {
     original: Surface<'a, f64>,
+    /// The vertices of the flow, in its order.
+    vertices: Vec<VertexId>,
     /// The measurements so far, or the error that stopped them.
     entries: Result<Option<Vec<HistoryEntry>>, cotan::Error>,
     /// Time spent on measurements, in seconds.
@@ -180,13 +187,14 @@ struct Recorder<'a> {
 }
 
 impl<'a> Recorder<'a> {
-    fn new(history: History, original: Surface<'a, f64>) -> Self {
+    fn new(history: History, original: Surface<'a, f64>, vertices: Vec<VertexId>) -> Self {
         let entries = match history {
             History::Skip => None,
             History::Keep => Some(Vec::new()),
         };
         Self {
             original,
+            vertices,
             entries: Ok(entries),
             seconds: 0.0,
         }
@@ -197,7 +205,11 @@ impl<'a> Recorder<'a> {
             return ControlFlow::Continue(());
         };
         let clock = Instant::now();
-        let now = flow.positions().map(|p| p.map(Scalar::as_f64));
+        // Parts that follow are where they were until the run has ended.
+        let mut now = self.original.positions().clone();
+        for (v, p) in self.vertices.iter().zip(flow.positions().values()) {
+            now[*v] = p.map(Scalar::as_f64);
+        }
         let errors = ShapeErrors::measure(&self.original, &self.original.with_positions(&now));
         self.seconds += clock.elapsed().as_secs_f64();
         match errors {

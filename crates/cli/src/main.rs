@@ -9,6 +9,7 @@ mod error;
 mod files;
 mod inspect;
 mod memory;
+mod parts;
 mod paths;
 mod picture;
 mod prepare;

@@ -11,6 +11,7 @@ use crate::args::{OutputPath, Precision};
 use crate::edit::Edited;
 use crate::error::CliError;
 use crate::files;
+use crate::parts::{self, PartFields};
 use crate::text::Text;
 
 /// The machine-readable report of an edit. The fields are stable; more may be added.
@@ -42,6 +43,9 @@ pub(crate) struct Report {
     pub(crate) strategy_reason: Option<&'static str>,
     pub(crate) precision: &'static str,
     pub(crate) seconds: Seconds,
+    /// The parts of a model that has several.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) parts: Vec<PartFields>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) history: Option<Vec<HistoryEntry>>,
 }
@@ -148,6 +152,7 @@ pub(crate) struct Setting<'a> {
     pub(crate) options: &'a DeformOptions,
     pub(crate) precision: Precision,
     pub(crate) seconds: Seconds,
+    pub(crate) parts: &'a [PartFields],
 }
 
 impl Report {
@@ -171,6 +176,7 @@ impl Report {
             strategy_reason: flow.solver.map(|choice| choice.reason.as_str()),
             precision: setting.precision.name(),
             seconds: setting.seconds,
+            parts: setting.parts.to_vec(),
             history: edited.history.clone(),
         }
     }
@@ -194,6 +200,9 @@ impl Report {
         );
         if let (Some(strategy), Some(reason)) = (self.strategy, self.strategy_reason) {
             table.row("system solved by", format!("{strategy} ({reason})"));
+        }
+        if let Some(summary) = parts::summary(&self.parts) {
+            table.row("parts", summary);
         }
         table.quality(&self.quality);
         let s = &self.seconds;

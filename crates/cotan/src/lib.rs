@@ -74,7 +74,7 @@ pub use error::Error;
 pub use fair::fair;
 pub use handles::{HandleGroup, HandleId, Handles, Motion};
 pub use options::{DeformOptions, DetailSize, OrientationKind, SchemeKind, UnknownName};
-pub use parts::{PartReport, Parts, Role, Ties};
+pub use parts::{PartReport, Parts, Role, Ties, survey};
 pub use quality::{Extent, Quality, ShapeDistance, ShapeErrors};
 pub use reconstruct::{reconstruct, reconstruct_observed};
 pub use session::Session;

@@ -227,6 +227,8 @@ impl DeformOptions {
     #[must_use]
     pub fn for_reconstruction(mut self) -> Self {
         self.start = Start::Zero;
+        // Every component is rebuilt from handles of its own.
+        self.parts = Parts::Still;
         if self.orientation == OrientationKind::Hybrid {
             self.orientation = OrientationKind::ReflectFirst;
         }

@@ -397,6 +397,14 @@ impl<T: Scalar> Session<T> {
         }
     }
 
+    /// The vertices of [`Self::flow`], in its order, as the mesh numbers them.
+    pub fn flow_vertices(&self) -> Vec<VertexId> {
+        match &self.following {
+            Some(following) => following.flow_vertices(),
+            None => self.flow.rest().mesh().vertices().collect(),
+        }
+    }
+
     /// The underlying flow. If parts of the mesh follow others, it is that of the parts with
     /// handles alone, with their vertices in the order of the mesh.
     pub fn flow(&self) -> &Flow<T> {

@@ -9,6 +9,7 @@ use cotan::{DeformOptions, DetailSize, OrientationKind, SchemeKind};
 
 use cotan_io::{Companions, Filling, Repair, Weld};
 
+use super::parts::PartsArgs;
 use super::paths::{InputPath, OutputPath};
 use super::values::{self, Precision};
 use crate::error::Cure;
@@ -43,7 +44,17 @@ pub(super) const DEFORM_HELP: &str = r#"Handles file:
   NAME.sel has one line a vertex of the mesh: 0 fixed, 1 free, 2 moved by the 4x4 matrix in
   NAME.def beside it (or in the file that --def names).
 
-Parts of the mesh without a handle stay where they are.
+  "vertices" may also be what has a name in the file, a part of the model (by name or number, as
+  `cotan info` lists them), or all but another selection:
+
+    {"object": "head"}, {"group": "arm"}, {"material": "skin"}, {"part": 3},
+    {"all_but": {"part": 0}}
+
+Parts of the model without a handle follow those that they touch or are nearest to, unless --parts,
+--free or --untie say otherwise, or the handles file does:
+
+    {"handles": [...], "parts": {"follow": "all" | "none" | ["eye", 3], "free": ["hat"],
+     "untied": [["upper jaw", "lower jaw"]], "strength": 1}}
 
 Examples:
   cotan deform bar.obj --handles bar.json -o bent.obj --report bent.json --picture bent.png
@@ -203,6 +214,8 @@ pub(crate) struct RunArgs {
 pub(crate) struct DeformArgs {
     #[command(flatten)]
     pub(crate) input: InputArgs,
+    #[command(flatten)]
+    pub(crate) parts: PartsArgs,
     #[command(flatten)]
     method: MethodArgs,
     /// The Laplacian coordinates of the first solve: turned with the handles, original, or zero

@@ -2,11 +2,12 @@
 
 use std::time::Instant;
 
-use cotan::DeformOptions;
+use cotan::{DeformOptions, Parts};
 use cotan::flow::StopReason;
 use cotan_io::ProcessingMesh;
 use cotan_tool::Work;
-use cotan_tool::handles_file::{self, Constraint, FileVertices, HandlesFile};
+use cotan_tool::handles_file::{self, Constraint, FileVertices, HandlesFile, PartSettings};
+use cotan_tool::part_names::PartNames;
 
 use crate::args::{DeformArgs, InputArgs, RunArgs};
 use crate::commands::repair::forgotten;
@@ -15,6 +16,7 @@ use crate::edit::{Edit, Edited, History};
 use crate::error::CliError;
 use crate::files;
 use crate::memory;
+use crate::parts;
 use crate::paths;
 use crate::picture::{BeforeAfter, marks};
 use crate::prepare::{self, Prepared};
@@ -28,7 +30,7 @@ pub(crate) fn run(args: &DeformArgs, console: &Console) -> Result<(), CliError> 
         options: args.options(),
         soft: args.soft,
         at_limit: AtLimit::Warn,
-        loose: Loose::Hold,
+        loose: Loose::Follow(args.parts.settings()?),
     };
     let report = threads::with_threads(args.run.threads, || job.run(console))??;
     console.note(&report.table());
@@ -46,10 +48,10 @@ pub(crate) struct Job<'a> {
 }
 
 /// The treatment of parts of the mesh that have no handle.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub(crate) enum Loose {
-    /// The parts stay where they are.
-    Hold,
+    /// The parts follow the others, as far as these settings and the handles file say so.
+    Follow(PartSettings),
     /// The job is refused.
     Refuse,
 }
@@ -92,10 +94,19 @@ impl Job<'_> {
         let left = memory::check(Work::Deform, &self.input.mesh, &document)?;
         options.system.max_memory = Some(left);
         let constraints = handles.read(&document, &processing, file_vertices.as_ref())?;
-        let held = match self.loose {
-            Loose::Hold => held_still(&constraints, &processing, file_vertices.as_ref(), console),
-            Loose::Refuse => Vec::new(),
-        };
+        let names = PartNames::new(&document, &processing)
+            .map_err(|error| files::in_file(&self.input.mesh, error))?;
+        let mut held = Vec::new();
+        if let Loose::Follow(settings) = &self.loose {
+            let settings = handles.read_parts()?.overridden_by(settings.clone());
+            options = settings.apply(options, &names).map_err(|source| CliError::Part {
+                path: self.input.mesh.to_path_buf(),
+                source,
+            })?;
+            if options.parts == Parts::Still {
+                held = held_still(&constraints, &processing, file_vertices.as_ref(), console);
+            }
+        }
         if !held.is_empty()
             && let Some(weldable) = prepare::weldable(&document, source.weld)
         {
@@ -122,7 +133,11 @@ impl Job<'_> {
         for forgotten in forgotten(format, &changes) {
             console.warn(format_args!("{}: {forgotten}", self.input.output.display()));
         }
+        let parts = parts::fields(&edited.parts, &names);
         self.warn(&edited, console);
+        if let Some(warning) = parts::warning(&parts) {
+            console.warn(&warning);
+        }
         seconds.total = clock.elapsed().as_secs_f64();
         let setting = Setting {
             faces: processing.mesh().num_faces(),
@@ -130,6 +145,7 @@ impl Job<'_> {
             options: &self.options,
             precision: self.run.precision,
             seconds,
+            parts: &parts,
         };
         let report = Report::new(&edited, setting);
         if let Some(path) = &self.run.report {

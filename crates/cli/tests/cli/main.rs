@@ -10,6 +10,7 @@ mod gltf;
 mod memory;
 mod mending;
 mod numbering;
+mod parts;
 mod paths;
 mod refusals;
 mod repair;

@@ -134,6 +134,17 @@ impl<T: Scalar> Following<T> {
         }
     }
 
+    /// The vertices of the flow, as the mesh numbers them.
+    pub(crate) fn flow_vertices(&self) -> Vec<VertexId> {
+        match &self.drivers {
+            Some(extract) => {
+                let vertices = extract.vertices().iter();
+                vertices.map(|v| VertexId::new(*v as usize)).collect()
+            }
+            None => self.mesh.vertices().collect(),
+        }
+    }
+
     /// The handles as the flow numbers their vertices.
     pub(crate) fn handles_in_flow(&self, held: &Held<T>) -> Vec<(Handle, Point3<T>)> {
         let handle = |(handle, target): &(Handle, Point3<T>)| {

@@ -18,6 +18,7 @@ mod plan;
 mod proximity;
 mod report;
 mod roles;
+mod survey;
 mod turns;
 
 pub(crate) use following::{Following, turns_in_flow};
@@ -25,3 +26,4 @@ pub use options::{Parts, Ties};
 pub(crate) use passenger::Effort;
 pub use report::PartReport;
 pub use roles::Role;
+pub use survey::survey;

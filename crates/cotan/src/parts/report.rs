@@ -35,13 +35,7 @@ pub(crate) fn measure<T: Scalar>(
 ) -> Vec<PartReport> {
     let parts = scene.model.parts.iter().zip(&plan.roles.roles);
     let mut reports: Vec<PartReport> = parts
-        .map(|(part, role)| PartReport {
-            vertices: part.vertices.len(),
-            role: *role,
-            follows: Vec::new(),
-            gap_change: 0.0,
-            turn_degrees: 0.0,
-        })
+        .map(|(part, role)| PartReport::new(part.vertices.len(), *role))
         .collect();
     for passenger in passengers {
         let contacts: Vec<&Contact> = passenger.contacts.iter().collect();
@@ -69,11 +63,25 @@ pub(crate) fn measure<T: Scalar>(
 }
 
 impl PartReport {
-    /// What is followed, and the change of the gaps.
-    fn note(&mut self, scene: &Scene<'_>, contacts: &[&Contact]) {
-        self.follows = contacts.iter().map(|c| c.part as usize).collect();
+    pub(super) fn new(vertices: usize, role: Role) -> Self {
+        Self {
+            vertices,
+            role,
+            follows: Vec::new(),
+            gap_change: 0.0,
+            turn_degrees: 0.0,
+        }
+    }
+
+    pub(super) fn set_followed(&mut self, parts: impl Iterator<Item = u32>) {
+        self.follows = parts.map(|part| part as usize).collect();
         self.follows.sort_unstable();
         self.follows.dedup();
+    }
+
+    /// What is followed, and the change of the gaps.
+    fn note(&mut self, scene: &Scene<'_>, contacts: &[&Contact]) {
+        self.set_followed(contacts.iter().map(|c| c.part));
         let (mut sum, mut total) = (0.0, 0.0);
         for contact in contacts {
             let gap = (contact.own.at(scene.now) - contact.on.at(scene.now)).norm();
