@@ -288,12 +288,7 @@ fn passenger<T: Scalar>(
             }
         },
     };
-    Passenger {
-        part: seat.part,
-        layer: seat.layer,
-        contacts: seat.contacts,
-        kind,
-    }
+    Passenger::new(seat.part, seat.layer, seat.contacts, kind)
 }
 
 /// The flow of a large part, with the bending length of the whole model.

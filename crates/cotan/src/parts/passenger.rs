@@ -15,7 +15,7 @@ use nalgebra::{Matrix3, Point3, Vector3};
 use super::contacts::Contact;
 use super::extract::Extract;
 use super::model::Model;
-use super::turns::{covariance_at, rotation};
+use super::turns::{covariance, covariance_at, rotation};
 use crate::error::Error;
 
 /// A part that follows others.
@@ -24,7 +24,17 @@ pub(crate) struct Passenger<T: Scalar> {
     pub(crate) part: usize,
     pub(crate) layer: u32,
     pub(crate) contacts: Vec<Contact>,
+    /// The corners that the contacts touch, each once, with its part and the weight on it.
+    below: Vec<Corner>,
     pub(crate) kind: Kind<T>,
+}
+
+/// A vertex that a part touches.
+#[derive(Clone, Copy, Debug)]
+struct Corner {
+    vertex: u32,
+    part: u32,
+    weight: f64,
 }
 
 /// How a part is placed.
@@ -95,6 +105,45 @@ pub(crate) struct Placed {
 }
 
 impl<T: Scalar> Passenger<T> {
+    /// A part with these contacts.
+    pub(crate) fn new(part: usize, layer: u32, contacts: Vec<Contact>, kind: Kind<T>) -> Self {
+        let corners = contacts.iter().flat_map(|contact| {
+            contact.on.terms().map(|(vertex, share)| Corner {
+                vertex,
+                part: contact.part,
+                weight: contact.weight * share,
+            })
+        });
+        let mut below: Vec<Corner> = corners.collect();
+        below.sort_by_key(|corner| corner.vertex);
+        below.dedup_by(|later, kept| {
+            let is_same = later.vertex == kept.vertex;
+            if is_same {
+                kept.weight += later.weight;
+            }
+            is_same
+        });
+        Self {
+            part,
+            layer,
+            contacts,
+            below,
+            kind,
+        }
+    }
+
+    /// The rotation that is nearest to those below all contacts, by weight.
+    pub(crate) fn mean_rotation(&self, scene: &Scene<'_>) -> Matrix3<f64> {
+        let sum = self.below.iter().fold(Matrix3::zeros(), |sum, corner| {
+            let covariance = match &scene.motions[corner.part as usize] {
+                Some(motion) => motion.rotation / 3.0,
+                None => covariance(scene.model, scene.now, corner.vertex),
+            };
+            sum + covariance * corner.weight
+        });
+        rotation(&sum)
+    }
+
     /// Places the part by the current positions of those below it.
     pub(crate) fn place(&mut self, scene: &Scene<'_>, effort: Effort) -> Result<Placed, Error> {
         let vertices = &scene.model.parts[self.part].vertices;
@@ -108,7 +157,7 @@ impl<T: Scalar> Passenger<T> {
                 motion: None,
             });
         }
-        let mean = mean_rotation(scene, &self.contacts);
+        let mean = self.mean_rotation(scene);
         let Kind::Flowing(flowing) = &mut self.kind else {
             let targets: Vec<Point3<f64>> =
                 self.contacts.iter().map(|c| target(scene, c, &mean)).collect();
@@ -239,18 +288,6 @@ fn rotation_at(scene: &Scene<'_>, contact: &Contact) -> Matrix3<f64> {
         Some(motion) => motion.rotation,
         None => rotation(&covariance_at(scene.model, scene.now, &contact.on)),
     }
-}
-
-/// The rotation that is nearest to those below all contacts, by weight.
-pub(crate) fn mean_rotation(scene: &Scene<'_>, contacts: &[Contact]) -> Matrix3<f64> {
-    let sum = contacts.iter().fold(Matrix3::zeros(), |sum, contact| {
-        let covariance = match &scene.motions[contact.part as usize] {
-            Some(motion) => motion.rotation / 3.0,
-            None => covariance_at(scene.model, scene.now, &contact.on),
-        };
-        sum + covariance * contact.weight
-    });
-    rotation(&sum)
 }
 
 /// The rigid motion that takes the contacts closest to their targets. The mean rotation of the

@@ -5,7 +5,7 @@ use cotan_geometry::Scalar;
 use nalgebra::{Matrix3, Vector3};
 
 use super::contacts::{Contact, SurfacePoint};
-use super::passenger::{Passenger, Scene, mean_rotation};
+use super::passenger::{Passenger, Scene};
 use super::plan::Plan;
 use super::roles::Role;
 use super::turns::{covariance_at, rotation};
@@ -42,7 +42,7 @@ pub(crate) fn measure<T: Scalar>(
         let report = &mut reports[passenger.part];
         report.note(scene, &contacts);
         let own = own_rotation(scene, passenger.part);
-        report.turn_degrees = angle(&own, &mean_rotation(scene, &passenger.contacts)).to_degrees();
+        report.turn_degrees = angle(&own, &passenger.mean_rotation(scene)).to_degrees();
     }
     let part_of = |contact: &Contact| scene.model.of_vertex[contact.own.corners[0] as usize];
     let mut ties: Vec<&Contact> = plan.ties.iter().collect();
