@@ -145,7 +145,10 @@ fn dressed(folder: &Path) -> Outcome {
         ..Attributes::default()
     };
     let document = Document::new(positions, faces.iter().collect::<FaceList>())?;
-    save(&document.with_attributes(attributes)?, folder.join("dressed.obj"))?;
+    save(
+        &document.with_attributes(attributes)?,
+        folder.join("dressed.obj"),
+    )?;
     Ok(())
 }
 

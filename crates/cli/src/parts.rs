@@ -58,7 +58,9 @@ const WIDE: f64 = 0.01;
 /// A warning about the part whose gap has changed most, if that is much.
 pub(crate) fn warning(parts: &[PartFields]) -> Option<String> {
     let wide: Vec<&PartFields> = parts.iter().filter(|p| p.gap_change > WIDE).collect();
-    let worst = wide.iter().max_by(|a, b| a.gap_change.total_cmp(&b.gap_change))?;
+    let worst = wide
+        .iter()
+        .max_by(|a, b| a.gap_change.total_cmp(&b.gap_change))?;
     let name = match worst.name.as_str() {
         "" => String::new(),
         name => format!(" ({name})"),

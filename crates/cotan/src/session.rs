@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 
 use cotan_flow::{Flow, FlowBuilder, Report, Schedule, StepReport, StopReason};
 use cotan_geometry::{Positions, Scalar, Surface, SurfaceError};
-use cotan_halfedge::VertexId;
+use cotan_halfedge::{HalfedgeMesh, VertexId};
 use cotan_linear::{Handle, Hold};
 use nalgebra::{Matrix4, Point3, Vector3};
 
@@ -73,7 +73,7 @@ impl<T: Scalar> Session<T> {
         options: &DeformOptions,
     ) -> Result<Self, Error> {
         let surface = surface.into();
-        let held = handles.resolve(surface.positions())?;
+        let held = handles.resolve(surface.mesh(), surface.positions())?;
         match Following::new(&surface, options, &held)? {
             Some(following) => Self::with_parts(following, &held, handles),
             None => Self::from_flow(options.flow(surface), handles),
@@ -86,7 +86,7 @@ impl<T: Scalar> Session<T> {
         held: &Held<T>,
         handles: &Handles<T>,
     ) -> Result<Self, Error> {
-        let stated = turns_in_flow(&following, handles.stated_turns());
+        let stated = turns_in_flow(&following, handles.stated_turns(following.mesh()));
         let held = following.handles_in_flow(held);
         let session = Self::solve(following.flow(), held, stated, handles);
         let mut session = session.map_err(|error| following.in_whole(error))?;
@@ -113,8 +113,9 @@ impl<T: Scalar> Session<T> {
     /// Same as [`Self::new`], an error for a component without a handle, and one for an updater
     /// that the energy of the flow would not use ([`cotan_flow::FlowError::MutedUpdater`]).
     pub fn from_flow(flow: FlowBuilder<T>, handles: &Handles<T>) -> Result<Self, Error> {
-        let held = handles.resolve(flow.original_positions())?;
-        Self::solve(flow, held, handles.stated_turns(), handles)
+        let held = handles.resolve(flow.mesh(), flow.original_positions())?;
+        let stated = handles.stated_turns(flow.mesh());
+        Self::solve(flow, held, stated, handles)
     }
 
     fn solve(
@@ -141,6 +142,14 @@ impl<T: Scalar> Session<T> {
         }
     }
 
+    /// The whole mesh.
+    fn mesh(&self) -> &HalfedgeMesh {
+        match &self.following {
+            Some(following) => following.mesh(),
+            None => self.flow.rest().mesh(),
+        }
+    }
+
     /// An error of the flow, with the vertices of the whole mesh.
     fn in_whole(&self, error: impl Into<Error>) -> Error {
         match &self.following {
@@ -157,6 +166,13 @@ impl<T: Scalar> Session<T> {
     /// Moves a handle to the image of its *original* positions under `motion`. The shape follows
     /// in the next steps. A handle given as a number is the one that was added after that many
     /// others.
+    ///
+    /// A handle that is turned on and on keeps its winding: of the turns that the motion can mean,
+    /// the one that differs least from the turn before is taken. Turned by 90° four times it is
+    /// turned by 360°, as [`Handles::turned`] states it; [`HandleGroup::turn`] of
+    /// [`Self::handles`] is its turn.
+    ///
+    /// [`HandleGroup::turn`]: crate::HandleGroup::turn
     ///
     /// # Errors
     /// [`Error`] if there is no such handle, the motion does not match it, or a vertex shared
@@ -183,16 +199,28 @@ impl<T: Scalar> Session<T> {
             if handles.set_motion(handle, motion.clone()).is_none() {
                 return Err(self.no_such(handle));
             }
+            handles.turn_on(handle, &self.handles, self.original());
         }
         let targets: Vec<Point3<T>> = handles
-            .resolve(self.original())?
+            .resolve(self.mesh(), self.original())?
             .into_iter()
             .map(|(_, target)| target)
             .collect();
         let moved = self.flow.set_targets(&targets);
         moved.map_err(|error| self.in_whole(error))?;
+        self.take(handles)
+    }
+
+    /// Keeps the handles that were moved, and has the flow hold their turns.
+    fn take(&mut self, handles: Handles<T>) -> Result<(), Error> {
         self.handles = handles;
-        Ok(())
+        let stated = self.handles.stated_turns(self.mesh());
+        let stated = match &self.following {
+            Some(following) => turns_in_flow(following, stated),
+            None => stated,
+        };
+        let taken = self.flow.state_turns(stated);
+        taken.map_err(|error| self.in_whole(error))
     }
 
     fn no_such(&self, handle: HandleId) -> Error {
@@ -226,7 +254,7 @@ impl<T: Scalar> Session<T> {
     /// # Errors
     /// Same as [`Self::new`]. Nothing has changed in that case.
     pub fn set_handles(&mut self, handles: &Handles<T>) -> Result<(), Error> {
-        let held = handles.resolve(self.original())?;
+        let held = handles.resolve(self.mesh(), self.original())?;
         match &self.following {
             Some(following) if !following.is_for(&held) => {
                 return self.change_drivers(following.with_handles(&held), &held, handles);
@@ -237,8 +265,7 @@ impl<T: Scalar> Session<T> {
             }
             None => self.flow.set_handles(&held)?,
         }
-        self.handles = handles.clone();
-        Ok(())
+        self.take(handles.clone())
     }
 
     /// Other parts drive from here on. The shape is kept.
@@ -287,7 +314,7 @@ impl<T: Scalar> Session<T> {
         }
     }
 
-    /// Replaces the current shape, for example with an earlier one after an undo. Hard handles
+    /// Replaces the current shape (one position per vertex), for example with an earlier one after an undo. Hard handles
     /// stay at their targets. Nothing is factorized.
     ///
     /// # Errors
@@ -304,7 +331,9 @@ impl<T: Scalar> Session<T> {
             };
             return Err(error.into());
         };
-        self.flow.set_shape(&of_flow).map_err(|error| following.in_whole(error.into()))?;
+        self.flow
+            .set_shape(&of_flow)
+            .map_err(|error| following.in_whole(error.into()))?;
         following.set_shape(shape);
         Ok(())
     }
@@ -366,20 +395,22 @@ impl<T: Scalar> Session<T> {
         }
     }
 
-    /// The current positions, in the units of the input.
+    /// The current positions, in the units of the input, one per vertex. Copies of a vertex, in a
+    /// mesh that was cut into pieces, are all at one point.
     ///
     /// A component whose handles are all at their original positions has exactly its original
     /// positions, unless it was left far from them. See [`Flow::positions`] for other vertices
     /// that have not moved. Parts that follow are where the last step or run placed them.
     pub fn positions(&self) -> Positions<T> {
         let positions = self.positions_of_flow();
-        match &self.following {
+        let rows = match &self.following {
             Some(following) => following.whole(&positions),
             None => positions,
-        }
+        };
+        self.mesh().to_vertices(rows)
     }
 
-    /// The current positions of the flow, with components at rest put back.
+    /// The current positions of the flow, one per row, with components at rest put back.
     fn positions_of_flow(&self) -> Positions<T> {
         let mut positions = self.flow.positions();
         if let Some(unmoved) = &self.unmoved {
@@ -401,7 +432,7 @@ impl<T: Scalar> Session<T> {
     pub fn flow_vertices(&self) -> Vec<VertexId> {
         match &self.following {
             Some(following) => following.flow_vertices(),
-            None => self.flow.rest().mesh().vertices().collect(),
+            None => self.flow.rest().mesh().rows().collect(),
         }
     }
 

@@ -1,31 +1,38 @@
 //! The flow: a rest shape, targets, the current positions, and one rule that makes the steps.
 
+use std::f64::consts::PI;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use cotan_geometry::{Positions, Scalar, Surface};
+use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::{HalfedgeMesh, VertexId};
 use cotan_linear::{Handle, Membrane, PreparedSystem};
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
-use crate::builder::{FlowBuilder, Start, membrane};
+use crate::builder::{FlowBuilder, Start, check_turns, membrane};
 use crate::error::FlowError;
 use crate::report::{Report, StepReport, StopReason};
 use crate::rest::Rest;
 use crate::rule::Rule;
 use crate::schedule::Schedule;
-use crate::start::{FirstGuess, StatedTurns, first_guess, wind};
+use crate::start::{FirstGuess, first_guess};
 use crate::targets::Changed;
+use crate::winding::{StatedTurns, Winding, wind, winding};
 use crate::workspace::Workspace;
 
 /// The iteration of curvature-flow Laplacian editing on one mesh with one set of handles.
 ///
-/// Built by [`Flow::builder`]; then stepped ([`Flow::step`]) or run ([`Flow::run`]). It can be kept
-/// and fed new handle positions ([`Flow::set_targets`]), frame after frame: nothing is factorized
-/// again. It owns all that it needs, and can be sent to a thread.
+/// Built by [`Flow::builder`]; then stepped ([`Flow::step`]) or run ([`Flow::run`]). It can be
+/// kept and fed new handle positions ([`Flow::set_targets`]), frame after frame: nothing is
+/// factorized again. It owns all that it needs, and can be sent to a thread.
+///
+/// Where a mesh was cut into pieces, handles, targets and positions are those of the rows, which are
+/// the first vertices: see [`Rest`].
 pub struct Flow<T: Scalar> {
     work: Workspace<T>,
     rule: Box<dyn Rule<T>>,
+    /// The turns that were stated last.
+    stated: StatedTurns,
 }
 
 impl<T: Scalar> std::fmt::Debug for Flow<T> {
@@ -60,12 +67,15 @@ impl<T: Scalar> Flow<T> {
         mut work: Workspace<T>,
         mut rule: Box<dyn Rule<T>>,
         start: Start,
-        stated: &StatedTurns,
+        stated: StatedTurns,
     ) -> Result<Self, FlowError> {
         match start {
             Start::Original | Start::Updated => {}
-            Start::HandleRotations => match wind(&mut work, stated)? {
-                Some((shape, guess)) => return Self::begin_wound(work, rule, &shape, guess),
+            Start::HandleRotations => match wind(&mut work, &stated)? {
+                Some((shape, winding)) => {
+                    begin_wound(&mut work, &mut *rule, &shape, winding)?;
+                    return Ok(Self { work, rule, stated });
+                }
                 None => {
                     work.first_guess = first_guess(&mut work)?;
                     if let Some(guess) = &work.first_guess {
@@ -85,23 +95,7 @@ impl<T: Scalar> Flow<T> {
         if start == Start::Updated {
             rule.update(&mut work)?;
         }
-        Ok(Self { work, rule })
-    }
-
-    /// Starts from a shape that is wound up with its handles. There is no solve that answers to
-    /// them all at once: it would unwind the shape.
-    fn begin_wound(
-        mut work: Workspace<T>,
-        mut rule: Box<dyn Rule<T>>,
-        shape: &Positions<f64>,
-        guess: FirstGuess,
-    ) -> Result<Self, FlowError> {
-        *work.current.write() = shape.map(|p| p.map(T::of_f64));
-        work.first_guess = Some(guess);
-        rule.begin(&mut work)?;
-        rule.update(&mut work)?;
-        work.since_move = 1;
-        Ok(Self { work, rule })
+        Ok(Self { work, rule, stated })
     }
 
     #[cfg(test)]
@@ -140,7 +134,7 @@ impl<T: Scalar> Flow<T> {
         self.rule.energy()
     }
 
-    /// Where the handles are to be, in their order and in the units of the input.
+    /// The targets of the handles, in their order and in the units of the input.
     pub fn handle_targets(&self) -> &[Point3<T>] {
         self.work.targets.in_input()
     }
@@ -150,7 +144,7 @@ impl<T: Scalar> Flow<T> {
         self.work.rest.box_units().size()
     }
 
-    /// The current positions, in the units of the input. Hard handles are exactly at their targets
+    /// The current positions, in the units of the input, one per row: see [`Rest`]. Hard handles are exactly at their targets
     /// (unless something projects the flow), and a vertex that has not moved has exactly its
     /// original position.
     ///
@@ -206,7 +200,8 @@ impl<T: Scalar> Flow<T> {
     /// Moves some handles to new targets; the others stay where they are.
     ///
     /// # Errors
-    /// [`FlowError`] if a vertex is not a handle or a target is not finite; nothing has moved then.
+    /// [`FlowError`] if a vertex is not a handle or a target is not finite; nothing has moved
+    /// then.
     pub fn move_handles(&mut self, moves: &[(VertexId, Point3<T>)]) -> Result<(), FlowError> {
         let changed = self.work.targets.move_some(moves)?;
         self.follow(changed);
@@ -217,8 +212,7 @@ impl<T: Scalar> Flow<T> {
     /// next steps; schedule and acceleration start over. A vertex that is no longer a hard handle
     /// is let go of where it is.
     ///
-    /// Whether anything is factorized depends on how the system is solved: see
-    /// [`cotan_linear::Strategy`].
+    /// Some strategies factorize again: see [`cotan_linear::Strategy`].
     ///
     /// # Errors
     /// [`FlowError`] as from [`FlowBuilder::build`]; nothing has changed then.
@@ -232,8 +226,36 @@ impl<T: Scalar> Flow<T> {
         Ok(())
     }
 
-    /// Changes the schedule of the steps from here on: 1 while a handle is held, say, and a falling
-    /// one when it is let go of.
+    /// States by how much the handles turn at their current targets; see
+    /// [`FlowBuilder::stated_turns`]. To be called after handles have moved, so that turns of more
+    /// than half a turn are held: the energy then resists the collapse of a section that is wound
+    /// up, and [`Report::lost_turn`] can tell whether the turns were kept. The shape is kept and
+    /// follows in the next steps, unless a turn has changed by more than half a turn, which no
+    /// shape can follow: then it is wound up anew from the original.
+    ///
+    /// Costs a solve if two handles turn by more than half a turn relative to each other.
+    ///
+    /// # Errors
+    /// [`FlowError::Setting`] for a turn that is not finite, and what the system reports.
+    pub fn state_turns(
+        &mut self,
+        turns: impl IntoIterator<Item = (VertexId, Vector3<f64>)>,
+    ) -> Result<(), FlowError> {
+        let mut stated: StatedTurns = turns.into_iter().collect();
+        check_turns(&stated)?;
+        stated.sort_by_key(|(v, _)| *v);
+        let has_jumped = has_jumped(&self.stated, &stated);
+        if has_jumped && let Some((shape, winding)) = wind(&mut self.work, &stated)? {
+            begin_wound(&mut self.work, &mut *self.rule, &shape, winding)?;
+        } else {
+            self.rule.wind(winding(&mut self.work, &stated)?);
+        }
+        self.stated = stated;
+        Ok(())
+    }
+
+    /// Changes the schedule of the steps from here on: 1 while a handle is held, say, and a
+    /// falling one when it is let go of.
     ///
     /// # Errors
     /// [`FlowError`] for ratios out of range.
@@ -250,15 +272,15 @@ impl<T: Scalar> Flow<T> {
     /// Replaces the current shape by another one, in the units of the input; hard handles stay at
     /// their targets. The next steps start from it; schedule and acceleration start over.
     ///
-    /// **Shapes**: one position per vertex.
+    /// **Shapes**: one position per vertex, or one per row.
     ///
     /// # Errors
-    /// [`FlowError`] for a shape of another mesh or with a position that is not finite (nothing has
-    /// changed then), and what updater and orientation report.
+    /// [`FlowError`] for a shape of another mesh or with a position that is not finite (nothing
+    /// has changed then), and what updater and orientation report.
     pub fn set_shape(&mut self, shape: &Positions<T>) -> Result<(), FlowError> {
         let rest = &self.work.rest;
-        Surface::new(rest.mesh(), shape)?;
-        *self.work.current.write() = rest.box_units().to_box_all(shape);
+        let rows = rest.rows_of(shape)?;
+        *self.work.current.write() = rest.box_units().to_box_all(&rows);
         self.follow(Changed::Yes);
         self.rule.update(&mut self.work)
     }
@@ -282,7 +304,7 @@ impl<T: Scalar> Flow<T> {
     /// Iterates until convergence or the iteration limit.
     ///
     /// # Errors
-    /// What [`Flow::step`] reports.
+    /// As from [`Flow::step`].
     pub fn run_to_end(&mut self) -> Result<Report, FlowError> {
         self.run(|_, _| ControlFlow::Continue(()))
     }
@@ -293,7 +315,7 @@ impl<T: Scalar> Flow<T> {
     /// computed when it asks for them.
     ///
     /// # Errors
-    /// What [`Flow::step`] reports. Reaching the iteration limit is a stop reason, not an error.
+    /// As from [`Flow::step`]. Reaching the iteration limit is a stop reason, not an error.
     pub fn run(
         &mut self,
         mut observer: impl FnMut(&Self, &StepReport) -> ControlFlow<()>,
@@ -332,6 +354,38 @@ impl<T: Scalar> Flow<T> {
         );
         Ok(report)
     }
+}
+
+/// Starts from a shape that is wound up with its handles. There is no solve that answers to them
+/// all at once: it would unwind the shape.
+fn begin_wound<T: Scalar>(
+    work: &mut Workspace<T>,
+    rule: &mut dyn Rule<T>,
+    shape: &Positions<f64>,
+    winding: Winding,
+) -> Result<(), FlowError> {
+    *work.current.write() = shape.map(|p| p.map(T::of_f64));
+    work.first_guess = Some(FirstGuess {
+        rotations: winding.rotations.clone(),
+        scale: 1.0,
+        swelling: None,
+    });
+    rule.begin(work)?;
+    rule.wind(Some(winding));
+    rule.update(work)?;
+    work.since_move = 1;
+    Ok(())
+}
+
+/// Returns `true` if a handle turns by more than half a turn from one list to the next. Both are
+/// in the order of their vertices.
+fn has_jumped(before: &StatedTurns, after: &StatedTurns) -> bool {
+    let turn_before = |vertex| {
+        let at = before.binary_search_by_key(&vertex, |(v, _)| *v);
+        at.map_or_else(|_| Vector3::zeros(), |at| before[at].1)
+    };
+    let is_far = |(v, turn): &(VertexId, Vector3<f64>)| (turn - turn_before(*v)).norm() > PI;
+    after.iter().any(is_far)
 }
 
 /// A displacement of at most this many ε of the size is the rounding of a step or two.

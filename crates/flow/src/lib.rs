@@ -39,6 +39,7 @@ mod targets;
 mod ties;
 mod updater;
 mod vectors;
+mod winding;
 mod workspace;
 
 pub use box_units::BoxUnits;
@@ -49,14 +50,16 @@ pub use flow::Flow;
 pub use nearest_rotation::nearest_rotation;
 pub use orientation::{AlongNormal, BestRotation, Limited, Orientation, Reflect, ReflectFirst};
 pub use per_rest::PerRest;
+pub use point_handles::predicted_point_handle_bytes;
 pub use projection::Projection;
-pub use report::{Report, StepReport, StopReason};
+pub use report::{LostTurn, Report, StepReport, StopReason};
 pub use rest::Rest;
 pub use schedule::Schedule;
 pub use start::FirstGuess;
 pub use state::FlowState;
 pub use ties::PointTie;
 pub use updater::{KeepMagnitude, PrescribedField, RescaleByArea, ScalarFieldUpdater};
+pub use winding::Winding;
 
 /// Runs the example of the README as a doc test.
 #[cfg(doctest)]

@@ -311,8 +311,7 @@ fn bounds(members: &[u32], corners: &[[Point3<f64>; 3]]) -> [Point3<f64>; 2] {
 /// Appends the node of these triangles and everything below it.
 fn split(nodes: &mut Vec<Node>, order: &mut [u32], offset: usize, corners: &[[Point3<f64>; 3]]) {
     let [min, max] = bounds(order, corners);
-    let [mut low, mut high] =
-        [f64::INFINITY, f64::NEG_INFINITY].map(|x| Point3::new(x, x, x));
+    let [mut low, mut high] = [f64::INFINITY, f64::NEG_INFINITY].map(|x| Point3::new(x, x, x));
     for &i in order.iter() {
         let middle = middle(&corners[i as usize]);
         (low, high) = (low.inf(&middle), high.sup(&middle));

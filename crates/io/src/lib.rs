@@ -26,20 +26,45 @@
 //! assert!(text.ends_with("vt 0.5 0.5\nf 1/1 2/1 3/1\n"));
 //! # Ok::<(), cotan_io::IoError>(())
 //! ```
+//!
+//! # Modules
+//!
+//! Bytes become a `Reading` (the parsed geometry and the source file), and that becomes a
+//! `Document`; this order is the direction of dependencies. Modules import only modules above
+//! them; the files of a folder are one concept and use each other.
+//!
+//! | modules | content |
+//! |---|---|
+//! | `error`, `cure`, `format`, `printable` | errors, warnings, the formats' names |
+//! | `limits`, `room`, `number`, `text`, `coordinate` | bounds on memory; numbers, lines and words |
+//! | `regular`, `replace`, `unfinished`, `resolve`, `gzip` | files: opened, replaced, resolved, compressed |
+//! | `faces`, `remap`, `attributes`, `material`, `placement`, `parsed` | the contents of a mesh file |
+//! | `topology`, `weld`, `triangulate`, `ears`, `optimal`, `recut`, `cuts`, `precision`, `normals` | geometry of polygons |
+//! | `companions`, `source` | `SourceFile`: a file as it was read; `Reading` |
+//! | `instances`, `contents` | the contents of a new file |
+//! | `obj`, `ply`, `off`, `stl`, `gltf` | the formats: reader, source file, writer of new files |
+//! | `detect`, `formats` | recognizing a format; the only place that knows all of them |
+//! | `processing`, `document` | the surface to work on; the only place that builds a `Document` |
+//! | `defects`, `weldable`, `repair`, `cut_faces` | inspection and repair of a document |
+//! | `beside`, `file` | loading and saving |
 
 mod attributes;
 mod beside;
 mod companions;
+mod contents;
 mod coordinate;
+mod cure;
 mod cut_faces;
 mod cuts;
 mod defects;
+mod detect;
 mod document;
 mod ears;
 mod error;
 mod faces;
 mod file;
 mod format;
+mod formats;
 mod gltf;
 mod gzip;
 mod instances;
@@ -50,6 +75,7 @@ mod number;
 mod obj;
 mod off;
 mod optimal;
+mod parsed;
 mod placement;
 mod ply;
 mod precision;
@@ -70,25 +96,26 @@ mod triangulate;
 mod unfinished;
 mod weld;
 mod weldable;
-mod writer;
 
 pub use attributes::{
     Attributes, COLOR, CornerProperty, LabelKind, Labels, NONE, NORMAL, Property, UV, Values,
 };
 pub use companions::{Companion, Companions, Saved, WriteOptions, Written};
+pub use cure::Cure;
 pub use cut_faces::CutDocument;
 pub use defects::{Component, Defect, DefectKind, Inspection};
-pub use document::{Document, Part};
+pub use document::Document;
 pub use error::{Element, IoError, Place, Warning};
 pub use faces::FaceList;
 pub use file::{load, load_with, read, read_with, save, save_with};
 pub use format::Format;
 pub use limits::Limits;
 pub use material::{Alpha, Image, ImageKind, Material, Materials};
+pub use parsed::Part;
 pub use printable::{Printable, printable, printable_json};
 pub use processing::{Numbering, ProcessingMesh};
 pub use regular::{open_regular, read_regular};
-pub use repair::{Change, Cure, Filling, Repair, Repaired};
+pub use repair::{Change, Filling, Repair, Repaired};
 pub use replace::{check_replaceable, link_target, num_names, replace_file};
 pub use resolve::{Folder, NoFiles, Resolve};
 pub use unfinished::{Access, Unfinished, remove_unfinished};

@@ -91,7 +91,10 @@ const WORDS: &[(&str, &str)] = &[
     ("ply_negative_index.ply", "face 3 refers to vertex -1"),
     ("ply_nan_binary.ply", "vertex 3 has the coordinate NaN"),
     ("ply_bunny_nonmanifold.ply", "has 4 faces"),
-    ("off_huge_count.off", "353535235358 vertices are promised"),
+    (
+        "off_huge_count.off",
+        "the header promises 353535235358 vertices",
+    ),
     ("off_short_and_garbled.off", "line 6: face 0"),
     (
         "off_index_out_of_range.off",
@@ -160,7 +163,7 @@ const WORDS: &[(&str, &str)] = &[
         "gltf_accessor_past_buffer.gltf",
         "accessors[1].bufferView: 400 elements",
     ),
-    ("gltf_path_traversal_uri.gltf", "leads out of the folder"),
+    ("gltf_path_traversal_uri.gltf", "points outside the folder"),
 ];
 
 fn load(path: &Path) -> Result<Document, IoError> {

@@ -91,7 +91,10 @@ impl PartNames {
     /// # Errors
     /// [`UnknownPart`] with the names that exist.
     pub fn find(&self, word: &str) -> Result<Vec<usize>, UnknownPart> {
-        let named = self.parts.iter().filter(|part| part.name == word && !word.is_empty());
+        let named = self
+            .parts
+            .iter()
+            .filter(|part| part.name == word && !word.is_empty());
         let named: Vec<usize> = named.map(|part| part.component).collect();
         if !named.is_empty() {
             return Ok(named);

@@ -35,7 +35,8 @@ fn at(mesh: &Mesh<f64>, to: [f64; 3]) -> Mesh<f64> {
 }
 
 fn mapped(mesh: &Mesh<f64>, map: impl Fn(&Point3<f64>) -> Point3<f64>) -> Mesh<f64> {
-    mesh.with_positions(mesh.positions().map(|p| map(p))).unwrap()
+    mesh.with_positions(mesh.positions().map(|p| map(p)))
+        .unwrap()
 }
 
 /// A flat sheet in x and y, of so many cells.
@@ -82,7 +83,10 @@ pub(crate) fn screws(per_side: usize) -> Case {
         let y = 1.8 * ((j as f64 + 0.5) * step - 0.5);
         placed(&screw, [x, y, 0.12], [0.0, 0.0, k as f64], 0.3 * step)
     };
-    on_a_plate("screws on a plate", (0..per_side * per_side).map(place).collect())
+    on_a_plate(
+        "screws on a plate",
+        (0..per_side * per_side).map(place).collect(),
+    )
 }
 
 /// A head with cards of hair that stand out of it, turned at the crown.
@@ -90,7 +94,7 @@ pub(crate) fn hair(num_cards: usize) -> Case {
     let card = sheet([0.08, 0.5], [1, 6]);
     let place = |k: usize| {
         // Spread over the upper half by the golden angle.
-        let z = 0.15 + 0.8 * (k as f64 + 0.5) / num_cards as f64;
+        let z = 0.1 + 0.7 * (k as f64 + 0.5) / num_cards as f64;
         let angle = 2.399_963 * k as f64;
         let radius = (1.0 - z * z).sqrt();
         let normal = Vector3::new(radius * angle.cos(), radius * angle.sin(), z);
@@ -101,17 +105,21 @@ pub(crate) fn hair(num_cards: usize) -> Case {
     let head = icosphere::<f64>(3);
     Case {
         name: "hair cards on a head",
-        parts: std::iter::once(head).chain((0..num_cards).map(place)).collect(),
+        parts: std::iter::once(head)
+            .chain((0..num_cards).map(place))
+            .collect(),
         still: (0, |p| p.z < -0.7),
-        moved: (0, |p| p.z > 0.8),
-        motion: turn([0.0; 3], Vector3::x(), 35.0),
+        moved: (0, |p| p.z > 0.9),
+        motion: turn([0.0, 0.0, -0.7], Vector3::x(), 20.0),
     }
 }
 
 /// Four pieces in a row with gaps, the last one dragged.
 pub(crate) fn arm() -> Case {
     let piece = bar::<f64>([1.0, 0.4, 0.4], [12, 4, 4]);
-    let parts = (0..4).map(|k| at(&piece, [1.04 * f64::from(k), 0.0, 0.0])).collect();
+    let parts = (0..4)
+        .map(|k| at(&piece, [1.04 * f64::from(k), 0.0, 0.0]))
+        .collect();
     Case {
         name: "arm of four pieces",
         parts,

@@ -9,7 +9,11 @@ pub(crate) fn together(parts: &[Mesh<f64>]) -> Mesh<f64> {
         let first = points.len() as u32;
         points.extend(part.positions().values().copied());
         let triangles = part.to_triangles();
-        faces.extend(triangles.chunks_exact(3).map(|t| [first + t[0], first + t[1], first + t[2]]));
+        faces.extend(
+            triangles
+                .chunks_exact(3)
+                .map(|t| [first + t[0], first + t[1], first + t[2]]),
+        );
     }
     let mesh = HalfedgeMesh::from_faces(points.len(), &faces).unwrap();
     Mesh::new(mesh, points.into_iter().collect()).unwrap()
@@ -47,7 +51,8 @@ pub(crate) fn of_part(
 ) -> Vec<VertexId> {
     let components = shape.connectivity().components();
     let all = shape.connectivity().vertices();
-    all.filter(|v| components.of(*v) == part && wanted(&shape.positions()[*v])).collect()
+    all.filter(|v| components.of(*v) == part && wanted(&shape.positions()[*v]))
+        .collect()
 }
 
 /// The greatest distance between corresponding vertices.

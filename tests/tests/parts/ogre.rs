@@ -12,12 +12,20 @@ use crate::models::{alone, farthest, of_part, turn, worst};
 fn ogre() -> Option<Mesh<f64>> {
     let document = cotan_io::load(&shared("meshes/ogre.obj")?).unwrap();
     let repaired = Repair::default().apply(&document).unwrap();
-    let surface = repaired.document.surface_numbered(Weld::AsFormat, Numbering::Document).unwrap();
+    let surface = repaired
+        .document
+        .surface_numbered(Weld::AsFormat, Numbering::Document)
+        .unwrap();
     Some(Mesh::new(surface.mesh().clone(), surface.positions().clone()).unwrap())
 }
 
 /// Name, what is held still, what turns, and how.
-type Edit = (&'static str, fn(&Point3<f64>) -> bool, fn(&Point3<f64>) -> bool, Matrix4<f64>);
+type Edit = (
+    &'static str,
+    fn(&Point3<f64>) -> bool,
+    fn(&Point3<f64>) -> bool,
+    Matrix4<f64>,
+);
 
 fn edits() -> [Edit; 3] {
     [
@@ -47,7 +55,9 @@ fn edits() -> [Edit; 3] {
 fn the_parts_of_the_ogre_follow_its_body() {
     let Some(shape) = ogre() else { return };
     let components = shape.connectivity().components();
-    let body = (0..components.count()).max_by_key(|c| components.sizes()[*c]).unwrap();
+    let body = (0..components.count())
+        .max_by_key(|c| components.sizes()[*c])
+        .unwrap();
     let (own, vertices) = alone(&shape, body);
     for (name, still, moved, motion) in edits() {
         let handles = |shape: &Mesh<f64>, part| {

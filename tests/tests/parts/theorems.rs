@@ -68,7 +68,9 @@ fn rigid_motions_are_exact() {
         let shape = case.shape();
         let still = of_part(&shape, case.still.0, case.still.1);
         let moved = of_part(&shape, case.moved.0, case.moved.1);
-        let handles = Handles::new().transform(still, motion).transform(moved, motion);
+        let handles = Handles::new()
+            .transform(still, motion)
+            .transform(moved, motion);
         let deformed = deform(&shape, &handles, &DeformOptions::default()).unwrap();
         let wanted = shape.positions().map(|p| motion.transform_point(p));
         let error = farthest(&deformed.positions, &wanted);
@@ -125,7 +127,10 @@ fn options_choose_what_follows() {
     let only = run(Parts::Only(vec![2, 5]), Ties::default()).unwrap();
     let roles: Vec<Role> = only.parts.iter().map(|p| p.role).collect();
     let follows = |p: usize| roles[p] == Role::Follows;
-    assert!((1..10).all(|p| follows(p) == [2, 5].contains(&p)), "{roles:?}");
+    assert!(
+        (1..10).all(|p| follows(p) == [2, 5].contains(&p)),
+        "{roles:?}"
+    );
     for v in of_part(&shape, 3, |_| true) {
         assert_eq!(only.positions[v], shape.positions()[v]);
     }
@@ -134,7 +139,13 @@ fn options_choose_what_follows() {
     let untied = run(Parts::Follow, Ties::default().untied(vec![[4, 0]])).unwrap();
     assert!(!untied.parts[4].follows.contains(&0));
     let error = run(Parts::Only(vec![10]), Ties::default()).unwrap_err();
-    assert!(matches!(error, Error::NoSuchPart { part: 10, num_parts: 10 }));
+    assert!(matches!(
+        error,
+        Error::NoSuchPart {
+            part: 10,
+            num_parts: 10
+        }
+    ));
     assert!(run(Parts::Follow, Ties::default().strength(0.0)).is_err());
 }
 
@@ -151,7 +162,9 @@ fn a_passenger_with_a_handle_drives() {
     let before = session.positions();
     let screw = of_part(&shape, 3, |_| true);
     let place = screw.iter().map(|v| before[*v] + Vector3::z()).collect();
-    session.add_handle(screw.clone(), Motion::To(place)).unwrap();
+    session
+        .add_handle(screw.clone(), Motion::To(place))
+        .unwrap();
     assert_eq!(session.parts()[3].role, Role::Drives);
     let _ = session.run().unwrap();
     for v in screw {

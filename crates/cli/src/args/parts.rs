@@ -38,7 +38,8 @@ impl PartsArgs {
             ["only", _, ..] => Some(Follow::Only(words(&self.parts[1..]))),
             _ => return Err(CliError::Parts(self.parts.join(" "))),
         };
-        let pair = |pair: &[String]| Some([pair.first()?.as_str().into(), pair.get(1)?.as_str().into()]);
+        let pair =
+            |pair: &[String]| Some([pair.first()?.as_str().into(), pair.get(1)?.as_str().into()]);
         Ok(PartSettings {
             follow,
             free: words(&self.free),

@@ -77,7 +77,9 @@ fn options_and_the_handles_file_say_what_follows() {
     let button = before.len() - 26;
     let rings = button - 2 * 26;
     let run = |options: &str| {
-        sandbox.cotan_ok(&format!("deform model.obj --handles h.json -o o.obj {options}"));
+        sandbox.cotan_ok(&format!(
+            "deform model.obj --handles h.json -o o.obj {options}"
+        ));
         moved(&before, &sandbox.positions("o.obj"))
     };
     let all = |moved: &[bool], is_moved: bool| moved.iter().all(|m| *m == is_moved);
@@ -86,12 +88,18 @@ fn options_and_the_handles_file_say_what_follows() {
     let free_rings = run("--free 1 2");
     assert!(all(&free_rings[rings..button], false) && all(&free_rings[button..], true));
     assert!(all(&run("--parts still")[rings..], false));
-    sandbox.write("h.json", format!(r#"{BEND}], "parts": {{"follow": ["button"]}}}}"#));
+    sandbox.write(
+        "h.json",
+        format!(r#"{BEND}], "parts": {{"follow": ["button"]}}}}"#),
+    );
     let only_button = run("");
     assert!(all(&only_button[rings..button], false) && all(&only_button[button..], true));
     assert!(all(&run("--parts follow")[rings..], true));
     let line = "deform model.obj --handles h.json -o o.obj";
-    sandbox.refused(&format!("{line} --free hat"), &["no part hat", "arm, ring, button"]);
+    sandbox.refused(
+        &format!("{line} --free hat"),
+        &["no part hat", "arm, ring, button"],
+    );
     sandbox.refused(&format!("{line} --parts only 4"), &["no part 4", "4 parts"]);
 }
 
@@ -119,7 +127,10 @@ fn handles_are_chosen_by_names() {
         sandbox.write("h.json", lift(vertices));
         sandbox.refused("deform model.obj --handles h.json -o o.obj", words);
     };
-    refused(r#"{"object": "nose"}"#, &["handle 0", "\"nose\"", "arm, ring, button"]);
+    refused(
+        r#"{"object": "nose"}"#,
+        &["handle 0", "\"nose\"", "arm, ring, button"],
+    );
     refused(r#"{"group": "nose"}"#, &["handle 0", "group", "names none"]);
     refused(r#"{"part": 9}"#, &["handle 0", "no part 9", "4 parts"]);
     refused(r#"{"part": 1, "object": "arm"}"#, &["handle 0", "one of"]);

@@ -95,8 +95,7 @@ impl Contacts<'_> {
         let Some(nearest) = nearest(&own) else {
             return Vec::new();
         };
-        let size = |part: usize| self.model.parts[part].size;
-        let is_smaller = |p: &u32| size(*p as usize) < size(part) * (1.0 - SAME_SIZE);
+        let is_smaller = |p: &u32| self.model.is_smaller(*p as usize, part);
         let near: Vec<u32> = near.iter().copied().filter(is_smaller).collect();
         // The nearest part may be one that only its own vertices see.
         let from_others = match near.is_empty() {
@@ -108,7 +107,10 @@ impl Contacts<'_> {
         let mut contacts = if is_nearest_smaller || closer(&from_others, nearest.distance) {
             from_others
         } else {
-            let seen = own.into_iter().zip(vertices).filter_map(|(c, v)| Some((c?, *v)));
+            let seen = own
+                .into_iter()
+                .zip(vertices)
+                .filter_map(|(c, v)| Some((c?, *v)));
             seen.map(|(c, v)| Contact {
                 own: SurfacePoint::vertex(v),
                 on: SurfacePoint::of(&c),
@@ -131,7 +133,8 @@ impl Contacts<'_> {
             let point = self.model.at(vertices[k]);
             let counts = |label| !self.untied.contains(part as u32, label);
             let skips = |least, _| least >= layer;
-            self.tree.closest(point, f64::INFINITY, marks, skips, counts)
+            self.tree
+                .closest(point, f64::INFINITY, marks, skips, counts)
         });
         let contact = |(c, v): (Option<Closest>, &u32)| {
             let c = c?;
@@ -144,15 +147,18 @@ impl Contacts<'_> {
                 distance: c.distance,
             })
         };
-        found.into_iter().zip(vertices).filter_map(contact).collect()
+        found
+            .into_iter()
+            .zip(vertices)
+            .filter_map(contact)
+            .collect()
     }
 
     /// Those between two parts, from the vertices of the smaller one, whatever the others; where
     /// its vertices miss the other, the corners of the larger one are not seen either.
     pub(crate) fn between(&self, parts: [u32; 2]) -> Vec<Contact> {
         let [a, b] = parts.map(|p| p as usize);
-        let size = |part: usize| self.model.parts[part].size;
-        let smaller = if size(b) < size(a) * (1.0 - SAME_SIZE) { b } else { a };
+        let smaller = if self.model.comes_first(a, b) { a } else { b };
         let other = a + b - smaller;
         let mut contacts = self.from_others(other, &[smaller as u32]);
         self.weigh(&mut contacts);
@@ -173,7 +179,10 @@ impl Contacts<'_> {
             let vertices = &self.model.parts[other as usize].vertices;
             let skips = |least: u32, _| least == APART;
             let found = self.closest(other as usize, vertices, &marks, skips);
-            let seen = found.into_iter().zip(vertices).filter_map(|(c, v)| Some((c?, *v)));
+            let seen = found
+                .into_iter()
+                .zip(vertices)
+                .filter_map(|(c, v)| Some((c?, *v)));
             contacts.extend(seen.map(|(c, v)| Contact {
                 own: SurfacePoint::of(&c),
                 on: SurfacePoint::vertex(v),
@@ -196,7 +205,8 @@ impl Contacts<'_> {
     ) -> Vec<Option<Closest>> {
         let query = |v: u32, limit: f64| {
             let counts = |label| !self.untied.contains(part as u32, label);
-            self.tree.closest(self.model.at(v), limit, marks, &skips, counts)
+            self.tree
+                .closest(self.model.at(v), limit, marks, &skips, counts)
         };
         let stretches: Vec<&[u32]> = vertices.chunks(STRETCH).collect();
         let least = parallel::tasks(stretches, |vertices| {
@@ -214,10 +224,15 @@ impl Contacts<'_> {
 
     /// Drops what is too far, and turns areas into weights.
     fn weigh(&self, contacts: &mut Vec<Contact>) {
-        let least = contacts.iter().map(|c| c.distance).fold(f64::INFINITY, f64::min);
+        let least = contacts
+            .iter()
+            .map(|c| c.distance)
+            .fold(f64::INFINITY, f64::min);
         contacts.retain(|c| c.distance < least + 2.0 * self.length || c.distance == least);
         if !contacts.iter().any(|c| c.weight > 0.0) {
-            contacts.iter_mut().for_each(|c| c.weight = self.length * self.length);
+            contacts
+                .iter_mut()
+                .for_each(|c| c.weight = self.length * self.length);
         }
         let mut sum = 0.0;
         for contact in contacts.iter_mut() {
@@ -226,7 +241,9 @@ impl Contacts<'_> {
             sum += contact.weight * contact.nearness;
         }
         let factor = (1.0 / (self.length * self.length)).max(self.least / sum) * self.strength;
-        contacts.iter_mut().for_each(|c| c.weight *= c.nearness * factor);
+        contacts
+            .iter_mut()
+            .for_each(|c| c.weight *= c.nearness * factor);
     }
 }
 
@@ -234,9 +251,6 @@ fn nearest(found: &[Option<Closest>]) -> Option<Closest> {
     let closer = |a: Closest, b: Closest| if b.distance < a.distance { b } else { a };
     found.iter().flatten().copied().reduce(closer)
 }
-
-/// Parts whose sizes differ by less than this are equally large.
-const SAME_SIZE: f64 = 1e-6;
 
 /// Vertices that share a bound of the distance.
 const STRETCH: usize = 512;

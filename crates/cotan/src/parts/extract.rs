@@ -1,4 +1,6 @@
 //! Some parts of a mesh as a mesh of their own.
+//!
+//! Vertices are rows; a mesh that was cut into pieces stays cut, with copies behind the rows.
 
 use std::sync::Arc;
 
@@ -25,22 +27,32 @@ impl<T: Scalar> Extract<T> {
         positions: &Positions<T>,
         counts: impl Fn(VertexId) -> bool,
     ) -> Self {
-        let whole: Vec<u32> = mesh
-            .vertices()
-            .filter(|v| counts(*v))
+        let taken = mesh.vertices().filter(|v| counts(mesh.row_of(*v)));
+        let taken: Vec<VertexId> = taken.collect();
+        let mut here = vec![NOT_HERE; mesh.num_vertices()];
+        for (k, v) in taken.iter().enumerate() {
+            here[v.index()] = k as u32;
+        }
+        // The rows come first.
+        let is_row = |v: &&VertexId| v.index() < mesh.num_rows();
+        let whole: Vec<u32> = taken
+            .iter()
+            .filter(is_row)
             .map(|v| v.index() as u32)
             .collect();
-        let mut here = vec![NOT_HERE; mesh.num_vertices()];
-        for (k, v) in whole.iter().enumerate() {
-            here[*v as usize] = k as u32;
-        }
+        let copies = taken[whole.len()..].iter();
+        let rows = copies.map(|v| VertexId::new(here[mesh.row_of(*v).index()] as usize));
+        let rows: Vec<VertexId> = rows.collect();
         let faces: Vec<[u32; 3]> = mesh
             .faces()
             .map(|f| mesh.triangle(f).map(|v| here[v.index()]))
             .filter(|corners| corners[0] != NOT_HERE)
             .collect();
-        let mesh = HalfedgeMesh::from_faces(whole.len(), &faces)
+        let mesh = HalfedgeMesh::from_faces(taken.len(), &faces)
             .expect("components of a half-edge mesh are one");
+        let mesh = mesh
+            .with_copies(rows)
+            .expect("copies of rows that were taken along");
         let taken = whole.iter().map(|v| positions.as_slice()[*v as usize]);
         Self {
             mesh: Arc::new(mesh),

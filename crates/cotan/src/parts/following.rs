@@ -54,15 +54,27 @@ impl<T: Scalar> Following<T> {
             return Ok(None);
         };
         let mesh = Arc::new(surface.mesh().clone());
-        let original = Arc::new(surface.positions().clone());
+        let original = Arc::new(mesh.to_rows(surface.positions()));
         let neighbourhood = Arc::new(neighbourhood);
-        Ok(Some(Self::plan(neighbourhood, mesh, original, options, held)))
+        Ok(Some(Self::plan(
+            neighbourhood,
+            mesh,
+            original,
+            options,
+            held,
+        )))
     }
 
     /// The same model for other handles.
     pub(crate) fn with_handles(&self, held: &Held<T>) -> Self {
         let (mesh, original) = (self.mesh.clone(), self.original.clone());
-        Self::plan(self.neighbourhood.clone(), mesh, original, &self.options, held)
+        Self::plan(
+            self.neighbourhood.clone(),
+            mesh,
+            original,
+            &self.options,
+            held,
+        )
     }
 
     /// Whether the same parts drive with these handles.
@@ -118,7 +130,9 @@ impl<T: Scalar> Following<T> {
             nearness: contact.nearness,
         };
         let ties: Vec<PointTie> = self.plan.ties.iter().map(tie).collect();
-        self.options.apply(Flow::builder(mesh, positions)).ties(ties)
+        self.options
+            .apply(Flow::builder(mesh, positions))
+            .ties(ties)
     }
 
     /// The original positions of all parts.
@@ -141,7 +155,7 @@ impl<T: Scalar> Following<T> {
                 let vertices = extract.vertices().iter();
                 vertices.map(|v| VertexId::new(*v as usize)).collect()
             }
-            None => self.mesh.vertices().collect(),
+            None => self.mesh.rows().collect(),
         }
     }
 
@@ -167,21 +181,32 @@ impl<T: Scalar> Following<T> {
 
     /// Of a shape of all parts the drivers'.
     pub(crate) fn in_flow_shape(&self, shape: &Positions<T>) -> Option<Positions<T>> {
-        if shape.len() != self.mesh.num_vertices() {
-            return None;
-        }
+        let shape = self.in_rows(shape)?;
         Some(match &self.drivers {
             Some(extract) => {
                 let vertices = extract.vertices().iter();
                 vertices.map(|v| shape.as_slice()[*v as usize]).collect()
             }
-            None => shape.clone(),
+            None => shape,
         })
+    }
+
+    /// A shape with one position per vertex, or one per row, as rows.
+    fn in_rows(&self, shape: &Positions<T>) -> Option<Positions<T>> {
+        let is_known = [self.mesh.num_vertices(), self.mesh.num_rows()].contains(&shape.len());
+        is_known.then(|| self.mesh.to_rows(shape))
+    }
+
+    /// The whole mesh.
+    pub(crate) fn mesh(&self) -> &HalfedgeMesh {
+        &self.mesh
     }
 
     /// Takes a shape for that of the parts that do not drive.
     pub(crate) fn set_shape(&mut self, shape: &Positions<T>) {
-        self.placed = shape.clone();
+        if let Some(rows) = self.in_rows(shape) {
+            self.placed = rows;
+        }
     }
 
     /// All parts, with the drivers at these positions.
@@ -206,14 +231,12 @@ impl<T: Scalar> Following<T> {
         }
         self.placed = self.whole(drivers);
         let model = &self.neighbourhood.model;
-        let mut now: Vec<Point3<f64>> =
-            self.placed.values().map(|p| p.map(T::as_f64)).collect();
+        let mut now: Vec<Point3<f64>> = self.placed.values().map(|p| p.map(T::as_f64)).collect();
         let mut is_moved = vec![false; model.parts.len()];
         let rest = model.positions.as_slice();
         for (part, layer) in self.plan.roles.layers.iter().enumerate() {
             let mut vertices = model.parts[part].vertices.iter();
-            is_moved[part] =
-                *layer == 0 && vertices.any(|v| now[*v as usize] != rest[*v as usize]);
+            is_moved[part] = *layer == 0 && vertices.any(|v| now[*v as usize] != rest[*v as usize]);
         }
         for layer in self.passengers.chunk_by_mut(|a, b| a.layer == b.layer) {
             let scene = Scene {
@@ -247,8 +270,11 @@ impl<T: Scalar> Following<T> {
 
     /// The roles of all parts and how well they follow.
     pub(crate) fn report(&self, drivers: &Positions<T>) -> Vec<PartReport> {
-        let now: Vec<Point3<f64>> =
-            self.whole(drivers).values().map(|p| p.map(T::as_f64)).collect();
+        let now: Vec<Point3<f64>> = self
+            .whole(drivers)
+            .values()
+            .map(|p| p.map(T::as_f64))
+            .collect();
         let scene = Scene {
             model: &self.neighbourhood.model,
             length: self.neighbourhood.length,

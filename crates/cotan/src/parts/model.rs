@@ -16,7 +16,8 @@ pub(crate) struct Part {
     pub(crate) size: f64,
 }
 
-/// A surface of several parts.
+/// A surface of several parts. Its vertices are rows: copies of a vertex, in a mesh that was cut
+/// into pieces, are one.
 #[derive(Clone, Debug)]
 pub(crate) struct Model {
     pub(crate) parts: Vec<Part>,
@@ -38,9 +39,10 @@ impl Model {
     /// The parts of a surface, numbered by their first vertices.
     pub(crate) fn new<T: Scalar>(surface: &Surface<'_, T>) -> Self {
         let mesh = surface.mesh();
-        let positions = surface.positions().map(|p| p.map(T::as_f64));
+        let positions = mesh.to_rows(&surface.positions().map(|p| p.map(T::as_f64)));
         let components = mesh.components();
-        let of_vertex: Vec<u32> = components.of_vertices().values().copied().collect();
+        let of_vertex = components.of_vertices().values().copied();
+        let of_vertex: Vec<u32> = of_vertex.take(positions.len()).collect();
         let mut parts = vec![
             Part {
                 vertices: Vec::new(),
@@ -55,7 +57,7 @@ impl Model {
         }
         let triangles: Vec<[u32; 3]> = mesh
             .faces()
-            .map(|f| mesh.triangle(f).map(|v| v.index() as u32))
+            .map(|f| mesh.triangle(f).map(|v| mesh.row_of(v).index() as u32))
             .collect();
         let mut areas = vec![0.0; positions.len()];
         for triangle in &triangles {
@@ -63,7 +65,9 @@ impl Model {
             let part = &mut parts[of_vertex[triangle[0] as usize] as usize];
             part.triangles.push(*triangle);
             part.area += area;
-            triangle.iter().for_each(|v| areas[*v as usize] += area / 3.0);
+            triangle
+                .iter()
+                .for_each(|v| areas[*v as usize] += area / 3.0);
         }
         for part in &mut parts {
             part.size = diagonal(part.vertices.iter().map(|v| at(&positions, *v)));
@@ -93,7 +97,8 @@ impl Model {
 
     /// The triangles around a vertex.
     pub(crate) fn fan(&self, vertex: u32) -> &[[u32; 3]] {
-        let range = self.starts[vertex as usize] as usize..self.starts[vertex as usize + 1] as usize;
+        let range =
+            self.starts[vertex as usize] as usize..self.starts[vertex as usize + 1] as usize;
         &self.fans[range]
     }
 
@@ -101,6 +106,31 @@ impl Model {
     pub(crate) fn extent_of(&self, part: usize) -> f64 {
         let part = &self.parts[part];
         extent(&self.positions, &part.vertices, &part.triangles)
+    }
+
+    /// Whether a part is smaller than another, beyond rounding.
+    pub(crate) fn is_smaller(&self, part: usize, other: usize) -> bool {
+        self.parts[part].size < self.parts[other].size * (1.0 - SAME)
+    }
+
+    /// An order of two parts that does not depend on their numbers: by size, number of vertices,
+    /// and place.
+    pub(crate) fn comes_first(&self, part: usize, other: usize) -> bool {
+        if self.is_smaller(part, other) || self.is_smaller(other, part) {
+            return self.is_smaller(part, other);
+        }
+        let [a, b] = [part, other].map(|p| &self.parts[p]);
+        if a.vertices.len() != b.vertices.len() {
+            return a.vertices.len() < b.vertices.len();
+        }
+        let place = |part: &Part| {
+            let vertices = part.vertices.iter();
+            let sum: Vector3<f64> = vertices.map(|v| self.at(*v).coords).sum();
+            sum / part.vertices.len().max(1) as f64
+        };
+        let way = place(b) - place(a);
+        let along = way.iter().find(|x| x.abs() > SAME * self.diagonal);
+        along.map_or(part < other, |x| *x > 0.0)
     }
 
     /// Whether a part has so little area for its size that cotangents say nothing.
@@ -111,6 +141,9 @@ impl Model {
         !(part.area > LEAST * part.size * part.size)
     }
 }
+
+/// Lengths that differ by less than this part are the same but for rounding.
+const SAME: f64 = 1e-6;
 
 pub(super) fn at(positions: &Positions<f64>, vertex: u32) -> Point3<f64> {
     positions.as_slice()[vertex as usize]
@@ -148,7 +181,9 @@ fn extent(positions: &Positions<f64>, vertices: &[u32], triangles: &[[u32; 3]]) 
         let sum: Vector3<f64> = vertices.iter().map(|v| at(positions, *v).coords).sum();
         sum / vertices.len().max(1) as f64
     };
-    let distances = vertices.iter().map(|v| (at(positions, *v).coords - center).norm());
+    let distances = vertices
+        .iter()
+        .map(|v| (at(positions, *v).coords - center).norm());
     2.0 * distances.fold(0.0, f64::max)
 }
 

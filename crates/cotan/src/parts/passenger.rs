@@ -159,18 +159,25 @@ impl<T: Scalar> Passenger<T> {
         }
         let mean = self.mean_rotation(scene);
         let Kind::Flowing(flowing) = &mut self.kind else {
-            let targets: Vec<Point3<f64>> =
-                self.contacts.iter().map(|c| target(scene, c, &mean)).collect();
+            let targets: Vec<Point3<f64>> = self
+                .contacts
+                .iter()
+                .map(|c| target(scene, c, &mean))
+                .collect();
             let motion = fit(scene, &self.contacts, &targets, &mean);
             return Ok(Placed {
-                positions: vertices.iter().map(|v| motion.apply(scene.model.at(*v))).collect(),
+                positions: vertices
+                    .iter()
+                    .map(|v| motion.apply(scene.model.at(*v)))
+                    .collect(),
                 motion: Some(motion),
             });
         };
         let contacts = &self.contacts;
         let rotations = parallel::filled(contacts.len(), |k| rotation_at(scene, &contacts[k]));
-        let targets =
-            parallel::filled(contacts.len(), |k| target(scene, &contacts[k], &rotations[k]));
+        let targets = parallel::filled(contacts.len(), |k| {
+            target(scene, &contacts[k], &rotations[k])
+        });
         let motion = fit(scene, contacts, &targets, &mean);
         flowing.follow(scene, contacts, &targets, &rotations, &motion)?;
         match effort {
@@ -248,7 +255,10 @@ impl<T: Scalar> Flowing<T> {
         for run in all.chunk_by(|a, b| a.0 == b.0) {
             let sum: f64 = run.iter().map(|(.., w)| w).sum();
             if sum > 0.0 {
-                pulls.push((run[0].0, run.iter().map(|(_, k, w)| (*k, w / sum)).collect()));
+                pulls.push((
+                    run[0].0,
+                    run.iter().map(|(_, k, w)| (*k, w / sum)).collect(),
+                ));
                 weights.push(sum);
             }
         }
@@ -291,7 +301,7 @@ fn rotation_at(scene: &Scene<'_>, contact: &Contact) -> Matrix3<f64> {
 }
 
 /// The rigid motion that takes the contacts closest to their targets. The mean rotation of the
-/// surface below counts as much as an arm of √.05 λ, and decides alone where there is one contact.
+/// surface below counts as much as an arm of √.5 λ, and decides alone where there is one contact.
 fn fit(
     scene: &Scene<'_>,
     contacts: &[Contact],
@@ -299,7 +309,7 @@ fn fit(
     mean: &Matrix3<f64>,
 ) -> Rigid {
     /// Of λ².
-    const TURN: f64 = 0.05;
+    const TURN: f64 = 0.5;
     let rest = scene.model.positions.as_slice();
     let total: f64 = contacts.iter().map(|c| c.weight).sum();
     let (mut from, mut to) = (Vector3::zeros(), Vector3::zeros());

@@ -121,7 +121,11 @@ pub(crate) fn links(
             break;
         }
     }
-    links.sort_by(|a, b| a.parts.cmp(&b.parts).then(a.distance.total_cmp(&b.distance)));
+    links.sort_by(|a, b| {
+        a.parts
+            .cmp(&b.parts)
+            .then(a.distance.total_cmp(&b.distance))
+    });
     links.dedup_by(|later, kept| {
         let is_same = later.parts == kept.parts;
         if is_same {

@@ -52,9 +52,8 @@ pub(crate) fn measure<T: Scalar>(
         report.note(scene, contacts);
         let sides: [fn(&Contact) -> &SurfacePoint; 2] = [|c| &c.own, |c| &c.on];
         let [own, on] = sides.map(|side| {
-            let turn = |sum, c: &&Contact| {
-                sum + covariance_at(scene.model, scene.now, side(c)) * c.weight
-            };
+            let turn =
+                |sum, c: &&Contact| sum + covariance_at(scene.model, scene.now, side(c)) * c.weight;
             rotation(&contacts.iter().fold(Matrix3::zeros(), turn))
         });
         report.turn_degrees = angle(&own, &on).to_degrees();

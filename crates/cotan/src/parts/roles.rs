@@ -132,7 +132,11 @@ fn neighbours(n: usize, links: &[Link]) -> Vec<Vec<(u32, u32)>> {
 /// In the tree of parts and blocks, leaves without handles are cut off until none is left.
 fn between(has_handle: &[bool], links: &[Link], longest: f64) -> Vec<bool> {
     let n = has_handle.len();
-    let near: Vec<Link> = links.iter().copied().filter(|l| l.distance <= longest).collect();
+    let near: Vec<Link> = links
+        .iter()
+        .copied()
+        .filter(|l| l.distance <= longest)
+        .collect();
     let blocks = blocks(n, &near);
     let mut blocks_of = vec![Vec::new(); n];
     for (b, block) in blocks.iter().enumerate() {
@@ -142,7 +146,9 @@ fn between(has_handle: &[bool], links: &[Link], longest: f64) -> Vec<bool> {
     let mut of_block: Vec<usize> = blocks.iter().map(Vec::len).collect();
     let mut is_cut = vec![false; n];
     let mut is_gone = vec![false; blocks.len()];
-    let mut open: Vec<usize> = (0..n).filter(|p| !has_handle[*p] && of_part[*p] <= 1).collect();
+    let mut open: Vec<usize> = (0..n)
+        .filter(|p| !has_handle[*p] && of_part[*p] <= 1)
+        .collect();
     while let Some(p) = open.pop() {
         if std::mem::replace(&mut is_cut[p], true) {
             continue;

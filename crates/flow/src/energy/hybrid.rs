@@ -18,6 +18,7 @@ use crate::passes::{run, run_both, turned};
 use crate::rest::Rest;
 use crate::start::FirstGuess;
 use crate::state::FlowState;
+use crate::winding::Winding;
 
 /// Laplacian coordinates turn with rotations that minimise, together with the positions,
 ///
@@ -55,23 +56,28 @@ use crate::state::FlowState;
 /// **Units**: λ is relative to twice the greatest distance of a vertex from the centroid, which is
 /// about the size of the bounding box but does not depend on how the mesh is turned.
 ///
-/// **Deviation** from the paper: ours, measured in `docs/decisions`.
+/// **Deviation** from the paper: ours. The reflection of the paper does not reach a fixed point on
+/// detailed meshes, and rotations per vertex crease the surface; this energy converges without a
+/// fold on all reference edits.
 #[derive(Debug)]
 pub struct Hybrid {
     bending_length: f64,
     stiffness: Stiffness,
-    /// τ, and with it the rotations that the fits of a wound shape are drawn to, each times τ and a
-    /// third of the nuclear norm of its cell's covariance at rest; empty where nothing draws.
+    /// τ.
     winding: f64,
+    /// τ t, with t a third of the nuclear norm of each cell's covariance at rest; empty for τ = 0.
+    draws: Vec<f64>,
+    /// The rotations that the fits of a wound shape are drawn to, each times τ t; empty where
+    /// nothing draws.
     drawn_to: Vec<Mat3>,
     /// 6 Σ τ t.
     winding_energy: f64,
-    /// Of the body beside the original: 1, but where one similarity moves all handles.
+    /// The size of the body relative to the original: 1 unless one similarity moves all handles.
     size: f64,
     /// μ, once the mesh is known.
     weight: f64,
-    /// What turns edges into covariances and means into tensions, row after row: μ/6 g_ji and
-    /// −g_ij/6 of [`edge_gradients`].
+    /// Factors that turn edges into covariances and means into tensions, row after row: μ/6 g_ji
+    /// and −g_ij/6 of [`edge_gradients`].
     fit_gradients: Vec<[f64; 3]>,
     pull_gradients: Vec<[f64; 3]>,
     /// The membrane's terms of the energy that depend on the original alone.
@@ -84,7 +90,7 @@ pub struct Hybrid {
     struts: Option<Struts>,
     volume: Option<SoftVolume>,
     tied: Option<Tied>,
-    /// Whether the volume of the next shape counts as that of the original: handles that are
+    /// `true` if the volume of the next shape counts as that of the original: handles that are
     /// scaled would fight it.
     adopts_volume: bool,
 }
@@ -99,6 +105,7 @@ impl Hybrid {
             bending_length,
             stiffness: Stiffness::default(),
             winding: 0.0,
+            draws: Vec::new(),
             drawn_to: Vec::new(),
             winding_energy: 0.0,
             size: 1.0,
@@ -124,14 +131,19 @@ impl Hybrid {
     }
 
     /// Draws the rotations of a shape that was wound up to those that it was wound to, by a weight
-    /// τ = `weight` beside what the shape says: turns that the energy does not hold by itself are
-    /// held. At 0.3 a bar of 6 : 1 holds 540°. Default: 0, not at all.
+    /// τ = `weight` relative to the shape itself: turns that the energy does not hold by itself
+    /// are held. At 0.3 a bar of 6 : 1 holds 540°. Default: 0, not at all.
     ///
     /// **Units**: none.
     #[must_use]
     pub fn hold_winding(mut self, weight: f64) -> Self {
         self.winding = weight;
         self
+    }
+
+    /// Predicts the bytes that the struts of a mesh take while they are found; see [`Stiffness`].
+    pub fn predicted_strut_bytes(num_vertices: usize, num_triangles: usize) -> u64 {
+        Struts::predicted_bytes(num_vertices, num_triangles)
     }
 
     /// The nuclear norms of the cells' covariances at rest: their traces, as the original is its
@@ -215,8 +227,8 @@ impl Hybrid {
             weight: *weight,
             size: *size,
         };
-        // Ωᵀ twice: a vertex hands a share to its neighbours, taken where its value is written. The
-        // means of the last fit are no longer needed.
+        // Ωᵀ twice: a vertex hands a share to its neighbours, taken where its value is written.
+        // The means of the last fit are no longer needed.
         let [mut value, mut size] =
             state.fuse_rest_laplacian(|laplacian| run_both(&cells, scratch, laplacian));
         if let Some(tied) = tied {
@@ -300,15 +312,13 @@ impl<T: Scalar> LocalGlobal<T> for Hybrid {
             (self.struts, self.volume) = (None, None);
         }
         self.tied = Tied::new(rest);
-        self.drawn_to.clear();
+        (self.draws, self.drawn_to) = (Vec::new(), Vec::new());
         if self.winding > 0.0 {
             let third = self.winding / 3.0;
-            let traces = self.rest_traces(rest);
+            self.draws = self.rest_traces(rest);
+            self.draws.iter_mut().for_each(|t| *t *= third);
             // 2 τ t (3 − R : R̃), of which the fits take the second part.
-            let all: f64 = traces.iter().map(|t| 6.0 * third * t).sum();
-            self.winding_energy = all;
-            let times = |t: f64| IDENTITY.map(|x| x * third * t);
-            self.drawn_to = traces.into_iter().map(times).collect();
+            self.winding_energy = self.draws.iter().map(|t| 6.0 * t).sum();
         }
         let of_struts = self.struts.as_ref().map_or(0.0, |s| s.rest_energy);
         self.rest_energy.value += of_struts;
@@ -326,17 +336,6 @@ impl<T: Scalar> LocalGlobal<T> for Hybrid {
         if guess.scale != 1.0 {
             self.resize(guess.scale);
         }
-        if let Some(struts) = self.struts.as_mut().filter(|_| guess.is_wound) {
-            struts.harden();
-        }
-        if guess.is_wound && self.winding > 0.0 {
-            for (to, rotation) in self.drawn_to.iter_mut().zip(&self.rotations) {
-                // Until now a multiple of the identity.
-                *to = rotation.map(|x| x * to[0]);
-            }
-        } else {
-            self.drawn_to.clear();
-        }
         if let Some(tied) = &mut self.tied {
             tied.pull_at_rest(&self.means);
         }
@@ -345,6 +344,22 @@ impl<T: Scalar> LocalGlobal<T> for Hybrid {
                 *mean = mean.map(|x| x * scale);
             }
             self.adopts_volume = true;
+        }
+    }
+
+    fn wind(&mut self, winding: Option<&Winding>) {
+        if let Some(struts) = &mut self.struts {
+            match winding {
+                Some(_) => struts.harden(),
+                None => struts.soften(),
+            }
+        }
+        self.drawn_to.clear();
+        if let Some(winding) = winding {
+            let rotations = winding.rotations.values();
+            let drawn = self.draws.iter().zip(rotations);
+            self.drawn_to
+                .extend(drawn.map(|(t, rotation)| flat(rotation).map(|x| x * t)));
         }
     }
 
@@ -423,7 +438,7 @@ impl<T: Scalar> LocalGlobal<T> for Hybrid {
                     *tension += struts.force_at(i);
                 }
                 if let Some(volume) = &self.volume {
-                    *tension += volume.force_at(i) * of_volume;
+                    *tension += volume.force_at(rest.fans(), i) * of_volume;
                 }
             });
         }
@@ -431,8 +446,8 @@ impl<T: Scalar> LocalGlobal<T> for Hybrid {
 }
 
 /// κ gᵀA⁻¹g over γ, with g the gradient of the volume: by so much more than the membrane a volume
-/// of weight 1 resists that a body breathes. It is 4.5 for a ball and 4 for a long rod. A step that
-/// is taken as it is would go too far by this.
+/// of weight 1 resists that a body breathes. It is 4.5 for a ball and 4 for a long rod. A step
+/// that is taken as it is would go too far by this.
 const BREATHING: f64 = 4.5;
 
 #[cfg(test)]

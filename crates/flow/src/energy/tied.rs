@@ -184,7 +184,8 @@ impl Tied {
     pub(super) fn add_forces(&self, out: &mut VertexMap<Vector3<f64>>) {
         let out = out.as_mut_slice();
         for tie in &self.ties {
-            tie.ends().for_each(|(v, c)| out[v as usize] += tie.force * c);
+            tie.ends()
+                .for_each(|(v, c)| out[v as usize] += tie.force * c);
         }
     }
 }

@@ -9,10 +9,10 @@ use super::Rule;
 use crate::accelerate::{Coarse, Lbfgs, Restricted};
 use crate::energy::{Energy, LocalGlobal, NextStep};
 use crate::error::FlowError;
-use crate::nearest_rotation::{Mat3, flat};
-use crate::report::StepReport;
+use crate::report::{LostTurn, StepReport};
 use crate::updater::ScalarFieldUpdater;
 use crate::vectors::dot;
+use crate::winding::Winding;
 use crate::workspace::Workspace;
 
 /// The descent of an energy that a local step and the solve lower in turn.
@@ -28,10 +28,10 @@ pub(crate) struct Descent<T: Scalar> {
     coarse: Option<Coarse>,
     /// The number of steps right after a move.
     moves: usize,
-    /// Whether it cannot be built for these handles.
+    /// `true` if it cannot be built for these handles.
     is_refused: bool,
-    /// The rotations of the shape that was wound up with its handles; empty for any other.
-    wound: Vec<Mat3>,
+    /// Of a shape whose handles turn by more than half a turn relative to each other.
+    winding: Option<Winding>,
     /// The part of a plain step that did not go too far last time.
     plain_part: f64,
     /// Σ s_ij (x_j − x_i) less what the model wants of it.
@@ -42,7 +42,7 @@ pub(crate) struct Descent<T: Scalar> {
     energy: Option<Energy>,
 }
 
-/// Whether a search found a lower energy.
+/// The outcome of a search for a lower energy.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Search {
     Went,
@@ -79,7 +79,7 @@ impl<T: Scalar> Descent<T> {
             coarse: None,
             moves: 0,
             is_refused: false,
-            wound: Vec::new(),
+            winding: None,
             plain_part: 1.0,
             tension: VertexMap::default(),
             direction: VertexMap::default(),
@@ -125,13 +125,13 @@ impl<T: Scalar> Descent<T> {
     ) -> Result<Search, FlowError> {
         /// Fraction of the predicted decrease that is asked for (Armijo).
         const SUFFICIENT: f64 = 1e-4;
-        const MOST_TRIALS: usize = 10;
+        const MAX_TRIALS: usize = 10;
         let before = self.energy.unwrap_or_default();
         // Near the minimum every step is one within rounding.
         let (value, rounding) = (before.value, before.rounding::<T>());
         let rate = self.aim(lbfgs, restricted, work);
         let mut length = 1.0;
-        for _ in 0..MOST_TRIALS {
+        for _ in 0..MAX_TRIALS {
             self.move_along(work, length);
             let rise = 0.5 * (self.fit(work)?.value - value);
             if rise <= 0.5 * rounding - SUFFICIENT * length * rate {
@@ -160,7 +160,7 @@ impl<T: Scalar> Descent<T> {
     /// The plain step, or a part of it that does not raise the energy beyond rounding. The system
     /// may know less than the energy: the whole step can go too far.
     fn plain(&mut self, work: &mut Workspace<T>, ratio: f64) -> Result<Search, FlowError> {
-        const MOST_TRIALS: usize = 8;
+        const MAX_TRIALS: usize = 8;
         /// Fraction of the predicted decrease that is asked for. An energy that the system bounds
         /// from above falls by half of it; a step that falls by less goes beyond its best length.
         const SUFFICIENT: f64 = 0.45;
@@ -183,7 +183,7 @@ impl<T: Scalar> Descent<T> {
         if rate * ratio > 4.0 * rounding {
             self.plain_part = (2.0 * self.plain_part).min(1.0);
         }
-        for _ in 0..MOST_TRIALS {
+        for _ in 0..MAX_TRIALS {
             let length = ratio * self.plain_part;
             work.move_by_correction(length);
             let rise = 0.5 * (self.fit(work)?.value - before.value);
@@ -333,9 +333,6 @@ impl<T: Scalar> Rule<T> for Descent<T> {
         if let Some(guess) = work.first_guess.take() {
             work.scale = guess.scale;
             self.model.start_from(&guess);
-            if guess.is_wound {
-                self.wound = guess.rotations.values().map(flat).collect();
-            }
             let swelling = guess.swelling.as_ref().map(|s| s.as_slice());
             if guess.scale != 1.0 || swelling.is_some() {
                 parallel::update(work.laplacian.as_mut_slice(), |i, ell| {
@@ -389,7 +386,7 @@ impl<T: Scalar> Rule<T> for Descent<T> {
             }
             other => {
                 if let Some(lbfgs) = other {
-                    // What it learned spans whole steps of its own only.
+                    // Its history describes whole steps of its own only.
                     lbfgs.reset();
                 }
                 self.plain(work, step.ratio)
@@ -422,22 +419,36 @@ impl<T: Scalar> Rule<T> for Descent<T> {
         self.is_refused = false;
         self.plain_part = 1.0;
         // Handles have moved on: what they stated first is no longer the yardstick.
-        self.wound.clear();
+        self.winding = None;
         if let Some(lbfgs) = &mut self.lbfgs {
             lbfgs.reset();
         }
     }
 
-    fn lost_turn(&self) -> Option<f64> {
+    fn wind(&mut self, winding: Option<Winding>) {
+        self.model.wind(winding.as_ref());
+        self.winding = winding;
+    }
+
+    fn lost_turn(&self) -> Option<LostTurn> {
         /// Parts that keep their turn come to 90° from it at most, parts that lose it to 170°.
         const LOST: f64 = 130.0;
-        let cells = self.model.cells()?;
-        let mut farthest = 0.0_f64;
-        for (now, wound) in cells.rotations.iter().zip(&self.wound) {
-            let trace: f64 = now.iter().zip(wound).map(|(a, b)| a * b).sum();
-            farthest = farthest.max((0.5 * (trace - 1.0)).clamp(-1.0, 1.0).acos());
+        /// The angle that a body holds per diameter, in degrees, and the number of diameters that
+        /// struts are worth, which keep the ends from collapsing: bars of 3 : 1 to 9 : 1 and rods
+        /// lose their turns within 15 % of this.
+        const HELD: f64 = 80.0;
+        const BY_STRUTS: f64 = 1.7;
+        let (cells, winding) = (self.model.cells()?, self.winding.as_ref()?);
+        let mut back = 0.0_f64;
+        for (now, wound) in cells.rotations.iter().zip(winding.rotations.values()) {
+            let trace: f64 = now.iter().zip(wound.iter()).map(|(a, b)| a * b).sum();
+            back = back.max((0.5 * (trace - 1.0)).clamp(-1.0, 1.0).acos());
         }
-        (farthest > LOST.to_radians()).then_some(farthest)
+        let by_struts = if cells.has_struts() { BY_STRUTS } else { 0.0 };
+        (back > LOST.to_radians()).then_some(LostTurn {
+            back,
+            held: (winding.diameters + by_struts) * HELD.to_radians(),
+        })
     }
 
     fn pins_handles(&self) -> bool {

@@ -18,10 +18,11 @@ pub(crate) use fixed_point::FixedPoint;
 pub(crate) use projected::Projected;
 
 use crate::error::FlowError;
-use crate::report::StepReport;
+use crate::report::{LostTurn, StepReport};
+use crate::winding::Winding;
 use crate::workspace::Workspace;
 
-/// Makes steps, and says what came of them.
+/// Makes steps and reports them.
 pub(crate) trait Rule<T: Scalar>: Send + Sync {
     /// Takes the first positions, which are in `work`, before anything is solved.
     fn begin(&mut self, work: &mut Workspace<T>) -> Result<(), FlowError>;
@@ -35,12 +36,15 @@ pub(crate) trait Rule<T: Scalar>: Send + Sync {
     /// Forgets what earlier steps taught: handles have moved, or the positions were exchanged.
     fn restart(&mut self, work: &mut Workspace<T>);
 
-    /// Whether hard handles are exactly at their targets.
+    /// Returns `true` if hard handles are exactly at their targets.
     fn pins_handles(&self) -> bool;
 
-    /// The largest angle in radians by which a part of a shape that was wound up has turned back,
-    /// if that is so much that its turn was lost.
-    fn lost_turn(&self) -> Option<f64> {
+    /// Takes the winding of the handles, or that they have none; after [`Self::begin`] and
+    /// [`Self::restart`].
+    fn wind(&mut self, _winding: Option<Winding>) {}
+
+    /// The turn that a shape lost after it was wound up, if any.
+    fn lost_turn(&self) -> Option<LostTurn> {
         None
     }
 

@@ -9,6 +9,9 @@
 //! or embeds them.
 //!
 //! Source: Khronos, "glTF 2.0 Specification", 2021.
+//!
+//! The files of this folder are one concept and use each other freely; outside of it, only
+//! [`formats`](crate::formats) and [`detect`](crate::detect) use them.
 
 mod accessor;
 mod attributes;
@@ -45,16 +48,16 @@ use self::model::{Accessor, Mesh as JsonMesh, Root, View};
 use self::sharing::Sharing;
 use crate::attributes::{Attributes, LabelKind};
 use crate::companions::References;
-use crate::document::{Document, Parsed};
 use crate::error::{IoError, Place, quote};
 use crate::format::Format;
-use crate::instances::Instance;
 use crate::limits::Limits;
 use crate::material::Materials;
+use crate::parsed::Parsed;
+use crate::placement::Instance;
 use crate::precision::single;
 use crate::remap::Remap;
 use crate::resolve::Resolve;
-use crate::source::{Mesh, Moves, SourceFile};
+use crate::source::{Mesh, Moves, Reading, SourceFile};
 
 pub(crate) use self::new::{losses, write_new};
 
@@ -68,17 +71,18 @@ pub(crate) fn read(
     bytes: Vec<u8>,
     limits: &Limits,
     resolver: &dyn Resolve,
-) -> Result<Document, IoError> {
+) -> Result<Reading, IoError> {
     let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
     if !is_glb(&bytes) && !text.trim_ascii_start().starts_with(b"{") {
         return Err(IoError::Malformed {
             place: Place::Byte(0),
-            problem: "this is no glTF: a GLB starts with `glTF`, a .gltf is JSON".to_owned(),
+            problem: "this is not a glTF file: a GLB starts with `glTF`, a .gltf is JSON"
+                .to_owned(),
         });
     }
     let files = External::new(resolver.shared());
     let (file, parsed) = GltfFile::read(bytes, limits, files)?;
-    Document::from_source(parsed, file)
+    Ok(Reading::new(parsed, file))
 }
 
 /// The bytes of a file and of its buffers.
@@ -281,7 +285,7 @@ impl SourceFile for GltfFile {
         let singular = self.geometry.instances(&self.buffers, &mut |_| Ok(()));
         let counted = [
             (elsewhere.sum(), "that another scene shows"),
-            (singular.unwrap_or(0), "whose transform cannot be undone"),
+            (singular.unwrap_or(0), "whose transform is not invertible"),
         ];
         let counted = counted.into_iter().filter(|&(count, _)| count > 0);
         let counted = counted.map(|(count, which)| {

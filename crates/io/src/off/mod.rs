@@ -13,6 +13,9 @@
 //! across line endings, as in Geomview. Rows after the last promised face are preserved in the
 //! file but not read, with a [`Warning`]: other programs go by the counts and display only the
 //! promised rows. Source: Geomview manual, section "OFF Files".
+//!
+//! The files of this folder are one concept and use each other freely; outside of it, only
+//! [`formats`](crate::formats) and [`detect`](crate::detect) use them.
 
 mod attributes;
 mod header;
@@ -29,15 +32,15 @@ use nalgebra::Point3;
 
 use crate::attributes::Attributes;
 use crate::coordinate;
-use crate::document::{Document, Parsed};
 use crate::error::{Element, IoError, Place, Warning, quote};
 use crate::faces::FaceList;
 use crate::format::Format;
 use crate::limits::Limits;
 use crate::number;
+use crate::parsed::Parsed;
 use crate::remap::Remap;
 use crate::room;
-use crate::source::{Mesh, Moves, SourceFile, TextPatch};
+use crate::source::{Mesh, Moves, Reading, SourceFile, TextPatch};
 use crate::text::{self, Line, Token, Tokens};
 
 use header::Header;
@@ -50,9 +53,15 @@ pub(crate) use new::{losses, write_new};
 const COLOR_INDEX: &str = "color_index";
 
 /// Reads an OFF file; the header word may be missing.
-pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError> {
+pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Reading, IoError> {
     let (parsed, file) = parse(bytes, limits)?;
-    Document::from_source(parsed, file)
+    Ok(Reading::new(parsed, file))
+}
+
+/// Reads a document.
+#[cfg(test)]
+fn open(bytes: Vec<u8>, limits: &Limits) -> Result<crate::Document, IoError> {
+    crate::Document::from_reading(read(bytes, limits)?)
 }
 
 fn parse(bytes: Vec<u8>, limits: &Limits) -> Result<(Parsed, OffFile), IoError> {
@@ -145,7 +154,7 @@ fn read_rows(mut rows: Rows<'_>, header: &Header, limits: &Limits) -> Result<Bod
         body.warnings.push(Warning {
             place: Some(Place::Line(row.number)),
             message: format!(
-                "{} more rows follow the {} faces that the header promises; they are kept and not read",
+                "{} more rows follow the {} faces that the header promises; they are kept but not read",
                 body.layout.num_unpromised, header.num_faces
             ),
         });
@@ -321,7 +330,7 @@ impl SourceFile for OffFile {
         }
         match self.layout.num_unpromised {
             0 => {}
-            n => extras.push(format!("{n} rows behind the last face")),
+            n => extras.push(format!("{n} rows after the last face")),
         }
         extras
     }
@@ -355,17 +364,8 @@ impl SourceFile for OffFile {
         Ok(patch.finish())
     }
 
-    fn rebuild(&self, remap: &Remap, _mesh: Mesh<'_>) -> Result<Arc<dyn SourceFile>, IoError> {
-        let bytes = rebuild::rebuild(self, remap);
-        let (again, file) = parse(bytes, &Limits::NONE)?;
-        // An incorrect file must never be written silently.
-        if again.positions.len() != remap.vertices.len() || again.faces != remap.faces {
-            return Err(IoError::Unsupported {
-                feature: "this repair of an OFF".to_owned(),
-                remedy: "convert the file to another format and repair that",
-            });
-        }
-        Ok(Arc::new(file))
+    fn rebuild(&self, remap: &Remap, mesh: Mesh<'_>) -> Result<Arc<dyn SourceFile>, IoError> {
+        read(rebuild::rebuild(self, remap), &Limits::NONE)?.matching(remap, mesh)
     }
 }
 

@@ -9,6 +9,9 @@
 //! The form of a file is determined by its size and content, never by the word `solid` alone,
 //! which also begins the header of many binary files. Sources: 3D Systems, "StereoLithography
 //! Interface Specification", 1988; M. Burns, "Automated Fabrication", 1993, section 6.5.
+//!
+//! The files of this folder are one concept and use each other freely; outside of it, only
+//! [`formats`](crate::formats) and [`detect`](crate::detect) use them.
 
 mod binary;
 mod new;
@@ -21,9 +24,9 @@ mod file_tests;
 #[cfg(test)]
 mod tests;
 
-use crate::document::Document;
 use crate::error::{IoError, Place};
 use crate::limits::Limits;
+use crate::source::Reading;
 
 pub(crate) use new::{losses, write_new};
 
@@ -42,7 +45,7 @@ pub(crate) fn is_stl(bytes: &[u8]) -> bool {
 }
 
 /// Reads an STL file.
-pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError> {
+pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Reading, IoError> {
     let is_binary = binary::count(&bytes)
         .is_some_and(|count| count > 0 && binary::length(count) <= bytes.len() as u64);
     if !is_binary && (text::is_text(&bytes) || text::starts_as_text(&bytes)) {
@@ -52,10 +55,16 @@ pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError>
         return Err(IoError::Malformed {
             place: Place::Byte(bytes.len()),
             problem: format!(
-                "this is no STL: a text starts with `solid`, and a binary file has {} bytes or more",
+                "this is not an STL file: a text starts with `solid`, a binary file has at least {} bytes",
                 binary::HEADER
             ),
         });
     }
     binary::read(bytes, limits)
+}
+
+/// Reads a document.
+#[cfg(test)]
+fn open(bytes: Vec<u8>, limits: &Limits) -> Result<crate::Document, IoError> {
+    crate::Document::from_reading(read(bytes, limits)?)
 }

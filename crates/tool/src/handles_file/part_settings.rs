@@ -102,7 +102,9 @@ impl PartSettings {
         options.ties.free.extend(all(&self.free)?);
         for [a, b] in &self.untied {
             let (left, right) = (a.find(names)?, b.find(names)?);
-            let pairs = left.iter().flat_map(|a| right.iter().map(move |b| [*a, *b]));
+            let pairs = left
+                .iter()
+                .flat_map(|a| right.iter().map(move |b| [*a, *b]));
             options.ties.untied.extend(pairs);
         }
         if let Some(strength) = self.strength {

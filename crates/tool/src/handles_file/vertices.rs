@@ -100,7 +100,8 @@ impl Vertices<'_> {
 
     /// The file vertex of a document vertex.
     fn in_file(&self, vertex: usize) -> usize {
-        self.file_vertices.map_or(vertex, |file| file.vertex(vertex))
+        self.file_vertices
+            .map_or(vertex, |file| file.vertex(vertex))
     }
 
     /// The file vertices of the faces with a label; `word` is its kind in messages.
@@ -113,8 +114,9 @@ impl Vertices<'_> {
     ) -> Result<Vec<usize>, HandlesError> {
         let invalid = |problem: String| HandlesError::Invalid { place, problem };
         let attributes = self.document.attributes();
-        let attributes = attributes
-            .map_err(|error| invalid(format!("names a {word}, but the file has errors: {error}")))?;
+        let attributes = attributes.map_err(|error| {
+            invalid(format!("names a {word}, but the file has errors: {error}"))
+        })?;
         let Some(labels) = attributes.label(kind) else {
             return Err(invalid(format!("names a {word}, but the file names none")));
         };
@@ -141,9 +143,8 @@ impl Vertices<'_> {
     ) -> Result<Vec<usize>, HandlesError> {
         let invalid = |problem: String| HandlesError::Invalid { place, problem };
         let names = PartNames::new(self.document, self.processing);
-        let names = names.map_err(|error| {
-            invalid(format!("names a part, but the file has errors: {error}"))
-        })?;
+        let names = names
+            .map_err(|error| invalid(format!("names a part, but the file has errors: {error}")))?;
         let found = part.find(&names);
         let found = found.map_err(|error| invalid(format!("names a part: {error}")))?;
         let components = self.processing.mesh().components();
