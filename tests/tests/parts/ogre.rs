@@ -88,3 +88,38 @@ fn the_parts_of_the_ogre_follow_its_body() {
         assert!(gap < 0.004 && turn < 2.0, "{name}: {gap} {turn}");
     }
 }
+
+/// A measurement: passengers add at most 30 % to a frame of a drag.
+#[test]
+#[ignore = "a measurement; run it in a release build"]
+fn passengers_cost_little_of_a_frame() {
+    let Some(shape) = ogre() else { return };
+    let components = shape.connectivity().components();
+    let body = (0..components.count())
+        .max_by_key(|c| components.sizes()[*c])
+        .unwrap();
+    let (own, _) = alone(&shape, body);
+    let (_, still, moved, _) = edits()[0];
+    let session = |shape: &Mesh<f64>, part| {
+        let (still, moved) = (of_part(shape, part, still), of_part(shape, part, moved));
+        let handles = Handles::new().fix(still).fix(moved);
+        Session::new(shape, &handles, &DeformOptions::default()).unwrap()
+    };
+    let mut sessions = [session(&own, 0), session(&shape, body)];
+    let mut seconds = [Vec::new(), Vec::new()];
+    for frame in 1..=25 {
+        let motion = turn([0.0, 25.5, 0.0], Vector3::z(), 1.4 * f64::from(frame));
+        for (session, seconds) in sessions.iter_mut().zip(&mut seconds) {
+            let clock = Instant::now();
+            session.transform_handle(1, motion).unwrap();
+            session.step().unwrap();
+            seconds.push(clock.elapsed().as_secs_f64());
+        }
+    }
+    let [alone, whole] = seconds.map(|mut times| {
+        times.sort_by(f64::total_cmp);
+        times[times.len() / 2]
+    });
+    println!("a frame: {whole:.4} s, {alone:.4} s for the body alone");
+    assert!(whole < 1.3 * alone);
+}
