@@ -1,7 +1,7 @@
 //! The whole pipeline on an untrusted file: read, repair, deform, write.
 
 use cotan::prelude::*;
-use cotan_io::{Document, Repair, read};
+use cotan_io::{Document, Repair, Weld, read};
 
 use super::draw::Draw;
 use super::files::{announces_another, limits};
@@ -42,7 +42,7 @@ pub fn pipeline(data: &[u8]) {
 }
 
 fn deform_by<T: Scalar>(mut document: Document, options: &DeformOptions) {
-    let Ok(surface) = document.surface() else {
+    let Ok(surface) = document.surface_in_pieces(Weld::AsFormat) else {
         return;
     };
     let mesh = surface.mesh();

@@ -9,8 +9,8 @@ use clap::{Parser, Subcommand};
 
 use crate::args::{LimitArgs, Messages};
 use crate::commands::{
-    bench, compare, completions, convert, deform, demo, denoise, detail, edit, info, morph,
-    reconstruct, repair, resample, smooth, sphere,
+    bench, compare, completions, convert, deform, demo, denoise, detail, edit, geodesic, info,
+    morph, reconstruct, repair, resample, smooth, sphere,
 };
 
 /// Edit triangle meshes by a few handles: the surface follows, its details turn with it.
@@ -73,7 +73,7 @@ pub(crate) enum Command {
     /// Open a mesh in the editor: drag handles and see the surface follow
     #[command(after_help = edit::args::EXAMPLE)]
     Edit(edit::args::EditArgs),
-    /// Repair a mesh without guessing a shape, and tell each change
+    /// Repair a mesh without guessing a shape, and report each change
     #[command(after_help = repair::args::EXAMPLE)]
     Repair(repair::args::RepairArgs),
     /// Move handles and let the surface follow
@@ -100,7 +100,10 @@ pub(crate) enum Command {
     /// Exaggerate, fade, exchange or paint the details of a mesh
     #[command(after_help = detail::args::EXAMPLE)]
     Detail(detail::args::DetailArgs),
-    /// Measure how far two meshes of the same connectivity are from each other
+    /// Measure distances along a mesh from some of its vertices
+    #[command(after_help = geodesic::args::EXAMPLE)]
+    Geodesic(geodesic::args::GeodesicArgs),
+    /// Measure how far two meshes are from each other
     #[command(after_help = compare::args::EXAMPLE)]
     Compare(compare::args::CompareArgs),
     /// Write a mesh in another format (.obj, .ply, .off, .stl, .gltf, .glb)

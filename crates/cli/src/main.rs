@@ -29,7 +29,7 @@ use command_line::Arguments;
 use console::Console;
 
 fn main() -> ExitCode {
-    console::tell_panics();
+    console::install_panic_hook();
     let mut command = Arguments::command();
     let parsed = command.try_get_matches_from_mut(command_line::joined(std::env::args_os()));
     let parsed = parsed.and_then(|matches| {

@@ -1,9 +1,9 @@
-//! The part of a mesh that `--mask`, `--mask-file` and `--handles` name.
+//! The part of a mesh that `--mask`, `--region` and `--handles` name.
 
 use cotan::Handles;
 use cotan::halfedge::VertexId;
-use cotan::smooth::Mask;
-use cotan_tool::handles_file::{HandlesFile, to_handles};
+use cotan::smooth::{Mask, distances};
+use cotan_tool::handles_file::{Constraint, HandlesFile, to_handles};
 use nalgebra::Point3;
 
 use crate::args::values::Length;
@@ -26,17 +26,41 @@ pub(crate) fn mask(args: &PartArgs, mesh: &Prepared) -> Result<Option<Mask>, Cli
     let surface = mesh.processing.surface();
     let longest = surface.bounding_box().longest_side();
     let falloff = args.falloff.unwrap_or(FALLOFF).on(longest);
-    let region = match (&args.mask, &args.mask_file) {
+    let mask = match &args.mask {
+        Some(Selection::Property(name)) => Mask::new(vertex_field(mesh, name)?),
+        Some(Selection::Near(vertex, radius)) => {
+            Mask::around(&surface, &vertices_of(*vertex, mesh)?, *radius, falloff)
+        }
+        selection => match region(selection.as_ref(), args.mask_file.as_ref(), mesh)? {
+            Some(region) => Mask::inside(&surface, &region, falloff),
+            None => return Ok(None),
+        },
+    };
+    Ok(Some(mask.map_err(|error| mesh.refuse(error))?))
+}
+
+/// The vertices of a part, which are at least one; `None` if no part is stated.
+///
+/// # Errors
+/// As [`mask`].
+pub(crate) fn region(
+    selection: Option<&Selection>,
+    file: Option<&InputPath>,
+    mesh: &Prepared,
+) -> Result<Option<Vec<VertexId>>, CliError> {
+    let surface = mesh.processing.surface();
+    let region = match (selection, file) {
         (None, None) => return Ok(None),
-        (_, Some(file)) => constraints_vertices(file, mesh)?,
+        (_, Some(file)) => vertices_in_file(file, mesh)?,
         (Some(Selection::Property(name)), _) => {
-            let mask = Mask::new(vertex_field(mesh, name)?);
-            return Ok(Some(mask.map_err(|error| mesh.refuse(error))?));
+            let weights = vertex_field(mesh, name)?;
+            let chosen = weights.iter().filter(|(_, weight)| **weight > 0.0);
+            chosen.map(|(v, _)| v).collect()
         }
         (Some(Selection::Near(vertex, radius)), _) => {
-            let sources = vertices_of(*vertex, mesh)?;
-            let mask = Mask::around(&surface, &sources, *radius, falloff);
-            return Ok(Some(mask.map_err(|error| mesh.refuse(error))?));
+            let near = distances(&surface, &vertices_of(*vertex, mesh)?, *radius);
+            let chosen = near.iter().filter(|(_, distance)| *distance <= radius);
+            chosen.map(|(v, _)| v).collect()
         }
         (Some(Selection::Box([low, high])), _) => {
             surface.vertices_where(|p| (0..3).all(|k| low[k] <= p[k] && p[k] <= high[k]))
@@ -45,13 +69,12 @@ pub(crate) fn mask(args: &PartArgs, mesh: &Prepared) -> Result<Option<Mask>, Cli
             surface.vertices_where(|p: &Point3<f64>| (p - center).norm() <= *radius)
         }
     };
-    if region.is_empty() {
-        return Err(CliError::EmptyPart {
+    match region.is_empty() {
+        true => Err(CliError::EmptyPart {
             path: mesh.path().to_owned(),
-        });
+        }),
+        false => Ok(Some(region)),
     }
-    let mask = Mask::inside(&surface, &region, falloff);
-    Ok(Some(mask.map_err(|error| mesh.refuse(error))?))
 }
 
 /// Reads the handles of `--handles`; none without it.
@@ -67,10 +90,7 @@ pub(crate) fn handles(args: &PartArgs, mesh: &Prepared) -> Result<Handles<f64>, 
 }
 
 /// The vertices of the surface that a handles file names.
-pub(crate) fn constraints_vertices(
-    path: &InputPath,
-    mesh: &Prepared,
-) -> Result<Vec<VertexId>, CliError> {
+fn vertices_in_file(path: &InputPath, mesh: &Prepared) -> Result<Vec<VertexId>, CliError> {
     let constraints = constraints(path, mesh)?;
     let vertices = constraints.iter();
     Ok(vertices
@@ -78,16 +98,13 @@ pub(crate) fn constraints_vertices(
         .collect())
 }
 
-fn constraints(
-    path: &InputPath,
-    mesh: &Prepared,
-) -> Result<Vec<cotan_tool::handles_file::Constraint>, CliError> {
+fn constraints(path: &InputPath, mesh: &Prepared) -> Result<Vec<Constraint>, CliError> {
     let file = HandlesFile {
         path,
         def: None,
         max_bytes: memory::limits().max_bytes,
     };
-    if let Some(matrix) = file.matrix_beside() {
+    if let Some(matrix) = file.default_matrix() {
         paths::check_read("the matrix of a handles file", &matrix)?;
     }
     Ok(file.read(
@@ -111,6 +128,10 @@ fn vertices_of(vertex: usize, mesh: &Prepared) -> Result<Vec<VertexId>, CliError
         true => Err(CliError::NoVertex {
             path: mesh.path().to_owned(),
             vertex,
+            num_vertices: match &mesh.file_vertices {
+                Some(file) => file.num_vertices(),
+                None => mesh.document.positions().len(),
+            },
         }),
         false => Ok(found),
     }

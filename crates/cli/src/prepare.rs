@@ -66,6 +66,10 @@ impl Source {
     pub(crate) fn fill_holes(mut self, filling: Filling) -> Self {
         self.filling = filling;
         if filling != Filling::Off {
+            #[expect(
+                clippy::unwrap_or_default,
+                reason = "a new repair does nothing, the default one does"
+            )]
             let before = self.repair.unwrap_or_else(Repair::new);
             self.repair = Some(before.fill_holes(filling));
         }
@@ -179,7 +183,7 @@ pub(crate) fn prepare(
             warn_unfair(path, problem, console);
         }
         let done = mended.repaired;
-        if tell_repairs(&source, &done.changes, console) == Repairs::Some {
+        if warn_repairs(&source, &done.changes, console) == Repairs::Some {
             repaired = Some(done);
         }
     }
@@ -232,7 +236,7 @@ pub(crate) fn load(
     let document = files::load(path, console)?;
     memory::check(Work::Build, path, &document)?;
     let processing = document
-        .surface()
+        .surface_in_pieces(Weld::AsFormat)
         .map_err(|error| CliError::surface(path, error, Cure::Command, Weld::AsFormat))?;
     Ok((document, processing))
 }
@@ -263,7 +267,7 @@ enum Repairs {
 }
 
 /// Warns about the changes of a repair, and about holes that it left open.
-fn tell_repairs(source: &Source, changes: &[Change], console: &Console) -> Repairs {
+fn warn_repairs(source: &Source, changes: &[Change], console: &Console) -> Repairs {
     let path = source.path.display();
     for change in changes {
         if let Change::KeptHole { .. } = change {
@@ -286,7 +290,7 @@ fn tell_repairs(source: &Source, changes: &[Change], console: &Console) -> Repai
         _ => " --fill-holes",
     };
     console.warn(format_args!(
-        "{path}: repaired by {}, from \"{first}\"; `cotan repair{option}` lists them",
+        "{path}: repaired by {}, the first of which is \"{first}\"; `cotan repair{option}` lists them",
         counted(count, "change")
     ));
     Repairs::Some

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use cotan_geometry::{Positions, Scalar, SurfaceError};
+use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
 use cotan_laplacian::{Cotangent, LaplacianScheme};
 use cotan_linear::{Handle, Membrane, PreparedSystem, SystemOptions};
@@ -386,16 +386,18 @@ impl<T: Scalar> FlowBuilder<T> {
                 scheme,
             } => Arc::new(Rest::measure(mesh, positions, scheme)?.tied(self.ties)),
         };
-        check_shapes(
-            &rest,
-            self.first_shape.as_ref(),
-            self.settings.ratios.as_ref(),
-        )?;
+        let first = self.first_shape.map(|shape| rest.rows_of(&shape));
+        let first = first.transpose()?;
+        let mut settings = self.settings;
+        if let Some(ratios) = &mut settings.ratios {
+            check_ratios(rest.mesh(), ratios)?;
+            *ratios = rest.mesh().to_rows(ratios);
+        }
         let region = self.region.as_deref();
         let targets = Targets::new(*rest.box_units(), rest.mesh(), &self.handles, region)?;
         let memory = match self.acceleration {
             // A ratio of its own for every vertex is no step that could be extrapolated.
-            Acceleration::Memory(memory) if self.settings.ratios.is_none() => memory,
+            Acceleration::Memory(memory) if settings.ratios.is_none() => memory,
             Acceleration::Memory(_) | Acceleration::Off => 0,
         };
         let updater = self.updater.unwrap_or_else(|| Box::new(KeepMagnitude));
@@ -420,14 +422,13 @@ impl<T: Scalar> FlowBuilder<T> {
         let ties = in_system(rest.ties());
         let system =
             PreparedSystem::prepare_tied(operator, &targets.held(), membrane, &ties, &self.system)?;
-        let first = self.first_shape;
         let mut work = Workspace {
             current: Current::new(first.unwrap_or_else(|| rest.positions().clone())),
             start: rest.positions().clone(),
             field: rest.magnitudes().clone(),
             laplacian: rest.laplacian().clone(),
             terms: Terms::new(rest.positions().len()),
-            settings: self.settings,
+            settings,
             iteration: 0,
             since_move: 0,
             point_handles: None,
@@ -483,25 +484,9 @@ pub(crate) fn membrane<T: Scalar>(rest: &Rest<T>, weight: f64) -> Option<Membran
     })
 }
 
-/// Refuses a first shape of another mesh, and ratios that are none.
-fn check_shapes<T: Scalar>(
-    rest: &Rest<T>,
-    first_shape: Option<&Positions<T>>,
-    ratios: Option<&VertexMap<T>>,
-) -> Result<(), FlowError> {
-    if let Some(shape) = first_shape
-        && shape.len() != rest.positions().len()
-    {
-        return Err(FlowError::Surface(SurfaceError::LengthMismatch {
-            positions: shape.len(),
-            vertices: rest.positions().len(),
-        }));
-    }
-    if let Some(shape) = first_shape {
-        let _ = rest.rows_of(shape)?;
-    }
-    let Some(ratios) = ratios else { return Ok(()) };
-    if ratios.len() != rest.positions().len() {
+/// Refuses ratios that are none.
+fn check_ratios<T: Scalar>(mesh: &HalfedgeMesh, ratios: &VertexMap<T>) -> Result<(), FlowError> {
+    if ratios.len() != mesh.num_rows() && ratios.len() != mesh.num_vertices() {
         return Err(FlowError::Setting {
             setting: "number of vertex ratios",
             range: "one per vertex",

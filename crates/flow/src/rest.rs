@@ -96,7 +96,8 @@ impl<T: Scalar> Rest<T> {
             .then(|| mesh.to_vertices(positions.clone()));
         let surface = Surface::new(&mesh, of_vertices.as_ref().unwrap_or(&positions))?;
         let rings = Arc::new(OneRings::new(&mesh));
-        let operator = Operator::assemble_on(&rings, &*scheme, &surface)?;
+        let operator = scheme.operator(&rings, &surface)?;
+        check_graph(&*scheme, &operator, &rings)?;
         let mut laplacian = VertexMap::filled(n, Vector3::zeros());
         operator.apply(&positions, &mut laplacian);
         let magnitudes = laplacian.map(|ell| ell.norm());
@@ -349,6 +350,23 @@ fn in_rows<T: Scalar>(
     let of_vertices = mesh.to_vertices(rows.clone());
     let units = BoxUnits::of(&Surface::new(mesh, &of_vertices)?)?;
     Ok((Arc::new(rows), units))
+}
+
+/// The energies of the flow are sums over the edges of the mesh, and so must be the operator.
+fn check_graph<T: Scalar>(
+    scheme: &dyn LaplacianScheme<T>,
+    operator: &Operator<T>,
+    rings: &OneRings,
+) -> Result<(), SchemeError> {
+    if operator.graph() == rings.graph() {
+        return Ok(());
+    }
+    Err(SchemeError::Unsuitable {
+        scheme: scheme.name().into(),
+        reason: "its operator joins vertices that no edge of this mesh joins, which the flow \
+                 cannot use; remesh the surface, or choose a scheme on the edges of the mesh"
+            .into(),
+    })
 }
 
 /// The cotangent weights, from cotangents that are known already.

@@ -210,8 +210,8 @@ fn check_one<T: Scalar>(
 
 /// Marks these vertices.
 fn is_within(mesh: &HalfedgeMesh, vertices: &[VertexId]) -> Result<VertexMap<bool>, FlowError> {
-    let num_vertices = mesh.num_rows();
-    let mut is_inside = VertexMap::filled(num_vertices, false);
+    let num_vertices = mesh.num_vertices();
+    let mut is_inside = VertexMap::filled(mesh.num_rows(), false);
     for &vertex in vertices {
         if vertex.index() >= num_vertices {
             return Err(FlowError::RegionOutOfRange {
@@ -219,7 +219,7 @@ fn is_within(mesh: &HalfedgeMesh, vertices: &[VertexId]) -> Result<VertexMap<boo
                 num_vertices,
             });
         }
-        is_inside[vertex] = true;
+        is_inside[mesh.row_of(vertex)] = true;
     }
     Ok(is_inside)
 }

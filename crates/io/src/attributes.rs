@@ -248,7 +248,10 @@ impl Values {
 
     /// The exact number at `index`; `None` past the end and for lists.
     pub fn get(&self, index: usize) -> Option<f64> {
-        with_numbers!(self, v => v.get(index).map(|&x| x.into()), _ => None)
+        fn at<T: Copy + Into<f64>>(numbers: &[T], index: usize) -> Option<f64> {
+            numbers.get(index).map(|&x| x.into())
+        }
+        with_numbers!(self, v => at(v, index), _ => None)
     }
 }
 

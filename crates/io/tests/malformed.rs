@@ -15,7 +15,6 @@ use serde_json::Value;
 #[global_allocator]
 static MEMORY: PeakAlloc = PeakAlloc;
 
-const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/malformed");
 const MOST_MEGABYTES: f32 = 1000.0;
 const MOST_SECONDS: f64 = 5.0;
 
@@ -172,15 +171,15 @@ fn load(path: &Path) -> Result<Document, IoError> {
 
 #[test]
 fn every_file_does_what_is_expected_of_it() {
-    let Ok(text) = std::fs::read_to_string(Path::new(FOLDER).join("expect.json")) else {
-        eprintln!("skipped: there is no folder {FOLDER}");
+    let Some(folder) = cotan_testing::shared("malformed") else {
         return;
     };
+    let text = std::fs::read_to_string(folder.join("expect.json")).unwrap();
     let table: Vec<Value> = serde_json::from_str(&text).unwrap();
     let mut surprises = Vec::new();
     for expectation in &table {
         let name = expectation["file"].as_str().unwrap();
-        let path: PathBuf = Path::new(FOLDER).join(name);
+        let path: PathBuf = folder.join(name);
         MEMORY.reset_peak_usage();
         let clock = Instant::now();
         let result = load(&path);
@@ -190,7 +189,7 @@ fn every_file_does_what_is_expected_of_it() {
             (Err(error), _) | (_, Some(Err(error))) => error.to_string(),
             _ => "fine".to_owned(),
         };
-        let said = said.replace(FOLDER, "");
+        let said = said.replace(&*folder.to_string_lossy(), "");
         let counts = result
             .as_ref()
             .ok()

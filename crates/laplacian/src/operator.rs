@@ -42,7 +42,7 @@ impl<T: Scalar> Operator<T> {
         scheme: &S,
         surface: &Surface<'_, T>,
     ) -> Result<Self, SchemeError> {
-        scheme.operator(surface)
+        scheme.operator(&OneRings::new(surface.mesh()), surface)
     }
 
     /// The operator on the one-rings of the mesh, with the weights of its halfedges.

@@ -144,15 +144,20 @@ pub trait LaplacianScheme<T: Scalar>: Send + Sync {
         Ok(())
     }
 
-    /// Assembles the operator: by default on the one-rings of the mesh, with [`Self::weights`].
+    /// Assembles the operator: by default on the one-rings of the mesh, which are given, with
+    /// [`Self::weights`].
     ///
     /// Override it for a scheme whose operator has another graph, such as
     /// [`crate::IntrinsicDelaunay`]. A row is a vertex in any case.
     ///
     /// # Errors
     /// As [`Self::weights`], and [`SchemeError::NonFiniteWeight`].
-    fn operator(&self, surface: &Surface<'_, T>) -> Result<Operator<T>, SchemeError> {
-        Operator::assemble_on(&OneRings::new(surface.mesh()), self, surface)
+    fn operator(
+        &self,
+        rings: &OneRings,
+        surface: &Surface<'_, T>,
+    ) -> Result<Operator<T>, SchemeError> {
+        Operator::assemble_on(rings, self, surface)
     }
 
     /// The name used in messages.
@@ -191,8 +196,12 @@ macro_rules! forward {
                 (**self).measure(surface, fans, weights, laplacian, sums)
             }
 
-            fn operator(&self, surface: &Surface<'_, T>) -> Result<Operator<T>, SchemeError> {
-                (**self).operator(surface)
+            fn operator(
+                &self,
+                rings: &OneRings,
+                surface: &Surface<'_, T>,
+            ) -> Result<Operator<T>, SchemeError> {
+                (**self).operator(rings, surface)
             }
 
             fn name(&self) -> &str {

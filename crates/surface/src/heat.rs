@@ -15,7 +15,7 @@
 //! A Laplacian for nonmanifold triangle meshes.
 
 use cotan_geometry::{Scalar, Surface, SurfaceError, SurfacePoint};
-use cotan_halfedge::{FaceId, HalfedgeMesh, VertexId, VertexMap};
+use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
 use cotan_laplacian::{
     IntrinsicDelaunay, IntrinsicTriangle, IntrinsicTriangulation, Operator, SchemeError,
 };
@@ -140,6 +140,7 @@ pub struct GeodesicDistances {
     triangulation: IntrinsicTriangulation,
     heat: LinearSystem,
     poisson: LinearSystem,
+    num_flips: usize,
     time: f64,
     components: VertexMap<u32>,
     num_components: usize,
@@ -169,7 +170,8 @@ impl GeodesicDistances {
         let surface = Surface::new(mesh, surface.positions())?;
         let components = mesh.components();
         let pins = first_of_each(mesh, components.of_vertices(), components.count());
-        let triangulation = options.scheme.triangulate(&surface);
+        let mut triangulation = IntrinsicTriangulation::new(&surface, options.scheme.mollification);
+        let num_flips = triangulation.flip_to_delaunay();
         let operator: Operator<f64> = triangulation.operator()?;
 
         let length = triangulation.mean_length();
@@ -182,6 +184,7 @@ impl GeodesicDistances {
             heat: LinearSystem::screened_within(&operator, masses.as_slice(), &[], within)?,
             poisson: LinearSystem::screened_within(&operator, &zeros(masses.len()), &pins, within)?,
             triangulation,
+            num_flips,
             time,
             num_components: components.count(),
             components: components.of_vertices().clone(),
@@ -197,6 +200,11 @@ impl GeodesicDistances {
     /// The triangulation on which the systems live.
     pub fn triangulation(&self) -> &IntrinsicTriangulation {
         &self.triangulation
+    }
+
+    /// The number of edges that were flipped to make the triangulation Delaunay.
+    pub fn num_flips(&self) -> usize {
+        self.num_flips
     }
 
     /// The time for which heat flows, a squared length.
@@ -398,6 +406,7 @@ mod tests {
     use cotan_geometry::Mesh;
     use cotan_geometry::shapes::{bumpy_plane, icosphere};
     use cotan_geometry::testing::{rigid_motions, surfaces};
+    use cotan_halfedge::FaceId;
     use cotan_parallel::on_threads;
     use proptest::prelude::*;
 

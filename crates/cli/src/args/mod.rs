@@ -15,7 +15,7 @@ pub(crate) use embed::EmbedArgs;
 pub(crate) use limits::LimitArgs;
 pub(crate) use mesh::MeshArgs;
 pub(crate) use messages::Messages;
-pub(crate) use part::{PartArgs, Selection};
+pub(crate) use part::{PartArgs, RegionArgs, Selection};
 pub(crate) use parts::PartsArgs;
 pub(crate) use paths::{InputPath, OutputFolder, OutputPath};
 pub(crate) use precision::Precision;

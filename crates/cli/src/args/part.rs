@@ -27,6 +27,22 @@ pub(crate) struct PartArgs {
     pub(crate) handles: Option<InputPath>,
 }
 
+/// The region of an edit, and its border.
+#[derive(Debug, Args)]
+pub(crate) struct RegionArgs {
+    /// Edit a region only; no other vertex moves: box:X,Y,Z,X,Y,Z  sphere:X,Y,Z,R
+    /// near:VERTEX,R (along the surface) or property:NAME (numbers of a PLY file, above 0)
+    #[arg(long, value_name = "SEL", value_parser = Selection::from_str)]
+    pub(crate) region: Option<Selection>,
+    /// Edit a region only: the vertices that a handles file names
+    #[arg(long, value_name = "FILE", conflicts_with = "region")]
+    pub(crate) region_file: Option<InputPath>,
+    /// Width of the border of the region, inside of it, over which the motion fades, that of
+    /// handles too: a length, or a share of the longest side in per cent [default: 0]
+    #[arg(long, value_name = "R", value_parser = values::length_or_share)]
+    pub(crate) falloff: Option<Length>,
+}
+
 /// A part of a mesh, as stated on the command line.
 #[derive(Clone, PartialEq, Debug)]
 pub(crate) enum Selection {

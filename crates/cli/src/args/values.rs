@@ -67,12 +67,12 @@ pub(crate) fn length(text: &str) -> Result<usize, String> {
 pub(crate) fn threads(text: &str) -> Result<NonZeroUsize, String> {
     text.parse::<NonZeroUsize>()
         .ok()
-        .filter(|threads| threads.get() <= MOST_THREADS)
-        .ok_or_else(|| format!("give a number of threads from 1 to {MOST_THREADS}"))
+        .filter(|threads| threads.get() <= MAX_THREADS)
+        .ok_or_else(|| format!("give a number of threads from 1 to {MAX_THREADS}"))
 }
 
 /// More threads than any machine can use; each reserves some megabytes of address space.
-const MOST_THREADS: usize = 1024;
+const MAX_THREADS: usize = 1024;
 
 /// The library's names of smoothing methods.
 pub(crate) fn smooth_method() -> impl TypedValueParser<Value = SmoothMethod> {
@@ -99,9 +99,9 @@ pub(crate) fn start() -> impl TypedValueParser<Value = Start> {
 pub(crate) fn acceleration(text: &str) -> Result<Acceleration, String> {
     match (text, text.parse::<usize>()) {
         ("off", _) | (_, Ok(0)) => Ok(Acceleration::Off),
-        (_, Ok(memory)) if memory <= MOST_MEMORY => Ok(Acceleration::Memory(memory)),
+        (_, Ok(memory)) if memory <= MAX_MEMORY => Ok(Acceleration::Memory(memory)),
         _ => Err(format!(
-            "give a number of steps from 1 to {MOST_MEMORY}, or off"
+            "give a number of steps from 1 to {MAX_MEMORY}, or off"
         )),
     }
 }
@@ -208,12 +208,20 @@ pub(crate) fn positive(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "give a number above 0".to_owned())
 }
 
+/// Three coordinates, separated by commas.
+pub(crate) fn point(text: &str) -> Result<[f64; 3], String> {
+    let coordinates: Option<Vec<f64>> = text.split(',').map(|x| number(x.trim())).collect();
+    coordinates
+        .and_then(|x| <[f64; 3]>::try_from(x).ok())
+        .ok_or_else(|| "give three numbers X,Y,Z".to_owned())
+}
+
 fn number(text: &str) -> Option<f64> {
     text.parse::<f64>().ok().filter(|x| x.is_finite())
 }
 
 /// Each remembered step takes two vectors of the size of the mesh.
-const MOST_MEMORY: usize = 100;
+const MAX_MEMORY: usize = 100;
 
 #[cfg(test)]
 mod tests {

@@ -9,6 +9,7 @@ pub(crate) mod demo;
 pub(crate) mod denoise;
 pub(crate) mod detail;
 pub(crate) mod edit;
+pub(crate) mod geodesic;
 pub(crate) mod info;
 pub(crate) mod morph;
 pub(crate) mod reconstruct;
@@ -38,6 +39,7 @@ pub(crate) fn run(command: &Command, console: &Console) -> Result<ExitCode, CliE
         Command::Smooth(args) => smooth::run(args, console),
         Command::Denoise(args) => denoise::run(args, console),
         Command::Detail(args) => detail::run(args, console),
+        Command::Geodesic(args) => geodesic::run(args, console),
         Command::Compare(args) => compare::run(args, console),
         Command::Convert(args) => convert::run(args, console),
         Command::Bench(args) => bench::run(args, console),

@@ -133,7 +133,10 @@ fn handles_are_chosen_by_names() {
     );
     refused(r#"{"group": "nose"}"#, &["handle 0", "group", "names none"]);
     refused(r#"{"part": 9}"#, &["handle 0", "no part 9", "4 parts"]);
-    refused(r#"{"part": 1, "object": "arm"}"#, &["handle 0", "one of"]);
+    refused(
+        r#"{"part": 1, "object": "arm"}"#,
+        &["handle 0", "exactly one way"],
+    );
 }
 
 #[test]

@@ -139,8 +139,9 @@ impl Region {
                 )
             }
             _ => {
-                let problem = "needs vertices in one form: numbers, or one of \"box\", \"sphere\", \"object\", \
-                               \"group\", \"material\", \"part\" and \"all_but\""
+                let problem = "must select its vertices in exactly one way: by indices, or by one of \
+                               \"box\", \"sphere\", \"object\", \"group\", \"material\", \"part\" and \
+                               \"all_but\""
                     .into();
                 return Err(HandlesError::Invalid { place, problem });
             }
@@ -162,7 +163,7 @@ impl<'de> Deserialize<'de> for Selection {
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 f.write_str(
-                    "a list of vertex numbers, or an object with one of \"box\", \"sphere\", \
+                    "a list of vertex indices, or an object with one of \"box\", \"sphere\", \
                      \"object\", \"group\", \"material\", \"part\" and \"all_but\"",
                 )
             }

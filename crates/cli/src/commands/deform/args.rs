@@ -8,7 +8,7 @@ use cotan::linear::Strategy;
 use cotan::{DeformOptions, DetailSize, OrientationKind, SchemeKind};
 use cotan_io::{Repair, Weld};
 
-use crate::args::{EmbedArgs, InputPath, OutputPath, PartsArgs, Precision, values};
+use crate::args::{EmbedArgs, InputPath, OutputPath, PartsArgs, Precision, RegionArgs, values};
 use crate::prepare::{Source, Surfaces};
 
 pub(crate) const EXAMPLE: &str = "\
@@ -36,10 +36,10 @@ pub(crate) const HELP: &str = r#"Handles file:
   alone, except for "turn": [x, y, z], its rotation (an axis times degrees) if that is more than
   180. "weight" makes a handle soft, whatever --soft says.
 
-  Plain text has one `vertex x y z` a line, the position where the vertex goes, with # comments.
+  Plain text has one `vertex x y z` per line, the position where the vertex goes, with # comments.
 
-  NAME.sel has one line a vertex of the mesh: 0 fixed, 1 free, 2 moved by the 4x4 matrix in
-  NAME.def beside it (or in the file that --def names).
+  NAME.sel has one line per vertex of the mesh: 0 fixed, 1 free, 2 moved by the 4x4 matrix in
+  NAME.def next to it (or in the file that --def names).
 
   "vertices" may also be what has a name in the file, a part of the model (by name or number, as
   `cotan info` lists them), or all but another selection:
@@ -66,7 +66,7 @@ Examples:
 pub(crate) struct InputArgs {
     /// Mesh file (.obj, .ply, .off, .stl, .gltf, .glb; also with .gz)
     pub(crate) mesh: InputPath,
-    /// Handles: JSON, text with `vertex x y z` a line, or a .sel file
+    /// Handles: JSON, text with `vertex x y z` per line, or a .sel file
     #[arg(long, value_name = "FILE")]
     pub(crate) handles: InputPath,
     /// The 4x4 matrix of a .sel file; by default the .def file of the same name
@@ -195,6 +195,8 @@ pub(crate) struct DeformArgs {
     /// Hold the handles by springs of this weight, where they have no weight of their own
     #[arg(long, value_name = "K", value_parser = values::positive)]
     pub(crate) soft: Option<f64>,
+    #[command(flatten)]
+    pub(crate) region: RegionArgs,
     #[command(flatten)]
     pub(crate) run: RunArgs,
 }

@@ -7,6 +7,7 @@ use cotan::flow::{Flow, Report as FlowReport, StepReport};
 use cotan::geometry::{Positions, Scalar, Surface};
 use cotan::halfedge::VertexId;
 use cotan::linear::Hold;
+use cotan::smooth::Mask;
 use cotan::{DeformOptions, PartReport, Quality, Session, ShapeErrors};
 use cotan_io::ProcessingMesh;
 use cotan_tool::handles_file::{Constraint, to_handles};
@@ -25,6 +26,8 @@ pub(crate) struct Edit<'a> {
     pub(crate) options: &'a DeformOptions,
     /// Weight of the handles that have none of their own; `None` holds them exactly.
     pub(crate) soft: Option<f64>,
+    /// `None` for the whole mesh.
+    pub(crate) region: Option<Region>,
     pub(crate) precision: Precision,
     pub(crate) history: History,
 }
@@ -78,6 +81,13 @@ impl HistoryEntry {
     }
 }
 
+/// The only vertices that an edit moves, and the share of the motion of each.
+#[derive(Debug)]
+pub(crate) struct Region {
+    pub(crate) vertices: Vec<VertexId>,
+    pub(crate) mask: Mask,
+}
+
 impl Edit<'_> {
     /// Moves the handles and sets the positions of the document.
     ///
@@ -109,12 +119,15 @@ impl Edit<'_> {
         let positions = processing
             .positions()
             .map(|p| Point3::from((p - origin).map(T::of_f64)));
-        let mut session = Session::new(
-            Surface::assume_checked(processing.mesh(), &positions),
-            &handles,
-            self.options,
-        )
-        .map_err(|e| mesh.refuse(e))?;
+        let surface = Surface::assume_checked(processing.mesh(), &positions);
+        let session = match &self.region {
+            None => Session::new(surface, &handles, self.options),
+            Some(region) => {
+                let flow = self.options.flow(surface);
+                Session::from_flow(flow.region(region.vertices.iter().copied()), &handles)
+            }
+        };
+        let mut session = session.map_err(|e| mesh.refuse(e))?;
         let factor = clock.elapsed().as_secs_f64();
         tracing::info!("system solved by {}", session.flow().system().choice());
 
@@ -130,7 +143,10 @@ impl Edit<'_> {
         let iterate = clock.elapsed().as_secs_f64() - measuring;
 
         let parts = session.parts();
-        let moved = moved(&positions, &session.positions(), processing, origin);
+        let mut moved = moved(&positions, &session.positions(), processing, origin);
+        if let Some(region) = &self.region {
+            moved = region.mask.blend(processing.positions(), &moved);
+        }
         // Free the session: the measures need memory of their own.
         drop(session);
         let positions = mesh.set_positions(&moved)?;

@@ -1,18 +1,21 @@
 //! The job of `deform`, `reconstruct` and `demo`: reads handles, edits the mesh, reports.
 
-use cotan::flow::StopReason;
+use cotan::flow::{StopReason, predicted_point_handle_bytes};
+use cotan::smooth::Mask;
 use cotan::{DeformOptions, Parts};
 use cotan_tool::Work;
 use cotan_tool::handles_file::{self, Constraint, HandlesFile, PartSettings};
 use cotan_tool::part_names::PartNames;
 
 use super::args::{InputArgs, RunArgs};
-use super::edit::{Edit, Edited, History};
+use super::edit::{Edit, Edited, History, Region};
 use super::report::{DeformReport, Setting};
-use crate::args::OutputPath;
+use crate::args::values::Length;
+use crate::args::{OutputPath, RegionArgs};
 use crate::console::Console;
 use crate::error::CliError;
 use crate::memory;
+use crate::part;
 use crate::parts;
 use crate::paths;
 use crate::picture::{BeforeAfter, marks};
@@ -26,6 +29,7 @@ pub(crate) struct DeformJob<'a> {
     pub(crate) run: &'a RunArgs,
     pub(crate) options: DeformOptions,
     pub(crate) soft: Option<f64>,
+    pub(crate) region: Option<&'a RegionArgs>,
     pub(crate) at_limit: AtLimit,
     pub(crate) loose: Loose,
 }
@@ -72,7 +76,7 @@ impl Job for DeformJob<'_> {
     }
 
     fn check(&self) -> Result<(), CliError> {
-        match self.handles().matrix_beside() {
+        match self.handles().default_matrix() {
             Some(matrix) => paths::check_read("the matrix of --handles", &matrix),
             None => Ok(()),
         }
@@ -84,13 +88,14 @@ impl Job for DeformJob<'_> {
         context: &Context<'_>,
     ) -> Result<Finished<DeformReport, Rest>, CliError> {
         let mut options = self.options.clone();
-        options.system.max_memory = Some(mesh.check_memory(Work::Deform)?);
+        let left = mesh.check_memory(Work::Deform)?;
         let file_vertices = mesh.file_vertices.as_ref();
         let read = self.handles();
         let mut constraints = read.read(&mesh.document, &mesh.processing, file_vertices)?;
         let num_handles = constraints.len();
         let names = PartNames::new(&mesh.document, &mesh.processing);
         let names = names.map_err(|error| mesh.in_file(error))?;
+        let region = self.region(mesh)?;
         if let Loose::Follow(settings) = &self.loose {
             let settings = read.read_parts()?.overridden_by(settings.clone());
             let applied = settings.apply(options, &names);
@@ -98,14 +103,20 @@ impl Job for DeformJob<'_> {
                 path: self.input.mesh.to_path_buf(),
                 source,
             })?;
-            if options.parts == Parts::Still {
+            // Outside of a region nothing moves.
+            if options.parts == Parts::Still || region.is_some() {
                 constraints.extend(held_still(&constraints, mesh, context.console));
             }
         }
+        let held = constraints.iter();
+        let vertices = held.filter_map(|c| mesh.processing.vertex(c.vertex));
+        let by_points = predicted_point_handle_bytes(mesh.processing.mesh(), vertices);
+        options.system.max_memory = Some(left.saturating_sub(by_points));
         let edit = Edit {
             constraints: &constraints,
             options: &options,
             soft: self.soft,
+            region,
             precision: self.run.precision,
             history: if self.run.history {
                 History::Keep
@@ -162,6 +173,25 @@ impl Job for DeformJob<'_> {
 }
 
 impl DeformJob<'_> {
+    /// The region of `--region`, if there is one.
+    fn region(&self, mesh: &Prepared) -> Result<Option<Region>, CliError> {
+        let Some(args) = self.region else {
+            return Ok(None);
+        };
+        let (selection, file) = (args.region.as_ref(), args.region_file.as_ref());
+        let Some(vertices) = part::region(selection, file, mesh)? else {
+            return Ok(None);
+        };
+        let surface = mesh.processing.surface();
+        let falloff = args.falloff.unwrap_or(Length::Absolute(0.0));
+        let falloff = falloff.on(surface.bounding_box().longest_side());
+        let mask = Mask::inside(&surface, &vertices, falloff);
+        Ok(Some(Region {
+            mask: mask.map_err(|error| mesh.refuse(error))?,
+            vertices,
+        }))
+    }
+
     fn handles(&self) -> HandlesFile<'_> {
         HandlesFile {
             path: &self.input.handles,
@@ -187,8 +217,8 @@ impl DeformJob<'_> {
                  written; try another --orientation or --scheme clamped"
             )),
             StopReason::Stalled => console.warn(format_args!(
-                "stopped after {iterations} before the tolerance was met: within rounding, no step \
-                 leads further"
+                "stopped after {iterations} before the tolerance was met: no step makes progress \
+                 beyond rounding errors"
             )),
             _ => {}
         }
