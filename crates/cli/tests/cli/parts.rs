@@ -1,5 +1,7 @@
 //! Models of several parts: names, handles by names, and who follows whom.
 
+#![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
+
 use std::fmt::Write;
 
 use cotan::Mesh;

@@ -98,14 +98,14 @@ impl Contacts<'_> {
         let is_smaller = |p: &u32| self.model.is_smaller(*p as usize, part);
         let near: Vec<u32> = near.iter().copied().filter(is_smaller).collect();
         // The nearest part may be one that only its own vertices see.
-        let from_others = match near.is_empty() {
+        let seen_by_others = match near.is_empty() {
             true => Vec::new(),
-            false => self.from_others(part, &near),
+            false => self.seen_by(part, &near),
         };
         let is_nearest_smaller = is_smaller(&nearest.label);
         let closer = |a: &[Contact], b: f64| a.iter().any(|c| c.distance < b);
-        let mut contacts = if is_nearest_smaller || closer(&from_others, nearest.distance) {
-            from_others
+        let mut contacts = if is_nearest_smaller || closer(&seen_by_others, nearest.distance) {
+            seen_by_others
         } else {
             let seen = own
                 .into_iter()
@@ -160,7 +160,7 @@ impl Contacts<'_> {
         let [a, b] = parts.map(|p| p as usize);
         let smaller = if self.model.comes_first(a, b) { a } else { b };
         let other = a + b - smaller;
-        let mut contacts = self.from_others(other, &[smaller as u32]);
+        let mut contacts = self.seen_by(other, &[smaller as u32]);
         self.weigh(&mut contacts);
         for contact in &mut contacts {
             std::mem::swap(&mut contact.own, &mut contact.on);
@@ -170,7 +170,7 @@ impl Contacts<'_> {
     }
 
     /// Those of the vertices of other parts with this part alone.
-    fn from_others(&self, part: usize, others: &[u32]) -> Vec<Contact> {
+    fn seen_by(&self, part: usize, others: &[u32]) -> Vec<Contact> {
         let mut only = vec![APART; self.model.parts.len()];
         only[part] = 0;
         let marks = self.tree.marks(only);

@@ -337,8 +337,8 @@ fn flowing<T: Scalar>(
     // μ of the hybrid; a spring of a handle is counted in mean diagonals.
     let membrane = 4.0 * part.area / part.vertices.len() as f64 / (length * length);
     let factor = membrane / rest.operator().mean_diagonal().powi(2);
-    let (pulls, weights) = Flowing::pulls(&seat.contacts, &extract);
-    let handles = Flowing::handles(&pulls, &weights, factor, &extract);
+    let pulls = Flowing::pulls(&seat.contacts, &extract);
+    let handles = Flowing::handles(&pulls, factor, &extract);
     let hybrid = Hybrid::new(length / model.extent_of(seat.part)).stiffness(options.stiffness);
     let flow = Flow::on(rest)
         .energy(hybrid)

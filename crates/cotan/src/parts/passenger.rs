@@ -53,9 +53,18 @@ pub(crate) enum Kind<T: Scalar> {
 pub(crate) struct Flowing<T: Scalar> {
     pub(crate) extract: Extract<T>,
     pub(crate) flow: Flow<T>,
-    /// The soft handles: for every vertex of the flow the contacts that pull at it, with shares
-    /// that add up to 1.
-    pub(crate) pulls: Vec<(VertexId, Vec<(u32, f64)>)>,
+    pub(crate) pulls: Vec<Pull>,
+}
+
+/// A soft handle of a part with a flow of its own.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct Pull {
+    /// The vertex of the flow.
+    vertex: VertexId,
+    /// κ.
+    weight: f64,
+    /// The contacts that pull at it, with shares that add up to 1.
+    contacts: Vec<(u32, f64)>,
 }
 
 /// A rotation and the two points that it takes onto each other.
@@ -218,27 +227,23 @@ impl<T: Scalar> Flowing<T> {
         rotations: &[Matrix3<f64>],
         motion: &Rigid,
     ) -> Result<(), Error> {
-        let goal = |(vertex, pulls): &(VertexId, Vec<(u32, f64)>)| {
-            let rest = scene.model.at(self.extract.in_whole(*vertex));
-            let sum = pulls.iter().map(|(k, share)| {
+        let goal = |pull: &Pull| {
+            let rest = scene.model.at(self.extract.in_whole(pull.vertex));
+            let sum = pull.contacts.iter().map(|(k, share)| {
                 let contact = &contacts[*k as usize];
                 let own = contact.own.at(scene.model.positions.as_slice());
                 let goal = targets[*k as usize] + rotations[*k as usize] * (rest - own);
                 motion.undo(goal).coords * *share
             });
             let sum: Vector3<f64> = sum.sum();
-            (*vertex, Point3::from(sum.map(T::of_f64)))
+            (pull.vertex, Point3::from(sum.map(T::of_f64)))
         };
         let goals: Vec<(VertexId, Point3<T>)> = self.pulls.iter().map(goal).collect();
         Ok(self.flow.move_handles(&goals)?)
     }
 
-    /// The soft handles of a part with these contacts, at rest: for each vertex its contacts, and
-    /// a spring of stiffness μκ, in units of the mean diagonal of the operator.
-    pub(crate) fn pulls(
-        contacts: &[Contact],
-        extract: &Extract<T>,
-    ) -> (Vec<(VertexId, Vec<(u32, f64)>)>, Vec<f64>) {
+    /// The soft handles of a part with these contacts.
+    pub(crate) fn pulls(contacts: &[Contact], extract: &Extract<T>) -> Vec<Pull> {
         let mut all: Vec<(VertexId, u32, f64)> = Vec::new();
         for (k, contact) in contacts.iter().enumerate() {
             for (v, share) in contact.own.terms() {
@@ -250,34 +255,30 @@ impl<T: Scalar> Flowing<T> {
             }
         }
         all.sort_by_key(|(vertex, k, _)| (*vertex, *k));
-        let mut pulls = Vec::new();
-        let mut weights = Vec::new();
-        for run in all.chunk_by(|a, b| a.0 == b.0) {
-            let sum: f64 = run.iter().map(|(.., w)| w).sum();
-            if sum > 0.0 {
-                pulls.push((
-                    run[0].0,
-                    run.iter().map(|(_, k, w)| (*k, w / sum)).collect(),
-                ));
-                weights.push(sum);
-            }
-        }
-        (pulls, weights)
+        let runs = all.chunk_by(|a, b| a.0 == b.0);
+        let pull = |run: &[(VertexId, u32, f64)]| {
+            let weight: f64 = run.iter().map(|(.., w)| w).sum();
+            (weight > 0.0).then(|| Pull {
+                vertex: run[0].0,
+                weight,
+                contacts: run.iter().map(|(_, k, w)| (*k, w / weight)).collect(),
+            })
+        };
+        runs.filter_map(pull).collect()
     }
 
-    /// Handles at rest with these springs.
+    /// The soft handles at rest: springs of stiffness μκ, with k² the given factor times κ.
     pub(crate) fn handles(
-        pulls: &[(VertexId, Vec<(u32, f64)>)],
-        weights: &[f64],
+        pulls: &[Pull],
         factor: f64,
         extract: &Extract<T>,
     ) -> Vec<(Handle, Point3<T>)> {
-        let pairs = pulls.iter().zip(weights);
-        let handle = |((vertex, _), weight): (&(VertexId, Vec<(u32, f64)>), &f64)| {
-            let spring = (factor * weight).sqrt().clamp(LIGHTEST, HEAVIEST);
-            (Handle::soft(*vertex, spring), extract.positions[*vertex])
+        let handle = |pull: &Pull| {
+            let spring = (factor * pull.weight).sqrt().clamp(LIGHTEST, HEAVIEST);
+            let target = extract.positions[pull.vertex];
+            (Handle::soft(pull.vertex, spring), target)
         };
-        pairs.map(handle).collect()
+        pulls.iter().map(handle).collect()
     }
 }
 
