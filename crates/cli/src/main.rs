@@ -9,6 +9,7 @@ mod files;
 mod losses;
 mod memory;
 mod part;
+mod parts;
 mod paths;
 mod picture;
 mod pipeline;

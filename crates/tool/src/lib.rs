@@ -6,6 +6,7 @@
 //! - [`color_scale`]: conversion of numbers to colours.
 //! - [`numbers`]: errors with the indices of the user's file.
 //! - [`memory`]: prediction of the memory that work takes.
+//! - [`part_names`]: the parts of a model by the names of its file.
 //! - [`repair`]: repairs of `cotan_io`, with holes faired by `cotan`.
 //!
 //! Nothing here prints.
@@ -17,6 +18,7 @@ pub mod handles_file;
 pub mod interrupt;
 pub mod memory;
 pub mod numbers;
+pub mod part_names;
 pub mod paths;
 pub mod repair;
 

@@ -11,6 +11,7 @@ mod gltf;
 mod memory;
 mod mending;
 mod numbering;
+mod parts;
 mod paths;
 mod refusals;
 mod repair;
