@@ -437,10 +437,7 @@ pub(crate) fn membrane<T: Scalar>(rest: &Rest<T>, weight: f64) -> Option<Membran
 }
 
 /// Refuses ratios that are none.
-fn check_ratios<T: Scalar>(
-    mesh: &HalfedgeMesh,
-    ratios: &VertexMap<T>,
-) -> Result<(), FlowError> {
+fn check_ratios<T: Scalar>(mesh: &HalfedgeMesh, ratios: &VertexMap<T>) -> Result<(), FlowError> {
     if ratios.len() != mesh.num_rows() && ratios.len() != mesh.num_vertices() {
         return Err(FlowError::Setting {
             setting: "number of vertex ratios",
