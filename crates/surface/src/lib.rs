@@ -17,7 +17,7 @@ mod units;
 
 pub use decimate::{Attributes, DecimateOptions, DecimateTarget, Decimated, decimate};
 pub use features::Features;
-pub use nearest::{SurfacePoint, interpolated};
+pub use nearest::{corner_places, interpolated, places_near};
 pub use remesh::{EdgeLengths, RemeshOptions, Remeshed, remesh};
 pub use subdivide::{Stencils, SubdivideOptions, Subdivided, SubdivisionScheme, subdivide};
 pub use tessellation_error::TessellationError;
