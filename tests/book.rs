@@ -16,6 +16,7 @@ chapters! {
     smooth: "jobs/smooth.md",
     detail: "jobs/detail.md",
     sphere: "jobs/sphere.md",
+    remesh: "jobs/remesh.md",
     compare: "jobs/compare.md",
     repair: "jobs/repair.md",
     convert: "jobs/convert.md",

@@ -15,6 +15,7 @@ mod prepare;
 mod report;
 mod same_faces;
 mod sphere;
+mod tessellation;
 mod text;
 mod threads;
 

@@ -21,3 +21,8 @@ pub use nearest::{corner_places, interpolated, places_near};
 pub use remesh::{EdgeLengths, RemeshOptions, Remeshed, remesh};
 pub use subdivide::{Stencils, SubdivideOptions, Subdivided, SubdivisionScheme, subdivide};
 pub use tessellation_error::TessellationError;
+
+/// Runs the example of the README as a doc test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

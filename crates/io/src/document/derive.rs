@@ -59,7 +59,6 @@ impl Document {
             });
         }
         let work = Transfer {
-            old: self,
             derivation: &derivation,
             vertex_of_corner: self.faces().iter().flatten().copied().collect(),
         };
@@ -130,7 +129,6 @@ enum Kind {
 }
 
 struct Transfer<'a> {
-    old: &'a Document,
     derivation: &'a Derivation,
     vertex_of_corner: Vec<u32>,
 }
