@@ -17,6 +17,7 @@ chapters! {
     detail: "jobs/detail.md",
     sphere: "jobs/sphere.md",
     geodesic: "jobs/geodesic.md",
+    remesh: "jobs/remesh.md",
     compare: "jobs/compare.md",
     repair: "jobs/repair.md",
     convert: "jobs/convert.md",

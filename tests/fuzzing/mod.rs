@@ -11,6 +11,7 @@ mod materials;
 mod pipeline;
 mod seeds;
 mod sphere;
+mod surface;
 
 pub use differential::obj_differential;
 pub use files::{document_roundtrip, read_as};
@@ -19,6 +20,7 @@ pub use materials::materials;
 pub use pipeline::pipeline;
 pub use seeds::seeds;
 pub use sphere::sphere;
+pub use surface::surface_chain;
 
 use cotan_io::Format;
 
@@ -26,7 +28,7 @@ use cotan_io::Format;
 pub type Target = fn(&[u8]);
 
 /// All targets by name.
-pub const TARGETS: [(&str, Target); 12] = [
+pub const TARGETS: [(&str, Target); 13] = [
     ("obj", |data| read_as(data, Format::Obj)),
     ("ply", |data| read_as(data, Format::Ply)),
     ("gltf", |data| read_as(data, Format::Gltf)),
@@ -39,6 +41,7 @@ pub const TARGETS: [(&str, Target); 12] = [
     ("materials", materials),
     ("pipeline", pipeline),
     ("sphere", sphere),
+    ("surface_chain", surface_chain),
 ];
 
 /// Runs the body of a target.

@@ -47,6 +47,7 @@ pub fn seeds() -> Vec<Seed> {
             "halfedge_build",
             "halfedge_edits",
             "sphere",
+            "surface_chain",
         ] {
             seeds.push((target, name.to_owned(), bytes.clone()));
         }

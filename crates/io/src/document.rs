@@ -1,7 +1,10 @@
 //! The user's mesh file in memory: the mesh to work on, and everything else, preserved.
 
+mod derive;
 mod stretches;
 mod write;
+
+pub use derive::{Derivation, Derived};
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};

@@ -104,7 +104,7 @@ pub use companions::{Companion, Companions, Saved, WriteOptions, Written};
 pub use cure::Cure;
 pub use cut_faces::CutDocument;
 pub use defects::{Component, Defect, DefectKind, Inspection};
-pub use document::Document;
+pub use document::{Derivation, Derived, Document};
 pub use error::{Element, IoError, Place, Warning};
 pub use faces::FaceList;
 pub use file::{load, load_with, read, read_with, save, save_with};
