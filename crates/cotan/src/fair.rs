@@ -34,8 +34,20 @@ pub fn fair<'m, T: Scalar>(
     free: &[VertexId],
 ) -> Result<Positions<T>, Error> {
     let surface = surface.into();
+    let surface = Surface::new(surface.mesh(), surface.positions())?;
+    match fair_by(&Cotangent::default(), &surface, free) {
+        Ok(positions) => Ok(positions),
+        Err(_) => fair_by(&Uniform, &surface, free),
+    }
+}
+
+/// Like [`fair`], with the weights of a scheme.
+pub(crate) fn fair_by<T: Scalar, S: LaplacianScheme<T>>(
+    scheme: &S,
+    surface: &Surface<'_, T>,
+    free: &[VertexId],
+) -> Result<Positions<T>, Error> {
     let (mesh, positions) = (surface.mesh(), surface.positions());
-    let surface = Surface::new(mesh, positions)?;
     let mut is_free = vec![false; mesh.num_vertices()];
     for v in free {
         if let Some(is_free) = is_free.get_mut(v.index()) {
@@ -52,11 +64,7 @@ pub fn fair<'m, T: Scalar>(
     if handles.len() == mesh.num_vertices() {
         return Ok(positions.clone());
     }
-    let solved = solve(&Cotangent::default(), &surface, &handles);
-    let correction = match solved {
-        Ok(correction) => correction,
-        Err(_) => solve(&Uniform, &surface, &handles)?,
-    };
+    let correction = solve(scheme, surface, &handles)?;
     Ok(positions
         .iter()
         .map(|(v, p)| match is_held(&v) {

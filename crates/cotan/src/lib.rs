@@ -60,6 +60,7 @@ mod deform;
 mod error;
 mod fair;
 mod handles;
+pub mod merge;
 mod options;
 mod quality;
 mod reconstruct;
