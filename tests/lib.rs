@@ -263,6 +263,36 @@ pub fn bend_cases() -> Vec<Case> {
         .collect()
 }
 
+/// Deterministic numbers in [-1, 1].
+#[derive(Clone, Debug)]
+pub struct Draw(u64);
+
+impl Draw {
+    /// Starts a sequence.
+    pub fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    /// The next number.
+    pub fn number(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    /// A vector of three numbers.
+    pub fn vector(&mut self) -> nalgebra::Vector3<f64> {
+        nalgebra::Vector3::new(self.number(), self.number(), self.number())
+    }
+
+    /// One of `n` vertices.
+    pub fn vertex(&mut self, n: usize) -> VertexId {
+        VertexId::new((((self.number() + 1.0) * 0.5 * n as f64) as usize).min(n - 1))
+    }
+}
+
 /// Runs the example of the README as a doc test.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

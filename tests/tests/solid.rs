@@ -3,9 +3,11 @@
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
+use std::f64::consts::PI;
+
 use cotan::prelude::*;
 use cotan::shapes::{bar, icosphere, torus};
-use cotan_tests::{Case, reference_cases, solid_cases};
+use cotan_tests::{Case, Draw, reference_cases, solid_cases};
 use nalgebra::{Isometry3, Rotation3, Similarity3, Translation3, UnitQuaternion, Vector3};
 
 fn farthest(a: &Positions<f64>, b: &Positions<f64>) -> f64 {
@@ -88,27 +90,6 @@ fn bodies_deform_like_solids() {
     assert!(ratio <= 0.65, "{ratio}");
 }
 
-/// Deterministic numbers in [-1, 1].
-struct Draw(u64);
-
-impl Draw {
-    fn next(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-
-    fn vector(&mut self) -> Vector3<f64> {
-        Vector3::new(self.next(), self.next(), self.next())
-    }
-
-    fn vertex(&mut self, n: usize) -> VertexId {
-        VertexId::new((((self.next() + 1.0) * 0.5 * n as f64) as usize).min(n - 1))
-    }
-}
-
 /// The deviation of a mesh from the motion of its handles, over the diagonal.
 fn miss(shape: &Mesh<f64>, held: &[VertexId], motion: Similarity3<f64>) -> f64 {
     let original = shape.positions();
@@ -124,7 +105,7 @@ fn miss(shape: &Mesh<f64>, held: &[VertexId], motion: Similarity3<f64>) -> f64 {
 /// regions, or both.
 #[test]
 fn a_rigid_motion_of_all_handles_moves_the_mesh_rigidly() {
-    let mut draw = Draw(7);
+    let mut draw = Draw::new(7);
     let shapes = [
         icosphere::<f64>(3),
         torus::<f64>(1.0, 0.35, 24, 12),
@@ -156,10 +137,50 @@ fn a_rigid_motion_of_all_handles_moves_the_mesh_rigidly() {
     }
 }
 
+/// Regions that do not determine a rotation (one vertex, two vertices, vertices on a line) follow
+/// the full regions around them: a rigid motion of all of them moves the mesh rigidly.
+#[test]
+fn regions_without_a_rotation_of_their_own_follow_a_rigid_motion() {
+    let mut draw = Draw::new(19);
+    let shapes = [
+        bar::<f64>([3.0, 1.0, 0.7], [12, 4, 3]),
+        torus::<f64>(1.0, 0.35, 24, 12),
+    ];
+    for shape in &shapes {
+        let mesh = shape.connectivity();
+        let n = shape.positions().len();
+        for round in 0..12 {
+            let [one, two] = [(); 2].map(|()| draw.vertex(n));
+            let beside = mesh.one_ring(two).next().unwrap();
+            // Vertices in a row along one edge of the bar, along one circle of the torus.
+            let start = shape.positions()[draw.vertex(n)];
+            let is_in_row = |p: &Point3<f64>| {
+                (p.y - start.y).abs() + (p.z - start.z).abs() < 1e-9 && (p.x - start.x).abs() < 0.6
+            };
+            let mut held = vec![one, two, beside];
+            held.extend(shape.surface().vertices_where(is_in_row));
+            // No full region in the first rounds, then one, then two.
+            for _ in 0..round / 4 {
+                let seed = shape.positions()[draw.vertex(n)];
+                let near = |p: &Point3<f64>| (p - seed).norm() < 0.5;
+                held.extend(shape.surface().vertices_where(near));
+            }
+            held.sort_unstable();
+            held.dedup();
+            let axis = nalgebra::Unit::new_normalize(draw.vector());
+            let angle = PI * (0.5 + 0.5 * draw.number());
+            let turn = UnitQuaternion::from_axis_angle(&axis, if round == 11 { PI } else { angle });
+            let motion = Isometry3::from_parts(Translation3::from(draw.vector()), turn);
+            let miss = miss(shape, &held, nalgebra::convert(motion));
+            assert!(miss < 1e-6, "round {round}, {angle} radians: {miss:e}");
+        }
+    }
+}
+
 /// A similarity of all handles scales the mesh with them.
 #[test]
 fn a_similarity_of_all_handles_scales_the_mesh() {
-    let mut draw = Draw(11);
+    let mut draw = Draw::new(11);
     let shape = bar::<f64>([3.0, 1.0, 0.7], [12, 4, 3]);
     for scale in [0.4, 0.95, 1.3, 3.0] {
         let held: Vec<VertexId> = (0..7)
@@ -384,172 +405,4 @@ fn single_precision_gives_the_same_shapes() {
     let single = deform(surface, &handles, &DeformOptions::default().tolerance(1e-5)).unwrap();
     let single: Positions<f64> = single.positions.map(|p| p.map(f64::from));
     assert!(farthest(&double.positions, &single) < 4e-4);
-}
-
-/// A bar or rod with bumps of 2 % of its width on its surface.
-fn bumpy(shape: &Mesh<f64>, width: f64) -> Mesh<f64> {
-    let mut draw = Draw(3);
-    let bumps = shape.positions().map(|p| {
-        let inner = p.x.abs() < 0.98 * shape.positions()[VertexId::new(0)].x.abs();
-        let bump = draw.vector() * (0.02 * width);
-        if inner { p + bump } else { *p }
-    });
-    Mesh::new(shape.connectivity().clone(), bumps).unwrap()
-}
-
-/// A rod: a bar with a rounded cross section.
-fn rod(length: f64, radius: f64) -> Mesh<f64> {
-    let square = bar::<f64>([length, 2.0 * radius, 2.0 * radius], [48, 10, 10]);
-    let round = square.positions().map(|p| {
-        let largest = p.y.abs().max(p.z.abs());
-        let norm = p.y.hypot(p.z).max(1e-12);
-        Point3::new(p.x, p.y * largest / norm, p.z * largest / norm)
-    });
-    Mesh::new(square.connectivity().clone(), round).unwrap()
-}
-
-/// The angle in degrees by which the cross sections of a bar along x turn from end to end, summed
-/// from section to section.
-fn winding(shape: &Mesh<f64>, moved: &Positions<f64>) -> f64 {
-    let original = shape.positions();
-    let mut places: Vec<f64> = original
-        .values()
-        .map(|p| (p.x * 1e4).round() / 1e4)
-        .collect();
-    places.sort_by(f64::total_cmp);
-    places.dedup_by(|a, b| (*a - *b).abs() < 0.05);
-    let mut total = 0.0;
-    let mut last: Option<f64> = None;
-    for place in places {
-        // The direction of the section's vertices, as complex numbers about its own centre.
-        let section: Vec<_> = original
-            .iter()
-            .filter(|(_, p)| (p.x - place).abs() < 0.05)
-            .map(|(v, p)| [*p, moved[v]])
-            .collect();
-        let n = section.len() as f64;
-        let mean = |k: usize| section.iter().map(|s| s[k].coords).sum::<Vector3<f64>>() / n;
-        let (before, after) = (mean(0), mean(1));
-        let (mut re, mut im) = (0.0, 0.0);
-        for [a, b] in &section {
-            let (a, b) = (a.coords - before, b.coords - after);
-            re += a.y * b.y + a.z * b.z;
-            im += a.y * b.z - a.z * b.y;
-        }
-        let angle = im.atan2(re).to_degrees();
-        if let Some(last) = last {
-            total += (angle - last + 540.0).rem_euclid(360.0) - 180.0;
-        }
-        last = Some(angle);
-    }
-    total
-}
-
-fn wound(shape: &Mesh<f64>, degrees: f64) -> Deformed<f64> {
-    let end = shape.positions().values().map(|p| p.x).fold(0.0, f64::max);
-    let surface = shape.surface();
-    let left = surface.vertices_where(|p| p.x < -end + 1e-9);
-    let right = surface.vertices_where(|p| p.x > end - 1e-9);
-    let turn = Vector3::x() * degrees.to_radians();
-    let handles = Handles::new()
-        .fix(left)
-        .transform(right, Rotation3::new(turn).to_homogeneous())
-        .turned(turn);
-    deform(shape, &handles, &DeformOptions::default()).unwrap()
-}
-
-/// Specified turns of more than half a turn are kept in spite of bumps: 330° on a bar of 6 : 1,
-/// 360° on a rod of 4 : 1.
-#[test]
-fn turns_of_more_than_half_a_turn_are_held() {
-    let cases = [
-        (
-            bumpy(&bar::<f64>([6.0, 1.0, 1.0], [48, 8, 8]), 1.0),
-            [270.0, 330.0],
-        ),
-        (bumpy(&rod(4.0, 0.5), 1.0), [270.0, 360.0]),
-    ];
-    for (shape, angles) in &cases {
-        for &angle in angles {
-            let moved = wound(shape, angle);
-            assert_eq!(moved.report.stop, StopReason::Converged, "{angle}");
-            let held = winding(shape, &moved.positions);
-            assert!((held - angle).abs() < 5.0, "{angle}: {held}");
-            assert_eq!(moved.report.lost_turn, None, "{angle}");
-        }
-    }
-}
-
-/// A turn beyond what the energy can hold is lost, and the report says so.
-#[test]
-fn a_turn_that_is_lost_is_told() {
-    let shape = bumpy(&bar::<f64>([3.0, 1.0, 1.0], [24, 8, 8]), 1.0);
-    let moved = wound(&shape, 720.0);
-    let held = winding(&shape, &moved.positions);
-    assert_eq!(
-        moved.report.lost_turn.is_some(),
-        (held - 720.0).abs() > 90.0,
-        "{held}"
-    );
-    assert!((held - 720.0).abs() > 90.0, "{held}");
-}
-
-/// Enforcing the winding keeps turns that the energy alone does not.
-#[test]
-fn a_winding_is_held_by_request() {
-    let shape = bumpy(&bar::<f64>([6.0, 1.0, 1.0], [48, 8, 8]), 1.0);
-    let turn = Vector3::x() * f64::to_radians(540.0);
-    let surface = shape.surface();
-    let handles = Handles::new()
-        .fix(surface.vertices_where(|p| p.x < -2.999))
-        .transform(
-            surface.vertices_where(|p| p.x > 2.999),
-            Rotation3::new(turn).to_homogeneous(),
-        )
-        .turned(turn);
-    let options = DeformOptions::default().hold_winding(0.3);
-    let moved = deform(&shape, &handles, &options).unwrap();
-    assert_eq!(moved.report.lost_turn, None);
-    let held = winding(&shape, &moved.positions);
-    assert!((held - 540.0).abs() < 5.0, "{held}");
-}
-
-/// A bar that is bent to a ring of 300° closes cleanly.
-#[test]
-fn a_bar_bends_to_a_ring() {
-    let length = 9.0;
-    let shape = bar::<f64>([length, 1.0, 1.0], [72, 8, 8]);
-    let surface = shape.surface();
-    let left = surface.vertices_where(|p| p.x < -0.5 * length + 1e-9);
-    let right = surface.vertices_where(|p| p.x > 0.5 * length - 1e-9);
-    let angle = f64::to_radians(300.0);
-    let radius = length / angle;
-    // The end of an arc that starts at the left end along x.
-    let turn = Vector3::z() * angle;
-    let end = Vector3::new(radius * angle.sin(), radius * (1.0 - angle.cos()), 0.0);
-    let start = Vector3::new(-0.5 * length, 0.0, 0.0);
-    let motion = nalgebra::Translation3::from(start + end).to_homogeneous()
-        * Rotation3::new(turn).to_homogeneous()
-        * nalgebra::Translation3::new(-0.5 * length, 0.0, 0.0).to_homogeneous();
-    let handles = Handles::new()
-        .fix(left)
-        .transform(right, motion)
-        .turned(turn);
-    let moved = deform(&shape, &handles, &DeformOptions::default()).unwrap();
-    assert_eq!(moved.report.stop, StopReason::Converged);
-    assert_eq!(moved.report.lost_turn, None);
-    let quality = Quality::measure(&surface, &surface.with_positions(&moved.positions)).unwrap();
-    assert_eq!(quality.flipped_faces + quality.folded_edges, 0);
-    let volume = quality.volume_ratio.unwrap();
-    assert!((volume - 1.0).abs() < 0.1, "{volume}");
-    // The middle of the bar is opposite the gap of the ring.
-    let middle = surface.vertices_where(|p| p.x.abs() < 0.07);
-    let mean = middle
-        .iter()
-        .map(|&v| moved.positions[v].coords)
-        .sum::<Vector3<f64>>()
-        / middle.len() as f64;
-    let half = 0.5 * angle;
-    let arc = start + Vector3::new(radius * half.sin(), radius * (1.0 - half.cos()), 0.0);
-    assert!((mean - arc).norm() < 0.4 * radius, "{mean} {arc}");
 }

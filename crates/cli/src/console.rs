@@ -107,8 +107,11 @@ impl Console {
         }
     }
 
-    /// A progress bar over the iterations, shown on a terminal only.
-    pub(crate) fn progress(&self, iterations: usize) -> Progress {
+    /// A progress bar over the iterations, shown on a terminal only; `None` for work without one.
+    pub(crate) fn progress(&self, iterations: Option<usize>) -> Progress {
+        let Some(iterations) = iterations else {
+            return Progress { bar: None };
+        };
         let target = match self.volume {
             Volume::Quiet => ProgressDrawTarget::hidden(),
             // Hidden automatically if standard error is not a terminal.
@@ -118,7 +121,7 @@ impl Console {
         if let Ok(style) = ProgressStyle::with_template(TEMPLATE) {
             bar.set_style(style.progress_chars("=> "));
         }
-        Progress { bar }
+        Progress { bar: Some(bar) }
     }
 }
 
@@ -183,29 +186,42 @@ impl Write for Log {
     }
 }
 
-/// A progress bar that is removed when dropped.
+/// A progress bar that is removed when it is finished or dropped.
 #[derive(Debug)]
 pub(crate) struct Progress {
-    bar: ProgressBar,
+    bar: Option<ProgressBar>,
 }
 
 impl Progress {
     /// Sets the name of the current phase.
     pub(crate) fn phase(&self, name: &'static str) {
-        tracing::info!("{name}");
-        self.bar.set_prefix(name);
-        self.bar.enable_steady_tick(Duration::from_millis(100));
+        if let Some(bar) = &self.bar {
+            tracing::info!("{name}");
+            bar.set_prefix(name);
+            bar.enable_steady_tick(Duration::from_millis(100));
+        }
     }
 
     /// Updates the bar after an iteration.
     pub(crate) fn step(&self, iteration: usize, change: f64) {
-        self.bar.set_position(iteration as u64);
-        self.bar.set_message(format!("change {change:.1e}"));
+        if let Some(bar) = &self.bar {
+            bar.set_position(iteration as u64);
+            bar.set_message(format!("change {change:.1e}"));
+        }
+    }
+
+    /// Removes the bar.
+    pub(crate) fn finish(&self) {
+        if let Some(bar) = &self.bar
+            && !bar.is_finished()
+        {
+            bar.finish_and_clear();
+        }
     }
 }
 
 impl Drop for Progress {
     fn drop(&mut self) {
-        self.bar.finish_and_clear();
+        self.finish();
     }
 }

@@ -1,21 +1,19 @@
 //! Errors that end a command with exit code 1, or 2 for wrong usage.
 
+use std::error::Error;
 use std::io;
 use std::path::{Path, PathBuf};
 
 use cotan::halfedge::BuildError;
 use cotan::sphere::SphereError;
 use cotan_io::{IoError, Weld};
+use cotan_tool::files::in_file;
 use cotan_tool::paths::Conflict;
+use cotan_tool::repair::weld_option;
 use cotan_tool::{MemoryError, ToolError};
-use thiserror::Error;
-
-use crate::files;
-use crate::inspect::weld_option;
-use crate::sphere::LandmarksError;
 
 /// The reason why a command failed.
-#[derive(Debug, Error)]
+#[derive(Debug, thiserror::Error)]
 pub(crate) enum CliError {
     /// A mesh file cannot be read, built or written.
     #[error(transparent)]
@@ -56,12 +54,12 @@ pub(crate) enum CliError {
         #[source]
         source: MemoryError,
     },
-    /// A file of landmarks is invalid.
+    /// A file read in addition to the mesh is invalid, such as one of landmarks.
     #[error("{}: {source}", path.display())]
-    Landmarks {
+    File {
         path: PathBuf,
         #[source]
-        source: LandmarksError,
+        source: Box<dyn Error + Send + Sync>,
     },
     /// The two files cannot be compared.
     #[error("{} and {} cannot be compared: {problem}", paths[0].display(), paths[1].display())]
@@ -128,7 +126,7 @@ impl CliError {
     pub(crate) fn surface(path: &Path, error: IoError, cure: Cure, weld: Weld) -> Self {
         let (source, needed) = match (error.cure(), error) {
             (Some(needed), IoError::NotManifold(source)) => (Box::new(source), needed),
-            (_, error) => return Self::Io(files::in_file(path, error)),
+            (_, error) => return Self::Io(in_file(path, error)),
         };
         let is_safe = needed != cotan_io::Cure::SplitEdges;
         let needed = match cure {

@@ -1,18 +1,19 @@
 //! The `cotan` command: parses the arguments, runs the command, and returns the exit code.
 
 mod args;
-mod bench;
+mod command_line;
 mod commands;
 mod console;
-mod edit;
 mod error;
 mod files;
-mod inspect;
+mod losses;
 mod memory;
 mod paths;
 mod picture;
+mod pipeline;
 mod prepare;
 mod report;
+mod same_faces;
 mod sphere;
 mod text;
 mod threads;
@@ -21,13 +22,13 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches};
 
-use args::Arguments;
+use command_line::Arguments;
 use console::Console;
 
 fn main() -> ExitCode {
     console::tell_panics();
     let mut command = Arguments::command();
-    let parsed = command.try_get_matches_from_mut(args::joined(std::env::args_os()));
+    let parsed = command.try_get_matches_from_mut(command_line::joined(std::env::args_os()));
     let parsed = parsed.and_then(|matches| {
         let arguments = Arguments::from_arg_matches(&matches);
         Ok((arguments.map_err(|e| e.format(&mut command))?, matches))

@@ -10,58 +10,25 @@ mod color_bar;
 mod curvature;
 mod heat;
 mod image;
+mod pair;
 mod raster;
 mod scene;
 mod text;
 
 use cotan::geometry::Positions;
-use cotan::halfedge::{FaceId, HalfedgeMesh, VertexId, VertexMap};
-use cotan_io::ProcessingMesh;
+use cotan::halfedge::{FaceId, VertexId};
 
 pub(crate) use cotan_tool::ColorScale;
 pub(crate) use curvature::curvature_picture;
 pub(crate) use heat::{HeatMap, Panel, Quantity, Views};
 pub(crate) use image::{Depth, png};
+use pair::Mark;
+pub(crate) use pair::{BeforeAfter, marks};
 
 use camera::Camera;
 use image::Image;
 use raster::{Canvas, Light};
 use scene::Scene;
-
-use cotan_tool::handles_file::Constraint;
-
-/// The role of a vertex in the picture.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) enum Mark {
-    /// Not a handle.
-    Free,
-    /// A fixed handle.
-    Fixed,
-    /// A moved handle.
-    Moved,
-}
-
-/// The role of each vertex, according to the handles.
-pub(crate) fn marks(constraints: &[Constraint], processing: &ProcessingMesh) -> VertexMap<Mark> {
-    let mut marks = VertexMap::filled(processing.mesh().num_vertices(), Mark::Free);
-    for constraint in constraints {
-        let Some(v) = processing.vertex(constraint.vertex) else {
-            continue;
-        };
-        let moves = constraint.moves(processing.positions()[v]);
-        marks[v] = if moves { Mark::Moved } else { Mark::Fixed };
-    }
-    marks
-}
-
-/// One mesh with two sets of positions.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct BeforeAfter<'a> {
-    pub(crate) mesh: &'a HalfedgeMesh,
-    pub(crate) before: &'a Positions<f64>,
-    pub(crate) after: &'a Positions<f64>,
-    pub(crate) marks: &'a VertexMap<Mark>,
-}
 
 impl BeforeAfter<'_> {
     /// Draws the picture and encodes it as PNG.
@@ -94,20 +61,10 @@ impl BeforeAfter<'_> {
     }
 }
 
-impl Mark {
-    /// The colour in linear RGB.
-    fn color(self) -> [f32; 3] {
-        match self {
-            Self::Free => [0.62, 0.63, 0.60],
-            Self::Fixed => [0.10, 0.27, 0.62],
-            Self::Moved => [0.86, 0.27, 0.05],
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use cotan::halfedge::VertexMap;
     use cotan::shapes;
     use nalgebra::Vector3;
 

@@ -1,14 +1,17 @@
 //! The mesh of a job: read, repaired if requested, and built.
 
+use std::path::Path;
 use std::time::Instant;
 
-use cotan_io::{Change, Document, Filling, ProcessingMesh, Repair, Weld};
+use cotan::geometry::{Positions, Scalar};
+use cotan_io::{Change, Document, Filling, IoError, ProcessingMesh, Repair, Weld};
 use cotan_tool::Work;
+use cotan_tool::files::in_file;
 use cotan_tool::handles_file::FileVertices;
-use cotan_tool::numbers::before_repair;
+use cotan_tool::numbers::{before_repair, in_file_numbers};
 use cotan_tool::repair::mend;
 
-use crate::args::InputPath;
+use crate::args::{InputPath, MeshArgs};
 use crate::console::Console;
 use crate::error::{CliError, Cure};
 use crate::files;
@@ -17,20 +20,53 @@ use crate::report::{Seconds, counted};
 
 /// The source of the mesh of a job.
 #[derive(Clone, Debug)]
-pub(crate) struct Source<'a> {
-    pub(crate) path: &'a InputPath,
+pub(crate) struct Source {
+    pub(crate) path: InputPath,
     /// The repairs to make first, if any, without welding.
-    pub(crate) repair: Option<Repair>,
+    repair: Option<Repair>,
     /// The handling of holes in these repairs.
     pub(crate) filling: Filling,
     pub(crate) weld: Weld,
     /// The repair to suggest if no surface can be built.
-    pub(crate) cure: Cure,
+    cure: Cure,
+}
+
+impl Source {
+    /// A mesh file, the repairs of `--repair` if given, and the value of `--weld`.
+    pub(crate) fn new(path: &InputPath, repair: Option<Repair>, weld: Option<Weld>) -> Self {
+        Self {
+            path: path.clone(),
+            cure: match repair {
+                Some(_) => Cure::Beyond,
+                None => Cure::Offered,
+            },
+            repair,
+            filling: Filling::Off,
+            weld: weld.unwrap_or_default(),
+        }
+    }
+
+    /// Fills holes too.
+    pub(crate) fn fill_holes(mut self, filling: Filling) -> Self {
+        self.filling = filling;
+        if filling != Filling::Off {
+            let before = self.repair.unwrap_or_else(Repair::new);
+            self.repair = Some(before.fill_holes(filling));
+        }
+        self
+    }
+}
+
+impl From<&MeshArgs> for Source {
+    fn from(args: &MeshArgs) -> Self {
+        Self::new(&args.mesh, args.repair.then(Repair::default), args.weld)
+    }
 }
 
 /// A mesh that is ready for processing.
 #[derive(Debug)]
 pub(crate) struct Prepared {
+    pub(crate) source: Source,
     pub(crate) document: Document,
     pub(crate) processing: ProcessingMesh,
     /// Maps vertices of the file, if the mesh was repaired.
@@ -42,12 +78,72 @@ pub(crate) struct Prepared {
     pub(crate) changes: Vec<Change>,
 }
 
+impl Prepared {
+    /// The file of the mesh.
+    pub(crate) fn path(&self) -> &Path {
+        &self.source.path
+    }
+
+    /// Moves the vertices of the document. Returns the positions that it stores.
+    ///
+    /// # Errors
+    /// [`CliError::Io`] if the file cannot represent them.
+    pub(crate) fn set_positions<T: Scalar>(
+        &mut self,
+        positions: &Positions<T>,
+    ) -> Result<Positions<f64>, CliError> {
+        let moved = self.document.set_positions(&self.processing, positions);
+        moved.map_err(|error| self.in_file(error))?;
+        Ok(positions_of(&self.document, &self.processing))
+    }
+
+    /// Refuses work on this mesh that would exceed the memory limit. Returns the number of bytes
+    /// left for factors.
+    pub(crate) fn check_memory(&self, work: Work) -> Result<u64, CliError> {
+        memory::check(work, self.path(), &self.document)
+    }
+
+    /// The error of an algorithm, with the name and the indices of the file.
+    pub(crate) fn refuse(&self, error: cotan::Error) -> CliError {
+        CliError::Mesh {
+            path: self.path().to_owned(),
+            source: in_file_numbers(error, &self.processing, self.file_vertices.as_ref()),
+        }
+    }
+
+    /// An error of the document, with the name of the file.
+    pub(crate) fn in_file(&self, error: IoError) -> CliError {
+        in_file(self.path(), error).into()
+    }
+
+    /// Describes what welding would join, unless welding is off.
+    pub(crate) fn weldable(&self) -> Option<String> {
+        if self.source.weld == Weld::Off {
+            return None;
+        }
+        // Invalid tolerances were refused earlier.
+        let found = self.document.weldable(self.source.weld).ok().flatten();
+        found.map(|weldable| weldable.to_string())
+    }
+
+    /// Warns about vertices that welding would join.
+    pub(crate) fn warn_weldable(&self, console: &Console) {
+        if let Some(weldable) = self.weldable() {
+            console.warn(format_args!("{}: {weldable}", self.path().display()));
+        }
+    }
+}
+
+/// Reads a mesh, repairs it, and builds its half-edge mesh. Adds to the durations.
+///
+/// # Errors
+/// [`CliError`] for a file that cannot be read, does not fit in memory, or has no surface.
 pub(crate) fn prepare(
-    source: &Source<'_>,
+    source: Source,
     seconds: &mut Seconds,
     console: &Console,
 ) -> Result<Prepared, CliError> {
-    let path = source.path;
+    let path = &source.path;
     let in_file = |error| files::in_file(path, error);
     let clock = Instant::now();
     let mut document = files::load(path, console)?;
@@ -56,7 +152,7 @@ pub(crate) fn prepare(
         None => Work::Build,
     };
     memory::check(work, path, &document)?;
-    seconds.load = clock.elapsed().as_secs_f64();
+    seconds.load += clock.elapsed().as_secs_f64();
     let clock = Instant::now();
     let mut repaired = None;
     if let Some(repair) = &source.repair {
@@ -67,7 +163,7 @@ pub(crate) fn prepare(
             warn_unfair(path, problem, console);
         }
         let done = mended.repaired;
-        if tell_repairs(source, &done.changes, console) == Repairs::Some {
+        if tell_repairs(&source, &done.changes, console) == Repairs::Some {
             repaired = Some(done);
         }
     }
@@ -91,14 +187,41 @@ pub(crate) fn prepare(
         file_faces = Some(done.face_sources);
         (document, changes) = (done.document, done.changes);
     }
-    seconds.build = clock.elapsed().as_secs_f64();
+    seconds.build += clock.elapsed().as_secs_f64();
     Ok(Prepared {
+        source,
         document,
         processing,
         file_vertices,
         file_faces,
         changes,
     })
+}
+
+/// Reads a mesh that a command only measures, and builds its half-edge mesh.
+///
+/// # Errors
+/// The same as [`prepare`].
+pub(crate) fn load(
+    path: &InputPath,
+    console: &Console,
+) -> Result<(Document, ProcessingMesh), CliError> {
+    let document = files::load(path, console)?;
+    memory::check(Work::Build, path, &document)?;
+    let processing = document
+        .surface()
+        .map_err(|error| CliError::surface(path, error, Cure::Command, Weld::AsFormat))?;
+    Ok((document, processing))
+}
+
+/// The document's positions, in the order of the processing mesh.
+pub(crate) fn positions_of(document: &Document, processing: &ProcessingMesh) -> Positions<f64> {
+    let positions = document.positions();
+    processing
+        .mesh()
+        .vertices()
+        .map(|v| positions[processing.document_vertex(v)])
+        .collect()
 }
 
 /// Warns about patches that do not continue the surface smoothly.
@@ -109,26 +232,6 @@ pub(crate) fn warn_unfair(path: &InputPath, problem: &str, console: &Console) {
     ));
 }
 
-/// Describes what welding would join, unless welding is off.
-pub(crate) fn weldable(document: &Document, weld: Weld) -> Option<String> {
-    if weld == Weld::Off {
-        return None;
-    }
-    // Invalid tolerances were refused earlier.
-    let found = document.weldable(weld).ok().flatten();
-    found.map(|weldable| weldable.to_string())
-}
-
-/// Warns if parts of a mesh in several pieces will be fixed although welding would join them.
-pub(crate) fn warn_weldable(source: &Source<'_>, prepared: &Prepared, console: &Console) {
-    if prepared.processing.mesh().components().count() < 2 {
-        return;
-    }
-    if let Some(weldable) = weldable(&prepared.document, source.weld) {
-        console.warn(format_args!("{}: {weldable}", source.path.display()));
-    }
-}
-
 /// The outcome of a repair: whether it changed anything.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Repairs {
@@ -137,7 +240,7 @@ enum Repairs {
 }
 
 /// Warns about the changes of a repair, and about holes that it left open.
-fn tell_repairs(source: &Source<'_>, changes: &[Change], console: &Console) -> Repairs {
+fn tell_repairs(source: &Source, changes: &[Change], console: &Console) -> Repairs {
     let path = source.path.display();
     for change in changes {
         if let Change::KeptHole { .. } = change {

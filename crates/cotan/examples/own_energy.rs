@@ -4,7 +4,7 @@
 //! `cargo run -p cotan --example own_energy`
 
 use cotan::flow::{
-    Energy, FirstGuess, FittedCells, FlowError, FlowState, LocalGlobal, NextStep, Rest,
+    Energy, FirstGuess, FittedCells, FlowError, FlowState, LocalGlobal, NextStep, Rest, Winding,
     nearest_rotation,
 };
 use cotan::linear::Handle;
@@ -22,6 +22,8 @@ impl LocalGlobal<f64> for OneRotation {
     }
 
     fn start_from(&mut self, _: &FirstGuess) {}
+
+    fn wind(&mut self, _: Option<&Winding>) {}
 
     fn fit(
         &mut self,

@@ -252,6 +252,13 @@ impl<T: Scalar> Handles<T> {
         Some(std::mem::replace(&mut self.groups[at].motion, motion))
     }
 
+    /// States the rotation of a group, see [`Self::turned`], or that it is not stated. Returns
+    /// the previous one; `None` also if there is no such group.
+    pub fn set_turn(&mut self, id: HandleId, turn: Option<Vector3<T>>) -> Option<Vector3<T>> {
+        let at = self.place(id)?;
+        std::mem::replace(&mut self.groups[at].turn, turn)
+    }
+
     fn place(&self, id: HandleId) -> Option<usize> {
         self.groups.binary_search_by_key(&id, |group| group.id).ok()
     }
@@ -273,8 +280,9 @@ impl<T: Scalar> Handles<T> {
 
     /// States the rotation of the most recently added group: an axis times an angle in radians,
     /// which may exceed half a turn. Positions alone cannot distinguish 270° from −90°. A body
-    /// holds about 85° to 110° of twist per diameter of distance between the handles. Any twist
-    /// that it does not hold is reported in [`cotan_flow::Report::lost_turn`].
+    /// holds about 80° of twist per diameter of distance between the handles, and 140° more. A
+    /// twist that it does not hold is reported in [`cotan_flow::Report::lost_turn`], with the
+    /// angle that this shape holds.
     ///
     /// ```
     /// use cotan::prelude::*;

@@ -66,6 +66,7 @@ mod quality;
 mod reconstruct;
 mod session;
 pub mod smooth;
+mod turning;
 mod unmoved;
 
 pub use comparison::{ErrorFields, ShapeComparison};
@@ -78,6 +79,7 @@ pub use quality::{Extent, Quality, ShapeDistance, ShapeErrors};
 pub use reconstruct::{reconstruct, reconstruct_observed};
 pub use session::Session;
 pub use sphere::spherical;
+pub use turning::nearest_turn;
 
 /// The names that most programs need: the jobs, and the traits for custom schemes, updaters,
 /// orientations and energies with their argument types.
@@ -89,9 +91,10 @@ pub mod prelude {
     };
     pub use cotan_flow::{
         Acceleration, BestRotation, BoxUnits, Energy, FirstGuess, FittedCells, Flow, FlowBuilder,
-        FlowError, FlowState, Hybrid, KeepMagnitude, Limited, LocalGlobal, NextStep, Orientation,
-        PerRest, Reflect, ReflectFirst, Report, RescaleByArea, Rest, ScalarFieldUpdater, Schedule,
-        Start, StepReport, Stiffness, StopReason, nearest_rotation,
+        FlowError, FlowState, Hybrid, KeepMagnitude, Limited, LocalGlobal, LostTurn, NextStep,
+        Orientation, PerRest, Reflect, ReflectFirst, Report, RescaleByArea, Rest,
+        ScalarFieldUpdater, Schedule, Start, StepReport, Stiffness, StopReason, Winding,
+        nearest_rotation,
     };
     pub use cotan_geometry::{
         BuiltMesh, Mesh, MeshBuilder, MeshError, Positions, Scalar, Surface, SurfaceError, scalar,

@@ -108,6 +108,13 @@ impl<T: Scalar> Session<T> {
     /// in the next steps. A handle given as a number is the one that was added after that many
     /// others.
     ///
+    /// A handle that is turned on and on keeps its winding: of the turns that the motion can mean,
+    /// the one that differs least from the turn before is taken. Turned by 90° four times it is
+    /// turned by 360°, as [`Handles::turned`] states it; [`HandleGroup::turn`] of
+    /// [`Self::handles`] is its turn.
+    ///
+    /// [`HandleGroup::turn`]: crate::HandleGroup::turn
+    ///
     /// # Errors
     /// [`Error`] if there is no such handle, the motion does not match it, or a vertex shared
     /// with another handle would have two targets. Nothing has moved in that case.
@@ -133,6 +140,7 @@ impl<T: Scalar> Session<T> {
             if handles.set_motion(handle, motion.clone()).is_none() {
                 return Err(self.no_such(handle));
             }
+            handles.turn_on(handle, &self.handles, self.original());
         }
         let targets: Vec<Point3<T>> = handles
             .resolve(self.original())?
@@ -140,8 +148,14 @@ impl<T: Scalar> Session<T> {
             .map(|(_, target)| target)
             .collect();
         self.flow.set_targets(&targets)?;
+        self.take(handles)
+    }
+
+    /// Keeps the handles that were moved, and has the flow hold their turns.
+    fn take(&mut self, handles: Handles<T>) -> Result<(), Error> {
         self.handles = handles;
-        Ok(())
+        let stated = self.handles.stated_turns();
+        Ok(self.flow.state_turns(stated)?)
     }
 
     fn no_such(&self, handle: HandleId) -> Error {
@@ -176,8 +190,7 @@ impl<T: Scalar> Session<T> {
     pub fn set_handles(&mut self, handles: &Handles<T>) -> Result<(), Error> {
         let resolved = handles.resolve(self.original())?;
         self.flow.set_handles(&resolved)?;
-        self.handles = handles.clone();
-        Ok(())
+        self.take(handles.clone())
     }
 
     /// Adds a group of vertices with its motion, held exactly, and returns its id, which stays

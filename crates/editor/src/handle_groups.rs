@@ -3,9 +3,10 @@
 use cotan::geometry::Positions;
 use cotan::halfedge::VertexId;
 use cotan::linear::Hold;
+use cotan::nearest_turn;
 use cotan_io::ProcessingMesh;
 use cotan_tool::handles_file::{Group, GroupMotion};
-use nalgebra::{Matrix4, Point3};
+use nalgebra::{Matrix4, Point3, Vector3};
 
 use crate::scene::{HandleGroup, Origin, Role};
 
@@ -28,6 +29,7 @@ pub(crate) fn groups_of(handles: &[HandleGroup], processing: &ProcessingMesh) ->
                 Hold::Hard => None,
                 Hold::Soft(weight) => Some(weight),
             },
+            turn: handle.stated_turn(),
         }
     };
     handles.iter().map(group).collect()
@@ -72,17 +74,25 @@ pub(crate) fn handles_of(
                 _ => Origin::Rest,
             },
             matrix: motion.unwrap_or_else(Matrix4::identity),
+            turn: group.turn.unwrap_or_else(|| turn_of(motion.as_ref())),
             hold: group.weight.map_or(Hold::Hard, Hold::Soft),
         });
     }
     handles
 }
 
+/// The rotation vector of a motion that states none.
+fn turn_of(motion: Option<&Matrix4<f64>>) -> Vector3<f64> {
+    motion.map_or_else(Vector3::zeros, |motion| {
+        nearest_turn(motion, &Vector3::zeros())
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use cotan_io::Document;
     use cotan_tool::handles_file::{from_json, to_json};
-    use nalgebra::{Isometry3, Vector3};
+    use nalgebra::{Isometry3, Rotation3};
 
     use super::*;
 
@@ -100,9 +110,17 @@ mod tests {
         let mut pulled = named(some(20), Role::Movable, &bent);
         pulled.matrix = Matrix4::new_translation(&Vector3::x());
         pulled.hold = Hold::Soft(3.5);
-        let handles = [named(some(0), Role::Fixed, rest), turned, pulled];
+        // Turned on and on, in four drags of 82.5° each.
+        let mut wound = named(some(30), Role::Movable, rest);
+        for drag in 1..=4 {
+            let turn = Vector3::x() * f64::to_radians(82.5 * f64::from(drag));
+            wound.move_to(Rotation3::new(turn).to_homogeneous());
+        }
+        let handles = [named(some(0), Role::Fixed, rest), turned, pulled, wound];
 
         let text = to_json(&groups_of(&handles, &processing));
+        // Only the one of more than half a turn.
+        assert_eq!(text.matches("\"turn\"").count(), 1, "{text}");
         let read = handles_of(&from_json(&text).unwrap(), &processing, rest);
         assert_eq!(read.len(), handles.len());
         for (read, handle) in read.iter().zip(&handles) {
@@ -110,6 +128,7 @@ mod tests {
             assert_eq!(read.hold, handle.hold);
             assert_eq!(read.role, handle.role);
             assert_eq!(read.job_motion(), handle.job_motion());
+            assert!((read.turn - handle.turn).norm() < 1e-12);
         }
     }
 }

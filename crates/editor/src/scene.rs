@@ -4,12 +4,13 @@
 //! one. Undo is therefore a list of scenes, and the solver can hold one while the next is being
 //! made.
 
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use cotan::geometry::Positions;
 use cotan::halfedge::VertexId;
 use cotan::linear::Hold;
-use cotan::{DeformOptions, Handles, Motion};
+use cotan::{DeformOptions, Handles, Motion, nearest_turn};
 use nalgebra::{Matrix4, Point3, Vector3};
 
 /// A group of vertices held by the user.
@@ -25,6 +26,8 @@ pub struct HandleGroup {
     pub origin: Origin,
     /// The motion applied to the group since then.
     pub matrix: Matrix4<f64>,
+    /// The rotation vector of that motion in radians, which may exceed half a turn.
+    pub turn: Vector3<f64>,
     /// The kind of constraint: exact or by springs.
     pub hold: Hold,
 }
@@ -71,8 +74,24 @@ impl HandleGroup {
             role,
             origin,
             matrix: Matrix4::identity(),
+            turn: Vector3::zeros(),
             hold: Hold::Hard,
         }
+    }
+
+    /// Replaces the motion. Of the turns that it can mean, the one that differs least from the
+    /// turn before is taken.
+    pub fn move_to(&mut self, matrix: Matrix4<f64>) {
+        self.turn = nearest_turn(&matrix, &self.turn);
+        self.matrix = matrix;
+    }
+
+    /// The turn that a deformation or a file is to know, which the motion alone does not tell.
+    pub fn stated_turn(&self) -> Option<Vector3<f64>> {
+        // Two groups that turn by less are never wound relative to each other. The turn of places
+        // on a deformed shape is not that of the rest shape.
+        let is_wide = self.turn.norm() > 0.5 * PI && self.origin == Origin::Rest;
+        is_wide.then_some(self.turn)
     }
 
     /// Returns the motion in the form that a deformation takes.
@@ -149,6 +168,9 @@ impl Scene {
             all = all.add(group.vertices.iter().copied(), group.job_motion());
             if let Hold::Soft(weight) = group.hold {
                 all = all.soft(weight);
+            }
+            if let Some(turn) = group.stated_turn() {
+                all = all.turned(turn);
             }
         }
         if !loose.is_empty() {

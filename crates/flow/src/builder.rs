@@ -17,9 +17,10 @@ use crate::projection::Projection;
 use crate::rest::Rest;
 use crate::rule::{Descent, FixedPoint, Projected, Rule};
 use crate::schedule::Schedule;
-use crate::start::StatedTurns;
+
 use crate::targets::Targets;
 use crate::updater::{KeepMagnitude, ScalarFieldUpdater};
+use crate::winding::StatedTurns;
 use crate::workspace::{Settings, Terms, Workspace};
 
 /// The longest move at which a run counts as converged, over the bounding box's diagonal.
@@ -382,7 +383,9 @@ impl<T: Scalar> FlowBuilder<T> {
             membrane_weight,
         };
         work.find_point_handles();
-        Flow::begin(work, rule, self.start, &self.stated_turns)
+        let mut stated = self.stated_turns;
+        stated.sort_by_key(|(v, _)| *v);
+        Flow::begin(work, rule, self.start, stated)
     }
 
     /// The checks that need no rest shape.
@@ -395,21 +398,23 @@ impl<T: Scalar> FlowBuilder<T> {
                 value: self.settings.tolerance,
             });
         }
-        if let Some((_, turn)) = self
-            .stated_turns
-            .iter()
-            .find(|(_, turn)| !turn.norm().is_finite())
-        {
-            return Err(FlowError::Setting {
-                setting: "stated turn",
-                range: "a finite angle",
-                value: turn.norm(),
-            });
-        }
+        check_turns(&self.stated_turns)?;
         if self.updater.is_some() && matches!(self.stepping, Stepping::Default) {
             return Err(FlowError::MutedUpdater);
         }
         Ok(())
+    }
+}
+
+/// Refuses stated turns that are none.
+pub(crate) fn check_turns(stated: &StatedTurns) -> Result<(), FlowError> {
+    match stated.iter().find(|(_, turn)| !turn.norm().is_finite()) {
+        None => Ok(()),
+        Some((_, turn)) => Err(FlowError::Setting {
+            setting: "stated turn",
+            range: "a finite angle",
+            value: turn.norm(),
+        }),
     }
 }
 

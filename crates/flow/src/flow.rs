@@ -1,21 +1,23 @@
 //! The flow: a rest shape, targets, the current positions, and one rule that makes the steps.
 
+use std::f64::consts::PI;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use cotan_geometry::{Positions, Scalar, Surface};
 use cotan_halfedge::{HalfedgeMesh, VertexId};
 use cotan_linear::{Handle, Membrane, PreparedSystem};
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
-use crate::builder::{FlowBuilder, Start, membrane};
+use crate::builder::{FlowBuilder, Start, check_turns, membrane};
 use crate::error::FlowError;
 use crate::report::{Report, StepReport, StopReason};
 use crate::rest::Rest;
 use crate::rule::Rule;
 use crate::schedule::Schedule;
-use crate::start::{FirstGuess, StatedTurns, first_guess, wind};
+use crate::start::{FirstGuess, first_guess};
 use crate::targets::Changed;
+use crate::winding::{StatedTurns, Winding, wind, winding};
 use crate::workspace::Workspace;
 
 /// The iteration of curvature-flow Laplacian editing on one mesh with one set of handles.
@@ -26,6 +28,8 @@ use crate::workspace::Workspace;
 pub struct Flow<T: Scalar> {
     work: Workspace<T>,
     rule: Box<dyn Rule<T>>,
+    /// The turns that were stated last.
+    stated: StatedTurns,
 }
 
 impl<T: Scalar> std::fmt::Debug for Flow<T> {
@@ -60,12 +64,15 @@ impl<T: Scalar> Flow<T> {
         mut work: Workspace<T>,
         mut rule: Box<dyn Rule<T>>,
         start: Start,
-        stated: &StatedTurns,
+        stated: StatedTurns,
     ) -> Result<Self, FlowError> {
         match start {
             Start::Original | Start::Updated => {}
-            Start::HandleRotations => match wind(&mut work, stated)? {
-                Some((shape, guess)) => return Self::begin_wound(work, rule, &shape, guess),
+            Start::HandleRotations => match wind(&mut work, &stated)? {
+                Some((shape, winding)) => {
+                    begin_wound(&mut work, &mut *rule, &shape, winding)?;
+                    return Ok(Self { work, rule, stated });
+                }
                 None => {
                     work.first_guess = first_guess(&mut work)?;
                     if let Some(guess) = &work.first_guess {
@@ -85,23 +92,7 @@ impl<T: Scalar> Flow<T> {
         if start == Start::Updated {
             rule.update(&mut work)?;
         }
-        Ok(Self { work, rule })
-    }
-
-    /// Starts from a shape that is wound up with its handles. There is no solve that answers to
-    /// them all at once: it would unwind the shape.
-    fn begin_wound(
-        mut work: Workspace<T>,
-        mut rule: Box<dyn Rule<T>>,
-        shape: &Positions<f64>,
-        guess: FirstGuess,
-    ) -> Result<Self, FlowError> {
-        *work.current.write() = shape.map(|p| p.map(T::of_f64));
-        work.first_guess = Some(guess);
-        rule.begin(&mut work)?;
-        rule.update(&mut work)?;
-        work.since_move = 1;
-        Ok(Self { work, rule })
+        Ok(Self { work, rule, stated })
     }
 
     #[cfg(test)]
@@ -232,6 +223,34 @@ impl<T: Scalar> Flow<T> {
         Ok(())
     }
 
+    /// States by how much the handles turn at their current targets; see
+    /// [`FlowBuilder::stated_turns`]. To be called after handles have moved, so that turns of more
+    /// than half a turn are held: the energy then resists the collapse of a section that is wound
+    /// up, and [`Report::lost_turn`] can tell whether the turns were kept. The shape is kept and
+    /// follows in the next steps, unless a turn has changed by more than half a turn, which no
+    /// shape can follow: then it is wound up anew from the original.
+    ///
+    /// Costs a solve if two handles turn by more than half a turn relative to each other.
+    ///
+    /// # Errors
+    /// [`FlowError::Setting`] for a turn that is not finite, and what the system reports.
+    pub fn state_turns(
+        &mut self,
+        turns: impl IntoIterator<Item = (VertexId, Vector3<f64>)>,
+    ) -> Result<(), FlowError> {
+        let mut stated: StatedTurns = turns.into_iter().collect();
+        check_turns(&stated)?;
+        stated.sort_by_key(|(v, _)| *v);
+        let has_jumped = has_jumped(&self.stated, &stated);
+        if has_jumped && let Some((shape, winding)) = wind(&mut self.work, &stated)? {
+            begin_wound(&mut self.work, &mut *self.rule, &shape, winding)?;
+        } else {
+            self.rule.wind(winding(&mut self.work, &stated)?);
+        }
+        self.stated = stated;
+        Ok(())
+    }
+
     /// Changes the schedule of the steps from here on: 1 while a handle is held, say, and a falling
     /// one when it is let go of.
     ///
@@ -332,6 +351,38 @@ impl<T: Scalar> Flow<T> {
         );
         Ok(report)
     }
+}
+
+/// Starts from a shape that is wound up with its handles. There is no solve that answers to them
+/// all at once: it would unwind the shape.
+fn begin_wound<T: Scalar>(
+    work: &mut Workspace<T>,
+    rule: &mut dyn Rule<T>,
+    shape: &Positions<f64>,
+    winding: Winding,
+) -> Result<(), FlowError> {
+    *work.current.write() = shape.map(|p| p.map(T::of_f64));
+    work.first_guess = Some(FirstGuess {
+        rotations: winding.rotations.clone(),
+        scale: 1.0,
+        swelling: None,
+    });
+    rule.begin(work)?;
+    rule.wind(Some(winding));
+    rule.update(work)?;
+    work.since_move = 1;
+    Ok(())
+}
+
+/// Whether a handle turns by more than half a turn from one list of turns to the next. Both are in
+/// the order of their vertices.
+fn has_jumped(before: &StatedTurns, after: &StatedTurns) -> bool {
+    let turn_before = |vertex| {
+        let at = before.binary_search_by_key(&vertex, |(v, _)| *v);
+        at.map_or_else(|_| Vector3::zeros(), |at| before[at].1)
+    };
+    let is_far = |(v, turn): &(VertexId, Vector3<f64>)| (turn - turn_before(*v)).norm() > PI;
+    after.iter().any(is_far)
 }
 
 /// A displacement of at most this many ε of the size is the rounding of a step or two.

@@ -38,6 +38,7 @@ mod state;
 mod targets;
 mod updater;
 mod vectors;
+mod winding;
 mod workspace;
 
 pub use box_units::BoxUnits;
@@ -49,12 +50,13 @@ pub use nearest_rotation::nearest_rotation;
 pub use orientation::{AlongNormal, BestRotation, Limited, Orientation, Reflect, ReflectFirst};
 pub use per_rest::PerRest;
 pub use projection::Projection;
-pub use report::{Report, StepReport, StopReason};
+pub use report::{LostTurn, Report, StepReport, StopReason};
 pub use rest::Rest;
 pub use schedule::Schedule;
 pub use start::FirstGuess;
 pub use state::FlowState;
 pub use updater::{KeepMagnitude, PrescribedField, RescaleByArea, ScalarFieldUpdater};
+pub use winding::Winding;
 
 /// Runs the example of the README as a doc test.
 #[cfg(doctest)]

@@ -93,11 +93,22 @@ pub struct Report {
     pub energy: Option<f64>,
     /// How the linear system was solved, and why so.
     pub solver: Option<Choice>,
-    /// The angle in radians by which a part of a shape has turned back, where handles were stated
-    /// to turn by more than half a turn and the energy did not hold that: a body holds about 85°
-    /// to 110° of twist for each of its diameters between the handles. `None` where no turn was
-    /// lost.
-    pub lost_turn: Option<f64>,
+    /// Whether a turn was lost: handles were stated to turn by more than half a turn relative to
+    /// each other, and the energy did not hold that. `None` where no turn was lost.
+    pub lost_turn: Option<LostTurn>,
+}
+
+/// A turn of more than half a turn that the energy did not hold.
+#[derive(Clone, Copy, PartialEq, Debug)]
+#[non_exhaustive]
+pub struct LostTurn {
+    /// The angle in radians by which some part has turned back.
+    pub back: f64,
+    /// An estimate of the widest angle in radians that this shape holds between the two handles
+    /// that turn most relative to each other: about 80° for each of its diameters between them,
+    /// and 140° more with struts. The twist gathers in the thin parts of a shape, so that thicker
+    /// ones count less.
+    pub held: f64,
 }
 
 impl Default for Report {

@@ -1,12 +1,9 @@
 //! The first guess of all rotations: one turn of all handles, and how each differs from it, spread
 //! over the mesh.
 
-use std::cmp::Ordering;
-
-use cotan_geometry::{Positions, Scalar};
+use cotan_geometry::Scalar;
 use cotan_halfedge::{Components, VertexId, VertexMap};
 use cotan_linear::{Defect, Handle};
-use cotan_parallel as parallel;
 use nalgebra::{Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
 
 use crate::error::FlowError;
@@ -27,9 +24,6 @@ pub struct FirstGuess {
     /// The scale of the one similarity that moves all handles: the original counts as scaled by it
     /// from here on. 1 where there is no such similarity.
     pub scale: f64,
-    /// Whether handles were stated to turn by more than half a turn beside each other: the first
-    /// shape is wound already.
-    pub is_wound: bool,
     /// By how much handle regions that are scaled swell the body around them; `None` where none is
     /// scaled by itself.
     pub swelling: Option<VertexMap<f64>>,
@@ -68,7 +62,6 @@ pub(crate) fn first_guess<T: Scalar>(
     Ok(Some(FirstGuess {
         rotations,
         scale: common.scale,
-        is_wound: false,
         swelling,
     }))
 }
@@ -92,111 +85,6 @@ pub(crate) fn handle_rotations<T: Scalar>(
         members.iter().for_each(|&k| rotations[k] = rotation);
     }
     rotations
-}
-
-/// The turns of handle vertices that are stated, as rotation vectors in radians: they may be more
-/// than half a turn, which positions alone cannot tell.
-pub(crate) type StatedTurns = Vec<(VertexId, Vector3<f64>)>;
-
-/// The shape that is wound up with the handles, and its rotations; `None` unless two groups of
-/// handles are stated to turn by more than half a turn beside each other.
-///
-/// Every group turns about its own centre, which goes straight to its target, in steps of at most
-/// 45° beside each other. In each step the motions of the groups, as twists in se(3), are spread
-/// over the mesh by the system.
-pub(crate) fn wind<T: Scalar>(
-    work: &mut Workspace<T>,
-    stated: &StatedTurns,
-) -> Result<Option<(Positions<f64>, FirstGuess)>, FlowError> {
-    /// The longest step, in radians.
-    const STEP: f64 = std::f64::consts::FRAC_PI_4;
-    if stated.is_empty() {
-        return Ok(None);
-    }
-    let groups = Groups::new(&work.rest, work.targets.handles(), work.targets.in_box());
-    let turns = groups.stated(work, stated);
-    // Most groups are turned by the same.
-    let mut distinct = turns.clone();
-    distinct.sort_by(|a, b| a.iter().partial_cmp(b.iter()).unwrap_or(Ordering::Equal));
-    distinct.dedup();
-    let mut widest = 0.0_f64;
-    for (g, a) in distinct.iter().enumerate() {
-        for b in &distinct[..g] {
-            widest = widest.max((a - b).norm());
-        }
-    }
-    if widest <= std::f64::consts::PI {
-        return Ok(None);
-    }
-    if !(widest <= WIDEST) {
-        return Err(FlowError::Setting {
-            setting: "stated turn beside another handle, in degrees",
-            range: "at most 36000",
-            value: widest.to_degrees(),
-        });
-    }
-    let num_steps = (widest / STEP).ceil();
-    let n = work.rest.positions().len();
-    let mut shape: Positions<f64> = work.rest.positions().map(|p| p.map(T::as_f64));
-    let mut rotations = VertexMap::filled(n, Matrix3::identity());
-    let mut done = 0.0;
-    while done < num_steps {
-        let at = |center: &Pair, step: f64| {
-            center.before + (center.after - center.before) * (step / num_steps)
-        };
-        let twist = |(center, turn): (&Pair, &Vector3<f64>)| {
-            let omega = turn / num_steps;
-            let moved = at(center, done + 1.0) - Rotation3::new(omega) * at(center, done);
-            let [along, _] = twist_matrices(&omega);
-            let u = along.try_inverse().map_or(moved, |inverse| inverse * moved);
-            (omega, u)
-        };
-        let (omegas, us): (Vec<_>, Vec<_>) = groups.centers.iter().zip(&turns).map(twist).unzip();
-        let omegas = groups.at_handles(work, &omegas);
-        let omegas = spread(work, omegas)?;
-        let us = groups.at_handles(work, &us);
-        let us = spread(work, us)?;
-        let (omegas, us) = (omegas.as_slice(), us.as_slice());
-        parallel::update(
-            (shape.as_mut_slice(), rotations.as_mut_slice()),
-            |i, (x, rotation)| {
-                let [along, turn] = twist_matrices(&omegas[i]);
-                *x = Point3::from(turn * x.coords + along * us[i]);
-                *rotation = turn * *rotation;
-            },
-        );
-        done += 1.0;
-    }
-    let guess = FirstGuess {
-        rotations,
-        scale: 1.0,
-        is_wound: true,
-        swelling: None,
-    };
-    Ok(Some((shape, guess)))
-}
-
-/// A hundred turns: more are no turns of a body.
-const WIDEST: f64 = 200.0 * std::f64::consts::PI;
-
-/// V(ω) and exp(ω): a twist (ω, u) takes x to exp(ω) x + V(ω) u.
-fn twist_matrices(omega: &Vector3<f64>) -> [Matrix3<f64>; 2] {
-    let angle = omega.norm();
-    let cross = omega.cross_matrix();
-    let square = cross * cross;
-    let (a, b) = if angle < 1e-4 {
-        (
-            0.5 - angle * angle / 24.0,
-            1.0 / 6.0 - angle * angle / 120.0,
-        )
-    } else {
-        (
-            (1.0 - angle.cos()) / (angle * angle),
-            (angle - angle.sin()) / angle.powi(3),
-        )
-    };
-    let along = Matrix3::identity() + cross * a + square * b;
-    [along, Rotation3::new(*omega).into_inner()]
 }
 
 /// A smaller turn, in radians, is rounding.
@@ -230,11 +118,11 @@ pub(crate) fn spread<T: Scalar>(
 }
 
 /// The handles in their groups: those that are connected through handles.
-struct Groups {
+pub(crate) struct Groups {
     /// Original and target of every handle.
-    pairs: Vec<Pair>,
-    members: Vec<Vec<usize>>,
-    centers: Vec<Pair>,
+    pub(crate) pairs: Vec<Pair>,
+    pub(crate) members: Vec<Vec<usize>>,
+    pub(crate) centers: Vec<Pair>,
     /// The component of every group.
     components: Vec<usize>,
     of_vertex: Components,
@@ -249,7 +137,11 @@ struct Common {
 }
 
 impl Groups {
-    fn new<T: Scalar>(rest: &Rest<T>, handles: &[Handle], targets: &[Point3<T>]) -> Self {
+    pub(crate) fn new<T: Scalar>(
+        rest: &Rest<T>,
+        handles: &[Handle],
+        targets: &[Point3<T>],
+    ) -> Self {
         let pair = |(handle, target): (&Handle, &Point3<T>)| Pair {
             before: rest.positions()[handle.vertex].map(T::as_f64).coords,
             after: target.map(T::as_f64).coords,
@@ -328,7 +220,7 @@ impl Groups {
     }
 
     /// A field that has a value of its own at the handles of every group, and is zero elsewhere.
-    fn at_handles<T: Scalar>(
+    pub(crate) fn at_handles<T: Scalar>(
         &self,
         work: &Workspace<T>,
         values: &[Vector3<f64>],
@@ -340,35 +232,6 @@ impl Groups {
             }
         }
         field
-    }
-
-    /// The rotation vector of every group: the stated one where its handles agree with it, else
-    /// the least one that fits them.
-    fn stated<T: Scalar>(&self, work: &Workspace<T>, stated: &StatedTurns) -> Vec<Vector3<f64>> {
-        /// Radians between what is stated and what the targets say.
-        const AGREES: f64 = 0.2;
-        let handles = work.targets.handles();
-        let of_group = |group: &Vec<usize>| {
-            let own: Vec<Pair> = group.iter().map(|&k| self.pairs[k]).collect();
-            let fit = Fit::new(&own);
-            let vertex = handles[group[0]].vertex;
-            let told = stated
-                .iter()
-                .find(|(v, _)| *v == vertex)
-                .map(|(_, turn)| *turn);
-            if !fit.determines_rotation(own.len()) {
-                return told.unwrap_or_else(Vector3::zeros);
-            }
-            let fitted = Rotation3::from_matrix_unchecked(fit.rotation);
-            let least = UnitQuaternion::from_rotation_matrix(&fitted);
-            match told {
-                Some(turn) if least.angle_to(&UnitQuaternion::from_scaled_axis(turn)) < AGREES => {
-                    turn
-                }
-                _ => least.scaled_axis(),
-            }
-        };
-        self.members.iter().map(of_group).collect()
     }
 
     /// The logarithm of every group's scale, in the first coordinate; `None` if none is scaled.

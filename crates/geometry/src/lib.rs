@@ -39,6 +39,7 @@ mod self_intersections;
 pub mod shapes;
 mod spatial_order;
 mod surface;
+mod surface_tree;
 #[cfg(feature = "testing")]
 pub mod testing;
 mod triangle_map;
@@ -76,8 +77,12 @@ pub use shapes::{
 };
 pub use spatial_order::SpatialOrder;
 pub use surface::{Positions, Surface, SurfaceError};
+pub use surface_tree::{ClosestPoint, RayHit, SurfacePoint, SurfaceTree};
 pub use triangle_map::{TriangleMap, face_map, singular_values};
-pub use triangle_tree::{Meeting, Ray, TriangleTree, triangle_corners, triangle_on_ray};
+pub use triangle_tree::{
+    Foot, Meeting, Ray, TriangleTree, closest_on_triangle, solid_angle, triangle_corners,
+    triangle_on_ray,
+};
 pub use volume::{surface_centroid, volume};
 
 /// Runs the example of the README as a doc test.

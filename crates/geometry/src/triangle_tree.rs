@@ -1,8 +1,12 @@
-//! A bounding-box tree over triangles, for queries by ray, by line of sight and by box.
+//! A bounding-box tree over triangles, for queries by ray, by line of sight, by box and by closest
+//! point. [`SurfaceTree`](crate::SurfaceTree) answers in faces and points of a surface.
 //!
 //! The crate `bvh` builds the tree, in parallel. The traversal here visits the nearest box first,
 //! so that a ray stops at the first triangle it meets. When the shape moves, the boxes are
 //! refitted without rebuilding the tree, which takes a fraction of the time.
+
+mod closest;
+mod winding;
 
 use std::ops::ControlFlow;
 
@@ -13,6 +17,10 @@ use nalgebra::{Point3, Vector3};
 
 use crate::bounds::BoundingBox;
 use crate::surface::Positions;
+
+pub use closest::{Foot, closest_on_triangle};
+pub(crate) use winding::Boundaries;
+pub use winding::solid_angle;
 
 type Box3 = Aabb<f64, 3>;
 

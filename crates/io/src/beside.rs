@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use crate::companions::Companion;
 use crate::error::IoError;
-use crate::file::folder_of;
+use crate::replace::folder_of;
 use crate::unfinished::{Access, Unfinished};
 
 /// Companions that have been checked and written under temporary names.

@@ -4,7 +4,6 @@ mod stretches;
 mod write;
 
 use std::borrow::Cow;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -20,9 +19,10 @@ use crate::format::Format;
 use crate::instances::Expanded;
 use crate::material::Materials;
 use crate::normals::Normals;
+use crate::parsed::{Parsed, Part};
 use crate::processing::{Numbering, ProcessingMesh};
 use crate::remap::Remap;
-use crate::source::{Mesh, SourceFile};
+use crate::source::{Mesh, Reading, SourceFile};
 use crate::weld::{self, Weld};
 
 /// A mesh file: positions, polygons, and all its other contents.
@@ -75,31 +75,6 @@ enum Places {
     Exact,
     /// For each vertex, the first vertex that it is merged with, as left by a repair.
     Given(Vec<u32>),
-}
-
-/// A part of a document with its own vertices and faces, such as a mesh of a glTF.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub struct Part {
-    /// The name in the file; may be empty.
-    pub name: String,
-    /// The vertices of the part.
-    pub vertices: Range<usize>,
-    /// The faces of the part.
-    pub faces: Range<usize>,
-}
-
-/// The result of a reader.
-#[derive(Debug, Default)]
-pub(crate) struct Parsed {
-    pub(crate) positions: Vec<Point3<f64>>,
-    pub(crate) faces: FaceList,
-    /// Empty if the document is one part.
-    pub(crate) parts: Vec<Part>,
-    /// Vertex ranges of parts that are layers; see [`Stretches`].
-    pub(crate) layers: Vec<(Range<usize>, u32)>,
-    /// `true` if vertices at the same position within a part are one vertex of the surface.
-    pub(crate) is_split: bool,
-    pub(crate) warnings: Vec<Warning>,
 }
 
 impl Document {
@@ -204,17 +179,18 @@ impl Document {
         )
     }
 
-    /// Creates a document from the result of a reader, with the checks of [`Document::new`].
-    pub(crate) fn from_source(
-        parsed: Parsed,
-        source: impl SourceFile + 'static,
-    ) -> Result<Self, IoError> {
+    /// Creates the document of a file.
+    ///
+    /// # Errors
+    /// [`IoError::NoVertices`] if the file has none.
+    pub(crate) fn from_reading(reading: Reading) -> Result<Self, IoError> {
+        let Reading { parsed, source } = reading;
         if parsed.positions.is_empty() {
             return Err(IoError::NoVertices {
                 format: source.format(),
             });
         }
-        Ok(Self::from_parsed(parsed, Some(Arc::new(source))))
+        Ok(Self::from_parsed(parsed, Some(source)))
     }
 
     fn from_parsed(parsed: Parsed, source: Option<Arc<dyn SourceFile>>) -> Self {

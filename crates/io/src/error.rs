@@ -7,9 +7,9 @@ use cotan_geometry::Readable;
 use cotan_halfedge::BuildError;
 use thiserror::Error;
 
+use crate::cure::Cure;
 use crate::format::Format;
 use crate::printable::printable;
-use crate::repair::Cure;
 
 /// A location in a file.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

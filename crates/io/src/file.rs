@@ -10,9 +10,9 @@ use crate::error::IoError;
 use crate::format::Format;
 use crate::limits::Limits;
 use crate::regular::open_regular;
-use crate::replace::{link_target, replace_file};
+use crate::replace::{folder_of, link_target, replace_file};
 use crate::resolve::{NoFiles, Resolve};
-use crate::{gltf, gzip, obj, off, ply, room, stl, text};
+use crate::{formats, gzip, room, stl, text};
 
 /// Reads a document from bytes.
 ///
@@ -80,16 +80,7 @@ fn read_as(
     limits: &Limits,
     resolver: &dyn Resolve,
 ) -> Result<Document, IoError> {
-    if bytes.is_empty() {
-        return Err(IoError::EmptyFile);
-    }
-    match format {
-        Format::Obj => obj::read_with(bytes, limits, resolver),
-        Format::Ply => ply::read(bytes, limits),
-        Format::Off => off::read(bytes, limits),
-        Format::Stl => stl::read(bytes, limits),
-        Format::Gltf | Format::Glb => gltf::read(bytes, limits, resolver),
-    }
+    Document::from_reading(formats::read(bytes, format, limits, resolver)?)
 }
 
 /// Reads a file within the default [`Limits`].
@@ -204,14 +195,6 @@ fn stem(path: &Path) -> &str {
     let inner = packed.map_or(path, Path::new);
     let stem = inner.file_stem().and_then(|stem| stem.to_str());
     stem.unwrap_or("mesh")
-}
-
-/// Returns the folder that contains a file.
-pub(crate) fn folder_of(path: &Path) -> &Path {
-    match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    }
 }
 
 fn in_file(path: &Path, source: IoError) -> IoError {

@@ -9,23 +9,12 @@ use std::ops::Range;
 use nalgebra::{Point3, Vector3};
 
 use crate::attributes::{Attributes, NONE, NORMAL};
-use crate::document::Part;
 use crate::error::IoError;
 use crate::faces::FaceList;
-use crate::placement::Placement;
+use crate::parsed::Part;
+use crate::placement::{Instance, Placement};
 use crate::remap::Remap;
 use crate::source::{Mesh, SourceFile};
-
-/// An additional instance of a mesh.
-#[derive(Clone, Debug)]
-pub(crate) struct Instance<'a> {
-    /// Index of the document part that is the mesh.
-    pub(crate) part: usize,
-    /// The placement in the document.
-    pub(crate) from: &'a Placement,
-    /// The placement of this instance.
-    pub(crate) to: &'a Placement,
-}
 
 /// A mesh with all its instances.
 pub(crate) struct Expanded<'a> {

@@ -13,6 +13,17 @@ pub(crate) struct Placement {
     pub(crate) is_mirrored: bool,
 }
 
+/// An additional instance of a mesh.
+#[derive(Clone, Debug)]
+pub(crate) struct Instance<'a> {
+    /// Index of the document part that is the mesh.
+    pub(crate) part: usize,
+    /// The placement in the document.
+    pub(crate) from: &'a Placement,
+    /// The placement of this instance.
+    pub(crate) to: &'a Placement,
+}
+
 impl Default for Placement {
     fn default() -> Self {
         Self {

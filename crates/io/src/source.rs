@@ -11,10 +11,27 @@ use crate::companions::References;
 use crate::error::IoError;
 use crate::faces::FaceList;
 use crate::format::Format;
-use crate::instances::Instance;
 use crate::material::Materials;
 use crate::normals::Normals;
+use crate::parsed::Parsed;
+use crate::placement::Instance;
 use crate::remap::Remap;
+
+/// The result of a reader, from which [`Document`](crate::Document) is built.
+#[derive(Debug)]
+pub(crate) struct Reading {
+    pub(crate) parsed: Parsed,
+    pub(crate) source: Arc<dyn SourceFile>,
+}
+
+impl Reading {
+    pub(crate) fn new(parsed: Parsed, source: impl SourceFile + 'static) -> Self {
+        Self {
+            parsed,
+            source: Arc::new(source),
+        }
+    }
+}
 
 /// A file as it was read. Each format has its own implementation.
 pub(crate) trait SourceFile: Debug + Send + Sync {

@@ -12,20 +12,42 @@
 //! evaluates ℓ. [`Operator::matrix`] is the *negative* of that operator, which is positive
 //! semi-definite for the cotangent scheme.
 //!
+//! # The usual ½
+//!
+//! Other texts and libraries write the stiffness matrix K = ∫ ∇φ_i · ∇φ_j with ½ (cot α + cot β).
+//! In their terms, with lumped masses M ([`lumped_masses`]):
+//!
+//! ```text
+//! K = Operator::stiffness_matrix() = ½ Operator::matrix()        ℓ(u) = −2 K u = 2 div ∇u
+//! pointwise Laplacian   Δu = −M⁻¹ K u = ½ M⁻¹ ℓ(u)
+//! Poisson    −Δu = f          K u = M f             Operator::matrix() u = 2 M f
+//! heat       (M + t K) u = M u₀                     (2 M / t + Operator::matrix()) u = 2 M u₀ / t
+//! ```
+//!
 //! A [`LaplacianScheme`] only chooses weights: it never assembles and never iterates.
 //!
 //! Source: Au, Tai, Fu, Liu, "Mesh Editing with Curvature Flow Laplacian Operator", 2005.
 
+mod differential;
 mod exact;
 mod fans;
 mod graph;
+mod intrinsic;
+mod intrinsic_scheme;
+mod masses;
 mod operator;
 mod rings;
 mod scheme;
 mod schemes;
 
+pub use differential::{divergence, divergence_matrix, gradient, gradient_matrix, hat_gradients};
 pub use fans::{FanSums, Fans};
 pub use graph::{Graph, RowId};
+pub use intrinsic::{IntrinsicTriangle, IntrinsicTriangulation, MOLLIFICATION};
+pub use intrinsic_scheme::IntrinsicDelaunay;
+pub use masses::{
+    Lumping, apply_consistent_mass, consistent_mass_matrix, diagonal_matrix, lumped_masses,
+};
 pub use operator::{Operator, apply_weights};
 pub use rings::OneRings;
 pub use scheme::{LaplacianScheme, SchemeError, Symmetry};

@@ -32,7 +32,9 @@ pub struct Operator<T: Scalar> {
 }
 
 impl<T: Scalar> Operator<T> {
-    /// Asks `scheme` for the weights of `surface`, then checks and rounds them.
+    /// Asks `scheme` for the weights of `surface`, then checks and rounds them. The graph is that
+    /// of the scheme: the one-rings of the mesh for all built-in schemes but
+    /// [`IntrinsicDelaunay`](crate::IntrinsicDelaunay).
     ///
     /// # Errors
     /// The errors of the scheme, and [`SchemeError::NonFiniteWeight`], which names the edge.
@@ -40,10 +42,10 @@ impl<T: Scalar> Operator<T> {
         scheme: &S,
         surface: &Surface<'_, T>,
     ) -> Result<Self, SchemeError> {
-        Self::assemble_on(&OneRings::new(surface.mesh()), scheme, surface)
+        scheme.operator(surface)
     }
 
-    /// Like [`Self::assemble`], for a mesh whose one-rings are already available.
+    /// The operator on the one-rings of the mesh, with the weights of its halfedges.
     ///
     /// # Errors
     /// Same as [`Self::assemble`].
@@ -158,6 +160,34 @@ impl<T: Scalar> Operator<T> {
             sum += (x[j.index()] - x[i]).map(T::as_f64) * *w;
         }
         sum
+    }
+
+    /// Computes ℓ_i = Σ_j w_ij (u_j − u_i) for one number per vertex.
+    ///
+    /// # Panics
+    /// If there is not one value per row.
+    #[must_use]
+    pub fn apply_to_values(&self, values: &VertexMap<T>) -> VertexMap<T> {
+        assert_eq!(values.len(), self.num_rows(), "one value per vertex");
+        let u = values.as_slice();
+        let mut out = VertexMap::filled(values.len(), T::zero());
+        parallel::fill(out.as_mut_slice(), |i| {
+            let row = self.graph.row(i);
+            let terms = row.map(|(j, k)| self.weights[k] * (u[j.index()] - u[i]).as_f64());
+            T::of_f64(terms.sum())
+        });
+        out
+    }
+
+    /// The usual stiffness matrix with ½ cot: half of [`Self::matrix`]. With the cotangent weights
+    /// its entries are ∫ ∇φ_i · ∇φ_j.
+    ///
+    /// **Shape**: n × n, indexed by vertex, columns ascending.
+    pub fn stiffness_matrix(&self) -> CsrMatrix<T> {
+        let mut matrix = self.matrix();
+        let half = scalar::<T>(0.5);
+        matrix.values_mut().iter_mut().for_each(|k| *k *= half);
+        matrix
     }
 
     /// Returns the operator as a sparse matrix: **−L**, with Σ_j w_ij on the diagonal and −w_ij

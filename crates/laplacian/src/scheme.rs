@@ -8,7 +8,8 @@ use nalgebra::Vector3;
 use thiserror::Error;
 
 use crate::fans::{FanSums, Fans};
-use crate::operator::apply_weights;
+use crate::operator::{Operator, apply_weights};
+use crate::rings::OneRings;
 
 /// Symmetry of the weights, which decides which factorizations can be used.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -116,6 +117,17 @@ pub trait LaplacianScheme<T: Scalar>: Send + Sync {
         Ok(())
     }
 
+    /// Assembles the operator: by default on the one-rings of the mesh, with [`Self::weights`].
+    ///
+    /// Override it for a scheme whose operator has another graph, such as
+    /// [`crate::IntrinsicDelaunay`]. A row is a vertex in any case.
+    ///
+    /// # Errors
+    /// As [`Self::weights`], and [`SchemeError::NonFiniteWeight`].
+    fn operator(&self, surface: &Surface<'_, T>) -> Result<Operator<T>, SchemeError> {
+        Operator::assemble_on(&OneRings::new(surface.mesh()), self, surface)
+    }
+
     /// The name used in messages.
     fn name(&self) -> &str {
         "custom"
@@ -146,6 +158,10 @@ macro_rules! forward {
                 sums: &mut FanSums<T>,
             ) -> Result<(), SchemeError> {
                 (**self).measure(surface, fans, weights, laplacian, sums)
+            }
+
+            fn operator(&self, surface: &Surface<'_, T>) -> Result<Operator<T>, SchemeError> {
+                (**self).operator(surface)
             }
 
             fn name(&self) -> &str {

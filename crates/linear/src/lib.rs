@@ -31,6 +31,7 @@
 //! The factorization is that of `cotan-sparse`, always in `f64`: the condition number of the system
 //! is the square of the Laplacian's, and `f32` fails silently from some ten thousand vertices on.
 
+mod bilaplacian;
 mod column_store;
 mod columns;
 mod components;
@@ -50,6 +51,7 @@ mod stretched;
 mod system;
 mod weights;
 
+pub use bilaplacian::{Bilaplacian, BilaplacianSystem};
 pub use cotan_sparse::{Precision, SparseError};
 pub use defect::Defect;
 pub use error::LinearError;

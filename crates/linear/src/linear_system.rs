@@ -375,7 +375,7 @@ fn weigh<T: Scalar>(operator: &Operator<T>) -> Result<Weights, LinearError> {
 }
 
 /// Which of `n` vertices are in a list.
-fn flags(n: usize, vertices: &[VertexId]) -> Result<Vec<bool>, LinearError> {
+pub(crate) fn flags(n: usize, vertices: &[VertexId]) -> Result<Vec<bool>, LinearError> {
     let mut is_in = vec![false; n];
     for &vertex in vertices {
         match is_in.get_mut(vertex.index()) {

@@ -1,7 +1,7 @@
 //! Repairs in which filled holes are faired.
 
 use cotan::halfedge::VertexId;
-use cotan_io::{Cure, Document, IoError, Repair, Repaired};
+use cotan_io::{Cure, Document, IoError, Repair, Repaired, Weld};
 
 /// A repaired document, and the outcome of fairing its patches.
 #[derive(Clone, Debug)]
@@ -42,6 +42,16 @@ pub fn option(cure: Cure) -> &'static str {
         Cure::SplitEdges => "--split-edges",
         Cure::FillHoles => "--fill-holes",
         Cure::Compact => "--compact",
+    }
+}
+
+/// The option of `cotan repair` for this welding; `None` if there is none.
+pub fn weld_option(weld: Weld) -> Option<String> {
+    match weld {
+        Weld::Exact => Some("--weld exact".to_owned()),
+        // All digits, so that the option can be pasted.
+        Weld::Within(distance) => Some(format!("--weld {distance:?}")),
+        Weld::AsFormat | Weld::Off => None,
     }
 }
 

@@ -75,7 +75,7 @@ mod tests {
     use clap::Parser;
 
     use super::*;
-    use crate::args::Arguments;
+    use crate::command_line::Arguments;
 
     fn limits(words: &[&str]) -> Limits {
         let words = ["cotan", "info", "a.obj"].iter().chain(words);

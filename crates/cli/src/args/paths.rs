@@ -75,7 +75,7 @@ mod tests {
     use clap::CommandFactory;
 
     use super::*;
-    use crate::args::Arguments;
+    use crate::command_line::Arguments;
 
     #[test]
     fn every_file_of_every_command_says_what_happens_to_it() {

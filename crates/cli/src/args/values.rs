@@ -2,7 +2,6 @@
 
 use std::num::NonZeroUsize;
 
-use clap::ValueEnum;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use cotan::flow::{Acceleration, Schedule, Start};
 use cotan::linear::Strategy;
@@ -11,50 +10,32 @@ use cotan::sphere::{Centering, SphereMethod};
 use cotan::{OrientationKind, SchemeKind};
 use cotan_io::{Filling, Weld};
 
-/// The scalar type of the iteration.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
-pub(crate) enum Precision {
-    /// 32-bit numbers: half the memory, about seven digits
-    F32,
-    /// 64-bit numbers
-    F64,
-}
-
-impl Precision {
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::F32 => "f32",
-            Self::F64 => "f64",
-        }
-    }
-}
-
 /// The library's names of schemes.
-pub(super) fn scheme() -> impl TypedValueParser<Value = SchemeKind> {
+pub(crate) fn scheme() -> impl TypedValueParser<Value = SchemeKind> {
     PossibleValuesParser::new(SchemeKind::ALL.iter().map(|kind| kind.name()))
         .try_map(|name| name.parse::<SchemeKind>())
 }
 
 /// The library's names of sphere methods.
-pub(super) fn sphere_method() -> impl TypedValueParser<Value = SphereMethod> {
+pub(crate) fn sphere_method() -> impl TypedValueParser<Value = SphereMethod> {
     PossibleValuesParser::new(SphereMethod::ALL.iter().map(|method| method.name()))
         .try_map(|name| name.parse::<SphereMethod>())
 }
 
 /// `on` or `off`.
-pub(super) fn centering() -> impl TypedValueParser<Value = Centering> {
+pub(crate) fn centering() -> impl TypedValueParser<Value = Centering> {
     PossibleValuesParser::new(Centering::ALL.iter().map(|centering| centering.name()))
         .try_map(|name| name.parse::<Centering>())
 }
 
 /// The library's names of orientations.
-pub(super) fn orientation() -> impl TypedValueParser<Value = OrientationKind> {
+pub(crate) fn orientation() -> impl TypedValueParser<Value = OrientationKind> {
     PossibleValuesParser::new(OrientationKind::ALL.iter().map(|kind| kind.name()))
         .try_map(|name| name.parse::<OrientationKind>())
 }
 
 /// The library's names of strategies.
-pub(super) fn strategy() -> impl TypedValueParser<Value = Strategy> {
+pub(crate) fn strategy() -> impl TypedValueParser<Value = Strategy> {
     PossibleValuesParser::new(Strategy::ALL.iter().map(|strategy| strategy.name())).map(|name| {
         let named = |strategy: &&Strategy| strategy.name() == name;
         Strategy::ALL
@@ -66,7 +47,7 @@ pub(super) fn strategy() -> impl TypedValueParser<Value = Strategy> {
 }
 
 /// A number of bytes, with or without K, M or G (powers of 1000).
-pub(super) fn bytes(text: &str) -> Result<u64, String> {
+pub(crate) fn bytes(text: &str) -> Result<u64, String> {
     let (number, unit) = match text.char_indices().last() {
         Some((end, 'K' | 'k')) => (&text[..end], 1_000),
         Some((end, 'M' | 'm')) => (&text[..end], 1_000_000),
@@ -78,12 +59,12 @@ pub(super) fn bytes(text: &str) -> Result<u64, String> {
 }
 
 /// Like [`bytes`], for a length in memory.
-pub(super) fn length(text: &str) -> Result<usize, String> {
+pub(crate) fn length(text: &str) -> Result<usize, String> {
     bytes(text).map(|bytes| usize::try_from(bytes).unwrap_or(usize::MAX))
 }
 
 /// A number of threads.
-pub(super) fn threads(text: &str) -> Result<NonZeroUsize, String> {
+pub(crate) fn threads(text: &str) -> Result<NonZeroUsize, String> {
     text.parse::<NonZeroUsize>()
         .ok()
         .filter(|threads| threads.get() <= MOST_THREADS)
@@ -94,19 +75,19 @@ pub(super) fn threads(text: &str) -> Result<NonZeroUsize, String> {
 const MOST_THREADS: usize = 1024;
 
 /// The library's names of smoothing methods.
-pub(super) fn smooth_method() -> impl TypedValueParser<Value = SmoothMethod> {
+pub(crate) fn smooth_method() -> impl TypedValueParser<Value = SmoothMethod> {
     PossibleValuesParser::new(SmoothMethod::ALL.iter().map(|method| method.name()))
         .try_map(|name| name.parse::<SmoothMethod>())
 }
 
-pub(super) fn schedule() -> impl TypedValueParser<Value = Schedule> {
+pub(crate) fn schedule() -> impl TypedValueParser<Value = Schedule> {
     PossibleValuesParser::new(["full", "paper"]).map(|name| match name.as_str() {
         "paper" => Schedule::PAPER,
         _ => Schedule::FULL,
     })
 }
 
-pub(super) fn start() -> impl TypedValueParser<Value = Start> {
+pub(crate) fn start() -> impl TypedValueParser<Value = Start> {
     PossibleValuesParser::new(["rotations", "original", "zero"]).map(|name| match name.as_str() {
         "original" => Start::Original,
         "zero" => Start::Zero,
@@ -115,7 +96,7 @@ pub(super) fn start() -> impl TypedValueParser<Value = Start> {
 }
 
 /// `off`, or the number of previous steps to remember.
-pub(super) fn acceleration(text: &str) -> Result<Acceleration, String> {
+pub(crate) fn acceleration(text: &str) -> Result<Acceleration, String> {
     match (text, text.parse::<usize>()) {
         ("off", _) | (_, Ok(0)) => Ok(Acceleration::Off),
         (_, Ok(memory)) if memory <= MOST_MEMORY => Ok(Acceleration::Memory(memory)),
@@ -126,7 +107,7 @@ pub(super) fn acceleration(text: &str) -> Result<Acceleration, String> {
 }
 
 /// `off`, `exact`, or a distance.
-pub(super) fn weld(text: &str) -> Result<Weld, String> {
+pub(crate) fn weld(text: &str) -> Result<Weld, String> {
     match text {
         "off" => Ok(Weld::Off),
         "exact" => Ok(Weld::Exact),
@@ -137,7 +118,7 @@ pub(super) fn weld(text: &str) -> Result<Weld, String> {
 }
 
 /// Like [`weld`], for a repair that merges vertices.
-pub(super) fn merge(text: &str) -> Result<Weld, String> {
+pub(crate) fn merge(text: &str) -> Result<Weld, String> {
     weld(text)
         .ok()
         .filter(|weld| *weld != Weld::Off)
@@ -145,7 +126,7 @@ pub(super) fn merge(text: &str) -> Result<Weld, String> {
 }
 
 /// The filling of holes: the largest number of edges, `smooth`, or both as `smooth:N`.
-pub(super) fn filling(text: &str) -> Result<Filling, String> {
+pub(crate) fn filling(text: &str) -> Result<Filling, String> {
     let most = |text: &str| text.parse::<NonZeroUsize>().ok();
     let filling = match text.strip_prefix("smooth") {
         Some("") => Some(Filling::SMOOTH),
@@ -159,40 +140,40 @@ pub(super) fn filling(text: &str) -> Result<Filling, String> {
 }
 
 /// A tolerance: finite and at least 0.
-pub(super) fn tolerance(text: &str) -> Result<f64, String> {
+pub(crate) fn tolerance(text: &str) -> Result<f64, String> {
     number(text)
         .filter(|x| *x >= 0.0)
         .ok_or_else(|| "give a number of at least 0".to_owned())
 }
 
 /// A share from 0 to 1.
-pub(super) fn share(text: &str) -> Result<f64, String> {
+pub(crate) fn share(text: &str) -> Result<f64, String> {
     number(text)
         .filter(|x| (0.0..=1.0).contains(x))
         .ok_or_else(|| "give a number from 0 to 1".to_owned())
 }
 
 /// The number of subdivisions of an icosphere; each splits every face into four.
-pub(super) fn level() -> impl TypedValueParser<Value = u32> {
+pub(crate) fn level() -> impl TypedValueParser<Value = u32> {
     clap::value_parser!(u32).range(0..=8)
 }
 
 /// The side of a geometry image: odd, so that the centre is a pixel.
-pub(super) fn odd_size(text: &str) -> Result<usize, String> {
+pub(crate) fn odd_size(text: &str) -> Result<usize, String> {
     let size = text.parse::<usize>().ok();
     size.filter(|n| (3..=4097).contains(n) && n % 2 == 1)
         .ok_or_else(|| "give an odd number from 3 to 4097".to_owned())
 }
 
 /// A weight relative to that of the membrane.
-pub(super) fn weight(text: &str) -> Result<f64, String> {
+pub(crate) fn weight(text: &str) -> Result<f64, String> {
     number(text)
         .filter(|x| (0.0..=1000.0).contains(x))
         .ok_or_else(|| "give a number between 0 and 1000".to_owned())
 }
 
 /// A spring weight or a length: finite and above 0.
-pub(super) fn positive(text: &str) -> Result<f64, String> {
+pub(crate) fn positive(text: &str) -> Result<f64, String> {
     number(text)
         .filter(|x| *x > 0.0)
         .ok_or_else(|| "give a number above 0".to_owned())

@@ -4,7 +4,7 @@ use cotan::geometry::{BoundingBox, Positions, Surface, face_area_vectors, vertex
 use cotan::halfedge::VertexMap;
 use nalgebra::{Matrix3, Point3, Vector3};
 
-use super::{BeforeAfter, Mark};
+use super::pair::{BeforeAfter, Mark};
 
 /// A camera that shows one or more embeddings of a mesh at the same scale, with mild perspective.
 #[derive(Clone, Debug)]

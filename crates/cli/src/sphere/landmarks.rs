@@ -7,17 +7,17 @@ use std::path::{Path, PathBuf};
 
 use cotan::halfedge::VertexId;
 use cotan_io::read_regular;
+use cotan_tool::handles_file::FileVertices;
 use serde::Deserialize;
 use thiserror::Error;
 
-use super::mapping::Input;
 use crate::error::CliError;
 use crate::memory;
 use crate::prepare::Prepared;
 
 /// The reason why a landmarks file was refused.
 #[derive(Debug, Error)]
-pub(crate) enum LandmarksError {
+enum LandmarksError {
     #[error("cannot read the file: {0}")]
     Read(#[source] std::io::Error),
     #[error("this is not a text file; landmarks are JSON or lines of vertex numbers")]
@@ -47,15 +47,15 @@ pub(crate) enum LandmarksError {
 /// Reads the three landmarks of a mesh.
 ///
 /// # Errors
-/// [`CliError::Landmarks`] with the problem in the file at `path`.
-pub(crate) fn three(path: &Path, mesh: Input<'_>) -> Result<[VertexId; 3], CliError> {
+/// [`CliError::File`] with the problem in the file at `path`.
+pub(crate) fn three(path: &Path, mesh: &Prepared) -> Result<[VertexId; 3], CliError> {
     let here = in_file(path);
     let vertices = read(path)?.concat();
     let &[a, b, c] = vertices.as_slice() else {
         let found = vertices.len();
         return Err(here(LandmarksError::NotThree { found }));
     };
-    let find = |vertex| mesh.find(vertex).map_err(&here);
+    let find = |vertex| find(mesh, vertex).map_err(&here);
     Ok([find(a)?, find(b)?, find(c)?])
 }
 
@@ -63,7 +63,7 @@ pub(crate) fn three(path: &Path, mesh: Input<'_>) -> Result<[VertexId; 3], CliEr
 ///
 /// # Errors
 /// The same as [`three`].
-pub(crate) fn pairs(path: &Path, [a, b]: [Input<'_>; 2]) -> Result<Vec<[VertexId; 2]>, CliError> {
+pub(crate) fn pairs(path: &Path, [a, b]: &[Prepared; 2]) -> Result<Vec<[VertexId; 2]>, CliError> {
     let here = in_file(path);
     let rows = read(path)?;
     if rows.len() < 2 {
@@ -76,40 +76,34 @@ pub(crate) fn pairs(path: &Path, [a, b]: [Input<'_>; 2]) -> Result<Vec<[VertexId
                 found: row.len(),
             });
         };
-        Ok([a.find(of_a)?, b.find(of_b)?])
+        Ok([find(a, of_a)?, find(b, of_b)?])
     };
     let pairs: Result<_, _> = rows.iter().enumerate().map(pair).collect();
     pairs.map_err(here)
 }
 
-impl Input<'_> {
-    /// The vertex of the surface for a vertex of the file.
-    fn find(&self, vertex: usize) -> Result<VertexId, LandmarksError> {
-        let Prepared {
-            document,
-            processing,
-            file_vertices,
-            ..
-        } = self.prepared;
-        let mesh = || self.source.path.to_path_buf();
-        let file = file_vertices.as_ref();
-        let num_vertices = file.map_or(document.positions().len(), |file| file.num_vertices());
-        if vertex >= num_vertices {
-            return Err(LandmarksError::OutOfRange {
-                mesh: mesh(),
-                vertex,
-                num_vertices,
-            });
-        }
-        let found = match file {
-            None => processing.vertex(vertex),
-            Some(file) => file.in_document(vertex).find_map(|v| processing.vertex(v)),
-        };
-        found.ok_or_else(|| LandmarksError::Unreferenced {
-            mesh: mesh(),
+/// The vertex of the surface for a vertex of the file.
+fn find(mesh: &Prepared, vertex: usize) -> Result<VertexId, LandmarksError> {
+    let path = || mesh.path().to_owned();
+    let file = mesh.file_vertices.as_ref();
+    let num_vertices = file.map_or(mesh.document.positions().len(), FileVertices::num_vertices);
+    if vertex >= num_vertices {
+        return Err(LandmarksError::OutOfRange {
+            mesh: path(),
             vertex,
-        })
+            num_vertices,
+        });
     }
+    let found = match file {
+        None => mesh.processing.vertex(vertex),
+        Some(file) => file
+            .in_document(vertex)
+            .find_map(|v| mesh.processing.vertex(v)),
+    };
+    found.ok_or_else(|| LandmarksError::Unreferenced {
+        mesh: path(),
+        vertex,
+    })
 }
 
 /// One landmark of a JSON file.
@@ -165,9 +159,9 @@ fn read_lines(text: &str) -> Result<Vec<Vec<usize>>, LandmarksError> {
 }
 
 fn in_file(path: &Path) -> impl Fn(LandmarksError) -> CliError {
-    move |source| CliError::Landmarks {
+    move |source| CliError::File {
         path: path.to_owned(),
-        source,
+        source: Box::new(source),
     }
 }
 

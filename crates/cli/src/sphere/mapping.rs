@@ -6,30 +6,21 @@ use std::time::Instant;
 
 use cotan::geometry::{Positions, Scalar, Surface};
 use cotan::sphere::{
-    SphereError, SphereMap, SphereOptions, SphereQuality, SphereReport, Spherical,
-    spherical_observed,
+    SphereMap, SphereOptions, SphereQuality, SphereReport, Spherical, spherical_observed,
 };
 use cotan_tool::Work;
 use nalgebra::Point3;
 
 use super::landmarks;
-use super::refusal::Refusal;
+use super::refusal::refuse;
 use crate::console::Progress;
 use crate::error::CliError;
-use crate::memory;
-use crate::prepare::{Prepared, Source};
-
-/// A mesh file to be mapped to the sphere.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Input<'a> {
-    pub(crate) source: &'a Source<'a>,
-    pub(crate) prepared: &'a Prepared,
-}
+use crate::prepare::Prepared;
 
 /// The parameters of a mapping.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Mapper<'a> {
-    pub(crate) input: Input<'a>,
+    pub(crate) mesh: &'a Prepared,
     pub(crate) options: &'a SphereOptions,
     pub(crate) turn: Turn<'a>,
 }
@@ -62,16 +53,16 @@ pub(crate) struct Mapped<T: Scalar> {
     pub(crate) seconds: f64,
 }
 
-impl<'a> Mapper<'a> {
+impl Mapper<'_> {
     /// Maps the mesh.
     ///
     /// # Errors
     /// [`CliError::Sphere`] for a mesh that cannot be mapped, with the indices of its file.
     pub(crate) fn run<T: Scalar>(&self, progress: &Progress) -> Result<Mapped<T>, CliError> {
-        let refuse = |error| self.input.refuse(error);
+        let refuse = |error| refuse(self.mesh, error);
         progress.phase("map");
         let clock = Instant::now();
-        let processing = &self.input.prepared.processing;
+        let processing = &self.mesh.processing;
         let mesh = processing.mesh();
         let surface = Surface::new(mesh, processing.positions()).map_err(|e| refuse(e.into()))?;
         let origin = match T::default_epsilon().as_f64() > f64::EPSILON {
@@ -82,12 +73,8 @@ impl<'a> Mapper<'a> {
         let positions = processing
             .positions()
             .map(|p| Point3::from(((p - origin) / unit).map(T::of_f64)));
-        let Input { source, prepared } = self.input;
-        let options = self.options.clone().max_memory(Some(memory::check(
-            Work::Sphere,
-            source.path,
-            &prepared.document,
-        )?));
+        let max_memory = self.mesh.check_memory(Work::Sphere)?;
+        let options = self.options.clone().max_memory(Some(max_memory));
         let mut number = 0;
         let done = spherical_observed(
             Surface::assume_checked(mesh, &positions),
@@ -118,16 +105,9 @@ impl<'a> Mapper<'a> {
         let turned = match self.turn {
             Turn::None => Ok(map),
             Turn::Principal => map.orient_principal(positions),
-            Turn::Landmarks(path) => map.orient_landmarks(landmarks::three(path, self.input)?),
+            Turn::Landmarks(path) => map.orient_landmarks(landmarks::three(path, self.mesh)?),
         };
-        turned.map_err(|error| self.input.refuse(error))
-    }
-}
-
-impl Input<'_> {
-    /// Converts an error of the library to that of a command.
-    pub(crate) fn refuse(&self, error: SphereError) -> CliError {
-        Refusal::new(self.source, self.prepared).error(error)
+        turned.map_err(|error| refuse(self.mesh, error))
     }
 }
 

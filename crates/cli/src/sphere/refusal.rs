@@ -6,44 +6,36 @@ use cotan_io::Filling;
 use cotan_tool::numbers::in_file_numbers;
 
 use crate::error::CliError;
-use crate::prepare::{Prepared, Source, weldable};
+use crate::prepare::Prepared;
 
-/// Converts errors of the library to those of a command.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Refusal<'a> {
-    source: &'a Source<'a>,
-    prepared: &'a Prepared,
+/// The error with the file's name and indices, and a remedy.
+pub(crate) fn refuse(mesh: &Prepared, error: SphereError) -> CliError {
+    let mut remedy = String::new();
+    if let SphereError::NotClosed { .. } | SphereError::Components { .. } = &error
+        && let Some(weldable) = mesh.weldable()
+    {
+        remedy = format!("; {weldable}");
+    }
+    remedy.push_str(match (&error, mesh.source.filling) {
+        (SphereError::NotClosed { .. }, Filling::Plain { .. }) => {
+            " (what --fill-holes left open needs a larger =N, or --fill-holes smooth)"
+        }
+        (SphereError::NotClosed { .. }, Filling::Smooth { .. }) => {
+            " (what --fill-holes left open needs a larger N, or has to be closed by hand)"
+        }
+        _ => "",
+    });
+    CliError::Sphere {
+        path: mesh.path().to_owned(),
+        source: Refusal(mesh).in_file_numbers(error),
+        remedy,
+    }
 }
 
-impl<'a> Refusal<'a> {
-    pub(crate) fn new(source: &'a Source<'a>, prepared: &'a Prepared) -> Self {
-        Self { source, prepared }
-    }
+/// Converts the elements that an error names.
+struct Refusal<'a>(&'a Prepared);
 
-    /// The error with the file's name and indices, and a remedy.
-    pub(crate) fn error(&self, error: SphereError) -> CliError {
-        let mut remedy = String::new();
-        if let SphereError::NotClosed { .. } | SphereError::Components { .. } = &error
-            && let Some(weldable) = weldable(&self.prepared.document, self.source.weld)
-        {
-            remedy = format!("; {weldable}");
-        }
-        remedy.push_str(match (&error, self.source.filling) {
-            (SphereError::NotClosed { .. }, Filling::Plain { .. }) => {
-                " (what --fill-holes left open needs a larger =N, or --fill-holes smooth)"
-            }
-            (SphereError::NotClosed { .. }, Filling::Smooth { .. }) => {
-                " (what --fill-holes left open needs a larger N, or has to be closed by hand)"
-            }
-            _ => "",
-        });
-        CliError::Sphere {
-            path: self.source.path.to_path_buf(),
-            source: self.in_file_numbers(error),
-            remedy,
-        }
-    }
-
+impl Refusal<'_> {
     fn in_file_numbers(&self, error: SphereError) -> SphereError {
         match error {
             SphereError::NotClosed { loops, vertex } => SphereError::NotClosed {
@@ -73,8 +65,8 @@ impl<'a> Refusal<'a> {
 
     /// Converts errors that deformations share.
     fn shared(&self, error: cotan::Error) -> SphereError {
-        let file_vertices = self.prepared.file_vertices.as_ref();
-        match in_file_numbers(error, &self.prepared.processing, file_vertices) {
+        let file_vertices = self.0.file_vertices.as_ref();
+        match in_file_numbers(error, &self.0.processing, file_vertices) {
             cotan::Error::Surface(error) => error.into(),
             cotan::Error::Scheme(error) => error.into(),
             cotan::Error::Flow(error) => error.into(),
@@ -84,14 +76,14 @@ impl<'a> Refusal<'a> {
 
     /// The lowest vertex of the file at a hole, which identifies that hole in all messages.
     fn lowest_at_a_hole(&self) -> Option<VertexId> {
-        let mesh = self.prepared.processing.mesh();
+        let mesh = self.0.processing.mesh();
         let at_holes = mesh.vertices().filter(|&v| mesh.is_boundary_vertex(v));
         at_holes.map(|v| self.vertex(v)).min()
     }
 
     /// The lowest vertex of the file and the number of vertices of each component, in file order.
     fn components(&self) -> Vec<(VertexId, usize)> {
-        let mesh = self.prepared.processing.mesh();
+        let mesh = self.0.processing.mesh();
         let components = mesh.components();
         let mut lowest: Vec<Option<VertexId>> = vec![None; components.count()];
         for v in mesh.vertices() {
@@ -107,8 +99,8 @@ impl<'a> Refusal<'a> {
     }
 
     fn vertex(&self, vertex: VertexId) -> VertexId {
-        let vertex = self.prepared.processing.document_vertex(vertex);
-        let file = self.prepared.file_vertices.as_ref();
+        let vertex = self.0.processing.document_vertex(vertex);
+        let file = self.0.file_vertices.as_ref();
         VertexId::new(file.map_or(vertex, |file| file.vertex(vertex)))
     }
 
@@ -116,8 +108,8 @@ impl<'a> Refusal<'a> {
     ///
     /// A face that fills a hole has none and keeps its index in the repaired mesh.
     fn face(&self, face: FaceId) -> FaceId {
-        let face = self.prepared.processing.document_face(face);
-        let sources = self.prepared.file_faces.as_deref();
+        let face = self.0.processing.document_face(face);
+        let sources = self.0.file_faces.as_deref();
         let source = sources.and_then(|sources| sources.get(face).copied().flatten());
         FaceId::new(source.unwrap_or(face))
     }

@@ -2,21 +2,17 @@
 
 use cotan::flow::StopReason;
 use cotan::geometry::Scalar;
-use cotan::sphere::{
-    AngleErrors, SphereMethod, SphereOptions, SphereQuality, SphereReport, Spread, Stage,
-};
+use cotan::sphere::{AngleErrors, SphereOptions, SphereQuality, Spread};
 use serde::Serialize;
 
 use super::Mapped;
-use super::geometry_image::GeometryImageFields;
 use crate::args::Precision;
-use crate::console::Console;
-use crate::report::{Table, counted, number};
+use crate::report::{Report, Seconds, Table, counted, number};
 use crate::text::Text;
 
-/// The machine-readable report of a sphere map. The fields are stable; more may be added.
+/// The machine-readable report of a sphere map.
 #[derive(Clone, PartialEq, Debug, Serialize)]
-pub(crate) struct SphereRun {
+pub(crate) struct MapReport {
     /// Vertices and faces (triangles) of the surface that was mapped.
     vertices: usize,
     faces: usize,
@@ -51,8 +47,8 @@ pub(crate) struct SphereRun {
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     counts: Option<WrittenCounts>,
     /// From the start of the command to the written mesh.
-    pub(crate) seconds: f64,
-    pub(crate) phases: Phases,
+    seconds: f64,
+    phases: Phases,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) geometry_image: Option<GeometryImageFields>,
     /// The mesh that the shape was resampled to.
@@ -77,6 +73,17 @@ struct WrittenCounts {
     written_as_triangles: usize,
 }
 
+/// The meaning of the colours of a geometry image.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+pub(crate) struct GeometryImageFields {
+    /// Pixels per side.
+    pub(crate) size: usize,
+    /// The coordinates represented by the smallest and largest values of red, green and blue, in
+    /// the unit of the file.
+    pub(crate) min: [f64; 3],
+    pub(crate) max: [f64; 3],
+}
+
 /// A mesh that a shape was resampled to.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub(crate) struct Resampled {
@@ -87,13 +94,13 @@ pub(crate) struct Resampled {
 
 /// Durations of the phases, in seconds.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize)]
-pub(crate) struct Phases {
+struct Phases {
     /// File to document.
-    pub(crate) load: f64,
+    load: f64,
     /// Document to half-edge mesh.
-    pub(crate) build: f64,
+    build: f64,
     /// Mesh to checked sphere map.
-    pub(crate) map: f64,
+    map: f64,
 }
 
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
@@ -123,7 +130,7 @@ impl From<AngleErrors> for AngleFields {
     }
 }
 
-impl SphereRun {
+impl MapReport {
     /// Measures the map.
     pub(crate) fn new<T: Scalar>(
         mapped: &Mapped<T>,
@@ -156,7 +163,10 @@ impl SphereRun {
             degree: quality.degree,
             counts: None,
             seconds: 0.0,
-            phases: Phases::default(),
+            phases: Phases {
+                map: mapped.seconds,
+                ..Phases::default()
+            },
             geometry_image: None,
             resampled: None,
         }
@@ -173,9 +183,16 @@ impl SphereRun {
             ..self
         }
     }
+}
 
-    /// The report as a short table.
-    pub(crate) fn table(&self) -> Text {
+impl Report for MapReport {
+    fn set_seconds(&mut self, seconds: Seconds) {
+        self.seconds = seconds.total;
+        self.phases.load = seconds.load;
+        self.phases.build = seconds.build;
+    }
+
+    fn table(&self) -> Text {
         let mut table = Table::default();
         let spread = |s: &SpreadFields| {
             let [mean, p99, max] = [s.mean, s.p99, s.max].map(number);
@@ -224,61 +241,6 @@ impl SphereRun {
         table.text
     }
 }
-
-/// Warns about a map that has not converged (it is checked all the same) and about ignored
-/// options.
-pub(crate) fn warn(report: &SphereReport, options: &SphereOptions, console: &Console) {
-    if options.authalic > 0.0 && options.method != SphereMethod::Robust {
-        console.warn(format_args!(
-            "--method {} keeps angles: --authalic is for --method robust",
-            options.method.name()
-        ));
-    }
-    if options.authalic > 0.0 && options.scheme != SphereOptions::default().scheme {
-        console.warn("--scheme is for the conformal map: with --authalic it says nothing");
-    }
-    if options.authalic == 0.0 && report.stages.contains(&Stage::Hierarchy) {
-        console.warn(
-            "the conformal map of this mesh cannot be had in these numbers, so that another was made \
-             vertex by vertex, between angles and areas; no triangle is flipped",
-        );
-        return;
-    }
-    let iterations = counted(report.iterations, "iteration");
-    let change = report.change;
-    match report.stop {
-        None | Some(StopReason::Converged) => {}
-        Some(StopReason::IterationLimit)
-            if !change.is_finite() && options.iteration_limit < USUAL_ITERATIONS =>
-        {
-            console.warn(format_args!(
-                "not converged after {iterations} (the surface is not near a sphere yet); no triangle is \
-                 flipped, but raise --iterations for less distortion"
-            ));
-        }
-        Some(StopReason::Diverged) => console.warn(format_args!(
-            "the iteration did not come near a sphere: its steps overflow, as the last of \
-             {iterations} has no finite length; lengths in this mesh differ by orders of magnitude, \
-             which more iterations seldom mend; no triangle is flipped, but angles are distorted; \
-             --authalic 0.1 maps without iterations"
-        )),
-        Some(_) if !change.is_finite() => console.warn(format_args!(
-            "the surface is not near a sphere after {iterations}, which more of them seldom mend; no \
-             triangle is flipped, but angles are distorted; --authalic 0.1 maps without iterations"
-        )),
-        Some(StopReason::IterationLimit) => console.warn(format_args!(
-            "not converged after {iterations} (the last moved a vertex by {change:.1e} of the \
-             sphere's radius); no triangle is flipped, but raise --iterations for less distortion"
-        )),
-        Some(other) => console.warn(format_args!(
-            "stopped after {iterations}: {other}; no triangle is flipped, but the map may be more \
-             distorted than it need be"
-        )),
-    }
-}
-
-/// Most meshes are near a sphere after this many iterations.
-const USUAL_ITERATIONS: usize = 100;
 
 /// The stop reason of a map that was made without iterating.
 const NOT_ITERATED: &str = "not iterated";

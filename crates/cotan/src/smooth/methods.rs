@@ -39,18 +39,11 @@ impl<T: Scalar> Run<'_, T> {
             .options
             .iterations
             .unwrap_or_else(|| method.default_iterations());
-        let mut smoothed = Smoothed {
-            positions: self.surface.positions().clone(),
-            method,
-            reason: None,
-            iterations,
-            anchor: None,
-            kept_vertices: 0,
-            noise,
-        };
+        let mut smoothed = self.without_iterations(method, noise);
         if iterations == 0 {
             return Ok(smoothed);
         }
+        smoothed.iterations = iterations;
         let (mesh, positions) = (self.surface.mesh(), self.surface.positions());
         match method {
             Smoother::Taubin => {
@@ -75,6 +68,23 @@ impl<T: Scalar> Run<'_, T> {
             Smoother::Curvature => self.curvature(&mut smoothed)?,
         }
         Ok(smoothed)
+    }
+
+    /// The mesh as it is.
+    pub(super) fn without_iterations(
+        &self,
+        method: Smoother,
+        noise: Option<NoiseEstimate>,
+    ) -> Smoothed<T> {
+        Smoothed {
+            positions: self.surface.positions().clone(),
+            method,
+            reason: None,
+            iterations: 0,
+            anchor: None,
+            kept_vertices: 0,
+            noise,
+        }
     }
 
     fn observe(&self, iteration: usize) -> Result<(), Error> {

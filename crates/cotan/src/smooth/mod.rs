@@ -20,10 +20,12 @@ mod anchored;
 mod curvature;
 mod decide;
 mod detail;
+mod exact;
 mod feature;
 mod filtered_normals;
 mod implicit;
 mod interior;
+mod mask;
 mod measure;
 mod methods;
 mod mollified;
@@ -33,6 +35,7 @@ mod options;
 mod parallel;
 mod preserve;
 mod run;
+mod size;
 mod taubin;
 mod unfold;
 
@@ -43,12 +46,13 @@ pub(crate) use detail::wanted_field;
 pub use detail::{
     BandPass, Blend, CurvatureEdit, CurvatureField, CurvatureUpdater, DetailOptions, Detailed,
     ScaledCurvature, Sequence, Sum, TargetCurvature, TransferredCurvature, edit_detail,
-    edit_detail_observed,
+    edit_detail_masked, edit_detail_observed,
 };
 pub use feature::FeaturePreserving;
 pub use filtered_normals::FilteredNormals;
 pub use implicit::ImplicitFlow;
 pub use interior::{InteriorCotangent, InteriorUmbrella};
+pub use mask::{Mask, distances};
 pub(crate) use measure::mollified_mean_curvatures;
 pub use measure::{Displacement, NormalError, mean_curvature_rms, mean_curvatures};
 pub use mollified::MollifiedCotangent;
@@ -56,5 +60,6 @@ pub use noise::{GaussianNoise, NoiseEstimate, with_normal_noise};
 pub use normal_filter::NormalFilter;
 pub use options::{NewFolds, SmoothMethod, SmoothOptions, Smoother};
 pub use preserve::Preserve;
-pub use run::{Smoothed, smooth, smooth_observed};
+pub use run::{Smoothed, smooth, smooth_masked, smooth_observed};
+pub use size::{BumpSize, BySizeOptions, SmoothBySize, SmoothedBySize, smooth_by_size};
 pub use taubin::Taubin;

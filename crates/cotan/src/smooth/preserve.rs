@@ -5,6 +5,7 @@ use cotan_geometry::{Surface, triangle_area_vector};
 use cotan_halfedge::{FaceId, HalfedgeMesh, VertexId, VertexMap};
 use nalgebra::{Point3, Vector3};
 
+use super::mask::Mask;
 use crate::error::Error;
 
 /// The quantity that smoothing preserves exactly.
@@ -23,8 +24,8 @@ pub enum Preserve {
 /// that restores its original volume or area, while no vertex moves farther from its original
 /// position than the bound.
 ///
-/// x_i(t) = x⁰_i + clamp(x_i + t n_i − x⁰_i, d), with t found by the secant method within a
-/// bracket. Held vertices do not move. Components without volume (open ones, if the volume is
+/// x_i(t) = x⁰_i + clamp(x_i + t w_i n_i − x⁰_i, d), with the weights w of the mask (1 without
+/// one) and t found by the secant method within a bracket. Held vertices do not move. Components without volume (open ones, if the volume is
 /// preserved) are left alone.
 pub(crate) struct Correction<'a, T: Scalar> {
     pub(crate) mesh: &'a HalfedgeMesh,
@@ -32,6 +33,7 @@ pub(crate) struct Correction<'a, T: Scalar> {
     pub(crate) held: &'a [bool],
     pub(crate) preserve: Preserve,
     pub(crate) bound: Option<f64>,
+    pub(crate) mask: Option<&'a Mask>,
 }
 
 impl<T: Scalar> Correction<'_, T> {
@@ -65,7 +67,8 @@ impl<T: Scalar> Correction<'_, T> {
         if self.held[v.index()] {
             return now;
         }
-        let moved = now + normals[v].map(T::as_f64) * t;
+        let weight = self.mask.map_or(1.0, |mask| mask.weights()[v]);
+        let moved = now + normals[v].map(T::as_f64) * (t * weight);
         let Some(bound) = self.bound else {
             return moved;
         };

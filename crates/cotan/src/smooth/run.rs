@@ -7,6 +7,7 @@ use cotan_geometry::{Positions, Scalar, Surface};
 
 use super::anchored::held;
 use super::decide::Decision;
+use super::mask::Mask;
 use super::methods::Run;
 use super::noise::NoiseEstimate;
 use super::options::{NewFolds, SmoothOptions, Smoother};
@@ -84,16 +85,46 @@ pub fn smooth_observed<'m, T: Scalar>(
     options: &SmoothOptions,
     observer: &(dyn Fn(usize) -> ControlFlow<()> + Sync),
 ) -> Result<Smoothed<T>, Error> {
-    let surface = surface.into();
+    smooth_part(surface.into(), handles, None, options, observer)
+}
+
+/// Like [`smooth_observed`], for a part of the mesh. Noise is estimated, and the method chosen,
+/// for the whole mesh.
+///
+/// # Errors
+/// Same as [`smooth_observed`], and [`Error::FieldLength`] for a mask of another length.
+pub fn smooth_masked<'m, T: Scalar>(
+    surface: impl Into<Surface<'m, T>>,
+    handles: &Handles<T>,
+    mask: &Mask,
+    options: &SmoothOptions,
+    observer: &(dyn Fn(usize) -> ControlFlow<()> + Sync),
+) -> Result<Smoothed<T>, Error> {
+    smooth_part(surface.into(), handles, Some(mask), options, observer)
+}
+
+fn smooth_part<T: Scalar>(
+    surface: Surface<'_, T>,
+    handles: &Handles<T>,
+    mask: Option<&Mask>,
+    options: &SmoothOptions,
+    observer: &(dyn Fn(usize) -> ControlFlow<()> + Sync),
+) -> Result<Smoothed<T>, Error> {
     let (mesh, positions) = (surface.mesh(), surface.positions());
     check(options)?;
+    let stays = held(mesh, positions, options.boundary, handles)?;
+    let mut held = stays.clone();
+    if let Some(mask) = mask {
+        mask.check(mesh.num_vertices())?;
+        mask.hold(&mut held);
+    }
     let surface = Surface::new(mesh, positions)?;
     let run = Run {
         surface,
         handles,
         options,
         observer,
-        held: held(mesh, positions, options.boundary, handles)?,
+        held: stays,
     };
     let (method, decision) = match options.method.smoother() {
         Some(method) => (method, None),
@@ -103,9 +134,17 @@ pub fn smooth_observed<'m, T: Scalar>(
         }
     };
     let noise = decision.as_ref().map(|d| d.noise);
-    let mut smoothed = run.by(method, noise)?;
+    let is_exact = decision.as_ref().is_some_and(Decision::is_exact);
+    let mut smoothed = if is_exact && !moves_any(handles, positions)? {
+        run.without_iterations(method, noise)
+    } else {
+        run.by(method, noise)?
+    };
     smoothed.reason = decision.map(|d| d.reason);
     if smoothed.iterations > 0 {
+        if let Some(mask) = mask {
+            smoothed.positions = mask.blend(positions, &smoothed.positions);
+        }
         let correct = |smoothed: &Positions<T>, held: &[bool]| {
             let correction = Correction {
                 mesh,
@@ -113,17 +152,26 @@ pub fn smooth_observed<'m, T: Scalar>(
                 held,
                 preserve: options.preserve,
                 bound: options.max_displacement,
+                mask,
             };
             correction.apply(smoothed)
         };
         if options.folds == NewFolds::Prevent && !is_for_comparison(method) {
             (smoothed.positions, smoothed.kept_vertices) =
-                without_new_folds(&surface, smoothed.positions, &run.held, correct)?;
+                without_new_folds(&surface, smoothed.positions, &held, correct)?;
         } else {
-            smoothed.positions = correct(&smoothed.positions, &run.held)?;
+            smoothed.positions = correct(&smoothed.positions, &held)?;
         }
     }
     Ok(smoothed)
+}
+
+/// True if a handle asks for another position.
+fn moves_any<T: Scalar>(handles: &Handles<T>, positions: &Positions<T>) -> Result<bool, Error> {
+    let targets = handles.resolve(positions)?;
+    Ok(targets
+        .iter()
+        .any(|(h, target)| *target != positions[h.vertex]))
 }
 
 fn is_for_comparison(method: Smoother) -> bool {
@@ -134,25 +182,34 @@ fn is_for_comparison(method: Smoother) -> bool {
 }
 
 fn check(options: &SmoothOptions) -> Result<(), Error> {
-    let refuse = |setting, range, value| {
-        Err(Error::Flow(FlowError::Setting {
-            setting,
-            range,
-            value,
-        }))
-    };
     if !(options.step > 0.0 && options.step <= 1.0) {
-        return refuse("step", "above 0 and at most 1", options.step);
+        return Err(refuse("step", "above 0 and at most 1", options.step));
     }
-    match (options.anchor, options.max_displacement) {
-        (Some(anchor), _) if !(anchor > 0.0 && anchor <= 1e6) => {
-            refuse("anchor", "above 0 and at most 1e6", anchor)
+    match options.anchor {
+        Some(anchor) if !(anchor > 0.0 && anchor <= 1e6) => {
+            Err(refuse("anchor", "above 0 and at most 1e6", anchor))
         }
-        (_, Some(bound)) if !(bound > 0.0 && bound.is_finite()) => {
-            refuse("largest displacement", "above 0", bound)
+        _ => check_bound(options.max_displacement),
+    }
+}
+
+/// Refuses a displacement bound that is not positive.
+pub(super) fn check_bound(bound: Option<f64>) -> Result<(), Error> {
+    match bound {
+        Some(bound) if !(bound > 0.0 && bound.is_finite()) => {
+            Err(refuse("largest displacement", "above 0", bound))
         }
         _ => Ok(()),
     }
+}
+
+/// The error for a setting out of range.
+pub(super) fn refuse(setting: &'static str, range: &'static str, value: f64) -> Error {
+    Error::Flow(FlowError::Setting {
+        setting,
+        range,
+        value,
+    })
 }
 
 #[cfg(test)]

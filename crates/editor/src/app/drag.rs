@@ -143,7 +143,7 @@ impl Editor {
         }
         drag.has_moved = true;
         let mut handles = Vec::clone(&scene.handles);
-        handles[handle].matrix = matrix;
+        handles[handle].move_to(matrix);
         scene.handles = Arc::new(handles);
         scene.is_settled = false;
         self.post(Pace::Held);

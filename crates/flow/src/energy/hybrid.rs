@@ -17,6 +17,7 @@ use crate::passes::{run, run_both};
 use crate::rest::Rest;
 use crate::start::FirstGuess;
 use crate::state::FlowState;
+use crate::winding::Winding;
 
 /// Laplacian coordinates turn with rotations that minimise, together with the positions,
 ///
@@ -56,9 +57,12 @@ use crate::state::FlowState;
 pub struct Hybrid {
     bending_length: f64,
     stiffness: Stiffness,
-    /// τ, and with it the rotations that the fits of a wound shape are drawn to, each times τ and a
-    /// third of the nuclear norm of its cell's covariance at rest; empty where nothing draws.
+    /// τ.
     winding: f64,
+    /// τ t, with t a third of the nuclear norm of each cell's covariance at rest; empty for τ = 0.
+    draws: Vec<f64>,
+    /// The rotations that the fits of a wound shape are drawn to, each times τ t; empty where
+    /// nothing draws.
     drawn_to: Vec<Mat3>,
     /// 6 Σ τ t.
     winding_energy: f64,
@@ -94,6 +98,7 @@ impl Hybrid {
             bending_length,
             stiffness: Stiffness::default(),
             winding: 0.0,
+            draws: Vec::new(),
             drawn_to: Vec::new(),
             winding_energy: 0.0,
             size: 1.0,
@@ -285,15 +290,13 @@ impl<T: Scalar> LocalGlobal<T> for Hybrid {
         } else {
             (self.struts, self.volume) = (None, None);
         }
-        self.drawn_to.clear();
+        (self.draws, self.drawn_to) = (Vec::new(), Vec::new());
         if self.winding > 0.0 {
             let third = self.winding / 3.0;
-            let traces = self.rest_traces(rest);
+            self.draws = self.rest_traces(rest);
+            self.draws.iter_mut().for_each(|t| *t *= third);
             // 2 τ t (3 − R : R̃), of which the fits take the second part.
-            let all: f64 = traces.iter().map(|t| 6.0 * third * t).sum();
-            self.winding_energy = all;
-            let times = |t: f64| IDENTITY.map(|x| x * third * t);
-            self.drawn_to = traces.into_iter().map(times).collect();
+            self.winding_energy = self.draws.iter().map(|t| 6.0 * t).sum();
         }
         let of_struts = self.struts.as_ref().map_or(0.0, |s| s.rest_energy);
         self.rest_energy.value += of_struts;
@@ -311,22 +314,27 @@ impl<T: Scalar> LocalGlobal<T> for Hybrid {
         if guess.scale != 1.0 {
             self.resize(guess.scale);
         }
-        if let Some(struts) = self.struts.as_mut().filter(|_| guess.is_wound) {
-            struts.harden();
-        }
-        if guess.is_wound && self.winding > 0.0 {
-            for (to, rotation) in self.drawn_to.iter_mut().zip(&self.rotations) {
-                // Until now a multiple of the identity.
-                *to = rotation.map(|x| x * to[0]);
-            }
-        } else {
-            self.drawn_to.clear();
-        }
         if let Some(swelling) = &guess.swelling {
             for (mean, scale) in self.means.iter_mut().zip(swelling.values()) {
                 *mean = mean.map(|x| x * scale);
             }
             self.adopts_volume = true;
+        }
+    }
+
+    fn wind(&mut self, winding: Option<&Winding>) {
+        if let Some(struts) = &mut self.struts {
+            match winding {
+                Some(_) => struts.harden(),
+                None => struts.soften(),
+            }
+        }
+        self.drawn_to.clear();
+        if let Some(winding) = winding {
+            let rotations = winding.rotations.values();
+            let drawn = self.draws.iter().zip(rotations);
+            self.drawn_to
+                .extend(drawn.map(|(t, rotation)| flat(rotation).map(|x| x * t)));
         }
     }
 

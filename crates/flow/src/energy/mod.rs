@@ -20,6 +20,7 @@ use crate::nearest_rotation::Mat3;
 use crate::rest::Rest;
 use crate::start::FirstGuess;
 use crate::state::FlowState;
+use crate::winding::Winding;
 
 /// An energy, as a sum in which terms cancel.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
@@ -68,7 +69,7 @@ pub enum NextStep {
 ///
 /// ```
 /// use cotan_flow::{Energy, FirstGuess, FittedCells, FlowError, FlowState, Hybrid};
-/// use cotan_flow::{LocalGlobal, NextStep, Rest};
+/// use cotan_flow::{LocalGlobal, NextStep, Rest, Winding};
 /// use cotan_halfedge::VertexMap;
 /// use nalgebra::Vector3;
 ///
@@ -86,6 +87,10 @@ pub enum NextStep {
 ///
 ///     fn start_from(&mut self, guess: &FirstGuess) {
 ///         LocalGlobal::<f64>::start_from(&mut self.0, guess);
+///     }
+///
+///     fn wind(&mut self, winding: Option<&Winding>) {
+///         LocalGlobal::<f64>::wind(&mut self.0, winding);
 ///     }
 ///
 ///     fn fit(
@@ -127,6 +132,12 @@ pub trait LocalGlobal<T: Scalar>: Send + Sync {
     /// Takes a first guess of the rotation of every vertex, before the first solve. Not called
     /// where there is none: the state is then that of the rest shape.
     fn start_from(&mut self, guess: &FirstGuess);
+
+    /// Takes the winding of the handles where two of them are stated to turn by more than half a
+    /// turn relative to each other, and `None` where they no longer do. Called after
+    /// [`Self::start_from`], and again whenever the handles have moved. An energy that holds such
+    /// turns as it holds others ignores it.
+    fn wind(&mut self, winding: Option<&Winding>);
 
     /// Minimises over R at the current positions. Writes ℓ(R), for the magnitudes that `field`
     /// prescribes, and returns the energy.
@@ -184,6 +195,11 @@ impl FittedCells<'_> {
         hybrid_passes::wanted(rest, field.as_slice(), i, self.size).into()
     }
 
+    /// Whether struts keep the walls apart.
+    pub(crate) fn has_struts(&self) -> bool {
+        !self.struts.is_empty()
+    }
+
     /// The strut of vertex `i` and its weight.
     #[inline]
     pub(crate) fn strut(&self, i: usize) -> Option<(&Strut, f64)> {
@@ -205,6 +221,10 @@ macro_rules! forward {
 
             fn start_from(&mut self, guess: &FirstGuess) {
                 (**self).start_from(guess);
+            }
+
+            fn wind(&mut self, winding: Option<&Winding>) {
+                (**self).wind(winding);
             }
 
             fn fit(

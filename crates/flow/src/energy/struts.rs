@@ -189,6 +189,13 @@ impl Struts {
         self.is_hard = true;
     }
 
+    /// Has the struts no longer harden.
+    pub(super) fn soften(&mut self) {
+        if std::mem::take(&mut self.is_hard) {
+            self.of_vertex.iter_mut().for_each(|s| s.hardening = 0.0);
+        }
+    }
+
     pub(super) fn is_hard(&self) -> bool {
         self.is_hard
     }

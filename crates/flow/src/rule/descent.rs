@@ -9,10 +9,10 @@ use super::Rule;
 use crate::accelerate::{Coarse, Lbfgs, Restricted};
 use crate::energy::{Energy, LocalGlobal, NextStep};
 use crate::error::FlowError;
-use crate::nearest_rotation::{Mat3, flat};
-use crate::report::StepReport;
+use crate::report::{LostTurn, StepReport};
 use crate::updater::ScalarFieldUpdater;
 use crate::vectors::dot;
+use crate::winding::Winding;
 use crate::workspace::Workspace;
 
 /// The descent of an energy that a local step and the solve lower in turn.
@@ -30,8 +30,8 @@ pub(crate) struct Descent<T: Scalar> {
     moves: usize,
     /// Whether it cannot be built for these handles.
     is_refused: bool,
-    /// The rotations of the shape that was wound up with its handles; empty for any other.
-    wound: Vec<Mat3>,
+    /// Of a shape whose handles turn by more than half a turn relative to each other.
+    winding: Option<Winding>,
     /// The part of a plain step that did not go too far last time.
     plain_part: f64,
     /// Σ s_ij (x_j − x_i) less what the model wants of it.
@@ -79,7 +79,7 @@ impl<T: Scalar> Descent<T> {
             coarse: None,
             moves: 0,
             is_refused: false,
-            wound: Vec::new(),
+            winding: None,
             plain_part: 1.0,
             tension: VertexMap::default(),
             direction: VertexMap::default(),
@@ -329,9 +329,6 @@ impl<T: Scalar> Rule<T> for Descent<T> {
         if let Some(guess) = work.first_guess.take() {
             work.scale = guess.scale;
             self.model.start_from(&guess);
-            if guess.is_wound {
-                self.wound = guess.rotations.values().map(flat).collect();
-            }
             let swelling = guess.swelling.as_ref().map(|s| s.as_slice());
             if guess.scale != 1.0 || swelling.is_some() {
                 parallel::update(work.laplacian.as_mut_slice(), |i, ell| {
@@ -418,22 +415,36 @@ impl<T: Scalar> Rule<T> for Descent<T> {
         self.is_refused = false;
         self.plain_part = 1.0;
         // Handles have moved on: what they stated first is no longer the yardstick.
-        self.wound.clear();
+        self.winding = None;
         if let Some(lbfgs) = &mut self.lbfgs {
             lbfgs.reset();
         }
     }
 
-    fn lost_turn(&self) -> Option<f64> {
+    fn wind(&mut self, winding: Option<Winding>) {
+        self.model.wind(winding.as_ref());
+        self.winding = winding;
+    }
+
+    fn lost_turn(&self) -> Option<LostTurn> {
         /// Parts that keep their turn come to 90° from it at most, parts that lose it to 170°.
         const LOST: f64 = 130.0;
-        let cells = self.model.cells()?;
-        let mut farthest = 0.0_f64;
-        for (now, wound) in cells.rotations.iter().zip(&self.wound) {
-            let trace: f64 = now.iter().zip(wound).map(|(a, b)| a * b).sum();
-            farthest = farthest.max((0.5 * (trace - 1.0)).clamp(-1.0, 1.0).acos());
+        /// The angle that a body holds per diameter, in degrees, and the number of diameters that
+        /// struts are worth, which keep the ends from collapsing: bars of 3 : 1 to 9 : 1 and rods
+        /// lose their turns within 15 % of this.
+        const HELD: f64 = 80.0;
+        const BY_STRUTS: f64 = 1.7;
+        let (cells, winding) = (self.model.cells()?, self.winding.as_ref()?);
+        let mut back = 0.0_f64;
+        for (now, wound) in cells.rotations.iter().zip(winding.rotations.values()) {
+            let trace: f64 = now.iter().zip(wound.iter()).map(|(a, b)| a * b).sum();
+            back = back.max((0.5 * (trace - 1.0)).clamp(-1.0, 1.0).acos());
         }
-        (farthest > LOST.to_radians()).then_some(farthest)
+        let by_struts = if cells.has_struts() { BY_STRUTS } else { 0.0 };
+        (back > LOST.to_radians()).then_some(LostTurn {
+            back,
+            held: (winding.diameters + by_struts) * HELD.to_radians(),
+        })
     }
 
     fn pins_handles(&self) -> bool {

@@ -18,7 +18,8 @@ pub(crate) use fixed_point::FixedPoint;
 pub(crate) use projected::Projected;
 
 use crate::error::FlowError;
-use crate::report::StepReport;
+use crate::report::{LostTurn, StepReport};
+use crate::winding::Winding;
 use crate::workspace::Workspace;
 
 /// Makes steps, and says what came of them.
@@ -38,9 +39,13 @@ pub(crate) trait Rule<T: Scalar>: Send + Sync {
     /// Whether hard handles are exactly at their targets.
     fn pins_handles(&self) -> bool;
 
-    /// The largest angle in radians by which a part of a shape that was wound up has turned back,
-    /// if that is so much that its turn was lost.
-    fn lost_turn(&self) -> Option<f64> {
+    /// Takes the winding of the handles, or that they have none; after [`Self::begin`] and
+    /// [`Self::restart`].
+    fn wind(&mut self, _winding: Option<Winding>) {}
+
+    /// How far a part of a shape that was wound up has turned back, if that is so much that its
+    /// turn was lost.
+    fn lost_turn(&self) -> Option<LostTurn> {
         None
     }
 

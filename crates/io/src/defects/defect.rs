@@ -4,7 +4,7 @@ use std::fmt;
 
 use cotan_geometry::Readable;
 
-use crate::repair::Cure;
+use crate::cure::Cure;
 
 /// A defect of a mesh, with its location.
 ///

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use super::Part;
+use crate::parsed::Part;
 
 /// The vertices of a document, divided into stretches in vertex order; the first starts at 0.
 ///

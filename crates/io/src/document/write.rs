@@ -4,12 +4,14 @@ use std::path::PathBuf;
 
 use super::Document;
 use crate::companions::{Companions, References, WriteOptions, Written};
+use crate::contents::Contents;
 use crate::error::IoError;
 use crate::format::Format;
+use crate::formats;
+use crate::material::Materials;
 use crate::normals::Normals;
 use crate::precision::Rounding;
 use crate::source::{Moves, SourceFile};
-use crate::writer;
 
 impl Document {
     /// Lists what a write in `format` would drop or leave stale, one sentence each, for a
@@ -33,8 +35,8 @@ impl Document {
         let mut losses = self
             .origin()
             .map_or_else(Vec::new, |origin| origin.extras());
-        match writer::losses(self, format) {
-            Ok(lost) => losses.extend(lost),
+        match self.contents(format) {
+            Ok(contents) => losses.extend(formats::losses(&contents, format)),
             Err(error) => return vec![format!("{format} cannot be written: {error}")],
         }
         let lost = |what: String| format!("{what} will be lost in {format}");
@@ -75,7 +77,7 @@ impl Document {
     pub fn write(&self, format: Format) -> Result<Vec<u8>, IoError> {
         match &self.source {
             Some(source) if source.writes(format) => self.rewrite(source.as_ref(), format),
-            _ => Ok(writer::write(self, format, &WriteOptions::default())?.bytes),
+            _ => Ok(self.write_new(format, &WriteOptions::default())?.bytes),
         }
     }
 
@@ -91,7 +93,7 @@ impl Document {
         options: &WriteOptions<'_>,
     ) -> Result<Written, IoError> {
         let Some(source) = self.source.as_ref().filter(|source| source.writes(format)) else {
-            return writer::write(self, format, options);
+            return self.write_new(format, options);
         };
         let mut bytes = self.rewrite(source.as_ref(), format)?;
         if options.companions == Companions::Embedded {
@@ -121,6 +123,27 @@ impl Document {
         };
         let companions = origin.own_references()?.companions;
         Ok(companions.iter().map(|c| c.path().to_owned()).collect())
+    }
+
+    /// The contents of a new file in `format`.
+    pub(crate) fn contents(&self, format: Format) -> Result<Contents<'_>, IoError> {
+        let mesh = self.expanded()?;
+        let materials = match format {
+            Format::Obj if self.keeps_libraries() => Materials::default(),
+            _ => self.materials_of(&mesh.attributes),
+        };
+        Ok(Contents::new(mesh, materials))
+    }
+
+    fn write_new(&self, format: Format, options: &WriteOptions<'_>) -> Result<Written, IoError> {
+        let mut written = formats::write_new(&self.contents(format)?, format, options)?;
+        let keeps_libraries = format == Format::Obj && self.keeps_libraries();
+        if let Some(origin) = self.origin().filter(|_| keeps_libraries) {
+            let References { companions, left } = origin.references(&written.bytes)?;
+            written.companions.extend(companions);
+            written.left.extend(left);
+        }
+        Ok(written)
     }
 
     /// The normals rotated where vertices have moved, or an error if the file's normals are

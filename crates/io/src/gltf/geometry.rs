@@ -10,11 +10,10 @@ use super::model::{Mesh, Root};
 use super::scene::{Others, Placements};
 use super::sharing::Sharing;
 use crate::attributes::NONE;
-use crate::document::{Parsed, Part};
 use crate::error::{IoError, Warning};
-use crate::instances::Instance;
 use crate::limits::Limits;
-use crate::placement::Placement;
+use crate::parsed::{Parsed, Part};
+use crate::placement::{Instance, Placement};
 
 /// The vertices of one POSITION accessor.
 ///

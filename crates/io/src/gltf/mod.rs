@@ -45,16 +45,16 @@ use self::model::{Accessor, Mesh as JsonMesh, Root, View};
 use self::sharing::Sharing;
 use crate::attributes::{Attributes, LabelKind};
 use crate::companions::References;
-use crate::document::{Document, Parsed};
 use crate::error::{IoError, Place, quote};
 use crate::format::Format;
-use crate::instances::Instance;
 use crate::limits::Limits;
 use crate::material::Materials;
+use crate::parsed::Parsed;
+use crate::placement::Instance;
 use crate::precision::single;
 use crate::remap::Remap;
 use crate::resolve::Resolve;
-use crate::source::{Mesh, Moves, SourceFile};
+use crate::source::{Mesh, Moves, Reading, SourceFile};
 
 pub(crate) use self::new::{losses, write_new};
 
@@ -68,7 +68,7 @@ pub(crate) fn read(
     bytes: Vec<u8>,
     limits: &Limits,
     resolver: &dyn Resolve,
-) -> Result<Document, IoError> {
+) -> Result<Reading, IoError> {
     let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
     if !is_glb(&bytes) && !text.trim_ascii_start().starts_with(b"{") {
         return Err(IoError::Malformed {
@@ -78,7 +78,7 @@ pub(crate) fn read(
     }
     let files = External::new(resolver.shared());
     let (file, parsed) = GltfFile::read(bytes, limits, files)?;
-    Document::from_source(parsed, file)
+    Ok(Reading::new(parsed, file))
 }
 
 /// The bytes of a file and of its buffers.

@@ -16,13 +16,13 @@ use super::new_materials;
 use super::origin;
 use super::write::{array, limits};
 use crate::attributes::{Attributes, COLOR, LabelKind, Labels, NONE, NORMAL, Property, UV, Values};
+use crate::contents::{Contents, named};
 use crate::error::IoError;
 use crate::faces::FaceList;
 use crate::format::Format;
 use crate::material::{Material, Materials};
 use crate::precision::Rounding;
 use crate::recut::{Cutter, Recuts};
-use crate::writer::{Contents, named};
 
 /// Lists what a new glTF cannot represent.
 pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {

@@ -438,7 +438,7 @@ mod tests {
     use crate::limits::Limits;
 
     fn attributes(text: &[u8]) -> Result<Attributes, IoError> {
-        let document = crate::obj::read(text.to_vec(), &Limits::default()).unwrap();
+        let document = crate::obj::open(text.to_vec(), &Limits::default()).unwrap();
         let attributes = document.attributes().map(|a| a.into_owned());
         if let Ok(attributes) = &attributes {
             let faces = document.faces();

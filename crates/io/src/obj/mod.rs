@@ -24,26 +24,26 @@ use std::sync::{Arc, OnceLock};
 
 use crate::attributes::{Attributes, LabelKind};
 use crate::companions::References;
-use crate::document::{Document, Parsed};
+use crate::contents::Contents;
 use crate::error::IoError;
 use crate::format::Format;
 use crate::limits::Limits;
 use crate::material::Materials;
 use crate::obj::counts::Counts;
 use crate::obj::mtl::Libraries;
+use crate::parsed::Parsed;
 use crate::remap::Remap;
 use crate::resolve::Resolve;
-use crate::source::{Mesh, Moves, SourceFile};
-use crate::writer::Contents;
+use crate::source::{Mesh, Moves, Reading, SourceFile};
 
 pub(crate) use self::new::write_new;
 
 /// Reads an OBJ file.
-pub(crate) fn read_with(
+pub(crate) fn read(
     bytes: Vec<u8>,
     limits: &Limits,
     resolver: &dyn Resolve,
-) -> Result<Document, IoError> {
+) -> Result<Reading, IoError> {
     let parse::Mesh {
         positions,
         faces,
@@ -57,13 +57,13 @@ pub(crate) fn read_with(
         ..Parsed::default()
     };
     let file = ObjFile::new(bytes, counts, resolver.shared(), *limits);
-    Document::from_source(parsed, file)
+    Ok(Reading::new(parsed, file))
 }
 
 /// Reads an OBJ file without companion files.
 #[cfg(test)]
-fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError> {
-    read_with(bytes, limits, &crate::resolve::NoFiles)
+fn open(bytes: Vec<u8>, limits: &Limits) -> Result<crate::Document, IoError> {
+    crate::Document::from_reading(read(bytes, limits, &crate::resolve::NoFiles)?)
 }
 
 /// An OBJ file as it was read. The offsets of its vertices are recomputed on demand, since that

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use super::mtl;
 use super::write::write;
 use crate::companions::{Companion, WriteOptions, Written};
+use crate::contents::Contents;
 use crate::error::IoError;
 use crate::material::{Materials, file_stem, unique_names};
-use crate::writer::Contents;
 
 /// Writes a new OBJ file with its companion files: `NAME.mtl`, and `NAME_IMAGE.png` or `.jpg` for
 /// every image.

@@ -156,7 +156,7 @@ mod tests {
     use crate::limits::Limits;
 
     fn read(text: &str) -> Document {
-        crate::obj::read(text.as_bytes().to_vec(), &Limits::default()).unwrap()
+        crate::obj::open(text.as_bytes().to_vec(), &Limits::default()).unwrap()
     }
 
     fn written(document: &Document) -> String {

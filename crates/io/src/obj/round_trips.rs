@@ -6,6 +6,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::attributes::{COLOR, CornerProperty, Labels, NONE, NORMAL, Property, UV, Values};
+use crate::document::Document;
 use crate::faces::FaceList;
 use crate::obj::decode::{KINDS, WEIGHT, no_name};
 
@@ -134,7 +135,7 @@ fn lines(choices: &[[u8; 6]], line_end: &str) -> Vec<Vec<u8>> {
 }
 
 fn parse(bytes: &[u8]) -> Result<Document, IoError> {
-    read(bytes.to_vec(), &Limits::default())
+    open(bytes.to_vec(), &Limits::default())
 }
 
 /// Names instead of their indices, because the list of names depends on which are used.

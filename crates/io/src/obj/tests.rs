@@ -3,9 +3,10 @@
 use nalgebra::Point3;
 
 use super::*;
+use crate::document::Document;
 
 fn parse(text: &str) -> Result<Document, IoError> {
-    read(text.as_bytes().to_vec(), &Limits::default())
+    open(text.as_bytes().to_vec(), &Limits::default())
 }
 
 fn refusal(text: &str) -> String {
@@ -134,7 +135,7 @@ fn long_files_are_read_in_pieces_and_errors_name_the_right_line() {
 fn limits_hold_in_every_piece() {
     let (text, _) = strip(60_000);
     let refused = |limits: Limits| {
-        let error = read(text.clone().into_bytes(), &limits).unwrap_err();
+        let error = open(text.clone().into_bytes(), &limits).unwrap_err();
         assert!(matches!(error, IoError::OverLimit { .. }), "{error}");
         error.to_string()
     };
@@ -163,7 +164,7 @@ fn limits_hold_in_every_piece() {
     assert!(refused(Limits { max_line, ..some }).starts_with("more than 17 bytes in a line"));
     let named = format!("{}f 1 2 3 4 5\n", "v 0 0 0\n".repeat(5)).into_bytes();
     let max_degree = 4;
-    let error = read(named, &Limits { max_degree, ..some }).unwrap_err();
+    let error = open(named, &Limits { max_degree, ..some }).unwrap_err();
     assert!(
         error
             .to_string()
@@ -187,7 +188,7 @@ fn continued_lines_count_as_one_and_end_soon() {
         max_line: 1000,
         ..Limits::default()
     };
-    let error = read(text.into_bytes(), &limits).unwrap_err().to_string();
+    let error = open(text.into_bytes(), &limits).unwrap_err().to_string();
     assert!(
         error.starts_with("more than 1000 bytes in a line"),
         "{error}"
@@ -350,7 +351,7 @@ fn attributes_of_other_formats_are_written_or_named() {
 #[test]
 fn latin_1_names_survive_into_a_new_file() {
     let text = b"# M\xfcller\ng K\xf6rper\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
-    let document = read(text.to_vec(), &Limits::default()).unwrap();
+    let document = open(text.to_vec(), &Limits::default()).unwrap();
     let attributes = document.attributes().unwrap().into_owned();
     let new = document
         .clone()
@@ -358,7 +359,7 @@ fn latin_1_names_survive_into_a_new_file() {
         .unwrap();
     let written = new.write(Format::Obj).unwrap();
     assert!(written.starts_with("# Müller\n".as_bytes()));
-    let again = read(written, &Limits::default()).unwrap();
+    let again = open(written, &Limits::default()).unwrap();
     assert_eq!(*again.attributes().unwrap(), attributes);
     assert_eq!(document.write(Format::Obj).unwrap(), text);
 }
@@ -368,7 +369,7 @@ fn repairs_keep_the_lines_that_need_not_change() {
     let text = b"# K\xf6rper\r\nv 0 0 0 # a\r\nv 9 9 9\r\nv 1 0 0 1 0.5 0\r\nv 0 1 0\r\n\
         vt 0 0\r\nvt 1 0\r\nl 1 3 4\r\nl 1 2\r\np 2 3\r\ng \xe4\r\nf 1/1 3/2 \\\r\n 4 # first\r\n\
         g\r\nf 3/1  -4/2 4\r\nf 1 3 3\r\n";
-    let document = read(text.to_vec(), &Limits::default()).unwrap();
+    let document = open(text.to_vec(), &Limits::default()).unwrap();
     // Vertex 1 is dropped, vertex 2 is split. Face 1 is reversed and uses the copy, face 2 is
     // dropped, and face 0 occurs twice.
     let faces: crate::faces::FaceList = [[0u32, 1, 2], [2, 0, 3], [0, 1, 2]].iter().collect();

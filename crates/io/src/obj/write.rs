@@ -10,11 +10,11 @@
 use crate::attributes::{
     Attributes, COLOR, CornerProperty, LabelKind, Labels, NONE, NORMAL, Property, UV, Values,
 };
+use crate::contents::{Contents, named};
 use crate::faces::FaceList;
 use crate::number;
 use crate::obj::decode::{KINDS, WEIGHT, no_name};
 use crate::obj::mtl::material_names;
-use crate::writer::{Contents, named};
 
 /// Writes the file as text, with 1-based indices.
 ///

@@ -29,15 +29,15 @@ use nalgebra::Point3;
 
 use crate::attributes::Attributes;
 use crate::coordinate;
-use crate::document::{Document, Parsed};
 use crate::error::{Element, IoError, Place, Warning, quote};
 use crate::faces::FaceList;
 use crate::format::Format;
 use crate::limits::Limits;
 use crate::number;
+use crate::parsed::Parsed;
 use crate::remap::Remap;
 use crate::room;
-use crate::source::{Mesh, Moves, SourceFile, TextPatch};
+use crate::source::{Mesh, Moves, Reading, SourceFile, TextPatch};
 use crate::text::{self, Line, Token, Tokens};
 
 use header::Header;
@@ -50,9 +50,15 @@ pub(crate) use new::{losses, write_new};
 const COLOR_INDEX: &str = "color_index";
 
 /// Reads an OFF file; the header word may be missing.
-pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError> {
+pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Reading, IoError> {
     let (parsed, file) = parse(bytes, limits)?;
-    Document::from_source(parsed, file)
+    Ok(Reading::new(parsed, file))
+}
+
+/// Reads a document.
+#[cfg(test)]
+fn open(bytes: Vec<u8>, limits: &Limits) -> Result<crate::Document, IoError> {
+    crate::Document::from_reading(read(bytes, limits)?)
 }
 
 fn parse(bytes: Vec<u8>, limits: &Limits) -> Result<(Parsed, OffFile), IoError> {

@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 
 use super::COLOR_INDEX;
 use crate::attributes::{Attributes, COLOR, NORMAL, Property, UV, Values};
+use crate::contents::{Contents, labels_named, named};
 use crate::error::IoError;
 use crate::number;
-use crate::writer::{Contents, labels_named, named};
 
 /// Lists what a new OFF file cannot represent.
 pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {

@@ -4,10 +4,11 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::attributes::{COLOR, NONE, NORMAL, Property, UV, Values};
+use crate::document::Document;
 use crate::remap::Remap;
 
 fn parse(text: &str) -> Result<Document, IoError> {
-    read(text.as_bytes().to_vec(), &Limits::default())
+    open(text.as_bytes().to_vec(), &Limits::default())
 }
 
 fn refusal(text: &str) -> String {
@@ -403,7 +404,7 @@ fn limits_hold() {
             ..Limits::default()
         };
         change(&mut limits);
-        read(text.clone().into_bytes(), &limits).map_err(|error| error.to_string())
+        open(text.clone().into_bytes(), &limits).map_err(|error| error.to_string())
     };
     assert!(with(|_| {}).is_ok());
     let over = |change| with(change).unwrap_err();

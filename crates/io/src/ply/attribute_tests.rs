@@ -4,9 +4,10 @@ use nalgebra::Point3;
 
 use super::*;
 use crate::attributes::{COLOR, NONE, NORMAL, Property, UV, Values};
+use crate::document::Document;
 
 fn parse(bytes: impl AsRef<[u8]>) -> Document {
-    read(bytes.as_ref().to_vec(), &Limits::default()).unwrap()
+    open(bytes.as_ref().to_vec(), &Limits::default()).unwrap()
 }
 
 /// Coordinates and normals interleaved and out of order, all properties with conventional names,

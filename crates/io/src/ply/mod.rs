@@ -41,13 +41,13 @@ use nalgebra::Point3;
 use ply_rs::ply::Encoding;
 
 use crate::attributes::Attributes;
-use crate::document::{Document, Parsed};
 use crate::error::{IoError, quote};
 use crate::format::Format;
 use crate::limits::Limits;
+use crate::parsed::Parsed;
 use crate::remap::Remap;
 use crate::room;
-use crate::source::{Mesh, Moves, SourceFile};
+use crate::source::{Mesh, Moves, Reading, SourceFile};
 
 pub(crate) use write::{losses, write_new};
 
@@ -57,9 +57,15 @@ use read::{Body, read_rows};
 use rows::with_encoding;
 
 /// Reads a PLY file.
-pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError> {
+pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Reading, IoError> {
     let (parsed, file) = parse(bytes, limits)?;
-    Document::from_source(parsed, file)
+    Ok(Reading::new(parsed, file))
+}
+
+/// Reads a document.
+#[cfg(test)]
+fn open(bytes: Vec<u8>, limits: &Limits) -> Result<crate::Document, IoError> {
+    crate::Document::from_reading(read(bytes, limits)?)
 }
 
 fn parse(bytes: Vec<u8>, limits: &Limits) -> Result<(Parsed, PlyFile), IoError> {

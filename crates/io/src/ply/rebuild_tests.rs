@@ -2,10 +2,11 @@
 
 use super::*;
 use crate::attributes::{NONE, UV};
+use crate::document::Document;
 use crate::faces::FaceList;
 
 fn parse(bytes: impl AsRef<[u8]>) -> Document {
-    read(bytes.as_ref().to_vec(), &Limits::default()).unwrap()
+    open(bytes.as_ref().to_vec(), &Limits::default()).unwrap()
 }
 
 fn rebuilt(document: &Document, remap: &Remap) -> String {
@@ -160,7 +161,7 @@ fn strips_become_faces_when_the_mesh_is_another() {
 fn wrong_strips_are_refused() {
     let refusal = |rows: &str, limits: &Limits| {
         let text = format!("{STRIPS}{rows}");
-        read(text.into_bytes(), limits).unwrap_err().to_string()
+        open(text.into_bytes(), limits).unwrap_err().to_string()
     };
     let all = Limits::default();
     assert_eq!(
@@ -179,7 +180,7 @@ fn wrong_strips_are_refused() {
     };
     assert!(refusal("4 0 1 2 3 0\n", &few).starts_with("more than 3 face corners"));
     let text = STRIPS.replace("vertex_indices", "corners");
-    let error = read(text.into_bytes(), &all).unwrap_err().to_string();
+    let error = open(text.into_bytes(), &all).unwrap_err().to_string();
     assert!(
         error.contains("`tristrips` needs one list of integers"),
         "{error}"
@@ -296,7 +297,7 @@ fn faces_without_texture_coordinates_lose_nothing() {
     use crate::attributes::{Attributes, CornerProperty, LabelKind, Labels, Values};
     let faces = list(&[&[0, 1, 2], &[0, 2, 1]]);
     let losses = |indices: Vec<u32>| {
-        losses(&crate::writer::Contents {
+        losses(&crate::contents::Contents {
             positions: vec![nalgebra::Point3::origin(); 3].into(),
             materials: crate::material::Materials::default(),
             faces: std::borrow::Cow::Borrowed(&faces),

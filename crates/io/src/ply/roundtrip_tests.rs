@@ -9,10 +9,11 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::attributes::{COLOR, CornerProperty, NONE, NORMAL, Property, UV, Values};
+use crate::document::Document;
 use crate::faces::FaceList;
 
 fn parse(bytes: &[u8]) -> Document {
-    read(bytes.to_vec(), &Limits::default()).unwrap()
+    open(bytes.to_vec(), &Limits::default()).unwrap()
 }
 
 fn single() -> impl Strategy<Value = f32> {
@@ -233,7 +234,7 @@ proptest! {
     #[test]
     fn what_is_written_anew_is_read_again(document in document()) {
         let bytes = document.write(Format::Ply).unwrap();
-        prop_assert!(crate::writer::losses(&document, Format::Ply).unwrap().iter().all(|l| l.contains("lack")));
+        prop_assert!(crate::formats::losses(&document.contents(Format::Ply).unwrap(), Format::Ply).iter().all(|l| l.contains("lack")));
         let again = parse(&bytes);
         prop_assert_eq!(again.positions(), document.positions());
         prop_assert_eq!(again.faces(), document.faces());
@@ -331,7 +332,7 @@ fn samples() -> Vec<Vec<u8>> {
 /// file that can be read again, or in an error.
 fn exercise(bytes: &[u8]) {
     let limits = Limits::default();
-    let Ok(mut document) = read(bytes.to_vec(), &limits) else {
+    let Ok(mut document) = open(bytes.to_vec(), &limits) else {
         return;
     };
     assert_eq!(document.write(Format::Ply).unwrap(), bytes);

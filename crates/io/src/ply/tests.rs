@@ -2,13 +2,14 @@
 
 use super::*;
 use crate::attributes::Values;
+use crate::document::Document;
 use crate::faces::FaceList;
 use nalgebra::Point3;
 use ply_rs::parser::Parser;
 use ply_rs::ply::{DefaultElement, Property};
 
 fn parse(bytes: impl AsRef<[u8]>) -> Result<Document, IoError> {
-    read(bytes.as_ref().to_vec(), &Limits::default())
+    open(bytes.as_ref().to_vec(), &Limits::default())
 }
 
 fn refusal(bytes: impl AsRef<[u8]>) -> String {

@@ -10,10 +10,11 @@ use super::*;
 use crate::attributes::{
     COLOR, CornerProperty, LabelKind, Labels, NONE, NORMAL, Property, UV, Values,
 };
+use crate::document::Document;
 use crate::faces::FaceList;
 
 fn parse(bytes: impl AsRef<[u8]>) -> Result<Document, IoError> {
-    read(bytes.as_ref().to_vec(), &Limits::default())
+    open(bytes.as_ref().to_vec(), &Limits::default())
 }
 
 fn refusal(bytes: impl AsRef<[u8]>) -> String {
@@ -88,7 +89,7 @@ fn limits_hold_for_lines_corners_degrees_and_memory() {
     let binary = Document::new(binary.positions().to_vec(), binary.faces().clone()).unwrap();
     let binary = binary.write(Format::Ply).unwrap();
     for bytes in [text.into_bytes(), binary] {
-        let refused = |limits: Limits| read(bytes.clone(), &limits).map_err(|e| e.to_string());
+        let refused = |limits: Limits| open(bytes.clone(), &limits).map_err(|e| e.to_string());
         let all = Limits::default();
         assert!(refused(all).is_ok());
         for (limits, what) in [
@@ -144,7 +145,7 @@ fn limits_hold_for_lines_corners_degrees_and_memory() {
         max_line: 60,
         ..Limits::default()
     };
-    let error = read(long.into_bytes(), &limits).unwrap_err().to_string();
+    let error = open(long.into_bytes(), &limits).unwrap_err().to_string();
     assert!(error.starts_with("more than 60 bytes in a line"), "{error}");
 }
 
@@ -217,7 +218,7 @@ fn a_wide_header_takes_time_in_proportion() {
         max_memory: 20 << 20,
         ..Limits::default()
     };
-    let error = read(text.into_bytes(), &limits).unwrap_err().to_string();
+    let error = open(text.into_bytes(), &limits).unwrap_err().to_string();
     assert!(error.ends_with("bytes of memory; raise the limit if you trust the file"));
 }
 

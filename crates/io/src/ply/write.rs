@@ -6,9 +6,9 @@ use ply_rs::ply::{
 use ply_rs::writer::Writer;
 
 use crate::attributes::{Attributes, COLOR, CornerProperty, NONE, NORMAL, Property, UV, Values};
+use crate::contents::{Contents, labels_named, named};
 use crate::error::IoError;
 use crate::faces::FaceList;
-use crate::writer::{Contents, labels_named, named};
 
 use super::decode::TEXCOORD;
 use super::groups::{COLORS, NORMALS, UVS};

@@ -1,7 +1,6 @@
 //! Repairs that require no guess about the shape.
 
 mod change;
-mod cure;
 mod filling;
 mod holes;
 mod parts;
@@ -11,9 +10,9 @@ mod work;
 use std::num::NonZeroUsize;
 
 pub use change::Change;
-pub use cure::Cure;
 pub use filling::Filling;
 
+use crate::cure::Cure;
 use crate::document::Document;
 use crate::error::IoError;
 use crate::weld::Weld;
@@ -226,6 +225,22 @@ impl Repair {
         self
     }
 
+    /// Adds the step that fixes a defect.
+    ///
+    /// Equal vertices are welded, and holes of any size are filled without new vertices.
+    pub fn cure(self, cure: Cure) -> Self {
+        match cure {
+            Cure::Weld => self.weld(Weld::Exact),
+            Cure::DropDegenerate => self.drop_degenerate(),
+            Cure::DropZeroArea => self.drop_zero_area(),
+            Cure::DropDuplicates => self.drop_duplicates(),
+            Cure::Orient => self.orient(),
+            Cure::SplitVertices => self.split_vertices(),
+            Cure::SplitEdges => self.split_edges(),
+            Cure::FillHoles => self.fill_holes(Filling::PLAIN),
+            Cure::Compact => self.compact(),
+        }
+    }
     /// Makes the repairs in this order: weld vertices, drop faces, orient faces, separate faces
     /// at edges and vertices, drop parts, fill holes, drop vertices.
     ///

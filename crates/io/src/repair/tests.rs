@@ -1,8 +1,8 @@
 use super::*;
 use crate::attributes::{Attributes, CornerProperty, LabelKind, Labels, Property, UV, Values};
 use crate::defects::DefectKind;
-use crate::document::Part;
 use crate::faces::FaceList;
+use crate::parsed::Part;
 use nalgebra::Point3;
 use proptest::prelude::*;
 

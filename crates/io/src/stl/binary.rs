@@ -11,14 +11,13 @@ use super::new::TITLE_TEXT;
 use super::rebuild::{self, Facet};
 use super::soup::Soup;
 use crate::attributes::{Attributes, NORMAL, Property, Values};
-use crate::document::Document;
 use crate::error::{Element, IoError, Place, Warning};
 use crate::format::Format;
 use crate::limits::Limits;
 use crate::precision;
 use crate::remap::Remap;
 use crate::room;
-use crate::source::{Mesh, Moves, SourceFile};
+use crate::source::{Mesh, Moves, Reading, SourceFile};
 
 /// Number of bytes before the first facet.
 pub(super) const HEADER: usize = 84;
@@ -42,7 +41,7 @@ pub(super) fn length(count: u32) -> u64 {
     HEADER as u64 + FACET as u64 * u64::from(count)
 }
 
-pub(super) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError> {
+pub(super) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Reading, IoError> {
     let promised = count(&bytes).unwrap_or(0);
     let body = bytes.get(HEADER..).unwrap_or(&[]);
     let present = body.len() / FACET;
@@ -89,7 +88,10 @@ pub(super) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError>
             ),
         });
     }
-    Document::from_source(soup.finish(warnings), BinaryStl { bytes, num_facets })
+    Ok(Reading::new(
+        soup.finish(warnings),
+        BinaryStl { bytes, num_facets },
+    ))
 }
 
 /// Three numbers of a facet: its normal (0) or one of its corners (1 to 3).

@@ -21,9 +21,9 @@ mod file_tests;
 #[cfg(test)]
 mod tests;
 
-use crate::document::Document;
 use crate::error::{IoError, Place};
 use crate::limits::Limits;
+use crate::source::Reading;
 
 pub(crate) use new::{losses, write_new};
 
@@ -42,7 +42,7 @@ pub(crate) fn is_stl(bytes: &[u8]) -> bool {
 }
 
 /// Reads an STL file.
-pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError> {
+pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Reading, IoError> {
     let is_binary = binary::count(&bytes)
         .is_some_and(|count| count > 0 && binary::length(count) <= bytes.len() as u64);
     if !is_binary && (text::is_text(&bytes) || text::starts_as_text(&bytes)) {
@@ -58,4 +58,10 @@ pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError>
         });
     }
     binary::read(bytes, limits)
+}
+
+/// Reads a document.
+#[cfg(test)]
+fn open(bytes: Vec<u8>, limits: &Limits) -> Result<crate::Document, IoError> {
+    crate::Document::from_reading(read(bytes, limits)?)
 }

@@ -5,10 +5,10 @@ use nalgebra::Point3;
 use super::binary::{self, FACET, TITLE};
 use super::{ATTRIBUTE, rebuild};
 use crate::attributes::{NORMAL, Property, Values};
+use crate::contents::{Contents, labels_named, named};
 use crate::error::IoError;
 use crate::precision::{Rounding, single};
 use crate::recut::Cutter;
-use crate::writer::{Contents, labels_named, named};
 
 /// Lists what a new STL file cannot represent.
 pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {

@@ -6,10 +6,10 @@ use std::hash::Hash;
 use foldhash::fast::RandomState;
 use nalgebra::Point3;
 
-use crate::document::Parsed;
 use crate::error::{IoError, Warning};
 use crate::faces::FaceList;
 use crate::limits::Limits;
+use crate::parsed::Parsed;
 use crate::room;
 
 /// A mesh that grows facet by facet.

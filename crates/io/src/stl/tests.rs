@@ -4,11 +4,11 @@ use nalgebra::Point3;
 
 use super::*;
 use crate::attributes::{Attributes, COLOR, LabelKind, NONE, NORMAL, Property, Values};
+use crate::contents::Contents;
 use crate::document::Document;
 use crate::faces::FaceList;
 use crate::format::Format;
 use crate::remap::Remap;
-use crate::writer::Contents;
 
 /// A tetrahedron in two solids, the second with a NaN normal.
 pub(super) const TEXT: &str = "solid a b \n facet normal 0 0 -1.0\n  outer loop\n   vertex 0 0 0\n   \
@@ -18,7 +18,7 @@ pub(super) const TEXT: &str = "solid a b \n facet normal 0 0 -1.0\n  outer loop\
     Vertex 0 1 0\r\nvertex 0 0 +1\r\nendloop\r\nendfacet\r\nendsolid\r\n\n";
 
 pub(super) fn load(bytes: impl Into<Vec<u8>>) -> Result<Document, IoError> {
-    read(bytes.into(), &Limits::default())
+    open(bytes.into(), &Limits::default())
 }
 
 fn refusal(bytes: impl Into<Vec<u8>>) -> String {
@@ -267,7 +267,7 @@ fn limits_hold_in_both_forms() {
                 ..Limits::default()
             };
             change(&mut limits);
-            read(bytes.clone(), &limits).map_err(|error| error.to_string())
+            open(bytes.clone(), &limits).map_err(|error| error.to_string())
         };
         assert!(with(|_| {}).is_ok());
         let over = |change| with(change).unwrap_err();
@@ -281,7 +281,7 @@ fn limits_hold_in_both_forms() {
         max_line: 30,
         ..Limits::default()
     };
-    let error = read(TEXT.into(), &limits).unwrap_err().to_string();
+    let error = open(TEXT.into(), &limits).unwrap_err().to_string();
     assert!(error.starts_with("more than 30 bytes in a line"), "{error}");
 }
 

@@ -1,6 +1,6 @@
 //! Groups of vertices that move alike, which an editor shows as one handle.
 
-use nalgebra::{Matrix4, Point3};
+use nalgebra::{Matrix4, Point3, Vector3};
 
 use super::transform::apply;
 use super::{Constraint, Contents, Goal, Kind, Place};
@@ -14,6 +14,9 @@ pub struct Group {
     pub motion: GroupMotion,
     /// The weight of their springs, if the group is soft.
     pub weight: Option<f64>,
+    /// The rotation vector of the motion in radians, if it is stated: a rotation of more than half
+    /// a turn, which the motion alone does not distinguish from the complementary one.
+    pub turn: Option<Vector3<f64>>,
 }
 
 /// The motion of the vertices of a group.
@@ -54,14 +57,14 @@ impl Group {
 /// `positions` are the rest positions of the document.
 pub fn constraints(groups: &[Group], positions: &[Point3<f64>]) -> Vec<Constraint> {
     let of_group = |(index, group): (usize, &Group)| {
-        let weight = group.weight;
+        let (weight, turn) = (group.weight, group.turn);
         let goals = group.goals(positions).into_iter();
         goals
             .map(move |(vertex, goal)| Constraint {
                 vertex,
                 goal,
                 weight,
-                turn: None,
+                turn,
                 place: Place::Handle(index),
             })
             .collect::<Vec<_>>()
@@ -112,6 +115,7 @@ fn group(held: &[Constraint], matrix: Option<&Matrix4<f64>>, rest: &[Point3<f64>
         vertices: held.iter().map(|c| c.vertex).collect(),
         motion,
         weight: held.first().and_then(|c| c.weight),
+        turn: held.first().and_then(|c| c.turn),
     }
 }
 

@@ -73,6 +73,8 @@ struct TransformEntry {
     rotate: Option<RotateEntry>,
     scale: Option<f64>,
     matrix: Option<Vec<Vec<f64>>>,
+    /// With a matrix: its rotation vector in degrees.
+    turn: Option<Triple>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -196,7 +198,9 @@ impl HandleEntry {
         let Selection::Numbers(vertices) = self.vertices else {
             return Err(invalid("has no list of vertices".into()));
         };
-        let matrix = self.transform.map(|transform| transform.matrix);
+        let transform = self.transform.as_ref().map(TransformEntry::transform);
+        let turn = transform.as_ref().and_then(Transform::wide_turn);
+        let matrix = transform.map(|transform| transform.matrix);
         let motion = match (self.to, matrix, self.fixed) {
             (Some(targets), None, None) if targets.len() == vertices.len() => {
                 GroupMotion::To(targets.into_iter().map(Triple::point).collect())
@@ -224,6 +228,7 @@ impl HandleEntry {
             vertices,
             motion,
             weight: self.weight,
+            turn,
         })
     }
 }
@@ -239,6 +244,7 @@ impl TransformEntry {
             }),
             translate: self.translate.map(Triple::vector),
             matrix: self.matrix.clone(),
+            turn: self.turn.map(|turn| turn.vector().map(f64::to_radians)),
         }
     }
 }

@@ -101,6 +101,7 @@ fn groups() -> impl Strategy<Value = Vec<Group>> {
             .map(|((size, weight), motion)| Group {
                 vertices: rest.by_ref().take(size).collect(),
                 motion,
+                turn: None,
                 weight,
             })
             .collect()
@@ -202,6 +203,7 @@ fn copies_of_a_repair_become_the_vertex_of_the_file() {
         vertices: vertices.to_vec(),
         motion,
         weight: None,
+        turn: None,
     };
     let both = [group(&[0, 2, 5], GroupMotion::Fixed)];
     let written = in_file(&both).unwrap();
@@ -259,10 +261,12 @@ fn a_file_of_groups_is_a_handle_a_line() {
         vertices: Vec::new(),
         motion: GroupMotion::Fixed,
         weight: None,
+        turn: None,
     };
     let one = Group {
         vertices: vec![4, 2],
         weight: Some(2.5),
+        turn: None,
         ..empty.clone()
     };
     assert_eq!(

@@ -1,5 +1,7 @@
 //! The affine transform of a handle: scale, then rotate, then translate; or a matrix.
 
+use std::f64::consts::PI;
+
 use nalgebra::{Matrix4, Point3, Rotation3, Translation3, Unit, Vector3};
 
 /// A transform as given in a handles file.
@@ -9,6 +11,8 @@ pub(super) struct Transform {
     pub(super) rotate: Option<Rotate>,
     pub(super) translate: Option<Vector3<f64>>,
     pub(super) matrix: Option<Vec<Vec<f64>>>,
+    /// The rotation vector of the matrix, in radians.
+    pub(super) turn: Option<Vector3<f64>>,
 }
 
 #[derive(Clone, PartialEq, Debug)]
@@ -28,6 +32,9 @@ impl Transform {
     pub(super) fn matrix(&self, centroid: Point3<f64>) -> Result<Matrix4<f64>, String> {
         let parts = self.scale.is_some() || self.rotate.is_some() || self.translate.is_some();
         match &self.matrix {
+            None if self.turn.is_some() => {
+                Err("has a \"turn\" but no \"matrix\"; write \"rotate\" instead".into())
+            }
             Some(_) if parts => {
                 Err("has a \"matrix\" and other parts of a transform; keep one of the two".into())
             }
@@ -43,6 +50,9 @@ impl Transform {
     ///
     /// The matrix does not distinguish it from the complementary rotation.
     pub(super) fn wide_turn(&self) -> Option<Vector3<f64>> {
+        if let Some(turn) = self.turn {
+            return (turn.norm() > PI).then_some(turn);
+        }
         let rotate = self.rotate.as_ref()?;
         let axis = Unit::try_new(rotate.axis, 0.0)?;
         let is_wide = rotate.degrees.abs() > 180.0;
@@ -130,6 +140,7 @@ mod tests {
                 about: None,
             }),
             translate: Some(Vector3::new(0.0, 0.0, 5.0)),
+            turn: None,
             matrix: None,
         };
         let matrix = transform.matrix(Point3::new(1.0, 0.0, 0.0)).unwrap();

@@ -1,6 +1,7 @@
 //! Writing of handles files, as JSON.
 
 use std::collections::{HashMap, HashSet};
+use std::f64::consts::PI;
 
 use cotan_io::{Document, ProcessingMesh};
 use nalgebra::{Matrix4, Point3};
@@ -79,6 +80,7 @@ pub fn groups_in_file(
             vertices: kept.into_iter().map(|(_, file)| file).collect(),
             motion,
             weight: group.weight,
+            turn: group.turn,
         });
     }
     Ok(renumbered)
@@ -108,6 +110,9 @@ struct Entry<'a> {
 #[derive(Serialize)]
 struct Transform {
     matrix: [[f64; 4]; 4],
+    /// A rotation vector in degrees.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    turn: Option<[f64; 3]>,
 }
 
 impl<'a> Entry<'a> {
@@ -124,6 +129,10 @@ impl<'a> Entry<'a> {
             GroupMotion::Matrix(matrix) => {
                 entry.transform = Some(Transform {
                     matrix: rows(matrix),
+                    turn: group
+                        .turn
+                        .filter(|turn| turn.norm() > PI)
+                        .map(|turn| turn.map(f64::to_degrees).into()),
                 });
             }
             GroupMotion::To(points) => entry.to = Some(points.iter().map(triple).collect()),

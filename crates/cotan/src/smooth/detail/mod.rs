@@ -19,7 +19,7 @@ use cotan_laplacian::OneRings;
 
 pub use band_pass::BandPass;
 pub use compose::{Blend, Sequence, Sum};
-pub use run::{DetailOptions, Detailed, edit_detail, edit_detail_observed};
+pub use run::{DetailOptions, Detailed, edit_detail, edit_detail_masked, edit_detail_observed};
 pub use scaled::ScaledCurvature;
 pub use target::TargetCurvature;
 pub use transferred::TransferredCurvature;

@@ -11,6 +11,7 @@ use crate::handles::Handles;
 use crate::options::setters;
 use crate::smooth::anchored::{Anchored, Boundary, held};
 use crate::smooth::curvature::{AlongCurvature, Direction};
+use crate::smooth::mask::Mask;
 use crate::smooth::mollified::MollifiedCotangent;
 use crate::smooth::preserve::{Correction, Preserve};
 use crate::smooth::unfold::without_new_folds;
@@ -110,10 +111,39 @@ pub fn edit_detail_observed<'m, T: Scalar>(
     options: &DetailOptions,
     observer: &(dyn Fn(usize) -> ControlFlow<()> + Sync),
 ) -> Result<Detailed<T>, Error> {
-    let surface = surface.into();
+    edit_part(surface.into(), handles, None, edit, options, observer)
+}
+
+/// Like [`edit_detail_observed`], for a part of the mesh.
+///
+/// # Errors
+/// Same as [`edit_detail_observed`], and [`Error::FieldLength`] for a mask of another length.
+pub fn edit_detail_masked<'m, T: Scalar>(
+    surface: impl Into<Surface<'m, T>>,
+    handles: &Handles<T>,
+    mask: &Mask,
+    edit: &impl CurvatureEdit,
+    options: &DetailOptions,
+    observer: &(dyn Fn(usize) -> ControlFlow<()> + Sync),
+) -> Result<Detailed<T>, Error> {
+    edit_part(surface.into(), handles, Some(mask), edit, options, observer)
+}
+
+fn edit_part<T: Scalar>(
+    surface: Surface<'_, T>,
+    handles: &Handles<T>,
+    mask: Option<&Mask>,
+    edit: &impl CurvatureEdit,
+    options: &DetailOptions,
+    observer: &(dyn Fn(usize) -> ControlFlow<()> + Sync),
+) -> Result<Detailed<T>, Error> {
     let (mesh, positions) = (surface.mesh(), surface.positions());
     edit.check(mesh.num_vertices())?;
-    let held = held(mesh, positions, options.boundary, handles)?;
+    let mut held = held(mesh, positions, options.boundary, handles)?;
+    if let Some(mask) = mask {
+        mask.check(mesh.num_vertices())?;
+        mask.hold(&mut held);
+    }
     if options.iterations == 0 {
         return Ok(Detailed {
             positions: positions.clone(),
@@ -134,7 +164,10 @@ pub fn edit_detail_observed<'m, T: Scalar>(
     let direction = options.direction;
     let rest = system.rest(MollifiedCotangent::of(mesh))?;
     let updater = PrescribedField(wanted_field(&rest, edit, direction));
-    let edited = system.run(rest, updater, AlongCurvature { direction })?;
+    let mut edited = system.run(rest, updater, AlongCurvature { direction })?;
+    if let Some(mask) = mask {
+        edited = mask.blend(positions, &edited);
+    }
     let surface = Surface::new(mesh, positions)?;
     let size = surface.bounding_box().longest_side().as_f64();
     let bound = options.max_displacement.unwrap_or(LONGEST_MOVE * size);
@@ -145,6 +178,7 @@ pub fn edit_detail_observed<'m, T: Scalar>(
             held,
             preserve: options.preserve,
             bound: Some(bound),
+            mask,
         };
         correction.apply(edited)
     };

@@ -325,9 +325,11 @@ mod tests {
             vertices: vec![0, 2],
             motion: GroupMotion::To(vec![Point3::new(0.1, -0.0, 5e-324); 2]),
             weight: Some(0.3),
+            turn: None,
         };
         let bad = Group {
             weight: Some(f64::NAN),
+            turn: None,
             ..group.clone()
         };
         let record = Record {

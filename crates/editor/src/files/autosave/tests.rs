@@ -29,6 +29,7 @@ impl Sandbox {
                 vertices: vec![2, 0],
                 motion: GroupMotion::Fixed,
                 weight: None,
+                turn: None,
             }],
             state: json!({"camera": [1.5, 2], "name": "ä"}),
         }

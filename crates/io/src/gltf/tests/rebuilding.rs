@@ -4,13 +4,13 @@ use serde_json::json;
 use super::made::no_files;
 use super::made::{CORNERS, FACES, Made, json_of};
 use crate::attributes::NONE;
-use crate::document::Parsed;
 use crate::error::IoError;
 use crate::faces::FaceList;
 use crate::format::Format;
 use crate::gltf::GltfFile;
 use crate::limits::Limits;
 use crate::normals::Normals;
+use crate::parsed::Parsed;
 use crate::remap::Remap;
 use crate::source::{Mesh, Moves, SourceFile};
 

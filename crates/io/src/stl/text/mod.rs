@@ -14,13 +14,12 @@ use nalgebra::Point3;
 
 use super::soup::Soup;
 use crate::attributes::{Attributes, LabelKind, Labels, NONE, NORMAL, Property, Values};
-use crate::document::Document;
 use crate::error::IoError;
 use crate::format::Format;
 use crate::limits::Limits;
 use crate::number;
 use crate::remap::Remap;
-use crate::source::{Mesh, Moves, SourceFile, TextPatch};
+use crate::source::{Mesh, Moves, Reading, SourceFile, TextPatch};
 use crate::text as lines;
 use scan::{Layout, coordinate, normal_number, scan};
 use words::{Word, Words};
@@ -57,7 +56,7 @@ pub(in crate::stl) fn starts_as_text(bytes: &[u8]) -> bool {
     first.is_some_and(|word| word.is("solid")) && !window.contains(&0)
 }
 
-pub(in crate::stl) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, IoError> {
+pub(in crate::stl) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Reading, IoError> {
     let mut soup = Soup::new(limits, bytes.len(), bytes.len() / USUAL_FACET);
     let layout = scan(&bytes, limits, |layout, corners| {
         let held = layout.num_bytes();
@@ -74,7 +73,10 @@ pub(in crate::stl) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Document, 
         }
         soup.facet(positions)
     })?;
-    Document::from_source(soup.finish(Vec::new()), TextStl { bytes, layout })
+    Ok(Reading::new(
+        soup.finish(Vec::new()),
+        TextStl { bytes, layout },
+    ))
 }
 
 /// A text STL as it was read.

@@ -1,0 +1,215 @@
+//! The job of `deform`, `reconstruct` and `demo`: reads handles, edits the mesh, reports.
+
+use cotan::DeformOptions;
+use cotan::flow::StopReason;
+use cotan_tool::Work;
+use cotan_tool::handles_file::{self, Constraint, HandlesFile};
+
+use super::args::{InputArgs, RunArgs};
+use super::edit::{Edit, Edited, History};
+use super::report::{DeformReport, Setting};
+use crate::args::OutputPath;
+use crate::console::Console;
+use crate::error::CliError;
+use crate::memory;
+use crate::paths;
+use crate::picture::{BeforeAfter, marks};
+use crate::pipeline::{Context, Finished, Job, Output, Plan};
+use crate::prepare::{Prepared, Source};
+use crate::report::counted;
+
+/// An edit with the handles of a file.
+pub(crate) struct DeformJob<'a> {
+    pub(crate) input: &'a InputArgs,
+    pub(crate) run: &'a RunArgs,
+    pub(crate) options: DeformOptions,
+    pub(crate) soft: Option<f64>,
+    pub(crate) at_limit: AtLimit,
+    pub(crate) loose: Loose,
+}
+
+/// The treatment of parts of the mesh that have no handle.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Loose {
+    /// The parts stay where they are.
+    Hold,
+    /// The job is refused.
+    Refuse,
+}
+
+/// The meaning of reaching the iteration limit.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum AtLimit {
+    /// The shape has not converged, which deserves a warning.
+    Warn,
+    /// The number of iterations was requested.
+    Expected,
+}
+
+/// The results of an edit in addition to its report.
+pub(crate) struct Rest {
+    edited: Edited,
+    /// The handles, including those that hold parts without any.
+    constraints: Vec<Constraint>,
+}
+
+impl Job for DeformJob<'_> {
+    type Meshes = Prepared;
+    type Report = DeformReport;
+    type Rest = Rest;
+
+    fn plan(&self) -> Plan<'_, Source> {
+        Plan {
+            sources: self.input.source(),
+            output: &self.input.output,
+            embed: self.input.embed,
+            threads: self.run.threads,
+            report: self.run.report.as_ref(),
+            iterations: Some(self.options.iteration_limit),
+        }
+    }
+
+    fn check(&self) -> Result<(), CliError> {
+        match self.handles().matrix_beside() {
+            Some(matrix) => paths::check_read("the matrix of --handles", &matrix),
+            None => Ok(()),
+        }
+    }
+
+    fn run(
+        &self,
+        mesh: &mut Prepared,
+        context: &Context<'_>,
+    ) -> Result<Finished<DeformReport, Rest>, CliError> {
+        let mut options = self.options.clone();
+        options.system.max_memory = Some(mesh.check_memory(Work::Deform)?);
+        let file_vertices = mesh.file_vertices.as_ref();
+        let read = self.handles();
+        let mut constraints = read.read(&mesh.document, &mesh.processing, file_vertices)?;
+        let num_handles = constraints.len();
+        constraints.extend(self.held_still(&constraints, mesh, context.console));
+        let edit = Edit {
+            constraints: &constraints,
+            options: &options,
+            soft: self.soft,
+            precision: self.run.precision,
+            history: if self.run.history {
+                History::Keep
+            } else {
+                History::Skip
+            },
+        };
+        let edited = edit.run(mesh, &context.progress)?;
+        let setting = Setting {
+            faces: mesh.processing.mesh().num_faces(),
+            handles: num_handles,
+            options: &self.options,
+            precision: self.run.precision,
+        };
+        Ok(Finished {
+            mesh: Output::InPlace,
+            report: DeformReport::new(&edited, setting),
+            rest: Rest {
+                edited,
+                constraints,
+            },
+        })
+    }
+
+    fn after_save(
+        &self,
+        _: &Prepared,
+        finished: &mut Finished<DeformReport, Rest>,
+        context: &Context<'_>,
+    ) -> Result<(), CliError> {
+        self.warn(&finished.rest.edited, context.console);
+        Ok(())
+    }
+
+    fn picture(
+        &self,
+        mesh: &Prepared,
+        finished: &Finished<DeformReport, Rest>,
+    ) -> Option<(&OutputPath, Vec<u8>)> {
+        let path = self.run.picture.as_ref()?;
+        let pair = BeforeAfter {
+            mesh: mesh.processing.mesh(),
+            before: mesh.processing.positions(),
+            after: &finished.rest.edited.positions,
+            marks: &marks(&finished.rest.constraints, &mesh.processing),
+        };
+        Some((path, pair.png()))
+    }
+}
+
+impl DeformJob<'_> {
+    fn handles(&self) -> HandlesFile<'_> {
+        HandlesFile {
+            path: &self.input.handles,
+            def: self.input.def.as_deref(),
+            max_bytes: memory::limits().max_bytes,
+        }
+    }
+
+    /// Handles that fix everything without a handle, with a warning about them.
+    fn held_still(
+        &self,
+        constraints: &[Constraint],
+        mesh: &Prepared,
+        console: &Console,
+    ) -> Vec<Constraint> {
+        if self.loose == Loose::Refuse {
+            return Vec::new();
+        }
+        let file_vertices = mesh.file_vertices.as_ref();
+        let Some(loose) = handles_file::Loose::of(constraints, &mesh.processing, file_vertices)
+        else {
+            return Vec::new();
+        };
+        console.warn(&loose);
+        if !loose.constraints.is_empty() {
+            mesh.warn_weldable(console);
+        }
+        loose.constraints
+    }
+
+    /// Warns about a flow that did not converge and a shape with defects.
+    fn warn(&self, edited: &Edited, console: &Console) {
+        let flow = &edited.flow;
+        let (change, iterations) = (flow.change, counted(flow.iterations, "iteration"));
+        match flow.stop {
+            StopReason::IterationLimit if self.at_limit == AtLimit::Warn => {
+                console.warn(format_args!(
+                    "not converged after {iterations} (the last moved a vertex by \
+                     {change:.1e} of the diagonal); raise --iterations, or try another \
+                     --orientation"
+                ));
+            }
+            StopReason::Diverged => console.warn(format_args!(
+                "diverged after {iterations}; the last finite shape was \
+                 written; try another --orientation or --scheme clamped"
+            )),
+            StopReason::Stalled => console.warn(format_args!(
+                "stopped after {iterations} before the tolerance was met: within rounding, no step \
+                 leads further"
+            )),
+            _ => {}
+        }
+        if let Some(lost) = flow.lost_turn {
+            console.warn(format_args!(
+                "a turn of more than 180° was lost: a part of the shape turned back by {:.0}°; \
+                 this shape holds about {:.0}° between its handles; turn them less, or use \
+                 --hold-winding",
+                lost.back.to_degrees(),
+                lost.held.to_degrees()
+            ));
+        }
+        let flipped = edited.quality.flipped_faces;
+        if flipped > 0 {
+            console.warn(format_args!(
+                "{} flipped against the neighbours",
+                counted(flipped, "face")
+            ));
+        }
+    }
+}

@@ -1,0 +1,90 @@
+//! Measures of the original surface that all sizes share.
+
+use cotan_flow::BoxUnits;
+use cotan_geometry::{Positions, Scalar, Surface, vertex_area_vectors};
+use cotan_halfedge::{HalfedgeMap, HalfedgeMesh, VertexMap};
+use cotan_laplacian::{OneRings, Operator, Symmetry};
+use nalgebra::Vector3;
+
+use crate::error::Error;
+use crate::smooth::mollified::{mollified_cotangents, with_floor};
+
+/// The original surface in box units, in double precision.
+pub(super) struct RestSurface {
+    pub(super) positions: Positions<f64>,
+    /// −S, with mollified cotangents.
+    pub(super) operator: Operator<f64>,
+    /// m: barycentric areas, each at least a twentieth of the largest in its ring.
+    pub(super) masses: Vec<f64>,
+    /// N⁰: a third of the sum of the area vectors around each vertex.
+    pub(super) area_vectors: Vec<Vector3<f64>>,
+    /// S x⁰.
+    pub(super) laplacian: Vec<Vector3<f64>>,
+    /// q = S x⁰ · n⁰, positive where convex: the integrated curvature, which is 0 on a boundary.
+    pub(super) curvature: Vec<f64>,
+}
+
+impl RestSurface {
+    pub(super) fn new<T: Scalar>(
+        surface: &Surface<'_, T>,
+        units: &BoxUnits<T>,
+    ) -> Result<Self, Error> {
+        let mesh = surface.mesh();
+        let (corner, size) = (units.corner().map(T::as_f64), units.size().as_f64());
+        let to_box = |p: &nalgebra::Point3<T>| ((p.map(T::as_f64) - corner) / size).into();
+        let positions: Positions<f64> = surface.positions().map(to_box);
+        let rest = Surface::new(mesh, &positions)?;
+        let operator = operator(&rest);
+        let mut masses = with_floor(mesh, &rest.dual_areas()).into_vec();
+        raise(&mut masses);
+        let normals = rest.vertex_normals();
+        let area_vectors = vertex_area_vectors(&rest).map(|n| n / 3.0).into_vec();
+        let mut laplacian = VertexMap::filled(positions.len(), Vector3::zeros());
+        operator.apply(&positions, &mut laplacian);
+        laplacian.values_mut().for_each(|l| *l = -*l);
+        let curvature = mesh.vertices().map(|v| match mesh.is_boundary_vertex(v) {
+            true => 0.0,
+            false => laplacian[v].dot(&normals[v]),
+        });
+        Ok(Self {
+            curvature: curvature.collect(),
+            laplacian: laplacian.into_vec(),
+            positions,
+            operator,
+            masses,
+            area_vectors,
+        })
+    }
+}
+
+/// The mollified cotangent operator, with the rows of boundary vertices.
+fn operator(surface: &Surface<'_, f64>) -> Operator<f64> {
+    let mut cotangents = HalfedgeMap::default();
+    mollified_cotangents(surface, &mut cotangents);
+    let rings = OneRings::new(surface.mesh());
+    let weights = rings.halfedges().iter();
+    // A face whose corners coincide has no cotangents.
+    let weights = weights.map(|h| cotangents[*h] + cotangents[h.twin()]);
+    let weights = weights
+        .map(|w| if w.is_finite() { w } else { 0.0 })
+        .collect();
+    Operator::new(rings.graph().clone(), weights, Symmetry::Symmetric)
+        .expect("mollified cotangents are at most 35")
+}
+
+/// Raises the masses to a tiny fraction of the mean, for components without area.
+fn raise(masses: &mut [f64]) {
+    let mean = masses.iter().sum::<f64>() / masses.len().max(1) as f64;
+    let least = if mean > 0.0 { LEAST_MASS * mean } else { 1.0 };
+    masses.iter_mut().for_each(|m| *m = m.max(least));
+}
+
+/// Small enough to leave a component alone that is a ten-thousandth of the others in size.
+const LEAST_MASS: f64 = 1e-9;
+
+/// The vertices of a mesh that have rows without a curvature.
+pub(super) fn boundary(mesh: &HalfedgeMesh) -> Vec<bool> {
+    mesh.vertices()
+        .map(|v| mesh.is_boundary_vertex(v))
+        .collect()
+}
