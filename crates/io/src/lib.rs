@@ -27,6 +27,7 @@
 //! # Ok::<(), cotan_io::IoError>(())
 //! ```
 
+mod assembly;
 mod attributes;
 mod beside;
 mod companions;
@@ -76,6 +77,7 @@ mod unfinished;
 mod weld;
 mod weldable;
 
+pub use assembly::{Assembled, Assembly, DataSource};
 pub use attributes::{
     Attributes, COLOR, CornerProperty, LabelKind, Labels, NONE, NORMAL, Property, UV, Values,
 };
