@@ -1,28 +1,16 @@
 //! Access to the real models and reference cases of the stories, if they are available.
 //!
 //! They are other people's data, in a folder named `shared` next to the project, and never part of
-//! this repository. Without them the stories print a message and pass.
+//! this repository. Without them the stories pass, and are recorded as skipped.
 
 #[cfg(doctest)]
 mod book;
 pub mod fuzzing;
 
-use std::path::PathBuf;
-
 use cotan::prelude::*;
 use cotan_io::{Numbering, ProcessingMesh, Weld};
+pub use cotan_testing::{shared, skip};
 use serde_json::Value;
-
-/// Returns a file of the folder `shared`, or `None`, with a message, if it does not exist.
-pub fn shared(path: &str) -> Option<PathBuf> {
-    let full = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared")).join(path);
-    if full.exists() {
-        Some(full)
-    } else {
-        println!("skipped: {path} is not beside the project");
-        None
-    }
-}
 
 /// A model of `shared/meshes`.
 pub fn model(name: &str) -> Option<ProcessingMesh> {

@@ -2,7 +2,7 @@
 //! The tables of `docs/decisions/2026-11-30-smoothing-by-size.md`.
 //!
 //! ```sh
-//! cargo run --release -p cotan-tests --example size_table -- [transfer|models|time]
+//! cargo run --release -p cotan-tests --example size_table -- [transfer|bumps|resolution|scan|models|time]
 //! ```
 
 use std::time::Instant;
@@ -18,6 +18,15 @@ fn main() {
     let is_wanted = |name: &str| wanted.as_deref().is_none_or(|w| w == name);
     if is_wanted("transfer") {
         transfer();
+    }
+    if is_wanted("bumps") {
+        bumps();
+    }
+    if is_wanted("resolution") {
+        resolution();
+    }
+    if is_wanted("scan") {
+        scan();
     }
     if is_wanted("models") {
         models();
@@ -81,6 +90,127 @@ fn transfer() {
         }
     }
     println!();
+}
+
+/// The height kept of one round bump (a raised cosine of diameter D) on a plane.
+fn bumps() {
+    println!("\n| s/D | 0.25 | 0.5 | 0.75 | 1 | 1.5 | 2 |\n|---|---|---|---|---|---|---|");
+    print!("| kept |");
+    let flat = cotan::shapes::bumpy_plane::<f64>([1.0, 1.0], [160, 160], 0.0);
+    let diameter = 0.1;
+    let centre = flat.surface().bounding_box().center();
+    let height = |p: &Point3<f64>| {
+        let r = (p - centre).norm() / diameter;
+        0.01 * diameter
+            * if r < 0.5 {
+                0.5 + 0.5 * (2.0 * std::f64::consts::PI * r).cos()
+            } else {
+                0.0
+            }
+    };
+    let x = flat.positions().map(|p| p + Vector3::z() * height(p));
+    let top = |x: &Positions<f64>| x.values().map(|p| p.z).fold(f64::MIN, f64::max);
+    let surface = flat.surface();
+    let mut job = job(&surface.with_positions(&x));
+    for ratio in [0.25, 0.5, 0.75, 1.0, 1.5, 2.0] {
+        let smoothed = job
+            .smooth(&BumpSize::Length(ratio * diameter))
+            .expect("smooths");
+        print!(" {:.2} |", top(&smoothed.positions) / top(&x));
+    }
+    println!();
+}
+
+/// The dinosaur, and the same surface with each triangle split into four: how much the motions of
+/// the common vertices differ.
+fn resolution() {
+    let Some(mesh) = model("dinosaur.obj") else {
+        return;
+    };
+    let coarse = mesh.surface();
+    let (points, triangles) = split(&coarse);
+    let fine = Mesh::from_triangles(&points, &triangles).expect("a surface");
+    println!("\n| s % | difference of the motions, % |\n|---|---|");
+    for percent in [2.0, 5.0, 10.0] {
+        let size = BumpSize::Share(0.01 * percent);
+        let smooth = |surface: &Surface<'_, f64>| {
+            job(surface).smooth(&size).expect("models smooth").positions
+        };
+        let (a, b) = (smooth(&coarse), smooth(&fine.surface()));
+        let (mut off, mut motion) = (0.0, 0.0);
+        for (v, p) in a.iter() {
+            off += (p - b[v]).norm_squared();
+            motion += (p - coarse.position(v)).norm_squared();
+        }
+        println!("| {percent} | {:.2} |", 100.0 * f64::sqrt(off / motion));
+    }
+}
+
+/// Each triangle as four; the vertices come first.
+fn split(surface: &Surface<'_, f64>) -> (Vec<[f64; 3]>, Vec<u32>) {
+    let mesh = surface.mesh();
+    let n = mesh.num_vertices() as u32;
+    let mut points: Vec<[f64; 3]> = surface
+        .positions()
+        .values()
+        .map(|p| [p.x, p.y, p.z])
+        .collect();
+    for e in mesh.edges() {
+        let [a, b] = mesh.edge_vertices(e).map(|v| surface.position(v));
+        let m = nalgebra::center(&a, &b);
+        points.push([m.x, m.y, m.z]);
+    }
+    let mut triangles = Vec::new();
+    for f in mesh.faces() {
+        let sides: Vec<_> = mesh.face_halfedges(f).collect();
+        let corner = |k: usize| mesh.origin(sides[k]).index() as u32;
+        let middle = |k: usize| n + sides[k].edge().index() as u32;
+        for k in 0..3 {
+            triangles.extend([corner(k), middle(k), middle((k + 2) % 3)]);
+        }
+        triangles.extend([middle(0), middle(1), middle(2)]);
+    }
+    (points, triangles)
+}
+
+/// 437,000 vertices in 150 bodies, on one thread.
+fn scan() {
+    let body = irregular::<f64>(2_913, Numbering::Natural, 11);
+    let (mut points, mut triangles) = (Vec::new(), Vec::new());
+    for k in 0..150 {
+        let first = points.len() as u32;
+        let (x, y) = (f64::from(k % 15), f64::from(k / 15));
+        let size = 0.1 + 0.3 * (f64::from(k) * 0.618).fract();
+        let placed = body.to_positions::<f64>();
+        points.extend(
+            placed
+                .iter()
+                .map(|p| [size * p[0] + x, size * p[1] + y, size * p[2]]),
+        );
+        triangles.extend(body.to_triangles().iter().map(|v| v + first));
+    }
+    let mesh = Mesh::from_triangles(&points, &triangles).expect("a surface");
+    cotan_parallel::on_threads(1, || {
+        let surface = mesh.surface();
+        let operator = Operator::assemble(&ClampedCotangent::default(), &surface).expect("weights");
+        let diagonal: Vec<f64> = surface.dual_areas().values().map(|m| 1e4 * m).collect();
+        let clock = Instant::now();
+        LinearSystem::screened(&operator, &diagonal, &[]).expect("a matrix");
+        let factor = clock.elapsed().as_secs_f64();
+        let clock = Instant::now();
+        job(&surface).smooth(&BumpSize::Share(0.005)).expect("smooths");
+        let seconds = clock.elapsed().as_secs_f64();
+        println!(
+            "\n{} vertices: {seconds:.2} s, {:.1} times the factorization of S + μm ({factor:.2} s)",
+            mesh.num_vertices(),
+            seconds / factor
+        );
+    })
+    .expect("a thread");
+    if let Ok(status) = std::fs::read_to_string("/proc/self/status") {
+        let peak = status.lines().find(|line| line.starts_with("VmHWM"));
+        println!("{}", peak.unwrap_or_default());
+    }
 }
 
 fn job(surface: &Surface<'_, f64>) -> SmoothBySize<f64> {

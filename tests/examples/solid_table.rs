@@ -1,5 +1,7 @@
 //! Prints the distance of the deformations of `shared/reference/solid` from an elastic body, next
-//! to the figures of other methods.
+//! to the figures of other methods, which do not include dihedral angles and singular values. Then
+//! compares the thin shell and the solid body on the drags by which the default orientation was
+//! chosen.
 //!
 //! ```text
 //! cargo run --release -p cotan-tests --example solid_table [-- part of an edit's name ...]
@@ -8,7 +10,7 @@
 use std::time::Instant;
 
 use cotan::prelude::*;
-use cotan_tests::{Case, solid_cases};
+use cotan_tests::{Case, bend_cases, reference_cases, solid_cases};
 
 fn main() {
     let wanted: Vec<String> = std::env::args().skip(1).collect();
@@ -25,7 +27,7 @@ fn main() {
         for (method, values) in table[&case.name].as_object().into_iter().flatten() {
             let value = |key: &str| values[key].as_f64().unwrap_or(f64::NAN);
             println!(
-                "| {} | told: {method} | {:.3} | {:.3} | {:.3} | {:.4} | {:.2} | {} | {} | {:.1} | | | {} | |",
+                "| {} | reference: {method} | {:.3} | {:.3} | {:.3} | {:.4} | {:.2} | {} | {} | | | | {} | |",
                 case.name,
                 value("rms_distance_to_solid_percent"),
                 value("vol"),
@@ -34,7 +36,6 @@ fn main() {
                 value("edge"),
                 value("fold"),
                 value("sx"),
-                value("bend").to_degrees(),
                 value("it"),
             );
         }
@@ -53,6 +54,48 @@ fn main() {
         let mean = (sum / f64::from(count)).exp();
         println!("\ngeometric mean of the distances, solid over thin: {mean:.3}");
     }
+    println!("\n| drag | E_g, thin | solid | ratio | E_p, thin | solid | ratio | folds | stop |");
+    println!("|---|---|---|---|---|---|---|---|---|");
+    for case in reference_cases().into_iter().chain(bend_cases()) {
+        if wanted.is_empty() || wanted.iter().any(|w| case.name.contains(w.as_str())) {
+            compare(&case);
+        }
+    }
+}
+
+/// Prints the errors of a drag, thin and solid.
+fn compare(case: &Case) {
+    let surface = Surface::assume_checked(case.mesh.mesh(), &case.positions);
+    let [thin, solid] = [Stiffness::THIN, Stiffness::SOLID].map(|stiffness| {
+        let options = DeformOptions::default().stiffness(stiffness);
+        let deformed = deform(surface, &case.handles, &options).expect("an edit");
+        let moved = surface.with_positions(&deformed.positions);
+        let quality = Quality::measure(&surface, &moved).expect("one mesh");
+        (quality, deformed.report)
+    });
+    let (g, p) = (
+        [thin.0.errors.geometry, solid.0.errors.geometry],
+        [
+            thin.0.errors.parameterization,
+            solid.0.errors.parameterization,
+        ],
+    );
+    let folds = |quality: &Quality| quality.flipped_faces + quality.folded_edges;
+    let stop = |report: &Report| format!("{} after {}", report.stop, report.iterations);
+    println!(
+        "| {} | {:.4} | {:.4} | {:.2} | {:.3} | {:.3} | {:.2} | {}, {} | {}, {} |",
+        case.name,
+        g[0],
+        g[1],
+        g[1] / g[0],
+        p[0],
+        p[1],
+        p[1] / p[0],
+        folds(&thin.0),
+        folds(&solid.0),
+        stop(&thin.1),
+        stop(&solid.1),
+    );
 }
 
 /// Runs one edit, prints its row, and returns the distance.

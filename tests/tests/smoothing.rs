@@ -41,7 +41,7 @@ fn named(name: &str) -> Option<cotan_io::ProcessingMesh> {
         "spot" | "fandisk" => model(&format!("{name}.obj")),
         "camelhead" => model("camelhead.off"),
         _ => {
-            println!("skipped: {name} is not among the models beside the project");
+            cotan_tests::skip(format_args!("{name} is not among the models of shared"));
             None
         }
     }

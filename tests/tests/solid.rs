@@ -406,3 +406,95 @@ fn single_precision_gives_the_same_shapes() {
     let single: Positions<f64> = single.positions.map(|p| p.map(f64::from));
     assert!(farthest(&double.positions, &single) < 4e-4);
 }
+
+/// A slab of 21 × 21 × 2 cells with 10 × 10 square holes through it, whose webs are a quarter as
+/// wide as the holes: genus 100. Every face of a cell is cut into 2 × 2 squares.
+fn cheese() -> Mesh<f64> {
+    const CELLS: [usize; 3] = [21, 21, 2];
+    /// Squares along the side of a cell.
+    const FINE: usize = 2;
+    let is_filled = |[x, y, z]: [isize; 3]| {
+        let is_inside = |at: isize, k: usize| (0..(CELLS[k] * FINE) as isize).contains(&at);
+        let is_hole = (x / FINE as isize) % 2 == 1 && (y / FINE as isize) % 2 == 1;
+        is_inside(x, 0) && is_inside(y, 1) && is_inside(z, 2) && !is_hole
+    };
+    // Odd cells, the holes, are stretched, and even ones, the webs, compressed.
+    let place = |at: usize| {
+        let (cell, part) = (at / FINE, (at % FINE) as f64 / FINE as f64);
+        let start = (cell / 2) as f64 * 2.0 + if cell % 2 == 1 { 0.4 } else { 0.0 };
+        start + part * if cell % 2 == 1 { 1.6 } else { 0.4 }
+    };
+    let size = CELLS.map(|cells| (cells * FINE) as isize);
+    let mut index = std::collections::BTreeMap::new();
+    let (mut positions, mut faces) = (Vec::new(), Vec::new());
+    for x in 0..size[0] {
+        for y in 0..size[1] {
+            for z in (0..size[2]).filter(|&z| is_filled([x, y, z])) {
+                for (axis, side) in (0..3).flat_map(|axis| [(axis, 0), (axis, 1)]) {
+                    let mut beyond = [x, y, z];
+                    beyond[axis] += if side == 1 { 1 } else { -1 };
+                    if is_filled(beyond) {
+                        continue;
+                    }
+                    let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+                    let mut ring = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[a, b]| {
+                        let mut corner = [x, y, z];
+                        corner[axis] += side;
+                        corner[u] += a;
+                        corner[v] += b;
+                        *index.entry(corner).or_insert_with(|| {
+                            let [x, y, z] = corner.map(|at| at as usize);
+                            let depth = 0.4 * z as f64;
+                            positions.push(Point3::new(place(x), place(y), depth));
+                            positions.len() as u32 - 1
+                        })
+                    });
+                    if side == 0 {
+                        ring.reverse();
+                    }
+                    let [a, b, c, d] = ring;
+                    faces.extend([[a, b, c], [a, c, d]]);
+                }
+            }
+        }
+    }
+    let mesh = HalfedgeMesh::from_faces(positions.len(), &faces).unwrap();
+    Mesh::new(mesh, positions.into_iter().collect()).unwrap()
+}
+
+/// Thin webs converge, without a fold: struts are short there and would be stiff without a cap.
+#[test]
+fn thin_webs_converge() {
+    let shape = cheese();
+    let mesh = shape.connectivity();
+    assert_eq!(mesh.genus(), 100);
+    let surface = shape.surface();
+    let bounds = cotan::geometry::bounding_box(&surface);
+    let left = surface.vertices_where(|p| p.x < bounds.min.x + 0.45);
+    let right = surface.vertices_where(|p| p.x > bounds.max.x - 0.45);
+    let middle = nalgebra::center(&bounds.min, &bounds.max).coords;
+    let edits = [
+        ("bend", Vector3::y() * -1.0, Vector3::new(-2.0, 0.0, 6.0)),
+        ("twist", Vector3::x() * 1.0, Vector3::zeros()),
+        ("stretch", Vector3::zeros(), Vector3::new(4.0, 0.0, 0.0)),
+    ];
+    for (name, turn, way) in edits {
+        let motion = Translation3::from(middle + way).to_homogeneous()
+            * Rotation3::new(turn).to_homogeneous()
+            * Translation3::from(-middle).to_homogeneous();
+        let handles = Handles::new()
+            .fix(left.clone())
+            .transform(right.clone(), motion);
+        let moved = deform(&shape, &handles, &DeformOptions::default()).unwrap();
+        assert_eq!(moved.report.stop, StopReason::Converged, "{name}");
+        println!("{name}: {} iterations", moved.report.iterations);
+        assert!(
+            moved.report.iterations <= 60,
+            "{name}: {}",
+            moved.report.iterations
+        );
+        let moved = surface.with_positions(&moved.positions);
+        let quality = Quality::measure(&surface, &moved).unwrap();
+        assert_eq!(quality.flipped_faces + quality.folded_edges, 0, "{name}");
+    }
+}

@@ -9,8 +9,8 @@ use clap::{Parser, Subcommand};
 
 use crate::args::{LimitArgs, Messages};
 use crate::commands::{
-    bench, compare, completions, convert, deform, demo, detail, edit, info, morph, reconstruct,
-    repair, resample, smooth, sphere,
+    bench, compare, completions, convert, deform, demo, denoise, detail, edit, geodesic, info,
+    morph, reconstruct, repair, resample, smooth, sphere,
 };
 
 /// Edit triangle meshes by a few handles: the surface follows, its details turn with it.
@@ -55,7 +55,8 @@ Examples:
   cotan deform bar.obj --handles bar.json -o bent.obj --picture bent.png
   cotan edit bar.obj                             the same by hand, in a window
   cotan sphere brain.ply -o sphere.ply           onto the unit sphere, no triangle flipped
-  cotan smooth scan.ply -o smooth.ply --preserve-volume
+  cotan smooth scan.ply --size 2% -o smooth.ply  bumps below 2 % of the size go
+  cotan denoise scan.ply -o clean.ply            noise goes, as much as is found
   cotan compare bar.obj bent.obj                 how far the two are from each other
   cotan bench scan.ply                           how long this machine takes for this mesh
 
@@ -72,7 +73,7 @@ pub(crate) enum Command {
     /// Open a mesh in the editor: drag handles and see the surface follow
     #[command(after_help = edit::args::EXAMPLE)]
     Edit(edit::args::EditArgs),
-    /// Repair a mesh without guessing a shape, and tell each change
+    /// Repair a mesh without guessing a shape, and report each change
     #[command(after_help = repair::args::EXAMPLE)]
     Repair(repair::args::RepairArgs),
     /// Move handles and let the surface follow
@@ -87,16 +88,25 @@ pub(crate) enum Command {
     /// Remesh a closed shape by the even triangles of an icosphere
     #[command(after_help = resample::args::EXAMPLE)]
     Resample(resample::args::ResampleArgs),
+    /// Join parts of two meshes into one, without a seam
+    #[command(after_help = merge::args::EXAMPLE)]
+    Merge(merge::args::MergeArgs),
     /// Write a shape between two closed ones
     #[command(after_help = morph::args::EXAMPLE)]
     Morph(morph::args::MorphArgs),
-    /// Smooth a mesh without shrinking it
+    /// Remove bumps that are smaller than a size, and keep pose, girth and volume
     #[command(after_help = smooth::args::EXAMPLE)]
     Smooth(smooth::args::SmoothArgs),
+    /// Remove the noise of a mesh, and nothing else
+    #[command(after_help = denoise::args::EXAMPLE)]
+    Denoise(denoise::args::DenoiseArgs),
     /// Exaggerate, fade, exchange or paint the details of a mesh
     #[command(after_help = detail::args::EXAMPLE)]
     Detail(detail::args::DetailArgs),
-    /// Measure how far two meshes of the same connectivity are from each other
+    /// Measure distances along a mesh from some of its vertices
+    #[command(after_help = geodesic::args::EXAMPLE)]
+    Geodesic(geodesic::args::GeodesicArgs),
+    /// Measure how far two meshes are from each other
     #[command(after_help = compare::args::EXAMPLE)]
     Compare(compare::args::CompareArgs),
     /// Write a mesh in another format (.obj, .ply, .off, .stl, .gltf, .glb)

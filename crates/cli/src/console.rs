@@ -94,7 +94,7 @@ impl Console {
     }
 
     /// Prints a note about something the command did in addition to its task.
-    pub(crate) fn tell(&self, text: impl Display) {
+    pub(crate) fn inform(&self, text: impl Display) {
         if self.volume > Volume::Quiet {
             say(&Text::of(format_args!("note: {text}")));
         }
@@ -152,7 +152,7 @@ pub(crate) fn print_usage(mut usage: clap::Error) {
 /// Installs a panic hook that prints one printable line.
 ///
 /// A panic is a bug in this program, but its message may quote a file.
-pub(crate) fn tell_panics() {
+pub(crate) fn install_panic_hook() {
     std::panic::set_hook(Box::new(|info: &PanicHookInfo<'_>| {
         let payload = info.payload();
         let message = payload.downcast_ref::<&str>().copied();
@@ -162,7 +162,7 @@ pub(crate) fn tell_panics() {
             .location()
             .map_or_else(String::new, |place| format!(" at {place}"));
         say(&Text::of(format_args!(
-            "error: this is a fault in cotan, please report it: panic{place}: {message}"
+            "error: this is a bug in cotan, please report it: panic{place}: {message}"
         )));
     }));
 }

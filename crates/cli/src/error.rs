@@ -67,13 +67,30 @@ pub(crate) enum CliError {
         paths: [PathBuf; 2],
         problem: String,
     },
+    /// Distances along a mesh cannot be measured.
+    #[error("{}: {source}", path.display())]
+    Distances {
+        path: PathBuf,
+        #[source]
+        source: cotan::surface::DistanceError,
+    },
+    /// No face has the vertex that an option names.
+    #[error("{}: vertex {vertex} is on no face; the vertices are 0 to {}", path.display(), num_vertices.saturating_sub(1))]
+    NoVertex {
+        path: PathBuf,
+        vertex: usize,
+        num_vertices: usize,
+    },
     /// The file has no such field.
-    #[error("{}: the vertices have no finite number \"{name}\"; their numbers are: {known}", path.display())]
+    #[error("{}: the vertices have no finite values of \"{name}\"; their scalar properties are: {known}", path.display())]
     NoField {
         path: PathBuf,
         name: String,
         known: String,
     },
+    /// The part that `--mask` or `--region` names has no vertex.
+    #[error("{}: the part that is to move has no vertex; check the numbers of --mask or --region (cotan info shows the size of the mesh)", path.display())]
+    EmptyPart { path: PathBuf },
     /// A report, a picture or a folder cannot be written.
     #[error("{}: cannot write: {source}", path.display())]
     Write {
@@ -86,7 +103,7 @@ pub(crate) enum CliError {
     Output(#[source] io::Error),
     /// The editor, which is a separate package, is not installed.
     #[error(
-        "the program `cotan-editor` is neither beside this one nor on the PATH; install it with \
+        "the program `cotan-editor` is neither next to this one nor on the PATH; install it with \
          `cargo install cotan-editor`, or build it in a checkout with `cargo build -p cotan-editor`"
     )]
     NoEditor,
@@ -139,7 +156,7 @@ impl CliError {
         let mut then = "";
         if let Some(weld) = weld_option(weld) {
             option = format!("{weld} {option}");
-            then = " and leave --weld out then";
+            then = " and then omit --weld";
         }
         let remedy = match cure {
             Cure::Command => format!("repair with `cotan repair {option}`"),
@@ -148,9 +165,7 @@ impl CliError {
             }
             Cure::Offered => format!("repair with `cotan repair {option}` first{then}"),
             Cure::Beyond => {
-                format!(
-                    "--repair does not go so far: repair with `cotan repair {option}` first{then}"
-                )
+                format!("--repair is not enough: repair with `cotan repair {option}` first{then}")
             }
         };
         Self::Unsound {

@@ -14,10 +14,10 @@ use crate::{memory, paths};
 pub(crate) fn load(path: &InputPath, console: &Console) -> Result<Document, CliError> {
     let document = load_with(path, memory::limits(), &Folder::of(path))?;
     paths::check_companions(&document, path)?;
-    for warning in document.warnings().iter().take(MOST_WARNINGS) {
+    for warning in document.warnings().iter().take(MAX_WARNINGS) {
         console.warn(format_args!("{}: {warning}", path.display()));
     }
-    if let Some(more) = document.warnings().len().checked_sub(MOST_WARNINGS)
+    if let Some(more) = document.warnings().len().checked_sub(MAX_WARNINGS)
         && more > 0
     {
         console.warn(format_args!("{}: {more} more warnings", path.display()));
@@ -49,7 +49,7 @@ pub(crate) fn save(
     let format = Format::from_path(path).ok_or_else(|| in_file(path, IoError::UnknownFormat))?;
     let saved = save_with(document, path, embed.companions())?;
     for copied in &saved.copied {
-        console.tell(format_args!(
+        console.inform(format_args!(
             "{}: copied, since {} refers to it",
             copied.display(),
             path.display()
@@ -71,4 +71,4 @@ pub(crate) fn write(path: &OutputPath, bytes: &[u8]) -> Result<(), CliError> {
 }
 
 /// The largest number of warnings printed for a file.
-const MOST_WARNINGS: usize = 10;
+const MAX_WARNINGS: usize = 10;

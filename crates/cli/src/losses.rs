@@ -34,14 +34,14 @@ fn forgotten(format: Format, changes: &[Change]) -> Vec<String> {
             ""
         };
         forgotten.push(format!(
-            "{format} stores positions, not which vertices are one; what was parted at the same \
-             position meets again when the file is read{unless}"
+            "{format} stores positions, not the identity of vertices; vertices that were split are \
+             merged again when the file is read{unless}"
         ));
     }
     if is_gltf && changes.iter().any(is_merging) {
         forgotten.push(format!(
-            "{format} keeps its vertices where they are; those that were merged within a distance \
-             are apart again when the file is read, unless with the same --weld"
+            "{format} keeps the original positions; vertices that were merged within a distance are \
+             separate again when the file is read, unless with the same --weld"
         ));
     }
     forgotten

@@ -8,6 +8,7 @@ mod error;
 mod files;
 mod losses;
 mod memory;
+mod part;
 mod paths;
 mod picture;
 mod pipeline;
@@ -17,6 +18,7 @@ mod same_faces;
 mod sphere;
 mod text;
 mod threads;
+mod vertex_field;
 
 use std::process::ExitCode;
 
@@ -26,7 +28,7 @@ use command_line::Arguments;
 use console::Console;
 
 fn main() -> ExitCode {
-    console::tell_panics();
+    console::install_panic_hook();
     let mut command = Arguments::command();
     let parsed = command.try_get_matches_from_mut(command_line::joined(std::env::args_os()));
     let parsed = parsed.and_then(|matches| {

@@ -110,7 +110,7 @@ pub(crate) fn check_copied(copied: &[PathBuf]) -> Result<(), CliError> {
     let Some(paths) = NAMED.get() else {
         return Ok(());
     };
-    let check = |path: &PathBuf| paths.check_written("a file beside the mesh,", path);
+    let check = |path: &PathBuf| paths.check_written("a file next to the mesh,", path);
     Ok(copied.iter().try_for_each(check)?)
 }
 

@@ -8,6 +8,7 @@
 mod camera;
 mod color_bar;
 mod curvature;
+mod distance;
 mod heat;
 mod image;
 mod pair;
@@ -20,6 +21,7 @@ use cotan::halfedge::{FaceId, VertexId};
 
 pub(crate) use cotan_tool::ColorScale;
 pub(crate) use curvature::curvature_picture;
+pub(crate) use distance::distance_picture;
 pub(crate) use heat::{HeatMap, Panel, Quantity, Views};
 pub(crate) use image::{Depth, png};
 use pair::Mark;
@@ -39,7 +41,7 @@ impl BeforeAfter<'_> {
             canvas.draw(self.scene(positions, &camera).corners(), Light::Sculpture);
             canvas.into_image()
         });
-        Image::beside(&panels).png()
+        Image::side_by_side(&panels).png()
     }
 
     /// The surface, coloured by its handles, with dots at isolated handles.

@@ -101,6 +101,7 @@ pub(crate) struct Finished<R, T> {
 
 /// The mesh to write.
 #[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "there is one per run")]
 pub(crate) enum Output {
     /// The file of the (first) mesh that was read, whose document the job has changed.
     InPlace,

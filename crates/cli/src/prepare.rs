@@ -29,6 +29,16 @@ pub(crate) struct Source {
     pub(crate) weld: Weld,
     /// The repair to suggest if no surface can be built.
     cure: Cure,
+    surfaces: Surfaces,
+}
+
+/// The surfaces that a job can work on.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Surfaces {
+    /// Oriented manifolds.
+    Manifold,
+    /// Any list of faces, cut into pieces whose copies of a vertex move as one.
+    Any,
 }
 
 impl Source {
@@ -43,13 +53,23 @@ impl Source {
             repair,
             filling: Filling::Off,
             weld: weld.unwrap_or_default(),
+            surfaces: Surfaces::Manifold,
         }
+    }
+
+    /// States the surfaces that the job can work on. Default: manifold ones.
+    pub(crate) fn surfaces(self, surfaces: Surfaces) -> Self {
+        Self { surfaces, ..self }
     }
 
     /// Fills holes too.
     pub(crate) fn fill_holes(mut self, filling: Filling) -> Self {
         self.filling = filling;
         if filling != Filling::Off {
+            #[expect(
+                clippy::unwrap_or_default,
+                reason = "a new repair does nothing, the default one does"
+            )]
             let before = self.repair.unwrap_or_else(Repair::new);
             self.repair = Some(before.fill_holes(filling));
         }
@@ -59,7 +79,7 @@ impl Source {
 
 impl From<&MeshArgs> for Source {
     fn from(args: &MeshArgs) -> Self {
-        Self::new(&args.mesh, args.repair.then(Repair::default), args.weld)
+        Self::new(&args.mesh, args.repair.then(Repair::default), args.weld).surfaces(Surfaces::Any)
     }
 }
 
@@ -163,14 +183,14 @@ pub(crate) fn prepare(
             warn_unfair(path, problem, console);
         }
         let done = mended.repaired;
-        if tell_repairs(&source, &done.changes, console) == Repairs::Some {
+        if warn_repairs(&source, &done.changes, console) == Repairs::Some {
             repaired = Some(done);
         }
     }
     let processing = match &repaired {
-        None => document.surface_with(source.weld),
+        None => surface(&document, source.surfaces, source.weld),
         Some(done) => {
-            let surface = done.document.surface();
+            let surface = surface(&done.document, source.surfaces, Weld::AsFormat);
             surface.map_err(|error| before_repair(error, done))
         }
     };
@@ -196,6 +216,13 @@ pub(crate) fn prepare(
         file_faces,
         changes,
     })
+}
+
+fn surface(document: &Document, surfaces: Surfaces, weld: Weld) -> Result<ProcessingMesh, IoError> {
+    match surfaces {
+        Surfaces::Manifold => document.surface_with(weld),
+        Surfaces::Any => document.surface_in_pieces(weld),
+    }
 }
 
 /// Reads a mesh that a command only measures, and builds its half-edge mesh.
@@ -240,7 +267,7 @@ enum Repairs {
 }
 
 /// Warns about the changes of a repair, and about holes that it left open.
-fn tell_repairs(source: &Source, changes: &[Change], console: &Console) -> Repairs {
+fn warn_repairs(source: &Source, changes: &[Change], console: &Console) -> Repairs {
     let path = source.path.display();
     for change in changes {
         if let Change::KeptHole { .. } = change {
@@ -263,7 +290,7 @@ fn tell_repairs(source: &Source, changes: &[Change], console: &Console) -> Repai
         _ => " --fill-holes",
     };
     console.warn(format_args!(
-        "{path}: repaired by {}, from \"{first}\"; `cotan repair{option}` lists them",
+        "{path}: repaired by {}, the first of which is \"{first}\"; `cotan repair{option}` lists them",
         counted(count, "change")
     ));
     Repairs::Some

@@ -49,7 +49,7 @@ pub(crate) fn check_same_faces(
         .position(|(f, g)| f != g)
     {
         Some(face) => Err(different(format!(
-            "face {face} (counted from 0) has other corners"
+            "face {face} (counted from 0) has different corners"
         ))),
         None => Ok(()),
     }

@@ -62,16 +62,31 @@ impl<'m, T: Scalar> ShapeComparison<'m, T> {
     /// # Errors
     /// [`Error`] if the positions do not match the mesh or are not finite.
     pub fn fields(&self, positions: &Positions<T>) -> Result<ErrorFields, Error> {
+        let rows = self.of_rows(positions)?;
+        Ok(ErrorFields {
+            parameterization: self.mesh.to_vertices(rows.parameterization),
+            geometry: self.mesh.to_vertices(rows.geometry),
+        })
+    }
+
+    /// The contribution of each row: all copies of a vertex count once.
+    fn of_rows(&self, positions: &Positions<T>) -> Result<ErrorFields, Error> {
         let surface = Surface::new(self.mesh, positions)?;
         let (weights, laplacian) = measure(&surface, &self.rings)?;
         let squares = |i: usize| -> f64 {
             let ring = self.rings.ring(i);
-            ring.map(|(_, h)| (self.weights[h].as_f64() - weights[h].as_f64()).powi(2))
+            let weight = |w: &HalfedgeMap<T>, k| -> f64 {
+                let halfedges = self.rings.halfedges_of(k).iter();
+                halfedges.map(|h| w[*h].as_f64()).sum()
+            };
+            ring.map(|(_, k)| (weight(&self.weights, k) - weight(&weights, k)).powi(2))
                 .sum()
         };
         let pairs = self.laplacian.values().zip(laplacian.values());
         Ok(ErrorFields {
-            parameterization: (0..positions.len()).map(|i| squares(i).sqrt()).collect(),
+            parameterization: (0..self.rings.num_rows())
+                .map(|i| squares(i).sqrt())
+                .collect(),
             geometry: pairs
                 .map(|(a, b)| (a.norm() - b.norm()).as_f64().abs() / self.size)
                 .collect(),
@@ -83,7 +98,7 @@ impl<'m, T: Scalar> ShapeComparison<'m, T> {
     /// # Errors
     /// Same as [`Self::fields`].
     pub fn errors(&self, positions: &Positions<T>) -> Result<ShapeErrors, Error> {
-        Ok(self.fields(positions)?.errors())
+        Ok(self.of_rows(positions)?.errors())
     }
 
     /// Computes ln (area / original area) around each vertex of another shape of the mesh.
@@ -126,9 +141,16 @@ fn measure<T: Scalar>(
 ) -> Result<Measured<T>, Error> {
     let mesh = surface.mesh();
     let mut weights = HalfedgeMap::filled(mesh.num_halfedges(), T::zero());
-    Cotangent::default().weights(surface, &mut weights)?;
-    let mut laplacian = VertexMap::filled(mesh.num_vertices(), Vector3::zeros());
-    apply_weights(rings, &weights, surface.positions(), &mut laplacian);
+    let scheme = Cotangent::default();
+    scheme.weights(surface, &mut weights)?;
+    let mut laplacian = VertexMap::filled(mesh.num_rows(), Vector3::zeros());
+    apply_weights(
+        rings,
+        &scheme,
+        &weights,
+        surface.positions(),
+        &mut laplacian,
+    )?;
     Ok((weights, laplacian))
 }
 

@@ -20,15 +20,22 @@ pub struct Deformed<T: Scalar> {
 
 /// Moves `handles` and lets the surface follow. Its details are rotated and scaled as it bends.
 ///
-/// The surface may have boundaries. Every component needs a handle.
+/// The surface may have boundaries. Every component needs a handle. It need not be manifold or
+/// consistently oriented: a mesh that was cut into pieces
+/// ([`MeshBuilder::cut_into_pieces`](crate::MeshBuilder::cut_into_pieces)) deforms as one surface,
+/// and copies of a vertex stay together. The struts and the volume of
+/// [`cotan_flow::Stiffness`] belong to a piece: one that is cut from a one-sided surface has
+/// neither. Orientations that need normals ([`OrientationKind`](crate::OrientationKind)) refuse such
+/// a mesh.
 ///
 /// # Errors
 /// [`Error`] for a mesh that is not a valid surface, and for handles that do not exist,
 /// contradict each other or leave a component free. Reaching the iteration limit is not an error:
 /// see [`Deformed::report`].
 ///
-/// **Source**: paper, section 3.2. The default orientation differs from the paper (see
-/// `docs/decisions`); its own settings are [`DeformOptions::paper`].
+/// **Source**: paper, section 3.2. The default orientation differs from the paper, whose
+/// reflection does not reach a fixed point on detailed meshes. The settings of the paper are
+/// [`DeformOptions::paper`].
 pub fn deform<'m, T: Scalar>(
     surface: impl Into<Surface<'m, T>>,
     handles: &Handles<T>,

@@ -74,7 +74,7 @@ pub enum Error {
     Cancelled,
     /// The positions diverged during smoothing.
     #[error(
-        "smoothing ran away after {iterations} iterations; hold the mesh with more handles, or use an anchored method"
+        "smoothing diverged after {iterations} iterations; hold the mesh with more handles, or use an anchored method"
     )]
     SmoothingDiverged {
         /// The number of completed iterations.

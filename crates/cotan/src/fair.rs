@@ -48,30 +48,27 @@ pub(crate) fn fair_by<T: Scalar, S: LaplacianScheme<T>>(
     free: &[VertexId],
 ) -> Result<Positions<T>, Error> {
     let (mesh, positions) = (surface.mesh(), surface.positions());
-    let mut is_free = vec![false; mesh.num_vertices()];
-    for v in free {
-        if let Some(is_free) = is_free.get_mut(v.index()) {
-            *is_free = true;
-        }
+    // Copies of a vertex are one unknown.
+    let mut is_free = vec![false; mesh.num_rows()];
+    for v in free.iter().filter(|v| v.index() < mesh.num_vertices()) {
+        is_free[mesh.row_of(*v).index()] = true;
     }
     let components = mesh.components();
     let mut is_anchored = vec![false; components.count()];
-    for v in mesh.vertices().filter(|v| !is_free[v.index()]) {
+    for v in mesh.rows().filter(|v| !is_free[v.index()]) {
         is_anchored[components.of(v)] = true;
     }
     let is_held = |v: &VertexId| !is_free[v.index()] || !is_anchored[components.of(*v)];
-    let handles: Vec<Handle> = mesh.vertices().filter(is_held).map(Handle::hard).collect();
-    if handles.len() == mesh.num_vertices() {
+    let handles: Vec<Handle> = mesh.rows().filter(is_held).map(Handle::hard).collect();
+    if handles.len() == mesh.num_rows() {
         return Ok(positions.clone());
     }
     let correction = solve(scheme, surface, &handles)?;
-    Ok(positions
-        .iter()
-        .map(|(v, p)| match is_held(&v) {
-            true => *p,
-            false => p + correction[v].map(T::of_f64),
-        })
-        .collect())
+    let fair = mesh.rows().map(|v| match is_held(&v) {
+        true => positions[v],
+        false => positions[v] + correction[v].map(T::of_f64),
+    });
+    Ok(mesh.to_vertices(fair.collect()))
 }
 
 /// Solves for the displacement of each vertex.
@@ -85,10 +82,10 @@ fn solve<T: Scalar, S: LaplacianScheme<T>>(
         PreparedSystem::prepare(&operator, handles, None).map_err(cotan_flow::FlowError::from)?;
     let mesh = surface.mesh();
     let mismatch = mesh
-        .vertices()
+        .rows()
         .map(|v| -operator.apply_at(surface.positions(), v.index()))
         .collect();
-    let mut correction = VertexMap::filled(mesh.num_vertices(), Vector3::zeros());
+    let mut correction = VertexMap::filled(mesh.num_rows(), Vector3::zeros());
     let solved = system.correct(&Defect::of_laplacian(&mismatch), &mut correction);
     solved.map_err(cotan_flow::FlowError::from)?;
     Ok(correction)

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use cotan_geometry::{Positions, Scalar, scalar};
-use cotan_halfedge::VertexId;
+use cotan_halfedge::{HalfedgeMesh, VertexId};
 use cotan_linear::{Handle, Hold};
 use nalgebra::{Matrix4, Point3, Vector3};
 
@@ -307,11 +307,11 @@ impl<T: Scalar> Handles<T> {
         self
     }
 
-    /// The stated rotations, per vertex.
-    pub(crate) fn stated_turns(&self) -> Vec<(VertexId, Vector3<f64>)> {
+    /// The stated rotations, per row.
+    pub(crate) fn stated_turns(&self, mesh: &HalfedgeMesh) -> Vec<(VertexId, Vector3<f64>)> {
         let of_group = |group: &HandleGroup<T>| {
             let turn = group.turn.map(|turn| turn.map(T::as_f64));
-            let vertices = group.vertices.iter().copied();
+            let vertices = group.vertices.iter().map(|v| mesh.row_of(*v));
             let stated = turn.map(|turn| vertices.map(move |v| (v, turn)));
             stated.into_iter().flatten().collect::<Vec<_>>()
         };
@@ -332,28 +332,40 @@ impl<T: Scalar> Handles<T> {
         self.groups.iter().map(HandleGroup::vertices)
     }
 
-    /// Resolves the groups to one handle per vertex in ascending order, with its target, as
-    /// required by [`cotan_flow::FlowBuilder`].
+    /// Resolves the groups to one handle per row of `mesh` in ascending order, with its target, as
+    /// required by [`cotan_flow::FlowBuilder`]. A row is a vertex, or all copies of a vertex if the
+    /// mesh was cut into pieces ([`HalfedgeMesh::row_of`]).
+    ///
+    /// **Shapes**: one position per vertex, or one per row.
     ///
     /// # Errors
     /// [`Error`] for a group without vertices, a vertex that does not exist, a motion that does
     /// not match its group, and two groups that require different positions of a vertex.
-    pub fn resolve(&self, positions: &Positions<T>) -> Result<Vec<(Handle, Point3<T>)>, Error> {
+    ///
+    /// # Panics
+    /// If there are fewer positions than rows.
+    pub fn resolve(
+        &self,
+        mesh: &HalfedgeMesh,
+        positions: &Positions<T>,
+    ) -> Result<Vec<(Handle, Point3<T>)>, Error> {
+        let num_vertices = mesh.num_vertices();
         let mut all = Vec::new();
         for group in &self.groups {
             let index = group.id.index();
             if group.vertices.is_empty() {
                 return Err(Error::EmptyHandle { group: index });
             }
-            if let Some(&vertex) = group.vertices.iter().find(|v| v.index() >= positions.len()) {
+            if let Some(&vertex) = group.vertices.iter().find(|v| v.index() >= num_vertices) {
                 return Err(Error::HandleOutOfRange {
                     group: index,
                     vertex,
-                    num_vertices: positions.len(),
+                    num_vertices,
                 });
             }
-            let targets = group.motion.targets(index, &group.vertices, positions)?;
-            all.extend(group.vertices.iter().zip(targets).map(|(&vertex, target)| {
+            let rows: Vec<VertexId> = group.vertices.iter().map(|v| mesh.row_of(*v)).collect();
+            let targets = group.motion.targets(index, &rows, positions)?;
+            all.extend(rows.into_iter().zip(targets).map(|(vertex, target)| {
                 (
                     Handle {
                         vertex,

@@ -98,7 +98,7 @@ named!(
 );
 
 named!(
-    /// The built-in orientations. See `docs/decisions` for a comparison.
+    /// The built-in orientations.
     OrientationKind, "orientation", {
         /// [`Hybrid`]: an energy between that of the flow and that of as-rigid-as-possible
         /// editing.

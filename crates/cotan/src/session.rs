@@ -83,8 +83,8 @@ impl<T: Scalar> Session<T> {
     /// Same as [`Self::new`], and an error for an updater that the energy of the flow would not
     /// use ([`cotan_flow::FlowError::MutedUpdater`]).
     pub fn from_flow(flow: FlowBuilder<T>, handles: &Handles<T>) -> Result<Self, Error> {
-        let resolved = handles.resolve(flow.original_positions())?;
-        let stated = handles.stated_turns();
+        let resolved = handles.resolve(flow.mesh(), flow.original_positions())?;
+        let stated = handles.stated_turns(flow.mesh());
         let is_wound = stated.iter().any(|(_, turn)| turn.norm() > PI);
         let starts_from_original = flow.starts_from_original() && !is_wound;
         let flow = flow.handles(resolved).stated_turns(stated).build()?;
@@ -143,7 +143,7 @@ impl<T: Scalar> Session<T> {
             handles.turn_on(handle, &self.handles, self.original());
         }
         let targets: Vec<Point3<T>> = handles
-            .resolve(self.original())?
+            .resolve(self.flow.rest().mesh(), self.original())?
             .into_iter()
             .map(|(_, target)| target)
             .collect();
@@ -154,7 +154,7 @@ impl<T: Scalar> Session<T> {
     /// Keeps the handles that were moved, and has the flow hold their turns.
     fn take(&mut self, handles: Handles<T>) -> Result<(), Error> {
         self.handles = handles;
-        let stated = self.handles.stated_turns();
+        let stated = self.handles.stated_turns(self.flow.rest().mesh());
         Ok(self.flow.state_turns(stated)?)
     }
 
@@ -188,7 +188,7 @@ impl<T: Scalar> Session<T> {
     /// # Errors
     /// Same as [`Self::new`]. Nothing has changed in that case.
     pub fn set_handles(&mut self, handles: &Handles<T>) -> Result<(), Error> {
-        let resolved = handles.resolve(self.original())?;
+        let resolved = handles.resolve(self.flow.rest().mesh(), self.original())?;
         self.flow.set_handles(&resolved)?;
         self.take(handles.clone())
     }
@@ -225,7 +225,7 @@ impl<T: Scalar> Session<T> {
         }
     }
 
-    /// Replaces the current shape, for example with an earlier one after an undo. Hard handles
+    /// Replaces the current shape (one position per vertex), for example with an earlier one after an undo. Hard handles
     /// stay at their targets. Nothing is factorized.
     ///
     /// # Errors
@@ -269,7 +269,8 @@ impl<T: Scalar> Session<T> {
         Ok(self.flow.run(observer)?)
     }
 
-    /// The current positions, in the units of the input.
+    /// The current positions, in the units of the input, one per vertex. Copies of a vertex, in a
+    /// mesh that was cut into pieces, are all at one point.
     ///
     /// A component whose handles are all at their original positions has exactly its original
     /// positions, unless it was left far from them. See [`Flow::positions`] for other vertices
@@ -279,7 +280,7 @@ impl<T: Scalar> Session<T> {
         if let Some(unmoved) = &self.unmoved {
             unmoved.put_back(&self.flow, &mut positions);
         }
-        positions
+        self.flow.rest().mesh().to_vertices(positions)
     }
 
     /// The underlying flow.

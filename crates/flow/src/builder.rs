@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use cotan_geometry::{Positions, Scalar, Surface};
+use cotan_geometry::{Positions, Scalar, SurfaceError};
 use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
 use cotan_laplacian::{Cotangent, LaplacianScheme};
 use cotan_linear::{Handle, Membrane, PreparedSystem, SystemOptions};
@@ -29,16 +29,17 @@ pub const DEFAULT_TOLERANCE: f64 = 1e-4;
 /// The most iterations of a run.
 pub const DEFAULT_ITERATION_LIMIT: usize = 200;
 
-/// What the Laplacian coordinates of the first solve are.
+/// The Laplacian coordinates of the first solve.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Start {
     /// Those of the original mesh (the paper's default, section 3.4).
     Original,
-    /// Those of the original mesh, turned by the rotations of the handle regions: each connected
-    /// region of at least three handle vertices gives the rotation that fits its move best, and
-    /// rotation vectors are interpolated over the mesh by the flow's own system. A handle without
-    /// a rotation of its own counts as not turned. One more solve, when the flow is built; handles
-    /// that move later are followed from the shape at hand.
+    /// Those of the original mesh, turned by the rotations of the handle regions: the rotation
+    /// that fits the move of all handles best, and the deviation of each connected region from it,
+    /// which is interpolated over the mesh by the flow's own system. A region of fewer than three
+    /// vertices, or of vertices on a line, follows the rotation of all handles, or that of the
+    /// regions around it. One more solve, when the flow is built; handles that move later are
+    /// followed from the current shape.
     #[default]
     HandleRotations,
     /// Those that updater and orientation (or energy) make of the first shape, for scalar fields
@@ -48,7 +49,7 @@ pub enum Start {
     Zero,
 }
 
-/// Whether and how the iteration is accelerated.
+/// The acceleration of the iteration.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Acceleration {
     /// Plain steps.
@@ -236,7 +237,7 @@ impl<T: Scalar> FlowBuilder<T> {
         self
     }
 
-    /// How the system is solved, and what memory it may take. Default: [`SystemOptions::default`].
+    /// The strategy and the memory limit for the system. Default: [`SystemOptions::default`].
     #[must_use]
     pub fn system(mut self, options: SystemOptions) -> Self {
         self.system = options;
@@ -253,8 +254,8 @@ impl<T: Scalar> FlowBuilder<T> {
     /// States by how much handle vertices turn, as rotation vectors (an axis times an angle in
     /// radians), which may be more than half a turn: positions alone cannot tell. Of a region the
     /// vertex with the lowest index in the list of handles speaks for all. Used by
-    /// [`Start::HandleRotations`] where two regions turn by more than half a turn beside each
-    /// other; a turn that the targets contradict is ignored.
+    /// [`Start::HandleRotations`] where two regions turn by more than half a turn relative to
+    /// each other; a turn that the targets contradict is ignored.
     #[must_use]
     pub fn stated_turns(
         mut self,
@@ -264,7 +265,7 @@ impl<T: Scalar> FlowBuilder<T> {
         self
     }
 
-    /// Whether and how to accelerate.
+    /// The acceleration of the iteration. Default: [`Acceleration::Memory`] of five steps.
     #[must_use]
     pub fn acceleration(mut self, acceleration: Acceleration) -> Self {
         self.acceleration = acceleration;
@@ -301,7 +302,15 @@ impl<T: Scalar> FlowBuilder<T> {
         self
     }
 
-    /// The original positions.
+    /// The connectivity.
+    pub fn mesh(&self) -> &Arc<HalfedgeMesh> {
+        match &self.source {
+            Source::Measured(rest) => rest.shared_mesh(),
+            Source::Mesh { mesh, .. } => mesh,
+        }
+    }
+
+    /// The original positions, one per vertex or one per row.
     pub fn original_positions(&self) -> &Positions<T> {
         match &self.source {
             Source::Measured(rest) => rest.original_positions(),
@@ -309,8 +318,8 @@ impl<T: Scalar> FlowBuilder<T> {
         }
     }
 
-    /// Whether the iteration starts from the original shape, and not from zero vectors or another
-    /// one.
+    /// Returns `true` if the iteration starts from the original shape, and not from zero vectors
+    /// or another one.
     pub fn starts_from_original(&self) -> bool {
         self.start != Start::Zero && self.first_shape.is_none()
     }
@@ -432,11 +441,19 @@ fn check_shapes<T: Scalar>(
     first_shape: Option<&Positions<T>>,
     ratios: Option<&VertexMap<T>>,
 ) -> Result<(), FlowError> {
+    if let Some(shape) = first_shape
+        && shape.len() != rest.positions().len()
+    {
+        return Err(FlowError::Surface(SurfaceError::LengthMismatch {
+            positions: shape.len(),
+            vertices: rest.positions().len(),
+        }));
+    }
     if let Some(shape) = first_shape {
-        Surface::new(rest.mesh(), shape)?;
+        let _ = rest.rows_of(shape)?;
     }
     let Some(ratios) = ratios else { return Ok(()) };
-    if ratios.len() != rest.mesh().num_vertices() {
+    if ratios.len() != rest.positions().len() {
         return Err(FlowError::Setting {
             setting: "number of vertex ratios",
             range: "one per vertex",

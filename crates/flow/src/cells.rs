@@ -32,7 +32,9 @@ pub(crate) fn as_f64<T: Scalar>(v: Vector3<T>) -> Vector3<f64> {
 /// signs of the cotangents: a fit by these sums is safe where one by single edges with negative
 /// weights is not.
 pub(crate) fn edge_gradients<T: Scalar>(rest: &Rest<T>) -> HalfedgeMap<Vector3<f64>> {
-    let (mesh, cotangents, x) = (rest.mesh(), rest.cotangents(), rest.positions());
+    let (mesh, cotangents) = (rest.mesh(), rest.cotangents());
+    let surface = rest.surface();
+    let x = surface.positions();
     let edge = |h: HalfedgeId| as_f64(x[mesh.target(h)] - x[mesh.origin(h)]) * cotangents[h];
     let mut out = HalfedgeMap::filled(mesh.num_halfedges(), Vector3::zeros());
     parallel::fill(out.as_mut_slice(), |i| {
@@ -51,16 +53,24 @@ pub(crate) fn edge_gradients<T: Scalar>(rest: &Rest<T>) -> HalfedgeMap<Vector3<f
     out
 }
 
-/// In the order of the rings, for every halfedge h the value of `of(h)`, times a factor.
+/// In the order of the rings, for every halfedge h the value of `of(h)`, times a factor. Where
+/// several halfedges lead to a neighbour, the sum.
 pub(crate) fn in_rows(
     rings: &OneRings,
     values: &HalfedgeMap<Vector3<f64>>,
     factor: f64,
     of: impl Fn(HalfedgeId) -> HalfedgeId + Sync,
 ) -> Vec<[f64; 3]> {
-    let halfedges = rings.halfedges();
-    let mut out = vec![[0.0; 3]; halfedges.len()];
-    parallel::fill(&mut out, |k| (values[of(halfedges[k])] * factor).into());
+    let mut out = vec![[0.0; 3]; rings.graph().num_entries()];
+    if rings.is_shared() {
+        parallel::fill(&mut out, |k| {
+            let values = rings.halfedges_of(k).iter().map(|h| values[of(*h)]);
+            (values.sum::<Vector3<f64>>() * factor).into()
+        });
+    } else {
+        let halfedges = rings.halfedges();
+        parallel::fill(&mut out, |k| (values[of(halfedges[k])] * factor).into());
+    }
     out
 }
 

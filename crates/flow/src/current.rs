@@ -1,5 +1,6 @@
 //! The current positions, and what has been measured of them.
 
+use std::borrow::Cow;
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 use cotan_geometry::{Positions, Scalar, Surface, unit_or_zero};
@@ -40,6 +41,14 @@ impl<T: Scalar> Current<T> {
         &self.positions
     }
 
+    /// The positions per vertex: the same, unless vertices have copies.
+    pub(crate) fn of_vertices(&self, rest: &Rest<T>) -> Cow<'_, Positions<T>> {
+        match rest.mesh().has_copies() {
+            false => Cow::Borrowed(&self.positions),
+            true => Cow::Owned(rest.mesh().to_vertices(self.positions.clone())),
+        }
+    }
+
     /// The positions, to be written.
     pub(crate) fn write(&mut self) -> &mut Positions<T> {
         self.rest_laplacian.clear();
@@ -55,7 +64,8 @@ impl<T: Scalar> Current<T> {
             resize(out, self.positions.len());
             let mut weights = std::mem::take(&mut *lock(&self.weights));
             let mut sums = self.sums.room();
-            let surface = Surface::assume_checked(rest.mesh(), &self.positions);
+            let of_vertices = self.of_vertices(rest);
+            let surface = Surface::assume_checked(rest.mesh(), &of_vertices);
             let scheme = rest.scheme();
             let measured = scheme.measure(&surface, rest.fans(), &mut weights, out, &mut sums);
             *lock(&self.weights) = weights;

@@ -1,4 +1,4 @@
-//! What can be wrong with a flow.
+//! Errors of a flow.
 
 use cotan_geometry::{Readable, SurfaceError};
 use cotan_halfedge::VertexId;
@@ -27,17 +27,17 @@ pub enum FlowError {
     /// The number of targets is not the number of handles.
     #[error("there are {targets} target positions for {handles} handle vertices")]
     TargetCount {
-        /// How many targets were given.
+        /// The number of targets.
         targets: usize,
-        /// How many handle vertices there are.
+        /// The number of handle vertices.
         handles: usize,
     },
-    /// A surface that has shrunk to a point on the way, or whose weights are negative on the whole.
+    /// A surface that shrank to a point during the flow, or whose weights are mostly negative.
     #[error(
-        "the surface has shrunk to a point, or its weights are negative on the whole; try --scheme uniform"
+        "the surface has shrunk to a point, or its weights are mostly negative; try --scheme uniform"
     )]
     Collapsed,
-    /// A surface that has lost its volume on the way.
+    /// A surface that lost its volume during the flow.
     #[error("the surface encloses no volume any more, so it has no constant curvature")]
     NoVolume,
     /// A target that is NaN or infinite.
@@ -46,9 +46,9 @@ pub enum FlowError {
         /// The handle vertex.
         vertex: VertexId,
     },
-    /// A target so far away that the mesh would vanish beside it.
+    /// A target so far away that the mesh would lose its digits.
     #[error(
-        "the target of handle vertex {vertex} is so many times the mesh's size away from it that the mesh would lose its digits; check its units"
+        "the target of handle vertex {vertex} is so far from the mesh, compared to its size, that the mesh would lose its digits; check the units of the target"
     )]
     TargetTooFar {
         /// The handle vertex.
@@ -59,9 +59,9 @@ pub enum FlowError {
         "vertex {vertex} of the region does not exist: the mesh has {num_vertices} vertices, numbered from 0"
     )]
     RegionOutOfRange {
-        /// The vertex number that was given.
+        /// The vertex index.
         vertex: VertexId,
-        /// How many vertices there are.
+        /// The number of vertices of the mesh.
         num_vertices: usize,
     },
     /// A vertex that is not a handle was addressed as one.
@@ -75,9 +75,9 @@ pub enum FlowError {
     Setting {
         /// Name of the setting.
         setting: &'static str,
-        /// What it may be.
+        /// The allowed values.
         range: &'static str,
-        /// What it is.
+        /// The value that was given.
         value: f64,
     },
     /// An updater was given, and neither an orientation nor an energy.
@@ -85,6 +85,16 @@ pub enum FlowError {
         "an updater was given without an orientation or an energy: the membrane of the default energy knows the original edges and would mute its scalar field; choose an orientation, such as BestRotation, or name the energy that the field is to be weighed against"
     )]
     MutedUpdater,
+    /// A rule that needs one oriented surface was given a mesh that was cut into pieces.
+    #[error(
+        "{rule} needs one oriented surface, but this mesh has non-manifold edges, bow-ties or a one-sided part; use {instead}, or repair the mesh (cotan repair)"
+    )]
+    NeedsOneSurface {
+        /// Name of the rule.
+        rule: &'static str,
+        /// What can be used instead.
+        instead: &'static str,
+    },
     /// An updater or orientation failed, in its own words.
     #[error("{0}")]
     Custom(String),

@@ -51,8 +51,8 @@ pub(crate) struct Fit {
 }
 
 impl Fit {
-    /// Whether so many points determine the rotation: points on a line (or one point) leave the
-    /// turn about it open.
+    /// Returns `true` if so many points determine the rotation: points on a line (or one point)
+    /// leave the turn about it open.
     pub(crate) fn determines_rotation(&self, num_points: usize) -> bool {
         num_points >= 3 && self.singular_values[1] > 1e-6 * self.spread
     }

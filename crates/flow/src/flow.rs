@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use cotan_geometry::{Positions, Scalar, Surface};
+use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::{HalfedgeMesh, VertexId};
 use cotan_linear::{Handle, Membrane, PreparedSystem};
 use nalgebra::{Point3, Vector3};
@@ -22,9 +22,12 @@ use crate::workspace::Workspace;
 
 /// The iteration of curvature-flow Laplacian editing on one mesh with one set of handles.
 ///
-/// Built by [`Flow::builder`]; then stepped ([`Flow::step`]) or run ([`Flow::run`]). It can be kept
-/// and fed new handle positions ([`Flow::set_targets`]), frame after frame: nothing is factorized
-/// again. It owns all that it needs, and can be sent to a thread.
+/// Built by [`Flow::builder`]; then stepped ([`Flow::step`]) or run ([`Flow::run`]). It can be
+/// kept and fed new handle positions ([`Flow::set_targets`]), frame after frame: nothing is
+/// factorized again. It owns all that it needs, and can be sent to a thread.
+///
+/// Where a mesh was cut into pieces, handles, targets and positions are those of the rows, which are
+/// the first vertices: see [`Rest`].
 pub struct Flow<T: Scalar> {
     work: Workspace<T>,
     rule: Box<dyn Rule<T>>,
@@ -131,7 +134,7 @@ impl<T: Scalar> Flow<T> {
         self.rule.energy()
     }
 
-    /// Where the handles are to be, in their order and in the units of the input.
+    /// The targets of the handles, in their order and in the units of the input.
     pub fn handle_targets(&self) -> &[Point3<T>] {
         self.work.targets.in_input()
     }
@@ -141,7 +144,7 @@ impl<T: Scalar> Flow<T> {
         self.work.rest.box_units().size()
     }
 
-    /// The current positions, in the units of the input. Hard handles are exactly at their targets
+    /// The current positions, in the units of the input, one per row: see [`Rest`]. Hard handles are exactly at their targets
     /// (unless something projects the flow), and a vertex that has not moved has exactly its
     /// original position.
     ///
@@ -197,7 +200,8 @@ impl<T: Scalar> Flow<T> {
     /// Moves some handles to new targets; the others stay where they are.
     ///
     /// # Errors
-    /// [`FlowError`] if a vertex is not a handle or a target is not finite; nothing has moved then.
+    /// [`FlowError`] if a vertex is not a handle or a target is not finite; nothing has moved
+    /// then.
     pub fn move_handles(&mut self, moves: &[(VertexId, Point3<T>)]) -> Result<(), FlowError> {
         let changed = self.work.targets.move_some(moves)?;
         self.follow(changed);
@@ -208,8 +212,7 @@ impl<T: Scalar> Flow<T> {
     /// next steps; schedule and acceleration start over. A vertex that is no longer a hard handle
     /// is let go of where it is.
     ///
-    /// Whether anything is factorized depends on how the system is solved: see
-    /// [`cotan_linear::Strategy`].
+    /// Some strategies factorize again: see [`cotan_linear::Strategy`].
     ///
     /// # Errors
     /// [`FlowError`] as from [`FlowBuilder::build`]; nothing has changed then.
@@ -251,8 +254,8 @@ impl<T: Scalar> Flow<T> {
         Ok(())
     }
 
-    /// Changes the schedule of the steps from here on: 1 while a handle is held, say, and a falling
-    /// one when it is let go of.
+    /// Changes the schedule of the steps from here on: 1 while a handle is held, say, and a
+    /// falling one when it is let go of.
     ///
     /// # Errors
     /// [`FlowError`] for ratios out of range.
@@ -269,15 +272,15 @@ impl<T: Scalar> Flow<T> {
     /// Replaces the current shape by another one, in the units of the input; hard handles stay at
     /// their targets. The next steps start from it; schedule and acceleration start over.
     ///
-    /// **Shapes**: one position per vertex.
+    /// **Shapes**: one position per vertex, or one per row.
     ///
     /// # Errors
-    /// [`FlowError`] for a shape of another mesh or with a position that is not finite (nothing has
-    /// changed then), and what updater and orientation report.
+    /// [`FlowError`] for a shape of another mesh or with a position that is not finite (nothing
+    /// has changed then), and what updater and orientation report.
     pub fn set_shape(&mut self, shape: &Positions<T>) -> Result<(), FlowError> {
         let rest = &self.work.rest;
-        Surface::new(rest.mesh(), shape)?;
-        *self.work.current.write() = rest.box_units().to_box_all(shape);
+        let rows = rest.rows_of(shape)?;
+        *self.work.current.write() = rest.box_units().to_box_all(&rows);
         self.follow(Changed::Yes);
         self.rule.update(&mut self.work)
     }
@@ -301,7 +304,7 @@ impl<T: Scalar> Flow<T> {
     /// Iterates until convergence or the iteration limit.
     ///
     /// # Errors
-    /// What [`Flow::step`] reports.
+    /// As from [`Flow::step`].
     pub fn run_to_end(&mut self) -> Result<Report, FlowError> {
         self.run(|_, _| ControlFlow::Continue(()))
     }
@@ -312,7 +315,7 @@ impl<T: Scalar> Flow<T> {
     /// computed when it asks for them.
     ///
     /// # Errors
-    /// What [`Flow::step`] reports. Reaching the iteration limit is a stop reason, not an error.
+    /// As from [`Flow::step`]. Reaching the iteration limit is a stop reason, not an error.
     pub fn run(
         &mut self,
         mut observer: impl FnMut(&Self, &StepReport) -> ControlFlow<()>,
@@ -374,8 +377,8 @@ fn begin_wound<T: Scalar>(
     Ok(())
 }
 
-/// Whether a handle turns by more than half a turn from one list of turns to the next. Both are in
-/// the order of their vertices.
+/// Returns `true` if a handle turns by more than half a turn from one list to the next. Both are
+/// in the order of their vertices.
 fn has_jumped(before: &StatedTurns, after: &StatedTurns) -> bool {
     let turn_before = |vertex| {
         let at = before.binary_search_by_key(&vertex, |(v, _)| *v);

@@ -49,6 +49,7 @@ pub use flow::Flow;
 pub use nearest_rotation::nearest_rotation;
 pub use orientation::{AlongNormal, BestRotation, Limited, Orientation, Reflect, ReflectFirst};
 pub use per_rest::PerRest;
+pub use point_handles::predicted_point_handle_bytes;
 pub use projection::Projection;
 pub use report::{LostTurn, Report, StepReport, StopReason};
 pub use rest::Rest;

@@ -63,7 +63,7 @@ type FourMatrices = [Four; 9];
 /// Each of the four comes out as it would alone: it takes no further part once it is found.
 #[inline(always)]
 pub(crate) fn nearest_rotations_from(matrices: &[Mat3; 4], rotations: &mut [Mat3; 4]) {
-    const MOST_STEPS: usize = 6;
+    const MAX_STEPS: usize = 6;
     /// Radians. The terms of third order are as small as the axial vector is, so that convergence is
     /// cubic: the step after one of this size is below rounding.
     const LAST_STEP: f64 = 1e-5;
@@ -72,7 +72,7 @@ pub(crate) fn nearest_rotations_from(matrices: &[Mat3; 4], rotations: &mut [Mat3
     let least_pivot = Four::all(1e-6) * sum_of_squares(&s).sqrt();
     let mut r = side_by_side(rotations);
     let (mut is_open, mut is_found) = ([true; 4], [false; 4]);
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_STEPS {
         // Where two rotations are nearly as good as each other a Newton step is not to be trusted.
         let (step, is_safe) = newton_step(&transpose_product(&r, &s), least_pivot);
         let squared = step[0] * step[0] + step[1] * step[1] + step[2] * step[2];
@@ -230,10 +230,10 @@ fn transpose_product(a: &FourMatrices, b: &FourMatrices) -> FourMatrices {
 /// Unit eigenvector of the largest eigenvalue of a symmetric matrix, by cyclic Jacobi rotations.
 fn largest_eigenvector(mut m: Matrix4<f64>) -> [f64; 4] {
     // Six sweeps reach full precision from anywhere; convergence is quadratic at the end.
-    const MOST_SWEEPS: usize = 12;
+    const MAX_SWEEPS: usize = 12;
     let scale = m.norm_squared();
     let mut vectors = Matrix4::identity();
-    for _ in 0..MOST_SWEEPS {
+    for _ in 0..MAX_SWEEPS {
         let mut off_diagonal = 0.0;
         for q in 1..4 {
             for p in 0..q {

@@ -9,10 +9,11 @@ use pulp::{Simd, WithSimd};
 use crate::nearest_rotation::Mat3;
 use crate::vectors::CHUNKS;
 
-/// What a pass does to one chunk of entries. Not a closure, since the compiler leaves those outside
-/// what it compiles for wider vectors: `on` and all that its loops call must be `#[inline(always)]`.
+/// The work of a pass on one chunk of entries. Not a closure, since the compiler leaves those
+/// outside what it compiles for wider vectors: `on` and all that its loops call must be
+/// `#[inline(always)]`.
 pub(crate) trait Pass<A, const N: usize>: Sync {
-    /// Works on `entries`, the first of which is number `first`. Returns sums.
+    /// Works on `entries`, the first of which has the index `first`. Returns sums.
     fn on(&self, first: usize, entries: &mut [A]) -> [f64; N];
 }
 

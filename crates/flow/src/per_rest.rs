@@ -32,7 +32,7 @@ impl<V> PerRest<V> {
         Self { of: None }
     }
 
-    /// The value for `rest`; `make` computes it if it is not at hand.
+    /// The value for `rest`; `make` computes it if it is not known yet.
     pub fn get<T: Scalar>(&mut self, rest: &Rest<T>, make: impl FnOnce(&Rest<T>) -> V) -> &mut V {
         let at_hand = self.of.take().filter(|(of, _)| of.is_of(rest));
         let (_, value) = self

@@ -8,14 +8,14 @@
 //! E += |gap|² / c,      gap = u − o − Σ ω_j x_j,      λ = gap / c
 //! ```
 //!
-//! with u the target and o the way from the mean to the vertex in the original shape, turned as the
-//! handles tell. The spring has the compliance that the disc lacks compared with the vertex,
+//! with u the target and o the way from the mean to the vertex in the original shape, turned as
+//! the handles tell. The spring has the compliance that the disc lacks compared with the vertex,
 //!
 //! ```text
 //! c = 1 / (force on h that moves h by 1) − 1 / (force on the disc that does so)
 //! ```
 //!
-//! so that the handle pulls the body as far as it would without a disc. What is left of the way to
+//! so that the handle pulls the body as far as it would without a disc. The rest of the way to
 //! the target is added to the positions that the flow returns, as a bump around the vertex.
 //!
 //! The system holds h itself. With A its inverse, ω restricted to the free vertices, and two
@@ -33,7 +33,7 @@
 //! ```
 
 use cotan_geometry::{Positions, Scalar};
-use cotan_halfedge::{VertexId, VertexMap};
+use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
 use cotan_linear::{Defect, Hold, PreparedSystem};
 use cotan_parallel as parallel;
 use nalgebra::{DMatrix, Dyn, FullPivLU, MatrixXx3, Vector3};
@@ -94,15 +94,45 @@ impl Disc {
     }
 }
 
-/// More point handles than this hold the mesh so closely that cones are small, and their columns
-/// would take more memory than the factorization.
-pub(crate) const MOST_POINTS: usize = 24;
+/// The largest number of point handles that pull at discs. More of them hold the mesh so closely
+/// that cones are small, and their columns would take more memory than the factorization.
+pub(crate) const MAX_POINTS: usize = 24;
 
 /// A component that fewer vertices hold can turn about them, which springs would hinder.
 const FEWEST_HELD: usize = 3;
 
 /// The least compliance of a spring, over that of its disc.
 const STIFFEST: f64 = 1e-3;
+
+/// Predicts the bytes that the handles of single vertices among `held` take: two columns each, and
+/// three fields while they are solved for. 0 if there are none, or too many to pull at discs.
+pub fn predicted_point_handle_bytes(
+    mesh: &HalfedgeMesh,
+    held: impl IntoIterator<Item = VertexId>,
+) -> u64 {
+    let mut is_held = VertexMap::filled(mesh.num_vertices(), false);
+    let mut vertices = Vec::new();
+    for v in held {
+        if let Some(flag) = is_held.get_mut(v)
+            && !std::mem::replace(flag, true)
+        {
+            vertices.push(v);
+        }
+    }
+    let is_point = |v: &&VertexId| mesh.one_ring(**v).all(|j| !is_held[j]);
+    let num_points = vertices.iter().filter(is_point).count();
+    match num_points {
+        1..=MAX_POINTS => column_bytes(mesh.num_vertices(), num_points),
+        _ => 0,
+    }
+}
+
+/// The bytes of the columns of so many point handles, and of the fields from which they are made.
+fn column_bytes(num_vertices: usize, num_points: usize) -> u64 {
+    let columns = 2 * num_points * size_of::<f64>();
+    let fields = 3 * size_of::<Vector3<f64>>();
+    num_vertices as u64 * (columns + fields) as u64
+}
 
 impl PointHandles {
     /// Finds the handles of a single vertex and the discs of `radius` around them. `None` if there
@@ -127,7 +157,7 @@ impl PointHandles {
                 field[disc.vertex][lane] = 1.0;
             }
             let lifted = spread(work, field).ok()?;
-            // What is left there are the forces on the handles.
+            // The residual at the handles is the force on them.
             let defect = defect_of_shape(work, &lifted);
             let defect = Defect::of_laplacian(&work.terms.mismatch).with_tension(&defect);
             for (h, disc) in discs.iter().enumerate() {
@@ -195,7 +225,7 @@ impl PointHandles {
         &self.discs
     }
 
-    /// Whether a vertex is one of these handles.
+    /// Returns `true` if a vertex is one of these handles.
     pub(crate) fn contains(&self, vertex: VertexId) -> bool {
         self.discs.iter().any(|disc| disc.vertex == vertex)
     }
@@ -344,7 +374,7 @@ fn discs<T: Scalar>(rest: &Rest<T>, targets: &Targets<T>, radius: f64) -> Vec<Di
         .enumerate()
         .filter_map(single)
         .collect();
-    if single.len() > MOST_POINTS {
+    if single.len() > MAX_POINTS {
         return Vec::new();
     }
     let areas = rest.areas();
@@ -539,6 +569,22 @@ mod tests {
         }
         let pulled: f64 = points.energy(&work.targets, &at(&shape));
         assert!(pulled > 0.0);
+    }
+
+    #[test]
+    fn the_predicted_bytes_are_those_of_the_columns() {
+        let work = work();
+        let points = work.point_handles.as_ref().unwrap();
+        let n = work.rest.positions().len();
+        let held = work.targets.handles().iter().map(|h| h.vertex);
+        let predicted = predicted_point_handle_bytes(work.rest.mesh(), held.clone());
+        let fields = 3 * size_of::<Vector3<f64>>() * n;
+        let taken = points.columns.capacity() * size_of::<f64>();
+        assert_eq!(predicted, (taken + fields) as u64);
+        // A region has none, and neither has a crowd of points.
+        let region = held.filter(|v| !points.contains(*v));
+        assert_eq!(predicted_point_handle_bytes(work.rest.mesh(), region), 0);
+        assert_eq!(column_bytes(1, MAX_POINTS), 384 + 72);
     }
 
     #[test]

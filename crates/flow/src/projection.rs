@@ -1,27 +1,27 @@
-//! What every step is carried back to.
+//! Projections, which carry every step back to the shapes that a job allows.
 
 use cotan_geometry::{Positions, Scalar};
 
 use crate::error::FlowError;
 use crate::rest::Rest;
 
-/// Carries the positions after every step back to what a job keeps: a size, a place, a surface that
-/// the vertices lie on.
+/// Carries the positions after every step back to what a job keeps: a size, a place, a surface
+/// that the vertices lie on.
 ///
-/// A flow with a projection takes plain steps, its handles say no more than where the mesh is while
-/// nothing projects it, and it has converged when a step is shorter, *as the projection measures it*,
-/// than the tolerance. Dyn-compatible, and forwarded through `Box<P>` and `&mut P`.
+/// A flow with a projection takes plain steps, its handles say no more than where the mesh is
+/// while nothing projects it, and it has converged when a step is shorter, *as the projection
+/// measures it*, than the tolerance. Dyn-compatible, and forwarded through `Box<P>` and `&mut P`.
 pub trait Projection<T: Scalar>: Send + Sync {
-    /// Looks at the original positions, or those that the flow was told to start from, and may move
+    /// Looks at the original positions, or those from which the flow starts, and may move
     /// them, before anything is solved.
     ///
     /// # Errors
     /// Whatever the projection cannot do; the flow is not built then.
     fn start(&mut self, rest: &Rest<T>, positions: &mut Positions<T>) -> Result<(), FlowError>;
 
-    /// Replaces `next`, where the step leads from `before`, by the projected positions. Returns the
-    /// length of the step, which is compared with the tolerance; infinite while the flow has to go on
-    /// whatever the length.
+    /// Replaces `next`, where the step leads from `before`, by the projected positions. Returns
+    /// the length of the step, which is compared with the tolerance; infinite while the flow has
+    /// to go on whatever the length.
     ///
     /// **Shapes**: one position per vertex. **Units**: box units, or those of what it projects to.
     ///

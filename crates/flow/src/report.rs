@@ -1,12 +1,12 @@
-//! What a step and a whole run tell.
+//! Reports of a step and of a whole run.
 
 use cotan_linear::Choice;
 
-/// What one iteration did.
+/// The report of one iteration.
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[non_exhaustive]
 pub struct StepReport {
-    /// Number of this iteration since the flow was built, from 1. Each costs one solve.
+    /// The count of iterations since the flow was built, from 1. Each costs one solve.
     pub iteration: usize,
     /// The paper's criterion: the longest move of a vertex in this iteration, as a ratio of the
     /// bounding box's diagonal.
@@ -19,9 +19,9 @@ pub struct StepReport {
     pub energy: Option<f64>,
     /// Energies that differ by less are the same but for rounding; 0 without an energy.
     pub energy_rounding: f64,
-    /// Whether the step was a plain one and shorter than the tolerance.
+    /// `true` if the step was a plain one and shorter than the tolerance.
     pub converged: bool,
-    /// Whether no step lowers the energy any further, within rounding.
+    /// `true` if no step lowers the energy any further, within rounding.
     pub stalled: bool,
 }
 
@@ -76,7 +76,7 @@ impl std::fmt::Display for StopReason {
     }
 }
 
-/// How a run ended.
+/// The end of a run.
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[non_exhaustive]
 #[must_use = "a run may have stopped without converging"]
@@ -91,10 +91,10 @@ pub struct Report {
     pub residual: f64,
     /// The last energy, for a flow that descends one.
     pub energy: Option<f64>,
-    /// How the linear system was solved, and why so.
+    /// The strategy for the linear system, and the reason for it.
     pub solver: Option<Choice>,
-    /// Whether a turn was lost: handles were stated to turn by more than half a turn relative to
-    /// each other, and the energy did not hold that. `None` where no turn was lost.
+    /// A turn that was lost: handles were stated to turn by more than half a turn relative to each
+    /// other, and the energy did not hold that.
     pub lost_turn: Option<LostTurn>,
 }
 

@@ -1,11 +1,12 @@
-//! What the flow remembers of the original mesh.
+//! The original mesh and its measurements.
 
 use std::sync::{Arc, OnceLock};
 
 use cotan_geometry::{Positions, Scalar, Surface, surface_centroid, unit_or_zero};
-use cotan_halfedge::{HalfedgeId, HalfedgeMap, HalfedgeMesh, VertexMap};
+use cotan_halfedge::{HalfedgeId, HalfedgeMap, HalfedgeMesh, VertexId, VertexMap};
 use cotan_laplacian::{
-    Cotangent, FanSums, Fans, Graph, LaplacianScheme, OneRings, Operator, SchemeError, Symmetry,
+    Copies, Cotangent, FanSums, Fans, Graph, LaplacianScheme, OneRings, Operator, SchemeError,
+    Symmetry,
 };
 use nalgebra::Vector3;
 
@@ -14,6 +15,12 @@ use crate::error::FlowError;
 
 /// The original mesh in box units, its operator, and its Laplacian coordinates split into their
 /// parts.
+///
+/// There is one unknown per *row*, and all maps here have one entry per row. A row is a vertex,
+/// unless the mesh was cut into pieces: then all copies of a vertex are one row, which has the
+/// index of that vertex ([`HalfedgeMesh::row_of`]). Weights, areas and rotations are those of the
+/// row. Normals are sums over the pieces as they are oriented, and mean something only for rows
+/// without copies.
 ///
 /// It owns the mesh, or shares it: one rest shape can serve several flows, on several threads.
 pub struct Rest<T: Scalar> {
@@ -25,6 +32,8 @@ pub struct Rest<T: Scalar> {
     operator: Operator<T>,
     fans: Fans,
     positions: Positions<T>,
+    /// The positions per vertex, if vertices have copies.
+    of_vertices: Option<Positions<T>>,
     laplacian: VertexMap<Vector3<T>>,
     magnitudes: VertexMap<T>,
     normals: VertexMap<Vector3<T>>,
@@ -59,7 +68,8 @@ impl<T: Scalar> std::fmt::Debug for Rest<T> {
 impl<T: Scalar> Rest<T> {
     /// Measures a mesh and assembles its operator with the weights of `scheme`.
     ///
-    /// **Shapes**: one position per vertex, in any unit.
+    /// **Shapes**: one position per vertex, or one per row, in any unit. A copy of a vertex takes
+    /// the position of its row.
     ///
     /// # Errors
     /// [`FlowError`] for a mesh that is no surface or has no extent, and what the scheme reports.
@@ -76,12 +86,16 @@ impl<T: Scalar> Rest<T> {
         original: Arc<Positions<T>>,
         scheme: Arc<dyn LaplacianScheme<T>>,
     ) -> Result<Self, FlowError> {
-        let n = mesh.num_vertices();
-        let units = BoxUnits::of(&Surface::new(&mesh, &original)?)?;
+        let n = mesh.num_rows();
+        let (original, units) = in_rows(&mesh, original)?;
         let positions = units.to_box_all(&original);
-        let surface = Surface::new(&mesh, &positions)?;
+        let of_vertices = mesh
+            .has_copies()
+            .then(|| mesh.to_vertices(positions.clone()));
+        let surface = Surface::new(&mesh, of_vertices.as_ref().unwrap_or(&positions))?;
         let rings = Arc::new(OneRings::new(&mesh));
-        let operator = Operator::assemble_on(&rings, &*scheme, &surface)?;
+        let operator = scheme.operator(&rings, &surface)?;
+        check_graph(&*scheme, &operator, &rings)?;
         let mut laplacian = VertexMap::filled(n, Vector3::zeros());
         operator.apply(&positions, &mut laplacian);
         let magnitudes = laplacian.map(|ell| ell.norm());
@@ -104,7 +118,10 @@ impl<T: Scalar> Rest<T> {
         let cotangents = cotangents.map(|c| c.as_f64());
         let row_cotangents = (!is_cotangent).then(|| {
             let both = |h: &HalfedgeId| cotangents[*h] + cotangents[h.twin()];
-            rings.halfedges().iter().map(both).collect()
+            let entries = 0..rings.graph().num_entries();
+            entries
+                .map(|k| rings.halfedges_of(k).iter().map(both).sum())
+                .collect()
         });
         Ok(Self {
             identity: Identity(Arc::new(())),
@@ -117,6 +134,7 @@ impl<T: Scalar> Rest<T> {
             operator,
             fans,
             positions,
+            of_vertices,
             laplacian,
             magnitudes,
             cotangents,
@@ -134,7 +152,7 @@ impl<T: Scalar> Rest<T> {
         &self.units
     }
 
-    /// The original positions as they came, in the units of the input.
+    /// The original positions as they came, in the units of the input, one per row.
     pub fn original_positions(&self) -> &Arc<Positions<T>> {
         &self.original
     }
@@ -151,7 +169,20 @@ impl<T: Scalar> Rest<T> {
 
     /// The mesh with its original positions, in box units.
     pub fn surface(&self) -> Surface<'_, T> {
-        Surface::assume_checked(&self.mesh, &self.positions)
+        let positions = self.of_vertices.as_ref().unwrap_or(&self.positions);
+        Surface::assume_checked(&self.mesh, positions)
+    }
+
+    /// Checks another shape of the mesh and gives its positions per row.
+    ///
+    /// **Shapes**: one position per vertex, or one per row.
+    pub(crate) fn rows_of(&self, shape: &Positions<T>) -> Result<Positions<T>, FlowError> {
+        if self.mesh.has_copies() && shape.len() == self.mesh.num_rows() {
+            Surface::new(&self.mesh, &self.mesh.to_vertices(shape.clone()))?;
+        } else {
+            Surface::new(&self.mesh, shape)?;
+        }
+        Ok(self.mesh.to_rows(shape))
     }
 
     /// The connectivity.
@@ -179,6 +210,12 @@ impl<T: Scalar> Rest<T> {
     pub fn halfedge_weights(&self) -> &HalfedgeMap<f64> {
         self.halfedge_weights
             .get_or_init(|| self.rings().by_halfedge(self.operator.weights()))
+    }
+
+    /// The copies of a row's vertex, if the mesh was cut into pieces.
+    pub fn copies_of(&self, row: VertexId) -> impl ExactSizeIterator<Item = VertexId> + '_ {
+        let copies = self.fans.copies_of(row.index()).iter();
+        copies.map(|&v| VertexId::new(v as usize))
     }
 
     /// The triangles around each vertex.
@@ -228,8 +265,8 @@ impl<T: Scalar> Rest<T> {
         own.unwrap_or_else(|| self.operator.weights())
     }
 
-    /// Whether the operator's weights are the cotangents, so that the membrane's edges pull by half
-    /// of L⁰x.
+    /// Returns `true` if the operator's weights are the cotangents, so that the membrane's edges
+    /// pull by half of L⁰x.
     pub(crate) fn has_own_cotangents(&self) -> bool {
         self.row_cotangents.is_none()
     }
@@ -279,6 +316,41 @@ impl<T: Scalar> Rest<T> {
     }
 }
 
+/// The positions of the rows, and the unit.
+fn in_rows<T: Scalar>(
+    mesh: &HalfedgeMesh,
+    original: Arc<Positions<T>>,
+) -> Result<(Arc<Positions<T>>, BoxUnits<T>), FlowError> {
+    if !mesh.has_copies() {
+        let units = BoxUnits::of(&Surface::new(mesh, &original)?)?;
+        return Ok((original, units));
+    }
+    if original.len() != mesh.num_rows() {
+        Surface::new(mesh, &original)?;
+    }
+    let rows = mesh.to_rows(&original);
+    let of_vertices = mesh.to_vertices(rows.clone());
+    let units = BoxUnits::of(&Surface::new(mesh, &of_vertices)?)?;
+    Ok((Arc::new(rows), units))
+}
+
+/// The energies of the flow are sums over the edges of the mesh, and so must be the operator.
+fn check_graph<T: Scalar>(
+    scheme: &dyn LaplacianScheme<T>,
+    operator: &Operator<T>,
+    rings: &OneRings,
+) -> Result<(), SchemeError> {
+    if operator.graph() == rings.graph() {
+        return Ok(());
+    }
+    Err(SchemeError::Unsuitable {
+        scheme: scheme.name().into(),
+        reason: "its operator joins vertices that no edge of this mesh joins, which the flow \
+                 cannot use; remesh the surface, or choose a scheme on the edges of the mesh"
+            .into(),
+    })
+}
+
 /// The cotangent weights, from cotangents that are known already.
 struct SumOf<'a, T: Scalar> {
     cotangents: &'a HalfedgeMap<T>,
@@ -300,6 +372,10 @@ impl<T: Scalar> LaplacianScheme<T> for SumOf<'_, T> {
 
     fn symmetry(&self) -> Symmetry {
         Symmetry::Symmetric
+    }
+
+    fn copies(&self) -> Copies {
+        Copies::Sum
     }
 
     fn name(&self) -> &str {

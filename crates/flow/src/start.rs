@@ -66,7 +66,7 @@ pub(crate) fn first_guess<T: Scalar>(
     }))
 }
 
-/// The rotation of every handle, of its group, as its target and those of the others tell.
+/// The rotation of every handle: that of its group, derived from the targets.
 pub(crate) fn handle_rotations<T: Scalar>(
     rest: &Rest<T>,
     targets: &Targets<T>,
@@ -277,10 +277,10 @@ impl Groups {
     /// determine one.
     fn turn_among_others(&self, g: usize) -> Option<Matrix3<f64>> {
         /// Of more groups than this none is looked up: they hold the mesh by themselves.
-        const MOST_GROUPS: usize = 4000;
+        const MAX_GROUPS: usize = 4000;
         /// The nearest groups count; the weights of others are some 1e-4.
-        const MOST_MATES: usize = 64;
-        if self.centers.len() > MOST_GROUPS {
+        const MAX_MATES: usize = 64;
+        if self.centers.len() > MAX_GROUPS {
             return None;
         }
         let mut mates: Vec<&Pair> = self
@@ -294,10 +294,10 @@ impl Groups {
             return None;
         }
         let squared = |c: &Pair| (c.before - self.centers[g].before).norm_squared();
-        if mates.len() > MOST_MATES {
+        if mates.len() > MAX_MATES {
             let nearer = |a: &&Pair, b: &&Pair| squared(a).total_cmp(&squared(b));
-            mates.select_nth_unstable_by(MOST_MATES, nearer);
-            mates.truncate(MOST_MATES);
+            mates.select_nth_unstable_by(MAX_MATES, nearer);
+            mates.truncate(MAX_MATES);
         }
         let mut sorted: Vec<f64> = mates.iter().map(|c| squared(c)).collect();
         sorted.sort_by(f64::total_cmp);
@@ -318,7 +318,7 @@ impl Groups {
     }
 }
 
-/// Whether all points stay where they are, to the bit.
+/// Returns `true` if all points stay where they are, to the bit.
 fn rests(pairs: &[Pair]) -> bool {
     pairs.iter().all(|pair| pair.before == pair.after)
 }

@@ -1,5 +1,7 @@
 //! The current mesh, as updaters, orientations and energies see it.
 
+use std::borrow::Cow;
+
 use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::VertexMap;
 use nalgebra::{Matrix3, Vector3};
@@ -9,6 +11,12 @@ use crate::error::FlowError;
 use crate::rest::Rest;
 
 /// The current mesh, in box units.
+///
+/// Quantities have one entry per row, which is a vertex unless the mesh was cut into pieces: see
+/// [`Rest`]. Then [`Self::normals`] and [`Self::area_vectors`] are sums over pieces that may be
+/// oriented differently; a rule that needs them checks
+/// [`has_copies`](cotan_halfedge::HalfedgeMesh::has_copies) or
+/// [`is_shared_vertex`](cotan_halfedge::HalfedgeMesh::is_shared_vertex).
 ///
 /// A quantity is computed when it is first asked for, once for every shape, and shared by all who
 /// ask, from any thread. Asking for [`Self::laplacian`] before the others saves a pass.
@@ -40,7 +48,7 @@ impl<'a, T: Scalar> FlowState<'a, T> {
         self.rest
     }
 
-    /// Number of solves before this state.
+    /// The number of solves before this state.
     pub fn iteration(&self) -> usize {
         self.iteration
     }
@@ -48,6 +56,13 @@ impl<'a, T: Scalar> FlowState<'a, T> {
     /// The current positions, in box units.
     pub fn positions(&self) -> &'a Positions<T> {
         self.current.positions()
+    }
+
+    /// The current positions per vertex of the mesh, for a
+    /// [`Surface`](cotan_geometry::Surface): those of [`Self::positions`], which has one per row,
+    /// repeated for copies of vertices.
+    pub fn vertex_positions(&self) -> Cow<'a, Positions<T>> {
+        self.current.of_vertices(self.rest)
     }
 
     /// ℓ = L(v)v with the weights of the *current* mesh.

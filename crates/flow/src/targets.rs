@@ -18,11 +18,11 @@ pub(crate) struct Targets<T: Scalar> {
     in_box: Vec<Point3<T>>,
     /// Per vertex the index of its handle.
     index_of: VertexMap<Option<u32>>,
-    /// Whether each vertex may move, if not all may.
+    /// For each vertex, `true` if it may move; `None` if all may.
     region: Option<VertexMap<bool>>,
 }
 
-/// Whether anything is different from before.
+/// The result of a change of the targets: some are different, or all are as before.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[must_use]
 pub(crate) enum Changed {
@@ -47,7 +47,7 @@ impl<T: Scalar> Targets<T> {
             units,
             in_box: in_input.iter().map(|p| units.to_box(*p)).collect(),
             in_input,
-            index_of: index_of(&handles, mesh.num_vertices()),
+            index_of: index_of(&handles, mesh.num_rows()),
             handles,
             region,
         })
@@ -190,7 +190,7 @@ fn check<T: Scalar>(units: &BoxUnits<T>, handles: &[(Handle, Point3<T>)]) -> Res
         .try_for_each(|(handle, target)| check_one(units, handle.vertex, target))
 }
 
-/// Refuses targets that are not finite, or so far away that the mesh would vanish beside them.
+/// Refuses targets that are not finite, or so far away that the mesh would lose its digits.
 fn check_one<T: Scalar>(
     units: &BoxUnits<T>,
     vertex: VertexId,
@@ -208,9 +208,9 @@ fn check_one<T: Scalar>(
     Ok(())
 }
 
-/// Whether each vertex is one of these.
+/// Marks these vertices.
 fn is_within(mesh: &HalfedgeMesh, vertices: &[VertexId]) -> Result<VertexMap<bool>, FlowError> {
-    let num_vertices = mesh.num_vertices();
+    let num_vertices = mesh.num_rows();
     let mut is_inside = VertexMap::filled(num_vertices, false);
     for &vertex in vertices {
         if vertex.index() >= num_vertices {

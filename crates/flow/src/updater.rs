@@ -46,8 +46,8 @@ pub trait ScalarFieldUpdater<T: Scalar>: Send + Sync {
         field: &mut VertexMap<T>,
     ) -> Result<(), FlowError>;
 
-    /// Whether the field never changes once set, which saves a descent an update per step. A
-    /// wrapper that does not forward it is slower, not wrong.
+    /// Returns `true` if the field never changes once set, which saves a descent an update per
+    /// step. A wrapper that does not forward it is slower, not wrong.
     fn is_constant(&self) -> bool {
         false
     }

@@ -19,8 +19,8 @@ use crate::workspace::Workspace;
 /// than half a turn, which positions alone cannot tell.
 pub(crate) type StatedTurns = Vec<(VertexId, Vector3<f64>)>;
 
-/// The winding of a mesh whose handles are stated to turn by more than half a turn relative to each
-/// other.
+/// The winding of a mesh whose handles are stated to turn by more than half a turn relative to
+/// each other.
 #[derive(Clone, PartialEq, Debug)]
 #[non_exhaustive]
 pub struct Winding {
@@ -138,7 +138,7 @@ pub(crate) fn wind<T: Scalar>(
 /// A hundred turns: more are no turns of a body.
 const WIDEST: f64 = 200.0 * PI;
 
-/// Whether some turn is so wide that two of them can differ by more than half a turn.
+/// Returns `true` if some turn is so wide that two of them can differ by more than half a turn.
 fn could_wind(stated: &StatedTurns) -> bool {
     stated.iter().any(|(_, turn)| !(turn.norm() <= 0.5 * PI))
 }
@@ -175,16 +175,16 @@ fn stated_turns<T: Scalar>(
         let own: Vec<Pair> = group.iter().map(|&k| groups.pairs[k]).collect();
         let fit = Fit::new(&own);
         let vertex = handles[group[0]].vertex;
-        let told = stated
+        let given = stated
             .iter()
             .find(|(v, _)| *v == vertex)
             .map(|(_, turn)| *turn);
         if !fit.determines_rotation(own.len()) {
-            return told.unwrap_or_else(Vector3::zeros);
+            return given.unwrap_or_else(Vector3::zeros);
         }
         let fitted = Rotation3::from_matrix_unchecked(fit.rotation);
         let least = UnitQuaternion::from_rotation_matrix(&fitted);
-        match told {
+        match given {
             Some(turn) if least.angle_to(&UnitQuaternion::from_scaled_axis(turn)) < AGREES => turn,
             _ => least.scaled_axis(),
         }
@@ -222,9 +222,9 @@ fn twist_matrices(omega: &Vector3<f64>) -> [Matrix3<f64>; 2] {
 /// ```
 ///
 /// where limbs without handles, in which ∇u = 0, do not count. Its diameter is d = g / π. A twist
-/// gathers where the body is thin, so that thicker parts take less than they would hold: they count
-/// for l / d · d_min / d. Of the powers of d_min / d that were tried this one agrees best with the
-/// angles at which tapered and necked rods lose their turns.
+/// gathers where the body is thin, so that thicker parts take less than they would hold: they
+/// count for l / d · d_min / d. Of the powers of d_min / d that were tried this one agrees best
+/// with the angles at which tapered and necked rods lose their turns.
 fn diameters<T: Scalar>(rest: &Rest<T>, along: &VertexMap<f64>) -> f64 {
     /// Pieces between the ends.
     const PIECES: usize = 16;

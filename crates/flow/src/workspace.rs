@@ -28,7 +28,7 @@ pub(crate) struct Workspace<T: Scalar> {
     pub(crate) membrane_weight: f64,
     /// Current positions, in box units.
     pub(crate) current: Current<T>,
-    /// The positions before the step at hand.
+    /// The positions before the current step.
     pub(crate) start: Positions<T>,
     /// Scalar field d, and the Laplacian coordinates that the next solve aims at.
     pub(crate) field: VertexMap<T>,
@@ -196,8 +196,9 @@ impl<T: Scalar> Workspace<T> {
         }
     }
 
-    /// Counts a solve, and makes the current positions the start of a step: those at hand are to
-    /// be written anew. `None` if the correction is not finite; the positions are then kept.
+    /// Counts a solve, and makes the current positions the start of a step: the current ones are
+    /// then to be overwritten. `None` if the correction is not finite; the positions are then
+    /// kept.
     pub(crate) fn advance(&mut self) -> Option<Advance> {
         self.iteration += 1;
         let step = Advance {

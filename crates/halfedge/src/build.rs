@@ -201,6 +201,7 @@ impl Corners {
             next: vec![HalfedgeId(NONE); num_halfedges],
             prev: vec![HalfedgeId(NONE); num_halfedges],
             face: vec![NONE; num_halfedges],
+            shared: None,
         };
         for (face, range) in self.starts.windows(2).enumerate() {
             let halfedges = &halfedge_of[range[0] as usize..range[1] as usize];

@@ -46,6 +46,7 @@ mod ids;
 mod map;
 mod mesh;
 mod orientation;
+mod shared;
 #[cfg(any(test, feature = "testing"))]
 pub mod testing;
 mod topology;

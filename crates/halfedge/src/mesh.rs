@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::circulate::{BoundaryLoop, FaceHalfedges, IncomingHalfedges, OutgoingHalfedges};
 use crate::ids::{EdgeId, FaceId, HalfedgeId, VertexId};
+use crate::shared::Shared;
 
 /// Connectivity of a consistently oriented 2-manifold polygon mesh, with or without boundary.
 ///
@@ -23,6 +24,11 @@ use crate::ids::{EdgeId, FaceId, HalfedgeId, VertexId};
 /// `prev` are inverse permutations; every vertex has an edge and exactly one fan of faces; the
 /// outgoing halfedge stored for a boundary vertex is its boundary halfedge; no two edges join the
 /// same two vertices; no face visits a vertex twice.
+///
+/// A surface that is not manifold or not consistently oriented is represented by pieces that are
+/// ([`HalfedgeMesh::from_faces_in_pieces`]). The copies of a vertex then share a *row*, the index of
+/// whatever belongs to the point and not to a piece of the surface. In all other meshes a row is a
+/// vertex.
 ///
 /// The mesh holds no positions: these are stored in a separate [`VertexMap`](crate::VertexMap).
 ///
@@ -46,6 +52,8 @@ pub struct HalfedgeMesh {
     pub(crate) prev: Vec<HalfedgeId>,
     /// Per halfedge: the index of the face on its left, or `NONE` on the boundary.
     pub(crate) face: Vec<u32>,
+    /// The copies of vertices, if the mesh was cut into pieces.
+    pub(crate) shared: Option<Box<Shared>>,
 }
 
 /// Clones the mesh into an `Arc`, for functions that take `impl Into<Arc<HalfedgeMesh>>`.

@@ -6,6 +6,7 @@
 use crate::ids::{HalfedgeId, NONE, VertexId};
 use crate::map::{HalfedgeMap, VertexMap};
 use crate::mesh::HalfedgeMesh;
+use crate::shared::Sets;
 
 /// The connected components of a mesh, indexed from 0 in the order of their lowest vertex.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -76,7 +77,8 @@ impl ComponentTopology {
 }
 
 impl HalfedgeMesh {
-    /// The connected components, ordered by their lowest vertex. O(n).
+    /// The connected components, ordered by their lowest vertex. Pieces that share a row belong to
+    /// the same component. O(n).
     ///
     /// ```
     /// use cotan_halfedge::{HalfedgeMesh, VertexId};
@@ -87,6 +89,40 @@ impl HalfedgeMesh {
     /// # Ok::<(), cotan_halfedge::BuildError>(())
     /// ```
     pub fn components(&self) -> Components {
+        let pieces = self.pieces();
+        match self.has_copies() {
+            true => self.joined(&pieces),
+            false => pieces,
+        }
+    }
+
+    /// Joins the pieces that share a row.
+    fn joined(&self, pieces: &Components) -> Components {
+        let mut sets = Sets::new(pieces.count());
+        for (copy, row) in self.copies() {
+            sets.join(pieces.of_vertex[copy], pieces.of_vertex[row]);
+        }
+        // Pieces are ordered by their lowest vertex, and so are the lowest pieces of the sets.
+        let mut number_of = vec![NONE; pieces.count()];
+        let mut sizes = Vec::new();
+        for (piece, size) in (0u32..).zip(&pieces.sizes) {
+            let root = sets.root(piece);
+            if root == piece {
+                number_of[piece as usize] = sizes.len() as u32;
+                sizes.push(0);
+            }
+            number_of[piece as usize] = number_of[root as usize];
+            sizes[number_of[root as usize] as usize] += size;
+        }
+        Components {
+            of_vertex: pieces.of_vertex.map(|&piece| number_of[piece as usize]),
+            sizes,
+        }
+    }
+
+    /// The components of the half-edge structure alone: pieces that share rows are separate. The
+    /// same as [`Self::components`] if no vertex has copies. O(n).
+    pub fn pieces(&self) -> Components {
         let mut of_vertex = VertexMap::filled(self.num_vertices(), NONE);
         let mut sizes = Vec::new();
         let mut open = Vec::new();
@@ -137,9 +173,10 @@ impl HalfedgeMesh {
         !self.halfedges().any(|h| self.is_boundary_halfedge(h))
     }
 
-    /// The element counts of each component, in the order of [`HalfedgeMesh::components`]. O(n).
+    /// The element counts of each component, in the order of [`HalfedgeMesh::components`]; those of
+    /// each piece, in the order of [`HalfedgeMesh::pieces`], if vertices have copies. O(n).
     pub fn topology(&self) -> Vec<ComponentTopology> {
-        let components = self.components();
+        let components = self.pieces();
         let mut topology = vec![ComponentTopology::default(); components.count()];
         for (part, &num_vertices) in topology.iter_mut().zip(components.sizes()) {
             part.num_vertices = num_vertices;

@@ -112,25 +112,73 @@ pub enum Values {
     },
 }
 
+/// Evaluates an expression with the numbers of [`Values`], whatever their type, or another with
+/// the end offsets and the items of lists.
+macro_rules! with_numbers {
+    ($values:expr, $numbers:pat => $result:expr, $lists:pat => $other:expr) => {
+        match $values {
+            crate::attributes::Values::I8($numbers) => $result,
+            crate::attributes::Values::U8($numbers) => $result,
+            crate::attributes::Values::I16($numbers) => $result,
+            crate::attributes::Values::U16($numbers) => $result,
+            crate::attributes::Values::I32($numbers) => $result,
+            crate::attributes::Values::U32($numbers) => $result,
+            crate::attributes::Values::F32($numbers) => $result,
+            crate::attributes::Values::F64($numbers) => $result,
+            crate::attributes::Values::Lists { ends: $lists, .. } => $other,
+        }
+    };
+}
+pub(crate) use with_numbers;
+
+/// A number type of [`Values`].
+trait Number {
+    /// The nearest number of the type.
+    fn nearest(value: f64) -> Self;
+}
+
+macro_rules! number {
+    ($($type:ty, $value:ident => $nearest:expr;)*) => {
+        $(impl Number for $type {
+            fn nearest($value: f64) -> Self {
+                $nearest as Self
+            }
+        })*
+    };
+}
+number! {
+    i8, x => x.round();
+    u8, x => x.round();
+    i16, x => x.round();
+    u16, x => x.round();
+    i32, x => x.round();
+    u32, x => x.round();
+    f32, x => x;
+    f64, x => x;
+}
+
 impl Values {
     /// The count of numbers, or of lists.
     pub fn len(&self) -> usize {
-        match self {
-            Self::I8(v) => v.len(),
-            Self::U8(v) => v.len(),
-            Self::I16(v) => v.len(),
-            Self::U16(v) => v.len(),
-            Self::I32(v) => v.len(),
-            Self::U32(v) => v.len(),
-            Self::F32(v) => v.len(),
-            Self::F64(v) => v.len(),
-            Self::Lists { ends, .. } => ends.len(),
-        }
+        with_numbers!(self, v => v.len(), ends => ends.len())
     }
 
     /// Returns `true` if there are no values.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// The number that means 1 in a colour: the largest of an integer type, otherwise 1.
+    pub(crate) fn unit(&self) -> f64 {
+        match self {
+            Self::I8(_) => i8::MAX.into(),
+            Self::U8(_) => u8::MAX.into(),
+            Self::I16(_) => i16::MAX.into(),
+            Self::U16(_) => u16::MAX.into(),
+            Self::I32(_) => i32::MAX.into(),
+            Self::U32(_) => u32::MAX.into(),
+            Self::F32(_) | Self::F64(_) | Self::Lists { .. } => 1.0,
+        }
     }
 
     /// Gathers the values of the given elements, with `components` numbers each.
@@ -214,55 +262,25 @@ impl Values {
 
     /// Replaces the number at `index`, rounded to the type. Does nothing past the end.
     pub(crate) fn set(&mut self, index: usize, value: f64) {
-        fn put<T>(numbers: &mut [T], index: usize, value: T) {
+        fn put<T: Number>(numbers: &mut [T], index: usize, value: f64) {
             if let Some(number) = numbers.get_mut(index) {
-                *number = value;
+                *number = T::nearest(value);
             }
         }
-        let whole = value.round();
-        match self {
-            Self::I8(v) => put(v, index, whole as i8),
-            Self::U8(v) => put(v, index, whole as u8),
-            Self::I16(v) => put(v, index, whole as i16),
-            Self::U16(v) => put(v, index, whole as u16),
-            Self::I32(v) => put(v, index, whole as i32),
-            Self::U32(v) => put(v, index, whole as u32),
-            Self::F32(v) => put(v, index, value as f32),
-            Self::F64(v) => put(v, index, value),
-            Self::Lists { .. } => {}
-        }
+        with_numbers!(self, v => put(v, index, value), _ => {});
     }
 
     /// Appends a number, rounded to the type. Lists are left unchanged.
     pub(crate) fn push(&mut self, value: f64) {
-        let index = self.len();
-        match self {
-            Self::I8(v) => v.push(0),
-            Self::U8(v) => v.push(0),
-            Self::I16(v) => v.push(0),
-            Self::U16(v) => v.push(0),
-            Self::I32(v) => v.push(0),
-            Self::U32(v) => v.push(0),
-            Self::F32(v) => v.push(0.0),
-            Self::F64(v) => v.push(0.0),
-            Self::Lists { .. } => {}
-        }
-        self.set(index, value);
+        with_numbers!(self, v => v.push(Number::nearest(value)), _ => {});
     }
 
     /// The exact number at `index`; `None` past the end and for lists.
     pub fn get(&self, index: usize) -> Option<f64> {
-        match self {
-            Self::I8(v) => v.get(index).map(|&x| x.into()),
-            Self::U8(v) => v.get(index).map(|&x| x.into()),
-            Self::I16(v) => v.get(index).map(|&x| x.into()),
-            Self::U16(v) => v.get(index).map(|&x| x.into()),
-            Self::I32(v) => v.get(index).map(|&x| x.into()),
-            Self::U32(v) => v.get(index).map(|&x| x.into()),
-            Self::F32(v) => v.get(index).map(|&x| x.into()),
-            Self::F64(v) => v.get(index).copied(),
-            Self::Lists { .. } => None,
+        fn at<T: Copy + Into<f64>>(numbers: &[T], index: usize) -> Option<f64> {
+            numbers.get(index).map(|&x| x.into())
         }
+        with_numbers!(self, v => at(v, index), _ => None)
     }
 }
 

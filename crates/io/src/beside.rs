@@ -72,7 +72,7 @@ impl Beside {
                 {
                     let name = companion.path().display();
                     left.push(format!(
-                        "the reference to {name} stays as it is; that file was not copied ({error})"
+                        "the reference to {name} is unchanged; that file was not copied ({error})"
                     ));
                     continue;
                 }
@@ -172,7 +172,7 @@ fn check_inside(path: &Path, root: &Path) -> Result<(), String> {
         return Err(problem("is not a folder"));
     }
     if !real.starts_with(root) {
-        return Err(problem("leads out of the folder of the mesh"));
+        return Err(problem("points outside the folder of the mesh"));
     }
     Ok(())
 }
@@ -182,7 +182,7 @@ fn is_there(path: &Path, bytes: &[u8]) -> Result<bool, String> {
     if path.symlink_metadata().is_err() {
         return Ok(false);
     }
-    let other = "another file of that name is there already, which is not replaced; save to \
+    let other = "another file of that name already exists and is not replaced; save to \
                  another folder, or embed the files in the mesh";
     let metadata = std::fs::metadata(path).map_err(|_| other.to_owned())?;
     if metadata.is_file() && metadata.len() == bytes.len() as u64 {

@@ -66,6 +66,16 @@ impl<'a> Contents<'a> {
         }
     }
 
+    /// Lists what a format without names of faces and without materials drops.
+    pub(crate) fn lost_names(&self) -> impl Iterator<Item = String> {
+        let attributes = self.attributes.as_ref();
+        let libraries =
+            (!attributes.libraries.is_empty()).then(|| "the material libraries".to_owned());
+        labels_named(attributes)
+            .chain(self.materials.lost_altogether(attributes))
+            .chain(libraries)
+    }
+
     /// Determines how polygons are cut for a triangle format in which vertices at the same
     /// position are one.
     ///
@@ -129,8 +139,24 @@ pub(crate) fn named<'a>(kind: &str, names: impl Iterator<Item = &'a str>) -> Opt
     }
 }
 
+/// Lists lost properties of vertices, faces and corners, given by their names.
+pub(crate) fn lost_properties<'a>(
+    vertices: impl Iterator<Item = &'a Property>,
+    faces: impl Iterator<Item = &'a Property>,
+    corners: impl Iterator<Item = &'a CornerProperty>,
+) -> Vec<String> {
+    [
+        named("vertex", vertices.map(|p| p.name.as_str())),
+        named("face", faces.map(|p| p.name.as_str())),
+        named("corner", corners.map(|p| p.name.as_str())),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
 /// Lists the kinds of face labels for a warning.
-pub(crate) fn labels_named(attributes: &Attributes) -> impl Iterator<Item = String> {
+fn labels_named(attributes: &Attributes) -> impl Iterator<Item = String> {
     attributes.labels.iter().map(|labels| {
         let words = match labels.kind {
             LabelKind::Object => "the names of objects",

@@ -20,7 +20,7 @@ use crate::instances::Expanded;
 use crate::material::Materials;
 use crate::normals::Normals;
 use crate::parsed::{Parsed, Part};
-use crate::processing::{Numbering, ProcessingMesh};
+use crate::processing::{Allowed, Numbering, ProcessingMesh};
 use crate::remap::Remap;
 use crate::source::{Mesh, Reading, SourceFile};
 use crate::weld::{self, Weld};
@@ -368,7 +368,35 @@ impl Document {
         numbering: Numbering,
     ) -> Result<ProcessingMesh, IoError> {
         let places = self.places(weld)?;
-        ProcessingMesh::build(&self.positions, &self.faces, &places, numbering)
+        ProcessingMesh::build(
+            &self.positions,
+            &self.faces,
+            &places,
+            numbering,
+            Allowed::Manifold,
+        )
+    }
+
+    /// Like [`Document::surface_with`], for any list of faces: where they do not form an oriented
+    /// manifold, the mesh is cut into pieces that do, and copies of a vertex share a row
+    /// ([`HalfedgeMesh::from_faces_in_pieces`](cotan_halfedge::HalfedgeMesh::from_faces_in_pieces)).
+    /// The document is not changed, and jobs that move all copies of a vertex alike can be
+    /// [written back](Document::set_positions).
+    ///
+    /// A document that has an oriented manifold surface gives exactly that one.
+    ///
+    /// # Errors
+    /// As for [`Document::surface_with`], except for edges with more than two faces, vertices with
+    /// several fans, and inconsistent orientation.
+    pub fn surface_in_pieces(&self, weld: Weld) -> Result<ProcessingMesh, IoError> {
+        let places = self.places(weld)?;
+        ProcessingMesh::build(
+            &self.positions,
+            &self.faces,
+            &places,
+            Numbering::Auto,
+            Allowed::Any,
+        )
     }
 
     /// Whether the format splits vertices, so that several of them may be one.

@@ -70,7 +70,7 @@ pub enum IoError {
     Write(#[source] std::io::Error),
     /// The format can be determined neither from the content nor from the name.
     #[error(
-        "the format is not known; cotan reads and writes .obj, .ply, .off, .stl, .gltf and .glb, also with .gz behind"
+        "the format is not known; cotan reads and writes .obj, .ply, .off, .stl, .gltf and .glb, optionally followed by .gz"
     )]
     UnknownFormat,
     /// The file exceeds one of the [`Limits`](crate::Limits).
@@ -82,7 +82,9 @@ pub enum IoError {
         limit: u64,
     },
     /// The system could not provide the memory that the file requires.
-    #[error("not enough memory: {bytes} bytes at once are needed for this file and cannot be had")]
+    #[error(
+        "out of memory: this file needs {bytes} bytes at once, which the system cannot provide"
+    )]
     OutOfMemory {
         /// Size of the failed allocation, in bytes.
         bytes: u64,
@@ -140,7 +142,7 @@ pub enum IoError {
         problem: String,
     },
     /// A file that the document refers to cannot be placed next to the output file.
-    #[error("the mesh needs the file {} beside it: {problem}; nothing was written", path.display())]
+    #[error("the file {} cannot be placed next to the mesh that refers to it: {problem}; nothing was written", path.display())]
     Companion {
         /// The path at which the file is needed.
         path: PathBuf,
@@ -265,15 +267,17 @@ pub enum IoError {
     )]
     NotManifold(#[source] BuildError),
     /// After welding, no face has three distinct corners left.
-    #[error("all {num_faces} faces collapse when vertices are welded; weld less")]
+    #[error(
+        "all {num_faces} faces collapse when vertices are welded; weld within a smaller distance"
+    )]
     AllCollapsed {
         /// The number of faces.
         num_faces: usize,
     },
     /// Every part is too small to be kept.
     #[error(
-        "every part has fewer than {least_faces} faces, the largest {num_faces}; nothing would be \
-         left, so ask for fewer"
+        "every part has fewer than {least_faces} faces (the largest has {num_faces}), so nothing \
+         would be left; lower the number"
     )]
     NoPartLeft {
         /// The minimum number of faces per part.
@@ -282,7 +286,7 @@ pub enum IoError {
         num_faces: usize,
     },
     /// A welding tolerance that is not a valid distance.
-    #[error("{} is not a distance to weld within; it must be finite and not negative", Readable(*tolerance))]
+    #[error("{} is not a valid welding distance; it must be finite and not negative", Readable(*tolerance))]
     WeldTolerance {
         /// The tolerance.
         tolerance: f64,
@@ -324,8 +328,7 @@ pub enum IoError {
 
 impl IoError {
     /// Returns the step of [`Repair`](crate::Repair) that fixes whatever keeps the surface from
-    /// being
-    /// built, or `None` for every other error.
+    /// being built, or `None` for every other error.
     pub fn cure(&self) -> Option<Cure> {
         match self {
             Self::InFile { source, .. } => source.cure(),
@@ -347,10 +350,10 @@ fn cure(error: &BuildError) -> Option<Cure> {
 
 fn cure_text(error: &BuildError) -> &'static str {
     match cure(error) {
-        Some(Cure::DropDegenerate) => "; Repair::drop_degenerate cures it",
-        Some(Cure::SplitEdges) => "; Repair::split_edges cures it",
-        Some(Cure::Orient) => "; Repair::orient cures it, unless the surface has one side only",
-        Some(Cure::SplitVertices) => "; Repair::split_vertices cures it",
+        Some(Cure::DropDegenerate) => "; Repair::drop_degenerate fixes it",
+        Some(Cure::SplitEdges) => "; Repair::split_edges fixes it",
+        Some(Cure::Orient) => "; Repair::orient fixes it, unless the surface is one-sided",
+        Some(Cure::SplitVertices) => "; Repair::split_vertices fixes it",
         _ => "",
     }
 }

@@ -26,6 +26,27 @@
 //! assert!(text.ends_with("vt 0.5 0.5\nf 1/1 2/1 3/1\n"));
 //! # Ok::<(), cotan_io::IoError>(())
 //! ```
+//!
+//! # Modules
+//!
+//! Bytes become a `Reading` (the parsed geometry and the source file), and that becomes a
+//! `Document`; this order is the direction of dependencies. Modules import only modules above
+//! them; the files of a folder are one concept and use each other.
+//!
+//! | modules | content |
+//! |---|---|
+//! | `error`, `cure`, `format`, `printable` | errors, warnings, the formats' names |
+//! | `limits`, `room`, `number`, `text`, `coordinate` | bounds on memory; numbers, lines and words |
+//! | `regular`, `replace`, `unfinished`, `resolve`, `gzip` | files: opened, replaced, resolved, compressed |
+//! | `faces`, `remap`, `attributes`, `material`, `placement`, `parsed` | the contents of a mesh file |
+//! | `topology`, `weld`, `triangulate`, `ears`, `optimal`, `recut`, `cuts`, `precision`, `normals` | geometry of polygons |
+//! | `companions`, `source` | `SourceFile`: a file as it was read; `Reading` |
+//! | `instances`, `contents` | the contents of a new file |
+//! | `obj`, `ply`, `off`, `stl`, `gltf` | the formats: reader, source file, writer of new files |
+//! | `detect`, `formats` | recognizing a format; the only place that knows all of them |
+//! | `processing`, `document` | the surface to work on; the only place that builds a `Document` |
+//! | `defects`, `weldable`, `repair`, `cut_faces` | inspection and repair of a document |
+//! | `beside`, `file` | loading and saving |
 
 mod assembly;
 mod attributes;

@@ -17,6 +17,11 @@ use crate::recut::{Cutter, Polygons, Recuts};
 /// follow the order of the document's faces. If that order is so scattered that processing would
 /// be slow, both are sorted spatially instead: see [`Numbering`]. The maps are valid in either
 /// case.
+///
+/// If the faces do not form an oriented manifold and this was allowed
+/// ([`Document::surface_in_pieces`](crate::Document::surface_in_pieces)), the mesh is cut into
+/// pieces that do. Copies of vertices then follow the others; each represents the same document
+/// vertex as its row ([`HalfedgeMesh::row_of`]). Nothing of the document changes.
 #[derive(Clone, Debug)]
 pub struct ProcessingMesh {
     mesh: HalfedgeMesh,
@@ -42,6 +47,15 @@ pub enum Numbering {
     Spatial,
 }
 
+/// The surfaces that a [`ProcessingMesh`] may have.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Allowed {
+    /// Oriented manifolds; everything else is refused.
+    Manifold,
+    /// Any, cut into pieces where necessary.
+    Any,
+}
+
 impl ProcessingMesh {
     /// Builds the mesh.
     ///
@@ -52,8 +66,12 @@ impl ProcessingMesh {
         faces: &FaceList,
         places: &[u32],
         numbering: Numbering,
+        allowed: Allowed,
     ) -> Result<Self, IoError> {
-        let alone = Self::build_cut(positions, faces, places, numbering, &Recuts::default());
+        let build = |allowed, recuts: &Recuts| {
+            Self::build_cut(positions, faces, places, numbering, allowed, recuts)
+        };
+        let alone = build(Allowed::Manifold, &Recuts::default());
         // Polygons whose diagonals conflict are not manifold, so the search for conflicts is
         // needed only if building fails.
         let Err(IoError::NotManifold(_)) = alone else {
@@ -68,9 +86,13 @@ impl ProcessingMesh {
             places,
             positions,
         });
-        match recuts.is_empty() {
+        let manifold = match recuts.is_empty() {
             true => alone,
-            false => Self::build_cut(positions, faces, places, numbering, &recuts),
+            false => build(Allowed::Manifold, &recuts),
+        };
+        match (manifold, allowed) {
+            (Err(IoError::NotManifold(_)), Allowed::Any) => build(allowed, &recuts),
+            (result, _) => result,
         }
     }
 
@@ -79,6 +101,7 @@ impl ProcessingMesh {
         faces: &FaceList,
         places: &[u32],
         numbering: Numbering,
+        allowed: Allowed,
         recuts: &Recuts,
     ) -> Result<Self, IoError> {
         if faces.is_empty() {
@@ -150,6 +173,7 @@ impl ProcessingMesh {
             document_vertices,
             vertices,
             document_faces,
+            allowed,
         };
         if is_renumbered {
             numbered = match numbered.in_space() {
@@ -177,7 +201,7 @@ impl ProcessingMesh {
     }
 
     /// The 0-based document vertex that `vertex` represents; the first of them if several were
-    /// welded.
+    /// welded. Copies of a vertex all represent the same one.
     ///
     /// # Panics
     /// If `vertex` is out of range.
@@ -185,7 +209,7 @@ impl ProcessingMesh {
         self.document_vertices[vertex] as usize
     }
 
-    /// The vertex that represents a 0-based document vertex, or `None` if neither that vertex nor
+    /// The vertex that represents a 0-based document vertex (never a copy), or `None` if neither that vertex nor
     /// one welded to it is used by a face, or if the index is out of range.
     pub fn vertex(&self, document_vertex: usize) -> Option<VertexId> {
         *self.vertices.get(document_vertex)?
@@ -217,12 +241,20 @@ struct Numbered {
     document_vertices: VertexMap<u32>,
     vertices: Vec<Option<VertexId>>,
     document_faces: FaceMap<u32>,
+    allowed: Allowed,
 }
 
 impl Numbered {
+    fn connect(&self, triangles: &[[u32; 3]]) -> Result<HalfedgeMesh, BuildError> {
+        let num_vertices = self.positions.len();
+        match self.allowed {
+            Allowed::Manifold => HalfedgeMesh::from_faces(num_vertices, triangles),
+            Allowed::Any => HalfedgeMesh::from_faces_in_pieces(num_vertices, triangles),
+        }
+    }
+
     fn build(self) -> Result<ProcessingMesh, IoError> {
-        let mesh = HalfedgeMesh::from_faces(self.positions.len(), &self.triangles);
-        match mesh {
+        match self.connect(&self.triangles) {
             Ok(mesh) => Ok(self.with(mesh)),
             Err(error) => Err(in_document(
                 error,
@@ -236,7 +268,7 @@ impl Numbered {
     fn in_space(self) -> Result<ProcessingMesh, Box<Self>> {
         let order = SpatialOrder::of(&self.positions);
         let (triangles, old_faces) = order.faces(&self.triangles);
-        let Ok(mesh) = HalfedgeMesh::from_faces(self.positions.len(), &triangles) else {
+        let Ok(mesh) = self.connect(&triangles) else {
             return Err(Box::new(self));
         };
         let document_faces = old_faces.iter().map(|&f| self.document_faces[f]).collect();
@@ -250,6 +282,7 @@ impl Numbered {
             document_vertices: order.gather(&self.document_vertices),
             vertices,
             document_faces,
+            allowed: self.allowed,
         };
         let mut built = renumbered.with(mesh);
         built.is_renumbered = true;
@@ -258,9 +291,9 @@ impl Numbered {
 
     fn with(self, mesh: HalfedgeMesh) -> ProcessingMesh {
         ProcessingMesh {
+            positions: mesh.to_vertices(self.positions),
+            document_vertices: mesh.to_vertices(self.document_vertices),
             mesh,
-            positions: self.positions,
-            document_vertices: self.document_vertices,
             vertices: self.vertices,
             document_faces: self.document_faces,
             is_renumbered: false,

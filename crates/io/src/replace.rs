@@ -223,7 +223,7 @@ mod tests {
             let path = folder.path().join("mesh");
             write(&path, "old").unwrap();
             if std::os::unix::fs::chown(&path, Some(1234), Some(2345)).is_err() {
-                println!("skipped: only the superuser may give a file away");
+                cotan_testing::skip("only the superuser may give a file away");
                 return;
             }
             set_permissions(&path, Permissions::from_mode(0o4750)).unwrap();

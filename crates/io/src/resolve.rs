@@ -34,7 +34,7 @@ impl Resolve for NoFiles {
     fn resolve(&self, _uri: &str, _max_bytes: u64) -> Result<Vec<u8>, Error> {
         Err(Error::new(
             ErrorKind::Unsupported,
-            "other files are not opened here; read the file with a resolver, such as its folder",
+            "other files are opened only by a resolver; read the file with one, such as its folder",
         ))
     }
 
@@ -78,7 +78,7 @@ pub(crate) fn inside(uri: &str) -> Result<PathBuf, &'static str> {
         match part {
             Component::Normal(name) => path.push(name),
             Component::CurDir => {}
-            _ => return Err("it leads out of the folder of the mesh"),
+            _ => return Err("it points outside the folder of the mesh"),
         }
     }
     Ok(path)
@@ -98,7 +98,7 @@ impl Resolve for Folder {
         let root = self.root.canonicalize()?;
         let path = root.join(path).canonicalize()?;
         if !path.starts_with(&root) {
-            return refuse("it leads out of the folder of the mesh");
+            return refuse("it points outside the folder of the mesh");
         }
         if !std::fs::metadata(&path)?.is_file() {
             return refuse("it is not a regular file");

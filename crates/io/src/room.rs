@@ -90,7 +90,7 @@ mod tests {
         ] {
             let text = refused.unwrap_err().to_string();
             assert!(
-                text.starts_with("not enough memory: 9223372036854775"),
+                text.starts_with("out of memory: this file needs 9223372036854775"),
                 "{text}"
             );
         }

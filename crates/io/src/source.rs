@@ -31,6 +31,30 @@ impl Reading {
             source: Arc::new(source),
         }
     }
+
+    /// The file, if its mesh is that of the remap; `mesh` is the old one.
+    ///
+    /// A format that rebuilds its text has to read it again anyway, to locate its elements. An
+    /// incorrect file must never be written silently.
+    pub(crate) fn matching(
+        self,
+        remap: &Remap,
+        mesh: Mesh<'_>,
+    ) -> Result<Arc<dyn SourceFile>, IoError> {
+        let Self { parsed, source } = self;
+        let positions = remap.vertices.iter();
+        let positions = positions.map(|&v| mesh.positions.get(v as usize));
+        if parsed.faces == remap.faces && parsed.positions.iter().map(Some).eq(positions) {
+            return Ok(source);
+        }
+        Err(IoError::Unsupported {
+            feature: format!(
+                "this change of vertices and faces in this {}",
+                source.format()
+            ),
+            remedy: "write the mesh in another format and change that file",
+        })
+    }
 }
 
 /// A file as it was read. Each format has its own implementation.

@@ -113,12 +113,10 @@ fn what_tobj_panics_on_is_kept_from_it() {
 /// Real meshes that developers have in a folder next to the workspace; it need not exist.
 #[test]
 fn real_meshes_are_read_the_same() {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/meshes");
-    let Ok(entries) = std::fs::read_dir(folder) else {
-        eprintln!("skipped: there is no folder {folder}");
+    let Some(folder) = cotan_testing::shared("meshes") else {
         return;
     };
-    for entry in entries {
+    for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         if Format::from_path(&path) == Some(Format::Obj) {
             assert!(

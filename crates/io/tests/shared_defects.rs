@@ -9,16 +9,11 @@ use cotan_io::{
     Defect, DefectKind, Folder, Format, Inspection, IoError, Limits, Repair, Weld, load_with,
     read_with,
 };
+use cotan_testing::{SHARED, shared};
 use serde_json::Value;
 
-const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared");
-
 fn table(name: &str) -> Option<Value> {
-    let path = Path::new(FOLDER).join(name);
-    let Ok(text) = std::fs::read_to_string(&path) else {
-        eprintln!("skipped: there is no file {}", path.display());
-        return None;
-    };
+    let text = std::fs::read_to_string(shared(name)?).unwrap();
     Some(serde_json::from_str(&text).unwrap())
 }
 
@@ -63,7 +58,7 @@ fn real_meshes_have_the_defects_of_the_table() {
         return;
     };
     for (name, fact) in facts.as_object().unwrap() {
-        let path = Path::new(FOLDER).join("meshes").join(name);
+        let path = Path::new(SHARED).join("meshes").join(name);
         if !path.is_file() {
             continue;
         }
@@ -94,7 +89,7 @@ fn broken_files_have_the_defects_of_the_table() {
     };
     for file in files.as_array().unwrap() {
         let name = file["file"].as_str().unwrap();
-        let path = Path::new(FOLDER).join("malformed").join(name);
+        let path = Path::new(SHARED).join("malformed").join(name);
         // An empty list carries no information.
         let is_described = !file["defects"].as_object().unwrap().is_empty();
         if !is_described || Format::from_path(&path).is_none() {
@@ -134,7 +129,7 @@ fn broken_files_are_repaired_written_and_read_again() {
     };
     for file in files.as_array().unwrap() {
         let name = file["file"].as_str().unwrap();
-        let path = Path::new(FOLDER).join("malformed").join(name);
+        let path = Path::new(SHARED).join("malformed").join(name);
         if !file["expect"].as_str().unwrap().starts_with("LOAD") {
             continue;
         }

@@ -3,22 +3,12 @@
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use cotan_io::{Document, Folder, Format, IoError, Limits, load_with, read};
+use cotan_testing::{SHARED, shared};
 use nalgebra::Point3;
 use serde_json::Value;
-
-const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared");
-
-fn shared(path: &str) -> Option<PathBuf> {
-    let path = Path::new(FOLDER).join(path);
-    if !path.exists() {
-        eprintln!("skipped: there is no {}", path.display());
-        return None;
-    }
-    Some(path)
-}
 
 fn load(path: &Path) -> Result<Document, IoError> {
     load_with(path, &Limits::default(), &Folder::of(path))
@@ -56,7 +46,7 @@ fn broken_files_do_what_is_expected() {
             continue;
         }
         count += 1;
-        let path = Path::new(FOLDER).join("malformed").join(file);
+        let path = Path::new(SHARED).join("malformed").join(file);
         let result = load(&path);
         let expect = row["expect"].as_str().unwrap();
         match &result {

@@ -5,32 +5,28 @@
 use std::path::{Path, PathBuf};
 
 use cotan_io::{DefectKind, Document, Format, IoError, Limits, Weld, load, read};
+use cotan_testing::shared;
 use nalgebra::Point3;
 use serde_json::Value;
 
-const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/meshes");
-
 /// The models with their known facts, or nothing (with a message) without the folder.
 fn models() -> Vec<(PathBuf, Value)> {
-    let Ok(text) = std::fs::read_to_string(Path::new(FOLDER).join("facts.json")) else {
-        eprintln!("skipped: there is no folder {FOLDER}");
+    let Some(folder) = shared("meshes") else {
         return Vec::new();
     };
+    let text = std::fs::read_to_string(folder.join("facts.json")).unwrap();
     let facts: Value = serde_json::from_str(&text).unwrap();
-    let mut models: Vec<_> = [
-        Path::new(FOLDER).to_owned(),
-        Path::new(FOLDER).join("bend_benchmark"),
-    ]
-    .iter()
-    .filter_map(|folder| std::fs::read_dir(folder).ok())
-    .flatten()
-    .map(|entry| entry.unwrap().path())
-    .filter(|path| Format::from_path(path).is_some())
-    .map(|path| {
-        let fact = facts[name(&path)].clone();
-        (path, fact)
-    })
-    .collect();
+    let mut models: Vec<_> = [folder.join("bend_benchmark"), folder]
+        .iter()
+        .filter_map(|folder| std::fs::read_dir(folder).ok())
+        .flatten()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| Format::from_path(path).is_some())
+        .map(|path| {
+            let fact = facts[name(&path)].clone();
+            (path, fact)
+        })
+        .collect();
     models.sort_by(|a, b| a.0.cmp(&b.0));
     models
 }

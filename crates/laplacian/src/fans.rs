@@ -10,7 +10,9 @@ use nalgebra::Vector3;
 use crate::rings::OneRings;
 
 /// The neighbours of each vertex in counter-clockwise order, so that two consecutive ones are the
-/// other corners of a triangle. Stored row by row, with the same row lengths as [`OneRings`].
+/// other corners of a triangle. Stored vertex by vertex, with the same lengths as [`OneRings`]
+/// unless vertices have copies. Neighbours are rows, and so are the sums: those of copies are
+/// added.
 ///
 /// Each triangle is visited once per corner. That is three times the arithmetic of a loop over
 /// triangles, but avoids scattered sums, which cannot be parallelized and are bound by memory
@@ -21,11 +23,55 @@ pub struct Fans {
     neighbours: Vec<VertexId>,
     /// True if the fan ends at a boundary instead of closing.
     is_open: VertexMap<bool>,
+    copies: Option<Copies>,
+}
+
+/// The fans of a mesh with copies of vertices.
+#[derive(Clone, Debug)]
+struct Copies {
+    /// The first neighbour of each vertex, followed by the number of all.
+    starts: Vec<u32>,
+    /// Per row its first copy in `of_rows`, followed by the number of all.
+    first: Vec<u32>,
+    of_rows: Vec<u32>,
+}
+
+impl Copies {
+    fn new(mesh: &HalfedgeMesh) -> Self {
+        let mut starts = vec![0];
+        let mut end = 0;
+        for v in mesh.vertices() {
+            end += mesh.valence(v) as u32;
+            starts.push(end);
+        }
+        let mut pairs: Vec<(usize, u32)> = mesh
+            .copies()
+            .map(|(copy, row)| (row.index(), copy.index() as u32))
+            .collect();
+        pairs.sort_unstable();
+        let mut first = vec![0; mesh.num_rows() + 1];
+        pairs.iter().for_each(|(row, _)| first[row + 1] += 1);
+        for i in 0..mesh.num_rows() {
+            first[i + 1] += first[i];
+        }
+        Self {
+            starts,
+            first,
+            of_rows: pairs.into_iter().map(|(_, copy)| copy).collect(),
+        }
+    }
+
+    fn of_row(&self, i: usize) -> &[u32] {
+        &self.of_rows[self.first[i] as usize..self.first[i + 1] as usize]
+    }
 }
 
 /// Sums over the triangles around each vertex.
 ///
-/// **Shapes**: one entry per vertex. **Units**: those of the positions; areas are integrated.
+/// Where copies of a vertex share a row, the row has the sums over all of them. Area vectors of
+/// pieces with opposite orientations then cancel.
+///
+/// **Shapes**: one entry per row, which is a vertex unless vertices have copies. **Units**: those of the positions; areas are integrated.
 #[derive(Clone, PartialEq, Debug)]
 pub struct FanSums<T: Scalar> {
     /// Σ A_T over the triangles T around the vertex.
@@ -66,13 +112,31 @@ impl Fans {
     pub fn new(mesh: &HalfedgeMesh, rings: Arc<OneRings>) -> Self {
         let mut neighbours = Vec::with_capacity(mesh.num_halfedges());
         for v in mesh.vertices() {
-            neighbours.extend(mesh.one_ring(v));
+            neighbours.extend(mesh.one_ring(v).map(|j| mesh.row_of(j)));
         }
         Self {
             rings,
             neighbours,
             is_open: VertexMap::from_fn(mesh.num_vertices(), |v| mesh.is_boundary_vertex(v)),
+            copies: mesh.has_copies().then(|| Copies::new(mesh)),
         }
+    }
+
+    /// The fan of a vertex, which may be a copy.
+    #[inline]
+    fn fan(&self, v: usize) -> &[VertexId] {
+        match &self.copies {
+            None => &self.neighbours[self.rings.graph().range(v)],
+            Some(copies) => {
+                &self.neighbours[copies.starts[v] as usize..copies.starts[v + 1] as usize]
+            }
+        }
+    }
+
+    /// The copies of row `i`, other than the vertex with the same index.
+    #[inline]
+    pub fn copies_of(&self, i: usize) -> &[u32] {
+        self.copies.as_ref().map_or(&[], |copies| copies.of_row(i))
     }
 
     /// The one-rings of the same mesh.
@@ -85,7 +149,7 @@ impl Fans {
     /// # Panics
     /// If there are fewer positions than vertices.
     pub fn areas<T: Scalar>(&self, positions: &Positions<T>, out: &mut FanSums<T>) {
-        let n = self.rings.num_vertices();
+        let n = self.rings.num_rows();
         out.resize(n);
         let half = scalar::<T>(0.5);
         let outputs = (out.areas.as_mut_slice(), out.area_vectors.as_mut_slice());
@@ -109,7 +173,7 @@ impl Fans {
         laplacian: &mut VertexMap<Vector3<T>>,
         out: &mut FanSums<T>,
     ) {
-        let n = self.rings.num_vertices();
+        let n = self.rings.num_rows();
         assert_eq!(laplacian.len(), n, "one Laplacian coordinate per vertex");
         out.resize(n);
         let half = scalar::<T>(0.5);
@@ -125,40 +189,66 @@ impl Fans {
         });
     }
 
-    /// Returns Σ of the area vectors of the triangles around vertex `i`, in double precision.
+    /// Returns Σ of the area vectors of the triangles around vertex `v` of row `i`, in double
+    /// precision. A vertex that is not a copy is its own row. Unlike the sums per row, this belongs
+    /// to one oriented piece of the surface.
     ///
     /// # Panics
-    /// If there is no such vertex, or there are fewer positions than vertices.
+    /// If there is no such vertex, or there are fewer positions than rows.
     #[inline]
-    pub fn area_vector<T: Scalar>(&self, positions: &Positions<T>, i: usize) -> Vector3<f64> {
+    pub fn area_vector<T: Scalar>(
+        &self,
+        positions: &Positions<T>,
+        v: usize,
+        i: usize,
+    ) -> Vector3<f64> {
         let x = positions.as_slice();
-        let fan = &self.neighbours[self.rings.graph().range(i)];
+        let fan = self.fan(v);
         let edge = |j: &VertexId| (x[j.index()] - x[i]).map(T::as_f64);
         let mut sum = Vector3::zeros();
         for pair in fan.windows(2) {
             sum += edge(&pair[0]).cross(&edge(&pair[1]));
         }
-        if let ([first, .., last], false) = (fan, self.is_open.as_slice()[i]) {
+        if let ([first, .., last], false) = (fan, self.is_open.as_slice()[v]) {
             sum += edge(last).cross(&edge(first));
         }
         sum * 0.5
     }
 
-    /// Sums over the fan of vertex `i`, without Laplacian coordinates if `floor` is `None`.
+    /// Sums over the fans of row `i`, without Laplacian coordinates if `floor` is `None`.
     #[inline]
     fn sums<T: Scalar>(&self, positions: &Positions<T>, i: usize, floor: Option<T>) -> Sums<T> {
+        let mut sums = self.sums_of(positions, i, i, floor);
+        for &copy in self.copies_of(i) {
+            let more = self.sums_of(positions, copy as usize, i, floor);
+            sums.laplacian += more.laplacian;
+            sums.vector += more.vector;
+            sums.area += more.area;
+        }
+        sums
+    }
+
+    /// Sums over the fan of vertex `v`, whose row is `i`.
+    #[inline]
+    fn sums_of<T: Scalar>(
+        &self,
+        positions: &Positions<T>,
+        v: usize,
+        i: usize,
+        floor: Option<T>,
+    ) -> Sums<T> {
         let x = positions.as_slice();
         let mut sums = Sums {
             laplacian: Vector3::zeros(),
             vector: Vector3::zeros(),
             area: T::zero(),
         };
-        let mut fan = self.neighbours[self.rings.graph().range(i)].iter();
+        let mut fan = self.fan(v).iter();
         let edge = |j: &VertexId| x[j.index()] - x[i];
         let (Some(first), Some(last)) = (fan.clone().next(), fan.clone().next_back()) else {
             return sums;
         };
-        let mut left = if self.is_open.as_slice()[i] {
+        let mut left = if self.is_open.as_slice()[v] {
             fan.next();
             edge(first)
         } else {
@@ -213,7 +303,7 @@ mod tests {
             let mut weights = HalfedgeMap::filled(mesh.num_halfedges(), 0.0);
             scheme.weights(&surface, &mut weights)?;
             let mut expected = zeros();
-            apply_weights(&rings, &weights, shape.positions(), &mut expected);
+            apply_weights(&rings, &scheme, &weights, shape.positions(), &mut expected)?;
             let by_face = surface.one_ring_areas();
             let vectors_by_face = vertex_area_vectors(&surface);
             let largest = weights.values().fold(1.0f64, |m, w| m.max(w.abs()));

@@ -11,6 +11,7 @@ use crate::fans::{FanSums, Fans};
 use crate::graph::{Graph, RowId};
 use crate::intrinsic::{IntrinsicTriangulation, MOLLIFICATION};
 use crate::operator::Operator;
+use crate::rings::OneRings;
 use crate::scheme::{LaplacianScheme, SchemeError, Symmetry};
 
 /// w_ij = cot α_ij + cot β_ij on the intrinsic Delaunay triangulation of the surface.
@@ -140,7 +141,16 @@ impl<T: Scalar> LaplacianScheme<T> for IntrinsicDelaunay {
         Symmetry::Symmetric
     }
 
-    fn operator(&self, surface: &Surface<'_, T>) -> Result<Operator<T>, SchemeError> {
+    fn operator(
+        &self,
+        _rings: &OneRings,
+        surface: &Surface<'_, T>,
+    ) -> Result<Operator<T>, SchemeError> {
+        if surface.mesh().has_copies() {
+            return Err(SchemeError::Copies {
+                scheme: NAME.into(),
+            });
+        }
         self.triangulate(surface).operator()
     }
 

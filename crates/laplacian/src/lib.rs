@@ -50,7 +50,7 @@ pub use masses::{
 };
 pub use operator::{Operator, apply_weights};
 pub use rings::OneRings;
-pub use scheme::{LaplacianScheme, SchemeError, Symmetry};
+pub use scheme::{Copies, LaplacianScheme, SchemeError, Symmetry};
 pub use schemes::{ClampedCotangent, Cotangent, EdgeLength, Tutte, Uniform};
 
 /// Runs the example of the README as a doc test.

@@ -11,7 +11,7 @@
 //! [crate documentation](crate#the-usual-½).
 
 use cotan_geometry::{Scalar, Surface, face_area_vector, maps, scalar, triangle_cotangents};
-use cotan_halfedge::{FaceId, VertexMap};
+use cotan_halfedge::{FaceId, HalfedgeId, VertexMap};
 use nalgebra_sparse::CsrMatrix;
 
 use crate::rings::OneRings;
@@ -69,21 +69,29 @@ fn voronoi_share<T: Scalar>(surface: &Surface<'_, T>, face: FaceId, k: usize) ->
 
 /// The consistent mass matrix ∫ φ_i φ_j of the hat functions φ.
 ///
-/// **Shape**: n × n, indexed by vertex, columns ascending. **Units**: area.
+/// **Shape**: n × n, indexed by row, which is a vertex unless vertices have copies; columns
+/// ascending. **Units**: area.
 #[must_use]
 pub fn consistent_mass_matrix<T: Scalar>(surface: &Surface<'_, T>) -> CsrMatrix<T> {
     let mesh = surface.mesh();
     let rings = OneRings::new(mesh);
-    let n = mesh.num_vertices();
+    let n = mesh.num_rows();
     let of_face = |f: Option<FaceId>| f.map_or(T::zero(), |f| face_area_vector(surface, f).norm());
     let twelfth = scalar::<T>(1.0 / 12.0);
-    let diagonal = surface.dual_areas().map(|a| *a * scalar(0.5));
+    let areas = surface.dual_areas();
+    let mut diagonal = mesh.to_rows(&areas);
+    for (copy, row) in mesh.copies() {
+        diagonal[row] += areas[copy];
+    }
+    let diagonal = diagonal.map(|a| *a * scalar(0.5));
     let rows = cotan_parallel::filled(n, |i| {
         let mut row: Vec<(usize, T)> = rings
             .ring(i)
-            .map(|(j, h)| {
-                let both = of_face(mesh.face(h)) + of_face(mesh.face(h.twin()));
-                (j.index(), both * twelfth)
+            .map(|(j, k)| {
+                let both = |h: &HalfedgeId| of_face(mesh.face(*h)) + of_face(mesh.face(h.twin()));
+                let halfedges = rings.halfedges_of(k).iter();
+                let all = halfedges.map(both).fold(T::zero(), |sum, area| sum + area);
+                (j.index(), all * twelfth)
             })
             .collect();
         let place = row.partition_point(|(j, _)| *j < i);

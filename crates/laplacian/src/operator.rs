@@ -12,7 +12,7 @@ use nalgebra_sparse::CsrMatrix;
 use crate::exact::{exact_units, round_to, round_to_exact_sums};
 use crate::graph::Graph;
 use crate::rings::OneRings;
-use crate::scheme::{LaplacianScheme, SchemeError, Symmetry};
+use crate::scheme::{Copies, LaplacianScheme, SchemeError, Symmetry};
 
 /// Weights on a graph, ready to be applied and factorized. They come from a scheme on a surface,
 /// with one row per vertex, or from any other source.
@@ -42,7 +42,7 @@ impl<T: Scalar> Operator<T> {
         scheme: &S,
         surface: &Surface<'_, T>,
     ) -> Result<Self, SchemeError> {
-        scheme.operator(surface)
+        scheme.operator(&OneRings::new(surface.mesh()), surface)
     }
 
     /// The operator on the one-rings of the mesh, with the weights of its halfedges.
@@ -60,9 +60,9 @@ impl<T: Scalar> Operator<T> {
         if scheme.symmetry() == Symmetry::Symmetric {
             check_symmetry(scheme, surface, &chosen)?;
         }
-        let weights = rings.halfedges().iter().map(|&h| chosen[h].as_f64());
-        Self::new(rings.graph().clone(), weights.collect(), scheme.symmetry()).map_err(|k| {
-            let h = rings.halfedges()[k];
+        let weights = weights_of_rows(rings, scheme, &chosen)?;
+        Self::new(rings.graph().clone(), weights, scheme.symmetry()).map_err(|k| {
+            let h = rings.halfedges_of(k)[0];
             SchemeError::NonFiniteWeight {
                 scheme: scheme.name().into(),
                 vertices: [mesh.origin(h), mesh.target(h)],
@@ -255,6 +255,33 @@ impl<T: Scalar> Operator<T> {
     }
 }
 
+/// The weights of the entries, row by row.
+fn weights_of_rows<T: Scalar, S: LaplacianScheme<T> + ?Sized>(
+    rings: &OneRings,
+    scheme: &S,
+    chosen: &HalfedgeMap<T>,
+) -> Result<Vec<f64>, SchemeError> {
+    if !rings.is_shared() {
+        let weights = rings.halfedges().iter();
+        return Ok(weights.map(|&h| chosen[h].as_f64()).collect());
+    }
+    let copies = scheme.copies();
+    if copies == Copies::Refused {
+        return Err(SchemeError::Copies {
+            scheme: scheme.name().into(),
+        });
+    }
+    let weight = |k: usize| {
+        let halfedges = rings.halfedges_of(k);
+        let sum: f64 = halfedges.iter().map(|&h| chosen[h].as_f64()).sum();
+        match copies {
+            Copies::Mean => sum / halfedges.len() as f64,
+            Copies::Sum | Copies::Refused => sum,
+        }
+    };
+    Ok((0..rings.graph().num_entries()).map(weight).collect())
+}
+
 /// Checks that a scheme that claims to be symmetric is symmetric up to rounding.
 fn check_symmetry<T: Scalar, S: LaplacianScheme<T> + ?Sized>(
     scheme: &S,
@@ -282,26 +309,26 @@ fn check_symmetry<T: Scalar, S: LaplacianScheme<T> + ?Sized>(
     }
 }
 
-/// Computes ℓ_i = Σ_j w_ij (v_j − v_i) in parallel, for weights that need not belong to an
-/// operator.
+/// Computes ℓ_i = Σ_j w_ij (v_j − v_i) in parallel with the weights of a scheme, which need not
+/// belong to an operator.
+///
+/// # Errors
+/// [`SchemeError::Copies`] for a scheme that cannot weight copies of vertices, if there are any.
 ///
 /// # Panics
-/// If a map does not have one entry per element.
-pub fn apply_weights<T: Scalar>(
+/// If there are fewer positions than rows, or `out` does not have one entry per row.
+pub fn apply_weights<T: Scalar, S: LaplacianScheme<T> + ?Sized>(
     rings: &OneRings,
+    scheme: &S,
     weights: &HalfedgeMap<T>,
     positions: &Positions<T>,
     out: &mut VertexMap<Vector3<T>>,
-) {
-    assert_eq!(
-        positions.len(),
-        rings.num_vertices(),
-        "one position a vertex"
-    );
+) -> Result<(), SchemeError> {
+    assert!(positions.len() >= rings.num_rows(), "one position a row");
     assert_eq!(
         out.len(),
-        rings.num_vertices(),
-        "one Laplacian coordinate a vertex"
+        rings.num_rows(),
+        "one Laplacian coordinate a row"
     );
     assert_eq!(
         weights.len(),
@@ -309,13 +336,26 @@ pub fn apply_weights<T: Scalar>(
         "one weight a halfedge"
     );
     let positions = positions.as_slice();
+    if rings.is_shared() {
+        let weights = weights_of_rows(rings, scheme, weights)?;
+        parallel::fill(out.as_mut_slice(), |i| {
+            let mut sum = Vector3::zeros();
+            for (j, k) in rings.ring(i) {
+                sum += (positions[j.index()] - positions[i]) * T::of_f64(weights[k]);
+            }
+            sum
+        });
+        return Ok(());
+    }
+    let halfedges = rings.halfedges();
     parallel::fill(out.as_mut_slice(), |i| {
         let mut sum = Vector3::zeros();
-        for (j, h) in rings.ring(i) {
-            sum += (positions[j.index()] - positions[i]) * weights[h];
+        for (j, k) in rings.ring(i) {
+            sum += (positions[j.index()] - positions[i]) * weights[halfedges[k]];
         }
         sum
     });
+    Ok(())
 }
 
 #[cfg(test)]

@@ -20,6 +20,18 @@ pub enum Symmetry {
     General,
 }
 
+/// How the weights of one edge combine where a mesh was cut into pieces and several edges of the
+/// pieces join the same two rows ([`cotan_halfedge::HalfedgeMesh::row_of`]).
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Copies {
+    /// The weights are sums over the faces at an edge and are added up, as cotangents are.
+    Sum,
+    /// The weights do not depend on the faces and are averaged.
+    Mean,
+    /// The scheme cannot weight such a mesh.
+    Refused,
+}
+
 /// Reasons why weights could not be computed.
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
 #[non_exhaustive]
@@ -31,6 +43,14 @@ pub enum SchemeError {
         scheme: String,
         /// Origin and target of the halfedge.
         vertices: [VertexId; 2],
+    },
+    /// The mesh has copies of vertices, and the scheme has no weights for them.
+    #[error(
+        "the {scheme} scheme cannot weight a mesh with non-manifold edges, bow-ties or one-sided parts; repair the mesh, or use the cotangent scheme"
+    )]
+    Copies {
+        /// The name of the scheme.
+        scheme: String,
     },
     /// The scheme cannot handle this surface, for a reason that the scheme gives.
     #[error("the {scheme} scheme cannot weight this mesh: {reason}")]
@@ -89,13 +109,20 @@ pub trait LaplacianScheme<T: Scalar>: Send + Sync {
     /// States whether w_ij = w_ji for every edge.
     fn symmetry(&self) -> Symmetry;
 
+    /// States how the weights of an edge combine where the mesh was cut into pieces. The weights
+    /// of each piece are computed as if it were alone.
+    fn copies(&self) -> Copies {
+        Copies::Refused
+    }
+
     /// Measures a surface with the weights that it has itself: ℓ_i = Σ_j w_ij (v_j − v_i) and the
     /// area sums around each vertex. `weights` is scratch space.
     ///
     /// The default implementation computes the weights and applies them. Override it for a scheme
     /// whose sums can be computed without storing the weights, such as [`crate::Cotangent`].
     ///
-    /// **Shapes**: `laplacian` has one entry per vertex; all entries are overwritten.
+    /// **Shapes**: `laplacian` has one entry per row, which is a vertex unless vertices have
+    /// copies; all entries are overwritten.
     ///
     /// # Errors
     /// Same as [`Self::weights`].
@@ -112,20 +139,25 @@ pub trait LaplacianScheme<T: Scalar>: Send + Sync {
             *weights = HalfedgeMap::filled(num_halfedges, T::zero());
         }
         self.weights(surface, weights)?;
-        apply_weights(fans.rings(), weights, surface.positions(), laplacian);
+        apply_weights(fans.rings(), self, weights, surface.positions(), laplacian)?;
         fans.areas(surface.positions(), sums);
         Ok(())
     }
 
-    /// Assembles the operator: by default on the one-rings of the mesh, with [`Self::weights`].
+    /// Assembles the operator: by default on the one-rings of the mesh, which are given, with
+    /// [`Self::weights`].
     ///
     /// Override it for a scheme whose operator has another graph, such as
     /// [`crate::IntrinsicDelaunay`]. A row is a vertex in any case.
     ///
     /// # Errors
     /// As [`Self::weights`], and [`SchemeError::NonFiniteWeight`].
-    fn operator(&self, surface: &Surface<'_, T>) -> Result<Operator<T>, SchemeError> {
-        Operator::assemble_on(&OneRings::new(surface.mesh()), self, surface)
+    fn operator(
+        &self,
+        rings: &OneRings,
+        surface: &Surface<'_, T>,
+    ) -> Result<Operator<T>, SchemeError> {
+        Operator::assemble_on(rings, self, surface)
     }
 
     /// The name used in messages.
@@ -149,6 +181,10 @@ macro_rules! forward {
                 (**self).symmetry()
             }
 
+            fn copies(&self) -> Copies {
+                (**self).copies()
+            }
+
             fn measure(
                 &self,
                 surface: &Surface<'_, T>,
@@ -160,8 +196,12 @@ macro_rules! forward {
                 (**self).measure(surface, fans, weights, laplacian, sums)
             }
 
-            fn operator(&self, surface: &Surface<'_, T>) -> Result<Operator<T>, SchemeError> {
-                (**self).operator(surface)
+            fn operator(
+                &self,
+                rings: &OneRings,
+                surface: &Surface<'_, T>,
+            ) -> Result<Operator<T>, SchemeError> {
+                (**self).operator(rings, surface)
             }
 
             fn name(&self) -> &str {

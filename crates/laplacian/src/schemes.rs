@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use crate::exact::update_edges;
 use crate::fans::{FanSums, Fans};
-use crate::scheme::{LaplacianScheme, SchemeError, Symmetry};
+use crate::scheme::{Copies, LaplacianScheme, SchemeError, Symmetry};
 
 /// w_ij = cot α_ij + cot β_ij, the curvature-flow weights (paper, equation 6; no ½).
 ///
@@ -69,7 +69,8 @@ impl Default for ClampedCotangent {
     }
 }
 
-/// w_ij = 1 / valence(i): the Tutte Laplacian of the paper's section 4.1. Not symmetric.
+/// w_ij = 1 / valence(i): the Tutte Laplacian of the paper's section 4.1. Not symmetric, and not
+/// defined for a mesh that was cut into pieces.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Tutte;
 
@@ -111,6 +112,10 @@ impl<T: Scalar> LaplacianScheme<T> for Cotangent {
         Ok(())
     }
 
+    fn copies(&self) -> Copies {
+        Copies::Sum
+    }
+
     fn name(&self) -> &str {
         "cotangent"
     }
@@ -130,6 +135,10 @@ impl<T: Scalar> LaplacianScheme<T> for ClampedCotangent {
 
     fn symmetry(&self) -> Symmetry {
         Symmetry::Symmetric
+    }
+
+    fn copies(&self) -> Copies {
+        Copies::Sum
     }
 
     fn name(&self) -> &str {
@@ -176,6 +185,10 @@ impl<T: Scalar> LaplacianScheme<T> for Uniform {
         Symmetry::Symmetric
     }
 
+    fn copies(&self) -> Copies {
+        Copies::Mean
+    }
+
     fn name(&self) -> &str {
         "uniform"
     }
@@ -206,6 +219,10 @@ impl<T: Scalar> LaplacianScheme<T> for EdgeLength {
 
     fn symmetry(&self) -> Symmetry {
         Symmetry::Symmetric
+    }
+
+    fn copies(&self) -> Copies {
+        Copies::Mean
     }
 
     fn name(&self) -> &str {

@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 /// Columns that one solve gives.
 pub(crate) const LANES: usize = 3;
 
-/// Where a column is: block and coordinate.
+/// The place of a column: block and coordinate.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Slot {
     block: usize,
@@ -110,7 +110,7 @@ impl ColumnStore {
         });
     }
 
-    /// Free slots: the first of the blocks at hand, then of new ones.
+    /// Free slots: first those of existing blocks, then those of new ones.
     fn vacant(&mut self, count: usize, num_vertices: usize) -> Vec<Slot> {
         let mut slots = Vec::with_capacity(count);
         let mut block = 0;

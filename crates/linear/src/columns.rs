@@ -1,17 +1,17 @@
 //! One factorization for every set of handles.
 //!
-//! With M = LᵀL + μK, which knows no handles, E the selector of the handle vertices and C that of the
-//! components, the correction is
+//! With M = LᵀL + μK, which knows no handles, E the selector of the handle vertices and C that of
+//! the components, the correction is
 //!
 //! ```text
 //! δ = δ₀ − Qλ + C c,      δ₀ = M⁺(Lᵀ mismatch + μ tension),      Q = M⁺E
 //! ```
 //!
-//! with forces λ that hold the handles: δ_h = 0 at hard ones, λ_h = k²(δ_h − pull_h) at soft ones, and
-//! no force in sum on any component. A handle costs a column of Q when it is added; an iteration
-//! costs the solve for δ₀ and one pass over the columns. M⁺ takes factors of matrices with the
-//! pattern of L only (see [`crate::pseudo_inverse`]): a third to a quarter of the entries of LᵀL's,
-//! and half of the digits that its condition number would cost are saved.
+//! with forces λ that hold the handles: δ_h = 0 at hard ones, λ_h = k²(δ_h − pull_h) at soft ones,
+//! and no force in sum on any component. A handle costs a column of Q when it is added; an
+//! iteration costs the solve for δ₀ and one pass over the columns. M⁺ takes factors of matrices
+//! with the pattern of L only (see [`crate::pseudo_inverse`]): a third to a quarter of the entries
+//! of LᵀL's, and half of the digits that its condition number would cost are saved.
 //!
 //! A handle that is alone on its component needs no force and no column, only the constant.
 
@@ -29,12 +29,12 @@ use crate::pseudo_inverse::{Means, PseudoInverse};
 pub(crate) struct Columns {
     inverse: PseudoInverse,
     store: ColumnStore,
-    /// The columns at hand, ascending by vertex.
+    /// The existing columns, ascending by vertex.
     slots: Vec<(VertexId, Slot)>,
     holding: Holding,
 }
 
-/// How the handles act on the columns.
+/// The action of the handles on the columns.
 struct Holding {
     /// Handles that need a force, each with its column and component.
     pulling: Vec<Pulling>,
@@ -77,15 +77,15 @@ impl Columns {
         self.inverse.num_entries()
     }
 
-    /// How many columns handles would need that are not there yet.
+    /// The number of columns that these handles need and that do not exist yet.
     pub(crate) fn num_missing(&self, problem: &Problem, held: &Held) -> usize {
         pulling(problem, held)
             .filter(|handle| self.slot(handle.vertex).is_none())
             .count()
     }
 
-    /// Takes other handles: columns are solved for where there are none, and dropped where no handle
-    /// is left. After an error nothing has changed.
+    /// Takes other handles: columns are solved for where there are none, and dropped where no
+    /// handle is left. After an error nothing has changed.
     pub(crate) fn set_handles(
         &mut self,
         problem: &Problem,
@@ -195,11 +195,11 @@ impl Columns {
             self.slots.iter().partition(|(vertex, _)| is_kept(*vertex));
         self.slots = kept;
         self.store.remove(dropped.into_iter().map(|(_, slot)| slot));
-        // What is left in a vacant slot acts on nothing.
+        // The contents of a vacant slot have no effect.
         self.store.clear_forces();
     }
 
-    /// The small system of the columns at hand.
+    /// The small system of the existing columns.
     fn hold(&self, problem: &Problem, held: &Held) -> Result<Holding, LinearError> {
         let components = &problem.components;
         let mut holding = Holding::none(problem)?;
@@ -249,7 +249,7 @@ impl Holding {
     }
 }
 
-/// Number of columns that the handles need.
+/// The number of columns that the handles need.
 pub(crate) fn num_columns(problem: &Problem, held: &Held) -> usize {
     pulling(problem, held).count()
 }

@@ -4,13 +4,13 @@ use cotan_laplacian::Graph;
 use cotan_parallel::Chunks;
 use nalgebra::Vector3;
 
-/// Which vertices hang together.
+/// The connected components.
 pub(crate) struct Components {
-    /// The component of every vertex; numbered by their lowest vertices.
+    /// The component of every vertex; components are ordered by their lowest vertices.
     labels: Vec<u32>,
     /// All vertices, component after component, each ascending.
     members: Vec<u32>,
-    /// Where each component starts in `members`.
+    /// The start of each component in `members`.
     offsets: Vec<usize>,
     /// Stretches of `members` within one component, which are summed as a whole.
     chunks: Vec<(usize, std::ops::Range<usize>)>,
@@ -69,7 +69,7 @@ impl Components {
         }
     }
 
-    /// Number of components.
+    /// The number of components.
     pub(crate) fn len(&self) -> usize {
         self.offsets.len() - 1
     }

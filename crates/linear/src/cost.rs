@@ -1,7 +1,7 @@
-//! What a strategy will cost, before anything is factorized.
+//! The predicted cost of a strategy, before anything is factorized.
 //!
 //! By rules of growth on closed round meshes of 100k and 655k vertices (one thread; the medians
-//! that the constants are fitted to stand beside them), corrected by the analysis where one has
+//! to which the constants are fitted stand next to them), corrected by the analysis where one has
 //! been made. Round meshes were measured: on limbed ones factors have half of these entries, for
 //! both kinds of matrices alike, so the comparison stands. Seconds are those of one machine; only
 //! their ratios matter.
@@ -11,13 +11,13 @@ use cotan_sparse::Precision;
 /// A prediction.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Estimate {
-    /// For everything: factors, columns and the corrections that are going to be asked for.
+    /// In total: for factors, columns and the expected corrections.
     pub(crate) seconds: f64,
     /// Of factors and columns together, with the work space of the factorization.
     pub(crate) bytes: u64,
 }
 
-/// What solving by columns involves.
+/// The work of solving by columns.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ColumnsPlan {
     pub(crate) num_vertices: usize,
@@ -29,7 +29,7 @@ pub(crate) struct ColumnsPlan {
     pub(crate) new_columns: usize,
     pub(crate) columns: usize,
     pub(crate) corrections: usize,
-    /// How factors are stored.
+    /// The precision in which factors are stored.
     pub(crate) precision: Precision,
     /// Entries of the factor over those of the rule of growth.
     pub(crate) size: f64,
@@ -128,17 +128,18 @@ impl Factor {
 
 /// Seconds to read one entry of a column and add it in, at about 10 GB/s.
 const STREAM: f64 = 0.8e-9;
-/// Seconds an entry of the handles' dense system: to solve it twice, and (a third of the cube) to
+/// Seconds per entry of the handles' dense system: to solve it twice, and (a third of the cube) to
 /// factorize it.
 const DENSE_SOLVE: f64 = 1.2e-8;
 const DENSE_FACTOR: f64 = 3e-10;
-/// Values a vertex that the matrix takes beside its factor while it is factorized: index and number
-/// of the lower triangle, 4 and 10 entries a vertex, and as much again where it is permuted.
+/// Values per vertex that the matrix takes in addition to its factor while it is factorized: index
+/// and value of the lower triangle, 4 and 10 entries per vertex, and as much again for the
+/// permuted matrix.
 const MATRIX_ONE_RING: f64 = 16.0;
 const MATRIX_TWO_RINGS: f64 = 40.0;
 
-/// Values a vertex of a hierarchy with its work space (20 entries of 12 bytes, six vectors), and
-/// seconds a vertex of a solve with it: measured on a closed mesh of 164k vertices.
+/// Values per vertex of a hierarchy with its work space (20 entries of 12 bytes, six vectors), and
+/// seconds per vertex of a solve with it: measured on a closed mesh of 164k vertices.
 const HIERARCHY: f64 = 48.0;
 const ITERATIVE_SOLVE: f64 = 4.7e-6;
 

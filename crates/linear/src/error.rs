@@ -1,4 +1,4 @@
-//! What can be wrong with a system.
+//! Errors of a system.
 
 use cotan_geometry::Readable;
 use cotan_halfedge::VertexId;
@@ -7,7 +7,7 @@ use thiserror::Error;
 
 use crate::strategy::{Reason, Strategy};
 
-/// Why a system could not be prepared.
+/// The reason why a system could not be prepared.
 #[derive(Clone, PartialEq, Debug, Error)]
 #[non_exhaustive]
 pub enum LinearError {
@@ -29,9 +29,9 @@ pub enum LinearError {
         "handle vertex {vertex} does not exist: the mesh has {num_vertices} vertices, numbered from 0"
     )]
     HandleOutOfRange {
-        /// The vertex number that was given.
+        /// The vertex index.
         vertex: VertexId,
-        /// How many vertices there are.
+        /// The number of vertices of the mesh.
         num_vertices: usize,
     },
     /// A vertex with two handles.
@@ -90,14 +90,14 @@ pub enum LinearError {
         "the weights of the operator are not symmetric; take a symmetric scheme, such as the cotangent one"
     )]
     NotSymmetric,
-    /// A strategy was asked for that cannot serve.
+    /// The requested strategy is unsuitable.
     #[error(
         "the strategy \"{strategy}\" cannot solve this system because {reason}; take \"auto\" or \"normal\""
     )]
     StrategyUnsuitable {
-        /// What was asked for.
+        /// The requested strategy.
         strategy: Strategy,
-        /// Why it cannot serve.
+        /// The reason why it is unsuitable.
         reason: Reason,
     },
     /// Handles whose columns are the same within rounding.
@@ -105,7 +105,7 @@ pub enum LinearError {
         "the {handles} handles are too close together to be held by columns of the inverse; take the strategy \"auto\" or \"normal\""
     )]
     IllConditioned {
-        /// Number of handles that need a column.
+        /// The number of handles that need a column.
         handles: usize,
     },
     /// More memory is predicted than is allowed.
@@ -113,7 +113,7 @@ pub enum LinearError {
         "the system is predicted to take {} by the strategy \"{strategy}\", but only {} are allowed; raise the limit, hold more of the mesh still, or simplify it", megabytes(*predicted), megabytes(*permitted)
     )]
     MemoryLimit {
-        /// What would be used.
+        /// The strategy that would be used.
         strategy: Strategy,
         /// Bytes of factors and columns.
         predicted: u64,

@@ -5,12 +5,12 @@ use cotan_halfedge::VertexId;
 use crate::components::Components;
 use crate::error::LinearError;
 
-/// How a handle vertex is held at its target.
+/// The way in which a handle vertex is held at its target.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub enum Hold {
     /// Exactly: the vertex is eliminated from the system. The best conditioned choice.
     ///
-    /// Its own row of L stays among those whose squares are summed. What is minimised is |Lx − ℓ|²
+    /// Its own row of L stays among those whose squares are summed. The sum |Lx − ℓ|² is minimised
     /// over *all* rows, with x given at hard handles, so that a field with ℓ = 0 is biharmonic
     /// around them. To meet the rows of the free vertices exactly and drop the others, take a
     /// [`LinearSystem`](crate::LinearSystem).
@@ -18,8 +18,8 @@ pub enum Hold {
     Hard,
     /// By a spring: the term k²|x − u|² of equation 3, k relative to the mean |L_ii|.
     ///
-    /// k = 1 leaves handles off by about 2e-4 of the bounding box, k = 10 by 2e-6, k = 100 by 2e-8;
-    /// below 0.1 they are visibly missed.
+    /// k = 1 leaves handles off by about 2e-4 of the bounding box, k = 10 by 2e-6, k = 100 by
+    /// 2e-8; below 0.1 they are visibly missed.
     Soft(f64),
 }
 
@@ -28,7 +28,7 @@ pub enum Hold {
 pub struct Handle {
     /// The vertex.
     pub vertex: VertexId,
-    /// How firmly it is held.
+    /// Its constraint: exact or a spring.
     pub hold: Hold,
 }
 

@@ -10,16 +10,17 @@
 //! targets. A [`PreparedSystem`] owns its factorization: the analysis and the numbers are done
 //! once, each solve takes three right-hand sides and allocates nothing.
 //!
-//! It solves for the *correction* of a shape at hand and not for positions: what enters is how far
-//! the shape is from fulfilling each term. A shape that fulfils them all is then left alone
-//! exactly, a mesh far from the origin loses no digit, and every solve refines the one before.
+//! It solves for the *correction* of a given shape and not for positions: the right-hand side is
+//! the amount by which the shape misses each term. A shape that fulfils them all is then left
+//! alone exactly, a mesh far from the origin loses no digit, and every solve refines the one
+//! before.
 //!
 //! There are two direct ways to the solution, and [`Strategy::Auto`] takes the one that is
 //! predicted to be the faster:
 //!
 //! - the **normal equations** LᵀL + μK + D of the free vertices ([`Strategy::Normal`]), for every
 //!   operator and any number of handles;
-//! - **columns** of the inverse, one a handle, from factors of the one-ring matrix
+//! - **columns** of the inverse, one per handle, from factors of the one-ring matrix
 //!   ([`Strategy::Columns`]): factorized once for every set of handles.
 //!
 //! Handles can be exchanged ([`PreparedSystem::set_handles`]) and weights renewed
@@ -28,8 +29,20 @@
 //! Equations that are met exactly and not in the sense of least squares are solved by
 //! [`LinearSystem`]: harmonic fields, Poisson's equation, implicit steps of diffusion.
 //!
-//! The factorization is that of `cotan-sparse`, always in `f64`: the condition number of the system
-//! is the square of the Laplacian's, and `f32` fails silently from some ten thousand vertices on.
+//! The factorization is that of `cotan-sparse`, always in `f64`: the condition number of the
+//! system is the square of the Laplacian's, and `f32` fails silently from some ten thousand
+//! vertices on.
+//!
+//! | modules | content |
+//! |---|---|
+//! | `system`, `linear_system` | the public solvers |
+//! | `handles`, `defect`, `problem` | handles, the right-hand side, the membrane |
+//! | `weights`, `components` | symmetry of the weights; connected components |
+//! | `strategy`, `cost`, `storage` | the choice of a method, its predicted cost, memory limits |
+//! | `normal`, `stretched` | the normal equations, and rows of vertices of high valence |
+//! | `columns`, `column_store`, `multipliers` | columns of the inverse |
+//! | `pseudo_inverse`, `one_ring` | the inverse, by factors of one-ring matrices |
+//! | `error` | the errors |
 
 mod bilaplacian;
 mod column_store;

@@ -27,18 +27,18 @@ use crate::weights::Weights;
 /// the negative Laplacian (b = 0: a harmonic field); with masses over a time step for d it is an
 /// implicit step of diffusion.
 ///
-/// **The right-hand side**: the weights of [`Cotangent`](cotan_laplacian::Cotangent) carry no ½, so
-/// they stand for twice the integrated Laplacian. For −Δu = f give b_i = 2 A_i f_i, with A_i the
-/// dual area of the vertex (`Surface::dual_areas`); for c u − Δu = f also
+/// **The right-hand side**: the weights of [`Cotangent`](cotan_laplacian::Cotangent) carry no ½,
+/// so they stand for twice the integrated Laplacian. For −Δu = f give b_i = 2 A_i f_i, with A_i
+/// the dual area of the vertex (`Surface::dual_areas`); for c u − Δu = f also
 /// d_i = 2 A_i c. Values are `f64`, also for a mesh of `f32`. On a boundary that is not fixed the
 /// normal derivative is zero (Neumann's condition).
 ///
 /// The equations of fixed vertices are left out: this is not what a
-/// [`PreparedSystem`](crate::PreparedSystem) does, which minimises the squares of *all* rows and so
-/// gives a biharmonic field.
+/// [`PreparedSystem`](crate::PreparedSystem) does, which minimises the squares of *all* rows and
+/// so gives a biharmonic field.
 ///
-/// Solves take `&self`. New weights, another diagonal and other fixed vertices need no new analysis
-/// of the pattern, only a new factorization.
+/// Solves take `&self`. New weights, another diagonal and other fixed vertices need no new
+/// analysis of the pattern, only a new factorization.
 ///
 /// ```
 /// use cotan_geometry::shapes::icosphere;
@@ -87,9 +87,9 @@ impl LinearSystem {
     /// −L x = b with some vertices fixed.
     ///
     /// # Errors
-    /// [`LinearError`]: an operator that is not symmetric, a vertex that does not exist or is given
-    /// twice, a component without a fixed vertex ([`LinearError::Singular`]), or weights that do
-    /// not make a positive definite matrix.
+    /// [`LinearError`]: an operator that is not symmetric, a vertex that does not exist or is
+    /// given twice, a component without a fixed vertex ([`LinearError::Singular`]), or weights
+    /// that do not make a positive definite matrix.
     pub fn poisson<T: Scalar>(
         operator: &Operator<T>,
         fixed: &[VertexId],
@@ -144,7 +144,7 @@ impl LinearSystem {
             limit: max_memory.map(|permitted| Limit {
                 strategy: Strategy::Normal,
                 factors: 1,
-                beside: 0,
+                in_addition: 0,
                 permitted,
             }),
             ..Storage::default()

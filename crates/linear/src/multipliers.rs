@@ -8,8 +8,8 @@
 //! S holds M⁺ at the handles, C says which component each is of, λ are the forces at the handles
 //! (1/k² is 0 for hard ones) and c one constant a component.
 //!
-//! S is positive definite on λ that sum to zero over every component; adding a multiple of CCᵀ to it,
-//! which changes nothing as Cᵀλ = 0, makes it so everywhere. Then Cholesky, c from the Schur
+//! S is positive definite on λ that sum to zero over every component; adding a multiple of CCᵀ to
+//! it, which changes nothing as Cᵀλ = 0, makes it so everywhere. Then Cholesky, c from the Schur
 //! complement, and one refinement.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, MatrixXx3, RowVector3, Vector3};
@@ -107,7 +107,7 @@ impl Multipliers {
         self.constants[group].transpose()
     }
 
-    /// What is left of the right-hand side: b − (S + diag(1/k²)) λ + C c.
+    /// The remainder of the right-hand side: b − (S + diag(1/k²)) λ + C c.
     fn remainder(&mut self, rhs: impl Fn(usize) -> Vector3<f64>) {
         self.left.gemm(-1.0, &self.matrix, &self.forces, 0.0);
         for (i, &g) in self.groups.iter().enumerate() {
@@ -121,7 +121,7 @@ impl Multipliers {
         self.factor.solve_mut(&mut self.left);
         self.step.fill(RowVector3::zeros());
         for (i, &g) in self.groups.iter().enumerate() {
-            // What the forces sum to by now is taken out with it.
+            // This also removes the current sum of the forces.
             self.step[g] -= self.left.row(i) + self.forces.row(i);
         }
         for (step, complement) in self.step.iter_mut().zip(&self.complement) {
@@ -136,8 +136,8 @@ impl Multipliers {
         }
     }
 
-    /// Whether a right-hand side without structure is reproduced: where the handles are so close
-    /// together that their columns are all but the same, it is not.
+    /// Returns `true` if a right-hand side without structure is reproduced. It is not if the
+    /// handles are so close together that their columns are almost the same.
     fn is_accurate(&mut self) -> bool {
         const WORST: f64 = 1e-7;
         let rhs = |i: usize| {

@@ -14,8 +14,8 @@ use crate::stretched::{Piece, Stretched};
 use crate::weights::Weights;
 
 /// The strategy that serves every operator and every set of handles: hard handles are eliminated,
-/// soft ones are springs on the diagonal. Its matrix reaches over two rings, and is another one for
-/// other handles. Rows of vertices of high valence are cut into pieces: see [`Stretched`].
+/// soft ones are springs on the diagonal. Its matrix reaches over two rings, and is another one
+/// for other handles. Rows of vertices of high valence are cut into pieces: see [`Stretched`].
 pub(crate) struct NormalEquations {
     free: Vec<usize>,
     cholesky: Cholesky,
@@ -70,7 +70,8 @@ fn check_product(problem: &Problem, storage: &Storage) -> Result<(), LinearError
     let Some(limit) = storage.limit else {
         return Ok(());
     };
-    // The blocks of columns and the matrix that they are joined to, then the graph that is ordered.
+    // The blocks of columns and the matrix that they are joined to, then the graph that is
+    // ordered.
     let bytes_per_entry = 2 * (size_of::<u32>() + size_of::<f64>()) as u64 + 16;
     let bound = Stretched::new(&problem.graph).bound_of_product(&problem.graph);
     let predicted = bound.saturating_mul(bytes_per_entry);
@@ -219,8 +220,8 @@ impl Column {
         }
     }
 
-    /// Adds a piece of a row, times its weight and its entry in the column at hand. Links come
-    /// behind the vertices.
+    /// Adds a piece of a row, times its weight and its entry in the current column. Links come
+    /// after the vertices.
     fn add_piece(&mut self, graph: &Graph, weights: &Weights, piece: &Piece<'_>, entry: f64) {
         let factor = piece.weight * entry;
         let num_rows = graph.num_rows();

@@ -8,7 +8,7 @@ use crate::weights::Weights;
 
 /// Assembles W + diag(d) over all vertices.
 ///
-/// Ground vertices are cut off: their entries beside the diagonal are zeros that stay in the
+/// Ground vertices are cut off: their entries off the diagonal are zeros that stay in the
 /// pattern, so that every matrix of a mesh has the same analysis. `diagonal` is given the vertex
 /// and Σ_j W_ij and returns the diagonal entry.
 pub(crate) fn assemble(

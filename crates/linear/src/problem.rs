@@ -13,7 +13,8 @@ use crate::error::LinearError;
 use crate::handles::{self, Handle, Hold};
 use crate::weights::{Form, Weights};
 
-/// A term μ x·Kx beside the Laplacian one, K the graph Laplacian with a stiffness per edge.
+/// A term μ x·Kx in addition to the Laplacian one, K the graph Laplacian with a stiffness per
+/// edge.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Membrane<'a> {
     /// μ, no unit.
@@ -106,7 +107,7 @@ impl Problem {
         })
     }
 
-    /// What other handles mean for this problem.
+    /// Applies other handles to this problem.
     pub(crate) fn hold(&self, handles: &[Handle]) -> Result<Held, LinearError> {
         hold(handles, &self.components, self.unit)
     }

@@ -7,10 +7,10 @@
 //! M = W (W + σ)          with one, for D = 1
 //! ```
 //!
-//! W is singular: constants on every component. One vertex a component is its *ground*: the entries
-//! beside its diagonal are cut, and its right-hand side is set to 0. A right-hand side whose sum
-//! over the component is zero is then solved exactly, up to a constant. The mean of what goes in
-//! and of what comes out is subtracted, which makes M⁺ symmetric.
+//! W is singular: constants on every component. One vertex per component is its *ground*: the
+//! entries off its diagonal are cut, and its right-hand side is set to 0. A right-hand side whose
+//! sum over the component is zero is then solved exactly, up to a constant. The means of the
+//! right-hand side and of the solution are subtracted, which makes M⁺ symmetric.
 
 use std::sync::Arc;
 
@@ -99,7 +99,7 @@ impl Inverse {
     }
 }
 
-/// How the one-ring matrices are inverted.
+/// The means of inverting the one-ring matrices.
 pub(crate) enum Means {
     Factor(Storage),
     Iteration,
@@ -176,7 +176,7 @@ impl PseudoInverse {
             .map(|c| components.members(c).iter().map(square).sum())
             .collect();
         let is_ground = |i: usize| grounds[components.of(i)] == i;
-        // What is cut off keeps a diagonal of the usual size, so that norms stay what they were.
+        // Rows that are cut off keep a diagonal of the usual size, so that norms do not change.
         let usual = |sum: f64| if sum > 0.0 { sum } else { 1.0 };
         let cut = |i: usize, sum: f64| if is_ground(i) { usual(sum) } else { sum };
         let mut matrices = vec![one_ring::assemble(graph, weights, is_ground, cut)?];
@@ -210,8 +210,8 @@ impl PseudoInverse {
 
     /// δ₀ = M⁺(Lᵀy + μt), up to a constant a component: the correction that nothing holds.
     ///
-    /// Without a membrane W δ₀ = −D y + a D², a such that the sums vanish: what no shape can fulfil
-    /// of y is left. With one, (W + σ) δ₀ = W⁺μt − y less its mean.
+    /// Without a membrane W δ₀ = −D y + a D², a such that the sums vanish: what no shape can
+    /// fulfil of y is left. With one, (W + σ) δ₀ = W⁺μt − y less its mean.
     pub(crate) fn free_correction(
         &mut self,
         mismatch: &[Vector3<f64>],
@@ -328,8 +328,8 @@ impl PseudoInverse {
         grounded.solve_between(x, before, after)
     }
 
-    /// As [`Self::solve_grounded`], less a multiple of D² such that the sum over every component is
-    /// 0. `of` is given the entry of D as well.
+    /// As [`Self::solve_grounded`], less a multiple of D² such that the sum over every component
+    /// is 0. `of` is given the entry of D as well.
     fn solve_balanced(
         &mut self,
         x: &mut [Vector3<f64>],

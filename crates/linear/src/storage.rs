@@ -14,7 +14,7 @@ pub(crate) struct Storage {
     /// The analysis of the pattern, if it is known.
     pub(crate) analysis: Option<Arc<Symbolic>>,
     /// The most bytes that factors of this pattern may take together, with the memory that the
-    /// strategy takes beside them: known exactly once the pattern is analysed.
+    /// strategy takes in addition: known exactly once the pattern is analysed.
     pub(crate) limit: Option<Limit>,
 }
 
@@ -22,9 +22,9 @@ pub(crate) struct Storage {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Limit {
     pub(crate) strategy: Strategy,
-    /// The number of factors to come, and bytes that are taken beside them.
+    /// The number of factors to come, and the bytes that are taken in addition.
     pub(crate) factors: u64,
-    pub(crate) beside: u64,
+    pub(crate) in_addition: u64,
     pub(crate) permitted: u64,
 }
 
@@ -50,7 +50,7 @@ impl Storage {
 impl Limit {
     /// Refuses factors of this size each.
     fn check(&self, each: u64) -> Result<(), LinearError> {
-        let predicted = self.factors * each + self.beside;
+        let predicted = self.factors * each + self.in_addition;
         if predicted <= self.permitted {
             return Ok(());
         }

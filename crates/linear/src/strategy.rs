@@ -1,4 +1,4 @@
-//! How a system is solved, and who decides it.
+//! The strategies that solve a system, and the choice between them.
 
 use std::sync::Arc;
 
@@ -12,11 +12,11 @@ use crate::problem::{Held, Problem};
 use crate::pseudo_inverse::{self, Means};
 use crate::storage::{Limit, Storage};
 
-/// How a system is solved.
+/// A method of solving a system, or the request to choose one.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[non_exhaustive]
 pub enum Strategy {
-    /// What is predicted to be the fastest and fits into memory.
+    /// The one that is predicted to be the fastest and fits into memory.
     #[default]
     Auto,
     /// The normal equations LᵀL + μK + D, hard handles eliminated: for every operator and any
@@ -104,7 +104,7 @@ pub enum Reason {
     OtherMembrane,
     /// The one-ring matrix cannot be factorized, or not accurately.
     Indefinite,
-    /// The handles are so close together that their columns cannot be told apart.
+    /// The handles are so close together that their columns are equal within rounding.
     IllConditioned,
 }
 
@@ -112,13 +112,13 @@ impl Reason {
     /// The reason in words, to follow "because".
     pub fn as_str(self) -> &'static str {
         match self {
-            Self::Requested => "it was asked for",
+            Self::Requested => "it was requested",
             Self::Fastest => "it is predicted to be the fastest",
             Self::Memory => "the fastest strategy would take more memory than is allowed",
             Self::GeneralWeights => "the weights are not symmetric, whatever the scale of the rows",
             Self::OtherMembrane => "the membrane is not proportional to the operator",
             Self::Indefinite => "the one-ring matrix cannot be factorized accurately",
-            Self::IllConditioned => "the handles are too close together to be told apart",
+            Self::IllConditioned => "the handles are too close together to be distinguished",
         }
     }
 }
@@ -129,13 +129,13 @@ impl std::fmt::Display for Reason {
     }
 }
 
-/// How a system is solved, and why so.
+/// The method that solves a system, and the reason for it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub struct Choice {
-    /// How.
+    /// The method.
     pub method: Method,
-    /// Why.
+    /// The reason.
     pub reason: Reason,
 }
 
@@ -149,20 +149,18 @@ impl std::fmt::Display for Choice {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub struct SystemOptions {
-    /// How to solve it.
+    /// The strategy.
     pub strategy: Strategy,
-    /// The most memory that factors and columns may take, in bytes, with the matrices and the
-    /// work space
-    /// that they are made with. A rule of growth, which may be off by a factor of two, chooses
-    /// the strategy.
-    /// What is refused is refused before it is there: a product of matrices by the lengths of
-    /// the rings
-    /// before it is assembled, a factor by the analysis of its matrix before it is factorized.
+    /// The limit for the memory of factors and columns, in bytes, including the matrices and the
+    /// work space from which they are made. The strategy is chosen by a rule of growth, which may
+    /// be off by a factor of two. A factor that does not fit is refused before its memory is
+    /// taken: a product of matrices by the lengths of the rings before it is assembled, a factor
+    /// by the analysis of its matrix before it is factorized.
     pub max_memory: Option<u64>,
-    /// How factors are stored.
+    /// The precision in which factors are stored.
     pub precision: Precision,
-    /// How many corrections are going to be asked for, roughly: what decides whether a costly
-    /// factorization with cheap solves pays. Default: 20.
+    /// The approximate number of corrections to come, which decides whether a costly factorization
+    /// with cheap solves pays. Default: 20.
     pub expected_solves: usize,
 }
 
@@ -213,23 +211,24 @@ impl SystemOptions {
     }
 }
 
-/// What solves a problem.
+/// The solver of a problem.
 pub(crate) enum Solver {
     Normal(Box<NormalEquations>),
     Columns(Box<Columns>),
 }
 
-/// What is known before anything is factorized.
+/// The plan before anything is factorized.
 #[derive(Clone)]
 pub(crate) struct Plan {
-    /// What to try first, and why.
+    /// The method to try first, and the reason.
     pub(crate) choice: Choice,
     normal: Estimate,
     columns: Estimate,
     iterative: Estimate,
-    /// Whether the one-ring matrices can stand for the problem.
+    /// `true` if the one-ring matrices can stand for the problem.
     has_columns: bool,
-    /// Factors and bytes beside them, by columns.
+    /// The number of factors, and the bytes of the columns in addition, for the strategy of
+    /// columns.
     num_factors: u64,
     column_bytes: u64,
     /// The analysis of the one-ring matrices, where it was needed to decide.
@@ -302,7 +301,7 @@ impl Plan {
             }
             (Strategy::Auto, None) => {
                 if at_hand.is_none() && plan.is_close() {
-                    // The size of the factor decides: the analysis tells it.
+                    // The size of the factor decides; it is known from the analysis.
                     let analysis = pseudo_inverse::analyse(problem)?;
                     let size = analysis.num_entries() as f64 / cost::one_ring_entries(n);
                     plan.normal = cost::normal(n - held.num_hard, options.expected_solves, size);
@@ -318,7 +317,7 @@ impl Plan {
         Ok(plan)
     }
 
-    /// Whether the rules of growth leave the decision open.
+    /// Returns `true` if the rules of growth leave the decision open.
     fn is_close(&self) -> bool {
         const CLEAR: f64 = 4.0;
         let ratio = self.columns.seconds / self.normal.seconds;
@@ -360,8 +359,8 @@ impl Plan {
         Choice { method, reason }
     }
 
-    /// Does what was planned. Where it turns out not to serve, or not to fit, the next does, unless
-    /// it was asked for.
+    /// Runs the planned strategy, and falls back to the next one if it fails or does not fit in
+    /// memory, unless it was requested.
     pub(crate) fn carry_out(
         mut self,
         columns: impl Fn(&Means) -> Result<Solver, LinearError>,
@@ -382,7 +381,7 @@ impl Plan {
         }
     }
 
-    /// What remains after the chosen strategy has failed.
+    /// The plan after the chosen strategy has failed.
     pub(crate) fn after(self, error: LinearError) -> Result<Self, LinearError> {
         if self.options.strategy != Strategy::Auto {
             return Err(error);
@@ -418,7 +417,7 @@ impl Plan {
             limit: self.options.max_memory.map(|permitted| Limit {
                 strategy: self.choice.method.into(),
                 factors: if by_columns { self.num_factors } else { 1 },
-                beside: if by_columns { self.column_bytes } else { 0 },
+                in_addition: if by_columns { self.column_bytes } else { 0 },
                 permitted,
             }),
         }

@@ -1,17 +1,16 @@
 //! Rows of vertices of high valence, cut into pieces that are linked.
 //!
-//! A row r of L with m entries puts m² entries into LᵀL: a vertex with 20,000 neighbours 200
-//! million of
-//! them. Such a row is cut into pieces, r = Σ_b p_b, and unknowns s_b link each piece to the next:
+//! A row r of L with m entries puts m² entries into LᵀL: 400 million for a vertex with 20,000
+//! neighbours, half of them in its lower triangle. Such a row is cut into pieces, r = Σ_b p_b, and
+//! unknowns s_b link each piece to the next:
 //!
 //! ```text
 //! (r·x)² = min_s  B Σ_b (p_b·x + s_{b−1} − s_b)²        b = 1 … B,   s_0 = s_B = 0
 //! ```
 //!
-//! since the sum of the brackets is r·x, and B numbers of a given sum have the least squares
-//! when they are
-//! equal. The links therefore have the Schur complement rᵀr: a system with them and zeros in their
-//! right-hand side has the same x, and m · (length of a piece) entries.
+//! since the sum of the brackets is r·x, and the squares of B numbers of a given sum are least if
+//! the numbers are equal. The links therefore have the Schur complement rᵀr: a system with them
+//! and zeros in their right-hand side has the same x, and m · (length of a piece) entries.
 //!
 //! A piece is Σ_j w_ij (x_j − x_i) over some of the neighbours j, so that it vanishes on
 //! constants as its row does.
@@ -23,8 +22,8 @@ use cotan_laplacian::Graph;
 
 use crate::weights::Weights;
 
-/// Valence above which a row is cut. Meshes made by any usual tool stay below it, and are assembled
-/// exactly as their formula says.
+/// Valence above which a row is cut. Meshes made by any usual tool stay below it, and are
+/// assembled exactly as their formula says.
 pub(crate) const HIGH_VALENCE: usize = 128;
 
 /// Neighbours of a piece. Longer ones take more entries, shorter ones more links.
@@ -43,7 +42,7 @@ struct Hub {
     first_link: usize,
     /// The entries of its row, from neighbour to neighbour around it.
     entries: Vec<u32>,
-    /// Where each entry of the row stands among these.
+    /// The place of each entry of the row among these.
     places: Vec<u32>,
 }
 
@@ -75,12 +74,12 @@ impl Stretched {
         Self { hubs, num_links }
     }
 
-    /// Number of unknowns that are added.
+    /// The number of unknowns that are added.
     pub(crate) fn num_links(&self) -> usize {
         self.num_links
     }
 
-    /// Whether the row of vertex `i` is cut.
+    /// Returns `true` if the row of vertex `i` is cut.
     pub(crate) fn is_cut(&self, i: usize) -> bool {
         !self.hubs.is_empty() && self.hub(i).is_some()
     }
@@ -114,8 +113,8 @@ impl Stretched {
         Some(hub.piece(weights, hub.places[entry] as usize / PIECE))
     }
 
-    /// The lower triangle of the links' own block: for every link its diagonal entry, and the entry
-    /// below it if the next link belongs to the same row.
+    /// The lower triangle of the links' own block: for every link its diagonal entry, and the
+    /// entry below it if the next link belongs to the same row.
     pub(crate) fn link_columns(
         &self,
         weights: &Weights,
@@ -191,9 +190,8 @@ impl Hub {
     }
 }
 
-/// The entries of a row such that neighbours which are neighbours of each other follow each
-/// other: pieces are
-/// near each other on the mesh then, and fill in little, however the vertices are numbered.
+/// The entries of a row, ordered so that adjacent neighbours follow each other: the vertices of a
+/// piece are then close together on the mesh and fill in little, whatever their indices.
 fn around(graph: &Graph, vertex: usize) -> Vec<u32> {
     let row = graph.range(vertex);
     let ring = &graph.neighbours()[row.clone()];
@@ -205,8 +203,8 @@ fn around(graph: &Graph, vertex: usize) -> Vec<u32> {
             is_taken[at] = true;
             entries.push((row.start + at) as u32);
             // Not through all neighbours of another hub.
-            let beside = graph.range(ring[at].index()).take(HIGH_VALENCE);
-            next = beside
+            let around = graph.range(ring[at].index()).take(HIGH_VALENCE);
+            next = around
                 .filter_map(|k| ring.binary_search(&graph.neighbours()[k]).ok())
                 .find(|&at| !is_taken[at]);
         }

@@ -25,8 +25,8 @@ use crate::strategy::{Choice, Plan, Solver, SystemOptions};
 /// |L(x + δ) − ℓ|² + μ (membrane) + Σ_soft k²|x + δ − u|²,    δ = 0 at hard handles?
 /// ```
 ///
-/// There is more than one way to that answer: see [`crate::Strategy`]. The handles may be exchanged
-/// ([`Self::set_handles`]), and so may the weights ([`Self::refactor`]).
+/// There is more than one way to that answer: see [`crate::Strategy`]. The handles may be
+/// exchanged ([`Self::set_handles`]), and so may the weights ([`Self::refactor`]).
 ///
 /// **Source**: paper, equations 3 and 8, as a correction (see the crate's docs).
 pub struct PreparedSystem {
@@ -90,8 +90,8 @@ impl PreparedSystem {
         Ok(system)
     }
 
-    /// Holds other vertices, or the same ones otherwise. By [`crate::Strategy::Columns`] nothing is
-    /// factorized: vertices that stay handles keep their columns, and three new ones cost two
+    /// Holds other vertices, or the same ones otherwise. By [`crate::Strategy::Columns`] nothing
+    /// is factorized: vertices that stay handles keep their columns, and three new ones cost two
     /// solves. [`crate::Strategy::Normal`] factorizes again; with [`crate::Strategy::Auto`]
     /// whatever is predicted to be the faster from here on is done.
     ///
@@ -130,8 +130,8 @@ impl PreparedSystem {
         }
     }
 
-    /// Takes other weights on the same mesh, and another membrane: new numbers in the same pattern,
-    /// which is not analysed again, and new columns.
+    /// Takes other weights on the same mesh, and another membrane: new numbers in the same
+    /// pattern, which is not analysed again, and new columns.
     ///
     /// # Errors
     /// As [`Self::prepare_with`], and [`LinearError::DifferentMesh`]; the system is then what it
@@ -162,7 +162,7 @@ impl PreparedSystem {
         Ok(())
     }
 
-    /// How the system is solved, and why so.
+    /// The method that solves the system, and the reason for it.
     pub fn choice(&self) -> Choice {
         self.choice
     }
@@ -180,7 +180,8 @@ impl PreparedSystem {
         }
     }
 
-    /// Stiffness of the spring that holds a vertex, (k · mean |L_ii|)²: 0 for all but soft handles.
+    /// Stiffness of the spring that holds a vertex, (k · mean |L_ii|)²: 0 for all but soft
+    /// handles.
     pub fn spring(&self, vertex: VertexId) -> f64 {
         self.problem.held.spring(vertex.index())
     }
@@ -208,8 +209,8 @@ impl PreparedSystem {
         }
     }
 
-    /// As [`Self::residual`] at one vertex, also where it is a hard handle: less the force by which
-    /// the handle is held.
+    /// As [`Self::residual`] at one vertex, also where it is a hard handle: less the force by
+    /// which the handle is held.
     ///
     /// # Panics
     /// If a map has not one entry per vertex, or the vertex does not exist.
@@ -245,7 +246,7 @@ impl PreparedSystem {
         }
     }
 
-    /// As [`Self::correct`], where the [`Self::residual`] of the same defect is at hand.
+    /// As [`Self::correct`], if the [`Self::residual`] of the same defect is known already.
     ///
     /// # Errors
     /// As [`Self::correct`].

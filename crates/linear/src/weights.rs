@@ -15,11 +15,11 @@ pub(crate) struct Weights {
     form: Form,
 }
 
-/// How far from symmetric the weights are: L = −D⁻¹W with a symmetric W.
+/// The symmetry of the weights: L = −D⁻¹W with a symmetric W.
 pub(crate) enum Form {
     /// D = 1.
     Symmetric,
-    /// D, one positive number a vertex: row-normalised weights, such as Tutte's.
+    /// D, one positive number per vertex: row-normalised weights, such as Tutte's.
     RowScaled(Vec<f64>),
     /// There is no such D.
     General,

@@ -6,6 +6,15 @@
 //! - [`Multigrid`]: conjugate gradients preconditioned by smoothed aggregation, for matrices
 //!   whose factor would not fit into memory.
 //!
+//! | modules | content |
+//! |---|---|
+//! | `lower`, `csr` | matrices: a lower triangle, compressed rows |
+//! | `ordering` | nested dissection, and minimum degree in its leaves |
+//! | `factor` | analysis of a pattern, numeric factorization, solves |
+//! | `cholesky` | the factorization of one matrix |
+//! | `multigrid` | smoothed aggregation and conjugate gradients |
+//! | `pool`, `error` | reused work space; the errors |
+//!
 //! Both are solved through `&self`: each solve takes its memory from a pool and returns it, so
 //! that nothing of the size of the matrix is allocated after the first one. The results do not
 //! depend on the number of threads.

@@ -5,3 +5,38 @@
 //! same bytes for any number of threads. Queries (closest points, rays) are in `cotan-geometry`.
 
 #![warn(missing_docs)]
+
+mod curvatures;
+mod decimate;
+mod deviation;
+mod edge_paths;
+mod features;
+mod heat;
+mod isolines;
+mod nearest;
+mod remesh;
+mod straight;
+mod subdivide;
+mod tessellation_error;
+mod triangles;
+mod units;
+
+pub use curvatures::{
+    PrincipalCurvature, gaussian_curvatures, mean_curvatures, principal_curvatures,
+};
+pub use decimate::{Attributes, DecimateOptions, DecimateTarget, Decimated, decimate};
+pub use deviation::{Deviation, DeviationOptions, OneSidedDeviation, deviation};
+pub use edge_paths::EdgePaths;
+pub use features::Features;
+pub use heat::{DistanceError, GeodesicDistances, HeatOptions};
+pub use isolines::{Isoline, isolines};
+pub use nearest::{SurfacePoint, interpolated};
+pub use remesh::{EdgeLengths, RemeshOptions, Remeshed, remesh};
+pub use straight::{LineEnd, StraightLine, straight_line};
+pub use subdivide::{Stencils, SubdivideOptions, Subdivided, SubdivisionScheme, subdivide};
+pub use tessellation_error::TessellationError;
+
+/// Runs the example of the README as a doc test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

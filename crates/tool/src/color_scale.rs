@@ -111,7 +111,7 @@ impl ColorScale {
 
     /// Round numbers along the scale, each with its text.
     pub fn ticks(&self) -> Vec<(f64, String)> {
-        let step = round_step((self.high - self.low) / MOST_TICKS);
+        let step = round_step((self.high - self.low) / MAX_TICKS);
         let count = |end: f64| (end / step * (1.0 + 1e-9)).trunc() as i64;
         let digits = (-step.log10().floor()).clamp(0.0, 12.0) as usize;
         let is_plain = (1e-3..1e6).contains(&self.high);
@@ -137,7 +137,7 @@ pub fn decode(encoded: [u8; 3]) -> [f32; 3] {
 const NO_VALUE: [f32; 3] = [0.25, 0.25, 0.25];
 
 /// Maximum number of steps between ticks.
-const MOST_TICKS: f64 = 8.0;
+const MAX_TICKS: f64 = 8.0;
 
 /// The values in order, without NaN, with infinities clamped to the largest finite numbers.
 fn sorted(values: impl IntoIterator<Item = f64>) -> Vec<f64> {

@@ -47,7 +47,7 @@ pub struct HandlesFile<'a> {
 
 impl HandlesFile<'_> {
     /// Returns the matrix file that is implied by a `.sel` file, if none is given.
-    pub fn matrix_beside(&self) -> Option<PathBuf> {
+    pub fn default_matrix(&self) -> Option<PathBuf> {
         let is_sel = self.def.is_none() && self.kind("") == Kind::Sel;
         is_sel.then(|| self.path.with_extension("def"))
     }
@@ -144,11 +144,11 @@ impl HandlesFile<'_> {
         let path = match self.def {
             Some(path) => path.to_owned(),
             None => {
-                let beside = self.path.with_extension("def");
-                if !beside.is_file() {
-                    return Err(in_file(self.path)(HandlesError::NoDef { beside }));
+                let expected = self.path.with_extension("def");
+                if !expected.is_file() {
+                    return Err(in_file(self.path)(HandlesError::NoDef { expected }));
                 }
-                beside
+                expected
             }
         };
         sel::read_matrix(&self.read_text(&path)?).map_err(in_file(&path))

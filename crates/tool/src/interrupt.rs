@@ -152,7 +152,7 @@ mod tests {
     #[test]
     fn a_signal_that_is_ignored_stays_ignored() {
         if !Path::new("/proc/self/status").exists() {
-            println!("skipped: this system does not tell which signals are ignored");
+            cotan_testing::skip("this system does not show which signals are ignored");
             return;
         }
         let folder = tempfile::tempdir().unwrap();

@@ -34,8 +34,8 @@ pub struct Named {
 /// Two paths of a run that denote the same file, at least one of which would be written.
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
 #[error(
-    "{} {} and {} {} are the same file, and writing the one would overwrite the other; write to another \
-     file, and move it over the old one if it is as it should be",
+    "{} {} and {} {} are the same file, so that writing one would overwrite the other; write to another \
+     file, and rename it after checking it",
     output.name, Printable(output.path.display()), other.name, Printable(other.path.display())
 )]
 pub struct Conflict {
@@ -321,7 +321,7 @@ mod tests {
     }
 
     #[test]
-    fn names_in_other_letters_are_one_where_the_system_says_so() {
+    fn names_that_differ_in_case_are_one_file_where_the_system_ignores_case() {
         let folder = Folder::new();
         std::fs::write(folder.path("probe"), "").unwrap();
         let is_insensitive = folder.path("PROBE").exists();
@@ -340,7 +340,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn what_nothing_is_kept_of_may_be_written_twice() {
+    fn dev_null_may_be_written_twice() {
         let check = |[a, b]: [&str; 2]| {
             let mut paths = Paths::default();
             paths.write("--report", a);
@@ -354,7 +354,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_pipe_does_not_keep_us_waiting() {
+    fn checking_a_pipe_does_not_block() {
         let folder = Folder::new();
         let made = std::process::Command::new("mkfifo")
             .arg(folder.path("pipe"))

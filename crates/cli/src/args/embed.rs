@@ -7,7 +7,7 @@ use cotan_io::Companions;
 #[derive(Clone, Copy, Debug, Default, Args)]
 pub(crate) struct EmbedArgs {
     /// Write the buffers and images that a glTF refers to into OUT. By default they are copied
-    /// beside it if it lies in another folder, but never over another file
+    /// next to it if it lies in another folder, but never over another file
     #[arg(long)]
     embed: bool,
 }

@@ -78,13 +78,13 @@ mod tests {
     use crate::command_line::Arguments;
 
     #[test]
-    fn every_file_of_every_command_says_what_happens_to_it() {
-        let untold = [TypeId::of::<PathBuf>(), TypeId::of::<OsString>()];
+    fn every_file_argument_is_declared_as_input_or_output() {
+        let undeclared = [TypeId::of::<PathBuf>(), TypeId::of::<OsString>()];
         let mut found = Vec::new();
         for command in Arguments::command().get_subcommands() {
             for argument in command.get_arguments() {
                 let kind = argument.get_value_parser().type_id();
-                if untold.iter().any(|untold| kind == *untold) {
+                if undeclared.iter().any(|undeclared| kind == *undeclared) {
                     found.push(format!("{} {}", command.get_name(), argument.get_id()));
                 }
             }

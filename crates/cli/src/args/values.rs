@@ -67,12 +67,12 @@ pub(crate) fn length(text: &str) -> Result<usize, String> {
 pub(crate) fn threads(text: &str) -> Result<NonZeroUsize, String> {
     text.parse::<NonZeroUsize>()
         .ok()
-        .filter(|threads| threads.get() <= MOST_THREADS)
-        .ok_or_else(|| format!("give a number of threads from 1 to {MOST_THREADS}"))
+        .filter(|threads| threads.get() <= MAX_THREADS)
+        .ok_or_else(|| format!("give a number of threads from 1 to {MAX_THREADS}"))
 }
 
 /// More threads than any machine can use; each reserves some megabytes of address space.
-const MOST_THREADS: usize = 1024;
+const MAX_THREADS: usize = 1024;
 
 /// The library's names of smoothing methods.
 pub(crate) fn smooth_method() -> impl TypedValueParser<Value = SmoothMethod> {
@@ -99,9 +99,9 @@ pub(crate) fn start() -> impl TypedValueParser<Value = Start> {
 pub(crate) fn acceleration(text: &str) -> Result<Acceleration, String> {
     match (text, text.parse::<usize>()) {
         ("off", _) | (_, Ok(0)) => Ok(Acceleration::Off),
-        (_, Ok(memory)) if memory <= MOST_MEMORY => Ok(Acceleration::Memory(memory)),
+        (_, Ok(memory)) if memory <= MAX_MEMORY => Ok(Acceleration::Memory(memory)),
         _ => Err(format!(
-            "give a number of steps from 1 to {MOST_MEMORY}, or off"
+            "give a number of steps from 1 to {MAX_MEMORY}, or off"
         )),
     }
 }
@@ -172,6 +172,35 @@ pub(crate) fn weight(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "give a number between 0 and 1000".to_owned())
 }
 
+/// A length in the unit of the mesh, or a share of its longest side.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) enum Length {
+    Absolute(f64),
+    Share(f64),
+}
+
+impl Length {
+    /// The length on a mesh with this longest side.
+    pub(crate) fn on(self, longest_side: f64) -> f64 {
+        match self {
+            Self::Absolute(length) => length,
+            Self::Share(share) => share * longest_side,
+        }
+    }
+}
+
+/// A length of at least 0, or a share in per cent.
+pub(crate) fn length_or_share(text: &str) -> Result<Length, String> {
+    let (text, length): (_, fn(f64) -> Length) = match text.strip_suffix('%') {
+        Some(percent) => (percent, |x| Length::Share(0.01 * x)),
+        None => (text, Length::Absolute),
+    };
+    number(text.trim())
+        .filter(|x| *x >= 0.0)
+        .map(length)
+        .ok_or_else(|| "give a length of at least 0, or a share such as 2%".to_owned())
+}
+
 /// A spring weight or a length: finite and above 0.
 pub(crate) fn positive(text: &str) -> Result<f64, String> {
     number(text)
@@ -179,16 +208,33 @@ pub(crate) fn positive(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "give a number above 0".to_owned())
 }
 
+/// Three coordinates, separated by commas.
+pub(crate) fn point(text: &str) -> Result<[f64; 3], String> {
+    let coordinates: Option<Vec<f64>> = text.split(',').map(|x| number(x.trim())).collect();
+    coordinates
+        .and_then(|x| <[f64; 3]>::try_from(x).ok())
+        .ok_or_else(|| "give three numbers X,Y,Z".to_owned())
+}
+
 fn number(text: &str) -> Option<f64> {
     text.parse::<f64>().ok().filter(|x| x.is_finite())
 }
 
 /// Each remembered step takes two vectors of the size of the mesh.
-const MOST_MEMORY: usize = 100;
+const MAX_MEMORY: usize = 100;
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_length_is_one_of_the_mesh_or_a_share() {
+        assert_eq!(length_or_share("0.5"), Ok(Length::Absolute(0.5)));
+        assert_eq!(length_or_share("25%").map(|l| l.on(8.0)), Ok(2.0));
+        for text in ["", "%", "-1", "nan", "2 percent", "inf%"] {
+            assert!(length_or_share(text).is_err(), "{text}");
+        }
+    }
 
     #[test]
     fn acceleration_is_a_memory_or_off() {

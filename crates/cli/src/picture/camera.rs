@@ -69,7 +69,7 @@ impl Camera {
         }
         let size = [0, 1].map(|k| (high[k] - low[k]).max(1e-3));
         self.middle = [0, 1].map(|k| 0.5 * (low[k] + high[k]));
-        let aspect = (size[0] / size[1]).clamp(LEAST_ASPECT, MOST_ASPECT);
+        let aspect = (size[0] / size[1]).clamp(MIN_ASPECT, MAX_ASPECT);
         self.panel = match frame {
             Frame::Area(pixels) => {
                 let height = (pixels / aspect).sqrt();
@@ -137,8 +137,8 @@ const MARGIN: f64 = 0.86;
 /// Pixels of one panel, whatever the aspect ratio.
 const PANEL_PIXELS: f64 = 720.0 * 720.0;
 
-const LEAST_ASPECT: f64 = 0.6;
-const MOST_ASPECT: f64 = 1.6;
+const MIN_ASPECT: f64 = 0.6;
+const MAX_ASPECT: f64 = 1.6;
 
 /// The best view of a pair, as rows right, up, towards the viewer.
 ///

@@ -15,7 +15,7 @@ pub(super) fn draw(scale: &ColorScale, width: usize, paper: [u8; 3]) -> Image {
     let mut strip = Image::filled(width, HEIGHT, paper);
     let length = width
         .saturating_sub(2 * (BORDER + TIP))
-        .clamp(1, MOST_LENGTH);
+        .clamp(1, MAX_LENGTH);
     let left = width.saturating_sub(length) / 2;
     text::draw(&mut strip, scale.title(), [width / 2, TOP]);
     for x in 0..length {
@@ -63,4 +63,4 @@ const BORDER: usize = 40;
 const TIP: usize = 16;
 
 /// A longer bar would not show more.
-const MOST_LENGTH: usize = 900;
+const MAX_LENGTH: usize = 900;

@@ -79,7 +79,7 @@ impl HeatMap<'_> {
         if panels.is_empty() {
             panels.push(Canvas::new([PANEL_HEIGHT; 2]).into_image());
         }
-        let panels = Image::beside(&panels);
+        let panels = Image::side_by_side(&panels);
         let width = panels.width();
         let [top, bottom] = [TOP, BOTTOM].map(encode);
         let bar = color_bar::draw(self.scale, width, bottom);
@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_number_is_drawn_all_the_same() {
+    fn values_that_are_not_numbers_are_drawn_too() {
         let shape = shapes::tetrahedron::<f64>();
         let values = FaceMap::from_vec(vec![f64::NAN, f64::INFINITY, -1e300, 0.0]);
         let scale = ColorScale::signed("nothing", values.values().copied());

@@ -23,7 +23,7 @@ impl Image {
     }
 
     /// Joins images of the same height from left to right.
-    pub(super) fn beside(images: &[Self]) -> Self {
+    pub(super) fn side_by_side(images: &[Self]) -> Self {
         let width = images.iter().map(Self::width).sum();
         let height = images.iter().map(Self::height).min().unwrap_or(0);
         let rows = (0..height).flat_map(|y| images.iter().map(move |image| image.row(y)));
@@ -116,7 +116,7 @@ mod tests {
     #[test]
     fn images_join_and_rectangles_end_at_the_border() {
         let [black, white] = [0, 255].map(|c| Image::filled(2, 2, [c; 3]));
-        let mut both = Image::beside(&[black, white]);
+        let mut both = Image::side_by_side(&[black, white]);
         assert_eq!((both.width(), both.height()), (4, 2));
         assert_eq!(both.row(1), [[0; 3], [0; 3], [255; 3], [255; 3]]);
         both.fill([3, 1], [9, 9], [7; 3]);

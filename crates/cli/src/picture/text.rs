@@ -54,7 +54,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn text_leaves_ink_where_it_stands_and_nowhere_else() {
+    fn text_is_drawn_only_in_its_rectangle() {
         let mut image = Image::filled(80, 40, [255; 3]);
         draw(&mut image, "-1.5", [40, 10]);
         let mut is_inked = |x, y| image.pixel_mut(x, y).is_some_and(|p| *p != [255; 3]);

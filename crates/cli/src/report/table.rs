@@ -62,7 +62,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn one_thing_is_not_many() {
+    fn a_single_thing_has_no_plural() {
         assert_eq!(counted(1, "face"), "1 face");
         assert_eq!(counted(0, "face"), "0 faces");
     }

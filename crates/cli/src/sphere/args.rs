@@ -93,7 +93,7 @@ pub(crate) struct TurnArgs {
     #[arg(long, value_name = "NAME", value_enum, default_value_t = Orient::None,
         help_heading = MAPPING)]
     orient: Orient,
-    /// Three vertices, one a line or a JSON list: the first goes to the pole, the second to
+    /// Three vertices, one per line or a JSON list: the first goes to the pole, the second to
     /// longitude 0 (the third, if that is at a pole)
     #[arg(long, value_name = "FILE", conflicts_with = "orient", help_heading = MAPPING)]
     landmarks: Option<InputPath>,

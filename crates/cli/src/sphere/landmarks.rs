@@ -20,19 +20,19 @@ use crate::prepare::Prepared;
 enum LandmarksError {
     #[error("cannot read the file: {0}")]
     Read(#[source] std::io::Error),
-    #[error("this is not a text file; landmarks are JSON or lines of vertex numbers")]
+    #[error("this is not a text file; landmarks are JSON or lines of vertex indices")]
     NotText,
-    #[error("the JSON is no list of vertex numbers, or of pairs of them: {0}")]
+    #[error("the JSON is not a list of vertex indices or of pairs of them: {0}")]
     Json(#[source] serde_json::Error),
-    #[error("line {line}: `{word}` is not a vertex number (they are counted from 0)")]
+    #[error("line {line}: `{word}` is not a vertex index (indices start at 0)")]
     Number { line: usize, word: String },
-    #[error("name three vertices, one a line; the file has {found}")]
+    #[error("expected three vertices, one per line; the file has {found}")]
     NotThree { found: usize },
     #[error(
         "landmark {number} (counted from 1) must name a vertex of A and one of B, but has {found}"
     )]
     NotAPair { number: usize, found: usize },
-    #[error("name at least two pairs of vertices; the file has {found}")]
+    #[error("expected at least two pairs of vertices; the file has {found}")]
     TooFew { found: usize },
     #[error("there is no vertex {vertex} in {}: it has {num_vertices}, numbered from 0", mesh.display())]
     OutOfRange {
@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_number_is_named() {
+    fn a_word_that_is_not_a_number_is_named() {
         let error = read_lines("1\n# c\nx\n").unwrap_err().to_string();
         assert!(error.contains("line 3") && error.contains("`x`"), "{error}");
         assert!(read_lines("-1").is_err() && read_json("[0.5]").is_err());

@@ -11,17 +11,17 @@ use crate::report::counted;
 pub(crate) fn warn(report: &SphereReport, options: &SphereOptions, console: &Console) {
     if options.authalic > 0.0 && options.method != SphereMethod::Robust {
         console.warn(format_args!(
-            "--method {} keeps angles: --authalic is for --method robust",
+            "--method {} keeps angles; --authalic is ignored, since it needs --method robust",
             options.method.name()
         ));
     }
     if options.authalic > 0.0 && options.scheme != SphereOptions::default().scheme {
-        console.warn("--scheme is for the conformal map: with --authalic it says nothing");
+        console.warn("--scheme is ignored with --authalic; it applies to the conformal map only");
     }
     if options.authalic == 0.0 && report.stages.contains(&Stage::Hierarchy) {
         console.warn(
-            "the conformal map of this mesh cannot be had in these numbers, so that another was made \
-             vertex by vertex, between angles and areas; no triangle is flipped",
+            "the conformal map of this mesh cannot be represented in floating-point numbers; a map between \
+             conformal and authalic was made vertex by vertex instead; no triangle is flipped",
         );
         return;
     }
@@ -38,13 +38,13 @@ pub(crate) fn warn(report: &SphereReport, options: &SphereOptions, console: &Con
             ));
         }
         Some(StopReason::Diverged) => console.warn(format_args!(
-            "the iteration did not come near a sphere: its steps overflow, as the last of \
+            "the iteration did not approach a sphere: its steps overflow, since the last of \
              {iterations} has no finite length; lengths in this mesh differ by orders of magnitude, \
-             which more iterations seldom mend; no triangle is flipped, but angles are distorted; \
+             and more iterations rarely help; no triangle is flipped, but angles are distorted; \
              --authalic 0.1 maps without iterations"
         )),
         Some(_) if !change.is_finite() => console.warn(format_args!(
-            "the surface is not near a sphere after {iterations}, which more of them seldom mend; no \
+            "the surface is not near a sphere after {iterations}, and more of them rarely help; no \
              triangle is flipped, but angles are distorted; --authalic 0.1 maps without iterations"
         )),
         Some(StopReason::IterationLimit) => console.warn(format_args!(
@@ -53,7 +53,7 @@ pub(crate) fn warn(report: &SphereReport, options: &SphereOptions, console: &Con
         )),
         Some(other) => console.warn(format_args!(
             "stopped after {iterations}: {other}; no triangle is flipped, but the map may be more \
-             distorted than it need be"
+             distorted than necessary"
         )),
     }
 }

@@ -32,7 +32,7 @@ fn every_phase_is_measured() {
 }
 
 #[test]
-fn the_table_tells_the_same_of_the_built_in_model() {
+fn the_table_agrees_with_the_json_for_the_built_in_model() {
     let sandbox = Sandbox::new();
     let table = sandbox
         .cotan_ok("bench --rounds 1 --orientation rotation")
@@ -49,7 +49,7 @@ fn the_table_tells_the_same_of_the_built_in_model() {
 }
 
 #[test]
-fn what_cannot_be_edited_is_refused() {
+fn meshes_that_cannot_be_edited_are_refused() {
     let sandbox = Sandbox::new();
     sandbox.refused("bench nothing.obj", &["nothing.obj"]);
     sandbox.write("points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n");

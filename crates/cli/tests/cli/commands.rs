@@ -40,7 +40,7 @@ fn wrong_usage_is_exit_code_2_and_help_is_0() {
 }
 
 #[test]
-fn info_tells_counts_and_topology() {
+fn info_prints_counts_and_topology() {
     let sandbox = Sandbox::with_bar();
     let text = sandbox.cotan_ok("info bar.obj").stdout;
     assert!(text.contains("genus                   0\n"), "{text}");
@@ -59,7 +59,7 @@ fn info_tells_counts_and_topology() {
 }
 
 #[test]
-fn info_describes_what_no_surface_can_be_built_from() {
+fn info_describes_meshes_without_a_surface() {
     let sandbox = Sandbox::new();
     sandbox.write(
         "fin.obj",
@@ -144,7 +144,7 @@ fn compare_agrees_with_the_report() {
 }
 
 #[test]
-fn compare_tells_the_distance_to_a_given_shape() {
+fn compare_reports_the_distance_to_a_given_shape() {
     let sandbox = Sandbox::with_bar();
     sandbox.write("h.json", json_handles());
     sandbox.cotan_ok("deform bar.obj --handles h.json -o bent.ply");
@@ -176,7 +176,7 @@ fn compare_tells_the_distance_to_a_given_shape() {
 
 /// The compression of a collapsed face is infinite, which JSON cannot express.
 #[test]
-fn what_is_infinite_is_null_in_json() {
+fn infinite_values_are_null_in_json() {
     let sandbox = Sandbox::new();
     let faces = "f 1 2 3\nf 2 1 4\n";
     sandbox.write(
@@ -208,7 +208,7 @@ fn conversion_there_and_back_keeps_every_bit() {
 }
 
 #[test]
-fn conversion_warns_of_what_is_lost() {
+fn conversion_warns_of_losses() {
     let sandbox = Sandbox::new();
     sandbox.write(
         "uv.obj",

@@ -32,7 +32,7 @@ fn handles_meet_their_targets_and_the_rest_follows() {
 }
 
 #[test]
-fn the_strategy_is_chosen_told_and_limited() {
+fn the_strategy_is_chosen_reported_and_limited() {
     let sandbox = with_handles();
     let mut ends = Vec::new();
     for strategy in ["normal", "columns", "auto"] {
@@ -80,7 +80,7 @@ fn all_kinds_of_handles_files_give_the_same_result() {
 }
 
 #[test]
-fn regions_and_transforms_are_what_they_say() {
+fn regions_and_transforms_have_their_documented_effect() {
     let sandbox = with_handles();
     sandbox.write(
         "regions.json",
@@ -155,7 +155,7 @@ fn the_report_has_the_documented_fields() {
 }
 
 #[test]
-fn the_number_of_threads_does_not_show_in_the_result() {
+fn the_result_does_not_depend_on_the_number_of_threads() {
     let sandbox = with_handles();
     for threads in [1, 2, 3] {
         sandbox.cotan_ok(&format!(
@@ -264,7 +264,7 @@ fn stopping_at_the_limit_is_a_warning() {
 }
 
 #[test]
-fn a_pipe_stays_silent() {
+fn nothing_is_printed_to_a_pipe() {
     let sandbox = with_handles();
     let outcome = sandbox.cotan_ok("deform bar.obj --handles bar.json -o bent.obj");
     assert_eq!((outcome.stdout.as_str(), outcome.stderr.as_str()), ("", ""));
@@ -274,7 +274,7 @@ fn a_pipe_stays_silent() {
 }
 
 #[test]
-fn the_file_is_kept_apart_from_the_positions() {
+fn everything_but_the_positions_is_kept() {
     let sandbox = Sandbox::new();
     // Vertex 1 belongs to no face. Indices count from vertex 0 of the file all the same.
     sandbox.write(
@@ -333,4 +333,34 @@ fn reconstruct_is_the_librarys_reconstruction() {
     let expected = reconstruct(shape.surface(), &handles, &options).unwrap();
     let rebuilt = sandbox.positions("rebuilt.obj");
     assert_eq!(expected.positions.as_slice(), rebuilt);
+}
+
+#[test]
+fn only_the_region_moves() {
+    let sandbox = with_handles();
+    let shape = bar();
+    let [_, right] = ends();
+    for falloff in ["", "--falloff 0.5"] {
+        sandbox.cotan_ok(&format!(
+            "deform bar.obj --handles bar.json -o part.obj --region box:0,-9,-9,9,9,9 {falloff}"
+        ));
+        let part = sandbox.positions("part.obj");
+        let mut moved = 0;
+        for (v, p) in shape.positions().iter() {
+            let now = part[v.index()];
+            if p.x < 0.0 {
+                assert_eq!(now, *p);
+            } else if (now - p).norm() > 0.1 {
+                moved += 1;
+            }
+        }
+        assert!(moved > 50, "{moved}");
+        for &v in &right {
+            assert_eq!(part[v.index()], image(shape.positions()[v]));
+        }
+    }
+    sandbox.refused(
+        "deform bar.obj --handles bar.json -o no.obj --region sphere:99,0,0,1",
+        &["no vertex"],
+    );
 }

@@ -3,7 +3,7 @@
 use crate::sandbox::Sandbox;
 
 #[test]
-fn the_demo_writes_what_it_says_and_can_be_repeated_by_hand() {
+fn the_demo_writes_its_files_and_can_be_repeated_by_hand() {
     let sandbox = Sandbox::new();
     let outcome = sandbox.cotan_ok("demo -o out/demo");
     for word in [
@@ -27,7 +27,7 @@ fn the_demo_writes_what_it_says_and_can_be_repeated_by_hand() {
     assert_eq!(report["stop_reason"], "converged");
     assert_eq!(report["flipped_faces"], 0);
 
-    sandbox.cotan_ok("smooth out/demo/noisy.obj -o smoothed.obj --picture smoothing.png");
+    sandbox.cotan_ok("denoise out/demo/noisy.obj -o smoothed.obj --picture smoothing.png");
     assert_eq!(
         sandbox.read("smoothed.obj"),
         sandbox.read("out/demo/smoothed.obj")

@@ -163,7 +163,7 @@ fn an_edit_that_moves_nothing_changes_no_byte() {
 }
 
 #[test]
-fn what_is_held_and_what_no_handle_moves_keeps_its_digits_while_others_move() {
+fn fixed_and_unmoved_vertices_keep_their_digits() {
     let sandbox = Sandbox::new();
     let (a, b) = (
         shapes::torus::<f64>(1.0, 0.4, 16, 8),

@@ -27,7 +27,7 @@ fn run(sandbox: &Sandbox, cotan: &Path, path: &Path, args: &[&str]) -> Output {
 }
 
 #[test]
-fn without_an_editor_it_is_said_how_to_get_one() {
+fn without_an_editor_the_error_says_how_to_install_it() {
     let sandbox = Sandbox::with_bar();
     let cotan = lone_cotan(&sandbox);
     let output = run(&sandbox, &cotan, Path::new(""), &["edit", "bar.obj"]);
@@ -45,7 +45,7 @@ fn without_an_editor_it_is_said_how_to_get_one() {
 
 #[cfg(unix)]
 #[test]
-fn the_editor_gets_the_mesh_and_its_options_and_gives_the_exit_code() {
+fn the_editor_receives_the_mesh_and_options_and_returns_its_exit_code() {
     let sandbox = Sandbox::with_bar();
     let cotan = lone_cotan(&sandbox);
     let script = |folder: &str, name: &str, code: i32| {

@@ -160,7 +160,7 @@ fn a_uri_that_many_buffers_name_is_read_once() {
 }
 
 #[test]
-fn far_from_the_origin_a_gltf_keeps_its_shape_and_an_stl_says_what_is_lost() {
+fn far_from_the_origin_a_gltf_keeps_its_shape_and_an_stl_warns_of_losses() {
     let sandbox = Sandbox::new();
     let [x, y, z] = [4_201_637.25, 168_743.5, 4_780_214.75];
     let corners = CORNERS
@@ -193,7 +193,7 @@ fn far_from_the_origin_a_gltf_keeps_its_shape_and_an_stl_says_what_is_lost() {
 }
 
 #[test]
-fn a_gltf_of_the_first_version_is_named() {
+fn the_error_names_version_1_of_gltf() {
     let sandbox = Sandbox::new();
     for json in [
         json!({"asset": {"version": "1.0"}, "meshes": {"m": {"primitives": []}}}),

@@ -6,6 +6,7 @@ mod deform;
 mod demo;
 mod digits;
 mod edit;
+mod geodesic;
 mod gltf;
 mod memory;
 mod mending;

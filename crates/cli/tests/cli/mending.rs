@@ -140,7 +140,7 @@ const PARTS: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 5 0 0\nv 6 0 0\nv 5 1
     f 5 6 7\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
 
 #[test]
-fn specks_go_on_request_and_the_error_names_the_command() {
+fn small_parts_are_dropped_on_request_and_the_error_names_the_command() {
     let sandbox = Sandbox::new();
     sandbox.write("p.obj", PARTS);
     sandbox.refused("sphere p.obj -o s.obj", &["cotan repair --keep-largest"]);
@@ -160,7 +160,7 @@ fn specks_go_on_request_and_the_error_names_the_command() {
 }
 
 #[test]
-fn a_soup_is_told_with_its_numbers() {
+fn a_triangle_soup_is_reported_with_its_counts() {
     let sandbox = Sandbox::new();
     let corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]];
     let mut soup = String::new();

@@ -103,7 +103,7 @@ fn an_output_that_is_another_output_is_refused() {
 
 #[cfg(unix)]
 #[test]
-fn links_are_seen_through() {
+fn links_are_resolved() {
     use std::os::unix::fs::symlink;
     let sandbox = with_inputs();
     symlink("bar.obj", sandbox.path("soft.obj")).expect("a link");
@@ -209,7 +209,7 @@ fn the_images_of_a_mesh_are_inputs_too() {
 }
 
 #[test]
-fn a_report_does_not_overwrite_what_was_written_beside_the_mesh() {
+fn a_report_does_not_overwrite_files_copied_with_the_mesh() {
     let sandbox = Sandbox::new();
     std::fs::create_dir_all(sandbox.path("in")).expect("a folder");
     sandbox.write("in/m.mtl", "newmtl a\nKd 1 0 0\n");
@@ -256,7 +256,7 @@ fn pipes_and_devices_are_not_read() {
 
 #[cfg(unix)]
 #[test]
-fn the_buffer_of_a_gltf_is_no_pipe() {
+fn the_buffer_of_a_gltf_must_not_be_a_pipe() {
     let sandbox = with_external_buffer();
     std::fs::remove_file(sandbox.path("scene.bin")).expect("the buffer goes");
     let made = std::process::Command::new("mkfifo")

@@ -15,7 +15,7 @@ fn refused(name: &str, handles: &str, words: &[&str]) {
 }
 
 #[test]
-fn files_that_are_missing_or_no_meshes() {
+fn missing_files_and_files_that_are_not_meshes() {
     let sandbox = Sandbox::with_bar();
     sandbox.write("h.json", json_handles());
     sandbox.refused("info nix.obj", &["nix.obj", "cannot read"]);
@@ -73,7 +73,7 @@ fn outputs_that_cannot_be_written() {
 }
 
 #[test]
-fn json_that_is_no_handles_file() {
+fn json_that_is_not_a_handles_file() {
     refused("h.json", "{", &["not a handles file", "line 1"]);
     refused("h.json", "[]", &["not a handles file"]);
     refused("h.json", "{\"handles\": []}", &["no handle"]);
@@ -109,12 +109,12 @@ fn json_that_is_no_handles_file() {
         (r#"{"vertices": [-1], "fixed": true}"#, &["handle 1", "-1"]),
         (
             r#"{"vertices": "all", "fixed": true}"#,
-            &["handle 1", "a list of vertex numbers"],
+            &["handle 1", "a list of vertex indices"],
         ),
         (r#"{"vertices": [], "fixed": true}"#, &["handle 1", "empty"]),
         (
             r#"{"vertices": [0], "to": [[0, 1]]}"#,
-            &["handle 1", "2 numbers", "[x, y, z]"],
+            &["handle 1", "found 2", "[x, y, z]"],
         ),
         (
             r#"{"vertices": [0, 1], "to": [[0, 1, 2]]}"#,
@@ -130,11 +130,11 @@ fn json_that_is_no_handles_file() {
         ),
         (
             r#"{"vertices": [1], "fixed": false}"#,
-            &["handle 1", "does not say where it goes"],
+            &["handle 1", "has no goal"],
         ),
         (
             r#"{"vertices": [1], "fixed": true, "to": [[0, 0, 0]]}"#,
-            &["handle 1", "says twice"],
+            &["handle 1", "more than one goal"],
         ),
         (
             r#"{"vertices": [1], "fixed": true, "weight": 0}"#,
@@ -159,7 +159,7 @@ fn json_that_is_no_handles_file() {
 }
 
 #[test]
-fn handles_that_hold_nothing() {
+fn handles_without_vertices() {
     let region =
         |region: &str| format!(r#"{{"handles": [{{"vertices": {region}, "fixed": true}}]}}"#);
     let far = r#"{"box": {"min": [50, 50, 50], "max": [60, 60, 60]}}"#;
@@ -178,7 +178,7 @@ fn handles_that_hold_nothing() {
 }
 
 #[test]
-fn vertices_that_are_not_there() {
+fn handles_of_missing_vertices() {
     let out = r#"{"handles": [{"vertices": [0, 99999], "fixed": true}]}"#;
     refused(
         "h.json",
@@ -199,7 +199,7 @@ fn vertices_that_are_not_there() {
 }
 
 #[test]
-fn text_that_is_no_handle() {
+fn lines_that_are_not_handles() {
     refused("h.txt", "0 0 0\n", &["line 1", "vertex x y z"]);
     refused("h.txt", "0 0 0 0\n# c\nx 0 0 0\n", &["line 3", "`x`"]);
     refused("h.txt", "-1 0 0 0\n", &["line 1", "`-1`"]);
@@ -230,7 +230,7 @@ fn handles_that_contradict_each_other() {
             "fixed": true}}, {{"vertices": [{}], "transform": {{"translate": [0, 0, 1]}}}}]}}"#,
         right[0]
     );
-    let vertex = format!("vertex {} at two places", right[0]);
+    let vertex = format!("vertex {} to different positions", right[0]);
     refused("h.json", &both, &["handle 1 and handle 2", &vertex]);
     refused(
         "h.txt",
@@ -260,7 +260,7 @@ fn statuses_and_matrices() {
     refused(
         "h.sel",
         &sel_handles().replacen("2\n", "7\n", 1),
-        &["`7` is no status"],
+        &["`7` is not a status"],
     );
     refused("h.sel", &sel_handles(), &["h.def", "--def"]);
     let sandbox = Sandbox::with_bar();
@@ -283,9 +283,13 @@ fn meshes_that_cannot_be_compared() {
     let sandbox = Sandbox::with_bar();
     sandbox.write("tri.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     sandbox.write("turned.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 3 2\n");
+    // Other faces are compared by their surfaces, but have no vertices in common with a shape.
     sandbox.refused(
-        "compare bar.obj tri.obj",
+        "compare bar.obj tri.obj --distance-to bar.obj",
         &["bar.obj", "tri.obj", "3 vertices and 1 faces"],
     );
-    sandbox.refused("compare tri.obj turned.obj", &["face 0", "other corners"]);
+    sandbox.refused(
+        "compare tri.obj turned.obj --distance-to tri.obj",
+        &["face 0", "different corners"],
+    );
 }

@@ -28,7 +28,7 @@ f 1 2 5
 ";
 
 #[test]
-fn a_repair_tells_each_change_and_what_is_left() {
+fn a_repair_reports_changes_and_remaining_defects() {
     let sandbox = Sandbox::new();
     sandbox.write("bow.obj", BOW_TIE);
     let outcome = sandbox.cotan_ok("repair bow.obj -o sound.obj --report r.json");
@@ -58,7 +58,7 @@ fn a_repair_tells_each_change_and_what_is_left() {
 }
 
 #[test]
-fn only_the_repairs_that_are_named_are_made() {
+fn only_the_requested_repairs_are_made() {
     let sandbox = Sandbox::new();
     sandbox.write("bow.obj", BOW_TIE);
     let outcome = sandbox.cotan_ok("repair bow.obj -o o.obj --split-vertices");
@@ -89,7 +89,7 @@ fn only_the_repairs_that_are_named_are_made() {
 }
 
 #[test]
-fn a_format_that_forgets_is_warned_of() {
+fn formats_that_lose_a_repair_cause_a_warning() {
     let sandbox = Sandbox::new();
     sandbox.write("bow.obj", BOW_TIE);
     let outcome = sandbox.cotan_ok("repair bow.obj -o o.stl");
@@ -127,7 +127,7 @@ fn deform_repairs_on_request_and_handles_keep_their_numbers() {
         &[
             "fin.obj",
             "3 faces",
-            "--repair does not go so far",
+            "--repair is not enough",
             "--split-edges",
         ],
     );
@@ -142,7 +142,7 @@ fn parts_without_a_handle_stay() {
     );
     sandbox.write("h.txt", "1 0 0 0\n2 2 0 0\n3 0 2 0\n");
     let outcome = sandbox.cotan_ok("deform two.obj --handles h.txt -o o.obj");
-    let words = "1 component without a handle (3 vertices, from vertex 4) has been held still";
+    let words = "1 component without a handle (3 vertices, from vertex 4) has been held in place";
     assert!(outcome.stderr.contains(words), "{outcome:?}");
     let (before, after) = (sandbox.positions("two.obj"), sandbox.positions("o.obj"));
     assert_eq!(before[4..], after[4..]);
@@ -150,7 +150,7 @@ fn parts_without_a_handle_stay() {
 }
 
 #[test]
-fn welding_decides_what_hangs_together() {
+fn welding_decides_what_is_connected() {
     let sandbox = Sandbox::new();
     sandbox.write(
         "seam.obj",
@@ -171,7 +171,7 @@ fn welding_decides_what_hangs_together() {
 }
 
 #[test]
-fn info_lists_as_many_defects_as_are_asked_for() {
+fn info_lists_the_requested_number_of_defects() {
     let sandbox = Sandbox::new();
     let points: String = (0..50).map(|i| format!("v {i} 0 0\n")).collect();
     sandbox.write("points.obj", format!("{points}v 0 1 0\nf 1 2 51\n"));
@@ -215,12 +215,12 @@ f 4 5 6
 ";
 
 #[test]
-fn welding_goes_with_repairs() {
+fn welding_and_repairs_combine() {
     let sandbox = Sandbox::new();
     sandbox.write("bow.obj", SEAMED_BOW_TIE);
     sandbox.write("h.txt", "0 0 0 0\n2 0 2 0\n5 0 -1 0\n");
     let line = "deform bow.obj --handles h.txt --weld exact -o o.obj";
-    let cure = "`cotan repair --weld exact --split-vertices` and leave --weld out then";
+    let cure = "`cotan repair --weld exact --split-vertices` and then omit --weld";
     sandbox.refused(line, &["bow.obj", cure, "or pass --repair"]);
     // Both cures work.
     let outcome = sandbox.cotan_ok(&format!("{line} --repair"));
@@ -311,7 +311,7 @@ fn holes_have_at_least_one_edge_and_their_number_an_equals_sign() {
 }
 
 #[test]
-fn a_folder_is_no_report() {
+fn a_report_cannot_be_a_folder() {
     let sandbox = Sandbox::with_bar();
     std::fs::create_dir(sandbox.path("folder")).unwrap();
     sandbox.write("h.txt", "0 0 0 0\n");

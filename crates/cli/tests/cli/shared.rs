@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use cotan_io::{Repair, UV, Weld};
 use nalgebra::Vector3;
@@ -10,16 +10,9 @@ use serde_json::Value;
 
 use crate::sandbox::Sandbox;
 
-const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/meshes");
-
-/// The path of a mesh. Returns `None`, with a message, if the file does not exist.
+/// The path of a mesh. Records the test as skipped if the file does not exist.
 pub(crate) fn mesh(name: &str) -> Option<PathBuf> {
-    let path = Path::new(FOLDER).join(name);
-    if path.is_file() {
-        return Some(path);
-    }
-    eprintln!("skipped: there is no file {}", path.display());
-    None
+    cotan_testing::shared(&format!("meshes/{name}"))
 }
 
 #[test]

@@ -59,7 +59,7 @@ fn a_signal_leaves_the_old_file_or_the_new_one_and_nothing_else() {
 }
 
 #[test]
-fn a_file_beyond_the_size_that_is_allowed_is_an_error() {
+fn a_file_above_the_size_limit_is_an_error() {
     let sandbox = Sandbox::new();
     let ball = shapes::icosphere::<f64>(4);
     let ball = Document::from_mesh(ball.connectivity(), ball.positions()).expect("a document");

@@ -1,4 +1,4 @@
-//! `cotan smooth` and `cotan detail`.
+//! `cotan smooth`, `cotan denoise` and `cotan detail`.
 
 use cotan::shapes::icosphere;
 use cotan::smooth::with_normal_noise;
@@ -19,10 +19,10 @@ fn balls() -> Sandbox {
 }
 
 #[test]
-fn noise_goes_and_the_report_says_by_how_much() {
+fn noise_is_reduced_and_the_report_measures_it() {
     let sandbox = balls();
     sandbox.cotan_ok(
-        "smooth noisy.obj -o out.obj --truth ball.obj --preserve-volume --report r.json \
+        "denoise noisy.obj -o out.obj --truth ball.obj --preserve-volume --report r.json \
          --picture p.png",
     );
     let report = sandbox.json("r.json");
@@ -62,7 +62,7 @@ fn the_number_of_threads_changes_no_byte() {
 }
 
 #[test]
-fn details_at_scale_one_are_left_alone() {
+fn detail_at_scale_one_changes_nothing() {
     let sandbox = balls();
     sandbox.cotan_ok("detail noisy.obj -o same.obj --scale 1 --report r.json");
     let moved = sandbox.json("r.json")["max_displacement"].as_f64();
@@ -70,4 +70,94 @@ fn details_at_scale_one_are_left_alone() {
     sandbox.cotan_ok("detail noisy.obj -o more.obj --scale 2 --report r.json");
     let moved = sandbox.json("r.json")["max_displacement"].as_f64();
     assert!(moved.is_some_and(|x| x > 1e-4), "{moved:?}");
+}
+
+#[test]
+fn bumps_below_the_size_go_and_a_size_of_0_changes_no_byte() {
+    let sandbox = balls();
+    sandbox.cotan_ok("smooth noisy.obj -o out.obj --size 20% --truth ball.obj --report r.json");
+    let report = sandbox.json("r.json");
+    let number = |path: &str| report.pointer(path).and_then(serde_json::Value::as_f64);
+    assert!(number("/size").is_some_and(|size| (size - 0.4).abs() < 0.05));
+    let error = ["before", "after"].map(|end| {
+        number(&format!("/normal_error_degrees/{end}")).unwrap_or_else(|| panic!("{report}"))
+    });
+    assert!(3.0 * error[1] < error[0], "{error:?}");
+    sandbox.cotan_ok("smooth noisy.obj -o same.obj --size 0");
+    assert_eq!(sandbox.read("same.obj"), sandbox.read("noisy.obj"));
+    // The default is a size.
+    sandbox.cotan_ok("smooth noisy.obj -o default.obj");
+    sandbox.cotan_ok("smooth noisy.obj -o two.obj --size 2%");
+    assert_eq!(sandbox.read("default.obj"), sandbox.read("two.obj"));
+    // Its length is that of the mesh, to the digits of the command line.
+    let refused = sandbox.cotan("smooth noisy.obj -o x.obj --size 2% --method taubin");
+    assert_eq!(refused.code, 2, "{refused:?}");
+}
+
+#[test]
+fn nothing_outside_of_a_mask_changes_in_the_file() {
+    let sandbox = balls();
+    let handles: Vec<usize> = (0..40).collect();
+    sandbox.write(
+        "part.json",
+        format!(r#"{{"handles": [{{"vertices": {handles:?}, "fixed": true}}]}}"#),
+    );
+    let original = String::from_utf8(sandbox.read("noisy.obj")).unwrap();
+    for command in [
+        "smooth --size 0.5",
+        "denoise --method anchored",
+        "detail --scale 2",
+    ] {
+        for mask in [
+            "--mask sphere:0,0,1,0.7",
+            "--mask box:-2,-2,0.2,2,2,2 --falloff 20%",
+            "--mask near:0,0.8",
+            "--mask-file part.json --falloff 0",
+        ] {
+            let (name, rest) = command.split_once(' ').unwrap();
+            sandbox.cotan_ok(&format!("{name} noisy.obj {rest} {mask} -o out.obj"));
+            let after = String::from_utf8(sandbox.read("out.obj")).unwrap();
+            let changed: Vec<usize> = original
+                .lines()
+                .zip(after.lines())
+                .enumerate()
+                .filter(|(_, (a, b))| a != b)
+                .map(|(line, _)| line)
+                .collect();
+            let points = sandbox.positions("noisy.obj");
+            let inside = |v: usize| match mask.as_bytes()[7] {
+                b's' => (points[v] - nalgebra::Point3::new(0.0, 0.0, 1.0)).norm() <= 0.7,
+                b'b' => points[v].z >= 0.2,
+                b'n' => (points[v] - points[0]).norm() <= 0.8,
+                _ => v < 40,
+            };
+            let first = original.lines().position(|l| l.starts_with("v ")).unwrap();
+            assert!(!changed.is_empty(), "{command} {mask}");
+            assert!(
+                changed.iter().all(|line| inside(line - first)),
+                "{command} {mask}"
+            );
+        }
+    }
+}
+
+#[test]
+fn masks_that_do_not_fit_are_refused() {
+    let sandbox = balls();
+    let line = |mask: &str| format!("smooth noisy.obj -o out.obj --mask {mask}");
+    sandbox.refused(&line("sphere:9,9,9,1"), &["no vertex"]);
+    sandbox.refused(&line("near:100000,1"), &["100000"]);
+    sandbox.refused(&line("property:weight"), &["weight"]);
+    for wrong in ["ball:1", "sphere:0,0,0", "near:1,-1"] {
+        assert_eq!(sandbox.cotan(&line(wrong)).code, 2, "{wrong}");
+    }
+}
+
+#[test]
+fn exact_parts_are_left_alone_and_the_reason_is_printed() {
+    let sandbox = Sandbox::with_bar();
+    let outcome = sandbox.cotan_ok("denoise bar.obj -o out.obj");
+    assert_eq!(sandbox.read("out.obj"), sandbox.read("bar.obj"));
+    assert!(outcome.stderr.contains("exactly flat"), "{outcome:?}");
+    assert!(outcome.stderr.contains("state a method"), "{outcome:?}");
 }

@@ -140,7 +140,7 @@ fn the_slider_trades_angles_for_areas() {
 }
 
 #[test]
-fn the_picture_is_a_png_and_the_number_of_threads_does_not_show() {
+fn the_picture_is_a_png_and_does_not_depend_on_the_number_of_threads() {
     let sandbox = with_creature();
     for threads in [1, 2, 3] {
         sandbox.cotan_ok(&format!(
@@ -224,7 +224,7 @@ fn stopping_at_the_limit_is_a_warning() {
 }
 
 #[test]
-fn the_file_is_kept_apart_from_the_positions() {
+fn everything_but_the_positions_is_kept() {
     let sandbox = Sandbox::new();
     // A cube of quads around vertices 1 … 8; vertex 0 belongs to no face.
     let text = "# a cube\nv 9 9 9 # alone\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\n\
@@ -264,7 +264,7 @@ fn holes_are_filled_on_request_and_refused_otherwise() {
 }
 
 #[test]
-fn what_has_no_sphere_map_is_refused_in_the_numbers_of_the_file() {
+fn meshes_without_a_sphere_map_are_refused_with_indices_of_the_file() {
     let sandbox = Sandbox::new();
     let refused = |text: &str, words: &[&str]| {
         sandbox.write("m.obj", text);
@@ -328,7 +328,7 @@ fn what_has_no_sphere_map_is_refused_in_the_numbers_of_the_file() {
 }
 
 #[test]
-fn outputs_and_options_that_cannot_be_are_refused_before_the_work() {
+fn impossible_outputs_and_options_are_refused_before_the_work() {
     let sandbox = with_creature();
     let line = "sphere creature.obj";
     sandbox.refused(&format!("{line} -o s.xyz"), &["s.xyz", ".obj, .ply"]);
@@ -398,7 +398,7 @@ fn an_open_model_is_mapped_when_its_holes_are_filled() {
 }
 
 #[test]
-fn flips_that_the_numbers_of_the_file_make_are_told() {
+fn flips_caused_by_rounding_in_the_file_are_reported() {
     let Some(path) = mesh("dinosaur.obj") else {
         return;
     };

@@ -308,7 +308,7 @@ fn vertices_in_no_face_land_on_the_sphere_and_are_counted() {
 /// A patch shrunk to a point: its vertices share one position, even those whose faces a repair
 /// dropped.
 #[test]
-fn vertices_that_are_welded_to_a_mapped_one_land_where_that_does() {
+fn welded_vertices_land_on_their_mapped_twin() {
     let sandbox = Sandbox::new();
     let shape = shapes::icosphere::<f64>(3);
     let shrunk = shape.positions().map(|p| match p.z > 0.7 {
@@ -419,7 +419,7 @@ fn meshes_of_any_size_are_mapped_alike_in_both_precisions() {
 
 /// Lengths that differ by twenty orders of magnitude.
 #[test]
-fn a_step_that_overflows_is_told_as_that() {
+fn a_step_that_overflows_is_reported() {
     let sandbox = Sandbox::new();
     let shape = shapes::icosphere::<f64>(3);
     let long = shape.positions().map(|p| Point3::new(1e20 * p.x, p.y, p.z));
@@ -432,7 +432,7 @@ fn a_step_that_overflows_is_told_as_that() {
     );
     if sandbox.json("r.json")["converged"] != true {
         assert!(
-            outcome.stderr.contains("overflow") || outcome.stderr.contains("cannot be had"),
+            outcome.stderr.contains("overflow") || outcome.stderr.contains("cannot be represented"),
             "{outcome:?}"
         );
     }

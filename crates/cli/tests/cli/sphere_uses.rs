@@ -50,7 +50,7 @@ fn behind_a_lone_vertex(obj: &[u8]) -> String {
 }
 
 #[test]
-fn refusals_have_the_numbers_of_the_file() {
+fn refusals_use_indices_of_the_file() {
     let sandbox = Sandbox::new();
     save_without(&sandbox, "open.obj", &[7]);
     sandbox.write("moved.obj", behind_a_lone_vertex(&sandbox.read("open.obj")));
@@ -64,13 +64,13 @@ fn refusals_have_the_numbers_of_the_file() {
 }
 
 #[test]
-fn landmarks_that_are_none() {
+fn invalid_landmarks() {
     let sandbox = with_creature();
     let cases: [(&str, &[&str]); 6] = [
         ("", &["three vertices", "has 0"]),
         ("1\n2\n", &["three vertices", "has 2"]),
         ("1\nx\n2\n", &["line 2", "`x`"]),
-        ("[1, 2.5, 3]", &["JSON", "vertex numbers"]),
+        ("[1, 2.5, 3]", &["JSON", "vertex indices"]),
         ("0 1 99999", &["no vertex 99999", "numbered from 0"]),
         ("5 5 5", &["one axis"]),
     ];

@@ -73,7 +73,7 @@ fn hostile_obj() -> String {
 }
 
 #[test]
-fn names_in_meshes_are_shown_and_do_not_act() {
+fn names_from_meshes_cannot_control_the_terminal() {
     let sandbox = Sandbox::new();
     sandbox.write("m.gltf", hostile_gltf());
     sandbox.write("m.ply", hostile_ply());
@@ -156,7 +156,7 @@ fn names_in_meshes_are_shown_and_do_not_act() {
 }
 
 #[test]
-fn json_stays_json_and_says_the_same() {
+fn escaped_json_has_the_same_meaning() {
     let sandbox = Sandbox::new();
     sandbox.write("m.gltf", hostile_gltf());
     let outcome = sandbox.cotan_ok("info m.gltf --json");
@@ -165,7 +165,7 @@ fn json_stays_json_and_says_the_same() {
 }
 
 #[test]
-fn handles_and_landmarks_do_not_act() {
+fn handles_and_landmarks_cannot_control_the_terminal() {
     let sandbox = Sandbox::with_bar();
     let ball = shapes::icosphere::<f64>(1);
     let ball = Document::from_mesh(ball.connectivity(), ball.positions()).expect("a document");
@@ -200,7 +200,7 @@ fn handles_and_landmarks_do_not_act() {
 
 #[cfg(unix)]
 #[test]
-fn names_of_files_and_words_of_the_command_line_do_not_act() {
+fn file_names_and_arguments_cannot_control_the_terminal() {
     use std::os::unix::ffi::OsStringExt;
     let sandbox = Sandbox::with_bar();
     let hostile = HOSTILE.replace('/', "");

@@ -23,7 +23,8 @@ pub enum Boundary {
     Free,
 }
 
-/// A run of the flow in which a spring holds each vertex. All methods in this module use it.
+/// A run of the flow in which a spring holds each vertex, or each row if the mesh was cut into
+/// pieces: copies of a vertex move as one. All methods in this module use it.
 pub(crate) struct Anchored<'a, T: Scalar> {
     pub(crate) mesh: &'a HalfedgeMesh,
     /// The positions at which the operator is measured and the flow starts.
@@ -80,7 +81,7 @@ impl<T: Scalar> Anchored<'_, T> {
             return Err(Error::Cancelled);
         }
         if report.residual.is_finite() {
-            Ok(flow.positions())
+            Ok(self.mesh.to_vertices(flow.positions()))
         } else {
             Err(Error::SmoothingDiverged {
                 iterations: report.iterations,
@@ -94,21 +95,21 @@ impl<T: Scalar> Anchored<'_, T> {
         let mut holds: Vec<Option<Hold>> = match self.anchor {
             Some(anchor) => {
                 let weight = anchor / self.spring_unit(scheme)?;
-                vec![Some(Hold::Soft(weight)); mesh.num_vertices()]
+                vec![Some(Hold::Soft(weight)); mesh.num_rows()]
             }
             None => first_of_components(mesh),
         };
         if self.boundary == Boundary::Fixed {
-            for v in mesh.vertices().filter(|&v| mesh.is_boundary_vertex(v)) {
+            for v in mesh.rows().filter(|&v| mesh.is_rim_vertex(v)) {
                 holds[v.index()] = Some(Hold::Hard);
             }
         }
         let mut targets = self.data.clone();
-        for (handle, target) in self.handles.resolve(self.data)? {
+        for (handle, target) in self.handles.resolve(self.mesh, self.data)? {
             holds[handle.vertex.index()] = Some(handle.hold);
             targets[handle.vertex] = target;
         }
-        let held = mesh.vertices().zip(holds);
+        let held = mesh.rows().zip(holds);
         Ok(held
             .filter_map(|(vertex, hold)| {
                 Some((
@@ -135,7 +136,7 @@ impl<T: Scalar> Anchored<'_, T> {
 fn first_of_components(mesh: &HalfedgeMesh) -> Vec<Option<Hold>> {
     let components = mesh.components();
     let mut is_new = vec![true; components.count()];
-    mesh.vertices()
+    mesh.rows()
         .map(|v| {
             let is_first = std::mem::take(&mut is_new[components.of(v)]);
             is_first.then_some(Hold::Hard)
@@ -143,16 +144,16 @@ fn first_of_components(mesh: &HalfedgeMesh) -> Vec<Option<Hold>> {
         .collect()
 }
 
-/// The vertices that must stay in place: fixed boundaries and hard handles.
+/// The rows that must stay in place: fixed boundaries and hard handles.
 pub(crate) fn held<T: Scalar>(
     mesh: &HalfedgeMesh,
     positions: &Positions<T>,
     boundary: Boundary,
     handles: &Handles<T>,
 ) -> Result<Vec<bool>, Error> {
-    let is_rim = |v| boundary == Boundary::Fixed && mesh.is_boundary_vertex(v);
-    let mut held: Vec<bool> = mesh.vertices().map(is_rim).collect();
-    for (handle, _) in handles.resolve(positions)? {
+    let is_rim = |v| boundary == Boundary::Fixed && mesh.is_rim_vertex(v);
+    let mut held: Vec<bool> = mesh.rows().map(is_rim).collect();
+    for (handle, _) in handles.resolve(mesh, positions)? {
         held[handle.vertex.index()] |= handle.hold == Hold::Hard;
     }
     Ok(held)

@@ -41,7 +41,8 @@ pub enum Order {
 /// computed with the *original* operator at the current positions. It is divided by the area,
 /// smoothed over the vertices, and multiplied by the area again. The matching orientation is
 /// [`AlongCurvature`] with the same direction. At boundary vertices, whose ℓ is not a curvature,
-/// the field is 0, and they do not count as neighbours.
+/// the field is 0, and they do not count as neighbours. The same holds for vertices with copies
+/// (rows of a mesh that was cut into pieces), which have no normal.
 ///
 /// **Shapes**: one value per vertex. **Units**: d is a length, in box units.
 ///
@@ -74,7 +75,7 @@ impl<T: Scalar> ScalarFieldUpdater<T> for SmoothedCurvature {
         field: &mut VertexMap<T>,
     ) -> Result<(), FlowError> {
         let Curvature { values, areas, .. } = Curvature::of(state, self.direction);
-        let is_inner = |v| !state.rest().mesh().is_boundary_vertex(v);
+        let is_inner = |v| state.rest().mesh().is_inner_vertex(v);
         let mut bend = roughness(state.rest().rings(), &values, is_inner);
         let mut step = self.step;
         if self.order == Order::Second {
@@ -181,13 +182,13 @@ impl Curvature {
         direction: Direction,
     ) -> Self {
         let mesh = rest.mesh();
-        let n = mesh.num_vertices();
+        let n = mesh.num_rows();
         let areas = filled(n, |v: VertexId| match direction {
             Direction::Normal => cell(rest, positions, v),
             Direction::Whole | Direction::NormalAlone => triangles[v].as_f64(),
         });
         let sizes = filled(n, |v: VertexId| {
-            if mesh.is_boundary_vertex(v) || !(areas[v] > 0.0) {
+            if !mesh.is_inner_vertex(v) || !(areas[v] > 0.0) {
                 return 0.0;
             }
             let ell = rest.operator().apply_at(positions, v.index());

@@ -48,7 +48,8 @@ impl<T: Scalar> Orientation<T> for FeaturePreserving {
         out: &mut VertexMap<Vector3<T>>,
     ) -> Result<(), FlowError> {
         let sigma = *self.sigma.get(state.rest(), median_angle);
-        let surface = Surface::assume_checked(state.rest().mesh(), state.positions());
+        let positions = state.vertex_positions();
+        let surface = Surface::assume_checked(state.rest().mesh(), &positions);
         let mut angles = surface.dihedral_angles().map(|a| a.as_f64());
         for _ in 0..self.passes {
             average(state, sigma, &mut angles);
@@ -57,7 +58,8 @@ impl<T: Scalar> Orientation<T> for FeaturePreserving {
         let rings = state.rest().rings();
         fill_each(out, |v: cotan_halfedge::VertexId| {
             let ring = rings.ring(v.index());
-            let sum: Vector3<f64> = ring.map(|(_, h)| bends[h.edge()]).sum();
+            let bend = |k| rings.halfedges_of(k).iter().map(|h| bends[h.edge()]);
+            let sum: Vector3<f64> = ring.flat_map(|(_, k)| bend(k)).sum();
             (-sum).map(T::of_f64)
         });
         Ok(())
@@ -83,7 +85,8 @@ fn average<T: Scalar>(state: &FlowState<'_, T>, sigma: f64, angles: &mut EdgeMap
         let own = before[e];
         let (mut sum, mut weights) = (own, 1.0);
         for v in mesh.edge_vertices(e) {
-            for (_, h) in rings.ring(v.index()) {
+            let row = rings.graph().range(mesh.row_of(v).index());
+            for h in row.flat_map(|k| rings.halfedges_of(k)) {
                 let other = h.edge();
                 if other != e && !mesh.is_boundary_edge(other) {
                     let off = (before[other] - own) / sigma;

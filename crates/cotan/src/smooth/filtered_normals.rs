@@ -65,19 +65,20 @@ impl<T: Scalar> Orientation<T> for FilteredNormals {
         _field: &VertexMap<T>,
         out: &mut VertexMap<Vector3<T>>,
     ) -> Result<(), FlowError> {
-        let (mesh, x) = (state.rest().mesh(), state.positions());
+        let (rest, x) = (state.rest(), state.positions());
+        let mesh = rest.mesh();
         let filter = &self.filter;
-        let Original { cotangents, wanted } = self
-            .original
-            .get(state.rest(), |rest| Original::new(rest, filter));
+        let Original { cotangents, wanted } =
+            self.original.get(rest, |rest| Original::new(rest, filter));
         let (cotangents, wanted) = (&*cotangents, &*wanted);
         fill_each(out, |v: VertexId| {
             let mut ell = Vector3::zeros();
-            for h in mesh.outgoing_halfedges(v) {
+            let copies = rest.copies_of(v).chain([v]);
+            for h in copies.flat_map(|v| mesh.outgoing_halfedges(v)) {
                 let Some(f) = mesh.face(h) else { continue };
                 let prev = mesh.prev(h);
-                let to_next = (x[mesh.target(h)] - x[v]).map(T::as_f64);
-                let to_prev = (x[mesh.origin(prev)] - x[v]).map(T::as_f64);
+                let to_next = (x[mesh.row_of(mesh.target(h))] - x[v]).map(T::as_f64);
+                let to_prev = (x[mesh.row_of(mesh.origin(prev))] - x[v]).map(T::as_f64);
                 let part = to_next * cotangents[h] + to_prev * cotangents[prev];
                 ell += part - wanted[f] * wanted[f].dot(&part);
             }

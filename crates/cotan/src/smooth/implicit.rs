@@ -36,24 +36,33 @@ impl ImplicitFlow {
         iterations: usize,
         is_held: &[bool],
     ) -> Result<Positions<T>, Error> {
+        // Copies of a vertex are one unknown.
         let mut now = positions.clone();
         for _ in 0..iterations {
             let surface = Surface::new(mesh, &now)?;
             let length = surface.mean_edge_length().as_f64();
             let step = Step {
                 operator: Operator::assemble(&Cotangent::default(), &surface)?,
-                areas: surface.dual_areas().map(|a| a.as_f64()),
+                areas: areas_of_rows(&surface),
                 half_time: 0.5 * self.time * length * length,
                 is_held,
             };
-            let moves = step.moves(&now);
-            now = now
-                .iter()
-                .map(|(v, p)| p + moves[v].map(T::of_f64))
-                .collect();
+            let rows = mesh.to_rows(&now);
+            let moves = step.moves(&rows);
+            let moved = rows.iter().map(|(v, p)| p + moves[v].map(T::of_f64));
+            now = mesh.to_vertices(moved.collect());
         }
         Ok(now)
     }
+}
+
+fn areas_of_rows<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<f64> {
+    let of_vertices = surface.dual_areas().map(|a| a.as_f64());
+    let mut areas = surface.mesh().to_rows(&of_vertices);
+    for (copy, row) in surface.mesh().copies() {
+        areas[row] += of_vertices[copy];
+    }
+    areas
 }
 
 /// The linear system of one step. It is symmetric positive definite because L is negative

@@ -1,24 +1,75 @@
 //! Laplacian weights without the rows of boundary vertices.
 
 use cotan_geometry::{Scalar, Surface};
-use cotan_halfedge::{HalfedgeMap, HalfedgeMesh};
-use cotan_laplacian::{Cotangent, LaplacianScheme, SchemeError, Symmetry};
+use cotan_halfedge::{HalfedgeMap, HalfedgeMesh, VertexId};
+use cotan_laplacian::{Copies, Cotangent, LaplacianScheme, SchemeError, Symmetry};
 
 /// Cotangent weights without the rows of boundary vertices, where Σ_j w_ij (v_j − v_i) is not a
 /// curvature and would pull the rim inwards.
+///
+/// Where a mesh was cut into pieces, rows with copies are left out too: where several sheets meet
+/// there is no normal. Such a vertex follows its neighbours.
 ///
 /// On a closed mesh this equals [`Cotangent`] and is symmetric. With a boundary it is not
 /// symmetric: w_ij = 0 if i is on the boundary, while w_ji is kept.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct InteriorCotangent {
     symmetry: Symmetry,
+    interior: Interior,
+}
+
+/// The vertices whose rows are kept.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Interior {
+    /// Those around which the faces are one closed fan.
+    Fans,
+    /// Those without an edge that has a single face. For fields that are sums over faces and need no
+    /// normal at the vertex.
+    Faces,
+}
+
+impl Interior {
+    fn contains(self, mesh: &HalfedgeMesh, vertex: VertexId) -> bool {
+        match self {
+            Self::Fans => mesh.is_inner_vertex(vertex),
+            Self::Faces => !mesh.is_rim_vertex(vertex),
+        }
+    }
+
+    /// The symmetry of weights that are symmetric until other rows are cleared.
+    pub(super) fn symmetry(self, mesh: &HalfedgeMesh) -> Symmetry {
+        if mesh.rows().all(|v| self.contains(mesh, v)) {
+            Symmetry::Symmetric
+        } else {
+            Symmetry::General
+        }
+    }
+
+    /// Sets w_ij = 0 for all other i.
+    pub(super) fn clear_others<T: Scalar>(self, mesh: &HalfedgeMesh, weights: &mut HalfedgeMap<T>) {
+        for h in mesh.halfedges() {
+            if !self.contains(mesh, mesh.origin(h)) {
+                weights[h] = T::zero();
+            }
+        }
+    }
 }
 
 impl InteriorCotangent {
     /// Creates the weights for `mesh`.
     pub fn of(mesh: &HalfedgeMesh) -> Self {
+        Self::within(mesh, Interior::Fans)
+    }
+
+    /// The weights for fields that are sums over faces, which have rows with copies too.
+    pub(super) fn of_faces(mesh: &HalfedgeMesh) -> Self {
+        Self::within(mesh, Interior::Faces)
+    }
+
+    fn within(mesh: &HalfedgeMesh, interior: Interior) -> Self {
         Self {
-            symmetry: symmetry_of_interior(mesh),
+            symmetry: interior.symmetry(mesh),
+            interior,
         }
     }
 }
@@ -31,13 +82,17 @@ impl<T: Scalar> LaplacianScheme<T> for InteriorCotangent {
     ) -> Result<(), SchemeError> {
         Cotangent::default().weights(surface, out)?;
         if self.symmetry == Symmetry::General {
-            clear_boundary_rows(surface.mesh(), out);
+            self.interior.clear_others(surface.mesh(), out);
         }
         Ok(())
     }
 
     fn symmetry(&self) -> Symmetry {
         self.symmetry
+    }
+
+    fn copies(&self) -> Copies {
+        Copies::Sum
     }
 
     fn name(&self) -> &str {
@@ -65,7 +120,7 @@ impl<T: Scalar> LaplacianScheme<T> for InteriorUmbrella {
                 out[h] = weight;
             }
         }
-        clear_boundary_rows(mesh, out);
+        Interior::Fans.clear_others(mesh, out);
         Ok(())
     }
 
@@ -73,25 +128,11 @@ impl<T: Scalar> LaplacianScheme<T> for InteriorUmbrella {
         Symmetry::General
     }
 
+    fn copies(&self) -> Copies {
+        Copies::Sum
+    }
+
     fn name(&self) -> &str {
         "interior umbrella"
-    }
-}
-
-/// The symmetry of weights that are symmetric until boundary rows are cleared.
-pub(super) fn symmetry_of_interior(mesh: &HalfedgeMesh) -> Symmetry {
-    if mesh.is_closed() {
-        Symmetry::Symmetric
-    } else {
-        Symmetry::General
-    }
-}
-
-/// Sets w_ij = 0 where i is on the boundary.
-pub(super) fn clear_boundary_rows<T: Scalar>(mesh: &HalfedgeMesh, weights: &mut HalfedgeMap<T>) {
-    for h in mesh.halfedges() {
-        if mesh.is_boundary_vertex(mesh.origin(h)) {
-            weights[h] = T::zero();
-        }
     }
 }

@@ -1,10 +1,11 @@
 //! Restriction of an edit to a part of a mesh.
 
+use std::borrow::Cow;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use cotan_geometry::{Positions, Scalar, Surface};
-use cotan_halfedge::{VertexId, VertexMap};
+use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
 
 use super::run::refuse;
 use crate::error::Error;
@@ -140,6 +141,16 @@ impl Mask {
             .collect()
     }
 
+    /// The mask with one weight for all copies of a vertex, that of its row: they move alike.
+    pub(crate) fn shared(&self, mesh: &HalfedgeMesh) -> Cow<'_, Self> {
+        match mesh.has_copies() {
+            false => Cow::Borrowed(self),
+            true => Cow::Owned(Self {
+                weights: mesh.to_vertices(mesh.to_rows(&self.weights)),
+            }),
+        }
+    }
+
     /// # Errors
     /// [`Error::FieldLength`] if the mask is for a mesh with another number of vertices.
     pub(crate) fn check(&self, num_vertices: usize) -> Result<(), Error> {
@@ -182,6 +193,7 @@ pub fn distances<T: Scalar>(
     let mut distances = VertexMap::filled(n, f64::INFINITY);
     let mut is_done = vec![false; n];
     let mut queue = BinaryHeap::new();
+    let same = copies_of(mesh);
     for &v in sources {
         distances[v] = 0.0;
         queue.push(Reached(0.0, v));
@@ -191,6 +203,12 @@ pub fn distances<T: Scalar>(
             continue;
         }
         is_done[v.index()] = true;
+        for &copy in same.get(mesh.row_of(v).index()).into_iter().flatten() {
+            if distance < distances[copy] {
+                distances[copy] = distance;
+                queue.push(Reached(distance, copy));
+            }
+        }
         for h in mesh.outgoing_halfedges(v) {
             let j = mesh.target(h);
             let mut relax = |to: VertexId, distance: f64| {
@@ -221,6 +239,22 @@ pub fn distances<T: Scalar>(
         }
     });
     distances
+}
+
+/// Per row all its vertices, if any vertex has copies.
+fn copies_of(mesh: &HalfedgeMesh) -> Vec<Vec<VertexId>> {
+    let mut same = Vec::new();
+    if mesh.has_copies() {
+        same.resize(mesh.num_rows(), Vec::new());
+    }
+    for (copy, row) in mesh.copies() {
+        let here: &mut Vec<VertexId> = &mut same[row.index()];
+        if here.is_empty() {
+            here.push(row);
+        }
+        here.push(copy);
+    }
+    same
 }
 
 /// The distance at the corner `to` of a flat triangle whose other corners p and q have these

@@ -107,7 +107,7 @@ pub(crate) fn mollified_mean_curvatures<T: Scalar>(surface: &Surface<'_, T>) -> 
     over_areas(&sizes, &with_floor(surface.mesh(), &areas))
 }
 
-/// ℓ·n, which is 0 at boundary vertices, and A.
+/// ℓ·n, which is 0 at boundary vertices and vertices with copies, and A.
 fn sizes_and_areas<T: Scalar>(
     surface: &Surface<'_, T>,
     cotangents: &HalfedgeMap<T>,
@@ -123,9 +123,9 @@ fn sizes_and_areas<T: Scalar>(
             sum += weight * edge.norm_squared();
             size += (weight * edge.norm_squared()).abs();
         }
-        let along = match mesh.is_boundary_vertex(v) {
-            true => 0.0,
-            false => ell.dot(&normals[v].map(T::as_f64)),
+        let along = match mesh.is_inner_vertex(v) {
+            false => 0.0,
+            true => ell.dot(&normals[v].map(T::as_f64)),
         };
         (along, 0.125 * f64::max(sum, 0.5 * size))
     });

@@ -159,7 +159,7 @@ impl<T: Scalar> Run<'_, T> {
 
     fn feature(&self, smoothed: &mut Smoothed<T>) -> Result<(), Error> {
         let filter = NormalFilter::for_noise(self.noise(smoothed).noise);
-        let scheme = InteriorCotangent::of(self.surface.mesh());
+        let scheme = InteriorCotangent::of_faces(self.surface.mesh());
         let system = self.system(FEATURE_ANCHOR, smoothed);
         let rest = system.rest(scheme)?;
         smoothed.positions = system.run(rest, KeepMagnitude, FilteredNormals::new(filter))?;

@@ -14,7 +14,7 @@
 //! ([`FeaturePreserving`]), or the normals of the faces ([`FilteredNormals`]).
 //!
 //! Source: paper, section 4.2. With only one pinned vertex, as in the paper, the gain or loss of
-//! volume is unbounded; see `docs/decisions`.
+//! volume is unbounded, so every vertex is anchored here.
 
 mod anchored;
 mod curvature;

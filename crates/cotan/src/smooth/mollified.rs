@@ -2,13 +2,14 @@
 
 use cotan_geometry::{Scalar, Surface};
 use cotan_halfedge::{FaceId, HalfedgeMap, HalfedgeMesh, VertexId, VertexMap};
-use cotan_laplacian::{Cotangent, LaplacianScheme, SchemeError, Symmetry};
+use cotan_laplacian::{Copies, Cotangent, LaplacianScheme, SchemeError, Symmetry};
 use nalgebra::Point3;
 
-use super::interior::{clear_boundary_rows, symmetry_of_interior};
+use super::interior::Interior;
 use super::parallel::filled;
 
-/// Cotangent weights with mollified slivers and without the rows of boundary vertices.
+/// Cotangent weights with mollified slivers and without the rows of boundary vertices, or of
+/// vertices with copies.
 ///
 /// If a triangle with edges a ≥ b, c has a slack b + c − a below δ a, with δ = 0.03, each edge is
 /// lengthened by e = (δ a − (b + c − a)) / (1 − δ), which makes the slack exactly δ times the
@@ -27,7 +28,7 @@ impl MollifiedCotangent {
     /// Creates the weights for `mesh`.
     pub fn of(mesh: &HalfedgeMesh) -> Self {
         Self {
-            symmetry: symmetry_of_interior(mesh),
+            symmetry: Interior::Fans.symmetry(mesh),
         }
     }
 }
@@ -45,13 +46,17 @@ impl<T: Scalar> LaplacianScheme<T> for MollifiedCotangent {
             (out[h], out[twin]) = (weight, weight);
         }
         if self.symmetry == Symmetry::General {
-            clear_boundary_rows(surface.mesh(), out);
+            Interior::Fans.clear_others(surface.mesh(), out);
         }
         Ok(())
     }
 
     fn symmetry(&self) -> Symmetry {
         self.symmetry
+    }
+
+    fn copies(&self) -> Copies {
+        Copies::Sum
     }
 
     fn name(&self) -> &str {
@@ -78,7 +83,10 @@ pub(crate) fn mollified_cotangents<T: Scalar>(surface: &Surface<'_, T>, out: &mu
 /// is nearly infinite. Its neighbours would be affected by that.
 pub(crate) fn with_floor(mesh: &HalfedgeMesh, areas: &VertexMap<f64>) -> VertexMap<f64> {
     filled(areas.len(), |v: VertexId| {
-        let largest = mesh.one_ring(v).map(|j| areas[j]).fold(0.0, f64::max);
+        let largest = mesh
+            .one_ring(v)
+            .map(|j| areas[mesh.row_of(j)])
+            .fold(0.0, f64::max);
         areas[v].max(LEAST_AREA * largest)
     })
 }

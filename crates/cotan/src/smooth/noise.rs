@@ -45,20 +45,18 @@ impl NoiseEstimate {
                 detail: 0.0,
             };
         }
-        let held: Vec<bool> = mesh
-            .vertices()
-            .map(|v| mesh.is_boundary_vertex(v))
-            .collect();
+        let held: Vec<bool> = mesh.rows().map(|v| mesh.is_rim_vertex(v)).collect();
         let pilot = Taubin::default().run(mesh, positions, 5, &held);
         let normals = surface
             .with_positions(&pilot)
             .vertex_normals()
             .map(|n| n.map(T::as_f64));
+        let normals = mesh.to_rows(&normals);
         let rings = OneRings::new(mesh);
         let heights = moments(mesh, &rings, &normals, |v, k| {
             positions[v][k].as_f64() / length
         });
-        let white = white_noise(positions);
+        let white = white_noise(&mesh.to_rows(positions));
         let gains = moments(mesh, &rings, &normals, |v, k| white[v] * normals[v][k]);
         let ratio = |q: usize| {
             if gains[q] > 0.0 {
@@ -106,7 +104,7 @@ fn moments(
     normals: &VertexMap<Vector3<f64>>,
     coordinate: impl Fn(VertexId, usize) -> f64 + Sync,
 ) -> [f64; 6] {
-    let is_inner = |v: VertexId| !mesh.is_boundary_vertex(v);
+    let is_inner = |v: VertexId| mesh.is_inner_vertex(v);
     let mut axes = [0, 1, 2].map(|k| filled(normals.len(), |v: VertexId| coordinate(v, k)));
     [(); 6].map(|()| {
         axes = [0, 1, 2].map(|k| roughness(rings, &axes[k], is_inner));

@@ -45,7 +45,7 @@ impl SmoothMethod {
 }
 
 named!(
-    /// The smoothing methods, compared by measurement in `docs/decisions`.
+    /// The smoothing methods.
     Smoother, "smoother", {
         /// [`super::SmoothedCurvature`] of second order with umbrella weights, from a lightly
         /// smoothed start, with an anchor chosen by the noise of the mesh.

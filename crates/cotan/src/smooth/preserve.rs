@@ -25,11 +25,13 @@ pub enum Preserve {
 /// position than the bound.
 ///
 /// x_i(t) = x⁰_i + clamp(x_i + t w_i n_i − x⁰_i, d), with the weights w of the mask (1 without
-/// one) and t found by the secant method within a bracket. Held vertices do not move. Components without volume (open ones, if the volume is
-/// preserved) are left alone.
+/// one) and t found by the secant method within a bracket. Held vertices do not move. Components
+/// without volume (open ones, if the volume is preserved) are left alone. Of a mesh that was cut,
+/// each piece is a component, and vertices with copies are not offset.
 pub(crate) struct Correction<'a, T: Scalar> {
     pub(crate) mesh: &'a HalfedgeMesh,
     pub(crate) original: &'a Positions<T>,
+    /// One per row.
     pub(crate) held: &'a [bool],
     pub(crate) preserve: Preserve,
     pub(crate) bound: Option<f64>,
@@ -42,17 +44,27 @@ impl<T: Scalar> Correction<'_, T> {
             return Ok(smoothed.clone());
         }
         let surface = Surface::new(self.mesh, smoothed)?;
-        let normals = surface.vertex_normals();
+        let mut normals = surface.vertex_normals();
+        // Copies of a vertex stay together.
+        for (v, normal) in normals.iter_mut() {
+            if self.mesh.is_shared_vertex(v) {
+                *normal = Vector3::zeros();
+            }
+        }
         let mut result = smoothed.clone();
         for part in parts(self.mesh) {
             let offset = self.offset(&part, smoothed, &normals)?;
             for &v in &part.vertices {
-                if !self.held[v.index()] {
+                if !self.is_held(v) {
                     result[v] = self.moved(v, smoothed, &normals, offset).map(T::of_f64);
                 }
             }
         }
         Ok(result)
+    }
+
+    fn is_held(&self, v: VertexId) -> bool {
+        self.held[self.mesh.row_of(v).index()]
     }
 
     /// The position of a vertex with offset t, in double precision.
@@ -64,7 +76,7 @@ impl<T: Scalar> Correction<'_, T> {
         t: f64,
     ) -> Point3<f64> {
         let now = smoothed[v].map(T::as_f64);
-        if self.held[v.index()] {
+        if self.is_held(v) {
             return now;
         }
         let weight = self.mask.map_or(1.0, |mask| mask.weights()[v]);
@@ -143,7 +155,7 @@ struct Part {
 }
 
 fn parts(mesh: &HalfedgeMesh) -> Vec<Part> {
-    let components = mesh.components();
+    let components = mesh.pieces();
     let mut parts: Vec<Part> = components
         .sizes()
         .iter()

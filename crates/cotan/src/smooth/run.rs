@@ -64,7 +64,8 @@ pub struct Smoothed<T: Scalar> {
 /// other, settings out of range, and a volume or area that cannot be preserved within the
 /// displacement bound.
 ///
-/// **Source**: paper, section 4.2. For the differences and their reasons see `docs/decisions`.
+/// **Source**: paper, section 4.2. The paper pins one vertex, which lets the volume drift
+/// without bound; here every vertex is anchored weakly.
 pub fn smooth<'m, T: Scalar>(
     surface: impl Into<Surface<'m, T>>,
     handles: &Handles<T>,
@@ -118,6 +119,8 @@ fn smooth_part<T: Scalar>(
         mask.check(mesh.num_vertices())?;
         mask.hold(&mut held);
     }
+    let mask = mask.map(|mask| mask.shared(mesh));
+    let mask = mask.as_deref();
     let surface = Surface::new(mesh, positions)?;
     let run = Run {
         surface,
@@ -135,7 +138,7 @@ fn smooth_part<T: Scalar>(
     };
     let noise = decision.as_ref().map(|d| d.noise);
     let is_exact = decision.as_ref().is_some_and(Decision::is_exact);
-    let mut smoothed = if is_exact && !moves_any(handles, positions)? {
+    let mut smoothed = if is_exact && !moves_any(handles, &surface)? {
         run.without_iterations(method, noise)
     } else {
         run.by(method, noise)?
@@ -167,8 +170,9 @@ fn smooth_part<T: Scalar>(
 }
 
 /// True if a handle asks for another position.
-fn moves_any<T: Scalar>(handles: &Handles<T>, positions: &Positions<T>) -> Result<bool, Error> {
-    let targets = handles.resolve(positions)?;
+fn moves_any<T: Scalar>(handles: &Handles<T>, surface: &Surface<'_, T>) -> Result<bool, Error> {
+    let positions = surface.positions();
+    let targets = handles.resolve(surface.mesh(), positions)?;
     Ok(targets
         .iter()
         .any(|(h, target)| *target != positions[h.vertex]))

@@ -43,7 +43,8 @@ impl Taubin {
         is_held: &[bool],
     ) -> Positions<T> {
         let rings = OneRings::new(mesh);
-        let mut x = positions.map(|p| p.coords.map(T::as_f64));
+        let rows = mesh.to_rows(positions);
+        let mut x = rows.map(|p| p.coords.map(T::as_f64));
         let mut next = x.clone();
         for _ in 0..iterations {
             for factor in [self.shrink, self.inflate] {
@@ -53,12 +54,12 @@ impl Taubin {
         }
         let moved = x.iter().map(|(v, x)| {
             if is_held[v.index()] {
-                positions[v]
+                rows[v]
             } else {
                 x.map(T::of_f64).into()
             }
         });
-        moved.collect()
+        mesh.to_vertices(moved.collect())
     }
 }
 

@@ -49,14 +49,20 @@ pub(crate) fn without_new_folds<T: Scalar>(
                 is_back[v.index()] |= is_whole[components.of(v)];
             }
         }
+        // All copies of a vertex, if any is.
+        for (copy, row) in mesh.copies() {
+            is_back[row.index()] |= is_back[copy.index()];
+        }
         for v in mesh.vertices() {
-            if is_back[v.index()] && !held[v.index()] {
+            let row = mesh.row_of(v).index();
+            if is_back[row] && !held[row] {
                 moved[v] = surface.position(v);
-                still[v.index()] = true;
+                still[row] = true;
             }
         }
         corrected = correct(&moved, &still)?;
     }
+    let is_back = &is_back[..mesh.num_rows()];
     let count = is_back.iter().filter(|is_back| **is_back).count();
     Ok((corrected, count))
 }

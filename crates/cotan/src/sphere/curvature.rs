@@ -14,7 +14,8 @@ use super::sums::sum;
 /// With a fixed κ, the radius is an unstable fixed point of r ← 3κ r²: the surface collapses or
 /// grows without bound. [`Self::keeping_scale`] uses the κ of the current shape instead.
 ///
-/// **Source**: paper, section 4.1; for what the paper leaves open see `docs/decisions`.
+/// **Source**: paper, section 4.1, which leaves κ and the areas open: see [`Self::keeping_scale`]
+/// and [`AreaMeasure`].
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ConstantCurvature {
     curvature: Curvature,

@@ -37,6 +37,14 @@ pub enum SphereError {
         /// The lowest vertex and the number of vertices of each component.
         components: Vec<(VertexId, usize)>,
     },
+    /// The mesh was cut into pieces that share vertices.
+    #[error(
+        "several sheets of the mesh meet at vertex {vertex} (a non-manifold edge or a bow-tie), and only one manifold surface can be mapped to the sphere; separate them with cotan repair --split-edges"
+    )]
+    Pieces {
+        /// A vertex that they share.
+        vertex: VertexId,
+    },
     /// The mesh has fewer than four faces.
     #[error("the mesh has {faces} faces, and a closed surface needs at least four")]
     TooFewFaces {
@@ -134,6 +142,9 @@ fn list_components(components: &[(VertexId, usize)]) -> String {
 
 /// Rejects everything but a closed, connected triangle mesh of genus 0.
 pub(crate) fn check_topology(mesh: &HalfedgeMesh) -> Result<(), SphereError> {
+    if let Some((_, vertex)) = mesh.copies().next() {
+        return Err(SphereError::Pieces { vertex });
+    }
     let components = mesh.components();
     if components.count() > 1 {
         let mut first = vec![None; components.count()];

@@ -10,6 +10,19 @@
 //! ([`SphereMap::longitude_latitude`], [`SphereMap::geometry_image`]), rotate and align, and
 //! morph between two shapes ([`Morph`]).
 //!
+//! | modules | content |
+//! |---|---|
+//! | `spherical`, `options`, `curvature`, `project`, `round` | the flow to constant curvature |
+//! | `hierarchy`, `cmcf`, `layout` | its fallbacks |
+//! | `map`, `predicate`, `orient`, `corners`, `wedges`, `sums` | checked maps, exact predicates |
+//! | `kernel`, `sweep`, `iterate`, `untangle`, `relax`, `energy` | repairing and improving a map |
+//! | `quality` | distortion of angles and areas |
+//! | `locate`, `ray_tree`, `barycentric`, `interpolate` | finding points, interpolating |
+//! | `resample` | remeshing |
+//! | `longitude_latitude`, `geometry_image` | unwrapping |
+//! | `rotate`, `rotation_search`, `align`, `moebius`, `morph` | rotating, aligning and morphing |
+//! | `error` | the errors |
+//!
 //! ```
 //! use cotan::sphere::{SphereOptions, spherical};
 //! // A shape remeshed by the even triangles of an icosphere.

@@ -46,7 +46,8 @@ pub struct Spherical<T: Scalar> {
 /// non-finite coordinate, and if an explicitly requested method flips triangles. Reaching the
 /// iteration limit is not an error: see [`SphereReport::stop`].
 ///
-/// **Source**: paper, section 4.1; for the extensions see `docs/decisions`.
+/// **Source**: paper, section 4.1; the blend towards equal areas, and the fallbacks for shapes
+/// on which the flow would flip triangles, are ours.
 ///
 /// ```
 /// use cotan::sphere::{SphereOptions, spherical};

@@ -16,7 +16,7 @@ pub(super) fn small_disk() -> Option<SmallDisk> {
     match mount {
         Ok(output) if output.status.success() => Some(SmallDisk(folder)),
         _ => {
-            println!("skipped: no small disk can be mounted here");
+            cotan_testing::skip("no small disk can be mounted here");
             None
         }
     }

@@ -21,6 +21,7 @@ fn turn() -> Option<MutexGuard<'static, ()>> {
     if let Some(problem) = harness::missing_tools() {
         assert!(std::env::var_os("CI").is_none(), "{problem}");
         say(&format!("skipped: {problem}"));
+        cotan_testing::skip(problem);
         return None;
     }
     Some(TURN.lock().unwrap_or_else(PoisonError::into_inner))

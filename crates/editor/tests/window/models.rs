@@ -7,8 +7,6 @@ use cotan_io::{Document, ProcessingMesh};
 use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
 use tempfile::TempDir;
 
-use crate::say;
-
 /// A folder with a mesh, also used for the program's data.
 pub(crate) struct Place {
     pub(crate) folder: TempDir,
@@ -30,12 +28,7 @@ impl Place {
 
     /// A mesh of the optional collection next to the project.
     pub(crate) fn with_shared(name: &str) -> Option<Self> {
-        let Some(source) = shared("meshes").map(|dir| dir.join(name)) else {
-            say(&format!(
-                "../shared/meshes is not there; {name} was not tried"
-            ));
-            return None;
-        };
+        let source = cotan_testing::shared(&format!("meshes/{name}"))?;
         let folder = tempfile::tempdir().unwrap();
         let mesh = folder.path().join(name);
         // Copies the contents only, because the original may be read-only.
@@ -112,11 +105,4 @@ pub(crate) fn autosaves(data: &Path) -> Vec<PathBuf> {
     let all = entries.map(|entry| entry.unwrap().path());
     all.filter(|path| path.extension().is_some_and(|e| e == "autosave"))
         .collect()
-}
-
-/// A folder of the optional collection next to the project.
-pub(crate) fn shared(folder: &str) -> Option<PathBuf> {
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared");
-    let folder = beside.join(folder);
-    folder.is_dir().then_some(folder)
 }

@@ -11,7 +11,7 @@ use crate::vectors::{CHUNKS, dots, flat, total};
 
 type Field = VertexMap<Vector3<f64>>;
 
-/// What was proposed as the next iterate.
+/// The proposal for the next iterate.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Proposal {
     /// The image itself, u ← g(u).
@@ -20,7 +20,7 @@ pub(crate) enum Proposal {
     Accelerated,
 }
 
-/// What changed over one step.
+/// The changes over one step.
 #[derive(Debug, Default)]
 struct Difference {
     /// Δf.
@@ -51,7 +51,7 @@ pub(crate) struct Anderson {
     last: Last,
     has_last: bool,
     last_norm: f64,
-    /// What is no longer used, for its memory.
+    /// A difference that is no longer used, kept for its memory.
     spare: Difference,
     next: Last,
     steps: usize,
@@ -64,7 +64,7 @@ impl Anderson {
     /// On the diagonal of the normal equations, whose columns have unit length.
     const REGULARIZATION: f64 = 1e-10;
     /// After so many steps go on plainly: this cures the cases that hover.
-    const MOST_STEPS: usize = 60;
+    const MAX_STEPS: usize = 60;
 
     pub(crate) fn new(memory: usize) -> Self {
         Self {
@@ -91,9 +91,9 @@ impl Anderson {
         self.last_norm = f64::INFINITY;
     }
 
-    /// Whether it still looks at what it is shown, and proposes anything but the image.
+    /// Returns `true` while it learns from the images and proposes anything else.
     pub(crate) fn is_active(&self) -> bool {
-        self.steps < Self::MOST_STEPS
+        self.steps < Self::MAX_STEPS
     }
 
     /// Replaces `image`, that of `u`, by the next iterate. `plainly` asks for the image.

@@ -8,10 +8,10 @@
 //!
 //! The recursion is run on inner products, so that all vectors of the history are read twice an
 //! iteration and none is written: once for their products with r, once to combine them. A⁻¹ is
-//! symmetric, so products with the changes of d are products with r, and those with the change of r
-//! are differences of products with r before and after: one product a vector is enough. The history
-//! is kept in single precision, half the memory to read: it only says where to search, and what is
-//! found there is judged in double precision.
+//! symmetric, so products with the changes of d are products with r, and those with the change of
+//! r are differences of products with r before and after: one product a vector is enough. The
+//! history is kept in single precision, half the memory to read: it only says where to search, and
+//! what is found there is judged in double precision.
 //!
 //! Source: the recursion is Nocedal's (1980); the factor as initial Hessian is that of Liu,
 //! Bouaziz, Kavan, "Quasi-Newton methods for real-time simulation of hyperelastic materials",
@@ -28,7 +28,7 @@ use crate::vectors::{CHUNKS, flat, flat_mut, total};
 
 type Field = VertexMap<Vector3<f64>>;
 
-/// What changed over one step.
+/// The changes over one step.
 #[derive(Debug, Default)]
 struct Pair {
     /// Step x' − x.
@@ -48,7 +48,7 @@ struct Pair {
     corrected: Vec<f64>,
 }
 
-/// Where the last step started.
+/// The start of the last step.
 #[derive(Debug, Default)]
 struct Start {
     r: Field,
@@ -110,8 +110,8 @@ impl Lbfgs {
     }
 
     /// Notes an accepted step, taken from where half the negative gradient was `r` and the plain
-    /// step `d`, which are taken away. `step` writes the step; what changed over it is known at the
-    /// next iterate.
+    /// step `d`, which are taken away. `step` writes the step; what changed over it is known at
+    /// the next iterate.
     pub(crate) fn stepped(
         &mut self,
         step: impl FnOnce(&mut [Vector3<f32>]),
@@ -324,7 +324,7 @@ struct Products<'a> {
     pairs: &'a VecDeque<Pair>,
     new: Option<NewPair<'a>>,
     r: &'a [f64],
-    /// Number of the chunk's first coordinate.
+    /// The index of the chunk's first coordinate.
     first: usize,
 }
 

@@ -20,17 +20,17 @@ pub(super) struct CellsAt<'a, T: Scalar> {
     pub(super) gradients: &'a [[f64; 3]],
     /// μ/4, the weight of both halves of every edge.
     pub(super) membrane: f64,
-    /// One a vertex, or none at all.
+    /// One per vertex, or none at all.
     pub(super) struts: &'a [Strut],
-    /// Whether the struts harden.
+    /// `true` if the struts harden.
     pub(super) is_hard: bool,
     /// μ.
     pub(super) weight: f64,
     pub(super) size: f64,
 }
 
-/// Writes the covariances of the triangles around the vertices times their shares, and L⁰x. Returns
-/// the squares: as they enter the energy, and their sizes.
+/// Writes the covariances of the triangles around the vertices times their shares, and L⁰x.
+/// Returns the squares: as they enter the energy, and their sizes.
 impl<T: Scalar> PassOfTwo<Mat3, Vector3<f64>, 2> for CellsAt<'_, T> {
     #[inline(always)]
     fn on(&self, first: usize, entries: &mut [Mat3], laplacian: &mut [Vector3<f64>]) -> [f64; 2] {

@@ -124,9 +124,10 @@ pub trait LocalGlobal<T: Scalar>: Send + Sync {
     /// [`FlowError::Setting`] for a setting out of range; the flow is not built then.
     fn begin(&mut self, rest: &Rest<T>) -> Result<f64, FlowError>;
 
-    /// The distance along the surface, in box units, within which a handle of a single vertex pulls
-    /// the vertices around it, so that it leaves no cone; 0 where the force is to act on the vertex
-    /// alone. Called after [`Self::begin`]. Without a membrane it is 0 whatever is returned.
+    /// The distance along the surface, in box units, within which a handle of a single vertex
+    /// pulls the vertices around it, so that it leaves no cone; 0 where the force is to act on the
+    /// vertex alone. Called after [`Self::begin`]. Without a membrane it is 0 whatever is
+    /// returned.
     fn point_radius(&self, rest: &Rest<T>) -> f64;
 
     /// Takes a first guess of the rotation of every vertex, before the first solve. Not called
@@ -195,7 +196,7 @@ impl FittedCells<'_> {
         hybrid_passes::wanted(rest, field.as_slice(), i, self.size).into()
     }
 
-    /// Whether struts keep the walls apart.
+    /// Returns `true` if struts keep the walls apart.
     pub(crate) fn has_struts(&self) -> bool {
         !self.struts.is_empty()
     }

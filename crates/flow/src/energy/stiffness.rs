@@ -45,7 +45,7 @@ impl Stiffness {
         ];
         match settings
             .into_iter()
-            .find(|(_, w)| !(*w >= 0.0 && *w <= MOST))
+            .find(|(_, w)| !(*w >= 0.0 && *w <= MAX))
         {
             None => Ok(()),
             Some((setting, value)) => Err(FlowError::Setting {
@@ -61,7 +61,7 @@ impl Stiffness {
 const POINT_RADIUS: f64 = 6.0;
 
 /// Beyond this the system's factorization says nothing about the energy any more.
-const MOST: f64 = 1000.0;
+const MAX: f64 = 1000.0;
 
 impl Default for Stiffness {
     fn default() -> Self {

@@ -1,4 +1,4 @@
-//! Struts: what keeps the walls of a body apart.
+//! Struts, which keep the opposite walls of a body apart.
 
 use std::ops::ControlFlow;
 
@@ -108,8 +108,8 @@ impl Struts {
         stiffness: f64,
         membrane: f64,
     ) -> Self {
-        /// The most that a strut weighs beside an edge.
-        const MOST: f64 = 0.03;
+        /// The largest weight of a strut relative to an edge.
+        const MAX_WEIGHT: f64 = 0.03;
         let points = rest.positions().map(|p| p.map(T::as_f64));
         let walls = Walls::new(rest, bodies, &points);
         let areas = rest.areas().as_slice();
@@ -118,7 +118,7 @@ impl Struts {
             if strut.weight > 0.0 {
                 let squared = Vector3::from(strut.rest).norm_squared();
                 strut.area = areas[j].as_f64() / 3.0;
-                strut.weight = stiffness * (strut.area / squared).min(MOST);
+                strut.weight = stiffness * (strut.area / squared).min(MAX_WEIGHT);
             }
         }
         let (starts, ends) = ends_at(&of_vertex);
@@ -131,6 +131,21 @@ impl Struts {
             starts,
             ends,
         }
+    }
+
+    /// Predicts the bytes that the struts of a mesh take while they are found: their own, the tree
+    /// of the triangles, and a copy of the positions.
+    pub(super) fn predicted_bytes(num_vertices: usize, num_triangles: usize) -> u64 {
+        let points = num_vertices as u64 * size_of::<Point3<f64>>() as u64;
+        let tree = TriangleTree::predicted_bytes(num_triangles);
+        Self::kept_bytes(num_vertices) + tree + points
+    }
+
+    /// Those that they take from then on, at most: each vertex has a strut with three ends.
+    fn kept_bytes(num_vertices: usize) -> u64 {
+        let end = size_of::<(u32, f64)>();
+        let per_vertex = size_of::<Strut>() + 3 * end + size_of::<u32>() + size_of::<[f64; 3]>();
+        num_vertices as u64 * per_vertex as u64 + size_of::<u32>() as u64
     }
 
     pub(super) fn is_empty(&self) -> bool {
@@ -160,9 +175,10 @@ impl Struts {
 
     /// Has the struts harden under compression, from here on.
     pub(super) fn harden(&mut self) {
-        /// Weights beside those of the struts, and the most that a strut counts.
+        /// The weight relative to that of the struts, and the largest area that a strut counts
+        /// for.
         const WEIGHT: f64 = 10.0;
-        const MOST: f64 = 0.03;
+        const MAX_AREA: f64 = 0.03;
         let length = |s: &Strut| Vector3::from(s.rest).norm();
         let mut sorted: Vec<[f64; 2]> = self
             .of_vertex
@@ -184,7 +200,7 @@ impl Struts {
             let d = length(strut);
             // Struts from end to end would dominate bends.
             let near = (median / d).min(1.0).powi(4);
-            strut.hardening = WEIGHT * strut.area.min(MOST * d * d) * near;
+            strut.hardening = WEIGHT * strut.area.min(MAX_AREA * d * d) * near;
         }
         self.is_hard = true;
     }
@@ -247,22 +263,27 @@ struct Walls<'a, T: Scalar> {
     bodies: &'a Bodies,
     points: &'a Positions<f64>,
     tree: TriangleTree,
+    /// The piece of every triangle.
+    of_triangle: Vec<u32>,
 }
 
 impl<'a, T: Scalar> Walls<'a, T> {
     fn new(rest: &'a Rest<T>, bodies: &'a Bodies, points: &'a Positions<f64>) -> Self {
         let mesh = rest.mesh();
-        let corners = |f: FaceId| mesh.triangle(f).map(|v| v.index() as u32);
+        let corners = |f: FaceId| mesh.triangle(f).map(|v| mesh.row_of(v).index() as u32);
         let triangles = mesh.faces().map(corners).collect();
+        let piece = |f: FaceId| bodies.of(mesh.triangle(f)[0].index());
         Self {
             rest,
             bodies,
             points,
             tree: TriangleTree::build(triangles, points),
+            of_triangle: mesh.faces().map(piece).collect(),
         }
     }
 
-    /// The corners of a triangle, and the cosine between its normal and a ray; 0 if it has no area.
+    /// The corners of a triangle, and the cosine between its normal and a ray; 0 if it has no
+    /// area.
     fn cosine(&self, triangle: usize, ray: &Ray) -> ([u32; 3], f64) {
         let corners = self.tree.triangles()[triangle];
         let [a, b, c] = corners.map(|v| self.points.as_slice()[v as usize]);
@@ -279,7 +300,7 @@ impl<'a, T: Scalar> Walls<'a, T> {
         const LEAST_COSINE: f64 = 0.2;
         /// Triangles that are tried for a ray. Around a vertex of a huge valence all boxes meet,
         /// and trying them all for every vertex would take hours.
-        const MOST_TRIED: usize = 1000;
+        const MAX_TRIED: usize = 1000;
         /// Distances that differ by less, of themselves, are the same.
         const TIE: f64 = 1e-9;
         let none = Strut::default();
@@ -297,12 +318,12 @@ impl<'a, T: Scalar> Walls<'a, T> {
         // corner that is hit is no matter of rounding.
         let mut nearest: Option<(Meeting, f64)> = None;
         self.tree
-            .walk(&ray, f64::INFINITY, MOST_TRIED, self.points, |meeting| {
+            .walk(&ray, f64::INFINITY, MAX_TRIED, self.points, |meeting| {
                 let (corners, cosine) = self.cosine(meeting.triangle, &ray);
                 let limit = |distance: f64| ControlFlow::Continue(distance * (1.0 + TIE));
                 let old = nearest.map_or(f64::INFINITY, |(old, _)| old.distance);
                 let is_own = corners.contains(&(j as u32));
-                if is_own || self.bodies.of(corners[0] as usize) != body {
+                if is_own || self.of_triangle[meeting.triangle] != body {
                     return limit(old);
                 }
                 let is_nearer = meeting.distance < old * (1.0 - TIE);
@@ -342,5 +363,29 @@ impl<'a, T: Scalar> Walls<'a, T> {
         strut.rest = strut.span(Four::of_point(&x[j]), x).vector();
         strut.weight = f64::from(Vector3::from(strut.rest).norm_squared() > 0.0);
         strut
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use cotan_geometry::shapes::icosphere;
+    use cotan_laplacian::Cotangent;
+
+    use super::*;
+
+    #[test]
+    fn the_predicted_bytes_are_those_of_a_ball() {
+        let shape = icosphere::<f64>(3);
+        let (mesh, positions) = (shape.connectivity(), shape.positions());
+        let rest = Rest::new(mesh.clone(), positions.clone(), Cotangent::default()).unwrap();
+        let bodies = Bodies::new(&rest);
+        let struts = Struts::new(&rest, &bodies, 0.3, 1.0);
+        // Every vertex of a ball has a strut.
+        let taken = size_of_val(&*struts.of_vertex)
+            + size_of_val(&*struts.ends)
+            + size_of_val(&*struts.starts)
+            + size_of_val(&*struts.forces);
+        assert_eq!(taken as u64, Struts::kept_bytes(positions.len()));
+        assert_eq!(struts.ends.capacity(), 3 * positions.len());
     }
 }

@@ -1,6 +1,8 @@
 //! A soft volume: bodies resist being hollowed out, and grow thinner where they are stretched.
 
 use cotan_geometry::{Positions, Scalar};
+use cotan_halfedge::VertexId;
+use cotan_laplacian::Fans;
 use cotan_parallel as parallel;
 use nalgebra::Vector3;
 
@@ -8,17 +10,18 @@ use super::Energy;
 use super::bodies::Bodies;
 use crate::rest::Rest;
 
-/// The volumes of the closed components, each with an energy
+/// The volumes of the closed pieces ([`Bodies`]), each with an energy
 ///
 /// ```text
 /// κ (V − V⁰)²,   κ = γ μ A / V⁰²
 /// ```
 ///
-/// with A the component's area.
+/// with A the piece's area.
 #[derive(Debug)]
 pub(super) struct SoftVolume {
     bodies: Vec<Body>,
-    /// The index of each vertex's body; that of none where a component has no volume.
+    /// The index of each vertex's body, copies of vertices included; that of none where a piece
+    /// has no volume.
     of_vertex: Vec<u32>,
     /// ∂V/∂x, and x·∂V/∂x about the body's first vertex.
     gradients: Vec<[f64; 3]>,
@@ -64,7 +67,7 @@ impl SoftVolume {
         let n = if held.is_empty() {
             0
         } else {
-            rest.positions().len()
+            rest.mesh().num_vertices()
         };
         let mut volume = Self {
             of_vertex: (0..n).map(|i| index_of[bodies.of(i) as usize]).collect(),
@@ -90,15 +93,16 @@ impl SoftVolume {
         rest: &Rest<T>,
         positions: &Positions<T>,
     ) -> Energy {
-        let (fans, x) = (rest.fans(), positions.as_slice());
+        let (mesh, fans, x) = (rest.mesh(), rest.fans(), positions.as_slice());
         let (bodies, of_vertex) = (&self.bodies, &self.of_vertex);
         parallel::update(
             (&mut self.gradients[..], &mut self.moments[..]),
-            |i, (gradient, moment)| {
-                let Some(body) = bodies.get(of_vertex[i] as usize) else {
+            |v, (gradient, moment)| {
+                let Some(body) = bodies.get(of_vertex[v] as usize) else {
                     return;
                 };
-                let vector = fans.area_vector(positions, i) / 3.0;
+                let i = mesh.row_of(VertexId::new(v)).index();
+                let vector = fans.area_vector(positions, v, i) / 3.0;
                 *moment = (x[i] - x[body.first]).map(T::as_f64).dot(&vector) / 3.0;
                 *gradient = vector.into();
             },
@@ -121,13 +125,22 @@ impl SoftVolume {
         energy
     }
 
-    /// Half the gradient of the volumes' energy at vertex `i`, over μ.
+    /// Half the gradient of the volumes' energy at row `i`, over μ.
     #[inline]
-    pub(super) fn force_at(&self, i: usize) -> Vector3<f64> {
-        let of = self.of_vertex.get(i).copied().unwrap_or(NONE);
+    pub(super) fn force_at(&self, fans: &Fans, i: usize) -> Vector3<f64> {
+        let mut force = self.of_vertex_at(i);
+        for &copy in fans.copies_of(i) {
+            force += self.of_vertex_at(copy as usize);
+        }
+        force
+    }
+
+    #[inline]
+    fn of_vertex_at(&self, v: usize) -> Vector3<f64> {
+        let of = self.of_vertex.get(v).copied().unwrap_or(NONE);
         match self.bodies.get(of as usize) {
             Some(body) => {
-                Vector3::from(self.gradients[i]) * (body.stiffness * (body.now - body.rest))
+                Vector3::from(self.gradients[v]) * (body.stiffness * (body.now - body.rest))
             }
             None => Vector3::zeros(),
         }

@@ -5,7 +5,7 @@ use cotan_halfedge::VertexMap;
 use nalgebra::Vector3;
 
 use super::frame::BoundaryFrames;
-use super::{Orientation, field_scale, write_each};
+use super::{Orientation, field_scale, refuse_copies, write_each};
 use crate::error::FlowError;
 use crate::per_rest::PerRest;
 use crate::state::FlowState;
@@ -14,10 +14,13 @@ use crate::state::FlowState;
 /// not outgrow its original size:
 ///
 /// ```text
-/// ℓ = k (ℓ⁰·N⁰) N + t min(1, k t⁰/|t|)      t = ℓ_c − (ℓ_c·N) N,  t⁰ = |ℓ⁰ − (ℓ⁰·N⁰) N⁰|,  k = d/|ℓ⁰|
+/// ℓ = k (ℓ⁰·N⁰) N + t min(1, k t⁰/|t|)
+/// t = ℓ_c − (ℓ_c·N) N,   t⁰ = |ℓ⁰ − (ℓ⁰·N⁰) N⁰|,   k = d/|ℓ⁰|
 /// ```
 ///
 /// A continuous map, where the paper's reflection jumps. Boundary vertices: as [`super::Reflect`].
+///
+/// Refuses a mesh that was cut into pieces, whose normals are those of each piece.
 ///
 /// **Deviation** from the paper's section 3.2, whose rule it replaces.
 #[derive(Debug)]
@@ -26,7 +29,7 @@ pub struct Limited<T: Scalar> {
     normal_part: NormalPart,
 }
 
-/// How long the normal part of a Laplacian coordinate is.
+/// The length of the normal part of a Laplacian coordinate.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum NormalPart {
     /// As long as it was.
@@ -67,6 +70,7 @@ impl<T: Scalar> Orientation<T> for Limited<T> {
         out: &mut VertexMap<Vector3<T>>,
     ) -> Result<(), FlowError> {
         let rest = state.rest();
+        refuse_copies(rest, "the limited orientation")?;
         let boundary = &*self.boundary.get(rest, BoundaryFrames::new);
         let normal_part = self.normal_part;
         let (laplacian, normals) = (state.laplacian()?, state.normals());

@@ -1,9 +1,9 @@
 //! Rules that turn the Laplacian coordinates after a step.
 //!
-//! The scalar field says how long each Laplacian coordinate is to be; an [`Orientation`] gives it a
-//! direction on the current mesh. The paper's rule is [`Reflect`]; the others converge where it
-//! oscillates (measured in `docs/decisions`), and so does the descent of an energy
-//! ([`crate::LocalGlobal`]).
+//! The scalar field says how long each Laplacian coordinate is to be; an [`Orientation`] gives it
+//! a direction on the current mesh. The paper's rule is [`Reflect`]; the others converge where it
+//! oscillates (on detailed meshes, where |ℓ| is small compared to the one-ring), and so does the
+//! descent of an energy ([`crate::LocalGlobal`]).
 
 mod frame;
 mod limited;
@@ -22,6 +22,7 @@ pub use reflect::{Reflect, ReflectFirst};
 pub use rotation::BestRotation;
 
 use crate::error::FlowError;
+use crate::rest::Rest;
 use crate::state::FlowState;
 
 /// Turns the prescribed magnitudes into Laplacian coordinates on the current mesh.
@@ -90,6 +91,18 @@ macro_rules! forward {
 
 forward!(Box<O>);
 forward!(&mut O);
+
+/// Refuses a mesh whose copies of a vertex share rows: their normals are sums over pieces that may
+/// be oriented differently.
+fn refuse_copies<T: Scalar>(rest: &Rest<T>, rule: &'static str) -> Result<(), FlowError> {
+    match rest.mesh().has_copies() {
+        true => Err(FlowError::NeedsOneSurface {
+            rule,
+            instead: "the default orientation",
+        }),
+        false => Ok(()),
+    }
+}
 
 /// Writes one Laplacian coordinate per vertex, in parallel.
 pub(crate) fn write_each<T: Scalar>(

@@ -4,7 +4,7 @@ use cotan_geometry::Scalar;
 use cotan_halfedge::VertexMap;
 use nalgebra::Vector3;
 
-use super::{Orientation, write_each};
+use super::{Orientation, refuse_copies, write_each};
 use crate::error::FlowError;
 use crate::state::FlowState;
 
@@ -32,6 +32,7 @@ impl<T: Scalar> Orientation<T> for AlongNormal {
         field: &VertexMap<T>,
         out: &mut VertexMap<Vector3<T>>,
     ) -> Result<(), FlowError> {
+        refuse_copies(state.rest(), "a field along the normals")?;
         match self {
             Self::NormalOnly => {
                 let normals = state.normals();

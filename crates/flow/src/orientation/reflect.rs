@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::frame::BoundaryFrames;
 use super::limited::Limited;
-use super::{Orientation, field_scale, write_each};
+use super::{Orientation, field_scale, refuse_copies, write_each};
 use crate::error::FlowError;
 use crate::per_rest::PerRest;
 use crate::state::FlowState;
@@ -55,6 +55,7 @@ impl<T: Scalar> Orientation<T> for Reflect<T> {
         out: &mut VertexMap<Vector3<T>>,
     ) -> Result<(), FlowError> {
         let rest = state.rest();
+        refuse_copies(rest, "the paper's reflection")?;
         let boundary = &*self.boundary.get(rest, BoundaryFrames::new);
         let (laplacian, normals) = (state.laplacian()?, state.normals());
         write_each(out, |v| {

@@ -28,7 +28,7 @@ pub(crate) struct Descent<T: Scalar> {
     coarse: Option<Coarse>,
     /// The number of steps right after a move.
     moves: usize,
-    /// Whether it cannot be built for these handles.
+    /// `true` if it cannot be built for these handles.
     is_refused: bool,
     /// Of a shape whose handles turn by more than half a turn relative to each other.
     winding: Option<Winding>,
@@ -42,7 +42,7 @@ pub(crate) struct Descent<T: Scalar> {
     energy: Option<Energy>,
 }
 
-/// Whether a search found a lower energy.
+/// The outcome of a search for a lower energy.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Search {
     Went,
@@ -125,13 +125,13 @@ impl<T: Scalar> Descent<T> {
     ) -> Result<Search, FlowError> {
         /// Fraction of the predicted decrease that is asked for (Armijo).
         const SUFFICIENT: f64 = 1e-4;
-        const MOST_TRIALS: usize = 10;
+        const MAX_TRIALS: usize = 10;
         let before = self.energy.unwrap_or_default();
         // Near the minimum every step is one within rounding.
         let (value, rounding) = (before.value, before.rounding::<T>());
         let rate = self.aim(lbfgs, restricted, work);
         let mut length = 1.0;
-        for _ in 0..MOST_TRIALS {
+        for _ in 0..MAX_TRIALS {
             self.move_along(work, length);
             let rise = 0.5 * (self.fit(work)?.value - value);
             if rise <= 0.5 * rounding - SUFFICIENT * length * rate {
@@ -160,7 +160,7 @@ impl<T: Scalar> Descent<T> {
     /// The plain step, or a part of it that does not raise the energy beyond rounding. The system
     /// may know less than the energy: the whole step can go too far.
     fn plain(&mut self, work: &mut Workspace<T>, ratio: f64) -> Result<Search, FlowError> {
-        const MOST_TRIALS: usize = 8;
+        const MAX_TRIALS: usize = 8;
         /// Fraction of the predicted decrease that is asked for. An energy that the system bounds
         /// from above falls by half of it; a step that falls by less goes beyond its best length.
         const SUFFICIENT: f64 = 0.45;
@@ -183,7 +183,7 @@ impl<T: Scalar> Descent<T> {
         if rate * ratio > 4.0 * rounding {
             self.plain_part = (2.0 * self.plain_part).min(1.0);
         }
-        for _ in 0..MOST_TRIALS {
+        for _ in 0..MAX_TRIALS {
             let length = ratio * self.plain_part;
             work.move_by_correction(length);
             let rise = 0.5 * (self.fit(work)?.value - before.value);
@@ -382,7 +382,7 @@ impl<T: Scalar> Rule<T> for Descent<T> {
             }
             other => {
                 if let Some(lbfgs) = other {
-                    // What it learned spans whole steps of its own only.
+                    // Its history describes whole steps of its own only.
                     lbfgs.reset();
                 }
                 self.plain(work, step.ratio)

@@ -20,9 +20,9 @@ pub(crate) struct FixedPoint<T: Scalar> {
     updater: Box<dyn ScalarFieldUpdater<T>>,
     orientation: Box<dyn Orientation<T>>,
     anderson: Option<Anderson>,
-    /// The Laplacian coordinates before the update at hand; empty without acceleration.
+    /// The Laplacian coordinates before the current update; empty without acceleration.
     before: VertexMap<Vector3<T>>,
-    /// Whether the next solve aims at a plain image, not at an extrapolation.
+    /// The aim of the next solve: a plain image or an extrapolation.
     aim: Proposal,
 }
 

@@ -22,7 +22,7 @@ use crate::report::{LostTurn, StepReport};
 use crate::winding::Winding;
 use crate::workspace::Workspace;
 
-/// Makes steps, and says what came of them.
+/// Makes steps and reports them.
 pub(crate) trait Rule<T: Scalar>: Send + Sync {
     /// Takes the first positions, which are in `work`, before anything is solved.
     fn begin(&mut self, work: &mut Workspace<T>) -> Result<(), FlowError>;
@@ -36,15 +36,14 @@ pub(crate) trait Rule<T: Scalar>: Send + Sync {
     /// Forgets what earlier steps taught: handles have moved, or the positions were exchanged.
     fn restart(&mut self, work: &mut Workspace<T>);
 
-    /// Whether hard handles are exactly at their targets.
+    /// Returns `true` if hard handles are exactly at their targets.
     fn pins_handles(&self) -> bool;
 
     /// Takes the winding of the handles, or that they have none; after [`Self::begin`] and
     /// [`Self::restart`].
     fn wind(&mut self, _winding: Option<Winding>) {}
 
-    /// How far a part of a shape that was wound up has turned back, if that is so much that its
-    /// turn was lost.
+    /// The turn that a shape lost after it was wound up, if any.
     fn lost_turn(&self) -> Option<LostTurn> {
         None
     }

@@ -32,6 +32,7 @@ use crate::scalar::Scalar;
 pub struct MeshBuilder {
     welds: bool,
     drops_unused: bool,
+    cuts: bool,
 }
 
 /// A mesh and the origin of its elements in the buffers.
@@ -41,7 +42,8 @@ pub struct BuiltMesh<T: Scalar> {
     pub mesh: Mesh<T>,
     /// For each input position its vertex, or `None` if the position was dropped.
     pub vertices: Vec<Option<VertexId>>,
-    /// For each vertex its index in the input; for welded positions the first one.
+    /// For each vertex its index in the input; for welded positions the first one, and for copies
+    /// that of the vertex.
     pub sources: VertexMap<u32>,
     /// For each triangle the index of the input face that it is part of.
     pub faces: FaceMap<u32>,
@@ -57,7 +59,7 @@ impl MeshBuilder {
     /// Merges all positions whose coordinates are exactly equal (0 equals −0) into one vertex.
     ///
     /// Faces that are left with fewer than three corners are dropped. To weld with a tolerance,
-    /// or for non-manifold meshes, use the repairs in `cotan-io`.
+    /// use the repairs in `cotan-io`.
     #[must_use]
     pub fn weld_equal(mut self) -> Self {
         self.welds = true;
@@ -68,6 +70,28 @@ impl MeshBuilder {
     #[must_use]
     pub fn drop_unused(mut self) -> Self {
         self.drops_unused = true;
+        self
+    }
+
+    /// Accepts faces that are not manifold or not consistently oriented, and cuts them into pieces
+    /// ([`HalfedgeMesh::from_faces_in_pieces`]). Otherwise they are an error.
+    ///
+    /// Copies of vertices follow the others. A job that moves vertices gives all copies of a vertex
+    /// the same position. For faces that need no cut, nothing changes.
+    ///
+    /// ```
+    /// use cotan_geometry::MeshBuilder;
+    /// // Three pages of a book, bound along an edge.
+    /// let positions = [[0., 0., 0.], [0., 0., 1.], [1., 0., 0.], [0., 1., 0.], [-1., 0., 0.]];
+    /// let indices = [0, 1, 2, 0, 1, 3, 0, 1, 4];
+    /// let built = MeshBuilder::new().cut_into_pieces().triangles::<f64, _>(&positions, &indices)?;
+    /// assert_eq!(built.mesh.num_vertices(), 5 + 4);
+    /// assert_eq!(built.mesh.connectivity().num_rows(), 5);
+    /// # Ok::<(), cotan_geometry::MeshError>(())
+    /// ```
+    #[must_use]
+    pub fn cut_into_pieces(mut self) -> Self {
+        self.cuts = true;
         self
     }
 
@@ -115,7 +139,11 @@ impl MeshBuilder {
 
         polygons.renumber(&vertices);
         let list = polygons.list();
-        let mut connectivity = HalfedgeMesh::from_faces(sources.len(), &list).map_err(|error| {
+        let built = match self.cuts {
+            true => HalfedgeMesh::from_faces_in_pieces(sources.len(), &list),
+            false => HalfedgeMesh::from_faces(sources.len(), &list),
+        };
+        let mut connectivity = built.map_err(|error| {
             error.renumbered(
                 |v| VertexId::new(sources[v] as usize),
                 |face| polygons.sources[face] as usize,
@@ -124,7 +152,8 @@ impl MeshBuilder {
         let parents = connectivity
             .triangulate()
             .map_err(|error| polygons.not_cut(&error))?;
-        let points = positions_of(&sources, positions)?;
+        let points = connectivity.to_vertices(positions_of(&sources, positions)?);
+        let sources = connectivity.to_vertices(sources);
         Ok(BuiltMesh {
             mesh: Mesh::assume_checked(connectivity, points),
             vertices,

@@ -29,6 +29,14 @@ impl HalfedgeMesh {
             .ok_or(EditError::NoSuchFace { face, num_faces })
     }
 
+    /// Checks that no vertex has copies: rows must stay the first vertices.
+    pub(super) fn check_no_copies(&self) -> Result<(), EditError> {
+        match self.has_copies() {
+            true => Err(EditError::Copies),
+            false => Ok(()),
+        }
+    }
+
     /// Checks that ids are left for `more` edges. There are never more vertices or faces than
     /// edges.
     pub(super) fn check_room(&self, more: usize) -> Result<(), EditError> {

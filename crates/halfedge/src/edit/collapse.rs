@@ -145,6 +145,7 @@ impl HalfedgeMesh {
     /// # Errors
     /// Same as [`Self::collapse`].
     pub fn can_collapse(&self, halfedge: HalfedgeId) -> Result<(), EditError> {
+        self.check_no_copies()?;
         self.check_halfedge(halfedge)?;
         self.check_collapse(halfedge)
     }

@@ -32,6 +32,7 @@ impl HalfedgeMesh {
     /// [`EditError::BowTie`] if several fans of faces would meet at a vertex (the lowest such
     /// vertex is reported), [`EditError::NoSuchFace`].
     pub fn delete_faces(&mut self, faces: &[FaceId]) -> Result<Renumbering, EditError> {
+        self.check_no_copies()?;
         let mut doomed = FaceMap::filled(self.num_faces(), false);
         for &face in faces {
             self.check_face(face)?;

@@ -40,6 +40,19 @@ pub enum EditError {
         /// The number of components in the mesh.
         num_components: usize,
     },
+    /// The edit adds or removes vertices, and the mesh has copies of some.
+    #[error(
+        "the mesh was cut into pieces that share vertices; repair it into one manifold surface before vertices are added or removed"
+    )]
+    Copies,
+    /// A copy has no row.
+    #[error("vertex {row} is no row: the mesh has {num_rows}, numbered from 0, before its copies")]
+    NoSuchRow {
+        /// The row that was given.
+        row: VertexId,
+        /// The number of rows.
+        num_rows: usize,
+    },
     /// There would be more elements than 32-bit ids can number.
     #[error("the mesh is full: {num_edges} edges are as many as its ids can number")]
     TooLarge {

@@ -97,6 +97,7 @@ impl HalfedgeMesh {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn split_edge(&mut self, edge: EdgeId) -> Result<SplitEdge, EditError> {
+        self.check_no_copies()?;
         self.check_edge(edge)?;
         let [h, t] = edge.halfedges();
         let (left, right) = (self.has_triangle(h), self.has_triangle(t));

@@ -85,6 +85,7 @@ impl HalfedgeMesh {
     /// # Errors
     /// [`EditError::NoSuchFace`], [`EditError::TooLarge`]. A face that exists can always be split.
     pub fn split_face(&mut self, face: FaceId) -> Result<SplitFace, EditError> {
+        self.check_no_copies()?;
         self.check_face(face)?;
         let sides: Vec<HalfedgeId> = self.face_halfedges(face).collect();
         self.check_room(sides.len())?;

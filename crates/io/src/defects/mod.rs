@@ -2,6 +2,8 @@
 //!
 //! Topology is computed from the polygons as they are, so that meshes from which no half-edge
 //! structure can be built are covered too.
+//!
+//! The files of this folder are one concept and use each other freely.
 
 mod defect;
 mod find;

@@ -28,7 +28,8 @@ impl Document {
             if let Err(error) = self.turned_normals(source.as_ref()) {
                 stale.push(format!("normals, which cannot be read ({error}),"));
             }
-            let kept = |what: String| format!("{what} are kept as they were; vertices have moved");
+            let kept =
+                |what: String| format!("{what} are not updated, although vertices have moved");
             let rounded = self.severe_rounding(source.as_ref());
             return stale.into_iter().map(kept).chain(rounded).collect();
         }

@@ -172,7 +172,7 @@ impl Layout {
                 return Err(problem(
                     at("type"),
                     format!(
-                        "{} is no type of an accessor",
+                        "{} is not an accessor type",
                         crate::error::quote(accessor.shape.as_bytes())
                     ),
                 ));
@@ -181,7 +181,7 @@ impl Layout {
         if accessor.shape.starts_with("MAT") && component.size() < 4 {
             return Err(problem(
                 at("type"),
-                "matrices of small integers are no vertex attributes".to_owned(),
+                "matrices of small integers cannot be vertex attributes".to_owned(),
             ));
         }
         let size = components * component.size();
@@ -442,7 +442,7 @@ impl Part {
 
 fn component(code: u64, path: impl Fn() -> String) -> Result<Component, IoError> {
     Component::of_code(code)
-        .ok_or_else(|| problem(path(), format!("{code} is no type of a component")))
+        .ok_or_else(|| problem(path(), format!("{code} is not a component type")))
 }
 
 pub(super) fn problem(path: String, problem: String) -> IoError {

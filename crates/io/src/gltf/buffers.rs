@@ -101,7 +101,10 @@ pub(super) fn load(
             _ if buffer.length > found as u64 => {
                 return Err(IoError::Gltf {
                     path: path("byteLength"),
-                    problem: format!("{} bytes are promised and there are {found}", buffer.length),
+                    problem: format!(
+                        "{} bytes are promised, but there are {found}",
+                        buffer.length
+                    ),
                 });
             }
             // At most `found`.

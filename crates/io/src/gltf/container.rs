@@ -105,7 +105,7 @@ impl Container {
                 }
                 BIN if bin.is_none() => {
                     if !others.is_empty() {
-                        let message = "the BIN chunk of a GLB must come second, right behind \
+                        let message = "the BIN chunk of a GLB must come second, right after \
                                        its JSON";
                         return Err(problem(at + 4, message.to_owned()));
                     }
@@ -119,7 +119,7 @@ impl Container {
             warnings.push(Warning {
                 place: Some(Place::Byte(length)),
                 message: format!(
-                    "{} bytes stand behind the end of the GLB; they are not read",
+                    "{} bytes follow the end of the GLB; they are not read",
                     bytes.len() - length
                 ),
             });
@@ -207,7 +207,7 @@ fn trimmed(bytes: &[u8], span: Range<usize>) -> Range<usize> {
 fn cut(at: usize, promised: usize, found: usize) -> IoError {
     problem(
         at,
-        format!("a chunk of {promised} bytes is promised and {found} are left; it was cut short"),
+        format!("a chunk of {promised} bytes is promised, but {found} are left; it was cut short"),
     )
 }
 
@@ -249,7 +249,7 @@ mod tests {
         let glb = write_binary("{}", None, [&extra[..], &data].into_iter(), b"").unwrap();
         assert_eq!(
             read(&glb).unwrap_err(),
-            "byte 36: the BIN chunk of a GLB must come second, right behind its JSON"
+            "byte 36: the BIN chunk of a GLB must come second, right after its JSON"
         );
     }
 

@@ -93,7 +93,7 @@ impl External {
                 Ok(companion) => references.companions.push(companion),
                 Err(_) if is_address(&uri) => {}
                 Err(_) => references.left.push(format!(
-                    "the reference to `{}` stays as it is; it leads out of the folder, and that \
+                    "the reference to `{}` is unchanged; it points outside the folder, and that \
                      file was not copied",
                     quote(uri.as_bytes())
                 )),

@@ -106,7 +106,7 @@ impl Geometry {
         let placements = Placements::new(root, buffers, limits)?;
         for &mesh in &placements.singular {
             warnings.push(warning(format!(
-                "the transform of mesh {mesh} cannot be undone; the mesh is read as if it had none"
+                "the transform of mesh {mesh} is not invertible; the mesh is read without it"
             )));
         }
         for (mesh, others) in placements.others.iter().enumerate() {
@@ -147,13 +147,13 @@ impl Geometry {
         }
         if reader.unshown > 0 {
             warnings.push(warning(format!(
-                "{} primitives of points or lines are kept and not read",
+                "{} primitives of points or lines are kept but not read",
                 reader.unshown
             )));
         }
         if reader.leftover > 0 {
             warnings.push(warning(format!(
-                "{} primitives have one or two indices behind their last triangle",
+                "{} primitives have one or two indices after their last triangle",
                 reader.leftover
             )));
         }
@@ -162,7 +162,7 @@ impl Geometry {
         if layered > 0 {
             warnings.push(warning(format!(
                 "primitives that have faces of another one at the same place: {layered}; each has \
-                 vertices of its own, behind those of the first"
+                 vertices of its own, after those of the first"
             )));
         }
         let mut parsed = reader.parsed;
@@ -282,7 +282,7 @@ impl Reader<'_> {
                 code => Mode::of_code(code).ok_or_else(|| {
                     problem(
                         format!("{}.mode", path()),
-                        format!("{code} is no mode of a primitive; modes are 0 to 6"),
+                        format!("{code} is not a primitive mode; modes are 0 to 6"),
                     )
                 })?,
             };

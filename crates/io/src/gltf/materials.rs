@@ -118,7 +118,7 @@ impl Reader<'_> {
                 Alpha::Mask(self.light(cutoff))
             }
             Checked::Invalid => {
-                self.other("alpha modes that are none of glTF");
+                self.other("unknown alpha modes");
                 Alpha::Opaque
             }
         };
@@ -212,7 +212,7 @@ impl Reader<'_> {
         let json = self.look.textures.get(index.value());
         let parsed = json.and_then(|json| serde_json::from_str::<Texture>(json.get()).ok());
         let Some(texture) = parsed else {
-            self.other("textures that are not there or wrong");
+            self.other("missing or invalid textures");
             return None;
         };
         self.note(&texture.extensions.map(|e| e.others).unwrap_or_default());
@@ -236,7 +236,7 @@ impl Reader<'_> {
         let json = self.look.samplers.get(index.value());
         let parsed = json.and_then(|json| serde_json::from_str::<Sampler>(json.get()).ok());
         let Some(sampler) = parsed else {
-            self.other("samplers that are not there or wrong");
+            self.other("missing or invalid samplers");
             return;
         };
         let repeats =
@@ -277,7 +277,7 @@ impl Reader<'_> {
 
     fn copied(&mut self, number: usize) -> Result<Image, String> {
         let json = self.look.images.get(number);
-        let json = json.ok_or("it is not there")?;
+        let json = json.ok_or("it is missing")?;
         let image: JsonImage = serde_json::from_str(json.get())
             .map_err(|error| quote(error.to_string().as_bytes()))?;
         self.note(&image.extensions.map(|e| e.others).unwrap_or_default());
@@ -305,7 +305,7 @@ impl Reader<'_> {
         }
         let bytes = self.file.files.bytes(uri, self.budget);
         let bytes = bytes.map_err(|error| error.to_string())?;
-        let bytes = bytes.ok_or_else(|| format!("`{}` is not there", quote(uri.as_bytes())))?;
+        let bytes = bytes.ok_or_else(|| format!("`{}` is missing", quote(uri.as_bytes())))?;
         Ok(bytes.to_vec())
     }
 
@@ -317,7 +317,7 @@ impl Reader<'_> {
             let end = start.checked_add(usize::try_from(view.length).ok()?)?;
             buffer.get(start..end)
         });
-        let bytes = bytes.ok_or("its buffer view is not there")?;
+        let bytes = bytes.ok_or("its buffer view is missing")?;
         if bytes.len() as u64 > self.budget {
             return Err("it is larger than the limit".to_owned());
         }

@@ -9,6 +9,9 @@
 //! or embeds them.
 //!
 //! Source: Khronos, "glTF 2.0 Specification", 2021.
+//!
+//! The files of this folder are one concept and use each other freely; outside of it, only
+//! [`formats`](crate::formats) and [`detect`](crate::detect) use them.
 
 mod accessor;
 mod attributes;
@@ -73,7 +76,8 @@ pub(crate) fn read(
     if !is_glb(&bytes) && !text.trim_ascii_start().starts_with(b"{") {
         return Err(IoError::Malformed {
             place: Place::Byte(0),
-            problem: "this is no glTF: a GLB starts with `glTF`, a .gltf is JSON".to_owned(),
+            problem: "this is not a glTF file: a GLB starts with `glTF`, a .gltf is JSON"
+                .to_owned(),
         });
     }
     let files = External::new(resolver.shared());
@@ -281,7 +285,7 @@ impl SourceFile for GltfFile {
         let singular = self.geometry.instances(&self.buffers, &mut |_| Ok(()));
         let counted = [
             (elsewhere.sum(), "that another scene shows"),
-            (singular.unwrap_or(0), "whose transform cannot be undone"),
+            (singular.unwrap_or(0), "whose transform is not invertible"),
         ];
         let counted = counted.into_iter().filter(|&(count, _)| count > 0);
         let counted = counted.map(|(count, which)| {

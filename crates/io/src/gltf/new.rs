@@ -451,15 +451,12 @@ impl NewFile {
     /// Writes colours in their own type if glTF supports it, otherwise as real numbers.
     fn colors(&mut self, split: &Split<'_>, column: &Column<'_>) -> usize {
         let start = self.data.len();
-        let (code, size, unit) = match &*column.values {
-            Values::U8(_) => (5121, 1, 255.0),
-            Values::U16(_) => (5123, 2, 65535.0),
-            Values::I8(_) => (5126, 4, 127.0),
-            Values::I16(_) => (5126, 4, 32767.0),
-            Values::I32(_) => (5126, 4, f64::from(i32::MAX)),
-            Values::U32(_) => (5126, 4, f64::from(u32::MAX)),
-            _ => (5126, 4, 1.0),
+        let (code, size) = match &*column.values {
+            Values::U8(_) => (5121, 1),
+            Values::U16(_) => (5123, 2),
+            _ => (5126, 4),
         };
+        let unit = column.values.unit();
         // Elements start at multiples of four bytes.
         let stride = (size * column.components).next_multiple_of(4);
         for &(_, [.., n]) in &split.vertices {

@@ -44,7 +44,7 @@ impl Plan {
             for face in faces.clone() {
                 for &v in remap.faces.get(face).unwrap_or(&[]) {
                     let Some(&old) = remap.vertices.get(v as usize) else {
-                        return Err(unsupported("a vertex that is not there"));
+                        return Err(unsupported("a vertex that does not exist"));
                     };
                     let block = block_of(old);
                     union.join(*first.get_or_insert(block), block);
@@ -222,7 +222,7 @@ fn faces(pieces: &[Piece], remap: &Remap, mesh: Mesh<'_>) -> Result<Vec<Range<us
             piece_of(source as usize)
         };
         if piece >= pieces.len() || source != NONE && source as usize >= mesh.faces.len() {
-            return Err(unsupported("a face that is not there"));
+            return Err(unsupported("a face that does not exist"));
         }
         if current.is_some_and(|current| piece < current) {
             return Err(unsupported("faces of its primitives in another order"));

@@ -321,7 +321,7 @@ impl Rebuild<'_> {
         }
         let primitives = self.spans.get(&mesh);
         let span = primitives.and_then(|list| list.get(primitive)).cloned();
-        span.ok_or_else(|| unsupported("a primitive that is not there"))
+        span.ok_or_else(|| unsupported("a primitive that does not exist"))
     }
 
     /// Makes the primitives refer to their new accessors.

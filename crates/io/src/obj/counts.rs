@@ -122,7 +122,7 @@ impl Counts {
         let known = self.extras.iter().zip(&EXTRAS);
         let known = known.map(|(&count, (_, name))| (count, *name));
         known
-            .chain([(self.num_unknown, "statements that are none of OBJ")])
+            .chain([(self.num_unknown, "statements that OBJ does not define")])
             .filter(|&(count, _)| count > 0)
             .map(|(count, name)| format!("{count} {name}"))
             .collect()
@@ -133,9 +133,9 @@ impl Counts {
         let warning = self.unknown.as_ref().map(|(line, word)| Warning {
             place: Some(Place::Line(*line)),
             message: match self.num_unknown {
-                1 => format!("`{word}` is no statement of OBJ; the line is kept as it stands"),
+                1 => format!("`{word}` is not an OBJ statement; the line is kept unchanged"),
                 n => format!(
-                    "`{word}` is no statement of OBJ; this line and {} such lines are kept as they stand",
+                    "`{word}` is not an OBJ statement; this line and {} like it are kept unchanged",
                     n - 1
                 ),
             },

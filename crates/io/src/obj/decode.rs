@@ -423,7 +423,7 @@ fn out_of_range(face: usize, index: i64, table: &Table, what: &str, keyword: &st
         0 => format!("face {face} refers to {what} {index}, but there are none ({keyword})"),
         // A relative index counts back from the latest entry.
         _ if index < 0 => format!(
-            "face {face} refers to {what} {index}, but only {} stand above it ({keyword})",
+            "face {face} refers to {what} {index}, but only {} precede it ({keyword})",
             table.count
         ),
         total => format!(
@@ -524,7 +524,7 @@ mod tests {
     fn refusals_name_line_element_and_trouble() {
         assert_eq!(
             refusal("vt 0 0\nf 1/-2 2 3"),
-            "line 5: face 0 refers to texture coordinate -2, but only 1 stand above it (vt)"
+            "line 5: face 0 refers to texture coordinate -2, but only 1 precede it (vt)"
         );
         assert_eq!(
             refusal("vn 0 0 1\nf 1//2 2//1 3//1"),
@@ -532,7 +532,7 @@ mod tests {
         );
         assert_eq!(
             refusal("vn 0 0 1\nf 1//-2 2//1 3//1"),
-            "line 5: face 0 refers to normal -2, but only 1 stand above it (vn)"
+            "line 5: face 0 refers to normal -2, but only 1 precede it (vn)"
         );
         assert_eq!(
             refusal("f 1//1 2//1 3//1"),

@@ -8,6 +8,9 @@
 //! The libraries that the file names (`mtllib`) are looked up through the resolver of the
 //! document when materials are requested. Source: Wavefront, "Object Files (.obj)", Advanced
 //! Visualizer manual, appendix B1.
+//!
+//! The files of this folder are one concept and use each other freely; outside of it, only
+//! [`formats`](crate::formats) uses them.
 
 mod counts;
 mod decode;
@@ -44,20 +47,24 @@ pub(crate) fn read(
     limits: &Limits,
     resolver: &dyn Resolve,
 ) -> Result<Reading, IoError> {
+    let mesh = parse::parse(&bytes, limits)?;
+    Ok(reading(bytes, mesh, resolver.shared(), *limits))
+}
+
+fn reading(bytes: Vec<u8>, mesh: parse::Mesh, files: Arc<dyn Resolve>, limits: Limits) -> Reading {
     let parse::Mesh {
         positions,
         faces,
         counts,
         ..
-    } = parse::parse(&bytes, limits)?;
+    } = mesh;
     let parsed = Parsed {
         positions,
         faces,
         warnings: counts.warnings(),
         ..Parsed::default()
     };
-    let file = ObjFile::new(bytes, counts, resolver.shared(), *limits);
-    Ok(Reading::new(parsed, file))
+    Reading::new(parsed, ObjFile::new(bytes, counts, files, limits))
 }
 
 /// Reads an OBJ file without companion files.
@@ -147,15 +154,8 @@ impl SourceFile for ObjFile {
         let bytes = rebuild::rebuild(self, remap, mesh)?;
         // The original was read within the limits, so none apply here.
         let again = parse::parse(&bytes, &Limits::NONE)?;
-        // An incorrect file must never be written silently.
-        if again.positions.len() != remap.vertices.len() || again.faces != remap.faces {
-            return Err(IoError::Unsupported {
-                feature: "this repair of an OBJ".to_owned(),
-                remedy: "convert the file to another format and repair that",
-            });
-        }
         let files = Arc::clone(&self.files);
-        Ok(Arc::new(Self::new(bytes, again.counts, files, self.limits)))
+        reading(bytes, again, files, self.limits).matching(remap, mesh)
     }
 }
 
@@ -168,6 +168,6 @@ pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
 }
 
 #[cfg(test)]
-mod round_trips;
+mod round_trip_tests;
 #[cfg(test)]
 mod tests;

@@ -5,6 +5,9 @@
 //! vertex and the last face. Lines of removed elements are dropped, lines that need not change
 //! keep every byte, and all others keep their whitespace and comments. Added faces have the
 //! labels of their source faces; the labels that were current are restored after them.
+//!
+//! The file is not written anew from its attributes, because these lack lines, points, free-form
+//! geometry, unknown statements, and the places of comments.
 
 use crate::attributes::NONE;
 use crate::error::IoError;

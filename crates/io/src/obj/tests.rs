@@ -278,7 +278,7 @@ fn what_another_format_drops_is_named() {
         "2 lines and points (l, p)",
         "1 statements of free-form geometry",
         "1 display settings (lod, mg, …)",
-        "2 statements that are none of OBJ",
+        "2 statements that OBJ does not define",
     ] {
         assert!(losses.iter().any(|l| l.starts_with(what)), "{losses:?}");
     }
@@ -289,7 +289,7 @@ fn what_another_format_drops_is_named() {
         .collect();
     assert_eq!(
         warnings,
-        ["line 9: `foo` is no statement of OBJ; this line and 1 such lines are kept as they stand"]
+        ["line 9: `foo` is not an OBJ statement; this line and 1 like it are kept unchanged"]
     );
 }
 

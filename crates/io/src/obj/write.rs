@@ -10,7 +10,7 @@
 use crate::attributes::{
     Attributes, COLOR, CornerProperty, LabelKind, Labels, NONE, NORMAL, Property, UV, Values,
 };
-use crate::contents::{Contents, named};
+use crate::contents::{Contents, lost_properties};
 use crate::faces::FaceList;
 use crate::number;
 use crate::obj::decode::{KINDS, WEIGHT, no_name};
@@ -81,14 +81,7 @@ pub(super) fn losses(attributes: &Attributes) -> Vec<String> {
         };
         !(is(&plan.textures) || is(&plan.normals))
     });
-    let mut losses: Vec<String> = [
-        named("vertex", vertices.map(|p| p.name.as_str())),
-        named("face", attributes.faces.iter().map(|p| p.name.as_str())),
-        named("corner", corners.map(|p| p.name.as_str())),
-    ]
-    .into_iter()
-    .flatten()
-    .collect();
+    let mut losses = lost_properties(vertices, attributes.faces.iter(), corners);
     let others = attributes.labels.iter();
     let others = others.filter(|l| !plan.labels.iter().any(|kept| std::ptr::eq(kept.labels, *l)));
     match others.count() {
@@ -272,14 +265,11 @@ fn push_number(out: &mut String, values: &Values, index: usize) {
 
 /// Appends a component of a colour, scaled to 0 to 1.
 fn push_color(out: &mut String, values: &Values, index: usize) {
-    let largest: f64 = match values {
-        Values::I8(_) => i8::MAX.into(),
-        Values::U8(_) => u8::MAX.into(),
-        Values::I16(_) => i16::MAX.into(),
-        Values::U16(_) => u16::MAX.into(),
-        Values::I32(_) => i32::MAX.into(),
-        Values::U32(_) => u32::MAX.into(),
-        _ => return push_number(out, values, index),
+    let largest = match values {
+        Values::F32(_) | Values::F64(_) | Values::Lists { .. } => {
+            return push_number(out, values, index);
+        }
+        integers => integers.unit(),
     };
     let x: f64 = values.get(index).unwrap_or_default() / largest;
     match values {

@@ -155,7 +155,8 @@ fn count(
         problem(row, &text)
     })?;
     if count > most {
-        let text = format!("{count} {name} are promised, more than {num_bytes} bytes hold");
+        let text =
+            format!("the header promises {count} {name}, more than {num_bytes} bytes can hold");
         return Err(problem(row, &text));
     }
     Ok(count)

@@ -13,6 +13,9 @@
 //! across line endings, as in Geomview. Rows after the last promised face are preserved in the
 //! file but not read, with a [`Warning`]: other programs go by the counts and display only the
 //! promised rows. Source: Geomview manual, section "OFF Files".
+//!
+//! The files of this folder are one concept and use each other freely; outside of it, only
+//! [`formats`](crate::formats) and [`detect`](crate::detect) use them.
 
 mod attributes;
 mod header;
@@ -151,7 +154,7 @@ fn read_rows(mut rows: Rows<'_>, header: &Header, limits: &Limits) -> Result<Bod
         body.warnings.push(Warning {
             place: Some(Place::Line(row.number)),
             message: format!(
-                "{} more rows follow the {} faces that the header promises; they are kept and not read",
+                "{} more rows follow the {} faces that the header promises; they are kept but not read",
                 body.layout.num_unpromised, header.num_faces
             ),
         });
@@ -327,7 +330,7 @@ impl SourceFile for OffFile {
         }
         match self.layout.num_unpromised {
             0 => {}
-            n => extras.push(format!("{n} rows behind the last face")),
+            n => extras.push(format!("{n} rows after the last face")),
         }
         extras
     }
@@ -361,17 +364,8 @@ impl SourceFile for OffFile {
         Ok(patch.finish())
     }
 
-    fn rebuild(&self, remap: &Remap, _mesh: Mesh<'_>) -> Result<Arc<dyn SourceFile>, IoError> {
-        let bytes = rebuild::rebuild(self, remap);
-        let (again, file) = parse(bytes, &Limits::NONE)?;
-        // An incorrect file must never be written silently.
-        if again.positions.len() != remap.vertices.len() || again.faces != remap.faces {
-            return Err(IoError::Unsupported {
-                feature: "this repair of an OFF".to_owned(),
-                remedy: "convert the file to another format and repair that",
-            });
-        }
-        Ok(Arc::new(file))
+    fn rebuild(&self, remap: &Remap, mesh: Mesh<'_>) -> Result<Arc<dyn SourceFile>, IoError> {
+        read(rebuild::rebuild(self, remap), &Limits::NONE)?.matching(remap, mesh)
     }
 }
 

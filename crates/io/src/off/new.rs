@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::COLOR_INDEX;
 use crate::attributes::{Attributes, COLOR, NORMAL, Property, UV, Values};
-use crate::contents::{Contents, labels_named, named};
+use crate::contents::{Contents, lost_properties};
 use crate::error::IoError;
 use crate::number;
 
@@ -15,20 +15,8 @@ pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
     let is_lost = |p: &&Property| !kept.all().any(|kept| std::ptr::eq(kept, *p));
     let vertices = attributes.vertices.iter().filter(is_lost);
     let faces = attributes.faces.iter().filter(is_lost);
-    let corners = attributes.corners.iter().map(|p| p.name.as_str());
-    let mut losses: Vec<String> = [
-        named("vertex", vertices.map(|p| p.name.as_str())),
-        named("face", faces.map(|p| p.name.as_str())),
-        named("corner", corners),
-    ]
-    .into_iter()
-    .flatten()
-    .collect();
-    losses.extend(labels_named(attributes));
-    losses.extend(contents.materials.lost_altogether(attributes));
-    if !attributes.libraries.is_empty() {
-        losses.push("the material libraries".to_owned());
-    }
+    let mut losses = lost_properties(vertices, faces, attributes.corners.iter());
+    losses.extend(contents.lost_names());
     losses
 }
 
@@ -161,13 +149,7 @@ impl<'a> Colors<'a> {
         let largest = match &property.values {
             // Colours of only zeros and ones would be read as real numbers.
             Values::U8(v) if v.iter().any(|&x| x > 1) => None,
-            Values::U8(_) => Some(f64::from(u8::MAX)),
-            Values::I8(_) => Some(f64::from(i8::MAX)),
-            Values::U16(_) => Some(f64::from(u16::MAX)),
-            Values::I16(_) => Some(f64::from(i16::MAX)),
-            Values::U32(_) => Some(f64::from(u32::MAX)),
-            Values::I32(_) => Some(f64::from(i32::MAX)),
-            Values::F32(_) | Values::F64(_) | Values::Lists { .. } => Some(1.0),
+            values => Some(values.unit()),
         };
         Self { property, largest }
     }

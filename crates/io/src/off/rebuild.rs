@@ -2,6 +2,9 @@
 //!
 //! Rows are copied unchanged together with the comments before them. Comments before dropped rows
 //! are kept. Vertices that are not separated by lines are written one per line.
+//!
+//! The file is not written anew from its attributes, because these lack further numbers, rows
+//! after the last face, the places of comments, and which faces have no colour.
 
 use std::fmt::Write as _;
 use std::ops::Range;

@@ -103,7 +103,7 @@ fn refusals_name_line_element_and_trouble() {
     );
     assert!(
         refusal("OFF\n999999999999 1 0\n0 0 0")
-            .starts_with("line 2: 999999999999 vertices are promised")
+            .starts_with("line 2: the header promises 999999999999 vertices")
     );
     assert!(refusal("OFF\nx\n").starts_with("line 2: `x` is not the number of vertices"));
     assert!(refusal("OFF\n").starts_with("line 1: the numbers of vertices and faces are missing"));
@@ -281,12 +281,12 @@ fn rows_beyond_the_promised_are_kept_and_not_read() {
     assert_eq!(document.faces().len(), 1);
     assert_eq!(
         document.warnings()[0].to_string(),
-        "line 8: 2 more rows follow the 1 faces that the header promises; they are kept and not read"
+        "line 8: 2 more rows follow the 1 faces that the header promises; they are kept but not read"
     );
     assert_eq!(self::text(&document), text);
     assert_eq!(
         document.losses(Format::Ply)[0],
-        "2 rows behind the last face will be lost in PLY"
+        "2 rows after the last face will be lost in PLY"
     );
 }
 

@@ -10,6 +10,9 @@
 //! ([`rewrite`]) or carried over to another mesh ([`rebuild`]) is located again by one walk over
 //! the cells of each row ([`rows`]), which is the same for text and for both byte orders. Source:
 //! G. Turk, "The PLY Polygon File Format", 1994.
+//!
+//! The files of this folder are one concept and use each other freely; outside of it, only
+//! [`formats`](crate::formats) uses them.
 
 #[cfg(test)]
 mod attribute_tests;
@@ -178,19 +181,7 @@ impl SourceFile for PlyFile {
     fn rebuild(&self, remap: &Remap, mesh: Mesh<'_>) -> Result<Arc<dyn SourceFile>, IoError> {
         let bytes = rebuild::rebuild(self, remap, mesh)?;
         // A repair may exceed the limits that the original file met.
-        let (parsed, file) = parse(bytes, &Limits::NONE)?;
-        let positions = remap
-            .vertices
-            .iter()
-            .map(|&v| mesh.positions.get(v as usize));
-        // Everything else depends on this; an incorrect file must not be written silently.
-        if parsed.faces != remap.faces || !parsed.positions.iter().map(Some).eq(positions) {
-            return Err(IoError::Unsupported {
-                feature: "this change of vertices and faces in this PLY".to_owned(),
-                remedy: "write the mesh in another format and change that file",
-            });
-        }
-        Ok(Arc::new(file))
+        read(bytes, &Limits::NONE)?.matching(remap, mesh)
     }
 }
 

@@ -3,6 +3,9 @@
 //! Rows move with their vertices and faces. Their contents are copied unchanged, except for
 //! vertex indices, and for lists with the same number of items per corner of a face, whose items
 //! move with the corners.
+//!
+//! The file is not written anew from its attributes, because these lack other elements, edges,
+//! numbers that were not declared, and whether the file is text; new files are binary.
 
 use std::ops::Range;
 

@@ -5,8 +5,10 @@ use ply_rs::ply::{
 };
 use ply_rs::writer::Writer;
 
-use crate::attributes::{Attributes, COLOR, CornerProperty, NONE, NORMAL, Property, UV, Values};
-use crate::contents::{Contents, labels_named, named};
+use crate::attributes::{
+    Attributes, COLOR, CornerProperty, NONE, NORMAL, Property, UV, Values, with_numbers,
+};
+use crate::contents::{Contents, named};
 use crate::error::IoError;
 use crate::faces::FaceList;
 
@@ -38,11 +40,7 @@ pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
             losses.push(text.to_owned());
         }
     }
-    losses.extend(labels_named(attributes));
-    losses.extend(contents.materials.lost_altogether(attributes));
-    if !attributes.libraries.is_empty() {
-        losses.push("material libraries".to_owned());
-    }
+    losses.extend(contents.lost_names());
     losses
 }
 
@@ -323,28 +321,14 @@ fn width(values: &Values) -> usize {
 /// Appends a number in its own type; zero past the end.
 #[inline]
 fn push_number(out: &mut Vec<u8>, values: &Values, index: usize) {
-    macro_rules! push {
-        ($numbers:expr) => {
-            out.extend_from_slice(
-                &$numbers
-                    .get(index)
-                    .copied()
-                    .unwrap_or_default()
-                    .to_le_bytes(),
-            )
-        };
+    fn at<T: Copy + Default>(numbers: &[T], index: usize) -> T {
+        numbers.get(index).copied().unwrap_or_default()
     }
-    match values {
-        Values::I8(v) => push!(v),
-        Values::U8(v) => push!(v),
-        Values::I16(v) => push!(v),
-        Values::U16(v) => push!(v),
-        Values::I32(v) => push!(v),
-        Values::U32(v) => push!(v),
-        Values::F32(v) => push!(v),
-        Values::F64(v) => push!(v),
-        Values::Lists { .. } => out.extend_from_slice(&0f64.to_le_bytes()),
-    }
+    with_numbers!(
+        values,
+        v => out.extend_from_slice(&at(v, index).to_le_bytes()),
+        _ => out.extend_from_slice(&0f64.to_le_bytes())
+    );
 }
 
 /// Removes line endings from a comment, which would break the header.

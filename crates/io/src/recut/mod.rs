@@ -17,6 +17,8 @@
 //!
 //! The result depends on the vertex indices of the polygons and on their first corners, but not
 //! on the order of the faces.
+//!
+//! The files of this folder are one concept and use each other freely.
 
 mod choices;
 mod conflicts;

@@ -1,4 +1,6 @@
 //! Repairs that require no guess about the shape.
+//!
+//! The files of this folder are one concept and use each other freely.
 
 mod change;
 mod filling;

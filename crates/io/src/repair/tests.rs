@@ -235,7 +235,7 @@ fn specks_go_with_their_vertices() {
         .unwrap_err();
     assert_eq!(
         error.to_string(),
-        "every part has fewer than 5 faces, the largest 4; nothing would be left, so ask for fewer"
+        "every part has fewer than 5 faces (the largest has 4), so nothing would be left; lower the number"
     );
 }
 

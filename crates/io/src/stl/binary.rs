@@ -83,7 +83,7 @@ pub(super) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Reading, IoError> 
         warnings.push(Warning {
             place: Some(Place::Byte(end)),
             message: format!(
-                "{} bytes follow the {promised} facets that the header promises; they are kept and not read",
+                "{} bytes follow the {promised} facets that the header promises; they are kept but not read",
                 bytes.len() - end
             ),
         });
@@ -175,7 +175,7 @@ impl SourceFile for BinaryStl {
         }
         match self.tail().len() {
             0 => {}
-            n => extras.push(format!("{n} bytes behind the last facet")),
+            n => extras.push(format!("{n} bytes after the last facet")),
         }
         extras
     }

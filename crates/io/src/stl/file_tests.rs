@@ -14,11 +14,11 @@ use crate::remap::Remap;
 
 #[test]
 fn the_files_beside_the_workspace_do_what_is_expected() {
-    let shared = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared"));
-    let Ok(table) = std::fs::read_to_string(shared.join("malformed/expect.json")) else {
-        eprintln!("skipped: there is no folder {}", shared.display());
+    let Some(table) = cotan_testing::shared("malformed/expect.json") else {
         return;
     };
+    let shared = Path::new(cotan_testing::SHARED);
+    let table = std::fs::read_to_string(table).unwrap();
     let table: serde_json::Value = serde_json::from_str(&table).unwrap();
     let rows = table
         .as_array()

@@ -9,6 +9,9 @@
 //! The form of a file is determined by its size and content, never by the word `solid` alone,
 //! which also begins the header of many binary files. Sources: 3D Systems, "StereoLithography
 //! Interface Specification", 1988; M. Burns, "Automated Fabrication", 1993, section 6.5.
+//!
+//! The files of this folder are one concept and use each other freely; outside of it, only
+//! [`formats`](crate::formats) and [`detect`](crate::detect) use them.
 
 mod binary;
 mod new;
@@ -52,7 +55,7 @@ pub(crate) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Reading, IoError> 
         return Err(IoError::Malformed {
             place: Place::Byte(bytes.len()),
             problem: format!(
-                "this is no STL: a text starts with `solid`, and a binary file has {} bytes or more",
+                "this is not an STL file: a text starts with `solid`, a binary file has at least {} bytes",
                 binary::HEADER
             ),
         });

@@ -5,7 +5,7 @@ use nalgebra::Point3;
 use super::binary::{self, FACET, TITLE};
 use super::{ATTRIBUTE, rebuild};
 use crate::attributes::{NORMAL, Property, Values};
-use crate::contents::{Contents, labels_named, named};
+use crate::contents::{Contents, lost_properties};
 use crate::error::IoError;
 use crate::precision::{Rounding, single};
 use crate::recut::Cutter;
@@ -31,21 +31,16 @@ pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
         1 => losses.push("a polygon (it becomes triangles)".to_owned()),
         n => losses.push(format!("{n} polygons (they become triangles)")),
     }
-    let names = attributes.vertices.iter().map(|p| p.name.as_str());
-    losses.extend(named("vertex", names));
-    let lost = attributes.faces.iter().filter(|p| !is_kept(p));
-    losses.extend(named("face", lost.map(|p| p.name.as_str())));
-    let names = attributes.corners.iter().map(|p| p.name.as_str());
-    losses.extend(named("corner", names));
-    losses.extend(labels_named(attributes));
-    losses.extend(contents.materials.lost_altogether(attributes));
+    losses.extend(lost_properties(
+        attributes.vertices.iter(),
+        attributes.faces.iter().filter(|p| !is_kept(p)),
+        attributes.corners.iter(),
+    ));
+    losses.extend(contents.lost_names());
     match attributes.comments.len() {
         0 => {}
         1 => losses.push("a comment".to_owned()),
         n => losses.push(format!("{n} comments")),
-    }
-    if !attributes.libraries.is_empty() {
-        losses.push("the material libraries".to_owned());
     }
     losses
 }

@@ -1,4 +1,7 @@
 //! The facets of a mesh made of another's, with the source of each corner and normal.
+//!
+//! Both forms are copied rather than written anew, which would lose the title and the bytes after
+//! the last facet of a binary file, and the solids and digits of a text.
 
 use nalgebra::{Point3, Vector3};
 

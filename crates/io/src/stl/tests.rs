@@ -141,7 +141,7 @@ fn the_form_is_told_by_size_and_content() {
     let document = load(long.clone()).unwrap();
     assert_eq!(
         document.warnings()[0].to_string(),
-        "byte 284: 37 bytes follow the 4 facets that the header promises; they are kept and not read"
+        "byte 284: 37 bytes follow the 4 facets that the header promises; they are kept but not read"
     );
     assert_eq!(document.write(Format::Stl).unwrap(), long);
     for other in [
@@ -167,8 +167,11 @@ fn the_form_is_told_by_size_and_content() {
 fn what_is_called_stl_is_read_as_one() {
     // A junk line after the name keeps the text from being recognized; a truncated binary has
     // another length.
-    assert!(refusal("solid a\njunk\n").starts_with("line 2: `junk` stands where `facet`"));
-    assert!(refusal("<html></html>").starts_with("byte 13: this is no STL: a text starts with"));
+    assert!(refusal("solid a\njunk\n").starts_with("line 2: found `junk` where `facet`"));
+    assert!(
+        refusal("<html></html>")
+            .starts_with("byte 13: this is not an STL file: a text starts with")
+    );
     let bytes = tetrahedron();
     assert!(!is_stl(&bytes[..200]));
     assert_eq!(
@@ -212,9 +215,9 @@ fn refusals_name_line_facet_and_trouble() {
     );
     assert_eq!(
         with("endsolid a b\n", "endsolid solid b facet normal"),
-        "line 10: facets stand on the line of an `endsolid`; they belong on a new one"
+        "line 10: facets follow an `endsolid` on its line; start them on a new line"
     );
-    assert!(with("Solid", "solo").starts_with("line 11: `solo` stands where `solid`"));
+    assert!(with("Solid", "solo").starts_with("line 11: found `solo` where `solid`"));
     for (length, message) in [
         (150, "line 9: the file ends in facet 1"),
         (100, "line 7: the file ends in facet 0"),

@@ -23,7 +23,7 @@ impl Direct {
             limit: max_memory.map(|permitted| Limit {
                 strategy: Strategy::Normal,
                 factors: 1,
-                beside: 0,
+                in_addition: 0,
                 permitted,
             }),
             ..Storage::default()
@@ -52,14 +52,34 @@ impl Direct {
     }
 }
 
+/// True if factorizing the two-ring matrix is faster than factorizing the one-ring matrix and
+/// iterating, for a handful of solves.
+pub(super) fn is_small(equation: &Equation) -> bool {
+    let n = equation.masses.len() as u64;
+    n <= MOST_VERTICES && num_products(equation) <= MOST_PRODUCTS * n
+}
+
+/// Measured on one thread: 0.06 s against 0.09 s for 4,000 vertices, 0.29 s against 0.22 s for
+/// 10,000.
+const MOST_VERTICES: u64 = 5_000;
+
+/// Of the lengths of two rows, per vertex: 49 at valence 6. With a hub of valence 1000, the factor
+/// has a dense block of that size.
+const MOST_PRODUCTS: u64 = 100;
+
+/// Σ (valence + 1)²: the entries of the matrix, counted with repetitions.
+fn num_products(equation: &Equation) -> u64 {
+    let graph = &equation.graph;
+    let squares = (0..graph.num_rows()).map(|i| (graph.range(i).len() as u64 + 1).pow(2));
+    squares.sum()
+}
+
 /// Refuses a matrix whose entries alone, counted with repetitions, exceed the limit.
 fn check_matrix(equation: &Equation, max_memory: Option<u64>) -> Result<(), LinearError> {
     let Some(permitted) = max_memory else {
         return Ok(());
     };
-    let graph = &equation.graph;
-    let squares = (0..graph.num_rows()).map(|i| (graph.range(i).len() as u64 + 1).pow(2));
-    let predicted = squares.sum::<u64>() * BYTES_PER_ENTRY;
+    let predicted = num_products(equation) * BYTES_PER_ENTRY;
     if predicted <= permitted {
         return Ok(());
     }

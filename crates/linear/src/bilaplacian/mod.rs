@@ -120,7 +120,7 @@ impl BilaplacianSystem {
         let direct = || Direct::prepare(&own, options.max_memory);
         let (solver, reason) = match options.strategy {
             Strategy::Normal => (Solver::Direct(direct()?), Reason::Requested),
-            Strategy::Auto if own.masses.len() <= DIRECT_UP_TO => match direct() {
+            Strategy::Auto if direct::is_small(&own) => match direct() {
                 Ok(direct) => (Solver::Direct(direct), Reason::Fastest),
                 Err(LinearError::MemoryLimit { .. }) => (
                     iterative(equation, &own, options.max_memory)?,
@@ -236,7 +236,3 @@ fn iterative<T: Scalar>(
         LinearSystem::screened_within(equation.operator, &own.roots(), equation.fixed, left)?;
     Ok(Solver::Iterative(Box::new(system)))
 }
-
-/// The largest number of vertices for which the two-ring matrix is factorized. Above it, the
-/// one-ring factor with its iterations is faster even for a single right-hand side.
-const DIRECT_UP_TO: usize = 4_000;

@@ -42,7 +42,7 @@ pub enum HandlesError {
     #[error("the JSON is not a handles file: {0} (see `cotan deform --help`)")]
     Json(#[source] serde_json::Error),
     /// The file holds no vertex.
-    #[error("there is no handle; hold at least one vertex")]
+    #[error("the file has no handle; add at least one")]
     NoHandles,
     /// A vertex index is out of range.
     #[error(
@@ -67,7 +67,7 @@ pub enum HandlesError {
         vertex: usize,
     },
     /// A handle without vertices.
-    #[error("{place} holds no vertex: {why}")]
+    #[error("{place} selects no vertex: {why}")]
     Empty {
         /// The location of the handle.
         place: Place,
@@ -83,7 +83,9 @@ pub enum HandlesError {
         problem: String,
     },
     /// The number of targets differs from the number of vertices.
-    #[error("{place} has {vertices} vertices but {targets} positions in \"to\"; give one a vertex")]
+    #[error(
+        "{place} has {vertices} vertices but {targets} positions in \"to\"; give one per vertex"
+    )]
     TargetCount {
         /// The location of the handle.
         place: Place,
@@ -101,7 +103,7 @@ pub enum HandlesError {
         vertex: usize,
     },
     /// Two handles move a vertex differently.
-    #[error("{} and {} contradict each other: they want vertex {vertex} at two places", places[0], places[1])]
+    #[error("{} and {} contradict each other: they move vertex {vertex} to different positions", places[0], places[1])]
     Contradiction {
         /// The locations of the two handles.
         places: [Place; 2],
@@ -118,7 +120,7 @@ pub enum HandlesError {
     },
     /// A `.sel` file that belongs to another mesh.
     #[error(
-        "{statuses} lines of status, but the mesh has {num_vertices} vertices; give one line a vertex"
+        "{statuses} lines of status, but the mesh has {num_vertices} vertices; give one line per vertex"
     )]
     StatusCount {
         /// The number of lines.
@@ -127,18 +129,18 @@ pub enum HandlesError {
         num_vertices: usize,
     },
     /// A `.sel` file moves vertices, but there is no matrix.
-    #[error("status 2 needs a matrix: put it into {} or name its file with --def", beside.display())]
+    #[error("status 2 needs a matrix: put it into {} or name its file with --def", expected.display())]
     NoDef {
         /// The path at which it was expected.
-        beside: PathBuf,
+        expected: PathBuf,
     },
     /// A matrix that is not affine.
     #[error("the matrix {0}")]
     Matrix(String),
     /// Handles that differ between the copies of one file vertex; occurs only when writing.
     #[error(
-        "a repair split vertex {vertex} of the file, and its copies are not held alike, which a \
-         handles file cannot say; save the repaired mesh, and the handles for that"
+        "a repair split vertex {vertex} of the file, and its copies have different constraints, which \
+         a handles file cannot express; save the repaired mesh, and then its handles"
     )]
     Copies {
         /// The vertex index in the file.

@@ -98,7 +98,7 @@ impl TryFrom<Vec<f64>> for Triple {
         let numbers = <[f64; 3]>::try_from(numbers);
         numbers
             .map(Self)
-            .map_err(|_| format!("{found} numbers where three, [x, y, z], are needed"))
+            .map_err(|_| format!("expected three numbers [x, y, z], found {found}"))
     }
 }
 
@@ -160,13 +160,12 @@ impl HandleEntry {
             (None, None, Some(true)) => vec![Goal::Stay; vertices.len()],
             (None, None, _) => {
                 return Err(invalid(
-                    "does not say where it goes; add \"to\", \"transform\" or \"fixed\": true"
-                        .into(),
+                    "has no goal; add \"to\", \"transform\" or \"fixed\": true".into(),
                 ));
             }
             _ => {
                 return Err(invalid(
-                    "says twice where it goes; keep one of \"to\", \"transform\", \"fixed\"".into(),
+                    "has more than one goal; keep one of \"to\", \"transform\", \"fixed\"".into(),
                 ));
             }
         };

@@ -67,7 +67,7 @@ impl fmt::Display for Loose {
         };
         write!(
             f,
-            "{} component{s} without a handle ({} vertices, from vertex {}) {verb} been held still",
+            "{} component{s} without a handle ({} vertices, from vertex {}) {verb} been held in place",
             self.num_components,
             self.constraints.len(),
             self.first_vertex

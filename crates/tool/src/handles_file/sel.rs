@@ -32,7 +32,8 @@ pub(super) fn read_statuses(contents: &str, mesh: &Vertices<'_>) -> Result<Statu
             "1" => None,
             "2" => Some(Status::Moved),
             _ => {
-                let problem = format!("`{word}` is no status; they are 0 fixed, 1 free, 2 handle");
+                let problem =
+                    format!("`{word}` is not a status: 0 is fixed, 1 is free, 2 is moved");
                 return Err(HandlesError::Line { line, problem });
             }
         };

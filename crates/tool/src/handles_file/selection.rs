@@ -104,7 +104,9 @@ impl Region {
                 )
             }
             _ => {
-                let problem = "needs vertices in one form: numbers, a box, or a sphere".into();
+                let problem =
+                    "must select its vertices in exactly one way: by indices, a box, or a sphere"
+                        .into();
                 return Err(HandlesError::Invalid { place, problem });
             }
         };
@@ -124,7 +126,7 @@ impl<'de> Deserialize<'de> for Selection {
             type Value = Selection;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a list of vertex numbers, or an object with \"box\" or \"sphere\"")
+                f.write_str("a list of vertex indices, or an object with \"box\" or \"sphere\"")
             }
 
             fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Selection, A::Error> {

@@ -112,7 +112,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(128))]
 
     #[test]
-    fn what_is_written_reads_back_bit_for_bit(groups in groups()) {
+    fn written_handles_read_back_bit_for_bit(groups in groups()) {
         let bench = Bench::new();
         let path = bench.write("h.json", &to_json(&groups));
         let (flat, read) = bench.read(&path);
@@ -125,7 +125,7 @@ proptest! {
 }
 
 #[test]
-fn groups_say_what_the_list_of_vertices_says() {
+fn groups_agree_with_the_list_of_vertices() {
     let bench = Bench::new();
     let json = r#"{"handles": [
       {"vertices": [3, 3, 1], "fixed": true},
@@ -156,7 +156,7 @@ fn lines_of_text_are_groups_of_one() {
 }
 
 #[test]
-fn a_sel_file_is_what_is_fixed_and_what_is_moved() {
+fn a_sel_file_has_a_fixed_and_a_moved_group() {
     let bench = Bench::new();
     let statuses: String = (0..42).map(|v| format!("{}\n", v % 3)).collect();
     let path = bench.write("h.sel", &statuses);
@@ -231,7 +231,7 @@ fn copies_of_a_repair_become_the_vertex_of_the_file() {
 }
 
 #[test]
-fn what_needs_a_mesh_is_not_read_without_one() {
+fn selections_that_need_a_mesh_are_refused_without_one() {
     for (handle, word) in [
         (
             r#""vertices": {"box": {"min": [0,0,0], "max": [1,1,1]}}, "fixed": true"#,
@@ -256,7 +256,7 @@ fn what_needs_a_mesh_is_not_read_without_one() {
 }
 
 #[test]
-fn a_file_of_groups_is_a_handle_a_line() {
+fn a_file_of_groups_has_one_handle_per_line() {
     let empty = Group {
         vertices: Vec::new(),
         motion: GroupMotion::Fixed,
@@ -273,4 +273,38 @@ fn a_file_of_groups_is_a_handle_a_line() {
         to_json(&[empty, one]),
         "{\"handles\": [\n  {\"vertices\":[4,2],\"fixed\":true,\"weight\":2.5}\n]}\n"
     );
+}
+
+#[test]
+fn a_turn_of_more_than_half_a_turn_is_written_and_read() {
+    let bench = Bench::new();
+    let turn = nalgebra::Vector3::new(0.0, 5.0, 1.0);
+    let group = |turn: nalgebra::Vector3<f64>| Group {
+        vertices: vec![3, 7, 9],
+        motion: GroupMotion::Matrix(nalgebra::Rotation3::new(turn).to_homogeneous()),
+        weight: None,
+        turn: Some(turn),
+    };
+    let text = to_json(&[group(turn)]);
+    let path = bench.write("h.json", &text);
+    let (flat, groups) = bench.read(&path);
+    let alone = from_json(&text).unwrap();
+    let stated = flat.iter().map(|c| c.turn);
+    for read in stated.chain([groups[0].turn, alone[0].turn]) {
+        assert!((read.unwrap() - turn).norm() < 1e-12, "{read:?}");
+    }
+    let again = bench.constraints(&groups);
+    assert!(again.iter().all(|c| c.turn == groups[0].turn));
+    // A smaller turn is that of the matrix.
+    let small = to_json(&[group(0.5 * turn)]);
+    assert!(!small.contains("turn"), "{small}");
+    let lone = r#"{"handles": [{"vertices": [1], "transform": {"turn": [0, 300, 0]}}]}"#;
+    let file = HandlesFile {
+        path: &bench.write("lone.json", lone),
+        def: None,
+        max_bytes: u64::MAX,
+    };
+    let read = file.read(&bench.document, &bench.processing, None);
+    let error = read.unwrap_err().to_string();
+    assert!(error.contains("rotate"), "{error}");
 }

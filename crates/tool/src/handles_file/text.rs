@@ -26,7 +26,7 @@ pub(super) fn read(contents: &str, mesh: &Vertices<'_>) -> Result<Vec<Constraint
         }
         let vertex = vertex.parse::<usize>().map_err(|_| {
             refuse(format!(
-                "`{vertex}` is not a vertex number (they are counted from 0)"
+                "`{vertex}` is not a vertex index (indices start at 0)"
             ))
         })?;
         mesh.position(vertex, place)?;

@@ -35,9 +35,10 @@ impl Transform {
             None if self.turn.is_some() => {
                 Err("has a \"turn\" but no \"matrix\"; write \"rotate\" instead".into())
             }
-            Some(_) if parts => {
-                Err("has a \"matrix\" and other parts of a transform; keep one of the two".into())
-            }
+            Some(_) if parts => Err(
+                "has a \"matrix\" in addition to other parts of a transform; keep one of the two"
+                    .into(),
+            ),
             Some(rows) => from_rows(rows).map_err(|problem| format!("has a matrix that {problem}")),
             None if !parts => {
                 Err("has an empty transform; write \"fixed\": true for vertices that stay".into())
@@ -63,13 +64,15 @@ impl Transform {
         let mut matrix = Matrix4::identity();
         if let Some(scale) = self.scale {
             if scale == 0.0 {
-                return Err("has the scale 0, which would put its vertices into one point".into());
+                return Err(
+                    "has the scale 0, which would collapse its vertices to one point".into(),
+                );
             }
             matrix = about(centroid, Matrix4::new_scaling(scale)) * matrix;
         }
         if let Some(rotate) = &self.rotate {
             let axis = Unit::try_new(rotate.axis, 0.0)
-                .ok_or("turns about an axis of length 0; give the axis a direction")?;
+                .ok_or("rotates about an axis of length 0; give the axis a direction")?;
             let turn = Rotation3::from_axis_angle(&axis, rotate.degrees.to_radians());
             let pivot = rotate.about.unwrap_or(centroid);
             matrix = about(pivot, turn.to_homogeneous()) * matrix;
@@ -140,8 +143,7 @@ mod tests {
                 about: None,
             }),
             translate: Some(Vector3::new(0.0, 0.0, 5.0)),
-            turn: None,
-            matrix: None,
+            ..Transform::default()
         };
         let matrix = transform.matrix(Point3::new(1.0, 0.0, 0.0)).unwrap();
         assert!(close(
@@ -215,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_inverse_is_refused() {
+    fn singular_transforms_are_refused() {
         let flat = Transform {
             scale: Some(0.0),
             ..Transform::default()

@@ -32,7 +32,7 @@ pub(crate) struct BenchArgs {
     /// [default: exact for .stl, .gltf and .glb, otherwise off]
     #[arg(long, value_name = "off|exact|X", value_parser = values::weld)]
     pub(crate) weld: Option<Weld>,
-    /// Number of threads [default: one a core]
+    /// Number of threads [default: one per core]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     pub(crate) threads: Option<NonZeroUsize>,
     /// Print JSON

@@ -68,7 +68,7 @@ fn table(measured: &Measured) -> Text {
         ("add a handle", seconds.add_handle),
         ("solve", seconds.solve),
         ("iteration", seconds.iteration),
-        ("  beside its solve", seconds.iteration_rest),
+        ("  without its solve", seconds.iteration_rest),
     ] {
         table.row(name, time_of(time));
     }

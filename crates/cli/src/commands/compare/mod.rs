@@ -1,6 +1,8 @@
-//! `cotan compare`: compares two embeddings of the same connectivity.
+//! `cotan compare`: compares two meshes, vertex by vertex if they have the same faces and by the
+//! distances between their surfaces otherwise.
 
 pub(crate) mod args;
+mod surfaces;
 
 use std::path::Path;
 
@@ -22,6 +24,8 @@ use args::CompareArgs;
 /// The output of `compare`.
 #[derive(Debug, Serialize)]
 struct Comparison {
+    /// Always "same" here.
+    connectivity: &'static str,
     vertices: usize,
     faces: usize,
     #[serde(flatten)]
@@ -40,7 +44,13 @@ struct Comparison {
 pub(crate) fn run(args: &CompareArgs, console: &Console) -> Result<(), CliError> {
     let (original, processing) = prepare::load(&args.original, console)?;
     let other = files::load(&args.other, console)?;
-    check_same_faces([&args.original, &args.other], [&original, &other])?;
+    let paths: [&Path; 2] = [&args.original, &args.other];
+    if let Err(difference) = check_same_faces(paths, [&original, &other]) {
+        if args.distance_to.is_some() {
+            return Err(difference);
+        }
+        return surfaces::compare(args, &processing, &original, console);
+    }
 
     let refuse = |path: &Path, error: cotan::Error| CliError::Mesh {
         path: path.to_owned(),
@@ -54,6 +64,11 @@ pub(crate) fn run(args: &CompareArgs, console: &Console) -> Result<(), CliError>
         surface(&args.original, before)?,
         surface(&args.other, &after)?,
     );
+    if let Some(path) = &args.picture {
+        let measured = surfaces::measure(args, &a, &b, [&original, &other])?;
+        let shapes = [(a.mesh(), a.positions()), (b.mesh(), b.positions())];
+        files::write(path, &surfaces::picture(shapes, &measured))?;
+    }
     let quality = Quality::measure(&a, &b).map_err(|e| refuse(&args.other, e))?;
     let moves: Vec<f64> = before
         .values()
@@ -76,6 +91,7 @@ pub(crate) fn run(args: &CompareArgs, console: &Console) -> Result<(), CliError>
     };
     let distance = distance.map_err(|e| refuse(&args.other, e))?;
     let comparison = Comparison {
+        connectivity: "same",
         vertices: before.len(),
         faces: processing.mesh().num_faces(),
         quality: QualityFields::from(&quality),
@@ -94,6 +110,7 @@ pub(crate) fn run(args: &CompareArgs, console: &Console) -> Result<(), CliError>
 
 fn table(comparison: &Comparison, given: &str) -> Text {
     let mut table = Table::default();
+    table.row("connectivity", "the same: compared vertex by vertex");
     table.row(
         "vertices, faces",
         format!("{}, {}", comparison.vertices, comparison.faces),

@@ -8,8 +8,8 @@ use cotan::linear::Strategy;
 use cotan::{DeformOptions, DetailSize, OrientationKind, SchemeKind};
 use cotan_io::{Repair, Weld};
 
-use crate::args::{EmbedArgs, InputPath, OutputPath, Precision, values};
-use crate::prepare::Source;
+use crate::args::{EmbedArgs, InputPath, OutputPath, Precision, RegionArgs, values};
+use crate::prepare::{Source, Surfaces};
 
 pub(crate) const EXAMPLE: &str = "\
 Example:
@@ -36,10 +36,10 @@ pub(crate) const HELP: &str = r#"Handles file:
   alone, except for "turn": [x, y, z], its rotation (an axis times degrees) if that is more than
   180. "weight" makes a handle soft, whatever --soft says.
 
-  Plain text has one `vertex x y z` a line, the position where the vertex goes, with # comments.
+  Plain text has one `vertex x y z` per line, the position where the vertex goes, with # comments.
 
-  NAME.sel has one line a vertex of the mesh: 0 fixed, 1 free, 2 moved by the 4x4 matrix in
-  NAME.def beside it (or in the file that --def names).
+  NAME.sel has one line per vertex of the mesh: 0 fixed, 1 free, 2 moved by the 4x4 matrix in
+  NAME.def next to it (or in the file that --def names).
 
 Parts of the mesh without a handle stay where they are.
 
@@ -56,7 +56,7 @@ Examples:
 pub(crate) struct InputArgs {
     /// Mesh file (.obj, .ply, .off, .stl, .gltf, .glb; also with .gz)
     pub(crate) mesh: InputPath,
-    /// Handles: JSON, text with `vertex x y z` a line, or a .sel file
+    /// Handles: JSON, text with `vertex x y z` per line, or a .sel file
     #[arg(long, value_name = "FILE")]
     pub(crate) handles: InputPath,
     /// The 4x4 matrix of a .sel file; by default the .def file of the same name
@@ -82,6 +82,7 @@ impl InputArgs {
     /// The source of the mesh.
     pub(crate) fn source(&self) -> Source {
         Source::new(&self.mesh, self.repair.then(Repair::default), self.weld)
+            .surfaces(Surfaces::Any)
     }
 }
 
@@ -182,6 +183,8 @@ pub(crate) struct DeformArgs {
     /// Hold the handles by springs of this weight, where they have no weight of their own
     #[arg(long, value_name = "K", value_parser = values::positive)]
     pub(crate) soft: Option<f64>,
+    #[command(flatten)]
+    pub(crate) region: RegionArgs,
     #[command(flatten)]
     pub(crate) run: RunArgs,
 }

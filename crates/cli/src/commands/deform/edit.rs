@@ -5,7 +5,9 @@ use std::time::Instant;
 
 use cotan::flow::{Flow, Report as FlowReport, StepReport};
 use cotan::geometry::{Positions, Scalar, Surface};
+use cotan::halfedge::VertexId;
 use cotan::linear::Hold;
+use cotan::smooth::Mask;
 use cotan::{DeformOptions, Quality, Session, ShapeErrors};
 use cotan_io::ProcessingMesh;
 use cotan_tool::handles_file::{Constraint, to_handles};
@@ -24,6 +26,8 @@ pub(crate) struct Edit<'a> {
     pub(crate) options: &'a DeformOptions,
     /// Weight of the handles that have none of their own; `None` holds them exactly.
     pub(crate) soft: Option<f64>,
+    /// `None` for the whole mesh.
+    pub(crate) region: Option<Region>,
     pub(crate) precision: Precision,
     pub(crate) history: History,
 }
@@ -75,6 +79,13 @@ impl HistoryEntry {
     }
 }
 
+/// The only vertices that an edit moves, and the share of the motion of each.
+#[derive(Debug)]
+pub(crate) struct Region {
+    pub(crate) vertices: Vec<VertexId>,
+    pub(crate) mask: Mask,
+}
+
 impl Edit<'_> {
     /// Moves the handles and sets the positions of the document.
     ///
@@ -106,12 +117,12 @@ impl Edit<'_> {
         let positions = processing
             .positions()
             .map(|p| Point3::from((p - origin).map(T::of_f64)));
-        let mut session = Session::new(
-            Surface::assume_checked(processing.mesh(), &positions),
-            &handles,
-            self.options,
-        )
-        .map_err(|e| mesh.refuse(e))?;
+        let surface = Surface::assume_checked(processing.mesh(), &positions);
+        let mut flow = self.options.flow(surface);
+        if let Some(region) = &self.region {
+            flow = flow.region(region.vertices.iter().copied());
+        }
+        let mut session = Session::from_flow(flow, &handles).map_err(|e| mesh.refuse(e))?;
         let factor = clock.elapsed().as_secs_f64();
         tracing::info!("system solved by {}", session.flow().system().choice());
 
@@ -126,7 +137,10 @@ impl Edit<'_> {
         let flow = flow.map_err(|e| mesh.refuse(e))?;
         let iterate = clock.elapsed().as_secs_f64() - measuring;
 
-        let moved = moved(&positions, &session.positions(), processing, origin);
+        let mut moved = moved(&positions, &session.positions(), processing, origin);
+        if let Some(region) = &self.region {
+            moved = region.mask.blend(processing.positions(), &moved);
+        }
         // Free the session: the measures need memory of their own.
         drop(session);
         let positions = mesh.set_positions(&moved)?;
@@ -204,6 +218,7 @@ impl<'a> Recorder<'a> {
         };
         let clock = Instant::now();
         let now = flow.positions().map(|p| p.map(Scalar::as_f64));
+        let now = self.original.mesh().to_vertices(now);
         let errors = ShapeErrors::measure(&self.original, &self.original.with_positions(&now));
         self.seconds += clock.elapsed().as_secs_f64();
         match errors {

@@ -1,17 +1,20 @@
 //! The job of `deform`, `reconstruct` and `demo`: reads handles, edits the mesh, reports.
 
 use cotan::DeformOptions;
-use cotan::flow::StopReason;
+use cotan::flow::{StopReason, predicted_point_handle_bytes};
+use cotan::smooth::Mask;
 use cotan_tool::Work;
 use cotan_tool::handles_file::{self, Constraint, HandlesFile};
 
 use super::args::{InputArgs, RunArgs};
-use super::edit::{Edit, Edited, History};
+use super::edit::{Edit, Edited, History, Region};
 use super::report::{DeformReport, Setting};
-use crate::args::OutputPath;
+use crate::args::values::Length;
+use crate::args::{OutputPath, RegionArgs};
 use crate::console::Console;
 use crate::error::CliError;
 use crate::memory;
+use crate::part;
 use crate::paths;
 use crate::picture::{BeforeAfter, marks};
 use crate::pipeline::{Context, Finished, Job, Output, Plan};
@@ -24,6 +27,7 @@ pub(crate) struct DeformJob<'a> {
     pub(crate) run: &'a RunArgs,
     pub(crate) options: DeformOptions,
     pub(crate) soft: Option<f64>,
+    pub(crate) region: Option<&'a RegionArgs>,
     pub(crate) at_limit: AtLimit,
     pub(crate) loose: Loose,
 }
@@ -70,7 +74,7 @@ impl Job for DeformJob<'_> {
     }
 
     fn check(&self) -> Result<(), CliError> {
-        match self.handles().matrix_beside() {
+        match self.handles().default_matrix() {
             Some(matrix) => paths::check_read("the matrix of --handles", &matrix),
             None => Ok(()),
         }
@@ -82,16 +86,21 @@ impl Job for DeformJob<'_> {
         context: &Context<'_>,
     ) -> Result<Finished<DeformReport, Rest>, CliError> {
         let mut options = self.options.clone();
-        options.system.max_memory = Some(mesh.check_memory(Work::Deform)?);
+        let left = mesh.check_memory(Work::Deform)?;
         let file_vertices = mesh.file_vertices.as_ref();
         let read = self.handles();
         let mut constraints = read.read(&mesh.document, &mesh.processing, file_vertices)?;
         let num_handles = constraints.len();
         constraints.extend(self.held_still(&constraints, mesh, context.console));
+        let held = constraints.iter();
+        let vertices = held.filter_map(|c| mesh.processing.vertex(c.vertex));
+        let by_points = predicted_point_handle_bytes(mesh.processing.mesh(), vertices);
+        options.system.max_memory = Some(left.saturating_sub(by_points));
         let edit = Edit {
             constraints: &constraints,
             options: &options,
             soft: self.soft,
+            region: self.region(mesh)?,
             precision: self.run.precision,
             history: if self.run.history {
                 History::Keep
@@ -143,6 +152,25 @@ impl Job for DeformJob<'_> {
 }
 
 impl DeformJob<'_> {
+    /// The region of `--region`, if there is one.
+    fn region(&self, mesh: &Prepared) -> Result<Option<Region>, CliError> {
+        let Some(args) = self.region else {
+            return Ok(None);
+        };
+        let (selection, file) = (args.region.as_ref(), args.region_file.as_ref());
+        let Some(vertices) = part::region(selection, file, mesh)? else {
+            return Ok(None);
+        };
+        let surface = mesh.processing.surface();
+        let falloff = args.falloff.unwrap_or(Length::Absolute(0.0));
+        let falloff = falloff.on(surface.bounding_box().longest_side());
+        let mask = Mask::inside(&surface, &vertices, falloff);
+        Ok(Some(Region {
+            mask: mask.map_err(|error| mesh.refuse(error))?,
+            vertices,
+        }))
+    }
+
     fn handles(&self) -> HandlesFile<'_> {
         HandlesFile {
             path: &self.input.handles,
@@ -190,8 +218,8 @@ impl DeformJob<'_> {
                  written; try another --orientation or --scheme clamped"
             )),
             StopReason::Stalled => console.warn(format_args!(
-                "stopped after {iterations} before the tolerance was met: within rounding, no step \
-                 leads further"
+                "stopped after {iterations} before the tolerance was met: no step makes progress \
+                 beyond rounding errors"
             )),
             _ => {}
         }

@@ -18,6 +18,7 @@ pub(crate) fn run(args: &DeformArgs, console: &Console) -> Result<(), CliError> 
         run: &args.run,
         options: args.options(),
         soft: args.soft,
+        region: Some(&args.region),
         at_limit: AtLimit::Warn,
         loose: Loose::Hold,
     };

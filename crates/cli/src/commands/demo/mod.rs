@@ -59,6 +59,7 @@ pub(crate) fn run(args: &DemoArgs, console: &Console) -> Result<(), CliError> {
         run: &run,
         options: DeformOptions::default(),
         soft: None,
+        region: None,
         at_limit: AtLimit::Warn,
         loose: Loose::Refuse,
     };

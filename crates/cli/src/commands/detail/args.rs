@@ -3,7 +3,7 @@
 use clap::{ArgGroup, Args};
 use cotan::smooth::DetailOptions;
 
-use crate::args::{InputPath, MeshArgs, values};
+use crate::args::{InputPath, MeshArgs, PartArgs, values};
 use crate::commands::smooth::args::KeepArgs;
 
 pub(crate) const EXAMPLE: &str = "\
@@ -35,6 +35,8 @@ pub(crate) struct DetailArgs {
     /// Weight that holds each vertex in place
     #[arg(long, value_name = "MU", value_parser = values::positive, default_value = "0.5")]
     anchor: f64,
+    #[command(flatten)]
+    pub(crate) part: PartArgs,
     #[command(flatten)]
     pub(crate) keep: KeepArgs,
 }

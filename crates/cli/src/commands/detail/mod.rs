@@ -1,26 +1,26 @@
 //! `cotan detail`: edits the mean curvature of a mesh.
 
 pub(crate) mod args;
-mod field;
 
 use std::ops::ControlFlow;
 
-use cotan::Handles;
 use cotan::geometry::Surface;
 use cotan::smooth::{
-    CurvatureEdit, ScaledCurvature, TargetCurvature, TransferredCurvature, edit_detail_observed,
+    CurvatureEdit, ScaledCurvature, TargetCurvature, TransferredCurvature, edit_detail_masked,
+    edit_detail_observed,
 };
 use cotan_tool::Work;
 
 use crate::commands::smooth::{Filter, FilterJob, Filtered, SmoothReport};
 use crate::console::Console;
 use crate::error::CliError;
+use crate::part;
 use crate::pipeline;
 use crate::prepare::Prepared;
 use crate::same_faces::other_positions;
+use crate::vertex_field::vertex_field;
 
 use args::DetailArgs;
-use field::field;
 
 pub(crate) fn run(args: &DetailArgs, console: &Console) -> Result<(), CliError> {
     let job = FilterJob {
@@ -46,13 +46,16 @@ impl Filter for &DetailArgs {
                     &surface.with_positions(&positions),
                 ))
             }
-            (_, Some(name)) => Box::new(TargetCurvature::new(&surface, &field(mesh, name)?)),
+            (_, Some(name)) => Box::new(TargetCurvature::new(&surface, &vertex_field(mesh, name)?)),
             _ => Box::new(ScaledCurvature::by(self.scale.unwrap_or(1.0))),
         };
         let observer = |_| ControlFlow::Continue(());
-        let handles = Handles::new();
-        let edited = edit_detail_observed(surface, &handles, &edit, &options, &observer)
-            .map_err(|error| mesh.refuse(error))?;
+        let handles = part::handles(&self.part, mesh)?;
+        let edited = match part::mask(&self.part, mesh)? {
+            Some(mask) => edit_detail_masked(surface, &handles, &mask, &edit, &options, &observer),
+            None => edit_detail_observed(surface, &handles, &edit, &options, &observer),
+        };
+        let edited = edited.map_err(|error| mesh.refuse(error))?;
         Ok(Filtered {
             positions: edited.positions,
             report: SmoothReport {

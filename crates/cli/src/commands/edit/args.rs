@@ -8,7 +8,7 @@ pub(crate) const EXAMPLE: &str = "\
 Example:
   cotan edit bar.obj --handles bar.json
 
-Starts the program cotan-editor, which lies beside this one or on the PATH; its exit code is passed
+Starts the program cotan-editor, which is next to this one or on the PATH; its exit code is passed
 on. `cotan edit bar.obj --help` shows the editor's own options.";
 
 #[derive(Debug, Args)]

@@ -14,7 +14,7 @@ use args::EditArgs;
 
 /// Runs the editor and returns its exit code.
 pub(crate) fn run(args: &EditArgs) -> Result<ExitCode, CliError> {
-    let program = beside().unwrap_or_else(|| EDITOR.into());
+    let program = next_to_this().unwrap_or_else(|| EDITOR.into());
     let status = Command::new(&program)
         .arg(&*args.mesh)
         .args(&args.options)
@@ -32,7 +32,7 @@ pub(crate) fn run(args: &EditArgs) -> Result<ExitCode, CliError> {
 const EDITOR: &str = "cotan-editor";
 
 /// The editor next to this program, if both were installed or built together.
-fn beside() -> Option<OsString> {
+fn next_to_this() -> Option<OsString> {
     let own: PathBuf = std::env::current_exe().ok()?;
     let editor = own.with_file_name(format!("{EDITOR}{EXE_SUFFIX}"));
     editor.is_file().then(|| editor.into_os_string())

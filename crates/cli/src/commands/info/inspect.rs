@@ -327,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn a_quad_with_a_hole_beside_it() {
+    fn an_open_quad_with_an_unreferenced_vertex() {
         let quad = inspect_obj("v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 9 9 9\nf 1 2 3 4\n");
         assert_eq!(
             (quad.boundary_loops, quad.genus, quad.components),

@@ -4,7 +4,7 @@ pub(crate) mod args;
 mod report;
 
 use cotan::geometry::{Mesh, Surface};
-use cotan::halfedge::FaceMap;
+use cotan::halfedge::{FaceMap, VertexId, VertexMap};
 use cotan::merge::{
     Input as Which, MergeError, MergeOptions, Merged, Placement, faces_within, merge,
 };
@@ -133,18 +133,9 @@ fn kept_faces(
     (selection, file): (Option<&Selection>, Option<&InputPath>),
 ) -> Result<FaceMap<bool>, CliError> {
     let surface = mesh.processing.surface();
-    let vertices = match (selection, file) {
-        (Some(selection), _) => part::vertices(selection, mesh)?,
-        (None, Some(file)) => part::constraints_vertices(file, mesh)?,
-        (None, None) => Vec::new(),
-    };
-    if vertices.is_empty() {
-        return Err(CliError::EmptyPart {
-            path: mesh.path().to_owned(),
-        });
-    }
+    let vertices = part::region(selection, file, mesh)?.unwrap_or_default();
     let mut is_selected =
-        cotan::halfedge::VertexMap::filled(surface.mesh().num_vertices(), false);
+        VertexMap::filled(surface.mesh().num_vertices(), false);
     for v in vertices {
         is_selected[v] = true;
     }
@@ -174,7 +165,7 @@ fn refuse(meshes: &[Prepared; 2], error: MergeError) -> CliError {
         Which::A => &meshes[0],
         Which::B => &meshes[1],
     };
-    let in_file = |v| cotan::halfedge::VertexId::new(mesh.processing.document_vertex(v));
+    let in_file = |v| VertexId::new(mesh.processing.document_vertex(v));
     let error = match error {
         MergeError::InsideOut { input, vertex } => MergeError::InsideOut {
             input,
@@ -215,7 +206,7 @@ fn warn(merged: &Merged<f64>, console: &Console) {
 fn picture(surfaces: [Surface<'_, f64>; 3]) -> Vec<u8> {
     let curvatures = surfaces.map(|surface| mean_curvatures(&surface));
     let all = curvatures.iter().flat_map(|field| field.values().copied());
-    let scale = ColorScale::diverging("mean curvature, in one over the unit of the mesh", all);
+    let scale = ColorScale::signed("mean curvature, in one over the unit of the mesh", all);
     let captions = ["A", "B", "merged"];
     let panels: Vec<Panel<'_>> = (0..3)
         .map(|k| Panel {
@@ -228,7 +219,7 @@ fn picture(surfaces: [Surface<'_, f64>; 3]) -> Vec<u8> {
     let map = HeatMap {
         panels: &panels,
         scale: &scale,
-        views: Views::Front,
+        views: Views::OneDirection,
     };
     map.png()
 }

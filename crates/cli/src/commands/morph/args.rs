@@ -39,7 +39,7 @@ pub(crate) struct MorphArgs {
     /// Alignment of B's sphere with A's
     #[arg(long, value_name = "NAME", value_enum, default_value_t = Align::Pose)]
     pub(crate) align: Align,
-    /// Pairs of a vertex of A and one of B that belong together, `a b` a line or a JSON list of
+    /// Pairs of a vertex of A and one of B that belong together, `a b` per line or a JSON list of
     /// lists; two or more
     #[arg(long, value_name = "FILE", conflicts_with = "align")]
     pub(crate) landmarks: Option<InputPath>,

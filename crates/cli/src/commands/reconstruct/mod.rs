@@ -21,6 +21,7 @@ pub(crate) fn run(args: &ReconstructArgs, console: &Console) -> Result<(), CliEr
         run: &args.run,
         options,
         soft: None,
+        region: None,
         at_limit,
         loose: Loose::Refuse,
     };

@@ -1,21 +1,21 @@
-//! The options of `smooth`, and those that it shares with `detail`.
+//! The options of `smooth`, and those that it shares with `denoise` and `detail`.
 
 use std::num::NonZeroUsize;
 
 use clap::Args;
-use cotan::smooth::{Boundary, Preserve, SmoothMethod, SmoothOptions};
+use cotan::smooth::{Boundary, BumpSize, BySizeOptions, Preserve, SmoothMethod, SmoothOptions};
 
-use crate::args::{InputPath, MeshArgs, OutputPath, values};
+use crate::args::values::{self, Length};
+use crate::args::{InputPath, MeshArgs, OutputPath, PartArgs};
 
 pub(crate) const EXAMPLE: &str = "\
 Examples:
-  cotan smooth scan.ply -o smooth.ply --preserve-volume --report smooth.json
-  cotan smooth part.obj -o clean.obj --method feature --truth original.obj
-  cotan smooth scan.ply -o stronger.ply --anchor 0.3 --max-displacement 0.01
+  cotan smooth scan.ply --size 2% -o smooth.ply --preserve-volume --report smooth.json
+  cotan smooth scan.ply --size 0.5 --mask sphere:0,0,1,3 --falloff 1 -o part.ply
+  cotan smooth scan.ply --method taubin -o taubin.ply
 
-auto chooses between curvature (organic shapes) and feature (parts with creases) and says why.
-anchored and paper are the paper's section 4.2, with every vertex or only one held; feature-edges
-filters dihedral angles; taubin and implicit are there to compare with.";
+Bumps smaller than the size go, larger ones stay. To remove noise only, use cotan denoise, which
+also explains the methods.";
 
 /// The constraints to keep, and the outputs in addition to the mesh.
 #[derive(Debug, Args)]
@@ -68,31 +68,72 @@ impl KeepArgs {
 pub(crate) struct SmoothArgs {
     #[command(flatten)]
     pub(crate) mesh: MeshArgs,
-    /// How
-    #[arg(long, visible_alias = "mode", value_name = "NAME", value_parser = values::smooth_method(),
-        default_value = "auto")]
-    method: SmoothMethod,
-    /// Number of iterations [default: what the method needs]
-    #[arg(long, value_name = "N")]
-    iterations: Option<usize>,
-    /// Which part of a step of the curvature is taken, above 0 and at most 1
-    #[arg(long, value_name = "S", value_parser = values::positive, default_value = "1")]
-    step: f64,
-    /// Weight that holds each vertex in place; smaller smooths more
-    /// [default: what suits the method and the noise of the mesh]
-    #[arg(long, value_name = "MU", value_parser = values::positive)]
-    anchor: Option<f64>,
+    /// Width of the smallest bump that is kept: a length in the unit of the mesh, or a share of
+    /// its longest side in per cent [default: 2%]
+    #[arg(long, value_name = "S", value_parser = values::length_or_share,
+        conflicts_with_all = ["method", "iterations", "step", "anchor"])]
+    size: Option<Length>,
+    /// Smooth by another method than by size
+    #[arg(long, visible_alias = "mode", value_name = "NAME", value_parser = values::smooth_method())]
+    pub(crate) method: Option<SmoothMethod>,
+    #[command(flatten)]
+    steps: StepArgs,
+    #[command(flatten)]
+    pub(crate) part: PartArgs,
     #[command(flatten)]
     pub(crate) keep: KeepArgs,
 }
 
-impl SmoothArgs {
-    pub(crate) fn options(&self) -> SmoothOptions {
+/// The options of methods other than that by size.
+#[derive(Debug, Args)]
+pub(crate) struct StepArgs {
+    /// Number of iterations of a method [default: what it needs]
+    #[arg(long, value_name = "N")]
+    iterations: Option<usize>,
+    /// Which part of a step of the curvature a method takes, above 0 and at most 1 [default: 1]
+    #[arg(long, value_name = "S", value_parser = values::positive)]
+    step: Option<f64>,
+    /// Weight by which a method holds each vertex in place; smaller smooths more
+    /// [default: what suits the method and the noise of the mesh]
+    #[arg(long, value_name = "MU", value_parser = values::positive)]
+    anchor: Option<f64>,
+}
+
+impl StepArgs {
+    pub(crate) fn options(&self, method: SmoothMethod, keep: &KeepArgs) -> SmoothOptions {
         SmoothOptions::default()
-            .method(self.method)
+            .method(method)
             .iterations(self.iterations)
-            .step(self.step)
+            .step(self.step.unwrap_or(1.0))
             .anchor(self.anchor)
+            .boundary(keep.boundary())
+            .preserve(keep.preserve())
+            .max_displacement(keep.max_displacement)
+    }
+
+    fn is_given(&self) -> bool {
+        self.iterations.is_some() || self.step.is_some() || self.anchor.is_some()
+    }
+}
+
+impl SmoothArgs {
+    /// The settings of a method, if one is named or has a setting of its own.
+    pub(crate) fn by_method(&self) -> Option<SmoothOptions> {
+        let default = self.steps.is_given().then(SmoothMethod::default);
+        let method = self.method.or(default)?;
+        Some(self.steps.options(method, &self.keep))
+    }
+
+    pub(crate) fn size(&self) -> BumpSize {
+        match self.size {
+            Some(Length::Absolute(length)) => BumpSize::Length(length),
+            Some(Length::Share(share)) => BumpSize::Share(share),
+            None => BumpSize::DEFAULT,
+        }
+    }
+
+    pub(crate) fn by_size(&self) -> BySizeOptions {
+        BySizeOptions::default()
             .boundary(self.keep.boundary())
             .preserve(self.keep.preserve())
             .max_displacement(self.keep.max_displacement)

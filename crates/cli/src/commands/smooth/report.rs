@@ -1,4 +1,4 @@
-//! The report of `smooth` and `detail`, as JSON and as a table.
+//! The report of `smooth`, `denoise` and `detail`, as JSON and as a table.
 
 use cotan::geometry::{Positions, Surface, folded_faces};
 use cotan::smooth::{Displacement, NormalError, mean_curvature_rms};
@@ -16,6 +16,9 @@ pub(crate) struct SmoothReport {
     /// The reason for the method, if it was chosen automatically.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) reason: Option<String>,
+    /// The width of the smallest bump that is kept, in the unit of the mesh.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) size: Option<f64>,
     pub(crate) iterations: usize,
     pub(crate) anchor: Option<f64>,
     /// Estimated standard deviation along the normals, in mean edge lengths.
@@ -108,6 +111,9 @@ impl Report for SmoothReport {
             format!("{}, {}", self.vertices, self.faces),
         );
         table.row("method", self.method);
+        if let Some(size) = self.size {
+            table.row("size", number(size));
+        }
         table.row("iterations", self.iterations);
         if let Some(noise) = self.noise {
             table.row("noise", format!("{} mean edge lengths", number(noise)));

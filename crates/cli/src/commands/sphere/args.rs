@@ -13,8 +13,8 @@ Examples:
 
 The mesh must be closed, in one piece, and without a tunnel through it. OUT is the file of the mesh
 with every vertex on the unit sphere; no triangle is flipped there, which exact arithmetic has
-checked, or the command ends with an error (formats of 32-bit numbers are read back, and what their
-rounding flips is told in a warning).";
+checked, or the command ends with an error (formats of 32-bit numbers are read back, and a warning
+counts the triangles that their rounding flips).";
 
 #[derive(Debug, Args)]
 pub(crate) struct SphereArgs {

@@ -40,7 +40,7 @@ pub(crate) fn upright(
     let mut cut: Vec<usize> = Vec::new();
     let mut now = document.clone();
     let mut sources: Vec<usize> = (0..document.faces().len()).collect();
-    for round in 0..=MOST_ROUNDS {
+    for round in 0..=MAX_ROUNDS {
         let faces = now.faces().iter().zip(&sources).enumerate();
         let polygons =
             faces.filter(|(_, (polygon, source))| polygon.len() > 3 && is_mapped[**source]);
@@ -49,7 +49,7 @@ pub(crate) fn upright(
             break;
         }
         let flipped = match round {
-            MOST_ROUNDS => polygons,
+            MAX_ROUNDS => polygons,
             _ => Written::new(&now, format)?.flipped_polygons(&polygons),
         };
         if flipped.is_empty() {
@@ -68,7 +68,7 @@ pub(crate) fn upright(
 /// Replacing a polygon may change how its neighbours are cut, so the check is repeated.
 ///
 /// This ends quickly; beyond this number all polygons become triangles.
-const MOST_ROUNDS: usize = 8;
+const MAX_ROUNDS: usize = 8;
 
 /// A document as stored in a file.
 struct Written<'a> {

@@ -32,7 +32,7 @@ use crate::error::Error;
 #[derive(Clone, Debug)]
 pub struct CurvatureField<'a> {
     /// H = ½ (κ₁ + κ₂) of each vertex in inverse box units (the longest side of the mesh is 1).
-    /// Positive where convex, 0 on the boundary.
+    /// Positive where convex, 0 on the boundary and at vertices with copies. One per row.
     pub values: VertexMap<f64>,
     rings: &'a OneRings,
     is_inner: &'a VertexMap<bool>,
@@ -42,7 +42,15 @@ pub struct CurvatureField<'a> {
 impl CurvatureField<'_> {
     /// Another field on the same mesh.
     #[must_use]
-    pub fn with_values(&self, values: VertexMap<f64>) -> Self {
+    pub fn with_values(&self, mut values: VertexMap<f64>) -> Self {
+        // An edit may give values for copies of vertices, which have those of their row.
+        if values.len() > self.rings.num_rows() {
+            values = values
+                .into_iter()
+                .map(|(_, h)| h)
+                .take(self.rings.num_rows())
+                .collect();
+        }
         Self {
             values,
             ..self.clone()
@@ -98,7 +106,8 @@ const LARGEST_RATIO: f64 = 2.0;
 pub trait CurvatureEdit: Send + Sync {
     /// Computes the target field.
     ///
-    /// **Shapes**: one value per vertex. **Units**: inverse box units.
+    /// **Shapes**: one value per row ([`cotan_halfedge::HalfedgeMesh::row_of`]), or more; others
+    /// are ignored. **Units**: inverse box units.
     fn edit(&self, field: &CurvatureField<'_>) -> VertexMap<f64>;
 
     /// Checks that the edit fits a mesh with this number of vertices.
@@ -174,7 +183,7 @@ pub(crate) fn wanted_field<T: Scalar>(
     direction: Direction,
 ) -> VertexMap<T> {
     let mesh = rest.mesh();
-    let is_inner = VertexMap::from_fn(mesh.num_vertices(), |v| !mesh.is_boundary_vertex(v));
+    let is_inner = VertexMap::from_fn(mesh.num_rows(), |v| mesh.is_inner_vertex(v));
     let Curvature {
         values,
         areas,
@@ -187,7 +196,7 @@ pub(crate) fn wanted_field<T: Scalar>(
         areas: &areas,
     };
     let wanted = edit.edit(&original);
-    filled(mesh.num_vertices(), |v: VertexId| {
+    filled(mesh.num_rows(), |v: VertexId| {
         if is_inner[v] {
             // Computed as a difference, so that the field is exactly that of the input where
             // nothing changes.

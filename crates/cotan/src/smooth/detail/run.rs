@@ -144,6 +144,8 @@ fn edit_part<T: Scalar>(
         mask.check(mesh.num_vertices())?;
         mask.hold(&mut held);
     }
+    let mask = mask.map(|mask| mask.shared(mesh));
+    let mask = mask.as_deref();
     if options.iterations == 0 {
         return Ok(Detailed {
             positions: positions.clone(),

@@ -26,7 +26,7 @@ use std::f64::consts::PI;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use cotan_flow::BoxUnits;
+use cotan_flow::{BoxUnits, FlowError};
 use cotan_geometry::{Positions, Scalar, Surface};
 use cotan_halfedge::{HalfedgeMesh, VertexId};
 use cotan_linear::{Bilaplacian, BilaplacianSystem, Choice, SystemOptions};
@@ -148,11 +148,17 @@ impl<T: Scalar> SmoothBySize<T> {
         let surface = Surface::new(surface.mesh(), surface.positions())?;
         let units = BoxUnits::of(&surface)?;
         let mesh = surface.mesh();
+        if mesh.has_copies() {
+            return Err(Error::Flow(FlowError::NeedsOneSurface {
+                rule: "smoothing by size",
+                instead: "another smoothing method",
+            }));
+        }
         // A rim that is free is smoothed first and given to the surface.
         let mut is_fixed = boundary(mesh);
         let mut given = Vec::new();
         let size = units.size().as_f64();
-        for (handle, target) in handles.resolve(surface.positions())? {
+        for (handle, target) in handles.resolve(mesh, surface.positions())? {
             let way = target.map(T::as_f64) - surface.position(handle.vertex).map(T::as_f64);
             is_fixed[handle.vertex.index()] = true;
             given.push((handle.vertex, way / size));

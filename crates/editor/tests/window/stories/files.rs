@@ -4,8 +4,7 @@ use std::path::Path;
 
 use super::{bend, open, save, start};
 use crate::harness::{Display, Start, Window, bytes, text};
-use crate::models::{Place, autosaves, shared};
-use crate::say;
+use crate::models::{Place, autosaves};
 
 #[test]
 fn unsaved_changes_are_asked_about_before_the_window_closes() {
@@ -191,9 +190,8 @@ fn a_file_that_is_no_mesh_is_told_of_and_claims_no_memory() {
         "gltf_path_traversal_uri.gltf",
         "gltf_recursive_nodes.gltf",
     ];
-    match shared("malformed") {
-        Some(folder) => all.extend(odd.iter().map(|name| folder.join(name))),
-        None => say("../shared/malformed is not there; its files were not tried"),
+    if let Some(folder) = cotan_testing::shared("malformed") {
+        all.extend(odd.iter().map(|name| folder.join(name)));
     }
     for path in all {
         let peak = refuses(&mut display, &path);

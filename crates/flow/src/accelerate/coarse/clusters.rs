@@ -5,7 +5,7 @@ use cotan_halfedge::VertexId;
 use nalgebra::Vector3;
 
 use crate::net::{Distances, Net};
-use crate::point_handles::{Disc, MOST_POINTS};
+use crate::point_handles::{Disc, MAX_POINTS};
 use crate::rest::Rest;
 use crate::vectors::CHUNKS;
 
@@ -46,7 +46,7 @@ impl Clusters {
         distances.spread(&surface, held.iter().map(|v| v.index()));
         let mut seeds = Vec::new();
         let wanted = (n / VERTICES_EACH)
-            .clamp(FEWEST, MOST)
+            .clamp(FEWEST, MAX)
             .min(n / LEAST_VERTICES);
         if wanted == 0 {
             return None;
@@ -216,7 +216,7 @@ impl Clusters {
 /// Vertices for each cluster, and bounds of the number of clusters.
 const VERTICES_EACH: usize = 250;
 const FEWEST: usize = 12;
-const MOST: usize = 48;
+const MAX: usize = 48;
 
 /// A cluster has four functions. On fewer vertices they would hardly be independent, and
 /// rounding would be a part of the correction.
@@ -267,7 +267,7 @@ impl Net<'_> {
         let is_single = |v: usize| self.neighbours(v).all(|j| !is_held[j]);
         let (single, regions): (Vec<usize>, Vec<usize>) =
             held.iter().map(|v| v.index()).partition(|&v| is_single(v));
-        let (single, regions) = if single.len() > MOST_POINTS {
+        let (single, regions) = if single.len() > MAX_POINTS {
             (Vec::new(), [single, regions].concat())
         } else {
             (single, regions)
@@ -309,7 +309,7 @@ impl Net<'_> {
 
 /// Vertices that are connected to a centre inside a ball around it.
 struct Ball {
-    /// The number of the visit in which each vertex was seen.
+    /// The visit in which each vertex was seen last.
     seen: Vec<u32>,
     visit: u32,
     open: Vec<usize>,

@@ -13,7 +13,7 @@ pub(super) struct Groups {
     of_terms: Rows,
 }
 
-/// Lists of groups with a number each, one list a vertex.
+/// Lists of groups with a factor each, one list per vertex.
 #[derive(Debug)]
 struct Rows {
     starts: Vec<u32>,
@@ -69,11 +69,11 @@ fn gather(n: usize, num_groups: u32, each: impl Fn(usize, &mut Sum)) -> Rows {
 }
 
 impl Groups {
-    /// Groups the cells by the nearest of some vertices, along the edges: those of the clusters and
-    /// more between them. Cells that none of them reaches are one group.
+    /// Groups the cells by the nearest of some vertices, along the edges: those of the clusters
+    /// and more between them. Cells that none of them reaches are one group.
     pub(super) fn new<T: Scalar>(rest: &Rest<T>, seeds: &[usize]) -> Self {
         /// Groups of a mesh that is fine enough, and cells of a group where it is not.
-        const MOST: usize = 256;
+        const MAX: usize = 256;
         const FEWEST_CELLS: usize = 4;
         let n = rest.positions().len();
         let net = Net::new(rest);
@@ -85,7 +85,7 @@ impl Groups {
             number_of[seed] = len;
             len += 1;
         }
-        while (len as usize) < MOST.min(n / FEWEST_CELLS)
+        while (len as usize) < MAX.min(n / FEWEST_CELLS)
             && let Some((seed, _)) = distances.farthest()
         {
             distances.spread(&net, [seed]);

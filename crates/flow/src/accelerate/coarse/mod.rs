@@ -54,7 +54,7 @@ struct Model {
     components: Components,
     /// The handles for which it was built.
     held: Vec<VertexId>,
-    /// Whether each component has a handle that is to move.
+    /// For each component, `true` if it has a handle that is to move.
     moved: Vec<bool>,
     clusters: Clusters,
     groups: Groups,
@@ -113,7 +113,7 @@ impl Coarse {
         Some(Self { model, state })
     }
 
-    /// Whether it was built for these handles.
+    /// Returns `true` if it was built for these handles.
     pub(crate) fn is_for<T: Scalar>(&self, rest: &Rest<T>, targets: &Targets<T>) -> bool {
         let Model {
             components,
@@ -374,8 +374,8 @@ fn held<T: Scalar>(targets: &Targets<T>) -> Vec<VertexId> {
     hard.map(|h| h.vertex).collect()
 }
 
-/// Whether each component has a handle that is to move. The others are at rest: nothing pulls there
-/// but rounding, which soft modes would make large.
+/// For each component, `true` if it has a handle that is to move. The others are at rest: nothing
+/// pulls there but rounding, which soft modes would make large.
 fn moved<T: Scalar>(rest: &Rest<T>, targets: &Targets<T>, components: &Components) -> Vec<bool> {
     let mut moved = vec![false; components.count()];
     for (handle, target) in targets.handles().iter().zip(targets.in_box()) {

@@ -201,7 +201,7 @@ fn features() -> Vec<Feature> {
         (
             "/materials/1/normalTexture",
             json!({"index": 9}),
-            "textures that are not there or wrong",
+            "missing or invalid textures",
         ),
         (
             "/materials/0/extensions/KHR_materials_transmission",

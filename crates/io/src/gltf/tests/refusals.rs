@@ -54,11 +54,11 @@ fn accessors_that_do_not_fit_are_refused() {
     );
     refused(
         |json| json["accessors"][0]["componentType"] = (5126u64 + (1 << 32)).into(),
-        "accessors[0].componentType: 4294972422 is no type",
+        "accessors[0].componentType: 4294972422 is not a component type",
     );
     refused(
         |json| json["accessors"][0]["type"] = "VEC5".into(),
-        "accessors[0].type: VEC5 is no type",
+        "accessors[0].type: VEC5 is not an accessor type",
     );
     refused(
         |json| json["accessors"][0]["count"] = 0.into(),
@@ -86,7 +86,7 @@ fn accessors_that_do_not_fit_are_refused() {
     );
     refused(
         |json| json["buffers"][0]["byteLength"] = 73.into(),
-        "buffers[0].byteLength: 73 bytes are promised and there are 72",
+        "buffers[0].byteLength: 73 bytes are promised, but there are 72",
     );
     refused(
         |json| json["buffers"][0]["uri"] = "data:;base64,?".into(),
@@ -161,11 +161,11 @@ fn primitives_that_do_not_fit_are_refused() {
     };
     refused(
         |json| json["meshes"][0]["primitives"][0]["mode"] = 7.into(),
-        "meshes[0].primitives[0].mode: 7 is no mode",
+        "meshes[0].primitives[0].mode: 7 is not a primitive mode",
     );
     refused(
         |json| json["meshes"][0]["primitives"][0]["mode"] = (4u64 + (1 << 32)).into(),
-        "4294967300 is no mode",
+        "4294967300 is not a primitive mode",
     );
     refused(
         |json| json["meshes"][0]["primitives"][0]["attributes"] = json!({"NORMAL": 0}),

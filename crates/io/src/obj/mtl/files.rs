@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::io::{Error, ErrorKind};
 use std::sync::Arc;
 
-use super::check::Checked;
+use super::parse::Definitions;
 use crate::companions::{Companion, References};
 use crate::error::quote;
 use crate::limits::Limits;
@@ -26,7 +26,7 @@ pub(in crate::obj) struct Libraries {
 pub(super) struct Library {
     /// Its path relative to the OBJ, normalized.
     pub(super) name: String,
-    pub(super) checked: Checked,
+    pub(super) definitions: Definitions,
 }
 
 impl Libraries {
@@ -75,7 +75,7 @@ impl Libraries {
             budget = rest.ok_or_else(|| Error::from(ErrorKind::FileTooLarge))?;
             opened.push(Library {
                 name,
-                checked: Checked::new(&bytes),
+                definitions: Definitions::new(&bytes),
             });
         }
         self.found.append(&mut opened);
@@ -107,14 +107,14 @@ impl Libraries {
             match Companion::found(name, Arc::clone(files), max) {
                 Ok(companion) => references.companions.push(companion),
                 Err(problem) => references.left.push(format!(
-                    "the reference to `{}` stays as it is ({problem})",
+                    "the reference to `{}` is unchanged ({problem})",
                     quote(name.as_bytes())
                 )),
             }
         };
         for library in &self.found {
             add(&mut references, &library.name);
-            for path in &library.checked.paths {
+            for path in &library.definitions.paths {
                 let mut places = library.places(path);
                 // Which of two places is meant is only known once the files are looked up.
                 if places.len() > 1

@@ -1,14 +1,14 @@
 //! MTL, the material libraries of OBJ: read through the resolver of the document, and written.
 //!
-//! The text is checked statement by statement, parsed by tobj and converted to [`Materials`].
+//! The statements are parsed one by one and converted to [`Materials`].
 //! Problems with a library are never errors of the mesh: unreadable parts are listed among the
 //! losses when the mesh is written in another format. Source: Wavefront, "Material Library File
 //! (.mtl)", Advanced Visualizer manual, appendix B2; for the physically based statements
 //! Clara.io, "Extending Wavefront MTL to support Physically-Based Rendering", 2014.
 
-mod check;
 mod files;
 mod options;
+mod parse;
 mod read;
 #[cfg(test)]
 mod tests;

@@ -9,6 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::ErrorKind;
 
 use super::files::{Libraries, Library, outside, reason};
+use super::parse::Definition;
 use crate::attributes::Labels;
 use crate::error::quote;
 use crate::limits::Limits;
@@ -34,8 +35,9 @@ pub(in crate::obj) fn materials(
     let mut order = Vec::new();
     let mut doubled = BTreeSet::new();
     for library in &libraries.found {
-        for (name, parsed) in reader.parse(library) {
-            let material = reader.material(library, &name, &parsed);
+        for definition in &library.definitions.materials {
+            let material = reader.material(library, definition);
+            let name = definition.name.clone();
             if defined.insert(name.clone(), Some(material)).is_some() {
                 doubled.insert(format!("`{}`", quote(name.as_bytes())));
             } else {
@@ -91,37 +93,20 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// The materials of a library as tobj reads them, with their names.
-    fn parse(&mut self, library: &Library) -> Vec<(String, tobj::Material)> {
-        let checked = &library.checked;
-        match tobj::load_mtl_buf(&mut checked.text.as_bytes()) {
-            Ok((parsed, _)) => checked.names.iter().cloned().zip(parsed).collect(),
-            Err(error) => {
-                let name = quote(library.name.as_bytes());
-                let text = format!("the materials of `{name}` ({error})");
-                self.materials.others.insert(text);
-                Vec::new()
-            }
-        }
-    }
-
-    fn material(&mut self, library: &Library, name: &str, parsed: &tobj::Material) -> Material {
-        let mut material = Material::named(name);
-        let number = |key: &str| parsed.unknown_param.get(key)?.parse::<f32>().ok();
-        let path = |key: &str| parsed.unknown_param.get(key).map(String::as_str);
-        let [base, emission, normal] = [
-            parsed.diffuse_texture.as_deref(),
-            path("map_Ke"),
-            path("norm"),
-        ]
-        .map(|path| path.and_then(|path| self.image(library, path)));
+    fn material(&mut self, library: &Library, definition: &Definition) -> Material {
+        let mut material = Material::named(&definition.name);
+        let number = |keyword: &str| definition.numbers.get(keyword).copied();
+        let color = |keyword: &str| definition.colors.get(keyword).copied();
+        let texture = |keyword: &str| definition.textures.get(keyword);
+        let [base, emission, normal] = ["map_Kd", "map_Ke", "norm"]
+            .map(|keyword| texture(keyword).and_then(|path| self.image(library, path)));
         material.base_color_texture = base;
         material.emission_texture = emission;
         material.normal_texture = normal;
-        if let Some(color) = parsed.diffuse {
+        if let Some(color) = color("Kd") {
             material.base_color = color.map(|x| self.unit(x, "Kd"));
         }
-        if let Some(color) = parsed.emissive {
+        if let Some(color) = color("Ke") {
             material.emission = color.map(|x| if x < 0.0 { self.unit(x, "Ke") } else { x });
         } else if emission.is_some() {
             material.emission = [1.0; 3];
@@ -129,7 +114,7 @@ impl Reader<'_> {
         if let Some(metallic) = number("Pm") {
             material.metallic = self.unit(metallic, "Pm");
         }
-        match (number("Pr"), parsed.shininess) {
+        match (number("Pr"), number("Ns")) {
             (Some(own), exponent) => {
                 material.roughness = self.unit(own, "Pr");
                 let expected = self::exponent(material.roughness);
@@ -141,7 +126,7 @@ impl Reader<'_> {
             (None, None) => {}
         }
         let transparency = number("Tr");
-        if let Some(opacity) = parsed.dissolve {
+        if let Some(opacity) = number("d") {
             material.opacity = self.unit(opacity, "d");
         } else if transparency.is_some_and(|x| x >= 1.0) {
             // Some programs write the opacity here, and an invisible surface is never intended.
@@ -152,18 +137,18 @@ impl Reader<'_> {
         if material.opacity < 1.0 {
             material.alpha = Alpha::Blend;
         }
-        if let Some(path) = &parsed.dissolve_texture {
+        if let Some(path) = texture("map_d") {
             let places = |path: &str| library.places(path);
             let is_same = |own: &String| !places(own).is_empty() && places(own) == places(path);
-            if base.is_some() && parsed.diffuse_texture.as_ref().is_some_and(is_same) {
+            if base.is_some() && texture("map_Kd").is_some_and(is_same) {
                 material.alpha = Alpha::Blend;
             } else {
                 self.statements.insert("map_d".to_owned());
             }
         }
         // Models 1 and 2 differ in the highlight, which the roughness already determines.
-        if parsed
-            .illumination_model
+        if definition
+            .model
             .is_some_and(|model| !matches!(model, 1 | 2))
         {
             self.statements.insert("illum".to_owned());
@@ -235,12 +220,12 @@ impl Reader<'_> {
         let mut statements = self.statements;
         let mut options = BTreeSet::new();
         for library in &libraries.found {
-            let checked = &library.checked;
-            statements.extend(checked.statements.iter().cloned());
-            options.extend(checked.options.iter().map(|&option| option.to_owned()));
-            if let Some((line, text)) = &checked.first_wrong {
+            let definitions = &library.definitions;
+            statements.extend(definitions.statements.iter().cloned());
+            options.extend(definitions.options.iter().map(|&option| option.to_owned()));
+            if let Some((line, text)) = &definitions.first_wrong {
                 let name = quote(library.name.as_bytes());
-                others.insert(match checked.num_wrong {
+                others.insert(match definitions.num_wrong {
                     1 => format!("line {line} of `{name}`, which is wrong (`{text}`),"),
                     n => format!(
                         "{n} lines of `{name}` that are wrong, first line {line} (`{text}`),"

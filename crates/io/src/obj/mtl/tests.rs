@@ -114,7 +114,7 @@ fn highlights_and_transparency_have_their_usual_meaning() {
     assert_eq!(others(&found), ["the MTL statements Tr"]);
 }
 
-/// tobj's parser panics on the first of these and rejects the library for the others.
+/// tobj panics on the first of these and rejects the library for the others.
 #[test]
 fn wrong_statements_cost_nothing_but_themselves() {
     for wrong in [

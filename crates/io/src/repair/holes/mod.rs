@@ -130,12 +130,12 @@ fn normal(points: impl Iterator<Item = Vector3<f64>> + Clone) -> Vector3<f64> {
 fn problem(failure: Failure) -> &'static str {
     match failure {
         Failure::NoneExists => {
-            "every way to cut it into triangles needs an edge that is there already; \
+            "every way to cut it into triangles needs an edge that already exists; \
              smooth filling adds vertices"
         }
         Failure::NoneFound => {
-            "it is long, and no way to cut it into triangles was found without an edge that is \
-             there already; smooth filling adds vertices"
+            "it is long, and no way to cut it into triangles was found without an edge that \
+             already exists; smooth filling adds vertices"
         }
     }
 }

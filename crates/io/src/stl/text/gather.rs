@@ -2,6 +2,9 @@
 //!
 //! Facets are copied unchanged, each in its original solid. Solids without remaining facets are
 //! kept.
+//!
+//! The file is not written anew from its attributes, because new files are binary: coordinates
+//! would be rounded to 32 bits, and the solids would be lost.
 
 use std::ops::Range;
 

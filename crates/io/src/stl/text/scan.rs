@@ -76,7 +76,7 @@ pub(super) fn scan<'a>(
             body_end = words.at();
         }
         if words.line_has_facet() {
-            let problem = "facets stand on the line of an `endsolid`; they belong on a new one";
+            let problem = "facets follow an `endsolid` on its line; start them on a new line";
             return Err(malformed(bytes, words.at(), problem.to_owned()));
         }
         words.skip_line();
@@ -198,7 +198,7 @@ fn unexpected(bytes: &[u8], word: Word<'_>, expected: &str) -> IoError {
     malformed(
         bytes,
         word.start,
-        format!("`{found}` stands where {expected} is expected"),
+        format!("found `{found}` where {expected} is expected"),
     )
 }
 

@@ -1,4 +1,4 @@
-//! A property of the vertices as the goal of an edit.
+//! Numbers of the vertices, read from a property of the file.
 
 use cotan::halfedge::VertexMap;
 
@@ -10,7 +10,7 @@ use crate::prepare::Prepared;
 /// # Errors
 /// [`CliError::NoField`] if there is no such field, or if a vertex of the surface has no finite
 /// value.
-pub(super) fn field(mesh: &Prepared, name: &str) -> Result<VertexMap<f64>, CliError> {
+pub(crate) fn vertex_field(mesh: &Prepared, name: &str) -> Result<VertexMap<f64>, CliError> {
     let attributes = mesh.document.attributes().map_err(|e| mesh.in_file(e))?;
     let missing = || {
         let names: Vec<&str> = attributes

@@ -1,25 +1,18 @@
-//! Filtering of the MTL statements that tobj's parser can handle; the others are reported.
+//! The statements of a material library; those that are invalid or not converted are reported.
 //!
-//! The parser panics on a colour with fewer than three numbers and rejects the whole library for
-//! one invalid number. It therefore receives only statements that were checked here: known
-//! keywords in their usual case, numbers that are finite and complete, and the index of a
-//! material instead of its name, since names may contain anything.
+//! Statements are known by their keyword in any case; numbers must be finite and complete.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::options::map;
 use crate::error::quote;
-use crate::number;
 use crate::obj::statement::{Statement, Statements, decode};
 use crate::text;
 
-/// A library whose text tobj can parse.
+/// The materials that a library defines.
 #[derive(Debug, Default)]
-pub(super) struct Checked {
-    /// The statements for tobj; the name of each material is its index.
-    pub(super) text: String,
-    /// The names of the materials.
-    pub(super) names: Vec<String>,
+pub(super) struct Definitions {
+    pub(super) materials: Vec<Definition>,
     /// The paths of all images, with slashes.
     pub(super) paths: BTreeSet<String>,
     /// The keywords of statements that are not converted.
@@ -29,6 +22,18 @@ pub(super) struct Checked {
     /// The number of invalid statements, and the line and text of the first one.
     pub(super) num_wrong: usize,
     pub(super) first_wrong: Option<(usize, String)>,
+}
+
+/// A material with the arguments of its statements. The last statement of a keyword counts.
+#[derive(Debug, Default)]
+pub(super) struct Definition {
+    pub(super) name: String,
+    pub(super) colors: BTreeMap<&'static str, [f32; 3]>,
+    pub(super) numbers: BTreeMap<&'static str, f32>,
+    /// The paths of textures.
+    pub(super) textures: BTreeMap<&'static str, String>,
+    /// The illumination model.
+    pub(super) model: Option<u8>,
 }
 
 /// The way to read a statement.
@@ -44,7 +49,7 @@ enum Kind {
     OtherTexture,
 }
 
-/// The supported statements, in the case that tobj expects.
+/// The supported statements.
 const STATEMENTS: [(&str, Kind); 28] = [
     ("Kd", Kind::Color),
     ("Ke", Kind::Color),
@@ -76,13 +81,13 @@ const STATEMENTS: [(&str, Kind); 28] = [
     ("refl", Kind::OtherTexture),
 ];
 
-impl Checked {
+impl Definitions {
     pub(super) fn new(bytes: &[u8]) -> Self {
-        let mut checked = Self::default();
+        let mut definitions = Self::default();
         for statement in Statements::new(bytes, text::after_bom(bytes), 0) {
-            checked.statement(&statement);
+            definitions.statement(&statement);
         }
-        checked
+        definitions
     }
 
     fn statement(&mut self, statement: &Statement<'_>) {
@@ -95,49 +100,41 @@ impl Checked {
             if name.is_empty() {
                 self.wrong(statement);
             }
-            self.push("newmtl", &self.names.len().to_string());
-            self.names.push(name);
+            self.materials.push(Definition {
+                name,
+                ..Definition::default()
+            });
             return;
         }
         let same = |name: &str| name.as_bytes().eq_ignore_ascii_case(keyword);
         let known = STATEMENTS.iter().find(|(name, _)| same(name));
-        let Some(&(name, kind)) = known.filter(|_| !self.names.is_empty()) else {
+        let (Some(&(name, kind)), Some(material)) = (known, self.materials.last_mut()) else {
             self.statements.insert(quote(keyword));
             return;
         };
-        let taken = match kind {
-            Kind::Color => color(statement),
-            Kind::Number => number(statement).map(|x| digits(&[x])),
-            Kind::Model => model(statement),
-            Kind::Texture | Kind::OtherTexture => {
-                let map = map(statement.name());
-                map.map(|map| {
-                    self.paths.insert(map.path.clone());
-                    if matches!(kind, Kind::Texture) {
-                        self.options.extend(map.options);
-                    }
-                    map.path
-                })
-            }
-        };
-        match (taken, kind) {
-            (Some(_), Kind::OtherTexture) => {
+        let done = match kind {
+            Kind::Color => color(statement).map(|color| {
+                material.colors.insert(name, color);
+            }),
+            Kind::Number => number(statement).map(|number| {
+                material.numbers.insert(name, number);
+            }),
+            Kind::Model => model(statement).map(|model| material.model = Some(model)),
+            Kind::Texture => map(statement.name()).map(|map| {
+                // The parts of a name that continues on the next line are joined by spaces.
+                let path = map.path.replace(['\n', '\r'], " ");
+                material.textures.insert(name, path);
+                self.paths.insert(map.path);
+                self.options.extend(map.options);
+            }),
+            Kind::OtherTexture => map(statement.name()).map(|map| {
+                self.paths.insert(map.path);
                 self.statements.insert(name.to_owned());
-            }
-            (Some(text), _) => self.push(name, &text),
-            (None, _) => self.wrong(statement),
+            }),
+        };
+        if done.is_none() {
+            self.wrong(statement);
         }
-    }
-
-    fn push(&mut self, keyword: &str, text: &str) {
-        self.text.push_str(keyword);
-        self.text.push(' ');
-        // The parts of a name that continues on the next line are joined by spaces.
-        self.text.extend(text.chars().map(|c| match c {
-            '\n' | '\r' => ' ',
-            c => c,
-        }));
-        self.text.push('\n');
     }
 
     fn wrong(&mut self, statement: &Statement<'_>) {
@@ -150,14 +147,14 @@ impl Checked {
 }
 
 /// Three finite numbers; a single one stands for all three, as the format defines.
-fn color(statement: &Statement<'_>) -> Option<String> {
+fn color(statement: &Statement<'_>) -> Option<[f32; 3]> {
     let mut numbers = Vec::with_capacity(3);
     for token in statement.arguments().take(3) {
         numbers.push(finite(token.text)?);
     }
     match numbers[..] {
-        [x] => Some(digits(&[x; 3])),
-        [_, _, _] => Some(digits(&numbers)),
+        [x] => Some([x; 3]),
+        [x, y, z] => Some([x, y, z]),
         _ => None,
     }
 }
@@ -168,24 +165,12 @@ fn number(statement: &Statement<'_>) -> Option<f32> {
 }
 
 /// The number of an illumination model.
-fn model(statement: &Statement<'_>) -> Option<String> {
+fn model(statement: &Statement<'_>) -> Option<u8> {
     let text = std::str::from_utf8(statement.arguments().next()?.text).ok()?;
-    Some(text.parse::<u8>().ok()?.to_string())
+    text.parse().ok()
 }
 
 fn finite(text: &[u8]) -> Option<f32> {
     let number: f32 = std::str::from_utf8(text).ok()?.parse().ok()?;
     number.is_finite().then_some(number)
-}
-
-/// Formats numbers with the digits that parse back to the same bits, separated by spaces.
-fn digits(numbers: &[f32]) -> String {
-    let mut text = String::new();
-    for (k, &x) in numbers.iter().enumerate() {
-        if k > 0 {
-            text.push(' ');
-        }
-        number::push_f32(&mut text, x);
-    }
-    text
 }

@@ -1,0 +1,188 @@
+//! Isotropic remeshing: triangles of even size and shape on the same surface.
+//!
+//! Each round splits edges above 4/3 of the target length, collapses edges below 4/5 of it, flips
+//! edges towards valence 6, moves vertices to the centre of their triangles within the tangent
+//! plane, and projects them onto the original.
+//!
+//! **Source**: M. Botsch, L. Kobbelt, "A remeshing approach to multiresolution modeling", SGP
+//! 2004, section 4. Lengths adapted to the curvature: M. Dunyach et al., Eurographics 2013.
+//! Deviations: the last rounds flip by angles instead of valences; no edit may turn a triangle
+//! over; the nearest point is found by walking over the original.
+
+mod edits;
+mod options;
+mod relax;
+mod sizes;
+
+use cotan_geometry::{Mesh, Scalar, Surface};
+use cotan_halfedge::VertexMap;
+use nalgebra::{Point3, Vector3};
+
+pub use options::{EdgeLengths, RemeshOptions};
+
+use crate::features::{Place, places};
+use crate::nearest::{SurfacePoint, walk};
+use crate::tessellation_error::TessellationError;
+use crate::triangles::Triangles;
+use crate::units::Units;
+
+/// The result of [`remesh`].
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Remeshed<T: Scalar> {
+    /// The new mesh.
+    pub mesh: Mesh<T>,
+    /// Per vertex of the new mesh: its place on the original, from which attributes are
+    /// interpolated ([`crate::interpolated`]).
+    pub places: VertexMap<SurfacePoint>,
+}
+
+/// Remeshes a surface with triangles of even size and shape.
+///
+/// Boundaries and the lines of [`RemeshOptions::features`] are kept: vertices on them move along
+/// the line only, and vertices where lines end, branch or bend by more than 45 degrees stay at
+/// their exact positions. Topology is kept.
+///
+/// # Errors
+/// [`TessellationError`] for options out of range, and if the predicted size of the result is too
+/// large.
+///
+/// ```
+/// use cotan_surface::{RemeshOptions, remesh};
+/// let mesh = cotan_geometry::torus::<f64>(1.0, 0.4, 60, 8);
+/// let even = remesh(&mesh.surface(), &RemeshOptions::uniform(0.2))?;
+/// assert!((even.mesh.surface().mean_edge_length() / 0.2 - 1.0).abs() < 0.1);
+/// assert_eq!(even.mesh.connectivity().genus(), 1);
+/// # Ok::<(), cotan_surface::TessellationError>(())
+/// ```
+pub fn remesh<T: Scalar>(
+    surface: &Surface<'_, T>,
+    options: &RemeshOptions,
+) -> Result<Remeshed<T>, TessellationError> {
+    let mut original = Triangles::new(surface)?;
+    options.features.tag(surface, &mut original)?;
+    let units = Units::of(surface);
+    for p in &mut original.points {
+        *p = units.inward(p);
+    }
+    let sizes = sizes::sizes(&original, options.lengths, units.scale)?;
+    let most_faces = predicted_faces(&original, &sizes, options.max_memory)?;
+    let mut remesher = Remesher::new(&original, sizes, most_faces);
+    for _ in 0..options.iterations {
+        remesher.split_long();
+        remesher.collapse_short();
+        remesher.flip_to_valence();
+        remesher.relax();
+    }
+    if options.iterations > 0 {
+        for _ in 0..FINAL_ROUNDS {
+            remesher.improve_slivers();
+            remesher.flip_to_angles();
+            remesher.relax();
+        }
+        remesher.flip_to_angles();
+    }
+
+    let positions = surface.positions().as_slice();
+    let compacted = remesher.triangles.compact(|v, p| match positions.get(v) {
+        Some(old) if original.points[v] == p => *old,
+        _ => Point3::from(units.outward(&p).map(T::of_f64)),
+    })?;
+    let places = cotan_parallel::filled(compacted.old_vertex.len(), |v| {
+        let old = compacted.old_vertex[v] as usize;
+        walk(
+            &original,
+            remesher.seeds[old],
+            remesher.triangles.points[old],
+        )
+        .on_surface()
+    });
+    Ok(Remeshed {
+        mesh: compacted.mesh,
+        places: VertexMap::from_vec(places),
+    })
+}
+
+/// The most faces that the work may reach, from the area and the edges of each triangle relative
+/// to its target length.
+fn predicted_faces(
+    original: &Triangles,
+    sizes: &[f64],
+    max_memory: Option<u64>,
+) -> Result<usize, TessellationError> {
+    let count = |f: usize| {
+        let corners = original.corners(f as u32);
+        let size = corners
+            .iter()
+            .fold(f64::INFINITY, |s, &v| s.min(sizes[v as usize]));
+        let area = original.area_vector(f as u32).norm() / 2.0;
+        let around: f64 = (0..3).map(|k| original.length(3 * f as u32 + k)).sum();
+        1.0 + (area / (FACE_AREA * size * size)) + around / size
+    };
+    let predicted: f64 = cotan_parallel::Chunks::of(4096).sum(original.num_faces, count);
+    let most = (u64::from(u32::MAX) / 12) as f64;
+    let allowed = max_memory.map_or(most, |bytes| most.min(bytes as f64 / BYTES_PER_FACE));
+    if predicted <= allowed {
+        Ok((4.0 * predicted) as usize)
+    } else {
+        Err(TessellationError::TooLarge {
+            faces: predicted as u64,
+        })
+    }
+}
+
+/// The state of a remeshing.
+struct Remesher<'a> {
+    original: &'a Triangles,
+    original_places: Vec<Place>,
+    /// Per vertex of the original.
+    original_sizes: Vec<f64>,
+    triangles: Triangles,
+    places: Vec<Place>,
+    /// Per vertex: a triangle of the original close to it.
+    seeds: Vec<u32>,
+    /// Per vertex: the target length.
+    sizes: Vec<f64>,
+    most_faces: usize,
+}
+
+impl<'a> Remesher<'a> {
+    fn new(original: &'a Triangles, sizes: Vec<f64>, most_faces: usize) -> Self {
+        let places = places(original, BEND);
+        Self {
+            triangles: original.clone(),
+            seeds: original.outgoing.iter().map(|h| h / 3).collect(),
+            original_places: places.clone(),
+            original_sizes: sizes.clone(),
+            places,
+            sizes,
+            original,
+            most_faces,
+        }
+    }
+
+    /// The target length of the edge of `h`.
+    #[inline]
+    fn target(&self, h: u32) -> f64 {
+        let [a, b] = [self.triangles.origin(h), self.triangles.target(h)];
+        self.sizes[a as usize].min(self.sizes[b as usize])
+    }
+
+    /// The normal of a new triangle, or zero.
+    fn area_vector(a: Vector3<f64>, b: Vector3<f64>, c: Vector3<f64>) -> Vector3<f64> {
+        (b - a).cross(&(c - a))
+    }
+}
+
+/// The area of an equilateral triangle with sides of length 1.
+const FACE_AREA: f64 = 0.433;
+
+/// Bytes per predicted face at the peak: the structure and the new mesh, with room for the growth
+/// of vectors.
+const BYTES_PER_FACE: f64 = 400.0;
+
+/// The angle, in radians, by which a line turns at a corner.
+const BEND: f64 = std::f64::consts::FRAC_PI_4;
+
+/// Rounds that improve angles at the end.
+const FINAL_ROUNDS: usize = 4;

@@ -1,0 +1,103 @@
+//! The target length at every vertex of the original.
+//!
+//! **Source**: M. Dunyach, D. Vanderhaeghe, L. Barthe, M. Botsch, "Adaptive remeshing for
+//! real-time mesh deformation", Eurographics 2013: an edge of length L on a sphere of curvature κ
+//! leaves its surface by ε if L² = 6ε/κ − 3ε².
+
+use super::options::EdgeLengths;
+use crate::tessellation_error::TessellationError;
+use crate::triangles::{NONE, Triangles};
+
+/// A length for every vertex of the original, in the scaled unit.
+pub(super) fn sizes(
+    original: &Triangles,
+    lengths: EdgeLengths,
+    scale: f64,
+) -> Result<Vec<f64>, TessellationError> {
+    let positive = |option, value: f64| {
+        if value.is_finite() && value > 0.0 {
+            Ok(value * scale)
+        } else {
+            Err(TessellationError::Option {
+                option,
+                expected: "a finite number above 0",
+                value,
+            })
+        }
+    };
+    match lengths {
+        EdgeLengths::Uniform(length) => Ok(vec![
+            positive("the edge length", length)?;
+            original.points.len()
+        ]),
+        EdgeLengths::Adaptive {
+            error,
+            shortest,
+            longest,
+        } => {
+            let error = positive("the error", error)?;
+            let shortest = positive("the least edge length", shortest)?;
+            let longest = positive("the greatest edge length", longest)?.max(shortest);
+            let normals = normals(original);
+            let mut sizes = cotan_parallel::filled(original.points.len(), |v| {
+                let curvature = curvature(original, &normals, v as u32);
+                let squared = 6.0 * error / curvature - 3.0 * error * error;
+                squared.max(0.0).sqrt().clamp(shortest, longest)
+            });
+            limit_growth(original, &mut sizes);
+            Ok(sizes)
+        }
+    }
+}
+
+fn normals(original: &Triangles) -> Vec<nalgebra::Vector3<f64>> {
+    cotan_parallel::filled(original.points.len(), |v| {
+        if original.has_vertex(v as u32) {
+            original
+                .normal(v as u32)
+                .try_normalize(0.0)
+                .unwrap_or_default()
+        } else {
+            Default::default()
+        }
+    })
+}
+
+/// The largest normal curvature along the edges of `v` that lie on no line: the turn of the
+/// normal per length.
+fn curvature(original: &Triangles, normals: &[nalgebra::Vector3<f64>], v: u32) -> f64 {
+    let mut largest: f64 = 0.0;
+    for h in original.edges_at(v) {
+        if original.tag(h) == NONE {
+            let (a, b) = (original.origin(h), original.target(h));
+            let along = original.point(b) - original.point(a);
+            let turn = (normals[b as usize] - normals[a as usize])
+                .dot(&along)
+                .abs();
+            if along.norm_squared() > 0.0 {
+                largest = largest.max(turn / along.norm_squared());
+            }
+        }
+    }
+    largest
+}
+
+/// Lets lengths grow by no more than half of the distance, so that neighbours are of similar
+/// size.
+fn limit_growth(original: &Triangles, sizes: &mut [f64]) {
+    for _ in 0..20 {
+        let before = &*sizes;
+        let limited = cotan_parallel::filled(before.len(), |v| {
+            original.edges_at(v as u32).fold(before[v], |least, h| {
+                let other = original.origin(h) + original.target(h) - v as u32;
+                least.min(before[other as usize] + GROWTH * original.length(h))
+            })
+        });
+        if limited == *sizes {
+            break;
+        }
+        sizes.copy_from_slice(&limited);
+    }
+}
+
+const GROWTH: f64 = 0.3;
