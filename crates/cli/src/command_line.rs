@@ -10,7 +10,7 @@ use clap::{Parser, Subcommand};
 use crate::args::{LimitArgs, Messages};
 use crate::commands::{
     bench, compare, completions, convert, deform, demo, denoise, detail, edit, geodesic, info,
-    morph, reconstruct, repair, resample, smooth, sphere,
+    merge, morph, reconstruct, repair, resample, smooth, sphere,
 };
 
 /// Edit triangle meshes by a few handles: the surface follows, its details turn with it.

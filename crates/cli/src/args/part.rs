@@ -75,9 +75,9 @@ impl FromStr for Selection {
                 Ok(Self::Box([p.inf(&q), p.sup(&q)]))
             }
             ("sphere", Some(&[x, y, z, r])) if r > 0.0 => Ok(Self::Sphere(Point3::new(x, y, z), r)),
-            ("plane", Some(&[x, y, z, a, b, c])) if (a, b, c) != (0.0, 0.0, 0.0) => Ok(
-                Self::HalfSpace(Point3::new(x, y, z), Vector3::new(a, b, c)),
-            ),
+            ("plane", Some(&[x, y, z, a, b, c])) if (a, b, c) != (0.0, 0.0, 0.0) => {
+                Ok(Self::HalfSpace(Point3::new(x, y, z), Vector3::new(a, b, c)))
+            }
             ("near", Some(&[_, r])) if r > 0.0 => {
                 let vertex = rest.split(',').next().and_then(|v| v.trim().parse().ok());
                 Ok(Self::Near(vertex.ok_or(FORMS)?, r))

@@ -134,8 +134,7 @@ fn kept_faces(
 ) -> Result<FaceMap<bool>, CliError> {
     let surface = mesh.processing.surface();
     let vertices = part::region(selection, file, mesh)?.unwrap_or_default();
-    let mut is_selected =
-        VertexMap::filled(surface.mesh().num_vertices(), false);
+    let mut is_selected = VertexMap::filled(surface.mesh().num_vertices(), false);
     for v in vertices {
         is_selected[v] = true;
     }

@@ -95,10 +95,7 @@ impl Report for MergeReport {
         let [at_seam, elsewhere] = [self.seam_dihedral, self.other_dihedral].map(|d| number(d[0]));
         let bend = format!("{at_seam}° at the seam, {elsewhere}° elsewhere");
         table.row("dihedral angle, 95 %", bend);
-        let (now, before) = (
-            self.smallest_angle_in_band,
-            self.smallest_angle_of_inputs,
-        );
+        let (now, before) = (self.smallest_angle_in_band, self.smallest_angle_of_inputs);
         let angle = format!("{}° in the band, {}° before", number(now), number(before));
         table.row("smallest angle", angle);
         let (now, before) = (
