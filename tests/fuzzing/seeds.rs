@@ -46,6 +46,7 @@ pub fn seeds() -> Vec<Seed> {
             "document_roundtrip",
             "halfedge_build",
             "halfedge_edits",
+            "merge",
             "sphere",
         ] {
             seeds.push((target, name.to_owned(), bytes.clone()));
