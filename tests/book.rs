@@ -16,6 +16,7 @@ chapters! {
     smooth: "jobs/smooth.md",
     detail: "jobs/detail.md",
     sphere: "jobs/sphere.md",
+    merge: "jobs/merge.md",
     geodesic: "jobs/geodesic.md",
     remesh: "jobs/remesh.md",
     compare: "jobs/compare.md",

@@ -8,6 +8,7 @@ mod draw;
 mod files;
 mod halfedge;
 mod materials;
+mod merge;
 mod pipeline;
 mod seeds;
 mod sphere;
@@ -17,6 +18,7 @@ pub use differential::obj_differential;
 pub use files::{document_roundtrip, read_as};
 pub use halfedge::{halfedge_build, halfedge_edits};
 pub use materials::materials;
+pub use merge::merge_cuts;
 pub use pipeline::pipeline;
 pub use seeds::seeds;
 pub use sphere::sphere;
@@ -39,6 +41,7 @@ pub const TARGETS: [(&str, Target); 13] = [
     ("halfedge_edits", halfedge_edits),
     ("obj_differential", obj_differential),
     ("materials", materials),
+    ("merge", merge_cuts),
     ("pipeline", pipeline),
     ("sphere", sphere),
     ("surface_chain", surface_chain),

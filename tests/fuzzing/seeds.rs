@@ -46,6 +46,7 @@ pub fn seeds() -> Vec<Seed> {
             "document_roundtrip",
             "halfedge_build",
             "halfedge_edits",
+            "merge",
             "sphere",
             "surface_chain",
         ] {

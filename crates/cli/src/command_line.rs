@@ -10,7 +10,7 @@ use clap::{Parser, Subcommand};
 use crate::args::{LimitArgs, Messages};
 use crate::commands::{
     bench, compare, completions, convert, decimate, deform, demo, denoise, detail, edit, geodesic,
-    info, morph, reconstruct, remesh, repair, resample, smooth, sphere, subdivide,
+    info, merge, morph, reconstruct, remesh, repair, resample, smooth, sphere, subdivide,
 };
 
 /// Edit triangle meshes by a few handles: the surface follows, its details turn with it.
@@ -88,6 +88,9 @@ pub(crate) enum Command {
     /// Remesh a closed shape by the even triangles of an icosphere
     #[command(after_help = resample::args::EXAMPLE)]
     Resample(resample::args::ResampleArgs),
+    /// Join parts of two meshes into one, without a seam
+    #[command(after_help = merge::args::EXAMPLE)]
+    Merge(merge::args::MergeArgs),
     /// Write a shape between two closed ones
     #[command(after_help = morph::args::EXAMPLE)]
     Morph(morph::args::MorphArgs),

@@ -402,6 +402,11 @@ impl Document {
         )
     }
 
+    /// Whether the format splits vertices, so that several of them may be one.
+    pub(crate) fn is_split(&self) -> bool {
+        !matches!(self.places, Places::Own)
+    }
+
     /// For each vertex, the first vertex that it is welded to; empty if there is nothing to weld.
     pub(crate) fn places(&self, weld: Weld) -> Result<Cow<'_, [u32]>, IoError> {
         let part = self.stretches.group_of();

@@ -48,6 +48,7 @@
 //! | `defects`, `weldable`, `repair`, `cut_faces` | inspection and repair of a document |
 //! | `beside`, `file` | loading and saving |
 
+mod assembly;
 mod attributes;
 mod beside;
 mod companions;
@@ -97,6 +98,7 @@ mod unfinished;
 mod weld;
 mod weldable;
 
+pub use assembly::{Assembled, Assembly, DataSource};
 pub use attributes::{
     Attributes, COLOR, CornerProperty, LabelKind, Labels, NONE, NORMAL, Property, UV, Values,
 };

@@ -12,6 +12,7 @@ pub(crate) mod detail;
 pub(crate) mod edit;
 pub(crate) mod geodesic;
 pub(crate) mod info;
+pub(crate) mod merge;
 pub(crate) mod morph;
 pub(crate) mod reconstruct;
 pub(crate) mod remesh;
@@ -38,6 +39,7 @@ pub(crate) fn run(command: &Command, console: &Console) -> Result<ExitCode, CliE
         Command::Reconstruct(args) => reconstruct::run(args, console),
         Command::Sphere(args) => sphere::run(args, console),
         Command::Resample(args) => resample::run(args, console),
+        Command::Merge(args) => merge::run(args, console),
         Command::Morph(args) => morph::run(args, console),
         Command::Smooth(args) => smooth::run(args, console),
         Command::Denoise(args) => denoise::run(args, console),
