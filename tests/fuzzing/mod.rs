@@ -30,7 +30,7 @@ use cotan_io::Format;
 pub type Target = fn(&[u8]);
 
 /// All targets by name.
-pub const TARGETS: [(&str, Target); 13] = [
+pub const TARGETS: [(&str, Target); 14] = [
     ("obj", |data| read_as(data, Format::Obj)),
     ("ply", |data| read_as(data, Format::Ply)),
     ("gltf", |data| read_as(data, Format::Gltf)),
