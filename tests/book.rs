@@ -12,6 +12,7 @@ macro_rules! chapters {
 chapters! {
     first_edit: "first-edit.md",
     deform: "jobs/deform.md",
+    parts: "jobs/parts.md",
     reconstruct: "jobs/reconstruct.md",
     smooth: "jobs/smooth.md",
     detail: "jobs/detail.md",
