@@ -2,7 +2,7 @@
 
 use cotan_geometry::Scalar;
 use cotan_halfedge::{HalfedgeId, HalfedgeMap};
-use cotan_laplacian::{Graph, OneRings};
+use cotan_laplacian::Graph;
 use cotan_parallel as parallel;
 use nalgebra::Vector3;
 
@@ -51,16 +51,19 @@ pub(crate) fn edge_gradients<T: Scalar>(rest: &Rest<T>) -> HalfedgeMap<Vector3<f
     out
 }
 
-/// In the order of the rings, for every halfedge h the value of `of(h)`, times a factor.
-pub(crate) fn in_rows(
-    rings: &OneRings,
+/// In the order of the graph, for every halfedge h the value of `of(h)`, times a factor; 0 for pairs
+/// that are no edges.
+pub(crate) fn in_rows<T: Scalar>(
+    rest: &Rest<T>,
     values: &HalfedgeMap<Vector3<f64>>,
     factor: f64,
     of: impl Fn(HalfedgeId) -> HalfedgeId + Sync,
 ) -> Vec<[f64; 3]> {
-    let halfedges = rings.halfedges();
-    let mut out = vec![[0.0; 3]; halfedges.len()];
-    parallel::fill(&mut out, |k| (values[of(halfedges[k])] * factor).into());
+    let mut out = vec![[0.0; 3]; rest.graph().num_entries()];
+    parallel::fill(&mut out, |k| match rest.halfedge_of(k) {
+        Some(h) => (values[of(h)] * factor).into(),
+        None => [0.0; 3],
+    });
     out
 }
 

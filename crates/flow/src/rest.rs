@@ -5,7 +5,8 @@ use std::sync::{Arc, OnceLock};
 use cotan_geometry::{Positions, Scalar, Surface, surface_centroid, unit_or_zero};
 use cotan_halfedge::{HalfedgeId, HalfedgeMap, HalfedgeMesh, VertexMap};
 use cotan_laplacian::{
-    Cotangent, FanSums, Fans, Graph, LaplacianScheme, OneRings, Operator, SchemeError, Symmetry,
+    Cotangent, FanSums, Fans, Graph, LaplacianScheme, OneRings, Operator, RowId, SchemeError,
+    Symmetry,
 };
 use nalgebra::Vector3;
 
@@ -33,6 +34,8 @@ pub struct Rest<T: Scalar> {
     cotangents: HalfedgeMap<f64>,
     /// Cotangent weights, row after row; `None` where they are the operator's own.
     row_cotangents: Option<Vec<f64>>,
+    /// The halfedge of each entry of the graph, if it has pairs that are no edges.
+    row_halfedges: Option<Vec<Option<HalfedgeId>>>,
     halfedge_weights: OnceLock<HalfedgeMap<f64>>,
 }
 
@@ -82,7 +85,12 @@ impl<T: Scalar> Rest<T> {
         let surface = Surface::new(&mesh, &positions)?;
         let rings = Arc::new(OneRings::new(&mesh));
         let operator = scheme.operator(&rings, &surface)?;
-        check_graph(&*scheme, &operator, &rings)?;
+        let (operator, row_halfedges) = if operator.graph() == rings.graph() {
+            (operator, None)
+        } else {
+            let (operator, halfedges) = with_edges(&operator, &rings)?;
+            (operator, Some(halfedges))
+        };
         let mut laplacian = VertexMap::filled(n, Vector3::zeros());
         operator.apply(&positions, &mut laplacian);
         let magnitudes = laplacian.map(|ell| ell.norm());
@@ -105,7 +113,10 @@ impl<T: Scalar> Rest<T> {
         let cotangents = cotangents.map(|c| c.as_f64());
         let row_cotangents = (!is_cotangent).then(|| {
             let both = |h: &HalfedgeId| cotangents[*h] + cotangents[h.twin()];
-            rings.halfedges().iter().map(both).collect()
+            match &row_halfedges {
+                None => rings.halfedges().iter().map(both).collect(),
+                Some(rows) => rows.iter().map(|h| h.as_ref().map_or(0.0, both)).collect(),
+            }
         });
         Ok(Self {
             identity: Identity(Arc::new(())),
@@ -122,6 +133,7 @@ impl<T: Scalar> Rest<T> {
             magnitudes,
             cotangents,
             row_cotangents,
+            row_halfedges,
             halfedge_weights: OnceLock::new(),
         })
     }
@@ -170,7 +182,8 @@ impl<T: Scalar> Rest<T> {
         self.fans.rings()
     }
 
-    /// The graph of the operator: rows and their neighbours.
+    /// The graph of the operator: rows and their neighbours. All edges of the mesh are in it, and
+    /// for some schemes further pairs.
     pub fn graph(&self) -> &Arc<Graph> {
         self.operator.graph()
     }
@@ -178,8 +191,35 @@ impl<T: Scalar> Rest<T> {
     /// The operator's weights w_ij by halfedge i→j, for loops over edges; gathered when they are
     /// first asked for.
     pub fn halfedge_weights(&self) -> &HalfedgeMap<f64> {
-        self.halfedge_weights
-            .get_or_init(|| self.rings().by_halfedge(self.operator.weights()))
+        self.halfedge_weights.get_or_init(|| {
+            let Some(rows) = &self.row_halfedges else {
+                return self.rings().by_halfedge(self.operator.weights());
+            };
+            let mut weights = HalfedgeMap::filled(self.mesh.num_halfedges(), 0.0);
+            for (h, weight) in rows.iter().zip(self.operator.weights()) {
+                if let Some(h) = h {
+                    weights[*h] = *weight;
+                }
+            }
+            weights
+        })
+    }
+
+    /// The halfedge along an entry of [`Self::graph`]; `None` for a pair that is no edge.
+    ///
+    /// # Panics
+    /// If there is no such entry.
+    #[inline]
+    pub fn halfedge_of(&self, entry: usize) -> Option<HalfedgeId> {
+        match &self.row_halfedges {
+            None => Some(self.rings().halfedges()[entry]),
+            Some(rows) => rows[entry],
+        }
+    }
+
+    /// Returns true if every pair of the operator is an edge of the mesh.
+    pub fn is_on_edges(&self) -> bool {
+        self.row_halfedges.is_none()
     }
 
     /// The triangles around each vertex.
@@ -280,21 +320,42 @@ impl<T: Scalar> Rest<T> {
     }
 }
 
-/// The energies of the flow are sums over the edges of the mesh, and so must be the operator.
-fn check_graph<T: Scalar>(
-    scheme: &dyn LaplacianScheme<T>,
+/// The operator on a graph that has the edges of the mesh too, with weights of 0, and the halfedge
+/// of each entry.
+///
+/// Energies of the flow have terms on the edges, whose arrays are stored like those of the operator.
+fn with_edges<T: Scalar>(
     operator: &Operator<T>,
     rings: &OneRings,
-) -> Result<(), SchemeError> {
-    if operator.graph() == rings.graph() {
-        return Ok(());
+) -> Result<(Operator<T>, Vec<Option<HalfedgeId>>), SchemeError> {
+    let (own, n) = (operator.graph(), operator.num_rows());
+    let mut pairs = Vec::with_capacity((own.num_entries() + rings.halfedges().len()) / 2);
+    for i in 0..n {
+        for graph in [own, rings.graph()] {
+            let above = graph.row(i).filter(|(j, _)| j.index() > i);
+            pairs.extend(above.map(|(j, _)| [RowId::new(i), j]));
+        }
     }
-    Err(SchemeError::Unsuitable {
-        scheme: scheme.name().into(),
-        reason: "its operator joins vertices that no edge of this mesh joins, which the flow \
-                 cannot use; remesh the surface, or choose a scheme on the edges of the mesh"
-            .into(),
-    })
+    let graph = Arc::new(Graph::from_pairs(n, &pairs));
+    let mut weights = Vec::with_capacity(graph.num_entries());
+    let mut halfedges = Vec::with_capacity(graph.num_entries());
+    for i in 0..n {
+        // All three rows ascend.
+        let (mut of_own, mut of_rings) = (own.row(i).peekable(), rings.ring(i).peekable());
+        for (j, _) in graph.row(i) {
+            let entry = of_own.next_if(|(own, _)| *own == j);
+            weights.push(entry.map_or(0.0, |(_, k)| operator.weights()[k]));
+            let edge = of_rings.next_if(|(v, _)| v.index() == j.index());
+            halfedges.push(edge.map(|(_, h)| h));
+        }
+    }
+    // The weights were finite before.
+    let operator = Operator::new(graph, weights, operator.symmetry());
+    let operator = operator.map_err(|_| SchemeError::Unsuitable {
+        scheme: "given".into(),
+        reason: "its weights add up to no finite number".into(),
+    })?;
+    Ok((operator, halfedges))
 }
 
 /// The cotangent weights, from cotangents that are known already.

@@ -1,8 +1,8 @@
 //! Constant curvature as the scalar field, which turns the flow into a map to the sphere.
 
-use cotan_flow::{FlowError, FlowState, ScalarFieldUpdater};
+use cotan_flow::{FlowError, FlowState, Rest, ScalarFieldUpdater};
 use cotan_geometry::{Positions, Scalar};
-use cotan_halfedge::{EdgeId, HalfedgeMap, HalfedgeMesh, VertexMap};
+use cotan_halfedge::{EdgeId, VertexMap};
 
 use super::sums::sum;
 
@@ -64,11 +64,8 @@ impl ConstantCurvature {
 
 /// E = −Σ x·Lx: four times the Dirichlet energy for cotangent weights; 16π for a conformal map to
 /// the unit sphere.
-pub(crate) fn energy<T: Scalar>(
-    mesh: &HalfedgeMesh,
-    weights: &HalfedgeMap<f64>,
-    positions: &Positions<T>,
-) -> f64 {
+pub(crate) fn energy<T: Scalar>(rest: &Rest<T>, positions: &Positions<T>) -> f64 {
+    let (mesh, weights) = (rest.mesh(), rest.halfedge_weights());
     // Summed per edge from differences, relative to the first vertex in case the weights are not
     // symmetric.
     let origin = positions.as_slice()[0];
@@ -80,6 +77,20 @@ pub(crate) fn energy<T: Scalar>(
             .map(|v| (positions[v] - origin).map(T::as_f64));
         let d = a - b;
         0.5 * ((h + twin) * d.norm_squared() + (h - twin) * (a + b).dot(&d))
+    }) + energy_off_edges(rest, positions)
+}
+
+/// The terms of pairs that are no edges of the mesh. Their weights are symmetric.
+fn energy_off_edges<T: Scalar>(rest: &Rest<T>, positions: &Positions<T>) -> f64 {
+    if rest.is_on_edges() {
+        return 0.0;
+    }
+    let (x, weights) = (positions.as_slice(), rest.operator().weights());
+    sum(x.len(), |i| {
+        let pairs = rest.graph().row(i);
+        let pairs = pairs.filter(|(j, k)| j.index() > i && rest.halfedge_of(*k).is_none());
+        let terms = pairs.map(|(j, k)| weights[k] * (x[j.index()] - x[i]).norm_squared().as_f64());
+        terms.sum::<f64>()
     })
 }
 
@@ -108,7 +119,7 @@ impl<T: Scalar> ScalarFieldUpdater<T> for ConstantCurvature {
                 let along = sum(x.len(), |i| {
                     a[i].as_f64() * n[i].dot(&(x[i] - x[0])).as_f64()
                 });
-                energy(rest.mesh(), rest.halfedge_weights(), positions) / along
+                energy(rest, positions) / along
             }
         };
         if !factor.is_finite() {

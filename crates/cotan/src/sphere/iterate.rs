@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use cotan_flow::{AlongNormal, Flow, FlowError, Report, Schedule, Start, StepReport};
 use cotan_geometry::{Positions, Surface};
 use cotan_halfedge::{HalfedgeMap, HalfedgeMesh, VertexId};
-use cotan_laplacian::{LaplacianScheme, SchemeError, Symmetry, Uniform};
+use cotan_laplacian::{LaplacianScheme, OneRings, Operator, SchemeError, Symmetry, Uniform};
 use cotan_linear::{Handle, SystemOptions};
 use nalgebra::Point3;
 
@@ -158,6 +158,33 @@ impl LaplacianScheme<f64> for Selective {
 
     fn symmetry(&self) -> Symmetry {
         self.scheme.symmetry()
+    }
+
+    fn operator(
+        &self,
+        rings: &OneRings,
+        surface: &Surface<'_, f64>,
+    ) -> Result<Operator<f64>, SchemeError> {
+        let operator = self.scheme.operator(rings, surface)?;
+        let graph = operator.graph();
+        if graph == rings.graph() {
+            return Operator::assemble_on(rings, self, surface);
+        }
+        let is_marked = |i: usize| self.marked.get(i) == Some(&true);
+        let mut weights = operator.weights().to_vec();
+        for i in 0..graph.num_rows() {
+            for (j, k) in graph.row(i) {
+                if is_marked(i) || is_marked(j.index()) {
+                    weights[k] = weights[k].max(FLOOR);
+                }
+            }
+        }
+        Operator::new(graph.clone(), weights, operator.symmetry()).map_err(|_| {
+            SchemeError::Unsuitable {
+                scheme: self.scheme.name().into(),
+                reason: "its weights add up to no finite number".into(),
+            }
+        })
     }
 
     fn name(&self) -> &str {

@@ -266,8 +266,8 @@ impl<T: Scalar> LocalGlobal<T> for Hybrid {
         let length = self.bending_length * rest.extent();
         self.weight = 4.0 * vertex_area * (scale / length).powi(2);
         let gradients = edge_gradients(rest);
-        self.fit_gradients = in_rows(rest.rings(), &gradients, self.weight / 6.0, |h| h.twin());
-        self.pull_gradients = in_rows(rest.rings(), &gradients, -1.0 / 6.0, |h| h);
+        self.fit_gradients = in_rows(rest, &gradients, self.weight / 6.0, |h| h.twin());
+        self.pull_gradients = in_rows(rest, &gradients, -1.0 / 6.0, |h| h);
         self.rotations = vec![IDENTITY; n];
         self.means = self.rotations.clone();
         self.scratch = self.rotations.clone();

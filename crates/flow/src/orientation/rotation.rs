@@ -38,7 +38,7 @@ struct Fit {
 impl Fit {
     fn new<T: Scalar>(rest: &Rest<T>) -> Self {
         Self {
-            gradients: in_rows(rest.rings(), &edge_gradients(rest), 1.0, |h| h.twin()),
+            gradients: in_rows(rest, &edge_gradients(rest), 1.0, |h| h.twin()),
             rotations: vec![IDENTITY; rest.positions().len()],
         }
     }
