@@ -421,9 +421,10 @@ fn opposite_cotangents(lengths: [f64; 3]) -> [f64; 3] {
 /// The mollification that Sharp and Crane recommend, relative to the mean edge length.
 pub const MOLLIFICATION: f64 = 1e-5;
 
-/// Edges with a weight above −`TOLERANCE` count as Delaunay: four points on a circle have weight 0
-/// for either diagonal.
-const TOLERANCE: f64 = 1e-9;
+/// Edges with a weight above −`TOLERANCE` count as Delaunay: four points on a circle, as in every
+/// square grid, have weight 0 for either diagonal, and a mesh rounded to single precision is not to
+/// flip half of them.
+const TOLERANCE: f64 = 1e-6;
 
 /// Twice the least area over Σ l², far below what mollification leaves.
 const FLOOR: f64 = 1e-12;
