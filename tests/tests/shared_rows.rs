@@ -10,7 +10,8 @@ use cotan::halfedge::HalfedgeMesh;
 use cotan::prelude::*;
 use cotan::shapes::{bar, icosphere, torus};
 use cotan::smooth::{
-    DetailOptions, ScaledCurvature, SmoothMethod, SmoothOptions, edit_detail, smooth,
+    BumpSize, BySizeOptions, DetailOptions, ScaledCurvature, SmoothMethod, SmoothOptions,
+    edit_detail, smooth, smooth_by_size,
 };
 use nalgebra::Translation3;
 use proptest::prelude::*;
@@ -460,6 +461,17 @@ fn smoothing_and_details_open_no_crack_and_do_not_mind_turned_faces() {
             println!("{name}: turned {off:.1e}");
             assert!(off < 1e-9, "{name}: {off:e}");
         }
+        let by_size = |mesh: &Mesh<f64>| {
+            let size = BumpSize::Share(0.1);
+            let options = BySizeOptions::default();
+            let smoothed = smooth_by_size(mesh, &Handles::new(), &size, &options);
+            smoothed.unwrap().positions
+        };
+        let (smoothed, other) = (by_size(&mesh), by_size(&turned));
+        assert_no_crack(&mesh, &smoothed, model.name);
+        let off = farthest(&smoothed, |i| other.as_slice()[i], n);
+        println!("{} by size: turned {off:.1e}", model.name);
+        assert!(off < 1e-9, "{}: {off:e}", model.name);
         let edit = |mesh: &Mesh<f64>| {
             let edit = ScaledCurvature::by(1.5);
             edit_detail(mesh, &Handles::new(), &edit, &DetailOptions::default()).unwrap()

@@ -39,6 +39,13 @@ pub(crate) enum CliError {
         #[source]
         source: cotan::Error,
     },
+    /// The mesh cannot be remeshed, decimated or subdivided.
+    #[error("{}: {source}", path.display())]
+    Tessellation {
+        path: PathBuf,
+        #[source]
+        source: cotan::surface::TessellationError,
+    },
     /// The mesh cannot be mapped to the sphere.
     #[error("{}: {source}{remedy}", path.display())]
     Sphere {

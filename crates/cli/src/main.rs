@@ -17,6 +17,7 @@ mod prepare;
 mod report;
 mod same_faces;
 mod sphere;
+mod tessellation;
 mod text;
 mod threads;
 mod vertex_field;

@@ -79,7 +79,7 @@ impl Source {
 
 impl From<&MeshArgs> for Source {
     fn from(args: &MeshArgs) -> Self {
-        Self::new(&args.mesh, args.repair.then(Repair::default), args.weld).surfaces(Surfaces::Any)
+        Self::new(&args.mesh, args.repair.then(Repair::default), args.weld)
     }
 }
 

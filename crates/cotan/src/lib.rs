@@ -32,6 +32,7 @@
 //! - [`spherical()`] maps a closed mesh onto the unit sphere without flipped triangles;
 //!   [`sphere`] works with such maps.
 //! - [`smooth`] smooths without shrinking, and edits the curvature field.
+//! - [`merge`](mod@merge) joins parts of two surfaces without a seam.
 //! - [`fair()`] makes a part of a surface, such as a filled hole, continue the rest.
 //! - [`Quality`] measures the effects of a deformation.
 //! - The underlying crates are re-exported: [`halfedge`], [`geometry`], [`laplacian`],
@@ -60,6 +61,7 @@ mod deform;
 mod error;
 mod fair;
 mod handles;
+pub mod merge;
 mod options;
 mod parts;
 mod quality;

@@ -52,7 +52,7 @@ pub fn gaussian_curvatures<'m, T: Scalar>(surface: impl Into<Surface<'m, T>>) ->
 /// along the normal, per area.
 ///
 /// **Shapes**: one entry per vertex. **Units**: one over length. 0 at the boundary, where the
-/// Laplacian has a part across it, and where there is no area.
+/// Laplacian has a part across it, at vertices with copies, and where there is no area.
 ///
 /// # Errors
 /// [`SchemeError`] if a weight is not finite.
@@ -66,7 +66,7 @@ pub fn mean_curvatures<'m, T: Scalar>(
     let normals = surface.vertex_normals();
     Ok(maps::filled(mesh.num_vertices(), |v| {
         let area = areas[v].as_f64();
-        if mesh.is_boundary_vertex(v) || !(area > 0.0) {
+        if !mesh.is_inner_vertex(v) || !(area > 0.0) {
             return 0.0;
         }
         let ell = operator.apply_at(surface.positions(), v.index());

@@ -168,6 +168,11 @@ impl GeodesicDistances {
         let surface = surface.into();
         let mesh = surface.mesh();
         let surface = Surface::new(mesh, surface.positions())?;
+        if mesh.has_copies() {
+            return Err(DistanceError::Scheme(SchemeError::Copies {
+                scheme: "intrinsic Delaunay".into(),
+            }));
+        }
         let components = mesh.components();
         let pins = first_of_each(mesh, components.of_vertices(), components.count());
         let mut triangulation = IntrinsicTriangulation::new(&surface, options.scheme.mollification);

@@ -10,6 +10,7 @@ mod geodesic;
 mod gltf;
 mod memory;
 mod mending;
+mod merge;
 mod numbering;
 mod parts;
 mod paths;

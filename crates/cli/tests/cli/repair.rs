@@ -94,7 +94,9 @@ fn formats_that_lose_a_repair_cause_a_warning() {
     sandbox.write("bow.obj", BOW_TIE);
     let outcome = sandbox.cotan_ok("repair bow.obj -o o.stl");
     assert!(
-        outcome.stderr.contains("meets again when the file is read"),
+        outcome
+            .stderr
+            .contains("merged again when the file is read"),
         "{outcome:?}"
     );
     let quiet = sandbox.cotan_ok("repair bow.obj -o o.stl --quiet");
@@ -237,7 +239,7 @@ fn welding_and_repairs_combine() {
     // `deform` also warns about formats that lose the repair.
     sandbox.write("bow.obj", BOW_TIE);
     let outcome = sandbox.cotan_ok("deform bow.obj --handles h.txt --repair -o o.stl");
-    let words = "meets again when the file is read\n";
+    let words = "merged again when the file is read\n";
     assert!(outcome.stderr.contains(words), "{outcome:?}");
 }
 

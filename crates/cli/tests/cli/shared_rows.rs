@@ -96,7 +96,9 @@ fn sheets_that_meet_are_edited_without_repair_in_every_format() {
             "deform --handles h.json",
             "deform --handles h.json --precision f32 --history --report r.json --picture p.png",
             "smooth",
-            "smooth --method anchored --preserve-volume --picture p.png",
+            "smooth --size 5% --free-boundary",
+            "denoise",
+            "denoise --method anchored --preserve-volume --picture p.png",
             "detail --scale 1.5 --report r.json",
         ] {
             let line = format!("{job} {name} -o out-{name}");

@@ -56,7 +56,8 @@ impl ImplicitFlow {
     }
 }
 
-fn areas_of_rows<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<f64> {
+/// Dual areas: those of all copies of a vertex together.
+pub(super) fn areas_of_rows<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<f64> {
     let of_vertices = surface.dual_areas().map(|a| a.as_f64());
     let mut areas = surface.mesh().to_rows(&of_vertices);
     for (copy, row) in surface.mesh().copies() {

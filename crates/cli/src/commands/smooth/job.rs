@@ -11,7 +11,7 @@ use crate::console::Console;
 use crate::error::CliError;
 use crate::picture::curvature_picture;
 use crate::pipeline::{Context, Finished, Job, Output, Plan};
-use crate::prepare::{Prepared, Source};
+use crate::prepare::{Prepared, Source, Surfaces};
 use crate::report::counted;
 use crate::same_faces::other_positions;
 
@@ -42,7 +42,7 @@ impl<F: Filter> Job for FilterJob<'_, F> {
 
     fn plan(&self) -> Plan<'_, Source> {
         Plan {
-            sources: self.mesh.into(),
+            sources: Source::from(self.mesh).surfaces(Surfaces::Any),
             output: &self.mesh.output,
             embed: self.mesh.embed,
             threads: self.keep.threads,

@@ -26,7 +26,7 @@ use std::f64::consts::PI;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use cotan_flow::{BoxUnits, FlowError};
+use cotan_flow::BoxUnits;
 use cotan_geometry::{Positions, Scalar, Surface};
 use cotan_halfedge::{HalfedgeMesh, VertexId};
 use cotan_linear::{Bilaplacian, BilaplacianSystem, Choice, SystemOptions};
@@ -84,7 +84,8 @@ pub struct SmoothBySize<T: Scalar> {
     units: BoxUnits<T>,
     rest: RestSurface,
     options: BySizeOptions,
-    /// Vertices at given places: the boundary and the handles.
+    /// Rows at given places: the boundary, vertices at which pieces of the mesh meet, and the
+    /// handles.
     is_fixed: Vec<bool>,
     /// Displacements of handles in box units.
     given: Vec<(VertexId, Vector3<f64>)>,
@@ -104,7 +105,8 @@ impl<T: Scalar> std::fmt::Debug for SmoothBySize<T> {
 /// Removes the bumps of a mesh that are smaller than `size`.
 ///
 /// **Shapes**: one position per vertex. The mesh is a triangle mesh, with or without boundary, of
-/// any genus and with any number of components. `handles` hold or move vertices exactly, also
+/// any genus and with any number of components. Where it was cut into pieces, vertices at which
+/// these meet stay in place. `handles` hold or move vertices exactly, also
 /// those that are springs elsewhere.
 ///
 /// ```
@@ -148,12 +150,6 @@ impl<T: Scalar> SmoothBySize<T> {
         let surface = Surface::new(surface.mesh(), surface.positions())?;
         let units = BoxUnits::of(&surface)?;
         let mesh = surface.mesh();
-        if mesh.has_copies() {
-            return Err(Error::Flow(FlowError::NeedsOneSurface {
-                rule: "smoothing by size",
-                instead: "another smoothing method",
-            }));
-        }
         // A rim that is free is smoothed first and given to the surface.
         let mut is_fixed = boundary(mesh);
         let mut given = Vec::new();
@@ -186,7 +182,7 @@ impl<T: Scalar> SmoothBySize<T> {
         if let Some(mask) = &mask {
             mask.check(self.original.len())?;
         }
-        self.mask = mask;
+        self.mask = mask.map(|mask| mask.shared(&self.mesh).into_owned());
         Ok(())
     }
 
@@ -209,7 +205,8 @@ impl<T: Scalar> SmoothBySize<T> {
         size: &BumpSize,
         observer: Observer<'_>,
     ) -> Result<SmoothedBySize<T>, Error> {
-        let sizes = size.in_box(self.original.len(), self.units.size())?;
+        let mut sizes = size.in_box(self.original.len(), self.units.size())?;
+        sizes.truncate(self.mesh.num_rows());
         if sizes.iter().all(|s| *s == 0.0) {
             return Ok(SmoothedBySize {
                 positions: self.original.clone(),
@@ -273,7 +270,7 @@ impl<T: Scalar> SmoothBySize<T> {
         if let Some(system) = &mut self.system {
             return Ok(system.set_diagonal(diagonal)?);
         }
-        let fixed = self.mesh.vertices().filter(|v| self.is_fixed[v.index()]);
+        let fixed = self.mesh.rows().filter(|v| self.is_fixed[v.index()]);
         let equation = Bilaplacian {
             operator: &self.rest.operator,
             masses: &self.rest.masses,
@@ -291,7 +288,7 @@ impl<T: Scalar> SmoothBySize<T> {
     fn corrected(&self, moves: &[Vector3<f64>]) -> Result<(Positions<T>, usize), Error> {
         let size = self.units.size().as_f64();
         let moved = self.original.iter().map(|(v, p)| {
-            let way = moves[v.index()];
+            let way = moves[self.mesh.row_of(v).index()];
             match way.amax() > LEAST_MOVE {
                 true => (p.map(T::as_f64) + way * size).map(T::of_f64),
                 false => *p,
@@ -327,7 +324,7 @@ impl<T: Scalar> SmoothBySize<T> {
     fn held(&self) -> Vec<bool> {
         let mut held = match self.options.boundary {
             Boundary::Fixed => boundary(&self.mesh),
-            Boundary::Free => vec![false; self.original.len()],
+            Boundary::Free => vec![false; self.mesh.num_rows()],
         };
         self.given.iter().for_each(|(v, _)| held[v.index()] = true);
         held

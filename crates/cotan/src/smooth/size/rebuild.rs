@@ -58,7 +58,7 @@ impl Rebuild<'_> {
     fn wanted(&self, u: &[Vector3<f64>], out: &mut [Vector3<f64>]) -> Result<(), Error> {
         let rest = self.rest;
         let moved = rest.positions.iter().map(|(v, p)| p + u[v.index()]);
-        let positions: Positions<f64> = moved.collect();
+        let positions: Positions<f64> = self.mesh.to_vertices(moved.collect());
         let normals = Surface::new(self.mesh, &positions)?.vertex_normals();
         parallel::fill(out, |i| {
             let (normal, mass) = (normals[VertexId::new(i)], rest.masses[i]);

@@ -7,9 +7,10 @@ use cotan_laplacian::{OneRings, Operator, Symmetry};
 use nalgebra::Vector3;
 
 use crate::error::Error;
+use crate::smooth::implicit::areas_of_rows;
 use crate::smooth::mollified::{mollified_cotangents, with_floor};
 
-/// The original surface in box units, in double precision.
+/// The original surface in box units, in double precision, with one entry per row.
 pub(super) struct RestSurface {
     pub(super) positions: Positions<f64>,
     /// −S, with mollified cotangents.
@@ -33,18 +34,21 @@ impl RestSurface {
         let (corner, size) = (units.corner().map(T::as_f64), units.size().as_f64());
         let to_box = |p: &nalgebra::Point3<T>| ((p.map(T::as_f64) - corner) / size).into();
         let positions: Positions<f64> = surface.positions().map(to_box);
-        let rest = Surface::new(mesh, &positions)?;
+        let positions = mesh.to_rows(&positions);
+        let of_vertices = mesh.to_vertices(positions.clone());
+        let rest = Surface::new(mesh, &of_vertices)?;
         let operator = operator(&rest);
-        let mut masses = with_floor(mesh, &rest.dual_areas()).into_vec();
+        let mut masses = with_floor(mesh, &areas_of_rows(&rest)).into_vec();
         raise(&mut masses);
         let normals = rest.vertex_normals();
-        let area_vectors = vertex_area_vectors(&rest).map(|n| n / 3.0).into_vec();
+        let area_vectors = mesh.to_rows(&vertex_area_vectors(&rest));
+        let area_vectors = area_vectors.map(|n| n / 3.0).into_vec();
         let mut laplacian = VertexMap::filled(positions.len(), Vector3::zeros());
         operator.apply(&positions, &mut laplacian);
         laplacian.values_mut().for_each(|l| *l = -*l);
-        let curvature = mesh.vertices().map(|v| match mesh.is_boundary_vertex(v) {
-            true => 0.0,
-            false => laplacian[v].dot(&normals[v]),
+        let curvature = mesh.rows().map(|v| match mesh.is_inner_vertex(v) {
+            false => 0.0,
+            true => laplacian[v].dot(&normals[v]),
         });
         Ok(Self {
             curvature: curvature.collect(),
@@ -62,9 +66,13 @@ fn operator(surface: &Surface<'_, f64>) -> Operator<f64> {
     let mut cotangents = HalfedgeMap::default();
     mollified_cotangents(surface, &mut cotangents);
     let rings = OneRings::new(surface.mesh());
-    let weights = rings.halfedges().iter();
+    let weight = |k: usize| {
+        let halfedges = rings.halfedges_of(k).iter();
+        let both = halfedges.map(|h| cotangents[*h] + cotangents[h.twin()]);
+        both.fold(0.0, |sum, w| sum + w)
+    };
     // A face whose corners coincide has no cotangents.
-    let weights = weights.map(|h| cotangents[*h] + cotangents[h.twin()]);
+    let weights = (0..rings.graph().num_entries()).map(weight);
     let weights = weights
         .map(|w| if w.is_finite() { w } else { 0.0 })
         .collect();
@@ -82,9 +90,7 @@ fn raise(masses: &mut [f64]) {
 /// Small enough to leave a component alone that is a ten-thousandth of the others in size.
 const LEAST_MASS: f64 = 1e-9;
 
-/// The vertices of a mesh that have rows without a curvature.
+/// The rows of a mesh that have no curvature: boundaries, and vertices at which pieces meet.
 pub(super) fn boundary(mesh: &HalfedgeMesh) -> Vec<bool> {
-    mesh.vertices()
-        .map(|v| mesh.is_boundary_vertex(v))
-        .collect()
+    mesh.rows().map(|v| !mesh.is_inner_vertex(v)).collect()
 }

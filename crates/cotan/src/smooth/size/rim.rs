@@ -11,29 +11,35 @@ use nalgebra::Vector3;
 use super::screen;
 use crate::error::Error;
 
-/// The displacements of all vertices that smooth the boundary loops by the same filter as the
+/// The displacements of all rows that smooth the boundary loops by the same filter as the
 /// surface, in one dimension:
 ///
 /// ```text
 /// u = −B² x⁰        B = (S m⁻¹ S + μ² m)⁻¹ S m⁻¹ S        S_ij = −1/|e_ij|, m = half the edges
 /// ```
 ///
-/// Loops shorter than eight sizes stay, because the filter would shrink them.
+/// Loops shorter than eight sizes stay, because the filter would shrink them, and so do vertices at
+/// which pieces of the mesh meet.
 pub(super) fn smoothed_rims(
     mesh: &HalfedgeMesh,
     positions: &Positions<f64>,
     sizes: &[f64],
 ) -> Result<Vec<Vector3<f64>>, Error> {
-    let mut moves = vec![Vector3::zeros(); positions.len()];
+    let mut moves = vec![Vector3::zeros(); mesh.num_rows()];
     for start in mesh.boundary_loops() {
-        let vertices: Vec<_> = mesh.boundary_loop(start).map(|h| mesh.origin(h)).collect();
+        let vertices = mesh
+            .boundary_loop(start)
+            .map(|h| mesh.row_of(mesh.origin(h)));
+        let vertices: Vec<_> = vertices.collect();
         let points: Vec<_> = vertices.iter().map(|v| positions[*v].coords).collect();
         let sizes: Vec<_> = vertices.iter().map(|v| sizes[v.index()]).collect();
         let Some(filtered) = filtered(&points, &sizes)? else {
             continue;
         };
         for (v, u) in vertices.iter().zip(filtered) {
-            moves[v.index()] = u;
+            if !mesh.is_shared_vertex(*v) {
+                moves[v.index()] = u;
+            }
         }
     }
     Ok(moves)
