@@ -3,8 +3,9 @@
 use cotan::prelude::*;
 use cotan_geometry::Mesh;
 
+/// The defaults, but no part follows another.
 fn options() -> DeformOptions {
-    DeformOptions::default()
+    DeformOptions::default().parts(cotan::Parts::Still)
 }
 
 /// An icosphere with its lowest vertices fixed and its highest one pulled up.

@@ -34,8 +34,8 @@ pub struct Deformed<T: Scalar> {
 ///
 /// # Errors
 /// [`Error`] for a mesh that is not a valid surface, and for handles that do not exist,
-/// contradict each other or leave a component free. Reaching the iteration limit is not an error:
-/// see [`Deformed::report`].
+/// contradict each other or, with [`Parts::Still`](crate::Parts::Still), leave a component free.
+/// Reaching the iteration limit is not an error: see [`Deformed::report`].
 ///
 /// **Source**: paper, section 3.2. The default orientation differs from the paper, whose
 /// reflection does not reach a fixed point on detailed meshes. The settings of the paper are

@@ -400,7 +400,8 @@ impl<T: Scalar> Session<T> {
     ///
     /// A component whose handles are all at their original positions has exactly its original
     /// positions, unless it was left far from them. See [`Flow::positions`] for other vertices
-    /// that have not moved. Parts that follow are where the last step or run placed them.
+    /// that have not moved. Components that are tied to others ([`DeformOptions::parts`]) move with
+    /// them even if their own handles stay. Parts that follow are where the last step or run placed them.
     pub fn positions(&self) -> Positions<T> {
         let positions = self.positions_of_flow();
         let rows = match &self.following {
