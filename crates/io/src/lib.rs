@@ -31,7 +31,8 @@
 //!
 //! Bytes become a `Reading` (the parsed geometry and the source file), and that becomes a
 //! `Document`; this order is the direction of dependencies. Modules import only modules above
-//! them; the files of a folder are one concept and use each other.
+//! them or in their own row, and never in a circle; only the files of a folder, which are one
+//! concept, use each other freely.
 //!
 //! | modules | content |
 //! |---|---|
