@@ -154,10 +154,13 @@ fn masks_that_do_not_fit_are_refused() {
 }
 
 #[test]
-fn exact_parts_are_left_alone_and_the_reason_is_printed() {
+fn exact_parts_are_left_alone_and_the_report_says_so() {
     let sandbox = Sandbox::with_bar();
-    let outcome = sandbox.cotan_ok("denoise bar.obj -o out.obj");
+    sandbox.cotan_ok("denoise bar.obj -o out.obj --report r.json");
     assert_eq!(sandbox.read("out.obj"), sandbox.read("bar.obj"));
-    assert!(outcome.stderr.contains("exactly flat"), "{outcome:?}");
-    assert!(outcome.stderr.contains("state a method"), "{outcome:?}");
+    let report = sandbox.json("r.json");
+    let reason = report["reason"].as_str().unwrap_or_default();
+    assert!(reason.contains("exactly flat"), "{report}");
+    assert!(reason.contains("state a method"), "{report}");
+    assert_eq!(report["max_displacement"], 0.0);
 }

@@ -64,7 +64,7 @@ impl Decision {
 }
 
 fn reason(method: Smoother, coplanar: f64, spread: f64, noise: &NoiseEstimate) -> String {
-    let percent = |share: f64| format!("{:.0} %", 100.0 * share);
+    let percent = |share: f64| format!("{:.1} %", 100.0 * share);
     if coplanar >= EXACT {
         return format!(
             "{} of the area is exactly flat, as on parts that were constructed, so nothing was moved; to smooth it all the same, state a method or a size",
