@@ -61,12 +61,12 @@ pub enum Acceleration {
 
 impl Default for Acceleration {
     fn default() -> Self {
-        // Between 5 and 20 steps were found alike, and every one is read in every iteration.
+        // 5 to 20 steps work equally well, and each of them is read in every iteration.
         Self::Memory(5)
     }
 }
 
-/// Collects the settings of a [`Flow`]. Every setting has a default but the handles.
+/// Collects the settings of a [`Flow`]. All settings except the handles have defaults.
 pub struct FlowBuilder<T: Scalar> {
     source: Source<T>,
     updater: Option<Box<dyn ScalarFieldUpdater<T>>>,
@@ -154,7 +154,8 @@ impl<T: Scalar> FlowBuilder<T> {
     /// scheme is measured again.
     ///
     /// The membrane of the default energy is weighted by cotangents whatever the scheme; a
-    /// scheme that is to rule alone wants an orientation, such as [`crate::BestRotation`].
+    /// scheme that is to determine the result alone needs an orientation, such as
+    /// [`crate::BestRotation`].
     #[must_use]
     pub fn scheme(mut self, scheme: impl LaplacianScheme<T> + 'static) -> Self {
         let scheme: Arc<dyn LaplacianScheme<T>> = Arc::new(scheme);
@@ -214,14 +215,15 @@ impl<T: Scalar> FlowBuilder<T> {
         self
     }
 
-    /// Another shape to start from than the original one, in box units or those of the projection.
+    /// The shape to start from instead of the original one, in box units or those of the
+    /// projection.
     #[must_use]
     pub fn first_shape(mut self, positions: Positions<T>) -> Self {
         self.first_shape = Some(positions);
         self
     }
 
-    /// The handle vertices and where they are to be.
+    /// The handle vertices and their targets.
     #[must_use]
     pub fn handles(mut self, handles: impl IntoIterator<Item = (Handle, Point3<T>)>) -> Self {
         self.handles = handles.into_iter().collect();
@@ -252,8 +254,8 @@ impl<T: Scalar> FlowBuilder<T> {
     }
 
     /// States by how much handle vertices turn, as rotation vectors (an axis times an angle in
-    /// radians), which may be more than half a turn: positions alone cannot tell. Of a region the
-    /// vertex with the lowest index in the list of handles speaks for all. Used by
+    /// radians), which may be more than half a turn: positions alone cannot tell. The turn of a
+    /// region is that of its first vertex in the list of handles. Used by
     /// [`Start::HandleRotations`] where two regions turn by more than half a turn relative to
     /// each other; a turn that the targets contradict is ignored.
     #[must_use]
@@ -279,7 +281,7 @@ impl<T: Scalar> FlowBuilder<T> {
         self
     }
 
-    /// A factor on the updating ratio, vertex by vertex, each in [0, 1].
+    /// A factor on the updating ratio per vertex, each in [0, 1].
     #[must_use]
     pub fn vertex_ratios(mut self, ratios: VertexMap<T>) -> Self {
         self.settings.ratios = Some(ratios);
@@ -349,7 +351,7 @@ impl<T: Scalar> FlowBuilder<T> {
         let region = self.region.as_deref();
         let targets = Targets::new(*rest.box_units(), rest.mesh(), &self.handles, region)?;
         let memory = match self.acceleration {
-            // A ratio of its own for every vertex is no step that could be extrapolated.
+            // Steps with a ratio per vertex cannot be extrapolated.
             Acceleration::Memory(memory) if settings.ratios.is_none() => memory,
             Acceleration::Memory(_) | Acceleration::Off => 0,
         };
@@ -416,7 +418,7 @@ impl<T: Scalar> FlowBuilder<T> {
     }
 }
 
-/// Refuses stated turns that are none.
+/// Refuses stated turns that are not finite.
 pub(crate) fn check_turns(stated: &StatedTurns) -> Result<(), FlowError> {
     match stated.iter().find(|(_, turn)| !turn.norm().is_finite()) {
         None => Ok(()),
@@ -436,7 +438,7 @@ pub(crate) fn membrane<T: Scalar>(rest: &Rest<T>, weight: f64) -> Option<Membran
     })
 }
 
-/// Refuses ratios that are none.
+/// Refuses ratios outside [0, 1].
 fn check_ratios<T: Scalar>(mesh: &HalfedgeMesh, ratios: &VertexMap<T>) -> Result<(), FlowError> {
     if ratios.len() != mesh.num_rows() && ratios.len() != mesh.num_vertices() {
         return Err(FlowError::Setting {

@@ -1,4 +1,4 @@
-//! Cells of triangles, and averages over one-rings, for what fits rotations.
+//! Cells of triangles, and averages over one-rings, for fitting rotations.
 
 use cotan_geometry::Scalar;
 use cotan_halfedge::{HalfedgeId, HalfedgeMap};

@@ -1,4 +1,4 @@
-//! The current positions, and what has been measured of them.
+//! The current positions and the quantities measured on them.
 
 use std::borrow::Cow;
 use std::sync::{Mutex, OnceLock, PoisonError};
@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 use crate::error::FlowError;
 use crate::rest::Rest;
 
-/// Positions with the quantities that were asked for since they were last written. Writing
+/// Positions with the quantities that were computed since they were last written. Writing
 /// positions forgets all of them, so that none can be read that belongs to another shape.
 #[derive(Debug)]
 pub(crate) struct Current<T: Scalar> {
@@ -102,12 +102,12 @@ impl<T: Scalar> Current<T> {
         })
     }
 
-    /// L⁰x, if somebody has asked for it.
+    /// L⁰x, if it was computed.
     pub(crate) fn known_rest_laplacian(&self) -> Option<&VertexMap<Vector3<f64>>> {
         self.rest_laplacian.value.get()
     }
 
-    /// Runs a pass that computes L⁰x on its way, so that nobody needs to compute it again.
+    /// Runs a pass that also computes L⁰x, so that it is not computed again.
     pub(crate) fn fuse_rest_laplacian<R>(&self, pass: impl FnOnce(&mut [Vector3<f64>]) -> R) -> R {
         let mut room = self.rest_laplacian.room();
         resize(&mut room, self.positions.len());
@@ -177,7 +177,7 @@ fn resize<U: Scalar>(map: &mut VertexMap<Vector3<U>>, num_vertices: usize) {
     }
 }
 
-/// A panic elsewhere leaves nothing half done behind these locks.
+/// A panic in another thread leaves no half-written value behind these locks.
 fn lock<V>(mutex: &Mutex<V>) -> std::sync::MutexGuard<'_, V> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use crate::nearest_rotation::nearest_rotation;
 
-/// A point before and after, and how much it counts.
+/// A point before and after, and its weight.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pair {
     pub(crate) before: Vector3<f64>,

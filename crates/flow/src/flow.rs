@@ -210,7 +210,7 @@ impl<T: Scalar> Flow<T> {
 
     /// Replaces all handles by others, each with its target. The shape is kept and follows in the
     /// next steps; schedule and acceleration start over. A vertex that is no longer a hard handle
-    /// is let go of where it is.
+    /// is released where it is.
     ///
     /// Some strategies factorize again: see [`cotan_linear::Strategy`].
     ///
@@ -255,7 +255,7 @@ impl<T: Scalar> Flow<T> {
     }
 
     /// Changes the schedule of the steps from here on: 1 while a handle is held, say, and a
-    /// falling one when it is let go of.
+    /// falling one when it is released.
     ///
     /// # Errors
     /// [`FlowError`] for ratios out of range.
@@ -263,7 +263,8 @@ impl<T: Scalar> Flow<T> {
         schedule.check()?;
         if self.work.settings.schedule != schedule {
             self.work.settings.schedule = schedule;
-            // Its first ratio comes next; that handles have moved is answered to already, or not.
+            // The next step takes its first ratio. A move of the handles that no step has followed
+            // yet still counts as one.
             self.work.since_move = self.work.since_move.min(1);
         }
         Ok(())
@@ -292,7 +293,7 @@ impl<T: Scalar> Flow<T> {
         }
     }
 
-    /// One iteration: a solve, then what the rule does with it.
+    /// Performs one iteration: a solve, and the step that the rule makes of it.
     ///
     /// # Errors
     /// Errors of the updater, orientation or scheme. The shape is then somewhere between two
@@ -356,8 +357,8 @@ impl<T: Scalar> Flow<T> {
     }
 }
 
-/// Starts from a shape that is wound up with its handles. There is no solve that answers to them
-/// all at once: it would unwind the shape.
+/// Starts from a shape that is wound up with its handles, without the solve that usually follows
+/// the start: it would unwind the shape.
 fn begin_wound<T: Scalar>(
     work: &mut Workspace<T>,
     rule: &mut dyn Rule<T>,
@@ -532,7 +533,7 @@ pub(crate) mod tests {
         assert!(farthest(&flow.positions(), shape.positions()) < 1e-4);
     }
 
-    /// The default energy would pull against the field of an updater: somebody has to choose.
+    /// The default energy would pull against the field of an updater, so the caller has to choose.
     #[test]
     fn an_updater_that_the_default_energy_would_mute_is_refused() {
         let shape = icosphere::<f64>(2);
@@ -581,7 +582,7 @@ pub(crate) mod tests {
         assert_eq!(shared, again);
     }
 
-    /// Wrapped in any way, a rule does what it does alone.
+    /// A wrapped rule gives the same result.
     #[test]
     fn wrapped_orientations_and_energies_change_nothing() {
         let shape = icosphere::<f64>(2);
@@ -602,7 +603,7 @@ pub(crate) mod tests {
         );
     }
 
-    /// A field that is no longer that of the original is obeyed.
+    /// A field that differs from that of the original is followed.
     #[test]
     fn a_smaller_scalar_field_flattens_the_shape() {
         struct Halve;

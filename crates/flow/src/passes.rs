@@ -19,13 +19,13 @@ pub(crate) trait Pass<A, const N: usize>: Sync {
 
 /// As [`Pass`], for two slices of one length.
 pub(crate) trait PassOfTwo<A, B, const N: usize>: Sync {
-    /// Works on the entries of both slices from number `first` on.
+    /// Works on the entries of both slices from index `first` on.
     fn on(&self, first: usize, a: &mut [A], b: &mut [B]) -> [f64; N];
 }
 
 /// As [`Pass`], for three slices of one length, without sums.
 pub(crate) trait PassOfThree<A, B, C>: Sync {
-    /// Works on the entries of all slices from number `first` on.
+    /// Works on the entries of all slices from index `first` on.
     fn on(&self, first: usize, a: &mut [A], b: &mut [B], c: &mut [C]);
 }
 
@@ -127,7 +127,7 @@ impl<A, B, C, P: PassOfThree<A, B, C>> WithSimd for Three<'_, P, A, B, C> {
     }
 }
 
-/// Four numbers that are computed with side by side.
+/// Four numbers in one vector register.
 #[derive(Clone, Copy)]
 #[repr(align(32))]
 pub(crate) struct Four(pub(crate) [f64; 4]);

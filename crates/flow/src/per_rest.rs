@@ -4,8 +4,8 @@ use cotan_geometry::Scalar;
 
 use crate::rest::{Identity, Rest};
 
-/// A value that follows from the rest shape alone: computed when it is first asked for, and again
-/// only if it is asked for with another rest shape.
+/// A value that follows from the rest shape alone: computed on its first use, and again
+/// only for another rest shape.
 ///
 /// An updater or orientation keeps one of these for what it measures on the original mesh. There
 /// is no method to call first and none that a wrapper could forget to forward.
@@ -34,10 +34,10 @@ impl<V> PerRest<V> {
 
     /// The value for `rest`; `make` computes it if it is not known yet.
     pub fn get<T: Scalar>(&mut self, rest: &Rest<T>, make: impl FnOnce(&Rest<T>) -> V) -> &mut V {
-        let at_hand = self.of.take().filter(|(of, _)| of.is_of(rest));
+        let known = self.of.take().filter(|(of, _)| of.is_of(rest));
         let (_, value) = self
             .of
-            .insert(at_hand.unwrap_or_else(|| (rest.identity().clone(), make(rest))));
+            .insert(known.unwrap_or_else(|| (rest.identity().clone(), make(rest))));
         value
     }
 }

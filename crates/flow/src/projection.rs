@@ -8,8 +8,8 @@ use crate::rest::Rest;
 /// Carries the positions after every step back to what a job keeps: a size, a place, a surface
 /// that the vertices lie on.
 ///
-/// A flow with a projection takes plain steps, its handles say no more than where the mesh is
-/// while nothing projects it, and it has converged when a step is shorter, *as the projection
+/// A flow with a projection takes plain steps. Its handles only fix the position of the mesh
+/// before it is projected. It has converged when a step is shorter, *as the projection
 /// measures it*, than the tolerance. Dyn-compatible, and forwarded through `Box<P>` and `&mut P`.
 pub trait Projection<T: Scalar>: Send + Sync {
     /// Looks at the original positions, or those from which the flow starts, and may move
@@ -21,7 +21,7 @@ pub trait Projection<T: Scalar>: Send + Sync {
 
     /// Replaces `next`, where the step leads from `before`, by the projected positions. Returns
     /// the length of the step, which is compared with the tolerance; infinite while the flow has
-    /// to go on whatever the length.
+    /// to continue in any case.
     ///
     /// **Shapes**: one position per vertex. **Units**: box units, or those of what it projects to.
     ///

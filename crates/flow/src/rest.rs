@@ -45,7 +45,7 @@ pub struct Rest<T: Scalar> {
     halfedge_weights: OnceLock<HalfedgeMap<f64>>,
 }
 
-/// Tells one rest shape from another.
+/// The identity of a rest shape.
 #[derive(Clone, Debug)]
 pub(crate) struct Identity(Arc<()>);
 
@@ -205,8 +205,8 @@ impl<T: Scalar> Rest<T> {
         self.operator.graph()
     }
 
-    /// The operator's weights w_ij by halfedge i→j, for loops over edges; gathered when they are
-    /// first asked for.
+    /// The operator's weights w_ij by halfedge i→j, for loops over edges; gathered on
+    /// first use.
     pub fn halfedge_weights(&self) -> &HalfedgeMap<f64> {
         self.halfedge_weights
             .get_or_init(|| self.rings().by_halfedge(self.operator.weights()))
@@ -271,8 +271,8 @@ impl<T: Scalar> Rest<T> {
         self.row_cotangents.is_none()
     }
 
-    /// Σ_j w_ij (x_j − x_i) and Σ_j s_ij (x_j − x_i) at vertex number `i`: the Laplacian
-    /// coordinate, and by how much the membrane's edges pull.
+    /// Σ_j w_ij (x_j − x_i) and Σ_j s_ij (x_j − x_i) at vertex `i`: the Laplacian
+    /// coordinate, and the pull of the membrane's edges.
     #[inline]
     pub(crate) fn laplacian_and_pull(
         &self,

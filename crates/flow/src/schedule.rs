@@ -1,9 +1,9 @@
-//! The updating ratio s: which part of a full step the vertices take.
+//! The updating ratio s: the part of a full step that the vertices take.
 
 use crate::error::FlowError;
 
-/// The updating ratio of step 1, x ← (1 − s) x + s x̃ (paper, equation 8), over the iterations since
-/// a handle last moved.
+/// The updating ratio of step 1, x ← (1 − s) x + s x̃ (paper, equation 8), over the iterations
+/// since a handle last moved.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Schedule {
     /// The same ratio throughout.
@@ -12,9 +12,9 @@ pub enum Schedule {
     Decay {
         /// Ratio of the first iteration, and of every one while a handle moves.
         from: f64,
-        /// Ratio in the end.
+        /// The last ratio.
         to: f64,
-        /// In how many steps.
+        /// The number of steps.
         steps: usize,
     },
 }
@@ -33,7 +33,7 @@ impl Schedule {
         steps: 5,
     };
 
-    /// The ratio of the iteration with number `since_move`, counted from 0.
+    /// The ratio of the iteration with index `since_move`.
     pub fn ratio(&self, since_move: usize) -> f64 {
         match *self {
             Self::Constant(s) => s,

@@ -1,5 +1,5 @@
-//! The first guess of all rotations: one turn of all handles, and how each differs from it, spread
-//! over the mesh.
+//! The first guess of all rotations: one rotation of all handles, and the deviation of each handle
+//! from it, spread over the mesh.
 
 use cotan_geometry::Scalar;
 use cotan_halfedge::{Components, VertexId, VertexMap};
@@ -24,8 +24,8 @@ pub struct FirstGuess {
     /// The scale of the one similarity that moves all handles: the original counts as scaled by it
     /// from here on. 1 where there is no such similarity.
     pub scale: f64,
-    /// By how much handle regions that are scaled swell the body around them; `None` where none is
-    /// scaled by itself.
+    /// The factor by which handle regions that are scaled swell the body around them; `None` where
+    /// no region is scaled by itself.
     pub swelling: Option<VertexMap<f64>>,
 }
 
@@ -186,7 +186,7 @@ impl Groups {
         let all = self.weighted(|_| true);
         let whole = Fit::new(&all);
         if rests(&all) {
-            // Nothing turns, not even by rounding.
+            // No rotation, not even one by rounding.
         } else if num_components == 1 {
             rotations[0] = common_rotation(&whole);
         } else {
@@ -236,7 +236,7 @@ impl Groups {
 
     /// The logarithm of every group's scale, in the first coordinate; `None` if none is scaled.
     fn swelling(&self) -> Option<Vec<Vector3<f64>>> {
-        /// A smaller logarithm is no scale that anybody asked for.
+        /// A smaller logarithm is not an intended scale.
         const LEAST: f64 = 1e-3;
         let logarithm = |group: &Vec<usize>| {
             let own: Vec<Pair> = group.iter().map(|&k| self.pairs[k]).collect();
@@ -276,7 +276,8 @@ impl Groups {
     /// The rotation of the groups around group `g`, by their centres; `None` if these do not
     /// determine one.
     fn turn_among_others(&self, g: usize) -> Option<Matrix3<f64>> {
-        /// Of more groups than this none is looked up: they hold the mesh by themselves.
+        /// With more groups than this no neighbours are searched: they hold the mesh by
+        /// themselves.
         const MAX_GROUPS: usize = 4000;
         /// The nearest groups count; the weights of others are some 1e-4.
         const MAX_MATES: usize = 64;

@@ -18,8 +18,8 @@ use crate::rest::Rest;
 /// [`has_copies`](cotan_halfedge::HalfedgeMesh::has_copies) or
 /// [`is_shared_vertex`](cotan_halfedge::HalfedgeMesh::is_shared_vertex).
 ///
-/// A quantity is computed when it is first asked for, once for every shape, and shared by all who
-/// ask, from any thread. Asking for [`Self::laplacian`] before the others saves a pass.
+/// A quantity is computed on its first use, once per shape, and shared by all threads. Using
+/// [`Self::laplacian`] before the others saves a pass.
 #[derive(Clone, Copy, Debug)]
 pub struct FlowState<'a, T: Scalar> {
     rest: &'a Rest<T>,
@@ -114,7 +114,8 @@ mod tests {
 
     use super::*;
 
-    /// Nothing of an earlier shape is read after the positions were written, whoever asks first.
+    /// After the positions were written no quantity of an earlier shape is read, in any order of
+    /// use.
     #[test]
     fn quantities_are_those_of_the_positions_as_they_are() {
         let shape = torus::<f64>(1.0, 0.4, 12, 7);

@@ -1,4 +1,4 @@
-//! The handles and where they are to be.
+//! The handles and their targets.
 
 use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
@@ -16,7 +16,7 @@ pub(crate) struct Targets<T: Scalar> {
     /// In the units of the input and in box units.
     in_input: Vec<Point3<T>>,
     in_box: Vec<Point3<T>>,
-    /// Per vertex the index of its handle.
+    /// The index of the handle of each vertex.
     index_of: VertexMap<Option<u32>>,
     /// For each vertex, `true` if it may move; `None` if all may.
     region: Option<VertexMap<bool>>,
@@ -31,7 +31,7 @@ pub(crate) enum Changed {
 }
 
 impl<T: Scalar> Targets<T> {
-    /// Checks the targets; the handles are the system's to check.
+    /// Checks the targets; the system checks the handles.
     pub(crate) fn new(
         units: BoxUnits<T>,
         mesh: &HalfedgeMesh,
@@ -67,8 +67,8 @@ impl<T: Scalar> Targets<T> {
         &self.in_box
     }
 
-    /// The handles, and hard ones at all other vertices outside of the region: what the system
-    /// holds.
+    /// The handles, and hard ones at all other vertices outside of the region, as the system needs
+    /// them.
     pub(crate) fn held(&self) -> Vec<Handle> {
         with_outside(&self.handles, self.region.as_ref())
     }

@@ -1,4 +1,4 @@
-//! Which magnitude each Laplacian coordinate takes next.
+//! The scalar field: the magnitude that each Laplacian coordinate takes next.
 
 use cotan_geometry::Scalar;
 use cotan_halfedge::VertexMap;

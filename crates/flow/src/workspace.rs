@@ -19,7 +19,7 @@ use crate::state::FlowState;
 use crate::targets::Targets;
 use crate::updater::ScalarFieldUpdater;
 
-/// The shape of a flow, where it is drawn to, and the vectors of one solve; allocated once.
+/// The shape of a flow, its targets, and the vectors of one solve; allocated once.
 pub(crate) struct Workspace<T: Scalar> {
     pub(crate) rest: Arc<Rest<T>>,
     pub(crate) targets: Targets<T>,
@@ -40,12 +40,12 @@ pub(crate) struct Workspace<T: Scalar> {
     pub(crate) since_move: usize,
     /// The handles that pull at a disc; none for a rule without a membrane.
     pub(crate) point_handles: Option<PointHandles>,
-    /// That of their discs, in box units.
+    /// The radius of their discs, in box units.
     pub(crate) point_radius: f64,
-    /// That of the similarity that moved all handles when the flow was built; 1 for any other
+    /// The scale of the similarity that moved all handles when the flow was built; 1 for any other
     /// motion.
     pub(crate) scale: f64,
-    /// The first guess of the rotations, until somebody has oriented by it.
+    /// The first guess of the rotations, until it has been used to orient.
     pub(crate) first_guess: Option<FirstGuess>,
 }
 
@@ -57,7 +57,7 @@ pub(crate) struct Terms {
     pub(crate) pull: VertexMap<Vector3<f64>>,
     /// Half the negative gradient, after [`Workspace::solve_with_tension`]; empty before.
     pub(crate) residual: VertexMap<Vector3<f64>>,
-    /// By what a full plain step would move.
+    /// The displacement of a full plain step.
     pub(crate) correction: VertexMap<Vector3<f64>>,
 }
 
@@ -73,7 +73,7 @@ impl Terms {
     }
 }
 
-/// Of the settings of a flow, those that its steps read.
+/// The settings of a flow that its steps read.
 #[derive(Clone, Debug)]
 pub(crate) struct Settings<T> {
     pub(crate) schedule: Schedule,
@@ -89,7 +89,7 @@ pub(crate) struct Advance {
     pub(crate) ratio: f64,
     /// See [`StepReport::residual`].
     pub(crate) residual: f64,
-    /// The first solve after a move answers to the handles, not to the shape: its length says
+    /// `true` for the first solve after a move, whose length depends on the handles and says
     /// nothing about convergence.
     pub(crate) is_first: bool,
 }
@@ -233,7 +233,7 @@ impl<T: Scalar> Workspace<T> {
         parallel::max(correction.len(), length).sqrt() / self.rest.diagonal().as_f64()
     }
 
-    /// By how much the step moved the vertex that it moved most, over the diagonal.
+    /// The longest displacement of a vertex in the step, over the diagonal.
     pub(crate) fn longest_move(&self) -> f64 {
         let (now, start) = (self.current.positions().as_slice(), self.start.as_slice());
         let length = |i: usize| (now[i] - start[i]).map(T::as_f64).norm_squared();
@@ -283,7 +283,7 @@ impl<T: Scalar> Workspace<T> {
         updater.update(&state, &mut self.field)
     }
 
-    /// Has the Laplacian coordinates written anew from the current positions and the field.
+    /// Rewrites the Laplacian coordinates from the current positions and the field.
     pub(crate) fn orient<R>(
         &mut self,
         orient: impl FnOnce(

@@ -472,7 +472,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_solved_is_refused_and_leaves_the_system_as_it_was() {
+    fn an_unsolvable_problem_is_refused_and_leaves_the_system_unchanged() {
         let shape = tetrahedron::<f64>();
         let operator = operator(&shape);
         let refused = |diagonal: &[f64], fixed: &[VertexId]| {

@@ -202,7 +202,7 @@ fn no_strategy_is_quadratic_in_a_valence() {
 
 /// However the vertices are numbered: pieces follow the ring, not the numbers.
 #[test]
-fn scattered_numbers_do_not_fill_the_factor() {
+fn scattered_indices_do_not_fill_the_factor() {
     let n = 4_001;
     let shape = bipyramid::<f64>(n - 2);
     // A permutation, as 1,361 and 4,001 have no common divisor.

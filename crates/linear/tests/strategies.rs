@@ -222,7 +222,7 @@ proptest! {
 
 /// Columns of neighbours are nearly the same; what tells them apart is still there.
 #[test]
-fn a_patch_of_handles_is_told_apart() {
+fn adjacent_handles_are_distinguished() {
     let shape = shapes::creature::<f64>(40);
     let operator = Operator::assemble(&Cotangent::default(), &shape.surface()).unwrap();
     let mut patch = vec![VertexId::new(17)];
@@ -303,7 +303,7 @@ fn a_refused_set_of_handles_leaves_the_system_as_it_was() {
 }
 
 #[test]
-fn what_columns_cannot_serve_is_left_to_the_normal_equations_or_refused() {
+fn unsuitable_problems_fall_back_to_the_normal_equations_or_are_refused() {
     let shape = shapes::icosphere::<f64>(2);
     let surface = shape.surface();
     let held = [
@@ -335,7 +335,7 @@ fn what_columns_cannot_serve_is_left_to_the_normal_equations_or_refused() {
 }
 
 #[test]
-fn what_does_not_fit_into_memory_is_refused_before_it_is_factorized() {
+fn a_system_that_does_not_fit_into_memory_is_refused_before_it_is_factorized() {
     let shape = shapes::icosphere::<f64>(4);
     let n = shape.positions().len();
     let operator = Operator::assemble(&Cotangent::default(), &shape.surface()).unwrap();

@@ -377,7 +377,7 @@ mod tests {
     fn the_predicted_bytes_are_those_of_a_ball() {
         let shape = icosphere::<f64>(3);
         let (mesh, positions) = (shape.connectivity(), shape.positions());
-        let rest = Rest::new(mesh.clone(), positions.clone(), Cotangent::default()).unwrap();
+        let rest = Rest::new(mesh, positions, Cotangent::default()).unwrap();
         let bodies = Bodies::new(&rest);
         let struts = Struts::new(&rest, &bodies, 0.3, 1.0);
         // Every vertex of a ball has a strut.
