@@ -11,7 +11,7 @@ use cotan::nalgebra::Point3;
 use cotan::prelude::*;
 use cotan::shapes::{self, Numbering};
 use cotan::smooth::with_normal_noise;
-use cotan_io::{Attributes, Document, FaceList, Property, Values, save};
+use cotan_io::{Attributes, Document, FaceList, LabelKind, Labels, Property, Values, save};
 
 type Outcome = Result<(), Box<dyn Error>>;
 
@@ -23,6 +23,7 @@ fn main() -> Outcome {
     noisy(&folder)?;
     star_shaped(&folder)?;
     painted(&folder)?;
+    dressed(&folder)?;
     damaged(&folder)
 }
 
@@ -85,6 +86,68 @@ fn painted(folder: &Path) -> Outcome {
     save(
         &document.with_attributes(attributes)?,
         folder.join("painted.ply"),
+    )?;
+    Ok(())
+}
+
+/// The creature with two eyes and a blanket: four parts with names.
+fn dressed(folder: &Path) -> Outcome {
+    let body = shapes::creature::<f64>(64);
+    let surface = body.surface();
+    let normals = surface.vertex_normals();
+    let head = Point3::new(0.86, 1.58, 0.0);
+    let mut positions: Vec<Point3<f64>> = body.positions().values().copied().collect();
+    let mut faces = triangles(&body);
+    let mut names = vec![0; faces.len()];
+    for side in [-1.0, 1.0] {
+        let look = Vector3::new(0.8, 0.3, 0.6 * side).normalize();
+        let seat = body
+            .positions()
+            .values()
+            .filter(|p| (*p - head).norm() < 0.6)
+            .max_by(|a, b| (*a - head).dot(&look).total_cmp(&(*b - head).dot(&look)))
+            .ok_or("the creature has no head")?;
+        let ball = shapes::icosphere::<f64>(2);
+        let eye = ball.positions().map(|p| seat + p.coords * 0.08);
+        let first = positions.len() as u32;
+        positions.extend(eye.values());
+        faces.extend(triangles(&ball).iter().map(|f| f.map(|v| v + first)));
+        names.resize(faces.len(), 1);
+    }
+    let is_covered = |v: &u32| {
+        let v = VertexId::new(*v as usize);
+        let p = body.positions()[v];
+        p.x > -0.6 && p.x < 0.4 && normals[v].y > 0.3 && p.y < 1.4
+    };
+    let covered: Vec<[u32; 3]> = triangles(&body)
+        .into_iter()
+        .filter(|f| f.iter().all(is_covered))
+        .collect();
+    let mut copy = vec![None; body.num_vertices()];
+    for face in covered {
+        let face = face.map(|v| {
+            *copy[v as usize].get_or_insert_with(|| {
+                let v = VertexId::new(v as usize);
+                positions.push(body.positions()[v] + normals[v] * 0.03);
+                positions.len() as u32 - 1
+            })
+        });
+        faces.push(face);
+    }
+    names.resize(faces.len(), 2);
+    let labels = Labels {
+        kind: LabelKind::Object,
+        names: ["body", "eye", "blanket"].map(String::from).to_vec(),
+        faces: names,
+    };
+    let attributes = Attributes {
+        labels: vec![labels],
+        ..Attributes::default()
+    };
+    let document = Document::new(positions, faces.iter().collect::<FaceList>())?;
+    save(
+        &document.with_attributes(attributes)?,
+        folder.join("dressed.obj"),
     )?;
     Ok(())
 }

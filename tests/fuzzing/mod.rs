@@ -8,17 +8,21 @@ mod draw;
 mod files;
 mod halfedge;
 mod materials;
+mod merge;
 mod pipeline;
 mod seeds;
 mod sphere;
+mod surface;
 
 pub use differential::obj_differential;
 pub use files::{document_roundtrip, read_as};
 pub use halfedge::{halfedge_build, halfedge_edits};
 pub use materials::materials;
+pub use merge::merge_cuts;
 pub use pipeline::pipeline;
 pub use seeds::seeds;
 pub use sphere::sphere;
+pub use surface::surface_chain;
 
 use cotan_io::Format;
 
@@ -26,7 +30,7 @@ use cotan_io::Format;
 pub type Target = fn(&[u8]);
 
 /// All targets by name.
-pub const TARGETS: [(&str, Target); 12] = [
+pub const TARGETS: [(&str, Target); 14] = [
     ("obj", |data| read_as(data, Format::Obj)),
     ("ply", |data| read_as(data, Format::Ply)),
     ("gltf", |data| read_as(data, Format::Gltf)),
@@ -37,8 +41,10 @@ pub const TARGETS: [(&str, Target); 12] = [
     ("halfedge_edits", halfedge_edits),
     ("obj_differential", obj_differential),
     ("materials", materials),
+    ("merge", merge_cuts),
     ("pipeline", pipeline),
     ("sphere", sphere),
+    ("surface_chain", surface_chain),
 ];
 
 /// Runs the body of a target.

@@ -46,7 +46,9 @@ pub fn seeds() -> Vec<Seed> {
             "document_roundtrip",
             "halfedge_build",
             "halfedge_edits",
+            "merge",
             "sphere",
+            "surface_chain",
         ] {
             seeds.push((target, name.to_owned(), bytes.clone()));
         }

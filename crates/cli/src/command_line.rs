@@ -9,8 +9,8 @@ use clap::{Parser, Subcommand};
 
 use crate::args::{LimitArgs, Messages};
 use crate::commands::{
-    bench, compare, completions, convert, deform, demo, denoise, detail, edit, geodesic, info,
-    morph, reconstruct, repair, resample, smooth, sphere,
+    bench, compare, completions, convert, decimate, deform, demo, denoise, detail, edit, geodesic,
+    info, merge, morph, reconstruct, remesh, repair, resample, smooth, sphere, subdivide,
 };
 
 /// Edit triangle meshes by a few handles: the surface follows, its details turn with it.
@@ -88,6 +88,9 @@ pub(crate) enum Command {
     /// Remesh a closed shape by the even triangles of an icosphere
     #[command(after_help = resample::args::EXAMPLE)]
     Resample(resample::args::ResampleArgs),
+    /// Join parts of two meshes into one, without a seam
+    #[command(after_help = merge::args::EXAMPLE)]
+    Merge(merge::args::MergeArgs),
     /// Write a shape between two closed ones
     #[command(after_help = morph::args::EXAMPLE)]
     Morph(morph::args::MorphArgs),
@@ -103,6 +106,15 @@ pub(crate) enum Command {
     /// Measure distances along a mesh from some of its vertices
     #[command(after_help = geodesic::args::EXAMPLE)]
     Geodesic(geodesic::args::GeodesicArgs),
+    /// Remesh a surface by triangles of even size and shape
+    #[command(after_help = remesh::args::EXAMPLE)]
+    Remesh(remesh::args::RemeshArgs),
+    /// Reduce the number of triangles
+    #[command(after_help = decimate::args::EXAMPLE)]
+    Decimate(decimate::args::DecimateArgs),
+    /// Cut every face into smaller ones, by Loop, Catmull and Clark, or at midpoints
+    #[command(after_help = subdivide::args::EXAMPLE)]
+    Subdivide(subdivide::args::SubdivideArgs),
     /// Measure how far two meshes are from each other
     #[command(after_help = compare::args::EXAMPLE)]
     Compare(compare::args::CompareArgs),

@@ -8,6 +8,7 @@ use cotan::halfedge::BuildError;
 use cotan::sphere::SphereError;
 use cotan_io::{IoError, Weld};
 use cotan_tool::files::in_file;
+use cotan_tool::part_names::UnknownPart;
 use cotan_tool::paths::Conflict;
 use cotan_tool::repair::weld_option;
 use cotan_tool::{MemoryError, ToolError};
@@ -37,6 +38,13 @@ pub(crate) enum CliError {
         path: PathBuf,
         #[source]
         source: cotan::Error,
+    },
+    /// The mesh cannot be remeshed, decimated or subdivided.
+    #[error("{}: {source}", path.display())]
+    Tessellation {
+        path: PathBuf,
+        #[source]
+        source: cotan::surface::TessellationError,
     },
     /// The mesh cannot be mapped to the sphere.
     #[error("{}: {source}{remedy}", path.display())]
@@ -114,6 +122,16 @@ pub(crate) enum CliError {
         #[source]
         source: io::Error,
     },
+    /// The words after --parts do not go together.
+    #[error("--parts {0}: write `follow`, `still`, or `only` and the names or numbers of parts")]
+    Parts(String),
+    /// A part that the model does not have.
+    #[error("{}: {source}", path.display())]
+    Part {
+        path: PathBuf,
+        #[source]
+        source: UnknownPart,
+    },
     /// The thread pool cannot be started.
     #[error("cannot start {threads} threads: {problem}; ask for fewer with --threads")]
     Threads { threads: usize, problem: String },
@@ -134,7 +152,7 @@ impl CliError {
     /// The exit code of a command that ends with this error.
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
-            Self::Conflict(_) => 2,
+            Self::Conflict(_) | Self::Parts(_) => 2,
             _ => 1,
         }
     }

@@ -65,6 +65,9 @@ pub(crate) fn region(
         (Some(Selection::Box([low, high])), _) => {
             surface.vertices_where(|p| (0..3).all(|k| low[k] <= p[k] && p[k] <= high[k]))
         }
+        (Some(Selection::HalfSpace(point, normal)), _) => {
+            surface.vertices_where(|p| (p - point).dot(normal) >= 0.0)
+        }
         (Some(Selection::Sphere(center, radius)), _) => {
             surface.vertices_where(|p: &Point3<f64>| (p - center).norm() <= *radius)
         }

@@ -6,6 +6,7 @@ use cotan_geometry::{Positions, Scalar, Surface};
 use crate::error::Error;
 use crate::handles::Handles;
 use crate::options::DeformOptions;
+use crate::parts::PartReport;
 use crate::session::Session;
 
 /// A deformed mesh and the report of the iteration.
@@ -16,12 +17,15 @@ pub struct Deformed<T: Scalar> {
     pub positions: Positions<T>,
     /// The report of the iteration.
     pub report: Report,
+    /// The roles of the components and how well they follow; see [`Session::parts`].
+    pub parts: Vec<PartReport>,
 }
 
 /// Moves `handles` and lets the surface follow. Its details are rotated and scaled as it bends.
 ///
-/// The surface may have boundaries. Every component needs a handle. It need not be manifold or
-/// consistently oriented: a mesh that was cut into pieces
+/// The surface may have boundaries and several components. Those without handles follow the others,
+/// as [`DeformOptions::parts`] says. It need not be manifold or consistently oriented: a mesh that
+/// was cut into pieces
 /// ([`MeshBuilder::cut_into_pieces`](crate::MeshBuilder::cut_into_pieces)) deforms as one surface,
 /// and copies of a vertex stay together. The struts and the volume of
 /// [`cotan_flow::Stiffness`] belong to a piece: one that is cut from a one-sided surface has
@@ -41,11 +45,11 @@ pub fn deform<'m, T: Scalar>(
     handles: &Handles<T>,
     options: &DeformOptions,
 ) -> Result<Deformed<T>, Error> {
-    deform_with(options.flow(surface), handles)
+    finish(Session::new(surface, handles, options)?)
 }
 
 /// Like [`deform()`], but with a flow that has any scheme, updater, orientation or energy,
-/// including custom ones.
+/// including custom ones. Every component needs a handle.
 ///
 /// # Errors
 /// Same as [`deform()`], and an error for an updater that the energy of the flow would not use
@@ -54,10 +58,14 @@ pub fn deform_with<T: Scalar>(
     flow: FlowBuilder<T>,
     handles: &Handles<T>,
 ) -> Result<Deformed<T>, Error> {
-    let mut session = Session::from_flow(flow, handles)?;
+    finish(Session::from_flow(flow, handles)?)
+}
+
+fn finish<T: Scalar>(mut session: Session<T>) -> Result<Deformed<T>, Error> {
     let report = session.run()?;
     Ok(Deformed {
         positions: session.positions(),
+        parts: session.parts(),
         report,
     })
 }

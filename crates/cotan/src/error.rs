@@ -69,6 +69,17 @@ pub enum Error {
         /// The number of handles.
         num_handles: usize,
     },
+    /// A part of the model that does not exist was named.
+    #[error("there is no part {part}; the model has {num_parts} parts, numbered from 0")]
+    NoSuchPart {
+        /// The number that was given.
+        part: usize,
+        /// The number of parts.
+        num_parts: usize,
+    },
+    /// The strength of the ties between parts is out of range.
+    #[error("the strength of ties must be above 0 and at most 1e6, but is {}", Readable(*_0))]
+    TieStrength(f64),
     /// An observer stopped a job before there was a result.
     #[error("stopped on request")]
     Cancelled,
@@ -104,6 +115,66 @@ pub enum Error {
     /// Two embeddings do not belong to the same mesh.
     #[error("the two meshes differ in connectivity: {0}")]
     DifferentMeshes(String),
+}
+
+impl Error {
+    /// The same error with other vertex numbers, for meshes that are numbered differently
+    /// elsewhere. Indices that are out of range are kept.
+    #[must_use]
+    pub fn with_vertices(self, number: impl Fn(VertexId) -> VertexId) -> Self {
+        let linear = |error| match error {
+            LinearError::ComponentWithoutHandle {
+                vertex,
+                num_vertices,
+            } => LinearError::ComponentWithoutHandle {
+                vertex: number(vertex),
+                num_vertices,
+            },
+            LinearError::DuplicateHandle { vertex } => LinearError::DuplicateHandle {
+                vertex: number(vertex),
+            },
+            LinearError::HandleWeight { vertex, weight } => LinearError::HandleWeight {
+                vertex: number(vertex),
+                weight,
+            },
+            other => other,
+        };
+        let surface = |error| match error {
+            SurfaceError::NonFinite { vertex } => SurfaceError::NonFinite {
+                vertex: number(vertex),
+            },
+            other => other,
+        };
+        let scheme = |error| match error {
+            SchemeError::NonFiniteWeight { scheme, vertices } => SchemeError::NonFiniteWeight {
+                scheme,
+                vertices: vertices.map(&number),
+            },
+            other => other,
+        };
+        let flow = |error| match error {
+            FlowError::Scheme(error) => FlowError::Scheme(scheme(error)),
+            FlowError::Surface(error) => FlowError::Surface(surface(error)),
+            FlowError::Linear(error) => FlowError::Linear(linear(error)),
+            FlowError::NonFiniteTarget { vertex } => FlowError::NonFiniteTarget {
+                vertex: number(vertex),
+            },
+            FlowError::TargetTooFar { vertex } => FlowError::TargetTooFar {
+                vertex: number(vertex),
+            },
+            other => other,
+        };
+        match self {
+            Self::Contradiction { groups, vertex } => Self::Contradiction {
+                groups,
+                vertex: number(vertex),
+            },
+            Self::Surface(error) => Self::Surface(surface(error)),
+            Self::Scheme(error) => Self::Scheme(scheme(error)),
+            Self::Flow(error) => Self::Flow(flow(error)),
+            other => other,
+        }
+    }
 }
 
 impl From<LinearError> for Error {

@@ -34,8 +34,20 @@ pub fn fair<'m, T: Scalar>(
     free: &[VertexId],
 ) -> Result<Positions<T>, Error> {
     let surface = surface.into();
+    let surface = Surface::new(surface.mesh(), surface.positions())?;
+    match fair_by(&Cotangent::default(), &surface, free) {
+        Ok(positions) => Ok(positions),
+        Err(_) => fair_by(&Uniform, &surface, free),
+    }
+}
+
+/// Like [`fair`], with the weights of a scheme.
+pub(crate) fn fair_by<T: Scalar, S: LaplacianScheme<T>>(
+    scheme: &S,
+    surface: &Surface<'_, T>,
+    free: &[VertexId],
+) -> Result<Positions<T>, Error> {
     let (mesh, positions) = (surface.mesh(), surface.positions());
-    let surface = Surface::new(mesh, positions)?;
     // Copies of a vertex are one unknown.
     let mut is_free = vec![false; mesh.num_rows()];
     for v in free.iter().filter(|v| v.index() < mesh.num_vertices()) {
@@ -51,11 +63,7 @@ pub fn fair<'m, T: Scalar>(
     if handles.len() == mesh.num_rows() {
         return Ok(positions.clone());
     }
-    let solved = solve(&Cotangent::default(), &surface, &handles);
-    let correction = match solved {
-        Ok(correction) => correction,
-        Err(_) => solve(&Uniform, &surface, &handles)?,
-    };
+    let correction = solve(scheme, surface, &handles)?;
     let fair = mesh.rows().map(|v| match is_held(&v) {
         true => positions[v],
         false => positions[v] + correction[v].map(T::of_f64),

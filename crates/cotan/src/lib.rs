@@ -32,6 +32,7 @@
 //! - [`spherical()`] maps a closed mesh onto the unit sphere without flipped triangles;
 //!   [`sphere`] works with such maps.
 //! - [`smooth`] smooths without shrinking, and edits the curvature field.
+//! - [`merge`](mod@merge) joins parts of two surfaces without a seam.
 //! - [`fair()`] makes a part of a surface, such as a filled hole, continue the rest.
 //! - [`Quality`] measures the effects of a deformation.
 //! - The underlying crates are re-exported: [`halfedge`], [`geometry`], [`laplacian`],
@@ -60,7 +61,9 @@ mod deform;
 mod error;
 mod fair;
 mod handles;
+pub mod merge;
 mod options;
+mod parts;
 mod quality;
 mod reconstruct;
 mod session;
@@ -74,6 +77,7 @@ pub use error::Error;
 pub use fair::fair;
 pub use handles::{HandleGroup, HandleId, Handles, Motion};
 pub use options::{DeformOptions, DetailSize, OrientationKind, SchemeKind, UnknownName};
+pub use parts::{PartReport, Parts, Role, Ties, survey};
 pub use quality::{Extent, Quality, ShapeDistance, ShapeErrors};
 pub use reconstruct::{reconstruct, reconstruct_observed};
 pub use session::Session;

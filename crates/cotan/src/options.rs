@@ -10,6 +10,8 @@ use cotan_laplacian::{ClampedCotangent, Cotangent, EdgeLength, LaplacianScheme, 
 use cotan_linear::SystemOptions;
 use thiserror::Error;
 
+use crate::parts::{Parts, Ties};
+
 /// A name that does not match any built-in value.
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
 #[error("there is no {what} named \"{name}\"; the names are {known}")]
@@ -159,6 +161,10 @@ pub struct DeformOptions {
     pub iteration_limit: usize,
     /// The solver of the linear system and its memory limit.
     pub system: SystemOptions,
+    /// Which parts without handles follow.
+    pub parts: Parts,
+    /// How parts are tied to those that they follow.
+    pub ties: Ties,
 }
 
 setters!(DeformOptions {
@@ -174,6 +180,8 @@ setters!(DeformOptions {
     tolerance: f64,
     iteration_limit: usize,
     system: SystemOptions,
+    parts: Parts,
+    ties: Ties,
 });
 
 impl Default for DeformOptions {
@@ -191,6 +199,8 @@ impl Default for DeformOptions {
             tolerance: DEFAULT_TOLERANCE,
             iteration_limit: DEFAULT_ITERATION_LIMIT,
             system: SystemOptions::default(),
+            parts: Parts::default(),
+            ties: Ties::default(),
         }
     }
 }
@@ -217,6 +227,8 @@ impl DeformOptions {
     #[must_use]
     pub fn for_reconstruction(mut self) -> Self {
         self.start = Start::Zero;
+        // Every component is rebuilt from handles of its own.
+        self.parts = Parts::Still;
         if self.orientation == OrientationKind::Hybrid {
             self.orientation = OrientationKind::ReflectFirst;
         }

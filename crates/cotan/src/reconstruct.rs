@@ -44,6 +44,7 @@ pub fn reconstruct_observed<'m, T: Scalar>(
     let mut session = Session::new(surface, handles, &options)?;
     let report = session.run_observed(observer)?;
     Ok(Deformed {
+        parts: Vec::new(),
         positions: session.positions(),
         report,
     })

@@ -3,15 +3,16 @@
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
-use cotan_flow::{Flow, FlowBuilder, Report, Schedule, StepReport};
-use cotan_geometry::{Positions, Scalar, Surface};
-use cotan_halfedge::VertexId;
-use cotan_linear::Hold;
-use nalgebra::{Matrix4, Point3};
+use cotan_flow::{Flow, FlowBuilder, Report, Schedule, StepReport, StopReason};
+use cotan_geometry::{Positions, Scalar, Surface, SurfaceError};
+use cotan_halfedge::{HalfedgeMesh, VertexId};
+use cotan_linear::{Handle, Hold};
+use nalgebra::{Matrix4, Point3, Vector3};
 
 use crate::error::Error;
 use crate::handles::{HandleId, Handles, Motion};
 use crate::options::DeformOptions;
+use crate::parts::{Effort, Following, PartReport, turns_in_flow};
 use crate::unmoved::Unmoved;
 
 /// A mesh held by its handles: factorized once, then moved and stepped any number of times.
@@ -46,26 +47,55 @@ pub struct Session<T: Scalar> {
     /// Finds the components that have not moved. `None` for a run that does not start from the
     /// original.
     unmoved: Option<Unmoved<T>>,
+    /// The parts of the mesh that follow those with handles; `None` for a single part, and where
+    /// none is to follow.
+    following: Option<Box<Following<T>>>,
 }
+
+/// Handles with their targets.
+type Held<T> = Vec<(Handle, Point3<T>)>;
 
 impl<T: Scalar> Session<T> {
     /// Assembles and factorizes the system of a surface with `handles`. The session owns a copy
     /// of mesh and positions; to share them, pass their `Arc`s to a flow and use
     /// [`Self::from_flow`].
     ///
+    /// Components of the mesh without handles follow the others, as [`DeformOptions::parts`] says.
+    /// Those with handles are solved as if they were alone.
+    ///
     /// # Errors
     /// [`Error`] for a mesh that is not a valid surface, and for handles that do not exist,
-    /// contradict each other or leave a component of the mesh free.
+    /// contradict each other or, with [`Parts::Still`](crate::Parts::Still), leave a component of
+    /// the mesh free.
     pub fn new<'m>(
         surface: impl Into<Surface<'m, T>>,
         handles: &Handles<T>,
         options: &DeformOptions,
     ) -> Result<Self, Error> {
-        Self::from_flow(options.flow(surface), handles)
+        let surface = surface.into();
+        let held = handles.resolve(surface.mesh(), surface.positions())?;
+        match Following::new(&surface, options, &held)? {
+            Some(following) => Self::with_parts(following, &held, handles),
+            None => Self::from_flow(options.flow(surface), handles),
+        }
+    }
+
+    /// Solves the parts that drive; the others follow.
+    fn with_parts(
+        following: Following<T>,
+        held: &Held<T>,
+        handles: &Handles<T>,
+    ) -> Result<Self, Error> {
+        let stated = turns_in_flow(&following, handles.stated_turns(following.mesh()));
+        let held = following.handles_in_flow(held);
+        let session = Self::solve(following.flow(), held, stated, handles);
+        let mut session = session.map_err(|error| following.in_whole(error))?;
+        session.following = Some(Box::new(following));
+        Ok(session)
     }
 
     /// Creates a session from a flow with any scheme, updater, orientation or energy, including
-    /// custom ones. `handles` replace those of the flow.
+    /// custom ones. `handles` replace those of the flow. No part of the mesh follows another.
     ///
     /// ```
     /// use cotan::prelude::*;
@@ -80,23 +110,52 @@ impl<T: Scalar> Session<T> {
     /// ```
     ///
     /// # Errors
-    /// Same as [`Self::new`], and an error for an updater that the energy of the flow would not
-    /// use ([`cotan_flow::FlowError::MutedUpdater`]).
+    /// Same as [`Self::new`], an error for a component without a handle, and one for an updater
+    /// that the energy of the flow would not use ([`cotan_flow::FlowError::MutedUpdater`]).
     pub fn from_flow(flow: FlowBuilder<T>, handles: &Handles<T>) -> Result<Self, Error> {
-        let resolved = handles.resolve(flow.mesh(), flow.original_positions())?;
+        let held = handles.resolve(flow.mesh(), flow.original_positions())?;
         let stated = handles.stated_turns(flow.mesh());
+        Self::solve(flow, held, stated, handles)
+    }
+
+    fn solve(
+        flow: FlowBuilder<T>,
+        held: Held<T>,
+        stated: Vec<(VertexId, Vector3<f64>)>,
+        handles: &Handles<T>,
+    ) -> Result<Self, Error> {
         let is_wound = stated.iter().any(|(_, turn)| turn.norm() > PI);
         let starts_from_original = flow.starts_from_original() && !is_wound;
-        let flow = flow.handles(resolved).stated_turns(stated).build()?;
+        let flow = flow.handles(held).stated_turns(stated).build()?;
         Ok(Self {
             unmoved: starts_from_original.then(|| Unmoved::new(flow.rest().mesh(), flow.size())),
             flow,
             handles: handles.clone(),
+            following: None,
         })
     }
 
     fn original(&self) -> &Positions<T> {
-        self.flow.rest().original_positions()
+        match &self.following {
+            Some(following) => following.original(),
+            None => self.flow.rest().original_positions(),
+        }
+    }
+
+    /// The whole mesh.
+    fn mesh(&self) -> &HalfedgeMesh {
+        match &self.following {
+            Some(following) => following.mesh(),
+            None => self.flow.rest().mesh(),
+        }
+    }
+
+    /// An error of the flow, with the vertices of the whole mesh.
+    fn in_whole(&self, error: impl Into<Error>) -> Error {
+        match &self.following {
+            Some(following) => following.in_whole(error.into()),
+            None => error.into(),
+        }
     }
 
     /// The handles, with their motions and firmness.
@@ -143,19 +202,25 @@ impl<T: Scalar> Session<T> {
             handles.turn_on(handle, &self.handles, self.original());
         }
         let targets: Vec<Point3<T>> = handles
-            .resolve(self.flow.rest().mesh(), self.original())?
+            .resolve(self.mesh(), self.original())?
             .into_iter()
             .map(|(_, target)| target)
             .collect();
-        self.flow.set_targets(&targets)?;
+        let moved = self.flow.set_targets(&targets);
+        moved.map_err(|error| self.in_whole(error))?;
         self.take(handles)
     }
 
     /// Keeps the handles that were moved, and has the flow hold their turns.
     fn take(&mut self, handles: Handles<T>) -> Result<(), Error> {
         self.handles = handles;
-        let stated = self.handles.stated_turns(self.flow.rest().mesh());
-        Ok(self.flow.state_turns(stated)?)
+        let stated = self.handles.stated_turns(self.mesh());
+        let stated = match &self.following {
+            Some(following) => turns_in_flow(following, stated),
+            None => stated,
+        };
+        let taken = self.flow.state_turns(stated);
+        taken.map_err(|error| self.in_whole(error))
     }
 
     fn no_such(&self, handle: HandleId) -> Error {
@@ -183,14 +248,38 @@ impl<T: Scalar> Session<T> {
     /// With few handles on a mesh whose system is solved by columns
     /// ([`cotan_linear::Strategy::Columns`]), this costs a solve or two for every three new
     /// vertices, and vertices that are already held cost nothing. Otherwise the system is
-    /// factorized again.
+    /// factorized again. It is factorized anew, too, if a part of the mesh gets its first handle or
+    /// loses its last one: the first is solved from here on, and the other follows.
     ///
     /// # Errors
     /// Same as [`Self::new`]. Nothing has changed in that case.
     pub fn set_handles(&mut self, handles: &Handles<T>) -> Result<(), Error> {
-        let resolved = handles.resolve(self.flow.rest().mesh(), self.original())?;
-        self.flow.set_handles(&resolved)?;
+        let held = handles.resolve(self.mesh(), self.original())?;
+        match &self.following {
+            Some(following) if !following.is_for(&held) => {
+                return self.change_drivers(following.with_handles(&held), &held, handles);
+            }
+            Some(following) => {
+                let changed = self.flow.set_handles(&following.handles_in_flow(&held));
+                changed.map_err(|error| self.in_whole(error))?;
+            }
+            None => self.flow.set_handles(&held)?,
+        }
         self.take(handles.clone())
+    }
+
+    /// Other parts drive from here on. The shape is kept.
+    fn change_drivers(
+        &mut self,
+        following: Following<T>,
+        held: &Held<T>,
+        handles: &Handles<T>,
+    ) -> Result<(), Error> {
+        let shape = self.positions();
+        let mut session = Self::with_parts(following, held, handles)?;
+        session.set_shape(&shape)?;
+        *self = session;
+        Ok(())
     }
 
     /// Adds a group of vertices with its motion, held exactly, and returns its id, which stays
@@ -231,7 +320,22 @@ impl<T: Scalar> Session<T> {
     /// # Errors
     /// [`Error`] for a shape of another mesh or with a non-finite position.
     pub fn set_shape(&mut self, shape: &Positions<T>) -> Result<(), Error> {
-        Ok(self.flow.set_shape(shape)?)
+        let Some(following) = &mut self.following else {
+            return Ok(self.flow.set_shape(shape)?);
+        };
+        let Some(of_flow) = following.in_flow_shape(shape) else {
+            let (positions, vertices) = (shape.len(), following.original().len());
+            let error = SurfaceError::LengthMismatch {
+                positions,
+                vertices,
+            };
+            return Err(error.into());
+        };
+        self.flow
+            .set_shape(&of_flow)
+            .map_err(|error| following.in_whole(error.into()))?;
+        following.set_shape(shape);
+        Ok(())
     }
 
     /// Changes the schedule for the following steps; see [`Flow::set_schedule`].
@@ -242,12 +346,15 @@ impl<T: Scalar> Session<T> {
         Ok(self.flow.set_schedule(schedule)?)
     }
 
-    /// Performs one iteration.
+    /// Performs one iteration; the parts that follow are placed by it.
     ///
     /// # Errors
     /// Errors of the flow.
     pub fn step(&mut self) -> Result<StepReport, Error> {
-        Ok(self.flow.step()?)
+        let step = self.flow.step();
+        let step = step.map_err(|error| self.in_whole(error))?;
+        self.place(Effort::Step)?;
+        Ok(step)
     }
 
     /// Iterates until convergence or the iteration limit.
@@ -255,10 +362,12 @@ impl<T: Scalar> Session<T> {
     /// # Errors
     /// Errors of the flow.
     pub fn run(&mut self) -> Result<Report, Error> {
-        Ok(self.flow.run_to_end()?)
+        self.run_observed(|_, _| ControlFlow::Continue(()))
     }
 
     /// Like [`Self::run`], with an observer that is called after each step and may stop the run.
+    ///
+    /// The observer sees the flow of the parts with handles. The others follow when it has ended.
     ///
     /// # Errors
     /// Errors of the flow.
@@ -266,7 +375,24 @@ impl<T: Scalar> Session<T> {
         &mut self,
         observer: impl FnMut(&Flow<T>, &StepReport) -> ControlFlow<()>,
     ) -> Result<Report, Error> {
-        Ok(self.flow.run(observer)?)
+        let report = self.flow.run(observer);
+        let report = report.map_err(|error| self.in_whole(error))?;
+        self.place(match report.stop {
+            StopReason::Cancelled => Effort::Step,
+            _ => Effort::Run,
+        })?;
+        Ok(report)
+    }
+
+    fn place(&mut self, effort: Effort) -> Result<(), Error> {
+        let positions = match &self.following {
+            Some(_) => self.positions_of_flow(),
+            None => return Ok(()),
+        };
+        match &mut self.following {
+            Some(following) => following.place(&positions, effort),
+            None => Ok(()),
+        }
     }
 
     /// The current positions, in the units of the input, one per vertex. Copies of a vertex, in a
@@ -274,16 +400,44 @@ impl<T: Scalar> Session<T> {
     ///
     /// A component whose handles are all at their original positions has exactly its original
     /// positions, unless it was left far from them. See [`Flow::positions`] for other vertices
-    /// that have not moved.
+    /// that have not moved. Parts that follow are where the last step or run placed them.
     pub fn positions(&self) -> Positions<T> {
+        let positions = self.positions_of_flow();
+        let rows = match &self.following {
+            Some(following) => following.whole(&positions),
+            None => positions,
+        };
+        self.mesh().to_vertices(rows)
+    }
+
+    /// The current positions of the flow, one per row, with components at rest put back.
+    fn positions_of_flow(&self) -> Positions<T> {
         let mut positions = self.flow.positions();
         if let Some(unmoved) = &self.unmoved {
             unmoved.put_back(&self.flow, &mut positions);
         }
-        self.flow.rest().mesh().to_vertices(positions)
+        positions
     }
 
-    /// The underlying flow.
+    /// The roles of the parts of the mesh and how well they follow, numbered by their first
+    /// vertices; empty for a mesh of one part, and where none is to follow.
+    pub fn parts(&self) -> Vec<PartReport> {
+        match &self.following {
+            Some(following) => following.report(&self.positions_of_flow()),
+            None => Vec::new(),
+        }
+    }
+
+    /// The vertices of [`Self::flow`], in its order, as the mesh numbers them.
+    pub fn flow_vertices(&self) -> Vec<VertexId> {
+        match &self.following {
+            Some(following) => following.flow_vertices(),
+            None => self.flow.rest().mesh().rows().collect(),
+        }
+    }
+
+    /// The underlying flow. If parts of the mesh follow others, it is that of the parts with
+    /// handles alone, with their vertices in the order of the mesh.
     pub fn flow(&self) -> &Flow<T> {
         &self.flow
     }

@@ -15,7 +15,7 @@ use eframe::egui;
 #[derive(Debug, Parser)]
 #[command(version)]
 struct Arguments {
-    /// The mesh: .obj, .ply, .off, .stl, .gltf or .glb, optionally followed by .gz; a sample without
+    /// The mesh: .obj, .ply, .off, .stl, .gltf or .glb, also with .gz behind; a sample without
     /// one.
     mesh: Option<PathBuf>,
     /// Handles to begin with, as `cotan deform` takes them.

@@ -160,7 +160,7 @@ impl Scene {
 
     /// Builds the handles of a deformation.
     ///
-    /// Each connected part needs a handle, so a last group fixes the vertices in `loose`, those
+    /// Where parts are to be still, a last group fixes the vertices in `loose`, those
     /// of the parts that have none.
     pub fn job_handles(handles: &[HandleGroup], loose: &[VertexId]) -> Handles<f64> {
         let mut all = Handles::new();

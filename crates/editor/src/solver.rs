@@ -12,7 +12,7 @@ use std::time::Instant;
 use cotan::flow::{Schedule, StepReport};
 use cotan::geometry::{Positions, Surface};
 use cotan::halfedge::{VertexId, VertexMap};
-use cotan::{DeformOptions, Session};
+use cotan::{DeformOptions, Parts, Session};
 use cotan_io::ProcessingMesh;
 use cotan_tool::MemoryLimit;
 use nalgebra::Vector3;
@@ -244,7 +244,10 @@ fn follow(shared: &Shared, first: Goal) -> Next {
     let taken = Instant::now();
     let components = mesh.mesh().components();
     let jobs = |goal: &Goal| {
-        let loose = loose_vertices(&mesh, &components, &goal.handles);
+        let loose = match goal.options.parts {
+            Parts::Still => loose_vertices(&mesh, &components, &goal.handles),
+            _ => Vec::new(),
+        };
         Scene::job_handles(&goal.handles, &loose)
     };
     let mut options = goal.options.clone();

@@ -19,6 +19,7 @@ use crate::rule::{Descent, FixedPoint, Projected, Rule};
 use crate::schedule::Schedule;
 
 use crate::targets::Targets;
+use crate::ties::{PointTie, in_system};
 use crate::updater::{KeepMagnitude, ScalarFieldUpdater};
 use crate::winding::StatedTurns;
 use crate::workspace::{Settings, Terms, Workspace};
@@ -74,6 +75,7 @@ pub struct FlowBuilder<T: Scalar> {
     first_shape: Option<Positions<T>>,
     handles: Vec<(Handle, Point3<T>)>,
     region: Option<Vec<VertexId>>,
+    ties: Vec<PointTie>,
     system: SystemOptions,
     start: Start,
     stated_turns: StatedTurns,
@@ -89,6 +91,21 @@ enum Source<T: Scalar> {
         positions: Arc<Positions<T>>,
         scheme: Arc<dyn LaplacianScheme<T>>,
     },
+}
+
+impl<T: Scalar> Source<T> {
+    fn num_vertices(&self) -> usize {
+        match self {
+            Self::Measured(rest) => rest.mesh().num_rows(),
+            Self::Mesh { mesh, .. } => mesh.num_rows(),
+        }
+    }
+}
+
+/// Whether the points of a tie are on a mesh of so many vertices.
+fn is_on(tie: &PointTie, num_vertices: usize) -> bool {
+    let corners = || tie.own.iter().chain(&tie.on);
+    corners().all(|(v, share)| v.index() < num_vertices && share.is_finite())
 }
 
 /// The rule that was chosen.
@@ -137,6 +154,7 @@ impl<T: Scalar> FlowBuilder<T> {
             first_shape: None,
             handles: Vec::new(),
             region: None,
+            ties: Vec::new(),
             system: SystemOptions::default(),
             start: Start::default(),
             stated_turns: Vec::new(),
@@ -239,6 +257,25 @@ impl<T: Scalar> FlowBuilder<T> {
         self
     }
 
+    /// Ties points of the surface to others that no edge joins them to, for the descent of
+    /// [`Hybrid`]: other rules take no notice. A component of the mesh without a handle is held by
+    /// its ties. A rest shape that was measured already is measured again.
+    #[must_use]
+    pub fn ties(mut self, ties: impl IntoIterator<Item = PointTie>) -> Self {
+        self.ties = ties.into_iter().collect();
+        match self.source {
+            Source::Measured(rest) if !self.ties.is_empty() => {
+                self.source = Source::Mesh {
+                    mesh: rest.shared_mesh().clone(),
+                    positions: rest.original_positions().clone(),
+                    scheme: rest.shared_scheme().clone(),
+                };
+            }
+            _ => {}
+        }
+        self
+    }
+
     /// The strategy and the memory limit for the system. Default: [`SystemOptions::default`].
     #[must_use]
     pub fn system(mut self, options: SystemOptions) -> Self {
@@ -333,13 +370,23 @@ impl<T: Scalar> FlowBuilder<T> {
     /// range, and an updater without an orientation or energy ([`FlowError::MutedUpdater`]).
     pub fn build(self) -> Result<Flow<T>, FlowError> {
         self.check()?;
+        if let Some(tie) = self
+            .ties
+            .iter()
+            .find(|tie| !is_on(tie, self.source.num_vertices()))
+        {
+            return Err(FlowError::Custom(format!(
+                "a tie names vertex {} or {}, which the mesh does not have",
+                tie.own[0].0, tie.on[0].0
+            )));
+        }
         let rest = match self.source {
             Source::Measured(rest) => rest,
             Source::Mesh {
                 mesh,
                 positions,
                 scheme,
-            } => Arc::new(Rest::measure(mesh, positions, scheme)?),
+            } => Arc::new(Rest::measure(mesh, positions, scheme)?.tied(self.ties)),
         };
         let first = self.first_shape.map(|shape| rest.rows_of(&shape));
         let first = first.transpose()?;
@@ -374,8 +421,9 @@ impl<T: Scalar> FlowBuilder<T> {
         };
         let membrane = membrane(&rest, membrane_weight);
         let operator = rest.operator();
+        let ties = in_system(rest.ties());
         let system =
-            PreparedSystem::prepare_with(operator, &targets.held(), membrane, &self.system)?;
+            PreparedSystem::prepare_tied(operator, &targets.held(), membrane, &ties, &self.system)?;
         let mut work = Workspace {
             current: Current::new(first.unwrap_or_else(|| rest.positions().clone())),
             start: rest.positions().clone(),

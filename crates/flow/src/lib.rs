@@ -36,6 +36,7 @@ mod schedule;
 mod start;
 mod state;
 mod targets;
+mod ties;
 mod updater;
 mod vectors;
 mod winding;
@@ -56,6 +57,7 @@ pub use rest::Rest;
 pub use schedule::Schedule;
 pub use start::FirstGuess;
 pub use state::FlowState;
+pub use ties::PointTie;
 pub use updater::{KeepMagnitude, PrescribedField, RescaleByArea, ScalarFieldUpdater};
 pub use winding::Winding;
 

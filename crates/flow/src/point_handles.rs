@@ -43,6 +43,7 @@ use crate::net::{Distances, Net};
 use crate::rest::Rest;
 use crate::start::{handle_rotations, spread};
 use crate::targets::Targets;
+use crate::ties::add_pull;
 use crate::vectors::{CHUNKS, total};
 use crate::workspace::Workspace;
 
@@ -472,6 +473,7 @@ fn defect_of_shape<T: Scalar>(
             }
         },
     );
+    add_pull(rest, x, &mut tension);
     tension
 }
 

@@ -12,6 +12,7 @@ use nalgebra::Vector3;
 
 use crate::box_units::BoxUnits;
 use crate::error::FlowError;
+use crate::ties::PointTie;
 
 /// The original mesh in box units, its operator, and its Laplacian coordinates split into their
 /// parts.
@@ -43,6 +44,7 @@ pub struct Rest<T: Scalar> {
     /// Cotangent weights, row after row; `None` where they are the operator's own.
     row_cotangents: Option<Vec<f64>>,
     halfedge_weights: OnceLock<HalfedgeMap<f64>>,
+    ties: Vec<PointTie>,
 }
 
 /// The identity of a rest shape.
@@ -140,7 +142,19 @@ impl<T: Scalar> Rest<T> {
             cotangents,
             row_cotangents,
             halfedge_weights: OnceLock::new(),
+            ties: Vec::new(),
         })
+    }
+
+    /// With ties between parts of the mesh.
+    pub(crate) fn tied(mut self, ties: Vec<PointTie>) -> Self {
+        self.ties = ties;
+        self
+    }
+
+    /// The ties between parts of the mesh.
+    pub(crate) fn ties(&self) -> &[PointTie] {
+        &self.ties
     }
 
     pub(crate) fn identity(&self) -> &Identity {
@@ -160,6 +174,10 @@ impl<T: Scalar> Rest<T> {
     /// The connectivity, to be shared.
     pub fn shared_mesh(&self) -> &Arc<HalfedgeMesh> {
         &self.mesh
+    }
+
+    pub(crate) fn shared_scheme(&self) -> &Arc<dyn LaplacianScheme<T>> {
+        &self.scheme
     }
 
     /// The scheme that chose the weights.

@@ -2,7 +2,7 @@
 //! from it, spread over the mesh.
 
 use cotan_geometry::Scalar;
-use cotan_halfedge::{Components, VertexId, VertexMap};
+use cotan_halfedge::{VertexId, VertexMap};
 use cotan_linear::{Defect, Handle};
 use nalgebra::{Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
 
@@ -10,6 +10,7 @@ use crate::error::FlowError;
 use crate::fit::{Fit, Pair};
 use crate::rest::Rest;
 use crate::targets::Targets;
+use crate::ties::{add_pull, joined_components};
 use crate::vectors::add_scaled;
 use crate::workspace::Workspace;
 
@@ -111,6 +112,7 @@ pub(crate) fn spread<T: Scalar>(
         terms.mismatch.as_mut_slice()[i] = ell;
         membrane.as_mut_slice()[i] = tension;
     }
+    add_pull(rest, field.as_slice(), &mut membrane);
     let defect = Defect::of_laplacian(&terms.mismatch).with_tension(&membrane);
     work.system.correct(&defect, &mut terms.correction)?;
     add_scaled(field.as_mut_slice(), 1.0, terms.correction.as_slice());
@@ -125,7 +127,8 @@ pub(crate) struct Groups {
     pub(crate) centers: Vec<Pair>,
     /// The component of every group.
     components: Vec<usize>,
-    of_vertex: Components,
+    of_vertex: Vec<usize>,
+    num_components: usize,
 }
 
 /// One motion of all handles of each component.
@@ -159,29 +162,30 @@ impl Groups {
                 members.push(group(rest, handles, &handle_of, start, &mut is_done));
             }
         }
-        let of_vertex = rest.mesh().components();
+        let (of_vertex, num_components) = joined_components(rest.mesh(), rest.ties());
         let center = |group: &Vec<usize>| Pair::center(group.iter().map(|&k| pairs[k]));
         Self {
             centers: members.iter().map(center).collect(),
             components: members
                 .iter()
-                .map(|group| of_vertex.of(handles[group[0]].vertex))
+                .map(|group| of_vertex[handles[group[0]].vertex.index()])
                 .collect(),
             of_vertex,
+            num_components,
             pairs,
             members,
         }
     }
 
     fn component_of(&self, vertex: usize) -> usize {
-        self.of_vertex.of_vertices().as_slice()[vertex] as usize
+        self.of_vertex[vertex]
     }
 
     /// The rotation that moves the handles of each component best, each group counting as the root
     /// of its size; and the scale of the similarity that moves all handles, 1 unless it does so
     /// exactly.
     fn common(&self) -> Common {
-        let num_components = self.of_vertex.count();
+        let num_components = self.num_components;
         let mut rotations = vec![Matrix3::identity(); num_components];
         let all = self.weighted(|_| true);
         let whole = Fit::new(&all);

@@ -25,6 +25,7 @@
 mod angles;
 mod areas;
 mod bounds;
+mod closest_tree;
 mod curvature;
 mod degenerate;
 mod distortion;
@@ -56,6 +57,7 @@ pub use areas::{
     one_ring_areas, one_ring_areas_into, surface_area, triangle_area_vector,
 };
 pub use bounds::{BoundingBox, bounding_box};
+pub use closest_tree::{Closest, ClosestTree, Marks};
 pub use curvature::dihedral_angle;
 pub use degenerate::relative_height;
 pub use distortion::{

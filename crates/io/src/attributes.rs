@@ -231,6 +231,35 @@ impl Values {
         }
     }
 
+    /// Appends values of the same type. Returns `false`, and changes nothing, if the types differ.
+    pub(crate) fn append(&mut self, others: &Self) -> bool {
+        match (self, others) {
+            (Self::I8(v), Self::I8(others)) => v.extend(others),
+            (Self::U8(v), Self::U8(others)) => v.extend(others),
+            (Self::I16(v), Self::I16(others)) => v.extend(others),
+            (Self::U16(v), Self::U16(others)) => v.extend(others),
+            (Self::I32(v), Self::I32(others)) => v.extend(others),
+            (Self::U32(v), Self::U32(others)) => v.extend(others),
+            (Self::F32(v), Self::F32(others)) => v.extend(others),
+            (Self::F64(v), Self::F64(others)) => v.extend(others),
+            (
+                Self::Lists { ends, items },
+                Self::Lists {
+                    ends: other_ends,
+                    items: others,
+                },
+            ) => {
+                let before = items.len();
+                if !items.append(others) {
+                    return false;
+                }
+                ends.extend(other_ends.iter().map(|end| end + before));
+            }
+            _ => return false,
+        }
+        true
+    }
+
     /// Replaces the number at `index`, rounded to the type. Does nothing past the end.
     pub(crate) fn set(&mut self, index: usize, value: f64) {
         fn put<T: Number>(numbers: &mut [T], index: usize, value: f64) {

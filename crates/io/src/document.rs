@@ -1,7 +1,10 @@
 //! The user's mesh file in memory: the mesh to work on, and everything else, preserved.
 
+mod derive;
 mod stretches;
 mod write;
+
+pub use derive::{Derivation, Derived};
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -397,6 +400,11 @@ impl Document {
             Numbering::Auto,
             Allowed::Any,
         )
+    }
+
+    /// Whether the format splits vertices, so that several of them may be one.
+    pub(crate) fn is_split(&self) -> bool {
+        !matches!(self.places, Places::Own)
     }
 
     /// For each vertex, the first vertex that it is welded to; empty if there is nothing to weld.

@@ -48,6 +48,7 @@
 //! | `defects`, `weldable`, `repair`, `cut_faces` | inspection and repair of a document |
 //! | `beside`, `file` | loading and saving |
 
+mod assembly;
 mod attributes;
 mod beside;
 mod companions;
@@ -97,6 +98,7 @@ mod unfinished;
 mod weld;
 mod weldable;
 
+pub use assembly::{Assembled, Assembly, DataSource};
 pub use attributes::{
     Attributes, COLOR, CornerProperty, LabelKind, Labels, NONE, NORMAL, Property, UV, Values,
 };
@@ -104,7 +106,7 @@ pub use companions::{Companion, Companions, Saved, WriteOptions, Written};
 pub use cure::Cure;
 pub use cut_faces::CutDocument;
 pub use defects::{Component, Defect, DefectKind, Inspection};
-pub use document::Document;
+pub use document::{Derivation, Derived, Document};
 pub use error::{Element, IoError, Place, Warning};
 pub use faces::FaceList;
 pub use file::{load, load_with, read, read_with, save, save_with};

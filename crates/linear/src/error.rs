@@ -51,6 +51,17 @@ pub enum LinearError {
         /// The weight that was refused.
         weight: f64,
     },
+    /// A tie of a weight that is no positive number, or of a vertex that does not exist.
+    #[error(
+        "a tie of weight {} is no spring between points of the {num_vertices} vertices",
+        Readable(*weight)
+    )]
+    Tie {
+        /// Its weight.
+        weight: f64,
+        /// The number of vertices.
+        num_vertices: usize,
+    },
     /// A membrane weight that is negative or not finite.
     #[error("the membrane weight {} is not a finite number of at least 0", Readable(*_0))]
     MembraneWeight(f64),

@@ -4,6 +4,7 @@ use cotan_halfedge::VertexId;
 
 use crate::components::Components;
 use crate::error::LinearError;
+use crate::ties::Ties;
 
 /// The way in which a handle vertex is held at its target.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
@@ -50,13 +51,19 @@ impl Handle {
     }
 }
 
-/// Checks that the handles exist, differ, have usable weights, and hold every component.
-pub(crate) fn check(handles: &[Handle], components: &Components) -> Result<(), LinearError> {
+/// Checks that the handles exist, differ, have usable weights, and hold every component, or one
+/// that it is tied to.
+pub(crate) fn check(
+    handles: &[Handle],
+    components: &Components,
+    ties: &Ties,
+) -> Result<(), LinearError> {
     let n = components.num_vertices();
     if handles.is_empty() {
         return Err(LinearError::NoHandles);
     }
     let mut held = vec![false; n];
+    let sets = ties.join(components);
     let mut is_held = vec![false; components.len()];
     for handle in handles {
         let vertex = handle.vertex;
@@ -70,14 +77,14 @@ pub(crate) fn check(handles: &[Handle], components: &Components) -> Result<(), L
             return Err(LinearError::DuplicateHandle { vertex });
         }
         *seen = true;
-        is_held[components.of(vertex.index())] = true;
+        is_held[sets[components.of(vertex.index())]] = true;
         if let Hold::Soft(weight) = handle.hold
             && !(weight > 0.0 && weight <= HEAVIEST)
         {
             return Err(LinearError::HandleWeight { vertex, weight });
         }
     }
-    match is_held.iter().position(|held| !held) {
+    match sets.iter().position(|set| !is_held[*set]) {
         None => Ok(()),
         Some(component) => {
             let members = components.members(component);

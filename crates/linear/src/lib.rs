@@ -62,6 +62,7 @@ mod storage;
 mod strategy;
 mod stretched;
 mod system;
+mod ties;
 mod weights;
 
 pub use bilaplacian::{Bilaplacian, BilaplacianSystem};
@@ -73,6 +74,7 @@ pub use linear_system::LinearSystem;
 pub use problem::Membrane;
 pub use strategy::{Choice, Method, Reason, Strategy, SystemOptions};
 pub use system::PreparedSystem;
+pub use ties::Tie;
 
 /// Runs the example of the README as a doc test.
 #[cfg(doctest)]

@@ -74,6 +74,12 @@ fn check_product(problem: &Problem, storage: &Storage) -> Result<(), LinearError
     // ordered.
     let bytes_per_entry = 2 * (size_of::<u32>() + size_of::<f64>()) as u64 + 16;
     let bound = Stretched::new(&problem.graph).bound_of_product(&problem.graph);
+    let of_ties = problem
+        .ties
+        .all()
+        .iter()
+        .map(|tie| (tie.terms.len() as u64).pow(2));
+    let bound = bound + of_ties.sum::<u64>();
     let predicted = bound.saturating_mul(bytes_per_entry);
     if predicted > limit.permitted {
         return Err(LinearError::MemoryLimit {
@@ -119,6 +125,7 @@ fn assemble(
         graph,
         weights,
         membrane,
+        ties,
         held,
         ..
     } = problem;
@@ -131,6 +138,11 @@ fn assemble(
             for &i in vertices {
                 column.gather(graph, weights, stretched, i);
                 column.add_membrane(graph, weights, i, membrane.as_ref());
+                if let Some(sheet) = membrane {
+                    for (j, entry) in ties.row(i) {
+                        column.add(j, sheet.weight * entry);
+                    }
+                }
                 column.values[i] += held.spring(i);
                 column.emit(
                     free_index,

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use cotan_geometry::Scalar;
+use cotan_halfedge::VertexId;
 use cotan_laplacian::{Graph, Operator};
 use cotan_parallel as parallel;
 use nalgebra::Vector3;
@@ -11,6 +12,7 @@ use crate::components::Components;
 use crate::defect::Defect;
 use crate::error::LinearError;
 use crate::handles::{self, Handle, Hold};
+use crate::ties::{Tie, Ties};
 use crate::weights::{Form, Weights};
 
 /// A term μ x·Kx in addition to the Laplacian one, K the graph Laplacian with a stiffness per
@@ -30,6 +32,7 @@ pub(crate) struct Problem {
     pub(crate) weights: Weights,
     pub(crate) components: Arc<Components>,
     pub(crate) membrane: Option<Sheet>,
+    pub(crate) ties: Arc<Ties>,
     /// Mean |L_ii|, to which the weights of soft handles are relative.
     unit: f64,
     pub(crate) held: Held,
@@ -70,17 +73,23 @@ impl Problem {
         operator: &Operator<T>,
         handles: &[Handle],
         membrane: Option<Membrane<'_>>,
+        ties: &[Tie],
     ) -> Result<Self, LinearError> {
         let graph = operator.graph().clone();
         let components = Arc::new(Components::new(&graph));
         let unit = operator.mean_diagonal();
-        let held = hold(handles, &components, unit)?;
         let (weights, membrane) = weigh(operator, membrane)?;
+        check_ties(ties, graph.num_rows())?;
+        // Without a membrane there is nothing that they could be part of.
+        let ties = if membrane.is_some() { ties } else { &[] };
+        let ties = Arc::new(Ties::new(graph.num_rows(), ties));
+        let held = hold(handles, &components, &ties, unit)?;
         Ok(Self {
             graph,
             weights,
             components,
             membrane,
+            ties,
             unit,
             held,
         })
@@ -102,14 +111,15 @@ impl Problem {
             weights,
             components: self.components.clone(),
             membrane,
+            ties: self.ties.clone(),
             unit,
-            held: hold(&self.held.handles, &self.components, unit)?,
+            held: hold(&self.held.handles, &self.components, &self.ties, unit)?,
         })
     }
 
     /// Applies other handles to this problem.
     pub(crate) fn hold(&self, handles: &[Handle]) -> Result<Held, LinearError> {
-        hold(handles, &self.components, self.unit)
+        hold(handles, &self.components, &self.ties, self.unit)
     }
 
     pub(crate) fn num_vertices(&self) -> usize {
@@ -135,8 +145,27 @@ impl Problem {
     }
 }
 
-fn hold(handles: &[Handle], components: &Components, unit: f64) -> Result<Held, LinearError> {
-    handles::check(handles, components)?;
+/// Refuses ties of vertices that do not exist, and weights that are no positive numbers.
+fn check_ties(ties: &[Tie], num_vertices: usize) -> Result<(), LinearError> {
+    for tie in ties {
+        let is_known = |(v, c): &(VertexId, f64)| v.index() < num_vertices && c.is_finite();
+        if !(tie.weight > 0.0 && tie.weight.is_finite() && tie.terms.iter().all(is_known)) {
+            return Err(LinearError::Tie {
+                weight: tie.weight,
+                num_vertices,
+            });
+        }
+    }
+    Ok(())
+}
+
+fn hold(
+    handles: &[Handle],
+    components: &Components,
+    ties: &Ties,
+    unit: f64,
+) -> Result<Held, LinearError> {
+    handles::check(handles, components, ties)?;
     let mut springs = Vec::new();
     let mut num_hard = 0;
     for handle in handles {

@@ -114,6 +114,9 @@ pub(crate) fn analyse(problem: &Problem) -> Result<Arc<Symbolic>, LinearError> {
 
 /// Why these matrices cannot stand for the problem, if they cannot.
 pub(crate) fn obstacle(problem: &Problem) -> Option<Reason> {
+    if !problem.ties.is_empty() {
+        return Some(Reason::Tied);
+    }
     match (problem.weights.form(), &problem.membrane) {
         (Form::General, _) => Some(Reason::GeneralWeights),
         (Form::RowScaled(_), Some(_)) => Some(Reason::OtherMembrane),

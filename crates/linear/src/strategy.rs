@@ -102,6 +102,8 @@ pub enum Reason {
     GeneralWeights,
     /// There is a membrane that is not proportional to the operator.
     OtherMembrane,
+    /// Parts of the mesh are tied to each other.
+    Tied,
     /// The one-ring matrix cannot be factorized, or not accurately.
     Indefinite,
     /// The handles are so close together that their columns are equal within rounding.
@@ -117,6 +119,7 @@ impl Reason {
             Self::Memory => "the fastest strategy would take more memory than is allowed",
             Self::GeneralWeights => "the weights are not symmetric, whatever the scale of the rows",
             Self::OtherMembrane => "the membrane is not proportional to the operator",
+            Self::Tied => "parts of the mesh are tied to each other",
             Self::Indefinite => "the one-ring matrix cannot be factorized accurately",
             Self::IllConditioned => "the handles are too close together to be distinguished",
         }

@@ -15,6 +15,7 @@ use crate::problem::{Membrane, Problem};
 use crate::pseudo_inverse::Means;
 use crate::storage::Storage;
 use crate::strategy::{Choice, Plan, Solver, SystemOptions};
+use crate::ties::Tie;
 
 /// A least-squares system with handles, factorized.
 ///
@@ -74,7 +75,23 @@ impl PreparedSystem {
         membrane: Option<Membrane<'_>>,
         options: &SystemOptions,
     ) -> Result<Self, LinearError> {
-        let problem = Problem::new(operator, handles, membrane)?;
+        Self::prepare_tied(operator, handles, membrane, &[], options)
+    }
+
+    /// As [`Self::prepare_with`], with springs between points that no edge joins, as a part of the
+    /// membrane. A component needs no handle if ties join it to one that has. Without a membrane
+    /// there are no ties.
+    ///
+    /// # Errors
+    /// As [`Self::prepare_with`], and [`LinearError::Tie`].
+    pub fn prepare_tied<T: Scalar>(
+        operator: &Operator<T>,
+        handles: &[Handle],
+        membrane: Option<Membrane<'_>>,
+        ties: &[Tie],
+        options: &SystemOptions,
+    ) -> Result<Self, LinearError> {
+        let problem = Problem::new(operator, handles, membrane, ties)?;
         let plan = Plan::new(&problem, &problem.held, options, None)?;
         let (solver, choice) = plan.carry_out(
             |means| factor_columns(&problem, means),

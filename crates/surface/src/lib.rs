@@ -30,7 +30,7 @@ pub use edge_paths::EdgePaths;
 pub use features::Features;
 pub use heat::{DistanceError, GeodesicDistances, HeatOptions};
 pub use isolines::{Isoline, isolines};
-pub use nearest::{SurfacePoint, interpolated};
+pub use nearest::{corner_places, interpolated, places_near};
 pub use remesh::{EdgeLengths, RemeshOptions, Remeshed, remesh};
 pub use straight::{LineEnd, StraightLine, straight_line};
 pub use subdivide::{Stencils, SubdivideOptions, Subdivided, SubdivisionScheme, subdivide};

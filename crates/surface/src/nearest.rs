@@ -3,40 +3,91 @@
 //! A vertex that remeshing moves stays on its own sheet of a thin part, where a search through
 //! space could jump to the other side.
 
-use cotan_geometry::Scalar;
-use cotan_halfedge::{FaceId, VertexMap};
+use cotan_geometry::{Mesh, Positions, Scalar, Surface, SurfacePoint, closest_on_triangle};
+use cotan_halfedge::{FaceId, FaceMap, HalfedgeMesh, VertexId, VertexMap};
 use nalgebra::Vector3;
 
 use crate::features::Place;
-use crate::triangles::{NONE, Triangles, next, prev};
-
-/// A point on a triangle of a surface.
-#[derive(Clone, Copy, PartialEq, Debug)]
-#[non_exhaustive]
-pub struct SurfacePoint {
-    /// The triangle.
-    pub face: FaceId,
-    /// The weights of its corners, in the order of its halfedges; they sum to 1.
-    pub barycentric: [f64; 3],
-}
-
-impl SurfacePoint {
-    /// The value at this point of a quantity that is given per corner of the triangle.
-    pub fn interpolate<T: Scalar>(&self, values: [T; 3]) -> T {
-        let [a, b, c] = self.barycentric.map(T::of_f64);
-        values[0] * a + values[1] * b + values[2] * c
-    }
-}
+use crate::tessellation_error::TessellationError;
+use crate::triangles::{NONE, Triangles};
 
 /// The values at points of a surface of a quantity per vertex.
 ///
 /// **Shapes**: `values` has an entry per vertex of the surface's mesh.
 pub fn interpolated<T: Scalar>(
-    mesh: &cotan_halfedge::HalfedgeMesh,
+    mesh: &HalfedgeMesh,
     points: &VertexMap<SurfacePoint>,
     values: &VertexMap<T>,
 ) -> VertexMap<T> {
-    points.map(|point| point.interpolate(mesh.triangle(point.face).map(|v| values[v])))
+    points.map(|point| {
+        let weights = point.barycentric.map(T::of_f64);
+        let [a, b, c] = mesh.triangle(point.face).map(|v| values[v]);
+        a * weights[0] + b * weights[1] + c * weights[2]
+    })
+}
+
+/// The nearest point of a surface for each of some positions, of which a close vertex of the
+/// surface is known, such as those of [`crate::Decimated`] with its sources.
+///
+/// # Errors
+/// [`TessellationError`] if there are not as many vertices as positions, or a vertex is out of
+/// range.
+pub fn places_near<T: Scalar>(
+    surface: &Surface<'_, T>,
+    positions: &Positions<T>,
+    vertices: &VertexMap<VertexId>,
+) -> Result<VertexMap<SurfacePoint>, TessellationError> {
+    let original = Triangles::new(surface)?;
+    let is_known = |v: &VertexId| v.index() < original.outgoing.len();
+    if positions.len() != vertices.len() || !vertices.values().all(is_known) {
+        return Err(TessellationError::Length {
+            name: "close vertices",
+            entries: vertices.len(),
+            elements: positions.len(),
+        });
+    }
+    let places = cotan_parallel::filled(positions.len(), |i| {
+        let v = VertexId::new(i);
+        let face = original.outgoing[vertices[v].index()] / 3;
+        walk(&original, face, positions[v].coords.map(T::as_f64)).on_surface()
+    });
+    Ok(VertexMap::from_vec(places))
+}
+
+/// For each corner of a new mesh, the place of its vertex on the original, on the side of the
+/// corner's face. Along a seam of texture coordinates the corners of a vertex differ.
+///
+/// **Shapes**: `places` has an entry per vertex of `mesh`. The corners of a face are in the order
+/// of [`HalfedgeMesh::triangle`].
+///
+/// # Errors
+/// [`TessellationError`] if there are not as many places as vertices, or a place is out of range.
+pub fn corner_places<T: Scalar>(
+    surface: &Surface<'_, T>,
+    mesh: &Mesh<T>,
+    places: &VertexMap<SurfacePoint>,
+) -> Result<FaceMap<[SurfacePoint; 3]>, TessellationError> {
+    let original = Triangles::new(surface)?;
+    let is_known = |place: &SurfacePoint| place.face.index() < original.num_faces;
+    if places.len() != mesh.num_vertices() || !places.values().all(is_known) {
+        return Err(TessellationError::Length {
+            name: "places",
+            entries: places.len(),
+            elements: mesh.num_vertices(),
+        });
+    }
+    let corners = cotan_parallel::filled(mesh.num_faces(), |f| {
+        let corners = mesh.connectivity().triangle(FaceId::new(f));
+        let points = corners.map(|v| mesh.positions()[v].coords.map(T::as_f64));
+        let center = (points[0] + points[1] + points[2]) / 3.0;
+        [0, 1, 2].map(|k| {
+            let start = places[corners[k]].face.index() as u32;
+            let inside = points[k] + (center - points[k]) * NUDGE;
+            let face = walk(&original, start, inside).face;
+            on_triangle(&original, face, points[k]).on_surface()
+        })
+    });
+    Ok(FaceMap::from_vec(corners))
 }
 
 /// A nearest point while walking.
@@ -61,7 +112,6 @@ impl Nearest {
 /// vertex with the current one is nearer.
 pub(crate) fn walk(original: &Triangles, face: u32, point: Vector3<f64>) -> Nearest {
     let mut best = on_triangle(original, face, point);
-    // Each step is strictly nearer, so the walk ends; the bound is for rounding.
     for _ in 0..MOST_STEPS {
         let start = best.face;
         for v in original.corners(start) {
@@ -124,76 +174,20 @@ fn on_segment(original: &Triangles, h: u32, p: Vector3<f64>) -> Vector3<f64> {
     }
 }
 
-/// The nearest point of a triangle.
-///
-/// **Source**: C. Ericson, "Real-Time Collision Detection", section 5.1.5.
 fn on_triangle(original: &Triangles, face: u32, p: Vector3<f64>) -> Nearest {
-    let h = 3 * face;
-    let [a, b, c] = [h, next(h), prev(h)].map(|h| original.point(original.origin(h)));
-    let barycentric = barycentric_of_nearest(a, b, c, p);
-    let [x, y, z] = barycentric;
-    let point = if x == 1.0 {
-        a
-    } else if y == 1.0 {
-        b
-    } else if z == 1.0 {
-        c
-    } else {
-        a * x + b * y + c * z
-    };
+    let corners = original.corners(face).map(|v| original.point(v).into());
+    let (barycentric, point) = closest_on_triangle(&p.into(), &corners);
     Nearest {
         face,
-        point,
+        point: point.coords,
         barycentric,
-        distance_squared: (p - point).norm_squared(),
+        distance_squared: (p - point.coords).norm_squared(),
     }
 }
 
-fn barycentric_of_nearest(
-    a: Vector3<f64>,
-    b: Vector3<f64>,
-    c: Vector3<f64>,
-    p: Vector3<f64>,
-) -> [f64; 3] {
-    let (ab, ac, ap) = (b - a, c - a, p - a);
-    let (d1, d2) = (ab.dot(&ap), ac.dot(&ap));
-    if d1 <= 0.0 && d2 <= 0.0 {
-        return [1.0, 0.0, 0.0];
-    }
-    let bp = p - b;
-    let (d3, d4) = (ab.dot(&bp), ac.dot(&bp));
-    if d3 >= 0.0 && d4 <= d3 {
-        return [0.0, 1.0, 0.0];
-    }
-    let vc = d1 * d4 - d3 * d2;
-    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 && d1 - d3 > 0.0 {
-        let t = d1 / (d1 - d3);
-        return [1.0 - t, t, 0.0];
-    }
-    let cp = p - c;
-    let (d5, d6) = (ab.dot(&cp), ac.dot(&cp));
-    if d6 >= 0.0 && d5 <= d6 {
-        return [0.0, 0.0, 1.0];
-    }
-    let vb = d5 * d2 - d1 * d6;
-    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 && d2 - d6 > 0.0 {
-        let t = d2 / (d2 - d6);
-        return [1.0 - t, 0.0, t];
-    }
-    let va = d3 * d6 - d5 * d4;
-    let (from_b, from_c) = (d4 - d3, d5 - d6);
-    if va <= 0.0 && from_b >= 0.0 && from_c >= 0.0 && from_b + from_c > 0.0 {
-        let t = from_b / (from_b + from_c);
-        return [0.0, 1.0 - t, t];
-    }
-    let sum = va + vb + vc;
-    if sum > 0.0 {
-        let (y, z) = (vb / sum, vc / sum);
-        [1.0 - y - z, y, z]
-    } else {
-        // A triangle without area, seen from a point that rounds onto it.
-        [1.0, 0.0, 0.0]
-    }
-}
+/// The share of the way from a corner to the centre of its face at which the side of a seam is
+/// found.
+const NUDGE: f64 = 0.01;
 
+/// Each step of a walk is strictly nearer, so it ends; this bound is for rounding.
 const MOST_STEPS: usize = 10_000;

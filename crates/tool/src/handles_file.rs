@@ -11,6 +11,7 @@ mod file_vertices;
 mod group;
 mod json;
 mod loose;
+mod part_settings;
 mod sel;
 mod selection;
 mod text;
@@ -29,6 +30,7 @@ pub use file_vertices::FileVertices;
 pub use group::{Group, GroupMotion, constraints};
 pub use json::from_json;
 pub use loose::Loose;
+pub use part_settings::{Follow, FollowWord, PartSettings, PartWord};
 pub use write::{groups_in_file, to_json};
 
 use crate::error::ToolError;
@@ -96,6 +98,18 @@ impl HandlesFile<'_> {
         let contents = self.contents(&mesh)?;
         let held = mesh.on_surface(&contents.constraints, contents.kind);
         Ok(contents.groups(held, document.positions()))
+    }
+
+    /// Reads which parts follow; the defaults for a file that does not say.
+    ///
+    /// # Errors
+    /// [`ToolError::Handles`] for a file that cannot be read.
+    pub fn read_parts(&self) -> Result<PartSettings, ToolError> {
+        let text = self.read_text(self.path)?;
+        match self.kind(&text) {
+            Kind::Json => json::read_parts(&text).map_err(in_file(self.path)),
+            Kind::Text | Kind::Sel => Ok(PartSettings::default()),
+        }
     }
 
     /// The checked contents of the file.

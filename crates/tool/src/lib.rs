@@ -6,6 +6,8 @@
 //! - [`color_scale`]: conversion of numbers to colours.
 //! - [`numbers`]: errors with the indices of the user's file.
 //! - [`memory`]: prediction of the memory that work takes.
+//! - [`merged`]: the file of a merged mesh, with the data of both inputs.
+//! - [`part_names`]: the parts of a model by the names of its file.
 //! - [`repair`]: repairs of `cotan_io`, with holes faired by `cotan`.
 //!
 //! Nothing here prints.
@@ -16,7 +18,9 @@ pub mod files;
 pub mod handles_file;
 pub mod interrupt;
 pub mod memory;
+pub mod merged;
 pub mod numbers;
+pub mod part_names;
 pub mod paths;
 pub mod repair;
 

@@ -3,7 +3,7 @@
 use std::str::FromStr;
 
 use clap::Args;
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 use super::paths::InputPath;
 use super::values::{self, Length};
@@ -12,7 +12,7 @@ use super::values::{self, Length};
 #[derive(Debug, Args)]
 pub(crate) struct PartArgs {
     /// Move a part only: box:X,Y,Z,X,Y,Z  sphere:X,Y,Z,R  near:VERTEX,R (along the surface)
-    /// or property:NAME (numbers of a PLY file from 0 to 1, the share of the motion)
+    /// plane:X,Y,Z,NX,NY,NZ (the side of the normal) or property:NAME (numbers of a PLY file from 0 to 1, the share of the motion)
     #[arg(long, value_name = "SEL", value_parser = Selection::from_str)]
     pub(crate) mask: Option<Selection>,
     /// Move a part only: the vertices that a handles file names
@@ -31,7 +31,8 @@ pub(crate) struct PartArgs {
 #[derive(Debug, Args)]
 pub(crate) struct RegionArgs {
     /// Edit a region only; no other vertex moves: box:X,Y,Z,X,Y,Z  sphere:X,Y,Z,R
-    /// near:VERTEX,R (along the surface) or property:NAME (numbers of a PLY file, above 0)
+    /// near:VERTEX,R (along the surface)  plane:X,Y,Z,NX,NY,NZ (the side of the normal)
+    /// or property:NAME (numbers of a PLY file, above 0)
     #[arg(long, value_name = "SEL", value_parser = Selection::from_str)]
     pub(crate) region: Option<Selection>,
     /// Edit a region only: the vertices that a handles file names
@@ -52,6 +53,8 @@ pub(crate) enum Selection {
     Sphere(Point3<f64>, f64),
     /// Within a distance of a vertex of the file, along the surface.
     Near(usize, f64),
+    /// On the side of a plane to which its normal points: a point of the plane, and the normal.
+    HalfSpace(Point3<f64>, Vector3<f64>),
     /// Weights in a property of the file.
     Property(String),
 }
@@ -72,6 +75,9 @@ impl FromStr for Selection {
                 Ok(Self::Box([p.inf(&q), p.sup(&q)]))
             }
             ("sphere", Some(&[x, y, z, r])) if r > 0.0 => Ok(Self::Sphere(Point3::new(x, y, z), r)),
+            ("plane", Some(&[x, y, z, a, b, c])) if (a, b, c) != (0.0, 0.0, 0.0) => {
+                Ok(Self::HalfSpace(Point3::new(x, y, z), Vector3::new(a, b, c)))
+            }
             ("near", Some(&[_, r])) if r > 0.0 => {
                 let vertex = rest.split(',').next().and_then(|v| v.trim().parse().ok());
                 Ok(Self::Near(vertex.ok_or(FORMS)?, r))
@@ -81,8 +87,8 @@ impl FromStr for Selection {
     }
 }
 
-const FORMS: &str =
-    "give box:X,Y,Z,X,Y,Z, sphere:X,Y,Z,R, near:VERTEX,R or property:NAME, with a radius above 0";
+const FORMS: &str = "give box:X,Y,Z,X,Y,Z, sphere:X,Y,Z,R, near:VERTEX,R, \
+    plane:X,Y,Z,NX,NY,NZ or property:NAME, with a radius above 0 and a normal that is not 0";
 
 #[cfg(test)]
 mod tests {
@@ -98,12 +104,15 @@ mod tests {
             Ok(Selection::Sphere(Point3::new(0.0, 0.0, 1.0), 0.5))
         );
         assert_eq!(parse("near:17,0.5"), Ok(Selection::Near(17, 0.5)));
+        let side = Selection::HalfSpace(Point3::new(0.0, 1.0, 0.0), -Vector3::y());
+        assert_eq!(parse("plane:0,1,0,0,-1,0"), Ok(side));
         let property = Selection::Property("weight".to_owned());
         assert_eq!(parse("property:weight"), Ok(property));
         for text in [
             "box:1,2",
             "sphere:0,0,0,-1",
             "near:1.5,2",
+            "plane:0,0,0,0,0,0",
             "ball:1",
             "nan",
             "sphere:0,0,0,nan",

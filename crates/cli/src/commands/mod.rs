@@ -4,6 +4,7 @@ pub(crate) mod bench;
 pub(crate) mod compare;
 pub(crate) mod completions;
 pub(crate) mod convert;
+pub(crate) mod decimate;
 pub(crate) mod deform;
 pub(crate) mod demo;
 pub(crate) mod denoise;
@@ -11,12 +12,15 @@ pub(crate) mod detail;
 pub(crate) mod edit;
 pub(crate) mod geodesic;
 pub(crate) mod info;
+pub(crate) mod merge;
 pub(crate) mod morph;
 pub(crate) mod reconstruct;
+pub(crate) mod remesh;
 pub(crate) mod repair;
 pub(crate) mod resample;
 pub(crate) mod smooth;
 pub(crate) mod sphere;
+pub(crate) mod subdivide;
 
 use std::process::ExitCode;
 
@@ -35,11 +39,15 @@ pub(crate) fn run(command: &Command, console: &Console) -> Result<ExitCode, CliE
         Command::Reconstruct(args) => reconstruct::run(args, console),
         Command::Sphere(args) => sphere::run(args, console),
         Command::Resample(args) => resample::run(args, console),
+        Command::Merge(args) => merge::run(args, console),
         Command::Morph(args) => morph::run(args, console),
         Command::Smooth(args) => smooth::run(args, console),
         Command::Denoise(args) => denoise::run(args, console),
         Command::Detail(args) => detail::run(args, console),
         Command::Geodesic(args) => geodesic::run(args, console),
+        Command::Remesh(args) => remesh::run(args, console),
+        Command::Decimate(args) => decimate::run(args, console),
+        Command::Subdivide(args) => subdivide::run(args, console),
         Command::Compare(args) => compare::run(args, console),
         Command::Convert(args) => convert::run(args, console),
         Command::Bench(args) => bench::run(args, console),

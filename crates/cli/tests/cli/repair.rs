@@ -94,7 +94,9 @@ fn formats_that_lose_a_repair_cause_a_warning() {
     sandbox.write("bow.obj", BOW_TIE);
     let outcome = sandbox.cotan_ok("repair bow.obj -o o.stl");
     assert!(
-        outcome.stderr.contains("meets again when the file is read"),
+        outcome
+            .stderr
+            .contains("merged again when the file is read"),
         "{outcome:?}"
     );
     let quiet = sandbox.cotan_ok("repair bow.obj -o o.stl --quiet");
@@ -134,14 +136,14 @@ fn deform_repairs_on_request_and_handles_keep_their_numbers() {
 }
 
 #[test]
-fn parts_without_a_handle_stay() {
+fn parts_that_are_to_be_still_stay() {
     let sandbox = Sandbox::new();
     sandbox.write(
         "two.obj",
         "v 5 5 5\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 4\nv 1 0 4\nv 0 1 4\nf 2 3 4\nf 5 6 7\n",
     );
     sandbox.write("h.txt", "1 0 0 0\n2 2 0 0\n3 0 2 0\n");
-    let outcome = sandbox.cotan_ok("deform two.obj --handles h.txt -o o.obj");
+    let outcome = sandbox.cotan_ok("deform two.obj --handles h.txt -o o.obj --parts still");
     let words = "1 component without a handle (3 vertices, from vertex 4) has been held in place";
     assert!(outcome.stderr.contains(words), "{outcome:?}");
     let (before, after) = (sandbox.positions("two.obj"), sandbox.positions("o.obj"));
@@ -237,7 +239,7 @@ fn welding_and_repairs_combine() {
     // `deform` also warns about formats that lose the repair.
     sandbox.write("bow.obj", BOW_TIE);
     let outcome = sandbox.cotan_ok("deform bow.obj --handles h.txt --repair -o o.stl");
-    let words = "meets again when the file is read\n";
+    let words = "merged again when the file is read\n";
     assert!(outcome.stderr.contains(words), "{outcome:?}");
 }
 

@@ -47,7 +47,7 @@ fn a_handle_on_one_component_of_the_ogre_leaves_the_others() {
         format!("{source} {} {} {}\n", target.x, target.y, target.z),
     );
     let line = format!(
-        "deform {} --repair --handles h.txt -o o.obj --iterations 3",
+        "deform {} --repair --handles h.txt -o o.obj --iterations 3 --parts still",
         path.display()
     );
     sandbox.cotan_ok(&line);

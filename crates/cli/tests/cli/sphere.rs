@@ -203,7 +203,9 @@ fn every_scheme_and_method_runs_and_is_named_in_the_report() {
     }
     let outcome = sandbox.cotan_ok("sphere egg.obj -o s.off --method cmcf --authalic 1");
     assert!(
-        outcome.stderr.contains("--authalic is for --method robust"),
+        outcome
+            .stderr
+            .contains("--authalic is ignored, since it needs --method robust"),
         "{outcome:?}"
     );
 }

@@ -100,7 +100,7 @@ pub fn mean_curvatures<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<f64> {
 
 /// [`mean_curvatures`] as used by detail edits: computed with mollified cotangents and with a
 /// lower bound on the areas.
-pub(super) fn mollified_mean_curvatures<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<f64> {
+pub(crate) fn mollified_mean_curvatures<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<f64> {
     let mut cotangents = HalfedgeMap::default();
     mollified_cotangents(surface, &mut cotangents);
     let (sizes, areas) = sizes_and_areas(surface, &cotangents);

@@ -42,6 +42,7 @@ mod unfold;
 pub use anchored::Boundary;
 pub use curvature::{AlongCurvature, Direction, Order, SmoothedCurvature};
 pub use decide::Decision;
+pub(crate) use detail::wanted_field;
 pub use detail::{
     BandPass, Blend, CurvatureEdit, CurvatureField, CurvatureUpdater, DetailOptions, Detailed,
     ScaledCurvature, Sequence, Sum, TargetCurvature, TransferredCurvature, edit_detail,
@@ -52,6 +53,7 @@ pub use filtered_normals::FilteredNormals;
 pub use implicit::ImplicitFlow;
 pub use interior::{InteriorCotangent, InteriorUmbrella};
 pub use mask::{Mask, distances};
+pub(crate) use measure::mollified_mean_curvatures;
 pub use measure::{Displacement, NormalError, mean_curvature_rms, mean_curvatures};
 pub use mollified::MollifiedCotangent;
 pub use noise::{GaussianNoise, NoiseEstimate, with_normal_noise};

@@ -37,7 +37,7 @@ pub struct Saved {
 #[non_exhaustive]
 pub enum SaveError {
     /// The extension is not that of a mesh format.
-    #[error("{}: the name tells no format; end it in {known}, optionally followed by .gz", path.display())]
+    #[error("{}: the name tells no format; end it in {known}, also with .gz behind", path.display())]
     UnknownFormat {
         /// The file.
         path: PathBuf,

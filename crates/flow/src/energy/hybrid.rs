@@ -6,14 +6,15 @@ use cotan_parallel as parallel;
 use nalgebra::Vector3;
 
 use super::bodies::Bodies;
-use super::hybrid_passes::{CellsAt, Fits, Tensions, Turning, stretch};
+use super::hybrid_passes::{CellsAt, Fits, Tensions, Turning, stretch, wanted};
 use super::struts::Struts;
+use super::tied::Tied;
 use super::volume::SoftVolume;
 use super::{Energy, FittedCells, LocalGlobal, NextStep, Stiffness};
 use crate::cells::{Means, as_f64, cell_share, edge_gradients, in_rows};
 use crate::error::FlowError;
 use crate::nearest_rotation::{IDENTITY, Mat3, flat};
-use crate::passes::{run, run_both};
+use crate::passes::{run, run_both, turned};
 use crate::rest::Rest;
 use crate::start::FirstGuess;
 use crate::state::FlowState;
@@ -44,6 +45,9 @@ use crate::winding::Winding;
 ///
 /// with y_j the point of the opposite wall and d_j the original strut. The matrix does not know
 /// these terms.
+///
+/// Parts of the mesh that are tied ([`crate::FlowBuilder::ties`]) add the terms of
+/// [`crate::PointTie`], which the matrix knows.
 ///
 /// The membrane is weighted by cotangents whatever the scheme, and knows the original edges: it
 /// resists a scheme or a scalar field that want another shape. For
@@ -85,6 +89,7 @@ pub struct Hybrid {
     scratch: Vec<Mat3>,
     struts: Option<Struts>,
     volume: Option<SoftVolume>,
+    tied: Option<Tied>,
     /// `true` if the volume of the next shape counts as that of the original: handles that are
     /// scaled would fight it.
     adopts_volume: bool,
@@ -113,6 +118,7 @@ impl Hybrid {
             scratch: Vec::new(),
             struts: None,
             volume: None,
+            tied: None,
             adopts_volume: false,
         }
     }
@@ -185,6 +191,9 @@ impl Hybrid {
         if let Some(volume) = &mut self.volume {
             volume.resize(scale);
         }
+        if let Some(tied) = &mut self.tied {
+            tied.resize(scale);
+        }
     }
 
     /// The rotations of the current state, and the energy with them.
@@ -201,6 +210,7 @@ impl Hybrid {
             means: spread,
             scratch,
             struts,
+            tied,
             size,
             drawn_to,
             ..
@@ -219,8 +229,12 @@ impl Hybrid {
         };
         // Ωᵀ twice: a vertex hands a share to its neighbours, taken where its value is written.
         // The means of the last fit are no longer needed.
-        let [value, size] =
+        let [mut value, mut size] =
             state.fuse_rest_laplacian(|laplacian| run_both(&cells, scratch, laplacian));
+        if let Some(tied) = tied {
+            let squares = tied.gather(state.positions(), graph, *weight, scratch);
+            (value, size) = (value + squares, size + squares);
+        }
         let values = &*scratch;
         let [] = run(&Means { graph, values }, spread);
         let values = &*spread;
@@ -297,6 +311,7 @@ impl<T: Scalar> LocalGlobal<T> for Hybrid {
         } else {
             (self.struts, self.volume) = (None, None);
         }
+        self.tied = Tied::new(rest);
         (self.draws, self.drawn_to) = (Vec::new(), Vec::new());
         if self.winding > 0.0 {
             let third = self.winding / 3.0;
@@ -320,6 +335,9 @@ impl<T: Scalar> LocalGlobal<T> for Hybrid {
         self.means.clone_from(&self.rotations);
         if guess.scale != 1.0 {
             self.resize(guess.scale);
+        }
+        if let Some(tied) = &mut self.tied {
+            tied.pull_at_rest(&self.means);
         }
         if let Some(swelling) = &guess.swelling {
             for (mean, scale) in self.means.iter_mut().zip(swelling.values()) {
@@ -365,6 +383,14 @@ impl<T: Scalar> LocalGlobal<T> for Hybrid {
             size: self.size,
         };
         let [] = run_both(&turning, &mut self.means, out.as_mut_slice());
+        if let Some(tied) = &mut self.tied {
+            let size = self.size;
+            tied.mix(&mut self.means, |i, mean| {
+                let [x, y, z] = turned(mean, &wanted(rest, field.as_slice(), i, size)).vector();
+                out.as_mut_slice()[i] = Vector3::new(T::of_f64(x), T::of_f64(y), T::of_f64(z));
+            });
+            tied.pull(state.positions(), &self.means);
+        }
         if let Some(struts) = &mut self.struts {
             struts.pull(state.positions(), &self.means);
         }
@@ -399,6 +425,9 @@ impl<T: Scalar> LocalGlobal<T> for Hybrid {
             means: &self.means,
         };
         let [] = run(&tensions, out.as_mut_slice());
+        if let Some(tied) = &self.tied {
+            tied.add_forces(out);
+        }
         if self.struts.is_some() || self.volume.is_some() {
             let of_volume = match next {
                 NextStep::Searched => 1.0,
@@ -428,7 +457,6 @@ mod tests {
 
     use nalgebra::Matrix3;
 
-    use super::super::hybrid_passes::wanted;
     use super::*;
     use crate::current::Current;
 

@@ -5,6 +5,7 @@ mod hybrid;
 mod hybrid_passes;
 mod stiffness;
 mod struts;
+mod tied;
 mod volume;
 
 use cotan_geometry::Scalar;

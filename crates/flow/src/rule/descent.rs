@@ -281,6 +281,10 @@ impl<T: Scalar> Descent<T> {
         // A handle that is dragged moves before every step.
         let is_dragged = is_first && self.moves.is_multiple_of(DRAGGED);
         let is_due = is_dragged || step >= if is_near { LATE } else { EARLY };
+        // The coarse model knows no ties: parts without handles would be free in it.
+        if !work.rest.ties().is_empty() {
+            return;
+        }
         let Some(cells) = self.model.cells() else {
             return;
         };

@@ -113,7 +113,7 @@ impl Material {
         textures.into_iter().flatten()
     }
 
-    fn textures_mut(&mut self) -> [&mut Option<usize>; 3] {
+    pub(crate) fn textures_mut(&mut self) -> [&mut Option<usize>; 3] {
         [
             &mut self.base_color_texture,
             &mut self.emission_texture,

@@ -1,13 +1,11 @@
 //! The queue of collapses.
 
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
-
 use nalgebra::Vector3;
 
 use super::attributes::Channels;
 use super::options::Stop;
 use super::quadric::Quadrics;
+use super::queue::RadixHeap;
 use crate::features::{Place, places};
 use crate::triangles::{NONE, Triangles, next, prev};
 
@@ -16,7 +14,7 @@ pub(super) struct Collapses<'a> {
     triangles: &'a mut Triangles,
     pub(super) quadrics: Quadrics,
     places: Vec<Place>,
-    queue: BinaryHeap<Reverse<u64>>,
+    queue: RadixHeap,
     /// Per halfedge: whether its edge is in the queue under this name.
     is_queued: Vec<bool>,
     /// Per vertex: the vertex that it was merged into, or [`NONE`].
@@ -45,7 +43,7 @@ impl<'a> Collapses<'a> {
         let mut collapses = Self {
             places: places(triangles, f64::INFINITY),
             quadrics,
-            queue: BinaryHeap::new(),
+            queue: RadixHeap::new([]),
             is_queued: vec![false; num_halfedges],
             into: vec![NONE; num_vertices],
             is_moved: vec![false; num_vertices],
@@ -65,11 +63,12 @@ impl<'a> Collapses<'a> {
             let candidate = is_wanted.then(|| this.candidate(h)).flatten()?;
             Some(key(candidate.cost, h))
         });
-        for &Reverse(key) in &keys {
+        for &key in &keys {
             self.is_queued[key as u32 as usize] = true;
         }
-        self.queue = BinaryHeap::from(keys);
-        !self.queue.is_empty()
+        let has_any = !keys.is_empty();
+        self.queue = RadixHeap::new(keys);
+        has_any
     }
 
     /// Collapses edges until a bound is reached or no edge can be collapsed.
@@ -87,7 +86,7 @@ impl<'a> Collapses<'a> {
 
     fn empty_queue(&mut self, stop: &Stop) {
         while self.triangles.num_faces > stop.faces {
-            let Some(Reverse(entry)) = self.queue.pop() else {
+            let Some(entry) = self.queue.pop() else {
                 return;
             };
             let h = entry as u32;
@@ -98,10 +97,10 @@ impl<'a> Collapses<'a> {
             let Some(candidate) = self.candidate(h) else {
                 continue;
             };
-            let Reverse(current) = key(candidate.cost, h);
-            if current > entry && self.queue.peek().is_some_and(|Reverse(top)| current > *top) {
+            let current = key(candidate.cost, h);
+            if current > entry {
                 self.is_queued[h as usize] = true;
-                self.queue.push(Reverse(current));
+                self.queue.push(current);
                 continue;
             }
             if candidate.distance <= stop.error
@@ -213,9 +212,9 @@ impl<'a> Collapses<'a> {
 }
 
 /// An entry of the queue: ordered by cost, then by the edge.
-fn key(cost: f64, h: u32) -> Reverse<u64> {
+fn key(cost: f64, h: u32) -> u64 {
     // The bits of positive floats are in the order of their values.
-    Reverse((u64::from((cost as f32).to_bits()) << 32) | u64::from(h))
+    (u64::from((cost as f32).to_bits()) << 32) | u64::from(h)
 }
 
 /// The least cosine of the angle by which a collapse may turn a triangle.

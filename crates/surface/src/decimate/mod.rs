@@ -13,6 +13,7 @@ mod attributes;
 mod collapses;
 mod options;
 mod quadric;
+mod queue;
 
 use cotan_geometry::{Mesh, Scalar, Surface};
 use cotan_halfedge::{VertexId, VertexMap};

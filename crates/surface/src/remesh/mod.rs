@@ -7,21 +7,23 @@
 //! **Source**: M. Botsch, L. Kobbelt, "A remeshing approach to multiresolution modeling", SGP
 //! 2004, section 4. Lengths adapted to the curvature: M. Dunyach et al., Eurographics 2013.
 //! Deviations: the last rounds flip by angles instead of valences; no edit may turn a triangle
-//! over; the nearest point is found by walking over the original.
+//! over; the nearest point is found by walking over the original; at the
+//! end, vertices next to tips and ridges that the new triangles cut off move onto them.
 
 mod edits;
 mod options;
+mod reach;
 mod relax;
 mod sizes;
 
-use cotan_geometry::{Mesh, Scalar, Surface};
+use cotan_geometry::{Mesh, Scalar, Surface, SurfacePoint};
 use cotan_halfedge::VertexMap;
 use nalgebra::{Point3, Vector3};
 
 pub use options::{EdgeLengths, RemeshOptions};
 
 use crate::features::{Place, places};
-use crate::nearest::{SurfacePoint, walk};
+use crate::nearest::walk;
 use crate::tessellation_error::TessellationError;
 use crate::triangles::Triangles;
 use crate::units::Units;
@@ -80,6 +82,7 @@ pub fn remesh<T: Scalar>(
             remesher.flip_to_angles();
             remesher.relax();
         }
+        remesher.reach_out();
         remesher.flip_to_angles();
     }
 

@@ -195,3 +195,6 @@ impl Iterator for Ring<'_> {
         Some(h)
     }
 }
+
+#[cfg(test)]
+mod tests;

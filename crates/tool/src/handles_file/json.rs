@@ -1,5 +1,5 @@
 //! Handles as JSON: `{"handles": [{"vertices": …, "to" | "transform" | "fixed": …, "weight":
-//! k}]}`.
+//! k}], "parts": …}`.
 
 use std::fmt;
 
@@ -11,6 +11,7 @@ use serde::{Deserialize, Deserializer};
 use super::constraint::{Constraint, Goal};
 use super::error::{HandlesError, Place};
 use super::group::{Group, GroupMotion};
+use super::part_settings::PartSettings;
 use super::selection::Selection;
 use super::transform::{Rotate, Transform, apply, from_rows};
 use super::vertices::Vertices;
@@ -29,6 +30,12 @@ pub(super) fn read(
         matrices.extend(matrix.map(|matrix| (place, matrix)));
     }
     Ok(constraints)
+}
+
+/// Reads which parts follow.
+pub(super) fn read_parts(contents: &str) -> Result<PartSettings, HandlesError> {
+    let file: File = serde_json::from_str(contents).map_err(HandlesError::Json)?;
+    Ok(file.parts)
 }
 
 /// Reads groups written by [`to_json`](super::to_json) without a mesh.
@@ -51,6 +58,8 @@ pub fn from_json(contents: &str) -> Result<Vec<Group>, HandlesError> {
 #[serde(deny_unknown_fields)]
 struct File {
     handles: HandleList,
+    #[serde(default)]
+    parts: PartSettings,
 }
 
 #[derive(Debug)]

@@ -1,8 +1,11 @@
-//! The vertices that a handle of a JSON file holds: a list of indices, a box, or a sphere.
+//! The vertices that a handle of a JSON file holds: a list of indices, a box, a sphere, what has a
+//! name in the file, a part, or all but such a selection.
 
+use std::collections::HashSet;
 use std::fmt;
 
 use cotan::geometry::Readable;
+use cotan_io::LabelKind;
 use nalgebra::Point3;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{MapAccess, SeqAccess, Visitor};
@@ -10,22 +13,28 @@ use serde::{Deserialize, Deserializer};
 
 use super::error::{HandlesError, Place};
 use super::json::Triple;
+use super::part_settings::PartWord;
 use super::vertices::Vertices;
 
 /// The member `vertices` of a handle.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) enum Selection {
     Numbers(Vec<usize>),
-    Region(Region),
+    Region(Box<Region>),
 }
 
-/// A region of space; exactly one of the two is given.
+/// A region of space or of the model; exactly one of these is given.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Region {
     #[serde(rename = "box")]
     cuboid: Option<Cuboid>,
     sphere: Option<Sphere>,
+    object: Option<String>,
+    group: Option<String>,
+    material: Option<String>,
+    part: Option<PartWord>,
+    all_but: Option<Selection>,
 }
 
 #[derive(Clone, PartialEq, Debug, Deserialize)]
@@ -78,8 +87,34 @@ impl Region {
                 .map(|(vertex, _)| vertex)
                 .collect()
         };
+        let labels = [
+            (LabelKind::Object, "object", &self.object),
+            (LabelKind::Group, "group", &self.group),
+            (LabelKind::Material, "material", &self.material),
+        ];
+        let named = labels.iter().filter(|(.., name)| name.is_some()).count();
+        let others = [self.part.is_some(), self.all_but.is_some()];
+        let num_others = named + others.iter().filter(|is_given| **is_given).count();
         let (found, why) = match (&self.cuboid, &self.sphere) {
-            (Some(Cuboid { min, max }), None) => {
+            (None, None) if num_others == 1 => {
+                let named = labels.into_iter().find_map(|(kind, word, name)| {
+                    let name = name.as_ref()?;
+                    Some(mesh.labelled(kind, word, name, place))
+                });
+                let found = match (named, &self.part, &self.all_but) {
+                    (Some(found), ..) => found?,
+                    (_, Some(part), _) => mesh.of_part(part, place)?,
+                    (_, _, Some(others)) => {
+                        let others = others.vertices(mesh, place)?;
+                        let others: HashSet<usize> = others.into_iter().collect();
+                        let all = mesh.used().map(|(vertex, _)| vertex);
+                        all.filter(|vertex| !others.contains(vertex)).collect()
+                    }
+                    _ => Vec::new(),
+                };
+                (found, "nothing is left of the mesh")
+            }
+            (Some(Cuboid { min, max }), None) if num_others == 0 => {
                 let (min, max) = (min.point(), max.point());
                 if (0..3).any(|k| min[k] > max[k]) {
                     let problem = "has a box whose min is above its max; swap them".into();
@@ -91,7 +126,7 @@ impl Region {
                     "no vertex of the mesh lies in its box (`cotan info` prints the bounds)",
                 )
             }
-            (None, Some(Sphere { center, radius })) => {
+            (None, Some(Sphere { center, radius })) if num_others == 0 => {
                 if *radius < 0.0 {
                     let radius = Readable(*radius);
                     let problem = format!("has a sphere of radius {radius}; give at least 0");
@@ -104,9 +139,10 @@ impl Region {
                 )
             }
             _ => {
-                let problem =
-                    "must select its vertices in exactly one way: by indices, a box, or a sphere"
-                        .into();
+                let problem = "must select its vertices in exactly one way: by indices, or by one of \
+                               \"box\", \"sphere\", \"object\", \"group\", \"material\", \"part\" and \
+                               \"all_but\""
+                    .into();
                 return Err(HandlesError::Invalid { place, problem });
             }
         };
@@ -126,7 +162,10 @@ impl<'de> Deserialize<'de> for Selection {
             type Value = Selection;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a list of vertex indices, or an object with \"box\" or \"sphere\"")
+                f.write_str(
+                    "a list of vertex indices, or an object with one of \"box\", \"sphere\", \
+                     \"object\", \"group\", \"material\", \"part\" and \"all_but\"",
+                )
             }
 
             fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Selection, A::Error> {
@@ -134,7 +173,8 @@ impl<'de> Deserialize<'de> for Selection {
             }
 
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Selection, A::Error> {
-                Region::deserialize(MapAccessDeserializer::new(map)).map(Selection::Region)
+                Region::deserialize(MapAccessDeserializer::new(map))
+                    .map(|region| Selection::Region(Box::new(region)))
             }
         }
 

@@ -2,12 +2,14 @@
 
 use std::collections::HashSet;
 
-use cotan_io::{Document, ProcessingMesh};
+use cotan_io::{Document, LabelKind, ProcessingMesh};
 use nalgebra::Point3;
 
 use super::constraint::{Constraint, Goal};
 use super::error::{HandlesError, Place};
+use super::part_settings::PartWord;
 use super::{FileVertices, Kind};
+use crate::part_names::{PartNames, listed};
 
 /// The vertices that handles refer to.
 pub(super) struct Vertices<'a> {
@@ -94,6 +96,70 @@ impl Vertices<'_> {
             true => Ok(*position),
             false => Err(HandlesError::Unreferenced { place, vertex }),
         }
+    }
+
+    /// The file vertex of a document vertex.
+    fn in_file(&self, vertex: usize) -> usize {
+        self.file_vertices
+            .map_or(vertex, |file| file.vertex(vertex))
+    }
+
+    /// The file vertices of the faces with a label; `word` is its kind in messages.
+    pub(super) fn labelled(
+        &self,
+        kind: LabelKind,
+        word: &str,
+        name: &str,
+        place: Place,
+    ) -> Result<Vec<usize>, HandlesError> {
+        let invalid = |problem: String| HandlesError::Invalid { place, problem };
+        let attributes = self.document.attributes();
+        let attributes = attributes.map_err(|error| {
+            invalid(format!("names a {word}, but the file has errors: {error}"))
+        })?;
+        let Some(labels) = attributes.label(kind) else {
+            return Err(invalid(format!("names a {word}, but the file names none")));
+        };
+        // A face in several groups has their names separated by spaces.
+        let is_named = |label: &String| label == name || label.split(' ').any(|own| own == name);
+        let is_wanted: Vec<bool> = labels.names.iter().map(is_named).collect();
+        if !is_wanted.contains(&true) {
+            let known = listed(labels.names.iter().map(String::as_str));
+            return Err(invalid(format!(
+                "names the {word} \"{name}\", which the file does not have; the names are {known}"
+            )));
+        }
+        let faces = self.document.faces().iter().zip(&labels.faces);
+        let wanted = faces.filter(|(_, label)| is_wanted.get(**label as usize) == Some(&true));
+        let vertices = wanted.flat_map(|(face, _)| face.iter().map(|v| *v as usize));
+        Ok(self.used_of(vertices))
+    }
+
+    /// The file vertices of a part.
+    pub(super) fn of_part(
+        &self,
+        part: &PartWord,
+        place: Place,
+    ) -> Result<Vec<usize>, HandlesError> {
+        let invalid = |problem: String| HandlesError::Invalid { place, problem };
+        let names = PartNames::new(self.document, self.processing);
+        let names = names
+            .map_err(|error| invalid(format!("names a part, but the file has errors: {error}")))?;
+        let found = part.find(&names);
+        let found = found.map_err(|error| invalid(format!("names a part: {error}")))?;
+        let components = self.processing.mesh().components();
+        let all = self.processing.mesh().vertices();
+        let own = all.filter(|v| found.contains(&components.of(*v)));
+        Ok(self.used_of(own.map(|v| self.processing.document_vertex(v))))
+    }
+
+    /// File vertices of document vertices that faces use, in order and each once.
+    fn used_of(&self, vertices: impl Iterator<Item = usize>) -> Vec<usize> {
+        let mut vertices: Vec<usize> = vertices.map(|v| self.in_file(v)).collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        vertices.retain(|v| self.is_used(*v));
+        vertices
     }
 
     fn is_used(&self, vertex: usize) -> bool {

@@ -8,7 +8,7 @@ use cotan::linear::Strategy;
 use cotan::{DeformOptions, DetailSize, OrientationKind, SchemeKind};
 use cotan_io::{Repair, Weld};
 
-use crate::args::{EmbedArgs, InputPath, OutputPath, Precision, RegionArgs, values};
+use crate::args::{EmbedArgs, InputPath, OutputPath, PartsArgs, Precision, RegionArgs, values};
 use crate::prepare::{Source, Surfaces};
 
 pub(crate) const EXAMPLE: &str = "\
@@ -41,7 +41,17 @@ pub(crate) const HELP: &str = r#"Handles file:
   NAME.sel has one line per vertex of the mesh: 0 fixed, 1 free, 2 moved by the 4x4 matrix in
   NAME.def next to it (or in the file that --def names).
 
-Parts of the mesh without a handle stay where they are.
+  "vertices" may also be what has a name in the file, a part of the model (by name or number, as
+  `cotan info` lists them), or all but another selection:
+
+    {"object": "head"}, {"group": "arm"}, {"material": "skin"}, {"part": 3},
+    {"all_but": {"part": 0}}
+
+Parts of the model without a handle follow those that they touch or are nearest to, unless --parts,
+--free or --untie say otherwise, or the handles file does:
+
+    {"handles": [...], "parts": {"follow": "all" | "none" | ["eye", 3], "free": ["hat"],
+     "untied": [["upper jaw", "lower jaw"]], "strength": 1}}
 
 Examples:
   cotan deform bar.obj --handles bar.json -o bent.obj --report bent.json --picture bent.png
@@ -166,6 +176,8 @@ pub(crate) struct RunArgs {
 pub(crate) struct DeformArgs {
     #[command(flatten)]
     pub(crate) input: InputArgs,
+    #[command(flatten)]
+    pub(crate) parts: PartsArgs,
     #[command(flatten)]
     method: MethodArgs,
     /// The Laplacian coordinates of the first solve: turned with the handles, original, or zero

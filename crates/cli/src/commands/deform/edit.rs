@@ -8,7 +8,7 @@ use cotan::geometry::{Positions, Scalar, Surface};
 use cotan::halfedge::VertexId;
 use cotan::linear::Hold;
 use cotan::smooth::Mask;
-use cotan::{DeformOptions, Quality, Session, ShapeErrors};
+use cotan::{DeformOptions, PartReport, Quality, Session, ShapeErrors};
 use cotan_io::ProcessingMesh;
 use cotan_tool::handles_file::{Constraint, to_handles};
 use nalgebra::Point3;
@@ -47,6 +47,8 @@ pub(crate) struct Edited {
     pub(crate) flow: FlowReport,
     pub(crate) quality: Quality,
     pub(crate) history: Option<Vec<HistoryEntry>>,
+    /// The roles of the parts; empty for a model of one part.
+    pub(crate) parts: Vec<PartReport>,
     pub(crate) seconds: EditSeconds,
 }
 
@@ -118,17 +120,20 @@ impl Edit<'_> {
             .positions()
             .map(|p| Point3::from((p - origin).map(T::of_f64)));
         let surface = Surface::assume_checked(processing.mesh(), &positions);
-        let mut flow = self.options.flow(surface);
-        if let Some(region) = &self.region {
-            flow = flow.region(region.vertices.iter().copied());
-        }
-        let mut session = Session::from_flow(flow, &handles).map_err(|e| mesh.refuse(e))?;
+        let session = match &self.region {
+            None => Session::new(surface, &handles, self.options),
+            Some(region) => {
+                let flow = self.options.flow(surface);
+                Session::from_flow(flow.region(region.vertices.iter().copied()), &handles)
+            }
+        };
+        let mut session = session.map_err(|e| mesh.refuse(e))?;
         let factor = clock.elapsed().as_secs_f64();
         tracing::info!("system solved by {}", session.flow().system().choice());
 
         progress.phase("iterate");
         let clock = Instant::now();
-        let mut recorder = Recorder::new(self.history, original);
+        let mut recorder = Recorder::new(self.history, original, session.flow_vertices());
         let flow = session.run_observed(|flow, step| {
             progress.step(step.iteration, step.change);
             recorder.record(flow, step)
@@ -137,6 +142,7 @@ impl Edit<'_> {
         let flow = flow.map_err(|e| mesh.refuse(e))?;
         let iterate = clock.elapsed().as_secs_f64() - measuring;
 
+        let parts = session.parts();
         let mut moved = moved(&positions, &session.positions(), processing, origin);
         if let Some(region) = &self.region {
             moved = region.mask.blend(processing.positions(), &moved);
@@ -152,6 +158,7 @@ impl Edit<'_> {
             flow,
             quality,
             history,
+            parts,
             seconds: EditSeconds { factor, iterate },
         })
     }
@@ -193,6 +200,8 @@ fn moved<T: Scalar>(
 /// Measures the errors after every iteration, if requested.
 struct Recorder<'a> {
     original: Surface<'a, f64>,
+    /// The vertices of the flow, in its order.
+    vertices: Vec<VertexId>,
     /// The measurements so far, or the error that stopped them.
     entries: Result<Option<Vec<HistoryEntry>>, cotan::Error>,
     /// Time spent on measurements, in seconds.
@@ -200,13 +209,14 @@ struct Recorder<'a> {
 }
 
 impl<'a> Recorder<'a> {
-    fn new(history: History, original: Surface<'a, f64>) -> Self {
+    fn new(history: History, original: Surface<'a, f64>, vertices: Vec<VertexId>) -> Self {
         let entries = match history {
             History::Skip => None,
             History::Keep => Some(Vec::new()),
         };
         Self {
             original,
+            vertices,
             entries: Ok(entries),
             seconds: 0.0,
         }
@@ -217,7 +227,11 @@ impl<'a> Recorder<'a> {
             return ControlFlow::Continue(());
         };
         let clock = Instant::now();
-        let now = flow.positions().map(|p| p.map(Scalar::as_f64));
+        // Parts that follow are where they were until the run has ended.
+        let mut now = self.original.mesh().to_rows(self.original.positions());
+        for (v, p) in self.vertices.iter().zip(flow.positions().values()) {
+            now[*v] = p.map(Scalar::as_f64);
+        }
         let now = self.original.mesh().to_vertices(now);
         let errors = ShapeErrors::measure(&self.original, &self.original.with_positions(&now));
         self.seconds += clock.elapsed().as_secs_f64();

@@ -1,10 +1,11 @@
 //! The job of `deform`, `reconstruct` and `demo`: reads handles, edits the mesh, reports.
 
-use cotan::DeformOptions;
 use cotan::flow::{StopReason, predicted_point_handle_bytes};
 use cotan::smooth::Mask;
+use cotan::{DeformOptions, Parts};
 use cotan_tool::Work;
-use cotan_tool::handles_file::{self, Constraint, HandlesFile};
+use cotan_tool::handles_file::{self, Constraint, HandlesFile, PartSettings};
+use cotan_tool::part_names::PartNames;
 
 use super::args::{InputArgs, RunArgs};
 use super::edit::{Edit, Edited, History, Region};
@@ -15,6 +16,7 @@ use crate::console::Console;
 use crate::error::CliError;
 use crate::memory;
 use crate::part;
+use crate::parts;
 use crate::paths;
 use crate::picture::{BeforeAfter, marks};
 use crate::pipeline::{Context, Finished, Job, Output, Plan};
@@ -33,10 +35,10 @@ pub(crate) struct DeformJob<'a> {
 }
 
 /// The treatment of parts of the mesh that have no handle.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub(crate) enum Loose {
-    /// The parts stay where they are.
-    Hold,
+    /// The parts follow the others, as far as these settings and the handles file say so.
+    Follow(PartSettings),
     /// The job is refused.
     Refuse,
 }
@@ -91,7 +93,21 @@ impl Job for DeformJob<'_> {
         let read = self.handles();
         let mut constraints = read.read(&mesh.document, &mesh.processing, file_vertices)?;
         let num_handles = constraints.len();
-        constraints.extend(self.held_still(&constraints, mesh, context.console));
+        let names = PartNames::new(&mesh.document, &mesh.processing);
+        let names = names.map_err(|error| mesh.in_file(error))?;
+        let region = self.region(mesh)?;
+        if let Loose::Follow(settings) = &self.loose {
+            let settings = read.read_parts()?.overridden_by(settings.clone());
+            let applied = settings.apply(options, &names);
+            options = applied.map_err(|source| CliError::Part {
+                path: self.input.mesh.to_path_buf(),
+                source,
+            })?;
+            // Outside of a region nothing moves.
+            if options.parts == Parts::Still || region.is_some() {
+                constraints.extend(held_still(&constraints, mesh, context.console));
+            }
+        }
         let held = constraints.iter();
         let vertices = held.filter_map(|c| mesh.processing.vertex(c.vertex));
         let by_points = predicted_point_handle_bytes(mesh.processing.mesh(), vertices);
@@ -100,7 +116,7 @@ impl Job for DeformJob<'_> {
             constraints: &constraints,
             options: &options,
             soft: self.soft,
-            region: self.region(mesh)?,
+            region,
             precision: self.run.precision,
             history: if self.run.history {
                 History::Keep
@@ -109,11 +125,13 @@ impl Job for DeformJob<'_> {
             },
         };
         let edited = edit.run(mesh, &context.progress)?;
+        let parts = parts::fields(&edited.parts, &names);
         let setting = Setting {
             faces: mesh.processing.mesh().num_faces(),
             handles: num_handles,
             options: &self.options,
             precision: self.run.precision,
+            parts,
         };
         Ok(Finished {
             mesh: Output::InPlace,
@@ -132,6 +150,9 @@ impl Job for DeformJob<'_> {
         context: &Context<'_>,
     ) -> Result<(), CliError> {
         self.warn(&finished.rest.edited, context.console);
+        if let Some(warning) = parts::warning(&finished.report.parts) {
+            context.console.warn(&warning);
+        }
         Ok(())
     }
 
@@ -179,28 +200,6 @@ impl DeformJob<'_> {
         }
     }
 
-    /// Handles that fix everything without a handle, with a warning about them.
-    fn held_still(
-        &self,
-        constraints: &[Constraint],
-        mesh: &Prepared,
-        console: &Console,
-    ) -> Vec<Constraint> {
-        if self.loose == Loose::Refuse {
-            return Vec::new();
-        }
-        let file_vertices = mesh.file_vertices.as_ref();
-        let Some(loose) = handles_file::Loose::of(constraints, &mesh.processing, file_vertices)
-        else {
-            return Vec::new();
-        };
-        console.warn(&loose);
-        if !loose.constraints.is_empty() {
-            mesh.warn_weldable(console);
-        }
-        loose.constraints
-    }
-
     /// Warns about a flow that did not converge and a shape with defects.
     fn warn(&self, edited: &Edited, console: &Console) {
         let flow = &edited.flow;
@@ -240,4 +239,17 @@ impl DeformJob<'_> {
             ));
         }
     }
+}
+
+/// Handles that fix everything without a handle, with a warning about them.
+fn held_still(constraints: &[Constraint], mesh: &Prepared, console: &Console) -> Vec<Constraint> {
+    let file_vertices = mesh.file_vertices.as_ref();
+    let Some(loose) = handles_file::Loose::of(constraints, &mesh.processing, file_vertices) else {
+        return Vec::new();
+    };
+    console.warn(&loose);
+    if !loose.constraints.is_empty() {
+        mesh.warn_weldable(console);
+    }
+    loose.constraints
 }

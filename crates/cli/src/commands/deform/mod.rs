@@ -20,7 +20,7 @@ pub(crate) fn run(args: &DeformArgs, console: &Console) -> Result<(), CliError> 
         soft: args.soft,
         region: Some(&args.region),
         at_limit: AtLimit::Warn,
-        loose: Loose::Hold,
+        loose: Loose::Follow(args.parts.settings()?),
     };
     pipeline::execute(&job, console)
 }

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::edit::{Edited, HistoryEntry};
 use crate::args::Precision;
+use crate::parts::{self, PartFields};
 use crate::report::{QualityFields, Report, Seconds, Table};
 use crate::text::Text;
 
@@ -41,6 +42,9 @@ pub(crate) struct DeformReport {
     pub(crate) strategy_reason: Option<&'static str>,
     pub(crate) precision: &'static str,
     pub(crate) seconds: PhaseSeconds,
+    /// The parts of a model that has several.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) parts: Vec<PartFields>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) history: Option<Vec<HistoryEntry>>,
 }
@@ -61,12 +65,13 @@ pub(crate) struct PhaseSeconds {
 }
 
 /// The setting of an edit, reported in addition to its result.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Setting<'a> {
     pub(crate) faces: usize,
     pub(crate) handles: usize,
     pub(crate) options: &'a DeformOptions,
     pub(crate) precision: Precision,
+    pub(crate) parts: Vec<PartFields>,
 }
 
 impl DeformReport {
@@ -95,6 +100,7 @@ impl DeformReport {
                 iterate: edited.seconds.iterate,
                 ..PhaseSeconds::default()
             },
+            parts: setting.parts,
             history: edited.history.clone(),
         }
     }
@@ -120,6 +126,9 @@ impl Report for DeformReport {
         );
         if let (Some(strategy), Some(reason)) = (self.strategy, self.strategy_reason) {
             table.row("system solved by", format!("{strategy} ({reason})"));
+        }
+        if let Some(summary) = parts::summary(&self.parts) {
+            table.row("parts", summary);
         }
         table.quality(&self.quality);
         let s = &self.seconds;

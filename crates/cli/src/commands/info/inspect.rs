@@ -5,10 +5,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use cotan::DeformOptions;
 use cotan::geometry::{AngleStatistics, BoundingBox, Surface, negative_cotangent_share};
 use cotan_io::{Document, IoError, ProcessingMesh, Weld};
+use cotan_tool::part_names::PartNames;
 use serde::Serialize;
 
+use crate::parts::{self, PartFields};
 use crate::report::{Defect, listed};
 
 /// One part of a file that has several.
@@ -17,6 +20,18 @@ pub(crate) struct Part {
     pub(crate) name: String,
     pub(crate) vertices: usize,
     pub(crate) faces: usize,
+}
+
+/// A connected component, a part for `cotan deform`.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub(crate) struct ComponentPart {
+    /// Its number in the order of the file.
+    pub(crate) part: usize,
+    /// The name of its object, group or material; may be empty.
+    pub(crate) name: String,
+    pub(crate) vertices: usize,
+    /// The parts that it follows if the one with the largest area drives.
+    pub(crate) follows: Vec<usize>,
 }
 
 /// The output of `cotan info`.
@@ -42,6 +57,9 @@ pub(crate) struct Inspection {
     pub(crate) edges: usize,
     pub(crate) boundary_edges: usize,
     pub(crate) components: usize,
+    /// The components, if there are several and the mesh is manifold.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) component_parts: Vec<ComponentPart>,
     pub(crate) manifold: bool,
     pub(crate) closed: bool,
     /// V − E + F of the used vertices and the file's faces.
@@ -136,6 +154,7 @@ pub(crate) fn inspect(
         edges: found.num_edges,
         boundary_edges: found.num_boundary_edges,
         components: found.components.len(),
+        component_parts: Vec::new(),
         manifold: problem.is_none(),
         closed: found.is_closed(),
         euler_characteristic: found.euler_characteristic(),
@@ -159,6 +178,7 @@ pub(crate) fn inspect(
     };
     if let Ok(processing) = &processing {
         inspection.measure_manifold(processing, found.num_boundaries);
+        inspection.component_parts = component_parts(document, processing)?;
     }
     let has_polygons = document.faces().num_triangles() > document.faces().len();
     match processing {
@@ -184,6 +204,29 @@ fn parts(document: &Document) -> Vec<Part> {
         [_] => Vec::new(),
         parts => parts.iter().map(part).collect(),
     }
+}
+
+/// The components with their names and whom they follow; none for a single one.
+fn component_parts(
+    document: &Document,
+    processing: &ProcessingMesh,
+) -> Result<Vec<ComponentPart>, IoError> {
+    let survey = cotan::survey(processing.surface(), &DeformOptions::default());
+    let Ok(survey) = survey else {
+        return Ok(Vec::new());
+    };
+    if survey.is_empty() {
+        return Ok(Vec::new());
+    }
+    let names = PartNames::new(document, processing)?;
+    let parts = parts::fields(&survey, &names).into_iter();
+    let part = |part: PartFields| ComponentPart {
+        part: part.part,
+        name: part.name,
+        vertices: part.vertices,
+        follows: part.follows,
+    };
+    Ok(parts.map(part).collect())
 }
 
 /// Names of the attributes, or the reason why they cannot be read.

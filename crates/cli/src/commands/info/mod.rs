@@ -13,7 +13,7 @@ use crate::report::{Table, json_text, number};
 use crate::text::Text;
 
 use args::InfoArgs;
-use inspect::{Inspection, inspect};
+use inspect::{ComponentPart, Inspection, inspect};
 
 pub(crate) fn run(args: &InfoArgs, console: &Console) -> Result<(), CliError> {
     let document = files::load(&args.mesh, console)?;
@@ -57,6 +57,12 @@ fn table(info: &Inspection) -> Text {
         table.row("attribute", name);
     }
     table.row("components", info.components);
+    for part in info.component_parts.iter().take(LISTED_PARTS) {
+        table.row("", component_part(part));
+    }
+    if info.component_parts.len() > LISTED_PARTS {
+        table.row("", "…");
+    }
     table.row("manifold", yes_no(info.manifold));
     table.row("closed", yes_no(info.closed));
     if let Some(loops) = info.boundary_loops {
@@ -94,6 +100,23 @@ fn table(info: &Inspection) -> Text {
         }
     }
     table.text
+}
+
+/// Components that the table shows; JSON lists all.
+const LISTED_PARTS: usize = 20;
+
+/// A component in words.
+fn component_part(part: &ComponentPart) -> String {
+    let name = match part.name.as_str() {
+        "" => String::new(),
+        name => format!(" {name}"),
+    };
+    let follows: Vec<String> = part.follows.iter().map(ToString::to_string).collect();
+    let follows = match follows.len() {
+        0 => String::new(),
+        _ => format!(", follows {}", follows.join(", ")),
+    };
+    format!("{}{name}: {} vertices{follows}", part.part, part.vertices)
 }
 
 /// Defects of each kind that the table shows; JSON lists more.

@@ -1,0 +1,366 @@
+//! The parts that follow a flow.
+
+use std::sync::Arc;
+
+use cotan_flow::{Flow, FlowBuilder, Hybrid, PointTie, Rest, Start};
+use cotan_geometry::{Positions, Scalar, Surface};
+use cotan_halfedge::{HalfedgeMesh, VertexId};
+use cotan_laplacian::Cotangent;
+use cotan_linear::Handle;
+use cotan_parallel as parallel;
+use nalgebra::{Point3, Vector3};
+
+use super::contacts::{Contact, SurfacePoint};
+use super::extract::Extract;
+use super::passenger::{Effort, Flowing, Kind, Passenger, Placed, Rigid, Scene, put};
+use super::plan::{Manner, Neighbourhood, Plan, Seat};
+use super::report::{self, PartReport};
+use crate::error::Error;
+use crate::options::DeformOptions;
+
+/// A model of which some parts are solved and others follow.
+#[derive(Debug)]
+pub(crate) struct Following<T: Scalar> {
+    neighbourhood: Arc<Neighbourhood>,
+    plan: Plan,
+    options: DeformOptions,
+    mesh: Arc<HalfedgeMesh>,
+    original: Arc<Positions<T>>,
+    /// The parts that drive; `None` if all do.
+    drivers: Option<Extract<T>>,
+    passengers: Vec<Passenger<T>>,
+    /// The latest positions of the parts that do not drive, and of the others at that time.
+    placed: Positions<T>,
+    motions: Vec<Option<Rigid>>,
+}
+
+/// Handles with their targets.
+type Held<T> = [(Handle, Point3<T>)];
+
+impl<T: Scalar> Following<T> {
+    /// Plans a deformation; `None` where there is nothing to follow, or nothing to be followed.
+    ///
+    /// # Errors
+    /// [`Error`] for parts that do not exist and settings out of range.
+    pub(crate) fn new(
+        surface: &Surface<'_, T>,
+        options: &DeformOptions,
+        held: &Held<T>,
+    ) -> Result<Option<Self>, Error> {
+        if held.is_empty() {
+            return Ok(None);
+        }
+        let Some(neighbourhood) = Neighbourhood::new(surface, options)? else {
+            return Ok(None);
+        };
+        let mesh = Arc::new(surface.mesh().clone());
+        let original = Arc::new(mesh.to_rows(surface.positions()));
+        let neighbourhood = Arc::new(neighbourhood);
+        Ok(Some(Self::plan(
+            neighbourhood,
+            mesh,
+            original,
+            options,
+            held,
+        )))
+    }
+
+    /// The same model for other handles.
+    pub(crate) fn with_handles(&self, held: &Held<T>) -> Self {
+        let (mesh, original) = (self.mesh.clone(), self.original.clone());
+        Self::plan(
+            self.neighbourhood.clone(),
+            mesh,
+            original,
+            &self.options,
+            held,
+        )
+    }
+
+    /// Whether the same parts drive with these handles.
+    pub(crate) fn is_for(&self, held: &Held<T>) -> bool {
+        self.plan.is_for(&has_handle(&self.neighbourhood, held))
+    }
+
+    fn plan(
+        neighbourhood: Arc<Neighbourhood>,
+        mesh: Arc<HalfedgeMesh>,
+        original: Arc<Positions<T>>,
+        options: &DeformOptions,
+        held: &Held<T>,
+    ) -> Self {
+        let mut plan = neighbourhood.plan(has_handle(&neighbourhood, held));
+        let model = &neighbourhood.model;
+        let drives = |v: VertexId| plan.roles.layers[model.part_of(v)] == 0;
+        let drivers = (!plan.drives_all()).then(|| Extract::new(&mesh, &original, drives));
+        let seats = std::mem::take(&mut plan.seats);
+        let passengers = parallel::tasks(seats, |seat| {
+            passenger(&neighbourhood, &mesh, &original, options, seat)
+        });
+        Self {
+            placed: (*original).clone(),
+            motions: vec![None; model.parts.len()],
+            options: options.clone(),
+            neighbourhood,
+            plan,
+            mesh,
+            original,
+            drivers,
+            passengers,
+        }
+    }
+
+    /// The flow of the parts that drive, without its handles.
+    pub(crate) fn flow(&self) -> FlowBuilder<T> {
+        let (mesh, positions) = match &self.drivers {
+            Some(extract) => (extract.mesh.clone(), extract.positions.clone()),
+            None => (self.mesh.clone(), self.original.clone()),
+        };
+        let point = |point: &SurfacePoint| {
+            let corner = |k: usize| {
+                let vertex = VertexId::new(point.corners[k] as usize);
+                (self.in_flow(vertex), point.shares[k])
+            };
+            [0, 1, 2].map(corner)
+        };
+        let tie = |contact: &Contact| PointTie {
+            own: point(&contact.own),
+            on: point(&contact.on),
+            weight: contact.weight,
+            nearness: contact.nearness,
+        };
+        let ties: Vec<PointTie> = self.plan.ties.iter().map(tie).collect();
+        self.options
+            .apply(Flow::builder(mesh, positions))
+            .ties(ties)
+    }
+
+    /// The original positions of all parts.
+    pub(crate) fn original(&self) -> &Positions<T> {
+        &self.original
+    }
+
+    /// The number of a vertex among the drivers; every handle is on one.
+    pub(crate) fn in_flow(&self, vertex: VertexId) -> VertexId {
+        match &self.drivers {
+            Some(extract) => extract.in_extract(vertex.index() as u32).unwrap_or(vertex),
+            None => vertex,
+        }
+    }
+
+    /// The vertices of the flow, as the mesh numbers them.
+    pub(crate) fn flow_vertices(&self) -> Vec<VertexId> {
+        match &self.drivers {
+            Some(extract) => {
+                let vertices = extract.vertices().iter();
+                vertices.map(|v| VertexId::new(*v as usize)).collect()
+            }
+            None => self.mesh.rows().collect(),
+        }
+    }
+
+    /// The handles as the flow numbers their vertices.
+    pub(crate) fn handles_in_flow(&self, held: &Held<T>) -> Vec<(Handle, Point3<T>)> {
+        let handle = |(handle, target): &(Handle, Point3<T>)| {
+            let vertex = self.in_flow(handle.vertex);
+            (Handle { vertex, ..*handle }, *target)
+        };
+        held.iter().map(handle).collect()
+    }
+
+    /// An error of the flow, with the vertices of the whole mesh.
+    pub(crate) fn in_whole(&self, error: Error) -> Error {
+        match &self.drivers {
+            Some(extract) => error.with_vertices(|v| match v.index() < extract.vertices().len() {
+                true => VertexId::new(extract.in_whole(v) as usize),
+                false => v,
+            }),
+            None => error,
+        }
+    }
+
+    /// Of a shape of all parts the drivers'.
+    pub(crate) fn in_flow_shape(&self, shape: &Positions<T>) -> Option<Positions<T>> {
+        let shape = self.in_rows(shape)?;
+        Some(match &self.drivers {
+            Some(extract) => {
+                let vertices = extract.vertices().iter();
+                vertices.map(|v| shape.as_slice()[*v as usize]).collect()
+            }
+            None => shape,
+        })
+    }
+
+    /// A shape with one position per vertex, or one per row, as rows.
+    fn in_rows(&self, shape: &Positions<T>) -> Option<Positions<T>> {
+        let is_known = [self.mesh.num_vertices(), self.mesh.num_rows()].contains(&shape.len());
+        is_known.then(|| self.mesh.to_rows(shape))
+    }
+
+    /// The whole mesh.
+    pub(crate) fn mesh(&self) -> &HalfedgeMesh {
+        &self.mesh
+    }
+
+    /// Takes a shape for that of the parts that do not drive.
+    pub(crate) fn set_shape(&mut self, shape: &Positions<T>) {
+        if let Some(rows) = self.in_rows(shape) {
+            self.placed = rows;
+        }
+    }
+
+    /// All parts, with the drivers at these positions.
+    pub(crate) fn whole(&self, drivers: &Positions<T>) -> Positions<T> {
+        let Some(extract) = &self.drivers else {
+            return drivers.clone();
+        };
+        let mut whole = self.placed.clone();
+        for (v, p) in extract.vertices().iter().zip(drivers.values()) {
+            whole.as_mut_slice()[*v as usize] = *p;
+        }
+        whole
+    }
+
+    /// Places the parts that follow, layer by layer.
+    ///
+    /// # Errors
+    /// What the flows of large parts report.
+    pub(crate) fn place(&mut self, drivers: &Positions<T>, effort: Effort) -> Result<(), Error> {
+        if self.passengers.is_empty() {
+            return Ok(());
+        }
+        self.placed = self.whole(drivers);
+        let model = &self.neighbourhood.model;
+        let mut now: Vec<Point3<f64>> = self.placed.values().map(|p| p.map(T::as_f64)).collect();
+        let mut is_moved = vec![false; model.parts.len()];
+        let rest = model.positions.as_slice();
+        for (part, layer) in self.plan.roles.layers.iter().enumerate() {
+            let mut vertices = model.parts[part].vertices.iter();
+            is_moved[part] = *layer == 0 && vertices.any(|v| now[*v as usize] != rest[*v as usize]);
+        }
+        for layer in self.passengers.chunk_by_mut(|a, b| a.layer == b.layer) {
+            let scene = Scene {
+                model,
+                length: self.neighbourhood.length,
+                now: &now,
+                motions: &self.motions,
+            };
+            let moved = &is_moved;
+            let placed = parallel::tasks(layer.iter_mut().collect(), |passenger| {
+                let follows = |c: &Contact| moved[c.part as usize];
+                let is_moved = passenger.contacts.iter().any(follows);
+                let placed = match is_moved {
+                    true => passenger.place(&scene, effort)?,
+                    false => passenger.at_rest(&scene),
+                };
+                Ok::<_, Error>((passenger.part, is_moved, placed))
+            });
+            for placed in placed {
+                let (part, has_moved, Placed { positions, motion }) = placed?;
+                put(model, part, &self.original, &positions, &mut self.placed);
+                for (v, p) in model.parts[part].vertices.iter().zip(positions) {
+                    now[*v as usize] = p;
+                }
+                self.motions[part] = motion;
+                is_moved[part] = has_moved;
+            }
+        }
+        Ok(())
+    }
+
+    /// The roles of all parts and how well they follow.
+    pub(crate) fn report(&self, drivers: &Positions<T>) -> Vec<PartReport> {
+        let now: Vec<Point3<f64>> = self
+            .whole(drivers)
+            .values()
+            .map(|p| p.map(T::as_f64))
+            .collect();
+        let scene = Scene {
+            model: &self.neighbourhood.model,
+            length: self.neighbourhood.length,
+            now: &now,
+            motions: &self.motions,
+        };
+        report::measure(&scene, &self.plan, &self.passengers)
+    }
+}
+
+/// Which parts have handles.
+fn has_handle<T: Scalar>(neighbourhood: &Neighbourhood, held: &Held<T>) -> Vec<bool> {
+    let model = &neighbourhood.model;
+    let mut has_handle = vec![false; model.parts.len()];
+    for (handle, _) in held {
+        has_handle[model.part_of(handle.vertex)] = true;
+    }
+    has_handle
+}
+
+fn passenger<T: Scalar>(
+    neighbourhood: &Neighbourhood,
+    mesh: &HalfedgeMesh,
+    original: &Positions<T>,
+    options: &DeformOptions,
+    seat: Seat,
+) -> Passenger<T> {
+    let kind = match seat.manner {
+        Manner::Rigid => Kind::Rigid,
+        Manner::Decal => Kind::Decal,
+        Manner::Flowing => match flowing(neighbourhood, mesh, original, options, &seat) {
+            Ok(flowing) => Kind::Flowing(Box::new(flowing)),
+            // Its weights cannot be computed or solved: as a rigid body it follows all the same.
+            Err(error) => {
+                tracing::debug!(part = seat.part, %error, "a part is placed as a rigid body");
+                Kind::Rigid
+            }
+        },
+    };
+    Passenger::new(seat.part, seat.layer, seat.contacts, kind)
+}
+
+/// The flow of a large part, with the bending length of the whole model.
+fn flowing<T: Scalar>(
+    neighbourhood: &Neighbourhood,
+    mesh: &HalfedgeMesh,
+    original: &Positions<T>,
+    options: &DeformOptions,
+    seat: &Seat,
+) -> Result<Flowing<T>, Error> {
+    let (model, length) = (&neighbourhood.model, neighbourhood.length);
+    let is_own = |v: VertexId| model.part_of(v) == seat.part;
+    let extract = Extract::new(mesh, original, is_own);
+    let rest = Rest::new(
+        extract.mesh.clone(),
+        extract.positions.clone(),
+        Cotangent::default(),
+    )?;
+    let part = &model.parts[seat.part];
+    // μ of the hybrid; a spring of a handle is counted in mean diagonals.
+    let membrane = 4.0 * part.area / part.vertices.len() as f64 / (length * length);
+    let factor = membrane / rest.operator().mean_diagonal().powi(2);
+    let pulls = Flowing::pulls(&seat.contacts, &extract);
+    let handles = Flowing::handles(&pulls, factor, &extract);
+    let hybrid = Hybrid::new(length / model.extent_of(seat.part)).stiffness(options.stiffness);
+    let flow = Flow::on(rest)
+        .energy(hybrid)
+        .start(Start::Original)
+        .acceleration(options.acceleration)
+        .tolerance(options.tolerance)
+        .iteration_limit(options.iteration_limit)
+        .system(options.system)
+        .handles(handles)
+        .build()?;
+    Ok(Flowing {
+        extract,
+        flow,
+        pulls,
+    })
+}
+
+/// Stated turns with the vertices of the flow.
+pub(crate) fn turns_in_flow<T: Scalar>(
+    following: &Following<T>,
+    stated: Vec<(VertexId, Vector3<f64>)>,
+) -> Vec<(VertexId, Vector3<f64>)> {
+    let in_flow = |(v, turn)| (following.in_flow(v), turn);
+    stated.into_iter().map(in_flow).collect()
+}

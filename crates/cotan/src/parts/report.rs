@@ -1,0 +1,119 @@
+//! How well parts follow: the change of their gaps, and their turn against what they touch.
+
+use cotan_flow::nearest_rotation;
+use cotan_geometry::Scalar;
+use nalgebra::{Matrix3, Vector3};
+
+use super::contacts::{Contact, SurfacePoint};
+use super::passenger::{Passenger, Scene};
+use super::plan::Plan;
+use super::roles::Role;
+use super::turns::{covariance_at, rotation};
+
+/// The role of a part in a deformation, and how well it followed.
+#[derive(Clone, PartialEq, Debug)]
+#[non_exhaustive]
+pub struct PartReport {
+    /// Number of its vertices.
+    pub vertices: usize,
+    /// Its role.
+    pub role: Role,
+    /// The parts that it touches or is nearest to, ascending.
+    pub follows: Vec<usize>,
+    /// Root mean square, over its contacts and by their weights, of the change of the distance
+    /// from the point that it touches, over the diagonal of the whole model.
+    pub gap_change: f64,
+    /// The angle between its own rotation and that of the surface that it touches, in degrees.
+    pub turn_degrees: f64,
+}
+
+/// Measures all parts.
+pub(crate) fn measure<T: Scalar>(
+    scene: &Scene<'_>,
+    plan: &Plan,
+    passengers: &[Passenger<T>],
+) -> Vec<PartReport> {
+    let parts = scene.model.parts.iter().zip(&plan.roles.roles);
+    let mut reports: Vec<PartReport> = parts
+        .map(|(part, role)| PartReport::new(part.vertices.len(), *role))
+        .collect();
+    for passenger in passengers {
+        let contacts: Vec<&Contact> = passenger.contacts.iter().collect();
+        let report = &mut reports[passenger.part];
+        report.note(scene, &contacts);
+        let own = own_rotation(scene, passenger.part);
+        report.turn_degrees = angle(&own, &passenger.mean_rotation(scene)).to_degrees();
+    }
+    let part_of = |contact: &Contact| scene.model.of_vertex[contact.own.corners[0] as usize];
+    let mut ties: Vec<&Contact> = plan.ties.iter().collect();
+    ties.sort_by_key(|contact| part_of(contact));
+    for contacts in ties.chunk_by(|a, b| part_of(a) == part_of(b)) {
+        let report = &mut reports[part_of(contacts[0]) as usize];
+        report.note(scene, contacts);
+        let sides: [fn(&Contact) -> &SurfacePoint; 2] = [|c| &c.own, |c| &c.on];
+        let [own, on] = sides.map(|side| {
+            let turn =
+                |sum, c: &&Contact| sum + covariance_at(scene.model, scene.now, side(c)) * c.weight;
+            rotation(&contacts.iter().fold(Matrix3::zeros(), turn))
+        });
+        report.turn_degrees = angle(&own, &on).to_degrees();
+    }
+    reports
+}
+
+impl PartReport {
+    pub(super) fn new(vertices: usize, role: Role) -> Self {
+        Self {
+            vertices,
+            role,
+            follows: Vec::new(),
+            gap_change: 0.0,
+            turn_degrees: 0.0,
+        }
+    }
+
+    pub(super) fn set_followed(&mut self, parts: impl Iterator<Item = u32>) {
+        self.follows = parts.map(|part| part as usize).collect();
+        self.follows.sort_unstable();
+        self.follows.dedup();
+    }
+
+    /// What is followed, and the change of the gaps.
+    fn note(&mut self, scene: &Scene<'_>, contacts: &[&Contact]) {
+        self.set_followed(contacts.iter().map(|c| c.part));
+        let (mut sum, mut total) = (0.0, 0.0);
+        for contact in contacts {
+            let gap = (contact.own.at(scene.now) - contact.on.at(scene.now)).norm();
+            sum += contact.weight * (gap - contact.distance).powi(2);
+            total += contact.weight;
+        }
+        if total > 0.0 && scene.model.diagonal > 0.0 {
+            self.gap_change = (sum / total).sqrt() / scene.model.diagonal;
+        }
+    }
+}
+
+/// The rotation that takes the vertices of a part from their original positions best. The turn of
+/// the surface decides where they are on a line.
+fn own_rotation(scene: &Scene<'_>, part: usize) -> Matrix3<f64> {
+    let vertices = &scene.model.parts[part].vertices;
+    let rest = scene.model.positions.as_slice();
+    let mean = |at: &dyn Fn(usize) -> Vector3<f64>| {
+        let sum: Vector3<f64> = vertices.iter().map(|v| at(*v as usize)).sum();
+        sum / vertices.len().max(1) as f64
+    };
+    let before = mean(&|v| rest[v].coords);
+    let after = mean(&|v| scene.now[v].coords);
+    let mut covariance = Matrix3::zeros();
+    for v in vertices {
+        let v = *v as usize;
+        covariance += (scene.now[v].coords - after) * (rest[v].coords - before).transpose();
+    }
+    nearest_rotation(&covariance)
+}
+
+/// The angle of the rotation from one to the other, by the chord: an arc cosine loses the digits of
+/// small angles.
+fn angle(a: &Matrix3<f64>, b: &Matrix3<f64>) -> f64 {
+    2.0 * ((a - b).norm() / 8.0_f64.sqrt()).min(1.0).asin()
+}
