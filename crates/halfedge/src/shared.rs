@@ -285,8 +285,16 @@ impl Sides {
 
     /// The corners that share a vertex: each is in the set of the lowest one.
     fn fans(&self, orientation: &Orientation) -> Sets {
+        /// Rounds after which all faces are detached, so that the time stays linear: a round may
+        /// leave conflicts for the next one.
+        const MOST_ROUNDS: usize = 16;
         let mut is_loose = vec![false; self.starts.len() - 1];
+        let mut round = 0;
         loop {
+            round += 1;
+            if round > MOST_ROUNDS {
+                is_loose.fill(true);
+            }
             let partners = self.partners(orientation, &is_loose);
             let mut fans = Sets::new(self.vertex.len());
             for (a, &b) in (0u32..).zip(&partners) {
@@ -456,7 +464,8 @@ impl Orientation {
 }
 
 /// Disjoint sets of the numbers 0..n, each represented by its lowest (union–find with path
-/// halving).
+/// halving). `cotan-io` has the same for the places of a file; this crate has no use for it in its
+/// interface.
 #[derive(Clone)]
 pub(crate) struct Sets {
     parents: Vec<u32>,
