@@ -108,13 +108,19 @@ impl Nearest {
     }
 }
 
-/// Walks from `face` to the triangle nearest to `point`, as long as a triangle that shares a
-/// vertex with the current one is nearer.
+/// Walks from `face` to the triangle nearest to `point`, as long as the nearest point is on the
+/// border of the current one and a triangle around that edge or corner is nearer.
 pub(crate) fn walk(original: &Triangles, face: u32, point: Vector3<f64>) -> Nearest {
     let mut best = on_triangle(original, face, point);
     for _ in 0..MOST_STEPS {
-        let start = best.face;
-        for v in original.corners(start) {
+        let (start, barycentric) = (best.face, best.barycentric);
+        if barycentric.iter().all(|&w| w > 0.0) {
+            break;
+        }
+        for (v, weight) in original.corners(start).into_iter().zip(barycentric) {
+            if weight == 0.0 {
+                continue;
+            }
             for h in original.ring(v) {
                 if h / 3 != start {
                     let other = on_triangle(original, h / 3, point);

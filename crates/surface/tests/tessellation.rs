@@ -202,9 +202,10 @@ fn a_flat_square_becomes_two_triangles_without_moving() {
 
 #[test]
 fn an_error_bound_limits_the_distance_of_a_sphere() {
+    // Its own triangles are up to 2e-4 from the sphere.
     let mesh = icosphere::<f64>(5);
     let mut last = mesh.num_faces();
-    for bound in [1e-4, 1e-3, 1e-2] {
+    for bound in [1e-3, 3e-3, 1e-2] {
         let made = decimate(&mesh.surface(), &DecimateOptions::to_error(bound)).unwrap();
         assert!(made.error <= bound && made.mesh.num_faces() < last);
         last = made.mesh.num_faces();
@@ -274,17 +275,15 @@ fn remeshing_a_torus_gives_even_triangles_on_it() {
 
 #[test]
 fn marked_edges_stay() {
-    // The equator of a sphere: every edge of it is covered by edges of the result.
-    let mesh = icosphere::<f64>(3);
+    // The two circles that separate the upper half of a torus from the lower.
+    let mesh = torus::<f64>(1.0, 0.4, 40, 20);
     let x = mesh.positions();
     let equator = mesh.connectivity().edges().filter(|&e| {
         let ends = mesh.connectivity().edge_vertices(e);
         ends.iter().all(|&v| x[v].z.abs() < 1e-9)
     });
     let equator: Vec<_> = equator.collect();
-    if equator.is_empty() {
-        return;
-    }
+    assert_eq!(equator.len(), 80);
     let features = Features::none().with_edges(equator);
     let made = remesh(
         &mesh.surface(),

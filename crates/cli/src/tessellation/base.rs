@@ -132,7 +132,7 @@ impl Base {
             let other = |l: &&cotan_io::Labels| l.faces.get(sources[0]) != l.faces.get(sources[1]);
             // Each end of the edge, as a corner of either face.
             let ends = [(a, self.mesh.next(b)), (self.mesh.next(a), b)];
-            labels.iter().any(|l| other(l))
+            labels.iter().any(other)
                 || ends.iter().any(|&(h, g)| {
                     let (c, d) = (corner_of[h.index()], corner_of[g.index()]);
                     tables.iter().any(|p| {
