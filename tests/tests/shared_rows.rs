@@ -341,7 +341,7 @@ fn cut(mesh: &Mesh<f64>, seed: u64) -> Mesh<f64> {
     let mut random = seed;
     let is_cut: Vec<bool> = connectivity
         .edges()
-        .map(|_| next(&mut random) % 3 == 0)
+        .map(|_| next(&mut random).is_multiple_of(3))
         .collect();
     // The fans that are left at each vertex, in the order of their halfedges.
     let mut piece_of = vec![u32::MAX; connectivity.num_halfedges()];

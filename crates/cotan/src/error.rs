@@ -54,7 +54,7 @@ pub enum Error {
         targets: usize,
     },
     /// Two handles require different positions of the same vertex.
-    #[error("handles {} and {} contradict each other: they want vertex {vertex} at two places", groups[0], groups[1])]
+    #[error("handles {} and {} contradict each other: they move vertex {vertex} to different positions", groups[0], groups[1])]
     Contradiction {
         /// The indices of the two handles, from 0.
         groups: [usize; 2],

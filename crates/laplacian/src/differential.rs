@@ -180,7 +180,7 @@ mod tests {
             let surface = shape.surface();
             let mesh = shape.connectivity();
             let field = FaceMap::from_fn(shape.num_faces(), |f| seed[f.index() % 8]);
-            let is_inside = |v: cotan_halfedge::VertexId| v.index() % every == 0;
+            let is_inside = |v: cotan_halfedge::VertexId| v.index().is_multiple_of(every);
             let flux = divergence(&surface, &field);
             let inside: f64 = mesh.vertices().filter(|v| is_inside(*v)).map(|v| flux[v]).sum();
             let mut border = 0.0;

@@ -244,7 +244,7 @@ mod tests {
                 count += 2.0;
             }
         }
-        (sum / count as f64).sqrt()
+        (sum / count).sqrt()
     }
 
     fn falls(errors: [f64; 3], limit: f64) {

@@ -30,7 +30,7 @@ fn ball(material: &str, turn: f64, offset: f64) -> String {
 fn balls() -> Sandbox {
     let sandbox = Sandbox::new();
     for (name, turn) in [("skin", 0.0), ("bark", 0.7)] {
-        sandbox.write(&format!("{name}.obj"), &ball(name, turn, 0.0));
+        sandbox.write(&format!("{name}.obj"), ball(name, turn, 0.0));
         let library = format!("newmtl {name}\nKd 0.5 0.25 0.125\n");
         sandbox.write(&format!("{name}.mtl"), &library);
     }

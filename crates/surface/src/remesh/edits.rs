@@ -245,7 +245,7 @@ pub(super) fn is_same_side(m: &Vector3<f64>, n: &Vector3<f64>) -> bool {
 }
 
 /// The cosine of the least angle of a triangle; 1 for one without area.
-pub(super) fn least_cosine([a, b, c]: [Vector3<f64>; 3]) -> f64 {
+fn least_cosine([a, b, c]: [Vector3<f64>; 3]) -> f64 {
     let [x, y, z] = [c - b, a - c, b - a].map(|e| e.norm_squared());
     // The least angle is opposite to the shortest side.
     let (least, p, q) = if x <= y && x <= z {

@@ -7,12 +7,10 @@
 //! **Source**: M. Botsch, L. Kobbelt, "A remeshing approach to multiresolution modeling", SGP
 //! 2004, section 4. Lengths adapted to the curvature: M. Dunyach et al., Eurographics 2013.
 //! Deviations: the last rounds flip by angles instead of valences; no edit may turn a triangle
-//! over; the nearest point is found by walking over the original; at the
-//! end, vertices next to tips and ridges that the new triangles cut off move onto them.
+//! over; the nearest point is found by walking over the original.
 
 mod edits;
 mod options;
-mod reach;
 mod relax;
 mod sizes;
 
@@ -82,7 +80,6 @@ pub fn remesh<T: Scalar>(
             remesher.flip_to_angles();
             remesher.relax();
         }
-        remesher.reach_out();
         remesher.flip_to_angles();
     }
 

@@ -55,7 +55,7 @@ impl Default for BumpSize {
 }
 
 /// The settings of [`super::SmoothBySize`].
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
 #[non_exhaustive]
 pub struct BySizeOptions {
     /// The treatment of the boundary.
@@ -80,16 +80,3 @@ setters!(BySizeOptions {
     max_memory: impl Into<Option<u64>>,
     strategy: Strategy,
 });
-
-impl Default for BySizeOptions {
-    fn default() -> Self {
-        Self {
-            boundary: Boundary::default(),
-            folds: NewFolds::default(),
-            preserve: Preserve::default(),
-            max_displacement: None,
-            max_memory: None,
-            strategy: Strategy::default(),
-        }
-    }
-}

@@ -29,7 +29,7 @@ impl Rebuild<'_> {
     /// after each solve. Returns the number of solves.
     pub(super) fn run(
         &self,
-        u: &mut Vec<Vector3<f64>>,
+        u: &mut [Vector3<f64>],
         mut proceed: impl FnMut() -> Result<(), Error>,
     ) -> Result<usize, Error> {
         let n = u.len();
@@ -42,7 +42,7 @@ impl Rebuild<'_> {
             let missing = |i: usize| wanted[i] - self.rest.laplacian[i];
             let missing: Vec<_> = parallel::filled(n, missing);
             self.system.right_hand_side(&missing, &mut rhs);
-            let before = u.clone();
+            let before = u.to_vec();
             self.system.solve(&rhs, u, TOLERANCE)?;
             proceed()?;
             let change = sum_of_squares(n, |i| u[i] - before[i]);
