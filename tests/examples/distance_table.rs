@@ -1,7 +1,8 @@
 //! Measures the intrinsic Delaunay triangulation and the distances that the heat method finds on
 //! it, beside those on the mesh's own triangles.
 //!
-//! `cargo run --release -p cotan-tests --example distance_table -- [PART of a name] [--save FOLDER]`
+//! `cargo run --release -p cotan-tests --example distance_table -- [PART of a name] [--save
+//! FOLDER]`
 //!
 //! A distance is impossible if it is shorter than the straight line in space or longer than the
 //! shortest path along edges, by more than 1 % of the greatest distance. `--save` writes the

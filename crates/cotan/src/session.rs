@@ -314,8 +314,8 @@ impl<T: Scalar> Session<T> {
         }
     }
 
-    /// Replaces the current shape (one position per vertex), for example with an earlier one after an undo. Hard handles
-    /// stay at their targets. Nothing is factorized.
+    /// Replaces the current shape (one position per vertex), for example with an earlier one after
+    /// an undo. Hard handles stay at their targets. Nothing is factorized.
     ///
     /// # Errors
     /// [`Error`] for a shape of another mesh or with a non-finite position.
@@ -401,7 +401,8 @@ impl<T: Scalar> Session<T> {
     /// A component whose handles are all at their original positions has exactly its original
     /// positions, unless it was left far from them. See [`Flow::positions`] for other vertices
     /// that have not moved. Components that are tied to others ([`DeformOptions::parts`]) move with
-    /// them even if their own handles stay. Parts that follow are where the last step or run placed them.
+    /// them even if their own handles stay. Parts that follow are where the last step or run
+    /// placed them.
     pub fn positions(&self) -> Positions<T> {
         let positions = self.positions_of_flow();
         let rows = match &self.following {

@@ -26,8 +26,8 @@ use crate::workspace::Workspace;
 /// kept and fed new handle positions ([`Flow::set_targets`]), frame after frame: nothing is
 /// factorized again. It owns all that it needs, and can be sent to a thread.
 ///
-/// Where a mesh was cut into pieces, handles, targets and positions are those of the rows, which are
-/// the first vertices: see [`Rest`].
+/// Where a mesh was cut into pieces, handles, targets and positions are those of the rows, which
+/// are the first vertices: see [`Rest`].
 pub struct Flow<T: Scalar> {
     work: Workspace<T>,
     rule: Box<dyn Rule<T>>,
@@ -144,9 +144,9 @@ impl<T: Scalar> Flow<T> {
         self.work.rest.box_units().size()
     }
 
-    /// The current positions, in the units of the input, one per row: see [`Rest`]. Hard handles are exactly at their targets
-    /// (unless something projects the flow), and a vertex that has not moved has exactly its
-    /// original position.
+    /// The current positions, in the units of the input, one per row: see [`Rest`]. Hard handles
+    /// are exactly at their targets (unless something projects the flow), and a vertex that has
+    /// not moved has exactly its original position.
     ///
     /// Positions are computed in box units, as numbers up to 1, and each step rounds them to the
     /// spacing ε of such numbers: a vertex within 4 ε of its original place in each coordinate has

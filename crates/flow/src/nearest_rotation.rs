@@ -64,8 +64,8 @@ type FourMatrices = [Four; 9];
 #[inline(always)]
 pub(crate) fn nearest_rotations_from(matrices: &[Mat3; 4], rotations: &mut [Mat3; 4]) {
     const MAX_STEPS: usize = 6;
-    /// Radians. The terms of third order are as small as the axial vector is, so that convergence is
-    /// cubic: the step after one of this size is below rounding.
+    /// Radians. The terms of third order are as small as the axial vector is, so that convergence
+    /// is cubic: the step after one of this size is below rounding.
     const LAST_STEP: f64 = 1e-5;
     const LONGEST_STEP: f64 = 0.5;
     let s = side_by_side(matrices);

@@ -26,9 +26,9 @@ use crate::shared::Shared;
 /// same two vertices; no face visits a vertex twice.
 ///
 /// A surface that is not manifold or not consistently oriented is represented by pieces that are
-/// ([`HalfedgeMesh::from_faces_in_pieces`]). The copies of a vertex then share a *row*, the index of
-/// whatever belongs to the point and not to a piece of the surface. In all other meshes a row is a
-/// vertex.
+/// ([`HalfedgeMesh::from_faces_in_pieces`]). The copies of a vertex then share a *row*, the index
+/// of whatever belongs to the point and not to a piece of the surface. In all other meshes a row
+/// is a vertex.
 ///
 /// The mesh holds no positions: these are stored in a separate [`VertexMap`](crate::VertexMap).
 ///

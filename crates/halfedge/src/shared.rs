@@ -175,8 +175,9 @@ impl HalfedgeMesh {
         }
     }
 
-    /// Returns true if the faces around `vertex` are one closed fan: it is on no boundary and shares
-    /// its row with no copy. Curvature and other measures along a normal make sense only there.
+    /// Returns true if the faces around `vertex` are one closed fan: it is on no boundary and
+    /// shares its row with no copy. Curvature and other measures along a normal make sense only
+    /// there.
     #[inline]
     pub fn is_inner_vertex(&self, vertex: VertexId) -> bool {
         !self.is_rim_vertex(vertex) && !self.is_shared_vertex(vertex)

@@ -209,8 +209,8 @@ impl ProcessingMesh {
         self.document_vertices[vertex] as usize
     }
 
-    /// The vertex that represents a 0-based document vertex (never a copy), or `None` if neither that vertex nor
-    /// one welded to it is used by a face, or if the index is out of range.
+    /// The vertex that represents a 0-based document vertex (never a copy), or `None` if neither
+    /// that vertex nor one welded to it is used by a face, or if the index is out of range.
     pub fn vertex(&self, document_vertex: usize) -> Option<VertexId> {
         *self.vertices.get(document_vertex)?
     }

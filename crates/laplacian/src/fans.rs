@@ -71,7 +71,8 @@ impl Copies {
 /// Where copies of a vertex share a row, the row has the sums over all of them. Area vectors of
 /// pieces with opposite orientations then cancel.
 ///
-/// **Shapes**: one entry per row, which is a vertex unless vertices have copies. **Units**: those of the positions; areas are integrated.
+/// **Shapes**: one entry per row, which is a vertex unless vertices have copies. **Units**: those
+/// of the positions; areas are integrated.
 #[derive(Clone, PartialEq, Debug)]
 pub struct FanSums<T: Scalar> {
     /// Σ A_T over the triangles T around the vertex.

@@ -12,7 +12,8 @@ use super::values::{self, Length};
 #[derive(Debug, Args)]
 pub(crate) struct PartArgs {
     /// Move a part only: box:X,Y,Z,X,Y,Z  sphere:X,Y,Z,R  near:VERTEX,R (along the surface)
-    /// plane:X,Y,Z,NX,NY,NZ (the side of the normal) or property:NAME (numbers of a PLY file from 0 to 1, the share of the motion)
+    /// plane:X,Y,Z,NX,NY,NZ (the side of the normal) or property:NAME (numbers of a PLY file from
+    /// 0 to 1, the share of the motion)
     #[arg(long, value_name = "SEL", value_parser = Selection::from_str)]
     pub(crate) mask: Option<Selection>,
     /// Move a part only: the vertices that a handles file names

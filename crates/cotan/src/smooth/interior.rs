@@ -23,8 +23,8 @@ pub struct InteriorCotangent {
 pub(super) enum Interior {
     /// Those around which the faces are one closed fan.
     Fans,
-    /// Those without an edge that has a single face. For fields that are sums over faces and need no
-    /// normal at the vertex.
+    /// Those without an edge that has a single face. For fields that are sums over faces and need
+    /// no normal at the vertex.
     Faces,
 }
 

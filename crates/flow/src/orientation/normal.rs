@@ -11,8 +11,8 @@ use crate::state::FlowState;
 /// ℓ = d N, or ℓ = (ℓ_c − (ℓ_c·N) N) + d N with the current tangential part kept: for scalar fields
 /// that *prescribe* a curvature, sign included, rather than keep the original's.
 ///
-/// d is the signed field, N the current unit normal, ℓ_c the Laplacian coordinate of the current mesh
-/// with its current weights.
+/// d is the signed field, N the current unit normal, ℓ_c the Laplacian coordinate of the current
+/// mesh with its current weights.
 ///
 /// **Source**: paper, section 4.1: 4 A κ n with cotangent weights, which have no tangential part to
 /// speak of; the last formula, which keeps it, with Tutte's.

@@ -1,4 +1,5 @@
-//! The job of `smooth`, `denoise` and `detail`: moves the vertices by a filter, and measures the result.
+//! The job of `smooth`, `denoise` and `detail`: moves the vertices by a filter, and measures the
+//! result.
 
 use std::time::Instant;
 

@@ -172,8 +172,8 @@ impl<T: Scalar> SmoothBySize<T> {
         })
     }
 
-    /// Limits the following calls to a part of the mesh; `None` is the whole mesh. Nothing needs to be
-    /// computed again.
+    /// Limits the following calls to a part of the mesh; `None` is the whole mesh. Nothing needs
+    /// to be computed again.
     ///
     /// # Errors
     /// [`Error::FieldLength`] for a mask of another length.
