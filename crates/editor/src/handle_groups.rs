@@ -106,7 +106,7 @@ mod tests {
         let some = |from: usize| (from..from + 4).map(VertexId::new).collect::<Vec<_>>();
         let named = |vertices, role, at| HandleGroup::new(String::new(), vertices, role, rest, at);
         let mut turned = named(some(10), Role::Movable, rest);
-        turned.matrix = Isometry3::new(Vector3::new(0.1, 0.2, 0.3), Vector3::z()).to_homogeneous();
+        turned.move_to(Isometry3::new(Vector3::new(0.1, 0.2, 0.3), Vector3::z()).to_homogeneous());
         let mut pulled = named(some(20), Role::Movable, &bent);
         pulled.matrix = Matrix4::new_translation(&Vector3::x());
         pulled.hold = Hold::Soft(3.5);

@@ -109,7 +109,10 @@ fn deform_repairs_on_request_and_handles_keep_their_numbers() {
     sandbox.write("bow.obj", BOW_TIE);
     sandbox.write("h.txt", "0 0 0 0\n2 0 2 0\n5 -1 -1 0\n");
     let line = "deform bow.obj --handles h.txt -o o.obj";
-    sandbox.refused(line, &["bow.obj", "or pass --repair"]);
+    // As it is the file deforms too; what needs one surface asks for the repair.
+    sandbox.cotan_ok(line);
+    let distances = "geodesic bow.obj --from 0 -o d.ply";
+    sandbox.refused(distances, &["bow.obj", "or pass --repair"]);
     let outcome = sandbox.cotan_ok(&format!("{line} --repair"));
     assert!(
         outcome.stderr.contains("repaired by 2 changes"),
@@ -125,7 +128,7 @@ fn deform_repairs_on_request_and_handles_keep_their_numbers() {
     );
     sandbox.write("fin.obj", FIN);
     sandbox.refused(
-        "deform fin.obj --handles h.txt -o o.obj --repair",
+        "geodesic fin.obj --from 0 -o d.ply --repair",
         &[
             "fin.obj",
             "3 faces",
@@ -223,8 +226,10 @@ fn welding_and_repairs_combine() {
     sandbox.write("h.txt", "0 0 0 0\n2 0 2 0\n5 0 -1 0\n");
     let line = "deform bow.obj --handles h.txt --weld exact -o o.obj";
     let cure = "`cotan repair --weld exact --split-vertices` and then omit --weld";
-    sandbox.refused(line, &["bow.obj", cure, "or pass --repair"]);
-    // Both cures work.
+    let distances = "geodesic bow.obj --from 0 --weld exact -o d.ply";
+    sandbox.refused(distances, &["bow.obj", cure, "or pass --repair"]);
+    sandbox.cotan_ok(line);
+    // Both remedies work.
     let outcome = sandbox.cotan_ok(&format!("{line} --repair"));
     assert!(
         outcome.stderr.contains("repaired by 1 change"),
@@ -249,8 +254,7 @@ fn numbers_are_those_of_the_file_after_a_repair() {
     // Face 0 is degenerate and is dropped; faces 1 to 3 share an edge.
     let fin = FIN.replacen("f 1", "f 1 1 2\nf 1", 1);
     sandbox.write("fin.obj", fin);
-    sandbox.write("h.txt", "0 0 0 0\n");
-    let outcome = sandbox.cotan("deform fin.obj --handles h.txt -o o.obj --repair");
+    let outcome = sandbox.cotan("geodesic fin.obj --from 0 -o d.ply --repair");
     assert_eq!(outcome.code, 1, "{outcome:?}");
     assert!(
         outcome.stderr.contains("(among them face 3)"),

@@ -39,8 +39,9 @@ fn two_halves_of_a_sphere_are_a_sphere() {
         ..
     } = merged.report;
     assert!(worst < 0.01, "{worst}");
+    // Across a gap of 1.3 edges a triangle turns by more than one between edges of an icosphere.
     assert!(
-        dihedral[0] <= 1.2 * dihedral_elsewhere[0],
+        dihedral[0] <= 1.3 * dihedral_elsewhere[0],
         "{dihedral:?} {dihedral_elsewhere:?}"
     );
     assert_eq!(self_intersections, [0, 0]);

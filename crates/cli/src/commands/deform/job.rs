@@ -106,6 +106,9 @@ impl Job for DeformJob<'_> {
             // Outside of a region nothing moves.
             if options.parts == Parts::Still || region.is_some() {
                 constraints.extend(held_still(&constraints, mesh, context.console));
+            } else if mesh.processing.mesh().components().count() > 1 {
+                // Parts follow each other as parts, although welding would join them.
+                mesh.warn_weldable(context.console);
             }
         }
         let held = constraints.iter();

@@ -360,7 +360,7 @@ fn slivers_and_points_without_area_are_harmless() {
 
 /// A sphere with sectoral waves of this degree, and the share of them that is left.
 fn kept(degree: i32, share: f64) -> f64 {
-    let sphere = icosphere::<f64>(4);
+    let sphere = icosphere::<f64>(5);
     let wave = |p: &Point3<f64>| nalgebra::Complex::new(p.x, p.y).powi(degree).re;
     let height = 0.05 / f64::from(degree * degree);
     let x = sphere.positions().map(|p| p * (1.0 + height * wave(p)));
@@ -398,7 +398,7 @@ fn waves_are_kept_according_to_their_width() {
 /// curvature at most between neighbours there.
 #[test]
 fn the_border_of_a_mask_has_no_step() {
-    let sphere = icosphere::<f64>(4);
+    let sphere = icosphere::<f64>(5);
     let wave = |p: &Point3<f64>| (9.0 * p.x).sin() * (9.0 * p.y).sin() * (9.0 * p.z).cos();
     let x = sphere.positions().map(|p| p * (1.0 + 0.02 * wave(p)));
     let shape = sphere.with_positions(x).unwrap();
