@@ -100,7 +100,7 @@ fn handles_that_cannot_be() {
     let moved = handles.vertices().next().expect("a group")[0];
     assert_says(
         &refusal(&shape, &handles.clone().move_to(moved, Point3::origin())),
-        &["handles 0 and 2", "contradict", "two places"],
+        &["handles 0 and 2", "contradict", "different positions"],
     );
     assert_says(
         &refusal(
@@ -344,7 +344,10 @@ fn groups_that_share_a_vertex_move_together_or_not_at_all() {
         .transform_handle(1, lift)
         .expect_err("refused")
         .to_string();
-    assert_says(&error, &["handles 0 and 1", "vertex 4", "two places"]);
+    assert_says(
+        &error,
+        &["handles 0 and 1", "vertex 4", "different positions"],
+    );
     let up = Motion::Transform(lift);
     session
         .move_handles(&[(0, up.clone()), (1, up.clone())])

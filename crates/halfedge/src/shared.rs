@@ -70,7 +70,10 @@ impl HalfedgeMesh {
             .map(|face| sides.piece_face(&corners, face, orientation.is_turned[face]))
             .collect();
         let mut mesh = Self::from_faces(num_vertices + rows.len(), &pieces)?;
-        mesh.share(num_vertices, rows, &sides);
+        // Faces that only had to be turned need no copies.
+        if !rows.is_empty() {
+            mesh.share(num_vertices, rows, &sides);
+        }
         Ok(mesh)
     }
 
