@@ -41,8 +41,9 @@ pub(crate) fn measure<T: Scalar>(
         let contacts: Vec<&Contact> = passenger.contacts.iter().collect();
         let report = &mut reports[passenger.part];
         report.note(scene, &contacts);
-        let own = own_rotation(scene, passenger.part);
-        report.turn_degrees = angle(&own, &passenger.mean_rotation(scene)).to_degrees();
+        let on = passenger.mean_rotation(scene);
+        let own = own_rotation(scene, passenger.part, &on);
+        report.turn_degrees = angle(&own, &on).to_degrees();
     }
     let part_of = |contact: &Contact| scene.model.of_vertex[contact.own.corners[0] as usize];
     let mut ties: Vec<&Contact> = plan.ties.iter().collect();
@@ -93,9 +94,11 @@ impl PartReport {
     }
 }
 
-/// The rotation that takes the vertices of a part from their original positions best. The turn of
-/// the surface decides where they are on a line.
-fn own_rotation(scene: &Scene<'_>, part: usize) -> Matrix3<f64> {
+/// The rotation that takes the vertices of a part from their original positions best. Where they
+/// are on a line or at a point, which leaves it open, it is as close to `otherwise` as they allow.
+fn own_rotation(scene: &Scene<'_>, part: usize, otherwise: &Matrix3<f64>) -> Matrix3<f64> {
+    /// Of the squared size of the model: too little to matter to anything that has an extent.
+    const SHARE: f64 = 1e-14;
     let vertices = &scene.model.parts[part].vertices;
     let rest = scene.model.positions.as_slice();
     let mean = |at: &dyn Fn(usize) -> Vector3<f64>| {
@@ -109,7 +112,8 @@ fn own_rotation(scene: &Scene<'_>, part: usize) -> Matrix3<f64> {
         let v = *v as usize;
         covariance += (scene.now[v].coords - after) * (rest[v].coords - before).transpose();
     }
-    nearest_rotation(&covariance)
+    let size = scene.model.diagonal * scene.model.diagonal * vertices.len() as f64;
+    nearest_rotation(&(covariance + otherwise * (SHARE * size)))
 }
 
 /// The angle of the rotation from one to the other, by the chord: an arc cosine loses the digits of
