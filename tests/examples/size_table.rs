@@ -2,8 +2,10 @@
 //! The tables of `docs/decisions/2026-11-30-smoothing-by-size.md`.
 //!
 //! ```sh
-//! cargo run --release -p cotan-tests --example size_table -- [transfer|bumps|resolution|scan|models|time]
+//! cargo run --release -p cotan-tests --example size_table -- [TABLE]
 //! ```
+//!
+//! with TABLE one of transfer, bumps, resolution, scan, models, time; all without it.
 
 use std::time::Instant;
 

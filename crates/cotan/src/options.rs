@@ -163,7 +163,7 @@ pub struct DeformOptions {
     pub system: SystemOptions,
     /// Which parts without handles follow.
     pub parts: Parts,
-    /// How parts are tied to those that they follow.
+    /// The ties between parts and those that they follow.
     pub ties: Ties,
 }
 

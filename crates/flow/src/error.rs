@@ -92,7 +92,7 @@ pub enum FlowError {
     NeedsOneSurface {
         /// Name of the rule.
         rule: &'static str,
-        /// What can be used instead.
+        /// A replacement that works.
         instead: &'static str,
     },
     /// An updater or orientation failed, in its own words.

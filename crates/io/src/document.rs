@@ -381,8 +381,8 @@ impl Document {
     }
 
     /// Like [`Document::surface_with`], for any list of faces: where they do not form an oriented
-    /// manifold, the mesh is cut into pieces that do, and copies of a vertex share a row
-    /// ([`HalfedgeMesh::from_faces_in_pieces`](cotan_halfedge::HalfedgeMesh::from_faces_in_pieces)).
+    /// manifold, the mesh is cut into pieces that do, and copies of a vertex share a row, as by
+    /// [`HalfedgeMesh::from_faces_in_pieces`].
     /// The document is not changed, and jobs that move all copies of a vertex alike can be
     /// [written back](Document::set_positions).
     ///

@@ -37,10 +37,15 @@
 //! | modules | content |
 //! |---|---|
 //! | `error`, `cure`, `format`, `printable` | errors, warnings, the formats' names |
-//! | `limits`, `room`, `number`, `text`, `coordinate` | bounds on memory; numbers, lines and words |
-//! | `regular`, `replace`, `unfinished`, `resolve`, `gzip` | files: opened, replaced, resolved, compressed |
-//! | `faces`, `remap`, `attributes`, `material`, `placement`, `parsed` | the contents of a mesh file |
-//! | `topology`, `weld`, `triangulate`, `ears`, `optimal`, `recut`, `cuts`, `precision`, `normals` | geometry of polygons |
+//! | `limits`, `room`, `number` | bounds on memory; numbers |
+//! | `text`, `coordinate` | lines, words, coordinates |
+//! | `regular`, `replace`, `unfinished` | files: opened and replaced |
+//! | `resolve`, `gzip` | files: found by their names, compressed |
+//! | `faces`, `attributes` | the contents of a mesh file |
+//! | `material`, `placement`, `parsed` | materials, nodes, the result of a reader |
+//! | `remap`, `assembly` | elements of a new mesh, each with the old one it comes from |
+//! | `topology`, `weld`, `triangulate`, `ears`, `optimal` | geometry of polygons |
+//! | `recut`, `cuts`, `precision`, `normals` | their triangles, rounding, normals |
 //! | `companions`, `source` | `SourceFile`: a file as it was read; `Reading` |
 //! | `instances`, `contents` | the contents of a new file |
 //! | `obj`, `ply`, `off`, `stl`, `gltf` | the formats: reader, source file, writer of new files |

@@ -20,8 +20,8 @@ pub enum Symmetry {
     General,
 }
 
-/// How the weights of one edge combine where a mesh was cut into pieces and several edges of the
-/// pieces join the same two rows ([`cotan_halfedge::HalfedgeMesh::row_of`]).
+/// The combination of the weights of one edge where a mesh was cut into pieces and several edges
+/// of the pieces join the same two rows ([`cotan_halfedge::HalfedgeMesh::row_of`]).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Copies {
     /// The weights are sums over the faces at an edge and are added up, as cotangents are.

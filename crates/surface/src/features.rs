@@ -95,7 +95,7 @@ pub(crate) enum Place {
     Free,
     /// On a line that passes.
     Line,
-    /// Where a line ends, bends or branches.
+    /// A vertex at which a line ends, bends or branches.
     Corner,
 }
 

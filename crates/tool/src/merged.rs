@@ -85,7 +85,7 @@ pub fn merged_document<T: Scalar>(
     assembly.build(&inputs.map(|input| input.document))
 }
 
-/// What became of a polygon of the file.
+/// The fate of a polygon of the file.
 enum Polygon {
     /// All of its triangles are kept: its corners in the merged mesh.
     Whole(Vec<u32>),
@@ -93,7 +93,7 @@ enum Polygon {
     Written,
 }
 
-/// Where the data of the merged mesh come from.
+/// The sources of the data of the merged mesh.
 struct Sources<'a, T: Scalar> {
     inputs: [Input<'a>; 2],
     merged: &'a Merged<T>,

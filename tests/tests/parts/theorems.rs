@@ -1,4 +1,4 @@
-//! What holds for every model of several parts.
+//! Properties of every model of several parts.
 
 use cotan::prelude::*;
 use cotan::{PartReport, Parts, Role, Ties};

@@ -1,4 +1,4 @@
-//! What the reports of all commands share: the trait, the JSON, tables, and common fields.
+//! Common to the reports of all commands: the trait, the JSON, tables, and common fields.
 //!
 //! The fields and the table of one command are in `report.rs` of its folder.
 

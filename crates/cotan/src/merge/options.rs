@@ -8,7 +8,7 @@ use crate::options::setters;
 #[derive(Clone, PartialEq, Debug, Default)]
 #[non_exhaustive]
 pub enum Placement {
-    /// Where it is.
+    /// In its own coordinates.
     #[default]
     AsIs,
     /// Scaled, turned and moved onto the cut of the first surface: equal areas of the cuts, one

@@ -47,7 +47,7 @@ impl SurfacePoint {
         terms.filter(|(_, share)| *share != 0.0)
     }
 
-    /// Where it lies at these positions.
+    /// Its place at these positions.
     pub(crate) fn at(&self, positions: &[Point3<f64>]) -> Point3<f64> {
         let terms = self.terms();
         terms.fold(Point3::origin(), |sum, (v, share)| {

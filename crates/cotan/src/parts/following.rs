@@ -224,7 +224,7 @@ impl<T: Scalar> Following<T> {
     /// Places the parts that follow, layer by layer.
     ///
     /// # Errors
-    /// What the flows of large parts report.
+    /// The reports of the flows of large parts.
     pub(crate) fn place(&mut self, drivers: &Positions<T>, effort: Effort) -> Result<(), Error> {
         if self.passengers.is_empty() {
             return Ok(());

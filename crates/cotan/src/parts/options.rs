@@ -2,7 +2,7 @@
 
 use crate::options::setters;
 
-/// What happens to the parts of a model that have no handles.
+/// The treatment of the parts of a model that have no handles.
 ///
 /// A part is a connected component of the mesh, numbered by its first vertex. Names of objects,
 /// groups or nodes are known to the programs that read files; here parts are numbers.
@@ -18,7 +18,7 @@ pub enum Parts {
     Only(Vec<usize>),
 }
 
-/// How parts are tied to the parts that they follow.
+/// The ties between parts and the parts that they follow.
 #[derive(Clone, PartialEq, Debug)]
 #[non_exhaustive]
 pub struct Ties {

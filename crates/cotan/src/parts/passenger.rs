@@ -37,7 +37,7 @@ struct Corner {
     weight: f64,
 }
 
-/// How a part is placed.
+/// The placement of a part.
 #[derive(Debug)]
 pub(crate) enum Kind<T: Scalar> {
     /// As a rigid body.
@@ -96,7 +96,7 @@ pub(crate) struct Scene<'a> {
     pub(crate) motions: &'a [Option<Rigid>],
 }
 
-/// How far a flow goes when its part is placed.
+/// The extent of a flow's run when its part is placed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Effort {
     /// One step.
@@ -105,7 +105,7 @@ pub(crate) enum Effort {
     Run,
 }
 
-/// Where a part has been placed.
+/// The place of a part.
 pub(crate) struct Placed {
     /// In the order of its vertices.
     pub(crate) positions: Vec<Point3<f64>>,
@@ -207,7 +207,7 @@ impl<T: Scalar> Passenger<T> {
 }
 
 impl<T: Scalar> Passenger<T> {
-    /// Where the part was originally.
+    /// The original place of the part.
     pub(crate) fn at_rest(&mut self, scene: &Scene<'_>) -> Placed {
         let vertices = scene.model.parts[self.part].vertices.iter();
         Placed {

@@ -11,7 +11,7 @@ use super::roles::{Role, Roles};
 use crate::error::Error;
 use crate::options::{DeformOptions, OrientationKind};
 
-/// How a passenger is to be placed.
+/// The planned placement of a passenger.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Manner {
     Rigid,
@@ -19,7 +19,7 @@ pub(crate) enum Manner {
     Flowing,
 }
 
-/// What a passenger touches.
+/// The contacts of a passenger.
 #[derive(Debug)]
 pub(crate) struct Seat {
     pub(crate) part: usize,

@@ -1,4 +1,5 @@
-//! How well parts follow: the change of their gaps, and their turn against what they touch.
+//! Measures of how well parts follow: the change of their gaps, and their turn against what they
+//! touch.
 
 use cotan_flow::nearest_rotation;
 use cotan_geometry::Scalar;
@@ -79,7 +80,7 @@ impl PartReport {
         self.follows.dedup();
     }
 
-    /// What is followed, and the change of the gaps.
+    /// Notes the parts that are followed, and the change of the gaps.
     fn note(&mut self, scene: &Scene<'_>, contacts: &[&Contact]) {
         self.set_followed(contacts.iter().map(|c| c.part));
         let (mut sum, mut total) = (0.0, 0.0);

@@ -83,8 +83,8 @@ impl Roles {
     }
 }
 
-/// Where no part that is left has a placed one among its nearest: those that are nearest to a
-/// placed one.
+/// Places the parts that are nearest to a placed one. Needed if none of those that are left has a
+/// placed one among its own nearest.
 fn nearest_of_the_rest(
     layers: &mut [u32],
     counts: &[bool],

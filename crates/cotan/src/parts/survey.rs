@@ -1,4 +1,4 @@
-//! Who would follow whom, without solving anything.
+//! The parts that would follow others, found without solving anything.
 
 use cotan_geometry::{Scalar, Surface};
 

@@ -1,4 +1,4 @@
-//! How a surface has turned at its points, from positions alone.
+//! The rotation of a surface at its points, from positions alone.
 
 use cotan_flow::nearest_rotation;
 use nalgebra::{Matrix3, Point3};

@@ -12,7 +12,7 @@ use crate::tessellation_error::TessellationError;
 pub enum DecimateTarget {
     /// At this number of faces or the next lower one that a collapse gives.
     Faces(usize),
-    /// Where every further collapse would move a vertex by more than this root mean square
+    /// As soon as every further collapse would move a vertex by more than this root mean square
     /// distance from the planes of the triangles merged into it, in the unit of the positions.
     Error(f64),
 }

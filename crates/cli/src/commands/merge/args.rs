@@ -84,7 +84,7 @@ pub(crate) struct MergeArgs {
 /// The place of the second mesh.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 pub(crate) enum Place {
-    /// Where it is
+    /// In its own coordinates
     AsIs,
     /// Scaled, turned and moved onto the cut of A, or by landmarks
     Fit,

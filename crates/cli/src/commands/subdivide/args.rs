@@ -22,7 +22,7 @@ pub(crate) struct SubdivideArgs {
     /// How
     #[arg(long, value_name = "NAME", value_enum, default_value = "loop")]
     scheme: Scheme,
-    /// How often every face is cut
+    /// Number of times that every face is cut
     #[arg(long, value_name = "N", default_value = "1")]
     levels: usize,
     /// Keep edges sharp whose faces differ by this angle, in degrees [default: only the boundary]
