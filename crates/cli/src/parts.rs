@@ -19,7 +19,7 @@ pub(crate) struct PartFields {
     pub(crate) follows: Vec<usize>,
     /// The change of the distance from these, over the diagonal of the bounding box.
     pub(crate) gap_change: f64,
-    /// The turn against these.
+    /// The rotation relative to these.
     pub(crate) turn_degrees: f64,
 }
 

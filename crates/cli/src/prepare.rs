@@ -62,7 +62,7 @@ impl Source {
         Self { surfaces, ..self }
     }
 
-    /// Fills holes too.
+    /// Also fills holes.
     pub(crate) fn fill_holes(mut self, filling: Filling) -> Self {
         self.filling = filling;
         if filling != Filling::Off {

@@ -1,4 +1,4 @@
-//! The options that say which parts of a model follow.
+//! The options for the parts of a model that follow.
 
 use clap::Args;
 use cotan_tool::handles_file::{Follow, FollowWord, PartSettings, PartWord};
@@ -6,7 +6,7 @@ use cotan_tool::handles_file::{Follow, FollowWord, PartSettings, PartWord};
 use super::values;
 use crate::error::CliError;
 
-/// Which parts follow, and how they are tied.
+/// The parts that follow, and their ties.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct PartsArgs {
     /// Parts without handles follow those that they touch (follow), stay where they are (still), or

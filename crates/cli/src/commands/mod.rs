@@ -1,4 +1,7 @@
 //! The commands, one folder each.
+//!
+//! The command line (`command_line`) has the arguments of every command, and this module runs the
+//! one that was given: the two are one concept.
 
 pub(crate) mod bench;
 pub(crate) mod compare;

@@ -1,4 +1,4 @@
-//! The mesh that is changed, with the corners of the file that each of its corners stands for.
+//! The mesh that is changed, with the corner of the file for each of its corners.
 
 use cotan::geometry::{Mesh, Positions, SurfacePoint};
 use cotan::halfedge::{EdgeId, FaceId, FaceMap, HalfedgeMesh, VertexId};

@@ -77,12 +77,12 @@ pub(crate) struct InputArgs {
     pub(crate) output: OutputPath,
     #[command(flatten)]
     pub(crate) embed: EmbedArgs,
-    /// Repair the mesh first, as `cotan repair` without options does; handles have the numbers of
-    /// the file as it was. With --weld, what that repair parts stays parted, and OUT keeps every
-    /// vertex
+    /// Repair the mesh first, as `cotan repair` without options does; handles use the vertex indices
+    /// of the original file. With --weld, vertices that the repair splits stay split, and OUT keeps
+    /// every vertex
     #[arg(long)]
     pub(crate) repair: bool,
-    /// Treat vertices as one that are at the same place (exact) or this close
+    /// Treat vertices at the same place (exact), or within this distance, as one
     /// [default: exact for .stl, .gltf and .glb, otherwise off]
     #[arg(long, value_name = "off|exact|X", value_parser = values::weld)]
     pub(crate) weld: Option<Weld>,
@@ -99,7 +99,7 @@ impl InputArgs {
 /// The options of the method that `deform` and `reconstruct` share.
 #[derive(Debug, Args)]
 pub(crate) struct MethodArgs {
-    /// The scheme that chooses the weights of the Laplacian
+    /// Weights of the Laplacian
     #[arg(long, value_name = "NAME", value_parser = values::scheme(), default_value = "cotangent")]
     scheme: SchemeKind,
     /// Let details grow and shrink with the area around them
@@ -115,7 +115,7 @@ pub(crate) struct MethodArgs {
     /// Steps at full length, or the paper's falling ratio
     #[arg(long, value_name = "NAME", value_parser = values::schedule(), default_value = "full")]
     schedule: Schedule,
-    /// Smaller details than this are kept by the flow, larger shapes by the hybrid's membrane;
+    /// Details smaller than this are preserved by the flow, larger shapes by the hybrid's membrane;
     /// relative to the size of the mesh [default: 0.0175]
     #[arg(long, value_name = "X", value_parser = values::positive)]
     bending_length: Option<f64>,
@@ -158,7 +158,7 @@ pub(crate) struct RunArgs {
     /// The number type of the iteration
     #[arg(long, value_name = "TYPE", value_enum, default_value_t = Precision::F64)]
     pub(crate) precision: Precision,
-    /// Number of threads; it changes no byte of the result [default: one per core]
+    /// Number of threads; the result does not depend on it [default: one per core]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     pub(crate) threads: Option<NonZeroUsize>,
     /// Write a report (JSON)
@@ -183,7 +183,7 @@ pub(crate) struct DeformArgs {
     /// The Laplacian coordinates of the first solve: turned with the handles, original, or zero
     #[arg(long, value_name = "NAME", value_parser = values::start(), default_value = "rotations")]
     start: Start,
-    /// The most iterations
+    /// Maximum number of iterations
     #[arg(long, value_name = "N", default_value = "200")]
     iterations: NonZeroUsize,
     /// Stop when no vertex moves by more than this ratio of the bounding box's diagonal
