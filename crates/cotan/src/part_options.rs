@@ -1,15 +1,15 @@
-//! Which parts of a model follow, and how they are tied.
+//! The parts of a model that follow, and how they are tied.
 
-use crate::options::setters;
+use crate::named::setters;
 
 /// The treatment of the parts of a model that have no handles.
 ///
-/// A part is a connected component of the mesh, numbered by its first vertex. Names of objects,
-/// groups or nodes are known to the programs that read files; here parts are numbers.
+/// A part is a connected component of the mesh. Parts are indexed in the order of their first
+/// vertices; the names of objects, groups or nodes are known to the programs that read files.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 #[non_exhaustive]
 pub enum Parts {
-    /// They follow the parts that they touch or are nearest to.
+    /// They follow the parts that they touch, or the nearest ones.
     #[default]
     Follow,
     /// They are not part of the deformation: [`crate::deform()`] refuses a part without a handle.
@@ -22,8 +22,8 @@ pub enum Parts {
 #[derive(Clone, PartialEq, Debug)]
 #[non_exhaustive]
 pub struct Ties {
-    /// A factor on the stiffness of ties, relative to the bending of the surface. At 10 cloth
-    /// creases, at 0.1 it flows. Default: 1.
+    /// A factor on the stiffness of ties, relative to the bending of the surface. At 10, cloth
+    /// creases; at 0.1, it flows. Default: 1.
     pub strength: f64,
     /// Parts that follow nothing: they stay where they are unless they have handles.
     pub free: Vec<usize>,

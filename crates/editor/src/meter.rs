@@ -10,7 +10,7 @@ use std::thread::JoinHandle;
 
 use cotan::geometry::{Positions, Surface, dihedral_changes, singular_values};
 use cotan::halfedge::VertexMap;
-use cotan::smooth::mean_curvatures;
+use cotan::smooth::curvature_field;
 use cotan::{ShapeComparison, ShapeErrors};
 use cotan_io::ProcessingMesh;
 use cotan_tool::ColorScale;
@@ -210,7 +210,7 @@ fn read(subject: &Subject, comparison: Option<&ShapeComparison<'_, f64>>) -> Rea
         Field::Plain => None,
         Field::Curvature => surface.map(|surface| {
             let size = surface.bounding_box().longest_side();
-            signed(&mean_curvatures(&surface).map(|h| h * size))
+            signed(&curvature_field(&surface).map(|h| h * size))
         }),
         Field::Parameterization => fields.as_ref().map(|f| size(&f.parameterization)),
         Field::Geometry => fields.as_ref().map(|f| size(&f.geometry)),

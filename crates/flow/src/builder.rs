@@ -1,4 +1,6 @@
 //! Settings of a flow.
+//!
+//! One concept with `flow`: a [`Flow`] is made here, and checks other handles as the builder does.
 
 use std::sync::Arc;
 
@@ -18,8 +20,9 @@ use crate::rest::Rest;
 use crate::rule::{Descent, FixedPoint, Projected, Rule};
 use crate::schedule::Schedule;
 
+use crate::point_tie::PointTie;
 use crate::targets::Targets;
-use crate::ties::{PointTie, in_system};
+use crate::ties::in_system;
 use crate::updater::{KeepMagnitude, ScalarFieldUpdater};
 use crate::winding::StatedTurns;
 use crate::workspace::{Settings, Terms, Workspace};

@@ -83,12 +83,12 @@ impl Sides {
     pub(crate) fn fans(&self, orientation: &Orientation) -> DisjointSets {
         /// Rounds after which all faces are detached, so that the time stays linear: a round may
         /// leave conflicts for the next one.
-        const MOST_ROUNDS: usize = 16;
+        const MAX_ROUNDS: usize = 16;
         let mut is_loose = vec![false; self.starts.len() - 1];
         let mut round = 0;
         loop {
             round += 1;
-            if round > MOST_ROUNDS {
+            if round > MAX_ROUNDS {
                 is_loose.fill(true);
             }
             let partners = self.partners(orientation, &is_loose);

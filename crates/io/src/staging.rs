@@ -16,7 +16,7 @@ use crate::unfinished::{Access, Unfinished};
 
 /// Companions that have been checked and written under temporary names.
 #[derive(Debug)]
-pub(crate) struct Beside {
+pub(crate) struct StagedCompanions {
     waiting: Vec<(Unfinished, PathBuf)>,
     placed: Placed,
 }
@@ -28,7 +28,7 @@ pub(crate) struct Placed {
     files: Vec<PathBuf>,
 }
 
-impl Beside {
+impl StagedCompanions {
     /// Checks the companions of `out`, and writes those that do not exist yet under temporary
     /// names.
     ///
@@ -48,7 +48,7 @@ impl Beside {
             // In the same folder every reference resolves as before.
             left.clear();
         }
-        let mut beside = Self {
+        let mut staged = Self {
             waiting: Vec::new(),
             placed: Placed::default(),
         };
@@ -85,12 +85,12 @@ impl Beside {
             }
             check_inside(&path, &root).map_err(refuse)?;
             if !is_there(&path, &bytes).map_err(refuse)? {
-                beside
+                staged
                     .wait(&path, &bytes)
                     .map_err(|error| refuse(format!("it cannot be written: {error}")))?;
             }
         }
-        Ok(beside)
+        Ok(staged)
     }
 
     /// Writes a temporary file that will be renamed to `path`.

@@ -328,9 +328,9 @@ fn bracket(from: &Side, to: &Side, known: f64, tolerance: f64) -> (f64, f64) {
         let part = Part::new(from.triangles[f], to);
         (part.bound > known + tolerance).then_some(part)
     });
-    for _ in 0..MOST_SPLITS {
+    for _ in 0..MAX_SPLITS {
         parts.retain(|part| part.bound > lowest + tolerance);
-        if parts.is_empty() || parts.len() > MOST_PARTS {
+        if parts.is_empty() || parts.len() > MAX_PARTS {
             break;
         }
         let quarters = PARTS.filled(4 * parts.len(), |i| {
@@ -346,10 +346,10 @@ fn bracket(from: &Side, to: &Side, known: f64, tolerance: f64) -> (f64, f64) {
 }
 
 /// Rounds of splitting: 4^20 parts of a face are smaller than any tolerance.
-const MOST_SPLITS: usize = 20;
+const MAX_SPLITS: usize = 20;
 
 /// Parts in one round. Beyond it the bracket stays wider than asked for.
-const MOST_PARTS: usize = 2_000_000;
+const MAX_PARTS: usize = 2_000_000;
 
 /// Faces per task.
 const CHUNKS: Chunks = Chunks::of(256);

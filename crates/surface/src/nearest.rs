@@ -112,7 +112,7 @@ impl Nearest {
 /// border of the current one and a triangle around that edge or corner is nearer.
 pub(crate) fn walk(original: &Triangles, face: u32, point: Vector3<f64>) -> Nearest {
     let mut best = on_triangle(original, face, point);
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_STEPS {
         let (start, barycentric) = (best.face, best.barycentric);
         if barycentric.iter().all(|&w| w > 0.0) {
             break;
@@ -146,7 +146,7 @@ pub(crate) fn walk_line(
     point: Vector3<f64>,
 ) -> (u32, Vector3<f64>) {
     let mut best = (h, on_segment(original, h, point));
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_STEPS {
         let start = best.0;
         for v in [original.origin(start), original.target(start)] {
             if places[v as usize] != Place::Line {
@@ -196,4 +196,4 @@ fn on_triangle(original: &Triangles, face: u32, p: Vector3<f64>) -> Nearest {
 const NUDGE: f64 = 0.01;
 
 /// Each step of a walk is strictly nearer, so it ends; this bound is for rounding.
-const MOST_STEPS: usize = 10_000;
+const MAX_STEPS: usize = 10_000;

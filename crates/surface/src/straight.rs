@@ -92,7 +92,7 @@ struct Tracer<'m, T: Scalar> {
 
 impl<T: Scalar> Tracer<'_, T> {
     fn run(&mut self, length: f64) -> LineEnd {
-        let most = MOST_ROUNDS.saturating_mul(self.surface.mesh().num_edges());
+        let most = MAX_ROUNDS.saturating_mul(self.surface.mesh().num_edges());
         // The side through which the face was entered, by its opposite corner.
         let mut entered = None;
         for _ in 0..most {
@@ -266,7 +266,7 @@ impl<T: Scalar> Tracer<'_, T> {
 const AT_VERTEX: f64 = 1e-10;
 
 /// Crossings per edge of the surface after which a line is given up.
-const MOST_ROUNDS: usize = 100;
+const MAX_ROUNDS: usize = 100;
 
 #[cfg(test)]
 mod tests {

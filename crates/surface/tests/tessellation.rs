@@ -2,13 +2,13 @@
 
 #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
-use cotan_geometry::shapes::{Numbering, irregular};
+use cotan_geometry::shapes::{VertexOrder, irregular};
 use cotan_geometry::testing::{rigid_motions, surfaces};
 use cotan_geometry::{Mesh, bar, bumpy_plane, folded_faces, icosphere, torus};
 use cotan_halfedge::HalfedgeMesh;
 use cotan_surface::{
-    Attributes, DecimateOptions, Features, RemeshOptions, SubdivideOptions, SubdivisionScheme,
-    decimate, interpolated, remesh, subdivide,
+    DecimateOptions, Features, RemeshOptions, SubdivideOptions, SubdivisionScheme,
+    VertexAttributes, decimate, interpolated, remesh, subdivide,
 };
 use nalgebra::Point3;
 use proptest::prelude::*;
@@ -130,7 +130,7 @@ proptest! {
     // motions where costs differ: on an irregular sphere, exactly up to rounding.
     #[test]
     fn decimation_commutes_with_rigid_motions(motion in rigid_motions(), seed in 1..1000_u64) {
-        let mesh = irregular::<f64>(300, Numbering::Random, seed);
+        let mesh = irregular::<f64>(300, VertexOrder::Random, seed);
         let options = DecimateOptions::to_faces(200);
         let made = decimate(&mesh.surface(), &options).unwrap();
         let moved = mesh.with_positions(mesh.positions().map(|p| motion * p)).unwrap();
@@ -144,7 +144,7 @@ proptest! {
 
 #[test]
 fn scaling_by_a_power_of_two_commutes_exactly() {
-    let mesh = irregular::<f64>(500, Numbering::Random, 7);
+    let mesh = irregular::<f64>(500, VertexOrder::Random, 7);
     let large = mesh
         .with_positions(mesh.positions().map(|p| p * 1024.0))
         .unwrap();
@@ -164,7 +164,7 @@ fn scaling_by_a_power_of_two_commutes_exactly() {
 
 #[test]
 fn renumbering_commutes_with_decimation() {
-    let mesh = irregular::<f64>(500, Numbering::Random, 3);
+    let mesh = irregular::<f64>(500, VertexOrder::Random, 3);
     let count = mesh.num_vertices();
     let new_of = |v: usize| (v * 7 + 3) % count;
     assert_ne!(count % 7, 0);
@@ -219,7 +219,7 @@ fn attributes_in_the_quadric_keep_a_step_of_colour() {
     let mesh = bumpy_plane::<f64>([1.0, 1.0], [20, 20], 0.0);
     let color = mesh.positions().map(|p| if p.x > 0.0 { 1.0 } else { 0.0 });
     let options =
-        DecimateOptions::to_faces(60).attributes(Attributes::new().with(color.clone(), 1.0));
+        DecimateOptions::to_faces(60).attributes(VertexAttributes::new().with(color.clone(), 1.0));
     let made = decimate(&mesh.surface(), &options).unwrap();
     assert!(made.mesh.num_faces() <= 60);
     for (v, p) in made.mesh.positions().iter() {
@@ -303,7 +303,7 @@ fn marked_edges_stay() {
 
 #[test]
 fn the_number_of_threads_changes_nothing() {
-    let mesh = irregular::<f64>(5000, Numbering::Random, 5);
+    let mesh = irregular::<f64>(5000, VertexOrder::Random, 5);
     let length = 0.7 * mesh.surface().mean_edge_length();
     let job = || {
         let small = decimate(&mesh.surface(), &DecimateOptions::to_faces(2000))

@@ -114,8 +114,8 @@ impl Curves {
     }
 }
 
-/// In mean edges of both cuts.
+/// The widest gap without rings, in mean edges of both cuts.
 const WIDEST_STRIP: f64 = 2.0;
 
-/// More rings than this are a mistake of the placement.
+/// Maximum number of rings. A gap that needs more is a mistake of the placement.
 const MAX_RINGS: usize = 1000;

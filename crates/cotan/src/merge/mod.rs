@@ -8,7 +8,7 @@
 //! | module | purpose |
 //! |---|---|
 //! | `cut` | the kept faces of a surface and the loops around them |
-//! | `pairs` | which loops belong together |
+//! | `pairs` | the pairs of loops that are joined |
 //! | `place` | the motion of the second surface |
 //! | `bridge`, `zipper` | the faces between two loops |
 //! | `blend` | the flow along the seam |
@@ -43,7 +43,7 @@ use blend::{Seam, rings_around};
 use bridge::{Bridge, Side};
 use cut::Part;
 
-use crate::smooth::mollified_mean_curvatures;
+use crate::smooth::mollified_curvature_field;
 
 /// The origin of a vertex of a merged mesh.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -327,7 +327,7 @@ impl<T: Scalar> Joined<T> {
         options: &MergeOptions,
     ) -> Result<Merged<T>, MergeError> {
         let rings = rings_around(self.mesh.connectivity(), &self.seam);
-        let own = [0, 1].map(|k| mollified_mean_curvatures(&inputs[k]));
+        let own = [0, 1].map(|k| mollified_curvature_field(&inputs[k]));
         let curvatures = self.vertices.map(|origin| match *origin {
             VertexOrigin::A(v) => own[0][v],
             VertexOrigin::B(v) => own[1][v],

@@ -30,8 +30,8 @@ impl Similarity {
         self.rotation * point * self.scale + self.translation
     }
 
-    /// The similarity that carries points closest to others in the sense of least squares. Three
-    /// pairs that are not on a line determine it.
+    /// The similarity that best maps points to others in the least-squares sense. Three pairs that
+    /// are not on a line determine it.
     ///
     /// **Source**: S. Umeyama, "Least-squares estimation of transformation parameters between two
     /// point patterns", PAMI 1991.

@@ -88,7 +88,7 @@ impl<T: Scalar> Step<'_, T> {
         let mut direction = scaled.clone();
         let mut power = dots(&residual, &scaled);
         let goal = power * (SOLVED * SOLVED);
-        for _ in 0..MOST_STEPS {
+        for _ in 0..MAX_STEPS {
             let product = self.product(&direction);
             let length = ratios(&power, &dots(&direction, &product));
             add(&mut moves, &direction, &length);
@@ -144,7 +144,7 @@ impl<T: Scalar> Step<'_, T> {
 const SOLVED: f64 = 1e-10;
 
 /// Conjugate gradients need about the square root of the condition number: a few dozen steps.
-const MOST_STEPS: usize = 1000;
+const MAX_STEPS: usize = 1000;
 
 /// One dot product per coordinate.
 fn dots(a: &VertexMap<Vector3<f64>>, b: &VertexMap<Vector3<f64>>) -> Vector3<f64> {

@@ -459,7 +459,7 @@ fn nest(shells: &mut [Shell], boxes: &[BoundingBox<f64>]) {
         };
         shells[shell].outer = outer.iter().find(holds).copied();
         // With thousands of disjoint shells, only the largest are compared with.
-        if shells[shell].outer.is_none() && outer.len() < MOST_OUTER {
+        if shells[shell].outer.is_none() && outer.len() < MAX_OUTER {
             outer.push(shell);
         }
     }
@@ -469,7 +469,7 @@ fn nest(shells: &mut [Shell], boxes: &[BoundingBox<f64>]) {
 const ROUNDING: f64 = 1e-12;
 
 /// Maximum number of outermost shells that are searched for inner ones.
-const MOST_OUTER: usize = 1000;
+const MAX_OUTER: usize = 1000;
 
 fn non_finite(attributes: &Attributes, defects: &mut Vec<Defect>) {
     let mut search = |element: &'static str, name: &str, components: usize, values: &Values| {

@@ -217,11 +217,13 @@ fn faces(pieces: &[Piece], remap: &Remap, mesh: Mesh<'_>) -> Result<Vec<Range<us
             // belongs to the mesh with the hole. Faces of an old glTF are triangles.
             let corner = remap.faces.corner_range(face).start;
             let corner = remap.corner_sources.get(corner).copied().unwrap_or(NONE);
-            let beside = piece_of(corner as usize / 3);
+            let neighbour = piece_of(corner as usize / 3);
             let mesh_of = |piece: usize| pieces.get(piece).map(|p| p.mesh);
             current
-                .filter(|&piece| mesh_of(piece) == mesh_of(beside) || mesh_of(beside).is_none())
-                .unwrap_or(beside)
+                .filter(|&piece| {
+                    mesh_of(piece) == mesh_of(neighbour) || mesh_of(neighbour).is_none()
+                })
+                .unwrap_or(neighbour)
         } else {
             piece_of(source as usize)
         };

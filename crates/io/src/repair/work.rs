@@ -87,10 +87,10 @@ impl<'a> Work<'a> {
 
     /// Adds a vertex to a hole.
     ///
-    /// It has the data of the vertex `beside` it, except for the position.
-    pub(super) fn add_vertex(&mut self, beside: u32, position: Point3<f64>) -> u32 {
+    /// It has the data of the vertex `source`, except for the position.
+    pub(super) fn add_vertex(&mut self, source: u32, position: Point3<f64>) -> u32 {
         let vertex = self.sources.len() as u32;
-        self.sources.push(self.sources[beside as usize]);
+        self.sources.push(self.sources[source as usize]);
         self.places.push(vertex);
         self.added.push(position);
         vertex

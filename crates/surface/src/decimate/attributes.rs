@@ -7,11 +7,11 @@ use crate::tessellation_error::TessellationError;
 /// Numbers per vertex, such as the components of a colour or texture coordinates, whose change
 /// counts as a cost.
 #[derive(Clone, PartialEq, Debug, Default)]
-pub struct Attributes {
+pub struct VertexAttributes {
     channels: Vec<(VertexMap<f64>, f64)>,
 }
 
-impl Attributes {
+impl VertexAttributes {
     /// No attributes.
     pub fn new() -> Self {
         Self::default()
@@ -35,7 +35,7 @@ pub(crate) struct Channels {
 
 impl Channels {
     pub(crate) fn new(
-        attributes: &Attributes,
+        attributes: &VertexAttributes,
         num_vertices: usize,
     ) -> Result<Self, TessellationError> {
         let mut channels = Self::default();

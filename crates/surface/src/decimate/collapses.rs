@@ -196,13 +196,13 @@ impl<'a> Collapses<'a> {
         let (before_squared, after_squared) = (before.norm_squared(), after.norm_squared());
         let dot = before.dot(&after);
         let turns =
-            !(dot >= 0.0 && dot * dot >= LEAST_COSINE.powi(2) * before_squared * after_squared);
+            !(dot >= 0.0 && dot * dot >= MIN_COSINE.powi(2) * before_squared * after_squared);
         if turns {
             return false;
         }
         let square = |x: Vector3<f64>| x.norm_squared();
         let longest = square(ab).max(square(ac)).max(square(opposite));
-        if after_squared >= (LEAST_HEIGHT * longest).powi(2) {
+        if after_squared >= (MIN_HEIGHT * longest).powi(2) {
             return true;
         }
         // A sliver may be replaced by a better one.
@@ -218,7 +218,7 @@ fn key(cost: f64, h: u32) -> u64 {
 }
 
 /// The least cosine of the angle by which a collapse may turn a triangle.
-const LEAST_COSINE: f64 = 0.2;
+const MIN_COSINE: f64 = 0.2;
 
 /// The least height of a new triangle relative to its longest side.
-const LEAST_HEIGHT: f64 = 0.05;
+const MIN_HEIGHT: f64 = 0.05;

@@ -11,7 +11,7 @@ use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
-use super::error::{HandlesError, Place};
+use super::error::{HandlePlace, HandlesError};
 use super::json::Triple;
 use super::part_settings::PartWord;
 use super::vertices::Vertices;
@@ -59,7 +59,7 @@ impl Selection {
     pub(super) fn vertices(
         &self,
         mesh: &Vertices<'_>,
-        place: Place,
+        place: HandlePlace,
     ) -> Result<Vec<usize>, HandlesError> {
         match self {
             Self::Numbers(numbers) => {
@@ -80,7 +80,11 @@ impl Selection {
 }
 
 impl Region {
-    fn vertices(&self, mesh: &Vertices<'_>, place: Place) -> Result<Vec<usize>, HandlesError> {
+    fn vertices(
+        &self,
+        mesh: &Vertices<'_>,
+        place: HandlePlace,
+    ) -> Result<Vec<usize>, HandlesError> {
         let within = |contains: &dyn Fn(Point3<f64>) -> bool| -> Vec<usize> {
             mesh.used()
                 .filter(|(_, p)| contains(*p))

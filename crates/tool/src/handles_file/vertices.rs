@@ -6,7 +6,7 @@ use cotan_io::{Document, LabelKind, ProcessingMesh};
 use nalgebra::Point3;
 
 use super::constraint::{Constraint, Goal};
-use super::error::{HandlesError, Place};
+use super::error::{HandlePlace, HandlesError};
 use super::part_settings::PartWord;
 use super::{FileVertices, Kind};
 use crate::part_names::{PartNames, listed};
@@ -82,7 +82,7 @@ impl Vertices<'_> {
     pub(super) fn position(
         &self,
         vertex: usize,
-        place: Place,
+        place: HandlePlace,
     ) -> Result<Point3<f64>, HandlesError> {
         let first = self.copies(vertex).next();
         let Some(position) = first.and_then(|v| self.document.positions().get(v)) else {
@@ -110,7 +110,7 @@ impl Vertices<'_> {
         kind: LabelKind,
         word: &str,
         name: &str,
-        place: Place,
+        place: HandlePlace,
     ) -> Result<Vec<usize>, HandlesError> {
         let invalid = |problem: String| HandlesError::Invalid { place, problem };
         let attributes = self.document.attributes();
@@ -139,7 +139,7 @@ impl Vertices<'_> {
     pub(super) fn of_part(
         &self,
         part: &PartWord,
-        place: Place,
+        place: HandlePlace,
     ) -> Result<Vec<usize>, HandlesError> {
         let invalid = |problem: String| HandlesError::Invalid { place, problem };
         let names = PartNames::new(self.document, self.processing);

@@ -288,7 +288,7 @@ impl<T: Scalar> SmoothBySize<T> {
         let size = self.units.size().as_f64();
         let moved = self.original.iter().map(|(v, p)| {
             let way = moves[self.mesh.row_of(v).index()];
-            match way.amax() > LEAST_MOVE {
+            match way.amax() > MIN_MOVE {
                 true => (p.map(T::as_f64) + way * size).map(T::of_f64),
                 false => *p,
             }
@@ -333,18 +333,18 @@ impl<T: Scalar> SmoothBySize<T> {
 /// μ for bumps of this width: a wave of wavelength 2s has λ = (π/s)² and keeps half of its height
 /// for λ = 1.55 μ.
 fn screen(size: f64) -> f64 {
-    (PI / size.clamp(LEAST_SIZE, LARGEST_SIZE)).powi(2) / HALF_HEIGHT
+    (PI / size.clamp(MIN_SIZE, LARGEST_SIZE)).powi(2) / HALF_HEIGHT
 }
 
 /// 1 / √(√2 − 1) = 1.5538: the root of 1 − (λ²/(λ² + 1))² = ½.
 const HALF_HEIGHT: f64 = 1.55;
 
 /// In box units. Smaller sizes remove nothing of any mesh, and larger ones everything.
-const LEAST_SIZE: f64 = 1e-6;
+const MIN_SIZE: f64 = 1e-6;
 const LARGEST_SIZE: f64 = 100.0;
 
 /// In box units: the rounding error of a solve.
-const LEAST_MOVE: f64 = 1e-13;
+const MIN_MOVE: f64 = 1e-13;
 
 #[cfg(test)]
 mod tests;

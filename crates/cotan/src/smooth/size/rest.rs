@@ -83,12 +83,12 @@ fn operator(surface: &Surface<'_, f64>) -> Operator<f64> {
 /// Raises the masses to a tiny fraction of the mean, for components without area.
 fn raise(masses: &mut [f64]) {
     let mean = masses.iter().sum::<f64>() / masses.len().max(1) as f64;
-    let least = if mean > 0.0 { LEAST_MASS * mean } else { 1.0 };
+    let least = if mean > 0.0 { MIN_MASS * mean } else { 1.0 };
     masses.iter_mut().for_each(|m| *m = m.max(least));
 }
 
 /// Small enough to leave a component alone that is a ten-thousandth of the others in size.
-const LEAST_MASS: f64 = 1e-9;
+const MIN_MASS: f64 = 1e-9;
 
 /// The rows of a mesh that have no curvature: boundaries, and vertices at which pieces meet.
 pub(super) fn boundary(mesh: &HalfedgeMesh) -> Vec<bool> {
