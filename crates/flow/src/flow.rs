@@ -473,7 +473,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn damped_steps_are_shorter_and_say_so() {
+    fn damped_steps_are_shorter_and_reported() {
         let shape = icosphere::<f64>(2);
         let mut flow = build(&shape)
             .orientation(Limited::new())

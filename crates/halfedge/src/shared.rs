@@ -322,7 +322,7 @@ mod tests {
         }
 
         #[test]
-        fn a_manifold_mesh_is_itself_and_so_it_is_with_faces_turned(
+        fn a_manifold_mesh_is_unchanged_even_with_faces_turned(
             mesh in testing::arbitrary_mesh(),
             seed in any::<u64>(),
         ) {

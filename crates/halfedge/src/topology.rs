@@ -234,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn components_are_numbered_by_their_lowest_vertex() {
+    fn components_are_ordered_by_their_lowest_vertex() {
         let faces = [[0, 5, 6], [1, 2, 3], [6, 5, 4u32]];
         let mesh = HalfedgeMesh::from_faces(7, &faces).unwrap();
         let components = mesh.components();

@@ -140,7 +140,7 @@ mod tests {
     fn distances_on_a_plane_are_straight() {
         let shape = bumpy_plane::<f64>([2.0, 2.0], [40, 40], 0.0);
         let source = VertexId::new(20 * 41 + 20);
-        let found = distances_within(&shape.surface(), &[source], f64::INFINITY);
+        let found = distances_within(&shape, &[source], f64::INFINITY);
         let centre = shape.positions()[source];
         for (v, p) in shape.positions().iter() {
             let off = (found[v] - (p - centre).norm()).abs();
@@ -153,7 +153,7 @@ mod tests {
         let shape = icosphere::<f64>(4);
         let source = VertexId::new(0);
         let top = shape.positions()[source].coords;
-        let found = distances_within(&shape.surface(), &[source], 1.5);
+        let found = distances_within(&shape, &[source], 1.5);
         for (v, p) in shape.positions().iter() {
             let arc = p.coords.dot(&top).clamp(-1.0, 1.0).acos();
             if arc < 1.4 {

@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn faces_that_hang_on_a_corner_or_lie_elsewhere_are_dropped() {
+    fn faces_that_touch_at_a_corner_or_lie_apart_are_dropped() {
         let shape = shapes::icosphere::<f64>(3);
         let mesh = shape.connectivity();
         let mut keep = upper(&shape);

@@ -77,7 +77,7 @@ fn without_steps_no_vertex_moves() {
 }
 
 #[test]
-fn a_fitted_half_comes_to_its_place_from_anywhere() {
+fn a_half_is_fitted_from_any_place() {
     let a = icosphere::<f64>(4);
     let away = turned(4, [0.0; 3], [0.0; 3]);
     let motion = Rotation3::new(Vector3::new(1.0, -2.0, 0.7));

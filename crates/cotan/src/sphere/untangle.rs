@@ -259,7 +259,7 @@ pub(super) mod tests {
     /// Dozens of rings within a few units in the last place are too many for a local repair and
     /// require a new embedding. The repair is rejected, and the map is unchanged.
     #[test]
-    fn what_cannot_be_repaired_is_left_as_it_was() {
+    fn irreparable_flips_are_left_unchanged() {
         let (mesh, source, mut sphere) = finger::<f32>(35.0);
         let before = sphere.clone();
         let flipped = flipped_faces(&mesh, &sphere).len();

@@ -277,11 +277,7 @@ impl Find<'_> {
     }
 
     fn lone_vertices(&self, exact: &[u32], defects: &mut Vec<Defect>) {
-        let mut is_used = vec![false; self.positions.len()];
-        self.faces
-            .corners()
-            .iter()
-            .for_each(|&v| is_used[v as usize] = true);
+        let is_used = self.faces.used_vertices(self.positions.len());
         for (vertex, &first) in exact.iter().enumerate() {
             let (own, place) = (self.places[vertex], self.places[first as usize]);
             if own as usize == vertex && own != place {

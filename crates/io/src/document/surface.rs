@@ -40,21 +40,13 @@ impl Document {
         weld: Weld,
         numbering: Numbering,
     ) -> Result<ProcessingMesh, IoError> {
-        let places = self.places(weld)?;
-        ProcessingMesh::build(
-            &self.positions,
-            &self.faces,
-            &places,
-            numbering,
-            Allowed::Manifold,
-        )
+        self.built(weld, numbering, Allowed::Manifold)
     }
 
     /// Like [`Document::surface_with`], for any list of faces: where they do not form an oriented
     /// manifold, the mesh is cut into pieces that do, and copies of a vertex share a row, as by
-    /// [`HalfedgeMesh::from_faces_in_pieces`].
-    /// The document is not changed, and jobs that move all copies of a vertex alike can be
-    /// [written back](Document::set_positions).
+    /// [`from_faces_in_pieces`](cotan_halfedge::HalfedgeMesh::from_faces_in_pieces). The document
+    /// is not changed, and jobs that move all copies of a vertex alike can be [written back](Document::set_positions).
     ///
     /// A document that has an oriented manifold surface gives exactly that one.
     ///
@@ -62,17 +54,20 @@ impl Document {
     /// As for [`Document::surface_with`], except for edges with more than two faces, vertices with
     /// several fans, and inconsistent orientation.
     pub fn surface_in_pieces(&self, weld: Weld) -> Result<ProcessingMesh, IoError> {
-        let places = self.places(weld)?;
-        ProcessingMesh::build(
-            &self.positions,
-            &self.faces,
-            &places,
-            Numbering::Auto,
-            Allowed::Any,
-        )
+        self.built(weld, Numbering::Auto, Allowed::Any)
     }
 
-    /// Whether the format splits vertices, so that several of them may be one.
+    fn built(
+        &self,
+        weld: Weld,
+        numbering: Numbering,
+        allowed: Allowed,
+    ) -> Result<ProcessingMesh, IoError> {
+        let (positions, places) = (&self.positions, self.places(weld)?);
+        ProcessingMesh::build(positions, &self.faces, &places, numbering, allowed)
+    }
+
+    /// Returns `true` if the format splits vertices, so that several of them may be one.
     pub(crate) fn is_split(&self) -> bool {
         !matches!(self.places, Places::Own)
     }

@@ -227,6 +227,12 @@ impl GltfFile {
         self.meshes.get(piece.mesh)?.primitives.get(piece.primitive)
     }
 
+    /// The primitives that faces were read from.
+    fn primitives(&self) -> impl Iterator<Item = &model::Primitive> {
+        let pieces = self.geometry.pieces.iter();
+        pieces.filter_map(|piece| self.primitive(piece))
+    }
+
     /// Returns `true` if primitives with the same positions have different normals, of which only
     /// the first are rotated.
     fn has_several_normals(&self) -> bool {
@@ -244,12 +250,8 @@ impl GltfFile {
 
     /// Returns `true` if a primitive with faces has the attribute.
     fn has_attribute(&self, semantic: &str) -> bool {
-        let mut primitives = self
-            .geometry
-            .pieces
-            .iter()
-            .filter_map(|p| self.primitive(p));
-        primitives.any(|primitive| primitive.attributes.contains_key(semantic))
+        let has = |primitive: &model::Primitive| primitive.attributes.contains_key(semantic);
+        self.primitives().any(has)
     }
 }
 
@@ -297,12 +299,7 @@ impl SourceFile for GltfFile {
 
     fn stale(&self) -> Vec<String> {
         let mut stale = Vec::new();
-        let mut primitives = self
-            .geometry
-            .pieces
-            .iter()
-            .filter_map(|p| self.primitive(p));
-        if primitives.any(|primitive| !primitive.targets.is_empty()) {
+        if self.primitives().any(|p| !p.targets.is_empty()) {
             stale.push("morph targets".to_owned());
         }
         if self.has_attribute("TANGENT") {

@@ -289,11 +289,7 @@ impl<'a> Work<'a> {
 
     /// Builds the repaired document.
     pub(super) fn finish(mut self, compact: Toggle) -> Result<Repaired, IoError> {
-        let mut is_used = vec![false; self.sources.len()];
-        self.faces
-            .corners()
-            .iter()
-            .for_each(|&v| is_used[v as usize] = true);
+        let is_used = self.faces.used_vertices(self.sources.len());
         let drops_unused = compact.is_on() && !self.faces.is_empty();
         let num_old = self.document.positions().len();
         let is_kept = |v: usize| {

@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn edits_that_ask_for_what_is_there_are_the_identity() {
+    fn edits_to_the_current_field_are_the_identity() {
         for shape in [rough(), bumpy_plane::<f64>([2.0, 2.0], [20, 20], 0.1)] {
             let same = ScaledCurvature::by(1.0);
             let surface = shape.surface();
