@@ -1,7 +1,7 @@
 //! Ties between parts of a mesh that no edge joins.
 
 use cotan_geometry::Scalar;
-use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
+use cotan_halfedge::{DisjointSets, HalfedgeMesh, VertexId, VertexMap};
 use nalgebra::Vector3;
 
 use crate::rest::Rest;
@@ -75,27 +75,12 @@ pub(crate) fn add_pull<T: Scalar>(
 /// their lowest vertices.
 pub(crate) fn joined_components(mesh: &HalfedgeMesh, ties: &[PointTie]) -> (Vec<usize>, usize) {
     let components = mesh.components();
-    let mut sets: Vec<usize> = (0..components.count()).collect();
-    fn root(sets: &[usize], mut c: usize) -> usize {
-        while sets[c] != c {
-            c = sets[c];
-        }
-        c
-    }
+    let of_vertex = components.of_vertices();
+    let mut sets = DisjointSets::new(components.count());
     for tie in ties {
-        let [a, b] = [tie.own[0].0, tie.on[0].0].map(|v| root(&sets, components.of(v)));
-        sets[a.max(b)] = a.min(b);
+        sets.join(of_vertex[tie.own[0].0], of_vertex[tie.on[0].0]);
     }
-    let mut number = vec![0; sets.len()];
-    let mut count = 0;
-    for c in 0..sets.len() {
-        if sets[c] == c {
-            number[c] = count;
-            count += 1;
-        } else {
-            number[c] = number[root(&sets, c)];
-        }
-    }
-    let of_vertex = mesh.vertices().map(|v| number[components.of(v)]).collect();
-    (of_vertex, count)
+    let (numbers, count) = sets.numbered();
+    let number = |c: &u32| numbers[*c as usize] as usize;
+    (of_vertex.values().map(number).collect(), count)
 }

@@ -6,7 +6,7 @@
 //! surface below them, and large ones are deformed by the hybrid energy with soft handles at their
 //! contacts.
 //!
-//! **Source**: ours; `docs/decisions` has the measurements.
+//! **Source**: ours.
 
 mod contacts;
 mod extract;

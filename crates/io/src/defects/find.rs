@@ -4,6 +4,7 @@ use std::cmp::Ordering;
 use std::collections::HashSet;
 
 use cotan_geometry::BoundingBox;
+use cotan_halfedge::DisjointSets;
 use nalgebra::Point3;
 
 use super::{Component, Defect, Inspection};
@@ -12,7 +13,7 @@ use crate::cuts::Cuts;
 use crate::document::Document;
 use crate::error::IoError;
 use crate::faces::FaceList;
-use crate::topology::{Sets, Side, Topology};
+use crate::topology::{Side, Topology};
 
 /// Inspects the document.
 ///
@@ -91,7 +92,7 @@ impl Find<'_> {
             (shortest, longest) = (shortest.min(length), longest.max(length));
             sum += length;
         }
-        let mut places = Sets::new(self.positions.len());
+        let mut places = DisjointSets::new(self.positions.len());
         let boundaries = self.topology.edges().filter(|sides| sides.len() == 1);
         let boundaries = boundaries.map(|sides| sides[0].ends);
         boundaries.clone().for_each(|[a, b]| places.join(a, b));
@@ -226,7 +227,7 @@ impl Find<'_> {
         }
     }
 
-    fn vertices(&self, fans: &mut Sets, defects: &mut Vec<Defect>) {
+    fn vertices(&self, fans: &mut DisjointSets, defects: &mut Vec<Defect>) {
         let mut num_fans = vec![0usize; self.positions.len()];
         for &corner in self.topology.outlines.corners() {
             let is_first = fans.root(corner) == corner;
@@ -257,7 +258,7 @@ impl Find<'_> {
         }
     }
 
-    fn holes(&self, fans: &mut Sets, defects: &mut Vec<Defect>) {
+    fn holes(&self, fans: &mut DisjointSets, defects: &mut Vec<Defect>) {
         for found in self.topology.boundary_loops(fans) {
             let vertices = found
                 .corners

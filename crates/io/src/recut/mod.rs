@@ -25,10 +25,10 @@ mod conflicts;
 mod large;
 mod search;
 
+use cotan_halfedge::DisjointSets;
 use nalgebra::Point3;
 
 use crate::faces::FaceList;
-use crate::topology::Sets;
 use crate::triangulate::Triangulator;
 use choices::{Choice, choices};
 use conflicts::Conflicts;
@@ -277,7 +277,7 @@ fn components(polygons: Polygons<'_>, conflicts: &Conflicts) -> Vec<(u32, u32)> 
         }
     }
     diagonals.sort_unstable();
-    let mut sets = Sets::new(polygons.faces.len());
+    let mut sets = DisjointSets::new(polygons.faces.len());
     for shared in diagonals.chunk_by(|a, b| a.0 == b.0) {
         for pair in shared.windows(2) {
             sets.join(pair[0].1, pair[1].1);

@@ -13,8 +13,7 @@
 //! what makes B, pose and girth stay by construction.
 //!
 //! **Source**: paper, section 4.2 (filter the curvature field, rebuild the surface from it), with
-//! an implicit filter instead of explicit steps and an anchor that belongs to it; see
-//! `docs/decisions`.
+//! an implicit filter instead of explicit steps, and with the anchor that belongs to it.
 
 mod field;
 mod options;
