@@ -96,7 +96,7 @@ pub(crate) struct Nearest {
     pub(crate) face: u32,
     pub(crate) point: Vector3<f64>,
     pub(crate) barycentric: [f64; 3],
-    distance_squared: f64,
+    pub(crate) distance_squared: f64,
 }
 
 impl Nearest {

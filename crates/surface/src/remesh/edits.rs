@@ -86,6 +86,9 @@ impl Remesher<'_> {
         if self.places[from as usize] == Place::Corner {
             self.places[into as usize] = Place::Corner;
         }
+        if point == self.triangles.point(from) {
+            self.seeds[into as usize] = self.seeds[from as usize];
+        }
         self.triangles.collapse(h);
         self.triangles.points[into as usize] = point;
         true

@@ -14,14 +14,14 @@ mod options;
 mod relax;
 mod sizes;
 
-use cotan_geometry::{Mesh, Scalar, Surface, SurfacePoint};
+use cotan_geometry::{Mesh, Scalar, Surface, SurfacePoint, SurfaceTree};
 use cotan_halfedge::VertexMap;
 use nalgebra::{Point3, Vector3};
 
 pub use options::{EdgeLengths, RemeshOptions};
 
 use crate::features::{Place, places};
-use crate::nearest::walk;
+use crate::nearest::{Nearest, walk};
 use crate::tessellation_error::TessellationError;
 use crate::triangles::Triangles;
 use crate::units::Units;
@@ -88,15 +88,7 @@ pub fn remesh<T: Scalar>(
         Some(old) if original.points[v] == p => *old,
         _ => Point3::from(units.outward(&p).map(T::of_f64)),
     })?;
-    let places = cotan_parallel::filled(compacted.old_vertex.len(), |v| {
-        let old = compacted.old_vertex[v] as usize;
-        walk(
-            &original,
-            remesher.seeds[old],
-            remesher.triangles.points[old],
-        )
-        .on_surface()
-    });
+    let places = remesher.final_places(surface, &units, &compacted.old_vertex);
     Ok(Remeshed {
         mesh: compacted.mesh,
         places: VertexMap::from_vec(places),
@@ -161,6 +153,63 @@ impl<'a> Remesher<'a> {
         }
     }
 
+    /// The places of `vertices` on the original.
+    ///
+    /// A walk ends at a point that is nearest among its surroundings only. Vertices that it leaves
+    /// away from their place are looked up among all triangles, and take that place if it faces
+    /// the same way, so that none jumps to the other side of a thin part.
+    fn final_places<T: Scalar>(
+        &self,
+        surface: &Surface<'_, T>,
+        units: &Units,
+        vertices: &[u32],
+    ) -> Vec<SurfacePoint> {
+        let walked = cotan_parallel::filled(vertices.len(), |i| self.place(vertices[i]));
+        let is_away = |i: usize| {
+            let size = self.sizes[vertices[i] as usize];
+            walked[i].distance_squared > (AWAY * size).powi(2)
+        };
+        let away: Vec<usize> = (0..vertices.len()).filter(|&i| is_away(i)).collect();
+        let mut places: Vec<_> = walked.iter().map(Nearest::on_surface).collect();
+        if away.is_empty() {
+            return places;
+        }
+        let tree = SurfaceTree::new(*surface);
+        let found = cotan_parallel::filled(away.len(), |k| {
+            let v = vertices[away[k]];
+            let point = Point3::from(units.outward(&self.triangles.point(v)));
+            let limit = walked[away[k]].distance_squared.sqrt() / units.scale;
+            let closest = tree.closest_within(&point, limit)?;
+            let there = self.original.area_vector(closest.on.face.index() as u32);
+            let faces = self.triangles.ring(v).map(|h| h / 3);
+            let here: Vector3<f64> = faces.map(|f| self.triangles.area_vector(f)).sum();
+            (here.dot(&there) >= 0.0).then_some(closest.on)
+        });
+        for (i, place) in away.into_iter().zip(found) {
+            places[i] = place.unwrap_or(places[i]);
+        }
+        places
+    }
+
+    /// The nearest point of the original that walks from the seeds of `v` and of its neighbours
+    /// reach: a vertex that was never moved, such as a new one between others, has the seed of
+    /// one of them only.
+    fn place(&self, v: u32) -> Nearest {
+        let point = self.triangles.point(v);
+        let from = |w: u32| walk(self.original, self.seeds[w as usize], point);
+        let mut best = from(v);
+        for h in self.triangles.edges_at(v) {
+            if best.distance_squared == 0.0 {
+                break;
+            }
+            let other = from(self.triangles.origin(h) + self.triangles.target(h) - v);
+            if other.distance_squared < best.distance_squared {
+                best = other;
+            }
+        }
+        best
+    }
+
     /// The target length of the edge of `h`.
     #[inline]
     fn target(&self, h: u32) -> f64 {
@@ -183,6 +232,9 @@ const BYTES_PER_FACE: f64 = 400.0;
 
 /// The angle, in radians, by which a line turns at a corner.
 const BEND: f64 = std::f64::consts::FRAC_PI_4;
+
+/// The share of the target length by which a vertex is away from its place.
+const AWAY: f64 = 1e-6;
 
 /// Rounds that improve angles at the end.
 const FINAL_ROUNDS: usize = 4;

@@ -24,10 +24,7 @@ impl Remesher<'_> {
         let moved = cotan_parallel::filled(this.triangles.points.len(), |v| this.moved(v as u32));
         let before = std::mem::take(&mut self.triangles.points);
         self.triangles.points = moved.iter().map(|m| m.point).collect();
-        for (v, m) in moved.iter().enumerate() {
-            self.seeds[v] = m.seed;
-            self.sizes[v] = m.size;
-        }
+        let mut is_undone = vec![false; moved.len()];
         let before_of = |corners: [u32; 3]| corners.map(|v| before[v as usize]);
         for _ in 0..UNDO_ROUNDS {
             let triangles = &self.triangles;
@@ -42,10 +39,17 @@ impl Remesher<'_> {
                     .then(|| triangles.corners(f))
             });
             if turned.is_empty() {
-                return;
+                break;
             }
             for v in turned.into_iter().flatten() {
                 self.triangles.points[v as usize] = before[v as usize];
+                is_undone[v as usize] = true;
+            }
+        }
+        for (v, m) in moved.iter().enumerate() {
+            if !is_undone[v] {
+                self.seeds[v] = m.seed;
+                self.sizes[v] = m.size;
             }
         }
     }
@@ -63,12 +67,12 @@ impl Remesher<'_> {
         let wanted = match self.places[v as usize] {
             Place::Corner => return stays,
             Place::Line => self.along_line(v),
-            Place::Free => Some(self.toward_center(v)),
+            Place::Free => Some((self.toward_center(v), self.seeds[v as usize])),
         };
-        let Some(wanted) = wanted else {
+        let Some((wanted, start)) = wanted else {
             return stays;
         };
-        let near = walk(self.original, self.seeds[v as usize], wanted);
+        let near = walk(self.original, start, wanted);
         let corners = self.original.corners(near.face);
         let size = (0..3)
             .map(|k| near.barycentric[k] * self.original_sizes[corners[k] as usize])
@@ -116,8 +120,8 @@ impl Remesher<'_> {
     }
 
     /// The middle between the two neighbours on the line of `v`, projected onto the line of the
-    /// original.
-    fn along_line(&self, v: u32) -> Option<Vector3<f64>> {
+    /// original, and a triangle of the original at that point.
+    fn along_line(&self, v: u32) -> Option<(Vector3<f64>, u32)> {
         let mut lines = self
             .triangles
             .edges_at(v)
@@ -128,11 +132,12 @@ impl Remesher<'_> {
         let wanted = (self.triangles.point(v) + middle) / 2.0;
         let on = |h: u32| {
             let tag = self.triangles.tag(h);
-            walk_line(self.original, &self.original_places, tag, wanted).1
+            walk_line(self.original, &self.original_places, tag, wanted)
         };
         let (p, q) = (on(a), on(b));
-        let is_nearer = (p - wanted).norm_squared() <= (q - wanted).norm_squared();
-        Some(if is_nearer { p } else { q })
+        let is_nearer = (p.1 - wanted).norm_squared() <= (q.1 - wanted).norm_squared();
+        let (edge, point) = if is_nearer { p } else { q };
+        Some((point, edge / 3))
     }
 }
 
