@@ -32,6 +32,7 @@
 //! - [`spherical()`] maps a closed mesh onto the unit sphere without flipped triangles;
 //!   [`sphere`] works with such maps.
 //! - [`smooth`] smooths without shrinking, and edits the curvature field.
+//! - [`detail`] carries details from one surface to another, of other triangles.
 //! - [`merge`](mod@merge) joins parts of two surfaces without a seam.
 //! - [`fair()`] makes a part of a surface, such as a filled hole, continue the rest.
 //! - [`Quality`] measures the effects of a deformation.
@@ -58,6 +59,7 @@ pub mod sphere;
 mod arap;
 mod comparison;
 mod deform;
+pub mod detail;
 mod error;
 mod fair;
 mod handle_id;
@@ -65,6 +67,7 @@ mod handles;
 pub mod merge;
 mod named;
 mod options;
+mod outward;
 mod part_options;
 mod parts;
 mod quality;

@@ -35,7 +35,7 @@ impl Similarity {
     ///
     /// **Source**: S. Umeyama, "Least-squares estimation of transformation parameters between two
     /// point patterns", PAMI 1991.
-    pub(super) fn between(pairs: &[[Point3<f64>; 2]]) -> Self {
+    pub fn between(pairs: &[[Point3<f64>; 2]]) -> Self {
         let center = |k: usize| {
             let sum: Vector3<f64> = pairs.iter().map(|pair| pair[k].coords).sum();
             sum / pairs.len().max(1) as f64

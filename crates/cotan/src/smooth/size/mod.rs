@@ -35,7 +35,7 @@ pub use options::{BumpSize, BySizeOptions};
 
 use self::field::filtered_curvature;
 use self::rebuild::Rebuild;
-use self::rest::{RestSurface, boundary};
+pub(crate) use self::rest::{RestSurface, boundary};
 use self::rim::smoothed_rims;
 use super::anchored::{Boundary, Observer};
 use super::mask::Mask;
