@@ -3,8 +3,8 @@
 /// Disjoint sets of the indices `0..len`. Each set is represented by its lowest index, so that the
 /// result does not depend on the order in which sets are joined.
 ///
-/// **Source**: Tarjan and van Leeuwen 1984, Worst-case analysis of set union algorithms: linking by
-/// index with path halving.
+/// **Source**: Tarjan and van Leeuwen 1984, Worst-case analysis of set union algorithms: linking
+/// by index with path halving.
 ///
 /// ```
 /// use cotan_halfedge::DisjointSets;

@@ -32,8 +32,9 @@ use crate::weld::Weld;
 /// A mesh file: positions, polygons, and all its other contents.
 ///
 /// Vertices and faces keep the order of the file and are indexed from 0. Polygons keep their
-/// degree, and vertices that no face uses are included. Editing happens on a [`ProcessingMesh`](crate::ProcessingMesh),
-/// and [`Document::set_positions`] writes the moved vertices back.
+/// degree, and vertices that no face uses are included. Editing happens on a
+/// [`ProcessingMesh`](crate::ProcessingMesh), and [`Document::set_positions`] writes the moved
+/// vertices back.
 ///
 /// A document written in the format it was read from differs from the original file only in
 /// the coordinates of moved vertices and in the surface normals there, which rotate with the

@@ -9,8 +9,8 @@ use crate::error::CliError;
 /// The parts that follow, and their ties.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct PartsArgs {
-    /// Parts without handles follow those that they touch (follow), stay where they are (still), or
-    /// only the named or numbered ones follow (only); `cotan info` lists the parts
+    /// Parts without handles follow those that they touch (follow), stay where they are (still),
+    /// or only the named or numbered ones follow (only); `cotan info` lists the parts
     #[arg(long, value_name = "follow|still|only NAME...", num_args = 1..)]
     parts: Vec<String>,
     /// Parts that follow nothing

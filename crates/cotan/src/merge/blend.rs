@@ -18,8 +18,8 @@ pub(super) struct Seam<'a, T: Scalar> {
     pub(super) mesh: &'a Mesh<T>,
     /// Distance of each vertex from the seam in edges; 0 for vertices of the seam.
     pub(super) rings: &'a VertexMap<usize>,
-    /// H of each vertex on its own surface, before the cut, in inverse units of the mesh. Arbitrary
-    /// near the seam.
+    /// H of each vertex on its own surface, before the cut, in inverse units of the mesh.
+    /// Arbitrary near the seam.
     pub(super) curvatures: &'a VertexMap<f64>,
 }
 
@@ -27,9 +27,9 @@ impl<T: Scalar> Seam<'_, T> {
     /// The positions with the seam smoothed; only vertices within the band have moved.
     ///
     /// First the bending of the seam and of the ring around it is minimized (a thin plate with
-    /// equal weights, which are insensitive to the slivers of a strip). On this rest shape the flow runs with the mean
-    /// curvatures of both inputs, and between them, where there are none, with a field that
-    /// is harmonic.
+    /// equal weights, which are insensitive to the slivers of a strip). On this rest shape the
+    /// flow runs with the mean curvatures of both inputs, and between them, where there are none,
+    /// with a field that is harmonic.
     ///
     /// **Source**: paper, section 4 (mesh merging).
     pub(super) fn blend(&self, options: &MergeOptions) -> Result<Positions<T>, Error> {

@@ -2,8 +2,8 @@
 //!
 //! A part is joined to all parts that are no farther than its nearest one and a bending length
 //! more. Clusters that are still separate are joined by Borůvka's method, each to its nearest
-//! neighbour. All queries use one tree over all triangles. A query that skips a cluster skips whole
-//! subtrees.
+//! neighbour. All queries use one tree over all triangles. A query that skips a cluster skips
+//! whole subtrees.
 
 use cotan_geometry::{ClosestTree, Marks};
 use cotan_halfedge::DisjointSets;

@@ -95,8 +95,8 @@ impl PartReport {
     }
 }
 
-/// The rotation that best takes the original positions of a part's vertices to the current ones. If
-/// they are on a line or at a point, of all such rotations the one closest to `otherwise`.
+/// The rotation that best takes the original positions of a part's vertices to the current ones.
+/// If they are on a line or at a point, of all such rotations the one closest to `otherwise`.
 fn own_rotation(scene: &Scene<'_>, part: usize, otherwise: &Matrix3<f64>) -> Matrix3<f64> {
     /// Relative to the squared size of the model: negligible for anything with an extent.
     const SHARE: f64 = 1e-14;

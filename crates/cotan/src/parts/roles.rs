@@ -27,8 +27,8 @@ pub(crate) struct Roles {
 pub(crate) const UNPLACED: u32 = u32::MAX;
 
 impl Roles {
-    /// Assigns the roles of parts with these links. `has_handle` and `counts` tell which parts have
-    /// handles and which may follow. Links longer than `longest` make no part drive.
+    /// Assigns the roles of parts with these links. `has_handle` and `counts` tell which parts
+    /// have handles and which may follow. Links longer than `longest` make no part drive.
     pub(crate) fn new(has_handle: &[bool], counts: &[bool], links: &[Link], longest: f64) -> Self {
         let n = has_handle.len();
         let mut layers = vec![UNPLACED; n];

@@ -46,7 +46,8 @@ impl Document {
     /// Like [`Document::surface_with`], for any list of faces: where they do not form an oriented
     /// manifold, the mesh is cut into pieces that do, and copies of a vertex share a row, as by
     /// [`from_faces_in_pieces`](cotan_halfedge::HalfedgeMesh::from_faces_in_pieces). The document
-    /// is not changed, and jobs that move all copies of a vertex alike can be [written back](Document::set_positions).
+    /// is not changed, and jobs that move all copies of a vertex alike can be [written
+    /// back](Document::set_positions).
     ///
     /// A document that has an oriented manifold surface gives exactly that one.
     ///

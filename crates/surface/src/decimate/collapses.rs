@@ -15,11 +15,11 @@ pub(super) struct Collapses<'a> {
     pub(super) quadrics: Quadrics,
     places: Vec<Place>,
     queue: RadixHeap,
-    /// Per halfedge: whether its edge is in the queue under this name.
+    /// Per halfedge: true if its edge is in the queue under this index.
     is_queued: Vec<bool>,
     /// Per vertex: the vertex that it was merged into, or [`NONE`].
     pub(super) into: Vec<u32>,
-    /// Per vertex: whether it left its original position.
+    /// Per vertex: true if it left its original position.
     pub(super) is_moved: Vec<bool>,
     /// The largest distance so far.
     pub(super) error: f64,
@@ -217,8 +217,8 @@ fn key(cost: f64, h: u32) -> u64 {
     (u64::from((cost as f32).to_bits()) << 32) | u64::from(h)
 }
 
-/// The least cosine of the angle by which a collapse may turn a triangle.
+/// The cosine of the largest angle by which a collapse may turn a triangle.
 const MIN_COSINE: f64 = 0.2;
 
-/// The least height of a new triangle relative to its longest side.
+/// The smallest height of a new triangle relative to its longest side.
 const MIN_HEIGHT: f64 = 0.05;

@@ -77,9 +77,9 @@ pub(crate) struct InputArgs {
     pub(crate) output: OutputPath,
     #[command(flatten)]
     pub(crate) embed: EmbedArgs,
-    /// Repair the mesh first, as `cotan repair` without options does; handles use the vertex indices
-    /// of the original file. With --weld, vertices that the repair splits stay split, and OUT keeps
-    /// every vertex
+    /// Repair the mesh first, as `cotan repair` without options does; handles use the vertex
+    /// indices of the original file. With --weld, vertices that the repair splits stay split, and
+    /// OUT keeps every vertex
     #[arg(long)]
     pub(crate) repair: bool,
     /// Treat vertices at the same place (exact), or within this distance, as one
@@ -115,8 +115,8 @@ pub(crate) struct MethodArgs {
     /// Steps at full length, or the paper's falling ratio
     #[arg(long, value_name = "NAME", value_parser = values::schedule(), default_value = "full")]
     schedule: Schedule,
-    /// Details smaller than this are preserved by the flow, larger shapes by the hybrid's membrane;
-    /// relative to the size of the mesh [default: 0.0175]
+    /// Details smaller than this are preserved by the flow, larger shapes by the hybrid's
+    /// membrane; relative to the size of the mesh [default: 0.0175]
     #[arg(long, value_name = "X", value_parser = values::positive)]
     bending_length: Option<f64>,
     /// Resistance of a body: like a solid, or like an empty shell

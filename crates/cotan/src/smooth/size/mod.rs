@@ -9,8 +9,8 @@
 //! ```
 //!
 //! The curvature keeps the share 1 − B of each wave, and the surface the share T = 1 − B², with
-//! B = λ² / (λ² + μ²): 0.98 of a wave of width 2s, 0.50 at s, 0.05 at s/2. Since the anchor μ is
-//! what makes B, pose and girth stay by construction.
+//! B = λ² / (λ² + μ²): 0.98 of a wave of width 2s, 0.50 at s, 0.05 at s/2. The anchor μ, from
+//! which B results, also keeps pose and girth.
 //!
 //! **Source**: paper, section 4.2 (filter the curvature field, rebuild the surface from it), with
 //! an implicit filter instead of explicit steps, and with the anchor that belongs to it.
@@ -149,7 +149,7 @@ impl<T: Scalar> SmoothBySize<T> {
         let surface = Surface::new(surface.mesh(), surface.positions())?;
         let units = BoxUnits::of(&surface)?;
         let mesh = surface.mesh();
-        // A rim that is free is smoothed first and given to the surface.
+        // A free rim is smoothed first, and then prescribed to the surface.
         let mut is_fixed = boundary(mesh);
         let mut given = Vec::new();
         let size = units.size().as_f64();
@@ -339,7 +339,7 @@ fn screen(size: f64) -> f64 {
 /// 1 / √(√2 − 1) = 1.5538: the root of 1 − (λ²/(λ² + 1))² = ½.
 const HALF_HEIGHT: f64 = 1.55;
 
-/// In box units. Smaller sizes remove nothing of any mesh, and larger ones everything.
+/// In box units. Smaller sizes remove nothing from any mesh, and larger ones everything.
 const MIN_SIZE: f64 = 1e-6;
 const LARGEST_SIZE: f64 = 100.0;
 

@@ -1,4 +1,4 @@
-//! Measures of the original surface that all sizes share.
+//! Measures of the original surface, which are the same for all sizes.
 
 use cotan_flow::BoxUnits;
 use cotan_geometry::{Positions, Scalar, Surface, vertex_area_vectors};
@@ -87,7 +87,7 @@ fn raise(masses: &mut [f64]) {
     masses.iter_mut().for_each(|m| *m = m.max(least));
 }
 
-/// Small enough to leave a component alone that is a ten-thousandth of the others in size.
+/// Small enough not to affect a component that is a ten-thousandth of the others in size.
 const MIN_MASS: f64 = 1e-9;
 
 /// The rows of a mesh that have no curvature: boundaries, and vertices at which pieces meet.

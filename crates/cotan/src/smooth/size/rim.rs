@@ -18,8 +18,8 @@ use crate::error::Error;
 /// u = −B² x⁰        B = (S m⁻¹ S + μ² m)⁻¹ S m⁻¹ S        S_ij = −1/|e_ij|, m = half the edges
 /// ```
 ///
-/// Loops shorter than eight sizes stay, because the filter would shrink them, and so do vertices at
-/// which pieces of the mesh meet.
+/// Loops shorter than eight sizes stay, because the filter would shrink them, and so do vertices
+/// at which pieces of the mesh meet.
 pub(super) fn smoothed_rims(
     mesh: &HalfedgeMesh,
     positions: &Positions<f64>,
