@@ -1,4 +1,8 @@
 //! Implicit mean-curvature flow, for comparison.
+//!
+//! Every step has another matrix, so a factorization would be used once. The step iterates with
+//! conjugate gradients and a diagonal preconditioner instead. The iterations of `cotan-sparse` and
+//! `cotan-linear` are for matrices that are prepared once.
 
 use cotan_geometry::{Positions, Scalar, Surface};
 use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};

@@ -1,4 +1,7 @@
 //! Conjugate gradients, preconditioned by the square of a screened one-ring matrix.
+//!
+//! The three columns are one system, and the iteration ends by the energy norm. The iteration of
+//! `cotan_sparse::Multigrid` differs in both: three systems, which end by their residuals.
 
 use super::equation::{Equation, as_map};
 use crate::error::LinearError;
