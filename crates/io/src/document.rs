@@ -24,7 +24,7 @@ use crate::format::Format;
 use crate::instances::Expanded;
 use crate::material::Materials;
 use crate::normals::Normals;
-use crate::parsed::{Parsed, Part};
+use crate::parsed::{Node, Parsed, Part};
 use crate::remap::Remap;
 use crate::source::{Mesh, Reading, SourceFile};
 use crate::weld::Weld;
@@ -261,9 +261,43 @@ impl Document {
         &self.parts
     }
 
+    /// The nodes of a glTF, in file order; empty for other formats.
+    pub fn nodes(&self) -> &[Node] {
+        self.origin().map_or(&[], |origin| origin.nodes())
+    }
+
+    /// The number of times that the nodes of a glTF show a part; 1 for other formats.
+    pub fn num_instances(&self, part: usize) -> usize {
+        self.origin().map_or(1, |origin| origin.num_instances(part))
+    }
+
+    /// Gives every node of a glTF that shows a mesh a mesh of its own, so that an edit moves one
+    /// instance and not all of them.
+    ///
+    /// Vertices and faces keep their indices; those of the copies follow, placed by their nodes.
+    /// Instances that only another scene shows, and those of one node by
+    /// `EXT_mesh_gpu_instancing`, stay shared. Other documents are returned as they are.
+    ///
+    /// # Errors
+    /// [`IoError`] if the copies exceed the limits with which the file was read.
+    pub fn with_unique_meshes(self) -> Result<Self, IoError> {
+        let Some(source) = &self.source else {
+            return Ok(self);
+        };
+        match self.with_moves(&**source, |moves| source.with_unique_meshes(moves))? {
+            Some(reading) => Ok(Self::from_reading(reading)?.at_home(self.home)),
+            None => Ok(self),
+        }
+    }
+
     /// All positions, in file order.
     pub fn positions(&self) -> &[Point3<f64>] {
         &self.positions
+    }
+
+    /// Returns `true` if a vertex is not where the file has it.
+    pub fn has_moved(&self, vertex: usize) -> bool {
+        self.file_positions().get(vertex) != self.positions.get(vertex)
     }
 
     /// All faces, in file order.

@@ -119,7 +119,7 @@ pub use file::{load, load_with, read, read_with, save, save_with};
 pub use format::Format;
 pub use limits::Limits;
 pub use material::{Alpha, Image, ImageKind, Material, Materials};
-pub use parsed::Part;
+pub use parsed::{Node, Part};
 pub use printable::{Printable, printable, printable_json};
 pub use processing::{Numbering, ProcessingMesh};
 pub use regular::{open_regular, read_regular};

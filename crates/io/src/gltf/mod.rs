@@ -34,6 +34,7 @@ mod sharing;
 #[cfg(test)]
 mod tests;
 mod tokens;
+mod unique;
 mod write;
 
 use std::sync::Arc;
@@ -52,7 +53,7 @@ use crate::error::{IoError, Place, quote};
 use crate::format::Format;
 use crate::limits::Limits;
 use crate::material::Materials;
-use crate::parsed::Parsed;
+use crate::parsed::{Node, Parsed};
 use crate::placement::Instance;
 use crate::precision::single;
 use crate::remap::Remap;
@@ -340,6 +341,19 @@ impl SourceFile for GltfFile {
     ) -> Result<(), IoError> {
         self.geometry.check_instances(&self.buffers, &self.limits)?;
         self.geometry.instances(&self.buffers, visit).map(|_| ())
+    }
+
+    fn nodes(&self) -> &[Node] {
+        &self.geometry.placements.nodes
+    }
+
+    fn num_instances(&self, part: usize) -> usize {
+        let others = self.geometry.placements.others.get(part);
+        others.map_or(1, |others| others.count)
+    }
+
+    fn with_unique_meshes(&self, moves: &Moves<'_>) -> Result<Option<Reading>, IoError> {
+        unique::with_unique_meshes(self, moves)
     }
 
     fn references(&self, written: &[u8]) -> Result<References, IoError> {

@@ -42,7 +42,10 @@ pub enum HandlesError {
     #[error("the JSON is not a handles file: {0} (see `cotan deform --help`)")]
     Json(#[source] serde_json::Error),
     /// The file holds no vertex.
-    #[error("the file has no handle; add at least one")]
+    #[error(
+        "the file has no handle; add at least one: vertices by number, region or name (`cotan info` \
+         lists the parts), and where they go (`cotan deform --help` shows how)"
+    )]
     NoHandles,
     /// A vertex index is out of range.
     #[error(

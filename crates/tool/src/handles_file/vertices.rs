@@ -9,6 +9,7 @@ use super::constraint::{Constraint, Goal};
 use super::error::{HandlePlace, HandlesError};
 use super::part_settings::PartWord;
 use super::{FileVertices, Kind};
+use crate::nodes;
 use crate::part_names::{PartNames, listed};
 
 /// The vertices that handles refer to.
@@ -133,6 +134,35 @@ impl Vertices<'_> {
         let wanted = faces.filter(|(_, label)| is_wanted.get(**label as usize) == Some(&true));
         let vertices = wanted.flat_map(|(face, _)| face.iter().map(|v| *v as usize));
         Ok(self.used_of(vertices))
+    }
+
+    /// The file vertices of a node's mesh, or of the meshes below a node that has none.
+    pub(super) fn of_node(
+        &self,
+        name: &str,
+        place: HandlePlace,
+    ) -> Result<Vec<usize>, HandlesError> {
+        let invalid = |problem: String| HandlesError::Invalid { place, problem };
+        let nodes = self.document.nodes();
+        if nodes.is_empty() {
+            let problem = "names a node, but only a glTF has nodes; name an object, a group, a \
+                           material or a part";
+            return Err(invalid(problem.into()));
+        }
+        if !nodes.iter().any(|node| node.name == name) {
+            let names = nodes.iter().map(|node| node.name.as_str());
+            let known = listed(names.filter(|name| !name.is_empty()));
+            return Err(invalid(format!(
+                "names the node \"{name}\", which the file does not have; the names are {known}"
+            )));
+        }
+        let parts = nodes::parts_of(nodes, name);
+        let parts = parts
+            .iter()
+            .filter_map(|part| self.document.parts().get(*part));
+        let faces = parts.flat_map(|part| part.faces.clone());
+        let faces = faces.filter_map(|face| self.document.faces().get(face));
+        Ok(self.used_of(faces.flatten().map(|v| *v as usize)))
     }
 
     /// The file vertices of a part.

@@ -9,7 +9,7 @@ use cotan::{DeformOptions, DetailSize, OrientationKind, SchemeKind};
 use cotan_io::{Repair, Weld};
 
 use crate::args::{EmbedArgs, InputPath, OutputPath, PartsArgs, Precision, RegionArgs, values};
-use crate::prepare::{Source, Surfaces};
+use crate::prepare::{Instances, Source, Surfaces};
 
 pub(crate) const EXAMPLE: &str = "\
 Example:
@@ -44,8 +44,8 @@ pub(crate) const HELP: &str = r#"Handles file:
   "vertices" may also be what has a name in the file, a part of the model (by name or number, as
   `cotan info` lists them), or all but another selection:
 
-    {"object": "head"}, {"group": "arm"}, {"material": "skin"}, {"part": 3},
-    {"all_but": {"part": 0}}
+    {"object": "head"}, {"group": "arm"}, {"material": "skin"}, {"node": "hat"},
+    {"part": 3}, {"all_but": {"part": 0}}
 
 Parts of the model without a handle follow those that they touch or are nearest to, unless --parts,
 --free or --untie say otherwise, or the handles file does:
@@ -86,6 +86,10 @@ pub(crate) struct InputArgs {
     /// [default: exact for .stl, .gltf and .glb, otherwise off]
     #[arg(long, value_name = "off|exact|X", value_parser = values::weld)]
     pub(crate) weld: Option<Weld>,
+    /// Give every node of a glTF that shows a mesh a copy of it, so that it can be edited alone;
+    /// otherwise an edit shows wherever the mesh does. Copies have the numbers after all others
+    #[arg(long)]
+    pub(crate) make_unique: bool,
 }
 
 impl InputArgs {
@@ -93,6 +97,10 @@ impl InputArgs {
     pub(crate) fn source(&self) -> Source {
         Source::new(&self.mesh, self.repair.then(Repair::default), self.weld)
             .surfaces(Surfaces::Any)
+            .instances(match self.make_unique {
+                true => Instances::Unique,
+                false => Instances::Shared,
+            })
     }
 }
 
