@@ -2,7 +2,7 @@
 
 use cotan::geometry::Surface;
 use cotan::halfedge::{HalfedgeMesh, VertexId};
-use cotan::smooth::distances;
+use cotan::surface::distances_within;
 use serde::{Deserialize, Serialize};
 
 /// The way in which found vertices are combined with the selection.
@@ -70,7 +70,7 @@ pub fn linked(mesh: &HalfedgeMesh, selection: &[VertexId]) -> Vec<VertexId> {
 
 /// The vertices within a distance of the selection along the surface.
 pub fn within(surface: &Surface<'_, f64>, selection: &[VertexId], far: f64) -> Vec<VertexId> {
-    let near = distances(surface, selection, far);
+    let near = distances_within(*surface, selection, far);
     near.iter()
         .filter(|(_, d)| **d <= far)
         .map(|(v, _)| v)
