@@ -40,8 +40,8 @@ impl OnSphere {
     }
 }
 
-/// Bumps of the width of a twenty-fourth of the circumference and of a height of about 1: three
-/// spherical harmonics of degree 12, which have no part of longer waves.
+/// Bumps of the width of a thirty-second of the circumference and of a height of about 1: three
+/// spherical harmonics of degree 16, which have no part of longer waves.
 fn bumps(u: &Vector3<f64>) -> f64 {
     let turns = [
         Vector3::new(0.2, 0.1, 0.0),
@@ -50,7 +50,7 @@ fn bumps(u: &Vector3<f64>) -> f64 {
     ];
     let wave = |turn: &Vector3<f64>| {
         let p = Rotation3::new(*turn) * u;
-        nalgebra::Complex::new(p.x, p.y).powi(12).re
+        nalgebra::Complex::new(p.x, p.y).powi(16).re
     };
     turns.iter().map(wave).sum()
 }
@@ -135,12 +135,12 @@ fn farthest(a: &Positions<f64>, b: &Positions<f64>) -> f64 {
 
 #[test]
 fn known_details_arrive_from_fine_to_coarse_and_back() {
-    for [source, target] in [[5, 4], [4, 4], [4, 5]] {
+    // With five edges per wave, the kinks of a coarser source are just visible in the curvature.
+    for (source, target, least) in [(5, 4, 0.99), (4, 4, 0.99), (4, 5, 0.97)] {
         let Fit { error, correlation } = fit(source, target);
-        println!("{source} to {target}: error {error:.3}, correlation {correlation:.4}");
         assert!(error <= 0.25, "{source} to {target}: error {error}");
         assert!(
-            correlation >= 0.99,
+            correlation >= least,
             "{source} to {target}: correlation {correlation}"
         );
     }
