@@ -2,7 +2,7 @@
 
 pub(crate) mod args;
 
-use cotan::surface::{Features, corner_places, decimate, places_near};
+use cotan::surface::{Attributes, Features, corner_places, decimate, places_near};
 use cotan_tool::Work;
 
 use crate::args::OutputPath;
@@ -43,6 +43,7 @@ impl Job for DecimateJob<'_> {
         let surface = mesh.processing.surface();
         let options = self.0.options(base.mesh.num_faces());
         let options = options.features(Features::none().with_edges(seams));
+        let options = options.attributes(self.attributes(mesh, &base)?);
         let refuse = |error| tessellation::refuse(mesh.path(), error);
         let made = decimate(&surface, &options).map_err(refuse)?;
         let places = places_near(&surface, made.mesh.positions(), &made.sources).map_err(refuse)?;
@@ -79,5 +80,26 @@ impl Job for DecimateJob<'_> {
         let path = self.0.outcome.picture.as_ref()?;
         let png = tessellation::picture(&mesh.processing.surface(), &finished.rest.surface());
         Some((path, png))
+    }
+}
+
+impl DecimateJob<'_> {
+    /// The properties of the file that count as a cost.
+    fn attributes(&self, mesh: &Prepared, base: &Base) -> Result<Attributes, CliError> {
+        let mut attributes = Attributes::new();
+        for (name, option, weight) in self.0.weights() {
+            let channels = base
+                .corner_values(&mesh.document, name)
+                .map_err(|e| mesh.in_file(e))?
+                .ok_or_else(|| CliError::NoProperty {
+                    path: mesh.path().to_owned(),
+                    property: name,
+                    option,
+                })?;
+            for values in channels {
+                attributes = attributes.with_corners(values, weight);
+            }
+        }
+        Ok(attributes)
     }
 }
