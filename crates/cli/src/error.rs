@@ -96,6 +96,13 @@ pub(crate) enum CliError {
         name: String,
         known: String,
     },
+    /// An option counts a property that the file does not have.
+    #[error("{}: there is no \"{property}\" on its vertices or corners; omit {option}", path.display())]
+    NoProperty {
+        path: PathBuf,
+        property: &'static str,
+        option: &'static str,
+    },
     /// The part that `--mask` or `--region` names has no vertex.
     #[error("{}: the part that is to move has no vertex; check the numbers of --mask or --region (cotan info shows the size of the mesh)", path.display())]
     EmptyPart { path: PathBuf },

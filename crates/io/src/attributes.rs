@@ -169,7 +169,7 @@ impl Values {
     }
 
     /// The number that means 1 in a colour: the largest of an integer type, otherwise 1.
-    pub(crate) fn unit(&self) -> f64 {
+    pub fn unit(&self) -> f64 {
         match self {
             Self::I8(_) => i8::MAX.into(),
             Self::U8(_) => u8::MAX.into(),

@@ -108,26 +108,48 @@ impl Nearest {
     }
 }
 
-/// Walks from `face` to the triangle nearest to `point`, as long as the nearest point is on the
-/// border of the current one and a triangle around that edge or corner is nearer.
+/// Walks from `face` to a triangle nearest to `point`: while the nearest point of the current one
+/// is on its border, to a nearer triangle beyond that edge or around that corner. Of the triangles
+/// around a point inside an edge there is only one other, so the walk ends where no way along the
+/// surface is nearer.
 pub(crate) fn walk(original: &Triangles, face: u32, point: Vector3<f64>) -> Nearest {
+    walk_within(original, face, point, 0.0)
+}
+
+/// As [`walk`], but stops at the first triangle that is no farther than `distance`.
+pub(crate) fn walk_within(
+    original: &Triangles,
+    face: u32,
+    point: Vector3<f64>,
+    distance: f64,
+) -> Nearest {
+    let enough = distance * distance;
     let mut best = on_triangle(original, face, point);
     for _ in 0..MAX_STEPS {
-        let (start, barycentric) = (best.face, best.barycentric);
-        if barycentric.iter().all(|&w| w > 0.0) {
+        if best.distance_squared <= enough {
             break;
         }
-        for (v, weight) in original.corners(start).into_iter().zip(barycentric) {
-            if weight == 0.0 {
-                continue;
+        let start = best.face;
+        let nearer = |face: u32, best: Nearest| {
+            let other = on_triangle(original, face, point);
+            if other.distance_squared < best.distance_squared {
+                other
+            } else {
+                best
             }
-            for h in original.ring(v) {
-                if h / 3 != start {
-                    let other = on_triangle(original, h / 3, point);
-                    if other.distance_squared < best.distance_squared {
-                        best = other;
-                    }
-                }
+        };
+        // The corner opposite to side k, which begins at corner k, is the one before it.
+        let corner = (0..3).find(|&k| best.barycentric[k] == 1.0);
+        let side = (0..3).find(|&k| best.barycentric[(k + 2) % 3] == 0.0);
+        if let Some(k) = corner {
+            let v = original.corners(start)[k];
+            for h in original.ring(v).filter(|h| h / 3 != start) {
+                best = nearer(h / 3, best);
+            }
+        } else if let Some(k) = side {
+            let twin = original.twin(3 * start + k as u32);
+            if twin != NONE {
+                best = nearer(twin / 3, best);
             }
         }
         if best.face == start {

@@ -148,6 +148,39 @@ impl Base {
         Ok(self.mesh.edges().filter(is_seam).collect())
     }
 
+    /// The components of a property of the document at the corners of the triangles, colours from
+    /// 0 to 1; `None` without such a property. A corner without a value has zeros.
+    pub(crate) fn corner_values(
+        &self,
+        document: &Document,
+        name: &str,
+    ) -> Result<Option<Vec<FaceMap<[f64; 3]>>>, IoError> {
+        let attributes = document.attributes()?;
+        let vertex_of = document.faces().corners();
+        let (values, components, index): (_, _, &[u32]) =
+            match (attributes.corner(name), attributes.vertex(name)) {
+                (Some(p), _) => (&p.values, p.components, &p.indices),
+                (None, Some(p)) => (&p.values, p.components, vertex_of),
+                (None, None) => return Ok(None),
+            };
+        let unit = if name == cotan_io::COLOR {
+            values.unit()
+        } else {
+            1.0
+        };
+        let value = |corner: usize, k: usize| {
+            let row = index.get(corner).map(|&i| i as usize);
+            let number =
+                row.and_then(|row| values.get(row.saturating_mul(components).saturating_add(k)));
+            number.unwrap_or(0.0) / unit
+        };
+        let channel = |k: usize| {
+            let of_face = |f: &usize| [0, 1, 2].map(|i| value(self.corners[f + i], k));
+            FaceMap::from_vec(self.starts.iter().map(of_face).collect())
+        };
+        Ok(Some((0..components).map(channel).collect()))
+    }
+
     /// Edges whose faces differ by at least `angle`, in radians.
     pub(crate) fn creases(&self, angle: f64) -> Vec<EdgeId> {
         let normal = |f: FaceId| {

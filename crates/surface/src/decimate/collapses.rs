@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::attributes::Channels;
 use super::options::Stop;
-use super::quadric::Quadrics;
+use super::quadric::{Quadrics, is_on_inner_line};
 use super::queue::RadixHeap;
 use crate::features::{Place, places};
 use crate::triangles::{NONE, Triangles, next, prev};
@@ -14,6 +14,8 @@ pub(super) struct Collapses<'a> {
     triangles: &'a mut Triangles,
     pub(super) quadrics: Quadrics,
     places: Vec<Place>,
+    /// Per vertex, if an attribute may jump at kept lines: whether it is on one.
+    has_jump: Vec<bool>,
     queue: RadixHeap,
     /// Per halfedge: true if its edge is in the queue under this index.
     is_queued: Vec<bool>,
@@ -42,6 +44,11 @@ impl<'a> Collapses<'a> {
         let num_vertices = triangles.points.len();
         let mut collapses = Self {
             places: places(triangles, f64::INFINITY),
+            has_jump: if channels.may_jump {
+                cotan_parallel::filled(num_vertices, |v| is_on_inner_line(triangles, v as u32))
+            } else {
+                Vec::new()
+            },
             quadrics,
             queue: RadixHeap::new([]),
             is_queued: vec![false; num_halfedges],
@@ -123,16 +130,29 @@ impl<'a> Collapses<'a> {
             self.triangles.points[v as usize] = candidate.point;
             self.is_moved[v as usize] = true;
         }
-        let edges = self
-            .triangles
-            .edges_at(v)
-            .map(|h| self.triangles.edge_of(h));
-        let unqueued: Vec<u32> = edges.filter(|&h| !self.is_queued[h as usize]).collect();
-        for h in unqueued {
-            if let Some(candidate) = self.candidate(h) {
-                self.is_queued[h as usize] = true;
-                self.queue.push(key(candidate.cost, h));
+        let start = self.triangles.outgoing[v as usize];
+        let mut at = start;
+        loop {
+            self.enqueue(self.triangles.edge_of(at));
+            let last = prev(at);
+            at = self.triangles.twin(last);
+            if at == NONE {
+                self.enqueue(last);
             }
+            if at == NONE || at == start {
+                return;
+            }
+        }
+    }
+
+    /// Puts the edge of `h` into the queue if it may be collapsed and is not there.
+    #[inline]
+    fn enqueue(&mut self, h: u32) {
+        if !self.is_queued[h as usize]
+            && let Some(candidate) = self.candidate(h)
+        {
+            self.is_queued[h as usize] = true;
+            self.queue.push(key(candidate.cost, h));
         }
     }
 
@@ -144,6 +164,9 @@ impl<'a> Collapses<'a> {
         let (p, q) = (self.triangles.point(u), self.triangles.point(v));
         let is_line = self.triangles.tag(h) != NONE;
         let [place_u, place_v] = [u, v].map(|v| self.places[v as usize]);
+        if !self.has_jump.is_empty() && self.has_jump[u as usize] != self.has_jump[v as usize] {
+            return None;
+        }
         let quadric = self.quadrics.merged(u, v);
         let toward_u = if t == NONE { NONE } else { t };
         let (halfedge, point) = match (place_u, place_v) {
@@ -178,18 +201,24 @@ impl<'a> Collapses<'a> {
     fn keeps_shape(&self, candidate: &Candidate) -> bool {
         let (h, t) = (candidate.halfedge, self.triangles.twin(candidate.halfedge));
         let removed = [h / 3, if t == NONE { NONE } else { t / 3 }];
-        [h, next(h)].into_iter().all(|at| {
-            let v = self.triangles.origin(at);
-            self.triangles
-                .ring(v)
-                .filter(|g| !removed.contains(&(g / 3)))
-                .all(|g| self.keeps_triangle(g, &candidate.point))
-        })
+        for at in [h, next(h)] {
+            for g in self.triangles.ring(self.triangles.origin(at)) {
+                let face = g / 3;
+                if face != removed[0]
+                    && face != removed[1]
+                    && !self.keeps_triangle(g, &candidate.point)
+                {
+                    return false;
+                }
+            }
+        }
+        true
     }
 
+    #[inline]
     fn keeps_triangle(&self, g: u32, point: &Vector3<f64>) -> bool {
-        let [a, b, c] =
-            [g, next(g), prev(g)].map(|g| self.triangles.point(self.triangles.origin(g)));
+        let corner = |h: u32| self.triangles.point(self.triangles.origin(h));
+        let (a, b, c) = (corner(g), corner(next(g)), corner(prev(g)));
         let (ab, ac, opposite) = (b - point, c - point, c - b);
         let before = (b - a).cross(&(c - a));
         let after = ab.cross(&ac);

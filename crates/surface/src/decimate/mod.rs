@@ -19,7 +19,7 @@ use cotan_geometry::{Mesh, Scalar, Surface};
 use cotan_halfedge::{VertexId, VertexMap};
 use nalgebra::Point3;
 
-pub use attributes::VertexAttributes;
+pub use attributes::QuadricAttributes;
 pub use options::{DecimateOptions, DecimateTarget};
 
 use crate::tessellation_error::TessellationError;
@@ -67,7 +67,7 @@ pub fn decimate<T: Scalar>(
     surface: &Surface<'_, T>,
     options: &DecimateOptions,
 ) -> Result<Decimated<T>, TessellationError> {
-    let channels = Channels::new(&options.attributes, surface.mesh().num_vertices())?;
+    let channels = Channels::new(&options.attributes, surface)?;
     let mut triangles = Triangles::new(surface)?;
     options.features.tag(surface, &mut triangles)?;
     let units = Units::of(surface);
@@ -96,7 +96,7 @@ pub fn decimate<T: Scalar>(
     let values = (0..channels.num_channels()).map(|k| {
         let value = |&v: &u32| {
             let best = quadrics.channel_at(v, k, &triangles.points[v as usize]);
-            let own = channels.value(v, k);
+            let own = channels.at_vertex(v, k);
             channels.unweighted(
                 k,
                 if is_moved[v as usize] {

@@ -100,10 +100,12 @@ impl Quadric {
         let a = &self.a;
         let r = -(self.apply(start) + Vector3::from(self.b));
         let d0 = a[0];
-        let (l10, l20) = (a[1] / d0, a[2] / d0);
+        let i0 = 1.0 / d0;
+        let (l10, l20) = (a[1] * i0, a[2] * i0);
         let d1 = a[3] - l10 * a[1];
+        let i1 = 1.0 / d1;
         let m21 = a[4] - l20 * a[1];
-        let l21 = m21 / d1;
+        let l21 = m21 * i1;
         let d2 = a[5] - l20 * a[2] - l21 * m21;
         if !(d0 > 0.0 && d1 > 0.0 && d2 > 0.0) {
             return None;
@@ -112,17 +114,20 @@ impl Quadric {
         let y1 = r.y - l10 * y0;
         let y2 = r.z - l20 * y0 - l21 * y1;
         let z = y2 / d2;
-        let y = y1 / d1 - l21 * z;
-        let x = y0 / d0 - l10 * y - l20 * z;
+        let y = y1 * i1 - l21 * z;
+        let x = y0 * i0 - l10 * y - l20 * z;
         let found = start + Vector3::new(x, y, z);
         (found.x.is_finite() && found.y.is_finite() && found.z.is_finite()).then_some(found)
     }
 
     /// Removes what the best value of a channel takes away: with the sums g and d of its
     /// gradients and offsets over the area α, −(1/α) (gᵀx + d)².
-    fn reduce(&mut self, sum: &[f64; 4]) {
-        let inverse = -1.0 / self.area;
-        let [x, y, z, d] = *sum;
+    fn reduce(&mut self, sum: &ChannelSum) {
+        let [x, y, z, d, area] = *sum;
+        if !(area > 0.0) {
+            return;
+        }
+        let inverse = -1.0 / area;
         let products = [x * x, x * y, x * z, y * y, y * z, z * z];
         for k in 0..6 {
             self.a[k] += inverse * products[k];
@@ -139,20 +144,35 @@ impl Quadric {
 pub(crate) struct Quadrics {
     base: Vec<Quadric>,
     num_channels: usize,
-    /// Per vertex and channel: the gradient and the offset, summed over the area.
-    sums: Vec<[f64; 4]>,
+    sums: Vec<ChannelSum>,
 }
+
+/// Per vertex and channel: the gradient and the offset, summed over the area, and that area.
+type ChannelSum = [f64; 5];
 
 impl Quadrics {
     /// The quadrics of the triangles and of the tagged edges.
     pub(crate) fn new(triangles: &Triangles, channels: &Channels) -> Self {
         let num_channels = channels.num_channels();
+        if num_channels == 0 {
+            return Self {
+                base: cotan_parallel::filled(triangles.points.len(), |v| {
+                    if triangles.has_vertex(v as u32) {
+                        around(triangles, channels, v as u32).0
+                    } else {
+                        Quadric::default()
+                    }
+                }),
+                num_channels,
+                sums: Vec::new(),
+            };
+        }
         let per_vertex = cotan_parallel::filled(triangles.points.len(), |v| {
             let v = v as u32;
             if triangles.has_vertex(v) {
                 around(triangles, channels, v)
             } else {
-                (Quadric::default(), vec![[0.0; 4]; num_channels])
+                (Quadric::default(), vec![[0.0; 5]; num_channels])
             }
         });
         let mut base = Vec::with_capacity(per_vertex.len());
@@ -192,12 +212,11 @@ impl Quadrics {
 
     /// The best value of channel `k` at vertex `v`, if the vertex is at `x`.
     pub(crate) fn channel_at(&self, v: u32, k: usize, x: &Vector3<f64>) -> Option<f64> {
-        let [gx, gy, gz, d] = self.sums[v as usize * self.num_channels + k];
-        let area = self.base[v as usize].area;
+        let [gx, gy, gz, d, area] = self.sums[v as usize * self.num_channels + k];
         (area > 0.0).then(|| (gx * x.x + gy * x.y + gz * x.z + d) / area)
     }
 
-    fn merged_channel(&self, u: u32, v: u32, k: usize) -> [f64; 4] {
+    fn merged_channel(&self, u: u32, v: u32, k: usize) -> ChannelSum {
         let of = |v: u32| self.sums[v as usize * self.num_channels + k];
         let (a, b) = (of(u), of(v));
         std::array::from_fn(|i| a[i] + b[i])
@@ -206,9 +225,11 @@ impl Quadrics {
 
 /// The quadric of a vertex: a third of each triangle around it, and the planes through the tagged
 /// edges that are perpendicular to their triangles.
-fn around(triangles: &Triangles, channels: &Channels, v: u32) -> (Quadric, Vec<[f64; 4]>) {
+fn around(triangles: &Triangles, channels: &Channels, v: u32) -> (Quadric, Vec<ChannelSum>) {
     let mut sum = Quadric::default();
-    let mut channel_sums = vec![[0.0; 4]; channels.num_channels()];
+    let mut channel_sums = vec![[0.0; 5]; channels.num_channels()];
+    // Values of two sides are not summed: the vertices of a line at which they may jump have none.
+    let has_jump = channels.may_jump && is_on_inner_line(triangles, v);
     for h in triangles.ring(v) {
         let corners = triangles.corners(h / 3);
         let [a, b, c] = corners.map(|w| triangles.point(w));
@@ -221,11 +242,17 @@ fn around(triangles: &Triangles, channels: &Channels, v: u32) -> (Quadric, Vec<[
             sum.add(&Quadric::plane(n, center, weight));
             sum.area += weight;
             sum.add(&Quadric::point(center, ROUNDNESS * weight));
-            for (k, channel_sum) in channel_sums.iter_mut().enumerate() {
-                let values = corners.map(|w| channels.value(w, k));
+            let counted = if has_jump {
+                &mut [][..]
+            } else {
+                &mut channel_sums
+            };
+            for (k, channel_sum) in counted.iter_mut().enumerate() {
+                let first = 3 * (h / 3);
+                let values = [0, 1, 2].map(|i| channels.at_corner(first + i, k));
                 let (g, d) = gradient([a, b, c], n, double_area, values);
                 let (g, d) = (g * weight, d * weight);
-                for (sum, term) in channel_sum.iter_mut().zip([g.x, g.y, g.z, d]) {
+                for (sum, term) in channel_sum.iter_mut().zip([g.x, g.y, g.z, d, weight]) {
                     *sum += term;
                 }
                 let scale = 1.0 / weight;
@@ -265,6 +292,13 @@ fn around(triangles: &Triangles, channels: &Channels, v: u32) -> (Quadric, Vec<[
         ));
     }
     (sum, channel_sums)
+}
+
+/// Returns true if a kept line with triangles on both sides passes through `v`.
+pub(super) fn is_on_inner_line(triangles: &Triangles, v: u32) -> bool {
+    triangles
+        .ring(v)
+        .any(|h| triangles.tag(h) != NONE && triangles.twin(h) != NONE)
 }
 
 /// The gradient of a linear function within a triangle, and its value at the origin.

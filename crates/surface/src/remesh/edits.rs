@@ -46,8 +46,10 @@ impl Remesher<'_> {
         self.places
             .push(if on_line { Place::Line } else { Place::Free });
         self.seeds.push(self.seeds[a as usize]);
-        self.sizes
-            .push((self.sizes[a as usize] + self.sizes[b as usize]) / 2.0);
+        self.sources.push(NONE);
+        for values in [&mut self.sizes, &mut self.shortening] {
+            values.push((values[a as usize] + values[b as usize]) / 2.0);
+        }
     }
 
     /// Collapses edges below 4/5 of their target length, the shortest first, unless that makes

@@ -2,17 +2,21 @@
 //!
 //! Each round splits edges above 4/3 of the target length, collapses edges below 4/5 of it, flips
 //! edges towards valence 6, moves vertices to the centre of their triangles within the tangent
-//! plane, and projects them onto the original.
+//! plane, and projects them onto the original. Every other round shortens the target lengths where
+//! the surfaces are too far apart.
 //!
 //! **Source**: M. Botsch, L. Kobbelt, "A remeshing approach to multiresolution modeling", SGP
 //! 2004, section 4. Lengths adapted to the curvature: M. Dunyach et al., Eurographics 2013.
 //! Deviations: the last rounds flip by angles instead of valences; no edit may turn a triangle
 //! over; the nearest point is found by walking over the original.
 
+mod distance;
 mod edits;
 mod options;
 mod relax;
 mod sizes;
+
+use std::sync::OnceLock;
 
 use cotan_geometry::{Mesh, Scalar, Surface, SurfacePoint, SurfaceTree};
 use cotan_halfedge::VertexMap;
@@ -20,10 +24,12 @@ use nalgebra::{Point3, Vector3};
 
 pub use options::{EdgeLengths, RemeshOptions};
 
+use distance::Tree;
+
 use crate::features::{Place, places};
 use crate::nearest::{Nearest, walk};
 use crate::tessellation_error::TessellationError;
-use crate::triangles::Triangles;
+use crate::triangles::{Triangles, permuted};
 use crate::units::Units;
 
 /// The result of [`remesh`].
@@ -66,15 +72,25 @@ pub fn remesh<T: Scalar>(
         *p = units.inward(p);
     }
     let sizes = sizes::sizes(&original, options.lengths, units.scale)?;
+    let tolerance = sizes::tolerance(options.lengths, units.scale);
     let most_faces = predicted_faces(&original, &sizes, options.max_memory)?;
-    let mut remesher = Remesher::new(&original, sizes, most_faces);
-    for _ in 0..options.iterations {
-        remesher.split_long();
-        remesher.collapse_short();
-        remesher.flip_to_valence();
-        remesher.relax();
+    let mut remesher = Remesher::new(&original, &sizes, most_faces);
+    for k in 0..options.iterations {
+        if k % 2 == 1 {
+            remesher.shorten_where_far(tolerance);
+        }
+        remesher.round();
+        if k == 0 {
+            remesher.reorder();
+        }
     }
     if options.iterations > 0 {
+        for _ in 0..DISTANCE_ROUNDS {
+            if !remesher.shorten_where_far(tolerance) {
+                break;
+            }
+            remesher.round();
+        }
         for _ in 0..FINAL_ROUNDS {
             remesher.improve_slivers();
             remesher.flip_to_angles();
@@ -84,9 +100,12 @@ pub fn remesh<T: Scalar>(
     }
 
     let positions = surface.positions().as_slice();
-    let compacted = remesher.triangles.compact(|v, p| match positions.get(v) {
-        Some(old) if original.points[v] == p => *old,
-        _ => Point3::from(units.outward(&p).map(T::of_f64)),
+    let compacted = remesher.triangles.compact(|v, p| {
+        let source = remesher.sources[v] as usize;
+        match positions.get(source) {
+            Some(old) if original.points[source] == p => *old,
+            _ => Point3::from(units.outward(&p).map(T::of_f64)),
+        }
     })?;
     let places = remesher.final_places(surface, &units, &compacted.old_vertex);
     Ok(Remeshed {
@@ -128,26 +147,35 @@ struct Remesher<'a> {
     original: &'a Triangles,
     original_places: Vec<Place>,
     /// Per vertex of the original.
-    original_sizes: Vec<f64>,
+    original_sizes: &'a [f64],
+    /// Built for the first distance that a walk cannot settle.
+    original_tree: OnceLock<Tree>,
     triangles: Triangles,
     places: Vec<Place>,
     /// Per vertex: a triangle of the original close to it.
     seeds: Vec<u32>,
     /// Per vertex: the target length.
     sizes: Vec<f64>,
+    /// Per vertex: the target length relative to that of the original there, at most 1.
+    shortening: Vec<f64>,
+    /// Per vertex: its index in the original, or [`NONE`].
+    sources: Vec<u32>,
     most_faces: usize,
 }
 
 impl<'a> Remesher<'a> {
-    fn new(original: &'a Triangles, sizes: Vec<f64>, most_faces: usize) -> Self {
+    fn new(original: &'a Triangles, sizes: &'a [f64], most_faces: usize) -> Self {
         let places = places(original, BEND);
         Self {
             triangles: original.clone(),
             seeds: original.outgoing.iter().map(|h| h / 3).collect(),
             original_places: places.clone(),
-            original_sizes: sizes.clone(),
+            original_sizes: sizes,
+            original_tree: OnceLock::new(),
             places,
-            sizes,
+            sizes: sizes.to_vec(),
+            shortening: vec![1.0; sizes.len()],
+            sources: (0..sizes.len() as u32).collect(),
             original,
             most_faces,
         }
@@ -210,6 +238,26 @@ impl<'a> Remesher<'a> {
         best
     }
 
+    /// One round of all edits.
+    fn round(&mut self) {
+        self.split_long();
+        self.collapse_short();
+        self.flip_to_valence();
+        self.relax();
+    }
+
+    /// Sorts the elements so that neighbours are close together in memory.
+    fn reorder(&mut self) {
+        let old = self.triangles.reorder();
+        self.places = permuted(&self.places, &old);
+        for values in [&mut self.sizes, &mut self.shortening] {
+            *values = permuted(values, &old);
+        }
+        for ids in [&mut self.seeds, &mut self.sources] {
+            *ids = permuted(ids, &old);
+        }
+    }
+
     /// The target length of the edge of `h`.
     #[inline]
     fn target(&self, h: u32) -> f64 {
@@ -235,6 +283,9 @@ const BEND: f64 = std::f64::consts::FRAC_PI_4;
 
 /// The share of the target length by which a vertex is away from its place.
 const AWAY: f64 = 1e-6;
+
+/// The most rounds after the others while the surfaces are too far apart.
+const DISTANCE_ROUNDS: usize = 3;
 
 /// Rounds that improve angles at the end.
 const FINAL_ROUNDS: usize = 4;

@@ -6,10 +6,12 @@ use crate::features::Features;
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[non_exhaustive]
 pub enum EdgeLengths {
-    /// The same everywhere, in the unit of the positions.
+    /// The same, in the unit of the positions, wherever the surfaces stay within a fifth of it of
+    /// each other. Where the original has smaller features, edges are shortened, down to a quarter.
     Uniform(f64),
     /// As long as an edge may be while its middle stays within `error` of a surface of the local
-    /// curvature, and between `shortest` and `longest`. All in the unit of the positions.
+    /// curvature, and between `shortest` and `longest`; shorter where the surfaces would still be
+    /// farther than `error` apart. All in the unit of the positions.
     Adaptive {
         /// The distance of an edge's middle from the curved surface.
         error: f64,

@@ -74,9 +74,10 @@ impl Remesher<'_> {
         };
         let near = walk(self.original, start, wanted);
         let corners = self.original.corners(near.face);
-        let size = (0..3)
+        let size: f64 = (0..3)
             .map(|k| near.barycentric[k] * self.original_sizes[corners[k] as usize])
             .sum();
+        let size = size * self.shortening[v as usize];
         let point = if self.places[v as usize] == Place::Line {
             wanted
         } else {

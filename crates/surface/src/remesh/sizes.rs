@@ -4,6 +4,7 @@
 //! real-time mesh deformation", Eurographics 2013: an edge of length L on a sphere of curvature κ
 //! leaves its surface by ε if L² = 6ε/κ − 3ε².
 
+use super::distance::Tolerance;
 use super::options::EdgeLengths;
 use crate::tessellation_error::TessellationError;
 use crate::triangles::{NONE, Triangles};
@@ -50,6 +51,20 @@ pub(super) fn sizes(
     }
 }
 
+/// The distance that the lengths stand for. Call it after [`sizes`], which checks them.
+pub(super) fn tolerance(lengths: EdgeLengths, scale: f64) -> Tolerance {
+    let (distance, shortest) = match lengths {
+        EdgeLengths::Uniform(length) => (DISTANCE * length, SHORTEST * length),
+        EdgeLengths::Adaptive {
+            error, shortest, ..
+        } => (error, shortest),
+    };
+    Tolerance {
+        distance: distance * scale,
+        shortest: shortest * scale,
+    }
+}
+
 fn normals(original: &Triangles) -> Vec<nalgebra::Vector3<f64>> {
     cotan_parallel::filled(original.points.len(), |v| {
         if original.has_vertex(v as u32) {
@@ -84,13 +99,13 @@ fn curvature(original: &Triangles, normals: &[nalgebra::Vector3<f64>], v: u32) -
 
 /// Lets lengths grow by no more than half of the distance, so that neighbours are of similar
 /// size.
-fn limit_growth(original: &Triangles, sizes: &mut [f64]) {
-    for _ in 0..20 {
+pub(super) fn limit_growth(triangles: &Triangles, sizes: &mut [f64]) {
+    for _ in 0..GROWTH_ROUNDS {
         let before = &*sizes;
         let limited = cotan_parallel::filled(before.len(), |v| {
-            original.edges_at(v as u32).fold(before[v], |least, h| {
-                let other = original.origin(h) + original.target(h) - v as u32;
-                least.min(before[other as usize] + GROWTH * original.length(h))
+            triangles.edges_at(v as u32).fold(before[v], |least, h| {
+                let other = triangles.origin(h) + triangles.target(h) - v as u32;
+                least.min(before[other as usize] + GROWTH * triangles.length(h))
             })
         });
         if limited == *sizes {
@@ -100,4 +115,14 @@ fn limit_growth(original: &Triangles, sizes: &mut [f64]) {
     }
 }
 
+/// The growth of the target length per distance.
 const GROWTH: f64 = 0.3;
+
+/// A bound of the number of edges over which growth is limited.
+const GROWTH_ROUNDS: usize = 20;
+
+/// The distance allowed between the surfaces, relative to the length of even edges.
+const DISTANCE: f64 = 0.2;
+
+/// The least length to which even edges are shortened, relative to their length.
+const SHORTEST: f64 = 0.25;

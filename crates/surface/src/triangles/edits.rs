@@ -61,8 +61,21 @@ impl Triangles {
                 break;
             }
         }
-        let is_common = |&w: &u32| self.seen[w as usize] == self.search;
-        let num_common = self.neighbors(v).filter(is_common).count();
+        let is_common = |w: u32| usize::from(self.seen[w as usize] == self.search);
+        let mut num_common = 0;
+        let start = self.outgoing[v as usize];
+        let mut at = start;
+        loop {
+            num_common += is_common(self.target(at));
+            let last = prev(at);
+            at = self.twin(last);
+            if at == NONE {
+                num_common += is_common(self.origin(last));
+            }
+            if at == NONE || at == start {
+                break;
+            }
+        }
         if num_common != if t == NONE { 1 } else { 2 } {
             return false;
         }

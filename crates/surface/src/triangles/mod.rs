@@ -9,10 +9,12 @@
 
 mod convert;
 mod edits;
+mod order;
 
 use nalgebra::Vector3;
 
 pub(crate) use edits::Edge;
+pub(crate) use order::permuted;
 
 /// The id of no element: a missing twin, or an element that was removed.
 pub(crate) const NONE: u32 = u32::MAX;

@@ -2,7 +2,7 @@
 
 pub(crate) mod args;
 
-use cotan::surface::{Features, corner_places, decimate, places_near};
+use cotan::surface::{Features, QuadricAttributes, corner_places, decimate, places_near};
 use cotan_tool::Work;
 
 use crate::args::MeshArgs;
@@ -27,6 +27,7 @@ impl Tessellate for DecimateArgs {
         let surface = mesh.processing.surface();
         let options = self.options(base.mesh.num_faces());
         let options = options.features(Features::none().with_edges(seams));
+        let options = options.attributes(self.attributes(mesh, &base)?);
         let refuse = |error| tessellation::refuse(mesh.path(), error);
         let made = decimate(&surface, &options).map_err(refuse)?;
         let places = places_near(&surface, made.mesh.positions(), &made.sources).map_err(refuse)?;
@@ -43,5 +44,26 @@ impl Tessellate for DecimateArgs {
             report,
             triangles: made.mesh,
         })
+    }
+}
+
+impl DecimateArgs {
+    /// The properties of the file that count as a cost.
+    fn attributes(&self, mesh: &Prepared, base: &Base) -> Result<QuadricAttributes, CliError> {
+        let mut attributes = QuadricAttributes::new();
+        for (name, option, weight) in self.weights() {
+            let channels = base
+                .corner_values(&mesh.document, name)
+                .map_err(|e| mesh.in_file(e))?
+                .ok_or_else(|| CliError::NoProperty {
+                    path: mesh.path().to_owned(),
+                    property: name,
+                    option,
+                })?;
+            for values in channels {
+                attributes = attributes.with_corners(values, weight);
+            }
+        }
+        Ok(attributes)
     }
 }
