@@ -21,10 +21,11 @@ use crate::rule::{Descent, FixedPoint, Projected, Rule};
 use crate::schedule::Schedule;
 
 use crate::point_tie::PointTie;
-use crate::stated_turns::{StatedTurns, check_turns};
+use crate::stated_turns::check_turns;
 use crate::targets::Targets;
 use crate::ties::in_system;
 use crate::updater::{KeepMagnitude, ScalarFieldUpdater};
+use crate::winding::StatedTurns;
 use crate::workspace::{Settings, Terms, Workspace};
 
 /// The longest move at which a run counts as converged, over the bounding box's diagonal.

@@ -13,9 +13,9 @@ use crate::rest::Rest;
 use crate::rule::Rule;
 use crate::schedule::Schedule;
 use crate::start::first_guess;
-use crate::stated_turns::{StatedTurns, begin_wound};
+use crate::stated_turns::begin_wound;
 use crate::targets::Changed;
-use crate::winding::wind;
+use crate::winding::{StatedTurns, wind};
 use crate::workspace::Workspace;
 
 /// The iteration of curvature-flow Laplacian editing on one mesh with one set of handles.

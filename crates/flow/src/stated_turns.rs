@@ -1,4 +1,5 @@
-//! Turns that the handles of a flow are stated to make, which may be more than half a turn.
+//! Turns that the handles of a flow are stated to make, which may be more than half a turn. One
+//! concept with `flow`, whose methods for them are here.
 
 use std::f64::consts::PI;
 
@@ -10,12 +11,8 @@ use crate::error::FlowError;
 use crate::flow::Flow;
 use crate::rule::Rule;
 use crate::start::FirstGuess;
-use crate::winding::{Winding, wind, winding};
+use crate::winding::{StatedTurns, Winding, wind, winding};
 use crate::workspace::Workspace;
-
-/// The turns of handle vertices that are stated, as rotation vectors in radians: they may be more
-/// than half a turn, which positions alone cannot tell.
-pub(crate) type StatedTurns = Vec<(VertexId, Vector3<f64>)>;
 
 impl<T: Scalar> Flow<T> {
     /// States by how much the handles turn at their current targets; see

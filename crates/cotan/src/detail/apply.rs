@@ -100,7 +100,7 @@ fn moved<T: Scalar>(target: &BaseSurface<T>, heights: &VertexMap<f64>) -> Positi
     let surface = target.surface();
     let moved = surface.positions().iter().map(|(v, p)| {
         let height = heights[v];
-        match height.abs() > LEAST_HEIGHT {
+        match height.abs() > MIN_HEIGHT {
             true => (p.map(T::as_f64) + target.normals()[v] * (height * unit)).map(T::of_f64),
             false => *p,
         }
@@ -159,7 +159,7 @@ fn bad_faces<T: Scalar>(
     // A face without area has no normal, before or after.
     let has_turned = |f: &FaceId| {
         let has_area = before[*f] != Vector3::zeros();
-        has_area && !(before[*f].dot(&after[*f]) >= LEAST_COSINE)
+        has_area && !(before[*f].dot(&after[*f]) >= MIN_COSINE)
     };
     let mut bad: Vec<FaceId> = mesh.faces().filter(has_turned).collect();
     for f in folded_faces(surface, moved)? {
@@ -198,7 +198,7 @@ const DAMPING: f64 = 0.3;
 const ROUNDS: usize = 18;
 
 /// Of the angle by which a face may turn: 78°.
-const LEAST_COSINE: f64 = 0.2;
+const MIN_COSINE: f64 = 0.2;
 
 /// In square roots of the area: the rounding error of the filter.
-const LEAST_HEIGHT: f64 = 1e-13;
+const MIN_HEIGHT: f64 = 1e-13;

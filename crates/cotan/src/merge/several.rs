@@ -14,7 +14,7 @@ use super::place::{SAMPLES, Similarity, evenly};
 /// turn. The target of each loop lies `gap` in front of it, in the direction in which the still
 /// surface would continue.
 ///
-/// `None` for fewer than two loops, and for more than [`MOST_LOOPS`] whose pairs are not stated.
+/// `None` for fewer than two loops, and for more than [`MAX_LOOPS`] whose pairs are not stated.
 pub(super) fn between_several(
     still: &[Vec<Point3<f64>>],
     moving: &[Vec<Point3<f64>>],
@@ -22,7 +22,7 @@ pub(super) fn between_several(
     gap: f64,
 ) -> Option<Similarity> {
     let count = still.len();
-    let is_small = (2..=MOST_LOOPS).contains(&count);
+    let is_small = (2..=MAX_LOOPS).contains(&count);
     if count != moving.len() || count < 2 || !(is_small || stated.len() == count) {
         return None;
     }
@@ -191,7 +191,7 @@ fn orders(count: usize) -> Vec<Vec<usize>> {
 }
 
 /// There are 24 pairings of four loops.
-const MOST_LOOPS: usize = 4;
+const MAX_LOOPS: usize = 4;
 
 /// Turns that are tried about the longest line, 45° apart; the phases do the rest.
 const TURNS: u32 = 8;
