@@ -9,7 +9,7 @@ use cotan::laplacian::{Cotangent, OneRings, Operator};
 use cotan::linear::PreparedSystem;
 use cotan::prelude::*;
 use cotan_instructions::{
-    Solve, faces, hybrid_flow, operator, prepare, rotation_flow, shape, solve_setup,
+    Solve, faces, hybrid_flow, operator, prepare, rotation_flow, shape, solve_setup, thin_flow,
 };
 use gungraun::{library_benchmark, library_benchmark_group, main};
 
@@ -53,6 +53,7 @@ fn solve(solve: Solve) -> Solve {
 #[library_benchmark]
 #[bench::rotation(rotation_flow())]
 #[bench::hybrid(hybrid_flow())]
+#[bench::thin(thin_flow())]
 fn step(mut flow: Flow<f64>) -> (Flow<f64>, StepReport) {
     let report = flow.step().expect("built-in updaters do not fail");
     (flow, report)

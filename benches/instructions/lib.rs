@@ -62,6 +62,11 @@ pub fn hybrid_flow() -> Flow<f64> {
     flow(|flow| flow.energy(Hybrid::default()))
 }
 
+/// The default flow as a thin shell.
+pub fn thin_flow() -> Flow<f64> {
+    flow(|flow| flow.energy(Hybrid::default().stiffness(Stiffness::THIN)))
+}
+
 /// The input of one solve.
 pub struct Solve {
     system: PreparedSystem,

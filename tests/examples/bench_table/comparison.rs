@@ -26,9 +26,9 @@ pub(crate) fn run(
         );
         for &threads in &options.threads {
             for (handles, job) in [("points", &jobs.points), ("regions", &jobs.regions)] {
-                for orientation in ours::ORIENTATIONS {
-                    let name = ours_name(handles, orientation, threads);
-                    if let Some(line) = run_ours(job, orientation, threads) {
+                for method in ours::ORIENTATIONS.into_iter().chain([ours::THIN]) {
+                    let name = ours_name(handles, method, threads);
+                    if let Some(line) = run_ours(job, method, threads) {
                         results.push(&name, line);
                     }
                 }
@@ -39,8 +39,8 @@ pub(crate) fn run(
     Ok(results)
 }
 
-pub(crate) fn ours_name(handles: &str, orientation: &str, threads: usize) -> String {
-    format!("cotan {handles} {orientation} {threads}")
+pub(crate) fn ours_name(handles: &str, method: &str, threads: usize) -> String {
+    format!("cotan {handles} {method} {threads}")
 }
 
 pub(crate) fn run_ours(job: &Path, kind: &str, threads: usize) -> Option<serde_json::Value> {

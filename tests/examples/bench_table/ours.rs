@@ -15,18 +15,28 @@ use crate::measured::Phases;
 /// The first word of a child's command line.
 pub(crate) const MODE: &str = "--ours";
 
-/// The orientations to compare: one with a single solve per iteration, and the default.
-pub(crate) const ORIENTATIONS: [&str; 2] = ["rotation", "hybrid"];
+/// The orientations to compare: one with a single solve per iteration, and the default, whose
+/// body is solid.
+pub(crate) const ORIENTATIONS: [&str; 2] = ["rotation", HYBRID];
+pub(crate) const HYBRID: &str = "hybrid";
 
-pub(crate) fn run(path: &Path, orientation: &str) -> Result<(), Box<dyn Error>> {
+/// The default as a thin shell, which has the same system.
+pub(crate) const THIN: &str = "thin";
+
+pub(crate) fn run(path: &Path, method: &str) -> Result<(), Box<dyn Error>> {
     let job = Job::read(path)?;
-    let options = DeformOptions::default().orientation(orientation.parse()?);
+    let options = match method {
+        THIN => DeformOptions::default().stiffness(Stiffness::THIN),
+        orientation => DeformOptions::default().orientation(orientation.parse()?),
+    };
     let mut phases = Phases::default();
     whole_job(&job, &options, &mut phases)?;
     let job = in_order(&job);
     let mesh = HalfedgeMesh::from_faces(job.positions.len(), &job.faces)?;
     let mut flow = flow(&mesh, &job, &options)?;
-    system(&flow, &mut phases)?;
+    if method != THIN {
+        system(&flow, &mut phases)?;
+    }
     iterations(&mut flow, &job.moves, &mut phases)?;
     phases.number("bandwidth", bandwidth());
     println!("{}", phases.to_json());

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use crate::comparison::{PEER_ITERATIONS, ours_name};
 use crate::measured::Results;
+use crate::ours::{HYBRID, ORIENTATIONS, THIN};
 
 /// A row: our figure over theirs, and the upper bound for the ratio.
 struct Row {
@@ -198,6 +199,18 @@ fn rows(figures: &Figures<'_>) -> Vec<Row> {
             cgal,
         );
     }
+    for handles in ["points", "regions"] {
+        let [thin, solid] =
+            [THIN, HYBRID].map(|method| move |phase| figures.ours(handles, method, phase));
+        for (phase, most) in [("iteration", 1.25), ("job", f64::INFINITY)] {
+            row(
+                format!("7 solid body: {phase}, {handles} / thin shell's"),
+                solid(phase),
+                thin(phase),
+                most,
+            );
+        }
+    }
     rows
 }
 
@@ -222,7 +235,7 @@ fn facts(results: &Results, threads: usize) -> String {
         }
     };
     for handles in ["points", "regions"] {
-        for orientation in crate::ours::ORIENTATIONS {
+        for orientation in ORIENTATIONS.into_iter().chain([THIN]) {
             line(
                 ours_name(handles, orientation, threads),
                 &[

@@ -35,6 +35,22 @@ pub(super) struct CellsAt<'a, T: Scalar> {
 impl<T: Scalar> PassOfTwo<Mat3, Vector3<f64>, 2> for CellsAt<'_, T> {
     #[inline(always)]
     fn on(&self, first: usize, entries: &mut [Mat3], laplacian: &mut [Vector3<f64>]) -> [f64; 2] {
+        match self.struts.is_empty() {
+            true => self.gather::<false>(first, entries, laplacian),
+            false => self.gather::<true>(first, entries, laplacian),
+        }
+    }
+}
+
+impl<T: Scalar> CellsAt<'_, T> {
+    /// The pass with or without struts, each compiled on its own: a shell does not pay for them.
+    #[inline(always)]
+    fn gather<const HAS_STRUTS: bool>(
+        &self,
+        first: usize,
+        entries: &mut [Mat3],
+        laplacian: &mut [Vector3<f64>],
+    ) -> [f64; 2] {
         let (neighbours, x) = (self.graph.neighbours(), self.positions);
         let weights = self.rest.operator().weights();
         let cotangents = self.rest.membrane_weights();
@@ -61,7 +77,10 @@ impl<T: Scalar> PassOfTwo<Mat3, Vector3<f64>, 2> for CellsAt<'_, T> {
             *ell = now.vector().into();
             let wanted = wanted(self.rest, self.field, i, self.size);
             sum.add_outer(now, &wanted);
-            if let Some(strut) = self.struts.get(i).filter(|s| s.weight > 0.0) {
+            if HAS_STRUTS
+                && let Some(strut) = self.struts.get(i)
+                && strut.weight > 0.0
+            {
                 let span = strut.span(own, x);
                 let weight = self.weight * strut.weight;
                 sum.add_outer(span * Four::all(weight), &strut.rest);
@@ -90,6 +109,17 @@ pub(super) struct Fits<'a> {
 impl Pass<Mat3, 1> for Fits<'_> {
     #[inline(always)]
     fn on(&self, first: usize, rotations: &mut [Mat3]) -> [f64; 1] {
+        match self.drawn_to.is_empty() {
+            true => self.fit::<false>(first, rotations),
+            false => self.fit::<true>(first, rotations),
+        }
+    }
+}
+
+impl Fits<'_> {
+    /// The pass with or without additions, each compiled on its own.
+    #[inline(always)]
+    fn fit<const IS_DRAWN: bool>(&self, first: usize, rotations: &mut [Mat3]) -> [f64; 1] {
         let n = rotations.len();
         let mut cross = 0.0;
         for at in (0..n).step_by(4) {
@@ -97,7 +127,7 @@ impl Pass<Mat3, 1> for Fits<'_> {
             for lane in 0..4 {
                 let i = first + (at + lane).min(n - 1);
                 covariances[lane] = self.means.sum(i, 1.0);
-                if let Some(to) = self.drawn_to.get(i) {
+                if IS_DRAWN && let Some(to) = self.drawn_to.get(i) {
                     for (entry, x) in covariances[lane].iter_mut().zip(to) {
                         *entry += x;
                     }
