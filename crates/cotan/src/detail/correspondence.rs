@@ -99,7 +99,7 @@ impl Correspondence {
     ) -> Self {
         let mesh = source.base().mesh();
         let moved = source.base().positions().map(|p| placed.apply(p));
-        let tree = SurfaceTree::new(&Surface::assume_checked(mesh, &moved));
+        let tree = SurfaceTree::new(Surface::assume_checked(mesh, &moved));
         let reach = REACH * target.unit();
         let is_rim: VertexMap<bool> =
             VertexMap::from_fn(mesh.num_vertices(), |v| mesh.is_boundary_vertex(v));
