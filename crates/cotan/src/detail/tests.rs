@@ -148,7 +148,7 @@ fn known_details_arrive_from_fine_to_coarse_and_back() {
 
 #[test]
 fn closest_points_find_the_same_details_as_the_sphere() {
-    let source = OnSphere::new(5, 0.1, |u| bumpy(u));
+    let source = OnSphere::new(5, 0.1, bumpy);
     let target = OnSphere::new(4, 0.1, |u| Point3::from(*u));
     let (from, to) = bases(&source.shape, &target.shape);
     let detail = Detail::of(&from).unwrap();

@@ -88,7 +88,7 @@ mod tests {
     fn zigzag(n: usize, depth: f64) -> Side {
         let place = |k: usize| {
             let (sin, cos) = (std::f64::consts::TAU * k as f64 / n as f64).sin_cos();
-            Point3::new(cos, sin, if k % 2 == 0 { 0.0 } else { depth })
+            Point3::new(cos, sin, if k.is_multiple_of(2) { 0.0 } else { depth })
         };
         Side {
             vertices: (0..n as u32).collect(),
