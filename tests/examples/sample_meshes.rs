@@ -58,7 +58,7 @@ fn noisy(folder: &Path) -> Outcome {
     write(folder, "part_noisy.obj", &part.with_positions(noise)?)
 }
 
-/// Two shapes around the origin, to morph from one to the other.
+/// Shapes around the origin: two to morph from one to the other, and one with dimples.
 fn star_shaped(folder: &Path) -> Outcome {
     let ball = shapes::icosphere::<f64>(5);
     let spike = |p: &Point3<f64>| p * (1.0 + 0.8 * p.coords.amax().powi(24));
@@ -67,7 +67,12 @@ fn star_shaped(folder: &Path) -> Outcome {
     let ball = shapes::icosphere::<f64>(4);
     let stretch = |p: &Point3<f64>| Point3::new(p.x, p.y, 1.5 * p.z + 0.3 * p.z * p.z);
     let egg = ball.with_positions(ball.positions().map(stretch))?;
-    write(folder, "egg.obj", &egg)
+    write(folder, "egg.obj", &egg)?;
+    // Dimples, to be carried to other shapes.
+    let ball = shapes::icosphere::<f64>(5);
+    let waves = |p: &Point3<f64>| p.coords.iter().map(|x| (18.0 * x).sin()).sum::<f64>();
+    let dimpled = ball.with_positions(ball.positions().map(|p| p * (1.0 + 0.012 * waves(p))))?;
+    write(folder, "dimples.obj", &dimpled)
 }
 
 /// A ball whose vertices carry the mean curvature that they are to have.

@@ -63,7 +63,7 @@ pub(crate) fn three(path: &Path, mesh: &Prepared) -> Result<[VertexId; 3], CliEr
 ///
 /// # Errors
 /// The same as [`three`].
-pub(crate) fn pairs(path: &Path, [a, b]: &[Prepared; 2]) -> Result<Vec<[VertexId; 2]>, CliError> {
+pub(crate) fn pairs(path: &Path, [a, b]: [&Prepared; 2]) -> Result<Vec<[VertexId; 2]>, CliError> {
     let here = in_file(path);
     let rows = read(path)?;
     if rows.len() < 2 {

@@ -1,5 +1,6 @@
-//! Sphere maps of mesh files, shared by `sphere`, `resample` and `morph`.
+//! Sphere maps of mesh files, shared by `sphere`, `resample`, `morph` and `detail`.
 
+mod align;
 pub(crate) mod args;
 mod landmarks;
 mod mapping;
@@ -7,6 +8,7 @@ mod refusal;
 mod report;
 mod warnings;
 
+pub(crate) use align::{Common, aligned};
 pub(crate) use landmarks::pairs;
 pub(crate) use mapping::{Mapped, Mapper, Turn};
 pub(crate) use refusal::refuse;

@@ -113,7 +113,7 @@ impl MergeJob<'_> {
             options = options.placement(Placement::Fit);
         }
         if let Some(path) = &args.landmarks {
-            options = options.landmarks(sphere::pairs(path, meshes)?);
+            options = options.landmarks(sphere::pairs(path, meshes.each_ref())?);
         }
         if let Some(pairs) = &args.loops {
             options = options.loops(pairs.0.clone());

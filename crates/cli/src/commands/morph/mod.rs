@@ -2,7 +2,6 @@
 
 pub(crate) mod args;
 
-use cotan::geometry::Positions;
 use cotan::sphere::{Morph, SphereMap, SphereOptions};
 use cotan_io::Document;
 
@@ -11,7 +10,7 @@ use crate::error::CliError;
 use crate::pipeline::{self, Context, Finished, Job, Output, Plan};
 use crate::prepare::{Prepared, Source};
 use crate::report::MeshCounts;
-use crate::sphere::{self, Mapped, Mapper, Turn};
+use crate::sphere::{self, Common, Mapped, Mapper, Turn};
 
 use args::{Align, MorphArgs};
 
@@ -107,30 +106,12 @@ impl MorphJob<'_> {
         meshes: &[Prepared; 2],
         mapped: &[Mapped<f64>; 2],
     ) -> Result<SphereMap<f64>, CliError> {
-        let [a, b] = mapped;
-        let refuse = |error| sphere::refuse(&meshes[1], error);
-        let aligned = match (&self.args.landmarks, self.args.align) {
-            (Some(path), _) => {
-                let pairs = sphere::pairs(path, meshes)?;
-                let pairs: Vec<_> = pairs.into_iter().map(|[a, b]| (b, a)).collect();
-                b.map.align_landmarks(&a.map, &pairs)
-            }
-            (None, Align::Pose) => b.map.align(&in_box(b), &a.map, &in_box(a)),
-            (None, Align::Areas) => {
-                let [of_a, of_b] = [a, b].map(|m| m.map.area_density(&m.positions));
-                b.map
-                    .align(&of_b.map_err(refuse)?, &a.map, &of_a.map_err(refuse)?)
-            }
-            (None, Align::None) => return Ok(b.map.clone()),
+        let common = match (&self.args.landmarks, self.args.align) {
+            (Some(path), _) => Common::Landmarks(path),
+            (None, Align::Pose) => Common::Pose,
+            (None, Align::Areas) => Common::Areas,
+            (None, Align::None) => return Ok(mapped[1].map.clone()),
         };
-        Ok(aligned.map_err(refuse)?.map)
+        sphere::aligned(meshes.each_ref(), mapped.each_ref(), common)
     }
-}
-
-/// The positions relative to the bounding box, so that shapes of different size and place
-/// compare.
-fn in_box(mapped: &Mapped<f64>) -> Positions<f64> {
-    let bounds = mapped.surface().bounding_box();
-    let (center, size) = (bounds.center(), bounds.diagonal());
-    mapped.positions.map(|p| ((p - center) / size).into())
 }

@@ -9,9 +9,9 @@ use cotan_tool::Work;
 use super::job::{Filter, Filtered};
 use super::report::SmoothReport;
 use crate::args::PartArgs;
-use crate::console::Console;
 use crate::error::CliError;
 use crate::part;
+use crate::pipeline::Context;
 use crate::prepare::Prepared;
 
 /// A smoothing method with its settings.
@@ -21,7 +21,7 @@ pub(crate) struct ByMethod<'a> {
 }
 
 impl Filter for ByMethod<'_> {
-    fn run(&self, mesh: &Prepared, _: &Console) -> Result<Filtered, CliError> {
+    fn run(&self, mesh: &Prepared, _: &Context<'_>) -> Result<Filtered, CliError> {
         let max_memory = mesh.check_memory(Work::Smooth)?;
         let options = self.options.max_memory(Some(max_memory));
         let handles = part::handles(self.part, mesh)?;

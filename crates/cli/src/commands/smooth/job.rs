@@ -8,7 +8,6 @@ use cotan::geometry::{Positions, Surface};
 use super::args::KeepArgs;
 use super::report::SmoothReport;
 use crate::args::{MeshArgs, OutputPath};
-use crate::console::Console;
 use crate::error::CliError;
 use crate::picture::curvature_picture;
 use crate::pipeline::{Context, Finished, Job, Output, Plan};
@@ -19,7 +18,7 @@ use crate::same_faces::other_positions;
 /// A filter of the positions of a mesh.
 pub(crate) trait Filter: Sync {
     /// Computes the new positions.
-    fn run(&self, mesh: &Prepared, console: &Console) -> Result<Filtered, CliError>;
+    fn run(&self, mesh: &Prepared, context: &Context<'_>) -> Result<Filtered, CliError>;
 }
 
 /// The new positions, and the report with the fields that only the filter knows.
@@ -66,7 +65,7 @@ impl<F: Filter> Job for FilterJob<'_, F> {
         let Filtered {
             positions,
             mut report,
-        } = self.filter.run(mesh, console)?;
+        } = self.filter.run(mesh, context)?;
         report.seconds.smooth = clock.elapsed().as_secs_f64();
         let truth = self.keep.truth.as_ref();
         let truth = truth

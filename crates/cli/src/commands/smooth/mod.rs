@@ -14,7 +14,7 @@ use args::SmoothArgs;
 pub(crate) use by_method::ByMethod;
 use by_size::BySize;
 pub(crate) use job::{Filter, FilterJob, Filtered};
-pub(crate) use report::SmoothReport;
+pub(crate) use report::{SmoothReport, TransferReport};
 
 pub(crate) fn run(args: &SmoothArgs, console: &Console) -> Result<(), CliError> {
     let (mesh, keep, part) = (&args.mesh, &args.keep, &args.part);

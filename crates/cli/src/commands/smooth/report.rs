@@ -34,6 +34,9 @@ pub(crate) struct SmoothReport {
     pub(crate) flipped_faces: usize,
     /// Vertices left in place because faces around them would have flipped.
     pub(crate) kept_vertices: usize,
+    /// Details that came from another mesh.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) transfer: Option<TransferReport>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) normal_error_degrees: Option<Pair>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -45,6 +48,26 @@ pub(crate) struct SmoothReport {
 pub(crate) struct Pair {
     before: f64,
     after: f64,
+}
+
+/// Measures of details that came from another mesh.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct TransferReport {
+    pub(crate) map: &'static str,
+    /// The border between shape and detail, in the unit of the target and of the source.
+    pub(crate) wavelength: f64,
+    pub(crate) wavelength_in_source: f64,
+    /// The share of the target's area that has a counterpart.
+    pub(crate) coverage: f64,
+    /// Of the map from the target to the source: the median and the 95 % quantile.
+    pub(crate) stretch_median: f64,
+    pub(crate) stretch_95: f64,
+    /// The root mean square of the heights that was left after damping.
+    pub(crate) kept_share: f64,
+    pub(crate) damped_vertices: usize,
+    pub(crate) damping_rounds: usize,
+    pub(crate) self_intersecting_before: usize,
+    pub(crate) self_intersecting_after: usize,
 }
 
 #[derive(Clone, Copy, Debug, Default, Serialize)]
@@ -133,6 +156,9 @@ impl Report for SmoothReport {
         table.row("mean curvature, rms", pair(&self.mean_curvature_rms));
         table.row("move, rms", number(self.rms_displacement));
         table.row("longest move", number(self.max_displacement));
+        if let Some(transfer) = &self.transfer {
+            transfer.rows(&mut table);
+        }
         if let Some(error) = &self.normal_error_degrees {
             table.row("normal error, degrees", pair(error));
         }
@@ -141,5 +167,26 @@ impl Report for SmoothReport {
         }
         table.row("seconds", number(self.seconds.total));
         table.text
+    }
+}
+
+impl TransferReport {
+    fn rows(&self, table: &mut Table) {
+        let (here, there) = (self.wavelength, self.wavelength_in_source);
+        let wavelength = format!("{} ({} of the source)", number(here), number(there));
+        table.row("wavelength", wavelength);
+        table.row(
+            "area covered",
+            format!("{} %", number(100.0 * self.coverage)),
+        );
+        let stretch = [self.stretch_median, self.stretch_95].map(number);
+        let [median, most] = stretch;
+        table.row("stretch", format!("{median} in the median, {most} at 95 %"));
+        table.row(
+            "details kept",
+            format!("{} %", number(100.0 * self.kept_share)),
+        );
+        let (before, after) = (self.self_intersecting_before, self.self_intersecting_after);
+        table.row("intersecting faces", format!("{before} -> {after}"));
     }
 }
