@@ -72,7 +72,7 @@ pub(crate) struct Edited {
 pub(crate) fn edited(model: &Model, command: &Command) -> Result<Option<Edited>, Refused> {
     let before = model.scene();
     let edit = Edit { model, before };
-    let (scene, label, after) = match command.record() {
+    let (mut scene, label, after) = match command.record() {
         Record::Selection => edit.selection(command)?,
         Record::InPlace => edit.in_place(command)?,
         Record::Step => edit.step(command)?,
@@ -83,6 +83,11 @@ pub(crate) fn edited(model: &Model, command: &Command) -> Result<Option<Edited>,
         || !scene.rest.is(&before.rest)
         || scene.is_settled != before.is_settled
         || scene.props != before.props;
+    let is_over = command.record() != Record::InPlace && !edit.scales_details(command);
+    if is_over && scene.settings().detail != 1.0 {
+        // The next edit of details starts from here.
+        scene = scene.with(|props| props.settings.detail = 1.0);
+    }
     Ok(has_changed.then_some(Edited {
         scene,
         label,
@@ -217,7 +222,7 @@ impl Edit<'_> {
                 (scene, "Change how it follows".to_owned(), After::Settle)
             }
             Command::ResetShape => {
-                let scene = self.reshaped(&self.before.rest);
+                let scene = self.before.on(&self.before.rest);
                 (scene, "Back to the rest shape".to_owned(), After::Show)
             }
             Command::Finish { job, shape } => self.finish(*job, &self.own(shape)?)?,
@@ -341,7 +346,7 @@ impl Edit<'_> {
     }
 
     fn finish(&self, job: Job, shape: &Shape) -> Result<Made, Refused> {
-        let mut scene = self.reshaped(shape);
+        let mut scene = self.before.on(shape);
         let mut settings = scene.settings().clone();
         let label = match job {
             Job::Smooth(smooth) | Job::SmoothAgain(smooth) => {
@@ -378,10 +383,11 @@ impl Edit<'_> {
         }
     }
 
-    /// The scene on a new rest shape, with no edit of details going on.
-    fn reshaped(&self, shape: &Shape) -> Scene {
-        let scene = self.before.on(shape);
-        scene.with(|props| props.settings.detail = 1.0)
+    fn scales_details(&self, command: &Command) -> bool {
+        let Command::Finish { job, .. } = command else {
+            return false;
+        };
+        matches!(job, Job::Details(_))
     }
 
     /// The scene with other properties, whose shape has to come to rest.

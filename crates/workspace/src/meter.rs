@@ -57,13 +57,13 @@ impl Field {
     pub fn name(self) -> &'static str {
         match self {
             Self::Plain => "Plain",
-            Self::Curvature => "Mean curvature",
-            Self::Parameterization => "E_p: angles",
-            Self::Geometry => "E_g: details",
-            Self::Area => "Area distortion",
-            Self::Bending => "Dihedral change",
-            Self::Stretch => "Stretch σ1",
-            Self::Compression => "Compression 1/σ2",
+            Self::Curvature => "Curvature",
+            Self::Parameterization => "Angles changed",
+            Self::Geometry => "Detail lost",
+            Self::Area => "Area changed",
+            Self::Bending => "Bending",
+            Self::Stretch => "Stretch",
+            Self::Compression => "Compression",
         }
     }
 

@@ -127,10 +127,13 @@ impl Workspace {
         self.drag.as_ref().map(|grip| grip.handle)
     }
 
-    /// The name and progress of the running job.
+    /// The name and progress of the running job, or that it is being stopped.
     pub fn job(&self) -> Option<(&str, Option<f32>)> {
         let task = self.task.as_ref()?;
-        Some((&task.name, task.progress()))
+        Some(match task.is_cancelled() {
+            true => ("Stopping", None),
+            false => (&task.name, task.progress()),
+        })
     }
 
     /// Returns `true` if a job or the solver is at work, or a result was not polled yet.

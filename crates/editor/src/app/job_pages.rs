@@ -44,8 +44,11 @@ impl Editor {
             if is_moved {
                 self.run(Command::AdjustSmooth { smooth });
             }
-        } else if smooth != before {
-            self.run(Command::SetSmooth { smooth });
+        } else {
+            self.pages.smooth = None;
+            if smooth != before {
+                self.run(Command::SetSmooth { smooth });
+            }
         }
         ui.separator();
         self.details(ui);
