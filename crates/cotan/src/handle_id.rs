@@ -2,9 +2,8 @@
 
 use std::fmt;
 
-/// The id of a handle within [`Handles`](crate::Handles). The
-/// first handle added is 0, the next one is 1. A
-/// handle keeps its id when others are removed, and ids are never reused within one [`Handles`].
+/// The id of a handle within [`Handles`](crate::Handles). The first handle added is 0, the next
+/// one is 1. A handle keeps its id when others are removed, and ids are never reused.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub struct HandleId(usize);
 

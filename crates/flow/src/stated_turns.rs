@@ -16,11 +16,12 @@ use crate::workspace::Workspace;
 
 impl<T: Scalar> Flow<T> {
     /// States by how much the handles turn at their current targets; see
-    /// [`FlowBuilder::stated_turns`]. To be called after handles have moved, so that turns of more
-    /// than half a turn are held: the energy then resists the collapse of a section that is wound
-    /// up, and [`Report::lost_turn`] can tell whether the turns were kept. The shape is kept and
-    /// follows in the next steps, unless a turn has changed by more than half a turn, which no
-    /// shape can follow: then it is wound up anew from the original.
+    /// [`stated_turns`](crate::FlowBuilder::stated_turns). To be called after handles have moved,
+    /// so that turns of more than half a turn are held: the energy then resists the collapse of a
+    /// section that is wound up, and [`lost_turn`](crate::Report::lost_turn) can tell whether the
+    /// turns were kept. The shape is kept and follows in the next steps, unless a turn has changed
+    /// by more than half a turn, which no shape can follow: then it is wound up anew from the
+    /// original.
     ///
     /// Costs a solve if two handles turn by more than half a turn relative to each other.
     ///

@@ -137,7 +137,7 @@ impl Detail {
     /// there is none.
     ///
     /// Where this mesh is the coarser one, the kinks at its edges are smoothed away, by a low-pass
-    /// of [`SMOOTHING`] mean edges of it. Towards parts without counterpart the details fade out
+    /// of `SMOOTHING` mean edges of it. Towards parts without counterpart the details fade out
     /// over half a wavelength.
     ///
     /// # Errors
