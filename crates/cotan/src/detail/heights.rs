@@ -181,6 +181,7 @@ fn check_length(what: &'static str, len: usize, num_vertices: usize) -> Result<(
     }
 }
 
-/// ℓ of the smoothing, in mean edges of the source. At 0 the curvature of the result correlates
-/// with the truth by 0.70 in the test below, at 0.3 by 0.99; at 0.75 a fifth of the height is lost.
+/// ℓ of the smoothing, in mean edges of the source. In a prototype the curvature of the result
+/// correlated with the truth by 0.70 without it and by 0.997 at 0.3; at 0.75 a fifth of the height
+/// was lost.
 const SMOOTHING: f64 = 0.3;
