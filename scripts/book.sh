@@ -11,7 +11,7 @@
 # --update-pictures puts the pictures that the examples have drawn into docs/book/src/pictures,
 # reduced to at most 60 KB (needs python3).
 #
-# COTAN names a built command line, COTAN_EXAMPLES the folder of the built examples of cotan-tests;
+# COTAN names a built command line, COTAN_EXAMPLES the folder of the built examples;
 # without both they are built for release. Development builds are 40 times slower. mdbook is
 # installed if it is absent; where that fails, the last step is skipped.
 set -euo pipefail
@@ -41,8 +41,9 @@ trap 'rm -rf "$scratch"' EXIT
 programs() {
     if [ -z "${COTAN:-}" ] || [ -z "${COTAN_EXAMPLES:-}" ]; then
         # In one call, so that no crate is built twice with different features.
-        cargo build --release -p cotan-cli -p cotan-tests --bin cotan --example sample_meshes \
-            --example recipe_fading_bumps --example recipe_ripples --example recipe_soft_joint
+        cargo build --release -p cotan -p cotan-cli -p cotan-tests --bin cotan --example pipeline \
+            --example sample_meshes --example recipe_fading_bumps --example recipe_ripples \
+            --example recipe_soft_joint
         local target
         target=$(cargo metadata --format-version 1 --no-deps |
             sed 's/.*"target_directory":"\([^"]*\)".*/\1/')
@@ -52,7 +53,7 @@ programs() {
     mkdir "$scratch/bin"
     ln -s "$(realpath "$COTAN")" "$scratch/bin/cotan"
     local program
-    for program in sample_meshes recipe_fading_bumps recipe_ripples recipe_soft_joint; do
+    for program in pipeline sample_meshes recipe_fading_bumps recipe_ripples recipe_soft_joint; do
         ln -s "$(realpath "$COTAN_EXAMPLES/$program")" "$scratch/bin/$program"
     done
     export PATH=$scratch/bin:$PATH

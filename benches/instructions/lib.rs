@@ -5,7 +5,7 @@ use cotan::flow::{BestRotation, Flow, FlowBuilder, Hybrid};
 use cotan::laplacian::{Cotangent, Operator};
 use cotan::linear::{Defect, Handle, Membrane, PreparedSystem};
 use cotan::prelude::*;
-use cotan::shapes::{Numbering, irregular};
+use cotan::shapes::{VertexOrder, irregular};
 
 /// Makes the calling thread the only one of rayon. callgrind counts on the thread that calls the
 /// kernel, and would miss work done by others.
@@ -20,7 +20,7 @@ fn stay_on_this_thread() {
 /// The mesh with random numbering. It fits in the caches in any order.
 pub fn shape() -> Mesh<f64> {
     stay_on_this_thread();
-    irregular(2_562, Numbering::Random, 1)
+    irregular(2_562, VertexOrder::Random, 1)
 }
 
 /// The number of vertices, and the faces.

@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use cotan::linear::{Precision, SystemOptions};
 use cotan::prelude::*;
-use cotan::shapes::{Numbering, irregular};
+use cotan::shapes::{VertexOrder, irregular};
 
 const AXES: [[f64; 3]; 6] = [
     [1.0, 0.0, 0.0],
@@ -37,7 +37,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             peak()
         )
     };
-    let shape = irregular::<f64>(size, Numbering::Natural, 6);
+    let shape = irregular::<f64>(size, VertexOrder::Natural, 6);
     told(&format!("{} vertices made", shape.positions().len()));
     // Five extreme points are fixed, and the sixth is pulled outwards by a fifth of its distance.
     let handles: Vec<(Handle, Point3<f64>)> = AXES

@@ -11,7 +11,7 @@ use std::hint::black_box;
 use cotan::flow::BestRotation;
 use cotan::laplacian::{Cotangent, Operator};
 use cotan::prelude::*;
-use cotan::shapes::{Numbering as Order, irregular};
+use cotan::shapes::{VertexOrder, irregular};
 use cotan_io::{Document, FaceList, Numbering, Weld};
 use cpu_time::ProcessTime;
 
@@ -27,7 +27,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     for word in &words {
         match word.parse::<usize>() {
             Ok(size) => {
-                for (order, name) in [(Order::Natural, "natural"), (Order::Random, "random")] {
+                for (order, name) in [
+                    (VertexOrder::Natural, "natural"),
+                    (VertexOrder::Random, "random"),
+                ] {
                     let shape = irregular::<f64>(size, order, 6);
                     let document = Document::from_mesh(shape.connectivity(), shape.positions())?;
                     report(

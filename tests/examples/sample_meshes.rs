@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use cotan::nalgebra::Point3;
 use cotan::prelude::*;
-use cotan::shapes::{self, Numbering};
+use cotan::shapes::{self, VertexOrder};
 use cotan::smooth::with_normal_noise;
 use cotan_io::{Attributes, Document, FaceList, LabelKind, Labels, Property, Values, save};
 
@@ -24,7 +24,8 @@ fn main() -> Outcome {
     star_shaped(&folder)?;
     painted(&folder)?;
     dressed(&folder)?;
-    damaged(&folder)
+    damaged(&folder)?;
+    scanned(&folder)
 }
 
 /// Shapes as the library makes them.
@@ -44,7 +45,7 @@ fn plain(folder: &Path) -> Outcome {
     let uneven = |p: &Point3<f64>| Point3::new(dense_at_the_left(p.x), p.y, p.z);
     let uneven = bar.with_positions(bar.positions().map(uneven))?;
     write(folder, "uneven.obj", &uneven)?;
-    let scattered = shapes::irregular(10_000, Numbering::Random, 1);
+    let scattered = shapes::irregular(10_000, VertexOrder::Random, 1);
     write(folder, "blob.ply", &scattered)
 }
 
@@ -185,6 +186,29 @@ fn damaged(folder: &Path) -> Outcome {
     damaged.extend(triangles(&speck).iter().map(|f| f.map(|v| v + first)));
     let document = Document::new(positions, damaged.iter().collect::<FaceList>())?;
     save(&document, folder.join("damaged.obj"))?;
+    Ok(())
+}
+
+/// The creature as a bad scanner would see it: noise, a hole in its back, a floating speck.
+fn scanned(folder: &Path) -> Outcome {
+    let body = shapes::creature::<f64>(64);
+    let surface = body.surface();
+    let noisy = with_normal_noise(&surface, 0.2 * surface.mean_edge_length(), 2);
+    let back = Point3::new(0.0, 1.0, 0.0);
+    let is_seen = |face: &[u32; 3]| {
+        let p = body.positions()[VertexId::new(face[0] as usize)];
+        (p - back).norm() > 0.2
+    };
+    let mut faces = triangles(&body);
+    faces.retain(is_seen);
+    let mut positions: Vec<Point3<f64>> = noisy.values().copied().collect();
+    let speck = shapes::tetrahedron::<f64>();
+    let first = positions.len() as u32;
+    let place = Vector3::new(1.4, 0.5, 0.0);
+    positions.extend(speck.positions().values().map(|p| p * 0.05 + place));
+    faces.extend(triangles(&speck).iter().map(|f| f.map(|v| v + first)));
+    let document = Document::new(positions, faces.iter().collect::<FaceList>())?;
+    save(&document, folder.join("scan.obj"))?;
     Ok(())
 }
 

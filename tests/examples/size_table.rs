@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use cotan::linear::{Bilaplacian, BilaplacianSystem, Strategy, SystemOptions};
 use cotan::prelude::*;
-use cotan::shapes::{Numbering, icosphere, irregular};
+use cotan::shapes::{VertexOrder, icosphere, irregular};
 use cotan::smooth::{BumpSize, BySizeOptions, Displacement, SmoothBySize};
 use cotan_tests::model;
 
@@ -53,7 +53,7 @@ fn transfer() {
         ("geodesic 41k", icosphere::<f64>(6)),
         (
             "irregular 15k",
-            on_sphere(irregular(15_000, Numbering::Natural, 3)),
+            on_sphere(irregular(15_000, VertexOrder::Natural, 3)),
         ),
     ];
     for degree in [6, 40] {
@@ -177,7 +177,7 @@ fn split(surface: &Surface<'_, f64>) -> (Vec<[f64; 3]>, Vec<u32>) {
 
 /// 437,000 vertices in 150 bodies, on one thread.
 fn scan() {
-    let body = irregular::<f64>(2_913, Numbering::Natural, 11);
+    let body = irregular::<f64>(2_913, VertexOrder::Natural, 11);
     let (mut points, mut triangles) = (Vec::new(), Vec::new());
     for k in 0..150 {
         let first = points.len() as u32;
@@ -316,7 +316,7 @@ fn times() {
     println!("|---|---|---|---|---|");
     for vertices in [1_000, 4_000, 10_000, 43_000, 134_000] {
         cotan_parallel::on_threads(1, || {
-            let shape = irregular::<f64>(vertices, Numbering::Natural, 5);
+            let shape = irregular::<f64>(vertices, VertexOrder::Natural, 5);
             let surface = shape.surface();
             let run = |strategy| {
                 let options = BySizeOptions::default().strategy(strategy);

@@ -1,7 +1,7 @@
 //! Joins random parts of two surfaces.
 
 use cotan::geometry::Mesh;
-use cotan::geometry::shapes::{Numbering, icosphere, irregular, torus};
+use cotan::geometry::shapes::{VertexOrder, icosphere, irregular, torus};
 use cotan::halfedge::FaceMap;
 use cotan::merge::{FaceOrigin, MergeOptions, Placement, merge};
 use cotan::prelude::*;
@@ -53,7 +53,7 @@ fn part(draw: &mut Draw<'_>) -> (Mesh<f64>, FaceMap<bool>) {
         1 => torus(1.0, 0.4, 12 + draw.below(12), 8 + draw.below(8)),
         _ => irregular(
             40 + draw.below(200),
-            Numbering::Random,
+            VertexOrder::Random,
             u64::from(draw.u32()),
         ),
     };

@@ -6,8 +6,8 @@ use cotan::halfedge::{HalfedgeMesh, VertexMap};
 use cotan::prelude::*;
 use cotan::smooth::{
     Boundary, CurvatureEdit, CurvatureField, DetailOptions, Direction, Displacement, NewFolds,
-    NormalError, Preserve, ScaledCurvature, SmoothMethod, SmoothOptions, Smoother, edit_detail,
-    mean_curvatures, smooth, with_normal_noise,
+    NormalError, Preserve, ScaledCurvature, SmoothMethod, SmoothOptions, Smoother, curvature_field,
+    edit_detail, smooth, with_normal_noise,
 };
 use cotan_tests::{model, shared};
 use serde_json::Value;
@@ -328,6 +328,6 @@ fn a_users_edit_runs() {
         &shape.surface().with_positions(&y),
     );
     assert!(moved.max > 0.0 && moved.max < 0.1);
-    assert_eq!(mean_curvatures(&shape.surface()).len(), x.len());
+    assert_eq!(curvature_field(&shape.surface()).len(), x.len());
     assert_eq!(shape.surface().vertex_normals().len(), x.len());
 }

@@ -67,7 +67,7 @@ pub(crate) enum Command {
     /// Deform the built-in model and write meshes, a picture and a report
     #[command(after_help = demo::args::EXAMPLE)]
     Demo(demo::args::DemoArgs),
-    /// Tell what a mesh file holds: counts, topology, shape, defects
+    /// Describe a mesh file: counts, topology, shape, defects
     #[command(after_help = info::args::EXAMPLE)]
     Info(info::args::InfoArgs),
     /// Open a mesh in the editor: drag handles and see the surface follow
@@ -85,7 +85,7 @@ pub(crate) enum Command {
     /// Map a closed mesh onto the unit sphere without flipping a triangle
     #[command(after_help = sphere::args::EXAMPLE)]
     Sphere(sphere::args::SphereArgs),
-    /// Remesh a closed shape by the even triangles of an icosphere
+    /// Remesh a closed shape with the even triangles of an icosphere
     #[command(after_help = resample::args::EXAMPLE)]
     Resample(resample::args::ResampleArgs),
     /// Join parts of two meshes into one, without a seam
@@ -106,7 +106,7 @@ pub(crate) enum Command {
     /// Measure distances along a mesh from some of its vertices
     #[command(after_help = geodesic::args::EXAMPLE)]
     Geodesic(geodesic::args::GeodesicArgs),
-    /// Remesh a surface by triangles of even size and shape
+    /// Remesh a surface with triangles of even size and shape
     #[command(after_help = remesh::args::EXAMPLE)]
     Remesh(remesh::args::RemeshArgs),
     /// Reduce the number of triangles

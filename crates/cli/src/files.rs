@@ -12,8 +12,20 @@ use crate::{memory, paths};
 ///
 /// The buffers of a glTF must be in the folder of the file.
 pub(crate) fn load(path: &InputPath, console: &Console) -> Result<Document, CliError> {
+    let document = read(path)?;
+    warn(path, &document, console);
+    Ok(document)
+}
+
+/// Reads a mesh file; the caller [prints its warnings](warn).
+pub(crate) fn read(path: &InputPath) -> Result<Document, CliError> {
     let document = load_with(path, memory::limits(), &Folder::of(path))?;
     paths::check_companions(&document, path)?;
+    Ok(document)
+}
+
+/// Prints the warnings of a mesh file.
+pub(crate) fn warn(path: &InputPath, document: &Document, console: &Console) {
     for warning in document.warnings().iter().take(MAX_WARNINGS) {
         console.warn(format_args!("{}: {warning}", path.display()));
     }
@@ -22,7 +34,6 @@ pub(crate) fn load(path: &InputPath, console: &Console) -> Result<Document, CliE
     {
         console.warn(format_args!("{}: {more} more warnings", path.display()));
     }
-    Ok(document)
 }
 
 /// The format of a mesh to be written.

@@ -2,7 +2,8 @@
 
 use cotan::Handles;
 use cotan::halfedge::VertexId;
-use cotan::smooth::{Mask, distances};
+use cotan::smooth::Mask;
+use cotan::surface::distances_within;
 use cotan_tool::handles_file::{Constraint, HandlesFile, to_handles};
 use nalgebra::Point3;
 
@@ -58,7 +59,7 @@ pub(crate) fn region(
             chosen.map(|(v, _)| v).collect()
         }
         (Some(Selection::Near(vertex, radius)), _) => {
-            let near = distances(&surface, &vertices_of(*vertex, mesh)?, *radius);
+            let near = distances_within(surface, &vertices_of(*vertex, mesh)?, *radius);
             let chosen = near.iter().filter(|(_, distance)| *distance <= radius);
             chosen.map(|(v, _)| v).collect()
         }

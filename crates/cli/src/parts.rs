@@ -1,6 +1,6 @@
 //! The parts of a model in reports and warnings.
 
-use cotan::{PartReport, Role};
+use cotan::{DeformOptions, PartReport, Parts, Role};
 use cotan_tool::part_names::PartNames;
 use serde::Serialize;
 
@@ -19,7 +19,7 @@ pub(crate) struct PartFields {
     pub(crate) follows: Vec<usize>,
     /// The change of the distance from these, over the diagonal of the bounding box.
     pub(crate) gap_change: f64,
-    /// The turn against these.
+    /// The rotation relative to these.
     pub(crate) turn_degrees: f64,
 }
 
@@ -73,6 +73,37 @@ pub(crate) fn warning(parts: &[PartFields]) -> Option<String> {
         match wide.len() - 1 {
             0 => String::new(),
             others => format!(", and those of {others} more"),
+        }
+    ))
+}
+
+/// A warning about parts that are to follow but are tied to no other part.
+pub(crate) fn stranded(
+    reports: &[PartReport],
+    names: &PartNames,
+    options: &DeformOptions,
+) -> Option<String> {
+    let is_to_follow = |part: usize| match &options.parts {
+        Parts::Follow => !options.ties.free.contains(&part),
+        Parts::Only(parts) => parts.contains(&part) && !options.ties.free.contains(&part),
+        _ => false,
+    };
+    let named = names.parts().iter().enumerate();
+    let mut left = named.filter(|(_, named)| {
+        let role = reports.get(named.component).map(|report| report.role);
+        role == Some(Role::Still) && is_to_follow(named.component)
+    });
+    let (part, named) = left.next()?;
+    let name = match named.name.as_str() {
+        "" => String::new(),
+        name => format!(" ({name})"),
+    };
+    Some(format!(
+        "part {part}{name} stays where it is{}: it is tied to no part with a handle; give it a \
+         handle, or untie fewer pairs",
+        match left.count() {
+            0 => String::new(),
+            others => format!(", and {others} more"),
         }
     ))
 }

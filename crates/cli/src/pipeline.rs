@@ -4,8 +4,8 @@
 //! check → load → prepare → run → save → losses → report → picture
 //! ```
 //!
-//! A command implements [`Job`], which says only what is particular to it; [`run`] is the one place
-//! that puts the steps in order.
+//! A command implements [`Job`], which says only what is particular to it; [`run`] is the one
+//! place that puts the steps in order.
 
 use std::num::NonZeroUsize;
 use std::time::Instant;

@@ -30,6 +30,17 @@ pub(crate) struct Source {
     /// The repair to suggest if no surface can be built.
     cure: Cure,
     surfaces: Surfaces,
+    instances: Instances,
+}
+
+/// The treatment of meshes that several nodes of a glTF show.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub(crate) enum Instances {
+    /// An edit moves them everywhere.
+    #[default]
+    Shared,
+    /// Every node gets a mesh of its own.
+    Unique,
 }
 
 /// The surfaces that a job can work on.
@@ -54,7 +65,13 @@ impl Source {
             filling: Filling::Off,
             weld: weld.unwrap_or_default(),
             surfaces: Surfaces::Manifold,
+            instances: Instances::Shared,
         }
+    }
+
+    /// States the treatment of instances. Default: shared.
+    pub(crate) fn instances(self, instances: Instances) -> Self {
+        Self { instances, ..self }
     }
 
     /// States the surfaces that the job can work on. Default: manifold ones.
@@ -62,7 +79,7 @@ impl Source {
         Self { surfaces, ..self }
     }
 
-    /// Fills holes too.
+    /// Also fills holes.
     pub(crate) fn fill_holes(mut self, filling: Filling) -> Self {
         self.filling = filling;
         if filling != Filling::Off {
@@ -166,7 +183,15 @@ pub(crate) fn prepare(
     let path = &source.path;
     let in_file = |error| files::in_file(path, error);
     let clock = Instant::now();
-    let mut document = files::load(path, console)?;
+    let mut document = match source.instances {
+        Instances::Shared => files::load(path, console)?,
+        Instances::Unique => {
+            let unique = files::read(path)?.with_unique_meshes();
+            let unique = unique.map_err(|error| files::in_file(path, error))?;
+            files::warn(path, &unique, console);
+            unique
+        }
+    };
     let work = match source.repair {
         Some(_) => Work::Repair,
         None => Work::Build,

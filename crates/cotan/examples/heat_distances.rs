@@ -1,5 +1,8 @@
-//! Geodesic distances by the heat method (Crane, Weischedel, Wardetzky 2013): heat diffuses for a
-//! short time, and its normalized gradients are those of the distance.
+//! A method from a paper on the linear layer: geodesic distances by the heat method (Crane,
+//! Weischedel, Wardetzky 2013). Heat diffuses for a short time, and its normalized gradients are
+//! those of the distance.
+//!
+//! `cotan::surface::GeodesicDistances` does this for you, and more accurately.
 //!
 //! L has no factor ½, so the areas and the divergence have none either.
 //!

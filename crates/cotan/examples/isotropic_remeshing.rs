@@ -1,5 +1,7 @@
-//! Isotropic remeshing with the edits of the half-edge mesh. Attributes are kept up to date: a
-//! colour per vertex and a label per face.
+//! A method from a paper with the edits of the half-edge mesh: isotropic remeshing. Attributes are
+//! kept up to date: a colour per vertex and a label per face.
+//!
+//! `cotan::surface::remesh` does this for you, with features, borders and the original shape kept.
 //!
 //! Source: M. Botsch, L. Kobbelt, "A remeshing approach to multiresolution modeling", SGP 2004,
 //! section 4: split long edges, collapse short ones, flip towards valence 6, relax tangentially.
@@ -9,14 +11,14 @@
 //! `cargo run -p cotan --example isotropic_remeshing`
 
 use cotan::prelude::*;
-use cotan::shapes::{Numbering, irregular};
+use cotan::shapes::{VertexOrder, irregular};
 
 /// The target edge length. Edges longer by a third are split, edges shorter by a fifth are
 /// collapsed.
 const LENGTH: f64 = 0.1;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let (mut mesh, mut x) = irregular::<f64>(1000, Numbering::Random, 1).into_parts();
+    let (mut mesh, mut x) = irregular::<f64>(1000, VertexOrder::Random, 1).into_parts();
     // A colour that encodes the position, and a label for each side.
     let mut color = x.map(|p| p.coords);
     let mut label = FaceMap::from_fn(mesh.num_faces(), |f| x[mesh.triangle(f)[0]].x > 0.0);

@@ -8,7 +8,18 @@ use cotan_laplacian::{Cotangent, LaplacianScheme, OneRings, apply_weights};
 use nalgebra::Vector3;
 
 use crate::error::Error;
-use crate::quality::ShapeErrors;
+
+/// The paper's two errors.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct ShapeErrors {
+    /// E_p = √((1/n) Σ_i Σ_j (w⁰_ij − w_ij)²), with both directions of each edge. Dimensionless.
+    pub parameterization: f64,
+    /// E_g = √(Σ_i (|ℓ⁰_i| − |ℓ_i|)²), with the original mesh scaled to a box with longest
+    /// side 1.
+    pub geometry: f64,
+    /// Root mean square of | |ℓ⁰_i| − |ℓ_i| |: E_g / √n.
+    pub geometry_rms: f64,
+}
 
 /// A mesh to compare shapes with. Its own measurements are made once and reused by all
 /// comparisons.

@@ -7,7 +7,7 @@ use cotan_laplacian::SchemeError;
 use cotan_linear::LinearError;
 use thiserror::Error as ThisError;
 
-use crate::handles::HandleId;
+use crate::handle_id::HandleId;
 
 /// The reason why a mesh could not be edited or measured.
 #[derive(Clone, PartialEq, Debug, ThisError)]

@@ -1,13 +1,12 @@
 //! Handles: groups of vertices and their target positions.
 
-use std::fmt;
-
 use cotan_geometry::{Positions, Scalar, scalar};
 use cotan_halfedge::{HalfedgeMesh, VertexId};
 use cotan_linear::{Handle, Hold};
 use nalgebra::{Matrix4, Point3, Vector3};
 
 use crate::error::Error;
+use crate::handle_id::HandleId;
 
 /// The motion of the vertices of a handle.
 #[derive(Clone, PartialEq, Debug)]
@@ -64,35 +63,6 @@ fn extent<T: Scalar>(positions: &Positions<T>) -> T {
         .values()
         .map(|p| p.coords.amax())
         .fold(T::zero(), |a, b| a.max(b))
-}
-
-/// The id of a handle within [`Handles`]. The first handle added is 0, the next one is 1. A
-/// handle keeps its id when others are removed, and ids are never reused within one [`Handles`].
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
-pub struct HandleId(usize);
-
-impl HandleId {
-    /// The id of the handle that was added after `index` others.
-    pub const fn new(index: usize) -> Self {
-        Self(index)
-    }
-
-    /// The number of handles that were added before it.
-    pub const fn index(self) -> usize {
-        self.0
-    }
-}
-
-impl From<usize> for HandleId {
-    fn from(index: usize) -> Self {
-        Self(index)
-    }
-}
-
-impl fmt::Display for HandleId {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.fmt(f)
-    }
 }
 
 /// A group of vertices with its motion.
@@ -223,7 +193,7 @@ impl<T: Scalar> Handles<T> {
         motion: Motion<T>,
         hold: Hold,
     ) -> HandleId {
-        let id = HandleId(self.next);
+        let id = HandleId::new(self.next);
         self.next += 1;
         self.groups.push(HandleGroup {
             id,

@@ -32,6 +32,7 @@
 //! - [`spherical()`] maps a closed mesh onto the unit sphere without flipped triangles;
 //!   [`sphere`] works with such maps.
 //! - [`smooth`] smooths without shrinking, and edits the curvature field.
+//! - [`detail`] carries details from one surface to another, of other triangles.
 //! - [`merge`](mod@merge) joins parts of two surfaces without a seam.
 //! - [`fair()`] makes a part of a surface, such as a filled hole, continue the rest.
 //! - [`Quality`] measures the effects of a deformation.
@@ -58,11 +59,16 @@ pub mod sphere;
 mod arap;
 mod comparison;
 mod deform;
+pub mod detail;
 mod error;
 mod fair;
+mod handle_id;
 mod handles;
 pub mod merge;
+mod named;
 mod options;
+mod outward;
+mod part_options;
 mod parts;
 mod quality;
 mod reconstruct;
@@ -71,14 +77,17 @@ pub mod smooth;
 mod turning;
 mod unmoved;
 
-pub use comparison::{ErrorFields, ShapeComparison};
+pub use comparison::{ErrorFields, ShapeComparison, ShapeErrors};
 pub use deform::{Deformed, deform, deform_with};
 pub use error::Error;
 pub use fair::fair;
-pub use handles::{HandleGroup, HandleId, Handles, Motion};
-pub use options::{DeformOptions, DetailSize, OrientationKind, SchemeKind, UnknownName};
-pub use parts::{PartReport, Parts, Role, Ties, survey};
-pub use quality::{Extent, Quality, ShapeDistance, ShapeErrors};
+pub use handle_id::HandleId;
+pub use handles::{HandleGroup, Handles, Motion};
+pub use named::UnknownName;
+pub use options::{DeformOptions, DetailSize, OrientationKind, SchemeKind};
+pub use part_options::{Parts, Ties};
+pub use parts::{PartReport, Role, survey};
+pub use quality::{Extent, Quality, ShapeDistance};
 pub use reconstruct::{reconstruct, reconstruct_observed};
 pub use session::Session;
 pub use sphere::spherical;

@@ -6,20 +6,8 @@ use cotan_geometry::{
 };
 
 use crate::arap::arap_energy;
-use crate::comparison::ShapeComparison;
+use crate::comparison::{ShapeComparison, ShapeErrors};
 use crate::error::Error;
-
-/// The paper's two errors.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct ShapeErrors {
-    /// E_p = √((1/n) Σ_i Σ_j (w⁰_ij − w_ij)²), with both directions of each edge. Dimensionless.
-    pub parameterization: f64,
-    /// E_g = √(Σ_i (|ℓ⁰_i| − |ℓ_i|)²), with the original mesh scaled to a box with longest
-    /// side 1.
-    pub geometry: f64,
-    /// Root mean square of | |ℓ⁰_i| − |ℓ_i| |: E_g / √n.
-    pub geometry_rms: f64,
-}
 
 impl ShapeErrors {
     /// Compares two embeddings of a mesh by cotangent weights.

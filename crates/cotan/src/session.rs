@@ -10,7 +10,8 @@ use cotan_linear::{Handle, Hold};
 use nalgebra::{Matrix4, Point3, Vector3};
 
 use crate::error::Error;
-use crate::handles::{HandleId, Handles, Motion};
+use crate::handle_id::HandleId;
+use crate::handles::{Handles, Motion};
 use crate::options::DeformOptions;
 use crate::parts::{Effort, Following, PartReport, turns_in_flow};
 use crate::unmoved::Unmoved;

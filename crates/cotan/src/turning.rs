@@ -6,7 +6,8 @@ use cotan_flow::nearest_rotation;
 use cotan_geometry::{Positions, Scalar};
 use nalgebra::{Matrix3, Matrix4, Rotation3, UnitQuaternion, Vector3};
 
-use crate::handles::{HandleGroup, HandleId, Handles, Motion};
+use crate::handle_id::HandleId;
+use crate::handles::{HandleGroup, Handles, Motion};
 
 impl<T: Scalar> Handles<T> {
     /// Updates the stated turn of a group whose motion was replaced; `before` are the handles

@@ -1,44 +1,40 @@
-//! The window: the open mesh, its picture, and the user's actions.
+//! The window: the workspace and its picture.
 
-mod actions;
 mod dialogs;
 mod drag;
-pub(crate) mod file_actions;
+mod files;
+mod job_pages;
 mod keys;
+mod measuring;
 mod menu;
+mod numbers;
+mod pages;
 mod panels;
+mod picture;
+mod pointer;
+mod shown;
+mod tints;
 mod trace;
 mod viewport;
 
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use cotan::geometry::{Positions, Surface};
-use cotan::halfedge::{VertexId, VertexMap};
-use cotan::smooth::SmoothOptions;
-use cotan::sphere::SphereOptions;
+use cotan_workspace::{Command, Effect, Notice, Scene, Workspace, files::folder};
 use eframe::egui;
-use nalgebra::Vector3;
-
-use crate::files::{Autosave, OpenedMesh};
-use crate::meter::{Field, Meter, Reading, Subject};
-use crate::scene::{HandleGroup, History, Scene};
-use crate::solver::{Goal, Pace, Solver, State};
-use crate::task::Task;
-use crate::view::{Camera, Renderer, Shading};
 
 pub use trace::Trace;
 
-use actions::TaskResult;
-use dialogs::Dialogs;
-use drag::Drag;
-use viewport::{GizmoTool, Tool};
+use dialogs::{Dialogs, Message, Question};
+use measuring::Measuring;
+use pages::Pages;
+use pointer::Pointer;
+use shown::Shown;
 
 /// The arguments that the program was started with.
 #[derive(Debug, Default)]
 pub struct Startup {
-    /// The mesh to open, or the sample if there is none.
+    /// The mesh or project to open, or the sample if there is none.
     pub mesh: Option<PathBuf>,
     /// A file of handles to put on the mesh.
     pub handles: Option<PathBuf>,
@@ -48,110 +44,25 @@ pub struct Startup {
     pub breakable: bool,
 }
 
-/// The open mesh.
-pub(crate) struct Open {
-    pub(crate) mesh: OpenedMesh,
-    pub(crate) history: History,
-    /// The shape as it was opened.
-    original: Arc<Positions<f64>>,
-    /// The position of the history and the shape when the file was last read or written.
-    saved: (u64, Arc<Positions<f64>>),
-    /// `true` if `mesh.path` names an existing file.
-    has_file: bool,
-}
-
 /// The editor.
 pub struct Editor {
-    open: Option<Open>,
-    solver: Solver,
-    meter: Meter,
-    task: Option<Task<TaskResult>>,
-    /// The tag of the goal posted last, and the first tag whose updates are still accepted.
-    tag: u64,
-    accepted_from: u64,
-    /// The last known shape of the solver.
-    solver_shape: Option<Arc<Positions<f64>>>,
-    times: Option<[Instant; 3]>,
-    reading: Option<Reading>,
-    /// The shape and field of the last measurement requested, and the time of the request.
-    measured: Option<(Arc<Positions<f64>>, Field, Instant)>,
-    camera: Camera,
-    renderer: Arc<Mutex<Renderer>>,
-    /// The shape last passed to the renderer.
-    drawn: Option<Arc<Positions<f64>>>,
-    looks: Looks,
-    tool: Tool,
-    gizmo_tool: GizmoTool,
-    gizmo: transform_gizmo_egui::Gizmo,
-    drag: Option<Drag>,
-    pick: viewport::PickState,
-    selection: Vec<VertexId>,
-    active: Option<usize>,
-    jobs: Jobs,
+    workspace: Workspace,
+    /// Measurements of the shape on the screen.
+    measuring: Measuring,
+    /// The picture of the model.
+    shown: Shown,
+    /// The tools of the pointer, and what it holds.
+    pointer: Pointer,
+    /// The side panel.
+    pages: Pages,
     dialogs: Dialogs,
-    autosave: Option<Arc<Autosave>>,
-    /// The time of the last autosave, and its contents if the file still exists.
-    autosaved: (Instant, Option<Aside>),
-    trace: Option<Trace>,
     startup: Startup,
+    /// `true` once the window may close.
     is_closing: bool,
     /// The current window title.
     ///
     /// It is set only when it changes, because setting it requests a redraw.
-    shown_title: String,
-}
-
-/// The shape and the handles in an autosave.
-type Aside = (Arc<Positions<f64>>, Arc<Vec<HandleGroup>>);
-
-/// The display settings of the mesh.
-#[derive(Clone, Copy, Debug, Default)]
-struct Looks {
-    shading: Shading,
-    has_wireframe: bool,
-    has_normals: bool,
-    field: Field,
-}
-
-/// The settings of the jobs in the side panel, and their results.
-struct Jobs {
-    tab: Tab,
-    smooth: SmoothOptions,
-    /// Strength of smoothing, from 0 to 1, for methods that have one.
-    strength: f64,
-    detail: f64,
-    sphere: SphereOptions,
-    /// The starting point of a slider's job, while the result of that slider is shown.
-    base: Option<JobBase>,
-    map: Option<SphereView>,
-    soft_weight: f64,
-}
-
-/// A scene and the name of the job that starts from it.
-struct JobBase {
-    name: &'static str,
-    scene: Scene,
-    /// The position of the history at which the scene is shown.
-    position: u64,
-    /// `true` if the present scene is a result of the job, to be replaced by the next one.
-    has_result: bool,
-}
-
-/// A map of the shape to the sphere, and the state of the morph between the two.
-struct SphereView {
-    source: Arc<Positions<f64>>,
-    map: Arc<Positions<f64>>,
-    share: f64,
-    blend: Arc<Positions<f64>>,
-    report: String,
-}
-
-/// The tabs of the jobs.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Tab {
-    Deform,
-    Smooth,
-    Sphere,
+    title: String,
 }
 
 impl Editor {
@@ -159,208 +70,137 @@ impl Editor {
     ///
     /// # Errors
     /// One sentence: OpenGL is missing, or a thread cannot be started.
-    pub fn new(cc: &eframe::CreationContext<'_>, mut startup: Startup) -> Result<Self, String> {
+    pub fn new(cc: &eframe::CreationContext<'_>, startup: Startup) -> Result<Self, String> {
         let gl = cc.gl.as_ref().ok_or("the window has no OpenGL")?;
-        let renderer = Renderer::new(gl)?;
         let no_thread = |e: std::io::Error| format!("cannot start a thread: {e}");
         let repaint = |ctx: &egui::Context| {
             let ctx = ctx.clone();
             move || ctx.request_repaint()
         };
-        let dialogs = Dialogs::new();
         let mut editor = Self {
-            open: None,
-            solver: Solver::start(repaint(&cc.egui_ctx)).map_err(no_thread)?,
-            meter: Meter::start(repaint(&cc.egui_ctx)).map_err(no_thread)?,
-            task: None,
-            tag: 0,
-            accepted_from: 0,
-            solver_shape: None,
-            times: None,
-            reading: None,
-            measured: None,
-            camera: Camera::new(&cotan::shapes::icosphere::<f64>(0).surface().bounding_box()),
-            renderer: Arc::new(Mutex::new(renderer)),
-            drawn: None,
-            looks: Looks::default(),
-            tool: Tool::Select,
-            gizmo_tool: GizmoTool::Move,
-            gizmo: transform_gizmo_egui::Gizmo::default(),
-            drag: None,
-            pick: viewport::PickState::default(),
-            selection: Vec::new(),
-            active: None,
-            jobs: Jobs {
-                tab: Tab::Deform,
-                smooth: SmoothOptions::default(),
-                strength: 0.5,
-                detail: 1.0,
-                sphere: SphereOptions::default(),
-                base: None,
-                map: None,
-                soft_weight: 100.0,
-            },
-            dialogs,
-            autosave: None,
-            autosaved: (Instant::now(), None),
-            trace: startup.trace.take(),
+            workspace: Workspace::start(repaint(&cc.egui_ctx)).map_err(no_thread)?,
+            measuring: Measuring::start(repaint(&cc.egui_ctx)).map_err(no_thread)?,
+            shown: Shown::new(gl)?,
+            pointer: Pointer::default(),
+            pages: Pages::default(),
+            dialogs: Dialogs::new(),
             startup,
             is_closing: false,
-            shown_title: String::new(),
+            title: String::new(),
         };
-        editor.start_autosave();
-        match editor.startup.mesh.clone() {
-            Some(path) => editor.open_path(&cc.egui_ctx, path, actions::Repairs::No),
-            None => editor.open_sample(),
-        }
+        editor.start_journal();
+        editor.run(match editor.startup.mesh.clone() {
+            Some(path) => Command::Open { path },
+            None => Command::OpenSample,
+        });
         Ok(editor)
     }
 
-    /// The shape that is shown on the screen.
-    fn displayed(&self) -> Option<Arc<Positions<f64>>> {
-        if let Some(view) = &self.jobs.map
-            && view.share > 0.0
-        {
-            return Some(Arc::clone(&view.blend));
+    /// Starts the journal, and offers what ended processes have left.
+    fn start_journal(&mut self) {
+        let listing = folder().and_then(|folder| self.workspace.keep_journal(&folder));
+        match listing {
+            Ok(listing) => {
+                let problems = listing.problems.iter().take(MOST_TOLD);
+                problems.for_each(|p| self.tell(Message::note(p.to_string())));
+                if !listing.left.is_empty() {
+                    self.ask(Question::Recover(listing.left));
+                }
+            }
+            Err(error) => self.tell(Message::note(format!(
+                "{error}. Until that is mended, a crash takes what is not saved."
+            ))),
         }
-        let open = self.open.as_ref()?;
-        Some(Arc::clone(&open.history.present().shape))
+    }
+
+    /// Carries out a command and shows its effects.
+    fn run(&mut self, command: Command) {
+        let effects = self.workspace.apply(command);
+        self.show_effects(effects);
+    }
+
+    fn show_effects(&mut self, effects: Vec<Effect>) {
+        for effect in effects {
+            match effect {
+                Effect::Opened(tree) => self.show_model(*tree),
+                Effect::Marked => self.tint(),
+                Effect::Told(Notice::Error(text)) => self.tell(Message::error(text)),
+                Effect::Told(Notice::Note(text)) => self.tell(Message::note(text)),
+                Effect::Mentioned(text) => self.dialogs.note = Some(text),
+                Effect::Asked { reason, command } => {
+                    self.ask(Question::Proceed { reason, command });
+                }
+                Effect::AskedForFile => self.choose(dialogs::Purpose::SaveModel),
+                Effect::Written(path) => {
+                    self.dialogs.note = Some(format!("saved {}", path.display()));
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Shows a model that was opened.
+    fn show_model(&mut self, tree: cotan::geometry::TriangleTree) {
+        let Some(model) = self.workspace.model() else {
+            return;
+        };
+        self.shown.open(model, tree);
+        self.measuring.forget();
+        self.pointer.forget();
+        self.pages.forget();
+        self.tint();
+        if let Some(path) = self.startup.handles.take() {
+            self.run(Command::ImportHandles { path });
+        }
     }
 
     fn scene(&self) -> Option<&Scene> {
-        Some(self.open.as_ref()?.history.present())
+        self.workspace.scene()
     }
 
-    /// Posts the current handles to the solver.
-    fn post(&mut self, pace: Pace) {
-        let Some(open) = &self.open else {
-            return;
-        };
-        let scene = open.history.present();
-        self.tag += 1;
-        let is_known = self
-            .solver_shape
-            .as_ref()
-            .is_some_and(|shape| Arc::ptr_eq(shape, &scene.shape));
-        let goal = Goal {
-            tag: self.tag,
-            mesh: Arc::clone(&open.mesh.processing),
-            rest: Arc::clone(&scene.rest),
-            handles: Arc::clone(&scene.handles),
-            options: scene.options.clone(),
-            shape: (!is_known).then(|| Arc::clone(&scene.shape)),
-            pace,
-            posted: Instant::now(),
-        };
-        self.solver_shape = Some(Arc::clone(&scene.shape));
-        self.solver.post(goal);
-    }
-
-    /// Shows a scene that does not continue the previous one.
-    ///
-    /// Updates for the previous scene are discarded.
-    fn show_as_is(&mut self) {
-        self.post(Pace::Still);
-        self.accepted_from = self.tag;
-        self.solver.clear_samples();
-    }
-
-    /// Collects the results of the worker threads.
+    /// Collects the results of the threads and brings the picture up to date.
     fn collect(&mut self, ctx: &egui::Context) {
-        if let Some(update) = self.solver.take()
-            && update.tag >= self.accepted_from
-            && let Some(open) = &mut self.open
-        {
-            let scene = open.history.present_mut();
-            scene.shape = Arc::clone(&update.shape);
-            scene.is_settled = update.state == State::Settled && update.tag == self.tag;
-            self.solver_shape = Some(Arc::clone(&update.shape));
-            self.times = Some(update.times);
-            if self.jobs.map.is_none() {
-                self.give_renderer(&update.shape, &update.normals);
+        let effects = self.workspace.poll();
+        if let Some(arrival) = self.workspace.take_arrival() {
+            if self.workspace.morph().is_none() {
+                self.shown.draw(&arrival.shape, &arrival.normals);
             }
-            if let Some(trace) = &mut self.trace {
-                trace.taken(update.tag, update.times);
+            if let Some(trace) = &mut self.startup.trace {
+                trace.taken(arrival.tag, arrival.times);
             }
         }
-        if matches!(self.solver.state().0, State::Failed(_)) {
-            // The solver restarts and needs a starting shape.
-            self.solver_shape = None;
+        self.show_effects(effects);
+        if let Some(reading) = self.measuring.take() {
+            self.shown.set_colors(reading);
         }
-        if let Some(reading) = self.meter.take() {
-            let colors = reading
-                .colors
-                .as_ref()
-                .map(|(.., colors)| colors.as_slice());
-            crate::newest::lock(&self.renderer).set_colors(colors);
-            self.reading = Some(reading);
+        if let (Some(shape), Some(model)) = (self.workspace.shown(), self.workspace.model()) {
+            self.shown.bring_up_to_date(model, shape);
+            let is_moving =
+                self.workspace.solver().state().0 == cotan_workspace::solver::State::Running;
+            if let Some(wait) = self.measuring.ask(model, shape, is_moving) {
+                ctx.request_repaint_after(wait);
+            }
         }
-        self.take_task();
-        self.refresh(ctx);
-    }
-
-    /// Brings the picture and the meter up to date with the shape on the screen.
-    fn refresh(&mut self, ctx: &egui::Context) {
-        let (Some(shape), Some(open)) = (self.displayed(), &self.open) else {
-            return;
-        };
-        let is_drawn = self.drawn.as_ref().is_some_and(|s| Arc::ptr_eq(s, &shape));
-        let mesh = Arc::clone(&open.mesh.processing);
-        // Measurements compare with the mesh as it was opened, even after a job has replaced the
-        // rest shape.
-        let original = Arc::clone(&open.original);
-        if !is_drawn && let Ok(surface) = Surface::new(mesh.mesh(), &shape) {
-            let normals = surface.vertex_normals();
-            self.give_renderer(&shape, &normals);
-        }
-        let field = self.looks.field;
-        let is_measured = self
-            .measured
-            .as_ref()
-            .is_some_and(|(s, f, _)| Arc::ptr_eq(s, &shape) && *f == field);
-        // Without colours the errors need not be measured in every frame while the solver is
-        // busy.
-        let may_wait = field == Field::Plain && self.solver.state().0 == State::Running;
-        let is_recent = |(.., when): &(_, _, Instant)| when.elapsed() < NUMBERS_EVERY;
-        if !is_measured && may_wait && self.measured.as_ref().is_some_and(is_recent) {
-            ctx.request_repaint_after(NUMBERS_EVERY);
-        } else if !is_measured {
-            self.measured = Some((Arc::clone(&shape), field, Instant::now()));
-            self.meter.post(Subject {
-                mesh,
-                original,
-                shape,
-                field,
-            });
-        }
-    }
-
-    fn give_renderer(&mut self, shape: &Arc<Positions<f64>>, normals: &VertexMap<Vector3<f64>>) {
-        crate::newest::lock(&self.renderer).set_shape(shape, normals);
-        self.drawn = Some(Arc::clone(shape));
-    }
-
-    /// Returns `true` if there are unsaved changes.
-    fn is_changed(&self) -> bool {
-        self.open.as_ref().is_some_and(|open| {
-            let scene = open.history.present();
-            let (position, shape) = &open.saved;
-            open.history.position() != *position || !Arc::ptr_eq(shape, &scene.shape)
-        })
     }
 
     fn title(&self) -> String {
-        let Some(open) = &self.open else {
+        let Some(model) = self.workspace.model() else {
             return "cotan".to_owned();
         };
-        let name = open.mesh.path.file_name().unwrap_or_default();
-        let mark = if self.is_changed() { "*" } else { "" };
+        let name = model.file().path.file_name().unwrap_or_default();
+        let mark = if model.is_changed() { "*" } else { "" };
         format!("{}{mark} – cotan", name.to_string_lossy())
     }
-}
 
-/// Interval between error measurements while the shape moves and no colours show them.
-const NUMBERS_EVERY: Duration = Duration::from_millis(250);
+    fn show_title(&mut self, ctx: &egui::Context) {
+        let title = self.title();
+        if title != self.title {
+            let shown = cotan_io::printable(&title).into_owned();
+            ctx.send_viewport_cmd(egui::ViewportCommand::Title(shown));
+            self.title = title;
+        }
+    }
+}
 
 impl eframe::App for Editor {
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
@@ -373,27 +213,19 @@ impl eframe::App for Editor {
         self.panels(ui);
         self.viewport(ui);
         self.show_dialogs(&ctx);
-        if let Some(wait) = self.autosave_if_due() {
-            // Without other events the next frame comes only then.
-            ctx.request_repaint_after(wait);
-        }
         self.close_if_asked(&ctx);
-        let title = self.title();
-        if title != self.shown_title {
-            let shown = cotan_io::printable(&title).into_owned();
-            ctx.send_viewport_cmd(egui::ViewportCommand::Title(shown));
-            self.shown_title = title;
-        }
-        if self.task.is_some() {
+        self.show_title(&ctx);
+        if self.workspace.job().is_some() {
             ctx.request_repaint_after(Duration::from_millis(100));
         }
         self.write_trace(&ctx, begin);
     }
 
     fn on_exit(&mut self, _gl: Option<&eframe::glow::Context>) {
-        if let Some(autosave) = &self.autosave {
-            // A regular exit: unsaved changes were discarded deliberately.
-            let _ = autosave.remove();
-        }
+        // A regular exit: changes that were not saved were discarded deliberately.
+        let _ = self.workspace.apply(Command::Discard);
     }
 }
+
+/// The largest number of problems shown at the start.
+const MOST_TOLD: usize = 10;

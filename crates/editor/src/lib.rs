@@ -1,15 +1,8 @@
-//! The interactive editor: a window that shows a mesh and its handles, with the solver on a
-//! thread of its own.
+//! The interactive editor: a window that shows a [`cotan_workspace::Workspace`] and turns input
+//! into its commands.
 //!
-//! This crate does no mesh editing of its own: all three jobs come from the crate [`cotan`].
+//! Everything that concerns the model is in the workspace. This crate has what belongs to a
+//! window: camera, drawing and picking ([`view`]), panels, dialogs and keys ([`app`]).
 
 pub mod app;
-pub mod files;
-mod handle_groups;
-pub mod meter;
-mod newest;
-pub mod rescue;
-pub mod scene;
-pub mod solver;
-pub mod task;
 pub mod view;

@@ -6,8 +6,8 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use cotan_editor::app::{Editor, Startup, Trace};
-use cotan_editor::rescue;
 use cotan_io::Printable;
+use cotan_workspace::files::put_aside;
 use eframe::egui;
 
 /// Edit a triangle mesh by hand: drag a handle, and the surface follows with its details turned
@@ -15,8 +15,8 @@ use eframe::egui;
 #[derive(Debug, Parser)]
 #[command(version)]
 struct Arguments {
-    /// The mesh: .obj, .ply, .off, .stl, .gltf or .glb, also with .gz behind; a sample without
-    /// one.
+    /// The mesh (.obj, .ply, .off, .stl, .gltf or .glb, also with .gz behind) or project (.cotan);
+    /// a sample without one.
     mesh: Option<PathBuf>,
     /// Handles to begin with, as `cotan deform` takes them.
     #[arg(long, value_name = "FILE", requires = "mesh")]
@@ -44,7 +44,7 @@ fn size(text: &str) -> Result<[f32; 2], String> {
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    rescue::install();
+    save_on_panic();
     if let Err(error) = cotan_tool::interrupt::remove_files_on_signals() {
         eprintln!("warning: a signal may leave a temporary file behind: {error}");
     }
@@ -63,6 +63,24 @@ fn main() -> ExitCode {
             ExitCode::from(101)
         }
     }
+}
+
+/// Completes the journal before a panic is reported, in any thread.
+fn save_on_panic() {
+    let tell = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |info| {
+        match put_aside() {
+            Some(Ok(path)) => eprintln!("your work was put aside in {}", Printable(path.display())),
+            Some(Err(error)) => {
+                eprintln!(
+                    "your work could not be put aside in full: {}",
+                    Printable(error)
+                );
+            }
+            None => {}
+        }
+        tell(info);
+    }));
 }
 
 fn run(arguments: Arguments) -> Result<(), String> {

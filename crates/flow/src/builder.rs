@@ -1,4 +1,6 @@
 //! Settings of a flow.
+//!
+//! One concept with `flow`: a [`Flow`] is made here, and checks other handles as the builder does.
 
 use std::sync::Arc;
 
@@ -18,10 +20,11 @@ use crate::rest::Rest;
 use crate::rule::{Descent, FixedPoint, Projected, Rule};
 use crate::schedule::Schedule;
 
+use crate::point_tie::PointTie;
+use crate::stated_turns::{StatedTurns, check_turns};
 use crate::targets::Targets;
-use crate::ties::{PointTie, in_system};
+use crate::ties::in_system;
 use crate::updater::{KeepMagnitude, ScalarFieldUpdater};
-use crate::winding::StatedTurns;
 use crate::workspace::{Settings, Terms, Workspace};
 
 /// The longest move at which a run counts as converged, over the bounding box's diagonal.
@@ -463,18 +466,6 @@ impl<T: Scalar> FlowBuilder<T> {
             return Err(FlowError::MutedUpdater);
         }
         Ok(())
-    }
-}
-
-/// Refuses stated turns that are not finite.
-pub(crate) fn check_turns(stated: &StatedTurns) -> Result<(), FlowError> {
-    match stated.iter().find(|(_, turn)| !turn.norm().is_finite()) {
-        None => Ok(()),
-        Some((_, turn)) => Err(FlowError::Setting {
-            setting: "stated turn",
-            range: "a finite angle",
-            value: turn.norm(),
-        }),
     }
 }
 

@@ -6,8 +6,8 @@ use cotan_laplacian::{Graph, OneRings};
 use cotan_parallel as parallel;
 use nalgebra::Vector3;
 
-use crate::nearest_rotation::Mat3;
-use crate::passes::{Four, Pass};
+use crate::four::{Four, Mat3};
+use crate::passes::Pass;
 use crate::rest::Rest;
 
 pub(crate) fn as_f64<T: Scalar>(v: Vector3<T>) -> Vector3<f64> {

@@ -1,23 +1,21 @@
 //! The flow: a rest shape, targets, the current positions, and one rule that makes the steps.
 
-use std::f64::consts::PI;
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::{HalfedgeMesh, VertexId};
 use cotan_linear::{Handle, Membrane, PreparedSystem};
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 
-use crate::builder::{FlowBuilder, Start, check_turns, membrane};
+use crate::builder::{FlowBuilder, Start, membrane};
 use crate::error::FlowError;
-use crate::report::{Report, StepReport, StopReason};
 use crate::rest::Rest;
 use crate::rule::Rule;
 use crate::schedule::Schedule;
-use crate::start::{FirstGuess, first_guess};
+use crate::start::first_guess;
+use crate::stated_turns::{StatedTurns, begin_wound};
 use crate::targets::Changed;
-use crate::winding::{StatedTurns, Winding, wind, winding};
+use crate::winding::wind;
 use crate::workspace::Workspace;
 
 /// The iteration of curvature-flow Laplacian editing on one mesh with one set of handles.
@@ -29,10 +27,10 @@ use crate::workspace::Workspace;
 /// Where a mesh was cut into pieces, handles, targets and positions are those of the rows, which
 /// are the first vertices: see [`Rest`].
 pub struct Flow<T: Scalar> {
-    work: Workspace<T>,
-    rule: Box<dyn Rule<T>>,
+    pub(crate) work: Workspace<T>,
+    pub(crate) rule: Box<dyn Rule<T>>,
     /// The turns that were stated last.
-    stated: StatedTurns,
+    pub(crate) stated: StatedTurns,
 }
 
 impl<T: Scalar> std::fmt::Debug for Flow<T> {
@@ -226,34 +224,6 @@ impl<T: Scalar> Flow<T> {
         Ok(())
     }
 
-    /// States by how much the handles turn at their current targets; see
-    /// [`FlowBuilder::stated_turns`]. To be called after handles have moved, so that turns of more
-    /// than half a turn are held: the energy then resists the collapse of a section that is wound
-    /// up, and [`Report::lost_turn`] can tell whether the turns were kept. The shape is kept and
-    /// follows in the next steps, unless a turn has changed by more than half a turn, which no
-    /// shape can follow: then it is wound up anew from the original.
-    ///
-    /// Costs a solve if two handles turn by more than half a turn relative to each other.
-    ///
-    /// # Errors
-    /// [`FlowError::Setting`] for a turn that is not finite, and what the system reports.
-    pub fn state_turns(
-        &mut self,
-        turns: impl IntoIterator<Item = (VertexId, Vector3<f64>)>,
-    ) -> Result<(), FlowError> {
-        let mut stated: StatedTurns = turns.into_iter().collect();
-        check_turns(&stated)?;
-        stated.sort_by_key(|(v, _)| *v);
-        let has_jumped = has_jumped(&self.stated, &stated);
-        if has_jumped && let Some((shape, winding)) = wind(&mut self.work, &stated)? {
-            begin_wound(&mut self.work, &mut *self.rule, &shape, winding)?;
-        } else {
-            self.rule.wind(winding(&mut self.work, &stated)?);
-        }
-        self.stated = stated;
-        Ok(())
-    }
-
     /// Changes the schedule of the steps from here on: 1 while a handle is held, say, and a
     /// falling one when it is released.
     ///
@@ -292,101 +262,6 @@ impl<T: Scalar> Flow<T> {
             self.rule.restart(&mut self.work);
         }
     }
-
-    /// Performs one iteration: a solve, and the step that the rule makes of it.
-    ///
-    /// # Errors
-    /// Errors of the updater, orientation or scheme. The shape is then somewhere between two
-    /// steps.
-    pub fn step(&mut self) -> Result<StepReport, FlowError> {
-        self.rule.step(&mut self.work)
-    }
-
-    /// Iterates until convergence or the iteration limit.
-    ///
-    /// # Errors
-    /// As from [`Flow::step`].
-    pub fn run_to_end(&mut self) -> Result<Report, FlowError> {
-        self.run(|_, _| ControlFlow::Continue(()))
-    }
-
-    /// Iterates until convergence, the iteration limit, or until the observer breaks.
-    ///
-    /// The observer sees the flow after every step; [`Flow::positions`] and the error measures are
-    /// computed when it asks for them.
-    ///
-    /// # Errors
-    /// As from [`Flow::step`]. Reaching the iteration limit is a stop reason, not an error.
-    pub fn run(
-        &mut self,
-        mut observer: impl FnMut(&Self, &StepReport) -> ControlFlow<()>,
-    ) -> Result<Report, FlowError> {
-        let mut report = Report {
-            energy: self.energy(),
-            solver: Some(self.work.system.choice()),
-            ..Report::default()
-        };
-        while report.iterations < self.work.settings.iteration_limit {
-            let step = self.step()?;
-            report.iterations += 1;
-            report.change = step.change;
-            report.residual = step.residual;
-            report.energy = step.energy;
-            let cancelled = observer(self, &step).is_break();
-            let stop = if !step.residual.is_finite() {
-                Some(StopReason::Diverged)
-            } else if step.converged {
-                Some(StopReason::Converged)
-            } else if step.stalled {
-                Some(StopReason::Stalled)
-            } else {
-                cancelled.then_some(StopReason::Cancelled)
-            };
-            if let Some(stop) = stop {
-                report.stop = stop;
-                break;
-            }
-        }
-        report.lost_turn = self.rule.lost_turn();
-        tracing::debug!(
-            iterations = report.iterations,
-            stop = report.stop.as_str(),
-            "flow ended"
-        );
-        Ok(report)
-    }
-}
-
-/// Starts from a shape that is wound up with its handles, without the solve that usually follows
-/// the start: it would unwind the shape.
-fn begin_wound<T: Scalar>(
-    work: &mut Workspace<T>,
-    rule: &mut dyn Rule<T>,
-    shape: &Positions<f64>,
-    winding: Winding,
-) -> Result<(), FlowError> {
-    *work.current.write() = shape.map(|p| p.map(T::of_f64));
-    work.first_guess = Some(FirstGuess {
-        rotations: winding.rotations.clone(),
-        scale: 1.0,
-        swelling: None,
-    });
-    rule.begin(work)?;
-    rule.wind(Some(winding));
-    rule.update(work)?;
-    work.since_move = 1;
-    Ok(())
-}
-
-/// Returns `true` if a handle turns by more than half a turn from one list to the next. Both are
-/// in the order of their vertices.
-fn has_jumped(before: &StatedTurns, after: &StatedTurns) -> bool {
-    let turn_before = |vertex| {
-        let at = before.binary_search_by_key(&vertex, |(v, _)| *v);
-        at.map_or_else(|_| Vector3::zeros(), |at| before[at].1)
-    };
-    let is_far = |(v, turn): &(VertexId, Vector3<f64>)| (turn - turn_before(*v)).norm() > PI;
-    after.iter().any(is_far)
 }
 
 /// A displacement of at most this many ε of the size is the rounding of a step or two.
@@ -394,13 +269,15 @@ const UNMOVED: f64 = 4.0;
 
 #[cfg(test)]
 pub(crate) mod tests {
+    use std::ops::ControlFlow;
+
     use cotan_geometry::shapes::icosphere;
     use cotan_geometry::{Mesh, volume};
     use cotan_halfedge::VertexMap;
     use nalgebra::Vector3;
 
     use super::*;
-    use crate::{Acceleration, FlowState, Limited, ScalarFieldUpdater};
+    use crate::{Acceleration, FlowState, Limited, ScalarFieldUpdater, StopReason};
 
     /// The lowest vertices held, the highest pulled by half a radius.
     pub(crate) fn handles(shape: &Mesh<f64>) -> Vec<(Handle, Point3<f64>)> {
@@ -428,33 +305,6 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn an_observer_stops_the_run_and_the_limit_ends_it() {
-        let shape = icosphere::<f64>(2);
-        let mut flow = build(&shape)
-            .orientation(Limited::new())
-            .tolerance(0.0)
-            .iteration_limit(7)
-            .build()
-            .unwrap();
-        let report = flow
-            .run(|flow, step| {
-                assert_eq!(flow.iteration(), step.iteration);
-                if step.iteration == 3 {
-                    ControlFlow::Break(())
-                } else {
-                    ControlFlow::Continue(())
-                }
-            })
-            .unwrap();
-        assert_eq!((report.stop, report.iterations), (StopReason::Cancelled, 3));
-        let report = flow.run(|_, _| ControlFlow::Continue(())).unwrap();
-        assert_eq!(
-            (report.stop, report.iterations),
-            (StopReason::IterationLimit, 7)
-        );
-    }
-
-    #[test]
     fn a_vertex_with_ratio_zero_stays() {
         let shape = icosphere::<f64>(2);
         let still = shape.surface().vertices_where(|p| p.z.abs() < 0.05);
@@ -473,7 +323,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn damped_steps_are_shorter_and_say_so() {
+    fn damped_steps_are_shorter_and_reported() {
         let shape = icosphere::<f64>(2);
         let mut flow = build(&shape)
             .orientation(Limited::new())

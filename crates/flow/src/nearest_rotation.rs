@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Matrix4, Quaternion, UnitQuaternion, Vector3};
 
-use crate::passes::Four;
+use crate::four::{Four, Mat3, flat};
 
 /// The rotation R (determinant +1) that maximises tr(Rᵀ S), for S = Σ w e e⁰ᵀ: the rotation that
 /// turns the e⁰ onto the e best in the least-squares sense.
@@ -35,16 +35,6 @@ pub fn nearest_rotation(s: &Matrix3<f64>) -> Matrix3<f64> {
     UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z))
         .to_rotation_matrix()
         .into_inner()
-}
-
-/// A 3 × 3 matrix, column after column: entry (r, c) is at 3c + r.
-pub(crate) type Mat3 = [f64; 9];
-
-pub(crate) const IDENTITY: Mat3 = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
-
-/// The entries of a matrix.
-pub(crate) fn flat(matrix: &Matrix3<f64>) -> Mat3 {
-    std::array::from_fn(|k| matrix[k])
 }
 
 /// Four matrices, entry by entry.
@@ -287,6 +277,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::four::IDENTITY;
 
     fn entries() -> impl Strategy<Value = [f64; 9]> {
         proptest::array::uniform9(-1.0f64..1.0)

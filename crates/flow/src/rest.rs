@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 
 use crate::box_units::BoxUnits;
 use crate::error::FlowError;
-use crate::ties::PointTie;
+use crate::point_tie::PointTie;
 
 /// The original mesh in box units, its operator, and its Laplacian coordinates split into their
 /// parts.

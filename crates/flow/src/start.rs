@@ -37,8 +37,8 @@ pub(crate) fn first_guess<T: Scalar>(
     let groups = Groups::new(&work.rest, work.targets.handles(), work.targets.in_box());
     let common = groups.common();
     let turns = groups.turns(&common);
-    let is_turned = turns.iter().any(|w| w.norm() >= LEAST_TURN);
-    let is_away = |r: &Matrix3<f64>| (r - Matrix3::identity()).norm() >= LEAST_TURN;
+    let is_turned = turns.iter().any(|w| w.norm() >= MIN_TURN);
+    let is_away = |r: &Matrix3<f64>| (r - Matrix3::identity()).norm() >= MIN_TURN;
     let is_common = common.rotations.iter().any(is_away);
     let swelling = match groups.swelling() {
         Some(logarithms) if common.scale == 1.0 => {
@@ -78,7 +78,7 @@ pub(crate) fn handle_rotations<T: Scalar>(
     let mut rotations = vec![Matrix3::identity(); targets.handles().len()];
     for (g, (members, turn)) in groups.members.iter().zip(&turns).enumerate() {
         let common = common.rotations[groups.components[g]];
-        let rotation = if turn.norm() < LEAST_TURN {
+        let rotation = if turn.norm() < MIN_TURN {
             common
         } else {
             Rotation3::new(*turn).into_inner() * common
@@ -89,7 +89,7 @@ pub(crate) fn handle_rotations<T: Scalar>(
 }
 
 /// A smaller turn, in radians, is rounding.
-const LEAST_TURN: f64 = 1e-12;
+const MIN_TURN: f64 = 1e-12;
 
 /// The smoothest field with the values of `field` at the handles, which is zero elsewhere, by the
 /// flow's own system: mismatch 0 − Lω, tension Σ s (ω_j − ω_i).

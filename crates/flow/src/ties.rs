@@ -1,51 +1,11 @@
 //! Ties between parts of a mesh that no edge joins.
 
 use cotan_geometry::Scalar;
-use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
+use cotan_halfedge::{DisjointSets, HalfedgeMesh, VertexMap};
 use nalgebra::Vector3;
 
+use crate::point_tie::PointTie;
 use crate::rest::Rest;
-
-/// A tie between a point of the surface and one that it is close to, on another part of the mesh.
-///
-/// With c the shares of the first point, less those of the second, it adds to the energy
-///
-/// ```text
-/// μ κ |Σ_k c_k x_k − R r⁰|²,      r⁰ = Σ_k c_k x⁰_k
-/// ```
-///
-/// with R half the mean rotation at the first point and half that at the second; and the first
-/// point's rotations are drawn to the second's as if that were a neighbour of weight f.
-#[derive(Clone, PartialEq, Debug)]
-pub struct PointTie {
-    /// The first point: the corners of a triangle with their shares. A vertex is one corner of
-    /// share 1.
-    pub own: [(VertexId, f64); 3],
-    /// The second point.
-    pub on: [(VertexId, f64); 3],
-    /// κ, in units of cotangents.
-    pub weight: f64,
-    /// f, between 0 and 1.
-    pub nearness: f64,
-}
-
-impl PointTie {
-    /// c: the vertices that count, each once.
-    pub(crate) fn terms(&self) -> Vec<(VertexId, f64)> {
-        let own = self.own.iter().copied();
-        let on = self.on.iter().map(|(v, share)| (*v, -share));
-        let mut terms: Vec<(VertexId, f64)> = own.chain(on).filter(|(_, c)| *c != 0.0).collect();
-        terms.sort_by_key(|(v, _)| *v);
-        terms.dedup_by(|later, kept| {
-            let is_same = later.0 == kept.0;
-            if is_same {
-                kept.1 += later.1;
-            }
-            is_same
-        });
-        terms
-    }
-}
 
 /// The ties of a rest shape as the system takes them.
 pub(crate) fn in_system(ties: &[PointTie]) -> Vec<cotan_linear::Tie> {
@@ -75,27 +35,12 @@ pub(crate) fn add_pull<T: Scalar>(
 /// their lowest vertices.
 pub(crate) fn joined_components(mesh: &HalfedgeMesh, ties: &[PointTie]) -> (Vec<usize>, usize) {
     let components = mesh.components();
-    let mut sets: Vec<usize> = (0..components.count()).collect();
-    fn root(sets: &[usize], mut c: usize) -> usize {
-        while sets[c] != c {
-            c = sets[c];
-        }
-        c
-    }
+    let of_vertex = components.of_vertices();
+    let mut sets = DisjointSets::new(components.count());
     for tie in ties {
-        let [a, b] = [tie.own[0].0, tie.on[0].0].map(|v| root(&sets, components.of(v)));
-        sets[a.max(b)] = a.min(b);
+        sets.join(of_vertex[tie.own[0].0], of_vertex[tie.on[0].0]);
     }
-    let mut number = vec![0; sets.len()];
-    let mut count = 0;
-    for c in 0..sets.len() {
-        if sets[c] == c {
-            number[c] = count;
-            count += 1;
-        } else {
-            number[c] = number[root(&sets, c)];
-        }
-    }
-    let of_vertex = mesh.vertices().map(|v| number[components.of(v)]).collect();
-    (of_vertex, count)
+    let (numbers, count) = sets.numbered();
+    let number = |c: &u32| numbers[*c as usize] as usize;
+    (of_vertex.values().map(number).collect(), count)
 }

@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 use std::f64::consts::{FRAC_PI_4, PI};
 
 use cotan_geometry::{Positions, Scalar};
-use cotan_halfedge::{FaceId, VertexId, VertexMap};
+use cotan_halfedge::{FaceId, VertexMap};
 use cotan_parallel as parallel;
 use nalgebra::{Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
 
@@ -13,11 +13,8 @@ use crate::error::FlowError;
 use crate::fit::{Fit, Pair};
 use crate::rest::Rest;
 use crate::start::{Groups, spread};
+use crate::stated_turns::StatedTurns;
 use crate::workspace::Workspace;
-
-/// The turns of handle vertices that are stated, as rotation vectors in radians: they may be more
-/// than half a turn, which positions alone cannot tell.
-pub(crate) type StatedTurns = Vec<(VertexId, Vector3<f64>)>;
 
 /// The winding of a mesh whose handles are stated to turn by more than half a turn relative to
 /// each other.

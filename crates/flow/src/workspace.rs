@@ -1,4 +1,6 @@
 //! The workspace of every rule: the shape between two steps, and the system.
+//!
+//! It owns what `start` and `point_handles` prepare, and both of them work on it.
 
 use std::sync::Arc;
 

@@ -131,7 +131,7 @@ fn outside_of_the_region_nothing_moves_and_nothing_is_factorized() {
 }
 
 #[test]
-fn a_region_of_vertices_that_do_not_exist_is_refused() {
+fn a_region_of_missing_vertices_is_refused() {
     let shape = shapes::icosphere::<f64>(1);
     let refused = Flow::builder(shape.connectivity(), shape.positions())
         .region([VertexId::new(42)])

@@ -25,7 +25,7 @@ pub(crate) fn self_intersections<T: Scalar>(surface: &Surface<'_, T>) -> Vec<Fac
         let Some(bounds) = BoundingBox::of(&triangle) else {
             return false;
         };
-        tree.any_overlapping(&bounds, MOST_BOXES, |other| {
+        tree.any_overlapping(&bounds, MAX_BOXES, |other| {
             let shares_a_vertex = other.iter().any(|v| own.contains(v));
             !shares_a_vertex && triangles_cross(&triangle, &triangle_corners(other, &positions))
         })
@@ -35,7 +35,7 @@ pub(crate) fn self_intersections<T: Scalar>(surface: &Surface<'_, T>) -> Vec<Fac
 
 /// The maximum number of overlapping boxes examined per face: around a vertex with a huge valence
 /// all boxes overlap, and testing all pairs would take hours.
-const MOST_BOXES: usize = 1000;
+const MAX_BOXES: usize = 1000;
 
 /// Returns true if two triangles cross, which means that each has points strictly on both sides
 /// of the other's plane and they share a segment, or that they are coplanar and their interiors

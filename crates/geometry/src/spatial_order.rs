@@ -20,10 +20,10 @@ use crate::surface::Positions;
 ///
 /// ```
 /// use cotan_geometry::SpatialOrder;
-/// use cotan_geometry::shapes::{Numbering, irregular};
+/// use cotan_geometry::shapes::{VertexOrder, irregular};
 /// use cotan_halfedge::HalfedgeMesh;
 ///
-/// let shape = irregular::<f64>(10_000, Numbering::Random, 1);
+/// let shape = irregular::<f64>(10_000, VertexOrder::Random, 1);
 /// let faces: Vec<[u32; 3]> = shape
 ///     .connectivity()
 ///     .faces()
@@ -90,7 +90,7 @@ impl SpatialOrder {
         if num_vertices < SMALL || faces.len() < RUN {
             return false;
         }
-        let num_runs = (faces.len() / RUN).min(MOST_RUNS);
+        let num_runs = (faces.len() / RUN).min(MAX_RUNS);
         let stride = (faces.len() - RUN) / num_runs.max(1);
         let mut num_blocks = 0;
         for run in 0..num_runs {
@@ -246,12 +246,12 @@ const RUN: usize = 64;
 const BLOCK: u32 = 16;
 
 /// The number of runs examined, evenly spread.
-const MOST_RUNS: usize = 256;
+const MAX_RUNS: usize = 256;
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shapes::{Numbering, creature, icosphere, irregular, torus};
+    use crate::shapes::{VertexOrder, creature, icosphere, irregular, torus};
     use crate::{surface_area, volume};
 
     fn faces<T: Scalar>(shape: &Mesh<T>) -> Vec<[u32; 3]> {
@@ -261,7 +261,7 @@ mod tests {
 
     #[test]
     fn the_order_is_a_permutation_and_the_surface_stays() {
-        let shape = irregular::<f64>(6_000, Numbering::Random, 2);
+        let shape = irregular::<f64>(6_000, VertexOrder::Random, 2);
         let (near, order) = shape.in_spatial_order().unwrap();
         let mut seen: Vec<VertexId> = shape
             .connectivity()
@@ -295,12 +295,12 @@ mod tests {
         let is_scattered =
             |s: &Mesh<f32>| SpatialOrder::is_scattered(s.positions().len(), &faces(s));
         for size in [5_000, 60_000] {
-            let random = irregular(size, Numbering::Random, 4);
+            let random = irregular(size, VertexOrder::Random, 4);
             assert!(is_scattered(&random));
             assert!(!is_scattered(&random.in_spatial_order().unwrap().0));
-            assert!(!is_scattered(&irregular(size, Numbering::Natural, 4)));
+            assert!(!is_scattered(&irregular(size, VertexOrder::Natural, 4)));
         }
-        assert!(!is_scattered(&irregular(1_000, Numbering::Random, 4)));
+        assert!(!is_scattered(&irregular(1_000, VertexOrder::Random, 4)));
         assert!(!is_scattered(&icosphere(6)));
         assert!(!is_scattered(&creature(60)));
         assert!(!is_scattered(&torus(1.0, 0.3, 300, 100)));
@@ -317,7 +317,7 @@ mod tests {
                 .sum();
             sum / mesh.num_edges() as f64
         };
-        let random = irregular::<f64>(40_000, Numbering::Random, 9);
+        let random = irregular::<f64>(40_000, VertexOrder::Random, 9);
         let near = random.in_spatial_order().unwrap().0;
         assert!(
             20.0 * distance(&near) < distance(&random),

@@ -25,7 +25,7 @@ impl TriangleMap {
     /// that is, a relative height of at most 1e-9.
     pub fn new<T: Scalar>(before: [Point3<T>; 3], after: [Point3<T>; 3]) -> Option<Self> {
         let [before, after] = [before, after].map(|t| t.map(|p| p.map(T::as_f64)));
-        if relative_height(&before[0], &before[1], &before[2]) <= LEAST_HEIGHT {
+        if relative_height(&before[0], &before[1], &before[2]) <= MIN_HEIGHT {
             return None;
         }
         // Based on the longest edge, which minimizes the rounding error of the height.
@@ -112,7 +112,7 @@ pub fn face_map<T: Scalar>(
 }
 
 /// Below this relative height, the shape of a triangle is determined by rounding errors.
-const LEAST_HEIGHT: f64 = 1e-9;
+const MIN_HEIGHT: f64 = 1e-9;
 
 #[cfg(test)]
 mod tests {

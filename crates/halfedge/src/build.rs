@@ -6,7 +6,7 @@
 //! map and no allocation per edge.
 
 use crate::build_error::BuildError;
-use crate::edit::MOST_EDGES;
+use crate::edit::MAX_EDGES;
 use crate::ids::{FaceId, HalfedgeId, NONE, VertexId};
 use crate::map::HalfedgeMap;
 use crate::mesh::HalfedgeMesh;
@@ -59,7 +59,7 @@ impl Corners {
             .fold(0usize, |sum, face| sum.saturating_add(face.as_ref().len()));
         for (elements, count) in [("vertices", num_vertices), ("corners", num_corners)] {
             // There may be as many edges as corners.
-            if count > MOST_EDGES {
+            if count > MAX_EDGES {
                 return Err(BuildError::TooLarge { elements, count });
             }
         }
@@ -441,7 +441,7 @@ mod tests {
     #[test]
     fn more_vertices_than_corners_costs_nothing() {
         let vertex = VertexId(3);
-        let most = MOST_EDGES;
+        let most = MAX_EDGES;
         let error = HalfedgeMesh::from_faces(most, &[[0, 1, 2]]).unwrap_err();
         assert_eq!(error, BuildError::IsolatedVertex { vertex });
         let error = HalfedgeMesh::from_faces(most, &[[0u32; 0]; 0]).unwrap_err();

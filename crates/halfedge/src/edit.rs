@@ -18,7 +18,7 @@ mod triangulate;
 use crate::ids::Id;
 use crate::map::DenseMap;
 
-pub(crate) use checks::MOST_EDGES;
+pub(crate) use checks::MAX_EDGES;
 pub use collapse::{ClosedFace, Collapsed};
 pub use error::EditError;
 pub use flip::FlippedEdge;

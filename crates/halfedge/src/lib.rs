@@ -41,11 +41,13 @@
 mod build;
 mod build_error;
 mod circulate;
+mod disjoint_sets;
 mod edit;
 mod ids;
 mod map;
 mod mesh;
 mod orientation;
+mod pieces;
 mod shared;
 #[cfg(any(test, feature = "testing"))]
 pub mod testing;
@@ -54,6 +56,7 @@ mod validate;
 
 pub use build_error::BuildError;
 pub use circulate::{BoundaryLoop, FaceHalfedges, IncomingHalfedges, OutgoingHalfedges};
+pub use disjoint_sets::DisjointSets;
 pub use edit::{
     ClosedFace, Collapsed, CutFace, EditError, FlippedEdge, Renumbering, SplitEdge, SplitFace,
 };

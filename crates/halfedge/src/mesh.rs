@@ -1,4 +1,7 @@
 //! The mesh type: packed arrays and constant-time queries on them.
+//!
+//! Its other methods are in `build`, `circulate`, `edit`, `shared`, `topology` and `validate`,
+//! which are one concept with this file and use each other.
 
 use std::sync::Arc;
 

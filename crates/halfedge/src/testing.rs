@@ -194,7 +194,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn strategies_keep_their_word(
+        fn random_meshes_have_the_promised_properties(
             sphere in genus_zero(),
             closed in closed_mesh(),
             disc in disc_with_holes(),

@@ -3,10 +3,10 @@
 //! All of it follows from Euler's formula for an oriented surface with c components, b boundary
 //! loops and total genus g: V − E + F = 2c − 2g − b.
 
+use crate::disjoint_sets::DisjointSets;
 use crate::ids::{HalfedgeId, NONE, VertexId};
 use crate::map::{HalfedgeMap, VertexMap};
 use crate::mesh::HalfedgeMesh;
-use crate::shared::Sets;
 
 /// The connected components of a mesh, indexed from 0 in the order of their lowest vertex.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -98,21 +98,15 @@ impl HalfedgeMesh {
 
     /// Joins the pieces that share a row.
     fn joined(&self, pieces: &Components) -> Components {
-        let mut sets = Sets::new(pieces.count());
+        let mut sets = DisjointSets::new(pieces.count());
         for (copy, row) in self.copies() {
             sets.join(pieces.of_vertex[copy], pieces.of_vertex[row]);
         }
         // Pieces are ordered by their lowest vertex, and so are the lowest pieces of the sets.
-        let mut number_of = vec![NONE; pieces.count()];
-        let mut sizes = Vec::new();
-        for (piece, size) in (0u32..).zip(&pieces.sizes) {
-            let root = sets.root(piece);
-            if root == piece {
-                number_of[piece as usize] = sizes.len() as u32;
-                sizes.push(0);
-            }
-            number_of[piece as usize] = number_of[root as usize];
-            sizes[number_of[root as usize] as usize] += size;
+        let (number_of, count) = sets.numbered();
+        let mut sizes = vec![0; count];
+        for (number, size) in number_of.iter().zip(&pieces.sizes) {
+            sizes[*number as usize] += size;
         }
         Components {
             of_vertex: pieces.of_vertex.map(|&piece| number_of[piece as usize]),
@@ -240,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn components_are_numbered_by_their_lowest_vertex() {
+    fn components_are_ordered_by_their_lowest_vertex() {
         let faces = [[0, 5, 6], [1, 2, 3], [6, 5, 4u32]];
         let mesh = HalfedgeMesh::from_faces(7, &faces).unwrap();
         let components = mesh.components();

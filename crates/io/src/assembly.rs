@@ -1,4 +1,7 @@
 //! A document made of parts of others.
+//!
+//! Elements are copied, from several documents whose properties and materials are united.
+//! [`Derivation`](crate::Derivation) is for one document: its values are interpolated.
 
 use std::collections::BTreeSet;
 

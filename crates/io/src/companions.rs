@@ -17,7 +17,7 @@ pub enum Companions {
     /// is not written either. References that lead out of the folder are left unchanged and
     /// listed in [`Saved::left`].
     #[default]
-    Beside,
+    Separate,
     /// Inside the file: as data URIs in a `.gltf`, in the binary chunk of a `.glb`. For formats
     /// that cannot embed files, the companions are placed next to the file.
     Embedded,

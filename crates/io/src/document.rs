@@ -1,7 +1,9 @@
 //! The user's mesh file in memory: the mesh to work on, and everything else, preserved.
 
 mod derive;
+mod positions;
 mod stretches;
+mod surface;
 mod write;
 
 pub use derive::{Derivation, Derived};
@@ -22,17 +24,17 @@ use crate::format::Format;
 use crate::instances::Expanded;
 use crate::material::Materials;
 use crate::normals::Normals;
-use crate::parsed::{Parsed, Part};
-use crate::processing::{Allowed, Numbering, ProcessingMesh};
+use crate::parsed::{Node, Parsed, Part};
 use crate::remap::Remap;
 use crate::source::{Mesh, Reading, SourceFile};
-use crate::weld::{self, Weld};
+use crate::weld::Weld;
 
 /// A mesh file: positions, polygons, and all its other contents.
 ///
 /// Vertices and faces keep the order of the file and are indexed from 0. Polygons keep their
-/// degree, and vertices that no face uses are included. Editing happens on a [`ProcessingMesh`],
-/// and [`Document::set_positions`] writes the moved vertices back.
+/// degree, and vertices that no face uses are included. Editing happens on a
+/// [`ProcessingMesh`](crate::ProcessingMesh), and [`Document::set_positions`] writes the moved
+/// vertices back.
 ///
 /// A document written in the format it was read from differs from the original file only in
 /// the coordinates of moved vertices and in the surface normals there, which rotate with the
@@ -259,22 +261,48 @@ impl Document {
         &self.parts
     }
 
+    /// The nodes of a glTF, in file order; empty for other formats.
+    pub fn nodes(&self) -> &[Node] {
+        self.origin().map_or(&[], |origin| origin.nodes())
+    }
+
+    /// The number of times that the nodes of a glTF show a part; 1 for other formats.
+    pub fn num_instances(&self, part: usize) -> usize {
+        self.origin().map_or(1, |origin| origin.num_instances(part))
+    }
+
+    /// Gives every node of a glTF that shows a mesh a mesh of its own, so that an edit moves one
+    /// instance and not all of them.
+    ///
+    /// Vertices and faces keep their indices; those of the copies follow, placed by their nodes.
+    /// Instances that only another scene shows, and those of one node by
+    /// `EXT_mesh_gpu_instancing`, stay shared. Other documents are returned as they are.
+    ///
+    /// # Errors
+    /// [`IoError`] if the copies exceed the limits with which the file was read.
+    pub fn with_unique_meshes(self) -> Result<Self, IoError> {
+        let Some(source) = &self.source else {
+            return Ok(self);
+        };
+        match self.with_moves(&**source, |moves| source.with_unique_meshes(moves))? {
+            Some(reading) => Ok(Self::from_reading(reading)?.at_home(self.home)),
+            None => Ok(self),
+        }
+    }
+
     /// All positions, in file order.
     pub fn positions(&self) -> &[Point3<f64>] {
         &self.positions
     }
 
+    /// Returns `true` if a vertex is not where the file has it.
+    pub fn has_moved(&self, vertex: usize) -> bool {
+        self.file_positions().get(vertex) != self.positions.get(vertex)
+    }
+
     /// All faces, in file order.
     pub fn faces(&self) -> &FaceList {
         &self.faces
-    }
-
-    /// The positions in the file.
-    fn file_positions(&self) -> &[Point3<f64>] {
-        match self.original.as_slice() {
-            [] => &self.positions,
-            original => original,
-        }
     }
 
     fn mesh(&self) -> Mesh<'_> {
@@ -338,95 +366,6 @@ impl Document {
         self.materials.is_none() && self.origin().is_some_and(is_obj)
     }
 
-    /// Builds the triangulated half-edge mesh of this document, with index maps in both
-    /// directions, welded as the format implies; see [`Document::surface_with`].
-    ///
-    /// # Errors
-    /// As for [`Document::surface_with`].
-    pub fn surface(&self) -> Result<ProcessingMesh, IoError> {
-        self.surface_with(Weld::AsFormat)
-    }
-
-    /// Builds the triangulated half-edge mesh of this document, with index maps in both
-    /// directions.
-    ///
-    /// Vertices that no face uses are omitted. Polygons are triangulated inside their outline,
-    /// even where it is concave. Faces left with fewer than three corners after welding are
-    /// omitted.
-    ///
-    /// # Errors
-    /// [`IoError::NoFaces`] if there is nothing to build from, [`IoError::NotManifold`] if the
-    /// faces do not form an oriented manifold.
-    pub fn surface_with(&self, weld: Weld) -> Result<ProcessingMesh, IoError> {
-        self.surface_numbered(weld, Numbering::Auto)
-    }
-
-    /// Like [`Document::surface_with`], with the given order of vertices and triangles.
-    ///
-    /// # Errors
-    /// As for [`Document::surface_with`].
-    pub fn surface_numbered(
-        &self,
-        weld: Weld,
-        numbering: Numbering,
-    ) -> Result<ProcessingMesh, IoError> {
-        let places = self.places(weld)?;
-        ProcessingMesh::build(
-            &self.positions,
-            &self.faces,
-            &places,
-            numbering,
-            Allowed::Manifold,
-        )
-    }
-
-    /// Like [`Document::surface_with`], for any list of faces: where they do not form an oriented
-    /// manifold, the mesh is cut into pieces that do, and copies of a vertex share a row, as by
-    /// [`HalfedgeMesh::from_faces_in_pieces`].
-    /// The document is not changed, and jobs that move all copies of a vertex alike can be
-    /// [written back](Document::set_positions).
-    ///
-    /// A document that has an oriented manifold surface gives exactly that one.
-    ///
-    /// # Errors
-    /// As for [`Document::surface_with`], except for edges with more than two faces, vertices with
-    /// several fans, and inconsistent orientation.
-    pub fn surface_in_pieces(&self, weld: Weld) -> Result<ProcessingMesh, IoError> {
-        let places = self.places(weld)?;
-        ProcessingMesh::build(
-            &self.positions,
-            &self.faces,
-            &places,
-            Numbering::Auto,
-            Allowed::Any,
-        )
-    }
-
-    /// Whether the format splits vertices, so that several of them may be one.
-    pub(crate) fn is_split(&self) -> bool {
-        !matches!(self.places, Places::Own)
-    }
-
-    /// For each vertex, the first vertex that it is welded to; empty if there is nothing to weld.
-    pub(crate) fn places(&self, weld: Weld) -> Result<Cow<'_, [u32]>, IoError> {
-        let part = self.stretches.group_of();
-        Ok(match weld {
-            Weld::AsFormat => match &self.places {
-                Places::Own => Cow::Borrowed(&[]),
-                // Uses the positions in the file, so that a merged vertex stays merged when it
-                // moves.
-                Places::Exact => Cow::Owned(weld::exact(self.file_positions(), part)),
-                Places::Given(places) => Cow::Borrowed(places),
-            },
-            Weld::Off => Cow::Borrowed(&[]),
-            Weld::Exact => Cow::Owned(weld::exact(&self.positions, part)),
-            Weld::Within(tolerance) if tolerance >= 0.0 && tolerance.is_finite() => {
-                Cow::Owned(weld::within(&self.positions, part, tolerance))
-            }
-            Weld::Within(tolerance) => return Err(IoError::WeldTolerance { tolerance }),
-        })
-    }
-
     /// The mesh with all its instances, welded as the format implies.
     pub(crate) fn expanded(&self) -> Result<Expanded<'_>, IoError> {
         let places = self.places(Weld::AsFormat)?;
@@ -446,14 +385,6 @@ impl Document {
         self.stretches = Stretches::new(&parts, &[]);
         self.parts = parts;
         self
-    }
-
-    /// Returns a function that maps a vertex to the index of its stretch.
-    ///
-    /// The indices are ascending, and equal for consecutive vertices of a part that may be
-    /// welded.
-    pub(crate) fn stretch_of(&self) -> impl Fn(usize) -> usize + use<> {
-        self.stretches.stretch_of()
     }
 
     /// Creates the document of another mesh made of this one's vertices and faces, with all data
@@ -508,93 +439,6 @@ impl Document {
             },
             home: self.home.clone(),
         })
-    }
-
-    /// Writes positions of the processing mesh back to the document.
-    ///
-    /// Every vertex whose position differs from the document's is moved. All others, and vertices
-    /// that no face uses, are preserved to the last digit of the file.
-    ///
-    /// # Errors
-    /// [`IoError::PositionCount`] if the positions do not match `processing`, or `processing`
-    /// does not match this document; [`IoError::NonFinitePosition`] if one is not finite. The
-    /// document is unchanged in these cases.
-    pub fn set_positions<T: Scalar>(
-        &mut self,
-        processing: &ProcessingMesh,
-        positions: &Positions<T>,
-    ) -> Result<(), IoError> {
-        let expected = processing.mesh().num_vertices();
-        if positions.len() != expected {
-            return Err(IoError::PositionCount {
-                expected,
-                found: positions.len(),
-            });
-        }
-        let expected = self.positions.len();
-        if processing.num_document_vertices() != expected {
-            return Err(IoError::PositionCount {
-                expected,
-                found: processing.num_document_vertices(),
-            });
-        }
-        let mut moves: Vec<(usize, Point3<f64>)> = Vec::new();
-        for vertex in 0..self.positions.len() {
-            let Some(v) = processing.vertex(vertex) else {
-                continue;
-            };
-            let (first, p) = (processing.document_vertex(v), positions[v]);
-            let old = self.positions[first];
-            // Compare in the caller's type: positions that `f32` cannot tell apart have not
-            // moved.
-            if p == old.map(T::of_f64) {
-                continue;
-            }
-            let p = p.map(Scalar::as_f64);
-            // A vertex welded within a tolerance keeps its offset from the first one.
-            let [at, first] = [vertex, first].map(|v| self.file_positions()[v]);
-            let p = match () {
-                () if at == first => p,
-                () if p == first => at,
-                () => p + (at - first),
-            };
-            moves.push((vertex, p));
-        }
-        if let Some(&(vertex, _)) = moves.iter().find(|(_, p)| !is_finite(p)) {
-            return Err(IoError::NonFinitePosition { vertex });
-        }
-        for (vertex, position) in moves {
-            self.place(vertex, position);
-        }
-        Ok(())
-    }
-
-    /// Moves one vertex of the document, given its 0-based index.
-    ///
-    /// # Errors
-    /// [`IoError::NonFinitePosition`] if the position is not finite, [`IoError::NoSuchVertex`] if
-    /// the index is out of range.
-    pub fn set_position(&mut self, vertex: usize, position: Point3<f64>) -> Result<(), IoError> {
-        if vertex >= self.positions.len() {
-            return Err(IoError::NoSuchVertex {
-                vertex,
-                num_vertices: self.positions.len(),
-            });
-        }
-        if !is_finite(&position) {
-            return Err(IoError::NonFinitePosition { vertex });
-        }
-        self.place(vertex, position);
-        Ok(())
-    }
-
-    fn place(&mut self, vertex: usize, position: Point3<f64>) {
-        if self.positions[vertex] != position {
-            if self.original.is_empty() {
-                self.original = self.positions.clone();
-            }
-            self.positions[vertex] = position;
-        }
     }
 }
 

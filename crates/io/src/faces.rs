@@ -53,6 +53,15 @@ impl FaceList {
         &self.corners
     }
 
+    /// For each of `num_vertices` vertices, `true` if a face uses it.
+    pub(crate) fn used_vertices(&self, num_vertices: usize) -> Vec<bool> {
+        let mut is_used = vec![false; num_vertices];
+        for &vertex in &self.corners {
+            is_used[vertex as usize] = true;
+        }
+        is_used
+    }
+
     /// The corner indices of `face`, counted through all faces.
     ///
     /// # Panics

@@ -3,7 +3,6 @@
 use std::io::Read;
 use std::path::Path;
 
-use crate::beside::Beside;
 use crate::companions::{Companions, Saved, WriteOptions, Written};
 use crate::document::Document;
 use crate::error::IoError;
@@ -12,6 +11,7 @@ use crate::limits::Limits;
 use crate::regular::open_regular;
 use crate::replace::{folder_of, link_target, replace_file};
 use crate::resolve::{NoFiles, Resolve};
+use crate::staging::StagedCompanions;
 use crate::{formats, gzip, room, stl, text};
 
 /// Reads a document from bytes.
@@ -141,14 +141,14 @@ fn read_bytes(path: &Path, limits: &Limits) -> Result<Vec<u8>, IoError> {
 ///
 /// See [`Document::write`] for what is preserved. The new file is written next to the old one and
 /// replaces it atomically, so that a failure leaves the old file intact. Files that the document
-/// refers to are copied next to the new file first; see [`Companions::Beside`].
+/// refers to are copied next to the new file first; see [`Companions::Separate`].
 ///
 /// # Errors
 /// [`IoError::InFile`] with the path and the problem; [`IoError::UnknownFormat`] if the extension
 /// is not known; [`IoError::Companion`] if a companion file cannot be placed next to the output.
 /// Nothing is changed in these cases.
 pub fn save(document: &Document, path: impl AsRef<Path>) -> Result<Saved, IoError> {
-    save_with(document, path, Companions::Beside)
+    save_with(document, path, Companions::Separate)
 }
 
 /// Like [`save`], with a choice of where the files that the document refers to are placed.
@@ -179,7 +179,7 @@ pub fn save_with(
         // Companions are placed next to the file itself, not next to a symbolic link to it.
         let target = link_target(path).map_err(IoError::Write)?;
         let home = document.home();
-        let placed = Beside::prepare(&companions, &target, home, &mut left)?.place()?;
+        let placed = StagedCompanions::prepare(&companions, &target, home, &mut left)?.place()?;
         replace_file(path, &bytes).map_err(IoError::Write)?;
         Ok(Saved {
             copied: placed.keep(),

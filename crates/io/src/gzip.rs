@@ -28,7 +28,7 @@ pub(crate) fn decompress(bytes: &[u8], limits: &Limits) -> Result<Vec<u8>, IoErr
     let mut content = Vec::new();
     let mut chunk = vec![0; CHUNK];
     let mut rest = bytes;
-    for _ in 0..MOST_MEMBERS {
+    for _ in 0..MAX_MEMBERS {
         let mut member = GzDecoder::new(rest);
         loop {
             let length = match member.read(&mut chunk) {
@@ -52,13 +52,13 @@ pub(crate) fn decompress(bytes: &[u8], limits: &Limits) -> Result<Vec<u8>, IoErr
     }
     Err(IoError::OverLimit {
         what: "members of a gzip file",
-        limit: MOST_MEMBERS,
+        limit: MAX_MEMBERS,
     })
 }
 
 /// More than any program writes (bgzip starts a member every 64 KiB of content). Each member
 /// costs a few microseconds, even an empty one.
-const MOST_MEMBERS: u64 = 1 << 18;
+const MAX_MEMBERS: u64 = 1 << 18;
 
 /// Number of bytes inflated between checks of the limits.
 const CHUNK: usize = 1 << 16;
@@ -169,9 +169,9 @@ mod tests {
     #[test]
     fn members_without_end_are_refused() {
         let empty = compress(b"");
-        let bytes = empty.repeat(MOST_MEMBERS as usize);
+        let bytes = empty.repeat(MAX_MEMBERS as usize);
         assert!(decompress(&bytes, &Limits::default()).unwrap().is_empty());
-        let bytes = empty.repeat(MOST_MEMBERS as usize + 1);
+        let bytes = empty.repeat(MAX_MEMBERS as usize + 1);
         let error = decompress(&bytes, &Limits::default())
             .unwrap_err()
             .to_string();

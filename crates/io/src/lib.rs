@@ -52,11 +52,10 @@
 //! | `detect`, `formats` | recognizing a format; the only place that knows all of them |
 //! | `processing`, `document` | the surface to work on; the only place that builds a `Document` |
 //! | `defects`, `weldable`, `repair`, `cut_faces` | inspection and repair of a document |
-//! | `beside`, `file` | loading and saving |
+//! | `file`, `staging` | loading and saving |
 
 mod assembly;
 mod attributes;
-mod beside;
 mod companions;
 mod contents;
 mod coordinate;
@@ -96,6 +95,7 @@ mod replace;
 mod resolve;
 mod room;
 mod source;
+mod staging;
 mod stl;
 mod text;
 mod topology;
@@ -119,7 +119,7 @@ pub use file::{load, load_with, read, read_with, save, save_with};
 pub use format::Format;
 pub use limits::Limits;
 pub use material::{Alpha, Image, ImageKind, Material, Materials};
-pub use parsed::Part;
+pub use parsed::{Node, Part};
 pub use printable::{Printable, printable, printable_json};
 pub use processing::{Numbering, ProcessingMesh};
 pub use regular::{open_regular, read_regular};

@@ -18,6 +18,17 @@ pub struct Part {
     pub faces: Range<usize>,
 }
 
+/// A node of a glTF.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Node {
+    /// The name in the file; may be empty.
+    pub name: String,
+    /// The index of the node that it is a child of.
+    pub parent: Option<usize>,
+    /// The index of the [`Part`] that is its mesh.
+    pub part: Option<usize>,
+}
+
 /// The result of a reader.
 #[derive(Debug, Default)]
 pub(crate) struct Parsed {

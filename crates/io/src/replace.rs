@@ -50,7 +50,7 @@ pub fn replace_file(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
 /// If the links form a cycle.
 pub fn link_target(path: &Path) -> std::io::Result<PathBuf> {
     let mut target = path.to_owned();
-    for _ in 0..MOST_LINKS {
+    for _ in 0..MAX_LINKS {
         match std::fs::read_link(&target) {
             // An absolute path replaces the folder.
             Ok(next) => target = target.parent().unwrap_or(Path::new("")).join(next),
@@ -61,7 +61,7 @@ pub fn link_target(path: &Path) -> std::io::Result<PathBuf> {
 }
 
 /// The limit on Linux.
-const MOST_LINKS: usize = 40;
+const MAX_LINKS: usize = 40;
 
 /// Returns the metadata of the file at `path`, following links; `None` if there is none.
 ///

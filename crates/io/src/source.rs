@@ -13,7 +13,7 @@ use crate::faces::FaceList;
 use crate::format::Format;
 use crate::material::Materials;
 use crate::normals::Normals;
-use crate::parsed::Parsed;
+use crate::parsed::{Node, Parsed};
 use crate::placement::Instance;
 use crate::remap::Remap;
 
@@ -118,6 +118,22 @@ pub(crate) trait SourceFile: Debug + Send + Sync {
         _visit: &mut dyn FnMut(Instance<'_>) -> Result<(), IoError>,
     ) -> Result<(), IoError> {
         Ok(())
+    }
+
+    /// The nodes that show the meshes, in file order.
+    fn nodes(&self) -> &[Node] {
+        &[]
+    }
+
+    /// The number of times that the file shows a part of the document.
+    fn num_instances(&self, _part: usize) -> usize {
+        1
+    }
+
+    /// The same file with a mesh of its own for every node that shows one, or `None` if this file
+    /// has these already.
+    fn with_unique_meshes(&self, _moves: &Moves<'_>) -> Result<Option<Reading>, IoError> {
+        Ok(None)
     }
 
     /// Lists the companion files that the output of [`SourceFile::write`] refers to.

@@ -3,6 +3,11 @@
 //! Corners are numbered through all faces. The *place* of a corner is its vertex, or the first
 //! vertex that its vertex is welded to. A corner also identifies the side of its face that starts
 //! there. Every step is linear or a sort, so that hostile input costs no more than a large mesh.
+//!
+//! `HalfedgeMesh::from_faces_in_pieces` also sorts sides and turns faces, but to build a mesh from
+//! valid faces. Here faces may be degenerate and vertices welded, and what is wrong is reported.
+
+use cotan_halfedge::DisjointSets;
 
 use crate::attributes::NONE;
 use crate::faces::FaceList;
@@ -143,7 +148,7 @@ impl<'a> Topology<'a> {
     }
 
     /// Joins the corners of two sides of an edge that are at the same place.
-    pub(crate) fn join_ends(&self, fans: &mut Sets, a: u32, b: u32) {
+    pub(crate) fn join_ends(&self, fans: &mut DisjointSets, a: u32, b: u32) {
         let (next_a, next_b) = (self.next(a), self.next(b));
         if self.agree(a, b) {
             fans.join(a, next_b);
@@ -155,8 +160,8 @@ impl<'a> Topology<'a> {
     }
 
     /// The sets of corners connected through edges at their place.
-    pub(crate) fn fans(&self) -> Sets {
-        let mut fans = Sets::new(self.at.len());
+    pub(crate) fn fans(&self) -> DisjointSets {
+        let mut fans = DisjointSets::new(self.at.len());
         for sides in self.edges() {
             for pair in sides.windows(2) {
                 self.join_ends(&mut fans, pair[0].corner, pair[1].corner);
@@ -166,8 +171,8 @@ impl<'a> Topology<'a> {
     }
 
     /// The sets of faces connected through edges.
-    pub(crate) fn components(&self) -> Sets {
-        let mut components = Sets::new(self.outlines.len());
+    pub(crate) fn components(&self) -> DisjointSets {
+        let mut components = DisjointSets::new(self.outlines.len());
         for sides in self.edges() {
             for pair in sides.windows(2) {
                 components.join(pair[0].face, pair[1].face);
@@ -225,7 +230,7 @@ impl<'a> Topology<'a> {
     /// side.
     ///
     /// `fans` must be the result of [`Topology::fans`]; a loop continues within a fan.
-    pub(crate) fn boundary_loops(&self, fans: &mut Sets) -> Vec<BoundaryLoop> {
+    pub(crate) fn boundary_loops(&self, fans: &mut DisjointSets) -> Vec<BoundaryLoop> {
         // Every end of a boundary side, with the fan that contains it.
         let mut ends: Vec<(u32, u32)> = Vec::new();
         let mut sides: Vec<u32> = Vec::new();
@@ -313,35 +318,6 @@ pub(crate) struct BoundaryLoop {
     pub(crate) sides: Vec<u32>,
     /// `true` if the loop is closed and passes through each of its fans once.
     pub(crate) is_simple: bool,
-}
-
-/// Disjoint sets of the numbers 0..n (union–find with path halving).
-#[derive(Clone, Debug)]
-pub(crate) struct Sets {
-    parents: Vec<u32>,
-}
-
-impl Sets {
-    pub(crate) fn new(len: usize) -> Self {
-        Self {
-            parents: (0..len as u32).collect(),
-        }
-    }
-
-    /// The smallest number in the set of `x`.
-    pub(crate) fn root(&mut self, mut x: u32) -> u32 {
-        while self.parents[x as usize] != x {
-            let grandparent = self.parents[self.parents[x as usize] as usize];
-            self.parents[x as usize] = grandparent;
-            x = grandparent;
-        }
-        x
-    }
-
-    pub(crate) fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.parents[a.max(b) as usize] = a.min(b);
-    }
 }
 
 #[cfg(test)]

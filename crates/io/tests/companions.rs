@@ -204,7 +204,7 @@ fn references_out_of_the_folder_are_left_and_named() {
     ]);
     folders.write("a/m.gltf", with_images(&images).to_string().as_bytes());
     let document = folders.load("a/m.gltf");
-    for companions in [Companions::Beside, Companions::Embedded] {
+    for companions in [Companions::Separate, Companions::Embedded] {
         let saved = save_with(&document, folders.path("b/m.gltf"), companions).unwrap();
         assert_eq!(saved.left.len(), 4, "{saved:?}");
         for name in ["../secret.png", "missing.png", "/etc/hostname", "%FF"] {
@@ -223,7 +223,7 @@ fn references_out_of_the_folder_are_left_and_named() {
 fn without_a_resolver_a_file_is_not_torn_from_its_images() {
     let folders = Folders::new();
     let document = folders.load("a/m.gltf");
-    save_with(&document, folders.path("a/one.glb"), Companions::Beside).unwrap();
+    save_with(&document, folders.path("a/one.glb"), Companions::Separate).unwrap();
     let document = load(folders.path("a/one.glb")).unwrap();
     let error = save(&document, folders.path("b/one.glb")).unwrap_err();
     let text = error.to_string();

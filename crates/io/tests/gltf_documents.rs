@@ -520,7 +520,7 @@ proptest! {
         }
         for document in [&document, &repaired, &edited] {
             for format in [Format::Gltf, Format::Glb] {
-                for companions in [Companions::Beside, Companions::Embedded] {
+                for companions in [Companions::Separate, Companions::Embedded] {
                     check_saved(document, &original, format, companions)?;
                 }
             }

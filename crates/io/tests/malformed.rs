@@ -15,8 +15,8 @@ use serde_json::Value;
 #[global_allocator]
 static MEMORY: PeakAlloc = PeakAlloc;
 
-const MOST_MEGABYTES: f32 = 1000.0;
-const MOST_SECONDS: f64 = 5.0;
+const MAX_MEGABYTES: f32 = 1000.0;
+const MAX_SECONDS: f64 = 5.0;
 
 /// The words that each error must contain, by file: the location, or the element that is wrong.
 const WORDS: &[(&str, &str)] = &[
@@ -204,7 +204,7 @@ fn every_file_does_what_is_expected_of_it() {
         };
         let words = WORDS.iter().find(|(file, _)| *file == name);
         let is_named = words.is_none_or(|(_, words)| said.contains(words));
-        let is_small = seconds < MOST_SECONDS && megabytes < MOST_MEGABYTES;
+        let is_small = seconds < MAX_SECONDS && megabytes < MAX_MEGABYTES;
         if !is_expected || !is_named || !is_small {
             surprises.push(format!(
                 "{name}: {} expected with {expected:?} and {words:?}, found {counts:?} in \

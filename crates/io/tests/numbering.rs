@@ -1,12 +1,12 @@
 //! Meshes with scattered indices are renumbered for processing, and nowhere else.
 
 use cotan_geometry::Mesh;
-use cotan_geometry::shapes::{Numbering as Order, irregular};
+use cotan_geometry::shapes::{VertexOrder, irregular};
 use cotan_io::{Document, Format, Limits, Numbering, Weld};
 use nalgebra::Vector3;
 
 fn scattered() -> Mesh<f64> {
-    irregular(5_000, Order::Random, 3)
+    irregular(5_000, VertexOrder::Random, 3)
 }
 
 fn document(shape: &Mesh<f64>) -> Document {
@@ -15,7 +15,7 @@ fn document(shape: &Mesh<f64>) -> Document {
 
 #[test]
 fn only_scattered_documents_are_renumbered() {
-    let natural = irregular(5_000, Order::Natural, 3);
+    let natural = irregular(5_000, VertexOrder::Natural, 3);
     let kept = document(&natural).surface().expect("a surface");
     assert!(!kept.is_renumbered());
     let mesh = kept.mesh();

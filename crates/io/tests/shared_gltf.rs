@@ -153,7 +153,7 @@ fn a_moved_duck_keeps_everything_else() {
     document.set_positions(&surface, &moved).unwrap();
     let written = document.write(Format::Glb).unwrap();
     assert_eq!(document.losses(Format::Glb), Vec::<String>::new());
-    // For scripts/check_glb.py.
+    // Kept on request, to be checked by another reader.
     if let Some(folder) = std::env::var_os("COTAN_KEEP") {
         std::fs::write(Path::new(&folder).join("duck.glb"), &written).unwrap();
         let new = Document::new(document.positions().to_vec(), document.faces().clone())

@@ -245,7 +245,7 @@ impl IntrinsicTriangulation {
             .collect();
         let mut flips = 0;
         // Rounding cannot make the loop endless.
-        let most = MOST_FLIPS.saturating_mul(self.sides.len());
+        let most = MAX_FLIPS.saturating_mul(self.sides.len());
         while let Some(side) = pending.pop() {
             let side = side as usize;
             let twin = self.sides[side].twin;
@@ -430,7 +430,7 @@ const TOLERANCE: f64 = 1e-6;
 const FLOOR: f64 = 1e-12;
 
 /// Limit of the flips per side. Meshes need less than one; a bound of theory is quadratic.
-const MOST_FLIPS: usize = 1000;
+const MAX_FLIPS: usize = 1000;
 
 /// Sides per task.
 const CHUNKS: Chunks = Chunks::of(4096);

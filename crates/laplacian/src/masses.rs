@@ -1,7 +1,7 @@
 //! Mass matrices of piecewise linear functions.
 //!
 //! ```text
-//! consistent      M_ij = ∫ φ_i φ_j        (A/6 on the diagonal, A/12 beside it, per triangle)
+//! consistent      M_ij = ∫ φ_i φ_j        (A/6 on the diagonal, A/12 off it, per triangle)
 //! barycentric     M_ii = ∫ φ_i            (A/3 per triangle)
 //! mixed Voronoi   M_ii = area of the surface nearest to i, within the triangles around it
 //! ```

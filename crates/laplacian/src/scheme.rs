@@ -1,4 +1,7 @@
 //! The trait for Laplacian weights.
+//!
+//! A scheme may apply its operator without assembling it, by default through [`Operator`], which
+//! in turn is assembled from a scheme: the two modules are one concept.
 
 use std::sync::Arc;
 

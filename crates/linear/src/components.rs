@@ -1,11 +1,13 @@
-//! The connected components, and sums over them.
+//! The connected components of a system's graph, and sums over them.
+//!
+//! `cotan_halfedge::Components` are those of a mesh; a graph may join vertices that share no edge.
 
 use cotan_laplacian::Graph;
 use cotan_parallel::Chunks;
 use nalgebra::Vector3;
 
 /// The connected components.
-pub(crate) struct Components {
+pub(crate) struct GraphComponents {
     /// The component of every vertex; components are ordered by their lowest vertices.
     labels: Vec<u32>,
     /// All vertices, component after component, each ascending.
@@ -16,7 +18,7 @@ pub(crate) struct Components {
     chunks: Vec<(usize, std::ops::Range<usize>)>,
 }
 
-impl Components {
+impl GraphComponents {
     pub(crate) fn new(graph: &Graph) -> Self {
         const UNSEEN: u32 = u32::MAX;
         /// Vertices of a partial sum. Fixed, so that sums do not depend on the number of threads.

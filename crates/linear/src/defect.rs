@@ -1,4 +1,5 @@
-//! The defect of a shape: what each term of the system still lacks.
+//! The defect of a shape, in the sense of defect correction: what each term of the system still
+//! lacks. (The defects of a file are in `cotan-io`.)
 
 use cotan_halfedge::VertexMap;
 use nalgebra::Vector3;

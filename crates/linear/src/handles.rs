@@ -2,7 +2,7 @@
 
 use cotan_halfedge::VertexId;
 
-use crate::components::Components;
+use crate::components::GraphComponents;
 use crate::error::LinearError;
 use crate::ties::Ties;
 
@@ -55,7 +55,7 @@ impl Handle {
 /// that it is tied to.
 pub(crate) fn check(
     handles: &[Handle],
-    components: &Components,
+    components: &GraphComponents,
     ties: &Ties,
 ) -> Result<(), LinearError> {
     let n = components.num_vertices();

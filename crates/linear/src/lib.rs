@@ -56,6 +56,7 @@ mod linear_system;
 mod multipliers;
 mod normal;
 mod one_ring;
+mod plan;
 mod problem;
 mod pseudo_inverse;
 mod storage;

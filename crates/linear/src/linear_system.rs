@@ -9,7 +9,7 @@ use cotan_laplacian::{Graph, Operator, Symmetry};
 use cotan_sparse::{Cholesky, LowerTriangle};
 use nalgebra::{DMatrix, Vector3};
 
-use crate::components::Components;
+use crate::components::GraphComponents;
 use crate::error::LinearError;
 use crate::one_ring;
 use crate::storage::{Limit, Storage};
@@ -58,7 +58,7 @@ use crate::weights::Weights;
 /// ```
 pub struct LinearSystem {
     graph: Arc<Graph>,
-    components: Components,
+    components: GraphComponents,
     equation: Equation,
     cholesky: Cholesky,
 }
@@ -133,7 +133,7 @@ impl LinearSystem {
         max_memory: Option<u64>,
     ) -> Result<Self, LinearError> {
         let graph = operator.graph().clone();
-        let components = Components::new(&graph);
+        let components = GraphComponents::new(&graph);
         let equation = Equation {
             weights: Arc::new(weigh(operator)?),
             diagonal: diagonal.to_vec(),
@@ -320,7 +320,11 @@ impl LinearSystem {
 impl Equation {
     /// D − L; fixed vertices are cut off, with a diagonal of the usual size and entries that stay
     /// in the pattern.
-    fn matrix(&self, graph: &Graph, components: &Components) -> Result<LowerTriangle, LinearError> {
+    fn matrix(
+        &self,
+        graph: &Graph,
+        components: &GraphComponents,
+    ) -> Result<LowerTriangle, LinearError> {
         self.check_diagonal()?;
         self.check_components(components)?;
         let usual = |sum: f64| if sum > 0.0 { sum } else { 1.0 };
@@ -352,7 +356,7 @@ impl Equation {
 
     /// Every component needs a vertex that is fixed or has a positive diagonal: without one,
     /// constants are in the null space, which rounding may hide from the factorization.
-    fn check_components(&self, components: &Components) -> Result<(), LinearError> {
+    fn check_components(&self, components: &GraphComponents) -> Result<(), LinearError> {
         let holds = |&i: &u32| self.is_fixed[i as usize] || self.diagonal_at(i as usize) > 0.0;
         for component in 0..components.len() {
             let members = components.members(component);

@@ -8,7 +8,7 @@ use cotan_laplacian::{Graph, Operator};
 use cotan_parallel as parallel;
 use nalgebra::Vector3;
 
-use crate::components::Components;
+use crate::components::GraphComponents;
 use crate::defect::Defect;
 use crate::error::LinearError;
 use crate::handles::{self, Handle, Hold};
@@ -30,7 +30,7 @@ pub struct Membrane<'a> {
 pub(crate) struct Problem {
     pub(crate) graph: Arc<Graph>,
     pub(crate) weights: Weights,
-    pub(crate) components: Arc<Components>,
+    pub(crate) components: Arc<GraphComponents>,
     pub(crate) membrane: Option<Sheet>,
     pub(crate) ties: Arc<Ties>,
     /// Mean |L_ii|, to which the weights of soft handles are relative.
@@ -76,7 +76,7 @@ impl Problem {
         ties: &[Tie],
     ) -> Result<Self, LinearError> {
         let graph = operator.graph().clone();
-        let components = Arc::new(Components::new(&graph));
+        let components = Arc::new(GraphComponents::new(&graph));
         let unit = operator.mean_diagonal();
         let (weights, membrane) = weigh(operator, membrane)?;
         check_ties(ties, graph.num_rows())?;
@@ -161,7 +161,7 @@ fn check_ties(ties: &[Tie], num_vertices: usize) -> Result<(), LinearError> {
 
 fn hold(
     handles: &[Handle],
-    components: &Components,
+    components: &GraphComponents,
     ties: &Ties,
     unit: f64,
 ) -> Result<Held, LinearError> {

@@ -18,7 +18,7 @@ use cotan_parallel as parallel;
 use cotan_sparse::{Cholesky, LowerTriangle, Multigrid, Symbolic};
 use nalgebra::Vector3;
 
-use crate::components::Components;
+use crate::components::GraphComponents;
 use crate::error::LinearError;
 use crate::one_ring;
 use crate::problem::{Problem, Sheet, Stiffness};
@@ -27,7 +27,7 @@ use crate::strategy::Reason;
 use crate::weights::Form;
 
 pub(crate) struct PseudoInverse {
-    components: Arc<Components>,
+    components: Arc<GraphComponents>,
     /// D; empty if it is 1.
     scale: Vec<f64>,
     /// Σ D² of every component.

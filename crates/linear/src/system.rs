@@ -11,10 +11,11 @@ use crate::defect::Defect;
 use crate::error::LinearError;
 use crate::handles::{Handle, Hold};
 use crate::normal::NormalEquations;
+use crate::plan::{Plan, Solver};
 use crate::problem::{Membrane, Problem};
 use crate::pseudo_inverse::Means;
 use crate::storage::Storage;
-use crate::strategy::{Choice, Plan, Solver, SystemOptions};
+use crate::strategy::{Choice, SystemOptions};
 use crate::ties::Tie;
 
 /// A least-squares system with handles, factorized.

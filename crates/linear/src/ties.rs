@@ -1,8 +1,8 @@
 //! Ties: springs between points of a mesh that no edge joins.
 
-use cotan_halfedge::VertexId;
+use cotan_halfedge::{DisjointSets, VertexId};
 
-use crate::components::Components;
+use crate::components::GraphComponents;
 
 /// A term κ |Σ_k c_k x_k|² of the membrane's energy K: it adds κ c cᵀ to K.
 ///
@@ -75,24 +75,18 @@ impl Ties {
         })
     }
 
-    /// For each component the number of the set that ties join it to.
-    pub(crate) fn join(&self, components: &Components) -> Vec<usize> {
-        let mut sets: Vec<usize> = (0..components.len()).collect();
-        fn root(sets: &mut [usize], mut c: usize) -> usize {
-            while sets[c] != c {
-                sets[c] = sets[sets[c]];
-                c = sets[c];
-            }
-            c
-        }
+    /// The lowest of the components that ties join to each component, for every component.
+    pub(crate) fn join(&self, components: &GraphComponents) -> Vec<usize> {
+        let mut sets = DisjointSets::new(components.len());
         for tie in &self.all {
             let mut tied = tie.terms.iter().map(|(v, _)| components.of(v.index()));
             let Some(first) = tied.next() else { continue };
             for other in tied {
-                let [a, b] = [first, other].map(|c| root(&mut sets, c));
-                sets[a.max(b)] = a.min(b);
+                sets.join(first as u32, other as u32);
             }
         }
-        (0..sets.len()).map(|c| root(&mut sets, c)).collect()
+        (0..components.len() as u32)
+            .map(|c| sets.root(c) as usize)
+            .collect()
     }
 }

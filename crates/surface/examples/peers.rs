@@ -1,4 +1,4 @@
-//! Runs a job on a mesh and prints its processor time, for `benches/peers/remesh_peers.py`.
+//! Runs a job on a mesh and prints its processor time, for comparisons with other libraries.
 //!
 //! ```text
 //! cargo run --release -p cotan-surface --example peers -- decimate IN.off FACES OUT.off

@@ -195,11 +195,11 @@ const RIDGE: f64 = 1e-8;
 
 /// The neighbours of a vertex and their neighbours, ascending.
 fn two_rings(mesh: &HalfedgeMesh, v: VertexId) -> BTreeSet<VertexId> {
-    let mut around: BTreeSet<VertexId> = mesh.one_ring(v).take(MOST_NEIGHBOURS).collect();
+    let mut around: BTreeSet<VertexId> = mesh.one_ring(v).take(MAX_NEIGHBOURS).collect();
     let first: Vec<VertexId> = around.iter().copied().collect();
     for w in first {
-        if around.len() < MOST_NEIGHBOURS {
-            around.extend(mesh.one_ring(w).take(MOST_NEIGHBOURS));
+        if around.len() < MAX_NEIGHBOURS {
+            around.extend(mesh.one_ring(w).take(MAX_NEIGHBOURS));
         }
     }
     around.remove(&v);
@@ -220,7 +220,7 @@ fn tangents(n: &Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
 }
 
 /// Around a hub of a huge valence a part of the rings is enough.
-const MOST_NEIGHBOURS: usize = 200;
+const MAX_NEIGHBOURS: usize = 200;
 
 /// Vertices per task.
 const CHUNKS: Chunks = Chunks::of(256);

@@ -1,4 +1,4 @@
-//! The deviation of one surface from another, whatever their triangles.
+//! The deviation of one surface from another of any connectivity.
 //!
 //! ```text
 //! Hausdorff   max_{p ∈ A} d(p, B)            mean    ∫_A d(p, B) dp / area of A
@@ -9,9 +9,9 @@
 //! that is farther away than the farthest known one by more than the tolerance. The distance from
 //! one triangle of B is a convex function, so on a triangle of A it is at most that of a corner.
 //!
-//! **Source**: Guthe, Borodin, Klein 2005, Fast and accurate Hausdorff distance calculation between
-//! meshes; the bound by single triangles as in Tang, Lee, Kim 2009, Interactive Hausdorff distance
-//! computation for general polygonal models.
+//! **Source**: Guthe, Borodin, Klein 2005, Fast and accurate Hausdorff distance calculation
+//! between meshes; the bound by single triangles as in Tang, Lee, Kim 2009, Interactive Hausdorff
+//! distance computation for general polygonal models.
 
 use cotan_geometry::{
     ClosestPoint, Scalar, Surface, SurfaceError, SurfaceTree, angle_between, closest_on_triangle,
@@ -328,9 +328,9 @@ fn bracket(from: &Side, to: &Side, known: f64, tolerance: f64) -> (f64, f64) {
         let part = Part::new(from.triangles[f], to);
         (part.bound > known + tolerance).then_some(part)
     });
-    for _ in 0..MOST_SPLITS {
+    for _ in 0..MAX_SPLITS {
         parts.retain(|part| part.bound > lowest + tolerance);
-        if parts.is_empty() || parts.len() > MOST_PARTS {
+        if parts.is_empty() || parts.len() > MAX_PARTS {
             break;
         }
         let quarters = PARTS.filled(4 * parts.len(), |i| {
@@ -345,11 +345,11 @@ fn bracket(from: &Side, to: &Side, known: f64, tolerance: f64) -> (f64, f64) {
     (lowest, greatest.fold(lowest + tolerance, f64::max))
 }
 
-/// Rounds of splitting: 4^20 parts of a face are smaller than any tolerance.
-const MOST_SPLITS: usize = 20;
+/// Maximum number of rounds of splitting: 4^20 parts of a face are smaller than any tolerance.
+const MAX_SPLITS: usize = 20;
 
-/// Parts in one round. Beyond it the bracket stays wider than asked for.
-const MOST_PARTS: usize = 2_000_000;
+/// Maximum number of parts in one round. Beyond it the bracket stays wider than requested.
+const MAX_PARTS: usize = 2_000_000;
 
 /// Faces per task.
 const CHUNKS: Chunks = Chunks::of(256);

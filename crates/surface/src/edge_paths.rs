@@ -2,11 +2,12 @@
 //!
 //! **Source**: Dijkstra 1959, A note on two problems in connexion with graphs.
 
-use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use cotan_geometry::{Scalar, Surface};
 use cotan_halfedge::{HalfedgeId, VertexId, VertexMap};
+
+use crate::reached::Reached;
 
 /// The shortest paths along edges from some sources to all vertices.
 #[derive(Clone, PartialEq, Debug)]
@@ -33,13 +34,10 @@ impl EdgePaths {
         for &vertex in sources {
             if let Some(distance) = paths.distances.get_mut(vertex) {
                 *distance = 0.0;
-                heap.push(Entry {
-                    distance: 0.0,
-                    vertex,
-                });
+                heap.push(Reached::at(vertex, 0.0));
             }
         }
-        while let Some(Entry { distance, vertex }) = heap.pop() {
+        while let Some(Reached { distance, vertex }) = heap.pop() {
             if distance > paths.distances[vertex] {
                 continue;
             }
@@ -49,10 +47,7 @@ impl EdgePaths {
                 if along < paths.distances[target] {
                     paths.distances[target] = along;
                     paths.arriving[target] = Some((h, vertex));
-                    heap.push(Entry {
-                        distance: along,
-                        vertex: target,
-                    });
+                    heap.push(Reached::at(target, along));
                 }
             }
         }
@@ -78,28 +73,6 @@ impl EdgePaths {
         }
         path.reverse();
         path
-    }
-}
-
-/// A vertex in the queue. The closest comes first, then the lowest index.
-#[derive(PartialEq)]
-struct Entry {
-    distance: f64,
-    vertex: VertexId,
-}
-
-impl Eq for Entry {}
-
-impl Ord for Entry {
-    fn cmp(&self, other: &Self) -> Ordering {
-        let by_distance = other.distance.total_cmp(&self.distance);
-        by_distance.then(other.vertex.cmp(&self.vertex))
-    }
-}
-
-impl PartialOrd for Entry {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
     }
 }
 

@@ -7,7 +7,7 @@ use cotan_halfedge::{EdgeId, EdgeMap};
 use crate::tessellation_error::TessellationError;
 use crate::triangles::{NONE, Triangles, prev};
 
-/// The selection of lines that are kept. The boundary always is.
+/// The lines that are kept in addition to the boundary.
 #[derive(Clone, PartialEq, Debug, Default)]
 #[non_exhaustive]
 pub struct Features {
@@ -25,7 +25,7 @@ impl Features {
         Self::default()
     }
 
-    /// The boundary, and creases from `angle` on, in radians.
+    /// The boundary, and creases of at least `angle`, in radians.
     pub fn creases(angle: f64) -> Self {
         Self {
             angle: Some(angle),

@@ -181,7 +181,7 @@ impl GeodesicDistances {
 
         let length = triangulation.mean_length();
         let time = options.time * length * length;
-        let time = time.max((diameter(&surface, &pins) / MOST_DECAY).powi(2));
+        let time = time.max((diameter(&surface, &pins) / MAX_DECAY).powi(2));
         // The operator's weights carry no ½, so the masses are doubled.
         let masses = masses(&triangulation).map(|area| 2.0 * area / time);
         let within = options.max_memory;
@@ -360,7 +360,7 @@ fn fluxes(triangle: &IntrinsicTriangle, heat: [f64; 3]) -> [f64; 3] {
     let slope = (hats[1] * (heat[1] - heat[0]) + hats[2] * (heat[2] - heat[0])) / largest;
     let steepness = slope.norm();
     // Where heat from all sides balances, only rounding errors have a direction.
-    if !(steepness > LEAST_SLOPE * triangle.area().sqrt()) {
+    if !(steepness > MIN_SLOPE * triangle.area().sqrt()) {
         return [0.0; 3];
     }
     let away = slope / -steepness;
@@ -398,10 +398,10 @@ fn zeros(len: usize) -> Vec<f64> {
 }
 
 /// Heat falls by e per √t of distance. Below e⁻⁷⁰⁰ it would be lost.
-const MOST_DECAY: f64 = 600.0;
+const MAX_DECAY: f64 = 600.0;
 
 /// The least change of heat across a triangle, relative to its heat, that has a direction.
-const LEAST_SLOPE: f64 = 1e-8;
+const MIN_SLOPE: f64 = 1e-8;
 
 /// Triangles per task.
 const CHUNKS: Chunks = Chunks::of(2048);

@@ -9,7 +9,7 @@ use nalgebra::Point3;
 pub struct Isoline<T: Scalar> {
     /// The points. A closed line does not repeat its first point.
     pub points: Vec<Point3<T>>,
-    /// Whether the line closes.
+    /// True if the line is closed.
     pub is_closed: bool,
 }
 

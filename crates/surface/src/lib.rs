@@ -10,11 +10,13 @@ mod curvatures;
 mod decimate;
 mod deviation;
 mod edge_paths;
+mod fast_marching;
 mod features;
 mod heat;
 mod isolines;
 mod mirror;
 mod nearest;
+mod reached;
 mod remesh;
 mod straight;
 mod subdivide;
@@ -25,9 +27,10 @@ mod units;
 pub use curvatures::{
     PrincipalCurvature, gaussian_curvatures, mean_curvatures, principal_curvatures,
 };
-pub use decimate::{Attributes, DecimateOptions, DecimateTarget, Decimated, decimate};
+pub use decimate::{DecimateAttributes, DecimateOptions, DecimateTarget, Decimated, decimate};
 pub use deviation::{Deviation, DeviationOptions, OneSidedDeviation, deviation};
 pub use edge_paths::EdgePaths;
+pub use fast_marching::distances_within;
 pub use features::Features;
 pub use heat::{DistanceError, GeodesicDistances, HeatOptions};
 pub use isolines::{Isoline, isolines};

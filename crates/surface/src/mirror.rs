@@ -112,7 +112,7 @@ pub fn mirror_plane<T: Scalar>(surface: &Surface<'_, T>, tolerance: f64) -> Opti
         plane.share = body.share(&plane, tolerance, &fine);
         let rank = plane.share - 1e-3 * preference(&plane.normal);
         let is_better = best.is_none_or(|(greatest, _)| rank > greatest);
-        if plane.share >= LEAST_SHARE && is_better && !body.is_flat_in(&plane, &fine) {
+        if plane.share >= MIN_SHARE && is_better && !body.is_flat_in(&plane, &fine) {
             best = Some((rank, plane));
         }
     }
@@ -236,7 +236,7 @@ impl Body {
             };
             let misfit = self.misfit(&next, reach, vertices);
             // Also ends where a distance is not a number.
-            if !(misfit < best.0 * (1.0 - LEAST_GAIN)) {
+            if !(misfit < best.0 * (1.0 - MIN_GAIN)) {
                 break;
             }
             best = (misfit, next);
@@ -305,10 +305,10 @@ const REFINED: usize = 6;
 const ROUNDS: usize = 40;
 
 /// The share of the misfit that a round must remove.
-const LEAST_GAIN: f64 = 1e-3;
+const MIN_GAIN: f64 = 1e-3;
 
 /// The share of the area that must have a mirror image.
-const LEAST_SHARE: f64 = 0.7;
+const MIN_SHARE: f64 = 0.7;
 
 /// The distance from a plane within which a surface is in it, a share of the size.
 const FLAT: f64 = 0.01;
@@ -317,7 +317,7 @@ const FLAT: f64 = 0.01;
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test stops at the first surprise")]
 
-    use cotan_geometry::shapes::{Numbering, creature, irregular};
+    use cotan_geometry::shapes::{VertexOrder, creature, irregular};
     use cotan_geometry::testing::rigid_motions;
     use cotan_geometry::{Mesh, bar, bumpy_plane, icosphere};
     use proptest::prelude::*;
@@ -346,7 +346,7 @@ mod tests {
     #[test]
     fn a_shape_of_chance_has_none() {
         let (connectivity, mut positions) =
-            irregular::<f64>(400, Numbering::Random, 7).into_parts();
+            irregular::<f64>(400, VertexOrder::Random, 7).into_parts();
         for p in positions.values_mut() {
             let wave = (2.0 * p.x + 0.7).sin() * (3.0 * p.y - 0.4).cos() + (2.5 * p.z + 1.3).sin();
             p.coords *= 1.0 + 0.2 * wave;

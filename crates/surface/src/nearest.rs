@@ -125,7 +125,7 @@ pub(crate) fn walk_within(
 ) -> Nearest {
     let enough = distance * distance;
     let mut best = on_triangle(original, face, point);
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_STEPS {
         if best.distance_squared <= enough {
             break;
         }
@@ -168,7 +168,7 @@ pub(crate) fn walk_line(
     point: Vector3<f64>,
 ) -> (u32, Vector3<f64>) {
     let mut best = (h, on_segment(original, h, point));
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_STEPS {
         let start = best.0;
         for v in [original.origin(start), original.target(start)] {
             if places[v as usize] != Place::Line {
@@ -218,4 +218,4 @@ fn on_triangle(original: &Triangles, face: u32, p: Vector3<f64>) -> Nearest {
 const NUDGE: f64 = 0.01;
 
 /// Each step of a walk is strictly nearer, so it ends; this bound is for rounding.
-const MOST_STEPS: usize = 10_000;
+const MAX_STEPS: usize = 10_000;

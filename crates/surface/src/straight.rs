@@ -1,8 +1,8 @@
 //! Straightest lines on a surface.
 //!
 //! A line that crosses an edge continues straight in the plane into which both faces unfold. At a
-//! vertex, where no unfolding exists, it continues so that it has the same angle on its left and on
-//! its right.
+//! vertex, where no unfolding exists, it continues so that it has the same angle on its left and
+//! on its right.
 //!
 //! **Source**: Polthier and Schmies 1998, Straightest geodesics on polyhedral surfaces.
 
@@ -22,7 +22,7 @@ pub enum LineEnd {
     Boundary,
     /// It reached a face without area, or the direction has no part along the surface.
     Degenerate,
-    /// It crossed a hundred times as many edges as the surface has: the line goes round and round.
+    /// It crossed a hundred times as many edges as the surface has.
     Limit,
 }
 
@@ -92,7 +92,7 @@ struct Tracer<'m, T: Scalar> {
 
 impl<T: Scalar> Tracer<'_, T> {
     fn run(&mut self, length: f64) -> LineEnd {
-        let most = MOST_ROUNDS.saturating_mul(self.surface.mesh().num_edges());
+        let most = MAX_ROUNDS.saturating_mul(self.surface.mesh().num_edges());
         // The side through which the face was entered, by its opposite corner.
         let mut entered = None;
         for _ in 0..most {
@@ -265,8 +265,8 @@ impl<T: Scalar> Tracer<'_, T> {
 /// A point is at a vertex if the other weights add up to no more.
 const AT_VERTEX: f64 = 1e-10;
 
-/// Crossings per edge of the surface after which a line is given up.
-const MOST_ROUNDS: usize = 100;
+/// Crossings per edge of the surface after which a line is abandoned.
+const MAX_ROUNDS: usize = 100;
 
 #[cfg(test)]
 mod tests {

@@ -1,4 +1,4 @@
-//! The unit in which edits compute.
+//! The unit of computations in edits.
 
 use cotan_geometry::{Scalar, Surface, bounding_box};
 use nalgebra::Vector3;

@@ -1,4 +1,6 @@
 //! Errors while reading or writing a file of a program.
+//!
+//! The readers of handles files return this error, which adds the path to theirs.
 
 use std::io;
 use std::path::PathBuf;

@@ -25,7 +25,7 @@ use cotan_io::{Document, ProcessingMesh, read_regular};
 use nalgebra::Matrix4;
 
 pub use constraint::{Constraint, Goal, to_handles};
-pub use error::{HandlesError, Place};
+pub use error::{HandlePlace, HandlesError};
 pub use file_vertices::FileVertices;
 pub use group::{Group, GroupMotion, constraints};
 pub use json::from_json;
@@ -127,7 +127,7 @@ impl HandlesFile<'_> {
                     true => Some(self.read_matrix()?),
                     false => None,
                 };
-                matrices.extend(matrix.map(|matrix| (Place::Handle(0), matrix)));
+                matrices.extend(matrix.map(|matrix| (HandlePlace::Handle(0), matrix)));
                 statuses.constraints(matrix, mesh)
             }
         };
@@ -185,7 +185,7 @@ struct Contents {
     kind: Kind,
     constraints: Vec<Constraint>,
     /// The transforms of handles, in order; at most one in a `.sel` file.
-    matrices: Vec<(Place, Matrix4<f64>)>,
+    matrices: Vec<(HandlePlace, Matrix4<f64>)>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]

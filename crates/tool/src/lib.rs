@@ -19,6 +19,7 @@ pub mod handles_file;
 pub mod interrupt;
 pub mod memory;
 pub mod merged;
+mod nodes;
 pub mod numbers;
 pub mod part_names;
 pub mod paths;

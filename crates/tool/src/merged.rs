@@ -9,7 +9,7 @@ use cotan_io::{Assembled, Assembly, DataSource, Document, FaceList, IoError, Pro
 
 /// A document and its surface.
 #[derive(Clone, Copy, Debug)]
-pub struct Input<'a> {
+pub struct MergeSource<'a> {
     /// The file.
     pub document: &'a Document,
     /// The surface that was merged.
@@ -25,7 +25,7 @@ pub struct Input<'a> {
 /// # Errors
 /// [`IoError`] as for [`Assembly::build`].
 pub fn merged_document<T: Scalar>(
-    inputs: [Input<'_>; 2],
+    inputs: [MergeSource<'_>; 2],
     merged: &Merged<T>,
 ) -> Result<Assembled, IoError> {
     let mesh = merged.mesh.connectivity();
@@ -95,7 +95,7 @@ enum Polygon {
 
 /// The sources of the data of the merged mesh.
 struct Sources<'a, T: Scalar> {
-    inputs: [Input<'a>; 2],
+    inputs: [MergeSource<'a>; 2],
     merged: &'a Merged<T>,
     /// For each vertex of the two surfaces its vertex in the merged mesh.
     new: [Vec<Option<VertexId>>; 2],
@@ -106,7 +106,7 @@ struct Sources<'a, T: Scalar> {
 }
 
 impl<'a, T: Scalar> Sources<'a, T> {
-    fn new(inputs: [Input<'a>; 2], merged: &'a Merged<T>) -> Self {
+    fn new(inputs: [MergeSource<'a>; 2], merged: &'a Merged<T>) -> Self {
         let mut new = inputs.map(|input| vec![None; input.processing.mesh().num_vertices()]);
         for (v, origin) in merged.vertices.iter() {
             if let Some((k, old)) = of_vertex(*origin) {
@@ -230,7 +230,7 @@ impl<'a, T: Scalar> Sources<'a, T> {
         let (face, vertex) = match own {
             Some((_, old)) if corners.contains(&old) => (triangle, old),
             Some((_, old)) => match self.triangle_at[v] {
-                Some((of, beside)) if of == k => (beside, old),
+                Some((of, neighbour)) if of == k => (neighbour, old),
                 _ => (triangle, corners[0]),
             },
             None => {

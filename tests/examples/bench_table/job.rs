@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use cotan::Mesh;
 use cotan::prelude::*;
-use cotan::shapes::{Numbering, irregular};
+use cotan::shapes::{VertexOrder, irregular};
 
 /// The two jobs on one mesh.
 pub(crate) struct Jobs {
@@ -21,7 +21,11 @@ pub(crate) struct Jobs {
 }
 
 impl Jobs {
-    pub(crate) fn write(folder: &Path, size: usize, numbering: Numbering) -> std::io::Result<Self> {
+    pub(crate) fn write(
+        folder: &Path,
+        size: usize,
+        numbering: VertexOrder,
+    ) -> std::io::Result<Self> {
         let shape = irregular::<f64>(size, numbering, 6);
         let jobs = Self {
             num_vertices: shape.num_vertices(),

@@ -3,14 +3,14 @@
 use std::error::Error;
 use std::path::PathBuf;
 
-use cotan::shapes::Numbering;
+use cotan::shapes::VertexOrder;
 
 pub(crate) struct Options {
     pub(crate) sizes: Vec<usize>,
     pub(crate) growth: Vec<usize>,
     pub(crate) threads: Vec<usize>,
     pub(crate) rounds: usize,
-    pub(crate) numbering: Numbering,
+    pub(crate) numbering: VertexOrder,
     pub(crate) peers: PathBuf,
     pub(crate) python: String,
     pub(crate) json: Option<PathBuf>,
@@ -23,7 +23,7 @@ impl Options {
             growth: vec![],
             threads: vec![1, 2],
             rounds: 3,
-            numbering: Numbering::Random,
+            numbering: VertexOrder::Random,
             peers: "benches/peers/build".into(),
             python: "python3".into(),
             json: None,
@@ -38,8 +38,8 @@ impl Options {
                 "--rounds" => options.rounds = value.parse()?,
                 "--numbering" => {
                     options.numbering = match value.as_str() {
-                        "random" => Numbering::Random,
-                        "natural" => Numbering::Natural,
+                        "random" => VertexOrder::Random,
+                        "natural" => VertexOrder::Natural,
                         other => return Err(format!("no numbering is named {other}").into()),
                     }
                 }

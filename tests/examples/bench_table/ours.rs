@@ -180,7 +180,7 @@ fn iterations(
 /// Runs `work` at least once, then repeatedly for a while.
 pub(crate) fn repeat(mut work: impl FnMut()) {
     let start = Instant::now();
-    for _ in 0..MOST_RUNS {
+    for _ in 0..MAX_RUNS {
         work();
         if start.elapsed() > ENOUGH {
             break;
@@ -221,5 +221,5 @@ fn peak_megabytes() -> f64 {
     kilobytes.unwrap_or(f64::NAN) / 1024.0
 }
 
-const MOST_RUNS: usize = 11;
+const MAX_RUNS: usize = 11;
 const ENOUGH: Duration = Duration::from_millis(600);

@@ -1,4 +1,4 @@
-//! The option of what happens to the files that a mesh refers to.
+//! The option for the files that a mesh refers to.
 
 use clap::Args;
 use cotan_io::Companions;
@@ -17,7 +17,7 @@ impl EmbedArgs {
     pub(crate) fn companions(self) -> Companions {
         match self.embed {
             true => Companions::Embedded,
-            false => Companions::Beside,
+            false => Companions::Separate,
         }
     }
 }

@@ -11,16 +11,16 @@ const LIMITS: &str = "Limits";
 /// The limits above which a run is refused with exit code 1.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct LimitArgs {
-    /// Refuse work that is predicted to take more memory, in bytes or with K, M or G behind the
-    /// number [default: 80 % of what the machine has]
+    /// Refuse work that is predicted to take more memory than this, in bytes or with a suffix K, M
+    /// or G [default: 80 % of the available memory]
     #[arg(long, global = true, value_name = "SIZE", value_parser = values::bytes,
         help_heading = LIMITS)]
     max_memory: Option<u64>,
-    /// Refuse a file with more bytes, unpacked [default: 2 GiB]
+    /// Refuse a file with more bytes than this, uncompressed [default: 2 GiB]
     #[arg(long, global = true, value_name = "SIZE", value_parser = values::bytes,
         hide_short_help = true, help_heading = LIMITS)]
     limit_file: Option<u64>,
-    /// Refuse a mesh file that takes more memory when it has been read [default: 16 GiB]
+    /// Refuse a mesh file that would take more memory than this [default: 16 GiB]
     #[arg(long, global = true, value_name = "SIZE", value_parser = values::bytes,
         hide_short_help = true, help_heading = LIMITS)]
     limit_memory: Option<u64>,

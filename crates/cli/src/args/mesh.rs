@@ -18,7 +18,7 @@ pub(crate) struct MeshArgs {
     /// Repair the mesh first, as `cotan repair` without options does
     #[arg(long)]
     pub(crate) repair: bool,
-    /// Treat vertices as one that are at the same place (exact) or this close
+    /// Treat vertices at the same place (exact), or within this distance, as one
     /// [default: exact for .stl, .gltf and .glb, otherwise off]
     #[arg(long, value_name = "off|exact|X", value_parser = values::weld)]
     pub(crate) weld: Option<Weld>,

@@ -7,10 +7,10 @@ const MESSAGES: &str = "Messages";
 /// The verbosity of messages on standard error.
 #[derive(Debug, Args)]
 pub(crate) struct Messages {
-    /// Say nothing but errors: no progress, no warnings, no summary
+    /// Print errors only: no progress, no warnings, no summary
     #[arg(short, long, global = true, conflicts_with = "verbose", help_heading = MESSAGES)]
     pub(crate) quiet: bool,
-    /// Say more: the phases and how long they take; twice: also the log of the libraries
+    /// Print more: the phases and how long they take; twice: also the log of the libraries
     #[arg(short, long, global = true, action = clap::ArgAction::Count, help_heading = MESSAGES)]
     pub(crate) verbose: u8,
 }

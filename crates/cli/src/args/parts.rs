@@ -1,4 +1,4 @@
-//! The options that say which parts of a model follow.
+//! The options for the parts of a model that follow.
 
 use clap::Args;
 use cotan_tool::handles_file::{Follow, FollowWord, PartSettings, PartWord};
@@ -6,11 +6,11 @@ use cotan_tool::handles_file::{Follow, FollowWord, PartSettings, PartWord};
 use super::values;
 use crate::error::CliError;
 
-/// Which parts follow, and how they are tied.
+/// The parts that follow, and their ties.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct PartsArgs {
-    /// Parts without handles follow those that they touch (follow), stay where they are (still), or
-    /// only the named or numbered ones follow (only); `cotan info` lists the parts
+    /// Parts without handles follow those that they touch (follow), stay where they are (still),
+    /// or only the named or numbered ones follow (only); `cotan info` lists the parts
     #[arg(long, value_name = "follow|still|only NAME...", num_args = 1..)]
     parts: Vec<String>,
     /// Parts that follow nothing

@@ -133,8 +133,8 @@ pub(crate) fn filling(text: &str) -> Result<Filling, String> {
         Some(behind) => behind
             .strip_prefix(':')
             .and_then(most)
-            .map(|most_edges| Filling::Smooth { most_edges }),
-        None => most(text).map(|most_edges| Filling::Plain { most_edges }),
+            .map(|max_edges| Filling::Smooth { max_edges }),
+        None => most(text).map(|max_edges| Filling::Plain { max_edges }),
     };
     filling.ok_or_else(|| "give a number of edges from 1, smooth, or smooth:N".to_owned())
 }

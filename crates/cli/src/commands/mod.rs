@@ -1,4 +1,7 @@
 //! The commands, one folder each.
+//!
+//! The command line (`command_line`) has the arguments of every command, and this module runs the
+//! one that was given: the two are one concept.
 
 pub(crate) mod bench;
 pub(crate) mod compare;
@@ -27,6 +30,7 @@ use std::process::ExitCode;
 use crate::command_line::Command;
 use crate::console::Console;
 use crate::error::CliError;
+use crate::tessellation;
 
 /// Runs a command and returns its exit code.
 pub(crate) fn run(command: &Command, console: &Console) -> Result<ExitCode, CliError> {
@@ -45,9 +49,9 @@ pub(crate) fn run(command: &Command, console: &Console) -> Result<ExitCode, CliE
         Command::Denoise(args) => denoise::run(args, console),
         Command::Detail(args) => detail::run(args, console),
         Command::Geodesic(args) => geodesic::run(args, console),
-        Command::Remesh(args) => remesh::run(args, console),
-        Command::Decimate(args) => decimate::run(args, console),
-        Command::Subdivide(args) => subdivide::run(args, console),
+        Command::Remesh(args) => tessellation::run(args, console),
+        Command::Decimate(args) => tessellation::run(args, console),
+        Command::Subdivide(args) => tessellation::run(args, console),
         Command::Compare(args) => compare::run(args, console),
         Command::Convert(args) => convert::run(args, console),
         Command::Bench(args) => bench::run(args, console),

@@ -2,7 +2,7 @@
 
 use cotan::geometry::{Positions, Surface};
 use cotan::halfedge::HalfedgeMesh;
-use cotan::smooth::mean_curvatures;
+use cotan::smooth::curvature_field;
 use cotan_tool::ColorScale;
 
 use super::heat::{HeatMap, Panel, Quantity, Views};
@@ -16,7 +16,7 @@ pub(crate) fn curvature_picture(
     before: &Positions<f64>,
     after: &Positions<f64>,
 ) -> Vec<u8> {
-    let curvatures = [before, after].map(|x| mean_curvatures(&Surface::assume_checked(mesh, x)));
+    let curvatures = [before, after].map(|x| curvature_field(&Surface::assume_checked(mesh, x)));
     // The scale is that of the result: the noise of the input would use up all colours.
     let scale = ColorScale::signed(TITLE, curvatures[1].values().copied());
     let panel = |positions, quantity, caption| Panel {

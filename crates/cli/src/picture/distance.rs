@@ -80,9 +80,9 @@ impl Pieces {
                 pieces.fan(&face, f64::NAN);
                 continue;
             }
-            // A face across more lines than the eye can tell apart is left whole.
+            // A face that crosses more lines than can be distinguished is left whole.
             let (first, last) = ((low / step).floor(), (high / step).ceil());
-            if last - first > MOST_LINES {
+            if last - first > MAX_LINES {
                 pieces.fan(&face, 0.5 * (low + high));
                 continue;
             }
@@ -149,7 +149,7 @@ fn split(polygon: &[Corner], level: f64) -> (Vec<Corner>, Vec<Corner>) {
 const LINE_SHARE: f64 = 0.08;
 
 /// Lines across one face.
-const MOST_LINES: f64 = 1000.0;
+const MAX_LINES: f64 = 1000.0;
 
 #[cfg(test)]
 mod tests {

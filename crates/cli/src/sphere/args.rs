@@ -34,7 +34,7 @@ pub(crate) struct MendingArgs {
     #[arg(long, value_name = "[smooth][:N]", num_args = 0..=1, require_equals = true,
         value_parser = values::filling, help_heading = MENDING)]
     fill_holes: Option<Option<Filling>>,
-    /// Treat vertices as one that are at the same place (exact) or this close
+    /// Treat vertices at the same place (exact), or within this distance, as one
     /// [default: exact for .stl, .gltf and .glb, otherwise off]
     #[arg(long, value_name = "off|exact|X", value_parser = values::weld, help_heading = MENDING)]
     weld: Option<Weld>,
@@ -63,7 +63,7 @@ pub(crate) struct MapArgs {
     /// [default: on; off for the paper's method]
     #[arg(long, value_name = "on|off", value_parser = values::centering(), help_heading = MAPPING)]
     center: Option<Centering>,
-    /// The most iterations of a round [default: 100; 300 for the paper's method]
+    /// Maximum number of iterations of a round [default: 100; 300 for the paper's method]
     #[arg(long, value_name = "N", help_heading = MAPPING)]
     iterations: Option<NonZeroUsize>,
     /// Stop when no vertex moves by more than this on the unit sphere
@@ -78,7 +78,7 @@ pub(crate) struct MapRunArgs {
     /// The number type of the positions on the sphere
     #[arg(long, value_name = "TYPE", value_enum, default_value_t = Precision::F64)]
     pub(crate) precision: Precision,
-    /// Number of threads; it changes no byte of the result [default: one per core]
+    /// Number of threads; the result does not depend on it [default: one per core]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     pub(crate) threads: Option<NonZeroUsize>,
     /// Write a report (JSON)

@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn a_word_that_is_not_a_number_is_named() {
+    fn a_word_that_is_not_a_number_is_quoted() {
         let error = read_lines("1\n# c\nx\n").unwrap_err().to_string();
         assert!(error.contains("line 3") && error.contains("`x`"), "{error}");
         assert!(read_lines("-1").is_err() && read_json("[0.5]").is_err());

@@ -9,7 +9,7 @@ use crate::args::{OutputPath, values};
 /// The outputs in addition to the mesh, and the threads.
 #[derive(Debug, Args)]
 pub(crate) struct OutcomeArgs {
-    /// Number of threads; it changes no byte of the result [default: one per core]
+    /// Number of threads; the result does not depend on it [default: one per core]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     pub(crate) threads: Option<NonZeroUsize>,
     /// Write a report (JSON)

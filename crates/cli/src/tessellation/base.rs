@@ -1,4 +1,4 @@
-//! The mesh that is changed, with the corners of the file that each of its corners stands for.
+//! The mesh that is changed, with the corner of the file for each of its corners.
 
 use cotan::geometry::{Mesh, Positions, SurfacePoint};
 use cotan::halfedge::{EdgeId, FaceId, FaceMap, HalfedgeMesh, VertexId};
@@ -163,10 +163,15 @@ impl Base {
                 (None, Some(p)) => (&p.values, p.components, vertex_of),
                 (None, None) => return Ok(None),
             };
-        let unit = if name == cotan_io::COLOR { values.unit() } else { 1.0 };
+        let unit = if name == cotan_io::COLOR {
+            values.unit()
+        } else {
+            1.0
+        };
         let value = |corner: usize, k: usize| {
             let row = index.get(corner).map(|&i| i as usize);
-            let number = row.and_then(|row| values.get(row.saturating_mul(components).saturating_add(k)));
+            let number =
+                row.and_then(|row| values.get(row.saturating_mul(components).saturating_add(k)));
             number.unwrap_or(0.0) / unit
         };
         let channel = |k: usize| {

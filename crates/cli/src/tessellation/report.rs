@@ -78,7 +78,7 @@ impl TessellationReport {
 }
 
 impl TessellationReport {
-    /// Warns about what the file at `path` lacks of the original.
+    /// Warns about properties of the original that the file at `path` lacks.
     pub(crate) fn warn(&self, path: &Path, console: &Console) {
         for loss in &self.losses {
             console.warn(format_args!("{}: {loss}", path.display()));

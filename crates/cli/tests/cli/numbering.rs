@@ -1,7 +1,7 @@
 //! Files with randomly ordered vertices are processed in another order, which does not show.
 
 use cotan::Mesh;
-use cotan::shapes::{Numbering, irregular};
+use cotan::shapes::{VertexOrder, irregular};
 use cotan_io::Document;
 use nalgebra::Point3;
 
@@ -13,7 +13,7 @@ use crate::sphere_uses::check_texture;
 /// Also returns the index in the second file of each vertex of the first.
 fn two_files() -> (Sandbox, Vec<usize>) {
     let sandbox = Sandbox::new();
-    let shapes = [Numbering::Natural, Numbering::Random].map(|n| irregular::<f64>(4_500, n, 8));
+    let shapes = [VertexOrder::Natural, VertexOrder::Random].map(|n| irregular::<f64>(4_500, n, 8));
     for (shape, name) in shapes.iter().zip(["natural.obj", "random.obj"]) {
         save(&sandbox, shape, name);
     }

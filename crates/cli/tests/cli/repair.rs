@@ -104,7 +104,7 @@ fn formats_that_lose_a_repair_cause_a_warning() {
 }
 
 #[test]
-fn deform_repairs_on_request_and_handles_keep_their_numbers() {
+fn deform_repairs_on_request_and_handles_keep_their_indices() {
     let sandbox = Sandbox::new();
     sandbox.write("bow.obj", BOW_TIE);
     sandbox.write("h.txt", "0 0 0 0\n2 0 2 0\n5 -1 -1 0\n");
@@ -139,7 +139,7 @@ fn deform_repairs_on_request_and_handles_keep_their_numbers() {
 }
 
 #[test]
-fn parts_that_are_to_be_still_stay() {
+fn still_parts_stay() {
     let sandbox = Sandbox::new();
     sandbox.write(
         "two.obj",
@@ -249,7 +249,7 @@ fn welding_and_repairs_combine() {
 }
 
 #[test]
-fn numbers_are_those_of_the_file_after_a_repair() {
+fn indices_are_those_of_the_file_after_a_repair() {
     let sandbox = Sandbox::new();
     // Face 0 is degenerate and is dropped; faces 1 to 3 share an edge.
     let fin = FIN.replacen("f 1", "f 1 1 2\nf 1", 1);
@@ -302,7 +302,7 @@ fn cures_are_whole_commands() {
 }
 
 #[test]
-fn holes_have_at_least_one_edge_and_their_number_an_equals_sign() {
+fn the_edges_of_fill_holes_follow_an_equals_sign() {
     let sandbox = Sandbox::new();
     sandbox.write("fin.obj", FIN);
     for line in [

@@ -21,7 +21,7 @@ fn three_landmarks_turn_the_sphere() {
 }
 
 #[test]
-fn landmarks_have_the_numbers_of_the_file_also_after_a_repair() {
+fn landmarks_use_the_indices_of_the_file_after_a_repair_too() {
     let sandbox = Sandbox::new();
     save_without(&sandbox, "open.obj", &[7]);
     sandbox.write("moved.obj", behind_a_lone_vertex(&sandbox.read("open.obj")));

@@ -13,23 +13,23 @@ use crate::error::Error;
 use crate::fair::fair_by;
 use crate::smooth::{AlongCurvature, Direction, MollifiedCotangent, TargetCurvature, wanted_field};
 
-/// A joined mesh whose seam is still as the cuts left it.
+/// A joined mesh whose seam is not yet smoothed.
 pub(super) struct Seam<'a, T: Scalar> {
     pub(super) mesh: &'a Mesh<T>,
-    /// Distance of each vertex from the seam in edges; its own vertices have 0.
+    /// Distance of each vertex from the seam in edges; 0 for vertices of the seam.
     pub(super) rings: &'a VertexMap<usize>,
-    /// H of each vertex on its own surface, before the cut, in inverse units of the mesh. Anything
-    /// near the seam.
+    /// H of each vertex on its own surface, before the cut, in inverse units of the mesh.
+    /// Arbitrary near the seam.
     pub(super) curvatures: &'a VertexMap<f64>,
 }
 
 impl<T: Scalar> Seam<'_, T> {
     /// The positions with the seam smoothed; only vertices within the band have moved.
     ///
-    /// First the seam and the ring around it bend least (a thin plate with equal weights, which
-    /// do not mind the slivers of a strip). On this rest shape the flow runs with the mean
-    /// curvatures of both inputs, and between them, where there are none, with a field that
-    /// is harmonic.
+    /// First the bending of the seam and of the ring around it is minimized (a thin plate with
+    /// equal weights, which are insensitive to the slivers of a strip). On this rest shape the
+    /// flow runs with the mean curvatures of both inputs, and between them, where there are none,
+    /// with a field that is harmonic.
     ///
     /// **Source**: paper, section 4 (mesh merging).
     pub(super) fn blend(&self, options: &MergeOptions) -> Result<Positions<T>, Error> {
@@ -77,8 +77,8 @@ impl<T: Scalar> Seam<'_, T> {
         Ok(flow.positions())
     }
 
-    /// The curvatures, replaced at these vertices by a field that is harmonic (equal weights)
-    /// between the others.
+    /// The curvatures, replaced at these vertices by the harmonic field (with equal weights) that
+    /// the others determine.
     fn filled_curvatures(&self, missing: &[VertexId]) -> Result<VertexMap<f64>, Error> {
         let mesh = self.mesh.connectivity();
         let mut given = self.curvatures.clone();
@@ -112,5 +112,5 @@ pub(super) fn rings_around(mesh: &HalfedgeMesh, from: &[VertexId]) -> VertexMap<
     rings
 }
 
-/// Rings around the seam that are faired, and whose curvature says nothing.
+/// The number of rings around the seam that are faired. Their own curvature is ignored.
 const FAIRED: usize = 1;

@@ -3,6 +3,7 @@
 use nalgebra::{Point3, Vector3};
 
 use super::place::{evenly, perimeter};
+use super::valleys::filled;
 use super::zipper::{Strip, Triangle};
 
 /// One side of a seam: the polygon along which a surface was cut.
@@ -27,7 +28,18 @@ impl Bridge {
     /// Joins two cuts, both given in the direction of `first`. Where the gap between them is wider
     /// than two edges it gets rings of vertices, on curves that leave both surfaces smoothly
     /// (Hermite).
-    pub(super) fn between(first: &Side, second: &Side, first_new: u32) -> Self {
+    ///
+    /// The sharpest valleys of both cuts are filled first. `is_edge` tells which pairs of vertices
+    /// have an edge.
+    pub(super) fn between(
+        first: &Side,
+        second: &Side,
+        first_new: u32,
+        is_edge: impl Fn(u32, u32) -> bool,
+    ) -> Self {
+        let (first, of_first) = filled(first, &is_edge);
+        let (second, of_second) = filled(second, &is_edge);
+        let (first, second) = (&first, &second);
         let strip = Strip::between(&first.points, &second.points);
         let edge = (perimeter(&first.points) + perimeter(&second.points))
             / (first.points.len() + second.points.len()) as f64;
@@ -46,7 +58,13 @@ impl Bridge {
         };
         let mut bridge = Self {
             points: Vec::new(),
-            faces: Vec::new(),
+            // Like the faces of the strip: against the edges on the first side, along them on the
+            // second.
+            faces: of_first
+                .iter()
+                .map(|&[before, at, after]| [at, before, after])
+                .chain(of_second)
+                .collect(),
         };
         if rings == 0 {
             bridge.zip(&strip, &first.vertices, &second.vertices);
@@ -114,8 +132,8 @@ impl Curves {
     }
 }
 
-/// In mean edges of both cuts.
+/// The widest gap without rings, in mean edges of both cuts.
 const WIDEST_STRIP: f64 = 2.0;
 
-/// More rings than this are a mistake of the placement.
+/// Maximum number of rings. A gap that needs more is a mistake of the placement.
 const MAX_RINGS: usize = 1000;

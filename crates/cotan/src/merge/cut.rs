@@ -11,7 +11,7 @@ pub(super) struct Part {
     pub(super) faces: Vec<FaceId>,
     /// The vertices along each cut, in the direction in which the kept faces run.
     pub(super) loops: Vec<Vec<VertexId>>,
-    /// Number of faces that were to be kept, but hung on a corner or were too small a piece.
+    /// Number of selected faces that were dropped: attached by a corner only, or in a small piece.
     pub(super) dropped: usize,
 }
 
@@ -124,7 +124,7 @@ fn is_border(mesh: &HalfedgeMesh, is_kept: &FaceMap<bool>, h: HalfedgeId) -> boo
     kept(h) && !kept(h.twin())
 }
 
-/// The loops of the border that the surface does not have itself.
+/// The loops of the border that are not boundary loops of the surface.
 fn loops(
     mesh: &HalfedgeMesh,
     is_kept: &FaceMap<bool>,
@@ -162,7 +162,7 @@ fn border_from(mesh: &HalfedgeMesh, is_kept: &FaceMap<bool>, v: VertexId) -> Opt
     outgoing.find(|&h| is_border(mesh, is_kept, h))
 }
 
-/// Of the area of the largest piece of the same component.
+/// Relative to the area of the largest piece of the same component.
 const SMALLEST_PIECE: f64 = 0.05;
 
 #[cfg(test)]
@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn faces_that_hang_on_a_corner_or_lie_elsewhere_are_dropped() {
+    fn faces_that_touch_at_a_corner_or_lie_apart_are_dropped() {
         let shape = shapes::icosphere::<f64>(3);
         let mesh = shape.connectivity();
         let mut keep = upper(&shape);

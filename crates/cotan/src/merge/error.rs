@@ -104,7 +104,7 @@ pub enum MergeError {
     },
     /// Two loops differ too much in length.
     #[error(
-        "loop {pair}: its cuts are {} and {} long, more than twice apart; cut where the girths are closer, or fit the second mesh", lengths[0], lengths[1]
+        "loop {pair}: one of its cuts is more than twice as long as the other ({} and {}); cut where the girths are more alike, or fit the second mesh", lengths[0], lengths[1]
     )]
     Perimeters {
         /// The index of the pair of loops.

@@ -8,9 +8,9 @@
 //! | module | purpose |
 //! |---|---|
 //! | `cut` | the kept faces of a surface and the loops around them |
-//! | `pairs` | which loops belong together |
-//! | `place` | the motion of the second surface |
-//! | `bridge`, `zipper` | the faces between two loops |
+//! | `pairs` | the pairs of loops that are joined |
+//! | `place`, `several` | the motion of the second surface, by one loop or several |
+//! | `bridge`, `valleys`, `zipper` | the faces between two loops |
 //! | `blend` | the flow along the seam |
 //! | `report` | measures |
 //!
@@ -25,10 +25,14 @@ mod options;
 mod pairs;
 mod place;
 mod report;
+mod several;
+mod valleys;
 mod zipper;
 
 #[cfg(test)]
 mod tests;
+
+use std::collections::HashSet;
 
 use cotan_geometry::{Mesh, Positions, Scalar, Surface};
 use cotan_halfedge::{FaceId, FaceMap, VertexId, VertexMap};
@@ -43,7 +47,8 @@ use blend::{Seam, rings_around};
 use bridge::{Bridge, Side};
 use cut::Part;
 
-use crate::smooth::mollified_mean_curvatures;
+use crate::outward::inside_out;
+use crate::smooth::mollified_curvature_field;
 
 /// The origin of a vertex of a merged mesh.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -154,22 +159,10 @@ pub fn merge<'m, T: Scalar>(
 
 /// Checks that no closed component has a negative volume.
 fn check_outward<T: Scalar>(surface: &Surface<'_, T>, input: Input) -> Result<(), MergeError> {
-    let mesh = surface.mesh();
-    let components = mesh.components();
-    let topology = mesh.topology();
-    let mut volumes = vec![0.0; components.count()];
-    let center = surface.bounding_box().center().map(T::as_f64);
-    for f in mesh.faces() {
-        let corners = mesh.triangle(f);
-        let [p, q, r] = corners.map(|v| surface.position(v).map(T::as_f64) - center);
-        volumes[components.of(corners[0])] += p.cross(&q).dot(&r);
-    }
-    let inside_out = mesh.vertices().find(|&v| {
-        let of = components.of(v);
-        volumes[of] < 0.0 && topology.get(of).is_some_and(|t| t.is_closed())
-    });
-    match inside_out {
-        Some(vertex) => Err(MergeError::InsideOut { input, vertex }),
+    let is_inside_out = inside_out(surface);
+    let first = is_inside_out.iter().find(|(_, inside_out)| **inside_out);
+    match first {
+        Some((vertex, _)) => Err(MergeError::InsideOut { input, vertex }),
         None => Ok(()),
     }
 }
@@ -205,7 +198,15 @@ fn placement<T: Scalar>(
             Ok(Similarity::between_loops(&still, &moving, gap))
         }
         [still, moving] if still.len() == moving.len() => {
-            Err(MergeError::Landmarks { loops: still.len() })
+            let loops = |surface, loops: &[Vec<VertexId>]| {
+                let points = loops.iter().map(|vertices| points(surface, vertices));
+                points.collect::<Vec<_>>()
+            };
+            let (of_a, of_b) = (loops(a, still), loops(b, moving));
+            let edges: usize = of_a.iter().map(Vec::len).sum();
+            let gap = of_a.iter().map(|p| place::perimeter(p)).sum::<f64>() / edges as f64;
+            several::between_several(&of_a, &of_b, &options.loops, gap)
+                .ok_or(MergeError::Landmarks { loops: still.len() })
         }
         [still, moving] => Err(MergeError::UnequalLoops {
             loops: [still.len(), moving.len()],
@@ -274,6 +275,11 @@ impl<T: Scalar> Joined<T> {
             .map(|pair| [0, 1].map(|k| inputs[k].position(pair[k]).map(T::as_f64)))
             .collect();
         let partners = pairs::pair(&loops[0], &loops[1], &landmarks, options)?;
+        // The edges of the kept faces.
+        let mut edges: HashSet<[u32; 2]> = HashSet::new();
+        for &[a, b, c] in &faces {
+            edges.extend([[a, b], [b, c], [c, a]].map(|[p, q]| [p.min(q), p.max(q)]));
+        }
         let mut seam = Vec::new();
         for (first, &second) in partners.iter().enumerate() {
             let chosen = [first, second];
@@ -297,7 +303,8 @@ impl<T: Scalar> Joined<T> {
             moving.vertices.reverse();
             moving.points.reverse();
             moving.outward.reverse();
-            let bridge = Bridge::between(&still, &moving, positions.len() as u32);
+            let is_edge = |a: u32, b: u32| edges.contains(&[a.min(b), a.max(b)]);
+            let bridge = Bridge::between(&still, &moving, positions.len() as u32, is_edge);
             seam.extend(still.vertices.iter().chain(&moving.vertices));
             seam.extend((positions.len() as u32..).take(bridge.points.len()));
             vertices.resize(vertices.len() + bridge.points.len(), VertexOrigin::Seam);
@@ -327,7 +334,7 @@ impl<T: Scalar> Joined<T> {
         options: &MergeOptions,
     ) -> Result<Merged<T>, MergeError> {
         let rings = rings_around(self.mesh.connectivity(), &self.seam);
-        let own = [0, 1].map(|k| mollified_mean_curvatures(&inputs[k]));
+        let own = [0, 1].map(|k| mollified_curvature_field(&inputs[k]));
         let curvatures = self.vertices.map(|origin| match *origin {
             VertexOrigin::A(v) => own[0][v],
             VertexOrigin::B(v) => own[1][v],

@@ -2,7 +2,7 @@
 
 use cotan_halfedge::VertexId;
 
-use crate::options::setters;
+use crate::named::setters;
 
 /// The place of the second surface.
 #[derive(Clone, PartialEq, Debug, Default)]

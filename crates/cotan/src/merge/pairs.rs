@@ -1,4 +1,4 @@
-//! Which cut of the first surface belongs to which of the second.
+//! The pairs of cuts of the two surfaces that belong together.
 
 use nalgebra::Point3;
 

@@ -30,12 +30,12 @@ impl Similarity {
         self.rotation * point * self.scale + self.translation
     }
 
-    /// The similarity that carries points closest to others in the sense of least squares. Three
-    /// pairs that are not on a line determine it.
+    /// The similarity that best maps points to others in the least-squares sense. Three pairs that
+    /// are not on a line determine it.
     ///
     /// **Source**: S. Umeyama, "Least-squares estimation of transformation parameters between two
     /// point patterns", PAMI 1991.
-    pub(super) fn between(pairs: &[[Point3<f64>; 2]]) -> Self {
+    pub fn between(pairs: &[[Point3<f64>; 2]]) -> Self {
         let center = |k: usize| {
             let sum: Vector3<f64> = pairs.iter().map(|pair| pair[k].coords).sum();
             sum / pairs.len().max(1) as f64

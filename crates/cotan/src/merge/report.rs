@@ -13,8 +13,8 @@ pub struct SeamReport {
     pub faces: usize,
     /// Number of vertices between the two surfaces.
     pub vertices: usize,
-    /// Number of faces of the selections that were dropped, of either mesh: they hung on a corner
-    /// or lay apart.
+    /// Number of selected faces of either mesh that were dropped: attached by a corner only, or in
+    /// a small piece.
     pub dropped: [usize; 2],
     /// Number of vertices of the two meshes that the blend moved.
     pub moved: usize,
@@ -25,7 +25,7 @@ pub struct SeamReport {
     pub dihedral_elsewhere: [f64; 2],
     /// Smallest corner angle in the band, and of the inputs there. In degrees.
     pub smallest_angle: [f64; 2],
-    /// Number of faces that intersect others; those of the kept parts when each is alone.
+    /// Number of faces that intersect others: in the result, and in the kept parts by themselves.
     pub self_intersections: [usize; 2],
 }
 

@@ -39,9 +39,8 @@ fn two_halves_of_a_sphere_are_a_sphere() {
         ..
     } = merged.report;
     assert!(worst < 0.01, "{worst}");
-    // Across a gap of 1.3 edges a triangle turns by more than one between edges of an icosphere.
     assert!(
-        dihedral[0] <= 1.3 * dihedral_elsewhere[0],
+        dihedral[0] <= 1.2 * dihedral_elsewhere[0],
         "{dihedral:?} {dihedral_elsewhere:?}"
     );
     assert_eq!(self_intersections, [0, 0]);
@@ -77,7 +76,7 @@ fn without_steps_no_vertex_moves() {
 }
 
 #[test]
-fn a_fitted_half_comes_to_its_place_from_anywhere() {
+fn a_half_is_fitted_from_any_place() {
     let a = icosphere::<f64>(4);
     let away = turned(4, [0.0; 3], [0.0; 3]);
     let motion = Rotation3::new(Vector3::new(1.0, -2.0, 0.7));
@@ -134,6 +133,37 @@ fn two_halves_of_a_torus_are_joined_along_both_cuts() {
     let half = keep(&ball, |p| p.x > 0.1);
     let error = merge(&a, &left, &ball, &half, &MergeOptions::default()).err();
     assert_eq!(error, Some(MergeError::UnequalLoops { loops: [2, 1] }));
+}
+
+#[test]
+fn half_a_torus_comes_to_its_place_from_anywhere_by_both_cuts() {
+    let a = torus::<f64>(1.0, 0.4, 64, 32);
+    let motion = Rotation3::new(Vector3::new(1.0, -2.0, 0.7));
+    let moved = a
+        .positions()
+        .map(|p| motion * p * 3.0 + Vector3::new(5.0, 1.0, -2.0));
+    let b = a.with_positions(moved).unwrap();
+    let left = keep(&a, |p| p.x < -0.08);
+    let right = faces_within(&b.surface(), &a.positions().map(|p| p.x > 0.08));
+    let fit = MergeOptions::default().placement(Placement::Fit);
+    for options in [fit.clone(), fit.loops(vec![[0, 0], [1, 1]])] {
+        let merged = merge(&a, &left, &b, &right, &options).unwrap();
+        assert!(merged.mesh.connectivity().is_closed());
+        assert_eq!(merged.mesh.connectivity().euler_characteristic(), 0);
+        assert_eq!(merged.report.self_intersections, [0, 0]);
+        assert!(
+            (merged.placed.scale - 1.0 / 3.0).abs() < 0.02,
+            "{:?}",
+            merged.placed
+        );
+        // Half a turn about the axis of the torus is as good.
+        let worst = merged.mesh.positions().values().map(|p| {
+            let across = (p.x.hypot(p.y) - 1.0).hypot(p.z);
+            (across - 0.4).abs()
+        });
+        let worst = worst.fold(0.0, f64::max);
+        assert!(worst < 0.1, "{worst}");
+    }
 }
 
 #[test]

@@ -21,12 +21,12 @@ use super::proximity::{APART, Untied};
 /// A point of a surface: the corners of a triangle and the share of each. A vertex is a corner of
 /// share 1.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(crate) struct SurfacePoint {
+pub(crate) struct ContactPoint {
     pub(crate) corners: [u32; 3],
     pub(crate) shares: [f64; 3],
 }
 
-impl SurfacePoint {
+impl ContactPoint {
     fn vertex(v: u32) -> Self {
         Self {
             corners: [v; 3],
@@ -41,13 +41,13 @@ impl SurfacePoint {
         }
     }
 
-    /// The corners that count, with their shares.
+    /// The corners with a share, and their shares.
     pub(crate) fn terms(&self) -> impl Iterator<Item = (u32, f64)> + use<> {
         let terms = self.corners.into_iter().zip(self.shares);
         terms.filter(|(_, share)| *share != 0.0)
     }
 
-    /// Its place at these positions.
+    /// The point for these positions.
     pub(crate) fn at(&self, positions: &[Point3<f64>]) -> Point3<f64> {
         let terms = self.terms();
         terms.fold(Point3::origin(), |sum, (v, share)| {
@@ -60,9 +60,9 @@ impl SurfacePoint {
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Contact {
     /// On the part that follows.
-    pub(crate) own: SurfacePoint,
+    pub(crate) own: ContactPoint,
     /// On the part that is followed.
-    pub(crate) on: SurfacePoint,
+    pub(crate) on: ContactPoint,
     /// The part that is followed.
     pub(crate) part: u32,
     /// f.
@@ -86,8 +86,8 @@ pub(crate) struct Contacts<'a> {
 }
 
 impl Contacts<'_> {
-    /// The contacts of a part with the parts whose mark is below `layer`. `near` are parts among
-    /// those that may be smaller than it.
+    /// The contacts of a part with the parts whose mark is below `layer`. `near` lists those of
+    /// them that may be smaller than the part.
     pub(crate) fn of(&self, part: usize, marks: &Marks, layer: u32, near: &[u32]) -> Vec<Contact> {
         let vertices = &self.model.parts[part].vertices;
         let skips = |least: u32, _| least >= layer;
@@ -97,7 +97,7 @@ impl Contacts<'_> {
         };
         let is_smaller = |p: &u32| self.model.is_smaller(*p as usize, part);
         let near: Vec<u32> = near.iter().copied().filter(is_smaller).collect();
-        // The nearest part may be one that only its own vertices see.
+        // The nearest part may be found from its own vertices only.
         let seen_by_others = match near.is_empty() {
             true => Vec::new(),
             false => self.seen_by(part, &near),
@@ -112,8 +112,8 @@ impl Contacts<'_> {
                 .zip(vertices)
                 .filter_map(|(c, v)| Some((c?, *v)));
             seen.map(|(c, v)| Contact {
-                own: SurfacePoint::vertex(v),
-                on: SurfacePoint::of(&c),
+                own: ContactPoint::vertex(v),
+                on: ContactPoint::of(&c),
                 part: c.label,
                 nearness: 0.0,
                 weight: self.model.areas[v as usize],
@@ -125,8 +125,8 @@ impl Contacts<'_> {
         contacts
     }
 
-    /// For every vertex of a part its closest point on the parts whose mark is below `layer`,
-    /// however far.
+    /// For every vertex of a part, the closest point on the parts whose mark is below `layer`, at
+    /// any distance.
     pub(crate) fn everywhere(&self, part: usize, marks: &Marks, layer: u32) -> Vec<Contact> {
         let vertices = &self.model.parts[part].vertices;
         let found = parallel::filled(vertices.len(), |k| {
@@ -139,8 +139,8 @@ impl Contacts<'_> {
         let contact = |(c, v): (Option<Closest>, &u32)| {
             let c = c?;
             Some(Contact {
-                own: SurfacePoint::vertex(*v),
-                on: SurfacePoint::of(&c),
+                own: ContactPoint::vertex(*v),
+                on: ContactPoint::of(&c),
                 part: c.label,
                 nearness: 1.0,
                 weight: self.model.areas[*v as usize],
@@ -154,8 +154,8 @@ impl Contacts<'_> {
             .collect()
     }
 
-    /// Those between two parts, from the vertices of the smaller one, whatever the others; where
-    /// its vertices miss the other, the corners of the larger one are not seen either.
+    /// The contacts between two parts alone, searched from the vertices of the smaller one. If
+    /// these are too far from the other part, corners of the larger one find no contact either.
     pub(crate) fn between(&self, parts: [u32; 2]) -> Vec<Contact> {
         let [a, b] = parts.map(|p| p as usize);
         let smaller = if self.model.comes_first(a, b) { a } else { b };
@@ -169,7 +169,7 @@ impl Contacts<'_> {
         contacts
     }
 
-    /// Those of the vertices of other parts with this part alone.
+    /// The contacts of the vertices of other parts with this part alone.
     fn seen_by(&self, part: usize, others: &[u32]) -> Vec<Contact> {
         let mut only = vec![APART; self.model.parts.len()];
         only[part] = 0;
@@ -184,8 +184,8 @@ impl Contacts<'_> {
                 .zip(vertices)
                 .filter_map(|(c, v)| Some((c?, *v)));
             contacts.extend(seen.map(|(c, v)| Contact {
-                own: SurfacePoint::of(&c),
-                on: SurfacePoint::vertex(v),
+                own: ContactPoint::of(&c),
+                on: ContactPoint::vertex(v),
                 part: other,
                 nearness: 0.0,
                 weight: self.model.areas[v as usize],
@@ -222,7 +222,7 @@ impl Contacts<'_> {
         parallel::filled(vertices.len(), |k| query(vertices[k], limit))
     }
 
-    /// Drops what is too far, and turns areas into weights.
+    /// Drops contacts that are too far, and turns areas into weights.
     fn weigh(&self, contacts: &mut Vec<Contact>) {
         let least = contacts
             .iter()
@@ -252,5 +252,5 @@ fn nearest(found: &[Option<Closest>]) -> Option<Closest> {
     found.iter().flatten().copied().reduce(closer)
 }
 
-/// Vertices that share a bound of the distance.
+/// The number of vertices that share a bound of the distance.
 const STRETCH: usize = 512;

@@ -12,16 +12,17 @@ use cotan_halfedge::{HalfedgeMesh, VertexId};
 pub(crate) struct Extract<T: Scalar> {
     pub(crate) mesh: Arc<HalfedgeMesh>,
     pub(crate) positions: Arc<Positions<T>>,
-    /// For each vertex its number in the whole.
+    /// Per vertex: its index in the whole mesh.
     whole: Vec<u32>,
-    /// For each vertex of the whole its number here, or [`NOT_HERE`].
+    /// Per vertex of the whole mesh: its index here, or [`NOT_HERE`].
     here: Vec<u32>,
 }
 
 const NOT_HERE: u32 = u32::MAX;
 
 impl<T: Scalar> Extract<T> {
-    /// Takes the vertices that `counts` accepts; faces are to have all corners among them or none.
+    /// Extracts the vertices that `counts` accepts. Each face must have all corners among them, or
+    /// none.
     pub(crate) fn new(
         mesh: &HalfedgeMesh,
         positions: &Positions<T>,
@@ -62,18 +63,18 @@ impl<T: Scalar> Extract<T> {
         }
     }
 
-    /// The number of a vertex in the whole.
+    /// The index of a vertex in the whole mesh.
     pub(crate) fn in_whole(&self, vertex: VertexId) -> u32 {
         self.whole[vertex.index()]
     }
 
-    /// The number here of a vertex of the whole.
+    /// The index here of a vertex of the whole mesh.
     pub(crate) fn in_extract(&self, vertex: u32) -> Option<VertexId> {
         let here = self.here[vertex as usize];
         (here != NOT_HERE).then(|| VertexId::new(here as usize))
     }
 
-    /// The vertices, as the whole numbers them.
+    /// The vertices, as indices of the whole mesh.
     pub(crate) fn vertices(&self) -> &[u32] {
         &self.whole
     }

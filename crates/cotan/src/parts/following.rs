@@ -10,7 +10,7 @@ use cotan_linear::Handle;
 use cotan_parallel as parallel;
 use nalgebra::{Point3, Vector3};
 
-use super::contacts::{Contact, SurfacePoint};
+use super::contacts::{Contact, ContactPoint};
 use super::extract::Extract;
 use super::passenger::{Effort, Flowing, Kind, Passenger, Placed, Rigid, Scene, put};
 use super::plan::{Manner, Neighbourhood, Plan, Seat};
@@ -29,7 +29,8 @@ pub(crate) struct Following<T: Scalar> {
     /// The parts that drive; `None` if all do.
     drivers: Option<Extract<T>>,
     passengers: Vec<Passenger<T>>,
-    /// The latest positions of the parts that do not drive, and of the others at that time.
+    /// The latest positions of the parts that do not drive. Those of the drivers are from the same
+    /// time.
     placed: Positions<T>,
     motions: Vec<Option<Rigid>>,
 }
@@ -38,7 +39,7 @@ pub(crate) struct Following<T: Scalar> {
 type Held<T> = [(Handle, Point3<T>)];
 
 impl<T: Scalar> Following<T> {
-    /// Plans a deformation; `None` where there is nothing to follow, or nothing to be followed.
+    /// Plans a deformation; `None` if no part follows, or none drives.
     ///
     /// # Errors
     /// [`Error`] for parts that do not exist and settings out of range.
@@ -77,7 +78,7 @@ impl<T: Scalar> Following<T> {
         )
     }
 
-    /// Whether the same parts drive with these handles.
+    /// Returns true if the same parts drive with these handles.
     pub(crate) fn is_for(&self, held: &Held<T>) -> bool {
         self.plan.is_for(&has_handle(&self.neighbourhood, held))
     }
@@ -116,7 +117,7 @@ impl<T: Scalar> Following<T> {
             Some(extract) => (extract.mesh.clone(), extract.positions.clone()),
             None => (self.mesh.clone(), self.original.clone()),
         };
-        let point = |point: &SurfacePoint| {
+        let point = |point: &ContactPoint| {
             let corner = |k: usize| {
                 let vertex = VertexId::new(point.corners[k] as usize);
                 (self.in_flow(vertex), point.shares[k])
@@ -140,7 +141,7 @@ impl<T: Scalar> Following<T> {
         &self.original
     }
 
-    /// The number of a vertex among the drivers; every handle is on one.
+    /// The index of a vertex among those of the drivers. Every handle is on a driver.
     pub(crate) fn in_flow(&self, vertex: VertexId) -> VertexId {
         match &self.drivers {
             Some(extract) => extract.in_extract(vertex.index() as u32).unwrap_or(vertex),
@@ -148,7 +149,7 @@ impl<T: Scalar> Following<T> {
         }
     }
 
-    /// The vertices of the flow, as the mesh numbers them.
+    /// The vertices of the flow, as indices of the whole mesh.
     pub(crate) fn flow_vertices(&self) -> Vec<VertexId> {
         match &self.drivers {
             Some(extract) => {
@@ -159,7 +160,7 @@ impl<T: Scalar> Following<T> {
         }
     }
 
-    /// The handles as the flow numbers their vertices.
+    /// The handles, with the vertex indices of the flow.
     pub(crate) fn handles_in_flow(&self, held: &Held<T>) -> Vec<(Handle, Point3<T>)> {
         let handle = |(handle, target): &(Handle, Point3<T>)| {
             let vertex = self.in_flow(handle.vertex);
@@ -168,7 +169,7 @@ impl<T: Scalar> Following<T> {
         held.iter().map(handle).collect()
     }
 
-    /// An error of the flow, with the vertices of the whole mesh.
+    /// An error of the flow, with the vertex indices of the whole mesh.
     pub(crate) fn in_whole(&self, error: Error) -> Error {
         match &self.drivers {
             Some(extract) => error.with_vertices(|v| match v.index() < extract.vertices().len() {
@@ -179,7 +180,7 @@ impl<T: Scalar> Following<T> {
         }
     }
 
-    /// Of a shape of all parts the drivers'.
+    /// The drivers' part of a shape of all parts.
     pub(crate) fn in_flow_shape(&self, shape: &Positions<T>) -> Option<Positions<T>> {
         let shape = self.in_rows(shape)?;
         Some(match &self.drivers {
@@ -191,7 +192,7 @@ impl<T: Scalar> Following<T> {
         })
     }
 
-    /// A shape with one position per vertex, or one per row, as rows.
+    /// Converts a shape with one position per vertex or per row to one per row.
     fn in_rows(&self, shape: &Positions<T>) -> Option<Positions<T>> {
         let is_known = [self.mesh.num_vertices(), self.mesh.num_rows()].contains(&shape.len());
         is_known.then(|| self.mesh.to_rows(shape))
@@ -202,7 +203,7 @@ impl<T: Scalar> Following<T> {
         &self.mesh
     }
 
-    /// Takes a shape for that of the parts that do not drive.
+    /// Sets the shape of the parts that do not drive.
     pub(crate) fn set_shape(&mut self, shape: &Positions<T>) {
         if let Some(rows) = self.in_rows(shape) {
             self.placed = rows;
@@ -224,7 +225,7 @@ impl<T: Scalar> Following<T> {
     /// Places the parts that follow, layer by layer.
     ///
     /// # Errors
-    /// The reports of the flows of large parts.
+    /// [`Error`] of the flow of a large part.
     pub(crate) fn place(&mut self, drivers: &Positions<T>, effort: Effort) -> Result<(), Error> {
         if self.passengers.is_empty() {
             return Ok(());
@@ -285,7 +286,7 @@ impl<T: Scalar> Following<T> {
     }
 }
 
-/// Which parts have handles.
+/// Per part: whether it has handles.
 fn has_handle<T: Scalar>(neighbourhood: &Neighbourhood, held: &Held<T>) -> Vec<bool> {
     let model = &neighbourhood.model;
     let mut has_handle = vec![false; model.parts.len()];
@@ -307,7 +308,7 @@ fn passenger<T: Scalar>(
         Manner::Decal => Kind::Decal,
         Manner::Flowing => match flowing(neighbourhood, mesh, original, options, &seat) {
             Ok(flowing) => Kind::Flowing(Box::new(flowing)),
-            // Its weights cannot be computed or solved: as a rigid body it follows all the same.
+            // If its weights cannot be computed or solved, it follows as a rigid body.
             Err(error) => {
                 tracing::debug!(part = seat.part, %error, "a part is placed as a rigid body");
                 Kind::Rigid
@@ -334,7 +335,7 @@ fn flowing<T: Scalar>(
         Cotangent::default(),
     )?;
     let part = &model.parts[seat.part];
-    // μ of the hybrid; a spring of a handle is counted in mean diagonals.
+    // μ of the hybrid. Springs of handles are relative to the mean diagonal.
     let membrane = 4.0 * part.area / part.vertices.len() as f64 / (length * length);
     let factor = membrane / rest.operator().mean_diagonal().powi(2);
     let pulls = Flowing::pulls(&seat.contacts, &extract);
@@ -356,7 +357,7 @@ fn flowing<T: Scalar>(
     })
 }
 
-/// Stated turns with the vertices of the flow.
+/// Stated turns, with the vertex indices of the flow.
 pub(crate) fn turns_in_flow<T: Scalar>(
     following: &Following<T>,
     stated: Vec<(VertexId, Vector3<f64>)>,

@@ -6,13 +6,12 @@
 //! surface below them, and large ones are deformed by the hybrid energy with soft handles at their
 //! contacts.
 //!
-//! **Source**: ours; `docs/decisions` has the measurements.
+//! **Source**: ours.
 
 mod contacts;
 mod extract;
 mod following;
 mod model;
-mod options;
 mod passenger;
 mod plan;
 mod proximity;
@@ -22,7 +21,6 @@ mod survey;
 mod turns;
 
 pub(crate) use following::{Following, turns_in_flow};
-pub use options::{Parts, Ties};
 pub(crate) use passenger::Effort;
 pub use report::PartReport;
 pub use roles::Role;

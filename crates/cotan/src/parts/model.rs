@@ -21,7 +21,7 @@ pub(crate) struct Part {
 #[derive(Clone, Debug)]
 pub(crate) struct Model {
     pub(crate) parts: Vec<Part>,
-    /// The part of each vertex.
+    /// Per vertex: its part.
     pub(crate) of_vertex: Vec<u32>,
     pub(crate) positions: Positions<f64>,
     /// A third of the area of the triangles around each vertex.
@@ -108,13 +108,13 @@ impl Model {
         extent(&self.positions, &part.vertices, &part.triangles)
     }
 
-    /// Whether a part is smaller than another, beyond rounding.
+    /// Returns true if a part is smaller than another by more than rounding.
     pub(crate) fn is_smaller(&self, part: usize, other: usize) -> bool {
         self.parts[part].size < self.parts[other].size * (1.0 - SAME)
     }
 
-    /// An order of two parts that does not depend on their numbers: by size, number of vertices,
-    /// and place.
+    /// An order of two parts that does not depend on their indices: by size, number of vertices,
+    /// and position.
     pub(crate) fn comes_first(&self, part: usize, other: usize) -> bool {
         if self.is_smaller(part, other) || self.is_smaller(other, part) {
             return self.is_smaller(part, other);
@@ -133,8 +133,8 @@ impl Model {
         along.map_or(part < other, |x| *x > 0.0)
     }
 
-    /// Whether a part has so little area for its size that cotangents say nothing.
-    pub(crate) fn is_flatless(&self, part: usize) -> bool {
+    /// Returns true if a part has so little area for its size that its cotangents are noise.
+    pub(crate) fn is_degenerate(&self, part: usize) -> bool {
         /// Of the squared size.
         const LEAST: f64 = 1e-9;
         let part = &self.parts[part];
@@ -142,7 +142,7 @@ impl Model {
     }
 }
 
-/// Lengths that differ by less than this part are the same but for rounding.
+/// Lengths whose relative difference is smaller than this differ only by rounding.
 const SAME: f64 = 1e-6;
 
 pub(super) fn at(positions: &Positions<f64>, vertex: u32) -> Point3<f64> {

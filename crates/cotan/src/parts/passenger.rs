@@ -1,4 +1,4 @@
-//! A part that follows: where its contacts are to be, and how it is placed by them.
+//! A part that follows: the targets of its contacts, and its placement by them.
 //!
 //! The target of a contact is g = q + R_q (v⁰ − q⁰), with q the point that it touches and R_q the
 //! rotation of the surface there. Small parts are placed as rigid bodies by a weighted fit of
@@ -24,7 +24,7 @@ pub(crate) struct Passenger<T: Scalar> {
     pub(crate) part: usize,
     pub(crate) layer: u32,
     pub(crate) contacts: Vec<Contact>,
-    /// The corners that the contacts touch, each once, with its part and the weight on it.
+    /// The corners that the contacts touch, each once, with its part and the weight that it bears.
     below: Vec<Corner>,
     pub(crate) kind: Kind<T>,
 }
@@ -85,7 +85,7 @@ impl Rigid {
     }
 }
 
-/// The state that passengers are placed by.
+/// The state from which passengers are placed.
 pub(crate) struct Scene<'a> {
     pub(crate) model: &'a Model,
     /// λ.
@@ -96,7 +96,7 @@ pub(crate) struct Scene<'a> {
     pub(crate) motions: &'a [Option<Rigid>],
 }
 
-/// The extent of a flow's run when its part is placed.
+/// How long a flow runs when its part is placed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Effort {
     /// One step.
@@ -141,7 +141,7 @@ impl<T: Scalar> Passenger<T> {
         }
     }
 
-    /// The rotation that is nearest to those below all contacts, by weight.
+    /// The rotation nearest to the weighted mean of those below the contacts.
     pub(crate) fn mean_rotation(&self, scene: &Scene<'_>) -> Matrix3<f64> {
         let sum = self.below.iter().fold(Matrix3::zeros(), |sum, corner| {
             let covariance = match &scene.motions[corner.part as usize] {
@@ -153,7 +153,7 @@ impl<T: Scalar> Passenger<T> {
         rotation(&sum)
     }
 
-    /// Places the part by the current positions of those below it.
+    /// Places the part by the current positions of the parts below it.
     pub(crate) fn place(&mut self, scene: &Scene<'_>, effort: Effort) -> Result<Placed, Error> {
         let vertices = &scene.model.parts[self.part].vertices;
         if let Kind::Decal = self.kind {
@@ -286,7 +286,7 @@ impl<T: Scalar> Flowing<T> {
 const LIGHTEST: f64 = 1e-9;
 const HEAVIEST: f64 = 1e6;
 
-/// The point of a contact on the part that follows, as the surface below wants it.
+/// The target of a contact's point on the part that follows.
 fn target(scene: &Scene<'_>, contact: &Contact, rotation: &Matrix3<f64>) -> Point3<f64> {
     let rest = scene.model.positions.as_slice();
     let arm = contact.own.at(rest) - contact.on.at(rest);
@@ -342,8 +342,7 @@ pub(crate) fn put<T: Scalar>(
     let vertices = &model.parts[part].vertices;
     for (v, p) in vertices.iter().zip(placed) {
         let v = *v as usize;
-        // A vertex that has not moved keeps its bytes, which may have more digits than f64 holds
-        // of its neighbours' sums.
+        // A vertex that has not moved keeps its bytes.
         let rest = model.positions.as_slice()[v];
         out.as_mut_slice()[v] = match *p == rest {
             true => original.as_slice()[v],

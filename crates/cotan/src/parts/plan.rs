@@ -1,15 +1,16 @@
-//! The plan of a deformation of several parts: who drives, who follows whom, by which contacts.
+//! The plan of a deformation of several parts: which parts drive, which follow, and by which
+//! contacts.
 
 use cotan_geometry::{ClosestTree, Marks, Scalar, Surface};
 use cotan_parallel as parallel;
 
 use super::contacts::{Contact, Contacts};
 use super::model::Model;
-use super::options::{Parts, Ties};
 use super::proximity::{Link, Untied, links, tree};
 use super::roles::{Role, Roles};
 use crate::error::Error;
 use crate::options::{DeformOptions, OrientationKind};
+use crate::part_options::{Parts, Ties};
 
 /// The planned placement of a passenger.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -28,7 +29,7 @@ pub(crate) struct Seat {
     pub(crate) contacts: Vec<Contact>,
 }
 
-/// A model with what does not depend on its handles: who is close to whom.
+/// A model, and the parts that are close to each other. Independent of handles.
 #[derive(Debug)]
 pub(crate) struct Neighbourhood {
     pub(crate) model: Model,
@@ -38,7 +39,7 @@ pub(crate) struct Neighbourhood {
     /// λ.
     pub(crate) length: f64,
     strength: f64,
-    /// Whether the energy of the drivers has terms for ties.
+    /// True if the energy of the drivers has terms for ties.
     can_tie: bool,
 }
 
@@ -49,13 +50,13 @@ pub(crate) struct Plan {
     /// Contacts between parts that drive.
     pub(crate) ties: Vec<Contact>,
     has_handle: Vec<bool>,
-    /// In the order of their layers, then parts.
+    /// Ordered by layer, then by part.
     pub(crate) seats: Vec<Seat>,
 }
 
 impl Neighbourhood {
-    /// Finds the parts of a surface and who is close to whom; `None` where that does not matter:
-    /// for a single part, and where parts are to be still.
+    /// Finds the parts of a surface and those that are close to each other; `None` for a single
+    /// part, and if parts are still.
     ///
     /// # Errors
     /// [`Error`] for a part that does not exist, and a strength out of range.
@@ -96,7 +97,7 @@ impl Neighbourhood {
         }))
     }
 
-    /// Decides who drives and who follows, for handles in some of the parts.
+    /// Decides which parts drive and which follow, given the parts with handles.
     pub(crate) fn plan(&self, has_handle: Vec<bool>) -> Plan {
         let either = |(counts, has): (&bool, &bool)| *counts || *has;
         let counts: Vec<bool> = self.counts.iter().zip(&has_handle).map(either).collect();
@@ -163,10 +164,10 @@ impl Neighbourhood {
             return None;
         }
         let size = self.model.parts[part].size;
-        let is_flatless = self.model.is_flatless(part);
+        let is_degenerate = self.model.is_degenerate(part);
         let (manner, contacts) = if size >= self.length && self.lies_flat(part, &contacts) {
             (Manner::Decal, finder.everywhere(part, marks, layer))
-        } else if is_flatless || size < RIGID * self.length {
+        } else if is_degenerate || size < RIGID * self.length {
             (Manner::Rigid, contacts)
         } else {
             (Manner::Flowing, contacts)
@@ -179,7 +180,7 @@ impl Neighbourhood {
         })
     }
 
-    /// Whether a part lies on the surface below it like a decal.
+    /// Returns true if a part lies on the surface below it like a decal.
     fn lies_flat(&self, part: usize, contacts: &[Contact]) -> bool {
         /// Of λ, and of the area.
         const GAP: f64 = 0.1;
@@ -205,8 +206,8 @@ const RIGID: f64 = 10.0;
 /// κ₀ among parts that drive; it is 1 for those that follow.
 const DRIVERS: f64 = 30.0;
 
-/// Parts that are farther apart than this many λ are not tied to be solved together: the part
-/// between is placed by the nearest one.
+/// Parts that are farther apart than this many λ are not tied and solved together. A part
+/// between them is placed by the nearest one.
 const LONGEST: f64 = 4.0;
 
 fn check(options: &DeformOptions, num_parts: usize) -> Result<(), Error> {
@@ -230,12 +231,12 @@ fn check(options: &DeformOptions, num_parts: usize) -> Result<(), Error> {
 }
 
 impl Plan {
-    /// Whether every part is solved.
+    /// Returns true if every part is solved.
     pub(crate) fn drives_all(&self) -> bool {
         self.roles.layers.iter().all(|layer| *layer == 0)
     }
 
-    /// Whether it was made for handles in these parts.
+    /// Returns true if it was made for handles in these parts.
     pub(crate) fn is_for(&self, has_handle: &[bool]) -> bool {
         self.has_handle == has_handle
     }

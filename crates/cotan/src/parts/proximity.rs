@@ -1,11 +1,12 @@
-//! Which parts are close to which: a connected graph over the parts that take part.
+//! The parts that are close to each other, as a connected graph.
 //!
 //! A part is joined to all parts that are no farther than its nearest one and a bending length
-//! more. Clusters that are left apart are joined by Borůvka's method, each to its nearest
-//! neighbour. One tree over all triangles serves all queries; one that is to skip a cluster skips
+//! more. Clusters that are still separate are joined by Borůvka's method, each to its nearest
+//! neighbour. All queries use one tree over all triangles. A query that skips a cluster skips
 //! whole subtrees.
 
 use cotan_geometry::{ClosestTree, Marks};
+use cotan_halfedge::DisjointSets;
 use cotan_parallel as parallel;
 
 use super::model::Model;
@@ -17,7 +18,7 @@ pub(crate) struct Link {
     pub(crate) parts: [u32; 2],
     /// A bound of their distance; the distance itself where one is the other's nearest.
     pub(crate) distance: f64,
-    /// For each of the two whether the other is among its nearest, so that it may follow it.
+    /// For each of the two: true if the other is among its nearest, so that it may follow it.
     pub(crate) sees: [bool; 2],
 }
 
@@ -94,10 +95,12 @@ pub(crate) fn links(
     let own = |p: &u32| nearest[*p as usize].map(|link| link.seen_also_by(*p));
     links.extend(active.iter().filter_map(own));
     loop {
-        let mut roots = Roots::new(counts.len());
-        links.iter().for_each(|link| roots.join(link.parts));
+        let mut roots = DisjointSets::new(counts.len());
+        links
+            .iter()
+            .for_each(|link| roots.join(link.parts[0], link.parts[1]));
         for &p in &active {
-            clusters[p as usize] = roots.of(p);
+            clusters[p as usize] = roots.root(p);
         }
         let first = active.first().map(|p| clusters[*p as usize]);
         if active.iter().all(|p| Some(clusters[*p as usize]) == first) {
@@ -136,7 +139,7 @@ pub(crate) fn links(
     links
 }
 
-/// The mark of parts that take no part.
+/// The mark of parts that are left out.
 pub(crate) const APART: u32 = u32::MAX;
 
 struct Finder<'a> {
@@ -145,14 +148,14 @@ struct Finder<'a> {
     untied: &'a Untied,
 }
 
-/// Parts of more vertices are looked at one by one.
+/// Parts with more vertices than this are searched one by one.
 const LARGE: usize = 4096;
 
-/// A stretch of the vertices of a part, so that large parts are shared among threads.
+/// A range of the vertices of a part, so that large parts are divided among threads.
 const STRETCH: usize = 512;
 
 impl Finder<'_> {
-    /// The vertices of these parts in stretches, with their part.
+    /// The vertices of these parts in ranges, with their part.
     fn stretches(&self, parts: &[u32]) -> Vec<(u32, &[u32])> {
         let mut stretches = Vec::new();
         for &p in parts {
@@ -162,8 +165,8 @@ impl Finder<'_> {
         stretches
     }
 
-    /// For every part the nearest one with another mark, as its own vertices see it and as those
-    /// of the others do.
+    /// For every part the nearest one with another mark, by distances from its own vertices and
+    /// from those of the others.
     fn nearest(&self, parts: &[u32], marks: &Marks) -> Vec<Option<Link>> {
         let mut nearest: Vec<Option<Link>> = vec![None; self.model.parts.len()];
         // Small parts first: large ones then know how near their neighbours are.
@@ -183,7 +186,7 @@ impl Finder<'_> {
         nearest
     }
 
-    /// As far as their own vertices see, the parts that are nearer than those known.
+    /// The parts that are nearer than those known, by distances from their own vertices.
     fn nearest_of(&self, parts: &[u32], marks: &Marks, known: &[Option<Link>]) -> Vec<Link> {
         let found = parallel::tasks(self.stretches(parts), |(part, vertices)| {
             let own = marks.of(part);
@@ -220,7 +223,7 @@ impl Finder<'_> {
             let Some(link) = nearest[part as usize] else {
                 return Vec::new();
             };
-            // A few units in the last place more: the nearest one itself is among them.
+            // A few units in the last place more, so that the nearest one itself is included.
             let limit = (link.distance + reach) * (1.0 + 1e-12);
             let mut is_known = vec![false; self.model.parts.len()];
             is_known[part as usize] = true;
@@ -241,29 +244,5 @@ impl Finder<'_> {
             links
         });
         found.into_iter().flatten().collect()
-    }
-}
-
-/// Sets of parts that are joined.
-pub(crate) struct Roots(Vec<u32>);
-
-impl Roots {
-    pub(crate) fn new(len: usize) -> Self {
-        Self((0..len as u32).collect())
-    }
-
-    pub(crate) fn of(&mut self, mut part: u32) -> u32 {
-        while self.0[part as usize] != part {
-            let above = self.0[part as usize];
-            self.0[part as usize] = self.0[above as usize];
-            part = above;
-        }
-        part
-    }
-
-    pub(crate) fn join(&mut self, parts: [u32; 2]) {
-        let [a, b] = parts.map(|part| self.of(part));
-        // The lower one leads.
-        self.0[a.max(b) as usize] = a.min(b);
     }
 }

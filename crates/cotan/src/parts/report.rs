@@ -1,11 +1,11 @@
-//! Measures of how well parts follow: the change of their gaps, and their turn against what they
-//! touch.
+//! Measures of how well parts follow: the change of their gaps, and their rotation relative to the
+//! surface that they touch.
 
 use cotan_flow::nearest_rotation;
 use cotan_geometry::Scalar;
 use nalgebra::{Matrix3, Vector3};
 
-use super::contacts::{Contact, SurfacePoint};
+use super::contacts::{Contact, ContactPoint};
 use super::passenger::{Passenger, Scene};
 use super::plan::Plan;
 use super::roles::Role;
@@ -21,8 +21,8 @@ pub struct PartReport {
     pub role: Role,
     /// The parts that it touches or is nearest to, ascending.
     pub follows: Vec<usize>,
-    /// Root mean square, over its contacts and by their weights, of the change of the distance
-    /// from the point that it touches, over the diagonal of the whole model.
+    /// Weighted root mean square, over its contacts, of the change of the distance from the point
+    /// that it touches, relative to the diagonal of the whole model.
     pub gap_change: f64,
     /// The angle between its own rotation and that of the surface that it touches, in degrees.
     pub turn_degrees: f64,
@@ -52,7 +52,7 @@ pub(crate) fn measure<T: Scalar>(
     for contacts in ties.chunk_by(|a, b| part_of(a) == part_of(b)) {
         let report = &mut reports[part_of(contacts[0]) as usize];
         report.note(scene, contacts);
-        let sides: [fn(&Contact) -> &SurfacePoint; 2] = [|c| &c.own, |c| &c.on];
+        let sides: [fn(&Contact) -> &ContactPoint; 2] = [|c| &c.own, |c| &c.on];
         let [own, on] = sides.map(|side| {
             let turn =
                 |sum, c: &&Contact| sum + covariance_at(scene.model, scene.now, side(c)) * c.weight;
@@ -80,7 +80,7 @@ impl PartReport {
         self.follows.dedup();
     }
 
-    /// Notes the parts that are followed, and the change of the gaps.
+    /// Records the parts that are followed, and the change of the gaps.
     fn note(&mut self, scene: &Scene<'_>, contacts: &[&Contact]) {
         self.set_followed(contacts.iter().map(|c| c.part));
         let (mut sum, mut total) = (0.0, 0.0);
@@ -95,10 +95,10 @@ impl PartReport {
     }
 }
 
-/// The rotation that takes the vertices of a part from their original positions best. Where they
-/// are on a line or at a point, which leaves it open, it is as close to `otherwise` as they allow.
+/// The rotation that best takes the original positions of a part's vertices to the current ones.
+/// If they are on a line or at a point, of all such rotations the one closest to `otherwise`.
 fn own_rotation(scene: &Scene<'_>, part: usize, otherwise: &Matrix3<f64>) -> Matrix3<f64> {
-    /// Of the squared size of the model: too little to matter to anything that has an extent.
+    /// Relative to the squared size of the model: negligible for anything with an extent.
     const SHARE: f64 = 1e-14;
     let vertices = &scene.model.parts[part].vertices;
     let rest = scene.model.positions.as_slice();
@@ -117,8 +117,8 @@ fn own_rotation(scene: &Scene<'_>, part: usize, otherwise: &Matrix3<f64>) -> Mat
     nearest_rotation(&(covariance + otherwise * (SHARE * size)))
 }
 
-/// The angle of the rotation from one to the other, by the chord: an arc cosine loses the digits of
-/// small angles.
+/// The angle of the rotation from one to the other, computed from the chord, since an arc cosine
+/// loses the digits of small angles.
 fn angle(a: &Matrix3<f64>, b: &Matrix3<f64>) -> f64 {
     2.0 * ((a - b).norm() / 8.0_f64.sqrt()).min(1.0).asin()
 }

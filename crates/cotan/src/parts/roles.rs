@@ -1,4 +1,4 @@
-//! Which parts drive, and in which order the others follow.
+//! The parts that drive, and the order in which the others follow.
 
 use super::proximity::Link;
 
@@ -6,7 +6,7 @@ use super::proximity::Link;
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum Role {
-    /// It has handles, or lies between parts that have: it is solved.
+    /// It has handles, or lies between parts with handles: it is solved.
     Drives,
     /// It follows parts that are placed before it.
     Follows,
@@ -27,8 +27,8 @@ pub(crate) struct Roles {
 pub(crate) const UNPLACED: u32 = u32::MAX;
 
 impl Roles {
-    /// Of parts with these links; `has_handle` and `counts` say which parts have handles and which
-    /// may follow. Links longer than `longest` make no part drive.
+    /// Assigns the roles of parts with these links. `has_handle` and `counts` tell which parts
+    /// have handles and which may follow. Links longer than `longest` make no part drive.
     pub(crate) fn new(has_handle: &[bool], counts: &[bool], links: &[Link], longest: f64) -> Self {
         let n = has_handle.len();
         let mut layers = vec![UNPLACED; n];
@@ -76,14 +76,14 @@ impl Roles {
         }
     }
 
-    /// The parts of a layer or more than one: those with this role, ascending.
+    /// The parts with this role, ascending.
     pub(crate) fn with(&self, role: Role) -> impl Iterator<Item = usize> {
         let roles = self.roles.iter().enumerate();
         roles.filter(move |(_, r)| **r == role).map(|(p, _)| p)
     }
 }
 
-/// Places the parts that are nearest to a placed one. Needed if none of those that are left has a
+/// Places the parts that are nearest to a placed one. Needed if none of the remaining parts has a
 /// placed one among its own nearest.
 fn nearest_of_the_rest(
     layers: &mut [u32],
@@ -91,7 +91,7 @@ fn nearest_of_the_rest(
     links: &[Link],
     layer: u32,
 ) -> Vec<u32> {
-    /// Distances that differ by less than this part are the same but for rounding.
+    /// Distances whose relative difference is smaller than this differ only by rounding.
     const ROUNDING: f64 = 1e-9;
     let next = |link: &Link| {
         let [a, b] = link.parts;
@@ -193,7 +193,7 @@ fn blocks(n: usize, links: &[Link]) -> Vec<Vec<u32>> {
         }
         depth[root as usize] = 0;
         low[root as usize] = 0;
-        // A node, the link by which it was reached, and the next neighbour to look at.
+        // A node, the link by which it was reached, and the next neighbour to visit.
         let mut stack: Vec<(u32, u32, usize)> = vec![(root, UNSEEN, 0)];
         while let Some((p, by, next)) = stack.last_mut() {
             let (p, by) = (*p, *by);

@@ -7,8 +7,8 @@ use super::report::PartReport;
 use crate::error::Error;
 use crate::options::DeformOptions;
 
-/// The parts of a surface, and whom each would follow if the part with the largest area were the
-/// only one with handles; empty for a surface of a single part. Gaps and turns are 0.
+/// The parts of a surface, and the parts that each would follow if only the part with the largest
+/// area had handles. Empty for a surface of a single part. Gaps and turns are 0.
 ///
 /// # Errors
 /// [`Error`] for options that name parts which do not exist.

@@ -3,17 +3,18 @@
 use cotan_flow::nearest_rotation;
 use nalgebra::{Matrix3, Point3};
 
-use super::contacts::SurfacePoint;
+use super::contacts::ContactPoint;
 use super::model::Model;
 
-/// The covariance of the triangles around a vertex with the same at rest, over its trace at rest:
+/// The covariance of the triangles around a vertex with those at rest, divided by its trace at
+/// rest:
 ///
 /// ```text
 /// Σ_T ( Σ_{e in T} e e⁰ᵀ + n n⁰ᵀ / |n⁰| ),      n = the cross product of two edges
 /// ```
 ///
-/// The normals tell a turn from a reflection; they need no orientation, since both are of the same
-/// order of corners.
+/// The normals distinguish a rotation from a reflection. They need no orientation, since both are
+/// of the same order of corners.
 pub(crate) fn covariance(model: &Model, now: &[Point3<f64>], vertex: u32) -> Matrix3<f64> {
     let rest = model.positions.as_slice();
     let (mut sum, mut trace) = (Matrix3::zeros(), 0.0);
@@ -42,7 +43,7 @@ pub(crate) fn covariance(model: &Model, now: &[Point3<f64>], vertex: u32) -> Mat
 pub(crate) fn covariance_at(
     model: &Model,
     now: &[Point3<f64>],
-    point: &SurfacePoint,
+    point: &ContactPoint,
 ) -> Matrix3<f64> {
     let terms = point.terms();
     terms.fold(Matrix3::zeros(), |sum, (v, share)| {
@@ -50,7 +51,7 @@ pub(crate) fn covariance_at(
     })
 }
 
-/// The rotation next to a covariance; none where there is nothing to tell it by.
+/// The rotation nearest to a covariance; `None` if the covariance does not determine one.
 pub(crate) fn rotation(covariance: &Matrix3<f64>) -> Matrix3<f64> {
     let is_usable = covariance.iter().all(|x| x.is_finite()) && covariance.norm() > 0.0;
     if is_usable {

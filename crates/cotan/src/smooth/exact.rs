@@ -26,7 +26,7 @@ pub(super) fn coplanar_share<T: Scalar>(surface: &Surface<'_, T>) -> f64 {
             continue;
         };
         let height = 2.0 * f64::min(areas[a], areas[b]) / length.as_f64();
-        let limit = (ROUNDING * size / height).clamp(LEAST_ANGLE, LARGEST_ANGLE);
+        let limit = (ROUNDING * size / height).clamp(MIN_ANGLE, LARGEST_ANGLE);
         // Faces without area have no normal.
         if height > 0.0
             && has_direction(&normals[a])
@@ -57,5 +57,5 @@ fn has_direction(normal: &Vector3<f64>) -> bool {
 const ROUNDING: f64 = 4.0 * 3e-7;
 
 /// In radians; the largest is 0.2°.
-const LEAST_ANGLE: f64 = 1e-4;
+const MIN_ANGLE: f64 = 1e-4;
 const LARGEST_ANGLE: f64 = 0.2 * std::f64::consts::PI / 180.0;

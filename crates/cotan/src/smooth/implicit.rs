@@ -1,4 +1,8 @@
 //! Implicit mean-curvature flow, for comparison.
+//!
+//! Every step has another matrix, so a factorization would be used once. The step iterates with
+//! conjugate gradients and a diagonal preconditioner instead. The iterations of `cotan-sparse` and
+//! `cotan-linear` are for matrices that are prepared once.
 
 use cotan_geometry::{Positions, Scalar, Surface};
 use cotan_halfedge::{HalfedgeMesh, VertexId, VertexMap};
@@ -88,7 +92,7 @@ impl<T: Scalar> Step<'_, T> {
         let mut direction = scaled.clone();
         let mut power = dots(&residual, &scaled);
         let goal = power * (SOLVED * SOLVED);
-        for _ in 0..MOST_STEPS {
+        for _ in 0..MAX_STEPS {
             let product = self.product(&direction);
             let length = ratios(&power, &dots(&direction, &product));
             add(&mut moves, &direction, &length);
@@ -144,7 +148,7 @@ impl<T: Scalar> Step<'_, T> {
 const SOLVED: f64 = 1e-10;
 
 /// Conjugate gradients need about the square root of the condition number: a few dozen steps.
-const MOST_STEPS: usize = 1000;
+const MAX_STEPS: usize = 1000;
 
 /// One dot product per coordinate.
 fn dots(a: &VertexMap<Vector3<f64>>, b: &VertexMap<Vector3<f64>>) -> Vector3<f64> {

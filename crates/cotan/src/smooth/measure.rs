@@ -90,17 +90,21 @@ pub fn mean_curvature_rms<T: Scalar>(surface: &Surface<'_, T>) -> f64 {
 /// Positive where convex. For a mesh inscribed in a sphere it is exactly 1/r, up to the error of
 /// the normals. 0 at boundary vertices and where there is no area.
 ///
+/// This is the field that detail edits change and [`TargetCurvature`](super::TargetCurvature)
+/// prescribes. `cotan::surface::mean_curvatures` divides by mixed Voronoi areas instead, which
+/// differ from A at obtuse triangles.
+///
 /// **Shapes**: one value per vertex. **Units**: inverse length.
-pub fn mean_curvatures<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<f64> {
+pub fn curvature_field<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<f64> {
     let mut cotangents = HalfedgeMap::filled(surface.mesh().num_halfedges(), T::zero());
     Cotangent::default().opposite_cotangents(surface, &mut cotangents);
     let (sizes, areas) = sizes_and_areas(surface, &cotangents);
     over_areas(&sizes, &areas)
 }
 
-/// [`mean_curvatures`] as used by detail edits: computed with mollified cotangents and with a
+/// [`curvature_field`] as used by detail edits: computed with mollified cotangents and with a
 /// lower bound on the areas.
-pub(crate) fn mollified_mean_curvatures<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<f64> {
+pub(crate) fn mollified_curvature_field<T: Scalar>(surface: &Surface<'_, T>) -> VertexMap<f64> {
     let mut cotangents = HalfedgeMap::default();
     mollified_cotangents(surface, &mut cotangents);
     let (sizes, areas) = sizes_and_areas(surface, &cotangents);

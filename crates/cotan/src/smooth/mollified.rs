@@ -87,7 +87,7 @@ pub(crate) fn with_floor(mesh: &HalfedgeMesh, areas: &VertexMap<f64>) -> VertexM
             .one_ring(v)
             .map(|j| areas[mesh.row_of(j)])
             .fold(0.0, f64::max);
-        areas[v].max(LEAST_AREA * largest)
+        areas[v].max(MIN_AREA * largest)
     })
 }
 
@@ -124,4 +124,4 @@ fn at<T: Scalar>(surface: &Surface<'_, T>, v: VertexId) -> Point3<f64> {
 const SLACK: f64 = 0.03;
 
 /// Relative to the largest area in the ring. Without slivers, neighbouring areas differ by less.
-const LEAST_AREA: f64 = 0.05;
+const MIN_AREA: f64 = 0.05;

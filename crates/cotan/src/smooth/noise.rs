@@ -67,7 +67,7 @@ impl NoiseEstimate {
         };
         let finest = ratio(5).powi(2);
         let excess = |q: usize| (ratio(q).powi(2) - finest).max(0.0);
-        let detail = (2.0 * excess(1)).max(LEAST_DETAIL * LEAST_DETAIL * excess(0));
+        let detail = (2.0 * excess(1)).max(MIN_DETAIL * MIN_DETAIL * excess(0));
         // At least a quarter of the power at the finest scale is attributed to noise.
         let noise = (finest - 0.5 * detail).max(0.25 * finest);
         Self {
@@ -94,7 +94,7 @@ fn white_noise<T: Scalar>(positions: &Positions<T>) -> VertexMap<f64> {
 }
 
 /// The minimum ratio of detail to bend, assumed where noise swamps the detail.
-const LEAST_DETAIL: f64 = 0.2;
+const MIN_DETAIL: f64 = 0.2;
 
 /// Root mean squares of n·U^q x over the inner vertices, q = 1 … 6, for the field with
 /// coordinates x_k(v).

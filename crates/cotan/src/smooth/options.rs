@@ -2,7 +2,7 @@
 
 use super::anchored::Boundary;
 use super::preserve::Preserve;
-use crate::options::{named, setters};
+use crate::named::{named, setters};
 
 named!(
     /// The selection of a smoothing method.

@@ -198,7 +198,7 @@ fn check(options: &SmoothOptions) -> Result<(), Error> {
 }
 
 /// Refuses a displacement bound that is not positive.
-pub(super) fn check_bound(bound: Option<f64>) -> Result<(), Error> {
+pub(crate) fn check_bound(bound: Option<f64>) -> Result<(), Error> {
     match bound {
         Some(bound) if !(bound > 0.0 && bound.is_finite()) => {
             Err(refuse("largest displacement", "above 0", bound))
@@ -208,7 +208,7 @@ pub(super) fn check_bound(bound: Option<f64>) -> Result<(), Error> {
 }
 
 /// The error for a setting out of range.
-pub(super) fn refuse(setting: &'static str, range: &'static str, value: f64) -> Error {
+pub(crate) fn refuse(setting: &'static str, range: &'static str, value: f64) -> Error {
     Error::Flow(FlowError::Setting {
         setting,
         range,

@@ -23,7 +23,7 @@ pub(crate) fn without_new_folds<T: Scalar>(
     let mut still = held.to_vec();
     let mut is_back = vec![false; moved.len()];
     let mut corrected = correct(&moved, &still)?;
-    for round in 0..=MOST_ROUNDS {
+    for round in 0..=MAX_ROUNDS {
         let folded = folded_faces(surface, &corrected)?;
         if folded.is_empty() {
             break;
@@ -39,7 +39,7 @@ pub(crate) fn without_new_folds<T: Scalar>(
                 mesh.one_ring(v).for_each(|j| is_back[j.index()] = true);
             }
         }
-        if round == MOST_ROUNDS {
+        if round == MAX_ROUNDS {
             let components = mesh.components();
             let mut is_whole = vec![false; components.count()];
             for &f in &folded {
@@ -68,4 +68,4 @@ pub(crate) fn without_new_folds<T: Scalar>(
 }
 
 /// Each round extends the region by a ring; ten rings around a needle contain its effects.
-const MOST_ROUNDS: usize = 10;
+const MAX_ROUNDS: usize = 10;

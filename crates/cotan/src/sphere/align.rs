@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_refused() {
+    fn mismatched_inputs_are_refused() {
         let (shape, source) = head::<f64>();
         let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
         let short = Positions::filled(3, Point3::origin());

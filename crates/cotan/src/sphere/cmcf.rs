@@ -19,7 +19,7 @@ use super::sums;
 const TIME_STEP: f64 = 0.1;
 
 /// A mass below this fraction of the mean would be lost next to the stiffness.
-const LEAST_MASS: f64 = 1e-14;
+const MIN_MASS: f64 = 1e-14;
 
 /// Implicit mean-curvature flow in which the stiffness remains that of the original mesh while
 /// the masses follow the surface:
@@ -97,7 +97,7 @@ pub(crate) fn cmcf(
 /// 2 D / δ, which matches the scale of L: the paper's weights lack the factor ½.
 fn masses(mesh: &HalfedgeMesh, x: &Positions<f64>) -> Vec<f64> {
     let areas = Surface::assume_checked(mesh, x).one_ring_areas();
-    let least = LEAST_MASS / areas.len() as f64;
+    let least = MIN_MASS / areas.len() as f64;
     areas
         .values()
         .map(|a| 2.0 * (a / 3.0).max(least) / TIME_STEP)

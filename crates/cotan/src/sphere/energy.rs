@@ -34,8 +34,8 @@ impl Blend {
     /// The blend for `balance` λ, from 0 (angles) to 1 (areas).
     pub(super) fn new(balance: f64) -> Self {
         Self {
-            conformal: (1.0 - balance).max(LEAST_CONFORMAL),
-            areal: balance.max(LEAST_AREAL),
+            conformal: (1.0 - balance).max(MIN_CONFORMAL),
+            areal: balance.max(MIN_AREAL),
         }
     }
 
@@ -200,7 +200,7 @@ impl Wedge {
 /// mean.
 pub(super) fn shares(areas: &[f64]) -> Vec<f64> {
     let total: f64 = areas.iter().filter(|a| a.is_finite()).sum();
-    let least = LEAST_AREA * if total > 0.0 { total } else { 1.0 } / areas.len() as f64;
+    let least = MIN_AREA * if total > 0.0 { total } else { 1.0 } / areas.len() as f64;
     let floored = |&a: &f64| if a > least { a } else { least };
     let sum: f64 = areas.iter().map(floored).sum();
     areas.iter().map(|a| floored(a) / sum).collect()
@@ -208,11 +208,11 @@ pub(super) fn shares(areas: &[f64]) -> Vec<f64> {
 
 /// Large enough to keep triangles from becoming thin if only areas count. With 0.01 the area
 /// error is halved, but long limbs are sheared by a third more.
-const LEAST_CONFORMAL: f64 = 0.03;
+const MIN_CONFORMAL: f64 = 0.03;
 /// Large enough to keep the faces of a long limb from shrinking exponentially, also in `f32`.
-const LEAST_AREAL: f64 = 1e-3;
+const MIN_AREAL: f64 = 1e-3;
 /// The minimum area of a face, as a fraction of the mean face area.
-const LEAST_AREA: f64 = 1e-4;
+const MIN_AREA: f64 = 1e-4;
 /// The fraction of the sum of squared sides that is added to each of them: slivers are treated as
 /// triangles of about 1 : 60.
 const WIDENING: f64 = 1e-4;

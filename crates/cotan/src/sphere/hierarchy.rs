@@ -127,7 +127,7 @@ fn tetrahedron(layout: &mut Layout, left: &[u32]) {
 
 /// Sweeps over the present vertices, with more sweeps on coarser levels.
 fn relax_level(layout: &mut Layout, present: &[u32]) {
-    let sweeps = (SWEEPS_TIMES_VERTICES / present.len()).clamp(LEAST_SWEEPS, MOST_SWEEPS);
+    let sweeps = (SWEEPS_TIMES_VERTICES / present.len()).clamp(MIN_SWEEPS, MAX_SWEEPS);
     let mut sweeper = Sweeper::new(layout, present);
     for _ in 0..sweeps {
         if sweeper.sweep(layout, OVER_RELAXATION) == 0 {
@@ -138,8 +138,8 @@ fn relax_level(layout: &mut Layout, present: &[u32]) {
 
 /// The number of vertex steps spent on each level. Coarse levels cost almost nothing.
 const SWEEPS_TIMES_VERTICES: usize = 100_000;
-const LEAST_SWEEPS: usize = 3;
-const MOST_SWEEPS: usize = 100;
+const MIN_SWEEPS: usize = 3;
+const MAX_SWEEPS: usize = 100;
 /// Scales the steps of a sweep, as in successive over-relaxation.
 const OVER_RELAXATION: f64 = 1.5;
 

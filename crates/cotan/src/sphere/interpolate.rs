@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_refused() {
+    fn mismatched_inputs_are_refused() {
         let shape = icosphere::<f64>(0);
         let map = SphereMap::new(shape.connectivity(), shape.positions().clone()).unwrap();
         let place = map.point_location().locate(&Vector3::x()).unwrap();

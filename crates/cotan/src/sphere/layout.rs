@@ -135,7 +135,7 @@ pub(super) fn step(
     }
     let newton = newton_step(&local)?;
     let gain = -newton.dot(&local.gradient);
-    if !(gain > LEAST_GAIN * local.value) {
+    if !(gain > MIN_GAIN * local.value) {
         return None;
     }
     let longest = Layout::size_of_star(star, x);
@@ -174,7 +174,7 @@ pub(super) fn tangents(x: &Vector3<f64>) -> [Vector3<f64>; 2] {
 }
 
 /// A step whose predicted gain is below this fraction of the energy is not worthwhile.
-const LEAST_GAIN: f64 = 1e-9;
+const MIN_GAIN: f64 = 1e-9;
 /// The fraction of the Hessian's trace that is added to its diagonal against rounding.
 const STIFFER: f64 = 1e-9;
 /// The last trial step is 1e-4 of a Newton step.

@@ -59,7 +59,7 @@ pub(crate) fn center(positions: &mut [Vector3<f64>], weights: &[f64]) -> f64 {
         return 0.0;
     };
     let mut c = Vector3::zeros();
-    for _ in 0..MOST_ROUNDS {
+    for _ in 0..MAX_ROUNDS {
         if moments.mean.norm() < TOLERANCE {
             break;
         }
@@ -68,7 +68,7 @@ pub(crate) fn center(positions: &mut [Vector3<f64>], weights: &[f64]) -> f64 {
         };
         (c, moments) = (next, better);
         // 1 − |c|² must not lose digits.
-        if c.norm() > MOST_GATHERED {
+        if c.norm() > MAX_GATHERED {
             apply(positions, &c);
             c = Vector3::zeros();
         }
@@ -115,7 +115,7 @@ impl Moments {
             .cholesky()
             .map_or(self.mean * -0.5, |factor| -factor.solve(&self.mean));
         step *= (LONGEST_STEP / step.norm()).min(1.0);
-        for _ in 0..MOST_HALVINGS {
+        for _ in 0..MAX_HALVINGS {
             let next = add(c, &step);
             let moments = Self::measure(positions, weights, &next)?;
             if moments.mean.norm() < self.mean.norm() {
@@ -212,14 +212,14 @@ fn check_weights<T: Scalar>(
 const CHUNK: usize = 2048;
 /// Half of the documented 1e-12; the rest is left for the rounding of the moved points.
 const TOLERANCE: f64 = 5e-13;
-const MOST_ROUNDS: usize = 50;
+const MAX_ROUNDS: usize = 50;
 /// The Newton step is a tangent vector; longer steps leave the ball.
 const LONGEST_STEP: f64 = 0.8;
 /// 2⁻⁴⁰ of a step changes the mean by less than the rounding error.
-const MOST_HALVINGS: usize = 40;
+const MAX_HALVINGS: usize = 40;
 /// Beyond this the accumulated map is applied and a new one is started, because 1 − |c|² has lost
 /// a digit.
-const MOST_GATHERED: f64 = 0.95;
+const MAX_GATHERED: f64 = 0.95;
 
 #[cfg(test)]
 mod tests {

@@ -3,7 +3,8 @@
 use cotan_flow::StopReason;
 
 use super::error::SphereError;
-use crate::options::{SchemeKind, named, setters};
+use crate::named::{named, setters};
+use crate::options::SchemeKind;
 
 named!(
     /// The method of mapping a mesh to the sphere.

@@ -67,7 +67,7 @@ enum Stage {
 }
 
 /// The minimum enclosed volume of a map: a tenth of the unit ball.
-const LEAST_VOLUME: f64 = 0.1 * 4.0 / 3.0 * std::f64::consts::PI;
+const MIN_VOLUME: f64 = 0.1 * 4.0 / 3.0 * std::f64::consts::PI;
 
 /// The step ratio of the free stage; the best constant ratio is 6/7.
 const FREE_RATIO: f64 = 0.85;
@@ -89,7 +89,7 @@ impl RobustProjection {
         }
         let mut on_sphere = positions.clone();
         to_sphere(on_sphere.as_mut_slice(), &self.weights);
-        if volume(mesh, &on_sphere) > LEAST_VOLUME {
+        if volume(mesh, &on_sphere) > MIN_VOLUME {
             let back = std::mem::replace(positions, on_sphere);
             self.stage = Stage::OnSphere {
                 back,
@@ -116,7 +116,7 @@ impl RobustProjection {
         let Stage::OnSphere { back, steps, last } = &mut self.stage else {
             return f64::INFINITY;
         };
-        if volume(mesh, next) < LEAST_VOLUME {
+        if volume(mesh, next) < MIN_VOLUME {
             // The map is lost, so the shape has to come closer to a sphere first.
             next.as_mut_slice().copy_from_slice(back.as_slice());
             self.near = 1.0 + (self.near - 1.0) / 2.0;

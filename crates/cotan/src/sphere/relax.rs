@@ -170,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_map_is_refused_and_left_alone() {
+    fn invalid_maps_are_refused_and_left_unchanged() {
         let shape = icosphere::<f64>(1);
         let mirrored = shape.positions().map(|p| Point3::new(-p.x, p.y, p.z));
         let mut sphere = mirrored.clone();

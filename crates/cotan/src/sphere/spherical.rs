@@ -145,7 +145,7 @@ struct Run<'a> {
 }
 
 /// Rounds of selective repair; one suffices on most meshes.
-const MOST_REPAIRS: usize = 3;
+const MAX_REPAIRS: usize = 3;
 
 /// If more than one in this many triangles is flipped, the map is considered lost.
 const LOST_SHARE: usize = 10;
@@ -154,7 +154,7 @@ const LOST_SHARE: usize = 10;
 const REPAIR_RINGS: usize = 2;
 
 /// With more flipped triangles than this, local repairs cannot fix the map.
-const MOST_UNTANGLED: usize = 1000;
+const MAX_UNTANGLED: usize = 1000;
 
 /// A compromise between angles and areas, used if the conformal map cannot be represented because
 /// its limbs are too small.
@@ -206,7 +206,7 @@ impl<'a> Run<'a> {
             let flipped = flipped_faces(self.mesh, &iterated.positions);
             self.report.flips.push(flipped.len());
             let is_lost = flipped.len() * LOST_SHARE > self.mesh.num_faces();
-            if flipped.is_empty() || is_lost || self.report.flips.len() > MOST_REPAIRS {
+            if flipped.is_empty() || is_lost || self.report.flips.len() > MAX_REPAIRS {
                 return Ok(iterated.positions);
             }
             marked.resize(self.mesh.num_vertices(), false);
@@ -262,7 +262,7 @@ impl<'a> Run<'a> {
             Err(error) => return Err(error),
         };
         self.report.flips.push(flipped);
-        if flipped <= MOST_UNTANGLED {
+        if flipped <= MAX_UNTANGLED {
             self.report.stages.push(Stage::Untangling);
             let left = untangle(self.mesh, self.source, &mut rounded);
             self.report.flips.push(left);

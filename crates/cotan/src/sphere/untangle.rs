@@ -126,7 +126,7 @@ fn take_out_flipped(layout: &mut Layout, mut flipped: Vec<usize>) -> Option<(Hie
 /// faces.
 fn best_rescue(layout: &Layout, face: usize) -> Option<u32> {
     let corners = layout.table.triangle(face);
-    let few = |v: &u32| layout.table.valence(*v) <= MOST_VALENCE;
+    let few = |v: &u32| layout.table.valence(*v) <= MAX_VALENCE;
     let mut candidates: Vec<u32> = corners.to_vec();
     candidates.extend(corners.iter().flat_map(|&v| layout.table.ring(v).take(64)));
     candidates.sort_unstable();
@@ -179,7 +179,7 @@ const SMOOTHINGS: usize = 3;
 /// Sweeps over a repaired patch.
 const SWEEPS: usize = 60;
 /// A hub is not removed, but its neighbours are.
-const MOST_VALENCE: u32 = 64;
+const MAX_VALENCE: u32 = 64;
 
 #[cfg(test)]
 pub(super) mod tests {
@@ -259,7 +259,7 @@ pub(super) mod tests {
     /// Dozens of rings within a few units in the last place are too many for a local repair and
     /// require a new embedding. The repair is rejected, and the map is unchanged.
     #[test]
-    fn what_cannot_be_repaired_is_left_as_it_was() {
+    fn irreparable_flips_are_left_unchanged() {
         let (mesh, source, mut sphere) = finger::<f32>(35.0);
         let before = sphere.clone();
         let flipped = flipped_faces(&mesh, &sphere).len();

@@ -1,14 +1,14 @@
 //! Dialogs: questions and messages.
 
-use std::path::PathBuf;
-
 use cotan_io::printable;
 use eframe::egui;
 use egui_file_dialog::FileDialog;
 
+use cotan_workspace::files::{LeftBehind, is_project};
+use cotan_workspace::{Command, Over};
+
 use super::Editor;
-use super::actions::Repairs;
-use crate::files::{Expect, LeftBehind};
+use super::files::Then;
 
 /// The open dialogs.
 pub(super) struct Dialogs {
@@ -49,28 +49,18 @@ impl Message {
 pub(super) enum Question {
     /// There are unsaved changes; holds the action that raised the question.
     Unsaved(Then),
-    /// Saving would replace a file: the reason and the path.
-    Replace(String, PathBuf),
-    /// A mesh can only be opened with repairs: the reason and the path.
-    Repair(String, PathBuf),
+    /// A command needs a confirmation.
+    Proceed { reason: String, command: Command },
     /// A crash left work behind.
     Recover(Vec<LeftBehind>),
-}
-
-/// The action that follows once the unsaved changes are dealt with.
-#[derive(Clone, PartialEq, Debug)]
-pub(super) enum Then {
-    Close,
-    ChooseFile,
-    Open(PathBuf),
-    OpenSample,
 }
 
 /// The purpose of the file dialog.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Purpose {
-    OpenMesh,
-    SaveMesh,
+    Open,
+    SaveModel,
+    ExportMesh,
     OpenHandles,
     SaveHandles,
     SavePicture,
@@ -82,7 +72,7 @@ impl Dialogs {
             messages: Vec::new(),
             question: None,
             files: FileDialog::new(),
-            purpose: Purpose::OpenMesh,
+            purpose: Purpose::Open,
             has_help: false,
             note: None,
         }
@@ -103,8 +93,7 @@ impl Dialogs {
             _ if self.is_choosing() => "files",
             (_, Some(message)) => &message.text,
             (Some(Question::Unsaved(_)), _) => "unsaved",
-            (Some(Question::Replace(text, _)), _) => text,
-            (Some(Question::Repair(text, _)), _) => text,
+            (Some(Question::Proceed { reason, .. }), _) => reason,
             (Some(Question::Recover(_)), _) => "recover",
             _ if self.has_help => "help",
             _ => "",
@@ -123,25 +112,37 @@ impl Editor {
 
     /// Opens the file dialog.
     pub(super) fn choose(&mut self, purpose: Purpose) {
-        let open = self.open.as_ref();
-        let path = open.map(|open| open.mesh.path.clone()).unwrap_or_default();
+        let model = self.workspace.model();
+        let path = model
+            .map(|model| model.file().path.clone())
+            .unwrap_or_default();
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
         let mut dialog = FileDialog::new();
-        if let Some(folder) = path.parent().filter(|f| f.is_dir() && self.has_file()) {
+        let has_file = model.is_some_and(cotan_workspace::Model::has_file);
+        if let Some(folder) = path.parent().filter(|f| f.is_dir() && has_file) {
             dialog = dialog.initial_directory(folder.to_owned());
         }
-        let meshes = vec!["obj", "ply", "off", "stl", "gltf", "glb", "gz"];
+        let has_more = model.is_some_and(|model| {
+            let props = &model.scene().props;
+            !(props.handles.is_empty() && props.masks.is_empty())
+        });
+        let known = vec!["cotan", "obj", "ply", "off", "stl", "gltf", "glb", "gz"];
         dialog = match purpose {
-            Purpose::OpenMesh => dialog
-                .title("Open a mesh")
-                .add_file_filter_extensions("Meshes", meshes)
-                .default_file_filter("Meshes"),
-            Purpose::SaveMesh => {
-                let name = path.file_name().unwrap_or_default().to_string_lossy();
-                dialog
-                    .title("Save the mesh (.obj .ply .off .stl .gltf .glb)")
-                    .default_file_name(&name)
-            }
+            Purpose::Open => dialog
+                .title("Open a mesh or a project")
+                .add_file_filter_extensions("Meshes and projects", known)
+                .default_file_filter("Meshes and projects"),
+            // Only a project keeps handles and masks.
+            Purpose::SaveModel if has_more && !is_project(&path) => dialog
+                .title("Save as a project (.cotan) or a mesh")
+                .default_file_name(&format!("{stem}.cotan")),
+            Purpose::SaveModel => dialog
+                .title("Save as a project (.cotan) or a mesh")
+                .default_file_name(&name),
+            Purpose::ExportMesh => dialog
+                .title("Export the mesh (.obj .ply .off .stl .gltf .glb)")
+                .default_file_name(&format!("{stem}-edited.obj")),
             Purpose::OpenHandles => dialog
                 .title("Load handles")
                 .add_file_filter_extensions("Handles", vec!["json", "txt", "sel"]),
@@ -155,7 +156,7 @@ impl Editor {
         // The code that writes the file asks before it replaces one.
         dialog.config_mut().allow_file_overwrite = true;
         match purpose {
-            Purpose::OpenMesh | Purpose::OpenHandles => dialog.pick_file(),
+            Purpose::Open | Purpose::OpenHandles => dialog.pick_file(),
             _ => dialog.save_file(),
         }
         self.dialogs.files = dialog;
@@ -167,11 +168,13 @@ impl Editor {
             self.dialogs.files.update(ctx);
         }
         if let Some(path) = self.dialogs.files.take_picked() {
+            let over = Over::Own;
             match self.dialogs.purpose {
-                Purpose::OpenMesh => self.open_path(ctx, path, Repairs::No),
-                Purpose::SaveMesh => self.save_mesh(path, None),
-                Purpose::OpenHandles => self.load_handles(&path),
-                Purpose::SaveHandles => self.save_handles(&path),
+                Purpose::Open => self.run(Command::Open { path }),
+                Purpose::SaveModel => self.run(Command::SaveAs { path, over }),
+                Purpose::ExportMesh => self.run(Command::ExportMesh { path, over }),
+                Purpose::OpenHandles => self.run(Command::ImportHandles { path }),
+                Purpose::SaveHandles => self.run(Command::ExportHandles { path }),
                 Purpose::SavePicture => self.request_picture(ctx, path),
             }
         }
@@ -214,18 +217,21 @@ impl Editor {
         let (title, text, answers) = match &question {
             Question::Unsaved(_) => (
                 "Save your changes?",
-                "The mesh was changed since it was last saved.".to_owned(),
+                self.losses(),
                 ["Save", "Discard", "Cancel"],
             ),
-            Question::Replace(text, _) => (
-                "Replace the file?",
-                text.clone(),
-                ["Replace", "Save as…", "Cancel"],
-            ),
-            Question::Repair(text, _) => (
+            Question::Proceed {
+                reason,
+                command: Command::OpenRepaired { .. },
+            } => (
                 "Open it repaired?",
-                text.clone(),
+                reason.clone(),
                 ["Open repaired", "", "Cancel"],
+            ),
+            Question::Proceed { reason, .. } => (
+                "Replace the file?",
+                reason.clone(),
+                ["Replace", "Save as…", "Cancel"],
             ),
             Question::Recover(left) => {
                 let one = left.first().map(|l| l.mesh.display().to_string());
@@ -276,22 +282,47 @@ impl Editor {
     fn answer(&mut self, ctx: &egui::Context, question: Question, answer: usize) {
         match (question, answer) {
             (Question::Unsaved(then), 0) => {
-                self.save();
+                self.run(Command::Save);
                 // A save that failed or asks for a path has not saved the changes yet.
-                if !self.is_changed() {
+                if !self.workspace.is_changed() {
                     self.go_on(ctx, then);
                 }
             }
             (Question::Unsaved(then), 1) => {
-                self.discard();
+                self.run(Command::Discard);
                 self.go_on(ctx, then);
             }
-            (Question::Replace(_, path), 0) => self.save_mesh(path, Some(Expect::Anything)),
-            (Question::Replace(..), 1) => self.choose(Purpose::SaveMesh),
-            (Question::Repair(_, path), 0) => self.open_path(ctx, path, Repairs::Safe),
+            (Question::Proceed { command, .. }, 0) => self.run(command),
+            (Question::Proceed { command, .. }, 1) => self.choose(match command {
+                Command::ExportMesh { .. } => Purpose::ExportMesh,
+                _ => Purpose::SaveModel,
+            }),
             (Question::Recover(left), 0) => self.recover(ctx, left),
             (Question::Recover(left), 1) => self.throw_away(left),
             _ => {}
+        }
+    }
+
+    /// Restores work that was left behind, the newest first.
+    fn recover(&mut self, ctx: &egui::Context, mut left: Vec<LeftBehind>) {
+        if left.is_empty() {
+            return;
+        }
+        match self.workspace.recover(left.remove(0)) {
+            Ok(effects) => self.show_effects(effects),
+            Err(problem) => self.tell(Message::error(problem)),
+        }
+        if !left.is_empty() {
+            self.ask(Question::Recover(left));
+        }
+        ctx.request_repaint();
+    }
+
+    fn throw_away(&mut self, left: Vec<LeftBehind>) {
+        for one in left {
+            if let Err(error) = one.remove() {
+                self.tell(Message::note(error.to_string()));
+            }
         }
     }
 

@@ -1,25 +1,19 @@
 //! Dragging a handle.
 
-use std::sync::Arc;
-
 use eframe::egui::{Pos2, Rect};
 use nalgebra::{Matrix4, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use transform_gizmo_egui::math::Transform;
 
-use super::Editor;
-use crate::scene::Scene;
-use crate::solver::Pace;
+use cotan_workspace::Command;
 
-/// A handle that is being dragged.
+use super::Editor;
+
+/// How the pointer holds a handle.
 pub(super) struct Drag {
-    pub(super) handle: usize,
-    /// The scene before the drag.
-    before: Scene,
-    /// The handle's transform and centroid before the drag.
-    matrix: Matrix4<f64>,
+    /// The handle's motion and centroid when it was grabbed.
+    motion: Matrix4<f64>,
     center: Point3<f64>,
     how: How,
-    has_moved: bool,
 }
 
 impl Drag {
@@ -45,7 +39,7 @@ impl Editor {
         let Some(center) = self.center(handle) else {
             return;
         };
-        let grip = self.camera.unproject_at_depth_of(center, pos, rect);
+        let grip = self.shown.camera.unproject_at_depth_of(center, pos, rect);
         self.begin_drag(handle, How::Free(grip));
     }
 
@@ -57,28 +51,20 @@ impl Editor {
     }
 
     fn begin_drag(&mut self, handle: usize, how: How) {
-        let (Some(scene), Some(center)) = (self.scene(), self.center(handle)) else {
-            return;
-        };
-        let Some(group) = scene.handles.get(handle) else {
-            return;
-        };
-        self.drag = Some(Drag {
-            handle,
-            before: scene.clone(),
-            matrix: group.matrix,
+        self.run(Command::Grab { handle });
+        let group = self.scene().and_then(|scene| scene.handles().get(handle));
+        let drag = group.zip(self.center(handle)).map(|(group, center)| Drag {
+            motion: group.matrix,
             center,
             how,
-            has_moved: false,
         });
-        self.active = Some(handle);
-        self.solver.clear_samples();
+        self.pointer.drag = drag;
     }
 
     /// The current centroid of a handle.
     pub(super) fn center(&self, handle: usize) -> Option<Point3<f64>> {
         let scene = self.scene()?;
-        Some(scene.handles.get(handle)?.center(&scene.rest))
+        Some(scene.handles().get(handle)?.center(scene.rest.positions()))
     }
 
     /// Moves a directly held handle to the pointer.
@@ -86,26 +72,25 @@ impl Editor {
         let Some(Drag {
             how: How::Free(grip),
             center,
-            matrix,
-            ..
-        }) = &self.drag
+            motion,
+        }) = &self.pointer.drag
         else {
             return;
         };
-        let now = self.camera.unproject_at_depth_of(*center, pos, rect);
-        let moved = Translation3::from(now - grip).to_homogeneous() * matrix;
-        self.move_held(moved);
+        let now = self.shown.camera.unproject_at_depth_of(*center, pos, rect);
+        let motion = Translation3::from(now - grip).to_homogeneous() * motion;
+        self.run(Command::Drag { motion });
     }
 
     /// The transform that the gizmo assumes for the handle.
     pub(super) fn gizmo_transform(&self) -> Option<Transform> {
-        match &self.drag {
+        match &self.pointer.drag {
             Some(Drag {
                 how: How::Gizmo(transform),
                 ..
             }) => Some(*transform),
             Some(_) => None,
-            None => Some(gizmo_at(self.center(self.active?)?)),
+            None => Some(gizmo_at(self.center(self.scene()?.props.active?)?)),
         }
     }
 
@@ -114,67 +99,28 @@ impl Editor {
         let Some(Drag {
             how: How::Gizmo(held),
             center,
-            matrix,
-            ..
-        }) = &mut self.drag
+            motion,
+        }) = &mut self.pointer.drag
         else {
             return;
         };
         *held = transform;
         let about = Translation3::from(-center.coords).to_homogeneous();
-        let moved = matrix_of(&transform) * about * *matrix;
-        self.move_held(moved);
+        let motion = matrix_of(&transform) * about * *motion;
+        self.run(Command::Drag { motion });
     }
 
-    fn move_held(&mut self, matrix: Matrix4<f64>) {
-        let Some(drag) = &mut self.drag else {
-            return;
-        };
-        let handle = drag.handle;
-        let Some(open) = &mut self.open else {
-            return;
-        };
-        let scene = open.history.present_mut();
-        let Some(group) = scene.handles.get(handle) else {
-            return;
-        };
-        if group.matrix == matrix {
-            return;
-        }
-        drag.has_moved = true;
-        let mut handles = Vec::clone(&scene.handles);
-        handles[handle].move_to(matrix);
-        scene.handles = Arc::new(handles);
-        scene.is_settled = false;
-        self.post(Pace::Held);
-    }
-
-    /// Ends the drag: it becomes an edit, and the shape converges.
+    /// Ends the drag.
     pub(super) fn release(&mut self) {
-        let Some(drag) = self.drag.take() else {
-            return;
-        };
-        let Some(open) = self.open.as_mut().filter(|_| drag.has_moved) else {
-            return;
-        };
-        let name = |scene: &Scene| scene.handles.get(drag.handle).map(|g| g.name.clone());
-        let mut after = open.history.present().clone();
-        after.label = format!("Move {}", name(&after).unwrap_or_default());
-        *open.history.present_mut() = drag.before;
-        open.history.push(after);
-        self.jobs.base = None;
-        self.post(Pace::Settle);
+        if self.pointer.drag.take().is_some() {
+            self.run(Command::Drop);
+        }
     }
 
-    /// Cancels the drag and restores the scene from before it.
+    /// Cancels the drag.
     pub(super) fn cancel_drag(&mut self) {
-        let Some(drag) = self.drag.take() else {
-            return;
-        };
-        if let Some(open) = &mut self.open {
-            *open.history.present_mut() = drag.before;
-            self.show_as_is();
-        }
+        self.pointer.drag = None;
+        self.run(Command::CancelDrag);
     }
 }
 

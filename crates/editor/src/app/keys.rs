@@ -2,10 +2,13 @@
 
 use eframe::egui::{self, Key, Modifiers};
 
+use cotan_workspace::solver::State;
+use cotan_workspace::{Combine, Command, Role};
+
 use super::Editor;
-use super::dialogs::{Purpose, Then};
-use super::viewport::{GizmoTool, Tool};
-use crate::scene::Role;
+use super::dialogs::Purpose;
+use super::files::Then;
+use super::pointer::{GizmoTool, Tool};
 use crate::view::{Shading, StandardView};
 
 /// The keys and their actions, as the help shows them.
@@ -21,8 +24,13 @@ pub(super) const HELP: &[(&str, &str)] = &[
     ("Drag a round mark", "move that handle"),
     ("W · E · R", "gizmo: move · rotate · scale"),
     ("Delete", "let go of the active handle"),
-    ("Esc", "give up a drag, a job or the selection"),
-    ("Space", "bring the shape to rest · stop it"),
+    ("+ −", "grow, shrink the selection"),
+    (
+        "Ctrl A · Ctrl I · Ctrl L",
+        "select all · invert · all that is linked",
+    ),
+    ("Esc", "give up a drag, a job, the map or the selection"),
+    ("Space", "settle the shape · stop it"),
     ("Z · S · N", "wireframe · flat or smooth · normals"),
     ("Ctrl Z · Ctrl Shift Z", "undo · redo"),
     ("Ctrl O · Ctrl S · Ctrl Shift S", "open · save · save as"),
@@ -36,24 +44,31 @@ impl Editor {
         if self.startup.breakable {
             self.break_keys(ctx);
         }
-        if self.dialogs.is_open() {
+        if self.dialogs.is_open() || egui::Popup::is_any_open(ctx) {
             return;
         }
         let command = |key, modifiers| ctx.input_mut(|i| i.consume_key(modifiers, key));
         let with_shift = Modifiers::COMMAND | Modifiers::SHIFT;
         if command(Key::Z, with_shift) || command(Key::Y, Modifiers::COMMAND) {
-            self.redo();
+            self.travel(Command::Redo);
         } else if command(Key::Z, Modifiers::COMMAND) {
-            self.undo();
+            self.travel(Command::Undo);
         } else if command(Key::S, with_shift) {
-            self.choose(Purpose::SaveMesh);
+            self.choose(Purpose::SaveModel);
         } else if command(Key::S, Modifiers::COMMAND) {
-            self.save();
+            self.run(Command::Save);
         } else if command(Key::O, Modifiers::COMMAND) {
             self.after_saving(ctx, Then::ChooseFile);
         }
         if ctx.egui_wants_keyboard_input() {
             return;
+        }
+        if command(Key::A, Modifiers::COMMAND) {
+            self.run(Command::SelectAll);
+        } else if command(Key::I, Modifiers::COMMAND) {
+            self.run(Command::InvertSelection);
+        } else if command(Key::L, Modifiers::COMMAND) {
+            self.run(Command::SelectLinked);
         }
         let pressed: Vec<Key> = ctx.input(|i| {
             let keys = i.events.iter().filter_map(|event| match event {
@@ -74,32 +89,34 @@ impl Editor {
 
     fn key(&mut self, key: Key) {
         match key {
-            Key::Q => self.tool = Tool::Select,
-            Key::B => self.tool = Tool::Brush,
-            Key::L => self.tool = Tool::Lasso,
-            Key::W => self.gizmo_tool = GizmoTool::Move,
-            Key::E => self.gizmo_tool = GizmoTool::Rotate,
-            Key::R => self.gizmo_tool = GizmoTool::Scale,
+            Key::Q => self.pointer.tool = Tool::Select,
+            Key::B => self.pointer.tool = Tool::Brush,
+            Key::L => self.pointer.tool = Tool::Lasso,
+            Key::W => self.pointer.gizmo_tool = GizmoTool::Move,
+            Key::E => self.pointer.gizmo_tool = GizmoTool::Rotate,
+            Key::R => self.pointer.gizmo_tool = GizmoTool::Scale,
             Key::H => self.make_handle(Role::Movable),
+            Key::Plus | Key::Equals => self.run(Command::GrowSelection),
+            Key::Minus => self.run(Command::ShrinkSelection),
             Key::X => self.make_handle(Role::Fixed),
-            Key::OpenBracket => *self.pick.brush_radius_mut() *= 0.8,
-            Key::CloseBracket => *self.pick.brush_radius_mut() *= 1.25,
+            Key::OpenBracket => self.pointer.brush_radius *= 0.8,
+            Key::CloseBracket => self.pointer.brush_radius *= 1.25,
             Key::F => self.fit(),
-            Key::Num1 => self.camera.look_from(StandardView::Front),
-            Key::Num3 => self.camera.look_from(StandardView::Right),
-            Key::Num7 => self.camera.look_from(StandardView::Top),
-            Key::Z => self.looks.has_wireframe = !self.looks.has_wireframe,
+            Key::Num1 => self.shown.camera.look_from(StandardView::Front),
+            Key::Num3 => self.shown.camera.look_from(StandardView::Right),
+            Key::Num7 => self.shown.camera.look_from(StandardView::Top),
+            Key::Z => self.shown.looks.has_wireframe = !self.shown.looks.has_wireframe,
             Key::S => {
-                self.looks.shading = match self.looks.shading {
+                self.shown.looks.shading = match self.shown.looks.shading {
                     Shading::Smooth => Shading::Flat,
                     Shading::Flat => Shading::Smooth,
                 };
             }
-            Key::N => self.looks.has_normals = !self.looks.has_normals,
+            Key::N => self.shown.looks.has_normals = !self.shown.looks.has_normals,
             Key::F1 | Key::Questionmark => self.dialogs.has_help = true,
             Key::Delete | Key::Backspace => {
-                if let Some(active) = self.active {
-                    self.remove_handle(active);
+                if let Some(handle) = self.scene().and_then(|scene| scene.props.active) {
+                    self.run(Command::RemoveHandle { handle });
                 }
             }
             Key::Space => self.settle_or_stop(),
@@ -108,39 +125,57 @@ impl Editor {
         }
     }
 
+    /// Makes a handle of the selection.
+    pub(super) fn make_handle(&mut self, role: Role) {
+        self.run(Command::MakeHandle { role });
+    }
+
+    /// Moves in the history, with nothing held.
+    pub(super) fn travel(&mut self, command: Command) {
+        self.pointer.drag = None;
+        self.pages.forget();
+        self.run(command);
+    }
+
     pub(super) fn fit(&mut self) {
-        if let (Some(open), Some(shape)) = (&self.open, self.displayed()) {
-            let mesh = open.mesh.processing.mesh();
-            let surface = cotan::geometry::Surface::assume_checked(mesh, &shape);
-            self.camera.fit(&surface.bounding_box());
+        if let (Some(model), Some(shape)) = (self.workspace.model(), self.workspace.shown()) {
+            let bounds = model.surface(shape).bounding_box();
+            self.shown.fit(&bounds);
         }
     }
 
     pub(super) fn settle_or_stop(&mut self) {
-        match self.solver.state().0 {
-            crate::solver::State::Running | crate::solver::State::Preparing => self.stop(),
-            _ => self.settle(),
-        }
+        self.run(match self.workspace.solver().state().0 {
+            State::Running | State::Preparing => Command::Stop,
+            _ => Command::Settle,
+        });
     }
 
+    /// Gives up the innermost of what is going on.
     fn give_up(&mut self) {
-        if self.drag.is_some() {
+        let is_selected = self.scene().is_some_and(|s| !s.selection().is_empty());
+        if self.pointer.drag.is_some() {
             self.cancel_drag();
-        } else if self.task.is_some() {
-            self.cancel_task();
+        } else if self.workspace.job().is_some() {
+            self.run(Command::CancelJob);
+        } else if self.workspace.morph().is_some() {
+            self.run(Command::LeaveMorph);
+        } else if is_selected {
+            self.run(Command::Select {
+                vertices: Vec::new(),
+                how: Combine::Replace,
+            });
         } else {
-            self.selection.clear();
-            self.active = None;
+            self.run(Command::Activate { handle: None });
         }
-        self.tint();
     }
 
     /// Crashes the program on purpose, for tests of crash recovery.
     fn break_keys(&mut self, ctx: &egui::Context) {
         let modifiers = Modifiers::COMMAND | Modifiers::SHIFT;
         if ctx.input_mut(|i| i.consume_key(modifiers, Key::F11)) {
-            self.solver.provoke_panic();
-            self.settle();
+            self.workspace.solver().provoke_panic();
+            self.run(Command::Settle);
         }
         assert!(
             !ctx.input_mut(|i| i.consume_key(modifiers, Key::F12)),

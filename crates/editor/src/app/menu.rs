@@ -3,10 +3,12 @@
 use cotan_io::printable;
 use eframe::egui;
 
+use cotan_workspace::solver::State;
+use cotan_workspace::{Combine, Command, Role};
+
 use super::Editor;
-use super::dialogs::{Purpose, Then};
-use crate::scene::Role;
-use crate::solver::State;
+use super::dialogs::Purpose;
+use super::files::Then;
 use crate::view::{Shading, StandardView, UpAxis};
 
 impl Editor {
@@ -16,6 +18,7 @@ impl Editor {
             egui::MenuBar::new().ui(ui, |ui| {
                 ui.menu_button("File", |ui| self.file_menu(ui, &ctx));
                 ui.menu_button("Edit", |ui| self.edit_menu(ui));
+                ui.menu_button("Select", |ui| self.select_menu(ui));
                 ui.menu_button("View", |ui| self.view_menu(ui));
                 if ui.button("Help").clicked() {
                     self.dialogs.has_help = true;
@@ -33,10 +36,13 @@ impl Editor {
         }
         ui.separator();
         if ui.button("Save   Ctrl S").clicked() {
-            self.save();
+            self.run(Command::Save);
         }
         if ui.button("Save as…   Ctrl Shift S").clicked() {
-            self.choose(Purpose::SaveMesh);
+            self.choose(Purpose::SaveModel);
+        }
+        if ui.button("Export the mesh…").clicked() {
+            self.choose(Purpose::ExportMesh);
         }
         if ui.button("Save the picture…").clicked() {
             self.choose(Purpose::SavePicture);
@@ -55,7 +61,7 @@ impl Editor {
     }
 
     fn edit_menu(&mut self, ui: &mut egui::Ui) {
-        let history = self.open.as_ref().map(|open| &open.history);
+        let history = self.workspace.model().map(cotan_workspace::Model::history);
         let undo = history.and_then(|h| h.undo_label()).map(str::to_owned);
         let redo = history.and_then(|h| h.redo_label()).map(str::to_owned);
         let text = |verb: &str, label: &Option<String>, keys: &str| {
@@ -63,14 +69,15 @@ impl Editor {
         };
         let button = egui::Button::new(text("Undo", &undo, "Ctrl Z"));
         if ui.add_enabled(undo.is_some(), button).clicked() {
-            self.undo();
+            self.travel(Command::Undo);
         }
         let button = egui::Button::new(text("Redo", &redo, "Ctrl Shift Z"));
         if ui.add_enabled(redo.is_some(), button).clicked() {
-            self.redo();
+            self.travel(Command::Redo);
         }
+        ui.menu_button("History", |ui| self.history_menu(ui));
         ui.separator();
-        let is_selected = !self.selection.is_empty();
+        let is_selected = self.is_selected();
         let button = egui::Button::new("Handle of the selection   H");
         if ui.add_enabled(is_selected, button).clicked() {
             self.make_handle(Role::Movable);
@@ -79,11 +86,67 @@ impl Editor {
         if ui.add_enabled(is_selected, button).clicked() {
             self.make_handle(Role::Fixed);
         }
-        if ui.button("Let go of all handles").clicked() {
-            self.remove_all_handles();
+        for (name, command) in [
+            ("Fix the other parts", Command::FixTheRest),
+            ("Let go of all handles", Command::RemoveAllHandles),
+            ("Back to the rest shape", Command::ResetShape),
+        ] {
+            if ui.button(name).clicked() {
+                self.run(command);
+            }
         }
-        if ui.button("Back to the rest shape").clicked() {
-            self.reset_shape();
+    }
+
+    /// All steps, to go to any of them.
+    fn history_menu(&mut self, ui: &mut egui::Ui) {
+        let Some(model) = self.workspace.model() else {
+            return;
+        };
+        let (history, now) = (model.history(), model.history().index());
+        let labels: Vec<String> = history.labels().map(str::to_owned).collect();
+        egui::ScrollArea::vertical()
+            .max_height(400.0)
+            .show(ui, |ui| {
+                for (step, label) in labels.iter().enumerate() {
+                    if ui.selectable_label(step == now, label).clicked() {
+                        self.travel(Command::GoTo { step });
+                    }
+                }
+            });
+    }
+
+    pub(super) fn is_selected(&self) -> bool {
+        self.scene()
+            .is_some_and(|scene| !scene.selection().is_empty())
+    }
+
+    fn select_menu(&mut self, ui: &mut egui::Ui) {
+        let nothing = Command::Select {
+            vertices: Vec::new(),
+            how: Combine::Replace,
+        };
+        let mut commands = vec![
+            ("All   Ctrl A".to_owned(), Command::SelectAll),
+            ("Nothing   Esc".to_owned(), nothing),
+            ("Invert   Ctrl I".to_owned(), Command::InvertSelection),
+            ("Grow   +".to_owned(), Command::GrowSelection),
+            ("Shrink   −".to_owned(), Command::ShrinkSelection),
+            (
+                "All that is linked   Ctrl L".to_owned(),
+                Command::SelectLinked,
+            ),
+        ];
+        if let Some(scene) = self.scene() {
+            let handles = scene.handles().iter().enumerate();
+            commands.extend(handles.map(|(handle, group)| {
+                let name = format!("Those of {}", group.name);
+                (name, Command::SelectHandle { handle })
+            }));
+        }
+        for (name, command) in commands {
+            if ui.button(name).clicked() {
+                self.run(command);
+            }
         }
     }
 
@@ -98,25 +161,25 @@ impl Editor {
             ("Oblique", StandardView::Oblique),
         ] {
             if ui.button(name).clicked() {
-                self.camera.look_from(view);
+                self.shown.camera.look_from(view);
             }
         }
         for (name, axis) in [("Y is up", UpAxis::Y), ("Z is up", UpAxis::Z)] {
             if ui.button(name).clicked() {
-                self.camera.set_up(axis);
+                self.shown.camera.set_up(axis);
             }
         }
         ui.separator();
-        ui.checkbox(&mut self.looks.has_wireframe, "Wireframe   Z");
-        let mut is_flat = self.looks.shading == Shading::Flat;
+        ui.checkbox(&mut self.shown.looks.has_wireframe, "Wireframe   Z");
+        let mut is_flat = self.shown.looks.shading == Shading::Flat;
         if ui.checkbox(&mut is_flat, "Flat shading   S").changed() {
-            self.looks.shading = if is_flat {
+            self.shown.looks.shading = if is_flat {
                 Shading::Flat
             } else {
                 Shading::Smooth
             };
         }
-        ui.checkbox(&mut self.looks.has_normals, "Normals   N");
+        ui.checkbox(&mut self.shown.looks.has_normals, "Normals   N");
         ui.separator();
         egui::widgets::global_theme_preference_buttons(ui);
     }
@@ -125,7 +188,7 @@ impl Editor {
         egui::Panel::bottom("status").show_inside(ui, |ui| {
             ui.horizontal(|ui| {
                 self.progress(ui);
-                let (state, choice) = self.solver.state();
+                let (state, choice) = self.workspace.solver().state();
                 match &state {
                     State::Idle => ui.label("ready"),
                     State::Preparing => {
@@ -139,8 +202,8 @@ impl Editor {
                     }
                 };
                 ui.separator();
-                if let Some(open) = &self.open {
-                    let mesh = open.mesh.processing.mesh();
+                if let Some(model) = self.workspace.model() {
+                    let mesh = model.mesh();
                     ui.label(format!(
                         "{} vertices, {} faces",
                         mesh.num_vertices(),
@@ -148,13 +211,11 @@ impl Editor {
                     ));
                     ui.separator();
                 }
-                ui.label(match self.selection.len() {
-                    0 => "nothing selected".to_owned(),
-                    1 => {
-                        let vertex = self.selection.first().map_or(0, |v| self.file_vertex(*v));
-                        format!("vertex {vertex} selected")
-                    }
-                    n => format!("{n} vertices selected"),
+                let selection = self.scene().map(|scene| scene.selection());
+                ui.label(match selection.unwrap_or_default() {
+                    [] => "nothing selected".to_owned(),
+                    [one] => format!("vertex {} selected", self.file_vertex(*one)),
+                    all => format!("{} vertices selected", all.len()),
                 });
                 if !choice.is_empty() {
                     ui.separator();
@@ -170,29 +231,30 @@ impl Editor {
 
     /// The index of a vertex in the file.
     fn file_vertex(&self, vertex: cotan::halfedge::VertexId) -> usize {
-        let Some(open) = &self.open else {
+        let Some(model) = self.workspace.model() else {
             return vertex.index();
         };
-        let in_document = open.mesh.processing.document_vertex(vertex);
-        match &open.mesh.file_vertices {
-            Some(file) => file.vertex(in_document),
+        let file = model.file();
+        let in_document = file.processing.document_vertex(vertex);
+        match &file.file_vertices {
+            Some(numbers) => numbers.vertex(in_document),
             None => in_document,
         }
     }
 
     fn progress(&mut self, ui: &mut egui::Ui) {
-        let Some(task) = &self.task else {
+        let Some((name, share)) = self.workspace.job() else {
             return;
         };
-        let bar = match task.progress() {
+        let bar = match share {
             Some(share) => egui::ProgressBar::new(share).show_percentage(),
             None => egui::ProgressBar::new(0.5).animate(true),
         };
-        ui.add(bar.desired_width(120.0).text(task.name.clone()));
+        ui.add(bar.desired_width(120.0).text(name));
         let cancel = ui.button("Cancel");
         let (rect, is_cancelled) = (cancel.rect, cancel.clicked());
         if is_cancelled {
-            self.cancel_task();
+            self.run(Command::CancelJob);
         }
         self.mark("cancel", rect);
         ui.separator();

@@ -12,8 +12,9 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 use eframe::egui::{self, Pos2, Rect};
 use serde_json::json;
 
+use cotan_workspace::solver::State;
+
 use super::Editor;
-use crate::solver::State;
 
 /// The trace file.
 #[derive(Debug)]
@@ -62,7 +63,7 @@ impl Trace {
 impl Editor {
     /// Records the position of a widget on the screen.
     pub(super) fn mark(&mut self, name: &str, rect: Rect) {
-        if let Some(trace) = &mut self.trace {
+        if let Some(trace) = &mut self.startup.trace {
             let sides = [rect.left(), rect.top(), rect.right(), rect.bottom()];
             trace.widgets.insert(name.to_owned(), sides);
         }
@@ -70,8 +71,8 @@ impl Editor {
 
     /// Records the pointer position of the goal that was just posted.
     pub(super) fn note_pointer(&mut self, ctx: &egui::Context) {
-        let tag = self.tag;
-        if let Some(trace) = &mut self.trace
+        let tag = self.workspace.solver().tag();
+        if let Some(trace) = &mut self.startup.trace
             && let Some(pos) = ctx.input(|i| i.pointer.latest_pos())
         {
             trace.pointers.entry(tag).or_insert(pos);
@@ -80,56 +81,56 @@ impl Editor {
 
     /// Writes the line of the frame that started at `begin`.
     pub(super) fn write_trace(&mut self, ctx: &egui::Context, begin: Instant) {
-        if self.trace.is_none() {
+        if self.startup.trace.is_none() {
             return;
         }
         self.note_pointer(ctx);
-        let (state, choice) = self.solver.state();
+        let (state, choice) = self.workspace.solver().state();
         let scene = self.scene();
         let handles: Vec<_> = scene
             .map(|scene| {
-                let marks = scene.handles.iter().map(|group| {
-                    let center = group.center(&scene.rest);
+                let marks = scene.handles().iter().map(|group| {
+                    let center = group.center(scene.rest.positions());
                     json!({ "name": group.name, "vertices": group.vertices.len(), "at": center.coords.as_slice() })
                 });
                 marks.collect()
             })
             .unwrap_or_default();
         let is_settled = scene.is_some_and(|scene| scene.is_settled);
-        let label = scene.map(|scene| scene.label.clone());
+        let history = self.workspace.model().map(cotan_workspace::Model::history);
+        let label = history.map(|history| history.present().label.clone());
         let viewport = self
+            .startup
             .trace
             .as_ref()
             .and_then(|t| t.widgets.get("viewport").copied());
         let view = viewport.map(|[left, top, right, bottom]| {
             let rect = Rect::from_min_max(egui::pos2(left, top), egui::pos2(right, bottom));
-            let matrix = self.camera.view_projection(rect);
+            let matrix = self.shown.camera.view_projection(rect);
             // In row-major order.
             matrix.transpose().as_slice().to_vec()
         });
-        let timing = crate::newest::lock(&self.renderer).timing();
-        let selection: Vec<usize> = self
-            .selection
+        let timing = self.shown.renderer().timing();
+        let selected = scene.map(|scene| scene.selection()).unwrap_or_default();
+        let file = self.workspace.model().map(cotan_workspace::Model::file);
+        let selection: Vec<usize> = selected
             .iter()
             .take(8)
-            .filter_map(|&v| {
-                let open = self.open.as_ref()?;
-                Some(open.mesh.processing.document_vertex(v))
-            })
+            .filter_map(|&v| Some(file?.processing.document_vertex(v)))
             .collect();
-        let samples = self.solver.samples();
+        let samples = self.workspace.solver().samples();
         let last = samples
             .last()
             .map(|s| (s.iteration, s.residual, s.milliseconds));
-        let path = self.open.as_ref().map(|open| open.mesh.path.clone());
-        let size = self.open.as_ref().map(|open| {
-            let mesh = open.mesh.processing.mesh();
+        let path = file.map(|file| file.path.clone());
+        let size = file.map(|file| {
+            let mesh = file.processing.mesh();
             [mesh.num_vertices(), mesh.num_faces()]
         });
         let line = json!({
             "path": path,
             "size": size,
-            "tag": self.tag,
+            "tag": self.workspace.solver().tag(),
             "state": match &state {
                 State::Idle => "idle",
                 State::Preparing => "preparing",
@@ -140,26 +141,26 @@ impl Editor {
             "problem": match &state { State::Failed(text) => Some(text), _ => None },
             "strategy": choice,
             "is_settled": is_settled,
-            "is_changed": self.is_changed(),
-            "is_dragging": self.drag.is_some(),
+            "is_changed": self.workspace.is_changed(),
+            "is_dragging": self.pointer.drag.is_some(),
             "label": label,
-            "undo": self.open.as_ref().and_then(|open| open.history.undo_label()),
+            "undo": history.and_then(cotan_workspace::History::undo_label),
             "dialog": self.dialogs.name(),
-            "task": self.task.as_ref().map(|task| task.name.clone()),
+            "task": self.workspace.job().map(|(name, _)| name),
             "handles": handles,
-            "active": self.active,
-            "selected": self.selection.len(),
+            "active": scene.and_then(|scene| scene.props.active),
+            "selected": selected.len(),
             "selection": selection,
             "last_step": last,
             "steps": samples.len(),
-            "errors": self.reading.as_ref().and_then(|r| r.errors).map(|e| [e.parameterization, e.geometry]),
-            "morph": self.jobs.map.as_ref().map(|view| view.share),
+            "errors": self.shown.reading().and_then(|r| r.errors).map(|e| [e.parameterization, e.geometry]),
+            "morph": self.workspace.morph().map(cotan_workspace::Morph::share),
             "view": view,
             "pixels_per_point": ctx.pixels_per_point(),
             "upload_ms": 1e3 * timing.upload.as_secs_f64(),
             "draw_ms": 1e3 * timing.draw.as_secs_f64(),
         });
-        if let Some(trace) = &mut self.trace {
+        if let Some(trace) = &mut self.startup.trace {
             trace.write(line, begin);
         }
     }

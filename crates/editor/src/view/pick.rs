@@ -37,8 +37,14 @@ impl Picker {
     pub fn new(mesh: &HalfedgeMesh, positions: &Positions<f64>) -> Self {
         let triangle = |f| mesh.triangle(f).map(|v| v.index() as u32);
         let triangles = mesh.faces().map(triangle).collect();
+        Self::from_tree(TriangleTree::build(triangles, positions), positions)
+    }
+
+    /// Makes a picker of the search tree of a shape, whose triangles are the faces in their order.
+    #[must_use]
+    pub fn from_tree(tree: TriangleTree, positions: &Positions<f64>) -> Self {
         Self {
-            tree: TriangleTree::build(triangles, positions),
+            tree,
             positions: positions.clone(),
         }
     }

@@ -6,9 +6,10 @@ use nalgebra::{Point3, Vector3};
 
 use super::struts::Strut;
 use crate::cells::{Means, as_f64, cell_share, four_of};
-use crate::nearest_rotation::{IDENTITY, Mat3, nearest_rotations_from};
+use crate::four::{Columns, Four, IDENTITY, Mat3, turned};
+use crate::nearest_rotation::nearest_rotations_from;
 use crate::orientation::field_scale;
-use crate::passes::{Columns, Four, Pass, PassOfTwo, turned};
+use crate::passes::{Pass, PassOfTwo};
 use crate::rest::Rest;
 
 /// The input of the first pass of a fit.

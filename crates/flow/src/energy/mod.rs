@@ -17,7 +17,7 @@ pub use stiffness::Stiffness;
 use struts::Strut;
 
 use crate::error::FlowError;
-use crate::nearest_rotation::Mat3;
+use crate::four::Mat3;
 use crate::rest::Rest;
 use crate::start::FirstGuess;
 use crate::state::FlowState;

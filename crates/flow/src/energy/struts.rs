@@ -9,8 +9,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::bodies::Bodies;
 use crate::cells::as_f64;
-use crate::nearest_rotation::Mat3;
-use crate::passes::{Four, turned};
+use crate::four::{Four, Mat3, turned};
 use crate::rest::Rest;
 
 /// A strut joins a vertex to the point of the opposite wall that a ray into the body meets first.
@@ -297,7 +296,7 @@ impl<'a, T: Scalar> Walls<'a, T> {
     fn strut(&self, j: usize) -> Strut {
         /// The least cosine between ray and wall: what is hit at a flatter angle is no opposite
         /// wall.
-        const LEAST_COSINE: f64 = 0.2;
+        const MIN_COSINE: f64 = 0.2;
         /// Triangles that are tried for a ray. Around a vertex of a huge valence all boxes meet,
         /// and trying them all for every vertex would take hours.
         const MAX_TRIED: usize = 1000;
@@ -336,7 +335,7 @@ impl<'a, T: Scalar> Walls<'a, T> {
         let Some((meeting, cosine)) = nearest else {
             return none;
         };
-        if !(cosine > LEAST_COSINE) {
+        if !(cosine > MIN_COSINE) {
             return none;
         }
         let corners = self.tree.triangles()[meeting.triangle];

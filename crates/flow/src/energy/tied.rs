@@ -6,7 +6,7 @@ use cotan_laplacian::Graph;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::cells::{as_f64, cell_share};
-use crate::nearest_rotation::Mat3;
+use crate::four::Mat3;
 use crate::rest::Rest;
 
 /// Ties, and which rotations they mix.

@@ -46,11 +46,11 @@ impl SoftVolume {
     pub(super) fn new<T: Scalar>(rest: &Rest<T>, bodies: &Bodies, stiffness: f64) -> Self {
         /// Bodies that enclose less, of the cube of the root of their area, are sheets. A ball
         /// encloses 0.094.
-        const LEAST_VOLUME: f64 = 1e-3;
+        const MIN_VOLUME: f64 = 1e-3;
         let mut index_of = Vec::new();
         let mut held = Vec::new();
         for body in bodies.all() {
-            let encloses = body.volume.abs() > LEAST_VOLUME * body.area.powf(1.5);
+            let encloses = body.volume.abs() > MIN_VOLUME * body.area.powf(1.5);
             if body.is_open || !encloses {
                 index_of.push(NONE);
                 continue;

@@ -13,7 +13,7 @@ use crate::scalar::Scalar;
 
 /// The order of the vertices and faces of [`irregular`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub enum Numbering {
+pub enum VertexOrder {
     /// Random order, as scanners and converters may leave it. The slowest case.
     #[default]
     Random,
@@ -30,12 +30,12 @@ pub enum Numbering {
 /// waves. The same `seed` gives the same mesh.
 ///
 /// ```
-/// use cotan_geometry::shapes::{Numbering, irregular};
-/// let shape = irregular::<f64>(1_000, Numbering::Random, 7);
+/// use cotan_geometry::shapes::{VertexOrder, irregular};
+/// let shape = irregular::<f64>(1_000, VertexOrder::Random, 7);
 /// assert_eq!(shape.num_vertices(), 1_002);
 /// ```
 #[must_use]
-pub fn irregular<T: Scalar>(num_vertices: usize, numbering: Numbering, seed: u64) -> Mesh<T> {
+pub fn irregular<T: Scalar>(num_vertices: usize, numbering: VertexOrder, seed: u64) -> Mesh<T> {
     let frequency = (num_vertices.saturating_sub(2) as f64 / 10.0)
         .sqrt()
         .round();
@@ -116,11 +116,11 @@ fn swell(points: &mut [Vector3<f64>], chance: Chance) {
 fn number<T: Scalar>(
     mesh: HalfedgeMesh,
     points: Vec<Vector3<f64>>,
-    numbering: Numbering,
+    numbering: VertexOrder,
     chance: Chance,
 ) -> Mesh<T> {
     let round = |p: &Vector3<f64>| Point3::from(p.map(T::of_f64));
-    if numbering == Numbering::Natural {
+    if numbering == VertexOrder::Natural {
         let positions = points.iter().map(round).collect();
         return Mesh::assume_checked(mesh, positions);
     }
@@ -217,7 +217,7 @@ mod tests {
 
     #[test]
     fn it_is_a_closed_irregular_blob() {
-        for numbering in [Numbering::Random, Numbering::Natural] {
+        for numbering in [VertexOrder::Random, VertexOrder::Natural] {
             let shape = irregular::<f64>(4_000, numbering, 1);
             let mesh = shape.connectivity();
             assert_eq!(mesh.num_vertices(), 10 * 20 * 20 + 2);
@@ -237,11 +237,13 @@ mod tests {
 
     #[test]
     fn the_seed_says_it_all() {
-        let blob = |seed| irregular::<f32>(300, Numbering::Random, seed);
+        let blob = |seed| irregular::<f32>(300, VertexOrder::Random, seed);
         assert_eq!(blob(5), blob(5));
         assert_ne!(blob(5), blob(6));
         assert_eq!(
-            irregular::<f32>(0, Numbering::Natural, 0).positions().len(),
+            irregular::<f32>(0, VertexOrder::Natural, 0)
+                .positions()
+                .len(),
             12
         );
     }
@@ -249,7 +251,7 @@ mod tests {
     #[test]
     fn both_numberings_are_of_one_surface() {
         let volume_of = |numbering| volume(&irregular::<f64>(1_000, numbering, 3).surface());
-        let [random, natural] = [Numbering::Random, Numbering::Natural].map(volume_of);
+        let [random, natural] = [VertexOrder::Random, VertexOrder::Natural].map(volume_of);
         assert!((random / natural - 1.0).abs() < 1e-12);
     }
 }

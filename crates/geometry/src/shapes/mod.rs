@@ -25,7 +25,7 @@ pub use bar::bar;
 pub use bipyramid::bipyramid;
 pub use creature::{CREATURE_RESOLUTION, Region, creature, creature_regions};
 pub use cylinder::cylinder;
-pub use irregular::{Numbering, irregular};
+pub use irregular::{VertexOrder, irregular};
 pub use plane::bumpy_plane;
 pub use sphere::{icosphere, tetrahedron};
 pub use torus::torus;

@@ -41,7 +41,7 @@ impl HalfedgeMesh {
     /// edges.
     pub(super) fn check_room(&self, more: usize) -> Result<(), EditError> {
         let num_edges = self.num_edges().saturating_add(more);
-        (num_edges <= MOST_EDGES)
+        (num_edges <= MAX_EDGES)
             .then_some(())
             .ok_or(EditError::TooLarge { num_edges })
     }
@@ -64,4 +64,4 @@ impl HalfedgeMesh {
 }
 
 /// The largest number of edges whose halfedge ids all stay below `NONE`.
-pub(crate) const MOST_EDGES: usize = (1 << 31) - 2;
+pub(crate) const MAX_EDGES: usize = (1 << 31) - 2;

@@ -30,7 +30,7 @@ use crate::mesh::HalfedgeMesh;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, PartialEq, Eq, Debug)]
-#[must_use = "maps beside the mesh must be renumbered, too"]
+#[must_use = "the maps of the mesh must be renumbered too"]
 pub struct Collapsed {
     /// The removed vertex: the origin of the halfedge.
     pub gone: VertexId,

@@ -152,7 +152,7 @@ mod tests {
     use crate::testing::TriangleFaces;
 
     #[test]
-    fn numbers_of_the_new_elements() {
+    fn ids_of_the_new_elements() {
         let mut mesh = TriangleFaces::octahedron().mesh().unwrap();
         let edge = EdgeId(3);
         let [h, t] = edge.halfedges();

@@ -4,6 +4,7 @@ use std::cmp::Ordering;
 use std::collections::HashSet;
 
 use cotan_geometry::BoundingBox;
+use cotan_halfedge::DisjointSets;
 use nalgebra::Point3;
 
 use super::{Component, Defect, Inspection};
@@ -12,7 +13,7 @@ use crate::cuts::Cuts;
 use crate::document::Document;
 use crate::error::IoError;
 use crate::faces::FaceList;
-use crate::topology::{Sets, Side, Topology};
+use crate::topology::{Side, Topology};
 
 /// Inspects the document.
 ///
@@ -91,7 +92,7 @@ impl Find<'_> {
             (shortest, longest) = (shortest.min(length), longest.max(length));
             sum += length;
         }
-        let mut places = Sets::new(self.positions.len());
+        let mut places = DisjointSets::new(self.positions.len());
         let boundaries = self.topology.edges().filter(|sides| sides.len() == 1);
         let boundaries = boundaries.map(|sides| sides[0].ends);
         boundaries.clone().for_each(|[a, b]| places.join(a, b));
@@ -226,7 +227,7 @@ impl Find<'_> {
         }
     }
 
-    fn vertices(&self, fans: &mut Sets, defects: &mut Vec<Defect>) {
+    fn vertices(&self, fans: &mut DisjointSets, defects: &mut Vec<Defect>) {
         let mut num_fans = vec![0usize; self.positions.len()];
         for &corner in self.topology.outlines.corners() {
             let is_first = fans.root(corner) == corner;
@@ -257,7 +258,7 @@ impl Find<'_> {
         }
     }
 
-    fn holes(&self, fans: &mut Sets, defects: &mut Vec<Defect>) {
+    fn holes(&self, fans: &mut DisjointSets, defects: &mut Vec<Defect>) {
         for found in self.topology.boundary_loops(fans) {
             let vertices = found
                 .corners
@@ -276,11 +277,7 @@ impl Find<'_> {
     }
 
     fn lone_vertices(&self, exact: &[u32], defects: &mut Vec<Defect>) {
-        let mut is_used = vec![false; self.positions.len()];
-        self.faces
-            .corners()
-            .iter()
-            .for_each(|&v| is_used[v as usize] = true);
+        let is_used = self.faces.used_vertices(self.positions.len());
         for (vertex, &first) in exact.iter().enumerate() {
             let (own, place) = (self.places[vertex], self.places[first as usize]);
             if own as usize == vertex && own != place {
@@ -458,7 +455,7 @@ fn nest(shells: &mut [Shell], boxes: &[BoundingBox<f64>]) {
         };
         shells[shell].outer = outer.iter().find(holds).copied();
         // With thousands of disjoint shells, only the largest are compared with.
-        if shells[shell].outer.is_none() && outer.len() < MOST_OUTER {
+        if shells[shell].outer.is_none() && outer.len() < MAX_OUTER {
             outer.push(shell);
         }
     }
@@ -468,7 +465,7 @@ fn nest(shells: &mut [Shell], boxes: &[BoundingBox<f64>]) {
 const ROUNDING: f64 = 1e-12;
 
 /// Maximum number of outermost shells that are searched for inner ones.
-const MOST_OUTER: usize = 1000;
+const MAX_OUTER: usize = 1000;
 
 fn non_finite(attributes: &Attributes, defects: &mut Vec<Defect>) {
     let mut search = |element: &'static str, name: &str, components: usize, values: &Values| {

@@ -1,4 +1,6 @@
 //! A document of another connectivity, with attributes interpolated from the corners of this one.
+//!
+//! [`Assembly`](crate::Assembly) copies elements of several documents instead.
 
 use std::collections::BTreeMap;
 

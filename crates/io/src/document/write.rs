@@ -159,6 +159,15 @@ impl Document {
     }
 
     fn rewrite(&self, source: &dyn SourceFile, format: Format) -> Result<Vec<u8>, IoError> {
+        self.with_moves(source, |moves| source.write(format, moves))
+    }
+
+    /// Passes on the replacements to make in the file.
+    pub(super) fn with_moves<R>(
+        &self,
+        source: &dyn SourceFile,
+        then: impl FnOnce(&Moves<'_>) -> R,
+    ) -> R {
         let moved: Vec<bool> = self
             .original
             .iter()
@@ -167,11 +176,10 @@ impl Document {
             .collect();
         // Invalid normals must not prevent saving an edit.
         let normals = self.turned_normals(source).unwrap_or_default();
-        let moves = Moves {
+        then(&Moves {
             mesh: self.mesh(),
             moved: &moved,
             normals: &normals,
-        };
-        source.write(format, &moves)
+        })
     }
 }

@@ -118,6 +118,15 @@ impl Geometry {
                 )));
             }
         }
+        let skinned = root.nodes.iter().filter(|node| node.skin.is_some());
+        let mut skinned: Vec<u64> = skinned.filter_map(|node| node.mesh).collect();
+        skinned.sort_unstable();
+        skinned.dedup();
+        for mesh in skinned {
+            warnings.push(warning(format!(
+                "mesh {mesh} has a skin; it is read in its bind pose, and an edit changes that pose"
+            )));
+        }
         let mut reader = Reader {
             root,
             buffers,

@@ -34,6 +34,7 @@ mod sharing;
 #[cfg(test)]
 mod tests;
 mod tokens;
+mod unique;
 mod write;
 
 use std::sync::Arc;
@@ -52,7 +53,7 @@ use crate::error::{IoError, Place, quote};
 use crate::format::Format;
 use crate::limits::Limits;
 use crate::material::Materials;
-use crate::parsed::Parsed;
+use crate::parsed::{Node, Parsed};
 use crate::placement::Instance;
 use crate::precision::single;
 use crate::remap::Remap;
@@ -227,6 +228,12 @@ impl GltfFile {
         self.meshes.get(piece.mesh)?.primitives.get(piece.primitive)
     }
 
+    /// The primitives that faces were read from.
+    fn primitives(&self) -> impl Iterator<Item = &model::Primitive> {
+        let pieces = self.geometry.pieces.iter();
+        pieces.filter_map(|piece| self.primitive(piece))
+    }
+
     /// Returns `true` if primitives with the same positions have different normals, of which only
     /// the first are rotated.
     fn has_several_normals(&self) -> bool {
@@ -244,12 +251,8 @@ impl GltfFile {
 
     /// Returns `true` if a primitive with faces has the attribute.
     fn has_attribute(&self, semantic: &str) -> bool {
-        let mut primitives = self
-            .geometry
-            .pieces
-            .iter()
-            .filter_map(|p| self.primitive(p));
-        primitives.any(|primitive| primitive.attributes.contains_key(semantic))
+        let has = |primitive: &model::Primitive| primitive.attributes.contains_key(semantic);
+        self.primitives().any(has)
     }
 }
 
@@ -297,12 +300,7 @@ impl SourceFile for GltfFile {
 
     fn stale(&self) -> Vec<String> {
         let mut stale = Vec::new();
-        let mut primitives = self
-            .geometry
-            .pieces
-            .iter()
-            .filter_map(|p| self.primitive(p));
-        if primitives.any(|primitive| !primitive.targets.is_empty()) {
+        if self.primitives().any(|p| !p.targets.is_empty()) {
             stale.push("morph targets".to_owned());
         }
         if self.has_attribute("TANGENT") {
@@ -343,6 +341,19 @@ impl SourceFile for GltfFile {
     ) -> Result<(), IoError> {
         self.geometry.check_instances(&self.buffers, &self.limits)?;
         self.geometry.instances(&self.buffers, visit).map(|_| ())
+    }
+
+    fn nodes(&self) -> &[Node] {
+        &self.geometry.placements.nodes
+    }
+
+    fn num_instances(&self, part: usize) -> usize {
+        let others = self.geometry.placements.others.get(part);
+        others.map_or(1, |others| others.count)
+    }
+
+    fn with_unique_meshes(&self, moves: &Moves<'_>) -> Result<Option<Reading>, IoError> {
+        unique::with_unique_meshes(self, moves)
     }
 
     fn references(&self, written: &[u8]) -> Result<References, IoError> {

@@ -65,6 +65,7 @@ pub(super) struct Scene {
 pub(super) struct Node {
     #[serde(default)]
     pub(super) children: Vec<u64>,
+    pub(super) name: Option<Box<str>>,
     pub(super) mesh: Option<u64>,
     pub(super) skin: Option<u64>,
     // Boxed, so that a file of many empty nodes does not take much more memory than its own size.

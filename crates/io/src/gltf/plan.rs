@@ -3,6 +3,8 @@
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
+use cotan_halfedge::DisjointSets;
+
 use super::GltfFile;
 use super::geometry::{Block, Geometry, Piece};
 use crate::attributes::NONE;
@@ -37,7 +39,7 @@ impl Plan {
             block.min(blocks.len().saturating_sub(1))
         };
         // Blocks whose vertices occur in the same piece form one group.
-        let mut union = Union::new(geometry.blocks.len());
+        let mut sets = DisjointSets::new(geometry.blocks.len());
         let mut first_piece = vec![usize::MAX; geometry.blocks.len()];
         for (piece, faces) in faces.iter().enumerate() {
             let mut first = None;
@@ -47,33 +49,35 @@ impl Plan {
                         return Err(unsupported("a vertex that does not exist"));
                     };
                     let block = block_of(old);
-                    union.join(*first.get_or_insert(block), block);
+                    sets.join(*first.get_or_insert(block as u32), block as u32);
                     first_piece[block] = first_piece[block].min(piece);
                 }
             }
         }
         // So do blocks whose new vertices are interleaved.
-        let mut extents: BTreeMap<usize, Range<usize>> = BTreeMap::new();
+        let mut extents: BTreeMap<u32, Range<usize>> = BTreeMap::new();
         for (i, &old) in remap.vertices.iter().enumerate() {
-            let extent = extents.entry(union.find(block_of(old))).or_insert(i..i);
+            let extent = extents
+                .entry(sets.root(block_of(old) as u32))
+                .or_insert(i..i);
             extent.end = i + 1;
         }
-        let mut sorted: Vec<(usize, Range<usize>)> = extents.into_iter().collect();
+        let mut sorted: Vec<(u32, Range<usize>)> = extents.into_iter().collect();
         sorted.sort_by_key(|(_, extent)| extent.start);
-        let mut runs: Vec<(usize, Range<usize>, usize)> = Vec::new();
+        let mut runs: Vec<(u32, Range<usize>, usize)> = Vec::new();
         let mut first_of_root = vec![usize::MAX; geometry.blocks.len()];
-        for (block, &first) in first_piece.iter().enumerate() {
-            let root = union.find(block);
+        for (block, &first) in (0u32..).zip(&first_piece) {
+            let root = sets.root(block) as usize;
             first_of_root[root] = first_of_root[root].min(first);
         }
         for (root, extent) in sorted {
-            let first = first_of_root[root];
+            let first = first_of_root[root as usize];
             match runs.last_mut() {
                 // A group must have faces, and groups are in the order of their primitives.
                 Some((last, run, last_first))
                     if extent.start < run.end || first == usize::MAX || first < *last_first =>
                 {
-                    union.join(*last, root);
+                    sets.join(*last, root);
                     run.end = run.end.max(extent.end);
                     *last_first = first.min(*last_first);
                 }
@@ -81,23 +85,23 @@ impl Plan {
             }
         }
         // Joining may have moved the first primitive of a run before that of the previous run.
-        let mut groups: Vec<(usize, Range<usize>, usize)> = Vec::new();
+        let mut groups: Vec<(u32, Range<usize>, usize)> = Vec::new();
         for (root, extent, mut first) in runs {
             let mut extent = extent;
             while let Some((last, run, last_first)) = groups.pop_if(|(_, _, last)| first <= *last) {
-                union.join(last, root);
+                sets.join(last, root);
                 extent.start = run.start;
                 first = first.min(last_first);
             }
             groups.push((root, extent, first));
         }
-        let numbers: HashMap<usize, usize> = groups
+        let numbers: HashMap<u32, usize> = groups
             .iter()
             .enumerate()
-            .map(|(number, &(root, ..))| (union.find(root), number))
+            .map(|(number, &(root, ..))| (sets.root(root), number))
             .collect();
-        let group_of: Vec<usize> = (0..geometry.blocks.len())
-            .map(|b| numbers.get(&union.find(b)).copied().unwrap_or(usize::MAX))
+        let group_of: Vec<usize> = (0..geometry.blocks.len() as u32)
+            .map(|b| numbers.get(&sets.root(b)).copied().unwrap_or(usize::MAX))
             .collect();
         let groups = groups.into_iter().map(|(_, vertices, _)| Group {
             is_kept: is_kept(
@@ -213,11 +217,13 @@ fn faces(pieces: &[Piece], remap: &Remap, mesh: Mesh<'_>) -> Result<Vec<Range<us
             // belongs to the mesh with the hole. Faces of an old glTF are triangles.
             let corner = remap.faces.corner_range(face).start;
             let corner = remap.corner_sources.get(corner).copied().unwrap_or(NONE);
-            let beside = piece_of(corner as usize / 3);
+            let neighbour = piece_of(corner as usize / 3);
             let mesh_of = |piece: usize| pieces.get(piece).map(|p| p.mesh);
             current
-                .filter(|&piece| mesh_of(piece) == mesh_of(beside) || mesh_of(beside).is_none())
-                .unwrap_or(beside)
+                .filter(|&piece| {
+                    mesh_of(piece) == mesh_of(neighbour) || mesh_of(neighbour).is_none()
+                })
+                .unwrap_or(neighbour)
         } else {
             piece_of(source as usize)
         };
@@ -234,28 +240,6 @@ fn faces(pieces: &[Piece], remap: &Remap, mesh: Mesh<'_>) -> Result<Vec<Range<us
         faces[piece].end = face + 1;
     }
     Ok(faces)
-}
-
-/// Disjoint sets of blocks.
-struct Union(Vec<usize>);
-
-impl Union {
-    fn new(count: usize) -> Self {
-        Self((0..count).collect())
-    }
-
-    fn find(&mut self, mut i: usize) -> usize {
-        while self.0[i] != i {
-            self.0[i] = self.0[self.0[i]];
-            i = self.0[i];
-        }
-        i
-    }
-
-    fn join(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.find(a), self.find(b));
-        self.0[a.max(b)] = a.min(b);
-    }
 }
 
 /// The error for an unsupported repair.

@@ -12,6 +12,7 @@ use super::accessor::{Layout, no_such, problem};
 use super::model::{Instancing, Node, Root};
 use crate::error::IoError;
 use crate::limits::Limits;
+use crate::parsed;
 use crate::placement::Placement;
 
 /// The placement of each mesh.
@@ -23,6 +24,8 @@ pub(super) struct Placements {
     pub(super) singular: Vec<usize>,
     /// The other instances per mesh.
     pub(super) others: Vec<Others>,
+    /// All nodes, in file order.
+    pub(super) nodes: Vec<parsed::Node>,
 }
 
 /// The instances of a mesh in addition to the one where it was read.
@@ -40,6 +43,7 @@ pub(super) struct Others {
 /// A node that shows a mesh.
 #[derive(Clone, PartialEq, Debug)]
 struct Shown {
+    node: usize,
     transform: Matrix4<f64>,
     instancing: Option<Box<Layouts>>,
 }
@@ -106,6 +110,7 @@ impl Placements {
             meshes,
             singular,
             others: all,
+            nodes: named(root, &tree),
         })
     }
 }
@@ -153,6 +158,13 @@ impl Others {
         Ok(num_singular)
     }
 
+    /// The nodes of the displayed scene that show the mesh, except for the one where it was read.
+    pub(super) fn further_nodes(&self) -> impl Iterator<Item = usize> {
+        let shown = self.shown.iter().enumerate();
+        let further = shown.filter(|(number, _)| *number != self.first);
+        further.map(|(_, shown)| shown.node)
+    }
+
     /// Upper bound on the number of additional instances.
     pub(super) fn num_places(&self) -> usize {
         let counts = self.shown.iter().map(Shown::count);
@@ -176,6 +188,7 @@ impl Shown {
         // A skinned mesh is placed by its joints.
         let is_skinned = root.nodes[node].skin.is_some();
         Ok(Self {
+            node,
             transform: match is_skinned {
                 true => Matrix4::identity(),
                 false => *global,
@@ -385,6 +398,22 @@ impl Tree {
         }
         Ok((order, num_displayed))
     }
+}
+
+/// The nodes with their names, parents and meshes.
+fn named(root: &Root<'_>, tree: &Tree) -> Vec<parsed::Node> {
+    let node = |node: &Node| parsed::Node {
+        name: node.name.as_deref().unwrap_or_default().to_owned(),
+        parent: None,
+        part: node.mesh.and_then(|mesh| usize::try_from(mesh).ok()),
+    };
+    let mut nodes: Vec<parsed::Node> = root.nodes.iter().map(node).collect();
+    for (parent, children) in tree.children.iter().enumerate() {
+        children
+            .iter()
+            .for_each(|&child| nodes[child].parent = Some(parent));
+    }
+    nodes
 }
 
 /// The transform of a node to the coordinates of its parent.

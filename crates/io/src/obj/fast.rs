@@ -78,7 +78,7 @@ fn corners(
     start: usize,
     limits: &Limits,
 ) -> Option<usize> {
-    let most = MOST_CORNERS.min(limits.max_degree);
+    let most = MAX_CORNERS.min(limits.max_degree);
     let mut degree = 0;
     loop {
         at = blanks(text, at)?;
@@ -113,7 +113,7 @@ fn corners(
 }
 
 /// Maximum number of corners of a face on the fast path.
-const MOST_CORNERS: usize = 16;
+const MAX_CORNERS: usize = 16;
 
 /// Skips whitespace from `at` on.
 #[inline]

@@ -73,7 +73,7 @@ impl Header {
         }
         let mut counts = [0, 0];
         let mut places = [0..0, 0..0];
-        for (k, (name, least_bytes)) in LEAST_BYTES.into_iter().enumerate() {
+        for (k, (name, least_bytes)) in MIN_BYTES.into_iter().enumerate() {
             // A count may be on a line of its own.
             while Tokens::new(&row.text[at..]).next().is_none() {
                 row = rows
@@ -140,7 +140,7 @@ impl Header {
 
 /// The counted elements, and the minimum size of one: "0 0 0\n" and "3 0 1 2\n", less the last
 /// line ending.
-const LEAST_BYTES: [(&str, usize); 2] = [("vertices", 5), ("faces", 7)];
+const MIN_BYTES: [(&str, usize); 2] = [("vertices", 5), ("faces", 7)];
 
 fn count(
     row: Line<'_>,

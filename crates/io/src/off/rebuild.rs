@@ -49,7 +49,7 @@ pub(super) fn rebuild(file: &OffFile, remap: &Remap) -> Vec<u8> {
 /// row as long as the file would exhaust memory.
 const LONGEST_COPY: usize = 1 << 10;
 /// Maximum number of meaningful values after x y z: a normal, a colour, texture coordinates.
-const MOST_FURTHER: usize = 9;
+const MAX_FURTHER: usize = 9;
 
 fn vertices_by_lines(file: &OffFile, remap: &Remap, out: &mut Text) {
     let starts = &file.layout.starts;
@@ -61,7 +61,7 @@ fn vertices_by_lines(file: &OffFile, remap: &Remap, out: &mut Text) {
         before.copy_to(vertex + 1, row, file, out);
         let Some(row) = row(vertex) else { continue };
         if std::mem::replace(&mut is_written[vertex], true) && row.len() > LONGEST_COPY {
-            let words = file.vertex_words(vertex).take(3 + MOST_FURTHER);
+            let words = file.vertex_words(vertex).take(3 + MAX_FURTHER);
             let words: Vec<&[u8]> = words.map(|word| word.text).collect();
             out.push(&words.join(&b' '));
         } else {

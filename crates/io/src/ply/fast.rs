@@ -169,32 +169,16 @@ pub(super) fn columns<B: ByteOrder>(
             .map(|&member| offsets[member])
             .collect();
         let rows = rows.chunks_exact(size);
-        match group.number {
-            NumberType::I8 => Values::I8(gather(rows, &at, |row, at| {
-                i8::from_le_bytes(number::<B, 1>(row, at))
-            })),
-            NumberType::U8 => Values::U8(gather(rows, &at, |row, at| {
-                u8::from_le_bytes(number::<B, 1>(row, at))
-            })),
-            NumberType::I16 => Values::I16(gather(rows, &at, |row, at| {
-                i16::from_le_bytes(number::<B, 2>(row, at))
-            })),
-            NumberType::U16 => Values::U16(gather(rows, &at, |row, at| {
-                u16::from_le_bytes(number::<B, 2>(row, at))
-            })),
-            NumberType::I32 => Values::I32(gather(rows, &at, |row, at| {
-                i32::from_le_bytes(number::<B, 4>(row, at))
-            })),
-            NumberType::U32 => Values::U32(gather(rows, &at, |row, at| {
-                u32::from_le_bytes(number::<B, 4>(row, at))
-            })),
-            NumberType::F32 => Values::F32(gather(rows, &at, |row, at| {
-                f32::from_le_bytes(number::<B, 4>(row, at))
-            })),
-            NumberType::F64 => Values::F64(gather(rows, &at, |row, at| {
-                f64::from_le_bytes(number::<B, 8>(row, at))
-            })),
+        macro_rules! values {
+            ($($kind:ident: $number:ty),+) => {
+                match group.number {
+                    $(NumberType::$kind => Values::$kind(gather(rows, &at, |row, at| {
+                        <$number>::from_le_bytes(number::<B, { size_of::<$number>() }>(row, at))
+                    })),)+
+                }
+            };
         }
+        values!(I8: i8, U8: u8, I16: i16, U16: u16, I32: i32, U32: u32, F32: f32, F64: f64)
     };
     Some(groups.iter().map(column).collect())
 }

@@ -136,7 +136,7 @@ struct Column<'a> {
 }
 
 /// Properties with more components are written as a list.
-const MOST_COMPONENTS: usize = 16;
+const MAX_COMPONENTS: usize = 16;
 
 fn columns<'a>(properties: &'a [Property], names: &mut Names) -> Vec<Column<'a>> {
     // Properties with conventional names get them first, wherever they are.
@@ -163,7 +163,7 @@ fn columns<'a>(properties: &'a [Property], names: &mut Names) -> Vec<Column<'a>>
                     let lengths = ends.iter().zip(starts).map(|(end, start)| end - start);
                     Some(length_type(lengths))
                 }
-                _ if p.components > MOST_COMPONENTS => {
+                _ if p.components > MAX_COMPONENTS => {
                     Some(length_type(std::iter::once(p.components)))
                 }
                 _ => None,

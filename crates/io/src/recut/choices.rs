@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-use super::{MOST_CORNERS, Polygons};
+use super::{MAX_CORNERS, Polygons};
 use crate::optimal::Cost;
 use crate::triangulate::Triangulator;
 
@@ -25,7 +25,7 @@ pub(super) struct Choice {
 #[derive(Debug, Default)]
 pub(super) struct Catalogue {
     /// Each triangulation is a sorted list of sorted triangles.
-    lists: [Vec<Vec<[usize; 3]>>; MOST_CORNERS + 1],
+    lists: [Vec<Vec<[usize; 3]>>; MAX_CORNERS + 1],
 }
 
 impl Catalogue {

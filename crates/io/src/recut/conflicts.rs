@@ -1,6 +1,6 @@
 //! Diagonals that coincide with an edge or a diagonal of another face.
 
-use super::{Cutter, MOST_CORNERS, Polygons, Recuts};
+use super::{Cutter, MAX_CORNERS, Polygons, Recuts};
 
 /// The diagonals of all polygons, and the conflicts among them.
 pub(super) struct Conflicts {
@@ -96,7 +96,7 @@ impl Conflicts {
     ) -> Vec<[u32; 2]> {
         let mut near = Vec::new();
         for lower in 0..self.starts.len() as u32 - 1 {
-            let of_large = |&&(_, face): &&(u32, u32)| polygons.polygon(face).len() > MOST_CORNERS;
+            let of_large = |&&(_, face): &&(u32, u32)| polygons.polygon(face).len() > MAX_CORNERS;
             let from = self.from(lower).iter().filter(of_large);
             near.extend(from.map(|&(upper, _)| [lower, upper]).filter(&is_near));
         }

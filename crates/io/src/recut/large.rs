@@ -11,7 +11,7 @@ use crate::triangulate::Triangulator;
 
 /// Maximum number of corners of a polygon, or of the remainder after clipping ears, for which all
 /// triangulations are compared: a few hundred thousand triangles.
-pub(super) const MOST_OPTIMAL: usize = 128;
+pub(super) const MAX_OPTIMAL: usize = 128;
 
 /// Recuts the polygons of these faces so that they meet as few edges and diagonals as possible.
 pub(super) fn recut(polygons: Polygons<'_>, faces: &[u32], recuts: Recuts) -> Recuts {
@@ -55,18 +55,18 @@ fn cut(
     is_free: impl Fn(usize, usize) -> bool,
 ) -> Option<Vec<[usize; 3]>> {
     let mut triangles = Vec::new();
-    let mut rest: Vec<usize> = if polygon.len() > MOST_OPTIMAL {
+    let mut rest: Vec<usize> = if polygon.len() > MAX_OPTIMAL {
         let rest = triangulator.clip_allowed(polygon, |ear| triangles.push(ear), &is_free);
         rest.to_vec()
     } else {
         triangulator.flatten(polygon);
         (0..polygon.len()).collect()
     };
-    if rest.len() > MOST_OPTIMAL {
+    if rest.len() > MAX_OPTIMAL {
         let point = |i: usize| polygons.positions[polygon[i] as usize];
-        clip_short_ears(&mut rest, MOST_OPTIMAL, &mut triangles, point, &is_free);
+        clip_short_ears(&mut rest, MAX_OPTIMAL, &mut triangles, point, &is_free);
     }
-    if rest.len() > MOST_OPTIMAL {
+    if rest.len() > MAX_OPTIMAL {
         return None;
     }
     let point = |i: usize| polygons.positions[polygon[rest[i]] as usize];

@@ -6,14 +6,14 @@
 //! triangles. Polygons without such a conflict keep the triangulation that each has on its own
 //! ([`Triangulator`]).
 //!
-//! The others are recut in two steps. First, polygons of up to [`MOST_CORNERS`] corners that
+//! The others are recut in two steps. First, polygons of up to [`MAX_CORNERS`] corners that
 //! could share a diagonal, directly or through others, are solved together. The candidates of
 //! each polygon are all its triangulations, and a search with propagation and backtracking
 //! selects one for each, so that no edge is used twice. It finds a solution if there is one,
 //! within [`BUDGET`] steps; beyond that, the remaining polygons are cut as well as possible. For
 //! quads this is 2-SAT, and propagation alone nearly always suffices. Second, larger polygons
 //! that pass through no place twice are cut one at a time around everything else: optimally up to
-//! [`MOST_OPTIMAL`](large::MOST_OPTIMAL) corners, beyond that by clipping ears.
+//! [`MAX_OPTIMAL`](large::MAX_OPTIMAL) corners, beyond that by clipping ears.
 //!
 //! The result depends on the vertex indices of the polygons and on their first corners, but not
 //! on the order of the faces.
@@ -25,10 +25,10 @@ mod conflicts;
 mod large;
 mod search;
 
+use cotan_halfedge::DisjointSets;
 use nalgebra::Point3;
 
 use crate::faces::FaceList;
-use crate::topology::Sets;
 use crate::triangulate::Triangulator;
 use choices::{Choice, choices};
 use conflicts::Conflicts;
@@ -36,7 +36,7 @@ use search::Problem;
 
 /// Maximum number of corners of a polygon for which all triangulations are considered: 132 for
 /// eight.
-const MOST_CORNERS: usize = 8;
+const MAX_CORNERS: usize = 8;
 
 /// Maximum number of search steps over all polygons; a step blocks or frees one choice of one
 /// polygon. Takes a few seconds.
@@ -117,7 +117,7 @@ impl Recuts {
         };
         let is_large = |face: &u32| {
             let polygon = polygons.polygon(*face);
-            polygon.len() > MOST_CORNERS && !polygons.repeats(polygon)
+            polygon.len() > MAX_CORNERS && !polygons.repeats(polygon)
         };
         let found: Vec<u32> = conflicts.faces.into_iter().filter(is_large).collect();
         if !found.is_empty() {
@@ -262,7 +262,7 @@ fn small(polygons: Polygons<'_>, conflicts: &Conflicts) -> Recuts {
 /// Finds the polygons with few corners that could share a diagonal with one in conflict, directly
 /// or through others. Returns each with the index of its set, grouped by set.
 fn components(polygons: Polygons<'_>, conflicts: &Conflicts) -> Vec<(u32, u32)> {
-    let is_small = |polygon: &[u32]| (4..=MOST_CORNERS).contains(&polygon.len());
+    let is_small = |polygon: &[u32]| (4..=MAX_CORNERS).contains(&polygon.len());
     let mut diagonals: Vec<([u32; 2], u32)> = Vec::new();
     for (face, polygon) in (0u32..).zip(polygons.faces.iter()) {
         let n = polygon.len();
@@ -277,7 +277,7 @@ fn components(polygons: Polygons<'_>, conflicts: &Conflicts) -> Vec<(u32, u32)> 
         }
     }
     diagonals.sort_unstable();
-    let mut sets = Sets::new(polygons.faces.len());
+    let mut sets = DisjointSets::new(polygons.faces.len());
     for shared in diagonals.chunk_by(|a, b| a.0 == b.0) {
         for pair in shared.windows(2) {
             sets.join(pair[0].1, pair[1].1);

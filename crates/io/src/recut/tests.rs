@@ -195,7 +195,7 @@ proptest! {
     fn joined_triangles_are_cut_to_a_closed_surface_again(
         faces in closed_faces(),
         keys in prop::collection::vec(any::<u64>(), 0..200),
-        most in 4..=MOST_CORNERS,
+        most in 4..=MAX_CORNERS,
     ) {
         let triangles: Vec<Vec<u32>> = faces.faces.iter().map(|f| f.to_vec()).collect();
         let mesh = faces.mesh().unwrap();

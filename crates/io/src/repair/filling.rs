@@ -14,7 +14,7 @@ pub enum Filling {
     /// them needs an existing edge. In longer holes, ears are clipped first.
     Plain {
         /// Maximum number of edges of a hole to fill; longer ones stay open.
-        most_edges: NonZeroUsize,
+        max_edges: NonZeroUsize,
     },
     /// Holes are filled as by [`Filling::Plain`], and refined with new vertices, as dense as
     /// those around the hole.
@@ -26,26 +26,26 @@ pub enum Filling {
     /// it continues the surface.
     Smooth {
         /// Maximum number of edges of a hole to fill; longer ones stay open.
-        most_edges: NonZeroUsize,
+        max_edges: NonZeroUsize,
     },
 }
 
 impl Filling {
     /// [`Filling::Plain`] for holes of any length.
     pub const PLAIN: Self = Self::Plain {
-        most_edges: NonZeroUsize::MAX,
+        max_edges: NonZeroUsize::MAX,
     };
 
     /// [`Filling::Smooth`] for holes of any length.
     pub const SMOOTH: Self = Self::Smooth {
-        most_edges: NonZeroUsize::MAX,
+        max_edges: NonZeroUsize::MAX,
     };
 
     /// Maximum number of edges of a hole to fill.
-    pub(super) fn most_edges(self) -> usize {
+    pub(super) fn max_edges(self) -> usize {
         match self {
             Self::Off => 0,
-            Self::Plain { most_edges } | Self::Smooth { most_edges } => most_edges.get(),
+            Self::Plain { max_edges } | Self::Smooth { max_edges } => max_edges.get(),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use cotan_halfedge::DisjointSets;
 use foldhash::fast::RandomState;
 use nalgebra::{Point3, Vector3};
 
@@ -9,7 +10,7 @@ use super::work::Work;
 use super::{Change, Toggle};
 use crate::attributes::NONE;
 use crate::cuts::Cuts;
-use crate::topology::{Sets, Side, Topology};
+use crate::topology::{Side, Topology};
 
 impl Work<'_> {
     /// Gives each fan of faces its own vertex.
@@ -36,7 +37,7 @@ impl Work<'_> {
         if !is_loose.contains(&true) {
             return;
         }
-        let mut fans = Sets::new(at.len());
+        let mut fans = DisjointSets::new(at.len());
         for sides in topology.edges() {
             if let [a, b] = sides
                 && !is_loose[a.face as usize]
@@ -53,8 +54,8 @@ impl Work<'_> {
     }
 
     /// Returns the corners that stay together, and the edges at which faces were separated.
-    fn fans(&self, topology: &Topology<'_>, edges: Toggle) -> (Sets, Vec<Change>) {
-        let mut fans = Sets::new(topology.at.len());
+    fn fans(&self, topology: &Topology<'_>, edges: Toggle) -> (DisjointSets, Vec<Change>) {
+        let mut fans = DisjointSets::new(topology.at.len());
         let mut parted = Vec::new();
         let mut normals = None;
         let points = self.points();
@@ -83,7 +84,7 @@ impl Work<'_> {
     }
 
     /// Gives each fan its own place, and each vertex to one fan; the other fans get copies.
-    fn assign(&mut self, fans: &mut Sets, is_outlined: &[bool]) {
+    fn assign(&mut self, fans: &mut DisjointSets, is_outlined: &[bool]) {
         let mut owner = vec![NONE; self.sources.len()];
         let mut copies: HashMap<(u32, u32), u32, RandomState> = HashMap::default();
         // The first vertex at the place of each fan.

@@ -13,7 +13,7 @@ fn document(points: &[[f64; 3]], faces: &[&[u32]]) -> Document {
 
 fn at_most(num_edges: usize) -> Filling {
     Filling::Plain {
-        most_edges: NonZeroUsize::new(num_edges).unwrap(),
+        max_edges: NonZeroUsize::new(num_edges).unwrap(),
     }
 }
 

@@ -87,10 +87,10 @@ impl<'a> Work<'a> {
 
     /// Adds a vertex to a hole.
     ///
-    /// It has the data of the vertex `beside` it, except for the position.
-    pub(super) fn add_vertex(&mut self, beside: u32, position: Point3<f64>) -> u32 {
+    /// It has the data of the vertex `source`, except for the position.
+    pub(super) fn add_vertex(&mut self, source: u32, position: Point3<f64>) -> u32 {
         let vertex = self.sources.len() as u32;
-        self.sources.push(self.sources[beside as usize]);
+        self.sources.push(self.sources[source as usize]);
         self.places.push(vertex);
         self.added.push(position);
         vertex
@@ -289,11 +289,7 @@ impl<'a> Work<'a> {
 
     /// Builds the repaired document.
     pub(super) fn finish(mut self, compact: Toggle) -> Result<Repaired, IoError> {
-        let mut is_used = vec![false; self.sources.len()];
-        self.faces
-            .corners()
-            .iter()
-            .for_each(|&v| is_used[v as usize] = true);
+        let is_used = self.faces.used_vertices(self.sources.len());
         let drops_unused = compact.is_on() && !self.faces.is_empty();
         let num_old = self.document.positions().len();
         let is_kept = |v: usize| {

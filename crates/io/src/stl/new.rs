@@ -15,10 +15,7 @@ pub(crate) fn losses(contents: &Contents<'_>) -> Vec<String> {
     let (positions, faces) = (&contents.positions, &contents.faces);
     let attributes = &contents.attributes;
     let mut losses = Vec::new();
-    let mut is_used = vec![false; positions.len()];
-    for &v in faces.corners() {
-        is_used[v as usize] = true;
-    }
+    let is_used = faces.used_vertices(positions.len());
     match is_used.iter().filter(|&&used| !used).count() {
         0 => {}
         1 => losses.push("a vertex that no face uses".to_owned()),

@@ -15,7 +15,7 @@ pub(super) struct Facet {
     /// The old facet whose normal and attributes it has; `None` if it closes a hole.
     pub(super) source: Option<u32>,
     /// The source facet or, for one that closes a hole, an adjacent old facet.
-    pub(super) beside: u32,
+    pub(super) neighbour: u32,
     /// `true` if its corners have the opposite order to those of its source.
     pub(super) is_turned: bool,
     pub(super) corners: [Corner; 3],
@@ -56,7 +56,7 @@ impl Facet {
         let is_turned = source.is_some() && (from[1] % 3 + 3 - from[0] % 3) % 3 == 2;
         Ok(Self {
             source,
-            beside: source.unwrap_or(from[0] / 3),
+            neighbour: source.unwrap_or(from[0] / 3),
             is_turned,
             corners,
         })

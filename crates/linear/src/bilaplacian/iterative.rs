@@ -1,4 +1,7 @@
 //! Conjugate gradients, preconditioned by the square of a screened one-ring matrix.
+//!
+//! The three columns are one system, and the iteration ends by the energy norm. The iteration of
+//! `cotan_sparse::Multigrid` differs in both: three systems, which end by their residuals.
 
 use super::equation::{Equation, as_map};
 use crate::error::LinearError;
@@ -29,7 +32,7 @@ pub(super) fn solve(
     let mut rho = dot(&residual, &z);
     let mut direction = z.clone();
     let target = tolerance * tolerance * f64::max(rho, start.abs());
-    for iteration in 0..MOST_ITERATIONS {
+    for iteration in 0..MAX_ITERATIONS {
         if rho <= target {
             return Ok(iteration);
         }
@@ -56,7 +59,7 @@ pub(super) fn solve(
     let residual = (rho / f64::max(target, f64::MIN_POSITIVE)).sqrt() * tolerance;
     // Rounding may end the descent a little above a very small tolerance.
     if residual <= ACCEPTED {
-        return Ok(MOST_ITERATIONS);
+        return Ok(MAX_ITERATIONS);
     }
     let unknowns = n;
     Err(SparseError::NotConverged { unknowns, residual }.into())
@@ -89,7 +92,7 @@ const CHUNKS: Chunks = Chunks::of(4096);
 
 /// With a condition number of 2, twenty iterations reach the rounding error. Sharp steps of D/m
 /// and rows that are left out need more.
-const MOST_ITERATIONS: usize = 500;
+const MAX_ITERATIONS: usize = 500;
 
 /// The relative error that is still accepted.
 const ACCEPTED: f64 = 1e-4;

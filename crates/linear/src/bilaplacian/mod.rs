@@ -229,9 +229,8 @@ fn iterative<T: Scalar>(
     own: &Equation,
     max_memory: Option<u64>,
 ) -> Result<Solver, LinearError> {
-    // The vectors of an iteration.
-    let beside = iterative::VECTORS * size_of::<Vector3<f64>>() as u64 * own.masses.len() as u64;
-    let left = max_memory.map(|bytes| bytes.saturating_sub(beside));
+    let vectors = iterative::VECTORS * size_of::<Vector3<f64>>() as u64 * own.masses.len() as u64;
+    let left = max_memory.map(|bytes| bytes.saturating_sub(vectors));
     let system =
         LinearSystem::screened_within(equation.operator, &own.roots(), equation.fixed, left)?;
     Ok(Solver::Iterative(Box::new(system)))

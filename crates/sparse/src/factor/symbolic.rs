@@ -473,9 +473,9 @@ fn supernodes(parents: &[u32], counts: &[u32]) -> Vec<u32> {
             let share = zeros as f64 / stored as f64;
             let is_few = match width {
                 0..=4 => true,
-                5..=16 => share < MOST_ZEROS[0],
-                17..=48 => share < MOST_ZEROS[1],
-                _ => share < MOST_ZEROS[2],
+                5..=16 => share < MAX_ZEROS[0],
+                17..=48 => share < MAX_ZEROS[1],
+                _ => share < MAX_ZEROS[2],
             };
             if !is_few {
                 break;
@@ -498,4 +498,4 @@ fn supernodes(parents: &[u32], counts: &[u32]) -> Vec<u32> {
 
 /// Maximum shares of stored zeros for merging into supernodes of at most 16, at most 48, and more
 /// columns (as in CHOLMOD; wider and narrower tables performed about the same).
-const MOST_ZEROS: [f64; 3] = [0.8, 0.1, 0.05];
+const MAX_ZEROS: [f64; 3] = [0.8, 0.1, 0.05];

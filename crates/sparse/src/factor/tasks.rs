@@ -28,7 +28,7 @@ pub(super) struct Tasks {
 /// Subtrees with at least this share of the work are divided.
 const SHARE: f64 = 1.0 / 8.0;
 /// Minimum work to be divided, in entries of the factor.
-const LEAST_WORK: f64 = 2e5;
+const MIN_WORK: f64 = 2e5;
 
 impl Tasks {
     pub(super) fn new(
@@ -128,7 +128,7 @@ fn divide(starts: &[u32], row_offsets: &[usize], parents: &[u32]) -> (Vec<Range<
             p => work[p as usize] += work[s],
         }
     }
-    let most = if total < LEAST_WORK {
+    let most = if total < MIN_WORK {
         f64::INFINITY
     } else {
         SHARE * total

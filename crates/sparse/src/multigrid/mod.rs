@@ -28,7 +28,7 @@ const TOLERANCE: f64 = 1e-10;
 /// If rounding keeps it from [`TOLERANCE`], a refinement by the caller still gains digits.
 const ACCEPTED: f64 = 1e-8;
 /// Maximum number of iterations of a solve.
-const MOST_ITERATIONS: usize = 400;
+const MAX_ITERATIONS: usize = 400;
 
 /// A symmetric positive definite matrix, solved iteratively.
 ///
@@ -174,7 +174,7 @@ impl Multigrid {
         let target = first * TOLERANCE;
         let mut rho = Vector3::repeat(0.0);
         let mut left = first;
-        for _ in 0..MOST_ITERATIONS {
+        for _ in 0..MAX_ITERATIONS {
             if (0..3).all(|axis| left[axis] <= target[axis]) {
                 break;
             }

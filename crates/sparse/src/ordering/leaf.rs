@@ -66,7 +66,7 @@ impl BitGraph {
         halo.dedup();
         let num_inner = vertices.len();
         let words = (num_inner + halo.len()).div_ceil(64);
-        if words > MOST_WORDS {
+        if words > MAX_WORDS {
             return None;
         }
         let mut rows = vec![0u64; num_inner * words];
@@ -230,6 +230,6 @@ pub(super) fn approximate_minimum_degree(graph: &Graph<'_>) -> Vec<u32> {
 /// Parts up to this size are ordered on bit sets.
 const LARGEST: usize = 1024;
 /// Maximum number of words per row.
-const MOST_WORDS: usize = 64;
+const MAX_WORDS: usize = 64;
 /// The degree of an eliminated vertex.
 const GONE: u32 = u32::MAX;

@@ -8,7 +8,7 @@ use crate::tessellation_error::TessellationError;
 /// Numbers on a mesh, such as the components of a colour or texture coordinates, whose change
 /// counts as a cost.
 #[derive(Clone, PartialEq, Debug, Default)]
-pub struct Attributes {
+pub struct DecimateAttributes {
     channels: Vec<Channel>,
 }
 
@@ -24,7 +24,7 @@ enum Values {
     PerCorner(FaceMap<[f64; 3]>),
 }
 
-impl Attributes {
+impl DecimateAttributes {
     /// No attributes.
     pub fn new() -> Self {
         Self::default()
@@ -70,7 +70,7 @@ pub(crate) struct Channels {
 
 impl Channels {
     pub(crate) fn new<T: cotan_geometry::Scalar>(
-        attributes: &Attributes,
+        attributes: &DecimateAttributes,
         surface: &Surface<'_, T>,
     ) -> Result<Self, TessellationError> {
         let mut channels = Self::default();

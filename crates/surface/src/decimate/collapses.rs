@@ -17,11 +17,11 @@ pub(super) struct Collapses<'a> {
     /// Per vertex, if an attribute may jump at kept lines: whether it is on one.
     has_jump: Vec<bool>,
     queue: RadixHeap,
-    /// Per halfedge: whether its edge is in the queue under this name.
+    /// Per halfedge: true if its edge is in the queue under this index.
     is_queued: Vec<bool>,
     /// Per vertex: the vertex that it was merged into, or [`NONE`].
     pub(super) into: Vec<u32>,
-    /// Per vertex: whether it left its original position.
+    /// Per vertex: true if it left its original position.
     pub(super) is_moved: Vec<bool>,
     /// The largest distance so far.
     pub(super) error: f64,
@@ -225,13 +225,13 @@ impl<'a> Collapses<'a> {
         let (before_squared, after_squared) = (before.norm_squared(), after.norm_squared());
         let dot = before.dot(&after);
         let turns =
-            !(dot >= 0.0 && dot * dot >= LEAST_COSINE.powi(2) * before_squared * after_squared);
+            !(dot >= 0.0 && dot * dot >= MIN_COSINE.powi(2) * before_squared * after_squared);
         if turns {
             return false;
         }
         let square = |x: Vector3<f64>| x.norm_squared();
         let longest = square(ab).max(square(ac)).max(square(opposite));
-        if after_squared >= (LEAST_HEIGHT * longest).powi(2) {
+        if after_squared >= (MIN_HEIGHT * longest).powi(2) {
             return true;
         }
         // A sliver may be replaced by a better one.
@@ -246,8 +246,8 @@ fn key(cost: f64, h: u32) -> u64 {
     (u64::from((cost as f32).to_bits()) << 32) | u64::from(h)
 }
 
-/// The least cosine of the angle by which a collapse may turn a triangle.
-const LEAST_COSINE: f64 = 0.2;
+/// The cosine of the largest angle by which a collapse may turn a triangle.
+const MIN_COSINE: f64 = 0.2;
 
-/// The least height of a new triangle relative to its longest side.
-const LEAST_HEIGHT: f64 = 0.05;
+/// The smallest height of a new triangle relative to its longest side.
+const MIN_HEIGHT: f64 = 0.05;

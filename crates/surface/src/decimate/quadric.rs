@@ -317,6 +317,6 @@ fn gradient(
 /// in flat regions, and a move along the surface by 1 costs as much as one off it by 0.001.
 const ROUNDNESS: f64 = 1e-6;
 
-/// The weight of a line relative to the squares of its edges, beside triangles with about half
-/// of that area.
+/// The weight of a line relative to the squared lengths of its edges. Triangles next to it have
+/// about half of that area.
 const LINE_WEIGHT: f64 = 10.0;

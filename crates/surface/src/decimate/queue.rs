@@ -7,10 +7,11 @@
 //! **Source**: R. Ahuja, K. Mehlhorn, J. Orlin, R. Tarjan, "Faster algorithms for the shortest
 //! path problem", J. ACM 37 (1990).
 
-/// The least entry is taken first.
+/// The smallest entry is taken first.
 #[derive(Clone, Debug)]
 pub(super) struct RadixHeap {
-    /// Bucket 0 has entries equal to `last`, bucket k those that differ in bit k − 1 and not above.
+    /// Bucket 0 has entries equal to `last`, bucket k those that differ in bit k − 1 and not
+    /// above.
     buckets: Vec<Vec<u64>>,
     last: u64,
 }
@@ -35,7 +36,7 @@ impl RadixHeap {
         self.buckets[if entry < self.last { 0 } else { bucket }].push(entry);
     }
 
-    /// Takes the least entry.
+    /// Takes the smallest entry.
     #[inline]
     pub(super) fn pop(&mut self) -> Option<u64> {
         if self.buckets[0].is_empty() {
@@ -45,7 +46,7 @@ impl RadixHeap {
             for &entry in &entries {
                 self.buckets[bucket(entry, self.last)].push(entry);
             }
-            // The memory serves the next entries of this bucket.
+            // Reuse the memory for the next entries of this bucket.
             entries.clear();
             self.buckets[first] = entries;
         }

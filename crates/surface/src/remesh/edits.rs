@@ -15,7 +15,7 @@ impl Remesher<'_> {
             let mut edges = self.edges_by_length(first..last, |ratio| ratio > LONG);
             edges.reverse();
             // Halves that are still too long were appended, except the first half, which kept its
-            // name: it is looked at again with its neighbours.
+            // index: it is visited again with its neighbours.
             let mut again = Vec::new();
             for h in edges {
                 if self.is_long(h) && self.triangles.num_faces + 2 <= self.most_faces {
@@ -77,7 +77,7 @@ impl Remesher<'_> {
             (_, Place::Free) => (t, self.triangles.point(u)),
             (Place::Line, _) if is_line => (h, self.triangles.point(v)),
             (Place::Corner, Place::Line) if is_line && t != NONE => (t, self.triangles.point(u)),
-            // The boundary has one side; the corner is moved to, and keeps its place.
+            // The boundary has one side: the vertex moves to the corner, which stays.
             (Place::Corner, Place::Line) if is_line => (h, self.triangles.point(u)),
             _ => return false,
         };
@@ -173,7 +173,8 @@ impl Remesher<'_> {
     }
 
     /// Returns true if the triangles after flipping `h` face the same way as before and have no
-    /// angle that is smaller than the least one before, unless it is above `accepted` (in radians).
+    /// angle that is smaller than the least one before, unless it is above `accepted` (in
+    /// radians).
     fn keeps_surface(&self, h: u32, accepted: Option<f64>) -> bool {
         let Edge {
             ends: [u, v],

@@ -114,8 +114,8 @@ pub fn remesh<T: Scalar>(
     })
 }
 
-/// The most faces that the work may reach, from the area and the edges of each triangle relative
-/// to its target length.
+/// The maximum number of faces during the work, predicted from the area and the edges of each
+/// triangle relative to its target length.
 fn predicted_faces(
     original: &Triangles,
     sizes: &[f64],

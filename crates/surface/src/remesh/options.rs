@@ -15,9 +15,9 @@ pub enum EdgeLengths {
     Adaptive {
         /// The distance of an edge's middle from the curved surface.
         error: f64,
-        /// The least length.
+        /// The shortest length.
         shortest: f64,
-        /// The greatest length.
+        /// The longest length.
         longest: f64,
     },
 }
@@ -32,7 +32,7 @@ pub struct RemeshOptions {
     pub features: Features,
     /// The number of rounds of splits, collapses, flips and smoothing.
     pub iterations: usize,
-    /// The most memory, in bytes, that the work may take by prediction. `None` is no limit.
+    /// The maximum memory that the work is predicted to take, in bytes; `None` for no limit.
     pub max_memory: Option<u64>,
 }
 
@@ -74,7 +74,7 @@ impl RemeshOptions {
         self
     }
 
-    /// Sets the most memory, in bytes.
+    /// Sets the maximum memory, in bytes.
     #[must_use]
     pub fn max_memory(mut self, bytes: Option<u64>) -> Self {
         self.max_memory = bytes;

@@ -37,8 +37,8 @@ pub(super) fn sizes(
             longest,
         } => {
             let error = positive("the error", error)?;
-            let shortest = positive("the least edge length", shortest)?;
-            let longest = positive("the greatest edge length", longest)?.max(shortest);
+            let shortest = positive("the shortest edge length", shortest)?;
+            let longest = positive("the longest edge length", longest)?.max(shortest);
             let normals = normals(original);
             let mut sizes = cotan_parallel::filled(original.points.len(), |v| {
                 let curvature = curvature(original, &normals, v as u32);

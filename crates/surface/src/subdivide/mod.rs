@@ -42,7 +42,7 @@ pub struct SubdivideOptions {
     pub levels: usize,
     /// Edges that stay sharp. The boundary always does.
     pub creases: Vec<EdgeId>,
-    /// The most memory, in bytes, that the work may take by prediction. `None` is no limit.
+    /// The maximum memory that the work is predicted to take, in bytes; `None` for no limit.
     pub max_memory: Option<u64>,
 }
 
@@ -71,7 +71,7 @@ impl SubdivideOptions {
         self
     }
 
-    /// Sets the most memory, in bytes.
+    /// Sets the maximum memory, in bytes.
     #[must_use]
     pub fn max_memory(mut self, bytes: Option<u64>) -> Self {
         self.max_memory = bytes;

@@ -5,7 +5,7 @@ use cotan::{Handles, Motion};
 use cotan_io::ProcessingMesh;
 use nalgebra::{Point3, Vector3};
 
-use super::error::{HandlesError, Place};
+use super::error::{HandlePlace, HandlesError};
 use super::vertices::Vertices;
 
 /// A vertex of the mesh file and its target.
@@ -21,7 +21,7 @@ pub struct Constraint {
     /// half a turn.
     pub turn: Option<Vector3<f64>>,
     /// The location in the handles file.
-    pub place: Place,
+    pub place: HandlePlace,
 }
 
 /// The target of a held vertex.

@@ -7,7 +7,7 @@ use thiserror::Error;
 
 /// The location of a handle in a file.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
-pub enum Place {
+pub enum HandlePlace {
     /// A 0-based index in the list `handles`.
     Handle(usize),
     /// A 1-based line number.
@@ -16,7 +16,7 @@ pub enum Place {
     Loose,
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for HandlePlace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Handle(number) => write!(f, "handle {number}"),
@@ -42,7 +42,10 @@ pub enum HandlesError {
     #[error("the JSON is not a handles file: {0} (see `cotan deform --help`)")]
     Json(#[source] serde_json::Error),
     /// The file holds no vertex.
-    #[error("the file has no handle; add at least one")]
+    #[error(
+        "the file has no handle; add at least one: vertices by number, region or name (`cotan info` \
+         lists the parts), and where they go (`cotan deform --help` shows how)"
+    )]
     NoHandles,
     /// A vertex index is out of range.
     #[error(
@@ -50,7 +53,7 @@ pub enum HandlesError {
     )]
     OutOfRange {
         /// The location of the handle.
-        place: Place,
+        place: HandlePlace,
         /// The vertex index.
         vertex: usize,
         /// The number of vertices.
@@ -62,7 +65,7 @@ pub enum HandlesError {
     )]
     Unreferenced {
         /// The location of the handle.
-        place: Place,
+        place: HandlePlace,
         /// The vertex index.
         vertex: usize,
     },
@@ -70,7 +73,7 @@ pub enum HandlesError {
     #[error("{place} selects no vertex: {why}")]
     Empty {
         /// The location of the handle.
-        place: Place,
+        place: HandlePlace,
         /// The reason why its selection is empty.
         why: &'static str,
     },
@@ -78,7 +81,7 @@ pub enum HandlesError {
     #[error("{place} {problem}")]
     Invalid {
         /// The location of the handle.
-        place: Place,
+        place: HandlePlace,
         /// The problem, and what to do.
         problem: String,
     },
@@ -88,7 +91,7 @@ pub enum HandlesError {
     )]
     TargetCount {
         /// The location of the handle.
-        place: Place,
+        place: HandlePlace,
         /// The number of vertices.
         vertices: usize,
         /// The number of targets.
@@ -98,7 +101,7 @@ pub enum HandlesError {
     #[error("{place}: the new position of vertex {vertex} is not a finite number")]
     NonFinite {
         /// The location of the handle.
-        place: Place,
+        place: HandlePlace,
         /// The vertex index.
         vertex: usize,
     },
@@ -106,7 +109,7 @@ pub enum HandlesError {
     #[error("{} and {} contradict each other: they move vertex {vertex} to different positions", places[0], places[1])]
     Contradiction {
         /// The locations of the two handles.
-        places: [Place; 2],
+        places: [HandlePlace; 2],
         /// The vertex index.
         vertex: usize,
     },

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix4, Point3, Vector3};
 
 use super::transform::apply;
-use super::{Constraint, Contents, Goal, Kind, Place};
+use super::{Constraint, Contents, Goal, HandlePlace, Kind};
 
 /// Vertices that are held together.
 #[derive(Clone, PartialEq, Debug)]
@@ -65,7 +65,7 @@ pub fn constraints(groups: &[Group], positions: &[Point3<f64>]) -> Vec<Constrain
                 goal,
                 weight,
                 turn,
-                place: Place::Handle(index),
+                place: HandlePlace::Handle(index),
             })
             .collect::<Vec<_>>()
     };

@@ -9,7 +9,7 @@ use serde::de::{Error as _, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
 use super::constraint::{Constraint, Goal};
-use super::error::{HandlesError, Place};
+use super::error::{HandlePlace, HandlesError};
 use super::group::{Group, GroupMotion};
 use super::part_settings::PartSettings;
 use super::selection::Selection;
@@ -20,12 +20,12 @@ use super::vertices::Vertices;
 pub(super) fn read(
     contents: &str,
     mesh: &Vertices<'_>,
-    matrices: &mut Vec<(Place, Matrix4<f64>)>,
+    matrices: &mut Vec<(HandlePlace, Matrix4<f64>)>,
 ) -> Result<Vec<Constraint>, HandlesError> {
     let file: File = serde_json::from_str(contents).map_err(HandlesError::Json)?;
     let mut constraints = Vec::new();
     for (index, handle) in file.handles.0.iter().enumerate() {
-        let place = Place::Handle(index);
+        let place = HandlePlace::Handle(index);
         let matrix = handle.constrain(place, mesh, &mut constraints)?;
         matrices.extend(matrix.map(|matrix| (place, matrix)));
     }
@@ -50,7 +50,7 @@ pub fn from_json(contents: &str) -> Result<Vec<Group>, HandlesError> {
     let file: File = serde_json::from_str(contents).map_err(HandlesError::Json)?;
     let entries = file.handles.0.into_iter().enumerate();
     entries
-        .map(|(index, entry)| entry.group(Place::Handle(index)))
+        .map(|(index, entry)| entry.group(HandlePlace::Handle(index)))
         .collect()
 }
 
@@ -126,7 +126,7 @@ impl HandleEntry {
     /// there is one.
     fn constrain(
         &self,
-        place: Place,
+        place: HandlePlace,
         mesh: &Vertices<'_>,
         constraints: &mut Vec<Constraint>,
     ) -> Result<Option<Matrix4<f64>>, HandlesError> {
@@ -190,7 +190,7 @@ impl HandleEntry {
         Ok(map)
     }
 
-    fn check_weight(&self, place: Place) -> Result<(), HandlesError> {
+    fn check_weight(&self, place: HandlePlace) -> Result<(), HandlesError> {
         match self.weight.filter(|w| !(*w > 0.0)) {
             Some(weight) => Err(HandlesError::Invalid {
                 place,
@@ -200,7 +200,7 @@ impl HandleEntry {
         }
     }
 
-    fn group(self, place: Place) -> Result<Group, HandlesError> {
+    fn group(self, place: HandlePlace) -> Result<Group, HandlesError> {
         let invalid = |problem: String| HandlesError::Invalid { place, problem };
         self.check_weight(place)?;
         let Selection::Numbers(vertices) = self.vertices else {

@@ -4,7 +4,7 @@ use std::fmt;
 
 use cotan_io::ProcessingMesh;
 
-use super::{Constraint, FileVertices, Goal, Place};
+use super::{Constraint, FileVertices, Goal, HandlePlace};
 
 /// Handles that hold the components of a mesh without handles in place.
 ///
@@ -49,7 +49,7 @@ impl Loose {
             goal: Goal::Stay,
             weight: None,
             turn: None,
-            place: Place::Loose,
+            place: HandlePlace::Loose,
         };
         Some(Self {
             constraints: loose.into_iter().map(hold).collect(),

@@ -6,14 +6,14 @@
 use nalgebra::{Matrix4, Point3};
 
 use super::constraint::{Constraint, Goal};
-use super::error::{HandlesError, Place};
+use super::error::{HandlePlace, HandlesError};
 use super::text::{finite, rows};
 use super::transform;
 use super::vertices::Vertices;
 
 /// The held vertices of a `.sel` file.
 pub(super) struct Statuses {
-    held: Vec<(usize, Place, Status)>,
+    held: Vec<(usize, HandlePlace, Status)>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -37,7 +37,7 @@ pub(super) fn read_statuses(contents: &str, mesh: &Vertices<'_>) -> Result<Statu
                 return Err(HandlesError::Line { line, problem });
             }
         };
-        held.extend(status.map(|status| (num_lines, Place::Line(line), status)));
+        held.extend(status.map(|status| (num_lines, HandlePlace::Line(line), status)));
         num_lines += 1;
     }
     if num_lines != mesh.len() {

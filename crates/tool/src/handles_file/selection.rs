@@ -11,7 +11,7 @@ use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
-use super::error::{HandlesError, Place};
+use super::error::{HandlePlace, HandlesError};
 use super::json::Triple;
 use super::part_settings::PartWord;
 use super::vertices::Vertices;
@@ -33,6 +33,7 @@ pub(super) struct Region {
     object: Option<String>,
     group: Option<String>,
     material: Option<String>,
+    node: Option<String>,
     part: Option<PartWord>,
     all_but: Option<Selection>,
 }
@@ -59,7 +60,7 @@ impl Selection {
     pub(super) fn vertices(
         &self,
         mesh: &Vertices<'_>,
-        place: Place,
+        place: HandlePlace,
     ) -> Result<Vec<usize>, HandlesError> {
         match self {
             Self::Numbers(numbers) => {
@@ -80,7 +81,11 @@ impl Selection {
 }
 
 impl Region {
-    fn vertices(&self, mesh: &Vertices<'_>, place: Place) -> Result<Vec<usize>, HandlesError> {
+    fn vertices(
+        &self,
+        mesh: &Vertices<'_>,
+        place: HandlePlace,
+    ) -> Result<Vec<usize>, HandlesError> {
         let within = |contains: &dyn Fn(Point3<f64>) -> bool| -> Vec<usize> {
             mesh.used()
                 .filter(|(_, p)| contains(*p))
@@ -93,7 +98,11 @@ impl Region {
             (LabelKind::Material, "material", &self.material),
         ];
         let named = labels.iter().filter(|(.., name)| name.is_some()).count();
-        let others = [self.part.is_some(), self.all_but.is_some()];
+        let others = [
+            self.node.is_some(),
+            self.part.is_some(),
+            self.all_but.is_some(),
+        ];
         let num_others = named + others.iter().filter(|is_given| **is_given).count();
         let (found, why) = match (&self.cuboid, &self.sphere) {
             (None, None) if num_others == 1 => {
@@ -101,10 +110,11 @@ impl Region {
                     let name = name.as_ref()?;
                     Some(mesh.labelled(kind, word, name, place))
                 });
-                let found = match (named, &self.part, &self.all_but) {
+                let found = match (named, &self.node, &self.part, &self.all_but) {
                     (Some(found), ..) => found?,
-                    (_, Some(part), _) => mesh.of_part(part, place)?,
-                    (_, _, Some(others)) => {
+                    (_, Some(node), ..) => mesh.of_node(node, place)?,
+                    (_, _, Some(part), _) => mesh.of_part(part, place)?,
+                    (.., Some(others)) => {
                         let others = others.vertices(mesh, place)?;
                         let others: HashSet<usize> = others.into_iter().collect();
                         let all = mesh.used().map(|(vertex, _)| vertex);
@@ -139,10 +149,11 @@ impl Region {
                 )
             }
             _ => {
-                let problem = "must select its vertices in exactly one way: by indices, or by one of \
-                               \"box\", \"sphere\", \"object\", \"group\", \"material\", \"part\" and \
-                               \"all_but\""
-                    .into();
+                let problem =
+                    "must select its vertices in exactly one way: by indices, or by one of \
+                               \"box\", \"sphere\", \"object\", \"group\", \"material\", \"node\", \
+                               \"part\" and \"all_but\""
+                        .into();
                 return Err(HandlesError::Invalid { place, problem });
             }
         };
@@ -164,7 +175,7 @@ impl<'de> Deserialize<'de> for Selection {
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 f.write_str(
                     "a list of vertex indices, or an object with one of \"box\", \"sphere\", \
-                     \"object\", \"group\", \"material\", \"part\" and \"all_but\"",
+                     \"object\", \"group\", \"material\", \"node\", \"part\" and \"all_but\"",
                 )
             }
 

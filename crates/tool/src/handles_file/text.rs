@@ -3,13 +3,13 @@
 use nalgebra::Point3;
 
 use super::constraint::{Constraint, Goal};
-use super::error::{HandlesError, Place};
+use super::error::{HandlePlace, HandlesError};
 use super::vertices::Vertices;
 
 pub(super) fn read(contents: &str, mesh: &Vertices<'_>) -> Result<Vec<Constraint>, HandlesError> {
     let mut constraints = Vec::new();
     for (number, line) in rows(contents) {
-        let place = Place::Line(number);
+        let place = HandlePlace::Line(number);
         let refuse = |problem| HandlesError::Line {
             line: number,
             problem,

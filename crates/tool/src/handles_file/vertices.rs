@@ -6,9 +6,10 @@ use cotan_io::{Document, LabelKind, ProcessingMesh};
 use nalgebra::Point3;
 
 use super::constraint::{Constraint, Goal};
-use super::error::{HandlesError, Place};
+use super::error::{HandlePlace, HandlesError};
 use super::part_settings::PartWord;
 use super::{FileVertices, Kind};
+use crate::nodes;
 use crate::part_names::{PartNames, listed};
 
 /// The vertices that handles refer to.
@@ -82,7 +83,7 @@ impl Vertices<'_> {
     pub(super) fn position(
         &self,
         vertex: usize,
-        place: Place,
+        place: HandlePlace,
     ) -> Result<Point3<f64>, HandlesError> {
         let first = self.copies(vertex).next();
         let Some(position) = first.and_then(|v| self.document.positions().get(v)) else {
@@ -110,7 +111,7 @@ impl Vertices<'_> {
         kind: LabelKind,
         word: &str,
         name: &str,
-        place: Place,
+        place: HandlePlace,
     ) -> Result<Vec<usize>, HandlesError> {
         let invalid = |problem: String| HandlesError::Invalid { place, problem };
         let attributes = self.document.attributes();
@@ -135,11 +136,40 @@ impl Vertices<'_> {
         Ok(self.used_of(vertices))
     }
 
+    /// The file vertices of a node's mesh, or of the meshes below a node that has none.
+    pub(super) fn of_node(
+        &self,
+        name: &str,
+        place: HandlePlace,
+    ) -> Result<Vec<usize>, HandlesError> {
+        let invalid = |problem: String| HandlesError::Invalid { place, problem };
+        let nodes = self.document.nodes();
+        if nodes.is_empty() {
+            let problem = "names a node, but only a glTF has nodes; name an object, a group, a \
+                           material or a part";
+            return Err(invalid(problem.into()));
+        }
+        if !nodes.iter().any(|node| node.name == name) {
+            let names = nodes.iter().map(|node| node.name.as_str());
+            let known = listed(names.filter(|name| !name.is_empty()));
+            return Err(invalid(format!(
+                "names the node \"{name}\", which the file does not have; the names are {known}"
+            )));
+        }
+        let parts = nodes::parts_of(nodes, name);
+        let parts = parts
+            .iter()
+            .filter_map(|part| self.document.parts().get(*part));
+        let faces = parts.flat_map(|part| part.faces.clone());
+        let faces = faces.filter_map(|face| self.document.faces().get(face));
+        Ok(self.used_of(faces.flatten().map(|v| *v as usize)))
+    }
+
     /// The file vertices of a part.
     pub(super) fn of_part(
         &self,
         part: &PartWord,
-        place: Place,
+        place: HandlePlace,
     ) -> Result<Vec<usize>, HandlesError> {
         let invalid = |problem: String| HandlesError::Invalid { place, problem };
         let names = PartNames::new(self.document, self.processing);

@@ -28,7 +28,7 @@ pub(crate) struct BenchArgs {
     #[arg(long, value_name = "NAME", default_value = OrientationKind::default().name(),
         value_parser = values::orientation())]
     pub(crate) orientation: OrientationKind,
-    /// Treat vertices as one that are at the same place (exact) or this close
+    /// Treat vertices at the same place (exact), or within this distance, as one
     /// [default: exact for .stl, .gltf and .glb, otherwise off]
     #[arg(long, value_name = "off|exact|X", value_parser = values::weld)]
     pub(crate) weld: Option<Weld>,

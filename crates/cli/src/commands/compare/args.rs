@@ -27,7 +27,8 @@ pub(crate) struct CompareArgs {
     /// A third shape of the same vertices and faces; the distance is that of B to it, not to A
     #[arg(long, value_name = "SHAPE")]
     pub(crate) distance_to: Option<InputPath>,
-    /// Draw both meshes, coloured by the distance from the surface of the other (PNG)
+    /// Draw both meshes, coloured by the distance from the surface of the other (PNG). With
+    /// --distance-to, draw A, B and SHAPE, coloured by the distance of the vertices from SHAPE
     #[arg(long, value_name = "P.png")]
     pub(crate) picture: Option<OutputPath>,
     /// Print JSON

@@ -2,6 +2,7 @@
 //! distances between their surfaces otherwise.
 
 pub(crate) mod args;
+mod shapes;
 mod surfaces;
 
 use std::path::Path;
@@ -64,11 +65,6 @@ pub(crate) fn run(args: &CompareArgs, console: &Console) -> Result<(), CliError>
         surface(&args.original, before)?,
         surface(&args.other, &after)?,
     );
-    if let Some(path) = &args.picture {
-        let measured = surfaces::measure(args, &a, &b, [&original, &other])?;
-        let shapes = [(a.mesh(), a.positions()), (b.mesh(), b.positions())];
-        files::write(path, &surfaces::picture(shapes, &measured))?;
-    }
     let quality = Quality::measure(&a, &b).map_err(|e| refuse(&args.other, e))?;
     let moves: Vec<f64> = before
         .values()
@@ -85,6 +81,17 @@ pub(crate) fn run(args: &CompareArgs, console: &Console) -> Result<(), CliError>
             Some((path, positions_of(&document, &processing)))
         }
     };
+    if let Some(path) = &args.picture {
+        let png = match &given {
+            None => {
+                let measured = surfaces::measure(args, &a, &b, [&original, &other])?;
+                let shapes = [(a.mesh(), a.positions()), (b.mesh(), b.positions())];
+                surfaces::picture(shapes, &measured)
+            }
+            Some((_, shape)) => shapes::picture(a.mesh(), [before, &after], shape),
+        };
+        files::write(path, &png)?;
+    }
     let distance = match &given {
         None => ShapeDistance::measure(&a, &b, &a),
         Some((path, positions)) => ShapeDistance::measure(&a, &b, &surface(path, positions)?),

@@ -17,8 +17,8 @@ use crate::report::{Table, json_text, number};
 
 use super::args::CompareArgs;
 
-/// The output for meshes of different connectivity. Lengths are in the unit of the files, angles in
-/// degrees.
+/// The output for meshes of different connectivity. Lengths are in the unit of the files, angles
+/// in degrees.
 #[derive(Debug, Serialize)]
 struct SurfaceComparison {
     /// Always "different" here.

@@ -38,8 +38,8 @@ struct TargetArgs {
     /// Stop at this share of the triangles, from 0 to 1
     #[arg(long, value_name = "SHARE", value_parser = values::share)]
     ratio: Option<f64>,
-    /// Stop where the root mean square distance from the merged triangles would exceed this, in
-    /// the unit of the mesh
+    /// Stop before the root mean square distance from the merged triangles exceeds this, in the
+    /// unit of the mesh
     #[arg(long, value_name = "D", value_parser = values::positive)]
     error: Option<f64>,
 }

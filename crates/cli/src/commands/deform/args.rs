@@ -9,7 +9,7 @@ use cotan::{DeformOptions, DetailSize, OrientationKind, SchemeKind};
 use cotan_io::{Repair, Weld};
 
 use crate::args::{EmbedArgs, InputPath, OutputPath, PartsArgs, Precision, RegionArgs, values};
-use crate::prepare::{Source, Surfaces};
+use crate::prepare::{Instances, Source, Surfaces};
 
 pub(crate) const EXAMPLE: &str = "\
 Example:
@@ -44,8 +44,8 @@ pub(crate) const HELP: &str = r#"Handles file:
   "vertices" may also be what has a name in the file, a part of the model (by name or number, as
   `cotan info` lists them), or all but another selection:
 
-    {"object": "head"}, {"group": "arm"}, {"material": "skin"}, {"part": 3},
-    {"all_but": {"part": 0}}
+    {"object": "head"}, {"group": "arm"}, {"material": "skin"}, {"node": "hat"},
+    {"part": 3}, {"all_but": {"part": 0}}
 
 Parts of the model without a handle follow those that they touch or are nearest to, unless --parts,
 --free or --untie say otherwise, or the handles file does:
@@ -77,15 +77,19 @@ pub(crate) struct InputArgs {
     pub(crate) output: OutputPath,
     #[command(flatten)]
     pub(crate) embed: EmbedArgs,
-    /// Repair the mesh first, as `cotan repair` without options does; handles have the numbers of
-    /// the file as it was. With --weld, what that repair parts stays parted, and OUT keeps every
-    /// vertex
+    /// Repair the mesh first, as `cotan repair` without options does; handles use the vertex
+    /// indices of the original file. With --weld, vertices that the repair splits stay split, and
+    /// OUT keeps every vertex
     #[arg(long)]
     pub(crate) repair: bool,
-    /// Treat vertices as one that are at the same place (exact) or this close
+    /// Treat vertices at the same place (exact), or within this distance, as one
     /// [default: exact for .stl, .gltf and .glb, otherwise off]
     #[arg(long, value_name = "off|exact|X", value_parser = values::weld)]
     pub(crate) weld: Option<Weld>,
+    /// Give every node of a glTF that shows a mesh a copy of it, so that it can be edited alone;
+    /// otherwise an edit shows wherever the mesh does. Copies have the numbers after all others
+    #[arg(long)]
+    pub(crate) make_unique: bool,
 }
 
 impl InputArgs {
@@ -93,13 +97,17 @@ impl InputArgs {
     pub(crate) fn source(&self) -> Source {
         Source::new(&self.mesh, self.repair.then(Repair::default), self.weld)
             .surfaces(Surfaces::Any)
+            .instances(match self.make_unique {
+                true => Instances::Unique,
+                false => Instances::Shared,
+            })
     }
 }
 
 /// The options of the method that `deform` and `reconstruct` share.
 #[derive(Debug, Args)]
 pub(crate) struct MethodArgs {
-    /// The scheme that chooses the weights of the Laplacian
+    /// Weights of the Laplacian
     #[arg(long, value_name = "NAME", value_parser = values::scheme(), default_value = "cotangent")]
     scheme: SchemeKind,
     /// Let details grow and shrink with the area around them
@@ -115,8 +123,8 @@ pub(crate) struct MethodArgs {
     /// Steps at full length, or the paper's falling ratio
     #[arg(long, value_name = "NAME", value_parser = values::schedule(), default_value = "full")]
     schedule: Schedule,
-    /// Smaller details than this are kept by the flow, larger shapes by the hybrid's membrane;
-    /// relative to the size of the mesh [default: 0.0175]
+    /// Details smaller than this are preserved by the flow, larger shapes by the hybrid's
+    /// membrane; relative to the size of the mesh [default: 0.0175]
     #[arg(long, value_name = "X", value_parser = values::positive)]
     bending_length: Option<f64>,
     /// Resistance of a body: like a solid, or like an empty shell
@@ -158,7 +166,7 @@ pub(crate) struct RunArgs {
     /// The number type of the iteration
     #[arg(long, value_name = "TYPE", value_enum, default_value_t = Precision::F64)]
     pub(crate) precision: Precision,
-    /// Number of threads; it changes no byte of the result [default: one per core]
+    /// Number of threads; the result does not depend on it [default: one per core]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     pub(crate) threads: Option<NonZeroUsize>,
     /// Write a report (JSON)
@@ -183,7 +191,7 @@ pub(crate) struct DeformArgs {
     /// The Laplacian coordinates of the first solve: turned with the handles, original, or zero
     #[arg(long, value_name = "NAME", value_parser = values::start(), default_value = "rotations")]
     start: Start,
-    /// The most iterations
+    /// Maximum number of iterations
     #[arg(long, value_name = "N", default_value = "200")]
     iterations: NonZeroUsize,
     /// Stop when no vertex moves by more than this ratio of the bounding box's diagonal

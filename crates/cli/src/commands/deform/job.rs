@@ -129,6 +129,9 @@ impl Job for DeformJob<'_> {
         };
         let edited = edit.run(mesh, &context.progress)?;
         let parts = parts::fields(&edited.parts, &names);
+        if let Some(warning) = parts::stranded(&edited.parts, &names, &options) {
+            context.console.warn(&warning);
+        }
         let setting = Setting {
             faces: mesh.processing.mesh().num_faces(),
             handles: num_handles,
@@ -148,11 +151,12 @@ impl Job for DeformJob<'_> {
 
     fn after_save(
         &self,
-        _: &Prepared,
+        mesh: &Prepared,
         finished: &mut Finished<DeformReport, Rest>,
         context: &Context<'_>,
     ) -> Result<(), CliError> {
         self.warn(&finished.rest.edited, context.console);
+        self.note_instances(mesh, context.console);
         if let Some(warning) = parts::warning(&finished.report.parts) {
             context.console.warn(&warning);
         }
@@ -203,6 +207,38 @@ impl DeformJob<'_> {
         }
     }
 
+    /// Says which of the meshes that have moved are shown several times.
+    fn note_instances(&self, mesh: &Prepared, console: &Console) {
+        let parts = mesh.document.parts().iter().enumerate();
+        let shared = parts.filter(|&(part, _)| mesh.document.num_instances(part) > 1);
+        let moved = shared.filter(|(_, part)| {
+            let faces = part.faces.clone();
+            let corners = faces.filter_map(|face| mesh.document.faces().get(face));
+            corners
+                .flatten()
+                .any(|&v| mesh.document.has_moved(v as usize))
+        });
+        let moved: Vec<String> = moved
+            .map(|(part, named)| match named.name.as_str() {
+                "" => format!("mesh {part}"),
+                name => format!("mesh {part} ({name})"),
+            })
+            .collect();
+        if moved.is_empty() {
+            return;
+        }
+        let more = match moved.len().saturating_sub(MAX_NAMES) {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        console.warn(format_args!(
+            "{}: moved wherever it is shown: {}{more}; with --make-unique every node has a mesh \
+             of its own",
+            self.input.output.display(),
+            moved[..moved.len().min(MAX_NAMES)].join(", ")
+        ));
+    }
+
     /// Warns about a flow that did not converge and a shape with defects.
     fn warn(&self, edited: &Edited, console: &Console) {
         let flow = &edited.flow;
@@ -243,6 +279,9 @@ impl DeformJob<'_> {
         }
     }
 }
+
+/// The longest list of meshes in a note.
+const MAX_NAMES: usize = 5;
 
 /// Handles that fix everything without a handle, with a warning about them.
 fn held_still(constraints: &[Constraint], mesh: &Prepared, console: &Console) -> Vec<Constraint> {

@@ -43,6 +43,7 @@ pub(crate) fn run(args: &DemoArgs, console: &Console) -> Result<(), CliError> {
         embed: EmbedArgs::default(),
         repair: false,
         weld: None,
+        make_unique: false,
     };
     let run = RunArgs {
         precision: Precision::F64,

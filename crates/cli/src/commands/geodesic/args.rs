@@ -36,7 +36,7 @@ pub(crate) struct GeodesicArgs {
     /// Draw the distances with lines of equal distance (PNG)
     #[arg(long, value_name = "P.png")]
     pub(crate) picture: Option<OutputPath>,
-    /// Number of threads; it changes no byte of the result [default: one per core]
+    /// Number of threads; the result does not depend on it [default: one per core]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     pub(crate) threads: Option<NonZeroUsize>,
     /// Write a report (JSON)

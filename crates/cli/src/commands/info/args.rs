@@ -17,11 +17,11 @@ Vertices and faces have the numbers of the file, counted from 0.";
 pub(crate) struct InfoArgs {
     /// Mesh file (.obj, .ply, .off, .stl, .gltf, .glb; also with .gz)
     pub(crate) mesh: InputPath,
-    /// Treat vertices as one that are at the same place (exact) or this close
+    /// Treat vertices at the same place (exact), or within this distance, as one
     /// [default: exact for .stl, .gltf and .glb, otherwise off]
     #[arg(long, value_name = "off|exact|X", value_parser = values::weld)]
     pub(crate) weld: Option<Weld>,
-    /// The most defects of a kind that are listed in JSON
+    /// Maximum number of defects of a kind that are listed in JSON
     #[arg(long, value_name = "N", default_value = "100")]
     pub(crate) limit: usize,
     /// Print JSON

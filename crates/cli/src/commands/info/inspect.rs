@@ -39,7 +39,7 @@ pub(crate) struct ComponentPart {
 pub(crate) struct Inspection {
     pub(crate) file: String,
     pub(crate) format: Option<String>,
-    /// Oddities of the file that did not prevent reading it.
+    /// Irregularities of the file that did not prevent reading it.
     pub(crate) warnings: Vec<String>,
     /// The meshes of the file, if it has several.
     pub(crate) parts: Vec<Part>,
@@ -206,7 +206,7 @@ fn parts(document: &Document) -> Vec<Part> {
     }
 }
 
-/// The components with their names and whom they follow; none for a single one.
+/// The components with their names and the parts that they follow; none for a single one.
 fn component_parts(
     document: &Document,
     processing: &ProcessingMesh,

@@ -44,10 +44,10 @@ pub(crate) struct MergeArgs {
     /// Part of B to keep: the vertices that a handles file names
     #[arg(long, value_name = "FILE", conflicts_with = "keep_b")]
     pub(crate) keep_b_file: Option<InputPath>,
-    /// Place of B
+    /// Placement of B
     #[arg(long, value_name = "NAME", value_enum, default_value_t = Place::AsIs)]
     pub(crate) place: Place,
-    /// Pairs of a vertex of A and one of B that belong together, `a b` a line or a JSON list of
+    /// Pairs of a vertex of A and one of B that belong together, `a b` per line or a JSON list of
     /// lists; three or more determine the place with --place fit
     #[arg(long, value_name = "FILE")]
     pub(crate) landmarks: Option<InputPath>,
@@ -66,11 +66,11 @@ pub(crate) struct MergeArgs {
     /// Repair both meshes first, as `cotan repair` without options does
     #[arg(long)]
     pub(crate) repair: bool,
-    /// Treat vertices as one that are at the same place (exact) or this close
+    /// Treat vertices at the same place (exact), or within this distance, as one
     /// [default: exact for .stl, .gltf and .glb, otherwise off]
     #[arg(long, value_name = "off|exact|X", value_parser = values::weld)]
     pub(crate) weld: Option<Weld>,
-    /// Number of threads; it changes no byte of the result [default: one per core]
+    /// Number of threads; the result does not depend on it [default: one per core]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     pub(crate) threads: Option<NonZeroUsize>,
     /// Write a report (JSON)

@@ -5,13 +5,11 @@ mod report;
 
 use cotan::geometry::{Mesh, Surface};
 use cotan::halfedge::{FaceMap, VertexId, VertexMap};
-use cotan::merge::{
-    Input as Which, MergeError, MergeOptions, Merged, Placement, faces_within, merge,
-};
-use cotan::smooth::mean_curvatures;
+use cotan::merge::{Input, MergeError, MergeOptions, Merged, Placement, faces_within, merge};
+use cotan::smooth::curvature_field;
 use cotan_io::Repair;
 use cotan_tool::Work;
-use cotan_tool::merged::{Input, merged_document};
+use cotan_tool::merged::{MergeSource, merged_document};
 
 use crate::args::{InputPath, OutputPath, Selection};
 use crate::console::Console;
@@ -75,7 +73,7 @@ impl Job for MergeJob<'_> {
         let [a, b] = [0, 1].map(|k| meshes[k].processing.surface());
         let merged = merge(a, &keep[0], b, &keep[1], &options);
         let merged = merged.map_err(|error| refuse(meshes, error))?;
-        let inputs = [0, 1].map(|k| Input {
+        let inputs = [0, 1].map(|k| MergeSource {
             document: &meshes[k].document,
             processing: &meshes[k].processing,
         });
@@ -158,11 +156,11 @@ fn refuse(meshes: &[Prepared; 2], error: MergeError) -> CliError {
         | MergeError::NothingCut { input }
         | MergeError::CutMeetsRim { input, .. }
         | MergeError::LandmarkOutOfRange { input, .. } => *input,
-        _ => Which::A,
+        _ => Input::A,
     };
     let mesh = match which {
-        Which::A => &meshes[0],
-        Which::B => &meshes[1],
+        Input::A => &meshes[0],
+        Input::B => &meshes[1],
     };
     let in_file = |v| VertexId::new(mesh.processing.document_vertex(v));
     let error = match error {
@@ -195,7 +193,7 @@ fn warn(merged: &Merged<f64>, console: &Console) {
     let dropped: usize = merged.report.dropped.iter().sum();
     if dropped > 0 {
         console.warn(format_args!(
-            "{dropped} selected faces were dropped: they hung on a corner of the kept part or lay \
+            "{dropped} selected faces were dropped: they touch the kept part only at a corner, or lie \
              apart from it"
         ));
     }
@@ -203,7 +201,7 @@ fn warn(merged: &Merged<f64>, console: &Console) {
 
 /// Both meshes and the result, coloured by mean curvature.
 fn picture(surfaces: [Surface<'_, f64>; 3]) -> Vec<u8> {
-    let curvatures = surfaces.map(|surface| mean_curvatures(&surface));
+    let curvatures = surfaces.map(|surface| curvature_field(&surface));
     let all = curvatures.iter().flat_map(|field| field.values().copied());
     let scale = ColorScale::signed("mean curvature, in one over the unit of the mesh", all);
     let captions = ["A", "B", "merged"];

@@ -14,7 +14,7 @@ pub(crate) struct MergeReport {
     loops: usize,
     seam_faces: usize,
     seam_vertices: usize,
-    /// Faces of either selection that hung on a corner or lay apart.
+    /// Selected faces that were dropped: they touch the kept part only at a corner, or lie apart.
     dropped_faces: [usize; 2],
     moved_vertices: usize,
     euler_characteristic: i64,
@@ -31,7 +31,7 @@ pub(crate) struct MergeReport {
     /// Row by row.
     rotation: [[f64; 3]; 3],
     translation: [f64; 3],
-    /// Everything that the written file lost, one sentence each.
+    /// The losses of the written file, one sentence each.
     losses: Vec<String>,
     seconds: f64,
 }

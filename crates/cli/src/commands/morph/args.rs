@@ -47,7 +47,7 @@ pub(crate) struct MorphArgs {
     pub(crate) mending: MendingArgs,
     #[command(flatten)]
     pub(crate) map: MapArgs,
-    /// Number of threads; it changes no byte of the result [default: one per core]
+    /// Number of threads; the result does not depend on it [default: one per core]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     pub(crate) threads: Option<NonZeroUsize>,
 }

@@ -5,44 +5,28 @@ pub(crate) mod args;
 use cotan::surface::{corner_places, remesh};
 use cotan_tool::Work;
 
-use crate::args::OutputPath;
-use crate::console::Console;
+use crate::args::MeshArgs;
 use crate::error::CliError;
-use crate::pipeline::{self, Context, Finished, Job, Output, Plan};
-use crate::prepare::{Prepared, Source};
-use crate::tessellation::{self, Base, TessellationReport};
+use crate::pipeline::Context;
+use crate::prepare::Prepared;
+use crate::tessellation::args::OutcomeArgs;
+use crate::tessellation::{self, Base, Tessellate, Tessellated, TessellationReport};
 
 use args::RemeshArgs;
 
-pub(crate) fn run(args: &RemeshArgs, console: &Console) -> Result<(), CliError> {
-    pipeline::execute(&RemeshJob(args), console)
-}
-
-/// The remeshing of a mesh file.
-struct RemeshJob<'a>(&'a RemeshArgs);
-
-impl Job for RemeshJob<'_> {
-    type Meshes = Prepared;
-    type Report = TessellationReport;
-    /// The new mesh.
-    type Rest = cotan::Mesh<f64>;
-
-    fn plan(&self) -> Plan<'_, Source> {
-        tessellation::plan(&self.0.mesh, &self.0.outcome)
+impl Tessellate for RemeshArgs {
+    fn args(&self) -> (&MeshArgs, &OutcomeArgs) {
+        (&self.mesh, &self.outcome)
     }
 
-    fn run(
-        &self,
-        mesh: &mut Prepared,
-        context: &Context<'_>,
-    ) -> Result<Finished<TessellationReport, Self::Rest>, CliError> {
+    fn tessellate(&self, mesh: &Prepared, context: &Context<'_>) -> Result<Tessellated, CliError> {
         let memory = mesh.check_memory(Work::Smooth)?;
         context.progress.phase("remesh");
         let base = Base::triangles(mesh);
         let seams = base.seams(&mesh.document).map_err(|e| mesh.in_file(e))?;
         let surface = mesh.processing.surface();
         let mean = surface.mean_edge_length();
-        let options = self.0.options(mean, seams).max_memory(Some(memory));
+        let options = self.options(mean, seams).max_memory(Some(memory));
         let refuse = |error| tessellation::refuse(mesh.path(), error);
         let made = remesh(&surface, &options).map_err(refuse)?;
         let corners = corner_places(&surface, &made.mesh, &made.places).map_err(refuse)?;
@@ -53,30 +37,10 @@ impl Job for RemeshJob<'_> {
             [&surface, &made.mesh.surface()],
             &derived.losses,
         );
-        Ok(Finished {
-            mesh: Output::New(derived.document),
+        Ok(Tessellated {
+            document: derived.document,
             report,
-            rest: made.mesh,
+            triangles: made.mesh,
         })
-    }
-
-    fn after_save(
-        &self,
-        _: &Prepared,
-        finished: &mut Finished<TessellationReport, Self::Rest>,
-        context: &Context<'_>,
-    ) -> Result<(), CliError> {
-        finished.report.warn(&self.0.mesh.output, context.console);
-        Ok(())
-    }
-
-    fn picture(
-        &self,
-        mesh: &Prepared,
-        finished: &Finished<TessellationReport, Self::Rest>,
-    ) -> Option<(&OutputPath, Vec<u8>)> {
-        let path = self.0.outcome.picture.as_ref()?;
-        let png = tessellation::picture(&mesh.processing.surface(), &finished.rest.surface());
-        Some((path, png))
     }
 }

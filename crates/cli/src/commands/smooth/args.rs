@@ -29,10 +29,10 @@ pub(crate) struct KeepArgs {
     /// Let no vertex move farther than this, in the unit of the mesh
     #[arg(long, value_name = "D", value_parser = values::positive)]
     pub(crate) max_displacement: Option<f64>,
-    /// Let the boundary of an open mesh move; it stays otherwise
+    /// Let the boundary of an open mesh move; by default it stays in place
     #[arg(long)]
     free_boundary: bool,
-    /// Number of threads; it changes no byte of the result [default: one per core]
+    /// Number of threads; the result does not depend on it [default: one per core]
     #[arg(long, value_name = "N", value_parser = values::threads)]
     pub(crate) threads: Option<NonZeroUsize>,
     /// Write a report (JSON)
@@ -87,14 +87,14 @@ pub(crate) struct SmoothArgs {
 /// The options of methods other than that by size.
 #[derive(Debug, Args)]
 pub(crate) struct StepArgs {
-    /// Number of iterations of a method [default: what it needs]
+    /// Number of iterations of a method [default: as many as it needs]
     #[arg(long, value_name = "N")]
     iterations: Option<usize>,
-    /// Which part of a step of the curvature a method takes, above 0 and at most 1 [default: 1]
+    /// Fraction of a step of the curvature that a method takes, above 0 and at most 1 [default: 1]
     #[arg(long, value_name = "S", value_parser = values::positive)]
     step: Option<f64>,
     /// Weight by which a method holds each vertex in place; smaller smooths more
-    /// [default: what suits the method and the noise of the mesh]
+    /// [default: chosen for the method and the noise of the mesh]
     #[arg(long, value_name = "MU", value_parser = values::positive)]
     anchor: Option<f64>,
 }

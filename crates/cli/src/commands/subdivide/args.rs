@@ -19,7 +19,7 @@ the shape. Boundaries stay sharp. Texture coordinates and colours are interpolat
 pub(crate) struct SubdivideArgs {
     #[command(flatten)]
     pub(crate) mesh: MeshArgs,
-    /// How
+    /// Subdivision scheme
     #[arg(long, value_name = "NAME", value_enum, default_value = "loop")]
     scheme: Scheme,
     /// Number of times that every face is cut

@@ -8,7 +8,7 @@ use cotan_geometry::{Positions, Scalar, Surface};
 use super::{CurvatureEdit, wanted_field};
 use crate::error::Error;
 use crate::handles::Handles;
-use crate::options::setters;
+use crate::named::setters;
 use crate::smooth::anchored::{Anchored, Boundary, held};
 use crate::smooth::curvature::{AlongCurvature, Direction};
 use crate::smooth::mask::Mask;
@@ -205,7 +205,7 @@ mod tests {
     use super::*;
     use crate::smooth::{
         BandPass, Blend, ScaledCurvature, Sequence, Sum, TargetCurvature, TransferredCurvature,
-        mean_curvature_rms, mean_curvatures, with_normal_noise,
+        curvature_field, mean_curvature_rms, with_normal_noise,
     };
 
     fn edited(shape: &Mesh<f64>, edit: &impl CurvatureEdit) -> Positions<f64> {
@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn edits_that_ask_for_what_is_there_are_the_identity() {
+    fn edits_to_the_current_field_are_the_identity() {
         for shape in [rough(), bumpy_plane::<f64>([2.0, 2.0], [20, 20], 0.1)] {
             let same = ScaledCurvature::by(1.0);
             let surface = shape.surface();
@@ -234,7 +234,7 @@ mod tests {
                 Box::new(same),
                 Box::new(BandPass::default()),
                 Box::new(TransferredCurvature::from(&surface)),
-                Box::new(TargetCurvature::new(&surface, &mean_curvatures(&surface))),
+                Box::new(TargetCurvature::new(&surface, &curvature_field(&surface))),
                 Box::new(Sum(same, BandPass::default())),
                 Box::new(Sequence(same, same)),
                 Box::new(Blend {
@@ -273,7 +273,7 @@ mod tests {
         let shape = icosphere::<f64>(4);
         let wanted = shape.positions().map(|p| 1.0 + 3.0 * (25.0 * p.z).sin());
         let x = edited(&shape, &TargetCurvature::new(&shape.surface(), &wanted));
-        let now = mean_curvatures(&shape.surface().with_positions(&x));
+        let now = curvature_field(&shape.surface().with_positions(&x));
         let pairs = || {
             now.values()
                 .zip(wanted.values())
@@ -360,7 +360,7 @@ mod tests {
         edits.push(Box::new(TransferredCurvature::from(&surface)));
         edits.push(Box::new(TargetCurvature::new(
             &surface,
-            &mean_curvatures(&surface).map(|h| h.clamp(-5.0, 5.0)),
+            &curvature_field(&surface).map(|h| h.clamp(-5.0, 5.0)),
         )));
         edits
     }

@@ -10,7 +10,7 @@ use crate::error::Error;
 ///
 /// ```
 /// use cotan::prelude::*;
-/// use cotan::smooth::{DetailOptions, TargetCurvature, edit_detail, mean_curvatures};
+/// use cotan::smooth::{DetailOptions, TargetCurvature, edit_detail, curvature_field};
 ///
 /// // Ripples around a sphere of radius 1.
 /// let shape = cotan::shapes::icosphere::<f64>(3);
@@ -18,7 +18,7 @@ use crate::error::Error;
 /// let edit = TargetCurvature::new(&shape.surface(), &wanted);
 /// let rippled =
 ///     edit_detail(&shape, &Handles::new(), &edit, &DetailOptions::default())?;
-/// let now = mean_curvatures(&shape.surface().with_positions(&rippled));
+/// let now = curvature_field(&shape.surface().with_positions(&rippled));
 /// let product: f64 = now.values().zip(wanted.values()).map(|(a, b)| (a - 1.0) * (b - 1.0)).sum();
 /// assert!(product > 0.0);
 /// # Ok::<(), cotan::Error>(())
@@ -31,7 +31,7 @@ pub struct TargetCurvature {
 impl TargetCurvature {
     /// Creates an edit from the target mean curvature of each vertex, ½ (κ₁ + κ₂), positive where
     /// convex, in inverse units of `surface`, the mesh to be edited. See
-    /// [`crate::smooth::mean_curvatures`].
+    /// [`crate::smooth::curvature_field`].
     pub fn new<T: Scalar>(surface: &Surface<'_, T>, field: &VertexMap<f64>) -> Self {
         let size = surface.bounding_box().longest_side().as_f64();
         Self {

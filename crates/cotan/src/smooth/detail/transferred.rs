@@ -5,7 +5,7 @@ use cotan_halfedge::{VertexId, VertexMap};
 
 use super::{CurvatureEdit, CurvatureField, check_length};
 use crate::error::Error;
-use crate::smooth::measure::mollified_mean_curvatures;
+use crate::smooth::measure::mollified_curvature_field;
 
 /// H* = coarse H + (H' − coarse H'): the coarse shape of this mesh with the details of another.
 ///
@@ -35,7 +35,7 @@ impl TransferredCurvature {
     /// The details of `other`, which has the same connectivity.
     pub fn from<T: Scalar>(other: &Surface<'_, T>) -> Self {
         let size = other.bounding_box().longest_side().as_f64();
-        let values = mollified_mean_curvatures(other).map(|h| h * size);
+        let values = mollified_curvature_field(other).map(|h| h * size);
         Self { fine: values }
     }
 

@@ -9,12 +9,11 @@
 //! ```
 //!
 //! The curvature keeps the share 1 − B of each wave, and the surface the share T = 1 − B², with
-//! B = λ² / (λ² + μ²): 0.98 of a wave of width 2s, 0.50 at s, 0.05 at s/2. Since the anchor μ is
-//! what makes B, pose and girth stay by construction.
+//! B = λ² / (λ² + μ²): 0.98 of a wave of width 2s, 0.50 at s, 0.05 at s/2. The anchor μ, from
+//! which B results, also keeps pose and girth.
 //!
 //! **Source**: paper, section 4.2 (filter the curvature field, rebuild the surface from it), with
-//! an implicit filter instead of explicit steps and an anchor that belongs to it; see
-//! `docs/decisions`.
+//! an implicit filter instead of explicit steps, and with the anchor that belongs to it.
 
 mod field;
 mod options;
@@ -36,7 +35,7 @@ pub use options::{BumpSize, BySizeOptions};
 
 use self::field::filtered_curvature;
 use self::rebuild::Rebuild;
-use self::rest::{RestSurface, boundary};
+pub(crate) use self::rest::{RestSurface, boundary};
 use self::rim::smoothed_rims;
 use super::anchored::{Boundary, Observer};
 use super::mask::Mask;
@@ -150,7 +149,7 @@ impl<T: Scalar> SmoothBySize<T> {
         let surface = Surface::new(surface.mesh(), surface.positions())?;
         let units = BoxUnits::of(&surface)?;
         let mesh = surface.mesh();
-        // A rim that is free is smoothed first and given to the surface.
+        // A free rim is smoothed first, and then prescribed to the surface.
         let mut is_fixed = boundary(mesh);
         let mut given = Vec::new();
         let size = units.size().as_f64();
@@ -289,7 +288,7 @@ impl<T: Scalar> SmoothBySize<T> {
         let size = self.units.size().as_f64();
         let moved = self.original.iter().map(|(v, p)| {
             let way = moves[self.mesh.row_of(v).index()];
-            match way.amax() > LEAST_MOVE {
+            match way.amax() > MIN_MOVE {
                 true => (p.map(T::as_f64) + way * size).map(T::of_f64),
                 false => *p,
             }
@@ -334,18 +333,18 @@ impl<T: Scalar> SmoothBySize<T> {
 /// μ for bumps of this width: a wave of wavelength 2s has λ = (π/s)² and keeps half of its height
 /// for λ = 1.55 μ.
 fn screen(size: f64) -> f64 {
-    (PI / size.clamp(LEAST_SIZE, LARGEST_SIZE)).powi(2) / HALF_HEIGHT
+    (PI / size.clamp(MIN_SIZE, LARGEST_SIZE)).powi(2) / HALF_HEIGHT
 }
 
 /// 1 / √(√2 − 1) = 1.5538: the root of 1 − (λ²/(λ² + 1))² = ½.
 const HALF_HEIGHT: f64 = 1.55;
 
-/// In box units. Smaller sizes remove nothing of any mesh, and larger ones everything.
-const LEAST_SIZE: f64 = 1e-6;
+/// In box units. Smaller sizes remove nothing from any mesh, and larger ones everything.
+const MIN_SIZE: f64 = 1e-6;
 const LARGEST_SIZE: f64 = 100.0;
 
 /// In box units: the rounding error of a solve.
-const LEAST_MOVE: f64 = 1e-13;
+const MIN_MOVE: f64 = 1e-13;
 
 #[cfg(test)]
 mod tests;

@@ -5,7 +5,7 @@ use cotan_halfedge::VertexMap;
 use cotan_linear::Strategy;
 
 use crate::error::Error;
-use crate::options::setters;
+use crate::named::setters;
 use crate::smooth::anchored::Boundary;
 use crate::smooth::options::NewFolds;
 use crate::smooth::preserve::Preserve;

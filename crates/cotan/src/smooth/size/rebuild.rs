@@ -15,8 +15,8 @@ use crate::error::Error;
 /// A u = S R (t − S x⁰)        t_i = a_i h_i n_i(x)        a_i = clamp(N⁰_i·n_i(x), 0.1 m_i, m_i)
 /// ```
 ///
-/// which is A x = S R t + D x⁰ in correction form: a surface that has the curvature it should
-/// have is left alone. The first normals are those of the solution for t = 0.
+/// which is A x = S R t + D x⁰ in correction form: a surface that already has this curvature does
+/// not change. The first normals are those of the solution for t = 0.
 pub(super) struct Rebuild<'a> {
     pub(super) mesh: &'a HalfedgeMesh,
     pub(super) rest: &'a RestSurface,
@@ -35,7 +35,7 @@ impl Rebuild<'_> {
         let n = u.len();
         let mut wanted = vec![Vector3::zeros(); n];
         let mut rhs = vec![Vector3::zeros(); n];
-        for solve in 0..=MOST_STEPS {
+        for solve in 0..=MAX_STEPS {
             if solve > 0 {
                 self.wanted(u, &mut wanted)?;
             }
@@ -47,11 +47,11 @@ impl Rebuild<'_> {
             proceed()?;
             let change = sum_of_squares(n, |i| u[i] - before[i]);
             let motion = sum_of_squares(n, |i| u[i]);
-            if solve >= LEAST_STEPS && change <= STOP * STOP * motion {
+            if solve >= MIN_STEPS && change <= STOP * STOP * motion {
                 return Ok(solve + 1);
             }
         }
-        Ok(MOST_STEPS + 1)
+        Ok(MAX_STEPS + 1)
     }
 
     /// t at the current positions.
@@ -63,7 +63,7 @@ impl Rebuild<'_> {
         parallel::fill(out, |i| {
             let (normal, mass) = (normals[VertexId::new(i)], rest.masses[i]);
             let area = rest.area_vectors[i].dot(&normal);
-            normal * (self.curvature[i] * area.clamp(LEAST_SHARE * mass, mass))
+            normal * (self.curvature[i] * area.clamp(MIN_SHARE * mass, mass))
         });
         Ok(())
     }
@@ -74,16 +74,16 @@ fn sum_of_squares(n: usize, value: impl Fn(usize) -> Vector3<f64> + Sync) -> f64
     CHUNKS.sum(n, |i| value(i).norm_squared())
 }
 
-/// The numbers of updates of the normals. The first two change the surface visibly.
-const LEAST_STEPS: usize = 3;
-const MOST_STEPS: usize = 5;
+/// The maximum number of updates of the normals. The first two change the surface visibly.
+const MIN_STEPS: usize = 3;
+const MAX_STEPS: usize = 5;
 
 /// The change of a step, relative to the motion, at which the iteration ends.
 const STOP: f64 = 1e-3;
 
-/// The least share of its mass for which a vertex bends the surface. The share is below 1 at
+/// The smallest share of its mass with which a vertex bends the surface. The share is below 1 at
 /// folds and needles of the original.
-const LEAST_SHARE: f64 = 0.1;
+const MIN_SHARE: f64 = 0.1;
 
 /// Of a solve, relative to the energy norm of the motion.
 const TOLERANCE: f64 = 1e-6;

@@ -1,4 +1,4 @@
-//! Measures of the original surface that all sizes share.
+//! Measures of the original surface, which are the same for all sizes.
 
 use cotan_flow::BoxUnits;
 use cotan_geometry::{Positions, Scalar, Surface, vertex_area_vectors};
@@ -11,22 +11,22 @@ use crate::smooth::implicit::areas_of_rows;
 use crate::smooth::mollified::{mollified_cotangents, with_floor};
 
 /// The original surface in box units, in double precision, with one entry per row.
-pub(super) struct RestSurface {
-    pub(super) positions: Positions<f64>,
+pub(crate) struct RestSurface {
+    pub(crate) positions: Positions<f64>,
     /// −S, with mollified cotangents.
-    pub(super) operator: Operator<f64>,
+    pub(crate) operator: Operator<f64>,
     /// m: barycentric areas, each at least a twentieth of the largest in its ring.
-    pub(super) masses: Vec<f64>,
+    pub(crate) masses: Vec<f64>,
     /// N⁰: a third of the sum of the area vectors around each vertex.
-    pub(super) area_vectors: Vec<Vector3<f64>>,
+    pub(crate) area_vectors: Vec<Vector3<f64>>,
     /// S x⁰.
-    pub(super) laplacian: Vec<Vector3<f64>>,
+    pub(crate) laplacian: Vec<Vector3<f64>>,
     /// q = S x⁰ · n⁰, positive where convex: the integrated curvature, which is 0 on a boundary.
-    pub(super) curvature: Vec<f64>,
+    pub(crate) curvature: Vec<f64>,
 }
 
 impl RestSurface {
-    pub(super) fn new<T: Scalar>(
+    pub(crate) fn new<T: Scalar>(
         surface: &Surface<'_, T>,
         units: &BoxUnits<T>,
     ) -> Result<Self, Error> {
@@ -83,14 +83,14 @@ fn operator(surface: &Surface<'_, f64>) -> Operator<f64> {
 /// Raises the masses to a tiny fraction of the mean, for components without area.
 fn raise(masses: &mut [f64]) {
     let mean = masses.iter().sum::<f64>() / masses.len().max(1) as f64;
-    let least = if mean > 0.0 { LEAST_MASS * mean } else { 1.0 };
+    let least = if mean > 0.0 { MIN_MASS * mean } else { 1.0 };
     masses.iter_mut().for_each(|m| *m = m.max(least));
 }
 
-/// Small enough to leave a component alone that is a ten-thousandth of the others in size.
-const LEAST_MASS: f64 = 1e-9;
+/// Small enough not to affect a component that is a ten-thousandth of the others in size.
+const MIN_MASS: f64 = 1e-9;
 
 /// The rows of a mesh that have no curvature: boundaries, and vertices at which pieces meet.
-pub(super) fn boundary(mesh: &HalfedgeMesh) -> Vec<bool> {
+pub(crate) fn boundary(mesh: &HalfedgeMesh) -> Vec<bool> {
     mesh.rows().map(|v| !mesh.is_inner_vertex(v)).collect()
 }

@@ -18,8 +18,8 @@ use crate::error::Error;
 /// u = −B² x⁰        B = (S m⁻¹ S + μ² m)⁻¹ S m⁻¹ S        S_ij = −1/|e_ij|, m = half the edges
 /// ```
 ///
-/// Loops shorter than eight sizes stay, because the filter would shrink them, and so do vertices at
-/// which pieces of the mesh meet.
+/// Loops shorter than eight sizes stay, because the filter would shrink them, and so do vertices
+/// at which pieces of the mesh meet.
 pub(super) fn smoothed_rims(
     mesh: &HalfedgeMesh,
     positions: &Positions<f64>,
@@ -56,7 +56,7 @@ fn filtered(points: &[Vector3<f64>], sizes: &[f64]) -> Result<Option<Vec<Vector3
     if n < 4 || !(perimeter > 0.0 && perimeter >= SHORTEST * largest) {
         return Ok(None);
     }
-    let least = LEAST_LENGTH * perimeter / n as f64;
+    let least = MIN_LENGTH * perimeter / n as f64;
     let lengths: Vec<f64> = lengths.iter().map(|l| l.max(least)).collect();
     let pairs: Vec<[RowId; 2]> = (0..n).map(|i| [i, (i + 1) % n].map(RowId::new)).collect();
     let graph = Arc::new(Graph::from_pairs(n, &pairs));
@@ -98,4 +98,4 @@ fn filtered(points: &[Vector3<f64>], sizes: &[f64]) -> Result<Option<Vec<Vector3
 const SHORTEST: f64 = 8.0;
 
 /// Relative to the mean edge.
-const LEAST_LENGTH: f64 = 1e-6;
+const MIN_LENGTH: f64 = 1e-6;

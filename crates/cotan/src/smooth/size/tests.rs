@@ -409,8 +409,8 @@ fn the_border_of_a_mask_has_no_step() {
     let mut job = SmoothBySize::new(&shape, &Handles::new(), &options).unwrap();
     job.set_mask(mask.clone()).unwrap();
     let part = job.smooth(&BumpSize::Share(0.3)).unwrap().positions;
-    let before = crate::smooth::mean_curvatures(&surface);
-    let after = crate::smooth::mean_curvatures(&surface.with_positions(&part));
+    let before = crate::smooth::curvature_field(&surface);
+    let after = crate::smooth::curvature_field(&surface.with_positions(&part));
     let range = before.values().copied().fold(f64::MIN, f64::max)
         - before.values().copied().fold(f64::MAX, f64::min);
     let mut edges = 0;

@@ -24,7 +24,7 @@ impl Hierarchy {
         layout: &mut Layout,
         halfedge: u32,
     ) -> Result<(), SphereError> {
-        for rings in 0..=MOST_RINGS {
+        for rings in 0..=MAX_RINGS {
             if rings > 0 {
                 make_room(layout, halfedge, rings);
             }
@@ -144,6 +144,6 @@ fn make_room(layout: &mut Layout, halfedge: u32, rings: usize) {
 /// The corners opposite the vertex do not change while it moves, so a few steps suffice.
 const STEPS: usize = 4;
 /// The maximum radius, in rings, of the neighbourhood that is evened out.
-const MOST_RINGS: usize = 12;
+const MAX_RINGS: usize = 12;
 /// Sweeps to even out a neighbourhood, per ring.
 const ROOM_SWEEPS: usize = 30;

@@ -89,7 +89,7 @@ impl Hierarchy {
             if self.left.len() - level.len() <= 4 || (i >= wanted && !level.is_empty()) {
                 break;
             }
-            if locked[v as usize] || layout.table.valence(v) > MOST_VALENCE {
+            if locked[v as usize] || layout.table.valence(v) > MAX_VALENCE {
                 continue;
             }
             let Some(halfedge) = best_collapse(layout, v, which) else {
@@ -178,7 +178,7 @@ fn source_area(layout: &Layout, face: usize) -> f64 {
 }
 
 /// Vertices with more edges are skipped for now; there is always one with at most five.
-const MOST_VALENCE: u32 = 9;
+const MAX_VALENCE: u32 = 9;
 /// Vertices with at least this valence are poor targets.
 const CROWDED: f64 = 8.0;
 /// Levels with fewer vertices are not selected by area.

@@ -1,7 +1,7 @@
 //! Bending a mesh, saving it, and undoing.
 
 use cotan::{Handles, deform};
-use cotan_editor::scene::editor_options;
+use cotan_workspace::editor_options;
 use nalgebra::{Matrix4, Point3};
 
 use super::{open, save, surface_vertex, undo_all};

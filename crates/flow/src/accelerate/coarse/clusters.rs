@@ -45,9 +45,7 @@ impl Clusters {
         let mut distances = Distances::new(n);
         distances.spread(&surface, held.iter().map(|v| v.index()));
         let mut seeds = Vec::new();
-        let wanted = (n / VERTICES_EACH)
-            .clamp(FEWEST, MAX)
-            .min(n / LEAST_VERTICES);
+        let wanted = (n / VERTICES_EACH).clamp(FEWEST, MAX).min(n / MIN_VERTICES);
         if wanted == 0 {
             return None;
         }
@@ -78,7 +76,7 @@ impl Clusters {
                 .iter()
                 .map(|(_, k)| *k)
                 .fold(handles.of_regions[i], f64::max);
-            let sum: f64 = own.iter().map(|(_, k)| k).sum::<f64>().max(LEAST_SUM);
+            let sum: f64 = own.iter().map(|(_, k)| k).sum::<f64>().max(MIN_SUM);
             let weighted = own.iter().map(|(j, k)| (*j, (1.0 - largest) * k / sum));
             entries.extend(weighted.filter(|(_, w)| *w > 0.0));
             // Of a handle nothing is left at the others.
@@ -220,14 +218,14 @@ const MAX: usize = 48;
 
 /// A cluster has four functions. On fewer vertices they would hardly be independent, and
 /// rounding would be a part of the correction.
-const LEAST_VERTICES: usize = 40;
+const MIN_VERTICES: usize = 40;
 
 /// ρ over the radius at which the clusters cover the mesh. At 1.3 the descent is slower, at 2 a
 /// step costs twice as much.
 const OVERLAP: f64 = 1.5;
 
 /// The weights fade away from all seeds, where the kernels add up to less than this.
-const LEAST_SUM: f64 = 0.02;
+const MIN_SUM: f64 = 0.02;
 
 /// (1 − t)⁴ (4t + 1): Wendland's kernel of smoothness 2, zero from t = 1 on.
 fn kernel(t: f64) -> f64 {

@@ -35,7 +35,8 @@ use groups::Groups;
 use sums::{Blocks, measure};
 
 use crate::energy::FittedCells;
-use crate::nearest_rotation::{flat, nearest_rotation};
+use crate::four::flat;
+use crate::nearest_rotation::nearest_rotation;
 use crate::rest::Rest;
 use crate::targets::Targets;
 use crate::vectors::CHUNKS;
@@ -289,7 +290,7 @@ impl Model {
             }
             let root = eigen
                 .eigenvalues
-                .map(|x| x.max(LEAST_RESISTANCE * largest).sqrt().recip());
+                .map(|x| x.max(MIN_RESISTANCE * largest).sqrt().recip());
             let root = Matrix3::from_diagonal(&root) * eigen.eigenvectors.transpose();
             let moments = &self.moments[g * len..(g + 1) * len];
             touched.clear();
@@ -363,7 +364,7 @@ impl Model {
 
 /// The least resistance of a turn of a group, over that of its most resisted one: a turn that the
 /// covariance hardly determines is rounding.
-const LEAST_RESISTANCE: f64 = 1e-4;
+const MIN_RESISTANCE: f64 = 1e-4;
 
 /// No motion counts as softer than this, of A: the model of the rotations is not exact.
 const SOFTEST: f64 = 1e-3;

@@ -56,7 +56,7 @@ impl Field {
     pub(super) fn step_to_surface(&self, p: &Point3<f64>) -> (Vector3<f64>, Vector3<f64>) {
         let (value, gradient) = self.value_and_gradient(p);
         let slope = gradient.norm();
-        if slope < LEAST_SLOPE {
+        if slope < MIN_SLOPE {
             return (Vector3::zeros(), Vector3::zeros());
         }
         let normal = gradient / slope;
@@ -155,7 +155,7 @@ fn smooth_union(
 
 /// Halfway between two parts the slopes cancel, and the direction of a step from there would be
 /// arbitrary.
-const LEAST_SLOPE: f64 = 0.1;
+const MIN_SLOPE: f64 = 0.1;
 
 #[cfg(test)]
 mod tests {

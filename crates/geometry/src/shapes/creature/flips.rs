@@ -143,7 +143,7 @@ impl Flip {
         };
         // A vertex must keep at least three edges.
         let is_possible = valences[0] > 3 && valences[1] > 3;
-        let stays_flat = || cosine_at_edge(points, &new) > LEAST_COSINE;
+        let stays_flat = || cosine_at_edge(points, &new) > MIN_COSINE;
         (is_better && is_possible && stays_flat() && mesh.halfedge_between(c, d).is_none())
             .then_some(Self {
                 faces,
@@ -175,4 +175,4 @@ const MAX_PASSES: usize = 8;
 const COTANGENT_OF_20_DEGREES: f64 = 2.747;
 
 /// 60° between the normals: beyond that a flip would cut off the tip of a limb.
-const LEAST_COSINE: f64 = 0.5;
+const MIN_COSINE: f64 = 0.5;

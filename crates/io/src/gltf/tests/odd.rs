@@ -115,16 +115,16 @@ fn attributes_without_bytes_are_bounded() {
 }
 
 #[test]
-fn lost_digits_are_told() {
-    let told = |x: f64| {
+fn lost_digits_are_reported() {
+    let is_reported = |x: f64| {
         let text = format!("v 0 0 0\nv {x} 0 0\nv 0 1 0\nf 1 2 3\n");
         let losses = open(text.as_bytes()).unwrap().losses(Format::Glb);
         losses
             .iter()
             .any(|loss| loss.starts_with("digits of coordinates"))
     };
-    assert!(told(0.1));
-    assert!(!told(0.5));
+    assert!(is_reported(0.1));
+    assert!(!is_reported(0.5));
 }
 
 #[test]

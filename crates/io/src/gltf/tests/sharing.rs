@@ -387,3 +387,56 @@ fn more_instances_than_the_limits_allow_are_refused() {
     assert!(error.starts_with("more than 11 faces"), "{error}");
     document.write(Format::Gltf).unwrap();
 }
+
+#[test]
+fn instances_become_meshes_that_are_edited_alone() {
+    let nodes = json!([
+        {"name": "cart", "children": [1, 2]},
+        {"name": "left", "mesh": 0},
+        {"name": "right", "mesh": 0, "translation": [3, 0, 0]},
+        {"name": "third", "mesh": 1, "translation": [6, 0, 0]},
+    ]);
+    let document = open(&shared(&nodes, &["wheel", "hub"], |_| json!({}))).unwrap();
+    assert_eq!(
+        (document.num_instances(0), document.num_instances(1)),
+        (2, 1)
+    );
+    let names: Vec<&str> = document.nodes().iter().map(|n| n.name.as_str()).collect();
+    assert_eq!(names, ["cart", "left", "right", "third"]);
+    assert_eq!(document.nodes()[2].parent, Some(0));
+    assert_eq!(document.nodes()[2].part, Some(0));
+    // An edit before is kept, and is that of both.
+    let mut document = document;
+    document
+        .set_position(3, Point3::new(0.0, 0.0, 2.0))
+        .unwrap();
+    let mut unique = document.with_unique_meshes().unwrap();
+    assert!(unique.warnings().is_empty(), "{:?}", unique.warnings());
+    let x = [[0.0; 3], [6.0, 0.0, 0.0], [3.0, 0.0, 0.0]];
+    assert_eq!(low(&unique), x);
+    assert_eq!(unique.positions()[3].z, 2.0);
+    assert_eq!(unique.positions()[11], Point3::new(3.0, 0.0, 2.0));
+    assert_eq!(unique.nodes()[2].part, Some(2));
+    assert!((0..3).all(|part| unique.num_instances(part) == 1));
+    // One is moved and the others are not, also in the file.
+    unique.set_position(11, Point3::new(3.0, 0.0, 5.0)).unwrap();
+    let written = unique.write(Format::Glb).unwrap();
+    let again = open(&written).unwrap();
+    assert_eq!(again.positions(), unique.positions());
+    assert_eq!(again.faces(), unique.faces());
+    let names: Vec<Value> = json_of(&written)["nodes"].as_array().unwrap().to_vec();
+    assert_eq!(names[2]["translation"], json!([3, 0, 0]));
+    // Without shared meshes nothing changes.
+    let same = again.with_unique_meshes().unwrap();
+    assert_eq!(same.write(Format::Glb).unwrap(), written);
+}
+
+#[test]
+fn a_mesh_with_a_skin_is_read_in_its_bind_pose() {
+    let nodes = json!([{"mesh": 0, "skin": 0, "translation": [3, 0, 0]}, {}]);
+    let skins = json!({"skins": [{"joints": [1]}]});
+    let document = open(&shared(&nodes, &["body"], |_| skins.clone())).unwrap();
+    assert_eq!(low(&document), [[0.0; 3]]);
+    let warnings = document.warnings();
+    assert!(warnings[0].message.contains("bind pose"), "{warnings:?}");
+}

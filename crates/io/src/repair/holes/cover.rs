@@ -1,6 +1,6 @@
 //! Triangulation of a hole between its vertices, without using any existing edge.
 //!
-//! Up to [`MOST_OPTIMAL`] edges the minimum-cost triangulation is computed; if none is found,
+//! Up to [`MAX_OPTIMAL`] edges the minimum-cost triangulation is computed; if none is found,
 //! none exists. The cost is ordered first by the largest angle between neighbouring triangles,
 //! including those around the hole (in steps of about 10°, so that shape decides where angles
 //! hardly differ), then by the squared lengths, which avoids slivers. In longer holes, ears are
@@ -20,10 +20,10 @@ use crate::triangulate::Triangulator;
 
 /// Maximum number of edges of a hole for which all triangulations are compared: 4.5 million
 /// triangles.
-const MOST_OPTIMAL: usize = 300;
+const MAX_OPTIMAL: usize = 300;
 
 /// The same limit once [`BUDGET`] is used up.
-const MOST_LATER: usize = 24;
+const MAX_LATER: usize = 24;
 
 /// Number of triangles compared in all holes together before they are filled with less care:
 /// about ten seconds.
@@ -142,9 +142,9 @@ impl<'a> Cover<'a> {
             return Ok(vec![[0, 1, 2]]);
         }
         let work = |n: usize| n.saturating_mul(n).saturating_mul(n) / 6;
-        let most = match work(n.min(MOST_OPTIMAL)) <= self.budget {
-            true => MOST_OPTIMAL,
-            false => MOST_LATER,
+        let most = match work(n.min(MAX_OPTIMAL)) <= self.budget {
+            true => MAX_OPTIMAL,
+            false => MAX_LATER,
         };
         let mut triangles = Vec::new();
         let mut rest: Vec<usize> = (0..n).collect();

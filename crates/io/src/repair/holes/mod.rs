@@ -14,7 +14,7 @@ use crate::attributes::NONE;
 use crate::cuts::Cuts;
 use crate::topology::{BoundaryLoop, Topology};
 use cover::{Cover, Failure, Rim};
-use refine::{MOST_ADDED, Patch};
+use refine::{MAX_ADDED, Patch};
 
 /// A face that fills a hole, and the source corner of each of its corners.
 type Filled = ([u32; 3], [u32; 3]);
@@ -30,10 +30,10 @@ impl Work<'_> {
             topology.edges().map(|sides| sides[0].ends).collect();
         edges.extend(cuts.ends());
         let mut cover = Cover::new(&points, self.faces.num_corners());
-        let (mut filled, mut most_added): (Vec<Filled>, _) = (Vec::new(), MOST_ADDED);
+        let (mut filled, mut max_added): (Vec<Filled>, _) = (Vec::new(), MAX_ADDED);
         let corner_vertices = self.faces.corners().to_vec();
         for found in loops {
-            if found.sides.len() > filling.most_edges() || is_outline(&found, &topology) {
+            if found.sides.len() > filling.max_edges() || is_outline(&found, &topology) {
                 continue;
             }
             let vertex = |corner: u32| corner_vertices[corner as usize];
@@ -77,8 +77,8 @@ impl Work<'_> {
                 }
             };
             if let Filling::Smooth { .. } = filling {
-                patch.refine(most_added, is_free);
-                most_added = most_added.saturating_sub(patch.beside.len());
+                patch.refine(max_added, is_free);
+                max_added = max_added.saturating_sub(patch.rim_vertices.len());
             }
             let inner = patch
                 .triangles
@@ -89,14 +89,14 @@ impl Work<'_> {
             self.changes.push(Change::FilledHole {
                 vertices,
                 num_faces: patch.triangles.len(),
-                num_added: patch.beside.len(),
+                num_added: patch.rim_vertices.len(),
             });
             let mut numbers = rim.vertices.clone();
-            for (&beside, &point) in patch.beside.iter().zip(&patch.points[n..]) {
-                numbers.push(self.add_vertex(rim.vertices[beside], point));
+            for (&vertex, &point) in patch.rim_vertices.iter().zip(&patch.points[n..]) {
+                numbers.push(self.add_vertex(rim.vertices[vertex], point));
             }
             let source = |i: usize| match i.checked_sub(n) {
-                Some(added) => corners[patch.beside[added]],
+                Some(added) => corners[patch.rim_vertices[added]],
                 None => corners[i],
             };
             filled.extend(patch.triangles.iter().map(|&triangle| {

@@ -13,17 +13,17 @@ use cotan_halfedge::{EdgeId, FaceId, HalfedgeMesh};
 use nalgebra::{Point3, Vector3};
 
 /// Maximum number of vertices added to all holes of a mesh together.
-pub(super) const MOST_ADDED: usize = 100_000;
+pub(super) const MAX_ADDED: usize = 100_000;
 
 /// Maximum number of passes over all edges between two passes of splits. On a flat patch the
 /// flips terminate by themselves.
-const MOST_SWEEPS: usize = 20;
+const MAX_SWEEPS: usize = 20;
 
 /// Triangles between the vertices of a rim, which come first, and added vertices.
 pub(super) struct Patch {
     pub(super) points: Vec<Point3<f64>>,
     /// For each added vertex, a nearby vertex of the rim.
-    pub(super) beside: Vec<usize>,
+    pub(super) rim_vertices: Vec<usize>,
     pub(super) triangles: Vec<[usize; 3]>,
 }
 
@@ -32,7 +32,7 @@ impl Patch {
     pub(super) fn plain(points: Vec<Point3<f64>>, triangles: Vec<[usize; 3]>) -> Self {
         Self {
             points,
-            beside: Vec::new(),
+            rim_vertices: Vec::new(),
             triangles,
         }
     }
@@ -46,36 +46,36 @@ impl Patch {
         points.push(Point3::from(middle));
         Self {
             points,
-            beside: vec![0],
+            rim_vertices: vec![0],
             triangles: (0..n).map(|i| [i, (i + 1) % n, n]).collect(),
         }
     }
 
     pub(super) fn num_rim(&self) -> usize {
-        self.points.len() - self.beside.len()
+        self.points.len() - self.rim_vertices.len()
     }
 
-    /// Adds at most `most` vertices.
+    /// Adds at most `max_added` vertices.
     ///
     /// `is_free` returns `true` for two rim vertices if there is no edge between them yet.
-    pub(super) fn refine(&mut self, most: usize, is_free: impl Fn(usize, usize) -> bool) {
+    pub(super) fn refine(&mut self, max_added: usize, is_free: impl Fn(usize, usize) -> bool) {
         let num_rim = self.num_rim();
         let triangles: Vec<[u32; 3]> = self.triangles.iter().map(|t| t.map(|i| i as u32)).collect();
         // The rim passes through every vertex once, so this is a disc.
         let Ok(mesh) = HalfedgeMesh::from_faces(self.points.len(), &triangles) else {
             return;
         };
-        let most_vertices = self.points.len() + most;
+        let max_vertices = self.points.len() + max_added;
         let mut refinement = Refinement {
-            scales: scales(&self.points, num_rim, self.area(), most),
+            scales: scales(&self.points, num_rim, self.area(), max_added),
             points: std::mem::take(&mut self.points),
-            beside: std::mem::take(&mut self.beside),
+            rim_vertices: std::mem::take(&mut self.rim_vertices),
             num_rim,
             mesh,
         };
         loop {
             let num_before = refinement.points.len();
-            refinement.split(most_vertices);
+            refinement.split(max_vertices);
             refinement.relax(&is_free);
             if refinement.points.len() == num_before {
                 break;
@@ -83,11 +83,11 @@ impl Patch {
         }
         let Refinement {
             points,
-            beside,
+            rim_vertices,
             mesh,
             ..
         } = refinement;
-        (self.points, self.beside) = (points, beside);
+        (self.points, self.rim_vertices) = (points, rim_vertices);
         self.triangles = mesh
             .faces()
             .map(|face| mesh.triangle(face).map(|v| v.index()))
@@ -105,7 +105,7 @@ impl Patch {
 
 /// The scale of every vertex. Scales exceed the edge lengths around the hole if these would
 /// require more vertices than may be added.
-fn scales(points: &[Point3<f64>], num_rim: usize, area: f64, most: usize) -> Vec<f64> {
+fn scales(points: &[Point3<f64>], num_rim: usize, area: f64, max_added: usize) -> Vec<f64> {
     let length = |i: usize| (points[(i + 1) % num_rim] - points[i]).norm();
     let mut scales: Vec<f64> = (0..num_rim)
         .map(|i| (length(i) + length((i + num_rim - 1) % num_rim)) / 2.0)
@@ -114,7 +114,7 @@ fn scales(points: &[Point3<f64>], num_rim: usize, area: f64, most: usize) -> Vec
     scales.resize(points.len(), mean);
     // In a regular triangulation, the area per vertex is √3/2 times the squared edge length.
     let expected = area / (mean * mean * 3f64.sqrt() / 2.0);
-    let factor = (expected / most.max(1) as f64).sqrt();
+    let factor = (expected / max_added.max(1) as f64).sqrt();
     if factor > 1.0 && factor.is_finite() {
         scales.iter_mut().for_each(|scale| *scale *= factor);
     }
@@ -125,15 +125,15 @@ struct Refinement {
     mesh: HalfedgeMesh,
     points: Vec<Point3<f64>>,
     scales: Vec<f64>,
-    beside: Vec<usize>,
+    rim_vertices: Vec<usize>,
     num_rim: usize,
 }
 
 impl Refinement {
     /// Splits all triangles that are too large once.
-    fn split(&mut self, most_vertices: usize) {
+    fn split(&mut self, max_vertices: usize) {
         for face in 0..self.mesh.num_faces() {
-            if self.points.len() >= most_vertices {
+            if self.points.len() >= max_vertices {
                 return;
             }
             let face = FaceId::new(face);
@@ -153,19 +153,19 @@ impl Refinement {
                 .into_iter()
                 .min_by(|a, b| distance(a).total_cmp(&distance(b)))
                 .unwrap_or_default();
-            let beside = match nearest.checked_sub(self.num_rim) {
-                Some(added) => self.beside[added],
+            let rim_vertex = match nearest.checked_sub(self.num_rim) {
+                Some(added) => self.rim_vertices[added],
                 None => nearest,
             };
             self.points.push(center);
             self.scales.push(scale);
-            self.beside.push(beside);
+            self.rim_vertices.push(rim_vertex);
         }
     }
 
     /// Flips edges as long as that reduces the angles opposite them.
     fn relax(&mut self, is_free: impl Fn(usize, usize) -> bool) {
-        for _ in 0..MOST_SWEEPS {
+        for _ in 0..MAX_SWEEPS {
             let mut num_flips = 0;
             for edge in 0..self.mesh.num_edges() {
                 let edge = EdgeId::new(edge);

@@ -127,7 +127,7 @@ fn long_holes_are_filled_within_seconds() {
         for filling in [Filling::PLAIN, Filling::SMOOTH] {
             let repaired = fill(&disc, filling);
             assert_eq!(closed(&repaired.document), 2);
-            assert!(repaired.added_vertices.len() <= super::MOST_ADDED);
+            assert!(repaired.added_vertices.len() <= super::MAX_ADDED);
         }
     }
     assert!(clock.elapsed().as_secs() < 120, "{:?}", clock.elapsed());
@@ -148,8 +148,8 @@ fn a_flat_hole_gets_triangles_as_large_as_those_round_it() {
         .map(<[u32]>::to_vec)
         .collect();
     let open = document(whole.positions().to_vec(), &faces);
-    let most_edges = NonZeroUsize::new(40).unwrap();
-    let repaired = fill(&open, Filling::Smooth { most_edges });
+    let max_edges = NonZeroUsize::new(40).unwrap();
+    let repaired = fill(&open, Filling::Smooth { max_edges });
     let added = repaired.added_vertices.len();
     // There were 81 vertices.
     assert!((50..150).contains(&added), "{added}");

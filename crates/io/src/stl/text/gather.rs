@@ -52,7 +52,7 @@ impl Gathered<'_> {
     /// The solid of a facet; one that closes a hole goes with its neighbour.
     fn solid_of(&self, facet: &Facet) -> Option<usize> {
         let solids = &self.file.layout.solids;
-        let solid = solids.partition_point(|s| s.facets.end <= facet.beside as usize);
+        let solid = solids.partition_point(|s| s.facets.end <= facet.neighbour as usize);
         let solid = solid.min(solids.len().checked_sub(1)?);
         let next = solids.get(solid)?;
         let length = (next.body - next.start) + (next.end - next.body_end);

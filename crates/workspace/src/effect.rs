@@ -1,0 +1,41 @@
+//! What the window has to do after a command.
+
+use std::path::PathBuf;
+
+use cotan::geometry::TriangleTree;
+
+use crate::command::Command;
+
+/// What the window has to do after a command.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum Effect {
+    /// Show another model. The tree is that of its shape, for picking.
+    Opened(Box<TriangleTree>),
+    /// Colour the selection, the handles and the masks anew.
+    Marked,
+    /// Tell the person something that needs attention.
+    Told(Notice),
+    /// Mention something in passing.
+    Mentioned(String),
+    /// Ask a question. If the answer is yes, apply the command.
+    Asked {
+        /// The reason for the question.
+        reason: String,
+        /// The command.
+        command: Command,
+    },
+    /// Ask for the file to save to.
+    AskedForFile,
+    /// A file was written.
+    Written(PathBuf),
+}
+
+/// Something that needs attention.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum Notice {
+    /// It did not work.
+    Error(String),
+    /// It worked, but there is something to know.
+    Note(String),
+}

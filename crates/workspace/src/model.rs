@@ -1,0 +1,199 @@
+//! The open model: a mesh with its file and its history.
+
+use std::path::PathBuf;
+
+use cotan::geometry::Surface;
+use cotan::halfedge::HalfedgeMesh;
+
+use crate::command::{Command, Record};
+use crate::edit::{After, Refused, edited};
+use crate::files::{Fingerprint, OpenedMesh};
+use crate::history::{History, Step};
+use crate::scene::Scene;
+use crate::shape::Shape;
+
+/// The open model: a mesh with its file and its history.
+#[derive(Clone, Debug)]
+pub struct Model {
+    mesh: OpenedMesh,
+    /// The shape as it was opened, which measurements compare with.
+    original: Shape,
+    history: History,
+    /// The scene when the file was last read or written.
+    saved: Scene,
+    /// `true` if `mesh.path` names a file of the user.
+    has_file: bool,
+    /// The longest side of the box of the original shape.
+    side: f64,
+}
+
+impl Model {
+    /// A model that was just read from its file.
+    pub fn new(mesh: OpenedMesh) -> Self {
+        let shape = Shape::new(mesh.processing.positions().clone());
+        let scene = Scene::new(shape);
+        Self::with_scene(mesh, scene)
+    }
+
+    /// A model that was read from a project, with its scene.
+    pub(crate) fn with_scene(mesh: OpenedMesh, scene: Scene) -> Self {
+        let side = mesh.processing.surface().bounding_box().longest_side();
+        Self {
+            original: Shape::new(mesh.processing.positions().clone()),
+            history: History::new("Open", scene.clone()),
+            saved: scene,
+            has_file: true,
+            side,
+            mesh,
+        }
+    }
+
+    /// The same model, but without a file of the user: saving asks for one.
+    #[must_use]
+    pub(crate) fn without_file(mut self) -> Self {
+        self.has_file = false;
+        self
+    }
+
+    /// The mesh and its file.
+    pub fn file(&self) -> &OpenedMesh {
+        &self.mesh
+    }
+
+    /// Returns `true` if the path of the file is the user's, not that of the sample.
+    pub fn has_file(&self) -> bool {
+        self.has_file
+    }
+
+    /// The connectivity.
+    pub fn mesh(&self) -> &HalfedgeMesh {
+        self.mesh.processing.mesh()
+    }
+
+    /// A shape of this model as a surface.
+    pub fn surface<'a>(&'a self, shape: &'a Shape) -> Surface<'a, f64> {
+        Surface::assume_checked(self.mesh(), shape.positions())
+    }
+
+    /// The shape as it was opened.
+    pub fn original(&self) -> &Shape {
+        &self.original
+    }
+
+    /// The longest side of the box of the original shape.
+    pub fn side(&self) -> f64 {
+        self.side
+    }
+
+    /// The history.
+    pub fn history(&self) -> &History {
+        &self.history
+    }
+
+    pub(crate) fn history_mut(&mut self) -> &mut History {
+        &mut self.history
+    }
+
+    /// The scene that is shown.
+    pub fn scene(&self) -> &Scene {
+        self.history.scene()
+    }
+
+    /// Marks the present scene as saved, in a file of the user or deliberately nowhere.
+    pub(crate) fn mark_saved(&mut self) {
+        self.saved = self.scene().clone();
+    }
+
+    /// Makes a file that was written the open one.
+    pub(crate) fn set_file(&mut self, path: PathBuf, fingerprint: Fingerprint) {
+        self.mesh.path = path;
+        self.mesh.fingerprint = fingerprint;
+        self.has_file = true;
+    }
+
+    /// Adds a step with a scene that was recovered after a crash.
+    pub(crate) fn push_recovered(&mut self, scene: Scene) {
+        self.history.push(Step {
+            command: None,
+            label: "Recovered".to_owned(),
+            scene,
+        });
+    }
+
+    /// What would be lost if the model were closed now, in words; empty if nothing would be.
+    ///
+    /// The selection counts for nothing.
+    pub fn losses(&self) -> Vec<String> {
+        let (now, saved) = (self.scene(), &self.saved);
+        let mut losses = Vec::new();
+        if now.shape != saved.shape {
+            losses.push(format!(
+                "the shape (last: {})",
+                self.history.present().label
+            ));
+        }
+        if now.handles() != saved.handles() {
+            let names: Vec<&str> = now.handles().iter().map(|g| g.name.as_str()).collect();
+            losses.push(match names.as_slice() {
+                [] => "that there are no handles".to_owned(),
+                [one] => format!("the handle {one}"),
+                all => format!("the handles {}", all.join(", ")),
+            });
+        }
+        if now.props.masks != saved.props.masks {
+            let names: Vec<&str> = now.props.masks.iter().map(|m| m.name.as_str()).collect();
+            losses.push(match names.as_slice() {
+                [] => "that there are no masks".to_owned(),
+                all => format!("the masks {}", all.join(", ")),
+            });
+        }
+        if now.settings().follow != saved.settings().follow {
+            losses.push("how the surface follows".to_owned());
+        }
+        losses
+    }
+
+    /// Returns `true` if closing the model would lose something.
+    pub fn is_changed(&self) -> bool {
+        let (now, saved) = (self.scene(), &self.saved);
+        now.shape != saved.shape
+            || now.handles() != saved.handles()
+            || now.props.masks != saved.props.masks
+            || now.settings().follow != saved.settings().follow
+    }
+
+    /// Carries out a recorded command. Returns what the solver is to do, or `None` if nothing has
+    /// changed.
+    ///
+    /// The result depends on nothing but the history and the command: replaying a list of commands
+    /// leads to the same scenes.
+    ///
+    /// # Errors
+    /// [`Refused`] if the command names what does not exist, or makes no sense now.
+    pub fn record(&mut self, command: &Command) -> Result<Option<After>, Refused> {
+        if let Record::Travel = command.record() {
+            let has_moved = match *command {
+                Command::Undo => self.history.undo(),
+                Command::Redo => self.history.redo(),
+                Command::GoTo { step } => self.history.go_to(step),
+                _ => false,
+            };
+            return Ok(has_moved.then_some(After::Show));
+        }
+        let Some(edited) = edited(self, command)? else {
+            return Ok(None);
+        };
+        let step = Step {
+            command: Some(command.clone()),
+            label: edited.label,
+            scene: edited.scene,
+        };
+        match command.record() {
+            Record::InPlace => *self.history.scene_mut() = step.scene,
+            Record::Selection if self.history.is_selection() => self.history.replace(step),
+            _ if edited.is_again => self.history.replace(step),
+            _ => self.history.push(step),
+        }
+        Ok(Some(edited.after))
+    }
+}

@@ -1,0 +1,191 @@
+//! One state of everything that a command can change.
+
+use std::sync::Arc;
+
+use cotan::halfedge::VertexId;
+use serde::{Deserialize, Serialize};
+
+use crate::handle::{HandleGroup, Origin};
+use crate::mask::{NamedMask, Restriction};
+use crate::plain;
+use crate::settings::Settings;
+use crate::shape::Shape;
+
+/// One state of everything that a command can change.
+///
+/// A scene is immutable: a command makes a new one that shares the unchanged parts with the old
+/// one. Undo is therefore a list of scenes, and the solver can hold one while the next is being
+/// made.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Scene {
+    /// The rest shape of the deformation: as read from the file, or as left by a job.
+    pub rest: Shape,
+    /// The shape that is shown and saved.
+    pub shape: Shape,
+    /// `true` if the shape has converged to its handles, within the tolerance.
+    pub is_settled: bool,
+    /// The handles, selection, masks and settings.
+    pub props: Arc<Props>,
+}
+
+/// The parts of a scene other than its shapes.
+#[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Props {
+    /// The handles that hold the mesh.
+    pub handles: Vec<HandleGroup>,
+    /// The handle that the gizmo and the delete key act on.
+    pub active: Option<usize>,
+    /// The selected vertices, sorted and without duplicates.
+    #[serde(with = "plain::ids")]
+    pub selection: Vec<VertexId>,
+    /// The masks.
+    pub masks: Vec<NamedMask>,
+    /// The mask that restricts jobs.
+    pub mask: Option<usize>,
+    /// The settings.
+    pub settings: Settings,
+}
+
+impl Scene {
+    /// Makes the scene of a model that was just opened.
+    pub fn new(shape: Shape) -> Self {
+        Self {
+            rest: shape.clone(),
+            shape,
+            is_settled: true,
+            props: Arc::default(),
+        }
+    }
+
+    /// The handles.
+    pub fn handles(&self) -> &[HandleGroup] {
+        &self.props.handles
+    }
+
+    /// The selected vertices.
+    pub fn selection(&self) -> &[VertexId] {
+        &self.props.selection
+    }
+
+    /// The settings.
+    pub fn settings(&self) -> &Settings {
+        &self.props.settings
+    }
+
+    /// The active handle, if there is one.
+    pub fn active(&self) -> Option<&HandleGroup> {
+        self.handles().get(self.props.active?)
+    }
+
+    /// The index of the group that fixes the open boundary, if there is one.
+    pub fn boundary_handle(&self) -> Option<usize> {
+        self.handles()
+            .iter()
+            .position(|group| group.name == BOUNDARY)
+    }
+
+    /// A copy with other properties.
+    #[must_use]
+    pub(crate) fn with(&self, edit: impl FnOnce(&mut Props)) -> Self {
+        let mut scene = self.clone();
+        edit(Arc::make_mut(&mut scene.props));
+        scene
+    }
+
+    /// The scene on a new rest shape, on which the handles hold their vertices where they are.
+    #[must_use]
+    pub(crate) fn on(&self, shape: &Shape) -> Self {
+        let mut scene = self.with(|props| {
+            for group in &mut props.handles {
+                *group = group.on(shape);
+            }
+        });
+        scene.rest = shape.clone();
+        scene.shape = shape.clone();
+        scene.is_settled = true;
+        scene
+    }
+
+    /// What restricts a job that starts from this scene, on a model whose longest side is `side`.
+    pub(crate) fn restriction(&self, side: f64) -> Restriction<'_> {
+        Restriction {
+            mask: self.props.mask.and_then(|k| self.props.masks.get(k)),
+            selection: self.selection(),
+            handles: self.handles(),
+            border: side * self.settings().border,
+        }
+    }
+}
+
+impl Props {
+    /// The properties with other ids of the vertices. Those without one are left out.
+    #[must_use]
+    pub(crate) fn renumbered(&self, id: &dyn Fn(VertexId) -> Option<VertexId>) -> Self {
+        let mut props = self.clone();
+        for group in &mut props.handles {
+            match &mut group.origin {
+                Origin::Rest => group.vertices = sorted(&group.vertices, id),
+                Origin::Places(places) => {
+                    (group.vertices, *places) = sorted_with(&group.vertices, places, id);
+                }
+            }
+        }
+        for mask in &mut props.masks {
+            (mask.vertices, mask.weights) = sorted_with(&mask.vertices, &mask.weights, id);
+        }
+        props.selection = sorted(&props.selection, id);
+        props
+    }
+
+    /// The problem of properties that come from a file, if they are not those of a model of so
+    /// many vertices.
+    pub(crate) fn problem(&self, num_vertices: usize) -> Option<String> {
+        let handle = self.handles.iter().find(|g| !g.fits(num_vertices));
+        let mask = self.masks.iter().find(|m| !m.fits(num_vertices));
+        let is_inside = |v: &VertexId| v.index() < num_vertices;
+        let selection = &self.selection;
+        if let Some(group) = handle {
+            return Some(format!(
+                "its handle \"{}\" does not fit the mesh",
+                group.name
+            ));
+        }
+        if let Some(mask) = mask {
+            return Some(format!("its mask \"{}\" does not fit the mesh", mask.name));
+        }
+        if !selection.iter().all(is_inside) || !selection.is_sorted_by(|a, b| a < b) {
+            return Some("its selection does not fit the mesh".to_owned());
+        }
+        if self.active.is_some_and(|k| k >= self.handles.len()) {
+            return Some("its active handle does not exist".to_owned());
+        }
+        if self.mask.is_some_and(|k| k >= self.masks.len()) {
+            return Some("its active mask does not exist".to_owned());
+        }
+        self.settings.problem().map(str::to_owned)
+    }
+}
+
+fn sorted(vertices: &[VertexId], id: &dyn Fn(VertexId) -> Option<VertexId>) -> Vec<VertexId> {
+    let mut ids: Vec<VertexId> = vertices.iter().filter_map(|v| id(*v)).collect();
+    ids.sort_unstable();
+    ids.dedup();
+    ids
+}
+
+/// The ids in ascending order, with the values that belong to them.
+fn sorted_with<T: Copy>(
+    vertices: &[VertexId],
+    values: &[T],
+    id: &dyn Fn(VertexId) -> Option<VertexId>,
+) -> (Vec<VertexId>, Vec<T>) {
+    let pairs = vertices.iter().zip(values);
+    let mut pairs: Vec<(VertexId, T)> = pairs.filter_map(|(v, x)| Some((id(*v)?, *x))).collect();
+    pairs.sort_by_key(|(v, _)| *v);
+    pairs.dedup_by_key(|(v, _)| *v);
+    pairs.into_iter().unzip()
+}
+
+/// The name of the group that holds the open boundary.
+pub(crate) const BOUNDARY: &str = "Boundary";
