@@ -27,7 +27,7 @@ mod units;
 pub use curvatures::{
     PrincipalCurvature, gaussian_curvatures, mean_curvatures, principal_curvatures,
 };
-pub use decimate::{DecimateOptions, DecimateTarget, Decimated, QuadricAttributes, decimate};
+pub use decimate::{DecimateAttributes, DecimateOptions, DecimateTarget, Decimated, decimate};
 pub use deviation::{Deviation, DeviationOptions, OneSidedDeviation, deviation};
 pub use edge_paths::EdgePaths;
 pub use fast_marching::distances_within;

@@ -25,4 +25,3 @@ mod sphere;
 mod sphere_files;
 mod sphere_uses;
 mod terminal;
-mod tessellation;

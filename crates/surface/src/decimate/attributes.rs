@@ -1,4 +1,4 @@
-//! QuadricAttributes that the quadrics take into account.
+//! DecimateAttributes that the quadrics take into account.
 
 use cotan_geometry::Surface;
 use cotan_halfedge::{FaceMap, VertexMap};
@@ -8,7 +8,7 @@ use crate::tessellation_error::TessellationError;
 /// Numbers on a mesh, such as the components of a colour or texture coordinates, whose change
 /// counts as a cost.
 #[derive(Clone, PartialEq, Debug, Default)]
-pub struct QuadricAttributes {
+pub struct DecimateAttributes {
     channels: Vec<Channel>,
 }
 
@@ -24,7 +24,7 @@ enum Values {
     PerCorner(FaceMap<[f64; 3]>),
 }
 
-impl QuadricAttributes {
+impl DecimateAttributes {
     /// No attributes.
     pub fn new() -> Self {
         Self::default()
@@ -70,7 +70,7 @@ pub(crate) struct Channels {
 
 impl Channels {
     pub(crate) fn new<T: cotan_geometry::Scalar>(
-        attributes: &QuadricAttributes,
+        attributes: &DecimateAttributes,
         surface: &Surface<'_, T>,
     ) -> Result<Self, TessellationError> {
         let mut channels = Self::default();

@@ -19,7 +19,7 @@ use cotan_geometry::{Mesh, Scalar, Surface};
 use cotan_halfedge::{VertexId, VertexMap};
 use nalgebra::Point3;
 
-pub use attributes::QuadricAttributes;
+pub use attributes::DecimateAttributes;
 pub use options::{DecimateOptions, DecimateTarget};
 
 use crate::tessellation_error::TessellationError;

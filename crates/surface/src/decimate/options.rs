@@ -2,7 +2,7 @@
 
 use cotan_geometry::{Scalar, Surface};
 
-use super::attributes::QuadricAttributes;
+use super::attributes::DecimateAttributes;
 use crate::features::Features;
 use crate::tessellation_error::TessellationError;
 
@@ -26,7 +26,7 @@ pub struct DecimateOptions {
     /// Lines that are kept besides the boundary. Creases need none: their quadrics hold them.
     pub features: Features,
     /// Attributes whose change counts as a cost.
-    pub attributes: QuadricAttributes,
+    pub attributes: DecimateAttributes,
 }
 
 impl DecimateOptions {
@@ -44,7 +44,7 @@ impl DecimateOptions {
         Self {
             target,
             features: Features::none(),
-            attributes: QuadricAttributes::new(),
+            attributes: DecimateAttributes::new(),
         }
     }
 
@@ -57,7 +57,7 @@ impl DecimateOptions {
 
     /// Sets the attributes whose change counts.
     #[must_use]
-    pub fn attributes(mut self, attributes: QuadricAttributes) -> Self {
+    pub fn attributes(mut self, attributes: DecimateAttributes) -> Self {
         self.attributes = attributes;
         self
     }

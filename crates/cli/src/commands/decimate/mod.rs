@@ -2,7 +2,7 @@
 
 pub(crate) mod args;
 
-use cotan::surface::{Features, QuadricAttributes, corner_places, decimate, places_near};
+use cotan::surface::{DecimateAttributes, Features, corner_places, decimate, places_near};
 use cotan_tool::Work;
 
 use crate::args::MeshArgs;
@@ -49,8 +49,8 @@ impl Tessellate for DecimateArgs {
 
 impl DecimateArgs {
     /// The properties of the file that count as a cost.
-    fn attributes(&self, mesh: &Prepared, base: &Base) -> Result<QuadricAttributes, CliError> {
-        let mut attributes = QuadricAttributes::new();
+    fn attributes(&self, mesh: &Prepared, base: &Base) -> Result<DecimateAttributes, CliError> {
+        let mut attributes = DecimateAttributes::new();
         for (name, option, weight) in self.weights() {
             let channels = base
                 .corner_values(&mesh.document, name)
