@@ -1,7 +1,7 @@
 //! The solver thread.
 //!
-//! The window posts [`Goal`]s and takes [`Update`]s. Only the newest goal counts, only the newest
-//! update is kept, and neither side waits for the other.
+//! The window posts goals (a scene and a [`Pace`]) and takes [`Update`]s. Only the newest goal
+//! counts, only the newest update is kept, and neither side waits for the other.
 
 mod prepared;
 mod tracker;
