@@ -6,9 +6,10 @@ use cotan::geometry::Surface;
 use cotan::halfedge::HalfedgeMesh;
 
 use crate::command::{Command, Record};
-use crate::edit::{After, Refused, edited};
+use crate::edit::edited;
 use crate::files::{Fingerprint, OpenedMesh};
 use crate::history::{History, Step};
+use crate::refused::{After, Refused};
 use crate::scene::Scene;
 use crate::shape::Shape;
 

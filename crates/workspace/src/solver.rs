@@ -1,9 +1,10 @@
 //! The solver thread.
 //!
-//! The window posts [`Goal`]s and takes [`Update`]s. Only the newest goal counts, only the newest
-//! update is kept, and neither side waits for the other.
+//! The window posts goals (a scene and a [`Pace`]) and takes [`Update`]s. Only the newest goal
+//! counts, only the newest update is kept, and neither side waits for the other.
 
 mod prepared;
+mod tracker;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,8 +13,7 @@ use std::thread::JoinHandle;
 use std::time::Instant;
 
 use cotan::Session;
-use cotan::flow::{Schedule, StepReport};
-use cotan::geometry::Surface;
+use cotan::flow::Schedule;
 use cotan::halfedge::VertexMap;
 use cotan_io::ProcessingMesh;
 use nalgebra::Vector3;
@@ -25,6 +25,7 @@ use crate::scene::{Props, Scene};
 use crate::shape::Shape;
 
 use prepared::Prepared;
+use tracker::Tracker;
 
 /// The shape that the solver should reach.
 #[derive(Clone, Debug)]
@@ -407,81 +408,6 @@ impl Shared {
 
     fn describe(&self, choice: String) {
         lock(&self.state).1 = choice;
-    }
-}
-
-/// Runs steps and publishes their results.
-struct Tracker<'a> {
-    shared: &'a Shared,
-    /// The time when the current goal was taken up.
-    taken: Instant,
-}
-
-impl Tracker<'_> {
-    /// Runs one step. Returns the final state of the goal if it has ended.
-    fn step(&mut self, prepared: &mut Prepared<'_>, goal: &Goal) -> Option<State> {
-        assert!(
-            !self.shared.panics.swap(false, Ordering::Relaxed),
-            "provoked by a test"
-        );
-        let clock = Instant::now();
-        let step = match prepared.session.step() {
-            Ok(step) => step,
-            Err(error) => return Some(State::Failed(error.to_string())),
-        };
-        let milliseconds = 1e3 * clock.elapsed().as_secs_f64();
-        if !step.residual.is_finite() {
-            return Some(State::Failed(
-                "the shape ran away; move the handle back, or choose another orientation or scheme"
-                    .to_owned(),
-            ));
-        }
-        let state = if step.converged || step.stalled {
-            State::Settled
-        } else {
-            State::Running
-        };
-        self.publish(prepared, goal, &state);
-        let mut samples = lock(&self.shared.samples);
-        if samples.len() == MOST_SAMPLES {
-            samples.drain(..MOST_SAMPLES / 2);
-        }
-        samples.push(sample(&step, milliseconds));
-        drop(samples);
-        if state == State::Settled {
-            return Some(state);
-        }
-        self.shared.tell(state);
-        None
-    }
-
-    fn publish(&self, prepared: &Prepared<'_>, goal: &Goal, state: &State) {
-        let shape = prepared.shape(goal);
-        let normals = match Surface::new(goal.mesh.mesh(), &shape) {
-            Ok(surface) => surface.vertex_normals(),
-            // A step to an invalid shape was already reported above.
-            Err(_) => return,
-        };
-        *lock(&self.shared.latest) = Some(Update {
-            tag: goal.tag,
-            shape: Shape::new(shape),
-            normals: Arc::new(normals),
-            state: state.clone(),
-            times: [goal.posted, self.taken, Instant::now()],
-        });
-    }
-}
-
-/// The limit of the recorded steps. The plot shows no more, and a handle may be held for hours.
-const MOST_SAMPLES: usize = 4000;
-
-fn sample(step: &StepReport, milliseconds: f64) -> Sample {
-    Sample {
-        iteration: step.iteration,
-        change: step.change,
-        residual: step.residual,
-        energy: step.energy,
-        milliseconds,
     }
 }
 

@@ -1,5 +1,6 @@
 //! The workspace: the open model, the threads that work on it, and the commands.
 
+mod drag;
 mod files;
 mod jobs;
 #[cfg(test)]
@@ -8,19 +9,20 @@ mod tests;
 use std::time::{Duration, Instant};
 
 use cotan::halfedge::VertexMap;
-use nalgebra::{Matrix4, Vector3};
+use nalgebra::Vector3;
 
 use crate::command::{Command, Record};
-use crate::edit::{After, Refused};
 use crate::effect::{Effect, Notice};
 use crate::files::{Journal, LeftBehind, Listing, recovered};
 use crate::jobs::Morph;
 use crate::model::Model;
+use crate::refused::{After, Refused};
 use crate::scene::Scene;
 use crate::shape::Shape;
 use crate::solver::{Pace, Solver, State};
 use crate::task::Task;
 
+use drag::Grip;
 use jobs::Outcome;
 
 /// A function that is called from other threads when there is something new.
@@ -40,14 +42,6 @@ pub struct Workspace {
     /// What the last update of the solver came with.
     arrival: Option<Arrival>,
     notify: Notify,
-}
-
-/// A handle that was grabbed.
-struct Grip {
-    handle: usize,
-    /// The scene before.
-    before: Scene,
-    has_moved: bool,
 }
 
 /// What an update of the solver comes with.
@@ -124,7 +118,7 @@ impl Workspace {
 
     /// The handle that is held.
     pub fn grabbed(&self) -> Option<usize> {
-        self.drag.as_ref().map(|grip| grip.handle)
+        self.drag.as_ref().map(Grip::handle)
     }
 
     /// The name and progress of the running job, or that it is being stopped.
@@ -247,80 +241,6 @@ impl Workspace {
         if let Some(model) = &self.model {
             self.solver.show(model, model.scene());
         }
-    }
-
-    fn grab(&mut self, handle: usize, effects: &mut Vec<Effect>) -> Result<(), Refused> {
-        let scene = self.scene().ok_or(Refused::NoModel)?;
-        if scene.handles().get(handle).is_none() {
-            return Err(Refused::NoHandle(handle));
-        }
-        let handle = Some(handle);
-        if scene.props.active != handle {
-            self.record(&Command::Activate { handle }, effects)?;
-        }
-        let before = self.scene().ok_or(Refused::NoModel)?.clone();
-        self.drag = handle.map(|handle| Grip {
-            handle,
-            before,
-            has_moved: false,
-        });
-        self.solver.clear_samples();
-        Ok(())
-    }
-
-    fn drag(&mut self, motion: Matrix4<f64>) {
-        let (Some(grip), Some(model)) = (&mut self.drag, &mut self.model) else {
-            return;
-        };
-        let scene = model.scene();
-        let is_new = |group: &&crate::HandleGroup| group.matrix != motion;
-        let is_finite = motion.iter().all(|x| x.is_finite());
-        if !is_finite || scene.handles().get(grip.handle).filter(is_new).is_none() {
-            return;
-        }
-        grip.has_moved = true;
-        let mut moved = scene.with(|props| props.handles[grip.handle].move_to(motion));
-        moved.is_settled = false;
-        *model.history_mut().scene_mut() = moved;
-        self.solver.follow(model, model.scene(), Pace::Held);
-    }
-
-    /// Ends the drag: it becomes a step, and the shape comes to rest.
-    fn release(&mut self, effects: &mut Vec<Effect>) -> Result<(), Refused> {
-        let Some(grip) = self.drag.take().filter(|grip| grip.has_moved) else {
-            return Ok(());
-        };
-        let model = self.model.as_mut().ok_or(Refused::NoModel)?;
-        let handle = grip.handle;
-        let (shape, group) = {
-            let scene = model.scene();
-            let group = scene.handles().get(handle);
-            (scene.shape.clone(), group.cloned())
-        };
-        let group = group.ok_or(Refused::NoHandle(handle))?;
-        *model.history_mut().scene_mut() = grip.before;
-        let (motion, turn) = (group.matrix, group.turn);
-        let command = Command::MoveHandle {
-            handle,
-            motion,
-            turn,
-        };
-        self.write(&command, effects)?;
-        // The step begins with the shape that the drag has come to, from which the solver goes on.
-        let is_settled = false;
-        self.write(&Command::Arrive { shape, is_settled }, effects)?;
-        self.settle();
-        Ok(())
-    }
-
-    /// Puts the handle back to where it was grabbed.
-    fn cancel_drag(&mut self, effects: &mut Vec<Effect>) {
-        let (Some(grip), Some(model)) = (self.drag.take(), &mut self.model) else {
-            return;
-        };
-        *model.history_mut().scene_mut() = grip.before;
-        effects.push(Effect::Marked);
-        self.show();
     }
 
     /// Collects the results of the threads.

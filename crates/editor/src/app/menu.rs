@@ -188,7 +188,7 @@ impl Editor {
         egui::Panel::bottom("status").show_inside(ui, |ui| {
             ui.horizontal(|ui| {
                 self.progress(ui);
-                let (state, choice) = self.workspace.solver().state();
+                let state = self.workspace.solver().state().0;
                 match &state {
                     State::Idle => ui.label("ready"),
                     State::Preparing => {
@@ -217,10 +217,6 @@ impl Editor {
                     [one] => format!("vertex {} selected", self.file_vertex(*one)),
                     all => format!("{} vertices selected", all.len()),
                 });
-                if !choice.is_empty() {
-                    ui.separator();
-                    ui.label(choice);
-                }
                 if let Some(note) = &self.dialogs.note {
                     ui.separator();
                     ui.add(egui::Label::new(printable(note)).truncate());

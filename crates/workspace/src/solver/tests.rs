@@ -1,5 +1,6 @@
 use std::time::Duration;
 
+use cotan::geometry::Surface;
 use cotan::halfedge::VertexId;
 use nalgebra::{Matrix4, Vector3};
 

@@ -10,11 +10,11 @@ use cotan_tool::paths::Paths;
 use super::Workspace;
 use super::jobs::Outcome;
 use crate::command::{Command, Over};
-use crate::edit::Refused;
 use crate::effect::{Effect, Notice};
 use crate::files::{self, Expect, SaveError, is_project, open_project};
 use crate::handle_groups::{groups_of, handles_of};
 use crate::model::Model;
+use crate::refused::Refused;
 use crate::scene::Scene;
 
 /// A model that was read and prepared for picking, or the reason why it was not.

@@ -2,10 +2,10 @@
 
 use super::Workspace;
 use crate::command::{Command, Job};
-use crate::edit::Refused;
 use crate::effect::{Effect, Notice};
 use crate::jobs::{Morph, Start};
 use crate::model::Model;
+use crate::refused::Refused;
 use crate::scene::Scene;
 use crate::shape::Shape;
 use crate::task::{Control, Task, TaskError};
