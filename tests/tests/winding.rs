@@ -120,12 +120,12 @@ fn a_lost_turn_is_reported_with_the_angle_that_the_shape_holds() {
         (bar::<f64>([3.0, 1.0, 1.0], [24, 8, 8]), 1.0, 330.0, 0.15),
         (bar::<f64>([6.0, 1.0, 1.0], [48, 8, 8]), 1.0, 510.0, 0.15),
         (rod(4.0, 0.5), 1.0, 450.0, 0.15),
-        (turned_rod(4.0, |x| 1.0 + 0.2 * x), 1.0, 420.0, 0.2),
+        (turned_rod(4.0, |x| 1.0 + 0.2 * x), 1.0, 420.0, 0.15),
         (
             turned_rod(4.0, |x| if x.abs() < 0.5 { 0.5 } else { 1.0 }),
             0.5,
             330.0,
-            0.35,
+            0.25,
         ),
     ];
     for (shape, width, holds, error) in cases {
