@@ -4,10 +4,12 @@ use std::ops::ControlFlow;
 
 use cotan::flow::Flow;
 use cotan::prelude::*;
+use cotan::shapes::{bar, icosphere, torus};
 use cotan_geometry::Mesh;
 use cotan_geometry::testing::{blobs, rigid_motions, rotations, surfaces};
 use cotan_laplacian::{LaplacianScheme, Operator};
-use nalgebra::{Isometry3, Translation3};
+use cotan_tests::Draw;
+use nalgebra::{Isometry3, Rotation3, Translation3};
 use proptest::prelude::*;
 
 /// The held vertices: those beyond two planes, at each end of the longest axis. At least four.
@@ -248,6 +250,69 @@ proptest! {
         let operator = Operator::assemble(&*scheme.scheme::<f64>(), &surface)?;
         prop_assert!(operator.weights().iter().all(|w| w.is_finite()));
     }
+}
+
+/// Struts do not depend on numbering, rotation or scale where rays are tied: on regular shapes they
+/// run into edges and corners of the opposite wall.
+#[test]
+fn struts_commute_with_numbering_and_similarities_where_rays_are_tied() {
+    let mut draw = Draw::new(23);
+    let shapes = [
+        bar::<f64>([4.0, 1.0, 1.0], [12, 3, 3]),
+        torus::<f64>(1.0, 0.4, 20, 10),
+        icosphere::<f64>(2),
+    ];
+    for shape in &shapes {
+        let [low, high] = ends(shape);
+        let motion = Rotation3::new(Vector3::new(0.9, 0.1, 0.2)).to_homogeneous();
+        let run = |shape: &Mesh<f64>, [low, high]: [Vec<VertexId>; 2], motion| {
+            let handles = Handles::new().fix(low).transform(high, motion);
+            let options = DeformOptions::default()
+                .tolerance(1e-9)
+                .iteration_limit(2_000);
+            let deformed = deform(shape, &handles, &options).expect("an edit");
+            assert_eq!(deformed.report.stop, StopReason::Converged);
+            deformed.positions
+        };
+        let before = run(shape, [low.clone(), high.clone()], motion);
+        for _ in 0..2 {
+            let n = before.len();
+            let mut order: Vec<usize> = (0..n).collect();
+            (1..n).for_each(|k| order.swap(k, draw.vertex(k + 1).index()));
+            let scale = 3.0_f64.powf(draw.number());
+            let turn = Rotation3::new(draw.vector() * 3.0);
+            let frame = turn.to_homogeneous() * Matrix4::new_scaling(scale);
+            let other = renumbered(shape, &order, |p| turn * (p * scale));
+            let rename = |region: &[VertexId]| -> Vec<VertexId> {
+                let renamed = region.iter().map(|v| VertexId::new(order[v.index()]));
+                renamed.collect()
+            };
+            let back = frame.try_inverse().expect("a similarity");
+            let after = run(&other, [rename(&low), rename(&high)], frame * motion * back);
+            for (v, p) in before.iter() {
+                let expected = turn * (p * scale);
+                let error = (after[VertexId::new(order[v.index()])] - expected).norm();
+                assert!(error <= 1e-6 * diagonal(&other), "{error:e}");
+            }
+        }
+    }
+}
+
+/// The shape with other indices, vertex v having become `order[v]`, and moved positions.
+fn renumbered(
+    shape: &Mesh<f64>,
+    order: &[usize],
+    place: impl Fn(&Point3<f64>) -> Point3<f64>,
+) -> Mesh<f64> {
+    let mesh = shape.connectivity();
+    let corners = |f| mesh.triangle(f).map(|v| order[v.index()] as u32);
+    let faces: Vec<[u32; 3]> = mesh.faces().map(corners).collect();
+    let mut positions = shape.positions().clone();
+    for (v, p) in shape.positions().iter() {
+        positions[VertexId::new(order[v.index()])] = place(p);
+    }
+    let mesh = HalfedgeMesh::from_faces(order.len(), &faces).expect("a surface");
+    Mesh::new(mesh, positions).expect("a surface")
 }
 
 /// On a flat mesh the cotangent Laplacian of a linear function is zero in the interior.

@@ -45,6 +45,28 @@ pub(crate) struct Distances {
     /// Vertices farther away than this are not reached.
     limit: f64,
     reached: Vec<u32>,
+    /// The first so many of the reached vertices, the farthest first. Distances only shrink, so an
+    /// entry is an upper bound.
+    far: BinaryHeap<Far>,
+    num_far: usize,
+}
+
+/// A vertex and an upper bound of its distance.
+#[derive(PartialEq)]
+struct Far(f64, u32);
+
+impl Eq for Far {}
+
+impl PartialOrd for Far {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Far {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.0.total_cmp(&other.0).then(other.1.cmp(&self.1))
+    }
 }
 
 /// A vertex and its distance, the nearest first.
@@ -78,6 +100,8 @@ impl Distances {
             waiting: BinaryHeap::new(),
             limit,
             reached: Vec::new(),
+            far: BinaryHeap::new(),
+            num_far: 0,
         }
     }
 
@@ -87,6 +111,8 @@ impl Distances {
             self.of_vertex[i as usize] = f64::INFINITY;
             self.source[i as usize] = u32::MAX;
         }
+        self.far.clear();
+        self.num_far = 0;
     }
 
     /// The vertices that were reached, in no particular order, and their distances.
@@ -129,15 +155,72 @@ impl Distances {
 
     /// The vertex that is farthest from all sources and can be reached from one; of several that
     /// are as far but for rounding the lowest.
-    pub(crate) fn farthest(&self) -> Option<(usize, f64)> {
-        let reached = self.of_vertex.iter().filter(|d| d.is_finite());
-        let most = reached.fold(0.0_f64, |most, d| most.max(*d));
-        let is_farthest = |d: &f64| d.is_finite() && *d >= most * (1.0 - TIE);
-        let at = self.of_vertex.iter().position(is_farthest)?;
-        (most > 0.0).then_some((at, most))
+    ///
+    /// A scan of all vertices for each of hundreds of sources would take longer than the distances.
+    pub(crate) fn farthest(&mut self) -> Option<(usize, f64)> {
+        let added = self.reached[self.num_far..].iter();
+        self.far
+            .extend(added.map(|&i| Far(self.of_vertex[i as usize], i)));
+        self.num_far = self.reached.len();
+        let mut most = 0.0;
+        let mut ties = Vec::new();
+        while let Some(Far(bound, i)) = self.far.pop() {
+            let distance = self.of_vertex[i as usize];
+            if distance < bound {
+                self.far.push(Far(distance, i));
+                continue;
+            }
+            if ties.is_empty() {
+                most = distance;
+            }
+            let is_farthest = distance >= most * (1.0 - TIE);
+            ties.push(Far(distance, i));
+            if !is_farthest || most == 0.0 {
+                break;
+            }
+        }
+        let is_farthest = |tie: &&Far| tie.0 >= most * (1.0 - TIE);
+        let lowest = ties.iter().filter(is_farthest).map(|tie| tie.1).min();
+        self.far.extend(ties);
+        (most > 0.0).then_some((lowest? as usize, most))
     }
 }
 
 /// Lengths that differ by less, of themselves, are the same: what is decided by them does not
 /// depend on how a mesh is turned or scaled.
 const TIE: f64 = 1e-9;
+
+#[cfg(test)]
+mod tests {
+    use cotan_geometry::shapes::{icosphere, torus};
+    use cotan_laplacian::Cotangent;
+
+    use super::*;
+
+    /// The same vertices as by a scan of all distances, on shapes with many ties.
+    #[test]
+    fn the_farthest_vertex_is_that_of_a_scan() {
+        for shape in [icosphere::<f64>(3), torus(1.0, 0.3, 24, 12)] {
+            let rest = Rest::new(
+                shape.connectivity(),
+                shape.positions(),
+                Cotangent::default(),
+            )
+            .unwrap();
+            let net = Net::new(&rest);
+            let mut distances = Distances::new(shape.positions().len());
+            distances.spread(&net, [5]);
+            for _ in 0..100 {
+                let all = &distances.of_vertex;
+                let most = all.iter().copied().fold(0.0, f64::max);
+                let expected = all.iter().position(|d| *d >= most * (1.0 - TIE)).unwrap();
+                let (found, distance) = distances.farthest().unwrap();
+                assert_eq!((found, distance), (expected, most));
+                distances.spread(&net, [found]);
+            }
+            let n = shape.positions().len();
+            distances.spread(&net, 0..n);
+            assert_eq!(distances.farthest(), None);
+        }
+    }
+}
