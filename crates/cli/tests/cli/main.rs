@@ -25,3 +25,4 @@ mod sphere;
 mod sphere_files;
 mod sphere_uses;
 mod terminal;
+mod tessellation;
