@@ -5,7 +5,7 @@
 use cotan_geometry::shapes::{VertexOrder, irregular};
 use cotan_geometry::testing::{rigid_motions, surfaces};
 use cotan_geometry::{Mesh, bar, bumpy_plane, folded_faces, icosphere, torus};
-use cotan_halfedge::HalfedgeMesh;
+use cotan_halfedge::{FaceId, FaceMap, HalfedgeMesh};
 use cotan_surface::{
     DecimateAttributes, DecimateOptions, Features, RemeshOptions, SubdivideOptions,
     SubdivisionScheme, decimate, interpolated, remesh, subdivide,
@@ -232,6 +232,41 @@ fn attributes_in_the_quadric_keep_a_step_of_colour() {
     }
     let plain = decimate(&mesh.surface(), &DecimateOptions::to_faces(60)).unwrap();
     assert!(plain.attributes.is_empty());
+}
+
+#[test]
+fn attributes_that_jump_at_a_seam_cost_nothing_there() {
+    // Linear on either side of x = 0, with a jump between.
+    let mesh = bumpy_plane::<f64>([2.0, 1.0], [20, 10], 0.0);
+    let (faces, x) = (mesh.connectivity(), mesh.positions());
+    let seam = faces.edges().filter(|&e| {
+        let ends = faces.edge_vertices(e);
+        ends.iter().all(|&v| x[v].x.abs() < 1e-9)
+    });
+    let seam: Vec<_> = seam.collect();
+    assert_eq!(seam.len(), 10);
+    let values = (0..mesh.num_faces()).map(|f| {
+        let corners = faces.triangle(FaceId::new(f)).map(|v| x[v].x);
+        let jump = if corners.iter().sum::<f64>() > 0.0 {
+            10.0
+        } else {
+            0.0
+        };
+        corners.map(|x| 3.0 * x + jump)
+    });
+    let attributes =
+        DecimateAttributes::new().with_corners(FaceMap::from_vec(values.collect()), 1.0);
+    let options = DecimateOptions::to_error(1e-3)
+        .features(Features::none().with_edges(seam))
+        .attributes(attributes);
+    let made = decimate(&mesh.surface(), &options).unwrap();
+    assert!(made.mesh.num_faces() < 40, "{}", made.mesh.num_faces());
+    assert!((made.mesh.surface().area() - 2.0).abs() < 1e-6);
+    let crossing = made.mesh.connectivity().edges().filter(|&e| {
+        let [a, b] = made.mesh.connectivity().edge_vertices(e);
+        made.mesh.positions()[a].x * made.mesh.positions()[b].x < -1e-9
+    });
+    assert_eq!(crossing.count(), 0);
 }
 
 #[test]

@@ -25,4 +25,5 @@ mod sphere;
 mod sphere_files;
 mod sphere_uses;
 mod terminal;
+mod tessellation;
 mod transfer;
