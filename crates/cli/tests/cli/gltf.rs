@@ -258,7 +258,7 @@ fn nodes_are_named_in_handles_files_and_options() {
     tetrahedron(&sandbox, "arm.gltf", &nodes, 2);
     let info = sandbox.cotan_ok("info arm.gltf --json").stdout;
     let info: Value = serde_json::from_str(&info).unwrap();
-    let names: Vec<&Value> = info["parts"]
+    let names: Vec<&Value> = info["component_parts"]
         .as_array()
         .unwrap()
         .iter()

@@ -171,7 +171,7 @@ fn what_cannot_follow_is_told_with_what_to_do() {
     assert!(!outcome.stderr.contains("stays where it is"), "{outcome:?}");
     // `reconstruct` rebuilds every part by itself.
     sandbox.refused(
-        "reconstruct model.obj --handles h.json -o o.obj",
+        "reconstruct model.obj --handles h.json --iterations 2 -o o.obj",
         &["has no handle", "fix or move at least one vertex of it"],
     );
 }

@@ -27,7 +27,7 @@ pub(crate) struct Part {
 pub(crate) struct ComponentPart {
     /// Its number in the order of the file.
     pub(crate) part: usize,
-    /// The name of its object, group or material; may be empty.
+    /// The name of its node, object, group or material; may be empty.
     pub(crate) name: String,
     pub(crate) vertices: usize,
     /// The parts that it follows if the one with the largest area drives.
