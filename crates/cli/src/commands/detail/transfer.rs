@@ -173,7 +173,7 @@ fn warn(transfer: &TransferReport, share: f64, context: &Context<'_>) {
     }
     if transfer.coverage < 1.0 {
         context.console.warn(format_args!(
-            "{:.0} % of the area has no counterpart and gets no details",
+            "{:.2} % of the area has no counterpart and gets no details",
             100.0 * (1.0 - transfer.coverage)
         ));
     }
