@@ -203,19 +203,11 @@ fn single_precision_agrees() {
     assert!(farthest(&wide, &double.positions) < 1e-3);
 }
 
-/// A measurement: thousands of screws follow as well as a few.
 #[test]
-#[ignore = "a measurement; run it in a release build"]
 fn thousands_of_screws_follow() {
     let case = cases::screws(63);
-    let clock = std::time::Instant::now();
     let (_, deformed) = run(&case);
+    assert_eq!(case.parts.len(), 63 * 63 + 1);
     let [gap, turn] = worst(&deformed.parts);
-    println!(
-        "{} screws: gap {:.4} %, turn {turn:.2}°, {:.2?}",
-        case.parts.len() - 1,
-        gap * 100.0,
-        clock.elapsed()
-    );
     assert!(gap < 0.004 && turn < 2.0);
 }
