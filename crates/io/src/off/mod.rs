@@ -357,6 +357,12 @@ impl SourceFile for OffFile {
                 if let Some(x) = number {
                     patch.replace(word.start, word.text.len(), |out| {
                         number::push_f64(out, x);
+                        // A whole number at the start of a line could be taken for the corners of
+                        // a face, and the file be read line by line from then on.
+                        let is_free = self.layout.width.is_some();
+                        if is_free && number::parse_integer(out.as_bytes()).is_some() {
+                            out.push_str(".0");
+                        }
                     });
                 }
             }
