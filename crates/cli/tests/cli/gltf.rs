@@ -210,3 +210,97 @@ fn the_error_names_version_1_of_gltf() {
     sandbox.write("old.glb", b"glTF\x01\0\0\0\x14\0\0\0\0\0\0\0\0\0\0\0");
     sandbox.refused("info old.glb", &["glTF 1.0", "glTF 2.0"]);
 }
+
+#[test]
+fn an_instance_is_edited_alone_by_request() {
+    let sandbox = Sandbox::new();
+    let nodes = json!([
+        {"name": "pair", "children": [1, 2]},
+        {"name": "left", "mesh": 0},
+        {"name": "right", "mesh": 0, "translation": [3, 0, 0]},
+    ]);
+    tetrahedron(&sandbox, "two.gltf", &nodes, 1);
+    sandbox.write("h.json", HANDLES);
+    let shared = sandbox.cotan_ok("deform two.gltf --handles h.json -o both.gltf");
+    assert!(shared.stderr.contains("moved wherever it is shown: mesh 0"));
+    assert!(shared.stderr.contains("--make-unique"), "{shared:?}");
+    sandbox.cotan_ok("convert both.gltf both.ply");
+    let places = sandbox.positions("both.ply");
+    assert_eq!((places[3].z, places[7].z), (2.0, 2.0));
+
+    let line = "deform two.gltf --make-unique --handles h.json --free right -o one.gltf";
+    let unique = sandbox.cotan_ok(line);
+    assert!(!unique.stderr.contains("shown"), "{unique:?}");
+    sandbox.cotan_ok("convert one.gltf one.ply");
+    let places = sandbox.positions("one.ply");
+    let tips = (places[3].z, places[7]);
+    assert_eq!(tips, (2.0, nalgebra::Point3::new(3.0, 0.0, 1.0)));
+    let out = sandbox.json("one.gltf");
+    assert_eq!(out["nodes"][1]["mesh"], 0);
+    assert_eq!(out["nodes"][2]["mesh"], 1);
+    assert_eq!(out["nodes"][2]["name"], "right");
+    // Where nothing moves, nothing is said.
+    let still = r#"{"handles":[{"vertices":{"node":"pair"},"fixed":true}]}"#;
+    sandbox.write("still.json", still);
+    let outcome = sandbox.cotan_ok("deform two.gltf --handles still.json -o still.gltf");
+    assert!(!outcome.stderr.contains("moved wherever"), "{outcome:?}");
+}
+
+#[test]
+fn nodes_are_named_in_handles_files_and_options() {
+    let sandbox = Sandbox::new();
+    let nodes = json!([
+        {"name": "arm", "children": [1]},
+        {"name": "bones", "children": [2, 3]},
+        {"name": "upper", "mesh": 0},
+        {"name": "lower", "mesh": 1, "translation": [3, 0, 0]},
+    ]);
+    tetrahedron(&sandbox, "arm.gltf", &nodes, 2);
+    let info = sandbox.cotan_ok("info arm.gltf --json").stdout;
+    let info: Value = serde_json::from_str(&info).unwrap();
+    let names: Vec<&Value> = info["parts"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|p| &p["name"])
+        .collect();
+    assert_eq!(names, ["upper", "lower"]);
+    let lift = |node: &str| {
+        let moved = r#""transform":{"translate":[0,0,1]}"#;
+        let handles = format!(r#"{{"handles":[{{"vertices":{{"node":"{node}"}},{moved}}}]}}"#);
+        sandbox.write("h.json", handles);
+    };
+    let heights = |line: &str| {
+        sandbox.cotan_ok(line);
+        let places = sandbox.positions_beside("out.gltf");
+        [0, 4].map(|v: usize| places[v].z)
+    };
+    lift("upper");
+    let line = "deform arm.gltf --handles h.json -o out.gltf";
+    assert_eq!(heights(line), [1.0, 1.0]);
+    for free in ["--free lower", "--parts only upper", "--parts still"] {
+        assert_eq!(heights(&format!("{line} {free}")), [1.0, 0.0], "{free}");
+    }
+    let free = r#"{"handles":[{"vertices":{"node":"upper"},"transform":{"translate":[0,0,1]}}],
+                   "parts":{"free":["lower"]}}"#;
+    sandbox.write("h.json", free);
+    assert_eq!(heights(line), [1.0, 0.0]);
+    // A node without a mesh stands for those below it, in options as well.
+    lift("bones");
+    assert_eq!(heights(&format!("{line} --parts still")), [1.0, 1.0]);
+    lift("lower");
+    assert_eq!(heights(&format!("{line} --parts only bones")), [1.0, 1.0]);
+
+    lift("leg");
+    let refused = sandbox.cotan(line);
+    assert_ne!(refused.code, 0);
+    let words = "names the node \"leg\", which the file does not have; the names are arm, bones, \
+                 upper, lower";
+    assert!(refused.stderr.contains(words), "{refused:?}");
+    sandbox.cotan_ok("convert arm.gltf arm.obj");
+    let refused = sandbox.cotan("deform arm.obj --handles h.json -o out.obj");
+    assert!(
+        refused.stderr.contains("only a glTF has nodes"),
+        "{refused:?}"
+    );
+}

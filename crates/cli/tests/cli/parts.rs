@@ -152,3 +152,26 @@ fn info_lists_the_parts() {
     assert_eq!(parts.len(), 4);
     assert_eq!(parts[1]["name"], "ring");
 }
+
+#[test]
+fn what_cannot_follow_is_told_with_what_to_do() {
+    let sandbox = sandbox();
+    sandbox.write("none.json", r#"{"handles": []}"#);
+    sandbox.refused(
+        "deform model.obj --handles none.json -o o.obj",
+        &["no handle", "add at least one", "cotan info", "--help"],
+    );
+    // A part without any tie stays, and a part that is to be free does so without a word.
+    let line = "deform model.obj --handles h.json -o o.obj";
+    let outcome = sandbox.cotan_ok(&format!("{line} --untie arm button --untie ring button"));
+    let words = "part 3 (button) stays where it is: it is tied to no part with a handle";
+    assert!(outcome.stderr.contains(words), "{outcome:?}");
+    assert!(outcome.stderr.contains("untie fewer pairs"), "{outcome:?}");
+    let outcome = sandbox.cotan_ok(&format!("{line} --free button"));
+    assert!(!outcome.stderr.contains("stays where it is"), "{outcome:?}");
+    // `reconstruct` rebuilds every part by itself.
+    sandbox.refused(
+        "reconstruct model.obj --handles h.json -o o.obj",
+        &["has no handle", "fix or move at least one vertex of it"],
+    );
+}
