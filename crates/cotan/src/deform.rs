@@ -27,10 +27,9 @@ pub struct Deformed<T: Scalar> {
 /// as [`DeformOptions::parts`] says. It need not be manifold or consistently oriented: a mesh that
 /// was cut into pieces
 /// ([`MeshBuilder::cut_into_pieces`](crate::MeshBuilder::cut_into_pieces)) deforms as one surface,
-/// and copies of a vertex stay together. The struts and the volume of
-/// [`cotan_flow::Stiffness`] belong to a piece: one that is cut from a one-sided surface has
-/// neither. Orientations that need normals ([`OrientationKind`](crate::OrientationKind)) refuse
-/// such a mesh.
+/// and copies of a vertex stay together. The struts and the volume of [`cotan_flow::Stiffness`] are
+/// those of the joined surface, wherever it was cut; a one-sided one has neither. Orientations that
+/// need normals ([`OrientationKind`](crate::OrientationKind)) refuse such a mesh.
 ///
 /// # Errors
 /// [`Error`] for a mesh that is not a valid surface, and for handles that do not exist,

@@ -8,12 +8,12 @@ use cotan_parallel as parallel;
 use nalgebra::{Point3, Vector3};
 
 use super::bodies::Bodies;
-use crate::cells::as_f64;
 use crate::nearest_rotation::Mat3;
 use crate::passes::{Four, turned};
 use crate::rest::Rest;
 
-/// A strut joins a vertex to the point of the opposite wall that a ray into the body meets first.
+/// A strut joins a vertex to the point of the opposite wall that a ray into the body meets first,
+/// whatever pieces the surface was cut into.
 ///
 /// ```text
 /// Σ_j ν_j |(x_j − y_j) − R̄_j d_j|²,   y_j = Σ_k b_k x_k,   ν_j = β μ min(A_j / |d_j|², 0.03)
@@ -263,8 +263,8 @@ struct Walls<'a, T: Scalar> {
     bodies: &'a Bodies,
     points: &'a Positions<f64>,
     tree: TriangleTree,
-    /// The piece of every triangle.
-    of_triangle: Vec<u32>,
+    /// The body of every triangle, and the sign of its normal that points outwards.
+    of_triangle: Vec<(u32, f64)>,
 }
 
 impl<'a, T: Scalar> Walls<'a, T> {
@@ -272,13 +272,16 @@ impl<'a, T: Scalar> Walls<'a, T> {
         let mesh = rest.mesh();
         let corners = |f: FaceId| mesh.triangle(f).map(|v| mesh.row_of(v).index() as u32);
         let triangles = mesh.faces().map(corners).collect();
-        let piece = |f: FaceId| bodies.of(mesh.triangle(f)[0].index());
+        let body = |f: FaceId| {
+            let corner = mesh.triangle(f)[0].index();
+            (bodies.of(corner), bodies.outwards(corner))
+        };
         Self {
             rest,
             bodies,
             points,
             tree: TriangleTree::build(triangles, points),
-            of_triangle: mesh.faces().map(piece).collect(),
+            of_triangle: mesh.faces().map(body).collect(),
         }
     }
 
@@ -304,14 +307,12 @@ impl<'a, T: Scalar> Walls<'a, T> {
         /// Distances that differ by less, of themselves, are the same.
         const TIE: f64 = 1e-9;
         let none = Strut::default();
-        let outwards = self.bodies.outwards(j);
-        let into = as_f64(self.rest.normals().as_slice()[j]) * -outwards;
-        if outwards == 0.0 || into == Vector3::zeros() {
+        let Some(normal) = self.bodies.outward_normal(self.rest, j) else {
             return none;
-        }
+        };
         let ray = Ray {
             origin: self.points.as_slice()[j],
-            direction: into,
+            direction: -normal,
         };
         let body = self.bodies.of(j);
         // Of triangles that meet at one point of the ray the one that faces it most: an edge or a
@@ -323,7 +324,8 @@ impl<'a, T: Scalar> Walls<'a, T> {
                 let limit = |distance: f64| ControlFlow::Continue(distance * (1.0 + TIE));
                 let old = nearest.map_or(f64::INFINITY, |(old, _)| old.distance);
                 let is_own = corners.contains(&(j as u32));
-                if is_own || self.of_triangle[meeting.triangle] != body {
+                let (of, outwards) = self.of_triangle[meeting.triangle];
+                if is_own || of != body {
                     return limit(old);
                 }
                 let is_nearer = meeting.distance < old * (1.0 - TIE);

@@ -10,19 +10,21 @@ use super::Energy;
 use super::bodies::Bodies;
 use crate::rest::Rest;
 
-/// The volumes of the closed pieces ([`Bodies`]), each with an energy
+/// The volumes of the closed [`Bodies`], each with an energy
 ///
 /// ```text
 /// κ (V − V⁰)²,   κ = γ μ A / V⁰²
 /// ```
 ///
-/// with A the piece's area.
+/// with A the body's area.
 #[derive(Debug)]
 pub(super) struct SoftVolume {
     bodies: Vec<Body>,
-    /// The index of each vertex's body, copies of vertices included; that of none where a piece
+    /// The index of each vertex's body, copies of vertices included; that of none where a body
     /// has no volume.
     of_vertex: Vec<u32>,
+    /// Whether the faces at a vertex run against those of the body; empty if none do.
+    is_reversed: Vec<bool>,
     /// ∂V/∂x, and x·∂V/∂x about the body's first vertex.
     gradients: Vec<[f64; 3]>,
     moments: Vec<f64>,
@@ -71,10 +73,14 @@ impl SoftVolume {
         };
         let mut volume = Self {
             of_vertex: (0..n).map(|i| index_of[bodies.of(i) as usize]).collect(),
+            is_reversed: Vec::new(),
             gradients: vec![[0.0; 3]; n],
             moments: vec![0.0; n],
             bodies: held,
         };
+        if (0..n).any(|v| bodies.is_reversed(v)) {
+            volume.is_reversed = (0..n).map(|v| bodies.is_reversed(v)).collect();
+        }
         // As it is measured later: a shape at rest pulls by nothing at all.
         let _ = volume.measure(rest, rest.positions());
         for body in &mut volume.bodies {
@@ -95,6 +101,7 @@ impl SoftVolume {
     ) -> Energy {
         let (mesh, fans, x) = (rest.mesh(), rest.fans(), positions.as_slice());
         let (bodies, of_vertex) = (&self.bodies, &self.of_vertex);
+        let is_reversed = &self.is_reversed;
         parallel::update(
             (&mut self.gradients[..], &mut self.moments[..]),
             |v, (gradient, moment)| {
@@ -102,7 +109,10 @@ impl SoftVolume {
                     return;
                 };
                 let i = mesh.row_of(VertexId::new(v)).index();
-                let vector = fans.area_vector(positions, v, i) / 3.0;
+                let mut vector = fans.area_vector(positions, v, i) / 3.0;
+                if is_reversed.get(v) == Some(&true) {
+                    vector = -vector;
+                }
                 *moment = (x[i] - x[body.first]).map(T::as_f64).dot(&vector) / 3.0;
                 *gradient = vector.into();
             },
