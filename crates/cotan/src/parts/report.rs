@@ -3,7 +3,7 @@
 
 use cotan_flow::nearest_rotation;
 use cotan_geometry::Scalar;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::contacts::{Contact, SurfacePoint};
 use super::passenger::{Passenger, Scene};
@@ -24,7 +24,9 @@ pub struct PartReport {
     /// Root mean square, over its contacts and by their weights, of the change of the distance
     /// from the point that it touches, over the diagonal of the whole model.
     pub gap_change: f64,
-    /// The angle between its own rotation and that of the surface that it touches, in degrees.
+    /// The angle between the rotation that takes its vertices from their original positions best
+    /// and that of the corners of the triangles that it touches, in degrees. Of a part that is
+    /// tied to others and solved with them: between the two surfaces at their contacts.
     pub turn_degrees: f64,
 }
 
@@ -42,8 +44,12 @@ pub(crate) fn measure<T: Scalar>(
         let contacts: Vec<&Contact> = passenger.contacts.iter().collect();
         let report = &mut reports[passenger.part];
         report.note(scene, &contacts);
-        let on = passenger.mean_rotation(scene);
-        let own = own_rotation(scene, passenger.part, &on);
+        let mean = passenger.mean_rotation(scene);
+        let [own, on] = [
+            own_points(scene, passenger.part),
+            touched_points(scene, &contacts),
+        ]
+        .map(|points| best_rotation(scene, &points, &mean));
         report.turn_degrees = angle(&own, &on).to_degrees();
     }
     let part_of = |contact: &Contact| scene.model.of_vertex[contact.own.corners[0] as usize];
@@ -95,25 +101,55 @@ impl PartReport {
     }
 }
 
-/// The rotation that takes the vertices of a part from their original positions best. Where they
-/// are on a line or at a point, which leaves it open, it is as close to `otherwise` as they allow.
-fn own_rotation(scene: &Scene<'_>, part: usize, otherwise: &Matrix3<f64>) -> Matrix3<f64> {
+/// The vertices of a part, with equal weights.
+fn own_points(scene: &Scene<'_>, part: usize) -> Vec<(u32, f64)> {
+    let vertices = scene.model.parts[part].vertices.iter();
+    vertices.map(|v| (*v, 1.0)).collect()
+}
+
+/// The corners of the triangles that contacts touch, by the weights of the contacts. Around a
+/// vertex that a contact touches all triangles count.
+fn touched_points(scene: &Scene<'_>, contacts: &[&Contact]) -> Vec<(u32, f64)> {
+    let mut points: Vec<(u32, f64)> = Vec::new();
+    for contact in contacts {
+        let [a, b, c] = contact.on.corners;
+        let own = [[a, b, c]];
+        let triangles = match a == b && b == c {
+            true => scene.model.fan(a),
+            false => &own,
+        };
+        let weight = contact.weight / triangles.len().max(1) as f64;
+        points.extend(triangles.iter().flatten().map(|v| (*v, weight)));
+    }
+    points
+}
+
+/// The rotation that takes points from their original positions best. Where they are on a line or
+/// at a point, which leaves it open, it is as close to `otherwise` as they allow.
+fn best_rotation(
+    scene: &Scene<'_>,
+    points: &[(u32, f64)],
+    otherwise: &Matrix3<f64>,
+) -> Matrix3<f64> {
     /// Of the squared size of the model: too little to matter to anything that has an extent.
     const SHARE: f64 = 1e-14;
-    let vertices = &scene.model.parts[part].vertices;
     let rest = scene.model.positions.as_slice();
-    let mean = |at: &dyn Fn(usize) -> Vector3<f64>| {
-        let sum: Vector3<f64> = vertices.iter().map(|v| at(*v as usize)).sum();
-        sum / vertices.len().max(1) as f64
+    let total: f64 = points.iter().map(|(_, weight)| weight).sum();
+    let mean = |at: &[Point3<f64>]| {
+        let sum: Vector3<f64> = points
+            .iter()
+            .map(|(v, w)| at[*v as usize].coords * *w)
+            .sum();
+        sum / total.max(f64::MIN_POSITIVE)
     };
-    let before = mean(&|v| rest[v].coords);
-    let after = mean(&|v| scene.now[v].coords);
+    let (before, after) = (mean(rest), mean(scene.now));
     let mut covariance = Matrix3::zeros();
-    for v in vertices {
+    for (v, weight) in points {
         let v = *v as usize;
-        covariance += (scene.now[v].coords - after) * (rest[v].coords - before).transpose();
+        let (from, to) = (rest[v].coords - before, scene.now[v].coords - after);
+        covariance += to * from.transpose() * *weight;
     }
-    let size = scene.model.diagonal * scene.model.diagonal * vertices.len() as f64;
+    let size = scene.model.diagonal * scene.model.diagonal * total;
     nearest_rotation(&(covariance + otherwise * (SHARE * size)))
 }
 
