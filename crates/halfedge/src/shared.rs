@@ -31,7 +31,8 @@ impl HalfedgeMesh {
     ///    surface, no third one there does, and they agree. All others get edges of their own.
     /// 3. Each fan of faces gets a vertex of its own.
     ///
-    /// The result depends on the order of the faces only where a one-sided surface is cut.
+    /// The result depends on the order of the faces only where a one-sided surface is cut, and not
+    /// on their directions.
     ///
     /// The `num_vertices` vertices keep their indices, and copies follow. A vertex with all its
     /// copies is one *row* ([`Self::row_of`]), which has the index of that vertex. Faces keep
@@ -272,6 +273,12 @@ impl Sides {
         self.sides.chunk_by(|a, b| a.ends == b.ends)
     }
 
+    /// The vertices at the ends of the side that starts from a corner, in ascending order.
+    fn ends(&self, corner: usize) -> [u32; 2] {
+        let [a, b] = [corner, self.next[corner] as usize].map(|c| self.vertex[c]);
+        [a.min(b), a.max(b)]
+    }
+
     fn face_of(&self, side: &Side) -> usize {
         self.face[side.corner as usize] as usize
     }
@@ -432,7 +439,7 @@ impl Orientation {
         }
         let mut surface = vec![NONE; num_faces];
         let mut is_turned = vec![false; num_faces];
-        let mut found = Vec::new();
+        let (mut found, mut corners) = (Vec::new(), Vec::new());
         for first in 0..num_faces {
             if surface[first] != NONE {
                 continue;
@@ -443,7 +450,11 @@ impl Orientation {
             let mut at = 0;
             while let Some(&face) = found.get(at) {
                 at += 1;
-                for corner in all.starts[face]..all.starts[face + 1] {
+                // By their ends: in an order that is the same for a face that is turned.
+                corners.clear();
+                corners.extend(all.starts[face]..all.starts[face + 1]);
+                corners.sort_unstable_by_key(|corner| all.ends(*corner));
+                for &corner in &corners {
                     let other = partner[corner];
                     if other == NONE {
                         continue;

@@ -23,6 +23,9 @@ pub(super) struct RestSurface {
     pub(super) laplacian: Vec<Vector3<f64>>,
     /// q = S x⁰ · n⁰, positive where convex: the integrated curvature, which is 0 on a boundary.
     pub(super) curvature: Vec<f64>,
+    /// Whether pieces of the mesh meet. Their normals may point to different sides, so that their
+    /// curvatures have no common sign there.
+    pub(super) is_seam: Vec<bool>,
 }
 
 impl RestSurface {
@@ -52,6 +55,7 @@ impl RestSurface {
         });
         Ok(Self {
             curvature: curvature.collect(),
+            is_seam: mesh.rows().map(|v| mesh.is_shared_vertex(v)).collect(),
             laplacian: laplacian.into_vec(),
             positions,
             operator,
