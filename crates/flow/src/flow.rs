@@ -24,7 +24,7 @@ use crate::workspace::Workspace;
 /// kept and fed new handle positions ([`Flow::set_targets`]), frame after frame: nothing is
 /// factorized again. It owns all that it needs, and can be sent to a thread.
 ///
-/// Where a mesh was cut into pieces, handles, targets and positions are those of the rows, which
+/// If a mesh was cut into pieces, handles, targets and positions are those of the rows, which
 /// are the first vertices: see [`Rest`].
 pub struct Flow<T: Scalar> {
     pub(crate) work: Workspace<T>,

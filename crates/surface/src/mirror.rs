@@ -273,7 +273,7 @@ impl Body {
         Some(MirrorPlane::new(((p_mean + q_mean) / 2.0).into(), normal))
     }
 
-    /// Whether most of the area is in the plane.
+    /// Returns true if most of the area is in the plane.
     fn is_flat_in(&self, plane: &MirrorPlane, vertices: &[usize]) -> bool {
         let area = |pick: &dyn Fn(usize) -> bool| -> f64 {
             let picked = vertices.iter().filter(|v| pick(**v));

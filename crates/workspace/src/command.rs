@@ -27,7 +27,7 @@ pub enum Command {
         /// The vertices, in any order.
         #[serde(with = "plain::ids")]
         vertices: Vec<VertexId>,
-        /// How they are combined with the selection.
+        /// The combination with the selection.
         how: Combine,
     },
     /// Selects all vertices.
@@ -243,21 +243,21 @@ pub enum Command {
     SaveAs {
         /// The file.
         path: PathBuf,
-        /// What may be replaced.
+        /// The files that may be replaced.
         over: Over,
     },
     /// Writes the mesh to a file, which does not become the open one.
     ExportMesh {
         /// The file.
         path: PathBuf,
-        /// What may be replaced.
+        /// The files that may be replaced.
         over: Over,
     },
     /// Gives up what was not saved.
     Discard,
 }
 
-/// What a save may replace.
+/// The files that a save may replace.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Over {
@@ -297,7 +297,7 @@ pub(crate) enum Record {
 }
 
 impl Command {
-    /// How the history records the command.
+    /// The entry of the command in the history.
     pub(crate) fn record(&self) -> Record {
         match self {
             Self::Select { .. }

@@ -18,7 +18,7 @@ pub(crate) struct Edited {
     pub(crate) scene: Scene,
     pub(crate) label: String,
     pub(crate) after: After,
-    /// Whether the step takes the place of the present one, because it does the same job again.
+    /// True if the step takes the place of the present one, because it does the same job again.
     pub(crate) is_again: bool,
 }
 
@@ -320,7 +320,7 @@ impl Edit<'_> {
         Ok((scene, label, After::Show))
     }
 
-    /// Whether a command does the job of the present step again, in its place.
+    /// Returns true if a command does the job of the present step again, in its place.
     fn is_again(&self, command: &Command) -> bool {
         let present = self.model.history().present().command.as_ref();
         let job = |command: &Command| match command {

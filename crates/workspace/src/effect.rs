@@ -1,4 +1,4 @@
-//! What the window has to do after a command.
+//! The reactions of the window to a command.
 
 use std::path::PathBuf;
 
@@ -6,7 +6,7 @@ use cotan::geometry::TriangleTree;
 
 use crate::command::Command;
 
-/// What the window has to do after a command.
+/// A reaction of the window to a command.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum Effect {

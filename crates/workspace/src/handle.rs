@@ -176,7 +176,7 @@ impl HandleGroup {
 
 /// Builds the handles of a deformation.
 ///
-/// Where parts are to be still, a last group fixes the vertices in `loose`, those of the parts
+/// If parts are to be still, a last group fixes the vertices in `loose`, those of the parts
 /// that have none.
 pub fn job_handles(handles: &[HandleGroup], loose: &[VertexId]) -> Handles<f64> {
     let mut all = Handles::new();

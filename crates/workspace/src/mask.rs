@@ -64,7 +64,7 @@ impl NamedMask {
     }
 }
 
-/// What restricts an edit to a part of the model.
+/// The restriction of an edit to a part of the model.
 pub(crate) struct Restriction<'a> {
     /// The mask that is in use.
     pub(crate) mask: Option<&'a NamedMask>,

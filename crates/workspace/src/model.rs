@@ -121,7 +121,7 @@ impl Model {
         });
     }
 
-    /// What would be lost if the model were closed now, in words; empty if nothing would be.
+    /// The losses of closing the model now, in words; empty if nothing would be.
     ///
     /// The selection counts for nothing.
     pub fn losses(&self) -> Vec<String> {

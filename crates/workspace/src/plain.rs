@@ -106,7 +106,7 @@ by_name!(orientation, cotan::OrientationKind);
 by_name!(scheme, cotan::SchemeKind);
 by_name!(smooth_method, cotan::smooth::SmoothMethod);
 
-/// How firmly a handle holds: its weight, or nothing if it holds exactly.
+/// The hold of a handle: its weight, or nothing if it holds exactly.
 pub(crate) mod hold {
     use cotan::linear::Hold;
     use serde::{Deserialize, Deserializer, Serialize, Serializer};

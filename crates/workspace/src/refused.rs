@@ -35,7 +35,7 @@ pub enum Refused {
     NotRecorded,
 }
 
-/// What the solver is to do after a command.
+/// The task of the solver after a command.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum After {
     /// Nothing.

@@ -107,7 +107,8 @@ impl Scene {
         scene
     }
 
-    /// What restricts a job that starts from this scene, on a model whose longest side is `side`.
+    /// The restriction of a job that starts from this scene, on a model whose longest side is
+    /// `side`.
     pub(crate) fn restriction(&self, side: f64) -> Restriction<'_> {
         Restriction {
             mask: self.props.mask.and_then(|k| self.props.masks.get(k)),

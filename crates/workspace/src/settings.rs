@@ -11,9 +11,9 @@ use crate::plain;
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Settings {
-    /// How the surface follows its handles.
+    /// Settings of a deformation.
     pub follow: Follow,
-    /// How the surface is smoothed.
+    /// Settings of smoothing.
     pub smooth: Smooth,
     /// The factor of the last edit of details; 1 if the shape was changed otherwise since.
     pub detail: f64,
@@ -61,7 +61,7 @@ impl Settings {
 const MOST_ITERATIONS: usize = 10_000;
 const MOST_DETAIL: f64 = 100.0;
 
-/// How the surface follows its handles.
+/// Settings of a deformation.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Follow {
@@ -71,7 +71,7 @@ pub struct Follow {
     /// The weights of the surface's edges.
     #[serde(with = "plain::scheme")]
     pub scheme: SchemeKind,
-    /// Whether details grow with the surface around them.
+    /// True if details grow with the surface around them.
     pub details: Details,
     /// The way in which the shape comes to rest.
     pub way: Way,
@@ -79,7 +79,7 @@ pub struct Follow {
     pub influence: Option<Influence>,
 }
 
-/// Whether details grow with the surface around them.
+/// True if details grow with the surface around them.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Details {
@@ -149,7 +149,7 @@ pub fn editor_options() -> DeformOptions {
 /// bounding box is met with a margin.
 const SETTLED: f64 = 1e-9;
 
-/// How the surface is smoothed.
+/// Settings of smoothing.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Smooth {

@@ -39,12 +39,12 @@ pub struct Workspace {
     drag: Option<Grip>,
     morph: Option<Morph>,
     journal: Journal,
-    /// What the last update of the solver came with.
+    /// The data of the last update of the solver.
     arrival: Option<Arrival>,
     notify: Notify,
 }
 
-/// What an update of the solver comes with.
+/// The data of an update of the solver.
 #[derive(Clone, Debug)]
 pub struct Arrival {
     /// The shape.

@@ -10,7 +10,7 @@ use crate::args::InputPath;
 use crate::error::CliError;
 use crate::prepare::Prepared;
 
-/// What places that belong together have in common.
+/// The property that corresponding places have in common.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Common<'a> {
     /// They are near each other in space, relative to the bounding boxes.

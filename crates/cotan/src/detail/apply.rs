@@ -29,9 +29,9 @@ impl Detail {
     /// Moves the vertices of a surface by these heights along the normals of its base:
     /// x' = x + s h n̄. The details that it has already stay.
     ///
-    /// Where a face would turn by more than 78° or fold over its neighbours, the heights around it
-    /// are reduced, round by round, until no such face is left. Vertices of height 0 keep their exact positions, and so
-    /// do those at which several pieces of a mesh meet.
+    /// If a face would turn by more than 78° or fold over its neighbours, the heights around it
+    /// are reduced, round by round, until no such face is left. Vertices of height 0 keep their
+    /// exact positions, and so do those at which several pieces of a mesh meet.
     ///
     /// # Errors
     /// [`DetailError::Mesh`] if there is not one height per vertex, and for a mask of another

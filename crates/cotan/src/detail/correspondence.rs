@@ -183,5 +183,5 @@ where
     terms.fold(zero, |sum, term| sum + term)
 }
 
-/// How far a counterpart may be from a vertex, in square roots of the target's area.
+/// The largest distance of a counterpart from a vertex, in square roots of the target's area.
 const REACH: f64 = 0.1;

@@ -136,7 +136,7 @@ impl Detail {
     /// These details on another surface, by linear interpolation at corresponding points; 0 where
     /// there is none.
     ///
-    /// Where this mesh is the coarser one, the kinks at its edges are smoothed away, by a low-pass
+    /// If this mesh is the coarser one, the kinks at its edges are smoothed away, by a low-pass
     /// of `SMOOTHING` mean edges of it. Towards parts without counterpart the details fade out
     /// over half a wavelength.
     ///

@@ -96,7 +96,7 @@ pub(crate) struct Scene<'a> {
     pub(crate) motions: &'a [Option<Rigid>],
 }
 
-/// How long a flow runs when its part is placed.
+/// The length of the run of a flow when its part is placed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Effort {
     /// One step.

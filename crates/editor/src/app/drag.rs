@@ -8,7 +8,7 @@ use cotan_workspace::Command;
 
 use super::Editor;
 
-/// How the pointer holds a handle.
+/// The way in which the pointer holds a handle.
 pub(super) struct Drag {
     /// The handle's motion and centroid when it was grabbed.
     motion: Matrix4<f64>,

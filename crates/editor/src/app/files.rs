@@ -51,7 +51,7 @@ impl Editor {
         }
     }
 
-    /// What closing the model would lose, as a sentence.
+    /// A sentence that names the losses of closing the model.
     pub(super) fn losses(&self) -> String {
         let losses = self.workspace.model().map(cotan_workspace::Model::losses);
         format!("Not saved: {}.", losses.unwrap_or_default().join("; "))

@@ -1,4 +1,4 @@
-//! What the side panel keeps between frames: the page, and sliders that are being moved.
+//! The state of the side panel between frames: the page, and sliders that are being moved.
 
 use cotan_workspace::Smooth;
 

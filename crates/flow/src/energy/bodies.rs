@@ -111,7 +111,7 @@ impl Bodies {
         &self.bodies
     }
 
-    /// Whether the faces at vertex `v` run against those of the first piece of its body.
+    /// Returns true if the faces at vertex `v` run against those of the first piece of its body.
     pub(super) fn is_reversed(&self, v: usize) -> bool {
         !self.is_reversed.is_empty() && self.is_reversed[self.piece(v)]
     }
@@ -155,7 +155,7 @@ impl Bodies {
     }
 }
 
-/// Where the pieces of a mesh that was cut continue each other.
+/// The edges at which pieces of a mesh that was cut continue each other.
 struct Seams {
     /// Per piece its body, numbered by their first pieces.
     of_piece: Vec<u32>,
@@ -224,7 +224,7 @@ impl Seams {
     }
 }
 
-/// Whether the only face at the edge of a halfedge is on its side; `None` where there are two.
+/// True if the only face at the edge of a halfedge is on its side; `None` where there are two.
 fn side(mesh: &HalfedgeMesh, h: HalfedgeId) -> Option<bool> {
     match [h, h.twin()].map(|h| mesh.is_boundary_halfedge(h)) {
         [false, true] => Some(true),

@@ -23,7 +23,7 @@ pub(super) struct SoftVolume {
     /// The index of each vertex's body, copies of vertices included; that of none where a body
     /// has no volume.
     of_vertex: Vec<u32>,
-    /// Whether the faces at a vertex run against those of the body; empty if none do.
+    /// True if the faces at a vertex run against those of the body; empty if none do.
     is_reversed: Vec<bool>,
     /// ∂V/∂x, and x·∂V/∂x about the body's first vertex.
     gradients: Vec<[f64; 3]>,

@@ -64,7 +64,7 @@ pub(crate) struct Channels {
     /// Per channel and vertex: the value at one of its corners.
     own: Vec<Vec<f64>>,
     weights: Vec<f64>,
-    /// Whether a channel may jump at kept lines.
+    /// Returns true if a channel may jump at kept lines.
     pub(crate) may_jump: bool,
 }
 

@@ -1,9 +1,9 @@
 //! Autosaves: a scene and the commands after it, kept on disk in case of a crash.
 //!
 //! Each open model of each process has two files in the folder of autosaves. `NAME.autosave` is
-//! complete but for its last line, and `NAME.lock` is held locked as long as the process lives. The system
-//! releases the lock when the process ends, however it ends; [`list`] then finds the files that
-//! were left.
+//! complete but for its last line, and `NAME.lock` is held locked as long as the process lives. The
+//! system releases the lock when the process ends, however it ends; [`list`] then finds the files
+//! that were left.
 
 mod error;
 mod format;

@@ -435,7 +435,7 @@ fn kill(workspace: Workspace, folder: &Path, to: &Path) {
     drop(workspace);
 }
 
-/// What a workspace recovers that starts in a folder, or `None` if there is nothing.
+/// The recovery of a workspace that starts in a folder, or `None` if there is nothing.
 fn recovered(folder: &Path) -> Option<Workspace> {
     let mut workspace = Workspace::start(|| {}).unwrap();
     let listing = workspace.keep_journal(folder).unwrap();
@@ -582,7 +582,7 @@ fn results() -> impl Strategy<Value = (Option<Job>, f64)> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// Whatever is done: undo leads back to the opened model, redo to where it was, a replay of
+    /// After any commands: undo leads back to the opened model, redo to where it was, a replay of
     /// the list of commands and a project to the same scene, and the files are equal byte by byte.
     #[test]
     fn any_sequence_of_commands_is_undone_repeated_replayed_and_stored(

@@ -179,5 +179,6 @@ fn warn(transfer: &TransferReport, share: f64, context: &Context<'_>) {
     }
 }
 
-/// How far the sphere maps keep areas rather than angles. Conformal maps shrink limbs to points.
+/// The degree to which the sphere maps keep areas rather than angles. Conformal maps shrink limbs
+/// to points.
 const AUTHALIC: f64 = 0.5;

@@ -15,7 +15,7 @@ use crate::command::Command;
 use crate::files::Fingerprint;
 use crate::record::SceneRecord;
 
-/// What an autosave begins with.
+/// The first bytes of an autosave.
 #[derive(Clone, Copy, Debug)]
 pub struct Record<'a> {
     /// The file of the mesh.
