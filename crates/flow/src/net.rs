@@ -15,15 +15,34 @@ pub(crate) struct Net<'a> {
     pub(crate) graph: &'a Graph,
     /// The original positions.
     pub(crate) points: Vec<Vector3<f64>>,
+    /// The length of every entry of the graph.
+    lengths: Vec<f64>,
 }
 
 impl<'a> Net<'a> {
     pub(crate) fn new<T: Scalar>(rest: &'a Rest<T>) -> Self {
         let points = rest.positions().values();
+        let points: Vec<Vector3<f64>> = points.map(|p| as_f64(p.coords)).collect();
+        let graph = rest.graph();
+        let lengths_of = |i: usize| {
+            let at = points[i];
+            graph.row(i).map({
+                let points = &points;
+                move |(j, _)| (points[j.index()] - at).norm()
+            })
+        };
+        let lengths = (0..points.len()).flat_map(lengths_of).collect();
         Self {
-            graph: rest.graph(),
-            points: points.map(|p| as_f64(p.coords)).collect(),
+            graph,
+            points,
+            lengths,
         }
+    }
+
+    /// The neighbours of a vertex and the lengths of the edges to them.
+    fn edges(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let row = self.graph.row(i);
+        row.map(|(j, k)| (j.index(), self.lengths[k]))
     }
 
     pub(crate) fn neighbours(&self, i: usize) -> impl Iterator<Item = usize> + '_ {
@@ -136,8 +155,8 @@ impl Distances {
             if distance > self.of_vertex[i] {
                 continue;
             }
-            for j in net.neighbours(i) {
-                let beyond = distance + net.length(i, j);
+            for (j, length) in net.edges(i) {
+                let beyond = distance + length;
                 let known = self.of_vertex[j];
                 if beyond < known && beyond <= self.limit {
                     if known.is_infinite() {

@@ -19,7 +19,7 @@ pub struct StepReport {
     pub energy: Option<f64>,
     /// Energies that differ by less are the same but for rounding; 0 without an energy.
     pub energy_rounding: f64,
-    /// `true` if the step was a plain one and shorter than the tolerance.
+    /// `true` if the distance that is left to go, as the solver predicts it, is below the tolerance.
     pub converged: bool,
     /// `true` if no step lowers the energy any further, within rounding.
     pub stalled: bool,
@@ -45,7 +45,7 @@ impl StepReport {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum StopReason {
-    /// A plain step moved no vertex by more than the tolerance.
+    /// No vertex has farther to go than the tolerance, as the solver predicts it.
     Converged,
     /// The limit of iterations was reached first.
     IterationLimit,

@@ -425,7 +425,7 @@ mod tests {
         let open = [[0, 1, 2], [0, 3, 4]];
         let bow_tie = |num_fans| {
             format!(
-                "vertex 0 joins {num_fans} separate fans of faces (a bow-tie); split it into one vertex a fan"
+                "vertex 0 joins {num_fans} separate fans of faces (a bow-tie); split it into one vertex per fan"
             )
         };
         assert_eq!(message(5, &open), bow_tie(2));

@@ -64,7 +64,7 @@ pub enum BuildError {
     },
     /// The faces at a vertex form more than one fan (a bow-tie).
     #[error(
-        "vertex {vertex} joins {num_fans} separate fans of faces (a bow-tie); split it into one vertex a fan"
+        "vertex {vertex} joins {num_fans} separate fans of faces (a bow-tie); split it into one vertex per fan"
     )]
     SeveralFans {
         /// The vertex.

@@ -34,16 +34,14 @@ pub(super) const FUNCTIONS: usize = 4;
 impl Clusters {
     /// Spreads clusters over the vertices between those that are held; `None` if all are held.
     /// `discs` are those of the point handles among them, which move as rigid parts.
-    pub(super) fn new<T: Scalar>(
-        rest: &Rest<T>,
-        held: &[VertexId],
-        discs: &[Disc],
-    ) -> Option<Self> {
-        let n = rest.positions().len();
-        let surface = Net::new(rest);
-        let points = &surface.points;
+    pub(super) fn new(net: &Net<'_>, held: &[VertexId], discs: &[Disc]) -> Option<Self> {
+        let points = &net.points;
+        let n = points.len();
+        let (single, regions) = net.points_and_regions(held, discs);
         let mut distances = Distances::new(n);
-        distances.spread(&surface, held.iter().map(|v| v.index()));
+        distances.spread(net, regions);
+        let nearest_of_regions = distances.source.clone();
+        distances.spread(net, single.iter().map(|one| one.vertex));
         let mut seeds = Vec::new();
         let wanted = (n / VERTICES_EACH).clamp(FEWEST, MAX).min(n / MIN_VERTICES);
         if wanted == 0 {
@@ -53,34 +51,31 @@ impl Clusters {
             && let Some((seed, _)) = distances.farthest()
         {
             seeds.push(seed);
-            distances.spread(&surface, [seed]);
+            distances.spread(net, [seed]);
         }
         let (_, covering) = distances.farthest()?;
         let radius = OVERLAP * covering;
-        let handles = surface.kernels_of_handles(held, discs, radius);
-        let mut kernels = vec![Vec::new(); n];
-        let mut ball = Ball::new(n);
-        for (j, &seed) in seeds.iter().enumerate() {
-            ball.visit(&surface, seed, 0.0, radius, |i, k| {
-                kernels[i].push((j as u32, k))
-            });
-        }
+        let of_regions = |i: usize| match nearest_of_regions[i] {
+            u32::MAX => 0.0,
+            source => kernel(net.length(i, source as usize) / radius),
+        };
+        let around = single.iter().map(|one| (one.vertex, one.radius));
+        let of_singles = Kernels::around(net, around, radius);
+        let kernels = Kernels::around(net, seeds.iter().map(|&seed| (seed, 0.0)), radius);
         let num_moving = seeds.len();
         let mut is_held = vec![false; n];
         held.iter().for_each(|v| is_held[v.index()] = true);
         discs.iter().for_each(|d| is_held[d.vertex.index()] = false);
         let (mut starts, mut entries) = (vec![0], Vec::new());
-        for (i, own) in kernels.iter().enumerate() {
-            let of_handles = &handles.at[i];
-            let largest = of_handles
-                .iter()
-                .map(|(_, k)| *k)
-                .fold(handles.of_regions[i], f64::max);
+        for (i, is_held) in is_held.iter().enumerate() {
+            let own = kernels.at(i);
+            let of_handles = of_singles.at(i);
+            let region = of_regions(i);
+            let largest = of_handles.iter().map(|(_, k)| *k).fold(region, f64::max);
             let sum: f64 = own.iter().map(|(_, k)| k).sum::<f64>().max(MIN_SUM);
             let weighted = own.iter().map(|(j, k)| (*j, (1.0 - largest) * k / sum));
             entries.extend(weighted.filter(|(_, w)| *w > 0.0));
             // Of a handle nothing is left at the others.
-            let region = handles.of_regions[i];
             let all: f64 = of_handles.iter().map(|(_, k)| 1.0 - k).product();
             let alone = |at: usize, k: f64| {
                 let others = of_handles
@@ -95,7 +90,7 @@ impl Clusters {
                 .map(|(at, (_, k))| alone(at, *k))
                 .collect();
             let sum = own.iter().sum::<f64>() + region * all;
-            if !is_held[i] && sum > 0.0 {
+            if !is_held && sum > 0.0 {
                 let weighted = of_handles
                     .iter()
                     .zip(&own)
@@ -133,7 +128,7 @@ impl Clusters {
                 points[clusters.seeds[j]]
             };
         }
-        for (h, single) in handles.single.iter().enumerate() {
+        for (h, single) in single.iter().enumerate() {
             let cluster = (num_moving + h) as u32;
             let own = |i: usize| clusters.at(i).iter().find(|(j, _)| *j == cluster);
             let (mut center, mut sum) = (Vector3::zeros(), 0.0);
@@ -162,7 +157,7 @@ impl Clusters {
     }
 
     /// The functions of a cluster where its weight is `weight`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn functions(
         &self,
         (j, weight): (u32, f64),
@@ -242,108 +237,88 @@ struct Single<'a> {
     weights: &'a [(u32, f64)],
 }
 
-/// The kernels of the handles.
-struct HandleKernels<'a> {
-    /// Vertices that are handles by themselves.
-    single: Vec<Single<'a>>,
-    /// The kernels of these at every vertex, by their index.
-    at: Vec<Vec<(u32, f64)>>,
-    /// The largest kernel of the regions, at every vertex.
-    of_regions: Vec<f64>,
-}
-
 impl Net<'_> {
-    fn kernels_of_handles<'a>(
+    /// Handles that are vertices by themselves, and the vertices of all others.
+    fn points_and_regions<'a>(
         &self,
         held: &[VertexId],
         discs: &'a [Disc],
-        radius: f64,
-    ) -> HandleKernels<'a> {
-        let n = self.points.len();
-        let mut is_held = vec![false; n];
+    ) -> (Vec<Single<'a>>, Vec<usize>) {
+        let mut is_held = vec![false; self.points.len()];
         held.iter().for_each(|v| is_held[v.index()] = true);
         let is_single = |v: usize| self.neighbours(v).all(|j| !is_held[j]);
         let (single, regions): (Vec<usize>, Vec<usize>) =
             held.iter().map(|v| v.index()).partition(|&v| is_single(v));
-        let (single, regions) = if single.len() > MAX_POINTS {
-            (Vec::new(), [single, regions].concat())
-        } else {
-            (single, regions)
-        };
-        let single: Vec<Single<'a>> = single
-            .into_iter()
-            .map(|vertex| {
-                let disc = discs.iter().find(|d| d.vertex.index() == vertex);
-                Single {
-                    vertex,
-                    radius: disc.map_or(0.0, |d| d.radius),
-                    weights: disc.map_or(&[], |d| &d.weights),
-                }
-            })
-            .collect();
-        let mut at = vec![Vec::new(); n];
-        let mut ball = Ball::new(n);
-        for (h, one) in single.iter().enumerate() {
-            ball.visit(self, one.vertex, one.radius, radius, |i, k| {
-                at[i].push((h as u32, k))
-            });
+        if single.len() > MAX_POINTS {
+            return (Vec::new(), [single, regions].concat());
         }
-        // The distance from the handle vertex that is nearest along the edges.
-        let mut nearest = Distances::new(n);
-        nearest.spread(self, regions.iter().copied());
-        let of_regions = (0..n)
-            .map(|i| match nearest.source[i] {
-                u32::MAX => 0.0,
-                source => kernel(self.length(i, source as usize) / radius),
-            })
-            .collect();
-        HandleKernels {
-            single,
-            at,
-            of_regions,
-        }
+        let single = single.into_iter().map(|vertex| {
+            let disc = discs.iter().find(|d| d.vertex.index() == vertex);
+            Single {
+                vertex,
+                radius: disc.map_or(0.0, |d| d.radius),
+                weights: disc.map_or(&[], |d| &d.weights),
+            }
+        });
+        (single.collect(), regions)
     }
 }
 
-/// Vertices that are connected to a centre inside a ball around it.
-struct Ball {
-    /// The visit in which each vertex was seen last.
-    seen: Vec<u32>,
-    visit: u32,
-    open: Vec<usize>,
+/// The kernels around some vertices, at every vertex that is connected to their centre inside of
+/// their ball.
+struct Kernels {
+    /// The kernels at vertex i are those from `starts[i]` on.
+    starts: Vec<u32>,
+    /// The centre's index, and the kernel.
+    entries: Vec<(u32, f64)>,
 }
 
-impl Ball {
-    fn new(n: usize) -> Self {
-        Self {
-            seen: vec![0; n],
-            visit: 0,
-            open: Vec::new(),
-        }
-    }
-
-    /// Calls `each` with every vertex and the kernel there, which is 1 within `inner` and fades
-    /// away over `radius`.
-    fn visit(
-        &mut self,
-        net: &Net<'_>,
-        center: usize,
-        inner: f64,
-        radius: f64,
-        mut each: impl FnMut(usize, f64),
-    ) {
-        self.visit += 1;
-        self.seen[center] = self.visit;
-        self.open.push(center);
-        while let Some(i) = self.open.pop() {
-            let beyond = (net.length(center, i) - inner).max(0.0);
-            each(i, kernel(beyond / radius));
-            for j in net.neighbours(i) {
-                if self.seen[j] != self.visit && net.length(center, j) < inner + radius {
-                    self.seen[j] = self.visit;
-                    self.open.push(j);
+impl Kernels {
+    /// Each kernel is 1 within the radius that is given with its centre, and fades away over
+    /// `radius`.
+    fn around(net: &Net<'_>, centers: impl IntoIterator<Item = (usize, f64)>, radius: f64) -> Self {
+        let n = net.points.len();
+        let mut starts = vec![0_u32; n + 1];
+        let mut all = Vec::new();
+        // The centre for which each vertex was looked at last.
+        let mut seen = vec![u32::MAX; n];
+        let mut open = Vec::new();
+        for (index, (center, inner)) in centers.into_iter().enumerate() {
+            let index = index as u32;
+            seen[center] = index;
+            open.push((center, 0.0));
+            while let Some((i, distance)) = open.pop() {
+                all.push((
+                    i as u32,
+                    index,
+                    kernel((distance - inner).max(0.0) / radius),
+                ));
+                starts[i + 1] += 1;
+                for j in net.neighbours(i) {
+                    if seen[j] != index {
+                        seen[j] = index;
+                        let distance = net.length(center, j);
+                        if distance < inner + radius {
+                            open.push((j, distance));
+                        }
+                    }
                 }
             }
         }
+        for i in 0..n {
+            starts[i + 1] += starts[i];
+        }
+        let mut places = starts.clone();
+        let mut entries = vec![(0, 0.0); all.len()];
+        for (i, index, k) in all {
+            let place = &mut places[i as usize];
+            entries[*place as usize] = (index, k);
+            *place += 1;
+        }
+        Self { starts, entries }
+    }
+
+    fn at(&self, i: usize) -> &[(u32, f64)] {
+        &self.entries[self.starts[i] as usize..self.starts[i + 1] as usize]
     }
 }

@@ -1,10 +1,7 @@
 //! Groups of cells whose rotations are taken to follow as one.
 
-use cotan_geometry::Scalar;
-
 use crate::cells::cell_share;
 use crate::net::{Distances, Net};
-use crate::rest::Rest;
 
 /// For every vertex the groups of the cells that its terms serve, with the shares P 1_c.
 #[derive(Debug)]
@@ -71,30 +68,29 @@ fn gather(n: usize, num_groups: u32, each: impl Fn(usize, &mut Sum)) -> Rows {
 impl Groups {
     /// Groups the cells by the nearest of some vertices, along the edges: those of the clusters
     /// and more between them. Cells that none of them reaches are one group.
-    pub(super) fn new<T: Scalar>(rest: &Rest<T>, seeds: &[usize]) -> Self {
+    pub(super) fn new(net: &Net<'_>, seeds: &[usize]) -> Self {
         /// Groups of a mesh that is fine enough, and cells of a group where it is not.
         const MAX: usize = 256;
         const FEWEST_CELLS: usize = 4;
-        let n = rest.positions().len();
-        let net = Net::new(rest);
+        let n = net.points.len();
         let mut distances = Distances::new(n);
         let mut len = 1_u32;
         let mut number_of = vec![0_u32; n];
         for &seed in seeds {
-            distances.spread(&net, [seed]);
+            distances.spread(net, [seed]);
             number_of[seed] = len;
             len += 1;
         }
         while (len as usize) < MAX.min(n / FEWEST_CELLS)
             && let Some((seed, _)) = distances.farthest()
         {
-            distances.spread(&net, [seed]);
+            distances.spread(net, [seed]);
             number_of[seed] = len;
             len += 1;
         }
         let group = |source: &u32| number_of.get(*source as usize).copied().unwrap_or(0);
         let group_of: Vec<u32> = distances.source.iter().map(group).collect();
-        let graph = rest.graph();
+        let graph = net.graph;
         let around = |i: usize| {
             let row = graph.neighbours()[graph.range(i)].iter().map(|j| j.index());
             std::iter::once(i).chain(row)

@@ -37,6 +37,7 @@ use sums::{Blocks, measure};
 use crate::energy::FittedCells;
 use crate::four::flat;
 use crate::nearest_rotation::nearest_rotation;
+use crate::net::Net;
 use crate::rest::Rest;
 use crate::targets::Targets;
 use crate::vectors::CHUNKS;
@@ -97,8 +98,9 @@ impl Coarse {
         let is_active = |v: &VertexId| moved[components.of(*v)];
         let active: Vec<VertexId> = held.iter().copied().filter(is_active).collect();
         let discs = work.point_handles.as_ref().map_or(&[][..], |p| p.discs());
-        let clusters = Clusters::new(rest, &active, discs)?;
-        let groups = Groups::new(rest, &clusters.seeds);
+        let net = Net::new(rest);
+        let clusters = Clusters::new(&net, &active, discs)?;
+        let groups = Groups::new(&net, &clusters.seeds);
         let sums = measure(rest, targets, system, field, cells, &clusters, &groups);
         let model = Model {
             components,

@@ -1,10 +1,13 @@
 //! Sums over the original shape: the system, the struts and the moments of the clusters.
 
+use std::ops::Range;
+
 use cotan_geometry::Scalar;
 use cotan_halfedge::VertexMap;
 use cotan_linear::{Hold, PreparedSystem};
 use cotan_parallel as parallel;
 use nalgebra::{Matrix4, Vector3};
+use pulp::{Simd, WithSimd};
 
 use super::clusters::{Clusters, FUNCTIONS};
 use super::groups::Groups;
@@ -33,6 +36,7 @@ impl Blocks {
         Matrix4::from_row_slice(&self.entries[i * self.num_clusters + j])
     }
 
+    #[inline(always)]
     fn at_mut(&mut self, i: u32, j: u32) -> &mut [f64; FUNCTIONS * FUNCTIONS] {
         &mut self.entries[i as usize * self.num_clusters + j as usize]
     }
@@ -53,15 +57,28 @@ pub(super) struct Sums {
     pub(super) moments: Vec<Vector3<f64>>,
 }
 
-/// The functions of the clusters around one vertex: for each what the operators make of it there.
-#[derive(Default)]
+/// The four functions of a cluster at a vertex, or what an operator makes of them there.
+type Functions = [f64; FUNCTIONS];
+
+/// What the operators make of the functions of one cluster at a vertex.
+#[derive(Clone, Copy, Default)]
+struct Seen {
+    own: Functions,
+    laplacian: Functions,
+    stiffness: Functions,
+    strut: Functions,
+    /// The coordinates of the moments.
+    moments: [Functions; 3],
+}
+
+/// The functions of the clusters around one vertex.
 struct Around {
     clusters: Vec<u32>,
-    own: Vec<[f64; FUNCTIONS]>,
-    laplacian: Vec<[f64; FUNCTIONS]>,
-    stiffness: Vec<[f64; FUNCTIONS]>,
-    strut: Vec<[f64; FUNCTIONS]>,
-    moments: Vec<[Vector3<f64>; FUNCTIONS]>,
+    /// One for each of these clusters.
+    seen: Vec<Seen>,
+    /// The first so many clusters are at the vertex or at a neighbour, the others at the far end of
+    /// its strut alone.
+    num_near: usize,
     /// The place of every cluster in the lists, or more than there are.
     places: Vec<u32>,
 }
@@ -69,45 +86,39 @@ struct Around {
 impl Around {
     fn new(num_clusters: usize) -> Self {
         Self {
+            clusters: Vec::new(),
+            seen: Vec::new(),
+            num_near: 0,
             places: vec![u32::MAX; num_clusters],
-            ..Self::default()
         }
     }
 
+    #[inline(always)]
     fn clear(&mut self) {
-        for cluster in &self.clusters {
-            self.places[*cluster as usize] = u32::MAX;
+        for cluster in self.clusters.drain(..) {
+            self.places[cluster as usize] = u32::MAX;
         }
-        self.clusters.clear();
-        for list in [
-            &mut self.own,
-            &mut self.laplacian,
-            &mut self.stiffness,
-            &mut self.strut,
-        ] {
-            list.clear();
-        }
-        self.moments.clear();
+        self.seen.clear();
     }
 
-    /// The place of a cluster in the lists.
-    fn place(&mut self, cluster: u32) -> usize {
+    /// What is seen of a cluster.
+    #[inline(always)]
+    fn of(&mut self, cluster: u32) -> &mut Seen {
         let place = &mut self.places[cluster as usize];
-        if *place != u32::MAX {
-            return *place as usize;
+        if *place == u32::MAX {
+            *place = self.clusters.len() as u32;
+            self.clusters.push(cluster);
+            self.seen.push(Seen::default());
         }
-        *place = self.clusters.len() as u32;
-        self.clusters.push(cluster);
-        for list in [
-            &mut self.own,
-            &mut self.laplacian,
-            &mut self.stiffness,
-            &mut self.strut,
-        ] {
-            list.push([0.0; FUNCTIONS]);
-        }
-        self.moments.push([Vector3::zeros(); FUNCTIONS]);
-        self.clusters.len() - 1
+        &mut self.seen[*place as usize]
+    }
+}
+
+/// sum += factor f.
+#[inline(always)]
+fn add_scaled(sum: &mut Functions, factor: f64, f: &Functions) {
+    for (sum, f) in sum.iter_mut().zip(f) {
+        *sum += factor * f;
     }
 }
 
@@ -123,7 +134,6 @@ pub(super) fn measure<T: Scalar>(
     /// Parts of the sums, whatever the number of threads.
     const PARTS: usize = 8;
     let n = rest.positions().len();
-    let len = clusters.len() * FUNCTIONS;
     let mut springs = vec![0.0; n];
     for handle in targets.handles() {
         if handle.hold != Hold::Hard {
@@ -131,25 +141,15 @@ pub(super) fn measure<T: Scalar>(
         }
     }
     let part = |part: usize| {
-        let mut sums = Sums {
-            system: Blocks::zeros(clusters.len()),
-            struts: Blocks::zeros(clusters.len()),
-            moments: vec![Vector3::zeros(); groups.len * len],
-        };
-        let mut around = Around::new(clusters.len());
-        for i in part * n / PARTS..(part + 1) * n / PARTS {
-            look_around(rest, field, cells, clusters, i, &mut around);
-            add(&mut sums, &around, cells.weight, springs[i]);
-            for (g, share) in groups.at(i) {
-                for (cluster, moments) in around.clusters.iter().zip(&around.moments) {
-                    let at = *g as usize * len + *cluster as usize * FUNCTIONS;
-                    for (sum, p) in sums.moments[at..at + FUNCTIONS].iter_mut().zip(moments) {
-                        *sum += p * *share;
-                    }
-                }
-            }
-        }
-        sums
+        pulp::Arch::new().dispatch(Part {
+            rest,
+            field,
+            cells,
+            clusters,
+            groups,
+            springs: &springs,
+            vertices: part * n / PARTS..(part + 1) * n / PARTS,
+        })
     };
     let parts = parallel::Chunks::of(1).filled(PARTS, part);
     let sums = parts.into_iter().reduce(|mut all, part| {
@@ -167,113 +167,153 @@ pub(super) fn measure<T: Scalar>(
     })
 }
 
-/// Gathers what the operators make of the functions at vertex `i`.
-fn look_around<T: Scalar>(
-    rest: &Rest<T>,
-    field: &VertexMap<T>,
-    cells: &FittedCells<'_>,
-    clusters: &Clusters,
-    i: usize,
-    around: &mut Around,
-) {
-    let x = rest.positions().as_slice();
-    let values = |v: usize| {
-        let point = as_f64(x[v].coords);
-        clusters
-            .at(v)
-            .iter()
-            .map(move |entry| (entry.0, clusters.functions(*entry, &point)))
-    };
-    around.clear();
-    for (cluster, own) in values(i) {
-        let at = around.place(cluster);
-        around.own[at] = own;
-    }
-    let (mut weight, mut stiffness, mut gradient) = (0.0, 0.0, Vector3::zeros());
-    for (j, k) in rest.graph().row(i) {
-        let w = rest.operator().weights()[k];
-        let s = 0.5 * rest.membrane_weights()[k];
-        let g = Vector3::from(cells.gradients[k]);
-        (weight, stiffness, gradient) = (weight + w, stiffness + s, gradient + g);
-        for (cluster, there) in values(j.index()) {
-            let at = around.place(cluster);
-            for m in 0..FUNCTIONS {
-                around.laplacian[at][m] += w * there[m];
-                around.stiffness[at][m] -= s * there[m];
-                around.moments[at][m] += g * there[m];
+/// The sums over some of the vertices, compiled for the widest vectors that the processor has.
+struct Part<'a, T: Scalar> {
+    rest: &'a Rest<T>,
+    field: &'a VertexMap<T>,
+    cells: &'a FittedCells<'a>,
+    clusters: &'a Clusters,
+    groups: &'a Groups,
+    springs: &'a [f64],
+    vertices: Range<usize>,
+}
+
+impl<T: Scalar> WithSimd for Part<'_, T> {
+    type Output = Sums;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Sums {
+        let (clusters, groups) = (self.clusters, self.groups);
+        let len = clusters.len() * FUNCTIONS;
+        let mut sums = Sums {
+            system: Blocks::zeros(clusters.len()),
+            struts: Blocks::zeros(clusters.len()),
+            moments: vec![Vector3::zeros(); groups.len * len],
+        };
+        let mut around = Around::new(clusters.len());
+        for i in self.vertices.clone() {
+            self.look_around(i, &mut around);
+            add(&mut sums, &around, self.cells.weight, self.springs[i]);
+            for (g, share) in groups.at(i) {
+                for (cluster, seen) in around.clusters.iter().zip(&around.seen) {
+                    let at = *g as usize * len + *cluster as usize * FUNCTIONS;
+                    let [x, y, z] = &seen.moments;
+                    for (m, sum) in sums.moments[at..at + FUNCTIONS].iter_mut().enumerate() {
+                        *sum += Vector3::new(x[m], y[m], z[m]) * *share;
+                    }
+                }
             }
         }
+        sums
     }
-    for (cluster, own) in values(i) {
-        let at = around.place(cluster);
-        for m in 0..FUNCTIONS {
-            around.laplacian[at][m] -= weight * own[m];
-            around.stiffness[at][m] += stiffness * own[m];
-            around.moments[at][m] -= gradient * own[m];
+}
+
+impl<T: Scalar> Part<'_, T> {
+    /// The clusters at a vertex with the values of their functions.
+    #[inline(always)]
+    fn values(&self, v: usize) -> impl Iterator<Item = (u32, Functions)> {
+        let point = as_f64(self.rest.positions().as_slice()[v].coords);
+        let entries = self.clusters.at(v).iter();
+        entries.map(move |entry| (entry.0, self.clusters.functions(*entry, &point)))
+    }
+
+    /// Gathers what the operators make of the functions at vertex `i`.
+    #[inline(always)]
+    fn look_around(&self, i: usize, around: &mut Around) {
+        let (rest, cells) = (self.rest, self.cells);
+        around.clear();
+        for (cluster, own) in self.values(i) {
+            around.of(cluster).own = own;
         }
-    }
-    let wanted = cells.wanted(rest, field, i);
-    for (moments, laplacian) in around.moments.iter_mut().zip(&around.laplacian) {
-        for m in 0..FUNCTIONS {
-            moments[m] += wanted * laplacian[m];
-        }
-    }
-    let Some((strut, weight)) = cells.strut(i) else {
-        return;
-    };
-    let ends = strut.ends().map(|(corner, share)| (corner, -share));
-    for (v, factor) in std::iter::once((i, 1.0)).chain(ends) {
-        for (cluster, there) in values(v) {
-            let at = around.place(cluster);
-            for m in 0..FUNCTIONS {
-                around.strut[at][m] += factor * there[m];
+        let (mut weight, mut stiffness, mut gradient) = (0.0, 0.0, Vector3::zeros());
+        for (j, k) in rest.graph().row(i) {
+            let w = rest.operator().weights()[k];
+            let s = 0.5 * rest.membrane_weights()[k];
+            let g = Vector3::from(cells.gradients[k]);
+            (weight, stiffness, gradient) = (weight + w, stiffness + s, gradient + g);
+            for (cluster, there) in self.values(j.index()) {
+                let seen = around.of(cluster);
+                add_scaled(&mut seen.laplacian, w, &there);
+                add_scaled(&mut seen.stiffness, -s, &there);
+                for (moments, g) in seen.moments.iter_mut().zip(&g) {
+                    add_scaled(moments, *g, &there);
+                }
             }
         }
-    }
-    let root = weight.sqrt();
-    let rest_span = Vector3::from(strut.rest) * weight;
-    for (moments, span) in around.moments.iter_mut().zip(&mut around.strut) {
-        for m in 0..FUNCTIONS {
-            moments[m] += rest_span * span[m];
-            span[m] *= root;
+        let wanted = cells.wanted(rest, self.field, i);
+        for (cluster, own) in self.values(i) {
+            let seen = around.of(cluster);
+            add_scaled(&mut seen.laplacian, -weight, &own);
+            add_scaled(&mut seen.stiffness, stiffness, &own);
+            for (moments, g) in seen.moments.iter_mut().zip(&gradient) {
+                add_scaled(moments, -g, &own);
+            }
+        }
+        for seen in &mut around.seen {
+            for (moments, wanted) in seen.moments.iter_mut().zip(&wanted) {
+                add_scaled(moments, *wanted, &seen.laplacian);
+            }
+        }
+        around.num_near = around.seen.len();
+        let Some((strut, weight)) = cells.strut(i) else {
+            return;
+        };
+        let ends = strut.ends().map(|(corner, share)| (corner, -share));
+        for (v, factor) in std::iter::once((i, 1.0)).chain(ends) {
+            for (cluster, there) in self.values(v) {
+                add_scaled(&mut around.of(cluster).strut, factor, &there);
+            }
+        }
+        let root = weight.sqrt();
+        let rest_span = Vector3::from(strut.rest) * weight;
+        for seen in &mut around.seen {
+            for (moments, span) in seen.moments.iter_mut().zip(&rest_span) {
+                add_scaled(moments, *span, &seen.strut);
+            }
+            seen.strut.iter_mut().for_each(|span| *span *= root);
         }
     }
 }
 
 /// Adds the products of the functions at one vertex.
+#[inline(always)]
 fn add(sums: &mut Sums, around: &Around, membrane: f64, spring: f64) {
-    for (p, &a) in around.clusters.iter().enumerate() {
-        let (laplacian, own, strut) = (&around.laplacian[p], &around.own[p], &around.strut[p]);
-        let is_own = *own != [0.0; FUNCTIONS];
-        for (q, &b) in around.clusters.iter().enumerate() {
+    let all = around.clusters.iter().zip(&around.seen);
+    let near = all.clone().take(around.num_near);
+    for (p, (&a, of_a)) in near.clone().enumerate() {
+        let is_own = of_a.own != [0.0; FUNCTIONS];
+        for (q, (&b, of_b)) in near.clone().enumerate() {
             // φᵀKφ of both halves, what is symmetric once.
             if q > p && !is_own {
-                continue;
+                break;
             }
             let block = sums.system.at_mut(a, b);
             if q <= p {
-                add_product(block, laplacian, &around.laplacian[q], 1.0);
+                add_product(block, &of_a.laplacian, &of_b.laplacian, 1.0);
                 if spring != 0.0 {
-                    add_product(block, own, &around.own[q], spring);
+                    add_product(block, &of_a.own, &of_b.own, spring);
                 }
             }
             if is_own {
                 let half = if q == p { membrane } else { 0.5 * membrane };
-                add_product(block, own, &around.stiffness[q], half);
+                add_product(block, &of_a.own, &of_b.stiffness, half);
             }
-            if q <= p && *strut != [0.0; FUNCTIONS] {
-                add_product(sums.struts.at_mut(a, b), strut, &around.strut[q], 1.0);
-            }
+        }
+    }
+    let spanned = all.filter(|(_, seen)| seen.strut != [0.0; FUNCTIONS]);
+    for (p, (&a, of_a)) in spanned.clone().enumerate() {
+        for (&b, of_b) in spanned.clone().take(p + 1) {
+            add_product(sums.struts.at_mut(a, b), &of_a.strut, &of_b.strut, 1.0);
         }
     }
 }
 
 /// block += factor a bᵀ.
-#[inline]
+#[inline(always)]
 fn add_product(
     block: &mut [f64; FUNCTIONS * FUNCTIONS],
-    a: &[f64; FUNCTIONS],
-    b: &[f64; FUNCTIONS],
+    a: &Functions,
+    b: &Functions,
     factor: f64,
 ) {
     for (row, a) in block.as_chunks_mut::<FUNCTIONS>().0.iter_mut().zip(a) {
