@@ -510,7 +510,7 @@ mod tests {
             tree.each_within(query, expected + 0.1, &marks, skips, |_, d| within = within.min(d));
             prop_assert!((within - expected).abs() < 1e-12);
             let cube = |size: f64| [query, query + Vector3::new(size, size, size)];
-            prop_assert!(tree.may_reach(cube(0.1), expected, &marks, skips));
+            prop_assert!(tree.may_reach(cube(0.1), expected + 1e-9, &marks, skips));
             prop_assert!(!tree.may_reach(cube(0.0), expected, &marks, |_, _| true));
             let near = tree.closest(query, 0.3, &marks, skips, |_| true).is_some();
             prop_assert!(!near || tree.may_reach(cube(0.0), 0.3, &marks, skips));
