@@ -24,6 +24,7 @@ fn main() -> Outcome {
     star_shaped(&folder)?;
     painted(&folder)?;
     dressed(&folder)?;
+    assembled(&folder)?;
     damaged(&folder)?;
     scanned(&folder)
 }
@@ -155,6 +156,75 @@ fn dressed(folder: &Path) -> Outcome {
         &document.with_attributes(attributes)?,
         folder.join("dressed.obj"),
     )?;
+    Ok(())
+}
+
+/// Models of many parts: a plate with screws, a jaw with teeth, and an arm of four pieces.
+fn assembled(folder: &Path) -> Outcome {
+    let moved = |mesh: &Mesh<f64>, by: [f64; 3]| {
+        mesh.with_positions(mesh.positions().map(|p| p + Vector3::from(by)))
+    };
+    let plate = shapes::bar::<f64>([4.0, 2.0, 0.2], [48, 24, 3]);
+    let screw = shapes::bar::<f64>([0.12, 0.12, 0.24], [2, 2, 3]);
+    let mut parts = vec![("plate", plate)];
+    for k in 0..32 {
+        let [x, y] = [
+            0.45 * f64::from(k % 8) - 1.575,
+            0.45 * f64::from(k / 8) - 0.675,
+        ];
+        parts.push(("screw", moved(&screw, [x, y, 0.12])?));
+    }
+    save_parts(folder, "screws.obj", &parts)?;
+
+    let bent = |mesh: &Mesh<f64>| {
+        let on_arc = |p: &Point3<f64>| {
+            let (sin, cos) = (p.x / 1.5).sin_cos();
+            Point3::new((1.5 + p.y) * sin, (1.5 + p.y) * cos, p.z)
+        };
+        mesh.with_positions(mesh.positions().map(on_arc))
+    };
+    let tooth = shapes::bar::<f64>([0.2, 0.16, 0.4], [3, 3, 5]);
+    let jaw = shapes::bar::<f64>([4.0, 0.4, 0.4], [60, 6, 6]);
+    let mut parts = vec![("jaw", bent(&jaw)?)];
+    for k in -5..=5 {
+        let seated = moved(&tooth, [0.3 * f64::from(k), 0.0, 0.3])?;
+        parts.push(("tooth", bent(&seated)?));
+    }
+    save_parts(folder, "jaw.obj", &parts)?;
+
+    let piece = shapes::bar::<f64>([1.0, 0.4, 0.4], [20, 8, 8]);
+    let names = ["shoulder", "upper", "lower", "hand"];
+    let pieces = (0..4).map(|k| moved(&piece, [1.04 * f64::from(k), 0.0, 0.0]));
+    let pieces = pieces.collect::<Result<Vec<_>, _>>()?;
+    let parts: Vec<_> = names.into_iter().zip(pieces).collect();
+    save_parts(folder, "arm.obj", &parts)
+}
+
+/// Meshes as the objects of one file.
+fn save_parts(folder: &Path, name: &str, parts: &[(&str, Mesh<f64>)]) -> Outcome {
+    let (mut positions, mut faces) = (Vec::new(), Vec::new());
+    let mut labels = Labels {
+        kind: LabelKind::Object,
+        names: Vec::new(),
+        faces: Vec::new(),
+    };
+    for (name, part) in parts {
+        let first = positions.len() as u32;
+        positions.extend(part.positions().values().copied());
+        faces.extend(triangles(part).iter().map(|f| f.map(|v| v + first)));
+        let label = labels.names.iter().position(|known| known == name);
+        let label = label.unwrap_or_else(|| {
+            labels.names.push((*name).to_owned());
+            labels.names.len() - 1
+        });
+        labels.faces.resize(faces.len(), label as u32);
+    }
+    let attributes = Attributes {
+        labels: vec![labels],
+        ..Attributes::default()
+    };
+    let document = Document::new(positions, faces.iter().collect::<FaceList>())?;
+    save(&document.with_attributes(attributes)?, folder.join(name))?;
     Ok(())
 }
 

@@ -72,10 +72,11 @@ impl ClosestTree {
             .iter()
             .map(|t| triangle_corners(*t, positions))
             .collect();
-        let mut all: Vec<u32> = (0..triangles.len() as u32).collect();
-        all.sort_by_key(|i| labels[*i as usize]);
+        let mut all: Vec<Item> = corners.iter().zip(0..).map(Item::new).collect();
+        all.sort_by_key(|item| labels[item.triangle as usize]);
+        let label = |item: &Item| labels[item.triangle as usize];
         let mut groups: Vec<Group<'_>> = all
-            .chunk_by_mut(|a, b| labels[*a as usize] == labels[*b as usize])
+            .chunk_by_mut(|a, b| label(a) == label(b))
             .map(|members| Group::new(members, &corners))
             .collect();
         let mut nodes = Vec::with_capacity(triangles.len().max(1));
@@ -172,6 +173,34 @@ impl ClosestTree {
         best
     }
 
+    /// Returns false if no triangle that is not skipped is within `limit` of any point of a box,
+    /// given by its corners: a query from a point in it would find nothing.
+    pub fn may_reach(
+        &self,
+        corners: [Point3<f64>; 2],
+        limit: f64,
+        marks: &Marks,
+        skips: impl Fn(u32, u32) -> bool,
+    ) -> bool {
+        let reach = limit * limit;
+        let mut stack: Vec<u32> = Vec::with_capacity(64);
+        stack.push(0);
+        while let Some(index) = stack.pop() {
+            let Some(node) = self.nodes.get(index as usize) else {
+                continue;
+            };
+            let [least, most] = marks.of_node[index as usize];
+            if node.squared_gap(&corners) > reach || skips(least, most) {
+                continue;
+            }
+            if node.count > 0 {
+                return true;
+            }
+            stack.extend([node.first, index + 1]);
+        }
+        false
+    }
+
     /// Calls `each` with the label of every triangle within `limit` of a point and its distance,
     /// until `skips` refuses its marks. Triangles of one label may be reported several times.
     pub fn each_within(
@@ -242,17 +271,38 @@ impl Node {
         }
         sum
     }
+
+    fn squared_gap(&self, [min, max]: &[Point3<f64>; 2]) -> f64 {
+        let gap = |k: usize| (self.min[k] - max[k]).max(min[k] - self.max[k]).max(0.0);
+        (0..3).map(|k| gap(k) * gap(k)).sum()
+    }
+}
+
+/// A triangle on its way into a leaf.
+#[derive(Clone, Copy)]
+struct Item {
+    middle: Point3<f64>,
+    triangle: u32,
+}
+
+impl Item {
+    fn new(([a, b, c], triangle): (&[Point3<f64>; 3], u32)) -> Self {
+        Self {
+            middle: Point3::from((a.coords + b.coords + c.coords) / 3.0),
+            triangle,
+        }
+    }
 }
 
 /// The triangles of one label.
 struct Group<'a> {
-    members: &'a mut [u32],
+    members: &'a mut [Item],
     min: Point3<f64>,
     max: Point3<f64>,
 }
 
 impl<'a> Group<'a> {
-    fn new(members: &'a mut [u32], corners: &[[Point3<f64>; 3]]) -> Self {
+    fn new(members: &'a mut [Item], corners: &[[Point3<f64>; 3]]) -> Self {
         let [min, max] = bounds(members, corners);
         Self { members, min, max }
     }
@@ -272,11 +322,11 @@ fn join(
 ) {
     if let [group] = groups {
         split(nodes, group.members, order.len(), corners);
-        order.extend_from_slice(group.members);
+        order.extend(group.members.iter().map(|item| item.triangle));
         return;
     }
-    let [mut min, mut max] = [f64::INFINITY, f64::NEG_INFINITY].map(|x| Point3::new(x, x, x));
-    let [mut low, mut high] = [min, max];
+    let [mut min, mut max] = NOWHERE;
+    let [mut low, mut high] = NOWHERE;
     for group in groups.iter() {
         (min, max) = (min.inf(&group.min), max.sup(&group.max));
         (low, high) = (low.inf(&group.middle()), high.sup(&group.middle()));
@@ -291,7 +341,7 @@ fn join(
     let axis = (high - low).imax();
     groups.sort_by(|a, b| {
         let [a_key, b_key] = [a, b].map(|group| group.middle()[axis]);
-        let first = |group: &Group<'_>| group.members.first().copied();
+        let first = |group: &Group<'_>| group.members.first().map(|item| item.triangle);
         a_key.total_cmp(&b_key).then(first(a).cmp(&first(b)))
     });
     let (left, right) = groups.split_at_mut(groups.len() / 2);
@@ -300,47 +350,57 @@ fn join(
     join(nodes, right, order, corners);
 }
 
-fn bounds(members: &[u32], corners: &[[Point3<f64>; 3]]) -> [Point3<f64>; 2] {
-    let empty = [f64::INFINITY, f64::NEG_INFINITY].map(|x| Point3::new(x, x, x));
-    members.iter().fold(empty, |[min, max], &i| {
-        let [a, b, c] = &corners[i as usize];
+/// Nothing, as a box.
+const NOWHERE: [Point3<f64>; 2] = [
+    Point3::new(f64::INFINITY, f64::INFINITY, f64::INFINITY),
+    Point3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY),
+];
+
+fn bounds(members: &[Item], corners: &[[Point3<f64>; 3]]) -> [Point3<f64>; 2] {
+    members.iter().fold(NOWHERE, |[min, max], item| {
+        let [a, b, c] = &corners[item.triangle as usize];
         [min.inf(&a.inf(b).inf(c)), max.sup(&a.sup(b).sup(c))]
     })
 }
 
 /// Appends the node of these triangles and everything below it.
-fn split(nodes: &mut Vec<Node>, order: &mut [u32], offset: usize, corners: &[[Point3<f64>; 3]]) {
-    let [min, max] = bounds(order, corners);
-    let [mut low, mut high] = [f64::INFINITY, f64::NEG_INFINITY].map(|x| Point3::new(x, x, x));
-    for &i in order.iter() {
-        let middle = middle(&corners[i as usize]);
-        (low, high) = (low.inf(&middle), high.sup(&middle));
-    }
+fn split(nodes: &mut Vec<Node>, items: &mut [Item], offset: usize, corners: &[[Point3<f64>; 3]]) {
     let index = nodes.len();
+    let is_leaf = items.len() <= LEAF;
+    let [min, max] = match is_leaf {
+        true => bounds(items, corners),
+        // Known when the children are.
+        false => NOWHERE,
+    };
     nodes.push(Node {
         min,
         max,
         first: offset as u32,
-        count: order.len() as u32,
+        count: items.len() as u32,
     });
-    if order.len() <= LEAF {
+    if is_leaf {
         return;
     }
-    let axis = (high - low).imax();
-    let half = order.len() / 2;
-    order.select_nth_unstable_by(half, |a, b| {
-        let key = |i: &u32| middle(&corners[*i as usize])[axis];
-        key(a).total_cmp(&key(b)).then(a.cmp(b))
+    let [low, high] = items.iter().fold(NOWHERE, |[low, high], item| {
+        [low.inf(&item.middle), high.sup(&item.middle)]
     });
-    let (left, right) = order.split_at_mut(half);
+    let axis = (high - low).imax();
+    let half = items.len() / 2;
+    items.select_nth_unstable_by(half, |a, b| {
+        let by_place = a.middle[axis].total_cmp(&b.middle[axis]);
+        by_place.then(a.triangle.cmp(&b.triangle))
+    });
+    let (left, right) = items.split_at_mut(half);
     split(nodes, left, offset, corners);
-    nodes[index].first = nodes.len() as u32;
-    nodes[index].count = 0;
+    let second = nodes.len();
     split(nodes, right, offset + half, corners);
-}
-
-fn middle([a, b, c]: &[Point3<f64>; 3]) -> Point3<f64> {
-    Point3::from((a.coords + b.coords + c.coords) / 3.0)
+    let [a, b] = [nodes[index + 1], nodes[second]];
+    nodes[index] = Node {
+        min: a.min.inf(&b.min),
+        max: a.max.sup(&b.max),
+        first: second as u32,
+        count: 0,
+    };
 }
 
 /// The point of a triangle with these barycentric coordinates.
@@ -449,6 +509,11 @@ mod tests {
             let mut within = f64::INFINITY;
             tree.each_within(query, expected + 0.1, &marks, skips, |_, d| within = within.min(d));
             prop_assert!((within - expected).abs() < 1e-12);
+            let cube = |size: f64| [query, query + Vector3::new(size, size, size)];
+            prop_assert!(tree.may_reach(cube(0.1), expected + 1e-9, &marks, skips));
+            prop_assert!(!tree.may_reach(cube(0.0), expected, &marks, |_, _| true));
+            let near = tree.closest(query, 0.3, &marks, skips, |_| true).is_some();
+            prop_assert!(!near || tree.may_reach(cube(0.0), 0.3, &marks, skips));
         }
 
         /// No sampled point of the triangle is closer.

@@ -64,6 +64,12 @@ impl Sides {
         self.sides.chunk_by(|a, b| a.ends == b.ends)
     }
 
+    /// The vertices at the ends of the side that starts from a corner, in ascending order.
+    fn ends(&self, corner: usize) -> [u32; 2] {
+        let [a, b] = [corner, self.next[corner] as usize].map(|c| self.vertex[c]);
+        [a.min(b), a.max(b)]
+    }
+
     fn face_of(&self, side: &Side) -> usize {
         self.face[side.corner as usize] as usize
     }
@@ -233,7 +239,7 @@ impl Orientation {
         }
         let mut surface = vec![NONE; num_faces];
         let mut is_turned = vec![false; num_faces];
-        let mut found = Vec::new();
+        let (mut found, mut corners) = (Vec::new(), Vec::new());
         for first in 0..num_faces {
             if surface[first] != NONE {
                 continue;
@@ -244,7 +250,11 @@ impl Orientation {
             let mut at = 0;
             while let Some(&face) = found.get(at) {
                 at += 1;
-                for corner in all.starts[face]..all.starts[face + 1] {
+                // By their ends: in an order that is the same for a face that is turned.
+                corners.clear();
+                corners.extend(all.starts[face]..all.starts[face + 1]);
+                corners.sort_unstable_by_key(|corner| all.ends(*corner));
+                for &corner in &corners {
                     let other = partner[corner];
                     if other == NONE {
                         continue;

@@ -32,7 +32,8 @@ impl HalfedgeMesh {
     ///    surface, no third one there does, and they agree. All others get edges of their own.
     /// 3. Each fan of faces gets a vertex of its own.
     ///
-    /// The result depends on the order of the faces only where a one-sided surface is cut.
+    /// The result depends on the order of the faces only where a one-sided surface is cut, and not
+    /// on their directions.
     ///
     /// The `num_vertices` vertices keep their indices, and copies follow. A vertex with all its
     /// copies is one *row* ([`Self::row_of`]), which has the index of that vertex. Faces keep

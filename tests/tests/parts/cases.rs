@@ -187,7 +187,7 @@ fn far() -> Case {
 }
 
 /// A copy of the plate itself, and one of a screw.
-fn duplicates() -> Case {
+pub(crate) fn duplicates() -> Case {
     let plate = bar::<f64>([4.0, 2.0, 0.2], [32, 16, 2]);
     let screw = placed(&icosphere::<f64>(1), [0.5, 0.2, 0.12], [0.0; 3], 0.1);
     on_a_plate("exact duplicates", vec![plate, screw.clone(), screw])

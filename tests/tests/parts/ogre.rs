@@ -19,12 +19,12 @@ fn ogre() -> Option<Mesh<f64>> {
     Some(Mesh::new(surface.mesh().clone(), surface.positions().clone()).unwrap())
 }
 
-/// Name, what is held still, what turns, and how.
+/// Name, what is held still, what turns, and how: by a part of the whole way.
 type Edit = (
     &'static str,
     fn(&Point3<f64>) -> bool,
     fn(&Point3<f64>) -> bool,
-    Matrix4<f64>,
+    fn(f64) -> Matrix4<f64>,
 );
 
 fn edits() -> [Edit; 3] {
@@ -33,19 +33,19 @@ fn edits() -> [Edit; 3] {
             "head",
             |p| p.y < 19.0,
             |p| p.y > 27.5 && p.x.abs() < 3.0,
-            turn([0.0, 25.5, 0.0], Vector3::z(), 35.0),
+            |part| turn([0.0, 25.5, 0.0], Vector3::z(), 35.0 * part),
         ),
         (
             "hip",
             |p| p.y < 2.0,
             |p| p.y > 19.0,
-            turn([0.0, 15.0, 0.0], Vector3::x(), 30.0),
+            |part| turn([0.0, 15.0, 0.0], Vector3::x(), 30.0 * part),
         ),
         (
             "hand",
             |p| p.x < 8.0,
             |p| p.x > 13.5,
-            turn([13.0, 24.0, 0.0], Vector3::z(), 35.0),
+            |part| turn([13.0, 24.0, 0.0], Vector3::z(), 35.0 * part),
         ),
     ]
 }
@@ -63,7 +63,7 @@ fn the_parts_of_the_ogre_follow_its_body() {
         let handles = |shape: &Mesh<f64>, part| {
             let (still, moved) = (of_part(shape, part, still), of_part(shape, part, moved));
             assert!(!still.is_empty() && !moved.is_empty());
-            Handles::new().fix(still).transform(moved, motion)
+            Handles::new().fix(still).transform(moved, motion(1.0))
         };
         let options = DeformOptions::default();
         let clock = Instant::now();
@@ -99,27 +99,31 @@ fn passengers_cost_little_of_a_frame() {
         .max_by_key(|c| components.sizes()[*c])
         .unwrap();
     let (own, _) = alone(&shape, body);
-    let (_, still, moved, _) = edits()[0];
-    let session = |shape: &Mesh<f64>, part| {
-        let (still, moved) = (of_part(shape, part, still), of_part(shape, part, moved));
-        let handles = Handles::new().fix(still).fix(moved);
-        Session::new(shape, &handles, &DeformOptions::default()).unwrap()
-    };
-    let mut sessions = [session(&own, 0), session(&shape, body)];
-    let mut seconds = [Vec::new(), Vec::new()];
-    for frame in 1..=25 {
-        let motion = turn([0.0, 25.5, 0.0], Vector3::z(), 1.4 * f64::from(frame));
-        for (session, seconds) in sessions.iter_mut().zip(&mut seconds) {
-            let clock = Instant::now();
-            session.transform_handle(1, motion).unwrap();
-            session.step().unwrap();
-            seconds.push(clock.elapsed().as_secs_f64());
+    let mut most = 0.0_f64;
+    for (name, still, moved, motion) in edits() {
+        let session = |shape: &Mesh<f64>, part| {
+            let (still, moved) = (of_part(shape, part, still), of_part(shape, part, moved));
+            let handles = Handles::new().fix(still).fix(moved);
+            Session::new(shape, &handles, &DeformOptions::default()).unwrap()
+        };
+        let mut sessions = [session(&own, 0), session(&shape, body)];
+        let mut seconds = [Vec::new(), Vec::new()];
+        for frame in 1..=25 {
+            for (session, seconds) in sessions.iter_mut().zip(&mut seconds) {
+                let clock = Instant::now();
+                session
+                    .transform_handle(1, motion(f64::from(frame) / 25.0))
+                    .unwrap();
+                session.step().unwrap();
+                seconds.push(clock.elapsed().as_secs_f64());
+            }
         }
+        let [alone, whole] = seconds.map(|mut times| {
+            times.sort_by(f64::total_cmp);
+            times[times.len() / 2]
+        });
+        println!("{name}: a frame {whole:.4} s, {alone:.4} s for the body alone");
+        most = most.max(whole / alone);
     }
-    let [alone, whole] = seconds.map(|mut times| {
-        times.sort_by(f64::total_cmp);
-        times[times.len() / 2]
-    });
-    println!("a frame: {whole:.4} s, {alone:.4} s for the body alone");
-    assert!(whole < 1.3 * alone);
+    assert!(most < 1.3, "{most}");
 }

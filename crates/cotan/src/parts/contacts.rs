@@ -16,7 +16,7 @@ use cotan_parallel as parallel;
 use nalgebra::Point3;
 
 use super::model::Model;
-use super::proximity::{APART, Untied};
+use super::proximity::{APART, RUN, STRETCH, Untied};
 
 /// A point of a surface: the corners of a triangle and the share of each. A vertex is a corner of
 /// share 1.
@@ -129,13 +129,8 @@ impl Contacts<'_> {
     /// any distance.
     pub(crate) fn everywhere(&self, part: usize, marks: &Marks, layer: u32) -> Vec<Contact> {
         let vertices = &self.model.parts[part].vertices;
-        let found = parallel::filled(vertices.len(), |k| {
-            let point = self.model.at(vertices[k]);
-            let counts = |label| !self.untied.contains(part as u32, label);
-            let skips = |least, _| least >= layer;
-            self.tree
-                .closest(point, f64::INFINITY, marks, skips, counts)
-        });
+        let skips = |least: u32, _| least >= layer;
+        let found = self.within(part, vertices, marks, &skips, f64::INFINITY);
         let contact = |(c, v): (Option<Closest>, &u32)| {
             let c = c?;
             Some(Contact {
@@ -203,23 +198,79 @@ impl Contacts<'_> {
         marks: &Marks,
         skips: impl Fn(u32, u32) -> bool + Sync,
     ) -> Vec<Option<Closest>> {
-        let query = |v: u32, limit: f64| {
-            let counts = |label| !self.untied.contains(part as u32, label);
-            self.tree
-                .closest(self.model.at(v), limit, marks, &skips, counts)
-        };
         let stretches: Vec<&[u32]> = vertices.chunks(STRETCH).collect();
         let least = parallel::tasks(stretches, |vertices| {
-            vertices.iter().fold(f64::INFINITY, |reach, v| {
-                query(*v, reach).map_or(reach, |c| c.distance.min(reach))
-            })
+            let mut reach = f64::INFINITY;
+            for run in vertices.chunks(RUN) {
+                let bounds = self.model.bounds(run);
+                if !self.tree.may_reach(bounds, reach, marks, &skips) {
+                    continue;
+                }
+                reach = run.iter().fold(reach, |reach, v| {
+                    let closest = self.query(part, *v, marks, &skips, reach);
+                    closest.map_or(reach, |c| c.distance.min(reach))
+                });
+            }
+            reach
         });
         let least = least.into_iter().fold(f64::INFINITY, f64::min);
         if least == f64::INFINITY {
             return vec![None; vertices.len()];
         }
-        let limit = least + 2.0 * self.length;
-        parallel::filled(vertices.len(), |k| query(vertices[k], limit))
+        self.within(part, vertices, marks, &skips, least + 2.0 * self.length)
+    }
+
+    /// For every vertex the closest point within a distance.
+    fn within(
+        &self,
+        part: usize,
+        vertices: &[u32],
+        marks: &Marks,
+        skips: &(impl Fn(u32, u32) -> bool + Sync),
+        limit: f64,
+    ) -> Vec<Option<Closest>> {
+        /// Of λ: more than the rounding of a distance.
+        const ROUNDING: f64 = 1e-9;
+        let positions = self.model.positions.as_slice();
+        let stretches: Vec<&[u32]> = vertices.chunks(STRETCH).collect();
+        let found = parallel::tasks(stretches, |vertices| {
+            // Vertices with adjacent indices are near each other in most files: what one of them
+            // has found bounds the distance of the next.
+            let mut last: Option<Point3<f64>> = None;
+            let mut of_vertex = |v: &u32| {
+                let point = self.model.at(*v);
+                let bound = last.map_or(limit, |q| (point - q).norm() + ROUNDING * self.length);
+                let closest = self.query(part, *v, marks, skips, bound.min(limit));
+                if let Some(closest) = &closest {
+                    last = Some(ContactPoint::of(closest).at(positions));
+                }
+                closest
+            };
+            let mut found = Vec::with_capacity(vertices.len());
+            for run in vertices.chunks(RUN) {
+                let bounds = self.model.bounds(run);
+                match self.tree.may_reach(bounds, limit, marks, skips) {
+                    true => found.extend(run.iter().map(&mut of_vertex)),
+                    false => found.resize(found.len() + run.len(), None),
+                }
+            }
+            found
+        });
+        found.concat()
+    }
+
+    /// The closest point to a vertex within a distance.
+    fn query(
+        &self,
+        part: usize,
+        vertex: u32,
+        marks: &Marks,
+        skips: &(impl Fn(u32, u32) -> bool + Sync),
+        limit: f64,
+    ) -> Option<Closest> {
+        let counts = |label| !self.untied.contains(part as u32, label);
+        let point = self.model.at(vertex);
+        self.tree.closest(point, limit, marks, skips, counts)
     }
 
     /// Drops contacts that are too far, and turns areas into weights.
@@ -251,6 +302,3 @@ fn nearest(found: &[Option<Closest>]) -> Option<Closest> {
     let closer = |a: Closest, b: Closest| if b.distance < a.distance { b } else { a };
     found.iter().flatten().copied().reduce(closer)
 }
-
-/// The number of vertices that share a bound of the distance.
-const STRETCH: usize = 512;

@@ -2,19 +2,19 @@
 
 use std::sync::Arc;
 
-use cotan_flow::{Flow, FlowBuilder, Hybrid, PointTie, Rest, Start};
+use cotan_flow::{Flow, FlowBuilder, PointTie};
 use cotan_geometry::{Positions, Scalar, Surface};
 use cotan_halfedge::{HalfedgeMesh, VertexId};
-use cotan_laplacian::Cotangent;
 use cotan_linear::Handle;
 use cotan_parallel as parallel;
 use nalgebra::{Point3, Vector3};
 
 use super::contacts::{Contact, ContactPoint};
 use super::extract::Extract;
-use super::passenger::{Effort, Flowing, Kind, Passenger, Placed, Rigid, Scene, put};
-use super::plan::{Manner, Neighbourhood, Plan, Seat};
+use super::passenger::{Effort, Passenger, Placed, Rigid, Scene, State, put};
+use super::plan::{Neighbourhood, Plan};
 use super::report::{self, PartReport};
+use super::workshop::Workshop;
 use crate::error::Error;
 use crate::options::DeformOptions;
 
@@ -95,9 +95,7 @@ impl<T: Scalar> Following<T> {
         let drives = |v: VertexId| plan.roles.layers[model.part_of(v)] == 0;
         let drivers = (!plan.drives_all()).then(|| Extract::new(&mesh, &original, drives));
         let seats = std::mem::take(&mut plan.seats);
-        let passengers = parallel::tasks(seats, |seat| {
-            passenger(&neighbourhood, &mesh, &original, options, seat)
-        });
+        let passengers = parallel::tasks(seats, |seat| Passenger::new(model, seat));
         Self {
             placed: (*original).clone(),
             motions: vec![None; model.parts.len()],
@@ -207,6 +205,7 @@ impl<T: Scalar> Following<T> {
     pub(crate) fn set_shape(&mut self, shape: &Positions<T>) {
         if let Some(rows) = self.in_rows(shape) {
             self.placed = rows;
+            self.unsettle();
         }
     }
 
@@ -227,43 +226,65 @@ impl<T: Scalar> Following<T> {
     /// # Errors
     /// [`Error`] of the flow of a large part.
     pub(crate) fn place(&mut self, drivers: &Positions<T>, effort: Effort) -> Result<(), Error> {
-        if self.passengers.is_empty() {
+        let placed = self.place_layers(drivers, effort);
+        if placed.is_err() {
+            self.unsettle();
+        }
+        placed
+    }
+
+    /// From here on no part that follows is where it belongs.
+    fn unsettle(&mut self) {
+        let passengers = self.passengers.iter_mut();
+        passengers.for_each(|passenger| passenger.state = State::Underway);
+    }
+
+    fn place_layers(&mut self, drivers: &Positions<T>, effort: Effort) -> Result<(), Error> {
+        let Some(extract) = self
+            .drivers
+            .as_ref()
+            .filter(|_| !self.passengers.is_empty())
+        else {
             return Ok(());
+        };
+        let placed = self.placed.as_mut_slice();
+        let mut has_moved = vec![false; placed.len()];
+        for (v, p) in extract.vertices().iter().zip(drivers.values()) {
+            let v = *v as usize;
+            has_moved[v] = placed[v] != *p;
+            placed[v] = *p;
         }
-        self.placed = self.whole(drivers);
         let model = &self.neighbourhood.model;
-        let mut now: Vec<Point3<f64>> = self.placed.values().map(|p| p.map(T::as_f64)).collect();
-        let mut is_moved = vec![false; model.parts.len()];
-        let rest = model.positions.as_slice();
-        for (part, layer) in self.plan.roles.layers.iter().enumerate() {
-            let mut vertices = model.parts[part].vertices.iter();
-            is_moved[part] = *layer == 0 && vertices.any(|v| now[*v as usize] != rest[*v as usize]);
-        }
+        let workshop = Workshop {
+            neighbourhood: &self.neighbourhood,
+            mesh: &self.mesh,
+            original: &self.original,
+            options: &self.options,
+        };
+        let mut now = parallel::filled(placed.len(), |v| placed[v].map(T::as_f64));
         for layer in self.passengers.chunk_by_mut(|a, b| a.layer == b.layer) {
             let scene = Scene {
                 model,
                 length: self.neighbourhood.length,
                 now: &now,
+                has_moved: &has_moved,
                 motions: &self.motions,
             };
-            let moved = &is_moved;
-            let placed = parallel::tasks(layer.iter_mut().collect(), |passenger| {
-                let follows = |c: &Contact| moved[c.part as usize];
-                let is_moved = passenger.contacts.iter().any(follows);
-                let placed = match is_moved {
-                    true => passenger.place(&scene, effort)?,
-                    false => passenger.at_rest(&scene),
-                };
-                Ok::<_, Error>((passenger.part, is_moved, placed))
+            let found = parallel::tasks(layer.iter_mut().collect(), |passenger| {
+                let placed = passenger.place(&scene, &workshop, effort)?;
+                Ok::<_, Error>(placed.map(|placed| (passenger.part, placed)))
             });
-            for placed in placed {
-                let (part, has_moved, Placed { positions, motion }) = placed?;
+            for placed in found {
+                let Some((part, Placed { positions, motion })) = placed? else {
+                    continue;
+                };
                 put(model, part, &self.original, &positions, &mut self.placed);
                 for (v, p) in model.parts[part].vertices.iter().zip(positions) {
-                    now[*v as usize] = p;
+                    let v = *v as usize;
+                    has_moved[v] = now[v] != p;
+                    now[v] = p;
                 }
                 self.motions[part] = motion;
-                is_moved[part] = has_moved;
             }
         }
         Ok(())
@@ -271,15 +292,13 @@ impl<T: Scalar> Following<T> {
 
     /// The roles of all parts and how well they follow.
     pub(crate) fn report(&self, drivers: &Positions<T>) -> Vec<PartReport> {
-        let now: Vec<Point3<f64>> = self
-            .whole(drivers)
-            .values()
-            .map(|p| p.map(T::as_f64))
-            .collect();
+        let whole = self.whole(drivers);
+        let now: Vec<Point3<f64>> = whole.values().map(|p| p.map(T::as_f64)).collect();
         let scene = Scene {
             model: &self.neighbourhood.model,
             length: self.neighbourhood.length,
             now: &now,
+            has_moved: &[],
             motions: &self.motions,
         };
         report::measure(&scene, &self.plan, &self.passengers)
@@ -294,67 +313,6 @@ fn has_handle<T: Scalar>(neighbourhood: &Neighbourhood, held: &Held<T>) -> Vec<b
         has_handle[model.part_of(handle.vertex)] = true;
     }
     has_handle
-}
-
-fn passenger<T: Scalar>(
-    neighbourhood: &Neighbourhood,
-    mesh: &HalfedgeMesh,
-    original: &Positions<T>,
-    options: &DeformOptions,
-    seat: Seat,
-) -> Passenger<T> {
-    let kind = match seat.manner {
-        Manner::Rigid => Kind::Rigid,
-        Manner::Decal => Kind::Decal,
-        Manner::Flowing => match flowing(neighbourhood, mesh, original, options, &seat) {
-            Ok(flowing) => Kind::Flowing(Box::new(flowing)),
-            // If its weights cannot be computed or solved, it follows as a rigid body.
-            Err(error) => {
-                tracing::debug!(part = seat.part, %error, "a part is placed as a rigid body");
-                Kind::Rigid
-            }
-        },
-    };
-    Passenger::new(seat.part, seat.layer, seat.contacts, kind)
-}
-
-/// The flow of a large part, with the bending length of the whole model.
-fn flowing<T: Scalar>(
-    neighbourhood: &Neighbourhood,
-    mesh: &HalfedgeMesh,
-    original: &Positions<T>,
-    options: &DeformOptions,
-    seat: &Seat,
-) -> Result<Flowing<T>, Error> {
-    let (model, length) = (&neighbourhood.model, neighbourhood.length);
-    let is_own = |v: VertexId| model.part_of(v) == seat.part;
-    let extract = Extract::new(mesh, original, is_own);
-    let rest = Rest::new(
-        extract.mesh.clone(),
-        extract.positions.clone(),
-        Cotangent::default(),
-    )?;
-    let part = &model.parts[seat.part];
-    // μ of the hybrid. Springs of handles are relative to the mean diagonal.
-    let membrane = 4.0 * part.area / part.vertices.len() as f64 / (length * length);
-    let factor = membrane / rest.operator().mean_diagonal().powi(2);
-    let pulls = Flowing::pulls(&seat.contacts, &extract);
-    let handles = Flowing::handles(&pulls, factor, &extract);
-    let hybrid = Hybrid::new(length / model.extent_of(seat.part)).stiffness(options.stiffness);
-    let flow = Flow::on(rest)
-        .energy(hybrid)
-        .start(Start::Original)
-        .acceleration(options.acceleration)
-        .tolerance(options.tolerance)
-        .iteration_limit(options.iteration_limit)
-        .system(options.system)
-        .handles(handles)
-        .build()?;
-    Ok(Flowing {
-        extract,
-        flow,
-        pulls,
-    })
 }
 
 /// Stated turns, with the vertex indices of the flow.

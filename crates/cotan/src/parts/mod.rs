@@ -19,6 +19,7 @@ mod report;
 mod roles;
 mod survey;
 mod turns;
+mod workshop;
 
 pub(crate) use following::{Following, turns_in_flow};
 pub(crate) use passenger::Effort;

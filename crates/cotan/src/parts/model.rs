@@ -1,7 +1,7 @@
 //! A surface as a model of several parts: its connected components, with their measures.
 
 use cotan_geometry::{Positions, Scalar, Surface};
-use cotan_halfedge::VertexId;
+use cotan_halfedge::{Components, VertexId};
 use nalgebra::{Point3, Vector3};
 
 /// A connected component.
@@ -37,10 +37,9 @@ pub(crate) struct Model {
 
 impl Model {
     /// The parts of a surface, numbered by their first vertices.
-    pub(crate) fn new<T: Scalar>(surface: &Surface<'_, T>) -> Self {
+    pub(crate) fn new<T: Scalar>(surface: &Surface<'_, T>, components: &Components) -> Self {
         let mesh = surface.mesh();
         let positions = mesh.to_rows(&surface.positions().map(|p| p.map(T::as_f64)));
-        let components = mesh.components();
         let of_vertex = components.of_vertices().values().copied();
         let of_vertex: Vec<u32> = of_vertex.take(positions.len()).collect();
         let mut parts = vec![
@@ -93,6 +92,15 @@ impl Model {
 
     pub(crate) fn at(&self, vertex: u32) -> Point3<f64> {
         at(&self.positions, vertex)
+    }
+
+    /// Opposite corners of the bounding box of some vertices.
+    pub(crate) fn bounds(&self, vertices: &[u32]) -> [Point3<f64>; 2] {
+        let first = vertices.first().map_or(Point3::origin(), |v| self.at(*v));
+        vertices.iter().fold([first; 2], |[min, max], v| {
+            let p = self.at(*v);
+            [min.inf(&p), max.sup(&p)]
+        })
     }
 
     /// The triangles around a vertex.

@@ -5,7 +5,7 @@
 //! v⁰ ↦ g; parts that lie on their surface like a decal take g itself; large ones are deformed by
 //! the hybrid energy, in the frame of that rigid motion, with soft handles at g.
 
-use cotan_flow::{Flow, nearest_rotation};
+use cotan_flow::{Flow, StopReason, nearest_rotation};
 use cotan_geometry::{Positions, Scalar};
 use cotan_halfedge::VertexId;
 use cotan_linear::Handle;
@@ -15,7 +15,9 @@ use nalgebra::{Matrix3, Point3, Vector3};
 use super::contacts::Contact;
 use super::extract::Extract;
 use super::model::Model;
-use super::turns::{covariance, covariance_at, rotation};
+use super::plan::{Manner, Seat};
+use super::turns::{covariance, rotation};
+use super::workshop::Workshop;
 use crate::error::Error;
 
 /// A part that follows others.
@@ -26,7 +28,23 @@ pub(crate) struct Passenger<T: Scalar> {
     pub(crate) contacts: Vec<Contact>,
     /// The corners that the contacts touch, each once, with its part and the weight that it bears.
     below: Vec<Corner>,
+    /// Per contact: the indices of its corners in `below`.
+    touched: Vec<[u32; 3]>,
+    /// The vertices whose positions place the part: the triangles around `below`.
+    around: Vec<u32>,
     pub(crate) kind: Kind<T>,
+    pub(crate) state: State,
+}
+
+/// The place of a part that follows, with respect to the parts below it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum State {
+    /// Its original place, and what it touches is at its own.
+    AtRest,
+    /// Where it stays as long as what it touches does.
+    Settled,
+    /// Somewhere else: it is to be placed, or to be moved on.
+    Underway,
 }
 
 /// A vertex that a part touches.
@@ -46,6 +64,8 @@ pub(crate) enum Kind<T: Scalar> {
     Decal,
     /// By a flow of its own.
     Flowing(Box<Flowing<T>>),
+    /// By a flow of its own, which is built when what it touches moves.
+    Waiting,
 }
 
 /// A part with a flow of its own.
@@ -92,6 +112,8 @@ pub(crate) struct Scene<'a> {
     pub(crate) length: f64,
     /// Current positions of all parts placed so far.
     pub(crate) now: &'a [Point3<f64>],
+    /// Per vertex of the parts placed so far: true if it has another position than last time.
+    pub(crate) has_moved: &'a [bool],
     /// The motion of the parts that are placed as rigid bodies.
     pub(crate) motions: &'a [Option<Rigid>],
 }
@@ -114,8 +136,14 @@ pub(crate) struct Placed {
 }
 
 impl<T: Scalar> Passenger<T> {
-    /// A part with these contacts.
-    pub(crate) fn new(part: usize, layer: u32, contacts: Vec<Contact>, kind: Kind<T>) -> Self {
+    /// A part at rest.
+    pub(crate) fn new(model: &Model, seat: Seat) -> Self {
+        let Seat {
+            part,
+            layer,
+            manner,
+            contacts,
+        } = seat;
         let corners = contacts.iter().flat_map(|contact| {
             contact.on.terms().map(|(vertex, share)| Corner {
                 vertex,
@@ -132,88 +160,161 @@ impl<T: Scalar> Passenger<T> {
             }
             is_same
         });
+        // Corners without a share are not found.
+        let index = |v: u32| below.binary_search_by_key(&v, |corner| corner.vertex);
+        let touched = contacts
+            .iter()
+            .map(|contact| contact.on.corners.map(|v| index(v).unwrap_or(0) as u32))
+            .collect();
+        let fans = below.iter().flat_map(|corner| model.fan(corner.vertex));
+        let corners = below.iter().map(|corner| corner.vertex);
+        let mut around: Vec<u32> = fans.flatten().copied().chain(corners).collect();
+        around.sort_unstable();
+        around.dedup();
         Self {
             part,
             layer,
             contacts,
             below,
-            kind,
+            touched,
+            around,
+            kind: match manner {
+                Manner::Rigid => Kind::Rigid,
+                Manner::Decal => Kind::Decal,
+                Manner::Flowing => Kind::Waiting,
+            },
+            state: State::AtRest,
         }
+    }
+
+    /// Per corner below: the covariance of the surface there with that at rest.
+    fn covariances(&self, scene: &Scene<'_>) -> Vec<Matrix3<f64>> {
+        parallel::filled(self.below.len(), |k| {
+            let corner = &self.below[k];
+            match &scene.motions[corner.part as usize] {
+                Some(motion) => motion.rotation / 3.0,
+                None => covariance(scene.model, scene.now, corner.vertex),
+            }
+        })
     }
 
     /// The rotation nearest to the weighted mean of those below the contacts.
     pub(crate) fn mean_rotation(&self, scene: &Scene<'_>) -> Matrix3<f64> {
-        let sum = self.below.iter().fold(Matrix3::zeros(), |sum, corner| {
-            let covariance = match &scene.motions[corner.part as usize] {
-                Some(motion) => motion.rotation / 3.0,
-                None => covariance(scene.model, scene.now, corner.vertex),
-            };
-            sum + covariance * corner.weight
-        });
-        rotation(&sum)
+        self.mean_of(&self.covariances(scene))
     }
 
-    /// Places the part by the current positions of the parts below it.
-    pub(crate) fn place(&mut self, scene: &Scene<'_>, effort: Effort) -> Result<Placed, Error> {
-        let vertices = &scene.model.parts[self.part].vertices;
-        if let Kind::Decal = self.kind {
-            let positions = parallel::filled(vertices.len(), |k| {
-                let contact = &self.contacts[k];
-                target(scene, contact, &rotation_at(scene, contact))
-            });
-            return Ok(Placed {
-                positions,
-                motion: None,
-            });
-        }
-        let mean = self.mean_rotation(scene);
-        let Kind::Flowing(flowing) = &mut self.kind else {
-            let targets: Vec<Point3<f64>> = self
-                .contacts
-                .iter()
-                .map(|c| target(scene, c, &mean))
-                .collect();
-            let motion = fit(scene, &self.contacts, &targets, &mean);
-            return Ok(Placed {
-                positions: vertices
-                    .iter()
-                    .map(|v| motion.apply(scene.model.at(*v)))
-                    .collect(),
-                motion: Some(motion),
-            });
-        };
-        let contacts = &self.contacts;
-        let rotations = parallel::filled(contacts.len(), |k| rotation_at(scene, &contacts[k]));
-        let targets = parallel::filled(contacts.len(), |k| {
-            target(scene, &contacts[k], &rotations[k])
-        });
-        let motion = fit(scene, contacts, &targets, &mean);
-        flowing.follow(scene, contacts, &targets, &rotations, &motion)?;
-        match effort {
-            Effort::Step => {
-                flowing.flow.step()?;
+    fn mean_of(&self, covariances: &[Matrix3<f64>]) -> Matrix3<f64> {
+        let pairs = self.below.iter().zip(covariances);
+        rotation(&pairs.fold(Matrix3::zeros(), |sum, (corner, covariance)| {
+            sum + covariance * corner.weight
+        }))
+    }
+
+    /// The rotation of the surface below each contact: the nearest one to the mean of those at its
+    /// corners.
+    fn rotations(&self, scene: &Scene<'_>, covariances: &[Matrix3<f64>]) -> Vec<Matrix3<f64>> {
+        let at_corners = parallel::filled(covariances.len(), |k| rotation(&covariances[k]));
+        parallel::filled(self.contacts.len(), |k| {
+            let contact = &self.contacts[k];
+            if let Some(motion) = &scene.motions[contact.part as usize] {
+                return motion.rotation;
             }
-            Effort::Run => {
-                let _ = flowing.flow.run_to_end()?;
-            }
+            let corners = self.touched[k].iter().zip(contact.on.shares);
+            rotation(&corners.fold(Matrix3::zeros(), |sum, (corner, share)| {
+                sum + at_corners[*corner as usize] * share
+            }))
+        })
+    }
+
+    /// Places the part by the current positions of the parts below it; `None` if it stays where
+    /// it is.
+    ///
+    /// # Errors
+    /// [`Error`] of the flow of a large part.
+    pub(crate) fn place(
+        &mut self,
+        scene: &Scene<'_>,
+        workshop: &Workshop<'_, T>,
+        effort: Effort,
+    ) -> Result<Option<Placed>, Error> {
+        let rest = scene.model.positions.as_slice();
+        let all = |holds: &dyn Fn(usize) -> bool| self.around.iter().all(|v| holds(*v as usize));
+        if all(&|v| scene.now[v] == rest[v]) {
+            return match self.state {
+                State::AtRest => Ok(None),
+                _ => self.go_back(scene).map(Some),
+            };
         }
-        let positions = flowing.flow.positions();
-        let moved = positions.values().map(|p| motion.apply(p.map(T::as_f64)));
+        if self.state == State::Settled && all(&|v| !scene.has_moved[v]) {
+            return Ok(None);
+        }
+        self.state = State::Underway;
+        if let Kind::Waiting = self.kind {
+            self.kind = workshop.kind(self.part, &self.contacts);
+        }
+        let (placed, state) = self.follow(scene, effort)?;
+        self.state = state;
+        Ok(Some(placed))
+    }
+
+    /// Goes back to the original place.
+    fn go_back(&mut self, scene: &Scene<'_>) -> Result<Placed, Error> {
+        if let Kind::Flowing(flowing) = &mut self.kind {
+            let positions = flowing.extract.positions.clone();
+            flowing.flow.set_shape(&positions)?;
+        }
+        self.state = State::AtRest;
+        let vertices = scene.model.parts[self.part].vertices.iter();
         Ok(Placed {
-            positions: moved.collect(),
+            positions: vertices.map(|v| scene.model.at(*v)).collect(),
             motion: None,
         })
     }
-}
 
-impl<T: Scalar> Passenger<T> {
-    /// The original place of the part.
-    pub(crate) fn at_rest(&mut self, scene: &Scene<'_>) -> Placed {
-        let vertices = scene.model.parts[self.part].vertices.iter();
-        Placed {
-            positions: vertices.map(|v| scene.model.at(*v)).collect(),
-            motion: None,
+    fn follow(&mut self, scene: &Scene<'_>, effort: Effort) -> Result<(Placed, State), Error> {
+        let covariances = self.covariances(scene);
+        let mean = self.mean_of(&covariances);
+        let (contacts, vertices) = (&self.contacts, &scene.model.parts[self.part].vertices);
+        if let Kind::Rigid = self.kind {
+            let targets = contacts.iter().map(|c| target(scene, c, &mean));
+            let targets: Vec<Point3<f64>> = targets.collect();
+            let motion = fit(scene, contacts, &targets, &mean);
+            let moved = |k: usize| motion.apply(scene.model.at(vertices[k]));
+            let placed = Placed {
+                positions: parallel::filled(vertices.len(), moved),
+                motion: Some(motion),
+            };
+            return Ok((placed, State::Settled));
         }
+        let rotations = self.rotations(scene, &covariances);
+        let targets = parallel::filled(contacts.len(), |k| {
+            target(scene, &contacts[k], &rotations[k])
+        });
+        let Kind::Flowing(flowing) = &mut self.kind else {
+            // A decal has one contact per vertex.
+            let placed = Placed {
+                positions: targets,
+                motion: None,
+            };
+            return Ok((placed, State::Settled));
+        };
+        let motion = fit(scene, contacts, &targets, &mean);
+        flowing.follow(scene, contacts, &targets, &rotations, &motion)?;
+        let has_arrived = match effort {
+            Effort::Step => flowing.flow.step()?.converged,
+            Effort::Run => flowing.flow.run_to_end()?.stop != StopReason::IterationLimit,
+        };
+        let positions = flowing.flow.positions();
+        let moved = |k: usize| motion.apply(positions.as_slice()[k].map(T::as_f64));
+        let placed = Placed {
+            positions: parallel::filled(positions.len(), moved),
+            motion: None,
+        };
+        let state = match has_arrived {
+            true => State::Settled,
+            false => State::Underway,
+        };
+        Ok((placed, state))
     }
 }
 
@@ -227,30 +328,49 @@ impl<T: Scalar> Flowing<T> {
         rotations: &[Matrix3<f64>],
         motion: &Rigid,
     ) -> Result<(), Error> {
-        let goal = |pull: &Pull| {
-            let rest = scene.model.at(self.extract.in_whole(pull.vertex));
-            let sum = pull.contacts.iter().map(|(k, share)| {
-                let contact = &contacts[*k as usize];
-                let own = contact.own.at(scene.model.positions.as_slice());
-                let goal = targets[*k as usize] + rotations[*k as usize] * (rest - own);
-                motion.undo(goal).coords * *share
+        // The image of a point p near contact k is shifts[k] + rotations[k] p.
+        let rest = scene.model.positions.as_slice();
+        let shifts = parallel::filled(contacts.len(), |k| {
+            targets[k].coords - rotations[k] * contacts[k].own.at(rest).coords
+        });
+        let goals = parallel::filled(self.pulls.len(), |k| {
+            let pull = &self.pulls[k];
+            let from = scene.model.at(self.extract.in_whole(pull.vertex)).coords;
+            let images = pull.contacts.iter().map(|(k, share)| {
+                let k = *k as usize;
+                (shifts[k] + rotations[k] * from) * *share
             });
-            let sum: Vector3<f64> = sum.sum();
-            (pull.vertex, Point3::from(sum.map(T::of_f64)))
-        };
-        let goals: Vec<(VertexId, Point3<T>)> = self.pulls.iter().map(goal).collect();
+            let goal = motion.undo(Point3::from(images.sum::<Vector3<f64>>()));
+            (pull.vertex, goal.map(T::of_f64))
+        });
         Ok(self.flow.move_handles(&goals)?)
     }
 
     /// The soft handles of a part with these contacts.
+    ///
+    /// The neighbours of a vertex with a contact are pulled as well, as if they were firmly joined
+    /// to it, where no contact of their own pulls as much: the surface leaves its contacts in the
+    /// direction that these have.
     pub(crate) fn pulls(contacts: &[Contact], extract: &Extract<T>) -> Vec<Pull> {
+        let mesh = &extract.mesh;
         let mut all: Vec<(VertexId, u32, f64)> = Vec::new();
+        let mut own = vec![0.0; extract.vertices().len()];
         for (k, contact) in contacts.iter().enumerate() {
             for (v, share) in contact.own.terms() {
                 if let Some(vertex) = extract.in_extract(v)
                     && share > 0.0
                 {
                     all.push((vertex, k as u32, share * contact.weight));
+                    own[vertex.index()] += share * contact.weight;
+                }
+            }
+        }
+        for i in 0..all.len() {
+            let (vertex, k, weight) = all[i];
+            for h in mesh.outgoing_halfedges(vertex) {
+                let neighbour = mesh.row_of(mesh.target(h));
+                if own[neighbour.index()] < NEXT * own[vertex.index()] {
+                    all.push((neighbour, k, NEXT * weight));
                 }
             }
         }
@@ -282,6 +402,9 @@ impl<T: Scalar> Flowing<T> {
     }
 }
 
+/// The share of a contact's weight by which it pulls at the neighbours of its vertex.
+const NEXT: f64 = 1.0;
+
 /// Bounds of the springs, relative to the system.
 const LIGHTEST: f64 = 1e-9;
 const HEAVIEST: f64 = 1e6;
@@ -291,14 +414,6 @@ fn target(scene: &Scene<'_>, contact: &Contact, rotation: &Matrix3<f64>) -> Poin
     let rest = scene.model.positions.as_slice();
     let arm = contact.own.at(rest) - contact.on.at(rest);
     contact.on.at(scene.now) + rotation * arm
-}
-
-/// The rotation of the surface below a contact.
-fn rotation_at(scene: &Scene<'_>, contact: &Contact) -> Matrix3<f64> {
-    match &scene.motions[contact.part as usize] {
-        Some(motion) => motion.rotation,
-        None => rotation(&covariance_at(scene.model, scene.now, &contact.on)),
-    }
 }
 
 /// The rigid motion that takes the contacts closest to their targets. The mean rotation of the

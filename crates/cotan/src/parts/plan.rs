@@ -64,15 +64,19 @@ impl Neighbourhood {
         surface: &Surface<'_, T>,
         options: &DeformOptions,
     ) -> Result<Option<Self>, Error> {
-        let is_checked = Surface::new(surface.mesh(), surface.positions()).is_ok();
-        if options.parts == Parts::Still || !is_checked {
+        if options.parts == Parts::Still {
             return Ok(None);
         }
-        let model = Model::new(surface);
-        let n = model.parts.len();
+        let components = surface.mesh().components();
+        let n = components.count();
         check(options, n)?;
+        // Nothing is measured on a single surface.
+        if n < 2 || Surface::new(surface.mesh(), surface.positions()).is_err() {
+            return Ok(None);
+        }
+        let model = Model::new(surface, &components);
         let length = options.bending_length * model.extent;
-        if n < 2 || !(length > 0.0 && length.is_finite()) {
+        if !(length > 0.0 && length.is_finite()) {
             return Ok(None);
         }
         let mut counts = match &options.parts {

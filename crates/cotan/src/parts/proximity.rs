@@ -152,7 +152,10 @@ struct Finder<'a> {
 const LARGE: usize = 4096;
 
 /// A range of the vertices of a part, so that large parts are divided among threads.
-const STRETCH: usize = 512;
+pub(super) const STRETCH: usize = 512;
+
+/// Vertices that are left out together where nothing is near their bounding box.
+pub(super) const RUN: usize = 16;
 
 impl Finder<'_> {
     /// The vertices of these parts in ranges, with their part.
@@ -192,18 +195,24 @@ impl Finder<'_> {
             let own = marks.of(part);
             let known = known[part as usize].map(|link| link.distance);
             let (mut reach, mut best) = (known.unwrap_or(f64::INFINITY), None);
-            for &v in vertices {
-                let skips = |least, most| least == most && (least == own || least == APART);
-                let counts = |label| !self.untied.contains(part, label);
-                let point = self.model.at(v);
-                if let Some(closest) = self.tree.closest(point, reach, marks, skips, counts)
-                    && closest.distance < reach
-                {
-                    reach = closest.distance;
-                    best = Some(Link {
-                        sees: [false; 2],
-                        ..Link::seen(part, closest.label, reach)
-                    });
+            let skips = |least, most| least == most && (least == own || least == APART);
+            let counts = |label| !self.untied.contains(part, label);
+            for run in vertices.chunks(RUN) {
+                let bounds = self.model.bounds(run);
+                if !self.tree.may_reach(bounds, reach, marks, skips) {
+                    continue;
+                }
+                for &v in run {
+                    let point = self.model.at(v);
+                    if let Some(closest) = self.tree.closest(point, reach, marks, skips, counts)
+                        && closest.distance < reach
+                    {
+                        reach = closest.distance;
+                        best = Some(Link {
+                            sees: [false; 2],
+                            ..Link::seen(part, closest.label, reach)
+                        });
+                    }
                 }
             }
             best
@@ -228,17 +237,25 @@ impl Finder<'_> {
             let mut is_known = vec![false; self.model.parts.len()];
             is_known[part as usize] = true;
             let mut links = Vec::new();
-            for &v in vertices {
-                let point = self.model.at(v);
-                loop {
-                    let skips = |least: u32, most: u32| {
-                        least == most && (least == APART || is_known[least as usize])
-                    };
-                    let counts = |label| !self.untied.contains(part, label);
-                    let closest = self.tree.closest(point, limit, marks, skips, counts);
-                    let Some(closest) = closest else { break };
-                    is_known[closest.label as usize] = true;
-                    links.push(Link::seen(part, closest.label, closest.distance));
+            let skips = |is_known: &[bool], least: u32, most: u32| {
+                least == most && (least == APART || is_known[least as usize])
+            };
+            let counts = |label| !self.untied.contains(part, label);
+            for run in vertices.chunks(RUN) {
+                let bounds = self.model.bounds(run);
+                let skip = |least, most| skips(&is_known, least, most);
+                if !self.tree.may_reach(bounds, limit, marks, skip) {
+                    continue;
+                }
+                for &v in run {
+                    let point = self.model.at(v);
+                    loop {
+                        let skip = |least, most| skips(&is_known, least, most);
+                        let closest = self.tree.closest(point, limit, marks, skip, counts);
+                        let Some(closest) = closest else { break };
+                        is_known[closest.label as usize] = true;
+                        links.push(Link::seen(part, closest.label, closest.distance));
+                    }
                 }
             }
             links

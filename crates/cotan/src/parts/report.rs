@@ -6,7 +6,7 @@ use cotan_geometry::Scalar;
 use nalgebra::{Matrix3, Vector3};
 
 use super::contacts::{Contact, ContactPoint};
-use super::passenger::{Passenger, Scene};
+use super::passenger::{Kind, Passenger, Scene};
 use super::plan::Plan;
 use super::roles::Role;
 use super::turns::{covariance_at, rotation};
@@ -24,7 +24,8 @@ pub struct PartReport {
     /// Weighted root mean square, over its contacts, of the change of the distance from the point
     /// that it touches, relative to the diagonal of the whole model.
     pub gap_change: f64,
-    /// The angle between its own rotation and that of the surface that it touches, in degrees.
+    /// The angle between its rotation and that of the surface that it touches, in degrees. A part
+    /// that bends turns at its contacts; a rigid one everywhere alike.
     pub turn_degrees: f64,
 }
 
@@ -43,7 +44,12 @@ pub(crate) fn measure<T: Scalar>(
         let report = &mut reports[passenger.part];
         report.note(scene, &contacts);
         let on = passenger.mean_rotation(scene);
-        let own = own_rotation(scene, passenger.part, &on);
+        let own = match passenger.kind {
+            Kind::Rigid => own_rotation(scene, passenger.part, &on),
+            Kind::Decal | Kind::Flowing(_) | Kind::Waiting => {
+                rotation_at(scene, &contacts, |c| &c.own)
+            }
+        };
         report.turn_degrees = angle(&own, &on).to_degrees();
     }
     let part_of = |contact: &Contact| scene.model.of_vertex[contact.own.corners[0] as usize];
@@ -52,12 +58,8 @@ pub(crate) fn measure<T: Scalar>(
     for contacts in ties.chunk_by(|a, b| part_of(a) == part_of(b)) {
         let report = &mut reports[part_of(contacts[0]) as usize];
         report.note(scene, contacts);
-        let sides: [fn(&Contact) -> &ContactPoint; 2] = [|c| &c.own, |c| &c.on];
-        let [own, on] = sides.map(|side| {
-            let turn =
-                |sum, c: &&Contact| sum + covariance_at(scene.model, scene.now, side(c)) * c.weight;
-            rotation(&contacts.iter().fold(Matrix3::zeros(), turn))
-        });
+        let own = rotation_at(scene, contacts, |c| &c.own);
+        let on = rotation_at(scene, contacts, |c| &c.on);
         report.turn_degrees = angle(&own, &on).to_degrees();
     }
     reports
@@ -93,6 +95,17 @@ impl PartReport {
             self.gap_change = (sum / total).sqrt() / scene.model.diagonal;
         }
     }
+}
+
+/// The rotation of one side of contacts: the one nearest to the mean of those at their points.
+fn rotation_at(
+    scene: &Scene<'_>,
+    contacts: &[&Contact],
+    side: impl Fn(&Contact) -> &ContactPoint,
+) -> Matrix3<f64> {
+    rotation(&contacts.iter().fold(Matrix3::zeros(), |sum, contact| {
+        sum + covariance_at(scene.model, scene.now, side(contact)) * contact.weight
+    }))
 }
 
 /// The rotation that best takes the original positions of a part's vertices to the current ones.

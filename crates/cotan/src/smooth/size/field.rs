@@ -11,7 +11,7 @@ use crate::error::Error;
 ///
 /// There is no division by the area of a single vertex: A⁻¹ D has the masses in it. At fixed
 /// vertices, whose curvature is unknown or to be ignored, h is the mean over the free neighbours,
-/// first of q/m and then of h.
+/// first of q/m and then of h; where pieces of the mesh meet, it is 0.
 pub(super) fn filtered_curvature(
     rest: &RestSurface,
     diagonal: &[f64],
@@ -45,7 +45,7 @@ fn extend(
         let (mut sum, mut total) = (Vector3::zeros(), 0.0);
         for (j, _) in graph.row(i) {
             let j = j.index();
-            if !is_fixed[j] {
+            if !is_fixed[j] && !rest.is_seam[i] {
                 sum += value(j) * rest.masses[j];
                 total += rest.masses[j];
             }

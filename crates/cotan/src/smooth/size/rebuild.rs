@@ -16,7 +16,7 @@ use crate::error::Error;
 /// ```
 ///
 /// which is A x = S R t + D x⁰ in correction form: a surface that already has this curvature does
-/// not change. The first normals are those of the solution for t = 0.
+/// not change. t is 0 where N⁰ is. The first normals are those of the solution for t = 0.
 pub(super) struct Rebuild<'a> {
     pub(super) mesh: &'a HalfedgeMesh,
     pub(super) rest: &'a RestSurface,
@@ -61,6 +61,9 @@ impl Rebuild<'_> {
         let positions: Positions<f64> = self.mesh.to_vertices(moved.collect());
         let normals = Surface::new(self.mesh, &positions)?.vertex_normals();
         parallel::fill(out, |i| {
+            if rest.area_vectors[i] == Vector3::zeros() {
+                return Vector3::zeros();
+            }
             let (normal, mass) = (normals[VertexId::new(i)], rest.masses[i]);
             let area = rest.area_vectors[i].dot(&normal);
             normal * (self.curvature[i] * area.clamp(MIN_SHARE * mass, mass))

@@ -17,12 +17,16 @@ pub(crate) struct RestSurface {
     pub(crate) operator: Operator<f64>,
     /// m: barycentric areas, each at least a twentieth of the largest in its ring.
     pub(crate) masses: Vec<f64>,
-    /// N⁰: a third of the sum of the area vectors around each vertex.
+    /// N⁰: a third of the sum of the area vectors around each vertex; 0 where they cancel, as
+    /// around the corner of a triangle that lies on its own back. No normal is known there.
     pub(crate) area_vectors: Vec<Vector3<f64>>,
     /// S x⁰.
     pub(crate) laplacian: Vec<Vector3<f64>>,
     /// q = S x⁰ · n⁰, positive where convex: the integrated curvature, which is 0 on a boundary.
     pub(crate) curvature: Vec<f64>,
+    /// Whether pieces of the mesh meet. Their normals may point to different sides, so that their
+    /// curvatures have no common sign there.
+    pub(crate) is_seam: Vec<bool>,
 }
 
 impl RestSurface {
@@ -42,16 +46,28 @@ impl RestSurface {
         raise(&mut masses);
         let normals = rest.vertex_normals();
         let area_vectors = mesh.to_rows(&vertex_area_vectors(&rest));
-        let area_vectors = area_vectors.map(|n| n / 3.0).into_vec();
+        let area_vectors = area_vectors.iter().map(|(v, n)| {
+            let n = n / 3.0;
+            match n.norm() > CANCELLED * masses[v.index()] {
+                true => n,
+                false => Vector3::zeros(),
+            }
+        });
+        let area_vectors: Vec<Vector3<f64>> = area_vectors.collect();
         let mut laplacian = VertexMap::filled(positions.len(), Vector3::zeros());
         operator.apply(&positions, &mut laplacian);
         laplacian.values_mut().for_each(|l| *l = -*l);
-        let curvature = mesh.rows().map(|v| match mesh.is_inner_vertex(v) {
-            false => 0.0,
-            true => laplacian[v].dot(&normals[v]),
+        let curvature = mesh.rows().map(|v| {
+            let has_normal = area_vectors[v.index()] != Vector3::zeros();
+            match mesh.is_inner_vertex(v) && has_normal {
+                false => 0.0,
+                true => laplacian[v].dot(&normals[v]),
+            }
         });
+        let curvature = curvature.collect();
         Ok(Self {
-            curvature: curvature.collect(),
+            curvature,
+            is_seam: mesh.rows().map(|v| mesh.is_shared_vertex(v)).collect(),
             laplacian: laplacian.into_vec(),
             positions,
             operator,
@@ -86,6 +102,9 @@ fn raise(masses: &mut [f64]) {
     let least = if mean > 0.0 { MIN_MASS * mean } else { 1.0 };
     masses.iter_mut().for_each(|m| *m = m.max(least));
 }
+
+/// Area vectors whose sum is smaller than this share of the areas cancel but for rounding.
+const CANCELLED: f64 = 1e-9;
 
 /// Small enough not to affect a component that is a ten-thousandth of the others in size.
 const MIN_MASS: f64 = 1e-9;
