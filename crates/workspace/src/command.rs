@@ -50,6 +50,12 @@ pub enum Command {
         /// The handle.
         handle: usize,
     },
+    /// Hides the selection.
+    HideSelection,
+    /// Hides everything but the selection.
+    HideOthers,
+    /// Shows what was hidden.
+    ShowAll,
     /// Holds the selection as a new handle, and takes its vertices from other handles.
     MakeHandle {
         /// Fixed or movable.
@@ -310,7 +316,10 @@ impl Command {
             | Self::SelectHandle { .. }
             | Self::SelectMask { .. }
             | Self::Activate { .. } => Record::Selection,
-            Self::MakeHandle { .. }
+            Self::HideSelection
+            | Self::HideOthers
+            | Self::ShowAll
+            | Self::MakeHandle { .. }
             | Self::FixTheRest
             | Self::FixBoundary
             | Self::FreeBoundary

@@ -9,7 +9,7 @@ use crate::mask::NamedMask;
 use crate::model::Model;
 use crate::refused::{After, Refused};
 use crate::scene::{BOUNDARY, Props, Scene};
-use crate::selection::{combined, grown, inverted, linked, shrunk, within};
+use crate::selection::{Combine, combined, grown, inverted, linked, shrunk, within};
 use crate::settings::Settings;
 use crate::shape::Shape;
 
@@ -33,6 +33,9 @@ pub(crate) fn edited(model: &Model, command: &Command) -> Result<Option<Edited>,
         Record::Travel | Record::Nothing => return Err(Refused::NotRecorded),
     };
     let is_again = edit.is_again(command);
+    if model.mesh().has_copies() {
+        scene = scene.with(|props| *props = std::mem::take(props).with_copies(model.mesh()));
+    }
     let has_changed = !scene.shape.is(&before.shape)
         || !scene.rest.is(&before.rest)
         || scene.is_settled != before.is_settled
@@ -82,6 +85,7 @@ impl Edit<'_> {
             Command::SelectMask { mask } => self.mask(*mask)?.vertices.clone(),
             _ => return Err(Refused::NotRecorded),
         };
+        let selected = combined(&selected, self.before.hidden(), Combine::Subtract);
         let label = match selected.len() {
             0 => "Select nothing".to_owned(),
             1 => "Select a vertex".to_owned(),
@@ -112,6 +116,9 @@ impl Edit<'_> {
 
     fn step(&self, command: &Command) -> Result<Made, Refused> {
         Ok(match command {
+            Command::HideSelection | Command::HideOthers | Command::ShowAll => {
+                self.visibility(command)?
+            }
             Command::MakeHandle { role } => {
                 let selection = self.selected()?.to_vec();
                 let name = free_name(self.before.handles(), *role);
@@ -184,6 +191,25 @@ impl Edit<'_> {
         })
     }
 
+    fn visibility(&self, command: &Command) -> Result<Made, Refused> {
+        let hidden = match command {
+            Command::HideSelection => {
+                combined(self.before.hidden(), self.selected()?, Combine::Add)
+            }
+            Command::HideOthers => inverted(self.model.mesh(), self.selected()?),
+            _ => Vec::new(),
+        };
+        let label = match (command, hidden.len()) {
+            (Command::ShowAll, _) => "Show everything".to_owned(),
+            (_, n) => format!("Hide {n} vertices"),
+        };
+        let scene = self.before.with(|props| {
+            props.selection = combined(&props.selection, &hidden, Combine::Subtract);
+            props.hidden = hidden;
+        });
+        Ok((scene, label, After::Nothing))
+    }
+
     /// Holds vertices where they are, and takes them from other handles.
     fn hold(&self, vertices: Vec<VertexId>, role: Role, name: String) -> Made {
         let label = match role {
@@ -230,7 +256,7 @@ impl Edit<'_> {
         let mesh = self.model.mesh();
         let held = self.before.handles();
         let is_free = |v: &VertexId| held.iter().all(|g| g.vertices.binary_search(v).is_err());
-        let rim = mesh.vertices().filter(|&v| mesh.is_boundary_vertex(v));
+        let rim = mesh.vertices().filter(|&v| mesh.is_rim_vertex(v));
         rim.filter(is_free).collect()
     }
 

@@ -10,6 +10,7 @@ mod fingerprint;
 mod journal;
 mod open;
 mod project;
+mod recent;
 mod recover;
 mod save;
 #[cfg(test)]
@@ -23,5 +24,6 @@ pub use open::{OpenError, OpenedMesh, Remedy, open, open_repaired};
 pub use project::{ProjectError, is_project, open_project, save_project};
 #[cfg(test)]
 pub(crate) use project::{from_bytes as project_of, to_bytes as project_bytes};
+pub use recent::Recent;
 pub(crate) use recover::recovered;
 pub use save::{Expect, SaveError, Saved, forgotten, save};

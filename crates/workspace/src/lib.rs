@@ -64,7 +64,7 @@ pub use record::SceneRecord;
 pub use refused::{After, Refused};
 pub use scene::{Props, Scene};
 pub use selection::Combine;
-pub use settings::{Details, Follow, Influence, Settings, Smooth, Way, editor_options};
+pub use settings::{Details, Follow, Influence, Others, Settings, Smooth, Way, editor_options};
 pub use shape::Shape;
 pub use workspace::{Arrival, Workspace};
 

@@ -8,9 +8,11 @@ use cotan::halfedge::HalfedgeMesh;
 use crate::command::{Command, Record};
 use crate::edit::edited;
 use crate::files::{Fingerprint, OpenedMesh};
+use crate::handle::Role;
 use crate::history::{History, Step};
 use crate::refused::{After, Refused};
 use crate::scene::Scene;
+use crate::settings::Others;
 use crate::shape::Shape;
 
 /// The open model: a mesh with its file and its history.
@@ -98,6 +100,23 @@ impl Model {
     /// The scene that is shown.
     pub fn scene(&self) -> &Scene {
         self.history.scene()
+    }
+
+    /// The number of parts that stay behind when a handle is moved: they have no handle, and either
+    /// the settings say so or only a region follows.
+    pub fn num_left_behind(&self) -> usize {
+        let follow = &self.scene().settings().follow;
+        let handles = self.scene().handles();
+        let do_all_follow = follow.others == Others::Follow && follow.influence.is_none();
+        if do_all_follow || handles.iter().all(|group| group.role == Role::Fixed) {
+            return 0;
+        }
+        let components = self.mesh().components();
+        let mut is_held = vec![false; components.count()];
+        for &v in handles.iter().flat_map(|group| &group.vertices) {
+            is_held[components.of(v)] = true;
+        }
+        is_held.iter().filter(|is_held| !**is_held).count()
     }
 
     /// Marks the present scene as saved, in a file of the user or deliberately nowhere.

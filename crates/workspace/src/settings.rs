@@ -2,7 +2,7 @@
 
 use cotan::flow::{Acceleration, Schedule};
 use cotan::smooth::{SmoothMethod, SmoothOptions};
-use cotan::{DeformOptions, DetailSize, OrientationKind, SchemeKind};
+use cotan::{DeformOptions, DetailSize, OrientationKind, Parts, SchemeKind};
 use serde::{Deserialize, Serialize};
 
 use crate::plain;
@@ -77,6 +77,19 @@ pub struct Follow {
     pub way: Way,
     /// The region of influence of the handles; `None` for the whole model.
     pub influence: Option<Influence>,
+    /// The parts of the model without handles.
+    pub others: Others,
+}
+
+/// The parts of the model that have no handles.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Others {
+    /// They follow the parts that they touch, or the nearest ones.
+    #[default]
+    Follow,
+    /// They stay where they are.
+    Stay,
 }
 
 /// True if details grow with the surface around them.
@@ -129,6 +142,10 @@ impl Follow {
             .detail_size(match self.details {
                 Details::Keep => DetailSize::Keep,
                 Details::Grow => DetailSize::Rescale,
+            })
+            .parts(match self.others {
+                Others::Follow => Parts::Follow,
+                Others::Stay => Parts::Still,
             });
         match self.way {
             Way::Accelerated => options,

@@ -6,6 +6,7 @@ mod jobs;
 #[cfg(test)]
 mod tests;
 
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use cotan::halfedge::VertexMap;
@@ -13,7 +14,7 @@ use nalgebra::Vector3;
 
 use crate::command::{Command, Record};
 use crate::effect::{Effect, Notice};
-use crate::files::{Journal, LeftBehind, Listing, recovered};
+use crate::files::{Journal, LeftBehind, Listing, Recent, recovered};
 use crate::jobs::Morph;
 use crate::model::Model;
 use crate::refused::{After, Refused};
@@ -39,6 +40,11 @@ pub struct Workspace {
     drag: Option<Grip>,
     morph: Option<Morph>,
     journal: Journal,
+    /// The folder of the journal.
+    folder: Option<PathBuf>,
+    recent: Recent,
+    /// The number of parts left behind that was last warned of.
+    num_left_behind: usize,
     /// The data of the last update of the solver.
     arrival: Option<Arrival>,
     notify: Notify,
@@ -83,6 +89,9 @@ impl Workspace {
             drag: None,
             morph: None,
             journal: Journal::off(),
+            folder: None,
+            recent: Recent::default(),
+            num_left_behind: 0,
             arrival: None,
             notify,
         })
@@ -297,8 +306,13 @@ impl Workspace {
         effects
     }
 
-    /// Starts to keep a journal in a folder, for recovery after a crash. Returns the journals that
-    /// ended processes have left there.
+    /// The files that were opened or saved last.
+    pub fn recent(&self) -> &Recent {
+        &self.recent
+    }
+
+    /// Starts to keep a journal in a folder, for recovery after a crash, and next to it the list
+    /// of recent files and the sample. Returns the journals that ended processes have left there.
     ///
     /// # Errors
     /// The error of [`crate::files::Autosave::start`]. Everything else works without a journal.
@@ -308,6 +322,8 @@ impl Workspace {
     ) -> Result<Listing, crate::files::AutosaveError> {
         // Before the own one is there.
         let listing = crate::files::list(folder);
+        self.folder = Some(folder.to_owned());
+        self.recent = Recent::load(folder);
         self.journal = Journal::start(folder)?;
         Ok(listing)
     }

@@ -8,6 +8,7 @@ use crate::effect::Effect;
 use crate::handle::HandleGroup;
 use crate::refused::Refused;
 use crate::scene::Scene;
+use crate::settings::{Follow, Others};
 use crate::solver::Pace;
 
 /// A handle that was grabbed.
@@ -41,7 +42,36 @@ impl Workspace {
             has_moved: false,
         });
         self.solver.clear_samples();
+        self.warn_of_parts_left_behind(effects);
         Ok(())
+    }
+
+    /// Warns once of parts that would stay where they are, until that changes.
+    fn warn_of_parts_left_behind(&mut self, effects: &mut Vec<Effect>) {
+        let Some(model) = &self.model else {
+            return;
+        };
+        let num_left = model.num_left_behind();
+        let is_known = std::mem::replace(&mut self.num_left_behind, num_left) == num_left;
+        if num_left == 0 || is_known {
+            return;
+        }
+        let follow = Follow {
+            influence: None,
+            others: Others::Follow,
+            ..model.scene().settings().follow
+        };
+        effects.push(Effect::Offered {
+            text: format!(
+                "{num_left} {} without handles will stay where {}.",
+                if num_left == 1 { "part" } else { "parts" },
+                if num_left == 1 { "it is" } else { "they are" }
+            ),
+            ways: vec![
+                ("Let all parts follow", Command::SetFollow { follow }),
+                ("Fix the other parts", Command::FixTheRest),
+            ],
+        });
     }
 
     pub(super) fn drag(&mut self, motion: Matrix4<f64>) {
