@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::handle::{HandleGroup, Origin};
 use crate::mask::{NamedMask, Restriction};
+use crate::mirror::Mirror;
 use crate::plain;
 use crate::settings::Settings;
 use crate::shape::Shape;
@@ -37,6 +38,13 @@ pub struct Props {
     pub handles: Vec<HandleGroup>,
     /// The handle that the gizmo and the delete key act on.
     pub active: Option<usize>,
+    /// Further handles that move with it, in ascending order.
+    pub also_active: Vec<usize>,
+    /// The vertex about which handles turn and scale; `None` for the middle of the active ones.
+    #[serde(with = "plain::id")]
+    pub pivot: Option<VertexId>,
+    /// The plane across which selections, handles and brushes are mirrored.
+    pub mirror: Option<Mirror>,
     /// The selected vertices, sorted and without duplicates.
     #[serde(with = "plain::ids")]
     pub selection: Vec<VertexId>,
@@ -129,6 +137,36 @@ impl Scene {
 }
 
 impl Props {
+    /// The active handles, the first one first.
+    pub fn active_handles(&self) -> impl Iterator<Item = usize> + '_ {
+        self.active
+            .into_iter()
+            .chain(self.also_active.iter().copied())
+    }
+
+    /// Returns true if a handle is one of the active ones.
+    pub fn is_active(&self, handle: usize) -> bool {
+        self.active_handles().any(|active| active == handle)
+    }
+
+    /// Makes a handle the only active one, or none.
+    pub(crate) fn activate(&mut self, handle: Option<usize>) {
+        self.active = handle;
+        self.also_active.clear();
+    }
+
+    /// Adds a handle to the active ones, or takes it away if it is one.
+    pub(crate) fn activate_too(&mut self, handle: usize) {
+        let mut all: Vec<usize> = self.active_handles().collect();
+        match all.iter().position(|k| *k == handle) {
+            Some(at) => drop(all.remove(at)),
+            None => all.push(handle),
+        }
+        self.active = all.first().copied();
+        self.also_active = all.into_iter().skip(1).collect();
+        self.also_active.sort_unstable();
+    }
+
     /// The properties with other ids of the vertices. Those without one are left out.
     #[must_use]
     pub(crate) fn renumbered(&self, id: &dyn Fn(VertexId) -> Option<VertexId>) -> Self {
@@ -146,6 +184,7 @@ impl Props {
         }
         props.selection = sorted(&props.selection, id);
         props.hidden = sorted(&props.hidden, id);
+        props.pivot = props.pivot.and_then(id);
         props
     }
 
@@ -192,7 +231,16 @@ impl Props {
         if !fits(&self.selection) || !fits(&self.hidden) {
             return Some("its selection does not fit the mesh".to_owned());
         }
-        if self.active.is_some_and(|k| k >= self.handles.len()) {
+        let is_known = |vertex: VertexId| vertex.index() < num_vertices;
+        if !self.pivot.is_none_or(is_known) || !self.mirror.is_none_or(|m| m.is_valid()) {
+            return Some("its pivot or its mirror does not fit the mesh".to_owned());
+        }
+        let also = &self.also_active;
+        let is_sound = also.is_sorted_by(|a, b| a < b)
+            && also.last().is_none_or(|k| *k < self.handles.len())
+            && self.active.is_none_or(|k| !also.contains(&k))
+            && (self.active.is_some() || also.is_empty());
+        if !is_sound || self.active.is_some_and(|k| k >= self.handles.len()) {
             return Some("its active handle does not exist".to_owned());
         }
         if self.mask.is_some_and(|k| k >= self.masks.len()) {

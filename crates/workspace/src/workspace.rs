@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use cotan::halfedge::VertexMap;
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 
 use crate::command::{Command, Record};
 use crate::effect::{Effect, Notice};
@@ -179,11 +179,19 @@ impl Workspace {
             Command::Stop => self.show(),
             Command::Grab { handle } => self.grab(handle, effects)?,
             Command::Drag { motion } => self.drag(motion),
+            Command::DragBy { transform, pivot } => {
+                self.drag_in_numbers(&transform, pivot.map(Point3::from));
+            }
+            Command::Transform { transform, pivot } => {
+                self.transform(&transform, pivot.map(Point3::from), effects)?;
+            }
+            Command::FindMirror => self.start_mirroring(effects)?,
             Command::Drop => self.release(effects)?,
             Command::CancelDrag => self.cancel_drag(effects),
             Command::Smooth | Command::AdjustSmooth { .. } | Command::ScaleDetails { .. } => {
                 self.start_reshaping(command, effects)?;
             }
+            Command::Paint { stroke } => self.start_painting(&stroke, effects)?,
             Command::MapToSphere => self.start_mapping(effects)?,
             Command::Morph { share } => {
                 if let Some(morph) = &mut self.morph {

@@ -103,13 +103,16 @@ pub fn save_project(model: &Model, path: &Path, expect: Expect) -> Result<Finger
         path: path.to_owned(),
         source,
     };
-    let bytes = to_bytes(model).map_err(of_document)?;
+    let bytes = project_bytes(model).map_err(of_document)?;
     cotan_io::replace_file(path, &bytes).map_err(|source| write_error(path, source))?;
     Fingerprint::of(path).map_err(|source| write_error(path, source))
 }
 
 /// The bytes of a project: the same model gives the same bytes.
-pub(crate) fn to_bytes(model: &Model) -> Result<Vec<u8>, IoError> {
+///
+/// # Errors
+/// The error of the writer of the mesh.
+pub fn project_bytes(model: &Model) -> Result<Vec<u8>, IoError> {
     let opened = model.file();
     let (document, processing) = (&opened.document, &opened.processing);
     let original = opened.before_repair.as_deref().unwrap_or(document);
@@ -183,11 +186,15 @@ pub fn open_project(path: &Path) -> Result<Model, ProjectError> {
     let fingerprint = Fingerprint::of(path).map_err(failed)?;
     let limits = Limits::default();
     let bytes = read_regular(path, limits.max_bytes).map_err(failed)?;
-    from_bytes(path, &bytes, fingerprint, &limits)
+    read_project(path, &bytes, fingerprint, &limits)
 }
 
-/// Reads a project that [`to_bytes`] has written.
-pub(crate) fn from_bytes(
+/// Reads a project that [`project_bytes`] has written. `path` and `fingerprint` are those of its
+/// file.
+///
+/// # Errors
+/// [`ProjectError`] for bytes that are no project, or damaged.
+pub fn read_project(
     path: &Path,
     bytes: &[u8],
     fingerprint: Fingerprint,

@@ -1,3 +1,5 @@
+mod brush;
+mod handles;
 mod opening;
 mod parts;
 mod sequences;
@@ -361,7 +363,7 @@ fn a_damaged_project_is_refused() {
     std::fs::write(&path, &bytes).unwrap();
     let fingerprint = Fingerprint::of(&path).unwrap();
     let limits = cotan_io::Limits::default();
-    let read = |bytes: &[u8]| crate::files::project_of(&path, bytes, fingerprint, &limits);
+    let read = |bytes: &[u8]| crate::files::read_project(&path, bytes, fingerprint, &limits);
     read(&bytes).unwrap();
     for end in (0..bytes.len()).step_by(41) {
         assert!(read(&bytes[..end]).is_err(), "{end}");
@@ -370,7 +372,7 @@ fn a_damaged_project_is_refused() {
         max_bytes: 2000,
         ..limits
     };
-    let refused = crate::files::project_of(&path, &bytes, fingerprint, &small);
+    let refused = crate::files::read_project(&path, &bytes, fingerprint, &small);
     assert!(refused.is_err());
 }
 
