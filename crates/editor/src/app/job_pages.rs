@@ -178,11 +178,9 @@ impl Editor {
                 ui.add(Slider::new(by, -20.0..=20.0).text("in, out"));
             }
         }
-        ui.add(
-            Slider::new(&mut brush.radius, 0.005..=0.5)
-                .logarithmic(true)
-                .text("radius"),
-        );
+        let radius = Slider::new(&mut brush.radius, 0.005..=0.5).logarithmic(true);
+        let radius = ui.add(radius.text("radius"));
+        self.mark("brush-radius", radius.rect);
         ui.add(Slider::new(&mut brush.falloff, 0.0..=1.0).text("falloff"));
         ui.add(Slider::new(&mut brush.strength, 0.0..=1.0).text("strength"));
         if brush != before {

@@ -175,6 +175,7 @@ fn the_mirror_selects_on_both_sides_and_a_stroke_is_painted() {
     window.key("Escape");
     window.wait("nothing selected", |line| line["selected"] == 0);
     window.click_on("tab-paint");
+    window.rect("brush-radius");
     let middle = [0.5 * (left + right), 0.5 * (top + bottom)];
     window.move_to(middle[0], middle[1]);
     window.press();
