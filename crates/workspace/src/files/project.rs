@@ -200,9 +200,10 @@ pub fn read_project(
     fingerprint: Fingerprint,
     limits: &Limits,
 ) -> Result<Model, ProjectError> {
+    // Libraries repeat what they do not understand.
     let corrupt = |problem: String| ProjectError::Corrupt {
         path: path.to_owned(),
-        problem,
+        problem: cotan_io::printable(&problem).into_owned(),
     };
     let mut files = unpacked(bytes, limits).map_err(&corrupt)?;
     let mut needed = |name: &str| {
