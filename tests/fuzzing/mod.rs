@@ -10,6 +10,7 @@ mod halfedge;
 mod materials;
 mod merge;
 mod pipeline;
+mod project;
 mod seeds;
 mod sphere;
 mod surface;
@@ -20,7 +21,8 @@ pub use halfedge::{halfedge_build, halfedge_edits};
 pub use materials::materials;
 pub use merge::merge_cuts;
 pub use pipeline::pipeline;
-pub use seeds::seeds;
+pub use project::project;
+pub use seeds::{project_seeds, seeds};
 pub use sphere::sphere;
 pub use surface::surface_chain;
 
@@ -30,7 +32,7 @@ use cotan_io::Format;
 pub type Target = fn(&[u8]);
 
 /// All targets by name.
-pub const TARGETS: [(&str, Target); 14] = [
+pub const TARGETS: [(&str, Target); 15] = [
     ("obj", |data| read_as(data, Format::Obj)),
     ("ply", |data| read_as(data, Format::Ply)),
     ("gltf", |data| read_as(data, Format::Gltf)),
@@ -43,6 +45,7 @@ pub const TARGETS: [(&str, Target); 14] = [
     ("materials", materials),
     ("merge", merge_cuts),
     ("pipeline", pipeline),
+    ("project", project),
     ("sphere", sphere),
     ("surface_chain", surface_chain),
 ];

@@ -2,11 +2,14 @@
 
 use std::io::Write as _;
 
+use cotan::halfedge::VertexId;
 use cotan::shapes::{bipyramid, bumpy_plane, icosphere, tetrahedron};
 use cotan_io::{
     Attributes, COLOR, CornerProperty, Document, Format, LabelKind, Labels, NORMAL, Property, UV,
     Values,
 };
+use cotan_workspace::files::{open, project_bytes};
+use cotan_workspace::{Combine, Command, Model, Role};
 use nalgebra::Point3;
 
 /// A seed: its target, its name, its bytes.
@@ -56,6 +59,20 @@ pub fn seeds() -> Vec<Seed> {
     seeds
 }
 
+/// The seeds of the projects, which only their own target takes: as bytes for `surface_chain` they
+/// find a fault of another crate that is open.
+///
+/// # Panics
+/// If a sample cannot be written, which is a bug.
+pub fn project_seeds() -> Vec<Seed> {
+    let mut seeds = Vec::new();
+    for (name, document) in documents() {
+        let bytes = project_of(&document).unwrap_or_else(|error| panic!("{name}: {error}"));
+        seeds.push(("project", format!("{name}.cotan"), bytes));
+    }
+    seeds
+}
+
 fn add_file(seeds: &mut Vec<Seed>, name: &str, format: Format, bytes: Vec<u8>) {
     let target = match format {
         Format::Obj => "obj",
@@ -74,6 +91,31 @@ fn add_file(seeds: &mut Vec<Seed>, name: &str, format: Format, bytes: Vec<u8>) {
         [&choice, bytes.as_slice()].concat(),
     ));
     seeds.push((target, name.to_owned(), bytes));
+}
+
+/// A project with a handle, a mask and a selection.
+fn project_of(document: &Document) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("seed.ply");
+    std::fs::write(&path, document.write(Format::Ply)?)?;
+    let mut model = Model::new(open(&path)?);
+    let select = |vertex: usize| Command::Select {
+        vertices: vec![VertexId::new(vertex)],
+        how: Combine::Replace,
+    };
+    let role = Role::Movable;
+    let name = "seed".to_owned();
+    for command in [
+        select(0),
+        Command::MakeHandle { role },
+        select(1),
+        Command::GrowSelection,
+        Command::MakeMask { name },
+        select(2),
+    ] {
+        model.record(&command)?;
+    }
+    Ok(project_bytes(&model)?)
 }
 
 /// A few kilobytes that unpack to four megabytes of one line.

@@ -1,5 +1,6 @@
 //! The window: the workspace and its picture.
 
+mod actions;
 mod dialogs;
 mod drag;
 mod files;
@@ -9,12 +10,15 @@ mod measuring;
 mod menu;
 mod numbers;
 mod pages;
+mod palette;
 mod panels;
 mod picture;
 mod pointer;
 mod shown;
+mod start;
 mod tints;
 mod trace;
+mod typing;
 mod viewport;
 
 use std::path::PathBuf;
@@ -130,6 +134,7 @@ impl Editor {
                 Effect::Asked { reason, command } => {
                     self.ask(Question::Proceed { reason, command });
                 }
+                Effect::Offered { text, ways } => self.dialogs.offer = Some((text, ways)),
                 Effect::AskedForFile => self.choose(dialogs::Purpose::SaveModel),
                 Effect::Written(path) => {
                     self.dialogs.note = Some(format!("saved {}", path.display()));
@@ -148,6 +153,7 @@ impl Editor {
         self.measuring.forget();
         self.pointer.forget();
         self.pages.forget();
+        self.dialogs.offer = None;
         self.tint();
         if let Some(path) = self.startup.handles.take() {
             self.run(Command::ImportHandles { path });
@@ -162,7 +168,7 @@ impl Editor {
     fn collect(&mut self, ctx: &egui::Context) {
         let effects = self.workspace.poll();
         if let Some(arrival) = self.workspace.take_arrival() {
-            if self.workspace.morph().is_none() {
+            if self.workspace.morph().is_none() && !self.shown.looks.is_before {
                 self.shown.draw(&arrival.shape, &arrival.normals);
             }
             if let Some(trace) = &mut self.startup.trace {
@@ -174,6 +180,10 @@ impl Editor {
             self.shown.set_colors(reading);
         }
         if let (Some(shape), Some(model)) = (self.workspace.shown(), self.workspace.model()) {
+            let shape = match self.shown.looks.is_before {
+                true => model.original(),
+                false => shape,
+            };
             self.shown.bring_up_to_date(model, shape);
             let is_moving =
                 self.workspace.solver().state().0 == cotan_workspace::solver::State::Running;

@@ -99,6 +99,7 @@ fn run(arguments: Arguments) -> Result<(), String> {
             .with_title("cotan")
             .with_app_id("cotan-editor")
             .with_inner_size(arguments.size)
+            .with_min_inner_size([640.0, 480.0])
             .with_drag_and_drop(true),
         depth_buffer: 24,
         ..eframe::NativeOptions::default()

@@ -13,6 +13,6 @@ pub mod snapshot;
 pub use camera::{Camera, StandardView, UpAxis};
 pub use cotan::geometry::Ray;
 pub use pick::{Hit, Picker};
-pub use render::{Line, Mark, Renderer, Shading, Style};
+pub use render::{Light, Line, Mark, Renderer, Shading, Style};
 pub use select::{Reach, brush, lasso};
 pub use snapshot::CameraSnapshot;

@@ -1,5 +1,7 @@
 //! Everything that a person can do, as values.
 
+mod entry;
+
 use std::path::PathBuf;
 
 use cotan::halfedge::VertexId;
@@ -7,11 +9,16 @@ use cotan::linear::Hold;
 use nalgebra::{Matrix4, Vector3};
 use serde::{Deserialize, Serialize};
 
+use crate::brush::Brush;
 use crate::handle::{HandleGroup, Role};
+use crate::mirror::Mirror;
 use crate::plain;
 use crate::selection::Combine;
 use crate::settings::{Follow, Smooth};
 use crate::shape::Shape;
+use crate::transform::Transform;
+
+pub(crate) use entry::Record;
 
 /// Something that a person does, or a result that arrives.
 ///
@@ -50,6 +57,12 @@ pub enum Command {
         /// The handle.
         handle: usize,
     },
+    /// Hides the selection.
+    HideSelection,
+    /// Hides everything but the selection.
+    HideOthers,
+    /// Shows what was hidden.
+    ShowAll,
     /// Holds the selection as a new handle, and takes its vertices from other handles.
     MakeHandle {
         /// Fixed or movable.
@@ -65,6 +78,21 @@ pub enum Command {
     Activate {
         /// The handle.
         handle: Option<usize>,
+    },
+    /// Adds a handle to the active ones, which move together, or takes it away.
+    ActivateToo {
+        /// The handle.
+        handle: usize,
+    },
+    /// Adds the selection to a handle, and takes its vertices from other handles.
+    AddToHandle {
+        /// The handle.
+        handle: usize,
+    },
+    /// Takes the selection from a handle.
+    TakeFromHandle {
+        /// The handle.
+        handle: usize,
     },
     /// Gives a handle another name.
     RenameHandle {
@@ -91,6 +119,11 @@ pub enum Command {
         /// The rotation vector of that motion in radians, which may exceed half a turn.
         #[serde(with = "plain::vector")]
         turn: Vector3<f64>,
+    },
+    /// Moves several handles, and lets the shape come to rest.
+    MoveHandles {
+        /// The motions.
+        moves: Vec<Moved>,
     },
     /// Removes a handle.
     RemoveHandle {
@@ -134,6 +167,11 @@ pub enum Command {
         /// The new settings.
         smooth: Smooth,
     },
+    /// Changes the brush that paints the curvature field. This is no step of the history.
+    SetBrush {
+        /// The new settings.
+        brush: Brush,
+    },
     /// Changes how a map to the sphere is made. This is no step of the history.
     SetAreas {
         /// The share of areas against angles, from 0 to 1.
@@ -145,6 +183,21 @@ pub enum Command {
         /// The share.
         border: f64,
     },
+    /// Makes a vertex the one about which handles turn and scale, or none: then they do so about
+    /// their middle. This is no step of the history.
+    SetPivot {
+        /// The vertex.
+        #[serde(with = "plain::id")]
+        vertex: Option<VertexId>,
+    },
+    /// Mirrors selections, handles and brushes across a plane, or no longer. This is no step of the
+    /// history.
+    SetMirror {
+        /// The plane.
+        mirror: Option<Mirror>,
+    },
+    /// Selects the mirror images of the selection.
+    MirrorSelection,
     /// Returns to the rest shape, with the handles where they are made.
     ResetShape,
     /// A job has ended.
@@ -185,6 +238,22 @@ pub enum Command {
         #[serde(with = "plain::matrix")]
         motion: Matrix4<f64>,
     },
+    /// Moves the handles that were grabbed by numbers, from where they were grabbed.
+    DragBy {
+        /// The transform.
+        transform: Transform,
+        /// The point about which it turns and scales; `None` for the pivot of the scene.
+        pivot: Option<[f64; 3]>,
+    },
+    /// Moves the active handles by numbers.
+    Transform {
+        /// The transform.
+        transform: Transform,
+        /// The point about which it turns and scales; `None` for the pivot of the scene.
+        pivot: Option<[f64; 3]>,
+    },
+    /// Finds the plane about which the opened shape is symmetric, and mirrors across it.
+    FindMirror,
     /// Lets the handle go where it is: the drag becomes a step.
     Drop,
     /// Puts the handle back to where it was grabbed.
@@ -200,6 +269,12 @@ pub enum Command {
     ScaleDetails {
         /// The factor: 1 changes nothing, 0 flattens, 2 doubles.
         factor: f64,
+    },
+    /// Paints the curvature field with the present brush.
+    Paint {
+        /// The vertices that the stroke goes through.
+        #[serde(with = "plain::ids")]
+        stroke: Vec<VertexId>,
     },
     /// Maps the shape to the sphere and shows the map.
     MapToSphere,
@@ -257,6 +332,19 @@ pub enum Command {
     Discard,
 }
 
+/// The motion of a handle.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub struct Moved {
+    /// The handle.
+    pub handle: usize,
+    /// The motion from where the handle was made.
+    #[serde(with = "plain::matrix")]
+    pub motion: Matrix4<f64>,
+    /// The rotation vector of that motion in radians, which may exceed half a turn.
+    #[serde(with = "plain::vector")]
+    pub turn: Vector3<f64>,
+}
+
 /// The files that a save may replace.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -279,59 +367,6 @@ pub enum Job {
     Details(f64),
     /// A shape between the model and its map to the sphere.
     Morph(f64),
-}
-
-/// The treatment of a command by the history.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) enum Record {
-    /// A new step.
-    Step,
-    /// A new step, or a part of the present one if that is a selection too.
-    Selection,
-    /// A change of the present step.
-    InPlace,
-    /// A move in the history.
-    Travel,
-    /// Not recorded: it leads to other commands, or to no change.
-    Nothing,
-}
-
-impl Command {
-    /// The entry of the command in the history.
-    pub(crate) fn record(&self) -> Record {
-        match self {
-            Self::Select { .. }
-            | Self::SelectAll
-            | Self::InvertSelection
-            | Self::GrowSelection
-            | Self::ShrinkSelection
-            | Self::SelectLinked
-            | Self::SelectWithin { .. }
-            | Self::SelectHandle { .. }
-            | Self::SelectMask { .. }
-            | Self::Activate { .. } => Record::Selection,
-            Self::MakeHandle { .. }
-            | Self::FixTheRest
-            | Self::FixBoundary
-            | Self::FreeBoundary
-            | Self::RenameHandle { .. }
-            | Self::SetHold { .. }
-            | Self::MoveHandle { .. }
-            | Self::RemoveHandle { .. }
-            | Self::RemoveAllHandles
-            | Self::SetHandles { .. }
-            | Self::MakeMask { .. }
-            | Self::UseMask { .. }
-            | Self::RemoveMask { .. }
-            | Self::SetFollow { .. }
-            | Self::ResetShape
-            | Self::Finish { .. } => Record::Step,
-            Self::SetSmooth { .. }
-            | Self::SetAreas { .. }
-            | Self::SetBorder { .. }
-            | Self::Arrive { .. } => Record::InPlace,
-            Self::Undo | Self::Redo | Self::GoTo { .. } => Record::Travel,
-            _ => Record::Nothing,
-        }
-    }
+    /// A stroke of the brush.
+    Paint(Brush),
 }

@@ -1,15 +1,18 @@
 //! The scene that a command makes of another.
 
+mod handles;
+mod masks;
+
 use cotan::halfedge::VertexId;
-use cotan::linear::Hold;
 
 use crate::command::{Command, Job, Record};
-use crate::handle::{HandleGroup, Role, free_name};
+use crate::handle::HandleGroup;
 use crate::mask::NamedMask;
+use crate::mirror::images_of;
 use crate::model::Model;
 use crate::refused::{After, Refused};
-use crate::scene::{BOUNDARY, Props, Scene};
-use crate::selection::{combined, grown, inverted, linked, shrunk, within};
+use crate::scene::{Props, Scene};
+use crate::selection::{Combine, combined, grown, inverted, linked, shrunk, within};
 use crate::settings::Settings;
 use crate::shape::Shape;
 
@@ -33,6 +36,9 @@ pub(crate) fn edited(model: &Model, command: &Command) -> Result<Option<Edited>,
         Record::Travel | Record::Nothing => return Err(Refused::NotRecorded),
     };
     let is_again = edit.is_again(command);
+    if model.mesh().has_copies() {
+        scene = scene.with(|props| *props = std::mem::take(props).with_copies(model.mesh()));
+    }
     let has_changed = !scene.shape.is(&before.shape)
         || !scene.rest.is(&before.rest)
         || scene.is_settled != before.is_settled
@@ -65,10 +71,21 @@ impl Edit<'_> {
                 if let Some(handle) = handle {
                     self.handle(*handle)?;
                 }
-                let scene = self.before.with(|props| props.active = *handle);
+                let scene = self.before.with(|props| props.activate(*handle));
                 return Ok((scene, "Choose a handle".to_owned(), After::Nothing));
             }
-            Command::Select { vertices, how } => combined(old, self.inside(vertices)?, *how),
+            Command::ActivateToo { handle } => {
+                self.handle(*handle)?;
+                let scene = self.before.with(|props| props.activate_too(*handle));
+                return Ok((scene, "Choose handles".to_owned(), After::Nothing));
+            }
+            Command::Select { vertices, how } => {
+                combined(old, &self.mirrored(self.inside(vertices)?), *how)
+            }
+            Command::MirrorSelection => match self.model.images() {
+                Some(images) => images_of(old, images),
+                None => return Err(Refused::NoMirror),
+            },
             Command::SelectAll => mesh.vertices().collect(),
             Command::InvertSelection => inverted(mesh, old),
             Command::GrowSelection => grown(mesh, old),
@@ -82,6 +99,7 @@ impl Edit<'_> {
             Command::SelectMask { mask } => self.mask(*mask)?.vertices.clone(),
             _ => return Err(Refused::NotRecorded),
         };
+        let selected = combined(&selected, self.before.hidden(), Combine::Subtract);
         let label = match selected.len() {
             0 => "Select nothing".to_owned(),
             1 => "Select a vertex".to_owned(),
@@ -99,10 +117,27 @@ impl Edit<'_> {
             scene.is_settled = *is_settled;
             return Ok((scene, String::new(), After::Nothing));
         }
+        match *command {
+            Command::SetMirror { mirror } if mirror.is_some_and(|m| !m.is_valid()) => {
+                let problem = "the normal of the mirror has no direction".to_owned();
+                return Err(Refused::Number(problem));
+            }
+            Command::SetMirror { mirror } => {
+                let scene = self.before.with(|props| props.mirror = mirror);
+                return Ok((scene, String::new(), After::Nothing));
+            }
+            Command::SetPivot { vertex } => {
+                self.inside(vertex.as_slice())?;
+                let scene = self.before.with(|props| props.pivot = vertex);
+                return Ok((scene, String::new(), After::Nothing));
+            }
+            _ => {}
+        }
         let mut settings = self.before.settings().clone();
         match *command {
             Command::SetSmooth { smooth } => settings.smooth = smooth,
             Command::SetAreas { areas } => settings.areas = areas,
+            Command::SetBrush { brush } => settings.brush = brush,
             Command::SetBorder { border } => settings.border = border,
             _ => return Err(Refused::NotRecorded),
         }
@@ -112,59 +147,9 @@ impl Edit<'_> {
 
     fn step(&self, command: &Command) -> Result<Made, Refused> {
         Ok(match command {
-            Command::MakeHandle { role } => {
-                let selection = self.selected()?.to_vec();
-                let name = free_name(self.before.handles(), *role);
-                self.hold(selection, *role, name)
+            Command::HideSelection | Command::HideOthers | Command::ShowAll => {
+                self.visibility(command)?
             }
-            Command::FixTheRest => self.fix_the_rest(),
-            Command::FixBoundary => self.hold(self.rim(), Role::Fixed, BOUNDARY.to_owned()),
-            Command::FreeBoundary => match self.before.boundary_handle() {
-                Some(handle) => self.remove(handle)?,
-                None => (self.before.clone(), String::new(), After::Nothing),
-            },
-            Command::RenameHandle { handle, name } => {
-                let old = &self.handle(*handle)?.name;
-                let label = format!("Rename {old} to {name}");
-                let scene = self
-                    .before
-                    .with(|p| p.handles[*handle].name.clone_from(name));
-                (scene, label, After::Nothing)
-            }
-            Command::SetHold { handle, hold } => {
-                let label = format!("Weight of {}", self.handle(*handle)?.name);
-                if let Hold::Soft(weight) = hold {
-                    finite(*weight, "the weight")?;
-                }
-                let scene = self.unsettled(|props| props.handles[*handle].hold = *hold);
-                (scene, label, After::Settle)
-            }
-            Command::MoveHandle {
-                handle,
-                motion,
-                turn,
-            } => {
-                let label = format!("Move {}", self.handle(*handle)?.name);
-                let numbers = motion.iter().chain(turn.iter());
-                numbers
-                    .copied()
-                    .try_for_each(|x| finite(x.abs(), "the motion").map(drop))?;
-                let scene = self.unsettled(|props| {
-                    props.handles[*handle].matrix = *motion;
-                    props.handles[*handle].turn = *turn;
-                    props.active = Some(*handle);
-                });
-                (scene, label, After::Settle)
-            }
-            Command::RemoveHandle { handle } => self.remove(*handle)?,
-            Command::RemoveAllHandles => {
-                let scene = self.unsettled(|props| {
-                    props.handles.clear();
-                    props.active = None;
-                });
-                (scene, "Let go of all handles".to_owned(), After::Settle)
-            }
-            Command::SetHandles { handles } => self.set_handles(handles)?,
             Command::MakeMask { .. } | Command::UseMask { .. } | Command::RemoveMask { .. } => {
                 self.masks(command)?
             }
@@ -180,122 +165,26 @@ impl Edit<'_> {
                 (scene, "Back to the rest shape".to_owned(), After::Show)
             }
             Command::Finish { job, shape } => self.finish(*job, &self.own(shape)?)?,
-            _ => return Err(Refused::NotRecorded),
+            handles => self.handles(handles)?,
         })
     }
 
-    /// Holds vertices where they are, and takes them from other handles.
-    fn hold(&self, vertices: Vec<VertexId>, role: Role, name: String) -> Made {
-        let label = match role {
-            Role::Fixed => format!("Fix a region: {name}"),
-            Role::Movable => format!("Add handle {name}"),
+    fn visibility(&self, command: &Command) -> Result<Made, Refused> {
+        let hidden = match command {
+            Command::HideSelection => {
+                combined(self.before.hidden(), self.selected()?, Combine::Add)
+            }
+            Command::HideOthers => inverted(self.model.mesh(), self.selected()?),
+            _ => Vec::new(),
         };
-        let Scene { rest, shape, .. } = self.before;
+        let label = match (command, hidden.len()) {
+            (Command::ShowAll, _) => "Show everything".to_owned(),
+            (_, n) => format!("Hide {n} vertices"),
+        };
         let scene = self.before.with(|props| {
-            props.handles.iter_mut().for_each(|g| g.let_go(&vertices));
-            drop_empty(props);
-            props.selection.clear();
-            if !vertices.is_empty() {
-                let group = HandleGroup::new(name, vertices, role, rest, shape);
-                props.handles.push(group);
-                if role == Role::Movable {
-                    props.active = Some(props.handles.len() - 1);
-                }
-            }
+            props.selection = combined(&props.selection, &hidden, Combine::Subtract);
+            props.hidden = hidden;
         });
-        // A shape at rest that is held where it is needs no solve.
-        let after = match scene.is_settled {
-            true => After::Hold,
-            false => After::Settle,
-        };
-        (scene, label, after)
-    }
-
-    fn fix_the_rest(&self) -> Made {
-        let mesh = self.model.mesh();
-        let mut held: Vec<VertexId> = self.before.selection().to_vec();
-        let groups = self.before.handles().iter();
-        held.extend(groups.flat_map(|g| g.vertices.iter().copied()));
-        let touched = linked(mesh, &held);
-        let rest = inverted(mesh, &touched);
-        let name = free_name(self.before.handles(), Role::Fixed);
-        let (scene, _, after) = self.hold(rest, Role::Fixed, name);
-        let selection = self.before.selection().to_vec();
-        let scene = scene.with(|props| props.selection = selection);
-        (scene, "Fix the rest".to_owned(), after)
-    }
-
-    /// The vertices of the open boundary that no handle holds.
-    fn rim(&self) -> Vec<VertexId> {
-        let mesh = self.model.mesh();
-        let held = self.before.handles();
-        let is_free = |v: &VertexId| held.iter().all(|g| g.vertices.binary_search(v).is_err());
-        let rim = mesh.vertices().filter(|&v| mesh.is_boundary_vertex(v));
-        rim.filter(is_free).collect()
-    }
-
-    fn remove(&self, handle: usize) -> Result<Made, Refused> {
-        let label = format!("Let go of {}", self.handle(handle)?.name);
-        let scene = self.unsettled(|props| {
-            props.handles.remove(handle);
-            props.active = None;
-        });
-        Ok((scene, label, After::Settle))
-    }
-
-    fn set_handles(&self, handles: &[HandleGroup]) -> Result<Made, Refused> {
-        let n = self.model.mesh().num_vertices();
-        if let Some(group) = handles.iter().find(|g| !g.fits(n)) {
-            let problem = format!("the handle \"{}\" does not fit the model", group.name);
-            return Err(Refused::Number(problem));
-        }
-        let mut scene = self.unsettled(|props| {
-            props.handles = handles.to_vec();
-            props.active = None;
-        });
-        // A shape of its own makes the solver start afresh, not from where the handles before had
-        // moved it.
-        scene.rest = Shape::new(scene.rest.positions().clone());
-        scene.shape = scene.rest.clone();
-        Ok((scene, "Load handles".to_owned(), After::Settle))
-    }
-
-    fn masks(&self, command: &Command) -> Result<Made, Refused> {
-        let (label, scene) = match command {
-            Command::MakeMask { name } => {
-                let region = self.selected()?;
-                let surface = self.model.surface(&self.before.shape);
-                let border = self.model.side() * self.before.settings().border;
-                let made = NamedMask::inside(name.clone(), &surface, region, border);
-                let made = made.map_err(|error| Refused::Library(error.to_string()))?;
-                let scene = self.before.with(|props| {
-                    props.masks.push(made);
-                    props.mask = Some(props.masks.len() - 1);
-                    props.selection.clear();
-                });
-                (format!("Mask {name}"), scene)
-            }
-            Command::UseMask { mask } => {
-                if let Some(mask) = mask {
-                    self.mask(*mask)?;
-                }
-                let scene = self.before.with(|props| props.mask = *mask);
-                ("Choose a mask".to_owned(), scene)
-            }
-            Command::RemoveMask { mask } => {
-                let label = format!("Remove the mask {}", self.mask(*mask)?.name);
-                let scene = self.before.with(|props| {
-                    props.masks.remove(*mask);
-                    props.mask = match props.mask {
-                        Some(used) if used > *mask => Some(used - 1),
-                        Some(used) if used == *mask => None,
-                        used => used,
-                    };
-                });
-                (label, scene)
-            }
-            _ => return Err(Refused::NotRecorded),
-        };
         Ok((scene, label, After::Nothing))
     }
 
@@ -310,6 +199,10 @@ impl Edit<'_> {
             Job::Details(factor) => {
                 settings.detail = factor;
                 format!("Details × {factor:.2}")
+            }
+            Job::Paint(brush) => {
+                settings.brush = brush;
+                format!("Brush: {}", brush.paint.name().to_lowercase())
             }
             Job::Morph(share) => format!("Morph {:.0} % to the sphere", 100.0 * share),
         };
@@ -392,18 +285,6 @@ impl Edit<'_> {
             false => Err(Refused::OtherShape),
         }
     }
-}
-
-/// Drops groups without vertices. The active one stays active unless it is dropped.
-fn drop_empty(props: &mut Props) {
-    let is_full = |group: &HandleGroup| !group.vertices.is_empty();
-    props.active = props
-        .active
-        .filter(|&k| props.handles.get(k).is_some_and(is_full));
-    props.active = props
-        .active
-        .map(|k| props.handles[..k].iter().filter(|g| is_full(g)).count());
-    props.handles.retain(is_full);
 }
 
 fn finite(number: f64, what: &str) -> Result<f64, Refused> {

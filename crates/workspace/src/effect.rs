@@ -25,6 +25,13 @@ pub enum Effect {
         /// The command.
         command: Command,
     },
+    /// Warn of something, with commands that avoid it.
+    Offered {
+        /// The warning.
+        text: String,
+        /// The ways out, with their names.
+        ways: Vec<(&'static str, Command)>,
+    },
     /// Ask for the file to save to.
     AskedForFile,
     /// A file was written.

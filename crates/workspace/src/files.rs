@@ -10,6 +10,7 @@ mod fingerprint;
 mod journal;
 mod open;
 mod project;
+mod recent;
 mod recover;
 mod save;
 #[cfg(test)]
@@ -20,8 +21,9 @@ pub use autosave::{Autosave, AutosaveError, LeftBehind, Listing, Record, Recover
 pub use fingerprint::Fingerprint;
 pub use journal::{Journal, put_aside};
 pub use open::{OpenError, OpenedMesh, Remedy, open, open_repaired};
-pub use project::{ProjectError, is_project, open_project, save_project};
-#[cfg(test)]
-pub(crate) use project::{from_bytes as project_of, to_bytes as project_bytes};
+pub use project::{
+    ProjectError, is_project, open_project, project_bytes, read_project, save_project,
+};
+pub use recent::Recent;
 pub(crate) use recover::recovered;
 pub use save::{Expect, SaveError, Saved, forgotten, save};

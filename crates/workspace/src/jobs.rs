@@ -4,12 +4,14 @@ use std::ops::ControlFlow;
 
 use cotan::Handles;
 use cotan::geometry::{Positions, Readable, Surface};
+use cotan::halfedge::VertexId;
 use cotan::smooth::{
     DetailOptions, Mask, ScaledCurvature, edit_detail_masked, edit_detail_observed, smooth_masked,
     smooth_observed,
 };
 use cotan::sphere::{SphereOptions, SphereQuality, spherical_observed, towards_sphere};
 
+use crate::brush::Brush;
 use crate::mask::Restriction;
 use crate::model::Model;
 use crate::scene::Scene;
@@ -80,6 +82,22 @@ impl Start {
             Some(mask) => edit_detail_masked(surface, &fixed, &mask, &edit, &options, &observer),
         };
         Ok(Shape::new(edited.map_err(refusal)?.positions))
+    }
+
+    /// Paints the curvature field along a stroke, with the same restrictions.
+    pub(crate) fn paint(
+        &self,
+        brush: &Brush,
+        stroke: &[VertexId],
+        control: &Control,
+    ) -> Result<Shape, TaskError> {
+        let (surface, fixed) = (self.surface(), self.fixed());
+        let allowed = self.restriction().mask(&surface).map_err(refusal)?;
+        let mask = brush.mask(&surface, stroke, self.side, allowed.as_ref());
+        let mask = mask.map_err(refusal)?;
+        brush
+            .paint(&surface, &fixed, mask, control)
+            .map_err(refusal)
     }
 
     /// Maps the shape to the sphere.

@@ -33,6 +33,7 @@ pub mod meter;
 pub mod selection;
 pub mod solver;
 
+mod brush;
 mod command;
 mod edit;
 mod effect;
@@ -41,6 +42,7 @@ mod handle_groups;
 mod history;
 mod jobs;
 mod mask;
+mod mirror;
 mod model;
 mod newest;
 mod plain;
@@ -50,22 +52,26 @@ mod scene;
 mod settings;
 mod shape;
 mod task;
+mod transform;
 mod workspace;
 
-pub use command::{Command, Job, Over};
+pub use brush::{Brush, Paint};
+pub use command::{Command, Job, Moved, Over};
 pub use effect::{Effect, Notice};
 pub use handle::{HandleGroup, Origin, Role, job_handles};
 pub use history::{History, Step};
 pub use jobs::Morph;
 pub use mask::NamedMask;
+pub use mirror::Mirror;
 pub use model::Model;
 pub use newest::lock;
 pub use record::SceneRecord;
 pub use refused::{After, Refused};
 pub use scene::{Props, Scene};
 pub use selection::Combine;
-pub use settings::{Details, Follow, Influence, Settings, Smooth, Way, editor_options};
+pub use settings::{Details, Follow, Influence, Others, Settings, Smooth, Way, editor_options};
 pub use shape::Shape;
+pub use transform::{Kind, Transform, Typed, Typing};
 pub use workspace::{Arrival, Workspace};
 
 /// Runs the example of the README as a doc test.

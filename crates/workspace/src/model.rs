@@ -4,13 +4,17 @@ use std::path::PathBuf;
 
 use cotan::geometry::Surface;
 use cotan::halfedge::HalfedgeMesh;
+use nalgebra::Point3;
 
 use crate::command::{Command, Record};
 use crate::edit::edited;
 use crate::files::{Fingerprint, OpenedMesh};
+use crate::handle::Role;
 use crate::history::{History, Step};
+use crate::mirror::{Images, Mirror};
 use crate::refused::{After, Refused};
 use crate::scene::Scene;
+use crate::settings::Others;
 use crate::shape::Shape;
 
 /// The open model: a mesh with its file and its history.
@@ -26,6 +30,8 @@ pub struct Model {
     has_file: bool,
     /// The longest side of the box of the original shape.
     side: f64,
+    /// The mirror images of the vertices in the opened shape, with their plane.
+    images: Option<(Mirror, Images)>,
 }
 
 impl Model {
@@ -45,6 +51,7 @@ impl Model {
             saved: scene,
             has_file: true,
             side,
+            images: None,
             mesh,
         }
     }
@@ -86,6 +93,47 @@ impl Model {
         self.side
     }
 
+    /// The mirror images of the vertices, if the mirror is on.
+    pub(crate) fn images(&self) -> Option<&Images> {
+        let mirror = self.scene().props.mirror?;
+        let (_, images) = self.images.as_ref().filter(|(of, _)| *of == mirror)?;
+        Some(images)
+    }
+
+    /// Stores the images across a plane, so that they need not be found again.
+    pub(crate) fn set_images(&mut self, mirror: Mirror, images: Images) {
+        self.images = Some((mirror, images));
+    }
+
+    /// Finds the images across the plane of the scene, unless they are known.
+    pub(crate) fn find_images(&mut self) {
+        let is_known = self.images().is_some();
+        if let Some(mirror) = self.scene().props.mirror.filter(|_| !is_known) {
+            let surface = self.surface(&self.original);
+            self.images = Some((mirror, mirror.images(&surface, self.side)));
+        }
+    }
+
+    /// The point about which handles turn and scale: the pivot, or the middle of the active
+    /// handles.
+    pub fn pivot(&self) -> Point3<f64> {
+        let scene = self.scene();
+        if let Some(at) = scene.props.pivot.and_then(|v| scene.shape.get(v)) {
+            return *at;
+        }
+        let active = scene.props.active_handles();
+        let centers: Vec<_> = active
+            .filter_map(|k| Some(scene.handles().get(k)?.center(&scene.rest).coords))
+            .collect();
+        let sum: nalgebra::Vector3<f64> = centers.iter().sum();
+        Point3::from(sum / centers.len().max(1) as f64)
+    }
+
+    /// A round length of about a fiftieth of the longest side, to which motions snap.
+    pub fn snap_length(&self) -> f64 {
+        10_f64.powf((0.02 * self.side).log10().round())
+    }
+
     /// The history.
     pub fn history(&self) -> &History {
         &self.history
@@ -98,6 +146,23 @@ impl Model {
     /// The scene that is shown.
     pub fn scene(&self) -> &Scene {
         self.history.scene()
+    }
+
+    /// The number of parts that stay behind when a handle is moved: they have no handle, and either
+    /// the settings say so or only a region follows.
+    pub fn num_left_behind(&self) -> usize {
+        let follow = &self.scene().settings().follow;
+        let handles = self.scene().handles();
+        let do_all_follow = follow.others == Others::Follow && follow.influence.is_none();
+        if do_all_follow || handles.iter().all(|group| group.role == Role::Fixed) {
+            return 0;
+        }
+        let components = self.mesh().components();
+        let mut is_held = vec![false; components.count()];
+        for &v in handles.iter().flat_map(|group| &group.vertices) {
+            is_held[components.of(v)] = true;
+        }
+        is_held.iter().filter(|is_held| !**is_held).count()
     }
 
     /// Marks the present scene as saved, in a file of the user or deliberately nowhere.
@@ -172,6 +237,8 @@ impl Model {
     /// # Errors
     /// [`Refused`] if the command names what does not exist, or makes no sense now.
     pub fn record(&mut self, command: &Command) -> Result<Option<After>, Refused> {
+        // A project may begin with a mirror.
+        self.find_images();
         if let Record::Travel = command.record() {
             let has_moved = match *command {
                 Command::Undo => self.history.undo(),
@@ -195,6 +262,7 @@ impl Model {
             _ if edited.is_again => self.history.replace(step),
             _ => self.history.push(step),
         }
+        self.find_images();
         Ok(Some(edited.after))
     }
 }

@@ -22,6 +22,52 @@ pub(crate) mod ids {
     }
 }
 
+/// A vertex as its index, or nothing.
+pub(crate) mod id {
+    use cotan::halfedge::VertexId;
+    use serde::de::Error;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    #[allow(
+        clippy::trivially_copy_pass_by_ref,
+        reason = "the form that serde calls"
+    )]
+    pub(crate) fn serialize<S: Serializer>(
+        id: &Option<VertexId>,
+        to: S,
+    ) -> Result<S::Ok, S::Error> {
+        id.map(VertexId::index).serialize(to)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
+        from: D,
+    ) -> Result<Option<VertexId>, D::Error> {
+        match Option::<u32>::deserialize(from)? {
+            Some(index) if index > i32::MAX as u32 => {
+                Err(D::Error::custom(format!("there is no vertex {index}")))
+            }
+            index => Ok(index.map(|index| VertexId::new(index as usize))),
+        }
+    }
+}
+
+/// Three axes as their coordinates, axis by axis.
+pub(crate) mod axes {
+    use nalgebra::Matrix3;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub(crate) fn serialize<S: Serializer>(axes: &Matrix3<f64>, to: S) -> Result<S::Ok, S::Error> {
+        let columns: [[f64; 3]; 3] = (*axes).into();
+        columns.serialize(to)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
+        from: D,
+    ) -> Result<Matrix3<f64>, D::Error> {
+        Ok(<[[f64; 3]; 3]>::deserialize(from)?.into())
+    }
+}
+
 /// A 4 × 4 matrix as its 16 numbers, column by column.
 pub(crate) mod matrix {
     use nalgebra::Matrix4;

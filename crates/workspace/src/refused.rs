@@ -15,6 +15,12 @@ pub enum Refused {
     /// There is no handle of this index.
     #[error("there is no handle {0}")]
     NoHandle(usize),
+    /// No handle is active.
+    #[error("no handle is active: choose one first")]
+    NoActiveHandle,
+    /// The mirror is off.
+    #[error("the mirror is off: switch it on first")]
+    NoMirror,
     /// There is no mask of this index.
     #[error("there is no mask {0}")]
     NoMask(usize),

@@ -53,8 +53,14 @@ pub fn grown(mesh: &HalfedgeMesh, selection: &[VertexId]) -> Vec<VertexId> {
 /// The vertices of the selection all of whose neighbours are in it.
 pub fn shrunk(mesh: &HalfedgeMesh, selection: &[VertexId]) -> Vec<VertexId> {
     let is_in = flags(mesh, selection);
-    let is_inner = |v: &&VertexId| mesh.one_ring(**v).all(|w| is_in[w.index()]);
-    selection.iter().filter(is_inner).copied().collect()
+    // A vertex with copies is at the border if one of them is.
+    let mut is_border = vec![false; mesh.num_vertices()];
+    for v in selection {
+        let is_inner = mesh.one_ring(*v).all(|w| is_in[w.index()]);
+        is_border[mesh.row_of(*v).index()] |= !is_inner;
+    }
+    let is_kept = |v: &&VertexId| !is_border[mesh.row_of(**v).index()];
+    selection.iter().filter(is_kept).copied().collect()
 }
 
 /// All vertices of the connected parts that the selection touches.

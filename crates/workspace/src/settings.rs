@@ -2,9 +2,10 @@
 
 use cotan::flow::{Acceleration, Schedule};
 use cotan::smooth::{SmoothMethod, SmoothOptions};
-use cotan::{DeformOptions, DetailSize, OrientationKind, SchemeKind};
+use cotan::{DeformOptions, DetailSize, OrientationKind, Parts, SchemeKind};
 use serde::{Deserialize, Serialize};
 
+use crate::brush::Brush;
 use crate::plain;
 
 /// All settings of a scene.
@@ -22,6 +23,8 @@ pub struct Settings {
     /// The width over which jobs fade at the border of a selection, as a share of the longest
     /// side of the model's box.
     pub border: f64,
+    /// The brush that paints the curvature field.
+    pub brush: Brush,
 }
 
 impl Default for Settings {
@@ -32,6 +35,7 @@ impl Default for Settings {
             detail: 1.0,
             areas: 0.0,
             border: 0.05,
+            brush: Brush::default(),
         }
     }
 }
@@ -53,7 +57,7 @@ impl Settings {
             () if !share(self.border) => Some("the border is not between 0 and 1"),
             () if !(radius.is_finite() && radius > 0.0) => Some("the reach is not above 0"),
             () if !share(falloff) => Some("the falloff is not between 0 and 1"),
-            () => None,
+            () => self.brush.problem(),
         }
     }
 }
@@ -77,6 +81,19 @@ pub struct Follow {
     pub way: Way,
     /// The region of influence of the handles; `None` for the whole model.
     pub influence: Option<Influence>,
+    /// The parts of the model without handles.
+    pub others: Others,
+}
+
+/// The parts of the model that have no handles.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Others {
+    /// They follow the parts that they touch, or the nearest ones.
+    #[default]
+    Follow,
+    /// They stay where they are.
+    Stay,
 }
 
 /// True if details grow with the surface around them.
@@ -129,6 +146,10 @@ impl Follow {
             .detail_size(match self.details {
                 Details::Keep => DetailSize::Keep,
                 Details::Grow => DetailSize::Rescale,
+            })
+            .parts(match self.others {
+                Others::Follow => Parts::Follow,
+                Others::Stay => Parts::Still,
             });
         match self.way {
             Way::Accelerated => options,

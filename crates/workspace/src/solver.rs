@@ -3,6 +3,7 @@
 //! The window posts goals (a scene and a [`Pace`]) and takes [`Update`]s. Only the newest goal
 //! counts, only the newest update is kept, and neither side waits for the other.
 
+mod goal;
 mod prepared;
 mod tracker;
 
@@ -15,34 +16,16 @@ use std::time::Instant;
 use cotan::Session;
 use cotan::flow::Schedule;
 use cotan::halfedge::VertexMap;
-use cotan_io::ProcessingMesh;
 use nalgebra::Vector3;
 
-use crate::handle::HandleGroup;
 use crate::model::Model;
 use crate::newest::{Look, Newest, lock};
-use crate::scene::{Props, Scene};
+use crate::scene::Scene;
 use crate::shape::Shape;
 
+use goal::Goal;
 use prepared::Prepared;
 use tracker::Tracker;
-
-/// The shape that the solver should reach.
-#[derive(Clone, Debug)]
-struct Goal {
-    /// Increases with every goal, and is repeated in its updates.
-    tag: u64,
-    mesh: Arc<ProcessingMesh>,
-    /// The rest shape of the deformation. No two models share one.
-    rest: Shape,
-    /// The handles and the settings.
-    props: Arc<Props>,
-    /// The shape to start from, if not the solver's own.
-    shape: Option<Shape>,
-    pace: Pace,
-    /// The time of the pointer event.
-    posted: Instant,
-}
 
 /// The kind of work that a goal asks for.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -362,25 +345,6 @@ fn take_up(session: &mut Session<f64>, goal: &Goal) -> Result<(), cotan::Error> 
         Pace::Held => Schedule::Constant(1.0),
         Pace::Settle | Pace::Still => goal.props.settings.follow.options().schedule,
     })
-}
-
-impl Goal {
-    fn handles(&self) -> &[HandleGroup] {
-        &self.props.handles
-    }
-
-    /// Returns `true` if the factorization for another goal can be reused.
-    fn has_system_of(&self, other: &Self) -> bool {
-        let follow = &self.props.settings.follow;
-        let has_same_region = || {
-            let held = |goal: &Self| -> Vec<_> {
-                let groups = goal.handles().iter();
-                groups.map(|g| (g.role, g.vertices.clone())).collect()
-            };
-            follow.influence.is_none() || held(self) == held(other)
-        };
-        self.rest.is(&other.rest) && *follow == other.props.settings.follow && has_same_region()
-    }
 }
 
 impl Shared {

@@ -6,14 +6,15 @@ mod jobs;
 #[cfg(test)]
 mod tests;
 
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use cotan::halfedge::VertexMap;
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 
 use crate::command::{Command, Record};
 use crate::effect::{Effect, Notice};
-use crate::files::{Journal, LeftBehind, Listing, recovered};
+use crate::files::{Journal, LeftBehind, Listing, Recent, recovered};
 use crate::jobs::Morph;
 use crate::model::Model;
 use crate::refused::{After, Refused};
@@ -39,6 +40,11 @@ pub struct Workspace {
     drag: Option<Grip>,
     morph: Option<Morph>,
     journal: Journal,
+    /// The folder of the journal.
+    folder: Option<PathBuf>,
+    recent: Recent,
+    /// The number of parts left behind that was last warned of.
+    num_left_behind: usize,
     /// The data of the last update of the solver.
     arrival: Option<Arrival>,
     notify: Notify,
@@ -83,6 +89,9 @@ impl Workspace {
             drag: None,
             morph: None,
             journal: Journal::off(),
+            folder: None,
+            recent: Recent::default(),
+            num_left_behind: 0,
             arrival: None,
             notify,
         })
@@ -170,11 +179,19 @@ impl Workspace {
             Command::Stop => self.show(),
             Command::Grab { handle } => self.grab(handle, effects)?,
             Command::Drag { motion } => self.drag(motion),
+            Command::DragBy { transform, pivot } => {
+                self.drag_in_numbers(&transform, pivot.map(Point3::from));
+            }
+            Command::Transform { transform, pivot } => {
+                self.transform(&transform, pivot.map(Point3::from), effects)?;
+            }
+            Command::FindMirror => self.start_mirroring(effects)?,
             Command::Drop => self.release(effects)?,
             Command::CancelDrag => self.cancel_drag(effects),
             Command::Smooth | Command::AdjustSmooth { .. } | Command::ScaleDetails { .. } => {
                 self.start_reshaping(command, effects)?;
             }
+            Command::Paint { stroke } => self.start_painting(&stroke, effects)?,
             Command::MapToSphere => self.start_mapping(effects)?,
             Command::Morph { share } => {
                 if let Some(morph) = &mut self.morph {
@@ -297,8 +314,13 @@ impl Workspace {
         effects
     }
 
-    /// Starts to keep a journal in a folder, for recovery after a crash. Returns the journals that
-    /// ended processes have left there.
+    /// The files that were opened or saved last.
+    pub fn recent(&self) -> &Recent {
+        &self.recent
+    }
+
+    /// Starts to keep a journal in a folder, for recovery after a crash, and next to it the list
+    /// of recent files and the sample. Returns the journals that ended processes have left there.
     ///
     /// # Errors
     /// The error of [`crate::files::Autosave::start`]. Everything else works without a journal.
@@ -308,6 +330,8 @@ impl Workspace {
     ) -> Result<Listing, crate::files::AutosaveError> {
         // Before the own one is there.
         let listing = crate::files::list(folder);
+        self.folder = Some(folder.to_owned());
+        self.recent = Recent::load(folder);
         self.journal = Journal::start(folder)?;
         Ok(listing)
     }

@@ -9,6 +9,7 @@ use cotan_workspace::{Command, Over};
 
 use super::Editor;
 use super::files::Then;
+use super::palette::Palette;
 
 /// The open dialogs.
 pub(super) struct Dialogs {
@@ -18,6 +19,12 @@ pub(super) struct Dialogs {
     files: FileDialog,
     purpose: Purpose,
     pub(super) has_help: bool,
+    /// The palette, if it is open.
+    pub(super) palette: Option<Palette>,
+    /// A warning with its ways out, which does not stop anything.
+    pub(super) offer: Option<(String, Vec<(&'static str, Command)>)>,
+    /// True once the hints for the first handle were followed, or closed.
+    pub(super) is_hint_closed: bool,
     /// A line in the status bar, such as the reason why a method was chosen.
     pub(super) note: Option<String>,
 }
@@ -74,13 +81,20 @@ impl Dialogs {
             files: FileDialog::new(),
             purpose: Purpose::Open,
             has_help: false,
+            palette: None,
+            offer: None,
+            is_hint_closed: false,
             note: None,
         }
     }
 
     /// Returns `true` if a dialog is waiting for an answer.
     pub(super) fn is_open(&self) -> bool {
-        !self.messages.is_empty() || self.question.is_some() || self.is_choosing() || self.has_help
+        !self.messages.is_empty()
+            || self.question.is_some()
+            || self.is_choosing()
+            || self.has_help
+            || self.palette.is_some()
     }
 
     fn is_choosing(&self) -> bool {
@@ -96,6 +110,7 @@ impl Dialogs {
             (Some(Question::Proceed { reason, .. }), _) => reason,
             (Some(Question::Recover(_)), _) => "recover",
             _ if self.has_help => "help",
+            _ if self.palette.is_some() => "palette",
             _ => "",
         }
     }
@@ -181,6 +196,7 @@ impl Editor {
         if self.dialogs.has_help {
             self.help(ctx);
         }
+        self.show_palette(ctx);
         if self.show_message(ctx) {
             return;
         }
@@ -331,15 +347,18 @@ impl Editor {
         let modal = egui::Modal::new(egui::Id::new("help")).show(ctx, |ui| {
             ui.heading("Keys and pointer");
             ui.add_space(6.0);
-            egui::Grid::new("keys")
-                .num_columns(2)
-                .striped(true)
+            let height = (ctx.content_rect().height() - 140.0).max(120.0);
+            egui::ScrollArea::vertical()
+                .max_height(height)
                 .show(ui, |ui| {
-                    for (keys, what) in super::keys::HELP {
-                        ui.label(egui::RichText::new(*keys).strong());
-                        ui.label(*what);
-                        ui.end_row();
-                    }
+                    let grid = egui::Grid::new("keys").num_columns(2).striped(true);
+                    grid.show(ui, |ui| {
+                        for (keys, what) in super::keys::HELP {
+                            ui.label(egui::RichText::new(*keys).strong());
+                            ui.label(*what);
+                            ui.end_row();
+                        }
+                    });
                 });
             ui.add_space(6.0);
             ui.label("A held handle pulls the shape along; let go of, the shape comes to rest.");

@@ -1,7 +1,9 @@
 //! Dragging a handle.
 
 use eframe::egui::{Pos2, Rect};
-use nalgebra::{Matrix4, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{
+    Matrix3, Matrix4, Point3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3,
+};
 use transform_gizmo_egui::math::Transform;
 
 use cotan_workspace::Command;
@@ -19,7 +21,7 @@ pub(super) struct Drag {
 impl Drag {
     /// Returns `true` if the handle is dragged by the gizmo rather than directly.
     pub(super) fn is_by_gizmo(&self) -> bool {
-        matches!(self.how, How::Gizmo(_))
+        matches!(self.how, How::Gizmo(..))
     }
 }
 
@@ -29,8 +31,8 @@ enum How {
     ///
     /// Holds the point that was grabbed.
     Free(Point3<f64>),
-    /// The gizmo, with the transform it assumes for the handle.
-    Gizmo(Transform),
+    /// The gizmo, with the transform it assumes for the handle, and its axes.
+    Gizmo(Transform, Matrix3<f64>),
 }
 
 impl Editor {
@@ -45,8 +47,12 @@ impl Editor {
 
     /// Starts to drag a handle by the gizmo.
     pub(super) fn grab_gizmo(&mut self, handle: usize) {
-        if let Some(center) = self.center(handle) {
-            self.begin_drag(handle, How::Gizmo(gizmo_at(center)));
+        if let Some(pivot) = self.workspace.model().map(cotan_workspace::Model::pivot) {
+            let axes = self.axes();
+            self.begin_drag(handle, How::Gizmo(gizmo_at(pivot, &axes), axes));
+            if let Some(drag) = &mut self.pointer.drag {
+                drag.center = pivot;
+            }
         }
     }
 
@@ -68,7 +74,9 @@ impl Editor {
     }
 
     /// Moves a directly held handle to the pointer.
-    pub(super) fn drag_to(&mut self, pos: Pos2, rect: Rect) {
+    ///
+    /// With a step, each coordinate of the way is a multiple of it.
+    pub(super) fn drag_to(&mut self, pos: Pos2, rect: Rect, step: Option<f64>) {
         let Some(Drag {
             how: How::Free(grip),
             center,
@@ -78,7 +86,8 @@ impl Editor {
             return;
         };
         let now = self.shown.camera.unproject_at_depth_of(*center, pos, rect);
-        let motion = Translation3::from(now - grip).to_homogeneous() * motion;
+        let way = (now - grip).map(|x| step.map_or(x, |step| (x / step).round() * step));
+        let motion = Translation3::from(way).to_homogeneous() * motion;
         self.run(Command::Drag { motion });
     }
 
@@ -86,18 +95,21 @@ impl Editor {
     pub(super) fn gizmo_transform(&self) -> Option<Transform> {
         match &self.pointer.drag {
             Some(Drag {
-                how: How::Gizmo(transform),
+                how: How::Gizmo(transform, _),
                 ..
             }) => Some(*transform),
             Some(_) => None,
-            None => Some(gizmo_at(self.center(self.scene()?.props.active?)?)),
+            None => {
+                self.scene()?.props.active?;
+                Some(gizmo_at(self.workspace.model()?.pivot(), &self.axes()))
+            }
         }
     }
 
     /// Moves the handle to the gizmo's transform.
     pub(super) fn gizmo_to(&mut self, transform: Transform) {
         let Some(Drag {
-            how: How::Gizmo(held),
+            how: How::Gizmo(held, axes),
             center,
             motion,
         }) = &mut self.pointer.drag
@@ -106,6 +118,7 @@ impl Editor {
         };
         *held = transform;
         let about = Translation3::from(-center.coords).to_homogeneous();
+        let about = axes.transpose().to_homogeneous() * about;
         let motion = matrix_of(&transform) * about * *motion;
         self.run(Command::Drag { motion });
     }
@@ -124,10 +137,12 @@ impl Editor {
     }
 }
 
-fn gizmo_at(center: Point3<f64>) -> Transform {
+fn gizmo_at(center: Point3<f64>, axes: &Matrix3<f64>) -> Transform {
+    let axes = Rotation3::from_matrix_unchecked(*axes);
+    let q = UnitQuaternion::from_rotation_matrix(&axes);
     Transform::from_scale_rotation_translation(
         [1.0; 3],
-        transform_gizmo_egui::math::DQuat::IDENTITY,
+        transform_gizmo_egui::math::DQuat::from_xyzw(q.i, q.j, q.k, q.w),
         [center.x, center.y, center.z],
     )
 }
@@ -151,6 +166,13 @@ mod tests {
     fn a_gizmo_that_has_not_moved_is_a_translation() {
         let center = Point3::new(1.0, -2.0, 3.0);
         let back = Translation3::from(-center.coords).to_homogeneous();
-        assert_eq!(matrix_of(&gizmo_at(center)) * back, Matrix4::identity());
+        let axes = Matrix3::identity();
+        assert_eq!(
+            matrix_of(&gizmo_at(center, &axes)) * back,
+            Matrix4::identity()
+        );
+        let axes = *Rotation3::new(Vector3::new(0.3, -2.0, 0.7)).matrix();
+        let still = matrix_of(&gizmo_at(center, &axes)) * axes.transpose().to_homogeneous() * back;
+        assert!((still - Matrix4::identity()).norm() < 1e-12);
     }
 }

@@ -15,6 +15,8 @@ pub(super) enum Then {
     ChooseFile,
     Open(PathBuf),
     OpenSample,
+    /// Opens the file of the model again, repaired.
+    OpenRepaired,
 }
 
 impl Editor {
@@ -35,6 +37,12 @@ impl Editor {
             Then::ChooseFile => self.choose(Purpose::Open),
             Then::Open(path) => self.run(Command::Open { path }),
             Then::OpenSample => self.run(Command::OpenSample),
+            Then::OpenRepaired => {
+                let model = self.workspace.model();
+                if let Some(path) = model.map(|model| model.file().path.clone()) {
+                    self.run(Command::OpenRepaired { path });
+                }
+            }
         }
     }
 

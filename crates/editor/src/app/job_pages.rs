@@ -1,7 +1,7 @@
 //! The pages of the jobs: smoothing, details and the sphere.
 
 use cotan::smooth::SmoothMethod;
-use cotan_workspace::{Command, Job};
+use cotan_workspace::{Command, Job, Paint};
 use eframe::egui::{self, Slider};
 
 use super::Editor;
@@ -139,6 +139,54 @@ impl Editor {
             let name = names.find(is_free).unwrap_or_default();
             self.run(Command::MakeMask { name });
         }
+    }
+
+    /// The brush that paints the curvature field.
+    pub(super) fn paint_page(&mut self, ui: &mut egui::Ui) {
+        let Some(before) = self.scene().map(|scene| scene.settings().brush) else {
+            return;
+        };
+        self.masks(ui);
+        ui.separator();
+        let mut brush = before;
+        egui::ComboBox::from_label("Brush")
+            .selected_text(brush.paint.name())
+            .show_ui(ui, |ui| {
+                for paint in [
+                    Paint::Detail(1.5),
+                    Paint::Smooth(0.02),
+                    Paint::Flatten,
+                    Paint::Inflate(5.0),
+                ] {
+                    let is_chosen = paint.name() == brush.paint.name();
+                    if ui.selectable_label(is_chosen, paint.name()).clicked() && !is_chosen {
+                        brush.paint = paint;
+                    }
+                }
+            });
+        match &mut brush.paint {
+            Paint::Detail(factor) => {
+                ui.add(Slider::new(factor, 0.0..=2.5).text("times as strong"));
+            }
+            Paint::Smooth(size) => {
+                let slider = Slider::new(size, 0.001..=0.2).logarithmic(true);
+                ui.add(slider.text("size"))
+                    .on_hover_text("bumps narrower than this share of the longest side go");
+            }
+            Paint::Flatten => {}
+            Paint::Inflate(by) => {
+                ui.add(Slider::new(by, -20.0..=20.0).text("in, out"));
+            }
+        }
+        let radius = Slider::new(&mut brush.radius, 0.005..=0.5).logarithmic(true);
+        let radius = ui.add(radius.text("radius"));
+        self.mark("brush-radius", radius.rect);
+        ui.add(Slider::new(&mut brush.falloff, 0.0..=1.0).text("falloff"));
+        ui.add(Slider::new(&mut brush.strength, 0.0..=1.0).text("strength"));
+        if brush != before {
+            self.run(Command::SetBrush { brush });
+        }
+        ui.weak("Draw on the surface: the stroke takes effect when it ends.");
     }
 
     pub(super) fn sphere_page(&mut self, ui: &mut egui::Ui) {

@@ -3,11 +3,12 @@
 use eframe::egui::{self, Key, Modifiers};
 
 use cotan_workspace::solver::State;
-use cotan_workspace::{Combine, Command, Role};
+use cotan_workspace::{Combine, Command, Kind, Role};
 
 use super::Editor;
 use super::dialogs::Purpose;
 use super::files::Then;
+use super::palette::Palette;
 use super::pointer::{GizmoTool, Tool};
 use crate::view::{Shading, StandardView};
 
@@ -16,14 +17,23 @@ pub(super) const HELP: &[(&str, &str)] = &[
     ("Left drag on nothing, middle drag", "turn the view"),
     ("Right drag, Shift + middle drag", "shift the view"),
     ("Wheel", "zoom to the pointer"),
-    ("F · 1 3 7", "fit the view · front, right, top"),
+    (
+        "F · 1 3 7 · with Shift · 0",
+        "fit the view · front, right, top · back, left, below · oblique",
+    ),
     ("Q · B · L", "select by click · by brush · by lasso"),
     ("Shift · Ctrl while selecting", "add · take away"),
     ("[ ]", "smaller, larger brush"),
     ("H · X", "handle of the selection · fix the selection"),
     ("Drag a round mark", "move that handle"),
-    ("W · E · R", "gizmo: move · rotate · scale"),
-    ("Delete", "let go of the active handle"),
+    ("W · E · T", "gizmo: move · rotate · scale"),
+    (
+        "G · R · S, X Y Z, digits, Enter",
+        "move · turn · scale by the pointer or by numbers",
+    ),
+    ("Ctrl while dragging", "snap to steps"),
+    ("P · M", "pivot under the pointer · mirror on and off"),
+    ("Delete", "let go of the active handles"),
     ("+ −", "grow, shrink the selection"),
     (
         "Ctrl A · Ctrl I · Ctrl L",
@@ -31,12 +41,37 @@ pub(super) const HELP: &[(&str, &str)] = &[
     ),
     ("Esc", "give up a drag, a job, the map or the selection"),
     ("Space", "settle the shape · stop it"),
-    ("Z · S · N", "wireframe · flat or smooth · normals"),
+    (
+        "Ctrl H · Shift H · Ctrl Shift H",
+        "hide · isolate · show everything",
+    ),
+    (
+        "Z · V · N · J",
+        "wireframe · flat or smooth · normals · light",
+    ),
+    ("C", "the shape as it was opened, and back"),
     ("Ctrl Z · Ctrl Shift Z", "undo · redo"),
     ("Ctrl O · Ctrl S · Ctrl Shift S", "open · save · save as"),
     ("Ctrl + · Ctrl −", "larger, smaller text"),
+    ("Ctrl P", "search for an action"),
     ("F1", "this help"),
 ];
+
+impl StandardView {
+    /// The view of a key, which Shift turns to the opposite one.
+    fn of(key: Key, with_shift: bool) -> Option<Self> {
+        Some(match (key, with_shift) {
+            (Key::Num1, false) => Self::Front,
+            (Key::Num1, true) => Self::Back,
+            (Key::Num3, false) => Self::Right,
+            (Key::Num3, true) => Self::Left,
+            (Key::Num7, false) => Self::Top,
+            (Key::Num7, true) => Self::Bottom,
+            (Key::Num0, _) => Self::Oblique,
+            _ => return None,
+        })
+    }
+}
 
 impl Editor {
     /// Handles the keys of the whole window.
@@ -57,6 +92,8 @@ impl Editor {
             self.choose(Purpose::SaveModel);
         } else if command(Key::S, Modifiers::COMMAND) {
             self.run(Command::Save);
+        } else if command(Key::P, Modifiers::COMMAND) {
+            self.dialogs.palette = Some(Palette::default());
         } else if command(Key::O, Modifiers::COMMAND) {
             self.after_saving(ctx, Then::ChooseFile);
         }
@@ -69,7 +106,14 @@ impl Editor {
             self.run(Command::InvertSelection);
         } else if command(Key::L, Modifiers::COMMAND) {
             self.run(Command::SelectLinked);
+        } else if command(Key::H, with_shift) {
+            self.run(Command::ShowAll);
+        } else if command(Key::H, Modifiers::COMMAND) {
+            self.run(Command::HideSelection);
+        } else if command(Key::H, Modifiers::SHIFT) {
+            self.run(Command::HideOthers);
         }
+        let with_shift = ctx.input(|i| i.modifiers.shift);
         let pressed: Vec<Key> = ctx.input(|i| {
             let keys = i.events.iter().filter_map(|event| match event {
                 egui::Event::Key {
@@ -77,24 +121,36 @@ impl Editor {
                     pressed: true,
                     modifiers,
                     ..
-                } if !modifiers.command => Some(*key),
+                } if !modifiers.command && !(modifiers.shift && *key == Key::H) => Some(*key),
                 _ => None,
             });
             keys.collect()
         });
         for key in pressed {
-            self.key(key);
+            if self.pointer.hand.is_some() {
+                self.type_key(key, ctx);
+                continue;
+            }
+            match StandardView::of(key, with_shift) {
+                Some(view) => self.shown.camera.look_from(view),
+                None => self.key(key, ctx),
+            }
         }
     }
 
-    fn key(&mut self, key: Key) {
+    fn key(&mut self, key: Key, ctx: &egui::Context) {
         match key {
+            Key::G => self.begin_typing(Kind::Move, ctx),
+            Key::R => self.begin_typing(Kind::Turn, ctx),
+            Key::S => self.begin_typing(Kind::Scale, ctx),
+            Key::P => self.place_pivot(ctx),
+            Key::M => self.switch_mirror(),
             Key::Q => self.pointer.tool = Tool::Select,
             Key::B => self.pointer.tool = Tool::Brush,
             Key::L => self.pointer.tool = Tool::Lasso,
             Key::W => self.pointer.gizmo_tool = GizmoTool::Move,
             Key::E => self.pointer.gizmo_tool = GizmoTool::Rotate,
-            Key::R => self.pointer.gizmo_tool = GizmoTool::Scale,
+            Key::T => self.pointer.gizmo_tool = GizmoTool::Scale,
             Key::H => self.make_handle(Role::Movable),
             Key::Plus | Key::Equals => self.run(Command::GrowSelection),
             Key::Minus => self.run(Command::ShrinkSelection),
@@ -102,23 +158,18 @@ impl Editor {
             Key::OpenBracket => self.pointer.brush_radius *= 0.8,
             Key::CloseBracket => self.pointer.brush_radius *= 1.25,
             Key::F => self.fit(),
-            Key::Num1 => self.shown.camera.look_from(StandardView::Front),
-            Key::Num3 => self.shown.camera.look_from(StandardView::Right),
-            Key::Num7 => self.shown.camera.look_from(StandardView::Top),
+            Key::C => self.shown.looks.is_before = !self.shown.looks.is_before,
             Key::Z => self.shown.looks.has_wireframe = !self.shown.looks.has_wireframe,
-            Key::S => {
+            Key::V => {
                 self.shown.looks.shading = match self.shown.looks.shading {
                     Shading::Smooth => Shading::Flat,
                     Shading::Flat => Shading::Smooth,
                 };
             }
+            Key::J => self.shown.looks.light = self.shown.looks.light.next(),
             Key::N => self.shown.looks.has_normals = !self.shown.looks.has_normals,
             Key::F1 | Key::Questionmark => self.dialogs.has_help = true,
-            Key::Delete | Key::Backspace => {
-                if let Some(handle) = self.scene().and_then(|scene| scene.props.active) {
-                    self.run(Command::RemoveHandle { handle });
-                }
-            }
+            Key::Delete | Key::Backspace => self.remove_active(),
             Key::Space => self.settle_or_stop(),
             Key::Escape => self.give_up(),
             _ => {}
@@ -130,9 +181,28 @@ impl Editor {
         self.run(Command::MakeHandle { role });
     }
 
+    /// Lets go of the active handles.
+    pub(super) fn remove_active(&mut self) {
+        let active = self.scene().map(|scene| scene.props.active_handles());
+        let mut active: Vec<usize> = active.into_iter().flatten().collect();
+        active.sort_unstable();
+        for handle in active.into_iter().rev() {
+            self.run(Command::RemoveHandle { handle });
+        }
+    }
+
+    pub(super) fn switch_mirror(&mut self) {
+        let is_on = self.scene().is_some_and(|s| s.props.mirror.is_some());
+        self.run(match is_on {
+            true => Command::SetMirror { mirror: None },
+            false => Command::FindMirror,
+        });
+    }
+
     /// Moves in the history, with nothing held.
     pub(super) fn travel(&mut self, command: Command) {
         self.pointer.drag = None;
+        self.pointer.hand = None;
         self.pages.forget();
         self.run(command);
     }

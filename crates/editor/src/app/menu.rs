@@ -3,13 +3,12 @@
 use cotan_io::printable;
 use eframe::egui;
 
+use cotan_workspace::Command;
 use cotan_workspace::solver::State;
-use cotan_workspace::{Combine, Command, Role};
 
 use super::Editor;
-use super::dialogs::Purpose;
-use super::files::Then;
-use crate::view::{Shading, StandardView, UpAxis};
+use super::actions::{self, Action};
+use super::palette::Palette;
 
 impl Editor {
     pub(super) fn menu(&mut self, ui: &mut egui::Ui) {
@@ -17,9 +16,12 @@ impl Editor {
         egui::Panel::top("menu").show_inside(ui, |ui| {
             egui::MenuBar::new().ui(ui, |ui| {
                 ui.menu_button("File", |ui| self.file_menu(ui, &ctx));
-                ui.menu_button("Edit", |ui| self.edit_menu(ui));
-                ui.menu_button("Select", |ui| self.select_menu(ui));
-                ui.menu_button("View", |ui| self.view_menu(ui));
+                ui.menu_button("Edit", |ui| self.edit_menu(ui, &ctx));
+                ui.menu_button("Select", |ui| self.select_menu(ui, &ctx));
+                ui.menu_button("View", |ui| self.view_menu(ui, &ctx));
+                if ui.button("Search   Ctrl P").clicked() {
+                    self.dialogs.palette = Some(Palette::default());
+                }
                 if ui.button("Help").clicked() {
                     self.dialogs.has_help = true;
                 }
@@ -27,74 +29,37 @@ impl Editor {
         });
     }
 
-    fn file_menu(&mut self, ui: &mut egui::Ui, ctx: &egui::Context) {
-        if ui.button("Open…   Ctrl O").clicked() {
-            self.after_saving(ctx, Then::ChooseFile);
-        }
-        if ui.button("Open the sample").clicked() {
-            self.after_saving(ctx, Then::OpenSample);
-        }
-        ui.separator();
-        if ui.button("Save   Ctrl S").clicked() {
-            self.run(Command::Save);
-        }
-        if ui.button("Save as…   Ctrl Shift S").clicked() {
-            self.choose(Purpose::SaveModel);
-        }
-        if ui.button("Export the mesh…").clicked() {
-            self.choose(Purpose::ExportMesh);
-        }
-        if ui.button("Save the picture…").clicked() {
-            self.choose(Purpose::SavePicture);
-        }
-        ui.separator();
-        if ui.button("Load handles…").clicked() {
-            self.choose(Purpose::OpenHandles);
-        }
-        if ui.button("Save handles…").clicked() {
-            self.choose(Purpose::SaveHandles);
-        }
-        ui.separator();
-        if ui.button("Quit").clicked() {
-            self.after_saving(ctx, Then::Close);
+    /// Lists actions, with their keys at the right.
+    fn items(&mut self, ui: &mut egui::Ui, ctx: &egui::Context, actions: &[Action]) {
+        for action in actions {
+            let button = egui::Button::new(action.name).shortcut_text(action.keys);
+            if ui.add(button).clicked() {
+                action.run(self, ctx);
+            }
         }
     }
 
-    fn edit_menu(&mut self, ui: &mut egui::Ui) {
+    fn file_menu(&mut self, ui: &mut egui::Ui, ctx: &egui::Context) {
+        ui.menu_button("Open recent", |ui| self.recent_menu(ui, ctx));
+        self.items(ui, ctx, actions::FILE);
+    }
+
+    fn edit_menu(&mut self, ui: &mut egui::Ui, ctx: &egui::Context) {
         let history = self.workspace.model().map(cotan_workspace::Model::history);
         let undo = history.and_then(|h| h.undo_label()).map(str::to_owned);
         let redo = history.and_then(|h| h.redo_label()).map(str::to_owned);
-        let text = |verb: &str, label: &Option<String>, keys: &str| {
-            format!("{verb} {}   {keys}", label.as_deref().unwrap_or_default())
-        };
-        let button = egui::Button::new(text("Undo", &undo, "Ctrl Z"));
-        if ui.add_enabled(undo.is_some(), button).clicked() {
-            self.travel(Command::Undo);
-        }
-        let button = egui::Button::new(text("Redo", &redo, "Ctrl Shift Z"));
-        if ui.add_enabled(redo.is_some(), button).clicked() {
-            self.travel(Command::Redo);
+        // The first two of the list, with the names of the steps.
+        for (label, action) in [undo, redo].into_iter().zip(actions::EDIT) {
+            let name = label.as_deref().unwrap_or_default();
+            let button = egui::Button::new(format!("{} {name}", action.name));
+            let button = button.shortcut_text(action.keys);
+            if ui.add_enabled(label.is_some(), button).clicked() {
+                action.run(self, ctx);
+            }
         }
         ui.menu_button("History", |ui| self.history_menu(ui));
         ui.separator();
-        let is_selected = self.is_selected();
-        let button = egui::Button::new("Handle of the selection   H");
-        if ui.add_enabled(is_selected, button).clicked() {
-            self.make_handle(Role::Movable);
-        }
-        let button = egui::Button::new("Fix the selection   X");
-        if ui.add_enabled(is_selected, button).clicked() {
-            self.make_handle(Role::Fixed);
-        }
-        for (name, command) in [
-            ("Fix the other parts", Command::FixTheRest),
-            ("Let go of all handles", Command::RemoveAllHandles),
-            ("Back to the rest shape", Command::ResetShape),
-        ] {
-            if ui.button(name).clicked() {
-                self.run(command);
-            }
-        }
+        self.items(ui, ctx, &actions::EDIT[2..]);
     }
 
     /// All steps, to go to any of them.
@@ -120,66 +85,26 @@ impl Editor {
             .is_some_and(|scene| !scene.selection().is_empty())
     }
 
-    fn select_menu(&mut self, ui: &mut egui::Ui) {
-        let nothing = Command::Select {
-            vertices: Vec::new(),
-            how: Combine::Replace,
-        };
-        let mut commands = vec![
-            ("All   Ctrl A".to_owned(), Command::SelectAll),
-            ("Nothing   Esc".to_owned(), nothing),
-            ("Invert   Ctrl I".to_owned(), Command::InvertSelection),
-            ("Grow   +".to_owned(), Command::GrowSelection),
-            ("Shrink   −".to_owned(), Command::ShrinkSelection),
-            (
-                "All that is linked   Ctrl L".to_owned(),
-                Command::SelectLinked,
-            ),
-        ];
-        if let Some(scene) = self.scene() {
-            let handles = scene.handles().iter().enumerate();
-            commands.extend(handles.map(|(handle, group)| {
-                let name = format!("Those of {}", group.name);
-                (name, Command::SelectHandle { handle })
-            }));
+    fn select_menu(&mut self, ui: &mut egui::Ui, ctx: &egui::Context) {
+        self.items(ui, ctx, actions::SELECT);
+        ui.separator();
+        self.items(ui, ctx, actions::HIDE);
+        let names: Vec<String> = self.scene().map_or_else(Vec::new, |scene| {
+            let handles = scene.handles().iter();
+            handles.map(|g| format!("Vertices of {}", g.name)).collect()
+        });
+        if !names.is_empty() {
+            ui.separator();
         }
-        for (name, command) in commands {
+        for (handle, name) in names.into_iter().enumerate() {
             if ui.button(name).clicked() {
-                self.run(command);
+                self.run(Command::SelectHandle { handle });
             }
         }
     }
 
-    fn view_menu(&mut self, ui: &mut egui::Ui) {
-        if ui.button("Fit   F").clicked() {
-            self.fit();
-        }
-        for (name, view) in [
-            ("Front   1", StandardView::Front),
-            ("Right   3", StandardView::Right),
-            ("Top   7", StandardView::Top),
-            ("Oblique", StandardView::Oblique),
-        ] {
-            if ui.button(name).clicked() {
-                self.shown.camera.look_from(view);
-            }
-        }
-        for (name, axis) in [("Y is up", UpAxis::Y), ("Z is up", UpAxis::Z)] {
-            if ui.button(name).clicked() {
-                self.shown.camera.set_up(axis);
-            }
-        }
-        ui.separator();
-        ui.checkbox(&mut self.shown.looks.has_wireframe, "Wireframe   Z");
-        let mut is_flat = self.shown.looks.shading == Shading::Flat;
-        if ui.checkbox(&mut is_flat, "Flat shading   S").changed() {
-            self.shown.looks.shading = if is_flat {
-                Shading::Flat
-            } else {
-                Shading::Smooth
-            };
-        }
-        ui.checkbox(&mut self.shown.looks.has_normals, "Normals   N");
+    fn view_menu(&mut self, ui: &mut egui::Ui, ctx: &egui::Context) {
+        self.items(ui, ctx, actions::VIEW);
         ui.separator();
         egui::widgets::global_theme_preference_buttons(ui);
     }
@@ -209,6 +134,11 @@ impl Editor {
                         mesh.num_vertices(),
                         mesh.num_faces()
                     ));
+                    ui.separator();
+                }
+                let num_hidden = self.scene().map_or(0, |scene| scene.hidden().len());
+                if num_hidden > 0 {
+                    ui.label(format!("{num_hidden} hidden"));
                     ui.separator();
                 }
                 let selection = self.scene().map(|scene| scene.selection());

@@ -23,6 +23,7 @@ pub(super) struct Pages {
 pub(super) enum Tab {
     Deform,
     Smooth,
+    Paint,
     Sphere,
 }
 

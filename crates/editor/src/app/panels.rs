@@ -2,12 +2,13 @@
 
 use cotan::linear::Hold;
 use cotan::{OrientationKind, SchemeKind};
-use cotan_workspace::{Command, Details, Follow, HandleGroup, Role, Way};
+use cotan_workspace::{Command, Details, Follow, HandleGroup, Others, Role, Way};
 use eframe::egui::{self, Slider};
 
 use super::Editor;
 use super::pages::Tab;
 use super::pointer::{GizmoTool, Tool};
+use super::typing::Axes;
 
 impl Editor {
     pub(super) fn panels(&mut self, ui: &mut egui::Ui) {
@@ -21,11 +22,17 @@ impl Editor {
                     for (tab, name) in [
                         (Tab::Deform, "Deform"),
                         (Tab::Smooth, "Smooth"),
+                        (Tab::Paint, "Paint"),
                         (Tab::Sphere, "Sphere"),
                     ] {
                         let response = ui.selectable_label(self.pages.tab == tab, name);
                         if response.clicked() {
                             self.pages.tab = tab;
+                            self.pointer.tool = match tab {
+                                Tab::Paint => Tool::Paint,
+                                _ if self.pointer.tool == Tool::Paint => Tool::Select,
+                                _ => self.pointer.tool,
+                            };
                             if tab != Tab::Sphere {
                                 self.run(Command::LeaveMorph);
                             }
@@ -38,6 +45,7 @@ impl Editor {
                 ui.add_enabled_ui(is_open, |ui| match self.pages.tab {
                     Tab::Deform => self.deform_page(ui),
                     Tab::Smooth => self.smooth_page(ui),
+                    Tab::Paint => self.paint_page(ui),
                     Tab::Sphere => self.sphere_page(ui),
                 });
                 ui.separator();
@@ -74,7 +82,7 @@ impl Editor {
             Tool::Lasso => {
                 ui.checkbox(&mut self.pointer.is_through, "through the surface");
             }
-            Tool::Select => {}
+            Tool::Select | Tool::Paint => {}
         }
         let is_selected = self.is_selected();
         ui.horizontal(|ui| {
@@ -110,6 +118,28 @@ impl Editor {
                 ui.selectable_value(&mut self.pointer.gizmo_tool, tool, name);
             }
         });
+        ui.horizontal(|ui| {
+            ui.label("Axes");
+            for (axes, name) in [
+                (Axes::Global, "Model"),
+                (Axes::Local, "Handle"),
+                (Axes::View, "View"),
+            ] {
+                ui.selectable_value(&mut self.pointer.axes, axes, name);
+            }
+        });
+        let props = self
+            .scene()
+            .map(|scene| std::sync::Arc::clone(&scene.props));
+        let mut is_mirrored = props.as_ref().is_some_and(|p| p.mirror.is_some());
+        let mirror = ui.checkbox(&mut is_mirrored, "Mirror (M)");
+        self.mark("mirror", mirror.rect);
+        if mirror.changed() {
+            self.switch_mirror();
+        }
+        if props.is_some_and(|p| p.pivot.is_some()) && ui.button("Pivot in the middle").clicked() {
+            self.run(Command::SetPivot { vertex: None });
+        }
         let is_open_mesh = self
             .workspace
             .model()
@@ -138,7 +168,7 @@ impl Editor {
             }
         };
         for (handle, group) in props.handles.iter().enumerate() {
-            let is_active = props.active == Some(handle);
+            let is_active = props.is_active(handle);
             ui.horizontal(|ui| {
                 let kind = match group.role {
                     Role::Fixed => "■",
@@ -146,10 +176,15 @@ impl Editor {
                     Role::Movable => "⏺",
                 };
                 let text = format!("{kind} {} ({})", group.name, group.vertices.len());
-                if ui.selectable_label(is_active, text).clicked() {
+                let line = ui.selectable_label(is_active, text);
+                self.mark(&format!("handle-{handle}"), line.rect);
+                if line.clicked() {
                     self.pages.name = None;
-                    self.run(Command::Activate {
-                        handle: Some(handle),
+                    self.run(match ui.input(|i| i.modifiers.shift) {
+                        true => Command::ActivateToo { handle },
+                        false => Command::Activate {
+                            handle: Some(handle),
+                        },
                     });
                 }
                 let mut is_soft = group.hold != Hold::Hard;
@@ -164,7 +199,7 @@ impl Editor {
                     self.run(Command::RemoveHandle { handle });
                 }
             });
-            if is_active {
+            if props.active == Some(handle) {
                 self.active_handle(ui, handle, group);
             }
         }
@@ -179,6 +214,20 @@ impl Editor {
         } else if field.has_focus() {
             self.pages.name = Some(name);
         }
+        let is_selected = self.is_selected();
+        ui.horizontal(|ui| {
+            for (name, command) in [
+                ("Add the selection", Command::AddToHandle { handle }),
+                ("Take it away", Command::TakeFromHandle { handle }),
+            ] {
+                if ui
+                    .add_enabled(is_selected, egui::Button::new(name))
+                    .clicked()
+                {
+                    self.run(command);
+                }
+            }
+        });
         if let Hold::Soft(mut weight) = group.hold {
             let slider = Slider::new(&mut weight, 0.01..=1e4)
                 .logarithmic(true)
@@ -199,6 +248,12 @@ impl Editor {
         let before = scene.settings().follow;
         let mut follow = before;
         influence(ui, &mut follow);
+        let mut do_follow = follow.others == Others::Follow;
+        ui.checkbox(&mut do_follow, "parts without handles follow");
+        follow.others = match do_follow {
+            true => Others::Follow,
+            false => Others::Stay,
+        };
         ui.collapsing("How it follows", |ui| {
             let (kind, all) = (&mut follow.orientation, OrientationKind::ALL);
             choice(ui, "Orientation", kind, all, |k| k.name());

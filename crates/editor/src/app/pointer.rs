@@ -6,6 +6,7 @@ use eframe::egui::{self, PointerButton, Pos2, Rect};
 
 use super::Editor;
 use super::drag::Drag;
+use super::typing::{Axes, Hand};
 use crate::view::pick::Picker;
 use crate::view::select::{Reach, brush, lasso};
 
@@ -18,6 +19,8 @@ pub(super) enum Tool {
     Brush,
     /// A drag draws a lasso around a region.
     Lasso,
+    /// A drag paints the curvature field.
+    Paint,
 }
 
 /// The mode of the gizmo.
@@ -35,12 +38,20 @@ pub(super) struct Pointer {
     pub(super) gizmo: transform_gizmo_egui::Gizmo,
     /// The handle that is held.
     pub(super) drag: Option<Drag>,
+    /// A transform that is typed, or follows the pointer.
+    pub(super) hand: Option<Hand>,
+    /// The axes along which handles are moved.
+    pub(super) axes: Axes,
+    /// The vertices of the stroke so far.
+    pub(super) stroke: Vec<VertexId>,
     /// The polygon of the lasso so far.
     pub(super) polygon: Vec<Pos2>,
     /// `true` if a drag of the left button turns the view.
     pub(super) is_orbiting: bool,
     /// The radius of the brush in points.
     pub(super) brush_radius: f32,
+    /// The place of the picture in the last frame.
+    pub(super) viewport: Rect,
     /// The reach of the lasso.
     pub(super) is_through: bool,
 }
@@ -52,9 +63,13 @@ impl Default for Pointer {
             gizmo_tool: GizmoTool::Move,
             gizmo: transform_gizmo_egui::Gizmo::default(),
             drag: None,
+            hand: None,
+            axes: Axes::default(),
+            stroke: Vec::new(),
             polygon: Vec::new(),
             is_orbiting: false,
             brush_radius: 24.0,
+            viewport: Rect::NOTHING,
             is_through: false,
         }
     }
@@ -64,7 +79,9 @@ impl Pointer {
     /// Clears the state that belongs to the previous model.
     pub(super) fn forget(&mut self) {
         self.drag = None;
+        self.hand = None;
         self.polygon.clear();
+        self.stroke.clear();
     }
 }
 
@@ -95,7 +112,9 @@ impl Editor {
             return;
         };
         if self.pointer.drag.is_some() {
-            self.drag_to(pos, rect);
+            let snap = ui.input(|i| i.modifiers.command);
+            let step = self.workspace.model().map(|model| model.snap_length());
+            self.drag_to(pos, rect, step.filter(|_| snap));
             if released || !ui.input(|i| i.pointer.primary_down()) {
                 self.release();
             }
@@ -114,6 +133,18 @@ impl Editor {
                 if (is_down || is_pressed) && !alt && !self.pointer.is_orbiting {
                     let at = origin.filter(|_| pressed && !is_down).unwrap_or(pos);
                     self.paint_region(at, rect, combine);
+                }
+            }
+            Tool::Paint => {
+                let is_down =
+                    response.is_pointer_button_down_on() && ui.input(|i| i.pointer.primary_down());
+                if (is_down || is_pressed) && !alt && !self.pointer.is_orbiting {
+                    let at = origin.filter(|_| pressed && !is_down).unwrap_or(pos);
+                    self.paint_along(at, rect);
+                }
+                if !is_down && !self.pointer.stroke.is_empty() {
+                    let stroke = std::mem::take(&mut self.pointer.stroke);
+                    self.run(Command::Paint { stroke });
                 }
             }
             Tool::Lasso => {
@@ -144,7 +175,7 @@ impl Editor {
         self.pointer.is_orbiting = match self.pointer.tool {
             Tool::Select => true,
             // A stroke that begins on the background turns the view.
-            Tool::Brush => !self.is_over_surface(pos, rect),
+            Tool::Brush | Tool::Paint => !self.is_over_surface(pos, rect),
             Tool::Lasso => false,
         };
     }
@@ -206,6 +237,25 @@ impl Editor {
         self.select(painted, how);
     }
 
+    /// Adds the vertex under the pointer to the stroke.
+    fn paint_along(&mut self, pos: Pos2, rect: Rect) {
+        let camera = self.shown.camera.at(rect);
+        let hit = self.with_picker(|picker| picker.hit(&camera.ray(pos)).map(|hit| hit.vertex));
+        let vertex = hit.flatten();
+        if let Some(vertex) = vertex.filter(|v| !self.pointer.stroke.contains(v)) {
+            self.pointer.stroke.push(vertex);
+        }
+    }
+
+    /// The radius of the brush that paints, in points, where the pointer is.
+    pub(super) fn paint_radius(&mut self, pos: Pos2, rect: Rect) -> Option<f32> {
+        let camera = self.shown.camera.at(rect);
+        let point = self.with_picker(|picker| picker.hit(&camera.ray(pos)).map(|hit| hit.point));
+        let model = self.workspace.model()?;
+        let radius = model.side() * model.scene().settings().brush.radius;
+        Some((radius / camera.length_per_point(point??)) as f32)
+    }
+
     fn close_lasso(&mut self, rect: Rect, how: Combine) {
         let camera = self.shown.camera.at(rect);
         let polygon = std::mem::take(&mut self.pointer.polygon);
@@ -215,6 +265,18 @@ impl Editor {
         };
         let inside = self.with_picker(|picker| lasso(picker, &camera, &polygon, reach));
         self.select(inside.unwrap_or_default(), how);
+    }
+
+    /// Makes the vertex under the pointer the one about which handles turn and scale.
+    pub(super) fn place_pivot(&mut self, ctx: &egui::Context) {
+        let (pos, rect) = ctx.input(|i| (i.pointer.latest_pos(), self.pointer.viewport));
+        let Some(pos) = pos.filter(|pos| rect.contains(*pos)) else {
+            return;
+        };
+        let camera = self.shown.camera.at(rect);
+        let vertex = self.with_picker(|picker| picker.pick_vertex(&camera, pos, PICK_RADIUS));
+        let vertex = vertex.flatten();
+        self.run(Command::SetPivot { vertex });
     }
 
     fn select(&mut self, vertices: Vec<VertexId>, how: Combine) {

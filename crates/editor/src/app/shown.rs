@@ -3,13 +3,13 @@
 use std::sync::{Arc, Mutex, MutexGuard};
 
 use cotan::geometry::{BoundingBox, Surface, TriangleTree};
-use cotan::halfedge::VertexMap;
+use cotan::halfedge::{VertexId, VertexMap};
 use cotan_workspace::meter::Reading;
 use cotan_workspace::{Model, Shape, lock};
 use eframe::glow;
 use nalgebra::Vector3;
 
-use crate::view::{Camera, Picker, Renderer, Shading};
+use crate::view::{Camera, Light, Picker, Renderer, Shading};
 
 /// The picture of the model.
 pub(super) struct Shown {
@@ -20,6 +20,8 @@ pub(super) struct Shown {
     drawn: Option<Shape>,
     /// The search tree for picking, with its shape.
     picker: Option<(Shape, Picker)>,
+    /// The vertices that are not shown.
+    hidden: Vec<VertexId>,
     /// The last measurement.
     reading: Option<Reading>,
 }
@@ -28,8 +30,11 @@ pub(super) struct Shown {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Looks {
     pub(super) shading: Shading,
+    pub(super) light: Light,
     pub(super) has_wireframe: bool,
     pub(super) has_normals: bool,
+    /// True while the shape as it was opened is shown, to compare.
+    pub(super) is_before: bool,
 }
 
 impl Shown {
@@ -40,6 +45,7 @@ impl Shown {
             renderer: Arc::new(Mutex::new(Renderer::new(gl)?)),
             drawn: None,
             picker: None,
+            hidden: Vec::new(),
             reading: None,
         })
     }
@@ -50,8 +56,19 @@ impl Shown {
         self.camera = Camera::new(&model.surface(shape).bounding_box());
         self.renderer().set_mesh(model.mesh());
         self.drawn = None;
+        self.hidden.clear();
+        self.looks.is_before = false;
         self.reading = None;
         self.picker = Some((shape.clone(), Picker::from_tree(tree, shape.positions())));
+    }
+
+    /// Leaves out the faces of vertices that are hidden.
+    pub(super) fn hide(&mut self, model: &Model, hidden: &[VertexId]) {
+        if self.hidden != hidden {
+            self.hidden = hidden.to_vec();
+            self.picker = None;
+            self.renderer().set_hidden(model.mesh(), hidden);
+        }
     }
 
     pub(super) fn renderer(&self) -> MutexGuard<'_, Renderer> {
@@ -100,7 +117,7 @@ impl Shown {
                 picker.refit(shape.positions());
                 picker
             }
-            _ => Picker::new(model.mesh(), shape.positions()),
+            _ => Picker::without(model.mesh(), shape.positions(), &self.hidden),
         };
         &self.picker.insert((shape.clone(), picker)).1
     }

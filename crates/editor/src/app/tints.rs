@@ -11,10 +11,11 @@ impl Editor {
             return;
         };
         let scene = model.scene();
+        self.shown.hide(model, scene.hidden());
         let mut tints = vec![0_u8; model.mesh().num_vertices()];
         for (index, group) in scene.handles().iter().enumerate() {
             let tint = match group.role {
-                _ if scene.props.active == Some(index) => ACTIVE,
+                _ if scene.props.is_active(index) => ACTIVE,
                 Role::Fixed => FIXED,
                 Role::Movable => MOVABLE,
             };

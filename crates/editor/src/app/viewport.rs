@@ -5,7 +5,7 @@ use std::sync::Arc;
 use cotan_workspace::{Role, lock};
 use eframe::egui::{self, Color32, PointerButton, Pos2, Rect, Sense, Stroke, StrokeKind};
 use eframe::egui_glow;
-use transform_gizmo_egui::{EnumSet, GizmoConfig, GizmoInteraction, GizmoMode};
+use transform_gizmo_egui::{EnumSet, GizmoConfig, GizmoInteraction, GizmoMode, GizmoOrientation};
 
 use super::Editor;
 use super::pointer::{GizmoTool, MARK, Tool};
@@ -26,12 +26,19 @@ impl Editor {
             }
             if self.workspace.model().is_some() && !self.dialogs.is_open() {
                 self.navigate(ui, &response, rect);
-                self.act(ui, &response, rect);
+                if !self.follow_hand(ui, rect) && !self.shown.looks.is_before {
+                    self.act(ui, &response, rect);
+                }
             }
+            self.pointer.viewport = rect;
             self.paint(ui, rect);
             if self.workspace.model().is_some() {
                 self.gizmo_and_marks(ui, &response, rect);
                 self.overlays(ui, rect);
+                self.first_hint(ui, rect);
+                self.offer(ui, rect);
+            } else {
+                self.start_page(ui, rect);
             }
             self.mark("viewport", rect);
             let ctx = ui.ctx().clone();
@@ -85,6 +92,7 @@ impl Editor {
             false => (Style::light(), [70, 74, 82]),
         };
         style.shading = self.shown.looks.shading;
+        style.light = self.shown.looks.light;
         style.wireframe = self.shown.looks.has_wireframe.then_some(line);
         style.normals = self.shown.looks.has_normals.then_some([0, 114, 178]);
         style
@@ -94,6 +102,8 @@ impl Editor {
         let is_free = matches!(&self.pointer.drag, Some(drag) if !drag.is_by_gizmo());
         let active = self.scene().and_then(|scene| scene.active());
         self.workspace.morph().is_none()
+            && !self.shown.looks.is_before
+            && self.pointer.hand.is_none()
             && !is_free
             && active.is_some_and(|group| group.role == Role::Movable)
     }
@@ -106,8 +116,16 @@ impl Editor {
         let Some(transform) = self.gizmo_transform() else {
             return;
         };
+        let does_snap = ui.input(|i| i.modifiers.command);
+        let step = self.workspace.model().map_or(0.1, |m| m.snap_length());
         let config = GizmoConfig {
             modes: self.gizmo_modes(),
+            // The axes are those of the transform.
+            orientation: GizmoOrientation::Local,
+            snapping: does_snap,
+            snap_angle: 15_f32.to_radians(),
+            snap_distance: step as f32,
+            snap_scale: 0.1,
             ..self
                 .shown
                 .camera
@@ -175,7 +193,7 @@ impl Editor {
         let (Some(scene), Some(shape)) = (self.scene(), self.workspace.shown()) else {
             return;
         };
-        if self.workspace.morph().is_some() {
+        if self.workspace.morph().is_some() || self.shown.looks.is_before {
             return;
         }
         let camera = self.shown.camera.at(rect);
@@ -190,7 +208,7 @@ impl Editor {
                 continue;
             };
             let fill = match group.role {
-                _ if scene.props.active == Some(index) => color(ACTIVE),
+                _ if scene.props.is_active(index) => color(ACTIVE),
                 Role::Fixed => color(FIXED),
                 Role::Movable => color(MOVABLE),
             };
@@ -204,6 +222,15 @@ impl Editor {
                     painter.rect(square, 1.0, fill, white, StrokeKind::Middle);
                 }
             }
+        }
+        if let Some(at) = (scene.props.pivot)
+            .and_then(|v| shape.get(v))
+            .and_then(|p| camera.project(*p))
+        {
+            let line = Stroke::new(1.5, color(ACTIVE));
+            painter.circle_stroke(at, MARK, line);
+            painter.hline(at.x - 12.0..=at.x + 12.0, at.y, line);
+            painter.vline(at.x, at.y - 12.0..=at.y + 12.0, line);
         }
         if let [vertex] = scene.selection()
             && let Some(at) = shape.get(*vertex).and_then(|p| camera.project(*p))
@@ -224,6 +251,11 @@ impl Editor {
         if let (Tool::Brush, Some(pos)) = (self.pointer.tool, pointer.filter(|p| rect.contains(*p)))
         {
             painter.circle_stroke(pos, self.pointer.brush_radius, line);
+        }
+        if let (Tool::Paint, Some(pos)) = (self.pointer.tool, pointer.filter(|p| rect.contains(*p)))
+            && let Some(radius) = self.paint_radius(pos, rect)
+        {
+            painter.circle_stroke(pos, radius, line);
         }
         if let Some((_, scale, _)) = self.shown.reading().and_then(|r| r.colors.as_ref()) {
             color_bar(ui, rect, scale);

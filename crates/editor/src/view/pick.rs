@@ -13,6 +13,8 @@ use crate::view::snapshot::CameraSnapshot;
 /// Finds triangles and vertices of a shape by ray casting.
 pub struct Picker {
     tree: TriangleTree,
+    /// The faces of the triangles; `None` if they are all, in their order.
+    faces: Option<Vec<FaceId>>,
     positions: Positions<f64>,
 }
 
@@ -21,6 +23,8 @@ pub struct Picker {
 pub struct Hit {
     /// The triangle that was hit.
     pub face: FaceId,
+    /// The vertices of the triangle.
+    pub corners: [u32; 3],
     /// The triangle's corner nearest to the point.
     pub vertex: VertexId,
     /// The intersection point.
@@ -40,11 +44,33 @@ impl Picker {
         Self::from_tree(TriangleTree::build(triangles, positions), positions)
     }
 
+    /// Builds the search tree of the faces without hidden vertices.
+    ///
+    /// **Panics** if there are fewer positions than vertices.
+    #[must_use]
+    pub fn without(mesh: &HalfedgeMesh, positions: &Positions<f64>, hidden: &[VertexId]) -> Self {
+        if hidden.is_empty() {
+            return Self::new(mesh, positions);
+        }
+        let is_shown = |f: &FaceId| {
+            let corners = mesh.triangle(*f);
+            corners.iter().all(|v| hidden.binary_search(v).is_err())
+        };
+        let faces: Vec<FaceId> = mesh.faces().filter(is_shown).collect();
+        let corners = |f: &FaceId| mesh.triangle(*f).map(|v| v.index() as u32);
+        let triangles = faces.iter().map(corners).collect();
+        Self {
+            faces: Some(faces),
+            ..Self::from_tree(TriangleTree::build(triangles, positions), positions)
+        }
+    }
+
     /// Makes a picker of the search tree of a shape, whose triangles are the faces in their order.
     #[must_use]
     pub fn from_tree(tree: TriangleTree, positions: &Positions<f64>) -> Self {
         Self {
             tree,
+            faces: None,
             positions: positions.clone(),
         }
     }
@@ -76,7 +102,11 @@ impl Picker {
         let squares =
             triangle_corners(triangle, &self.positions).map(|p| (p - point).norm_squared());
         Some(Hit {
-            face: FaceId::new(meeting.triangle),
+            face: match &self.faces {
+                Some(faces) => faces[meeting.triangle],
+                None => FaceId::new(meeting.triangle),
+            },
+            corners: triangle,
             vertex: VertexId::new(triangle[least(squares)] as usize),
             point,
             distance: meeting.distance,
@@ -143,15 +173,14 @@ impl Picker {
 
     fn corner_under(&self, camera: &CameraSnapshot, pos: Pos2) -> Option<VertexId> {
         let hit = self.hit(&camera.ray(pos))?;
-        let triangle = self.tree.triangles()[hit.face.index()];
-        let away = triangle.map(|v| {
+        let away = hit.corners.map(|v| {
             let place = camera.project(self.positions[VertexId::new(v as usize)]);
             place.map_or(f64::INFINITY, |p| f64::from(p.distance(pos)))
         });
         let nearest = least(away);
         // All three corners are behind the eye, so the one nearest in space is used.
         if away[nearest].is_finite() {
-            Some(VertexId::new(triangle[nearest] as usize))
+            Some(VertexId::new(hit.corners[nearest] as usize))
         } else {
             Some(hit.vertex)
         }

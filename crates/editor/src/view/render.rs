@@ -20,14 +20,14 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use cotan::geometry::Positions;
-use cotan::halfedge::{HalfedgeMesh, VertexMap};
+use cotan::halfedge::{HalfedgeMesh, VertexId, VertexMap};
 use eframe::egui::PaintCallbackInfo;
 use eframe::glow;
 use nalgebra::Vector3;
 use three_d::{ClearState, Context, RenderTarget, ScissorBox, Viewport};
 
 pub use marks::{Line, Mark};
-pub use style::{Palette, Shading, Style};
+pub use style::{Light, Palette, Shading, Style};
 
 use crate::view::snapshot::CameraSnapshot;
 use frame::{DrawFrame, LocalFrame};
@@ -77,6 +77,11 @@ impl Renderer {
     pub fn set_mesh(&mut self, mesh: &HalfedgeMesh) {
         self.surface.set_mesh(mesh);
         self.frame = LocalFrame::default();
+    }
+
+    /// Leaves out the faces of some vertices, in ascending order, of the same mesh.
+    pub fn set_hidden(&mut self, mesh: &HalfedgeMesh, hidden: &[VertexId]) {
+        self.surface.set_hidden(mesh, hidden);
     }
 
     /// Sets the positions and unit normals of the vertices.

@@ -10,8 +10,9 @@ use serde::{Deserialize, Serialize};
 /// The length and modification time of a file.
 ///
 /// Different files may have the same fingerprint, but a file whose fingerprint has changed was
-/// written in between. The external buffers of a glTF are not checked.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize)]
+/// written in between. The external buffers of a glTF are not checked. The default is that of no
+/// file.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default, Serialize, Deserialize)]
 pub struct Fingerprint {
     length: u64,
     /// `None` if the file system does not record it.

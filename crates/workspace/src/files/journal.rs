@@ -133,6 +133,7 @@ impl Journal {
             mesh: &opened.path,
             fingerprint: opened.fingerprint,
             has_file: model.has_file(),
+            is_repaired: opened.before_repair.is_some(),
             scene: &SceneRecord::of(model),
         })?;
         self.begun = Some(Begun {

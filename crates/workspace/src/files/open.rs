@@ -35,6 +35,8 @@ pub struct OpenedMesh {
     pub file_vertices: Option<FileVertices>,
     /// The changes made by the repair; empty if nothing was repaired.
     pub changes: Vec<Change>,
+    /// The document before the repair, if something was repaired: a project keeps it.
+    pub before_repair: Option<Arc<Document>>,
 }
 
 /// The reason why a mesh was not opened, as one sentence that names the file.
@@ -102,24 +104,75 @@ impl std::fmt::Display for Remedy {
     }
 }
 
+/// A file, and the name of the mesh in it.
+pub(super) struct Place {
+    pub(super) path: PathBuf,
+    pub(super) name: String,
+    pub(super) fingerprint: Fingerprint,
+}
+
 impl OpenedMesh {
-    /// The mesh of a project.
-    pub(super) fn from_project(
-        path: &Path,
-        name: String,
-        document: Document,
-        fingerprint: Fingerprint,
-    ) -> Result<Self, IoError> {
+    /// The mesh of a document, without repairs.
+    pub(super) fn as_it_is(place: Place, document: Document) -> Result<Self, IoError> {
+        let (processing, note) = surface_of(&document)?;
+        let mut warnings = warnings(&document);
+        warnings.extend(note);
         Ok(Self {
-            path: path.to_owned(),
-            name,
-            processing: Arc::new(document.surface()?),
-            warnings: warnings(&document),
+            path: place.path,
+            name: place.name,
+            processing: Arc::new(processing),
+            warnings,
             document,
-            fingerprint,
+            fingerprint: place.fingerprint,
             file_vertices: None,
             changes: Vec::new(),
+            before_repair: None,
         })
+    }
+
+    /// The mesh of a document with the lossless repairs.
+    pub(super) fn repaired(place: Place, document: Document) -> Result<Self, IoError> {
+        // Weld before the repair: welding afterwards would join what the repair has split.
+        let repair = Repair::default().weld_in_place(Weld::AsFormat);
+        let mut done = repair.apply(&document)?;
+        // Welding concerns only the surface; the file keeps its vertices.
+        done.changes
+            .retain(|change| !matches!(change, Change::MergedVertex { .. }));
+        if done.changes.is_empty() {
+            return Self::as_it_is(place, document);
+        }
+        let (processing, note) =
+            surface_of(&done.document).map_err(|error| before_repair(error, &done))?;
+        let mut warnings = warnings(&document);
+        warnings.extend(note);
+        let num_vertices = document.positions().len();
+        Ok(Self {
+            path: place.path,
+            name: place.name,
+            processing: Arc::new(processing),
+            warnings,
+            document: done.document,
+            fingerprint: place.fingerprint,
+            file_vertices: Some(FileVertices::new(num_vertices, done.vertex_sources)),
+            changes: done.changes,
+            before_repair: Some(Arc::new(document)),
+        })
+    }
+}
+
+/// The surface of a document, and a note if it had to be cut into pieces.
+fn surface_of(document: &Document) -> Result<(ProcessingMesh, Option<String>), IoError> {
+    match document.surface() {
+        Err(IoError::NotManifold(defect)) => {
+            let processing = document.surface_in_pieces(Weld::AsFormat)?;
+            let note = format!(
+                "The faces are not one oriented surface: {defect}. They were opened in {} pieces, \
+                 which move as one where they meet. Maps to the sphere need a repaired file.",
+                processing.mesh().pieces().count()
+            );
+            Ok((processing, Some(note)))
+        }
+        surface => Ok((surface?, None)),
     }
 }
 
@@ -145,13 +198,14 @@ impl OpenError {
 
 /// Opens a mesh as it is, within the limits of the command line.
 ///
-/// The buffers of a glTF must be in the folder of the file.
+/// Faces that are not one oriented manifold surface are opened in pieces, which move as one where
+/// they meet. The buffers of a glTF must be in the folder of the file.
 ///
 /// # Errors
-/// [`OpenError`], also if the faces do not form a surface.
+/// [`OpenError`], also for a face that passes twice through a vertex.
 pub fn open(path: &Path) -> Result<OpenedMesh, OpenError> {
-    let (document, fingerprint) = load(path)?;
-    as_it_is(path, document, fingerprint, Tried::Nothing)
+    let (document, place) = load(path)?;
+    OpenedMesh::as_it_is(place, document).map_err(|error| unsound(path, error, Tried::Nothing))
 }
 
 /// Opens a mesh with the lossless repairs of `--repair`.
@@ -162,54 +216,8 @@ pub fn open(path: &Path) -> Result<OpenedMesh, OpenError> {
 /// # Errors
 /// The same as [`open`], if the repairs were not enough.
 pub fn open_repaired(path: &Path) -> Result<OpenedMesh, OpenError> {
-    let (document, fingerprint) = load(path)?;
-    // Weld before the repair: welding afterwards would join what the repair has split.
-    let repair = Repair::default().weld_in_place(Weld::AsFormat);
-    let mut done = repair
-        .apply(&document)
-        .map_err(|error| in_file(path, error))?;
-    // Welding concerns only the surface; the file keeps its vertices.
-    done.changes
-        .retain(|change| !matches!(change, Change::MergedVertex { .. }));
-    if done.changes.is_empty() {
-        return as_it_is(path, document, fingerprint, Tried::Repair);
-    }
-    let surface = done.document.surface();
-    let processing =
-        surface.map_err(|error| unsound(path, before_repair(error, &done), Tried::Repair))?;
-    let num_vertices = document.positions().len();
-    Ok(OpenedMesh {
-        path: path.to_owned(),
-        name: name_of(path),
-        processing: Arc::new(processing),
-        warnings: warnings(&document),
-        document: done.document,
-        fingerprint,
-        file_vertices: Some(FileVertices::new(num_vertices, done.vertex_sources)),
-        changes: done.changes,
-    })
-}
-
-/// Opens a document without repairs.
-fn as_it_is(
-    path: &Path,
-    document: Document,
-    fingerprint: Fingerprint,
-    tried: Tried,
-) -> Result<OpenedMesh, OpenError> {
-    let processing = document
-        .surface()
-        .map_err(|error| unsound(path, error, tried))?;
-    Ok(OpenedMesh {
-        path: path.to_owned(),
-        name: name_of(path),
-        processing: Arc::new(processing),
-        warnings: warnings(&document),
-        document,
-        fingerprint,
-        file_vertices: None,
-        changes: Vec::new(),
-    })
+    let (document, place) = load(path)?;
+    OpenedMesh::repaired(place, document).map_err(|error| unsound(path, error, Tried::Repair))
 }
 
 /// The step that was tried before a surface could not be built.
@@ -221,7 +229,7 @@ enum Tried {
 
 /// Loads a file and its fingerprint from before it was read, so that a save notices any change
 /// made in the meantime.
-fn load(path: &Path) -> Result<(Document, Fingerprint), OpenError> {
+fn load(path: &Path) -> Result<(Document, Place), OpenError> {
     let metadata = std::fs::metadata(path).map_err(|e| in_file(path, IoError::Read(e)))?;
     if !metadata.is_file() {
         let what = match metadata.is_dir() {
@@ -241,7 +249,12 @@ fn load(path: &Path) -> Result<(Document, Fingerprint), OpenError> {
         path: path.to_owned(),
         source,
     })?;
-    Ok((document, fingerprint))
+    let place = Place {
+        path: path.to_owned(),
+        name: name_of(path),
+        fingerprint,
+    };
+    Ok((document, place))
 }
 
 fn warnings(document: &Document) -> Vec<String> {

@@ -4,7 +4,8 @@
 //!
 //! ```text
 //! project.json     version, name and format of the mesh, handles, masks, selection, settings
-//! mesh             the mesh as it was opened, in its format, with what it refers to
+//! mesh             the mesh as it was opened, in its format, with what it refers to; the one
+//!                  before the repair, if it was opened repaired
 //! rest, shape      the rest shape and the shape, if they differ from the mesh: f64 x, y, z per
 //!                  vertex of the mesh, little-endian
 //! ```
@@ -28,6 +29,7 @@ use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use super::open::Place;
 use super::save::{check_place, write_error};
 use super::{Expect, Fingerprint, OpenedMesh, SaveError};
 use crate::model::Model;
@@ -80,6 +82,9 @@ struct Contents {
     name: String,
     /// The extension of the format of the entry `mesh`.
     format: String,
+    /// True if the mesh was opened repaired. The entry `mesh` is the one before the repair.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    is_repaired: bool,
     is_settled: bool,
     props: Props,
 }
@@ -98,29 +103,33 @@ pub fn save_project(model: &Model, path: &Path, expect: Expect) -> Result<Finger
         path: path.to_owned(),
         source,
     };
-    let bytes = to_bytes(model).map_err(of_document)?;
+    let bytes = project_bytes(model).map_err(of_document)?;
     cotan_io::replace_file(path, &bytes).map_err(|source| write_error(path, source))?;
     Fingerprint::of(path).map_err(|source| write_error(path, source))
 }
 
 /// The bytes of a project: the same model gives the same bytes.
-pub(crate) fn to_bytes(model: &Model) -> Result<Vec<u8>, IoError> {
+///
+/// # Errors
+/// The error of the writer of the mesh.
+pub fn project_bytes(model: &Model) -> Result<Vec<u8>, IoError> {
     let opened = model.file();
     let (document, processing) = (&opened.document, &opened.processing);
-    let format = document.format().unwrap_or(Format::Ply);
-    let format = match format {
+    let original = opened.before_repair.as_deref().unwrap_or(document);
+    let format = match original.format().unwrap_or(Format::Ply) {
         // Text cannot hold buffers.
         Format::Gltf => Format::Glb,
         other => other,
     };
     let options = WriteOptions::default().companions(Companions::Embedded);
-    let mesh = document.write_with(format, &options)?;
+    let mesh = original.write_with(format, &options)?;
     let scene = model.scene();
     let to_document = |v: VertexId| VertexId::new(processing.document_vertex(v));
     let contents = Contents {
         cotan_project: VERSION,
         name: opened.name.clone(),
         format: format.extension().to_owned(),
+        is_repaired: opened.before_repair.is_some(),
         is_settled: scene.is_settled,
         props: scene.props.renumbered(&|v| Some(to_document(v))),
     };
@@ -177,19 +186,24 @@ pub fn open_project(path: &Path) -> Result<Model, ProjectError> {
     let fingerprint = Fingerprint::of(path).map_err(failed)?;
     let limits = Limits::default();
     let bytes = read_regular(path, limits.max_bytes).map_err(failed)?;
-    from_bytes(path, &bytes, fingerprint, &limits)
+    read_project(path, &bytes, fingerprint, &limits)
 }
 
-/// Reads a project that [`to_bytes`] has written.
-pub(crate) fn from_bytes(
+/// Reads a project that [`project_bytes`] has written. `path` and `fingerprint` are those of its
+/// file.
+///
+/// # Errors
+/// [`ProjectError`] for bytes that are no project, or damaged.
+pub fn read_project(
     path: &Path,
     bytes: &[u8],
     fingerprint: Fingerprint,
     limits: &Limits,
 ) -> Result<Model, ProjectError> {
+    // Libraries repeat what they do not understand.
     let corrupt = |problem: String| ProjectError::Corrupt {
         path: path.to_owned(),
-        problem,
+        problem: cotan_io::printable(&problem).into_owned(),
     };
     let mut files = unpacked(bytes, limits).map_err(&corrupt)?;
     let mut needed = |name: &str| {
@@ -211,7 +225,15 @@ pub(crate) fn from_bytes(
         source,
     };
     let document = read(mesh, hint, limits).map_err(of_mesh)?;
-    let opened = OpenedMesh::from_project(path, contents.name, document, fingerprint);
+    let place = Place {
+        path: path.to_owned(),
+        name: contents.name,
+        fingerprint,
+    };
+    let opened = match contents.is_repaired {
+        true => OpenedMesh::repaired(place, document),
+        false => OpenedMesh::as_it_is(place, document),
+    };
     let opened = opened.map_err(of_mesh)?;
     let processing = Arc::clone(&opened.processing);
     let mut shape = |name: &str| -> Result<Option<Shape>, ProjectError> {
@@ -231,6 +253,7 @@ pub(crate) fn from_bytes(
         false => now,
     };
     let props = contents.props.renumbered(&|v| processing.vertex(v.index()));
+    let props = props.with_copies(processing.mesh());
     if let Some(problem) = props.problem(processing.mesh().num_vertices()) {
         return Err(corrupt(problem));
     }

@@ -14,11 +14,11 @@ pub(crate) fn recovered(left: &LeftBehind) -> Result<(Model, Vec<Effect>), Strin
     let model = match is_project(&left.mesh) {
         true => open_project(&left.mesh).map_err(|e| e.to_string())?,
         false => {
-            let mesh = match open(&left.mesh) {
-                Err(error) if error.is_repairable() => open_repaired(&left.mesh),
-                other => other,
+            let opened = match found.is_repaired {
+                true => open_repaired(&left.mesh),
+                false => open(&left.mesh),
             };
-            Model::new(mesh.map_err(|e| e.to_string())?)
+            Model::new(opened.map_err(|e| e.to_string())?)
         }
     };
     let mut model = match found.has_file {

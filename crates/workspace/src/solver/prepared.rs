@@ -87,7 +87,13 @@ fn region(surface: &Surface<'_, f64>, goal: &Goal) -> Result<Option<Mask>, cotan
     }
     let side = surface.bounding_box().longest_side();
     let radius = side * influence.radius;
-    Mask::around(surface, &sources, radius, radius * influence.falloff).map(Some)
+    let mask = Mask::around(surface, &sources, radius, radius * influence.falloff)?;
+    let mesh = surface.mesh();
+    match mesh.has_copies() {
+        false => Ok(Some(mask)),
+        // Copies of a vertex move as one.
+        true => Mask::new(mesh.to_vertices(mesh.to_rows(mask.weights()))).map(Some),
+    }
 }
 
 /// The vertices of the connected parts that no handle holds.

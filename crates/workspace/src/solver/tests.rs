@@ -4,8 +4,12 @@ use cotan::geometry::Surface;
 use cotan::halfedge::VertexId;
 use nalgebra::{Matrix4, Vector3};
 
+use cotan_io::ProcessingMesh;
+
 use super::*;
+use crate::handle::HandleGroup;
 use crate::handle::{Role, job_handles};
+use crate::scene::Props;
 use crate::settings::{Influence, editor_options};
 
 fn mesh() -> Arc<ProcessingMesh> {

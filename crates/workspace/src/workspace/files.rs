@@ -41,7 +41,7 @@ impl Workspace {
                     Ok(Outcome::Opened(read(&path, files::open_repaired)))
                 });
             }
-            Command::OpenSample => match sample() {
+            Command::OpenSample => match self.sample() {
                 Ok(model) => self.show_model(model, effects),
                 Err(problem) => effects.push(Effect::Told(Notice::Error(problem))),
             },
@@ -81,9 +81,17 @@ impl Workspace {
                 if !told.is_empty() {
                     effects.push(Effect::Told(Notice::Note(told.join("\n"))));
                 }
+                self.note_recent(&model.file().path, effects);
                 self.set_model(model);
                 effects.push(Effect::Opened(Box::new(tree)));
             }
+        }
+    }
+
+    fn note_recent(&mut self, path: &Path, effects: &mut Vec<Effect>) {
+        if let Err(error) = self.recent.note(path) {
+            let text = format!("cannot write the list of recent files: {error}");
+            effects.push(Effect::Mentioned(text));
         }
     }
 
@@ -101,6 +109,7 @@ impl Workspace {
         self.drag = None;
         self.morph = None;
         self.arrival = None;
+        self.num_left_behind = 0;
         self.model = Some(model);
         self.show();
     }
@@ -195,6 +204,7 @@ impl Workspace {
                 model.mark_saved();
                 let props = &model.scene().props;
                 let has_more = !(props.handles.is_empty() && props.masks.is_empty());
+                self.note_recent(&path, effects);
                 effects.push(Effect::Written(path));
                 if is_mesh && has_more {
                     let text =
@@ -248,6 +258,25 @@ impl Workspace {
         Ok(())
     }
 
+    /// The sample. It is stored in the user's data folder, so that the journal works for it too;
+    /// saving asks for another path.
+    fn sample(&self) -> Result<Model, String> {
+        let shape = cotan::shapes::creature::<f64>(64);
+        let document = Document::from_mesh(shape.connectivity(), shape.positions())
+            .map_err(|e| e.to_string())?;
+        let folder = match &self.folder {
+            Some(folder) => folder.clone(),
+            None => files::folder().map_err(|e| e.to_string())?,
+        };
+        let path = folder.with_file_name("sample.obj");
+        if let Some(folder) = path.parent() {
+            std::fs::create_dir_all(folder).map_err(|e| e.to_string())?;
+        }
+        cotan_io::save(&document, &path).map_err(|e| e.to_string())?;
+        let mesh = files::open(&path).map_err(|e| e.to_string())?;
+        Ok(Model::new(mesh).without_file())
+    }
+
     /// Removes the journal: nothing is unsaved.
     fn stop_journal(&mut self, effects: &mut Vec<Effect>) {
         if let Err(error) = self.journal.stop() {
@@ -278,22 +307,6 @@ fn tree_of(model: &Model) -> TriangleTree {
     let triangle = |f| mesh.triangle(f).map(|v| v.index() as u32);
     let Scene { shape, .. } = model.scene();
     TriangleTree::build(mesh.faces().map(triangle).collect(), shape.positions())
-}
-
-/// The sample. It is stored in the user's data folder, so that the journal works for it too;
-/// saving asks for another path.
-fn sample() -> Result<Model, String> {
-    let shape = cotan::shapes::creature::<f64>(64);
-    let document =
-        Document::from_mesh(shape.connectivity(), shape.positions()).map_err(|e| e.to_string())?;
-    let folder = files::folder().map_err(|e| e.to_string())?;
-    let path = folder.with_file_name("sample.obj");
-    if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder).map_err(|e| e.to_string())?;
-    }
-    cotan_io::save(&document, &path).map_err(|e| e.to_string())?;
-    let mesh = files::open(&path).map_err(|e| e.to_string())?;
-    Ok(Model::new(mesh).without_file())
 }
 
 fn expected(model: &Model, path: &Path, over: Over) -> Expect {

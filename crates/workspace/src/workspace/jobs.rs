@@ -1,9 +1,12 @@
 //! Jobs on a thread, and their results.
 
+use cotan::halfedge::VertexId;
+
 use super::Workspace;
 use crate::command::{Command, Job};
 use crate::effect::{Effect, Notice};
 use crate::jobs::{Morph, Start};
+use crate::mirror::{Images, Mirror, images_of};
 use crate::model::Model;
 use crate::refused::Refused;
 use crate::scene::Scene;
@@ -18,6 +21,8 @@ pub(super) enum Outcome {
     Reshaped(Reshaped),
     /// The shape was mapped to the sphere.
     Mapped(Box<Morph>),
+    /// A plane of symmetry was found, or not.
+    Mirrored(Option<(Mirror, Images)>),
 }
 
 /// A shape that a job has made.
@@ -75,7 +80,7 @@ impl Workspace {
         match job {
             Job::Smooth(smooth) | Job::SmoothAgain(smooth) => changed.smooth = smooth,
             Job::Details(factor) => changed.detail = factor,
-            Job::Morph(_) => {}
+            Job::Morph(_) | Job::Paint(_) => {}
         }
         if let Some(problem) = changed.problem() {
             return Err(Refused::Number(problem.to_owned()));
@@ -86,7 +91,7 @@ impl Workspace {
             let (shape, note) = match job {
                 Job::Smooth(smooth) | Job::SmoothAgain(smooth) => start.smooth(smooth, control)?,
                 Job::Details(factor) => (start.scale_details(factor, control)?, None),
-                Job::Morph(_) => return Err(TaskError::Cancelled),
+                Job::Morph(_) | Job::Paint(_) => return Err(TaskError::Cancelled),
             };
             Ok(Outcome::Reshaped(Reshaped {
                 job,
@@ -98,11 +103,57 @@ impl Workspace {
         Ok(())
     }
 
+    /// Starts to paint the curvature field.
+    pub(super) fn start_painting(
+        &mut self,
+        stroke: &[VertexId],
+        effects: &mut Vec<Effect>,
+    ) -> Result<(), Refused> {
+        let model = self.model.as_mut().ok_or(Refused::NoModel)?;
+        model.find_images();
+        let n = model.mesh().num_vertices();
+        if let Some(v) = stroke.iter().find(|v| v.index() >= n) {
+            return Err(Refused::NoVertex(v.index()));
+        }
+        if stroke.is_empty() {
+            return Ok(());
+        }
+        let mut stroke = stroke.to_vec();
+        if let Some(images) = model.images() {
+            stroke.extend(images_of(&stroke, images));
+        }
+        let brush = model.scene().settings().brush;
+        let start = Start::new(model, model.scene());
+        let shown = model.scene().shape.clone();
+        self.start_task("Painting", effects, move |control| {
+            Ok(Outcome::Reshaped(Reshaped {
+                job: Job::Paint(brush),
+                shown,
+                shape: start.paint(&brush, &stroke, control)?,
+                note: None,
+            }))
+        });
+        Ok(())
+    }
+
     pub(super) fn start_mapping(&mut self, effects: &mut Vec<Effect>) -> Result<(), Refused> {
         let model = self.model.as_ref().ok_or(Refused::NoModel)?;
         let start = Start::new(model, model.scene());
         self.start_task("Mapping to the sphere", effects, move |control| {
             Ok(Outcome::Mapped(Box::new(start.map(control)?)))
+        });
+        Ok(())
+    }
+
+    pub(super) fn start_mirroring(&mut self, effects: &mut Vec<Effect>) -> Result<(), Refused> {
+        let model = self.model.as_ref().ok_or(Refused::NoModel)?;
+        let processing = std::sync::Arc::clone(&model.file().processing);
+        let side = model.side();
+        self.start_task("Finding the mirror plane", effects, move |_| {
+            let surface = processing.surface();
+            let found = Mirror::of(&surface);
+            let found = found.map(|mirror| (mirror, mirror.images(&surface, side)));
+            Ok(Outcome::Mirrored(found))
         });
         Ok(())
     }
@@ -138,6 +189,19 @@ impl Workspace {
                 }
                 effects.extend(made.note.map(Effect::Mentioned));
             }
+            Ok(Outcome::Mirrored(None)) => {
+                let text = "the model is not symmetric: there is no mirror plane to be found";
+                effects.push(Effect::Mentioned(text.to_owned()));
+            }
+            Ok(Outcome::Mirrored(Some((mirror, images)))) => {
+                if let Some(model) = &mut self.model {
+                    model.set_images(mirror, images);
+                }
+                let mirror = Some(mirror);
+                if let Err(refused) = self.record(&Command::SetMirror { mirror }, effects) {
+                    effects.push(Effect::Mentioned(refused.to_string()));
+                }
+            }
             Ok(Outcome::Mapped(morph)) => {
                 if self.scene().is_some_and(|s| s.shape.is(morph.source())) {
                     self.morph = Some(*morph);
@@ -163,7 +227,7 @@ fn base_of<'m>(model: &'m Model, job: &Job) -> &'m Scene {
     let is_again = match job {
         Job::SmoothAgain(_) => true,
         Job::Details(_) => matches!(present_job(model), Some(Job::Details(_))),
-        Job::Smooth(_) | Job::Morph(_) => false,
+        Job::Smooth(_) | Job::Morph(_) | Job::Paint(_) => false,
     };
     match model.history().before().filter(|_| is_again) {
         Some(step) => &step.scene,

@@ -1,3 +1,7 @@
+mod brush;
+mod handles;
+mod opening;
+mod parts;
 mod sequences;
 
 use std::path::{Path, PathBuf};
@@ -290,40 +294,6 @@ fn the_sphere_leaves_what_is_fixed() {
 }
 
 #[test]
-fn what_is_left_behind_is_fixed_by_one_command() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("two.obj");
-    let ball = cotan::shapes::icosphere::<f64>(2);
-    let mut points: Vec<_> = ball.positions().values().copied().collect();
-    let n = points.len() as u32;
-    points.extend(ball.positions().values().map(|p| p + Vector3::x() * 3.0));
-    let corners = ball.to_triangles();
-    let both = corners.iter().copied().chain(corners.iter().map(|v| v + n));
-    let faces: Vec<Vec<u32>> = both
-        .collect::<Vec<_>>()
-        .chunks(3)
-        .map(<[u32]>::to_vec)
-        .collect();
-    let document = Document::new(points, faces.into_iter().collect()).unwrap();
-    cotan_io::save(&document, &path).unwrap();
-    let mut workspace = open(&path);
-    let select = Command::Select {
-        vertices: vec![VertexId::new(3)],
-        how: Combine::Replace,
-    };
-    run(&mut workspace, [select, Command::FixTheRest]);
-    let now = scene(&workspace);
-    let [rest] = now.handles() else {
-        panic!("{:?}", now.handles());
-    };
-    assert_eq!(rest.vertices.len(), n as usize);
-    assert!(rest.vertices.iter().all(|v| now.shape[*v].x > 1.5));
-    assert_eq!(now.selection(), [VertexId::new(3)]);
-    run(&mut workspace, [Command::SelectLinked]);
-    assert_eq!(scene(&workspace).selection().len(), n as usize);
-}
-
-#[test]
 fn a_project_brings_everything_back() {
     let place = Place::new();
     let mut workspace = place.open();
@@ -393,7 +363,7 @@ fn a_damaged_project_is_refused() {
     std::fs::write(&path, &bytes).unwrap();
     let fingerprint = Fingerprint::of(&path).unwrap();
     let limits = cotan_io::Limits::default();
-    let read = |bytes: &[u8]| crate::files::project_of(&path, bytes, fingerprint, &limits);
+    let read = |bytes: &[u8]| crate::files::read_project(&path, bytes, fingerprint, &limits);
     read(&bytes).unwrap();
     for end in (0..bytes.len()).step_by(41) {
         assert!(read(&bytes[..end]).is_err(), "{end}");
@@ -402,7 +372,7 @@ fn a_damaged_project_is_refused() {
         max_bytes: 2000,
         ..limits
     };
-    let refused = crate::files::project_of(&path, &bytes, fingerprint, &small);
+    let refused = crate::files::read_project(&path, &bytes, fingerprint, &small);
     assert!(refused.is_err());
 }
 

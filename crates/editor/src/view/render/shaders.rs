@@ -76,6 +76,33 @@ void main() {
 }
 ";
 
+/// The lights to choose from; see `Light`.
+const LIGHTS: &str = "
+uniform int lighting;
+
+// The light is at the eye, as that of a miner.
+vec3 lit_from_eye(vec3 color, vec3 normal, vec3 to_eye) {
+    return sqrt(color * color * (0.08 + 0.92 * max(dot(normal, to_eye), 0.0)));
+}
+
+// A ball of clay: the colour depends on the normal alone, and curvature shows.
+vec3 clay(vec3 color, vec3 normal) {
+    float warm = 0.5 + 0.5 * dot(normal, normalize(vec3(-0.4, 0.6, 0.7)));
+    vec3 ball = mix(vec3(0.20, 0.13, 0.14), vec3(0.98, 0.80, 0.68), warm);
+    float rim = pow(clamp(1.0 - normal.z, 0.0, 1.0), 3.0);
+    ball = mix(ball, vec3(0.32, 0.38, 0.48), 0.6 * rim);
+    float shine = pow(max(dot(normal, normalize(vec3(-0.35, 0.55, 0.75))), 0.0), 24.0);
+    return min(ball * color * 1.25 + 0.12 * shine, vec3(1.0));
+}
+
+vec3 lit_as_chosen(vec3 color, vec3 normal, vec3 to_eye) {
+    if (lighting == 1) {
+        return lit_from_eye(color, normal, to_eye);
+    }
+    return lighting == 2 ? clay(color, normal) : lit(color, normal, to_eye);
+}
+";
+
 const SURFACE_FRAGMENT: &str = "
 uniform vec3 inside;
 uniform float flatness;
@@ -97,7 +124,7 @@ void main() {
     bool is_flat = flatness > 0.5 || dot(normal, normal) < 0.01;
     normal = normalize(is_flat ? face_normal : normal);
     vec3 outside = gl_FrontFacing ? color : mix(color, inside, 0.8);
-    vec3 shade = lit(outside, normal, normalize(-seen));
+    vec3 shade = lit_as_chosen(outside, normal, normalize(-seen));
 #ifdef PULLED
     vec3 slope = fwidth(weights);
     vec3 pixels = weights / max(slope, vec3(1e-9));
@@ -216,7 +243,7 @@ void main() {
 pub(super) fn surface() -> [String; 2] {
     [
         format!("{SEEN}{SURFACE_VERTEX}"),
-        format!("{LIGHT}{SURFACE_FRAGMENT}"),
+        format!("{LIGHT}{LIGHTS}{SURFACE_FRAGMENT}"),
     ]
 }
 

@@ -5,6 +5,8 @@
 pub struct Style {
     /// The source of the normals.
     pub shading: Shading,
+    /// The light on the surface.
+    pub light: Light,
     /// The colour of the edges, or `None` to hide them.
     pub wireframe: Option<[u8; 3]>,
     /// The colour of the outside where vertices have no colour of their own.
@@ -35,6 +37,30 @@ pub enum Shading {
     Flat,
 }
 
+/// The light on the surface.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum Light {
+    /// A key light above the eye and a soft one from the sky.
+    #[default]
+    Studio,
+    /// A light at the eye: nothing is in the dark.
+    Eye,
+    /// A picture of a ball of clay, looked up by the normal.
+    Clay,
+}
+
+impl Light {
+    /// The next one, to go through all of them.
+    #[must_use]
+    pub fn next(self) -> Self {
+        match self {
+            Self::Studio => Self::Eye,
+            Self::Eye => Self::Clay,
+            Self::Clay => Self::Studio,
+        }
+    }
+}
+
 impl Style {
     /// The style for a dark theme.
     #[must_use]
@@ -51,6 +77,7 @@ impl Style {
     pub fn light() -> Self {
         Self {
             shading: Shading::Smooth,
+            light: Light::Studio,
             wireframe: None,
             base: [205, 208, 214],
             inside: [196, 132, 92],

@@ -1,7 +1,7 @@
 //! Rendering of the triangles.
 
 use cotan::geometry::Positions;
-use cotan::halfedge::{HalfedgeMesh, VertexMap};
+use cotan::halfedge::{HalfedgeMesh, VertexId, VertexMap};
 use nalgebra::Vector3;
 use three_d::{
     Blend, Context, Cull, DepthTest, ElementBuffer, Program, RenderStates, Vec3, VertexBuffer,
@@ -11,7 +11,7 @@ use three_d::{
 use super::frame::{DrawFrame, LocalFrame};
 use super::pulled::Pulled;
 use super::shaders;
-use super::style::{Shading, Style};
+use super::style::{Light, Shading, Style};
 
 /// Draws the surface, with or without its edges.
 pub(super) struct SurfacePass {
@@ -84,6 +84,20 @@ impl SurfacePass {
         self.mark_stale(Stale::ALL);
     }
 
+    pub(super) fn set_hidden(&mut self, mesh: &HalfedgeMesh, hidden: &[VertexId]) {
+        let mut is_hidden = vec![false; mesh.num_vertices()];
+        for v in hidden {
+            is_hidden[v.index()] = true;
+        }
+        let is_shown = |corners: &[u32; 3]| corners.iter().all(|v| !is_hidden[*v as usize]);
+        self.data.triangles = triangles_in_strips(mesh);
+        self.data.triangles.retain(is_shown);
+        self.mark_stale(Stale {
+            triangles: true,
+            ..Stale::default()
+        });
+    }
+
     pub(super) fn set_shape(
         &mut self,
         frame: &LocalFrame,
@@ -146,7 +160,7 @@ impl SurfacePass {
     }
 
     pub(super) fn draw(&self, frame: &DrawFrame, style: &Style) {
-        if self.data.positions.is_empty() {
+        if self.data.positions.is_empty() || self.data.triangles.is_empty() {
             return;
         }
         if let (Some(lines), Some(pulled)) = (style.wireframe, &self.pulled) {
@@ -189,6 +203,12 @@ impl SurfacePass {
             Shading::Flat => 1.0,
         };
         program.use_uniform("flatness", flatness);
+        let lighting = match style.light {
+            Light::Studio => 0_i32,
+            Light::Eye => 1,
+            Light::Clay => 2,
+        };
+        program.use_uniform("lighting", lighting);
         let mut palette = [Vec3::new(0.0, 0.0, 0.0); 8];
         for (entry, tint) in palette[1..].iter_mut().zip(style.palette) {
             *entry = color(tint);

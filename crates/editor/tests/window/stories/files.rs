@@ -105,11 +105,12 @@ fn a_file_that_may_not_be_written_is_not() {
     assert_ne!(bytes(&place.mesh), first);
 }
 
-/// Two tetrahedra that share their vertex 3.
+/// Two tetrahedra that share their vertex 3, and a face that passes twice through a vertex.
 const TOUCHING: &str = "\
 v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 0 2\nv 1 0 2\nv 0 1 2
 f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4
 f 5 6 7\nf 5 4 6\nf 6 4 7\nf 7 4 5
+f 1 2 1
 ";
 
 #[test]
@@ -123,7 +124,7 @@ fn a_mesh_with_a_defect_is_named_and_opened_repaired() {
     let mut display = Display::start();
     let mut window = start_on(&mut display, folder.path(), &path);
     let line = window.wait_for_dialog("touching.obj");
-    assert!(text(&line, "dialog").contains("vertex 3"), "{line}");
+    assert!(text(&line, "dialog").contains("face 8"), "{line}");
     window.click_on("answer-0");
     let line = window.wait_for_mesh();
     // The shared vertex was split.
@@ -133,6 +134,28 @@ fn a_mesh_with_a_defect_is_named_and_opened_repaired() {
     window.click_on("ok");
     window.wait_for_no_dialog();
     assert_eq!(bytes(&path), TOUCHING.as_bytes());
+}
+
+#[test]
+fn after_a_failed_open_recent_files_are_offered() {
+    let Some(_turn) = crate::turn() else {
+        return;
+    };
+    let place = Place::with_creature();
+    let mut display = Display::start();
+    let mut window = open(&mut display, &place);
+    window.ask_to_close();
+    window.wait_for_end();
+    drop(window);
+    let mut window = start_on(&mut display, place.path(), &place.path().join("none.obj"));
+    window.wait_for_dialog("none.obj");
+    window.click_on("ok");
+    window.wait_for_no_dialog();
+    window.rect("start-open");
+    window.rect("start-sample");
+    window.click_on("recent-0");
+    let line = window.wait_for_mesh();
+    assert!(text(&line, "path").ends_with("creature.obj"), "{line}");
 }
 
 fn start_on<'d>(display: &'d mut Display, data: &Path, mesh: &Path) -> Window<'d> {

@@ -24,6 +24,8 @@ pub struct Record<'a> {
     pub fingerprint: Fingerprint,
     /// `true` if the file is the user's.
     pub has_file: bool,
+    /// `true` if the mesh was opened repaired.
+    pub is_repaired: bool,
     /// The scene from which the commands start.
     pub scene: &'a SceneRecord,
 }
@@ -33,6 +35,8 @@ pub struct Record<'a> {
 pub struct Recovered {
     /// `true` if the file of the mesh is the user's.
     pub has_file: bool,
+    /// `true` if the mesh was opened repaired.
+    pub is_repaired: bool,
     /// The scene from which the commands start.
     pub scene: SceneRecord,
     /// The commands, in their order.
@@ -79,6 +83,8 @@ struct Header {
     /// Milliseconds since 1970.
     saved: u64,
     has_file: bool,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    is_repaired: bool,
 }
 
 const VERSION: u32 = 2;
@@ -96,6 +102,7 @@ pub(super) fn begin(record: &Record<'_>) -> io::Result<Vec<u8>> {
         fingerprint: record.fingerprint,
         saved: since.map_or(0, |since| u64::try_from(since.as_millis()).unwrap_or(0)),
         has_file: record.has_file,
+        is_repaired: record.is_repaired,
     };
     let mut bytes = line(&header)?;
     bytes.extend(line(record.scene)?);
@@ -172,6 +179,7 @@ pub(super) fn decode(from: impl Read) -> Result<Recovered, FormatError> {
     };
     Ok(Recovered {
         has_file: header.has_file,
+        is_repaired: header.is_repaired,
         scene,
         commands,
         is_cut,

@@ -41,6 +41,7 @@ impl Sandbox {
             mesh: &self.opened.path,
             fingerprint: self.opened.fingerprint,
             has_file: true,
+            is_repaired: true,
             scene: &self.scene,
         }
     }
@@ -93,7 +94,8 @@ fn what_a_process_left_is_found_when_it_no_longer_runs() {
     assert!(sandbox.left().is_empty(), "it is offered once");
     let recovered = one.read().unwrap();
     assert_eq!(recovered.commands, [arrival(), Command::SelectAll]);
-    assert!(recovered.scene == sandbox.scene && recovered.has_file && !recovered.is_cut);
+    assert!(recovered.scene == sandbox.scene && recovered.has_file && recovered.is_repaired);
+    assert!(!recovered.is_cut);
     let text = |command: &Command| serde_json::to_string(command).unwrap();
     assert_eq!(text(&recovered.commands[0]), text(&arrival()), "every bit");
 

@@ -44,47 +44,45 @@ fn a_sound_mesh_is_opened_as_it_is() {
 #[test]
 fn a_defect_is_named_with_the_repair_that_helps() {
     let sandbox = Sandbox::new();
-    for (name, contents, defect, option) in [
-        ("turned.obj", AGAINST, "faces 0 and 1", "--orient"),
-        ("bow.obj", BOW_TIE, "vertex 0", "--split-vertices"),
-        (
-            "spike.obj",
-            "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 1\nf 1 2 3\n",
-            "face 0",
-            "--drop-degenerate",
-        ),
+    let spike = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 1\nf 1 2 3\n";
+    let path = sandbox.write("spike.obj", spike);
+    let (error, text) = refused(&path);
+    assert!(error.is_repairable(), "{text}");
+    assert!(
+        text.contains("face 0") && text.contains("--drop-degenerate"),
+        "{text}"
+    );
+    assert!(text.contains("open it repaired"), "{text}");
+    let opened = open_repaired(&path).unwrap();
+    assert!(!opened.changes.is_empty() && opened.before_repair.is_some());
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), spike);
+}
+
+#[test]
+fn faces_that_are_no_manifold_are_opened_in_pieces_or_repaired() {
+    let sandbox = Sandbox::new();
+    for (name, contents, defect, [rows, vertices]) in [
+        ("turned.obj", AGAINST, "faces 0 and 1", [4, 4]),
+        ("bow.obj", BOW_TIE, "vertex 0", [5, 6]),
+        ("three.obj", THREE_AT_AN_EDGE, "3 faces", [5, 9]),
     ] {
         let path = sandbox.write(name, contents);
-        let (error, text) = refused(&path);
-        assert!(error.is_repairable(), "{text}");
-        assert!(text.contains(defect) && text.contains(option), "{text}");
-        assert!(text.contains("open it repaired"), "{text}");
-        let opened = open_repaired(&path).unwrap();
-        assert!(!opened.changes.is_empty());
+        let opened = open(&path).unwrap();
+        let mesh = opened.processing.mesh();
+        assert_eq!([mesh.num_rows(), mesh.num_vertices()], [rows, vertices]);
+        assert_eq!(mesh.components().count(), 1);
+        let note = opened.warnings.join("\n");
+        assert!(note.contains(defect), "{note}");
+        assert!(opened.changes.is_empty() && opened.before_repair.is_none());
+        open_repaired(&path).unwrap();
         assert_eq!(std::fs::read_to_string(&path).unwrap(), contents);
     }
     let bow_tie = open_repaired(&sandbox.write("bow.obj", BOW_TIE)).unwrap();
+    assert_eq!(bow_tie.processing.mesh().components().count(), 2);
     let file_vertices = bow_tie.file_vertices.unwrap();
     assert_eq!(file_vertices.num_vertices(), 5);
     assert_eq!(file_vertices.in_document(0).collect::<Vec<_>>(), [0, 5]);
     assert!(bow_tie.changes[0].to_string().contains("split vertex 0"));
-}
-
-#[test]
-fn what_the_safe_repairs_leave_is_refused_with_the_one_that_helps() {
-    let sandbox = Sandbox::new();
-    let path = sandbox.write("three.obj", THREE_AT_AN_EDGE);
-    let (error, text) = refused(&path);
-    assert!(!error.is_repairable());
-    assert!(
-        text.contains("3 faces") && text.contains("--split-edges"),
-        "{text}"
-    );
-    let text = open_repaired(&path).unwrap_err().to_string();
-    assert!(
-        text.contains("three.obj") && text.contains("--split-edges"),
-        "{text}"
-    );
 }
 
 #[test]

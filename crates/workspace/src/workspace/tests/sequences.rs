@@ -1,6 +1,8 @@
 //! Recovery after every command, and random sequences of commands.
 
 use super::*;
+use crate::brush::Brush;
+use crate::mirror::Mirror;
 
 /// Leaves a journal behind, as a process that is killed does.
 fn kill(workspace: Workspace, folder: &Path, to: &Path) {
@@ -132,6 +134,22 @@ fn commands() -> impl Strategy<Value = Command> {
         2 => moved,
         1 => hold,
         1 => Just(Command::RemoveAllHandles),
+        1 => Just(Command::HideSelection),
+        1 => Just(Command::HideOthers),
+        1 => Just(Command::ShowAll),
+        1 => index.clone().prop_map(|handle| Command::ActivateToo { handle }),
+        2 => index.clone().prop_map(|handle| Command::AddToHandle { handle }),
+        1 => index.clone().prop_map(|handle| Command::TakeFromHandle { handle }),
+        1 => prop::option::of(0..300_usize).prop_map(|v| Command::SetPivot {
+            vertex: v.map(VertexId::new)
+        }),
+        1 => (0..3_usize, any::<bool>()).prop_map(|(axis, is_on)| Command::SetMirror {
+            mirror: is_on.then(|| Mirror {
+                point: Vector3::zeros(),
+                normal: Vector3::ith(axis, 1.0),
+            })
+        }),
+        1 => Just(Command::MirrorSelection),
         1 => Just(Command::MakeMask { name: "mask".to_owned() }),
         1 => prop::option::of(index.clone()).prop_map(|mask| Command::UseMask { mask }),
         1 => index.clone().prop_map(|mask| Command::SelectMask { mask }),
@@ -154,6 +172,7 @@ fn results() -> impl Strategy<Value = (Option<Job>, f64)> {
         Just(Some(Job::SmoothAgain(Smooth::default()))),
         (0.0..2.0_f64).prop_map(|x| Some(Job::Details(x))),
         (0.0..1.0_f64).prop_map(|x| Some(Job::Morph(x))),
+        Just(Some(Job::Paint(Brush::default()))),
     ];
     (job, -1.0..1.0_f64)
 }
