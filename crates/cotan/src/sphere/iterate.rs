@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use cotan_flow::{AlongNormal, Flow, FlowError, Report, Schedule, Start, StepReport};
 use cotan_geometry::{Positions, Surface};
 use cotan_halfedge::{HalfedgeMap, HalfedgeMesh, VertexId};
-use cotan_laplacian::{LaplacianScheme, SchemeError, Symmetry, Uniform};
+use cotan_laplacian::{LaplacianScheme, OneRings, Operator, SchemeError, Symmetry};
 use cotan_linear::{Handle, SystemOptions};
 use nalgebra::Point3;
 
@@ -14,7 +14,6 @@ use super::curvature::{AreaMeasure, ConstantCurvature};
 use super::options::SphereOptions;
 use super::project::{KeepSize, RobustProjection};
 use super::round::{normalized, sphere_centre};
-use crate::options::SchemeKind;
 
 /// A callback that receives each step and may stop the run.
 pub(crate) type Observer<'a> = &'a mut dyn FnMut(&StepReport) -> ControlFlow<()>;
@@ -75,7 +74,7 @@ pub(crate) fn robust(
     observer: Observer<'_>,
 ) -> Result<Iterated, FlowError> {
     let scheme = Selective {
-        scheme: symmetric(options.scheme),
+        scheme: options.scheme.symmetric_scheme(),
         marked: marked.to_vec(),
     };
     let mut builder = Flow::builder(mesh, positions)
@@ -116,19 +115,16 @@ fn one_handle(positions: &Positions<f64>) -> (Handle, Point3<f64>) {
     (Handle::hard(vertex), at)
 }
 
-/// The symmetric form of Tutte's weights, which has the same fixed points and is much better
-/// behaved.
-pub(super) fn symmetric(scheme: SchemeKind) -> Box<dyn LaplacianScheme<f64>> {
-    match scheme {
-        SchemeKind::Tutte => Box::new(Uniform),
-        other => other.scheme(),
-    }
-}
-
 /// A scheme whose weights are raised to a lower bound on edges with a marked end.
 struct Selective {
     scheme: Box<dyn LaplacianScheme<f64>>,
     marked: Vec<bool>,
+}
+
+impl Selective {
+    fn is_marked(&self, vertex: usize) -> bool {
+        self.marked.get(vertex) == Some(&true)
+    }
 }
 
 /// Smaller weights cause flips; an equilateral mesh has weights of 1.15.
@@ -146,7 +142,7 @@ impl LaplacianScheme<f64> for Selective {
             if mesh
                 .edge_vertices(e)
                 .iter()
-                .any(|v| self.marked.get(v.index()) == Some(&true))
+                .any(|v| self.is_marked(v.index()))
             {
                 for h in e.halfedges() {
                     out[h] = out[h].max(FLOOR);
@@ -158,6 +154,23 @@ impl LaplacianScheme<f64> for Selective {
 
     fn symmetry(&self) -> Symmetry {
         self.scheme.symmetry()
+    }
+
+    fn operator(
+        &self,
+        rings: &OneRings,
+        surface: &Surface<'_, f64>,
+    ) -> Result<Operator<f64>, SchemeError> {
+        let operator = self.scheme.operator(rings, surface)?;
+        if !self.marked.contains(&true) {
+            return Ok(operator);
+        }
+        operator.reweighted(self.scheme.name(), self.symmetry(), |i, j, weight| {
+            match self.is_marked(i.index()) || self.is_marked(j.index()) {
+                true => weight.max(FLOOR),
+                false => weight,
+            }
+        })
     }
 
     fn name(&self) -> &str {
