@@ -115,16 +115,11 @@ fn one_handle(positions: &Positions<f64>) -> (Handle, Point3<f64>) {
     (Handle::hard(vertex), at)
 }
 
-/// A scheme whose weights are raised to a lower bound on edges with a marked end.
+/// A scheme on the edges of the mesh whose weights are raised to a lower bound on edges with a
+/// marked end. Without marks, any scheme.
 struct Selective {
     scheme: Box<dyn LaplacianScheme<f64>>,
     marked: Vec<bool>,
-}
-
-impl Selective {
-    fn is_marked(&self, vertex: usize) -> bool {
-        self.marked.get(vertex) == Some(&true)
-    }
 }
 
 /// Smaller weights cause flips; an equilateral mesh has weights of 1.15.
@@ -142,7 +137,7 @@ impl LaplacianScheme<f64> for Selective {
             if mesh
                 .edge_vertices(e)
                 .iter()
-                .any(|v| self.is_marked(v.index()))
+                .any(|v| self.marked.get(v.index()) == Some(&true))
             {
                 for h in e.halfedges() {
                     out[h] = out[h].max(FLOOR);
@@ -161,16 +156,10 @@ impl LaplacianScheme<f64> for Selective {
         rings: &OneRings,
         surface: &Surface<'_, f64>,
     ) -> Result<Operator<f64>, SchemeError> {
-        let operator = self.scheme.operator(rings, surface)?;
-        if !self.marked.contains(&true) {
-            return Ok(operator);
+        match self.marked.contains(&true) {
+            true => Operator::assemble_on(rings, self, surface),
+            false => self.scheme.operator(rings, surface),
         }
-        operator.reweighted(self.scheme.name(), self.symmetry(), |i, j, weight| {
-            match self.is_marked(i.index()) || self.is_marked(j.index()) {
-                true => weight.max(FLOOR),
-                false => weight,
-            }
-        })
     }
 
     fn name(&self) -> &str {
